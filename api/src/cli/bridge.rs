@@ -8,7 +8,7 @@ use std::{
     process,
     sync::mpsc::{RecvTimeoutError, sync_channel},
     thread,
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 use bridge::{
@@ -103,8 +103,8 @@ pub(crate) struct Following {
     /// Send nothing that moves the craft; the status lines show the references.
     #[arg(long)]
     dry_run: bool,
-    /// End after this time, s; the craft's own time-out stops it.
-    #[arg(long, value_name = "S")]
+    /// End after this time, s, that of waiting for the craft included; the craft's own time-out stops it.
+    #[arg(long, value_name = "S", value_parser = |text: &str| within(text, 0.0, 1e9))]
     end_after: Option<f64>,
 }
 
@@ -185,6 +185,8 @@ enum NoBridge {
     NoCertificate(#[source] Box<dyn Error + Send + Sync>),
     #[error(transparent)]
     Route(#[from] NoRoute),
+    #[error("no craft was heard on --connect within {0} s")]
+    Unheard(f64),
     #[error("the bridge's own service did not start")]
     NoService,
     #[error("{0} of {1} checks failed: correct them before departure")]
@@ -215,14 +217,19 @@ pub(crate) fn bridge(bridge: Bridge, config: &Config) -> Result<(), Box<dyn Erro
         dry_run: following.dry_run,
         ..sensors
     };
+    let began = Instant::now();
+    let limit = following.end_after.map(Duration::from_secs_f64);
     let mut follower = Follower::open(link, settings);
     tracing::info!("waiting for the craft");
-    follower.wait_for_craft(PATIENCE);
+    let is_heard = follower.wait_for_craft(limit.map_or(PATIENCE, |limit| limit.min(PATIENCE)));
+    if let (false, Some(end_after)) = (is_heard, following.end_after) {
+        return Err(NoBridge::Unheard(end_after).into());
+    }
     follower.follow(missions, mission);
     for contradiction in follower.contradictions() {
         tracing::warn!("{contradiction}");
     }
-    follower.run(following.end_after.map(Duration::from_secs_f64))?;
+    follower.run(limit.map(|limit| limit.saturating_sub(began.elapsed())))?;
     Ok(())
 }
 

@@ -1,6 +1,8 @@
 //! What the program says to a slip of its user's.
 
-use crate::command::{line, printed, stderr, stdout};
+use std::time::{Duration, Instant};
+
+use crate::command::{line, path, printed, said, stderr, stdout};
 
 #[test]
 fn a_misspelt_scenario_is_answered_with_the_nearest_name() {
@@ -81,4 +83,22 @@ fn a_log_level_that_is_none_is_refused() {
         "{}",
         stderr(&refused)
     );
+}
+
+#[test]
+fn a_bridge_that_hears_no_craft_ends_in_the_time_that_it_was_given() {
+    let folder = tempfile::tempdir().expect("there is room");
+    let began = Instant::now();
+    let ended = line(&format!(
+        "bridge mavlink --connect udp:127.0.0.1:0 --auv 1=auv-1 --end-after 1 --data {}",
+        path(&folder, "data")
+    ));
+    assert_eq!(ended.status.code(), Some(1), "{}", said(&ended));
+    let words = said(&ended);
+    assert!(
+        words.contains("no craft was heard on --connect within 1 s"),
+        "{words}"
+    );
+    // Its own service starts and ends too.
+    assert!(began.elapsed() < Duration::from_secs(30), "{words}");
 }
