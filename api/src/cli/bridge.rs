@@ -181,6 +181,8 @@ enum NoBridge {
     Unreadable(PathBuf, #[source] io::Error),
     #[error("{} is not JSON", .0.display())]
     NoJson(PathBuf, #[source] serde_json::Error),
+    #[error("{} cannot be read as the settings of a modem", .0.display())]
+    NoModem(PathBuf, #[source] serde_json::Error),
     #[error("the file of --certificate contains no certificate")]
     NoCertificate(#[source] Box<dyn Error + Send + Sync>),
     #[error(transparent)]
@@ -285,7 +287,7 @@ impl Sensors {
         let (mut modems, mut names) = (vec![], vec![]);
         for (endpoint, file) in &self.modem {
             let settings: acoustics::Settings = serde_json::from_value(json_of(file)?)
-                .map_err(|error| NoBridge::NoJson(file.clone(), error))?;
+                .map_err(|error| NoBridge::NoModem(file.clone(), error))?;
             names.extend(settings.names.values().cloned());
             modems.push((endpoint.clone(), Modem::new(&settings)?));
         }

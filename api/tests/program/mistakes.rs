@@ -1,8 +1,11 @@
 //! What the program says to a slip of its user's.
 
-use std::time::{Duration, Instant};
+use std::{
+    fs,
+    time::{Duration, Instant},
+};
 
-use crate::command::{line, path, printed, said, stderr, stdout};
+use crate::command::{json, line, path, printed, said, stderr, stdout};
 
 #[test]
 fn a_misspelt_scenario_is_answered_with_the_nearest_name() {
@@ -101,4 +104,21 @@ fn a_bridge_that_hears_no_craft_ends_in_the_time_that_it_was_given() {
     );
     // Its own service starts and ends too.
     assert!(began.elapsed() < Duration::from_secs(30), "{words}");
+}
+
+#[test]
+fn a_modem_file_with_an_unknown_field_is_not_said_to_be_no_json() {
+    let folder = tempfile::tempdir().expect("there is room");
+    let file = path(&folder, "usbl.json");
+    fs::write(&file, r#"{ "modle": "seatrac" }"#).expect("is written");
+    let refused = line(&format!(
+        "bridge mavlink --connect udp:127.0.0.1:0 --auv 1=auv-1 --modem tcp:127.0.0.1:9={file}"
+    ));
+    let words = stderr(&refused);
+    assert!(
+        words.contains("usbl.json cannot be read as the settings of a modem")
+            && words.contains("unknown field")
+            && !words.contains("JSON"),
+        "{words}"
+    );
 }
