@@ -372,12 +372,9 @@ fn toml_examples_are_accepted() {
     none(&found);
 }
 
-/// A campaign, beside a scenario file of its own.
+/// A campaign, as it is pasted.
 fn campaign(text: &str) -> Result<(), String> {
     let folder = tempfile::tempdir().expect("there is room");
-    let mine = Scenario::text("noisy-fixes").expect("is built in");
-    let mine = mine.replace("name = \"noisy-fixes\"", "name = \"mine\"");
-    fs::write(folder.path().join("mine.toml"), mine).expect("can be written");
     let file = folder.path().join("campaign.toml");
     fs::write(&file, text).expect("can be written");
     let program = Command::new(env!("CARGO_BIN_EXE_pilotfish"))
