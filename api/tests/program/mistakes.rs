@@ -5,7 +5,12 @@ use std::{
     time::{Duration, Instant},
 };
 
+use serde_json::Value;
+
 use crate::command::{json, line, path, printed, said, stderr, stdout};
+
+/// A snapshot whose craft is known by name.
+const TRACK: &str = include_str!("../../../examples/snapshots/track.json");
 
 #[test]
 fn a_misspelt_scenario_is_answered_with_the_nearest_name() {
@@ -121,4 +126,28 @@ fn a_modem_file_with_an_unknown_field_is_not_said_to_be_no_json() {
             && !words.contains("JSON"),
         "{words}"
     );
+}
+
+#[test]
+fn the_warning_of_an_unknown_craft_names_what_is_missing() {
+    let folder = tempfile::tempdir().expect("there is room");
+    let file = path(&folder, "snapshot.json");
+    let warning = |craft: &str| {
+        let mut snapshot = json(TRACK);
+        snapshot["craft"] = json(craft);
+        fs::write(&file, snapshot.to_string()).expect("is written");
+        let answer = json(&printed(&line(&format!("plan {file}"))));
+        let warnings = answer["warnings"].as_array().cloned().unwrap_or_default();
+        let unknown = |warning: &&Value| warning["code"] == "craft_unknown";
+        let found = warnings.iter().find(unknown);
+        found.map(|warning| warning["detail"].as_str().expect("is text").to_owned())
+    };
+    let rates = r#""rate_max_radps": 0.2 }, "surge_loop": { "acceleration_max_mps2": 0.1"#;
+    let detail = warning(&format!(r#"{{ "heading_loop": {{ {rates} }} }}"#)).expect("warns");
+    assert!(
+        detail.starts_with("neither `heading_loop` nor `surge_loop` of the craft has a time constant")
+            && detail.contains("at most 0.20 rad/s and 0.10 m/s²"),
+        "{detail}"
+    );
+    assert_eq!(warning(r#"{ "heading_loop": { "time_constant_s": 2.0 } }"#), None);
 }

@@ -361,8 +361,9 @@ fn about_the_craft(snapshot: &Snapshot, plan: &Plan) -> impl Iterator<Item = War
     let (prior, model) = (snapshot.craft_prior(), snapshot.craft_model());
     let unknown = (!prior.heading_declared && !prior.surge_declared).then(|| {
         let detail = format!(
-            "nothing is stated about how the craft answers: a cautious generic one is assumed (heading {:.1} s behind, {:.2} \
-             rad/s, {:.2} m/s²) and learnt from; GET /v1/crafts lists those that are known by name",
+            "neither `heading_loop` nor `surge_loop` of the craft has a time constant: those of a cautious generic craft are \
+             assumed and learnt from (heading {:.1} s behind, at most {:.2} rad/s and {:.2} m/s²); GET /v1/crafts lists craft \
+             that are known by name",
             model.heading_lag(), model.limits.turn_rate_max, model.limits.acceleration_max
         );
         warning("craft_unknown", "/craft", detail)
