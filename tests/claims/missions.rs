@@ -465,6 +465,22 @@ async fn a_whole_scenario_may_be_sent_and_what_is_wrong_with_one_is_named() {
 }
 
 #[tokio::test]
+async fn a_mission_without_a_title_is_called_by_its_scenario_or_its_first_auv() {
+    let service = Service::start().await;
+    let mut untitled = live();
+    untitled["title"] = Value::Null;
+    for (body, title) in [
+        (simulated("paper-tracking"), "paper-tracking, seed 1"),
+        (short_scenario(), "own scenario, seed 3"),
+        (untitled, "auv-1"),
+        (live(), "two AUVs"),
+    ] {
+        let mission = service.create(&body).await;
+        assert_eq!(service.ask(&mission).await["title"], title);
+    }
+}
+
+#[tokio::test]
 async fn a_live_mission_plans_every_period_degrades_with_age_and_says_whom_it_waits_for() {
     let service = Service::start().await;
     let mission = service.create(&live()).await;

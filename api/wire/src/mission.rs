@@ -25,7 +25,7 @@ pub struct NewMission {
     /// Version of this shape: `"1.0"`.
     #[schema(example = "1.0")]
     pub schema_version: String,
-    /// What people call it, at most 200 bytes.
+    /// What people call it, at most 200 bytes. Default: the scenario and the seed, or the first AUV.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub title: Option<String>,
     /// Vehicles of the bundled simulator.
@@ -38,6 +38,22 @@ pub struct NewMission {
     #[serde(default, skip_serializing_if = "Map::is_empty")]
     #[schema(value_type = Object)]
     pub metadata: Map<String, Value>,
+}
+
+impl NewMission {
+    /// Its title. By default the scenario and the seed, or the first AUV.
+    #[must_use]
+    pub fn title(&self) -> Option<String> {
+        let of_the_scenario = |simulated: &Simulated| {
+            let scenario = simulated.scenario.as_deref().unwrap_or("own scenario");
+            format!("{scenario}, seed {}", simulated.seed)
+        };
+        let first = || Some(self.live.as_ref()?.auvs.first()?.id.clone());
+        let given = self.title.clone();
+        given
+            .or_else(|| self.simulated.as_ref().map(of_the_scenario))
+            .or_else(first)
+    }
 }
 
 /// A mission of the simulator: `scenario` by name, or a whole one as `scenario_file`.

@@ -724,7 +724,7 @@ class NewMission(TypedDict):
     schema_version: Literal["1.0"]
     # Vehicles of the bundled simulator.
     simulated: NotRequired[Simulated | None]
-    # What people call it, at most 200 bytes.
+    # What people call it, at most 200 bytes. Default: the scenario and the seed, or the first AUV.
     title: NotRequired[str | None]
 
 

@@ -183,7 +183,7 @@ impl Missions {
             |key| format!("key {}", key.key),
         ));
         let mission = Mission {
-            title: new.title.clone().unwrap_or_else(|| id.clone()),
+            title: new.title().unwrap_or_else(|| id.clone()),
             kind: if new.live.is_some() { "live" } else { "simulated" }.to_owned(),
             status: Status::Created,
             created_s: at_s,
