@@ -53,9 +53,9 @@ export async function flown(service, simulated, title) {
 
 /**
  * A live mission of `ids`, whose AUVs go north beside each other, and a craft that does what its references say, reported once a second of the mission's
- * clock. A fix in ten is far off. `say` gets errors of posts, which go on.
+ * clock. A fix in ten is far off. Fixes are `fixAge` seconds old; a `stuck` craft does not move.
  */
-export async function liveMission(service, { ids = ["auv-1", "auv-2"], clockRate = 1, title = "a live mission", origin, goal } = {}) {
+export async function liveMission(service, { ids = ["auv-1", "auv-2"], clockRate = 1, title = "a live mission", origin, goal, fixAge = 0, stuck = false } = {}) {
   const live = { auvs: ids.map((id) => ({ id })), goal: goal ?? { kind: "track", auv: ids[0] }, clock_rate: clockRate, keep_outs: [{ north_m: 60, east_m: 12, radius_m: 8 }], origin };
   const { id, created_s } = await service.post("/v1/missions", { schema_version: "1.0", title, live });
   await service.post(`/v1/missions/${id}/run`, {});
@@ -66,13 +66,13 @@ export async function liveMission(service, { ids = ["auv-1", "auv-2"], clockRate
     const t_s = clock() - 0.05 * clockRate, step = Math.min(t_s - last, 5);
     last = t_s;
     const current = await service.get(`/v1/missions/${id}/reference`).catch(() => null);
-    if (current) ({ heading_rad: craft.heading_rad, speed_mps: craft.speed_mps } = current.plan.reference);
+    if (current && !stuck) ({ heading_rad: craft.heading_rad, speed_mps: craft.speed_mps } = current.plan.reference);
     craft.north_m += step * craft.speed_mps * Math.cos(craft.heading_rad);
     craft.east_m += step * craft.speed_mps * Math.sin(craft.heading_rad);
     n += 1;
     const auvs = Object.fromEntries(ids.map((name, i) => {
       const north_m = 0.2 * (t_s - start) + Math.sin(n * 1.7 + i), east_m = 25 * i + Math.cos(n * 2.3 + i) + (n % 10 === 9 && i === 0 ? 60 : 0);
-      return [name, [{ t_s, north_m, east_m, depth_m: 8 + 6 * Math.sin((t_s - start) / 40 + i), sigma_m: 1 }]];
+      return [name, [{ t_s: t_s - fixAge, north_m, east_m, depth_m: 8 + 6 * Math.sin((t_s - start) / 40 + i), sigma_m: 1 }]];
     }));
     await service.post(`/v1/missions/${id}/reports`, { auvs, asc: [{ t_s, state: { ...craft, sway_mps: 0, yaw_rate_radps: 0 } }] });
   };

@@ -37,6 +37,7 @@ pub const FILES: &[File] = files! {
     "/icon.svg": "image/svg+xml", "icon.svg";
     "/gallery.json": "application/json", "gallery.json";
     "/address.js": SCRIPT, "address.js";
+    "/alarm.js": SCRIPT, "alarm.js";
     "/app.js": SCRIPT, "app.js";
     "/background.js": SCRIPT, "background.js";
     "/chart.js": SCRIPT, "chart.js";
@@ -69,9 +70,10 @@ pub const FILES: &[File] = files! {
 };
 
 /// The modules of a report, each after those that it imports.
-const OF_REPORTS: [&str; 16] = [
+const OF_REPORTS: [&str; 17] = [
     include_str!("../web/dom.js"),
     include_str!("../web/format.js"),
+    include_str!("../web/alarm.js"),
     include_str!("../web/theme.js"),
     include_str!("../web/recording.js"),
     include_str!("../web/playback.js"),

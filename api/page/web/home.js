@@ -2,6 +2,7 @@
 
 import { el, fill, named } from "./dom.js";
 import { day, duration, methodName, number } from "./format.js";
+import { ageWords, stateOf, tabTitle } from "./alarm.js";
 import { ask, askJson, freshKey, Refusal, send } from "./service.js";
 import { refusalWords } from "./orders.js";
 import { thumbnail } from "./thumbnail.js";
@@ -88,6 +89,7 @@ async function pollMissions({ list, state, more }, context, signal) {
   more.onclick = () => { all = true; more.hidden = true; };
   while (!signal.aborted) {
     let pages = 1;
+    list.classList.toggle("outdated", lost > 0);
     // A hidden page sends no requests.
     while (document.hidden && !signal.aborted) await new Promise((resume) => setTimeout(resume, POLL_MS));
     try {
@@ -98,11 +100,15 @@ async function pollMissions({ list, state, more }, context, signal) {
       pages = Math.ceil(missions.length / PAGE) || 1;
       fill(state);
       showMissions(list, all ? missions : missions.slice(0, SHOWN), context);
+      const alarms = missions.filter(({ status }) => status === "running").map((mission) => ({ mission, state: stateOf(mission) })).filter(({ state }) => state.alarm);
+      const [worst] = alarms.sort((a, b) => (b.state.age_s ?? 0) - (a.state.age_s ?? 0)), name = worst?.mission.title || worst?.mission.id;
+      document.title = tabTitle(worst?.state, worst ? `${name} · Pilotfish` : "Pilotfish");
       more.hidden = all || missions.length <= SHOWN;
       more.textContent = `Show all ${missions.length}`;
     } catch (error) {
       if (signal.aborted) return;
       lost ||= Date.now();
+      document.title = `⚠ no answer ${ageWords((Date.now() - lost) / 1000)} · Pilotfish`;
       fill(state, error instanceof Refusal ? refusalWords(error) : `The service has not answered for ${duration((Date.now() - lost) / 1000)}; the list is out of date. Trying again.`);
     }
     await new Promise((resume) => setTimeout(resume, pages * POLL_MS));
@@ -124,8 +130,6 @@ async function everyMission(signal) {
 
 /** Columns of the list of missions. */
 const COLUMNS = ["mission", "state", "answered by", "lag", "last heard", "warnings", "created"];
-/** A live mission is stale if its last plan is older than so many periods. */
-const STALE_PERIODS = 4;
 
 /** Shows the missions. In existing rows only changed cells are replaced. @param {HTMLElement} list @param {any[]} missions @param {Context} context */
 function showMissions(list, missions, context) {
@@ -164,16 +168,17 @@ function fillRow(row, mission) {
   // The clock runs on between plans.
   const now = plan ? mission.t_s + (mission.kind === "live" ? plan.age_s : 0) : NaN;
   const ages = running && plan ? Object.entries(plan.heard_s).map(([id, t]) => ({ id, age: now - Number(t) })).sort((a, b) => b.age - a.age) : [];
-  const [oldest] = ages, stale = running && plan && mission.kind === "live" && plan.age_s > STALE_PERIODS * plan.period_s;
+  const [oldest] = ages, state = stateOf(mission), { words, why, tone, age_s } = state;
   const notes = running && plan ? [...plan.waits_for.map((/** @type {string} */ id) => `waits for ${id}`), ...plan.warnings] : [];
   const cells = [
-    [el("span", { class: `chip ${running ? "good" : status === "failed" ? "bad" : ""}` }, status), stale && el("span", { class: "chip warn" }, `stale: last plan ${duration(plan.age_s)} ago`)],
-    [plan ? `${methodName(plan.method)}${plan.outcome === "degraded" ? ", degraded" : ""}` : "–"],
+    [el("span", { class: `chip ${tone}` }, words, age_s !== undefined && ` ${ageWords(age_s)}`), why && el("span", { class: "why" }, " ", named(why))],
+    [plan && age_s === undefined ? methodName(plan.method) : "–"],
     [running && plan ? number(plan.late_s * 1000, 0, "ms") : "–"],
     oldest ? [named(oldest.id), ` ${duration(Math.max(oldest.age, 0))} ago`] : ["–"],
     notes.length ? [el("details", {}, el("summary", {}, String(notes.length)), notes.map((note) => el("p", {}, named(note))))] : ["–"],
     [day(mission.created_s)],
   ];
+  row.classList.toggle("old", age_s !== undefined);
   cells.forEach((content, i) => {
     const cell = row.cells[i + 1], fresh = el("td", {}, content);
     const was = cell.querySelector("details");

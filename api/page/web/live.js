@@ -1,7 +1,8 @@
 // A mission of the service: its past from the record, its present from the event stream, and orders to it.
 
 import { el, fill, named } from "./dom.js";
-import { day, duration, number } from "./format.js";
+import { day, number } from "./format.js";
+import { ageWords, stateOf, tabTitle } from "./alarm.js";
 import { ask, askJson, follow, lines, Patience, Refusal } from "./service.js";
 import { Recording } from "./recording.js";
 import { MissionView } from "./mission.js";
@@ -15,10 +16,10 @@ import { ordersOf } from "./orders.js";
 
 /** Time between two requests for the mission's state, ms. Its events tell what is urgent. */
 const LOOK_MS = 5_000;
-/** A live mission is stale if its last plan is older than so many periods. */
-const STALE_PERIODS = 4;
-/** Ages of a stale plan that are shown, s. A screen reader would read out an age that changes every second. */
-const AGES_SAID_S = [1, 5, 10, 30, 60, 300, 900, 3600, 6 * 3600, 86_400];
+/** Time between two looks at the state, and the time after which the page was asleep in between, ms. */
+const TICK_MS = 1_000, ASLEEP_MS = 3_000;
+/** Ages of a stale plan that are said to a screen reader, s. It would read out one that changes every second. */
+const AGES_SAID_S = [0, 5, 10, 30, 60, 300, 900, 3600, 6 * 3600, 86_400];
 
 /**
  * Shows the mission called `id`.
@@ -35,7 +36,6 @@ export async function missionView(root, context, id) {
   const [mission, scene] = await Promise.all([askJson(path, { signal: stop.signal }), askJson(`${path}/scene`, { signal: stop.signal })]);
   mission.scene = scene;
   if (context.gone()) return;
-  document.title = `${mission.title || id} · Pilotfish`;
   new LiveMission(root, context, mission, stop.signal).start();
 }
 
@@ -48,17 +48,20 @@ class LiveMission {
     this.recording = new Recording(mission);
     this.link = { name: "loading", detail: "" };
     /** Age of the last plan, s of the mission's clock, and when it had that age, ms of the page's clock: the two may differ. */
-    this.freshest = { age: Infinity, at: performance.now() };
-    this.said = "";
+    this.freshest = { age: Infinity, at: -Infinity };
+    /** When the state was looked at last, and whether the page slept since and does not know yet. */
+    this.ticked = performance.now();
+    this.waking = this.unanswered = false;
+    this.said = el("p", { class: "unseen", role: "status" });
     this.title = el("h1", {}, named(mission.title || mission.id));
-    this.state = el("p", { class: "chips", role: "status" });
+    this.state = el("p", { class: "chips" });
     this.about = el("p", { class: "about" });
     this.progress = el("progress", { max: 1, value: 0, "aria-label": "History loaded" });
     this.notice = el("div", { class: "notice", role: "alert" });
     this.orders = ordersOf(mission, context, (changed) => this.became(changed));
     if (this.orders.route) this.orders.route.changed = () => this.view.draw();
     this.body = el("div");
-    fill(root, el("header", { class: "mission-head" }, el("a", { href: "#/", class: "back" }, "All missions"), this.title, this.state, this.progress, this.about), this.notice, this.body);
+    fill(root, el("header", { class: "mission-head" }, el("a", { href: "#/", class: "back" }, "All missions"), this.title, this.said, this.state, this.progress, this.about), this.notice, this.body);
     /** @type {MissionView} */
     this.view = this.viewOf(this.recording);
     this.became(mission);
@@ -68,7 +71,7 @@ class LiveMission {
   viewOf(recording) {
     const run = { name: "", colour: "plan", recording };
     const predictions = new Predictions(recording, { signal: this.signal, fetched: () => this.view.draw(), lost: () => this.linked("lost", "the service does not answer") });
-    return new MissionView(this.body, [run], { before: this.view, side: this.orders.element, draft: this.orders.route, signal: this.signal, needed: (t, playing) => predictions.need(t, playing), age: () => this.planAge() });
+    return new MissionView(this.body, [run], { before: this.view, side: this.orders.element, draft: this.orders.route, signal: this.signal, needed: (t, playing) => predictions.need(t, playing), age: () => this.planAge(), isOld: () => this.isOld() });
   }
 
   /** Age of the last plan now, on the mission's clock, s. */
@@ -77,8 +80,31 @@ class LiveMission {
     return this.recording.live && this.mission.status === "running" ? age + ((performance.now() - at) / 1000) * (this.mission.scene?.clock_rate ?? 1) : 0;
   }
 
+  /** Whether what is shown of the present is of a stale plan. */
+  isOld() {
+    return this.now().age_s !== undefined;
+  }
+
+  /** The state now, by what was heard last. */
+  now() {
+    const lost = this.link.name === "lost" ? this.link.detail : this.unanswered ? "the service does not answer" : "";
+    return stateOf(this.mission, { age_s: this.planAge(), lost: lost && `connection lost: ${lost}; trying again` });
+  }
+
+  /** Browsers let a hidden page sleep for up to a minute: what it knows then is too old to tell, and is asked first. */
+  async tick() {
+    const now = performance.now(), slept = now - this.ticked > ASLEEP_MS;
+    this.ticked = now;
+    if (slept && !this.waking) {
+      this.waking = true;
+      await this.look();
+      this.waking = false;
+    }
+    if (!this.waking) this.drawState();
+  }
+
   async start() {
-    const tick = setInterval(() => this.drawState(), 1000), look = setInterval(() => this.look(), LOOK_MS);
+    const tick = setInterval(() => this.tick(), TICK_MS), look = setInterval(() => this.look(), LOOK_MS);
     this.signal.addEventListener("abort", () => { clearInterval(tick); clearInterval(look); });
     try {
       await Promise.all([this.preview(), this.loadHistory()]);
@@ -148,7 +174,12 @@ class LiveMission {
     if (event.kind === "changed" && event.setting.origin) return location.reload();
     if (event.kind === "changed" && event.setting.paths) this.lookAtPaths();
     this.recording.takeEvent(sequence, event, (unix) => this.clock(unix));
-    if (event.kind === "planned") this.freshest = { age: event.late_s || 0, at: performance.now() };
+    this.unanswered = false;
+    if (event.kind === "planned") {
+      this.freshest = { age: event.late_s || 0, at: performance.now() };
+      this.mission.plan = summaryOf(event, this.mission);
+      this.drawState();
+    }
     else if (event.kind === "gap") this.fillGap(event);
     else if (event.kind !== "reported") this.look();
     this.view.changed();
@@ -191,17 +222,21 @@ class LiveMission {
   }
 
   async look() {
+    const asked = performance.now();
     try {
-      this.became(await askJson(`/v1/missions/${encodeURIComponent(this.mission.id)}`, { signal: this.signal }));
+      this.became(await askJson(`/v1/missions/${encodeURIComponent(this.mission.id)}`, { signal: this.signal }), asked);
+      this.unanswered = false;
     } catch (error) {
       if (error instanceof Refusal && error.problem.status === 404) this.failed(error);
+      else this.unanswered = !this.signal.aborted && asked > this.freshest.at;
     }
   }
 
-  /** @param {MissionJson} answer */
-  became(answer) {
+  /** @param {MissionJson} answer @param {number} [asked] when it was asked for, ms: a plan that was heard since is newer */
+  became(answer, asked = performance.now()) {
     const known = this.mission.scene, mission = { ...answer, scene: answer.scene ?? known };
-    if (answer.plan && answer.plan.age_s < this.planAge()) this.freshest = { age: answer.plan.age_s, at: performance.now() };
+    if (answer.plan && asked > this.freshest.at) this.freshest = { age: answer.plan.age_s, at: performance.now() };
+    else mission.plan = this.mission.plan ?? answer.plan;
     mission.origin ??= known?.origin;
     this.mission = this.recording.mission = mission;
     this.orders.became(mission);
@@ -212,24 +247,22 @@ class LiveMission {
   }
 
   drawState() {
-    const { mission, link, recording } = this;
-    const chips = [chip(mission.status, mission.status === "failed" ? "bad" : mission.status === "running" ? "good" : "")];
-    if (mission.status === "running") {
-      if (link.name === "live") chips.push(chip("connected", "good"));
-      if (link.name === "lost") chips.push(chip(`connection lost: ${link.detail}; trying again`, "bad"));
-      const age = this.planAge();
-      if (age > STALE_PERIODS * (mission.scene?.period_s ?? 1)) {
-        chips.push(chip(age === Infinity ? "no plan yet" : `stale: no plan for more than ${duration(AGES_SAID_S.findLast((said) => said < age) ?? 1)}`, "warn"));
-        this.view?.draw();
-      }
+    const { mission, link, recording } = this, state = this.now();
+    const { words, why, tone, age_s } = state, running = mission.status === "running";
+    document.title = tabTitle(state, `${mission.title || mission.id} · Pilotfish`);
+    const chips = [chip([words, age_s !== undefined && ` ${ageWords(age_s)}`, why && `: ${why}`].filter(Boolean).join(""), `state ${tone}`)];
+    if (running) {
+      chips.push(chip("running", ""));
+      if (link.name === "live") chips.push(chip("connected", tone === "good" ? "good" : ""));
+      if (link.name === "lost" && tone !== "bad") chips.push(chip(`connection lost: ${link.detail}; trying again`, "bad"));
       const late = recording.plans.at("late_s", Infinity);
       if (late > 0.5) chips.push(chip(`lag ${number(late, 1, "s")}`, "warn"));
-      if (mission.plan?.waits_for.length) chips.push(chip(`waits for ${mission.plan.waits_for.join(", ")}`, "warn"));
     } else if (link.name === "over" && link.detail) chips.push(chip(link.detail, "bad"));
-    const words = chips.map((made) => made.textContent).join();
-    // Only changes are announced to screen readers.
-    if (words !== this.said) fill(this.state, chips);
-    this.said = words;
+    if (this.isOld()) this.view?.draw();
+    const fresh = el("p", {}, chips);
+    if (fresh.innerHTML !== this.state.innerHTML) fill(this.state, ...fresh.childNodes);
+    const said = [words, age_s !== undefined && `for more than ${ageWords(AGES_SAID_S.findLast((step) => step < age_s) ?? 0)}`, why].filter(Boolean).join(", ");
+    if (said !== this.said.textContent) fill(this.said, said);
   }
 
   /** @param {unknown} error */
@@ -242,6 +275,15 @@ class LiveMission {
 /** @param {string} text @param {string} kind */
 export function chip(text, kind) {
   return el("span", { class: `chip ${kind}` }, named(text));
+}
+
+/** What an event's plan amounts to. @param {any} event @param {MissionJson} mission @returns {import("./types.js").PlanSummary} */
+function summaryOf({ outcome, reason, method, late_s, prediction }, { plan, scene }) {
+  const warnings = prediction?.warnings ?? [];
+  return {
+    ...plan, outcome, reason, method, age_s: late_s || 0, period_s: plan?.period_s ?? scene?.period_s ?? 1, waits_for: [],
+    warnings: warnings.map((/** @type {any} */ { detail }) => detail), warning_codes: warnings.map((/** @type {any} */ { code }) => code),
+  };
 }
 
 /**

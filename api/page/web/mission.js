@@ -2,6 +2,7 @@
 
 import { el, fill, named, oncePerFrame, swatch } from "./dom.js";
 import { bearing, degrees, duration, methodName, moment, number } from "./format.js";
+import { ageWords, isAlarm } from "./alarm.js";
 import { worstStretch } from "./recording.js";
 import { PLAY_SPEEDS, Playback } from "./playback.js";
 import { pictureAt, violationWords } from "./picture.js";
@@ -14,8 +15,8 @@ import { ChartStack } from "./chart.js";
 /**
  * @typedef {import("./picture.js").Run} Run
  * @typedef {import("./picture.js").Layers} Layers
- * `age` is the age of the last plan, s; `before` is the view that this one replaces, whose moment and layers it keeps.
- * @typedef {{ needed?: (t: number, playing: boolean) => void, age?: () => number, before?: MissionView, side?: Node | null, below?: Node | null, signal?: AbortSignal, sideBySide?: boolean, draft?: import("./types.js").Draft }} ViewOptions
+ * `age` is the age of the last plan, s; `isOld` says that it is stale; `before` is the view that this one replaces, whose moment and layers it keeps.
+ * @typedef {{ needed?: (t: number, playing: boolean) => void, age?: () => number, isOld?: () => boolean, before?: MissionView, side?: Node | null, below?: Node | null, signal?: AbortSignal, sideBySide?: boolean, draft?: import("./types.js").Draft }} ViewOptions
  */
 
 /** Log entries shown, newest first. */
@@ -239,9 +240,12 @@ export class MissionView {
     const compared = believed ? ` (line of sight ${number(believed.line_of_sight_rms_m, 1, "m")})` : "";
     // At the end of a live mission the clock runs on without plans.
     const since = this.live && this.playback.atEnd && this.hovered === null ? this.options.age?.() ?? 0 : 0;
+    const old = since > 0 && Boolean(this.options.isOld?.());
+    this.now?.classList.toggle("old", old);
     const { origin } = recording.mission, [north, east] = ["north", "east"].map((name) => craft.at(name, t));
     const earth = origin && Number.isFinite(north) ? placeOnEarth(origin, north, east) : null;
     facts(this.now, [
+      ...old ? [["last plan", `${ageWords(since)} ago`]] : [],
       ["answered by", value("degraded") ? `${method}, degraded` : method],
       ["distance to the goal", number(goal.at("distance", t), 1, "m")],
       ["speed, reference", `${number(craft.at("speed", t), 2)}, ${number(value("speed"), 2, "m/s")}`],
@@ -251,7 +255,7 @@ export class MissionView {
       ...earth ? [["surface craft", `${number(earth.lat_deg, 6, "°")}, ${number(earth.lon_deg, 6, "°")}`]] : [],
       ...Array.from(recording.ages, ([id, ages]) => [`${id} heard`, `${duration(ages.at("age", t) + (Number.isFinite(since) ? since : 0))} ago`]),
     ]);
-    fill(this.warnings ?? el("ul"), (believed?.warnings ?? []).map((warning) => el("li", {}, warning.detail)),
+    fill(this.warnings ?? el("ul"), (believed?.warnings ?? []).toSorted((a, b) => Number(isAlarm(b.code)) - Number(isAlarm(a.code))).map(({ code, detail }) => el("li", { class: isAlarm(code) ? "violated" : "" }, detail)),
       (believed?.violations ?? []).map((violation) => el("li", { class: "violated" }, `${violationWords(violation)}, at ${moment(violation.t_s, this.live)}`)));
     this.visits?.draw(visitsAt(recording, t));
     facts(this.believed, believed ? beliefsOf(believed) : [["", i < 0 ? "no plan yet" : "loading, or not stored: an earlier version made this record"]]);

@@ -547,6 +547,9 @@ pub struct Mission {
 pub struct PlanSummary {
     /// Whether it is what was asked for.
     pub outcome: Outcome,
+    /// Why the outcome is `degraded`, as the answer's `reason`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
     /// What led to it.
     pub method: Method,
     /// Time since the plan's own, s on the mission's clock. It grows while no new plan is made: beyond some `period_s` of a mission
@@ -558,6 +561,9 @@ pub struct PlanSummary {
     pub late_s: f64,
     /// What it warns of, for people.
     pub warnings: Vec<String>,
+    /// Codes of `warnings`, in their order.
+    #[serde(default)]
+    pub warning_codes: Vec<String>,
     /// When each vehicle of a live mission was last heard, s on its clock.
     pub heard_s: BTreeMap<String, f64>,
     /// Vehicles without recent reports, because of which no plan is made.

@@ -949,8 +949,12 @@ class PlanSummary(TypedDict):
     outcome: Outcome
     # Time between two plans, s on the mission's clock.
     period_s: float
+    # Why the outcome is `degraded`, as the answer's `reason`.
+    reason: NotRequired[str | None]
     # Vehicles without recent reports, because of which no plan is made.
     waits_for: list[str]
+    # Codes of `warnings`, in their order.
+    warning_codes: NotRequired[list[str]]
     # What it warns of, for people.
     warnings: list[str]
 

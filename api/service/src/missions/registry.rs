@@ -284,6 +284,7 @@ impl Missions {
         let answer = &plan.answer.answer;
         Some(PlanSummary {
             outcome: answer.outcome,
+            reason: answer.reason.clone(),
             method: answer.method,
             age_s: live
                 .as_ref()
@@ -294,6 +295,11 @@ impl Missions {
                 .warnings
                 .iter()
                 .map(|warning| warning.detail.clone())
+                .collect(),
+            warning_codes: answer
+                .warnings
+                .iter()
+                .map(|warning| warning.code.clone())
                 .collect(),
             heard_s: plan.heard.clone(),
             waits_for: view.waits_for.clone(),
