@@ -83,3 +83,43 @@ test("without a service the page does not claim to know", async ({ page, complai
   const others = complaints.splice(0).filter((complaint) => !/ERR_(CONNECTION|INCOMPLETE|EMPTY|NETWORK)/.test(complaint) && !complaint.includes(service.url));
   expect(others).toEqual([]);
 });
+
+test("the alarm sounds only if it is asked for, until it is acknowledged, and the log has its begin and end", async ({ page, service, complaints }) => {
+  await page.addInitScript(() => {
+    window.rung = window.notified = 0;
+    const { start } = OscillatorNode.prototype;
+    OscillatorNode.prototype.start = function (...when) { window.rung += 1; return start.apply(this, when); };
+    window.Notification = class { static permission = "granted"; constructor(words) { window.notified += 1; window.noticed = words; } };
+  });
+  const rung = () => page.evaluate(() => window.rung);
+  const mission = await liveMission(service, { title: "left open" });
+  await go(page, service, `#/mission/${mission.id}`);
+  const button = page.getByRole("button", { name: "Alarm sound" }), acknowledge = page.getByRole("button", { name: "Acknowledge" });
+  await expect(page.locator(".chip.state")).toHaveText("steering");
+  await expect(button).toHaveText("Alarm sound: off");
+  await mission.stop();
+  await expect(page.locator(".chip.state")).toHaveText(/^not steering/, { timeout: 40_000 });
+  await page.waitForTimeout(4000);
+  expect(await rung()).toBe(0);
+  await expect(acknowledge).toBeHidden();
+  await button.click();
+  await expect(button).toHaveText("Alarm sound: on");
+  await expect.poll(rung, { timeout: 15_000 }).toBeGreaterThan(0);
+  expect(await page.evaluate(() => [window.notified, window.noticed])).toEqual([1, "left open: not steering: waits for reports of the surface craft"]);
+  const before = await rung();
+  await expect.poll(rung, { timeout: 15_000 }).toBeGreaterThan(before);
+  await acknowledge.click();
+  const quiet = await rung();
+  await page.waitForTimeout(12_000);
+  expect(await rung()).toBe(quiet);
+  await expect(page.locator(".log")).toContainText("alarm: not steering: waits for reports of the surface craft");
+  const state = { north_m: 0, east_m: 0, heading_rad: 0, speed_mps: 0, sway_mps: 0, yaw_rate_radps: 0 };
+  await service.post(`/v1/missions/${mission.id}/reports`, { asc: [{ t_s: Date.now() / 1000, state }] });
+  await expect(page.locator(".log")).toContainText(/alarm over: not steering, after \d+\u00a0s/);
+  await page.reload();
+  await expect(button).toHaveText("Alarm sound: on");
+  // What was not seen happen is in the log as well.
+  await expect(page.locator(".log")).toContainText(/alarm over: not steering, after \d+\u00a0s/);
+  await service.post(`/v1/missions/${mission.id}/finish`, {});
+  expect(complaints).toEqual([]);
+});

@@ -40,6 +40,7 @@ pub const FILES: &[File] = files! {
     "/alarm.js": SCRIPT, "alarm.js";
     "/app.js": SCRIPT, "app.js";
     "/background.js": SCRIPT, "background.js";
+    "/bell.js": SCRIPT, "bell.js";
     "/chart.js": SCRIPT, "chart.js";
     "/compare.js": SCRIPT, "compare.js";
     "/comparison.js": SCRIPT, "comparison.js";

@@ -3,6 +3,7 @@
 import { el, fill, named } from "./dom.js";
 import { day, duration, methodName, number } from "./format.js";
 import { ageWords, stateOf, tabTitle } from "./alarm.js";
+import { Bell } from "./bell.js";
 import { ask, askJson, freshKey, Refusal, send } from "./service.js";
 import { refusalWords } from "./orders.js";
 import { thumbnail } from "./thumbnail.js";
@@ -27,18 +28,18 @@ export function homeView(root, context) {
   const stop = new AbortController();
   context.onLeave(() => stop.abort());
   const missions = el("div"), state = el("p", { class: "said", role: "status" }), gallery = el("ul", { class: "gallery" });
-  const more = el("button", { type: "button", hidden: true }, "Show all");
+  const more = el("button", { type: "button", hidden: true }, "Show all"), bell = new Bell(stop.signal);
   fill(root,
     el("header", { class: "home-head" }, el("h1", {}, "Where should the surface craft steer, so that it is above its AUVs?"),
       el("p", {}, "Pilotfish computes this every second. Run a scenario in the simulator and watch the plans, or post the fixes of your own vehicles.")),
     context.role === "read-only" && el("p", { class: "notice" }, "Read-only: with your token you can see everything and plan snapshots. To run scenarios and give orders you need an operator's token."),
-    el("section", { "aria-labelledby": "missions-title" }, el("h2", { id: "missions-title" }, "Missions"), state, missions, more),
+    el("section", { "aria-labelledby": "missions-title" }, el("h2", { id: "missions-title" }, "Missions"), bell.element, state, missions, more),
     el("section", { "aria-labelledby": "gallery-title" }, el("h2", { id: "gallery-title" }, "Run a scenario"),
       el("p", { class: "about" }, "Each picture shows a simulated run: the planner's track (solid) and that of the line-of-sight law (dashed) with the service's gains. ", el("label", {}, "Seed ", seedField())), gallery),
     el("section", { "aria-labelledby": "plan-title" }, el("h2", { id: "plan-title" }, "Plan one snapshot"),
       el("p", {}, el("a", { href: "#/plan" }, "Edit a snapshot of your vehicles as JSON"), " and see the plan, the line-of-sight laws and an explanation.")));
   showGallery(gallery, context, stop.signal);
-  pollMissions({ list: missions, state, more }, context, stop.signal);
+  pollMissions({ list: missions, state, more, bell }, context, stop.signal);
 }
 
 function seedField() {
@@ -82,16 +83,16 @@ function card(scenario, context) {
     el("div", { class: "row" }, run, compare), said);
 }
 
-/** @param {{ list: HTMLElement, state: HTMLElement, more: HTMLButtonElement }} places @param {Context} context @param {AbortSignal} signal */
-async function pollMissions({ list, state, more }, context, signal) {
+/** @param {{ list: HTMLElement, state: HTMLElement, more: HTMLButtonElement, bell: Bell }} places @param {Context} context @param {AbortSignal} signal */
+async function pollMissions({ list, state, more, bell }, context, signal) {
   fill(list, el("p", { class: "loading" }, "Loading missions…"));
   let all = false, lost = 0;
   more.onclick = () => { all = true; more.hidden = true; };
   while (!signal.aborted) {
     let pages = 1;
     list.classList.toggle("outdated", lost > 0);
-    // A hidden page sends no requests.
-    while (document.hidden && !signal.aborted) await new Promise((resume) => setTimeout(resume, POLL_MS));
+    // A hidden page sends no requests, unless it is to sound an alarm.
+    while (document.hidden && !bell.on && !signal.aborted) await new Promise((resume) => setTimeout(resume, POLL_MS));
     try {
       const missions = await everyMission(signal);
       if (signal.aborted) return;
@@ -102,12 +103,14 @@ async function pollMissions({ list, state, more }, context, signal) {
       showMissions(list, all ? missions : missions.slice(0, SHOWN), context);
       const alarms = missions.filter(({ status }) => status === "running").map((mission) => ({ mission, state: stateOf(mission) })).filter(({ state }) => state.alarm);
       const [worst] = alarms.sort((a, b) => (b.state.age_s ?? 0) - (a.state.age_s ?? 0)), name = worst?.mission.title || worst?.mission.id;
+      bell.hear(worst ? `${worst.mission.id} ${worst.state.words}` : "", worst && `${name}: ${worst.state.words}`);
       document.title = tabTitle(worst?.state, worst ? `${name} · Pilotfish` : "Pilotfish");
       more.hidden = all || missions.length <= SHOWN;
       more.textContent = `Show all ${missions.length}`;
     } catch (error) {
       if (signal.aborted) return;
       lost ||= Date.now();
+      bell.hear("no answer", "The service does not answer");
       document.title = `⚠ no answer ${ageWords((Date.now() - lost) / 1000)} · Pilotfish`;
       fill(state, error instanceof Refusal ? refusalWords(error) : `The service has not answered for ${duration((Date.now() - lost) / 1000)}; the list is out of date. Trying again.`);
     }

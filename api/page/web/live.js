@@ -2,10 +2,11 @@
 
 import { el, fill, named } from "./dom.js";
 import { day, number } from "./format.js";
-import { ageWords, stateOf, tabTitle } from "./alarm.js";
+import { ageMax, ageWords, stateOf, tabTitle } from "./alarm.js";
 import { ask, askJson, follow, lines, Patience, Refusal } from "./service.js";
 import { Recording } from "./recording.js";
 import { MissionView } from "./mission.js";
+import { Bell } from "./bell.js";
 import { Predictions } from "./predictions.js";
 import { ordersOf } from "./orders.js";
 
@@ -51,17 +52,18 @@ class LiveMission {
     this.freshest = { age: Infinity, at: -Infinity };
     /** When the state was looked at last, and whether the page slept since and does not know yet. */
     this.ticked = performance.now();
-    this.waking = this.unanswered = false;
+    this.waking = this.unanswered = this.wasOld = false;
     this.said = el("p", { class: "unseen", role: "status" });
     this.title = el("h1", {}, named(mission.title || mission.id));
     this.state = el("p", { class: "chips" });
     this.about = el("p", { class: "about" });
+    this.bell = new Bell(signal);
     this.progress = el("progress", { max: 1, value: 0, "aria-label": "History loaded" });
     this.notice = el("div", { class: "notice", role: "alert" });
     this.orders = ordersOf(mission, context, (changed) => this.became(changed));
     if (this.orders.route) this.orders.route.changed = () => this.view.draw();
     this.body = el("div");
-    fill(root, el("header", { class: "mission-head" }, el("a", { href: "#/", class: "back" }, "All missions"), this.title, this.said, this.state, this.progress, this.about), this.notice, this.body);
+    fill(root, el("header", { class: "mission-head" }, el("a", { href: "#/", class: "back" }, "All missions"), this.title, this.said, this.state, this.progress, el("div", { class: "row under" }, this.about, this.bell.element)), this.notice, this.body);
     /** @type {MissionView} */
     this.view = this.viewOf(this.recording);
     this.became(mission);
@@ -76,8 +78,12 @@ class LiveMission {
 
   /** Age of the last plan now, on the mission's clock, s. */
   planAge() {
+    return this.recording.live && this.mission.status === "running" ? this.sincePlan() : 0;
+  }
+
+  sincePlan() {
     const { age, at } = this.freshest;
-    return this.recording.live && this.mission.status === "running" ? age + ((performance.now() - at) / 1000) * (this.mission.scene?.clock_rate ?? 1) : 0;
+    return age + ((performance.now() - at) / 1000) * (this.mission.scene?.clock_rate ?? 1);
   }
 
   /** Whether what is shown of the present is of a stale plan. */
@@ -250,6 +256,8 @@ class LiveMission {
     const { mission, link, recording } = this, state = this.now();
     const { words, why, tone, age_s } = state, running = mission.status === "running";
     document.title = tabTitle(state, `${mission.title || mission.id} · Pilotfish`);
+    this.bell.hear(state.alarm ? words : "", `${mission.title || mission.id}: ${words}${why && `: ${why}`}`);
+    this.logAlarm(state);
     const chips = [chip([words, age_s !== undefined && ` ${ageWords(age_s)}`, why && `: ${why}`].filter(Boolean).join(""), `state ${tone}`)];
     if (running) {
       chips.push(chip("running", ""));
@@ -258,11 +266,23 @@ class LiveMission {
       const late = recording.plans.at("late_s", Infinity);
       if (late > 0.5) chips.push(chip(`lag ${number(late, 1, "s")}`, "warn"));
     } else if (link.name === "over" && link.detail) chips.push(chip(link.detail, "bad"));
-    if (this.isOld()) this.view?.draw();
+    if (age_s !== undefined) {
+      this.view?.draw();
+      if (!this.wasOld) this.look();
+    }
+    this.wasOld = age_s !== undefined;
     const fresh = el("p", {}, chips);
     if (fresh.innerHTML !== this.state.innerHTML) fill(this.state, ...fresh.childNodes);
     const said = [words, age_s !== undefined && `for more than ${ageWords(AGES_SAID_S.findLast((step) => step < age_s) ?? 0)}`, why].filter(Boolean).join(", ");
     if (said !== this.said.textContent) fill(this.said, said);
+  }
+
+  /** Alarms in the log, which has degraded plans by itself. @param {import("./types.js").MissionState} state */
+  logAlarm({ alarm, words, why, age_s }) {
+    const { recording, mission } = this;
+    if (!recording.live || !recording.plans.length) return;
+    const begin = age_s !== undefined && !recording.alarm.words;
+    recording.alarmed(recording.plans.last + (begin ? ageMax(mission.plan?.period_s) : this.sincePlan()), alarm && words !== "degraded" ? words : "", why);
   }
 
   /** @param {unknown} error */

@@ -1,5 +1,7 @@
 // A mission in the page: columns of numbers that grow, from a record's table, from events, or both.
 
+import { ageMax, ageWords } from "./alarm.js";
+
 /** Default start of the settled scores of a simulated mission, s. */
 const SETTLED_AFTER_S = 120;
 /** For the course of the goal: its least movement, and the speed above which it jumped. */
@@ -145,6 +147,10 @@ export class Recording {
     this.version = 0;
     this.goalCourse = NaN;
     this.wasDegraded = false;
+    /** The alarm of the log that has not ended, and since when. */
+    this.alarm = { words: "", t: NaN, entry: /** @type {LogEntry | undefined} */ (undefined) };
+    /** When a live mission ran again after a pause. */
+    this.ranAt = -Infinity;
     /** Of the table that is being read: column by name. @type {Map<string, number>} */
     this.header = new Map();
     this.open = "";
@@ -331,17 +337,39 @@ export class Recording {
   takePlan(plan) {
     let method = this.methods.indexOf(plan.method);
     if (method < 0) method = this.methods.push(plan.method) - 1;
-    const degraded = plan.outcome === "degraded";
+    const degraded = plan.outcome === "degraded", since = Math.max(this.plans.last, this.ranAt), due = since + ageMax(this.scene.period_s);
+    if (this.live && plan.t_s > due) {
+      if (!this.alarm.words) this.alarmed(due, "not steering");
+      this.alarmed(plan.t_s, "");
+    }
     this.plans.push(plan.t_s, plan.sequence, plan.reference.speed_mps, plan.reference.heading_rad, method, degraded ? 1 : 0, plan.solve_ms, plan.late_s, plan.rms_m);
     if (degraded !== this.wasDegraded) this.happened(plan.t_s, degraded ? "degraded" : "recovered", plan.reason);
     this.wasDegraded = degraded;
   }
 
+  /** An alarm begins at `t`; without `words` it ends. @param {number} t @param {string} words @param {string} [why] */
+  alarmed(t, words, why = "") {
+    const { alarm } = this, text = [words, why].filter(Boolean).join(": ");
+    if (words === alarm.words) {
+      // Why is known a little later.
+      if (alarm.entry && alarm.entry.text !== text) {
+        alarm.entry.text = text;
+        this.logVersion += 1;
+      }
+      return;
+    }
+    if (alarm.words) this.happened(t, "alarm over", `${alarm.words}, after ${ageWords(Math.max(t - alarm.t, 0))}`);
+    this.alarm = { words, t, entry: words ? this.happened(t, "alarm", text) : undefined };
+  }
+
   /** @param {number} t_s @param {string} kind @param {string} text */
   happened(t_s, kind, text) {
     this.logVersion += 1;
-    this.log.push({ t_s, kind, text });
+    if (kind === "ran") this.ranAt = t_s;
+    const entry = { t_s, kind, text };
+    this.log.push(entry);
     if (this.log.length > LOG_MAX) this.log.splice(0, this.log.length - LOG_MAX);
+    return entry;
   }
 
   /**
