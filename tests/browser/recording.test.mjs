@@ -4,6 +4,7 @@ import { test } from "node:test";
 import { expect } from "@playwright/test";
 import { backgroundOf } from "../../api/page/web/background.js";
 import { Recording, scores, worstStretch } from "../../api/page/web/recording.js";
+import { pictureBounds } from "../../api/page/web/drawing.js";
 import { visitsAt } from "../../api/page/web/visits.js";
 
 const recording = (mission = {}) => new Recording({ id: "m", title: "", kind: "live", status: "running", t_s: 0, scene: {}, ...mission });
@@ -129,4 +130,11 @@ test("time without plans is in the log as an alarm with its begin and end, unles
   take(live, { kind: "ran", at_s: 90 });
   [91, 92].forEach(plan);
   expect(live.log.slice(length).map(({ kind }) => kind)).toEqual(["paused", "ran"]);
+});
+
+test("a declared path, however long, is not in the first fit of the map, and is in that of everything", () => {
+  const track = { north: [0, 10], east: [0, 20], t: [0, 1], length: 2 };
+  const picture = { tracks: [{ track, from: 0, to: 2 }], lines: [{ points: [[0, 0], [900, 0]], style: "wide" }], discs: [], vehicles: [] };
+  expect(pictureBounds(picture, false)).toEqual({ south: 0, northern: 10, west: 0, eastern: 20 });
+  expect(pictureBounds(picture).northern).toBe(900);
 });

@@ -33,8 +33,9 @@ const SHAPES = {
 /**
  * South, north, west and east bounds of a picture; none of an empty one.
  * @param {Picture} picture
+ * @param {boolean} [all] with declared paths, which may be far longer than what was sailed
  */
-export function pictureBounds(picture) {
+export function pictureBounds(picture, all = true) {
   const bounds = { south: Infinity, northern: -Infinity, west: Infinity, eastern: -Infinity };
   const take = (/** @type {number} */ north, /** @type {number} */ east, around = 0) => {
     if (!Number.isFinite(north) || !Number.isFinite(east)) return;
@@ -49,7 +50,7 @@ export function pictureBounds(picture) {
     for (let i = from; i < to; i += step) take(track.north[i], track.east[i]);
     if (to > from) take(track.north[to - 1], track.east[to - 1]);
   }
-  for (const line of picture.lines) if (line.colour !== "chart") for (const [north, east] of line.points) take(north, east);
+  for (const line of picture.lines) if (line.colour !== "chart" && (all || line.style !== "wide")) for (const [north, east] of line.points) take(north, east);
   for (const disc of picture.discs) if (disc.style === "keep-out") take(disc.north, disc.east, disc.radius);
   for (const vehicle of picture.vehicles) take(vehicle.north, vehicle.east);
   return bounds.south <= bounds.northern ? bounds : null;

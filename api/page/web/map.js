@@ -36,7 +36,8 @@ export class MapView {
     /** @type {Frame} */
     this.frame = { width: 0, height: 0, scale: 1, north: 0, east: 0 };
     this.fitted = true;
-    this.following = false;
+    /** Whether declared paths are fitted too. */
+    this.all = this.following = false;
     /** Those that are down, and whether each is where it came down. @type {Map<number, { x: number, y: number, still: boolean }>} */
     this.pointers = new Map();
     this.redraw = oncePerFrame(() => this.drawNow());
@@ -56,9 +57,9 @@ export class MapView {
     this.drawNow();
   }
 
-  /** Fits the content, and keeps fitting until the user pans or zooms. */
+  /** Fits all content, and keeps fitting until the user pans or zooms. */
   fit() {
-    this.fitted = true;
+    this.fitted = this.all = true;
     this.follow(false);
   }
 
@@ -91,7 +92,7 @@ export class MapView {
     const craft = picture.vehicles.find((vehicle) => vehicle.kind === "craft");
     if (this.following && craft) Object.assign(frame, { north: craft.north, east: craft.east });
     if (!this.fitted) return;
-    const bounds = pictureBounds(picture);
+    const bounds = pictureBounds(picture, this.all) ?? pictureBounds(picture);
     if (!bounds) return;
     const extent = (/** @type {number} */ from, /** @type {number} */ to) => Math.max(to - from, EXTENT_MIN_M);
     const margin = Math.min(MARGIN_PX, width / 6);
