@@ -4,6 +4,7 @@ import { test } from "node:test";
 import { expect } from "@playwright/test";
 import { backgroundOf } from "../../api/page/web/background.js";
 import { Recording, scores, worstStretch } from "../../api/page/web/recording.js";
+import { chartsOf } from "../../api/page/web/curves.js";
 import { pictureBounds } from "../../api/page/web/drawing.js";
 import { visitsAt } from "../../api/page/web/visits.js";
 
@@ -137,4 +138,15 @@ test("a declared path, however long, is not in the first fit of the map, and is 
   const picture = { tracks: [{ track, from: 0, to: 2 }], lines: [{ points: [[0, 0], [900, 0]], style: "wide" }], discs: [], vehicles: [] };
   expect(pictureBounds(picture, false)).toEqual({ south: 0, northern: 10, west: 0, eastern: 20 });
   expect(pictureBounds(picture).northern).toBe(900);
+});
+
+test("headings around north are one line in the middle of their chart, and so are those around south", () => {
+  const shown = (degrees) => {
+    const live = recording();
+    degrees.forEach((heading, t) => take(live, { kind: "reported", at_s: t, heard: { asc: [{ t_s: t, state: { north_m: 0, east_m: 0, heading_rad: heading * Math.PI / 180, speed_mps: 1 } }] } }));
+    const { wrap, curves } = chartsOf([{ name: "", colour: "plan", recording: live }]).find(({ id }) => id === "heading");
+    return [wrap, ...Array.from(curves[0].y).slice(0, degrees.length).map(Math.round)];
+  };
+  expect(shown([350, 10, -5])).toEqual(["north", -10, 10, -5]);
+  expect(shown([170, 190, -175])).toEqual(["south", 170, 190, 185]);
 });

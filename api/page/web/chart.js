@@ -8,7 +8,8 @@ import { roundStep } from "./drawing.js";
  * Points of a curve, of which the first `length` are valid. NaN interrupts the curve.
  * @typedef {{ name: string, colour: string, dash?: "solid" | "dashed" | "dotted" | "dots", x: ArrayLike<number>, y: ArrayLike<number>, length: number, step?: boolean }} Curve
  * @typedef {{ from: number, to: number, colour: string, name: string }} Band
- * @typedef {{ id: string, title: string, unit: string, curves: Curve[], bands?: Band[], down?: boolean, zero?: boolean, wrap?: boolean }} Chart
+ * @typedef {{ id: string, title: string, unit: string, curves: Curve[], bands?: Band[], down?: boolean, zero?: boolean, wrap?: "north" | "south" }} Chart
+ * Headings `wrap` around what is in the middle of the chart.
  * @typedef {{ chart: Chart, figure: HTMLElement, canvas: HTMLCanvasElement, legend: HTMLElement, values: HTMLElement[], low: number, high: number }} Drawn
  * @typedef {{ onCursor?: (x: number | null) => void, onWindow?: (from: number, to: number) => void, formatX?: (x: number, step: number) => string }} StackOptions
  */
@@ -196,9 +197,14 @@ function drawChart(drawn, shown) {
   context.restore();
 }
 
+/** A heading as 0 to 360°, whatever is in the middle. @param {Chart} chart @param {number} value */
+function written({ wrap }, value) {
+  return wrap && value < 0 ? value + 360 : value;
+}
+
 /** Least and greatest that is shown. @param {Chart} chart @param {Shown} shown @returns {[number, number]} */
 function range(chart, { from, to }) {
-  if (chart.wrap) return [0, 360];
+  if (chart.wrap) return chart.wrap === "north" ? [-180, 180] : [0, 360];
   let [low, high] = chart.zero ? [0, 0] : [Infinity, -Infinity];
   for (const { x, y, length } of chart.curves) {
     for (let i = 0; i < length; i += 1) {
@@ -224,7 +230,7 @@ function drawAxes(context, chart, { x, y, width, height }, { from, to, formatX }
   for (let value = Math.ceil(low / step - 1e-9) * step; value <= high + 1e-9; value += step) {
     context.moveTo(LEFT_PX, Math.round(y(value)) + 0.5);
     context.lineTo(width - RIGHT_PX, Math.round(y(value)) + 0.5);
-    context.fillText(number(value, Math.min(digits, 6)), LEFT_PX - 7, y(value));
+    context.fillText(number(written(chart, value), Math.min(digits, 6)), LEFT_PX - 7, y(value));
   }
   context.textAlign = "center";
   const every = (to - from) / Math.max(2, Math.min(10, (width - LEFT_PX) / 90)), xStep = TIME_STEPS.find((candidate) => candidate >= every) ?? roundStep(every);
@@ -291,7 +297,8 @@ function thinnedPath(context, { x, y }, { wrap }, scales, first, last) {
     if (!(column === column)) return;
     const jumps = wrap && Math.abs(low - end) > 180;
     if (open && !jumps) context.lineTo(column, scales.y(low)); else context.moveTo(column, scales.y(low));
-    if (high !== low && !(wrap && high - low > 180)) context.lineTo(column, scales.y(high));
+    // Between two sides of the cut the pen is lifted.
+    if (wrap && high - low > 180) context.moveTo(column, scales.y(high)); else if (high !== low) context.lineTo(column, scales.y(high));
     [open, end] = [true, high];
   };
   for (let i = first; i < last; i += 1) {
@@ -318,7 +325,7 @@ function drawCursor(context, { chart, canvas, values }, { x, y }, { cursor, drag
   }
   const words = chart.curves.map((curve, i) => {
     const at = cursor === null ? curve.length - 1 : firstAtOrAfter(curve.x, curve.length, cursor + 1e-6) - 1;
-    const value = at < 0 ? NaN : curve.y[at], text = number(value, chart.wrap ? 0 : Math.abs(value) < 1 ? 3 : Math.abs(value) < 100 ? 2 : 0);
+    const value = at < 0 ? NaN : curve.y[at], text = number(written(chart, value), chart.wrap ? 0 : Math.abs(value) < 1 ? 3 : Math.abs(value) < 100 ? 2 : 0);
     if (values[i].textContent !== text) values[i].textContent = text;
     if (cursor !== null && Number.isFinite(value)) {
       context.beginPath();

@@ -16,26 +16,37 @@ const AGE_SHOWN_S = 1.5;
 /** Colours of the methods. A previous plan has the planner's colour. */
 const ANSWERS = { mpc: "plan", previous_plan: "plan", saturated_los: "los", hold: "bad" };
 
-/** Columns in degrees, made once for each length of their series. @type {WeakMap<Series, Map<string, { length: number, values: Float64Array }>>} */
+/** Columns in degrees, made once for each length of their series. @type {WeakMap<Series, Map<string, { length: number, values: Float64Array, low: number }>>} */
 const inDegrees = new WeakMap();
 
+/** Of the sides of the compass the one that is steered more often: the chart is cut at the other. @param {Run[]} runs @returns {"north" | "south"} */
+function mostly(runs) {
+  let sum = 0;
+  for (const { recording: { craft } } of runs) {
+    const column = craft.column("heading"), step = Math.max(1, Math.floor(craft.length / 1_000));
+    for (let i = 0; i < craft.length; i += step) sum += Math.cos(column[i]) || 0;
+  }
+  return sum > 0 ? "north" : "south";
+}
+
 /**
- * Headings of a series in degrees, 0 to 360.
+ * Headings of a series in degrees, `low` to `low` + 360.
  * @param {Series} series
  * @param {string} name
+ * @param {number} low
  */
-function headings(series, name) {
+function headings(series, name, low) {
   let columns = inDegrees.get(series);
   if (!columns) inDegrees.set(series, columns = new Map());
   let known = columns.get(name);
   const column = series.column(name);
-  if (!known || known.values.length < column.length) {
-    known = { length: 0, values: new Float64Array(column.length) };
+  if (!known || known.values.length < column.length || known.low !== low) {
+    known = { length: 0, values: new Float64Array(column.length), low };
     columns.set(name, known);
   }
   // Late rows may be inserted before the last ones.
   for (let i = Math.max(0, Math.min(known.length, series.length) - 64); i < series.length; i += 1) {
-    known.values[i] = ((degrees(column[i]) % 360) + 360) % 360;
+    known.values[i] = ((((degrees(column[i]) - low) % 360) + 360) % 360) + low;
   }
   known.length = series.length;
   return known.values;
@@ -56,7 +67,7 @@ function curve(series, y, name, colour, how = {}) {
  * @returns {Chart[]}
  */
 export function chartsOf(runs) {
-  const one = runs.length === 1, first = runs[0].recording;
+  const one = runs.length === 1, first = runs[0].recording, middle = mostly(runs), low = middle === "north" ? -180 : 0;
   const each = (/** @type {(run: Run, colour: string, name: string) => Curve[]} */ of) => runs.flatMap((run) => of(run, one ? "plan" : run.colour, one ? "" : run.name));
   const label = (/** @type {string} */ name, /** @type {string} */ what) => [name, what].filter(Boolean).join(", ");
   /** @type {Chart[]} */
@@ -78,10 +89,10 @@ export function chartsOf(runs) {
       ]),
     },
     {
-      id: "heading", title: "Heading", unit: "°", wrap: true,
+      id: "heading", title: "Heading", unit: "°", wrap: middle,
       curves: each(({ recording }, colour, name) => [
-        curve(recording.plans, headings(recording.plans, "heading"), label(name, "reference"), one ? "soft" : colour, { dash: "dashed", step: true }),
-        curve(recording.craft, headings(recording.craft, "heading"), label(name, "actual"), colour),
+        curve(recording.plans, headings(recording.plans, "heading", low), label(name, "reference"), one ? "soft" : colour, { dash: "dashed", step: true }),
+        curve(recording.craft, headings(recording.craft, "heading", low), label(name, "actual"), colour),
       ]),
     },
     { id: "depth", title: "Depth", unit: "m", down: true, zero: true, curves: auvCurves(first.places, "depth") },
