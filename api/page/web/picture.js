@@ -143,7 +143,7 @@ function craftAt(picture, { name, colour, recording }, t, several) {
   const i = recording.craft.indexAt(t);
   if (i < 0) return;
   const [north, east, heading] = ["north", "east", "heading"].map((column) => recording.craft.column(column)[i]);
-  picture.vehicles.push({ kind: "craft", north, east, heading, colour: several ? colour : "hull", name: several ? name : "ASC" });
+  picture.vehicles.push({ kind: "craft", north, east, heading, colour: several ? colour : "hull", name: several ? name : "surface craft" });
 }
 
 /** @param {Picture} picture @param {Recording} recording @param {number} t @param {import("./types.js").Prediction} [prediction] */

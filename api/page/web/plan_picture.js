@@ -108,7 +108,7 @@ export class PlanPicture {
     }
     const [first] = mpc.trajectory;
     addTour(picture, [first.north_m, first.east_m], start + after, this.schedule());
-    picture.vehicles.push({ kind: "craft", north: first.north_m, east: first.east_m, heading: request.asc.heading_rad ?? first.heading_rad, colour: "hull", name: "ASC" });
+    picture.vehicles.push({ kind: "craft", north: first.north_m, east: first.east_m, heading: request.asc.heading_rad ?? first.heading_rad, colour: "hull", name: "surface craft" });
     for (const [id, reports] of rawReports(request)) for (const [i, report] of reports.entries()) this.addReport(picture, id, i, report);
     picture.label = `Map of the snapshot ${this.clock.textContent}: ${picture.vehicles.map((vehicle) => vehicle.name && `${vehicle.name} at ${number(vehicle.north, 0)} m north, ${number(vehicle.east, 0)} m east`).filter(Boolean).join("; ")}`;
     return picture;
