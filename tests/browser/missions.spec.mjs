@@ -34,6 +34,20 @@ test("a scenario runs from the gallery to its end, and any moment of it can be l
   expect(complaints).toEqual([]);
 });
 
+test("the slider of a simulated mission that is under way is as full as its time is over", async ({ page, service, complaints }) => {
+  const { id } = await service.post("/v1/missions", { schema_version: "1.0", title: "under way", simulated: { scenario: "switching", seed: 1 } });
+  for (const ticks of [...Array(8).fill(60), 1]) await service.post(`/v1/missions/${id}/step`, { ticks });
+  await go(page, service, `#/mission/${id}`);
+  await expect(page.locator(".clock")).toHaveText("08:00 of 32:00");
+  await expect(page.getByLabel("Time shown")).toHaveValue("250");
+  await page.getByLabel("Time shown").fill("900");
+  await expect(page.locator(".clock")).toHaveText("08:00 of 32:00");
+  await page.getByLabel("Time shown").fill("125");
+  await expect(page.locator(".clock")).toHaveText("04:00 of 32:00");
+  await service.post(`/v1/missions/${id}/finish`, {});
+  expect(complaints).toEqual([]);
+});
+
 test("two controllers are compared on one clock, with a winner, and the information that each has", async ({ page, service, complaints }) => {
   await go(page, service, "#/compare?scenario=switching&seed=1");
   await expect(page.locator(".notice")).toContainText("Flown", { timeout: 90_000 });

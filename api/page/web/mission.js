@@ -81,6 +81,16 @@ export class MissionView {
     return this.runs[0].recording.live;
   }
 
+  /** What the right end of the slider means: a simulated mission's end, which it may not have reached. */
+  get sliderEnd() {
+    return Math.max(this.playback.to, this.live ? -Infinity : this.end);
+  }
+
+  /** End of a simulated mission. */
+  get end() {
+    return this.runs[0].recording.scene.duration_s ?? this.playback.to;
+  }
+
   /** @param {HTMLElement} host */
   build(host) {
     this.now = el("dl", { class: "now" });
@@ -154,7 +164,7 @@ export class MissionView {
       type: "range", min: "0", max: "1000", step: "1", value: "1000", "aria-label": "Time shown",
       oninput: () => {
         if (playback.playing) playback.pause();
-        playback.seek(playback.from + (Number(this.slider?.value) / 1000) * (playback.to - playback.from));
+        playback.seek(playback.from + (Number(this.slider?.value) / 1000) * (this.sliderEnd - playback.from));
       },
       onkeydown: (/** @type {KeyboardEvent} */ event) => {
         const step = { ArrowLeft: -1, ArrowRight: 1, PageDown: -60, PageUp: 60 }[event.key];
@@ -221,11 +231,11 @@ export class MissionView {
   drawTransport(t) {
     const { playback, slider, clock, playButton, endButton } = this;
     if (!slider || !clock || !playButton || !endButton) return;
-    const length = playback.to - playback.from;
+    const length = this.sliderEnd - playback.from;
     slider.disabled = !(length > 0);
     slider.value = String(length > 0 ? Math.round(((playback.t - playback.from) / length) * 1000) : 1000);
     slider.setAttribute("aria-valuetext", moment(t, this.live));
-    clock.textContent = this.live ? moment(t, true) : `${moment(t, false)} of ${moment(this.runs[0].recording.scene.duration_s ?? playback.to, false)}`;
+    clock.textContent = this.live ? moment(t, true) : `${moment(t, false)} of ${moment(this.end, false)}`;
     playButton.textContent = playback.playing ? "❚❚ Pause" : "▶ Play";
     endButton.textContent = this.live ? "Live" : "End";
     endButton.setAttribute("aria-pressed", String(playback.atEnd));
