@@ -89,6 +89,7 @@ test("two controllers are compared on one clock, with a winner, and the informat
   await page.reload();
   await expect(page.locator(".notice")).toContainText("Flown", { timeout: 60_000 });
   await expect(page.locator(".scores tbody tr").first().locator(".winner")).toHaveText("planner");
+  await expect(page.locator("#compare-scenario")).toHaveValue("switching");
   expect(complaints).toEqual([]);
 });
 

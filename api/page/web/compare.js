@@ -40,13 +40,16 @@ export async function compareView(root, context, parameters) {
   const known = (parameters.get("controllers") ?? "").split(",").filter((name) => CONTROLLERS.includes(name));
   const controllers = known.length ? known : USUAL, ids = (parameters.get("missions") ?? "").split(",").filter(Boolean).slice(0, RUNS_MAX);
   document.title = scenario ? `${scenario}, seed ${seed}: compare · Pilotfish` : "Compare · Pilotfish";
-  const body = el("div"), said = el("div", { class: "notice", role: "status" });
+  const form = el("div", {}, chooser(context, names, { scenario, seed, controllers })), body = el("div"), said = el("div", { class: "notice", role: "status" });
   fill(root, el("header", { class: "mission-head" }, el("h1", {}, "Compare"),
-    el("p", { class: "about" }, "Several controllers in one scenario, with the same water and the same noise.")),
-  chooser(context, names, { scenario, seed, controllers }), said, body);
+    el("p", { class: "about" }, "Several controllers in one scenario, with the same water and the same noise. The line-of-sight laws have the service's gains, which are not tuned for the scenario; ",
+      el("code", {}, "pilotfish compare"), " tunes them.")), form, said, body);
   try {
-    if (ids.length) await show(body, said, await Promise.all(ids.map((id) => stored(id, stop.signal))), stop.signal);
-    else if (!scenario) fill(said, "Choose a scenario and controllers, then run them.");
+    if (ids.length) {
+      const missions = await Promise.all(ids.map((id) => stored(id, stop.signal)));
+      fill(form, chooser(context, names, chosenIn(missions)));
+      await show(body, said, missions, stop.signal);
+    } else if (!scenario) fill(said, "Choose a scenario and controllers, then run them.");
     else if (!names.includes(scenario)) fill(said, "There is no such scenario: choose one from the list.");
     else if (context.role === "read-only") fill(said, "Read-only: a comparison creates missions, which needs an operator's token. You can open the link of an existing comparison.");
     else await show(body, said, await Promise.all(controllers.map((controller) => begin(scenario, Number(seed), controller))), stop.signal);
@@ -55,9 +58,17 @@ export async function compareView(root, context, parameters) {
   }
 }
 
+/** What made these missions; no scenario if they have different ones. @param {MissionJson[]} missions */
+function chosenIn(missions) {
+  const [{ scenario = "", seed = 1 } = {}] = missions.map(({ scene }) => scene);
+  const alike = missions.every(({ scene }) => scene?.scenario === scenario);
+  return { scenario: alike ? scenario : "", seed: String(seed), controllers: missions.map(({ scene }) => scene?.controller ?? "mpc") };
+}
+
 /** @param {Context} context @param {string[]} names @param {{ scenario: string, seed: string, controllers: string[] }} chosen */
 function chooser(context, names, chosen) {
-  const scenario = el("select", { id: "compare-scenario" }, names.map((name) => el("option", { value: name, selected: name === chosen.scenario }, name)));
+  const none = !names.includes(chosen.scenario) && el("option", { value: "" }, "choose one");
+  const scenario = el("select", { id: "compare-scenario", required: true }, none, names.map((name) => el("option", { value: name, selected: name === chosen.scenario }, name)));
   const seed = el("input", { id: "compare-seed", type: "number", min: "0", max: "999999", step: "1", value: chosen.seed, required: true });
   const boxes = CONTROLLERS.map((name) => el("input", { type: "checkbox", value: name, checked: chosen.controllers.includes(name) }));
   const go = (/** @type {Event} */ event) => {
