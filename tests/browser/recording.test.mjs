@@ -150,3 +150,18 @@ test("headings around north are one line in the middle of their chart, and so ar
   expect(shown([350, 10, -5])).toEqual(["north", -10, 10, -5]);
   expect(shown([170, 190, -175])).toEqual(["south", 170, 190, 185]);
 });
+
+test("distance, along and across are those of one moment, from the table as from the stream", () => {
+  // Reported at 0 s as going north at 1 m/s; two seconds later the planner takes it for 2 m north, and the goal is 3 m ahead and 4 m to starboard.
+  const columns = "sequence,kind,t_s,vehicle,north_m,east_m,heading_rad,speed_mps,goal_north_m,goal_east_m,goal_distance_m,method,outcome";
+  const fromTable = recording(), streamed = recording();
+  fromTable.takeLines([columns, "1,asc_state,0,asc,0,0,0,1,,,,,", "2,planned,1,,,,,,4.8,4,,mpc,ok", "3,planned,2,,,,,,5,4,5,mpc,ok"]);
+  reported(streamed, 0, 0, 0);
+  for (const [t_s, north, craft] of [[1, 4.8, 1], [2, 5, 2]]) take(streamed, { kind: "planned", t_s, reference: {}, method: "mpc", outcome: "ok", prediction: { goal: [[north, 4]], asc: [[craft, 0]], auvs: [] } });
+  for (const { goal } of [fromTable, streamed]) {
+    const [distance, along, cross] = ["distance", "along", "cross"].map((name) => goal.at(name, 2));
+    expect(distance).toBeCloseTo(5, 9);
+    expect(along).toBeCloseTo(-3, 9);
+    expect(cross).toBeCloseTo(-4, 9);
+  }
+});

@@ -312,7 +312,7 @@ export class Recording {
   /**
    * The goal, and the errors of the craft along and across its course: ahead and to starboard are positive.
    * @param {number} t @param {number} north @param {number} east @param {number} distance @param {number} energy
-   * @param {[number, number]} [asc] where the craft was, if that is not its place that was reported last
+   * @param {[number, number]} [asc] where the craft was, if that is known better than by its last report
    */
   takeGoal(t, north, east, distance, energy, asc) {
     if (!Number.isFinite(north)) return;
@@ -323,9 +323,19 @@ export class Recording {
       if (GOAL_MOVES_M <= moved && moved <= GOAL_SPEED_MAX_MPS * took) this.goalCourse = Math.atan2(de, dn);
       if (moved > GOAL_SPEED_MAX_MPS * took + GOAL_JUMPS_M) this.goalJumped(t, moved, Number.isFinite(distance) ? distance : Math.hypot(craft.at("north", t) - north, craft.at("east", t) - east));
     }
-    const [n, e] = asc ? [asc[0] - north, asc[1] - east] : [craft.at("north", t) - north, craft.at("east", t) - east];
+    const [cn, ce] = asc ?? this.carriedOn(t), off = Math.hypot(cn - north, ce - east);
+    // A table has the distance of the place that the planner took, which it does not have: as far off, in the direction of the last report.
+    const scale = Number.isFinite(distance) && off > 0 ? distance / off : 1, [n, e] = [scale * (cn - north), scale * (ce - east)];
     const [cos, sin] = [Math.cos(this.goalCourse), Math.sin(this.goalCourse)];
     goal.push(t, north, east, Number.isFinite(distance) ? distance : Math.hypot(n, e), n * cos + e * sin, e * cos - n * sin, energy);
+  }
+
+  /** Where the craft is at `t`, if it went on as it last reported, but for the current. @param {number} t @returns {[number, number]} */
+  carriedOn(t) {
+    const [then, north, east, heading, speed, sway] = CRAFT.map((name) => this.craft.at(name, t)), after = t - then;
+    if (!(after > 0)) return [north, east];
+    const [cos, sin] = [Math.cos(heading), Math.sin(heading)], [surge, across] = [after * speed, after * (sway || 0)];
+    return [north + surge * cos - across * sin, east + surge * sin + across * cos];
   }
 
   /** The goal is another one now: what that means is seen by how near the craft already is. @param {number} t @param {number} by @param {number} distance */
