@@ -128,6 +128,8 @@ test("on the first page what is open stays open, and what has the focus keeps it
     const lag = row.locator("td").nth(2), before = await lag.textContent();
     await expect(lag).not.toHaveText(before ?? "", { timeout: 30_000 });
     expect(await row.locator("a").evaluate((link) => link === document.activeElement)).toBe(true);
+    // What runs is not offered for deletion.
+    await expect(row.getByText("Delete")).toBeHidden();
     await page.evaluate(() => { document.querySelector("tbody tr").marked = true; });
     await page.waitForTimeout(5000);
     expect(await page.evaluate(() => document.querySelector("tbody tr").marked)).toBe(true);
@@ -259,5 +261,27 @@ test("a stored mission says what its planner believed at any time", async ({ pag
   await page.getByLabel("Time shown").fill("300");
   await expect(page.locator(".now").nth(1)).toContainText("95 %");
   await expect(page.locator(".map-place canvas").first()).toHaveAttribute("aria-label", /m from the goal/);
+  expect(complaints).toEqual([]);
+});
+
+test("on a phone the numbers and the orders come before the legend, and no state is cut off", async ({ page, service, complaints }) => {
+  const mission = await liveMission(service, { title: "on a phone", fixAge: 1000 });
+  try {
+    await page.setViewportSize({ width: 390, height: 844 });
+    await go(page, service, `#/mission/${mission.id}`);
+    await expect(page.locator(".chip.state")).toContainText("degraded");
+    const top = async (selector) => (await page.locator(selector).boundingBox()).y;
+    const [map, now, orders, legend] = await Promise.all([".map-place", "#now-title", ".orders", ".legend"].map(top));
+    expect(map).toBeLessThan(Math.min(now, orders));
+    expect(Math.max(now, orders)).toBeLessThan(legend);
+    await go(page, service, "");
+    const chip = page.locator("tr", { has: page.getByRole("link", { name: "on a phone" }) }).locator(".chip");
+    await expect(chip).toHaveText("degraded");
+    const { x, width } = await chip.boundingBox();
+    expect(x + width).toBeLessThan(380);
+  } finally {
+    await mission.stop();
+    await service.post(`/v1/missions/${mission.id}/finish`, {});
+  }
   expect(complaints).toEqual([]);
 });

@@ -182,6 +182,8 @@ function fillRow(row, mission) {
     [day(mission.created_s)],
   ];
   row.classList.toggle("old", age_s !== undefined);
+  const deletion = row.querySelector("button.danger");
+  if (deletion instanceof HTMLElement) deletion.hidden = running;
   cells.forEach((content, i) => {
     const cell = row.cells[i + 1], fresh = el("td", {}, content);
     const was = cell.querySelector("details");
