@@ -18,9 +18,9 @@ async function findings(page) {
 test("nothing serious is found on any view in any theme, wide and on a phone", async ({ page, service, complaints }) => {
   test.setTimeout(300_000);
   const stored = await flown(service, { scenario: "crowded", seed: 1 }, "stored");
-  const live = await liveMission(service, { title: "live" });
+  const live = await liveMission(service, { title: "live" }), degraded = await liveMission(service, { title: "degraded", fixAge: 1000 });
   try {
-    const views = ["", `#/mission/${stored}`, `#/mission/${live.id}`, "#/compare?scenario=calm&seed=1", "#/plan?example=crowded"];
+    const views = ["", `#/mission/${stored}`, `#/mission/${live.id}`, `#/mission/${degraded.id}`, "#/compare?scenario=calm&seed=1", "#/plan?example=crowded"];
     for (const view of views) {
       await go(page, service, view);
       if (view.includes("compare")) await expect(page.locator(".notice")).toContainText("Flown", { timeout: 60_000 });
@@ -35,8 +35,10 @@ test("nothing serious is found on any view in any theme, wide and on a phone", a
       }
     }
   } finally {
-    await live.stop();
-    await service.post(`/v1/missions/${live.id}/finish`, {});
+    for (const mission of [live, degraded]) {
+      await mission.stop();
+      await service.post(`/v1/missions/${mission.id}/finish`, {});
+    }
   }
   expect(complaints).toEqual([]);
 });
