@@ -212,7 +212,7 @@ mod tests {
         let twice = r#"{"t_s":1,"t_s":2,"lat_deg":1,"lon_deg":1,"sigma_m":1}"#;
         let body = json!({ "auvs": {
             "a": [fix(40.0, 0.0), "a fix", fix(-17.0, 1.0), fix(95.0, 1.0), null],
-            "b": [fix(40.0, 0.0)],
+            "b": [fix(-17.1, 0.0)],
         }, "notes": [{ "t_s": 1.0, "text": "x" }, { "t_s": 1.0 }] });
         let body = body.to_string().replace("\"a fix\"", twice);
         let (heard, rejected) = read(&body, None).expect("is read");
