@@ -33,8 +33,9 @@ use crate::{
 };
 
 mod status_line;
+mod steering;
 
-use status_line::Steering;
+use steering::Steering;
 
 /// Settings of a bridge.
 #[derive(Debug)]

@@ -1,10 +1,8 @@
 //! The status line that the bridge logs.
 
-use std::fmt;
-
 use ::mavlink::dialects::ardupilotmega::MavSeverity;
 
-use super::{Bridge, Sending};
+use super::{Bridge, Sending, steering::Steering};
 use crate::{
     Plan,
     mavlink::{Control, HEARTBEAT_AGE_MAX_S},
@@ -21,36 +19,6 @@ const NOT_FOLLOWED: [&str; 3] = [
 /// Between two texts to the ground station, s: of a lasting alarm, and of a cause that changes.
 const ALARM_INTERVAL_S: f64 = 30.0;
 const CAUSE_INTERVAL_S: f64 = 10.0;
-
-/// Whether the craft is steered, for those who watch.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Steering {
-    severity: MavSeverity,
-    /// Why it is not, or not as it should be.
-    cause: String,
-}
-
-impl Steering {
-    /// For the ground station, which shows 50 bytes.
-    fn text(&self) -> String {
-        match self.severity {
-            MavSeverity::MAV_SEVERITY_INFO => "Pilotfish steering".to_owned(),
-            MavSeverity::MAV_SEVERITY_WARNING => format!("Pilotfish degraded: {}", self.cause),
-            _ => format!("Pilotfish off: {}", self.cause),
-        }
-    }
-}
-
-impl fmt::Display for Steering {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.severity {
-            MavSeverity::MAV_SEVERITY_INFO => f.write_str("steering"),
-            MavSeverity::MAV_SEVERITY_WARNING => write!(f, "DEGRADED: {}", self.cause),
-            MavSeverity::MAV_SEVERITY_CRITICAL => write!(f, "NOT STEERING: {}", self.cause),
-            _ => write!(f, "not steering: {}", self.cause),
-        }
-    }
-}
 
 /// What `text` says before what follows from it.
 fn cause(text: &str) -> String {
