@@ -76,8 +76,9 @@ export function addTour(picture, craft, now, { schedule, order, clock }) {
   const stops = tourOf(schedule);
   picture.lines.push({ points: [craft, ...stops.map((stop) => /** @type {[number, number]} */ ([stop.north_m, stop.east_m]))], colour: "soft", style: "thin", name: "tour" });
   stops.forEach((stop, i) => {
-    // A visit that is on is where the craft is.
-    if (now < stop.arrive_s) picture.marks.push({ north: stop.north_m, east: stop.east_m, kind: "stop", text: String(i + 1), colour: colourOf(stop.auv, order), title: `visit ${i + 1}: ${visitWords(stop, schedule, clock)}` });
+    // A visit that is on is where the craft is. An AUV that is visited again has the number of its next visit.
+    const isNext = stops.findIndex(({ auv }) => auv === stop.auv) === i;
+    if (isNext && now < stop.arrive_s) picture.marks.push({ north: stop.north_m, east: stop.east_m, kind: "stop", text: String(i + 1), colour: colourOf(stop.auv, order), title: `visit ${i + 1}: ${visitWords(stop, schedule, clock)}` });
   });
 }
 
