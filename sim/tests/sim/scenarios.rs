@@ -96,7 +96,11 @@ fn bounds_that_no_snapshot_accepts_are_refused_before_the_craft_leaves() {
             "area = [[0, 0], [90, 0], [50, 20], [90, 90], [0, 90]]",
             "bounds.area[2]",
         ),
-        (area, "area = [[0, 0], [90, 0]]", "bounds.area: has 2"),
+        (
+            area,
+            "area = [[0, 0], [90, 0]]",
+            "bounds.area: must have 3 to 64 items, has 2",
+        ),
         ("radius_m = 8", "radius_m = 0.01", "0.1"),
         (
             "range_max_m = 60",
@@ -112,7 +116,10 @@ fn bounds_that_no_snapshot_accepts_are_refused_before_the_craft_leaves() {
     let disc = "keep_outs = [";
     let error =
         read_beside(&crowded.replace(disc, &format!("{disc}{many}")), "none", "").expect_err("34 discs");
-    assert!(error.contains("bounds.keep_outs: has 34"), "{error}");
+    assert!(
+        error.contains("bounds.keep_outs: must have 0 to 32 items, has 34"),
+        "{error}"
+    );
 }
 
 #[test]

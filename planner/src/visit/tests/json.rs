@@ -74,7 +74,10 @@ fn what_cannot_be_visited_is_refused_by_field_and_value() {
             &|visits| visits.auvs.push("x".into()),
             "goal/auvs/3: no vehicle is called \"x\"",
         ),
-        (&|visits| visits.auvs.clear(), "goal/auvs: has 0 items"),
+        (
+            &|visits| visits.auvs.clear(),
+            "goal/auvs: must have 1 to 16 items, has 0",
+        ),
         (
             &|visits| visits.within_m = 0.5,
             "goal/within_m: 0.5 is not in [1, 5000]",
