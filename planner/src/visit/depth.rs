@@ -21,7 +21,7 @@ const RATE_TIME: f64 = 10.0;
 /// about one period.
 #[derive(Clone, Copy, Debug)]
 struct Swing {
-    /// Of the reported depths but the least and the greatest, which may be a gauge's error, m.
+    /// Second least and second greatest reported depth, and the mean, m. A single extreme may be a gauge's error.
     least: f64,
     most: f64,
     mean: f64,

@@ -132,7 +132,7 @@ fn chosen(fleet: &Fleet, found: &[(usize, Found)], before: Option<usize>, keep_m
     let exact = found.iter().all(|(_, found)| found.exact);
     let margin = if exact { keep_margin } else { 2.0 * keep_margin };
     let kept = found.iter().position(|(first, _)| Some(*first) == before);
-    // Of the cost alone: what a missed deadline adds would hide it.
+    // The margin is a share of the cost without the price of missed deadlines, which would dwarf it.
     kept.filter(|kept| value(*kept) <= value(best) + margin * found[best].1.cost)
         .or(Some(best))
 }
