@@ -260,6 +260,17 @@ mod tests {
         )
     }
 
+    fn track(auv: &AuvForecast, between_turns: Option<f64>, current: &Vector2<f64>) -> Track {
+        Track::new(
+            auv,
+            between_turns,
+            HORIZON,
+            current,
+            |motion| motion.position,
+            |_| 8.0,
+        )
+    }
+
     fn craft(current: Vector2<f64>) -> Craft {
         Craft {
             speed: 1.5,
@@ -297,7 +308,7 @@ mod tests {
                 let angle = 0.26 * f64::from(k) + 0.3 * current.x;
                 let place = direction(angle) * (15.0 + 60.0 * f64::from(k));
                 let auv = forecast(place.x, place.y, 2.0 - angle, 0.1 * f64::from(k % 7), 0.0);
-                let track = Track::new(&auv, None, HORIZON, &current, |motion| motion.position, |_| 8.0);
+                let track = track(&auv, None, &current);
                 let craft = craft(current);
                 let found = craft.reach(&track, &HERE, WITHIN, HORIZON);
                 let expected = scanned(&craft, &auv, false);
@@ -323,14 +334,7 @@ mod tests {
     fn a_vehicle_that_turns_is_met_as_if_its_track_were_not_sampled() {
         for turn_rate in [-0.02, 0.004, 0.01] {
             let auv = forecast(400.0, -250.0, 1.0, 0.4, turn_rate);
-            let track = Track::new(
-                &auv,
-                None,
-                HORIZON,
-                &Vector2::zeros(),
-                |motion| motion.position,
-                |_| 8.0,
-            );
+            let track = track(&auv, None, &Vector2::zeros());
             let found = craft(Vector2::zeros())
                 .reach(&track, &HERE, WITHIN, HORIZON)
                 .expect("is met");
@@ -345,14 +349,7 @@ mod tests {
         let (mut met, mut lost) = (0, 0);
         for turn_rate in [0.0, 0.0005, 0.001, 0.002, 0.004] {
             let auv = forecast(25.0, 0.0, 0.0, 1.5, turn_rate);
-            let track = Track::new(
-                &auv,
-                None,
-                HORIZON,
-                &Vector2::zeros(),
-                |motion| motion.position,
-                |_| 8.0,
-            );
+            let track = track(&auv, None, &Vector2::zeros());
             let craft = craft(Vector2::zeros());
             match (
                 craft.reach(&track, &HERE, WITHIN, HORIZON),
@@ -373,14 +370,7 @@ mod tests {
     fn an_auv_that_flees_faster_is_not_reached_and_one_that_is_near_is_reached_now() {
         let craft = craft(Vector2::zeros());
         let of = |auv: &AuvForecast| {
-            let track = Track::new(
-                auv,
-                None,
-                HORIZON,
-                &Vector2::zeros(),
-                |motion| motion.position,
-                |_| 8.0,
-            );
+            let track = track(auv, None, &Vector2::zeros());
             craft
                 .arrive(&track, &HERE, WITHIN, HORIZON)
                 .map(|arrival| arrival.time)
@@ -397,14 +387,7 @@ mod tests {
         let craft = craft(Vector2::zeros());
         for outside in [0.002, 0.01, 0.1, 0.5] {
             let auv = forecast(-WITHIN - outside, 0.0, 0.0, 0.0, 0.0);
-            let track = Track::new(
-                &auv,
-                None,
-                HORIZON,
-                &Vector2::zeros(),
-                |motion| motion.position,
-                |_| 8.0,
-            );
+            let track = track(&auv, None, &Vector2::zeros());
             let again = craft.arrive(&track, &HERE, WITHIN, HORIZON).expect("is reached");
             let expected = std::f64::consts::PI / 0.17 + outside / 1.5;
             let late = again.time - expected;
@@ -418,16 +401,7 @@ mod tests {
     #[test]
     fn an_auv_that_turns_now_and_then_is_expected_where_the_mean_of_random_turns_takes_it() {
         let auv = forecast(0.0, 0.0, 0.0, 0.5, 0.0);
-        let track = |between| {
-            Track::new(
-                &auv,
-                between,
-                HORIZON,
-                &Vector2::zeros(),
-                |motion| motion.position,
-                |_| 8.0,
-            )
-        };
+        let track = |between| track(&auv, between, &Vector2::zeros());
         let (straight, turning) = (track(None), track(Some(120.0)));
         // The mean of flights whose legs end at random, each second with a probability of 1/120, in any new direction.
         let mean = |until: u32| {
