@@ -15,9 +15,8 @@ const UPDATE: &str = "UPDATE_DOCS";
 #[derive(Debug)]
 struct Row {
     key: String,
-    kind: String,
-    unit: String,
-    range: String,
+    /// Type, range and unit.
+    value: String,
     default: String,
     meaning: String,
 }
@@ -41,6 +40,26 @@ impl Form {
             kind: kind.into(),
             ..Self::default()
         }
+    }
+
+    /// A number is known by its range.
+    fn value(&self) -> String {
+        let range = format!("{} {}", self.range, self.unit).replace("6.283185307179586", "2π");
+        match (&*self.kind, range.trim()) {
+            (kind, "") => kind.to_owned(),
+            ("number", range) => range.to_owned(),
+            (kind, range) => format!("{kind}, {range}"),
+        }
+    }
+
+    /// A description without the unit, which stands beside the range.
+    fn without_unit(&self, meaning: &str) -> String {
+        if self.unit.is_empty() {
+            return meaning.to_owned();
+        }
+        [".", ",", ";", ":"].iter().fold(meaning.to_owned(), |text, end| {
+            text.replace(&format!(", {}{end}", self.unit), end)
+        })
     }
 }
 
@@ -67,14 +86,12 @@ impl Reference {
             (false, None, Some(default)) => default.to_string(),
             (false, None, None) => String::new(),
         };
-        let Form { kind, unit, range } = self.form(&inside);
+        let form = self.form(&inside);
         self.rows.push(Row {
             key: key.to_owned(),
-            kind,
-            unit,
-            range,
+            value: form.value(),
             default,
-            meaning,
+            meaning: form.without_unit(&meaning),
         });
         self.inside(key, &inside);
     }
@@ -97,9 +114,7 @@ impl Reference {
                     .replace('\n', " ");
                 self.rows.push(Row {
                     key: key.clone(),
-                    kind: "table".to_owned(),
-                    unit: String::new(),
-                    range: String::new(),
+                    value: "table".to_owned(),
                     default: "one of these".to_owned(),
                     meaning,
                 });
@@ -245,22 +260,15 @@ fn reference() -> (Vec<Row>, String) {
         rows: vec![],
     };
     reference.object("", &schema);
-    let mut text =
-        "| key | type | unit | range | default | meaning |\n|---|---|---|---|---|---|\n".to_owned();
+    let mut text = "| key | value | default | meaning |\n|---|---|---|---|\n".to_owned();
     for row in &reference.rows {
         let Row {
             key,
-            kind,
-            unit,
-            range,
+            value,
             default,
             meaning,
         } = row;
-        writeln!(
-            text,
-            "| `{key}` | {kind} | {unit} | {range} | {default} | {meaning} |"
-        )
-        .expect("text");
+        writeln!(text, "| `{key}` | {value} | {default} | {meaning} |").expect("text");
     }
     (reference.rows, text)
 }
