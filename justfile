@@ -56,6 +56,10 @@ scoreboard:
     cargo run --release -- campaign run examples/campaigns/scoreboard.toml --out target/scoreboard
     cargo run --release -- campaign report target/scoreboard
 
+# The tables of figures in README.md and docs/, each by the commands in the comment above it: two minutes
+figures-in-docs:
+    UPDATE_DOCS=1 cargo test -p pilotfish --test program the_slow_figures
+
 # docs/scenario-keys.md, from the schema of scenario files
 scenario-keys:
     UPDATE_DOCS=1 cargo test -p pilotfish-sim the_reference_of_keys

@@ -1,4 +1,4 @@
-//! Commands, fields, files and examples of the documentation work as written.
+//! Commands, fields, files and examples of the documentation work as written. Its figures: [`crate::figures`].
 
 use std::{
     collections::BTreeSet,
@@ -20,24 +20,25 @@ use toml::{Table, map::Entry};
 use crate::markdown::{blocks, spans, table_rows, titles, without_blocks};
 
 /// A page of the documentation.
-struct Page {
+pub(crate) struct Page {
     /// From the repository's root.
-    name: String,
-    text: String,
+    pub(crate) name: String,
+    pub(crate) text: String,
 }
 
-fn root() -> PathBuf {
+pub(crate) fn root() -> PathBuf {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     root.canonicalize().expect("the repository is there")
 }
 
-fn pages() -> Vec<Page> {
+pub(crate) fn pages() -> Vec<Page> {
     let docs = fs::read_dir(root().join("docs")).expect("there is a folder of pages");
     let mut names: Vec<String> = [
         "README.md",
         "ARCHITECTURE.md",
         "examples/README.md",
         "api/python/README.md",
+        "api/ros2/README.md",
     ]
     .map(str::to_owned)
     .into();
@@ -58,7 +59,7 @@ fn pages() -> Vec<Page> {
 
 /// Fails with everything that was found, each with its page.
 #[track_caller]
-fn none(found: &[(&Page, String)]) {
+pub(crate) fn none(found: &[(&Page, String)]) {
     let lines: Vec<_> = found
         .iter()
         .map(|(page, what)| format!("{}: {what}", page.name))
@@ -345,6 +346,28 @@ fn names(value: &Value) -> Vec<String> {
         Value::Array(values) => values.iter().flat_map(names).collect(),
         _ => vec![],
     }
+}
+
+#[test]
+fn python_examples_are_python() {
+    let pages = pages();
+    let mut found = vec![];
+    for page in &pages {
+        for block in blocks(&page.text)
+            .iter()
+            .filter(|block| block.language == "python")
+        {
+            let parse = ["-c", "import ast, sys; ast.parse(sys.argv[1])", &block.text];
+            let Ok(parsed) = Command::new("python3").args(parse).output() else {
+                eprintln!("there is no Python here: its examples are not checked");
+                return;
+            };
+            if !parsed.status.success() {
+                found.push((page, String::from_utf8_lossy(&parsed.stderr).into_owned()));
+            }
+        }
+    }
+    none(&found);
 }
 
 #[test]

@@ -7,6 +7,7 @@ mod command;
 mod crowd;
 mod docs;
 mod examples;
+mod figures;
 mod markdown;
 mod mistakes;
 mod readme;
