@@ -1,0 +1,104 @@
+"""A boat and an AUV that speak MAVLink like ArduPilot's Rover: for a first try of `pilotfish bridge` without a craft.
+
+Needs pymavlink. The bridge listens: pilotfish bridge mavlink --connect udp:127.0.0.1:14560 --auv 2=auv-1 --name rehearsal
+Places and velocities (north, east), m and m/s, are complex numbers; headings are clockwise from north, rad.
+"""
+
+import argparse
+import cmath
+import math
+import os
+import socket
+import time
+
+os.environ["MAVLINK20"] = "1"
+from pymavlink.dialects.v20 import ardupilotmega as mav
+
+ORIGIN = (38.41, -9.12)  # latitude and longitude, °
+DEGREE = (111_000.0, 111_320.0 * math.cos(math.radians(ORIGIN[0])))  # m of latitude, of longitude
+GUIDED, HOLD = 15, 4
+SPEED_MAX, TURN_MAX, ACCELERATION = 1.2, 0.8, 0.5  # m/s, rad/s, m/s²
+PARAMETERS = {"WP_SPEED": SPEED_MAX, "ATC_STR_RAT_MAX": math.degrees(TURN_MAX), "ATC_ACCEL_MAX": ACCELERATION}
+PARAMETERS |= {"ATC_DECEL_MAX": ACCELERATION, "ATC_SPEED_I": 0.2, "GUID_OPTIONS": 0.0, "CRUISE_SPEED": SPEED_MAX}
+PARAMETERS |= {"SERVO1_FUNCTION": 73.0, "SERVO3_FUNCTION": 74.0}
+REFERENCE_MAX = 3.0  # a boat without a reference stops after this time, s
+STEP = 0.1  # s
+
+
+def clamp(value: float, most: float) -> float:
+    return max(-most, min(most, value))
+
+
+def wrapped(angle: float) -> float:
+    return (angle + math.pi) % math.tau - math.pi
+
+
+def degrees(place: complex) -> tuple[int, int]:
+    """Latitude and longitude, 1e-7°."""
+    return round(1e7 * (ORIGIN[0] + place.real / DEGREE[0])), round(1e7 * (ORIGIN[1] + place.imag / DEGREE[1]))
+
+
+def auv(t: float) -> complex:
+    """A lane of 120 m to the north and back, at 0.5 m/s."""
+    along = 0.5 * t % 240
+    return complex(min(along, 240 - along), 10)
+
+
+parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+parser.add_argument("--port", type=int, default=14560, help="UDP port of the bridge on this machine")
+parser.add_argument("--duration", type=float, default=math.inf, help="s")
+arguments = parser.parse_args()
+wire = socket.socket(type=socket.SOCK_DGRAM)
+wire.setblocking(False)
+boat, submarine = (mav.MAVLink(None, srcSystem=system, srcComponent=1) for system in (1, 2))
+reader = mav.MAVLink(None)
+place, heading, speed = -20 - 20j, 0.0, 0.0
+asked, asked_at, began, tick = (0.0, 0.0), -math.inf, time.monotonic(), 0
+
+
+def send(sender: mav.MAVLink, message: mav.MAVLink_message) -> None:
+    wire.sendto(message.pack(sender), ("127.0.0.1", arguments.port))
+
+
+while (t := tick * STEP) < arguments.duration:
+    follows = t - asked_at < REFERENCE_MAX
+    speed += clamp((asked[0] if follows else 0.0) - speed, ACCELERATION * STEP)
+    heading = wrapped(heading + clamp(wrapped(asked[1] - heading) if follows else 0.0, TURN_MAX * STEP))
+    velocity = cmath.rect(speed, heading)
+    place += velocity * STEP
+    ms, cm_s = round(1000 * t) + 1, [round(100 * part) for part in (velocity.real, velocity.imag, 0.0)]
+    course = round(100 * math.degrees(heading)) % 36_000
+    send(boat, mav.MAVLink_global_position_int_message(ms, *degrees(place), 0, 0, *cm_s, course))
+    send(boat, mav.MAVLink_attitude_message(ms, 0, 0, heading, 0, 0, 0))
+    if tick % 10 == 0:
+        send(
+            boat,
+            mav.MAVLink_heartbeat_message(
+                mav.MAV_TYPE_SURFACE_BOAT, mav.MAV_AUTOPILOT_ARDUPILOTMEGA, 0x81, GUIDED, 4, 3
+            ),
+        )
+        send(boat, mav.MAVLink_system_time_message(round(1e6 * time.time()), ms))
+        send(boat, mav.MAVLink_ekf_status_report_message(0x7B, 0, 0, 0, 0, 0))
+    if tick % 50 == 0:
+        rest = (-10, [0] * 3, [0] * 3, [1, 0, 0, 0], [0] * 3, [1.5] * 3, 0)
+        send(submarine, mav.MAVLink_follow_target_message(ms, 1, *degrees(auv(t)), *rest))
+        print(
+            f"{t:5.0f} s: {speed:.2f} m/s, heading {math.degrees(heading) % 360:3.0f}°, {abs(place - auv(t)):5.1f} m from the AUV",
+            flush=True,
+        )
+    try:
+        while True:
+            for message in reader.parse_buffer(wire.recv(8192)) or []:
+                if message.get_type() == "PARAM_REQUEST_READ" and message.param_id in PARAMETERS:
+                    send(
+                        boat,
+                        mav.MAVLink_param_value_message(
+                            message.param_id.encode(), PARAMETERS[message.param_id], 9, 9, 1
+                        ),
+                    )
+                elif message.get_type() == "SET_POSITION_TARGET_LOCAL_NED":
+                    asked, asked_at = (math.hypot(message.vx, message.vy), message.yaw), t
+    except (BlockingIOError, ConnectionRefusedError):
+        pass  # no more messages, or no bridge yet
+    tick += 1
+    time.sleep(max(0.0, began + tick * STEP - time.monotonic()))
