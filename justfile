@@ -39,7 +39,11 @@ ros2:
 deny:
     .ci/deny
 
-# The Debian package, into target/debian (needs cargo-deb)
+# The Python wheel with the program, into target/wheels: `pip install` of it needs no Rust
+wheel:
+    .ci/wheel
+
+# The Debian package, into target/debian
 deb:
     .ci/deb
 

@@ -21,6 +21,12 @@ def test_the_version_is_the_workspaces():
     assert pilotfish.__version__ == workspace["workspace"]["package"]["version"]
 
 
+def test_the_wheel_brings_the_program():
+    program = Path(sys.executable).with_name("pilotfish")
+    said = subprocess.run([program, "--version"], check=True, capture_output=True, text=True).stdout
+    assert said == f"pilotfish {pilotfish.__version__}\n"
+
+
 def test_types_are_as_the_service_says(url):
     subprocess.run([sys.executable, PACKAGE / "generate.py", url, "--check"], check=True)
 
