@@ -3,8 +3,12 @@
 import { test } from "node:test";
 import { expect } from "@playwright/test";
 import { backgroundOf } from "../../api/page/web/background.js";
-import { Recording, scores, worstStretch } from "../../api/page/web/recording.js";
+import { Recording } from "../../api/page/web/recording.js";
+import { scores, worstStretch } from "../../api/page/web/scores.js";
 import { chartsOf } from "../../api/page/web/curves.js";
+import { differences } from "../../api/page/web/differences.js";
+import { explanation } from "../../api/page/web/explanation.js";
+import { chartEvents } from "../../api/page/web/journal.js";
 import { pictureBounds } from "../../api/page/web/drawing.js";
 import { visitsAt } from "../../api/page/web/visits.js";
 
@@ -23,11 +27,11 @@ test("a disc counts from when it was put there until it was taken away", () => {
   reported(live, 40, 4, 0);
   take(live, { kind: "changed", at_s: 50, setting: { keep_outs: null } });
   reported(live, 60, 0, 0);
-  expect([15, 35, 55].map((t) => live.limitsAt(t).keep_outs.length)).toEqual([0, 1, 0]);
-  const [breach, ...others] = live.breachesUntil(100);
+  expect([15, 35, 55].map((t) => live.limits.at(t).keep_outs.length)).toEqual([0, 1, 0]);
+  const [breach, ...others] = live.limits.brokenUntil(100);
   expect(others).toEqual([]);
   expect(breach).toMatchObject({ t: 30, north: 1, beyond: 4, limit: "inside a keep-out" });
-  expect(live.breachesUntil(20)).toEqual([]);
+  expect(live.limits.brokenUntil(20)).toEqual([]);
 });
 
 test("a stay outside the area is marked where it is farthest, whichever way its corners are listed", () => {
@@ -35,7 +39,7 @@ test("a stay outside the area is marked where it is farthest, whichever way its 
   for (const area of [corners, corners.toReversed()]) {
     const live = recording({ scene: { area } });
     for (const [t, north, east] of [[1, 50, 25], [2, 103, 54], [3, 106, 58], [4, 90, 25], [5, 50, -2]]) reported(live, t, north, east);
-    const found = live.breachesUntil(10);
+    const found = live.limits.brokenUntil(10);
     expect(found.map(({ t }) => t)).toEqual([3, 5]);
     // 6 m north and 8 m east of a corner; 2 m off an edge.
     expect(found.map(({ beyond }) => beyond)).toEqual([10, 2]);
@@ -47,7 +51,7 @@ test("out of acoustic range is by the slant range to where the AUV was", () => {
   const lines = ["sequence,kind,t_s,vehicle,north_m,east_m,depth_m", "1,truth,1,asc,40,0,", "1,truth,1,auv-1,0,0,40", "2,truth,2,asc,20,0,", "2,truth,2,auv-1,0,0,40"];
   simulated.takeLines(lines);
   // 40 m beside and 40 m below is 56.6 m away.
-  expect(simulated.breachesUntil(5).map(({ t, beyond }) => [t, Math.round(10 * beyond)])).toEqual([[1, 66]]);
+  expect(simulated.limits.brokenUntil(5).map(({ t, beyond }) => [t, Math.round(10 * beyond)])).toEqual([[1, 66]]);
 });
 
 test("fixes of a simulated mission are where and when they were sent, and those that were refused are known", () => {
@@ -125,12 +129,12 @@ test("past visits are when the craft was as near as the goal says, and a long si
 test("time without plans is in the log as an alarm with its begin and end, unless the mission was paused", () => {
   const live = recording({ scene: { period_s: 1 } }), plan = (t_s) => take(live, { kind: "planned", t_s, reference: {}, method: "mpc", outcome: "ok" });
   [1, 2, 3, 40, 41].forEach(plan);
-  expect(live.log).toMatchObject([{ t_s: 7, kind: "alarm", text: "not steering" }, { t_s: 40, kind: "alarm over", text: "not steering, after 33\u00a0s" }]);
-  const { length } = live.log;
+  expect(live.journal.entries).toMatchObject([{ t_s: 7, kind: "alarm", text: "not steering" }, { t_s: 40, kind: "alarm over", text: "not steering, after 33\u00a0s" }]);
+  const { length } = live.journal.entries;
   take(live, { kind: "paused", at_s: 42 });
   take(live, { kind: "ran", at_s: 90 });
   [91, 92].forEach(plan);
-  expect(live.log.slice(length).map(({ kind }) => kind)).toEqual(["paused", "ran"]);
+  expect(live.journal.entries.slice(length).map(({ kind }) => kind)).toEqual(["paused", "ran"]);
 });
 
 test("a declared path, however long, is not in the first fit of the map, and is in that of everything", () => {
@@ -138,6 +142,14 @@ test("a declared path, however long, is not in the first fit of the map, and is 
   const picture = { tracks: [{ track, from: 0, to: 2 }], lines: [{ points: [[0, 0], [900, 0]], style: "wide" }], discs: [], vehicles: [] };
   expect(pictureBounds(picture, false)).toEqual({ south: 0, northern: 10, west: 0, eastern: 20 });
   expect(pictureBounds(picture).northern).toBe(900);
+});
+
+test("maps beside each other are fitted to all of their runs", () => {
+  const nowhere = { tracks: [], lines: [], discs: [], ellipses: [], marks: [], arrows: [], vehicles: [], current: null, origin: null, label: "" };
+  const [here, there] = [[0, 0], [300, -40]].map(([north, east]) => ({ ...nowhere, vehicles: [{ kind: "craft", north, east, heading: 0, colour: "hull" }] }));
+  const bounds = pictureBounds({ ...here, beside: [there] });
+  expect(bounds).toEqual({ south: 0, northern: 300, west: -40, eastern: 0 });
+  expect(pictureBounds({ ...there, beside: [here] })).toEqual(bounds);
 });
 
 test("headings around north are one line in the middle of their chart, and so are those around south", () => {
@@ -164,4 +176,58 @@ test("distance, along and across are those of one moment, from the table as from
     expect(along).toBeCloseTo(-3, 9);
     expect(cross).toBeCloseTo(-4, 9);
   }
+});
+
+/** A simulated mission of a craft at `places` (seconds to north, m) whose goal is at 0 m, and from `jump` on at 70 m. */
+function handedOver(places, jump, scene = {}) {
+  const simulated = recording({ kind: "simulated", scene: { settled_after_s: 10, ...scene } });
+  simulated.takeLines(["sequence,kind,t_s,vehicle,north_m,east_m,goal_north_m,goal_east_m,goal_distance_m,energy_j",
+    ...places.map((north, t) => `${t},truth,${t},asc,${north},0,${t < jump ? 0 : 70},0,${Math.abs((t < jump ? 0 : 70) - north)},0`)]);
+  return simulated;
+}
+
+test("a craft left for the next goal when it was last at the former one, and one that waits for the hand-over has not left", () => {
+  // At the goal until 100 s, then 1 m/s to the next one, which counts from 130 s on.
+  const early = handedOver(Array.from({ length: 200 }, (_, t) => Math.min(Math.max(t - 100, 0), 70)), 130);
+  // Half a metre counts as at the goal: it leaves that after half a second of way.
+  expect(early.handOvers).toEqual([{ t: 130, off: 40, left: 29 }]);
+  const [entry] = early.journal.entries;
+  expect(entry).toMatchObject({ t_s: 130, kind: "goal jumps", text: "by 70 m; the craft left 29 s before and is 40 m from it" });
+  // It sways by 0.3 m, as waves do.
+  const late = handedOver(Array.from({ length: 200 }, (_, t) => (t < 130 ? 0.3 * Math.sin(t) : Math.min(t - 130, 70))), 130);
+  expect(late.handOvers).toMatchObject([{ t: 130, left: 0 }]);
+  const [sentence] = differences([{ name: "planner", colour: "", recording: early }, { name: "law", colour: "", recording: late }], Infinity);
+  expect(sentence).toBe("At the hand-over: planner left 29\u00a0s before and was 40\u00a0m off; law had not left and was 70\u00a0m off.");
+});
+
+test("runs are told apart by the limits that they broke, the minute in which they differ and the approach", () => {
+  const disc = { north_m: 50, east_m: 0, radius_m: 5 }, still = (north) => handedOver(Array.from({ length: 200 }, (_, t) => (t < 10 ? 20 - 2 * t : north(t))), Infinity, { keep_outs: [disc], period_s: 1 });
+  const run = (name, north) => ({ name, colour: "", recording: still(north) });
+  const near = run("planner", () => 0), far = run("law", (t) => (t >= 100 && t < 110 ? 47 : 0));
+  const sentences = differences([near, far], Infinity);
+  // 47 m is 2 m within the disc of 5 m about 50 m.
+  expect(sentences[0]).toBe("Inside a keep-out: law for 10\u00a0s, by up to 2.0\u00a0m; no other.");
+  // 47 m for ten of a minute's 61 rows.
+  expect(sentences[1]).toContain(`planner 0.00\u00a0m, law ${(47 * Math.sqrt(10 / 61)).toFixed(2)}\u00a0m`);
+  // All of the one's distance is from its approach, of the other's a part.
+  expect(sentences.length).toBe(2);
+  expect(differences([near, near], Infinity)[0]).toContain("The approach until 00:10 makes 100 to 100\u00a0% of the squared distances");
+});
+
+test("faults are in the log once they have come, and over once they are", () => {
+  const simulated = recording({ kind: "simulated", scene: { faults: [{ from_s: 20, what: "auv-1 loses power" }, { from_s: 5, until_s: 15, what: "no GNSS" }] } });
+  const planned = (t_s) => simulated.takePlan({ t_s, sequence: t_s, reference: {}, method: "mpc", outcome: "ok", reason: "", solve_ms: 1, late_s: 0, rms_m: 1 });
+  planned(10);
+  expect(simulated.journal.entries).toEqual([{ t_s: 5, kind: "fault", text: "no GNSS" }]);
+  planned(30);
+  expect(simulated.journal.entries.map(({ t_s, kind }) => [t_s, kind])).toEqual([[5, "fault"], [15, "fault over"], [20, "fault"]]);
+  expect(chartEvents(simulated.journal.entries).at(-1)).toEqual({ t: 20, words: "fault: auv-1 loses power" });
+});
+
+test("a plan says what it does otherwise than line of sight, and why", () => {
+  const after_s = [0, 10, 20, 30], track = (...norths) => norths.map((north) => [north, 0]);
+  const prediction = { after_s, goal: track(0, 0, 70, 70), asc: track(0, 10, 30, 50), line_of_sight: track(0, 0, 0, 20), rms_m: 20, line_of_sight_rms_m: 45, line_of_sight_reference: { heading_rad: 0, speed_mps: 0.2 } };
+  expect(explanation(prediction, { heading: Math.PI / 2, speed: 1 })).toBe("The plan steers 90° more to starboard and 0.80\u00a0m/s faster than line of sight would: within 20\u00a0s the goal is another one, 40\u00a0m from the craft on the plan, 70\u00a0m by line of sight.");
+  expect(explanation({ ...prediction, goal: track(0, 0, 0, 0) }, { heading: 0, speed: 0.2 })).toBe("Plan and line of sight steer the same.");
+  expect(explanation({ ...prediction, goal: track(0, 0, 0, 0) }, { heading: -0.1, speed: 0.2 })).toBe("The plan steers 6° more to port than line of sight would: until 30\u00a0s from now it expects 20.0\u00a0m to the goal (RMS), by line of sight 45.0\u00a0m.");
 });

@@ -40,17 +40,25 @@ pub const FILES: &[File] = files! {
     "/alarm.js": SCRIPT, "alarm.js";
     "/app.js": SCRIPT, "app.js";
     "/background.js": SCRIPT, "background.js";
+    "/beliefs.js": SCRIPT, "beliefs.js";
     "/bell.js": SCRIPT, "bell.js";
     "/chart.js": SCRIPT, "chart.js";
+    "/chart_canvas.js": SCRIPT, "chart_canvas.js";
     "/compare.js": SCRIPT, "compare.js";
     "/comparison.js": SCRIPT, "comparison.js";
     "/copy_as.js": SCRIPT, "copy_as.js";
+    "/csv.js": SCRIPT, "csv.js";
     "/curves.js": SCRIPT, "curves.js";
+    "/differences.js": SCRIPT, "differences.js";
     "/dom.js": SCRIPT, "dom.js";
     "/drawing.js": SCRIPT, "drawing.js";
     "/editor.js": SCRIPT, "editor.js";
+    "/explanation.js": SCRIPT, "explanation.js";
     "/format.js": SCRIPT, "format.js";
+    "/hand_over.js": SCRIPT, "hand_over.js";
     "/home.js": SCRIPT, "home.js";
+    "/journal.js": SCRIPT, "journal.js";
+    "/limits.js": SCRIPT, "limits.js";
     "/live.js": SCRIPT, "live.js";
     "/map.js": SCRIPT, "map.js";
     "/mission.js": SCRIPT, "mission.js";
@@ -64,6 +72,8 @@ pub const FILES: &[File] = files! {
     "/predictions.js": SCRIPT, "predictions.js";
     "/recording.js": SCRIPT, "recording.js";
     "/route_form.js": SCRIPT, "route_form.js";
+    "/scores.js": SCRIPT, "scores.js";
+    "/series.js": SCRIPT, "series.js";
     "/service.js": SCRIPT, "service.js";
     "/theme.js": SCRIPT, "theme.js";
     "/thumbnail.js": SCRIPT, "thumbnail.js";
@@ -71,12 +81,18 @@ pub const FILES: &[File] = files! {
 };
 
 /// The modules of a report, each after those that it imports.
-const OF_REPORTS: [&str; 17] = [
+const OF_REPORTS: [&str; 27] = [
     include_str!("../web/dom.js"),
     include_str!("../web/format.js"),
     include_str!("../web/alarm.js"),
     include_str!("../web/theme.js"),
+    include_str!("../web/series.js"),
+    include_str!("../web/csv.js"),
+    include_str!("../web/limits.js"),
+    include_str!("../web/hand_over.js"),
+    include_str!("../web/journal.js"),
     include_str!("../web/recording.js"),
+    include_str!("../web/scores.js"),
     include_str!("../web/playback.js"),
     include_str!("../web/background.js"),
     include_str!("../web/visits.js"),
@@ -84,8 +100,12 @@ const OF_REPORTS: [&str; 17] = [
     include_str!("../web/curves.js"),
     include_str!("../web/drawing.js"),
     include_str!("../web/map.js"),
+    include_str!("../web/chart_canvas.js"),
     include_str!("../web/chart.js"),
+    include_str!("../web/explanation.js"),
+    include_str!("../web/beliefs.js"),
     include_str!("../web/mission.js"),
+    include_str!("../web/differences.js"),
     include_str!("../web/comparison.js"),
     include_str!("../web/sheet.js"),
     include_str!("../web/report.js"),

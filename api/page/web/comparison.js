@@ -1,8 +1,9 @@
 // Runs of one scenario and seed with several controllers: side by side on one clock, and their scores.
 
 import { el, fill, named, swatch } from "./dom.js";
-import { degrees, methodName, number } from "./format.js";
-import { scores } from "./recording.js";
+import { degrees, methodName, moment, number } from "./format.js";
+import { differences } from "./differences.js";
+import { scores } from "./scores.js";
 import { MissionView } from "./mission.js";
 
 /**
@@ -15,8 +16,8 @@ const RUN_COLOURS = ["craft-1", "craft-2", "craft-3", "craft-4", "craft-5", "cra
 
 /** Every metric: less is better in each. @type {[string, keyof Scores, (value: number) => string][]} */
 const METRICS = [
-  ["distance to the goal, RMS", "rms_m", (value) => number(value, 2, "m")],
-  ["distance once settled, RMS", "settled_rms_m", (value) => number(value, 3, "m")],
+  ["distance to the goal, RMS, whole mission", "rms_m", (value) => number(value, 2, "m")],
+  ["distance to the goal, RMS, once settled", "settled_rms_m", (value) => number(value, 3, "m")],
   ["largest distance to the goal", "worst_m", (value) => number(value, 1, "m")],
   ["propulsion energy", "energy_j", (value) => number(value, 0, "J")],
   ["heading travel", "heading_travel_rad", (value) => number(degrees(value), 0, "°")],
@@ -63,7 +64,8 @@ export class ComparisonView {
       }
     };
     this.stage = el("div");
-    this.scores = el("section", { class: "panel scores" }, el("h2", {}, "Scores"), this.table,
+    this.why = el("ul", { class: "why-differ", "aria-label": "Where they differ" });
+    this.scores = el("section", { class: "panel scores" }, el("h2", {}, "Scores"), this.why, this.table,
       el("div", { class: "row" },
         link && el("button", { type: "button", onclick: () => copy(link) }, "Copy link"),
         el("button", { type: "button", onclick: () => this.savePng() }, "Save PNG"), el("button", { type: "button", onclick: () => this.saveCsv() }, "Save CSV"),
@@ -80,7 +82,9 @@ export class ComparisonView {
 
   changed() {
     this.view?.changed();
-    fill(this.table, scoresTable(this.runs, this.over));
+    const until = this.over ? Infinity : Math.min(...this.runs.map(({ recording }) => recording.plans.last));
+    fill(this.table, scoresTable(this.runs, this.over, until));
+    fill(this.why, differences(this.runs, until).map((sentence) => el("li", {}, named(sentence))));
   }
 
   draw() {
@@ -122,19 +126,27 @@ function save(blob, name) {
   setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
 }
 
-/** @param {Run[]} runs @param {boolean} over whether all were flown to their end: before, they are compared up to the moment that all have reached */
-function scoresTable(runs, over) {
-  const until = over ? Infinity : Math.min(...runs.map(({ recording }) => recording.plans.last));
+/** @param {Run[]} runs @param {boolean} over whether all were flown to their end @param {number} until before, they are compared up to the moment that all have reached */
+function scoresTable(runs, over, until) {
   const results = runs.map(({ recording }) => scores(recording, -Infinity, until));
   const rows = METRICS.map(([name, key, words]) => {
     const values = results.map((result) => result[key]), known = values.filter(Number.isFinite), least = Math.min(...known);
     const level = values.map((value) => over && Number.isFinite(value) && value <= least * (1 + LEVEL));
     const nWinners = level.filter(Boolean).length, decided = known.length > 1 && nWinners < known.length;
     const winner = !decided ? "level" : runs.filter((_, i) => level[i]).map((run) => run.name).join(", ");
-    return el("tr", {}, el("th", { scope: "row" }, name), values.map((value, i) => el("td", { class: decided && level[i] ? "better" : "" }, words(value))), el("td", { class: "winner" }, over && known.length ? winner : "–"));
+    return el("tr", {}, el("th", { scope: "row" }, name, key === "settled_rms_m" && ` (from ${moment(results[0].settled_from_s, false)})`), values.map((value, i) => el("td", { class: decided && level[i] ? "better" : "" }, words(value))), el("td", { class: "winner" }, over && known.length ? winner : "–"));
   });
+  const gains = runs.map(({ recording: { scene } }) => el("td", { class: "information" }, gainWords(scene)));
   const information = runs.map(({ recording }) => el("td", { class: "information" }, recording.scene.information ?? "–"));
   return el("table", {},
     el("thead", {}, el("tr", {}, el("th", { scope: "col" }, "metric (less is better)"), runs.map((run) => el("th", { scope: "col" }, swatch(run.colour), named(run.name))), el("th", { scope: "col" }, "best"))),
-    el("tbody", {}, rows, el("tr", {}, el("th", { scope: "row" }, "information given"), information, el("td", {}))));
+    el("tbody", {}, rows, el("tr", {}, el("th", { scope: "row" }, "gains"), gains, el("td", {})), el("tr", {}, el("th", { scope: "row" }, "information given"), information, el("td", {}))));
+}
+
+/** @param {import("./types.js").Scene} scene */
+function gainWords({ controller = "mpc", gains }) {
+  if (controller === "mpc") return "–";
+  if (!gains) return "the service's, not tuned";
+  const { look_ahead_m, along_track_gain_per_s, integral_gain_mps } = gains;
+  return `look-ahead ${look_ahead_m} m, along-track ${along_track_gain_per_s} 1/s${integral_gain_mps ? `, integral ${integral_gain_mps} m/s` : ""}`;
 }

@@ -4,9 +4,9 @@ import { degrees, methodName } from "./format.js";
 
 /**
  * @typedef {import("./picture.js").Run} Run
- * @typedef {import("./recording.js").Series} Series
- * @typedef {import("./chart.js").Chart} Chart
- * @typedef {import("./chart.js").Curve} Curve
+ * @typedef {import("./series.js").Series} Series
+ * @typedef {import("./chart_canvas.js").Chart} Chart
+ * @typedef {import("./chart_canvas.js").Curve} Curve
  */
 
 /** Plans farther apart than this leave a gap in the strip of methods, s. */
@@ -126,7 +126,7 @@ function shows({ y, length }) {
   return length > 0 && Number.isFinite(y[length - 1]);
 }
 
-/** @type {WeakMap<Series, { length: number, bands: import("./chart.js").Band[] }>} */
+/** @type {WeakMap<Series, { length: number, bands: import("./chart_canvas.js").Band[] }>} */
 const bandsOf = new WeakMap();
 
 /**

@@ -53,6 +53,11 @@ export function pictureBounds(picture, all = true) {
   for (const line of picture.lines) if (line.colour !== "chart" && (all || line.style !== "wide")) for (const [north, east] of line.points) take(north, east);
   for (const disc of picture.discs) if (disc.style === "keep-out") take(disc.north, disc.east, disc.radius);
   for (const vehicle of picture.vehicles) take(vehicle.north, vehicle.east);
+  for (const other of picture.beside ?? []) {
+    const its = pictureBounds(other, all);
+    if (its) take(its.south, its.west);
+    if (its) take(its.northern, its.eastern);
+  }
   return bounds.south <= bounds.northern ? bounds : null;
 }
 

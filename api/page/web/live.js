@@ -168,7 +168,7 @@ class LiveMission {
     }
     if (past.live) {
       for await (const some of lines(await ask(`${record}?format=events_ndjson&kinds=changed`, { signal: this.signal }))) {
-        for (const event of some.filter(Boolean).map((line) => JSON.parse(line))) past.takeSetting(this.clock(event.at_s), event.setting);
+        for (const event of some.filter(Boolean).map((line) => JSON.parse(line))) past.limits.take(this.clock(event.at_s), event.setting);
       }
     }
     return past;
@@ -281,8 +281,8 @@ class LiveMission {
   logAlarm({ alarm, words, why, age_s }) {
     const { recording, mission } = this;
     if (!recording.live || !recording.plans.length) return;
-    const begin = age_s !== undefined && !recording.alarm.words;
-    recording.alarmed(recording.plans.last + (begin ? ageMax(mission.plan?.period_s) : this.sincePlan()), alarm && words !== "degraded" ? words : "", why);
+    const begin = age_s !== undefined && !recording.journal.alarm.words;
+    recording.journal.alarmed(recording.plans.last + (begin ? ageMax(mission.plan?.period_s) : this.sincePlan()), alarm && words !== "degraded" ? words : "", why);
   }
 
   /** @param {unknown} error */

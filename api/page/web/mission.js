@@ -1,13 +1,16 @@
 // A mission, or several runs of one on the same clock: map, time series, estimates, log.
 
 import { el, fill, named, oncePerFrame, swatch } from "./dom.js";
-import { bearing, degrees, duration, methodName, moment, number } from "./format.js";
+import { bearing, duration, methodName, moment, number } from "./format.js";
 import { ageWords, isAlarm } from "./alarm.js";
-import { worstStretch } from "./recording.js";
+import { scores, worstStretch } from "./scores.js";
 import { PLAY_SPEEDS, Playback } from "./playback.js";
 import { pictureAt, violationWords } from "./picture.js";
+import { beliefsOf } from "./beliefs.js";
 import { chartsOf } from "./curves.js";
-import { scheduleWords, visitsAt, VisitStrip } from "./visits.js";
+import { explanation } from "./explanation.js";
+import { chartEvents } from "./journal.js";
+import { visitsAt, VisitStrip } from "./visits.js";
 import { NO_BACKGROUND, backgroundOf, placeOnEarth } from "./background.js";
 import { MapView } from "./map.js";
 import { ChartStack } from "./chart.js";
@@ -95,6 +98,7 @@ export class MissionView {
   build(host) {
     this.now = el("dl", { class: "now" });
     this.believed = el("dl", { class: "now" });
+    this.why = el("p", { class: "explained" });
     this.warnings = el("ul", { class: "warnings" });
     this.log = el("ol", { class: "log", tabIndex: 0, "aria-label": "Log, newest first" });
     const maps = el("div", { class: this.options.sideBySide ? "maps side-by-side" : "maps" });
@@ -107,7 +111,7 @@ export class MissionView {
       this.options.below,
       el("div", { class: "side" },
         this.options.side,
-        !several && el("section", { class: "panel", "aria-labelledby": "now-title" }, el("h2", { id: "now-title" }, "Now"), this.now, this.warnings),
+        !several && el("section", { class: "panel", "aria-labelledby": "now-title" }, el("h2", { id: "now-title" }, "Now"), this.why, this.now, this.warnings),
         !several && el("section", { class: "panel", "aria-labelledby": "believed-title" }, el("h2", { id: "believed-title" }, "The planner's estimates"), this.believed),
         el("section", { class: "panel", "aria-labelledby": "log-title" }, el("h2", { id: "log-title" }, "Log"), this.log)),
       el("section", { class: "panel charts", "aria-label": "Time series" }, this.chartsHost = el("div"))));
@@ -178,7 +182,8 @@ export class MissionView {
       PLAY_SPEEDS.map((factor) => el("option", { value: String(factor), selected: factor === playback.speed }, `${factor}×`)));
     this.endButton = el("button", { type: "button", class: "end", onclick: () => playback.goToEnd() }, "Now");
     const worst = el("button", { type: "button", onclick: () => this.goToWorst() }, "Worst minute");
-    return el("div", { class: "transport", role: "group", "aria-label": "Replay" }, this.playButton, speed, this.slider, this.clock, this.endButton, worst);
+    const settled = !this.live && el("button", { type: "button", onclick: () => this.charts?.setWindow(scores(this.runs[0].recording).settled_from_s, playback.to) }, "Once settled");
+    return el("div", { class: "transport", role: "group", "aria-label": "Replay" }, this.playButton, speed, this.slider, this.clock, this.endButton, worst, settled);
   }
 
   /** Shows the minute with the largest distance of the first run to its goal. */
@@ -188,7 +193,7 @@ export class MissionView {
     this.playback.pause();
     this.playback.seek(worst.to);
     this.charts?.setWindow(worst.from - AROUND_S, worst.to + AROUND_S);
-    this.runs[0].recording.happened(worst.to, "worst", `from ${moment(worst.from, this.live)}: ${number(worst.rms_m, 1, "m")} from the goal, root mean square over a minute`);
+    this.runs[0].recording.journal.happened(worst.to, "worst", `from ${moment(worst.from, this.live)}: ${number(worst.rms_m, 1, "m")} from the goal, root mean square over a minute`);
     this.draw();
   }
 
@@ -205,10 +210,12 @@ export class MissionView {
     if (this.empty) this.empty.hidden = !nothing;
     if (!nothing) {
       this.options.needed?.(t, playback.playing);
-      for (const { runs, view } of this.maps ?? []) {
-        const picture = pictureAt(runs, t, this.layers, this.background);
+      // Maps beside each other have the same axes.
+      /** @type {{ runs: Run[], view: MapView }[]} */
+      const maps = this.maps ?? [], pictures = maps.map(({ runs }) => pictureAt(runs, t, this.layers, this.background));
+      for (const [i, picture] of pictures.entries()) {
         picture.lines.push(...this.options.draft?.lines(picture.origin) ?? []);
-        view.draw(picture);
+        maps[i].view.draw({ ...picture, beside: pictures.toSpliced(i, 1) });
       }
       const version = this.runs.reduce((sum, { recording }) => sum + recording.version, 0);
       if (version !== this.drawnVersion) {
@@ -216,8 +223,11 @@ export class MissionView {
         this.drawnVersion = version;
       }
       // Apart from the charts: an entry that has the focus keeps it while nothing happens.
-      const entries = this.runs.reduce((sum, { recording }) => sum + recording.logVersion, 0);
-      if (entries !== this.drawnLog) this.drawLog();
+      const entries = this.runs.reduce((sum, { recording }) => sum + recording.journal.version, 0);
+      if (entries !== this.drawnLog) {
+        this.drawLog();
+        this.charts?.setEvents(chartEvents(this.runs[0].recording.journal.entries));
+      }
       this.drawnLog = entries;
       this.charts?.setCursor(t);
       this.charts?.draw();
@@ -247,7 +257,8 @@ export class MissionView {
     const i = plans.indexAt(t), value = (/** @type {string} */ name) => (i < 0 ? NaN : plans.column(name)[i]);
     const believed = recording.predictionAt(t)?.prediction;
     const method = i < 0 ? "–" : methodName(recording.methods[value("method")]);
-    const compared = believed ? ` (line of sight ${number(believed.line_of_sight_rms_m, 1, "m")})` : "";
+    const beside = (/** @type {string} */ ours, /** @type {string} */ law) => (believed ? `${ours}, line of sight ${law}` : ours);
+    fill(this.why ?? el("p"), believed && explanation(believed, { heading: value("heading"), speed: value("speed") }));
     // At the end of a live mission the clock runs on without plans.
     const since = this.live && this.playback.atEnd && this.hovered === null ? this.options.age?.() ?? 0 : 0;
     const old = since > 0 && Boolean(this.options.isOld?.());
@@ -260,7 +271,8 @@ export class MissionView {
       ["distance to the goal", number(goal.at("distance", t), 1, "m")],
       ["speed, reference", `${number(craft.at("speed", t), 2)}, ${number(value("speed"), 2, "m/s")}`],
       ["heading, reference", `${bearing(craft.at("heading", t))}, ${bearing(value("heading"))}`],
-      ["predicted RMS", `${number(believed?.rms_m ?? value("rms"), 1, "m")}${compared}`],
+      ...believed?.cost !== undefined ? [["predicted cost, least answers", beside(number(believed.cost, 0), number(believed.line_of_sight_cost, 0))]] : [],
+      [believed?.cost === undefined ? "predicted RMS distance" : "RMS distance in it", beside(number(believed?.rms_m ?? value("rms"), 1, "m"), number(believed?.line_of_sight_rms_m, 1, "m"))],
       ["solve time, lag", `${number(value("solve_ms"), 1, "ms")}, ${number(value("late_s") * 1000, 0, "ms")}`],
       ...earth ? [["surface craft", `${number(earth.lat_deg, 6, "°")}, ${number(earth.lon_deg, 6, "°")}`]] : [],
       ...Array.from(recording.ages, ([id, ages]) => [`${id} heard`, `${duration(ages.at("age", t) + (Number.isFinite(since) ? since : 0))} ago`]),
@@ -272,38 +284,12 @@ export class MissionView {
   }
 
   drawLog() {
-    const entries = this.runs.flatMap(({ name, recording }) => recording.log.map((entry) => ({ ...entry, name: this.runs.length > 1 ? name : "" })));
+    const entries = this.runs.flatMap(({ name, recording }) => recording.journal.entries.map((entry) => ({ ...entry, name: this.runs.length > 1 ? name : "" })));
     entries.sort((a, b) => b.t_s - a.t_s);
     fill(this.log ?? el("ol"), entries.slice(0, LOG_SHOWN).map((entry) => el("li", {},
       el("button", { type: "button", class: "time", onclick: () => { this.playback.pause(); this.playback.seek(entry.t_s); } }, moment(entry.t_s, this.live)),
       " ", el("strong", {}, entry.kind.replaceAll("_", " ")), entry.name && [" · ", named(entry.name)], entry.text && [": ", named(entry.text)])));
   }
-}
-
-/** @param {import("./types.js").Prediction} believed @returns {string[][]} */
-function beliefsOf({ current, craft, auvs, schedule }) {
-  const speed = current ? Math.hypot(...current) : NaN;
-  return [
-    ["current", current ? `${number(speed, 2, "m/s")} towards ${bearing(Math.atan2(current[1], current[0]))}` : "not known"],
-    ["heading lag", number(Number(craft.heading_lag_s), 2, "s")],
-    ["heading offset", number(degrees(Number(craft.heading_offset_rad)), 1, "°")],
-    ["surge lag", number(Number(craft.surge_lag_s), 2, "s")],
-    ["sway per yaw rate", number(Number(craft.sway_per_yaw_rate_s), 2, "s")],
-    ...schedule ? scheduleWords(schedule) : [],
-    ["craft follows", craft.follows ? "yes" : "no: its motion differs from the prediction"],
-    ...auvs.map(({ id, drift, route, dive, covariances_m2: [first] }) => [
-      id, `± ${number(Math.sqrt(((first?.[0] ?? NaN) + (first?.[2] ?? NaN)) * 2.995), 1, "m")} (95 %), drift ${number(Math.hypot(...drift), 3, "m/s")}${route ? `; ${routeWords(route)}` : ""}${dive ? `; dives from ${number(dive.depth_min_m, 0)} to ${number(dive.depth_max_m, 0, "m")}` : ""}`,
-    ]),
-  ];
-}
-
-/** @param {import("./types.js").RouteFit} route */
-function routeWords({ probability, north_m, east_m, next_turn, repeats }) {
-  const percent = number(100 * probability, 0, "%");
-  const kind = repeats && { lanes: `lanes of ${number(repeats.leg_m, 0, "m")}, ${number(repeats.spacing_m, 0, "m")} apart`, laps: `laps of ${number(repeats.period_m, 0, "m")}`, other: `a pattern of ${number(repeats.period_m, 0, "m")}` }[repeats.pattern];
-  const where = kind ? `found: ${kind}, ${number(repeats?.times ?? NaN, 1)} times` : `route ${number(Math.hypot(north_m, east_m), 1, "m")} off`;
-  const turn = next_turn && probability >= 0.5 ? `, next turn ${number(degrees(Math.abs(next_turn.by_rad)), 0, "°")} to ${next_turn.by_rad < 0 ? "port" : "starboard"} in ${number(next_turn.in_s, 0)} ± ${number(next_turn.sigma_s, 0, "s")}` : "";
-  return `${where}${turn}, follows it ${percent}`;
 }
 
 /** @param {HTMLElement | undefined} list @param {string[][]} pairs */

@@ -5,7 +5,7 @@ import { addTour, visitsAt } from "./visits.js";
 
 /**
  * @typedef {import("./recording.js").Recording} Recording
- * @typedef {import("./recording.js").Series} Series
+ * @typedef {import("./series.js").Series} Series
  * @typedef {import("./types.js").Picture} Picture
  * @typedef {{ name: string, colour: string, recording: Recording }} Run
  * @typedef {{ forecasts: boolean, goal: boolean, fixes: boolean, ghost: boolean, acoustic: boolean, bounds: boolean, paths: boolean, chart: boolean, tour: boolean }} Layers
@@ -61,7 +61,7 @@ export function pictureAt(runs, t, layers, background) {
 
 /** @param {Picture} picture @param {Recording} recording @param {number} t @param {Layers} layers */
 function bounds(picture, recording, t, layers) {
-  const { keep_outs, area } = recording.limitsAt(t), { paths = {} } = recording.scene;
+  const { keep_outs, area } = recording.limits.at(t), { paths = {} } = recording.scene;
   if (layers.paths) for (const [id, points] of Object.entries(paths)) picture.lines.push({ points, colour: "line", style: "wide", name: `path of ${id}` });
   if (!layers.bounds) return;
   if (area.length) picture.lines.push({ points: area, colour: "bad", style: "area", closed: true, name: "area" });
@@ -191,7 +191,7 @@ function references(picture, { recording, colour }, t, prediction, layers) {
 
 /** Where the craft was beyond a limit. @param {Picture} picture @param {Recording} recording @param {number} t */
 function breaches(picture, recording, t) {
-  for (const { north, east, limit, beyond } of recording.breachesUntil(t)) picture.marks.push({ north, east, kind: "violation", colour: "bad", title: `${number(beyond, 2, "m")} ${limit}` });
+  for (const { north, east, limit, beyond } of recording.limits.brokenUntil(t)) picture.marks.push({ north, east, kind: "violation", colour: "bad", title: `${number(beyond, 2, "m")} ${limit}` });
 }
 
 /** @param {Picture} picture @param {Run[]} runs @param {number} t */

@@ -10,13 +10,17 @@ export type RouteFit = { probability: number, north_m: number, east_m: number, n
   repeats?: { pattern: "lanes" | "laps" | "other", times: number, period_m: number, leg_m: number, spacing_m: number } };
 
 export type Prediction = { after_s: number[], asc: [number, number][], goal: [number, number][], line_of_sight: [number, number][], auvs: PredictedAuv[],
-  line_of_sight_reference: { speed_mps: number, heading_rad: number }, rms_m: number, line_of_sight_rms_m: number,
+  line_of_sight_reference: { speed_mps: number, heading_rad: number }, rms_m: number, line_of_sight_rms_m: number, cost?: number, line_of_sight_cost?: number,
   current?: [number, number], craft: { [name: string]: number | boolean }, violations: Violation[],
   warnings: { code: string, pointer: string, detail: string }[], schedule?: Schedule };
 
-export type Breach = { t: number, north: number, east: number, limit: string, beyond: number };
+export type Breach = { t: number, from: number, to: number, north: number, east: number, limit: string, beyond: number };
 
-export type Scene = { duration_s?: number, settled_after_s?: number, period_s?: number, scenario?: string, seed?: number, controller?: string, information?: string, clock_rate?: number, auvs?: string[], origin?: { lat_deg: number, lon_deg: number },
+export type Gains = { look_ahead_m: number, along_track_gain_per_s: number, integral_gain_mps?: number };
+
+export type Fault = { from_s: number, until_s?: number | null, what: string };
+
+export type Scene = { duration_s?: number, settled_after_s?: number, period_s?: number, scenario?: string, seed?: number, controller?: string, gains?: Gains, information?: string, faults?: Fault[], clock_rate?: number, auvs?: string[], origin?: { lat_deg: number, lon_deg: number },
   keep_outs?: { north_m: number, east_m: number, radius_m: number }[], area?: [number, number][], range_max_m?: number,
   paths?: { [id: string]: [number, number][] }, goal?: VisitGoal };
 
@@ -51,7 +55,7 @@ export type Mark = { north: number, east: number, kind: "fix" | "refused" | "vio
 export type Arrow = { north: number, east: number, heading: number, length_m: number, colour: string };
 
 export type Picture = { tracks: TrackLayer[], lines: Line[], discs: Disc[], ellipses: Ellipse[], marks: Mark[], arrows: Arrow[], vehicles: Vehicle[],
-  current: { north_mps: number, east_mps: number, estimated: boolean } | null, origin: { lat_deg: number, lon_deg: number } | null, label: string };
+  current: { north_mps: number, east_mps: number, estimated: boolean } | null, origin: { lat_deg: number, lon_deg: number } | null, label: string, beside?: Picture[] };
 
 /** A route that is made on the map. */
 export type Draft = { lines: (origin: Picture["origin"]) => Line[], place: (north: number, east: number) => void, takeFile: (file: File) => void };
