@@ -645,7 +645,7 @@ async fn the_page_loads_nothing_from_elsewhere() {
         path,
         media_type: content_type,
         content,
-    } in page::FILES
+    } in page::FILES.iter()
     {
         first_load += content.len();
         let answer = send(Settings::default(), get(path)).await;
@@ -678,7 +678,7 @@ async fn a_file_of_the_page_comes_once_and_no_cache_keeps_anything_else() {
         send(Settings::default(), request).await
     };
     let mut tags = BTreeSet::new();
-    for file in page::FILES {
+    for file in page::FILES.iter() {
         let first = asked(file.path, None).await;
         let tag = first.headers[header::ETAG].to_str().expect("is text");
         // Of the content alone: that of another version of the program has another.

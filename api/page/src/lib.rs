@@ -7,6 +7,8 @@
 //! A module states its imports first, a line each and by name, and exports declarations. What modules declare has one name in
 //! all of them, so that they can be written one after the other into one file ([`one_file`]).
 
+use std::sync::LazyLock;
+
 use serde_json::Value;
 
 /// A file of the page.
@@ -20,18 +22,44 @@ pub struct File {
     pub content: &'static str,
 }
 
+impl File {
+    fn lean(self) -> Self {
+        if self.media_type == SCRIPT {
+            let content = without_comments(self.content).leak();
+            Self { content, ..self }
+        } else {
+            self
+        }
+    }
+}
+
+/// A module with empty lines where it has comments: every line keeps its number.
+fn without_comments(module: &str) -> String {
+    let mut within = false;
+    let code = module.lines().flat_map(|line| {
+        let words = line.trim();
+        let begins = within || words.starts_with("/**");
+        let ends = words.ends_with("*/");
+        // What follows a comment in its line is code.
+        let comment = within || words.starts_with("//") || begins && (ends || !words.contains("*/"));
+        within = begins && !words.contains("*/");
+        [if comment { "" } else { line }, "\n"]
+    });
+    code.collect()
+}
+
 const HTML: &str = "text/html; charset=utf-8";
 const SCRIPT: &str = "text/javascript; charset=utf-8";
 const STYLE: &str = "text/css; charset=utf-8";
 
 macro_rules! files {
     ($($path:literal: $media_type:expr, $name:literal;)*) => {
-        &[$(File { path: $path, media_type: $media_type, content: include_str!(concat!("../web/", $name)) }),*]
+        LazyLock::new(|| vec![$(File { path: $path, media_type: $media_type, content: include_str!(concat!("../web/", $name)) }.lean()),*])
     };
 }
 
-/// Every file of the page, the document itself first.
-pub const FILES: &[File] = files! {
+/// Every file of the page, the document itself first. Modules are without their comments, a fifth of them, which a boat's link need not carry.
+pub static FILES: LazyLock<Vec<File>> = files! {
     "/": HTML, "index.html";
     "/page.css": STYLE, "page.css";
     "/icon.svg": "image/svg+xml", "icon.svg";
@@ -138,6 +166,7 @@ pub fn one_file(title: &str, data: &Value) -> String {
 
 /// A module without its imports, and with nothing exported: what is left declares the same names.
 fn declarations(module: &str) -> String {
+    let module = without_comments(module);
     let lines = module.lines().filter(|line| !line.starts_with("import "));
     lines
         .flat_map(|line| [line.strip_prefix("export ").unwrap_or(line), "\n"])
@@ -190,6 +219,22 @@ mod tests {
                     assert!(all.contains(name), "{name} is in no module of a report");
                 }
             }
+        }
+    }
+
+    #[test]
+    fn a_module_is_served_without_its_comments_and_with_all_of_its_code() {
+        let module = "// What it is.\n/** One line. */\nconst a = 1; // said\n  /**\n   * More.\n   */\n  /** @type {A} */ (b).c();\n";
+        let lean = "\n\nconst a = 1; // said\n\n\n\n  /** @type {A} */ (b).c();\n";
+        assert_eq!(without_comments(module), lean);
+        for file in FILES.iter().filter(|file| file.media_type == SCRIPT) {
+            let wrong = |line: &str| ["//", "* ", "/**"].iter().any(|start| line.starts_with(start));
+            let left = file
+                .content
+                .lines()
+                .map(str::trim)
+                .find(|line| wrong(line) && !line.contains("*/ "));
+            assert_eq!(left, None, "{}", file.path);
         }
     }
 
