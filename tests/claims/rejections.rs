@@ -153,8 +153,9 @@ async fn a_member_is_refused_by_place_and_reason() {
         /deadline_ms              -1                  out_of_range
         /deadline_ms              "soon"              wrong_type
         # An angle in degrees is not wrapped.
-        /asc/heading_rad          45                  out_of_range
-        /auvs/0/state/course_rad  45                  out_of_range
+        /asc/heading_rad          90                  out_of_range      must be from -6.283185307179586 to 6.283185307179586 rad: may be degrees: `heading_deg`
+        /auvs/0/state/course_rad  45                  out_of_range      must be from -6.283185307179586 to 6.283185307179586 rad: may be degrees: `course_deg`
+        /asc/heading_deg          30                  mixed
         # An AUV has a state or reports.
         /auvs/0/reports           [{"t_s":110,"north_m":1,"east_m":2,"sigma_m":1.5}]  unexpected
         /auvs/0                   {"id":"auv-1"}      missing           /auvs/0/state

@@ -13,6 +13,7 @@ use crate::{
     batch, crafts, examples, health, metrics, missions, planning, route_files,
 };
 
+mod directions;
 mod limits;
 mod rules;
 
@@ -37,6 +38,7 @@ pub(crate) fn document() -> &'static Value {
             }
         }
         limits::write(&mut document);
+        directions::write(&mut document);
         rules::write(&mut document);
         link_missions(&mut document);
         describe_events(&mut document);

@@ -2,10 +2,10 @@
 
 use std::ops::RangeInclusive;
 
-use planner::snapshot::{InvalidField, InvalidReason};
+use planner::snapshot::{ANGLE, InvalidField, InvalidReason};
 use serde_json::json;
 
-use crate::FieldError;
+use crate::{DIRECTIONS, FieldError};
 
 impl From<&InvalidField> for FieldError {
     fn from(invalid: &InvalidField) -> Self {
@@ -14,7 +14,7 @@ impl From<&InvalidField> for FieldError {
         let of = |code: &str| Self::new(pointer.as_str(), code, reason.to_string());
         match reason {
             InvalidReason::OutOfRange { given, least, most } => {
-                Self::out_of_range(pointer, *given, *least, *most)
+                perhaps_degrees(Self::out_of_range(pointer, *given, *least, *most), *given)
             }
             InvalidReason::OffTheClock {
                 given,
@@ -78,6 +78,18 @@ impl From<&InvalidField> for FieldError {
             }
         }
     }
+}
+
+/// Asks of an angle of more than a turn whether it is in degrees.
+fn perhaps_degrees(mut error: FieldError, given: f64) -> FieldError {
+    let name = error.pointer.rsplit('/').next().unwrap_or_default();
+    if name.ends_with("_rad") && !ANGLE.contains(&given) {
+        error.detail += " rad: may be degrees";
+        if let Some([degrees, _]) = DIRECTIONS.iter().find(|[_, radians]| name == *radians) {
+            error.detail.extend([": `", degrees, "`"]);
+        }
+    }
+    error
 }
 
 pub(super) fn length(pointer: String, given: usize, range: RangeInclusive<usize>, unit: &str) -> FieldError {

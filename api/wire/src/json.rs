@@ -71,7 +71,7 @@ impl Json<'_> {
     }
 
     /// What people call it.
-    fn name(&self) -> &'static str {
+    pub(crate) fn name(&self) -> &'static str {
         match self {
             Json::Null => "null",
             Json::Bool(_) => "true or false",

@@ -13,6 +13,7 @@
 mod check;
 mod craft_frame;
 mod digest;
+mod directions;
 mod dump;
 mod field_error;
 mod field_pointers;
@@ -28,6 +29,7 @@ mod write_answer;
 pub use check::{check, snapshot, unsupported_version, with_defaults};
 pub use craft_frame::CraftFrame;
 pub use digest::{plan_id, sha256};
+pub use directions::{DIRECTION_DEG, DIRECTIONS};
 pub use dump::program_dump;
 pub use field_error::{FieldError, shortened};
 pub use json::{Unread, VALUES_MAX};

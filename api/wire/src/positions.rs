@@ -112,6 +112,10 @@ impl Positions {
             [Some(lat_deg), Some(lon_deg)] => Origin { lat_deg, lon_deg },
             given => {
                 let missing = DEGREES[usize::from(given[0].is_some())];
+                if let Some(other) = object.member(missing) {
+                    let detail = format!("must be a number, not {}", other.name());
+                    return Err(Misfit::new(format!("/{missing}"), "wrong_type", detail));
+                }
                 let detail = "latitude and longitude come together";
                 return Err(Misfit::new(format!("/{missing}"), "missing", detail));
             }
@@ -311,7 +315,7 @@ mod tests {
             (
                 json!({ "lat_deg": "x", "lon_deg": 0.0 }),
                 "/asc/lat_deg",
-                "missing",
+                "wrong_type",
             ),
             (
                 json!({ "lat_deg": 38.41, "lon_deg": -9.12, "north_m": 0.0, "east_m": 0.002 }),

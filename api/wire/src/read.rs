@@ -1,10 +1,11 @@
-//! A body of JSON as a request type, with its positions in metres.
+//! A body of JSON as a request type, with its positions in metres and its directions in radians.
 
 use planner::snapshot::Origin;
 use serde::de::DeserializeOwned;
 
 use crate::{
     FieldError,
+    directions::WereInDegrees,
     json::{Json, Misfit, Node, Unread, parse, token},
     positions::Positions,
 };
@@ -21,8 +22,9 @@ pub fn read_from<T: DeserializeOwned>(body: &[u8], origin: Option<Origin>) -> Re
 
 fn read_whole<T: DeserializeOwned>(mut json: Json<'_>, origin: Option<Origin>) -> Result<T, Unread> {
     let read = json.each_name_once().and_then(|()| {
+        let degrees = WereInDegrees::put_into_radians(&mut json)?;
         Positions::of(&json, origin)?.put_into_metres(&mut json)?;
-        T::deserialize(Node::whole(&json))
+        T::deserialize(Node::whole(&json)).map_err(|misfit| degrees.as_sent(misfit))
     });
     read.map_err(|Misfit(error)| Unread::Misfit(error))
 }

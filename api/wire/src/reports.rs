@@ -5,6 +5,7 @@ use serde::Deserialize;
 
 use crate::{
     FieldError,
+    directions::WereInDegrees,
     json::{Json, Misfit, Node, Unread, parse, token},
     mission::{AscReport, Note, Reports},
     positions::Positions,
@@ -151,18 +152,18 @@ impl Item<'_> {
 
     fn shaped(&mut self, positions: &mut Positions) -> Result<Reports, Misfit> {
         self.json.each_name_once()?;
+        let degrees = WereInDegrees::put_into_radians(&mut self.json)?;
         positions.put_into_metres(&mut self.json)?;
         let whole = Node::whole(&self.json);
         let mut one = Reports::default();
-        match &self.of {
-            Of::Auv(id) => {
-                let fix = Report::deserialize(whole)?;
+        let read = match &self.of {
+            Of::Auv(id) => Report::deserialize(whole).map(|fix| {
                 one.auvs.insert(id.clone(), vec![fix]);
-            }
-            Of::Asc => one.asc.push(AscReport::deserialize(whole)?),
-            Of::Note => one.notes.push(Note::deserialize(whole)?),
-        }
-        Ok(one)
+            }),
+            Of::Asc => AscReport::deserialize(whole).map(|state| one.asc.push(state)),
+            Of::Note => Note::deserialize(whole).map(|note| one.notes.push(note)),
+        };
+        read.map_err(|misfit| degrees.as_sent(misfit)).map(|()| one)
     }
 }
 

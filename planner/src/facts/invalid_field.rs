@@ -44,7 +44,7 @@ pub enum InvalidReason {
     /// Too few or too many items or bytes.
     #[error("must have {least} to {most} {unit}, has {given}")]
     Length {
-        /// What is counted: `items` or `bytes`.
+        /// What is counted, such as `points` or `bytes`.
         unit: &'static str,
         /// How many there are.
         given: usize,

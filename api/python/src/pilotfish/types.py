@@ -62,8 +62,10 @@ class Asc(TypedDict):
     ground_east_mps: NotRequired[float | None]
     # Northward velocity over ground, m/s; together with `ground_east_mps` or not at all.
     ground_north_mps: NotRequired[float | None]
+    # Instead of `heading_rad`: the same in degrees. The service stores radians.
+    heading_deg: NotRequired[float | None]
     # Heading, rad, within ±2π.
-    heading_rad: float
+    heading_rad: NotRequired[float]
     # Latitude, degrees, positive north: with `lon_deg` instead of `north_m` and `east_m`, where there is an
     # `origin`.
     lat_deg: NotRequired[float | None]
@@ -115,8 +117,10 @@ class AuvState(TypedDict):
     # Age of the report, s. From 15 minutes on a goal that needs this vehicle now is held, and limits about it no
     # longer count; from an hour on it is taken to stay where it was. Default: 0.
     age_s: NotRequired[float]
+    # Instead of `course_rad`: the same in degrees. The service stores radians.
+    course_deg: NotRequired[float | None]
     # Course over ground, rad, within ±2π.
-    course_rad: float
+    course_rad: NotRequired[float]
     # Covariance of north, east, north velocity and east velocity then, row by row, in m², m²/s and m²/s²:
     # symmetric, no eigenvalue negative. Default: not known.
     covariance: NotRequired[list[list[float]] | None]
@@ -755,6 +759,8 @@ class Offset(TypedDict):
 
     # `target`, `path`: how far ahead, m, within ±1000.
     ahead_m: NotRequired[float | None]
+    # Instead of `bearing_rad`: the same in degrees. The service stores radians.
+    bearing_deg: NotRequired[float | None]
     # `polar`: in which direction, rad, clockwise from north, within ±2π.
     bearing_rad: NotRequired[float | None]
     # `ned`: how far east, m, within ±1000.
@@ -1278,6 +1284,8 @@ class RepeatedTrack(TypedDict):
 class Report(TypedDict):
     """A measured position of an underwater vehicle, and what the vehicle reported of itself then."""
 
+    # Instead of `course_rad`: the same in degrees. The service stores radians.
+    course_deg: NotRequired[float | None]
     # Telemetered course over ground, rad, within ±2π; together with `speed_mps` or not at all.
     course_rad: NotRequired[float | None]
     # Telemetered depth, m, positive down. Default: not reported; if no report states it, 0 is used.

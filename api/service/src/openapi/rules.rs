@@ -13,7 +13,7 @@ const POINTS: [&str; 3] = ["from", "to", "centre"];
 /// Shapes with a position, in metres or on Earth.
 const POSITIONS: [&str; 4] = ["Asc", "AuvState", "Report", "KeepOut"];
 
-/// Writes every rule into `document`. Limits have been written before.
+/// Writes every rule into `document`. Limits and directions in degrees have been written before.
 pub(super) fn write(document: &mut Value) {
     let schemas = &mut document["components"]["schemas"];
     for (shape, variants) in one_of() {
@@ -22,7 +22,7 @@ pub(super) fn write(document: &mut Value) {
             .iter()
             .map(|variant| variant.rule(&variants, schema))
             .collect();
-        schema["allOf"] = json!([{ "oneOf": rule }]);
+        add_rule(schema, json!({ "oneOf": rule }));
     }
     schemas["Reports"]["allOf"] = json!([{ "anyOf": [
         { "required": ["auvs"], "properties": { "auvs": { "minProperties": 1 } } },
@@ -68,10 +68,17 @@ fn write_position(schema: &mut Value) {
     if let Some(required) = schema["required"].as_array_mut() {
         required.retain(|name| !pairs[0].iter().any(|metres| name == metres));
     }
-    let either = json!({ "anyOf": pairs.map(|pair| json!({ "required": pair })) });
+    add_rule(
+        schema,
+        json!({ "anyOf": pairs.map(|pair| json!({ "required": pair })) }),
+    );
+}
+
+/// Adds `rule` to those of a schema.
+pub(super) fn add_rule(schema: &mut Value, rule: Value) {
     match schema["allOf"].as_array_mut() {
-        Some(rules) => rules.push(either),
-        None => schema["allOf"] = json!([either]),
+        Some(rules) => rules.push(rule),
+        None => schema["allOf"] = json!([rule]),
     }
 }
 
@@ -154,7 +161,14 @@ fn one_of() -> Vec<(&'static str, Vec<Variant>)> {
         ("NewMission", either(&["live"], &["simulated"])),
         ("Simulated", either(&["scenario"], &["scenario_file"])),
         ("Asc", together(&["ground_north_mps", "ground_east_mps"])),
-        ("Report", together(&["course_rad", "speed_mps"])),
+        (
+            "Report",
+            vec![
+                given(&["course_rad", "speed_mps"]),
+                given(&["course_deg", "speed_mps"]),
+                given(&[]),
+            ],
+        ),
         (
             "HeadingLoop",
             vec![
@@ -193,6 +207,7 @@ fn one_of() -> Vec<(&'static str, Vec<Variant>)> {
                 frame(&["ned"], &["north_m", "east_m"]),
                 frame(&["target", "path"], &["ahead_m", "starboard_m"]),
                 frame(&["polar"], &["range_m", "bearing_rad"]),
+                frame(&["polar"], &["range_m", "bearing_deg"]),
             ],
         ),
         (

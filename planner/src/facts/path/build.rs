@@ -26,7 +26,7 @@ impl Path {
     /// for its `fillet_m`. Way-points without one have corners of any angle.
     pub fn from_segments(segments: &[Segment], closed: bool) -> Result<Self, InvalidPath> {
         let given = segments.iter().map(Segment::count).sum();
-        require_count(format_args!("segments"), given, 1..=SEGMENTS_MAX)?;
+        require_count(format_args!("segments"), given, 1..=SEGMENTS_MAX, "segments")?;
         let mut path = Self::starting_at(Vector2::zeros(), 0.0);
         let ring = closed && segments.len() == 1;
         for (i, segment) in segments.iter().enumerate() {

@@ -54,6 +54,7 @@ pub(super) fn require_count(
     field: fmt::Arguments<'_>,
     given: usize,
     range: std::ops::RangeInclusive<usize>,
+    unit: &'static str,
 ) -> Result<(), InvalidPath> {
     if range.contains(&given) {
         return Ok(());
@@ -62,7 +63,7 @@ pub(super) fn require_count(
     Err(invalid(
         field,
         InvalidReason::Length {
-            unit: "items",
+            unit,
             given,
             least,
             most,

@@ -190,6 +190,13 @@ impl Segment {
                 require_point(format_args!("{field}/from"), from)?;
                 require_point(format_args!("{field}/centre"), centre)?;
                 let radius = between(centre, from).norm();
+                if radius < LENGTH_MIN {
+                    let (points, within) = ("beginning and centre", LENGTH_MIN);
+                    return Err(invalid(
+                        format_args!("{field}/centre"),
+                        InvalidReason::OnePlace { points, within },
+                    ));
+                }
                 require_within(format_args!("{field}/centre"), radius, LENGTH_MIN, LENGTH_MAX)?;
                 let (field, least) = (format_args!("{field}/angle_rad"), LENGTH_MIN / radius);
                 require_within(field, angle_rad.abs(), least, ARC_ANGLE_MAX)?;

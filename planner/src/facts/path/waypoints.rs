@@ -51,7 +51,7 @@ pub(super) fn legs(
     let legs = Legs::new(points, ring, corners, field)?;
     if !sailed.is_empty() {
         let n = points.len() - usize::from(!ring);
-        require_count(format_args!("{field}/legs"), sailed.len(), n..=n)?;
+        require_count(format_args!("{field}/legs"), sailed.len(), n..=n, "legs")?;
     }
     for (k, leg) in sailed.iter().enumerate() {
         let given = [leg.speed_mps, leg.depth_m];
@@ -114,6 +114,7 @@ impl Legs {
             format_args!("{field}/points"),
             given.len(),
             n_least..=SEGMENTS_MAX,
+            "points",
         )?;
         for (k, point) in given.iter().enumerate() {
             require_point(format_args!("{field}/points/{k}"), point)?;

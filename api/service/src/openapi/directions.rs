@@ -1,0 +1,39 @@
+//! Directions that requests may state in degrees, in the `OpenAPI` document. The planner's shapes have radians.
+
+use serde_json::{Value, json};
+use wire::{DIRECTION_DEG, DIRECTIONS};
+
+use super::rules::add_rule;
+
+/// Shapes of requests with a direction.
+const SHAPES: [&str; 4] = ["Asc", "AuvState", "Report", "Offset"];
+
+/// Gives every shape with a direction in radians the same in degrees. One of the two is required where that in radians was.
+pub(super) fn write(document: &mut Value) {
+    for shape in SHAPES {
+        let schema = &mut document["components"]["schemas"][shape];
+        for [degrees, radians] in DIRECTIONS {
+            if schema["properties"].get(radians).is_none() {
+                continue;
+            }
+            schema["properties"][degrees] = json!({
+                "type": ["number", "null"], "format": "double",
+                "minimum": DIRECTION_DEG.start(), "maximum": DIRECTION_DEG.end(),
+                "description": format!("Instead of `{radians}`: the same in degrees. The service stores radians."),
+            });
+            let required = schema["required"].as_array_mut();
+            let at = required.and_then(|names| Some((names.iter().position(|name| name == radians)?, names)));
+            if let Some((at, names)) = at {
+                names.remove(at);
+                let given = |name: &str, other: &str| {
+                    json!({ "required": [name],
+                        "properties": { name: { "type": "number" }, other: { "type": "null" } } })
+                };
+                add_rule(
+                    schema,
+                    json!({ "oneOf": [given(radians, degrees), given(degrees, radians)] }),
+                );
+            }
+        }
+    }
+}
