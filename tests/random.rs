@@ -14,7 +14,7 @@ use planner::{
     snapshot::{
         Acoustics, Asc, Auv, AuvState, Current, DeclaredPath, Dive, Drift, Forecast, Goal, GroundTrack, Hold,
         KeepOut, Limits, Offset, PlanRequest, PreviousCraft, PreviousEstimate, PreviousPlan, PreviousTarget,
-        Report, Task, TrajectoryPoint, VehicleId,
+        Report, Task, TrajectoryPoint, Tuning, VehicleId,
     },
 };
 use rand::{RngExt, SeedableRng};
@@ -29,6 +29,35 @@ pub fn observation(seed: u64) -> PlanRequest {
         ugly: seed % 2 == 1,
     };
     draw.observation()
+}
+
+/// The planner's levers from all over what is accepted, another for every seed: each member in every other one.
+#[must_use]
+pub fn tuning(seed: u64) -> Tuning {
+    let mut draw = Draw {
+        rng: ChaCha8Rng::seed_from_u64(seed),
+        ugly: true,
+    };
+    let mut weight = |usual: f64, accepted: (f64, f64)| {
+        let given = draw.number((0.5 * usual, 2.0 * usual), accepted);
+        draw.chance(0.5).then_some(given)
+    };
+    Tuning {
+        position_weight_per_m2: weight(1.0, (0.01, 10.0)),
+        velocity_weight_per_m2ps2: weight(15.0, (0.0, 150.0)),
+        acceleration_weight_per_m2ps4: weight(100.0, (0.0, 1.0e4)),
+        terminal_position_weight_per_m2: weight(10.0, (0.0, 100.0)),
+        terminal_velocity_weight_per_m2ps2: weight(150.0, (0.0, 1500.0)),
+        energy_weight_per_j: weight(0.1, (0.0, 10.0)),
+        scp_iterations: draw.chance(0.5).then(|| draw.rng.random_range(1..=4)),
+        steps_s: draw.chance(0.5).then(|| {
+            let n = draw.rng.random_range(2..=60);
+            let least = 5.0 / f64::from(n);
+            (0..n)
+                .map(|_| draw.number((least.max(0.5), 4.0_f64.max(least)), (least.max(0.1), 10.0)))
+                .collect()
+        }),
+    }
 }
 
 struct Draw {

@@ -16,5 +16,6 @@ pub(crate) mod previous_plan;
 pub(crate) mod ranges;
 pub(crate) mod reference;
 pub(crate) mod schedule;
+pub(crate) mod tuning;
 pub(crate) mod visit;
 pub(crate) mod water;

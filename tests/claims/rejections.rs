@@ -640,6 +640,19 @@ async fn invalid_bounds_and_dives_are_located() {
         /acoustics               100                              wrong_type
         /surfacing_separation_m  0.4                              out_of_range
         /surfacing_separation_m  "5 m"                            wrong_type
+        /tuning/position_weight_per_m2            0               out_of_range  0.01..10
+        /tuning/velocity_weight_per_m2ps2         -1              out_of_range  0..150
+        /tuning/acceleration_weight_per_m2ps4     10001           out_of_range  0..10000
+        /tuning/terminal_position_weight_per_m2   101             out_of_range  0..100
+        /tuning/terminal_velocity_weight_per_m2ps2  1501          out_of_range  0..1500
+        /tuning/energy_weight_per_j               -0.1            out_of_range  0..10
+        /tuning/energy_weight_per_j               "1"             wrong_type
+        /tuning/scp_iterations                    0               out_of_range  1..10
+        /tuning/scp_iterations                    2.5             wrong_type
+        /tuning/steps_s                           [10]            length        2..120
+        /tuning/steps_s                           [1,1]           out_of_range  5..600
+        /tuning/steps_s                           [9,0.05]        out_of_range  /tuning/steps_s/1
+        /tuning/slack                             1               unknown_field
         /auvs/0/dive/depth_min_m  -0.1                            out_of_range  0..11999.5
         /auvs/0/dive/depth_max_m  1.4                             out_of_range  1.5..12000
         /auvs/0/dive/pitch_rad    50                              out_of_range  0.05..1.4

@@ -22,6 +22,9 @@ impl From<&InvalidField> for FieldError {
                 least,
                 most,
             } => Self::off_the_clock(pointer, *given, "the request's `t_s`", *now, &(*least..=*most)),
+            InvalidReason::Horizon { given, least, most } => of("out_of_range")
+                .given(*given)
+                .limit(json!({ "least": least, "most": most })),
             InvalidReason::Length {
                 unit,
                 given,

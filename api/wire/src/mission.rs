@@ -9,7 +9,7 @@ use planner::{
     los::LosLaw,
     snapshot::{
         Acoustics, Asc, Current, DeclaredLimits, DeclaredPath, Dive, Forecast, Hold, KeepOut, Origin, Report,
-        Task,
+        Task, Tuning,
     },
 };
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -74,6 +74,9 @@ pub struct Simulated {
     #[serde(default, skip_serializing_if = "Controller::is_planner")]
     #[schema(required = false)]
     pub controller: Controller,
+    /// The planner's levers, as in a snapshot. Laws do not use them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tuning: Option<Tuning>,
 }
 
 /// What steers the surface craft of a simulated mission.
@@ -145,6 +148,9 @@ pub struct Live {
     /// Horizontal distance to keep from surfacing vehicles, as in a snapshot.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surfacing_separation_m: Option<f64>,
+    /// The planner's levers, as in a snapshot.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tuning: Option<Tuning>,
     /// How to guess the underwater vehicles' future, as in a snapshot.
     #[serde(default)]
     pub forecast: Forecast,
@@ -222,6 +228,14 @@ pub struct Setting {
     )]
     #[schema(value_type = Option<CraftDescription>)]
     pub craft: Option<Option<CraftDescription>>,
+    /// The planner's levers.
+    #[serde(
+        default,
+        deserialize_with = "removable",
+        skip_serializing_if = "Option::is_none"
+    )]
+    #[schema(value_type = Option<Tuning>)]
+    pub tuning: Option<Option<Tuning>>,
     /// Discs to keep out of.
     #[serde(
         default,
@@ -287,7 +301,7 @@ fn null_if_empty<T: Serialize, S: Serializer>(
 
 impl Setting {
     /// How many members it has at most.
-    pub const MEMBERS: usize = 7;
+    pub const MEMBERS: usize = 8;
 
     /// Puts the members that are given into `config`, and keeps those that they replace instead.
     pub fn exchange_with(&mut self, config: &mut Live) {
@@ -299,6 +313,7 @@ impl Setting {
         exchange(self.goal.as_mut(), &mut config.goal);
         exchange(self.limits.as_mut(), &mut config.limits);
         exchange(self.craft.as_mut(), &mut config.craft);
+        exchange(self.tuning.as_mut(), &mut config.tuning);
         exchange(self.keep_outs.as_mut(), &mut config.keep_outs);
         exchange(self.area.as_mut(), &mut config.area);
         exchange(self.origin.as_mut(), &mut config.origin);
@@ -314,6 +329,7 @@ impl Setting {
             goal: patch.goal.or(self.goal),
             limits: patch.limits.or(self.limits),
             craft: patch.craft.or(self.craft),
+            tuning: patch.tuning.or(self.tuning),
             keep_outs: patch.keep_outs.or(self.keep_outs),
             area: patch.area.or(self.area),
             ..Self::default()
@@ -328,6 +344,7 @@ impl From<&Live> for Setting {
             goal: Some(config.goal.clone()),
             limits: Some(config.limits),
             craft: Some(config.craft.clone()),
+            tuning: Some(config.tuning.clone()),
             keep_outs: Some(config.keep_outs.clone()),
             area: Some(config.area.clone()),
             ..Self::default()

@@ -94,6 +94,7 @@ pub fn explain(snapshot: &Snapshot, planned: CostTerms, parameters: &Parameters,
     let mut solvers = Solvers::default();
     let mut explanation = Explanation::default();
     let times: Vec<f64> = parameters
+        .of(snapshot)
         .steps
         .iter()
         .scan(0.0, |time, step| {

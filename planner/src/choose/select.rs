@@ -62,6 +62,7 @@ pub(crate) fn select_answer(
     stop: &Stop,
     solve: &mut dyn FnMut(&Program) -> Solution,
 ) -> Plan {
+    let parameters = &*parameters.of(snapshot);
     // 1. The problem: goal and craft on the grid.
     let (goal, schedule) = scheduled_goal(snapshot, parameters, remembered_course(snapshot), stop);
     let horizon = Horizon::new(snapshot, parameters, &goal);
@@ -266,6 +267,7 @@ fn steered(level: Level, snapshot: &Snapshot, parameters: &Parameters, horizon: 
 
 /// What `law` would do from a start without memory.
 pub(crate) fn baseline_of(snapshot: &Snapshot, parameters: &Parameters, law: LosLaw) -> Baseline {
+    let parameters = &*parameters.of(snapshot);
     let (goal, _) = scheduled_goal(snapshot, parameters, remembered_course(snapshot), &Stop::never());
     let horizon = Horizon::new(snapshot, parameters, &goal);
     let tuning = tuning(law, parameters);
@@ -281,6 +283,7 @@ pub(crate) fn baseline_from_memory(
     parameters: &Parameters,
     law: &TrackingLaw,
 ) -> Baseline {
+    let parameters = &*parameters.of(snapshot);
     let (goal, _) = scheduled_goal(snapshot, parameters, remembered_course(snapshot), &Stop::never());
     let horizon = Horizon::new(snapshot, parameters, &goal);
     let rollout = horizon.carried_on(snapshot, &goal, law.clone());

@@ -29,6 +29,16 @@ pub enum InvalidReason {
         /// Largest value accepted.
         most: f64,
     },
+    /// Steps that make too short or too long a horizon, s.
+    #[error("the steps add up to {given} s, which is not in [{least}, {most}]")]
+    Horizon {
+        /// The horizon.
+        given: f64,
+        /// Shortest accepted.
+        least: f64,
+        /// Longest accepted.
+        most: f64,
+    },
     /// A time that is too far from now, s.
     #[error("{given} is {} s from now and not in [{least}, {most}]", (.given - .now).abs())]
     OffTheClock {

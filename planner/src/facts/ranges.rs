@@ -218,6 +218,28 @@ pub(crate) const LIMITS: [Range; 4] = [
     ("deceleration_max_mps2", 0.001..=5.0),
 ];
 
+/// The planner's levers. A weight is at most ten times its default (acceleration a hundred times), so that prices of limits stay
+/// above what a goal may bid; without a weight of position, no goal is followed.
+pub(crate) const TUNING: [Range; 7] = [
+    ("position_weight_per_m2", 0.01..=10.0),
+    ("velocity_weight_per_m2ps2", 0.0..=150.0),
+    ("acceleration_weight_per_m2ps4", 0.0..=1.0e4),
+    ("terminal_position_weight_per_m2", 0.0..=100.0),
+    ("terminal_velocity_weight_per_m2ps2", 0.0..=1500.0),
+    // At 10/J every craft of the presets rather stays than goes.
+    ("energy_weight_per_j", 0.0..=10.0),
+    ("scp_iterations", 1.0..=10.0),
+];
+
+/// An interval of the horizon, s.
+pub const STEP: RangeInclusive<f64> = 0.1..=10.0;
+
+/// Number of intervals of the horizon: at most four times the default's, and fewer than an earlier answer may have points.
+pub const STEPS_COUNT: RangeInclusive<usize> = 2..=120;
+
+/// The horizon, s: from what a slow heading loop needs to begin a turn to where no forecast holds.
+pub(crate) const HORIZON: RangeInclusive<f64> = 5.0..=600.0;
+
 /// Time constant of a loop, s: 0 answers at once, beyond a minute no loop is closed.
 pub const TIME_CONSTANT: RangeInclusive<f64> = 0.0..=60.0;
 
@@ -299,7 +321,7 @@ pub(crate) const PREVIOUS_ASKED: [Range; 2] = [("asked_speed_mps", 0.0..=40.0), 
 
 /// The ranges of numbers by the name of their shape in `/openapi.json`. A shape may stand twice.
 pub fn ranges_by_shape() -> impl Iterator<Item = (&'static str, Range)> {
-    let tables: [(&str, &'static [Range]); 34] = [
+    let tables: [(&str, &'static [Range]); 35] = [
         (
             "PlanRequest",
             &[("t_s", TIME), ("surfacing_separation_m", SURFACING_SEPARATION)],
@@ -324,6 +346,7 @@ pub fn ranges_by_shape() -> impl Iterator<Item = (&'static str, Range)> {
         ("Offset", &OFFSET_AHEAD),
         ("Offset", &OFFSET_POLAR),
         ("Limits", &LIMITS),
+        ("Tuning", &TUNING),
         ("Craft", &CRAFT),
         ("HeadingLoop", &HEADING_LOOP),
         ("SurgeLoop", &SURGE_LOOP),

@@ -1,8 +1,15 @@
 //! Every tuned number of the planner, once.
 
+use std::borrow::Cow;
+
 use crate::{
-    craft::model::CraftModel, estimate::from_reports::Estimate, facts::asc::Limits, los::law::LosGains,
-    predict::goal::GoalForecast, snapshot::build::Snapshot, visit::fleet::SchedulingParameters,
+    craft::model::CraftModel,
+    estimate::from_reports::Estimate,
+    facts::{asc::Limits, tuning::Tuning},
+    los::law::LosGains,
+    predict::goal::GoalForecast,
+    snapshot::build::Snapshot,
+    visit::fleet::SchedulingParameters,
 };
 
 /// Standard deviations within which an error of the craft's position cannot be distinguished from one of the goal's.
@@ -23,7 +30,7 @@ pub struct Parameters {
     /// Integral gain σ of integral line of sight, m/s, where it is not tuned.
     pub integral_gain: f64,
     /// SCP iterations from one initial guess; each linearises about the directions of travel of the one before.
-    pub scp_iterations: usize,
+    pub scp_iterations: u32,
     /// Oldest previous plan that is still followed, s.
     pub previous_plan_age_max: f64,
     /// Farthest that a previous plan may lead past the craft and still be its plan, m: what 10 s at full
@@ -94,6 +101,39 @@ pub struct Weights {
 }
 
 impl Parameters {
+    /// These with the levers that `tuning` sets.
+    #[must_use]
+    pub fn tuned(&self, tuning: &Tuning) -> Self {
+        let weights = &self.weights;
+        let or = |given: Option<f64>, usual: f64| given.unwrap_or(usual);
+        Self {
+            steps: tuning.steps_s.clone().unwrap_or_else(|| self.steps.clone()),
+            scp_iterations: tuning.scp_iterations.unwrap_or(self.scp_iterations),
+            weights: Weights {
+                position: or(tuning.position_weight_per_m2, weights.position),
+                velocity: or(tuning.velocity_weight_per_m2ps2, weights.velocity),
+                acceleration: or(tuning.acceleration_weight_per_m2ps4, weights.acceleration),
+                terminal_position: or(tuning.terminal_position_weight_per_m2, weights.terminal_position),
+                terminal_velocity: or(
+                    tuning.terminal_velocity_weight_per_m2ps2,
+                    weights.terminal_velocity,
+                ),
+                energy: or(tuning.energy_weight_per_j, weights.energy),
+                ..weights.clone()
+            },
+            ..self.clone()
+        }
+    }
+
+    /// These with the levers that `snapshot` sets.
+    #[must_use]
+    pub fn of(&self, snapshot: &Snapshot) -> Cow<'_, Self> {
+        match &snapshot.tuning {
+            Some(tuning) => Cow::Owned(self.tuned(tuning)),
+            None => Cow::Borrowed(self),
+        }
+    }
+
     /// What is asked of `craft`: a little less than it can do.
     #[must_use]
     pub fn planned(&self, craft: &CraftModel) -> CraftModel {

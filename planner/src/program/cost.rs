@@ -10,6 +10,9 @@ use crate::{
     },
 };
 
+/// Least cubic coefficient that is priced, W/(m/s)³: without a price, e_k is not bounded above.
+const CUBIC_MIN: f64 = 1e-3;
+
 impl Program {
     /// The craft stays with the goal: Σ w_k ‖d_k‖², trapezoidal in time, with a terminal weight.
     pub(crate) fn tracking_cost(&mut self, subproblem: &Subproblem<'_>) {
@@ -104,7 +107,7 @@ impl Program {
             let (square, cube) = (sigma + 1, sigma + 2);
             let price = scale * subproblem.weights.energy * duration(subproblem, k);
             self.linear[sigma] += price * subproblem.power.linear_w_per_mps;
-            self.linear[cube] += price * subproblem.power.cubic_w_per_mps3;
+            self.linear[cube] += price * subproblem.power.cubic_w_per_mps3.max(CUBIC_MIN);
             let first = self.layout.energy_cones(k);
             self.row_triplets.push((first, square, -0.5));
             self.bounds[first] = 0.5;

@@ -60,7 +60,7 @@ impl Subproblem<'_> {
             n_discs: self.discs.len(),
             n_edges: self.edges.len(),
             n_minimax: self.minimax.len(),
-            energy: self.weights.energy > 0.0,
+            energy: self.weights.energy > 0.0 && self.power != Power::default(),
         }
     }
 }

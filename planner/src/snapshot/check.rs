@@ -220,6 +220,9 @@ impl Check {
         self.invalid.extend(bounds);
         self.invalid
             .extend(separation_fault(request.surfacing_separation_m));
+        if let Some(tuning) = &request.tuning {
+            self.invalid.extend(tuning.faults("tuning"));
+        }
         if let Some(previous) = &request.previous_plan {
             self.previous_plan(previous);
         }

@@ -20,6 +20,7 @@ use crate::{
         origin::Origin,
         previous_plan::{PreviousPlan, PreviousTarget, RememberedTarget},
         ranges::CURRENT_MAX,
+        tuning::Tuning,
         water::Current,
     },
 };
@@ -83,6 +84,9 @@ pub struct PlanRequest {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = 5.0)]
     pub surfacing_separation_m: Option<f64>,
+    /// The planner's levers: weights, horizon, iterations. Default: as in each member.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tuning: Option<Tuning>,
     /// How to guess the underwater vehicles' future. Default: `auto`.
     #[serde(default)]
     pub forecast: Forecast,
@@ -135,6 +139,7 @@ impl PlanRequest {
             area: Vec::new(),
             acoustics: None,
             surfacing_separation_m: None,
+            tuning: None,
             forecast: Forecast::Auto,
             fallback: Fallback::Los,
             hold: Hold::SlowTurn,

@@ -645,6 +645,8 @@ class Live(TypedDict):
     period_s: NotRequired[float]
     # Horizontal distance to keep from surfacing vehicles, as in a snapshot.
     surfacing_separation_m: NotRequired[float | None]
+    # The planner's levers, as in a snapshot.
+    tuning: NotRequired[Tuning | None]
 
 
 class LiveAuv(TypedDict):
@@ -889,6 +891,8 @@ class PlanRequest(TypedDict):
     surfacing_separation_m: NotRequired[float | None]
     # Now, s, on any clock that all times of the request share.
     t_s: float
+    # The planner's levers: weights, horizon, iterations. Default: as in each member.
+    tuning: NotRequired[Tuning | None]
 
 
 class PlanResponse(TypedDict):
@@ -1572,6 +1576,8 @@ class Setting(TypedDict):
     # Paths of AUVs by name: each replaces the AUV's path as a whole, and `null` leaves it none. AUVs that are not
     # named keep theirs. The mission's scene has its paths, its setting has not.
     paths: NotRequired[dict[str, ChangedPath]]
+    # The planner's levers.
+    tuning: NotRequired[Tuning | None]
 
 
 class Simulated(TypedDict):
@@ -1585,6 +1591,8 @@ class Simulated(TypedDict):
     scenario_file: NotRequired[str | None]
     # Seed of everything that the scenario leaves to chance. Default: 1.
     seed: NotRequired[int]
+    # The planner's levers, as in a snapshot. Laws do not use them.
+    tuning: NotRequired[Tuning | None]
 
 
 class Solver(TypedDict):
@@ -1731,6 +1739,32 @@ class Truth(TypedDict):
     goal_east_m: float
     # The goal's position, m.
     goal_north_m: float
+
+
+class Tuning(TypedDict):
+    """Weights of the planner's cost, its horizon and its iterations.
+
+    Each weight is on a squared deviation per second unless it says otherwise. A member that is left out has the
+    planner's default. Prices of limits are not among them.
+    """
+
+    # Weight of the acceleration, 1/(m/s²)², from 0 to 10 000. Default: 100.
+    acceleration_weight_per_m2ps4: NotRequired[float | None]
+    # Weight of propulsion energy, 1/J, from 0 to 10. Default: 0, and energy is not in the program.
+    energy_weight_per_j: NotRequired[float | None]
+    # Weight of the distance to the goal, 1/m², from 0.01 to 10. Default: 1.
+    position_weight_per_m2: NotRequired[float | None]
+    # SCP iterations from one initial guess, from 1 to 10. Default: 2.
+    scp_iterations: NotRequired[int | None]
+    # Lengths of the horizon's intervals, s, in order: 2 to 120, each from 0.1 to 10, together from 5 to 600. Default: 6
+    # of 1, 12 of 2 and 12 of 4.
+    steps_s: NotRequired[list[float] | None]
+    # Weight of the distance to the goal at the end of the horizon, 1/m², not per second, from 0 to 100. Default: 10.
+    terminal_position_weight_per_m2: NotRequired[float | None]
+    # Weight of the relative velocity at the end of the horizon, 1/(m/s)², not per second, from 0 to 1500. Default: 150.
+    terminal_velocity_weight_per_m2ps2: NotRequired[float | None]
+    # Weight of the velocity over ground relative to the goal's, 1/(m/s)², from 0 to 150. Default: 15.
+    velocity_weight_per_m2ps2: NotRequired[float | None]
 
 
 class UsedSlack(TypedDict):

@@ -87,6 +87,11 @@ fn check_simulated(config: &Simulated) -> Vec<FieldError> {
     if SCENARIO_BYTES_MAX < length {
         return vec![FieldError::too_long(pointer, length, SCENARIO_BYTES_MAX)];
     }
+    let tuning = config.tuning.as_ref();
+    let levers = tuning.map_or_else(Vec::new, |tuning| tuning.faults("simulated/tuning"));
+    if !levers.is_empty() {
+        return levers.iter().map(FieldError::from).collect();
+    }
     // Some scenarios cannot start with some seeds.
     let started = simulation::Simulation::new(config);
     let errors = started
@@ -154,7 +159,7 @@ pub(crate) fn patch(patch: &Setting) -> Result<(), Vec<FieldError>> {
         return none([FieldError::new("/origin", "missing", detail)]);
     }
     none((*patch == Setting::default()).then(|| {
-        let detail = "give at least one of goal, limits, craft, keep_outs, area, paths and origin";
+        let detail = "give at least one of goal, limits, craft, tuning, keep_outs, area, paths and origin";
         let limit = json!({ "least": 1, "most": Setting::MEMBERS });
         FieldError::new("", "missing", detail).limit(limit)
     }))

@@ -66,7 +66,10 @@ pub(super) fn scenario(config: &Simulated) -> Result<Scenario, String> {
 
 impl Simulation {
     pub(super) fn new(config: &Simulated) -> Result<Self, String> {
-        let parameters = Parameters::default();
+        let parameters = config
+            .tuning
+            .as_ref()
+            .map_or_else(Parameters::default, |tuning| Parameters::default().tuned(tuning));
         let law = config.controller.law().map(|law| {
             LosGuide::tuned(LosTuning {
                 law,

@@ -298,6 +298,7 @@ fn request(
         area: config.area.clone(),
         acoustics: config.acoustics,
         surfacing_separation_m: config.surfacing_separation_m,
+        tuning: config.tuning.clone(),
         forecast: config.forecast,
         hold: config.hold,
         previous_plan,

@@ -7,8 +7,8 @@ use planner::{
     path::{ARC_ANGLE_MAX, LENGTH_MAX, LENGTH_MIN, SEGMENTS_MAX},
     snapshot::{
         AREA_CORNERS, AUVS_MAX, COORDINATE_MAX, COVARIANCE, Dive, Fallback, Forecast, Hold, ID_LENGTH_MAX,
-        KEEP_OUTS_MAX, Limits, REPORTS_MAX, SPEED_MAX_MOST, TIME_MAX, TRAJECTORY_POINTS_MAX, VISIT_COST,
-        VISITS_MAX, WEIGHT, ranges_by_shape,
+        KEEP_OUTS_MAX, Limits, REPORTS_MAX, SPEED_MAX_MOST, STEP, STEPS_COUNT, TIME_MAX,
+        TRAJECTORY_POINTS_MAX, VISIT_COST, VISITS_MAX, WEIGHT, ranges_by_shape,
     },
 };
 use serde_json::{Map, Value, json};
@@ -99,6 +99,7 @@ fn more_ranges() -> impl Iterator<Item = (&'static str, RangeInclusive<f64>)> {
             -TIME_MAX..=TIME_MAX,
         ),
         ("ServedVehicle/properties/served_by_s", -TIME_MAX..=TIME_MAX),
+        ("Tuning/properties/steps_s/items", STEP),
         ("Segment/properties/from/items", COORDINATE),
         ("Segment/properties/to/items", COORDINATE),
         ("Segment/properties/centre/items", COORDINATE),
@@ -115,7 +116,7 @@ fn more_ranges() -> impl Iterator<Item = (&'static str, RangeInclusive<f64>)> {
 }
 
 /// Lengths by the place of their schema: of what, the least where there is one, and the most.
-fn lengths() -> [(&'static str, &'static str, Option<usize>, usize); 26] {
+fn lengths() -> [(&'static str, &'static str, Option<usize>, usize); 27] {
     let corners = (Some(*AREA_CORNERS.start()), *AREA_CORNERS.end());
     [
         ("Auv/properties/id", "Length", Some(1), ID_LENGTH_MAX),
@@ -129,6 +130,12 @@ fn lengths() -> [(&'static str, &'static str, Option<usize>, usize); 26] {
         ("Note/properties/text", "Length", None, check::NOTE_BYTES_MAX),
         ("Auv/properties/reports", "Items", Some(1), REPORTS_MAX),
         ("Path/properties/segments", "Items", Some(1), SEGMENTS_MAX),
+        (
+            "Tuning/properties/steps_s",
+            "Items",
+            Some(*STEPS_COUNT.start()),
+            *STEPS_COUNT.end(),
+        ),
         ("Goal/properties/auvs", "Items", Some(1), AUVS_MAX),
         ("Goal/properties/weights", "Properties", Some(1), AUVS_MAX),
         ("PlanRequest/properties/auvs", "Items", Some(1), AUVS_MAX),

@@ -206,10 +206,9 @@ pub struct RuleFile {
 pub struct PlannerFile {
     /// The forecast model that it must use; its own choice if left out.
     pub forecast: Option<ForecastFile>,
-    /// Weight of propulsion energy, 1/J; the planner's default if left out, as for the members below.
-    pub energy_weight_per_j: Option<f64>,
-    /// SCP iterations from one initial guess.
-    pub scp_iterations: Option<usize>,
+    /// The planner's levers, each the planner's default if left out, as for the members below.
+    #[serde(flatten)]
+    pub tuning: planner::snapshot::Tuning,
     /// Back-off of acoustic ranges, in standard deviations.
     pub range_back_off: Option<f64>,
     /// Least share of the weight of the distance to the goal, however uncertain the goal is.
@@ -220,8 +219,6 @@ pub struct PlannerFile {
     pub heading_rate_max_radps: Option<f64>,
     /// Whether the fallback level of least predicted cost answers.
     pub cost_decides: Option<bool>,
-    /// Lengths of the horizon's intervals, s.
-    pub steps_s: Option<Vec<f64>>,
 }
 
 /// A forecast model.

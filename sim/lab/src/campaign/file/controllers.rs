@@ -3,7 +3,7 @@
 use planner::{
     los::{LosGains, LosLaw, LosTuning},
     parameters::Parameters,
-    snapshot::ForecastModel,
+    snapshot::{ForecastModel, InvalidField},
 };
 
 use super::{ControllerFile, ForecastFile, LawFile, PlannerFile, RuleFile};
@@ -20,7 +20,7 @@ impl ControllerFile {
     /// Its controllers: one, or one for each point of a grid. Otherwise the member that is wrong, and why.
     pub(in crate::campaign) fn controllers(&self) -> Result<Vec<Controller>, (String, String)> {
         let laws = match (&self.planner, &self.law) {
-            (Some(planner), None) => vec![(self.name.clone(), planner.control_law())],
+            (Some(planner), None) => vec![(self.name.clone(), planner.control_law()?)],
             (None, Some(law)) => law.control_laws(&self.name)?,
             _ => {
                 return Err(("planner".to_owned(), "give either planner or law".to_owned()));
@@ -51,10 +51,11 @@ impl ControllerFile {
 }
 
 impl PlannerFile {
-    fn control_law(&self) -> ControlLaw {
-        let mut parameters = Parameters::default();
-        parameters.weights.energy = self.energy_weight_per_j.unwrap_or(parameters.weights.energy);
-        parameters.scp_iterations = self.scp_iterations.unwrap_or(parameters.scp_iterations);
+    fn control_law(&self) -> Result<ControlLaw, (String, String)> {
+        if let Some(InvalidField { field, reason }) = self.tuning.faults("planner").into_iter().next() {
+            return Err((field.replace('/', "."), reason.to_string()));
+        }
+        let mut parameters = Parameters::default().tuned(&self.tuning);
         parameters.range_back_off = self.range_back_off.unwrap_or(parameters.range_back_off);
         parameters.uncertain_goal_share = self
             .uncertain_goal_share
@@ -62,10 +63,7 @@ impl PlannerFile {
         parameters.hard_turn_share = self.hard_turn_share.unwrap_or(parameters.hard_turn_share);
         parameters.heading_rate_max = self.heading_rate_max_radps.unwrap_or(parameters.heading_rate_max);
         parameters.cost_decides = self.cost_decides.unwrap_or(parameters.cost_decides);
-        if let Some(steps) = &self.steps_s {
-            parameters.steps.clone_from(steps);
-        }
-        ControlLaw::Planner {
+        Ok(ControlLaw::Planner {
             parameters: Box::new(parameters),
             forecast: self.forecast.map(|model| match model {
                 ForecastFile::Hold => ForecastModel::Hold,
@@ -73,7 +71,7 @@ impl PlannerFile {
                 ForecastFile::ConstantTurn => ForecastModel::ConstantTurn,
                 ForecastFile::Path => ForecastModel::Path,
             }),
-        }
+        })
     }
 }
 

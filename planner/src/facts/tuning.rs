@@ -1,0 +1,146 @@
+//! The planner's levers, as a client may set them.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::facts::{
+    invalid_field::{InvalidField, InvalidReason},
+    ranges::{HORIZON, STEP, STEPS_COUNT, TUNING},
+};
+
+/// Weights of the planner's cost, its horizon and its iterations.
+///
+/// Each weight is on a squared deviation per second unless it says otherwise. A member that is left out has the planner's default. Prices of limits are not among them.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Tuning {
+    /// Weight of the distance to the goal, 1/m², from 0.01 to 10. Default: 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub position_weight_per_m2: Option<f64>,
+    /// Weight of the velocity over ground relative to the goal's, 1/(m/s)², from 0 to 150. Default: 15.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub velocity_weight_per_m2ps2: Option<f64>,
+    /// Weight of the acceleration, 1/(m/s²)², from 0 to 10 000. Default: 100.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub acceleration_weight_per_m2ps4: Option<f64>,
+    /// Weight of the distance to the goal at the end of the horizon, 1/m², not per second, from 0 to 100. Default: 10.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub terminal_position_weight_per_m2: Option<f64>,
+    /// Weight of the relative velocity at the end of the horizon, 1/(m/s)², not per second, from 0 to 1500. Default: 150.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub terminal_velocity_weight_per_m2ps2: Option<f64>,
+    /// Weight of propulsion energy, 1/J, from 0 to 10. Default: 0, and energy is not in the program.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub energy_weight_per_j: Option<f64>,
+    /// SCP iterations from one initial guess, from 1 to 10. Default: 2.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scp_iterations: Option<u32>,
+    /// Lengths of the horizon's intervals, s, in order: 2 to 120, each from 0.1 to 10, together from 5 to 600. Default: 6 of 1, 12 of
+    /// 2 and 12 of 4.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(example = json!([1.0, 1.0, 2.0, 2.0, 4.0, 4.0]))]
+    pub steps_s: Option<Vec<f64>>,
+}
+
+impl Tuning {
+    /// Everything that is wrong with it, by its members within `field`.
+    #[must_use]
+    pub fn faults(&self, field: &str) -> Vec<InvalidField> {
+        let fault = |member: String, reason| InvalidField {
+            field: format!("{field}/{member}"),
+            reason,
+        };
+        let n_steps = self.steps_s.as_ref().map(Vec::len);
+        // Too many steps are not checked one by one.
+        if let Some(given) = n_steps.filter(|given| !STEPS_COUNT.contains(given)) {
+            let (least, most) = STEPS_COUNT.into_inner();
+            let unit = "items";
+            let reason = InvalidReason::Length {
+                unit,
+                given,
+                least,
+                most,
+            };
+            return vec![fault("steps_s".to_owned(), reason)];
+        }
+        let values = [
+            self.position_weight_per_m2,
+            self.velocity_weight_per_m2ps2,
+            self.acceleration_weight_per_m2ps4,
+            self.terminal_position_weight_per_m2,
+            self.terminal_velocity_weight_per_m2ps2,
+            self.energy_weight_per_j,
+            self.scp_iterations.map(f64::from),
+        ];
+        let numbers = TUNING
+            .into_iter()
+            .zip(values)
+            .filter_map(|((name, range), value)| Some((name.to_owned(), range, value?)));
+        let steps = self.steps_s.iter().flatten().enumerate();
+        let steps = steps.map(|(i, step)| (format!("steps_s/{i}"), STEP, *step));
+        let mut faults: Vec<_> = numbers
+            .chain(steps)
+            .filter(|(_, range, given)| !range.contains(given))
+            .map(|(member, range, given)| {
+                let (least, most) = range.into_inner();
+                fault(member, InvalidReason::OutOfRange { given, least, most })
+            })
+            .collect();
+        let horizon: Option<f64> = self.steps_s.as_ref().map(|steps| steps.iter().sum());
+        // The horizon of steps that are wrong says nothing more.
+        if let Some(given) = horizon.filter(|horizon| faults.is_empty() && !HORIZON.contains(horizon)) {
+            let (least, most) = HORIZON.into_inner();
+            let reason = InvalidReason::Horizon { given, least, most };
+            faults.push(fault("steps_s".to_owned(), reason));
+        }
+        faults
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn fields(tuning: &Tuning) -> Vec<String> {
+        let faults = tuning.faults("tuning");
+        faults.into_iter().map(|fault| fault.to_string()).collect()
+    }
+
+    #[test]
+    fn an_error_names_the_member_its_value_and_its_limits() {
+        let wrong = Tuning {
+            position_weight_per_m2: Some(0.0),
+            energy_weight_per_j: Some(10.5),
+            scp_iterations: Some(11),
+            steps_s: Some(vec![1.0, f64::NAN]),
+            ..Tuning::default()
+        };
+        assert_eq!(
+            fields(&wrong),
+            [
+                "tuning/position_weight_per_m2: 0 is not in [0.01, 10]",
+                "tuning/energy_weight_per_j: 10.5 is not in [0, 10]",
+                "tuning/scp_iterations: 11 is not in [1, 10]",
+                "tuning/steps_s/1: NaN is not in [0.1, 10]",
+            ]
+        );
+    }
+
+    #[test]
+    fn a_horizon_has_a_least_and_a_largest_length() {
+        let of = |steps: &[f64]| Tuning {
+            steps_s: Some(steps.to_vec()),
+            ..Tuning::default()
+        };
+        assert_eq!(fields(&of(&[2.5, 2.5])), [""; 0]);
+        assert_eq!(
+            fields(&of(&[1.0, 2.0])),
+            ["tuning/steps_s: the steps add up to 3 s, which is not in [5, 600]"]
+        );
+        assert_eq!(
+            fields(&of(&[5.0; 121])),
+            ["tuning/steps_s: must have 2 to 120 items, has 121"]
+        );
+    }
+}
