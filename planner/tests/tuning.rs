@@ -1,7 +1,5 @@
 //! The planner's levers in a request: they are the library's parameters, and each of them does what its name says.
 
-use std::fs;
-
 use pilotfish_planner::{
     nalgebra::Vector2,
     parameters::{Parameters, Weights},
@@ -13,23 +11,35 @@ use pilotfish_planner::{
 use serde_json::json;
 
 /// Examples, but for the one whose vehicles are visited by a schedule of its own horizon.
-const EXAMPLES: [&str; 8] = [
-    "about-face",
-    "cross-current",
-    "crowded",
-    "intermittent",
-    "midpoint",
-    "offset",
-    "range",
-    "track",
+const EXAMPLES: [(&str, &str); 8] = [
+    (
+        "about-face",
+        include_str!("../../examples/snapshots/about-face.json"),
+    ),
+    (
+        "cross-current",
+        include_str!("../../examples/snapshots/cross-current.json"),
+    ),
+    ("crowded", include_str!("../../examples/snapshots/crowded.json")),
+    (
+        "intermittent",
+        include_str!("../../examples/snapshots/intermittent.json"),
+    ),
+    ("midpoint", include_str!("../../examples/snapshots/midpoint.json")),
+    ("offset", include_str!("../../examples/snapshots/offset.json")),
+    ("range", include_str!("../../examples/snapshots/range.json")),
+    ("track", include_str!("../../examples/snapshots/track.json")),
 ];
 
 /// Relative to the largest: how far from its optimum the solver's tolerance leaves a term that is not the whole objective.
 const FLATNESS: f64 = 1e-3;
 
 fn example(name: &str) -> PlanRequest {
-    let path = format!("{}/../examples/snapshots/{name}.json", env!("CARGO_MANIFEST_DIR"));
-    serde_json::from_slice(&fs::read(path).expect("is there")).expect("is a request")
+    let (_, text) = EXAMPLES
+        .iter()
+        .find(|(other, _)| *other == name)
+        .expect("is an example");
+    serde_json::from_str(text).expect("is a request")
 }
 
 fn snapshot(request: PlanRequest) -> Snapshot {
@@ -86,7 +96,7 @@ fn levers_on_the_wire_are_the_library_s_parameters_to_the_digit() {
         },
         ..Parameters::default()
     };
-    for name in EXAMPLES {
+    for (name, _) in EXAMPLES {
         let request = example(name);
         let on_the_wire = planned(&with(tuning.clone(), &request));
         let in_the_library = plan(&snapshot(request.clone()), &set, &mut Workspace::default());
@@ -106,7 +116,7 @@ fn without_levers_or_with_their_defaults_an_answer_has_the_same_digits() {
         steps_s: Some(usual.steps.clone()),
         ..Tuning::default()
     };
-    for name in EXAMPLES {
+    for (name, _) in EXAMPLES {
         let request = example(name);
         let without = snapshot(request.clone());
         let json = serde_json::to_value(PlanRequest::clone(&without)).expect("is JSON");
@@ -153,7 +163,7 @@ fn every_weight_at_either_end_of_its_range_leaves_the_limits_as_they_are_kept_an
     for (_, (lever, range)) in weights {
         for end in [*range.start(), *range.end()] {
             let tuning: Tuning = serde_json::from_value(json!({ lever: end })).expect("is a lever");
-            for name in EXAMPLES {
+            for (name, _) in EXAMPLES {
                 let request = example(name);
                 let usual = planned(&snapshot(request.clone()));
                 let answer = planned(&with(tuning.clone(), &request));
@@ -238,7 +248,6 @@ fn the_larger_a_weight_the_smaller_its_term_at_the_optimum_of_the_convex_program
                     terms(&program, &solution, &snapshot)[term]
                 })
                 .collect();
-            println!("{name}, {lever}: {values:.3?}");
             let tolerance = FLATNESS * values[0].max(1e-3);
             assert!(
                 values.is_sorted_by(|before, after| *after <= before + tolerance),
