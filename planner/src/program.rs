@@ -18,6 +18,7 @@ pub(crate) mod build;
 pub(crate) mod cost;
 pub(crate) mod layout;
 pub(crate) mod motion;
+pub(crate) mod names;
 pub mod sparse;
 pub(crate) mod standard_form;
 pub(crate) mod subproblem;

@@ -613,6 +613,14 @@ fn a_dumped_program_is_that_of_the_answer() {
     let planned = answer["trajectory"][1]["speed_mps"].as_f64().expect("a number");
     assert!((speed - planned).abs() < 1e-9, "{planned}");
 
+    // Columns and rows have names, and those of the speed say so.
+    let names = |list: &Value| -> Vec<String> { serde_json::from_value(list.clone()).expect("are names") };
+    let [columns, rows] = ["columns", "rows"].map(|list| names(&dump[list]));
+    assert_eq!((columns.len(), rows.len()), (q.len(), b.len()));
+    let of_the_speed = places(&dump["v1"]["columns"]).into_iter();
+    let of_the_speed: Vec<_> = of_the_speed.map(|column| columns[column].as_str()).collect();
+    assert_eq!(of_the_speed, ["velocity[1].ahead", "velocity[1].starboard"]);
+
     // A x + s = b, row by row, and as many rows as the cones have.
     let mut left = s.clone();
     let [begins, rows] = ["colptr", "rowval"].map(|name| places(&dump["A"][name]));

@@ -17,6 +17,8 @@ use serde_json::{Value, json};
 ///            entry (rowval, nzval). Indices begin at 0, explicit zeros are kept, of P there is the upper triangle.
 /// q, b       vectors
 /// cones      K, block after block of rows: type and number of rows. zero: s = 0, nonneg: s ≥ 0, soc: s₀ ≥ ‖(s₁, s₂, …)‖
+/// columns    a name for each variable, such as `velocity[3].ahead`, and
+/// rows       for each row, such as `turn_rate[3].port`: stages from 1; edges, discs and AUVs from 0
 /// v1         where among the variables the velocity of the craft through the water after the first interval stands, ahead
 ///            and starboard of its heading now, and what a variable of 1 means there, m/s
 /// status     how the solver ended, in snake case
@@ -31,6 +33,8 @@ pub fn program_dump(program: &Program, solution: &Solution) -> Value {
         "A": matrix(&program.constraints),
         "b": program.bounds,
         "cones": program.cones.iter().map(cone).collect::<Vec<_>>(),
+        "columns": program.layout.column_names(),
+        "rows": program.layout.row_names(),
         "v1": { "columns": columns, "unit_mps": unit_mps },
         "status": solution.status,
     });

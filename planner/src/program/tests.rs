@@ -1,5 +1,7 @@
 //! The program against its own words, written down a second time.
 
+mod names;
+
 use std::collections::HashSet;
 
 use nalgebra::Vector2;
