@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use nalgebra::Vector2;
-use planner::{angle::wrap, estimate::Estimate, path::Path, snapshot::Snapshot};
+use planner::{angle::wrap, estimate::Estimate, snapshot::Snapshot};
 
 use crate::{
     guide::{Guidance, Guide, GuideError},
@@ -217,7 +217,7 @@ fn empty_record(scenario: &Scenario, start: &Start, guide: &str, seed: u64) -> R
         plant: plant(scenario, &start.world),
         bounds: start.bounds.clone(),
         auv_ids: auvs.iter().map(|auv| auv.id.to_string()).collect(),
-        paths: auvs.iter().map(|auv| path_points(&auv.path)).collect(),
+        paths: auvs.iter().map(path_points).collect(),
         rows: vec![],
     }
 }
@@ -240,8 +240,9 @@ fn whole_plans(duration: f64) -> u32 {
     (duration / PLAN_INTERVAL) as u32
 }
 
-/// Equidistant points of `path` from its beginning to its end.
-fn path_points(path: &Path) -> Vec<Vector2<f64>> {
+/// Equidistant points of its path from the beginning to the end, or those of the track that it repeats.
+fn path_points(auv: &SimulatedAuv) -> Vec<Vector2<f64>> {
+    let path = &auv.path;
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
@@ -250,6 +251,9 @@ fn path_points(path: &Path) -> Vec<Vector2<f64>> {
     let n = (path.length() / PATH_POINT_INTERVAL)
         .ceil()
         .clamp(1.0, PATH_POINTS_MAX) as u32;
+    if let Some(track) = &auv.track {
+        return track.outline(PATH_POINTS_MAX as usize);
+    }
     (0..=n)
         .map(|k| path.at(path.length() * f64::from(k) / f64::from(n)).position)
         .collect()
@@ -310,7 +314,7 @@ fn auv_row(world: &World, auv: &SimulatedAuv) -> AuvRow {
             pitch,
             heading: auv.heading_reference(),
         },
-        path_point: auv.path.at(auv.gamma).position,
+        path_point: auv.path_point(),
         along_track: error.s_1,
         cross_track: error.y_1,
         known: None,

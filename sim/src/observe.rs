@@ -5,7 +5,7 @@
 
 use nalgebra::Vector2;
 use planner::{
-    angle::{Course, direction, ned_from_body},
+    angle::{Course, ned_from_body},
     craft::CraftDescription,
     path::Segment,
     snapshot::{
@@ -210,7 +210,7 @@ impl Observer {
                     received.reports(clock, briefing.messages == Messages::Reports),
                 )
             };
-            if !briefing.paths {
+            if !briefing.paths || auv.track.is_some() {
                 return known;
             }
             // The planned speed at the last known position; the present position is not known.
@@ -336,32 +336,17 @@ fn reported_speed(auv: usize, speed: f64, world: &World, time: f64) -> f64 {
 
 /// The telemetry of an AUV: its true ground track and rate of turn. An AUV without its position does not know the current
 /// either, and reports its heading, speed and rate of turn through the water.
-///
-/// ```text
-/// g = u_h [cosψ, sinψ] + v_c        χ̇ = ψ̇ u_h (g · [cosψ, sinψ]) / ‖g‖²
-/// ```
-/// The rate is that of a turn at steady speed, from the gyroscope. In a current, a pitch reversal changes `u_h`, and the
-/// course swings for a few seconds; that is not reported as a turn.
 fn telemetry_of(auv: &SimulatedAuv, world: &World) -> Telemetry {
-    let current = world.water.current(&auv.position(), auv.depth());
-    let bow = direction(auv.heading());
-    let u_h = auv.horizontal_speed();
-    let ground = match auv.navigation {
-        Navigation::Exact => bow * u_h + current,
-        Navigation::GpsAtSurface => bow * u_h,
+    let current = match auv.navigation {
+        Navigation::Exact => world.water.current(&auv.position(), auv.depth()),
+        Navigation::GpsAtSurface => Vector2::zeros(),
     };
-    let speed = ground.norm();
-    // At rest over ground, the course is undefined.
-    let turn_rate = if speed < f64::EPSILON {
-        0.0
-    } else {
-        auv.heading_rate() * u_h * ground.dot(&bow) / (speed * speed)
-    };
+    let (ground, turn_rate) = auv.ground_track(world.time(), &current);
     Telemetry {
         position: auv.position(),
         depth: auv.depth(),
         course: Course::of(&ground),
-        speed,
+        speed: ground.norm(),
         // The snapshot accepts ±1 rad/s; almost at rest over ground the quotient has no bound.
         turn_rate: turn_rate.clamp(-1.0, 1.0),
         descending: auv.pitch() < 0.0,

@@ -144,10 +144,11 @@ impl Scenario {
             _ => None,
         };
         let lines = self.auvs.iter().filter_map(|auv| match &auv.path {
-            PathFile::Geojson { file, .. } => Some(file),
+            Some(PathFile::Geojson { file, .. }) => Some(file),
             _ => None,
         });
-        let names = grid.into_iter().chain(lines);
+        let tracks = self.auvs.iter().filter_map(|auv| auv.track.as_ref());
+        let names = grid.into_iter().chain(lines).chain(tracks);
         names
             .map(|name| Ok((name.clone(), self.files.text(name)?)))
             .collect()

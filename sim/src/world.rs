@@ -3,7 +3,7 @@
 //! From the bottom up: [`hull`] has masses, drag and thrusters; [`inner_loop`] the autopilots on top of them;
 //! [`path_following`] and [`dive`] the guidance of an AUV. [`surface_craft`] and [`auv`] are whole vehicles (the classes of
 //! AUV are in [`underwater_vehicle`]), which [`integrate`] moves in [`water`], with [`fault`]s. [`plant`] has the physical
-//! limits of a hull.
+//! limits of a hull. An AUV may also repeat a [`recorded_track`].
 
 use planner::{angle::Heading, los::Reference};
 
@@ -15,6 +15,7 @@ pub mod inner_loop;
 pub mod integrate;
 pub mod path_following;
 pub mod plant;
+pub mod recorded_track;
 pub mod surface_craft;
 pub mod underwater_vehicle;
 pub mod water;
@@ -45,10 +46,14 @@ impl World {
     #[must_use]
     pub fn new(
         surface_craft: Option<SurfaceCraft>,
-        auvs: Vec<SimulatedAuv>,
+        mut auvs: Vec<SimulatedAuv>,
         water: Water,
         faults: Faults,
     ) -> Self {
+        for auv in &mut auvs {
+            let current = water.current(&auv.position(), auv.depth());
+            auv.repeat_track(0.0, &current);
+        }
         Self {
             surface_craft,
             auvs,
@@ -90,7 +95,9 @@ impl World {
         }
         for (i, auv) in self.auvs.iter_mut().enumerate() {
             let current = self.water.current(&auv.position(), auv.depth());
-            auv.step(self.faults.behaviour(i, time), &current);
+            if !auv.repeat_track(f64::from(self.periods + 1) * PERIOD, &current) {
+                auv.step(self.faults.behaviour(i, time), &current);
+            }
         }
         self.water.step();
         self.periods += 1;

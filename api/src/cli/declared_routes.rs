@@ -200,10 +200,11 @@ impl DeclaredRoutes {
                 .lines_and_arcs()
                 .map(|piece| segment(&piece))
                 .collect::<Result<_, _>>()?;
-            auv.path = PathFile::Segments {
+            auv.track = None;
+            auv.path = Some(PathFile::Segments {
                 segments,
                 closed: route.closed,
-            };
+            });
         }
         Ok(())
     }

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector2;
 use planner::{
-    angle::{Course, direction, ned_from_body},
+    angle::{Course, ned_from_body},
     forecast::SPEED_AT_REST,
     smallest_circle::{Below, nearest_to_all},
     snapshot::{Goal, Offset, VehicleId},
@@ -127,7 +127,8 @@ fn mean<'a>(world: &World, weighted: impl Iterator<Item = (&'a SimulatedAuv, f64
 }
 
 fn ground_velocity(auv: &SimulatedAuv, world: &World) -> Vector2<f64> {
-    direction(auv.heading()) * auv.horizontal_speed() + world.water.current(&auv.position(), auv.depth())
+    let current = world.water.current(&auv.position(), auv.depth());
+    auv.ground_track(world.time(), &current).0
 }
 
 /// Index of the vehicle to follow `elapsed` s after the epoch, for half-open intervals [k T, (k + 1) T).

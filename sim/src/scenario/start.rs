@@ -17,6 +17,7 @@ mod goal;
 mod invalid;
 mod path;
 mod survey;
+mod track;
 mod vehicles;
 
 pub use invalid::InvalidScenario;
@@ -74,8 +75,8 @@ impl Scenario {
             None => None,
         };
         let auvs = (0..)
-            .zip(&self.auvs)
-            .map(|(i, file)| self.auv(i, file, origin, &mut draw))
+            .zip(self.auvs.iter().zip(self.tracks(origin)?))
+            .map(|(i, (file, track))| self.auv(i, file, track, origin, &mut draw))
             .collect::<Result<Vec<_>, _>>()?;
         let water = self.water(&self.water, seed, &mut draw)?;
         let bounds = bounds(&self.bounds, &mut draw)?;

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::Vector2;
 use planner::{
-    angle::{direction, wrap},
+    angle::{Course, direction, wrap},
     path::{Path, SpeedProfile},
     snapshot::VehicleId,
 };
@@ -16,6 +16,7 @@ use crate::world::{
     inner_loop::{PERIOD, SurgeLoop, UnderwaterLoops, UnderwaterReference},
     integrate::rk4,
     path_following::{PathCommand, PathError, PathFollowingGains, follow_path},
+    recorded_track::RecordedTrack,
     underwater_vehicle::Navigation,
 };
 
@@ -67,6 +68,8 @@ pub struct SimulatedAuv {
     pub leg: Leg,
     /// Its present behaviour.
     pub behaviour: Behaviour,
+    /// A recorded track that it repeats instead of all of that.
+    pub track: Option<Arc<RecordedTrack>>,
 }
 
 impl SimulatedAuv {
@@ -116,15 +119,56 @@ impl SimulatedAuv {
         }
     }
 
-    /// True deviation from the point it follows.
+    /// The point that it follows (north, east), m.
+    #[must_use]
+    pub fn path_point(&self) -> Vector2<f64> {
+        match &self.track {
+            Some(_) => self.position(),
+            None => self.path.at(self.gamma).position,
+        }
+    }
+
+    /// True deviation from the point it follows; none from a track that it repeats.
     #[must_use]
     pub fn path_error(&self) -> PathError {
+        if self.track.is_some() {
+            return PathError::default();
+        }
         PathError::new(&self.position(), self.heading(), &self.path.at(self.gamma))
+    }
+
+    /// Velocity over ground (north, east), m/s, at `time` s in a `current`, and rate of turn of its course, rad/s.
+    ///
+    /// ```text
+    /// g = u_h [cosψ, sinψ] + v_c        χ̇ = ψ̇ u_h (g · [cosψ, sinψ]) / ‖g‖²
+    /// ```
+    /// The rate is that of a turn at steady speed, from the gyroscope. In a current, a pitch reversal changes `u_h`, and the
+    /// course swings for a few seconds; that is not a turn.
+    #[must_use]
+    pub fn ground_track(&self, time: f64, current: &Vector2<f64>) -> (Vector2<f64>, f64) {
+        if let Some(track) = &self.track {
+            let motion = track.at(time);
+            return (motion.velocity, motion.turn_rate);
+        }
+        let (bow, u_h) = (direction(self.heading()), self.horizontal_speed());
+        let ground = bow * u_h + current;
+        let speed = ground.norm();
+        // At rest over ground, the course is undefined.
+        if speed < f64::EPSILON {
+            return (ground, 0.0);
+        }
+        (
+            ground,
+            self.heading_rate() * u_h * ground.dot(&bow) / (speed * speed),
+        )
     }
 
     /// Heading reference ψ_P + δ, rad, in (−π, π]; the own heading, or the one that it takes, while it does not follow its path.
     #[must_use]
     pub fn heading_reference(&self) -> f64 {
+        if self.track.is_some() {
+            return wrap(self.heading());
+        }
         match self.behaviour {
             Behaviour::FollowsPath => {
                 let point = self.path.at(self.gamma);
@@ -141,6 +185,13 @@ impl SimulatedAuv {
     /// Reference for its inner loops; none if it has no power.
     #[must_use]
     pub fn reference(&self) -> Option<UnderwaterReference> {
+        if self.track.is_some() {
+            return Some(UnderwaterReference {
+                surge: self.state[5],
+                pitch: self.pitch(),
+                yaw_rate: 0.0,
+            });
+        }
         self.reference_for(&self.command())
     }
 
@@ -189,6 +240,27 @@ impl SimulatedAuv {
             pitch: self.leg.pitch(&self.dive),
             yaw_rate: command.heading_rate * self.pitch().cos(),
         }
+    }
+
+    /// Puts it where its track is at `time` s, with the motion through the water that this takes in a `current`. False without a track.
+    pub(crate) fn repeat_track(&mut self, time: f64, current: &Vector2<f64>) -> bool {
+        let Some(track) = &self.track else {
+            return false;
+        };
+        let motion = track.at(time);
+        let through_water = motion.velocity - current;
+        let u_h = through_water.norm();
+        let heading = if u_h < f64::EPSILON {
+            self.heading()
+        } else {
+            Course::of(&through_water).radians()
+        };
+        let pitch = -motion.descent.atan2(u_h);
+        let surge = u_h.hypot(motion.descent);
+        let [[north, east]] = motion.position.data.0;
+        self.state = UnderwaterState::from([north, east, motion.depth, pitch, heading, surge, 0.0, 0.0]);
+        self.position_estimate = motion.position;
+        true
     }
 
     /// Lets one inner-loop period pass in a current (north, east), m/s.

@@ -54,7 +54,7 @@ impl PathFollowingGains {
 }
 
 /// A vehicle's deviation from a point of its path, in the path's frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PathError {
     /// Along-track s₁, m, positive ahead of the point.
     pub s_1: f64,

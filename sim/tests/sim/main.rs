@@ -11,6 +11,7 @@ mod effects;
 mod estimates;
 mod gate;
 mod path_following;
+mod recorded_tracks;
 mod scenario_claims;
 mod scenario_reference;
 mod scenarios;

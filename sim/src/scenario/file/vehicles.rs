@@ -271,8 +271,12 @@ pub struct AuvFile {
     pub dive: Option<DiveFile>,
     /// Error of its own navigation, added to what its class makes; none if left out.
     pub navigation_error: Option<NavigationErrorFile>,
-    /// Its path.
-    pub path: PathFile,
+    /// Its path; it repeats a `track` if left out.
+    pub path: Option<PathFile>,
+    /// Name of a CSV file beside the scenario file with a recorded track that it repeats, whatever the water does. Columns: `t_s`,
+    /// `north_m` and `east_m` or `lat_deg` and `lon_deg` (requires `origin`), and `depth_m`, else it stays at its depth at the
+    /// start; it follows its `path` if left out.
+    pub track: Option<String>,
 }
 
 /// Error of a vehicle's own navigation: its estimate less its position. It follows its path with the estimate.

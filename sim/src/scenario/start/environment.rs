@@ -92,6 +92,14 @@ impl Scenario {
             ));
         }
         let auv = |kind: &str, id: &str| self.auv_called(&format!("faults[{i}].what.{kind}.auv"), id);
+        let moved = |kind: &str, id: &str| {
+            let number = auv(kind, id)?;
+            if self.auvs[number].track.is_none() {
+                return Ok(number);
+            }
+            let reason = format_args!("{id:?} repeats its recorded track, whatever happens");
+            Err(invalid(format!("faults[{i}].what.{kind}.auv"), reason))
+        };
         let what = match &file.what {
             FaultKindFile::Thruster { side: which, share } => FaultKind::Thruster {
                 side: side(*which),
@@ -100,10 +108,10 @@ impl Scenario {
             FaultKindFile::GnssOutage => FaultKind::GnssOutage,
             FaultKindFile::ClockOffset { offset_s } => FaultKind::ClockOffset(draw.take(offset_s)),
             FaultKindFile::Silence { auv: id } => FaultKind::Silence(auv("silence", id)?),
-            FaultKindFile::AuvStops { auv: id } => FaultKind::Stops(auv("auv_stops", id)?),
-            FaultKindFile::AuvDies { auv: id } => FaultKind::Dies(auv("auv_dies", id)?),
+            FaultKindFile::AuvStops { auv: id } => FaultKind::Stops(moved("auv_stops", id)?),
+            FaultKindFile::AuvDies { auv: id } => FaultKind::Dies(moved("auv_dies", id)?),
             FaultKindFile::AuvLeavesPath { auv: id, heading_rad } => FaultKind::LeavesPath {
-                auv: auv("auv_leaves_path", id)?,
+                auv: moved("auv_leaves_path", id)?,
                 // Without one it draws nothing, as it did before there was one.
                 heading: heading_rad.as_ref().map(|heading| draw.take(heading)),
             },

@@ -139,6 +139,10 @@ impl Scenario {
                         "the surface craft knows no paths; set knowledge.paths",
                     ));
                 }
+                if let Some(auv) = self.auvs.iter().find(|auv| auv.track.is_some()) {
+                    let reason = format_args!("{:?} repeats a track, of which no path is known", auv.id);
+                    return Err(invalid(field, reason));
+                }
                 Offset::path(pair(ahead_m, starboard_m))
             }
         })

@@ -6,6 +6,7 @@ use nalgebra::Vector2;
 use planner::{
     angle::direction,
     craft::CraftDescription,
+    path::Path,
     snapshot::{Forecast, Limits, VehicleId},
 };
 
@@ -32,6 +33,7 @@ use crate::{
         fault::Behaviour,
         inner_loop::{DragFeedForward, SurfaceAutopilot, SurgeLoop},
         path_following::PathFollowingGains,
+        recorded_track::{RecordedTrack, TrackPoint},
         surface_craft::{
             SurfaceClass, SurfaceHull,
             random::{CraftConstraints, RandomCraft},
@@ -121,11 +123,22 @@ impl Scenario {
         &self,
         i: usize,
         file: &AuvFile,
+        mut track: Vec<TrackPoint>,
         origin: Option<Origin>,
         draw: &mut Draw,
     ) -> Result<SimulatedAuv, InvalidScenario> {
         let class = file.class;
-        let path = self.path(i, &file.path, origin, draw)?;
+        let path = match (&file.path, track.first()) {
+            (Some(path), _) => self.path(i, path, origin, draw)?,
+            // It is not followed.
+            (None, Some(first)) => Path::starting_at(first.position, 0.0).line(1.0),
+            (None, None) => {
+                return Err(invalid(
+                    format!("auvs[{i}].path"),
+                    "is missing; give path or track",
+                ));
+            }
+        };
         if let Some(far) = point_out_of_range(&path) {
             return Err(invalid(
                 format!("auvs[{i}].path"),
@@ -160,6 +173,12 @@ impl Scenario {
             ));
         }
         let depth = draw.take_or(file.depth_m.as_ref(), dive.depth_min);
+        for point in &mut track {
+            if point.depth.is_nan() {
+                point.depth = depth;
+            }
+        }
+        let depth = track.first().map_or(depth, |point| point.depth);
         let speed = speed_profile(i, file, class, draw)?;
         // Drawn only where there is one: every number has a stream of its own, in order.
         let (navigation_error, navigation_drift) = file.navigation_error.as_ref().map_or_else(
@@ -206,6 +225,7 @@ impl Scenario {
             dive,
             leg: file.leg,
             behaviour: Behaviour::FollowsPath,
+            track: (!track.is_empty()).then(|| Arc::new(RecordedTrack::new(track))),
         })
     }
 }

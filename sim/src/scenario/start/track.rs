@@ -1,0 +1,274 @@
+//! Recorded tracks that AUVs repeat: CSV files beside the scenario file.
+
+use csv::{ReaderBuilder, StringRecord, Trim};
+use geodesy::Datum;
+use nalgebra::Vector2;
+
+use super::invalid::{InvalidScenario, invalid};
+use crate::{
+    record::Origin,
+    scenario::{
+        file::{AuvFile, Scenario},
+        quantity::{Coordinate, Depth, Kind, Speed},
+    },
+    world::recorded_track::TrackPoint,
+};
+
+/// Most points of a track: a day at one a second, and some.
+const POINTS_MAX: usize = 100_000;
+/// Largest height above the surface that a pressure sensor may report, m; it counts as the surface.
+const HEIGHT_MAX: f64 = 5.0;
+/// What some tools write before the text.
+const BYTE_ORDER_MARK: char = '\u{feff}';
+
+const TIME: [&str; 4] = ["t", "t_s", "time", "time_s"];
+const NORTH: [&str; 2] = ["north", "north_m"];
+const EAST: [&str; 2] = ["east", "east_m"];
+const LATITUDE: [&str; 4] = ["latitude", "latitude_deg", "lat", "lat_deg"];
+const LONGITUDE: [&str; 5] = ["longitude", "longitude_deg", "lon", "lon_deg", "lng"];
+const DEPTH: [&str; 2] = ["depth", "depth_m"];
+
+/// A row of a file: its line, and what it says.
+struct Row {
+    line: u64,
+    time: f64,
+    place: [f64; 2],
+    depth: Option<f64>,
+}
+
+/// Which columns of a file say what.
+struct Columns {
+    time: usize,
+    place: [usize; 2],
+    on_earth: bool,
+    depth: Option<usize>,
+    /// `kind` and `vehicle` of a record of this program.
+    record: Option<[usize; 2]>,
+}
+
+impl Scenario {
+    /// The points of each AUV's recorded track, empty for those that follow a path. Times are since the earliest of all tracks, and a depth
+    /// that a file does not have is NaN.
+    pub(super) fn tracks(&self, origin: Option<Origin>) -> Result<Vec<Vec<TrackPoint>>, InvalidScenario> {
+        let track = |(i, auv): (usize, &AuvFile)| {
+            let field = format!("auvs[{i}].track");
+            match &auv.track {
+                None => Ok(vec![]),
+                Some(file) => self
+                    .track(auv, file, origin)
+                    .map_err(|reason| invalid(field, reason)),
+            }
+        };
+        let mut tracks: Vec<_> = (0..).zip(&self.auvs).map(track).collect::<Result<_, _>>()?;
+        let firsts = tracks.iter().filter_map(|track| track.first());
+        let begin = firsts.map(|point| point.time).fold(f64::INFINITY, f64::min);
+        for point in tracks.iter_mut().flatten() {
+            point.time -= begin;
+        }
+        Ok(tracks)
+    }
+
+    fn track(&self, auv: &AuvFile, file: &str, origin: Option<Origin>) -> Result<Vec<TrackPoint>, String> {
+        let refused = given_too(auv);
+        if let Some(member) = refused {
+            return Err(format!(
+                "{member} is given too, and a track says all of that: remove one of them"
+            ));
+        }
+        let text = self.files.text(file).map_err(|error| error.to_string())?;
+        let in_file = |reason: String| format!("{file}: {reason}");
+        let (columns, rows) = read(&text, &auv.id).map_err(in_file)?;
+        if auv.depth_m.is_some() && columns.depth.is_some() {
+            return Err(in_file(
+                "has a depth, and so has the scenario: remove depth_m".to_owned(),
+            ));
+        }
+        let datum = match origin.filter(|_| columns.on_earth) {
+            Some(origin) => Some(Datum::new(&origin).map_err(|error| error.to_string())?),
+            None if columns.on_earth => {
+                return Err("latitudes and longitudes need a datum: add [origin]".to_owned());
+            }
+            None => None,
+        };
+        points(&rows, datum.as_ref()).map_err(in_file)
+    }
+}
+
+/// A member of `auv` that contradicts a track.
+fn given_too(auv: &AuvFile) -> Option<&'static str> {
+    let members = [
+        ("path", auv.path.is_some()),
+        ("north_of_path_m", auv.north_of_path_m.is_some()),
+        ("east_of_path_m", auv.east_of_path_m.is_some()),
+        ("heading_off_path_rad", auv.heading_off_path_rad.is_some()),
+        ("speed_mps", auv.speed_mps.is_some()),
+        ("speed_profile", auv.speed_profile.is_some()),
+        ("dive", auv.dive.is_some()),
+        ("navigation_error", auv.navigation_error.is_some()),
+    ];
+    members
+        .into_iter()
+        .find_map(|(name, is_given)| is_given.then_some(name))
+}
+
+/// The rows of `text` about the vehicle `id`.
+fn read(text: &str, id: &str) -> Result<(Columns, Vec<Row>), String> {
+    let text = text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(text);
+    let mut reader = ReaderBuilder::new()
+        .trim(Trim::All)
+        .comment(Some(b'#'))
+        .from_reader(text.as_bytes());
+    let columns = Columns::of(reader.headers().map_err(|error| error.to_string())?)?;
+    let mut records = vec![];
+    for record in reader.records() {
+        let record = record.map_err(|error| error.to_string())?;
+        if columns.record.is_none_or(|[_, vehicle]| record[vehicle] == *id) {
+            records.push(record);
+        }
+    }
+    // What truly was, of a simulated mission; else what was measured.
+    let is =
+        |record: &StringRecord, wanted: &str| columns.record.is_none_or(|[kind, _]| record[kind] == *wanted);
+    let wanted = if records.iter().any(|record| is(record, "truth")) {
+        "truth"
+    } else {
+        "fix"
+    };
+    records.retain(|record| is(record, wanted));
+    if POINTS_MAX < records.len() {
+        return Err(format!(
+            "has {} points, more than {POINTS_MAX}: keep every second one",
+            records.len()
+        ));
+    }
+    if records.len() < 2 {
+        let of = columns.record.map_or_else(String::new, |_| format!(" of {id:?}"));
+        return Err(format!(
+            "has {} points{of}; a track has two at least",
+            records.len()
+        ));
+    }
+    let rows = records
+        .iter()
+        .map(|record| columns.row(text, record))
+        .collect::<Result<_, _>>()?;
+    Ok((columns, rows))
+}
+
+impl Columns {
+    fn of(names: &StringRecord) -> Result<Self, String> {
+        let column = |known: &[&str]| {
+            let mut names = names.iter();
+            names.position(|name| known.contains(&name.to_ascii_lowercase().as_str()))
+        };
+        let both = |one: &[&str], other: &[&str]| Some([column(one)?, column(other)?]);
+        let missing = |what: &str| {
+            let found: Vec<&str> = names.iter().take(20).collect();
+            format!("line 1: no column {what}; it has {}", found.join(", "))
+        };
+        let local = both(&NORTH, &EAST);
+        let place = local.or_else(|| both(&LATITUDE, &LONGITUDE));
+        Ok(Self {
+            time: column(&TIME).ok_or_else(|| missing("t_s"))?,
+            place: place.ok_or_else(|| missing("north_m and east_m, nor lat_deg and lon_deg"))?,
+            on_earth: local.is_none(),
+            depth: column(&DEPTH),
+            record: both(&["kind"], &["vehicle"]),
+        })
+    }
+
+    fn row(&self, text: &str, record: &StringRecord) -> Result<Row, String> {
+        let line = line_of(text, record);
+        let number = |name: &str, column: usize| {
+            let number = record[column]
+                .parse::<f64>()
+                .ok()
+                .filter(|number| number.is_finite());
+            number.ok_or_else(|| {
+                let given: String = record[column].chars().take(40).collect();
+                format!("line {line}: {name} {given:?} is no number")
+            })
+        };
+        let [first, second] = if self.on_earth {
+            ["latitude", "longitude"]
+        } else {
+            ["north", "east"]
+        };
+        Ok(Row {
+            line,
+            time: number("t", self.time)?,
+            place: [number(first, self.place[0])?, number(second, self.place[1])?],
+            depth: self.depth.map(|column| number("depth", column)).transpose()?,
+        })
+    }
+}
+
+/// The line of `record` in `text`. Its position is that of the comments and empty lines before it.
+fn line_of(text: &str, record: &StringRecord) -> u64 {
+    let (line, byte) = record.position().map_or((0, 0), |at| (at.line(), at.byte()));
+    let rest = usize::try_from(byte).ok().and_then(|byte| text.get(byte..));
+    let skipped = rest.unwrap_or_default().lines().take_while(|line| {
+        let line = line.trim();
+        line.is_empty() || line.starts_with('#')
+    });
+    line + skipped.map(|_| 1).sum::<u64>()
+}
+
+/// The points of `rows`, on a plane that touches the Earth at `datum` if they are latitudes and longitudes.
+fn points(rows: &[Row], datum: Option<&Datum>) -> Result<Vec<TrackPoint>, String> {
+    let mut points: Vec<TrackPoint> = Vec::with_capacity(rows.len());
+    for Row {
+        line,
+        time,
+        place,
+        depth,
+    } in rows
+    {
+        let position = match datum {
+            None => Vector2::from(*place),
+            Some(datum) => datum
+                .to_local(&Origin {
+                    latitude: place[0].to_radians(),
+                    longitude: place[1].to_radians(),
+                })
+                .map_err(|error| format!("line {line}: {error}"))?,
+        };
+        if Coordinate::MAX < position.amax() {
+            let (north, east, most) = (position.x, position.y, Coordinate::MAX);
+            return Err(format!(
+                "line {line}: {north:.0} m north, {east:.0} m east of the datum; {most} m are allowed"
+            ));
+        }
+        let depth = depth.unwrap_or(f64::NAN);
+        if depth < -HEIGHT_MAX || Depth::MAX < depth {
+            return Err(format!(
+                "line {line}: depth {depth} m is outside 0 to {} m",
+                Depth::MAX
+            ));
+        }
+        let point = TrackPoint {
+            time: *time,
+            position,
+            // As it is where the file has none.
+            depth: if depth < 0.0 { 0.0 } else { depth },
+        };
+        if let Some(before) = points.last() {
+            let duration = time - before.time;
+            if duration <= 0.0 {
+                return Err(format!("line {line}: t {time} is not after {}", before.time));
+            }
+            let speed = (position - before.position).norm() / duration;
+            let descent = (point.depth - before.depth).abs() / duration;
+            for (speed, what) in [(speed, ""), (descent, " of depth")] {
+                if Speed::MAX < speed {
+                    return Err(format!(
+                        "line {line}: {speed:.1} m/s{what} from the point before; {} m/s are allowed (is t in seconds?)",
+                        Speed::MAX
+                    ));
+                }
+            }
+        }
+        points.push(point);
+    }
+    Ok(points)
+}

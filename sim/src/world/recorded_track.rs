@@ -1,0 +1,170 @@
+//! A recorded track, which an AUV repeats: straight and at a steady speed from each recorded point to the next.
+
+use nalgebra::Vector2;
+use planner::{
+    angle::{Course, wrap},
+    forecast::SPEED_AT_REST,
+};
+
+/// A recorded point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrackPoint {
+    /// Time since the start of the mission, s.
+    pub time: f64,
+    /// Position (north, east), m.
+    pub position: Vector2<f64>,
+    /// Depth, m.
+    pub depth: f64,
+}
+
+/// Points of increasing times, at least one. Before the first and after the last one the vehicle rests there.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RecordedTrack(Vec<TrackPoint>);
+
+/// Position and velocity at one time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrackMotion {
+    /// Position (north, east), m.
+    pub position: Vector2<f64>,
+    /// Depth, m.
+    pub depth: f64,
+    /// Velocity over ground (north, east), m/s: the difference of the two points around, over that of their times.
+    pub velocity: Vector2<f64>,
+    /// Rate of the depth, m/s.
+    pub descent: f64,
+    /// Rate of turn, rad/s: from the leg before to the leg after, between their middles; 0 where one of them is at rest.
+    pub turn_rate: f64,
+}
+
+/// Velocity between two points.
+#[derive(Clone, Copy, Debug, Default)]
+struct Leg {
+    middle: f64,
+    velocity: Vector2<f64>,
+    descent: f64,
+}
+
+impl RecordedTrack {
+    /// The track through `points`, whose times increase.
+    ///
+    /// # Panics
+    ///
+    /// Without a point, or if times do not increase: the reader of a file checks both.
+    #[must_use]
+    pub fn new(points: Vec<TrackPoint>) -> Self {
+        assert!(
+            !points.is_empty() && points.is_sorted_by(|one, next| one.time < next.time),
+            "a reader checks the points"
+        );
+        Self(points)
+    }
+
+    /// Where the vehicle is at `time` s, and how it moves from then on.
+    #[must_use]
+    pub fn at(&self, time: f64) -> TrackMotion {
+        let passed = self.0.partition_point(|point| point.time <= time);
+        let from = self.0[passed.saturating_sub(1)];
+        let leg = self.leg(passed);
+        let elapsed = (time - from.time).max(0.0);
+        TrackMotion {
+            position: from.position + leg.velocity * elapsed,
+            depth: from.depth + leg.descent * elapsed,
+            velocity: leg.velocity,
+            descent: leg.descent,
+            turn_rate: self.turn_rate(passed),
+        }
+    }
+
+    /// Its points, or of more than `most` every n-th, and the last.
+    #[must_use]
+    pub fn outline(&self, most: usize) -> Vec<Vector2<f64>> {
+        let every = self.0.len().div_ceil(most).max(1);
+        let points = self.0.iter().step_by(every).chain(self.0.last());
+        points.map(|point| point.position).collect()
+    }
+
+    /// The leg that ends at point number `to`; at rest before the first and after the last.
+    fn leg(&self, to: usize) -> Leg {
+        let (Some(from), Some(to)) = (
+            to.checked_sub(1).and_then(|from| self.0.get(from)),
+            self.0.get(to),
+        ) else {
+            return Leg::default();
+        };
+        let duration = to.time - from.time;
+        Leg {
+            middle: 0.5 * (from.time + to.time),
+            velocity: (to.position - from.position) / duration,
+            descent: (to.depth - from.depth) / duration,
+        }
+    }
+
+    fn turn_rate(&self, to: usize) -> f64 {
+        let around = [to.saturating_sub(1), to, to + 1].map(|to| self.leg(to));
+        if around.iter().any(|leg| leg.velocity.norm() < SPEED_AT_REST) {
+            return 0.0;
+        }
+        let [before, _, after] = around;
+        let turned = Course::of(&after.velocity).radians() - Course::of(&before.velocity).radians();
+        wrap(turned) / (after.middle - before.middle)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A circle of radius 20 m at 0.5 m/s, recorded once in two seconds, diving at 0.1 m/s.
+    fn circle() -> RecordedTrack {
+        let point = |k: u32| {
+            let time = 2.0 * f64::from(k);
+            let bearing = 0.025 * time;
+            TrackPoint {
+                time,
+                position: Vector2::new(20.0 * bearing.cos(), 20.0 * bearing.sin()),
+                depth: 0.1 * time,
+            }
+        };
+        RecordedTrack::new((0..50).map(point).collect())
+    }
+
+    #[test]
+    fn a_circle_is_followed_at_its_speed_and_rate_of_turn() {
+        let track = circle();
+        for time in [4.0, 17.3, 60.9] {
+            let motion = track.at(time);
+            // The chord of 1 m is 0.3 mm inside the arc of radius 20 m, and shorter by a ten-thousandth.
+            assert!((motion.position.norm() - 20.0).abs() < 0.007, "{motion:?}");
+            assert!((motion.velocity.norm() - 0.5).abs() < 1e-4, "{motion:?}");
+            assert!((motion.turn_rate - 0.025).abs() < 1e-9, "{motion:?}");
+            assert!((motion.depth - 0.1 * time).abs() < 1e-9, "{motion:?}");
+            let step = 1e-3;
+            let moved = (track.at(time + step).position - motion.position) / step;
+            assert!((moved - motion.velocity).norm() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn before_its_first_and_after_its_last_point_the_vehicle_rests() {
+        let track = circle();
+        for (time, at) in [(-5.0, 0.0), (98.0, 98.0), (1e6, 98.0)] {
+            let motion = track.at(time);
+            assert!((motion.position - track.at(at).position).norm() < 1e-12);
+            assert_eq!(
+                (motion.velocity, motion.descent, motion.turn_rate),
+                (Vector2::zeros(), 0.0, 0.0)
+            );
+        }
+    }
+
+    #[test]
+    fn an_outline_has_its_ends_and_no_more_points_than_asked_for_but_one() {
+        let track = circle();
+        for most in [1, 7, 50, 1000] {
+            let outline = track.outline(most);
+            assert!(outline.len() <= most + 1, "{most}: {}", outline.len());
+            assert_eq!(outline.first(), Some(&track.at(0.0).position));
+            assert_eq!(outline.last(), Some(&track.at(98.0).position));
+        }
+    }
+}
