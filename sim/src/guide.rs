@@ -22,8 +22,8 @@ pub type GuideError = Box<dyn std::error::Error + Send + Sync>;
 pub struct Guidance {
     /// Speed and heading for the inner loops.
     pub reference: Reference,
-    /// The method that gave it.
-    pub method: Method,
+    /// The method that gave it; none of a law outside of this program.
+    pub method: Option<Method>,
     /// Predicted root mean square distance to the goal over the horizon, m, if the guide predicts.
     pub predicted_rms: Option<f64>,
     /// The underwater vehicle that its schedule serves, by its place in the snapshot, if it has a schedule.
@@ -147,7 +147,7 @@ impl Guide for LosGuide {
                 &asc.current,
                 snapshot.limits().speed_max,
             ),
-            method: Method::from(self.tracking.law()),
+            method: Some(Method::from(self.tracking.law())),
             predicted_rms: None,
             serves: self
                 .schedule
@@ -218,7 +218,7 @@ impl Guide for MpcGuide {
         self.previous = Some(PreviousPlan::from(&plan));
         let guidance = Guidance {
             reference: plan.reference,
-            method: plan.method,
+            method: Some(plan.method),
             predicted_rms: Some(plan.predicted.rms_error_m),
             serves: plan
                 .schedule

@@ -310,7 +310,7 @@ fn outside(area: &[Vector2<f64>], position: &Vector2<f64>) -> f64 {
 
 impl AnswersByMethod {
     fn of(rows: &[&SurfaceCraftRow]) -> Self {
-        let count = |method| rows.iter().filter(|row| row.method == method).count();
+        let count = |method| rows.iter().filter(|row| row.method == Some(method)).count();
         Self {
             mpc: count(Method::Mpc),
             previous_plan: count(Method::PreviousPlan),

@@ -110,8 +110,8 @@ pub struct SurfaceCraftRow {
     pub known: KnownSurfaceCraft,
     /// The guide's reference.
     pub reference: Reference,
-    /// The method that gave it.
-    pub method: Method,
+    /// The method that gave it; none of a law outside of this program.
+    pub method: Option<Method>,
     /// The underwater vehicle that the guide goes to, by its place, if it chooses one.
     pub serves: Option<usize>,
     /// Predicted root mean square distance to the goal over the horizon, m, if the guide predicts.
@@ -208,6 +208,9 @@ pub struct KnownAuv {
     /// Time since then, s, by the surface craft's clock.
     pub age: f64,
 }
+
+/// The name in files of a law outside of this program.
+pub const OWN_LAW: &str = "own_law";
 
 /// The name of `method` in files.
 #[must_use]

@@ -11,6 +11,7 @@ use sim::{
 };
 
 use crate::{
+    http_guide::{GUIDE, GuideUrl, HttpGuide},
     rules::{Rule, Ruled},
     scores::Scores,
     stopwatch::Stopwatch,
@@ -38,15 +39,17 @@ fn by_name<S: Serializer>(all: &[Controller], serializer: S) -> Result<S::Ok, S:
     serializer.collect_map(all.iter().map(|controller| (controller.name, controller)))
 }
 
-/// Names of the controllers: the planner, then the laws in the order of [`LosLaw::ALL`] or the rules in that of [`Rule::ALL`].
+/// Names of the controllers: the planner, a law outside of this program if there is one, then the laws in the order of [`LosLaw::ALL`]
+/// or the rules in that of [`Rule::ALL`].
 #[must_use]
-pub fn names(scenario: &Scenario) -> Vec<&'static str> {
+pub fn names(scenario: &Scenario, guide: Option<&GuideUrl>) -> Vec<&'static str> {
     let others = if visits(scenario) {
         Rule::ALL.into_iter().flat_map(Rule::names).collect()
     } else {
         LosLaw::ALL.map(LosLaw::name).to_vec()
     };
-    [vec![PLANNER], others].concat()
+    let guide = guide.map(|_| GUIDE);
+    [PLANNER].into_iter().chain(guide).chain(others).collect()
 }
 
 fn visits(scenario: &Scenario) -> bool {
@@ -94,12 +97,15 @@ pub struct Information {
 }
 
 impl Comparison {
-    /// Tunes every law and runs its mission, then the planner's. `progress` gets what is being done and the fraction of it done.
+    /// Runs the mission of the law at `guide`, if there is one, tunes every other law and runs its mission, then the planner's. `progress` gets what is being done and the fraction of it done.
     pub fn run(
         scenario: &Scenario,
         seed: u64,
+        guide: Option<&GuideUrl>,
         progress: &mut dyn FnMut(&str, f64),
     ) -> Result<Self, ComparisonError> {
+        let own = guide.map(|url| fly((GUIDE, false), scenario, &mut HttpGuide::new(url), seed, progress));
+        let own = own.transpose()?;
         let others = if visits(scenario) {
             all_rules(scenario, seed, progress)?
         } else {
@@ -110,7 +116,7 @@ impl Comparison {
         Ok(Self {
             scenario: scenario.name.clone(),
             seed,
-            controllers: [vec![mpc], others].concat(),
+            controllers: [mpc].into_iter().chain(own).chain(others).collect(),
         })
     }
 
@@ -216,13 +222,13 @@ mod tests {
     #[test]
     fn where_the_goal_visits_every_rule_flies_at_its_best_time() {
         let scenario = Scenario::named("visit-near").expect("exists").lasting(70.0);
-        let comparison = Comparison::run(&scenario, 1, &mut |_, _| {}).expect("flies");
+        let comparison = Comparison::run(&scenario, 1, None, &mut |_, _| {}).expect("flies");
         let found: Vec<_> = comparison
             .controllers
             .iter()
             .map(|controller| controller.name)
             .collect();
-        assert_eq!(found, names(&scenario));
+        assert_eq!(found, names(&scenario, None));
         assert_eq!(found.len(), 13);
         let clock = &comparison.controllers[1];
         let turn = clock.dwell_s.expect("was tuned");

@@ -1,6 +1,6 @@
 //! The laboratory: what a guidance law is worth, and what a craft is like.
 //!
-//! In reading order: [`rules`] visit AUVs without a schedule; [`tuning`] finds the best gains of the compared laws; [`comparison`] flies the planner and every law on one
+//! In reading order: [`rules`] visit AUVs without a schedule; [`http_guide`] is a law outside of this program; [`tuning`] finds the best gains of the compared laws; [`comparison`] flies the planner and every law on one
 //! mission, with [`scores`] of each; a [`campaign`] flies many controllers under many conditions and on many craft, beside a lower
 //! bound (`clairvoyant`, `bound`), and reports the results. [`trial`] simulates a sea trial, and [`mod@identify`] fits a craft to
 //! its log ([`log_file`]). [`report`] is a mission as one page, drawn as the service's page draws it.
@@ -13,6 +13,7 @@ mod chart;
 mod clairvoyant;
 pub mod comparison;
 mod document;
+pub mod http_guide;
 pub mod identify;
 pub mod log_file;
 pub mod report;

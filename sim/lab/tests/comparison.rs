@@ -49,7 +49,7 @@ fn both(scenario: &Scenario, seed: u64) -> ([SurfaceCraftMetrics; 2], Record) {
 fn assert_by_the_program(record: &Record, counted: impl Fn(f64) -> bool) {
     let rows = record.rows.iter().filter(|row| counted(row.time));
     let methods: Vec<_> = rows
-        .filter_map(|row| Some(row.surface_craft.as_ref()?.method))
+        .filter_map(|row| row.surface_craft.as_ref()?.method)
         .collect();
     let others = methods.iter().filter(|method| **method != Method::Mpc).count();
     let (name, seed, n) = (&record.scenario, record.seed, methods.len());

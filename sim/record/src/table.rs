@@ -102,7 +102,7 @@ columns! {
     reference_heading_rad: Number, "rad", "Heading reference from then on, of the same vehicle";
     reference_pitch_rad: Number, "rad", "Pitch reference of the AUV from then on, positive nose-up";
     outcome: Word, "", "`ok`, or `degraded`";
-    method: Word, "", "What produced the plan: `mpc`, `previous_plan`, `saturated_los`, `hold`, or another law";
+    method: Word, "", "What produced the plan: `mpc`, `previous_plan`, `saturated_los`, `hold`, another law, or `own_law` for one outside of this program";
     reason: Word, "", "Why the plan is degraded or the mission failed; the text of a `note`";
     predicted_rms_m: Number, "m", "Predicted RMS distance to the goal over the plan's horizon";
     solve_ms: Number, "ms", "Planning time";

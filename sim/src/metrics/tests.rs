@@ -30,7 +30,7 @@ fn record(north: &[f64]) -> Record {
                 speed: 0.5,
                 heading: Heading::new(0.0),
             },
-            method: Method::Mpc,
+            method: Some(Method::Mpc),
             goal: Vector2::zeros(),
             energy: f64::from(k),
             heading_travel: 0.1 * f64::from(k),
@@ -180,7 +180,7 @@ fn a_steady_reference_has_no_jerk_and_a_single_step_has_two_differences() {
 #[test]
 fn answers_are_counted_by_method() {
     let mut record = record(&[0.0; 4]);
-    craft(&mut record, 2).method = Method::Hold;
+    craft(&mut record, 2).method = Some(Method::Hold);
     let answers = surface_craft_metrics(&record).answers_by_method;
     assert_eq!(
         answers,

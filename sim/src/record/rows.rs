@@ -6,7 +6,7 @@ use ::record::{
 };
 use serde_json::{Value, json};
 
-use super::{AuvRow, Origin, Record, Row, SurfaceCraftRow, method_name};
+use super::{AuvRow, OWN_LAW, Origin, Record, Row, SurfaceCraftRow, method_name};
 
 /// The kind of rows that tell where a vehicle truly was.
 const TRUTH: &str = "truth";
@@ -81,7 +81,7 @@ fn surface_craft<'a>(at: &TableRow<'a>, row: &SurfaceCraftRow) -> [TableRow<'a>;
         kind: Some("planned"),
         reference_speed_mps: Some(row.reference.speed),
         reference_heading_rad: Some(row.reference.heading.radians()),
-        method: Some(method_name(row.method)),
+        method: Some(row.method.map_or(OWN_LAW, method_name)),
         predicted_rms_m: row.predicted_rms,
         solve_ms: row.solve_ms,
         ..*at

@@ -101,7 +101,7 @@ impl Simulation {
         let made = self.steer(&seen, logged)?;
         let guidance = Guidance {
             reference: logged.map_or(made.plan.reference, |logged| reference(&logged.reference)),
-            method: made.plan.method,
+            method: Some(made.plan.method),
             predicted_rms: self.law.is_none().then_some(made.plan.predicted.rms_error_m),
             serves: made
                 .plan
@@ -145,7 +145,7 @@ impl Simulation {
                 ..
             } = baseline_from(&known, &self.parameters, law.tracking());
             let plan = Plan {
-                method: guidance.method,
+                method: guidance.method.expect("a line-of-sight law is a method"),
                 degraded: None,
                 reference: guidance.reference,
                 reference_through_water: guidance.reference,

@@ -3,7 +3,11 @@
 use std::{error::Error, path::PathBuf};
 
 use clap::{Args, ValueEnum};
-use lab::{comparison::Comparison, report::ReportedRun};
+use lab::{
+    comparison::Comparison,
+    http_guide::{GUIDE, GuideUrl},
+    report::ReportedRun,
+};
 use sim::record::Record;
 
 use super::{
@@ -23,6 +27,10 @@ pub(crate) struct Compare {
     scenario: String,
     #[command(flatten)]
     run: RunArguments,
+    /// Compare also the law at this address, which gets each snapshot over HTTP (docs/own-law.md), such as
+    /// http://127.0.0.1:8000/.
+    #[arg(long, value_name = "URL")]
+    guide: Option<GuideUrl>,
     /// Format of the scores.
     #[arg(long, value_enum, default_value_t = Format::Table)]
     format: Format,
@@ -47,11 +55,16 @@ pub(crate) fn compare(arguments: &Compare) -> Result<(), Box<dyn Error>> {
     let scenario = arguments.run.scenario(&arguments.scenario)?;
     let page = arguments.report.as_deref().map(OutFile::new).transpose()?;
     let files = arguments.out.as_deref();
-    let files = files.map(|out| record_files(out, &scenario)).transpose()?;
+    let files = files
+        .map(|out| record_files(out, &scenario, arguments.guide.as_ref()))
+        .transpose()?;
     let bar = bar();
-    let comparison = Comparison::run(&scenario, arguments.run.seed, &mut |stage, done| {
-        show(&bar, stage, done);
-    })?;
+    let comparison = Comparison::run(
+        &scenario,
+        arguments.run.seed,
+        arguments.guide.as_ref(),
+        &mut |stage, done| show(&bar, stage, done),
+    )?;
     bar.finish_and_clear();
     let runs: Vec<&Record> = comparison
         .controllers
@@ -76,7 +89,9 @@ pub(crate) fn compare(arguments: &Compare) -> Result<(), Box<dyn Error>> {
 /// Every run, with what its controller knew.
 fn reported(comparison: &Comparison) -> Vec<ReportedRun<'_>> {
     let runs = comparison.controllers.iter().map(|controller| {
-        let used = if controller.information.forecasts.is_empty() {
+        let used = if controller.name == GUIDE {
+            "what a law outside of this program makes of them".to_owned()
+        } else if controller.information.forecasts.is_empty() {
             "the present alone, tuned for this scenario and seed".to_owned()
         } else {
             format!("forecasts by {}", controller.information.forecasts.join(" and "))

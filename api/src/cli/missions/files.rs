@@ -4,6 +4,7 @@ use std::path::Path;
 
 use lab::{
     comparison,
+    http_guide::GuideUrl,
     report::{ReportedRun, report},
 };
 use record::{self, ExportError, Format as RecordFormat};
@@ -31,7 +32,11 @@ pub(super) fn record_file(path: &Path, scenario: &Scenario) -> Result<RecordFile
 }
 
 /// Files in `directory` for the records of a comparison, in the order of [`comparison::names`].
-pub(super) fn record_files(path: &Path, scenario: &Scenario) -> Result<Vec<RecordFile>, NotWritten> {
+pub(super) fn record_files(
+    path: &Path,
+    scenario: &Scenario,
+    guide: Option<&GuideUrl>,
+) -> Result<Vec<RecordFile>, NotWritten> {
     directory(path)?;
     let file = |name: &str| {
         Ok(RecordFile {
@@ -39,7 +44,7 @@ pub(super) fn record_files(path: &Path, scenario: &Scenario) -> Result<Vec<Recor
             format: RecordFormat::Parquet,
         })
     };
-    comparison::names(scenario).into_iter().map(file).collect()
+    comparison::names(scenario, guide).into_iter().map(file).collect()
 }
 
 impl RecordFile {

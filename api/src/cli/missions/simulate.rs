@@ -7,6 +7,7 @@ use clap::{
     builder::{PossibleValuesParser, TypedValueParser},
 };
 use lab::{
+    http_guide::{GuideUrl, HttpGuide},
     report::ReportedRun,
     scores::lines,
     stopwatch::Stopwatch,
@@ -48,7 +49,7 @@ pub(crate) struct Simulate {
     /// Simulate a sea trial (docs/commissioning.md) of the scenario's craft and write its log for `pilotfish identify`.
     #[arg(
         long, requires = "out",
-        conflicts_with_all = ["controller", "duration_s", "untimed", "report", "snapshots", "craft", "route", "tuned"]
+        conflicts_with_all = ["controller", "duration_s", "untimed", "report", "snapshots", "craft", "route", "tuned", "guide"]
     )]
     trial: bool,
     #[command(flatten)]
@@ -56,6 +57,13 @@ pub(crate) struct Simulate {
     /// The planner (mpc) or a line-of-sight law.
     #[arg(long, value_parser = Controller::parser(), default_value = Controller::PLANNER)]
     controller: Controller,
+    /// Steer by the law at this address, which gets each snapshot over HTTP (docs/own-law.md), such as
+    /// http://127.0.0.1:8000/.
+    #[arg(
+        long, value_name = "URL",
+        conflicts_with_all = ["controller", "snapshots", "tuned", "look_ahead_m", "along_track_gain_per_s"]
+    )]
+    guide: Option<GuideUrl>,
     /// Write the record to this file; may be repeated. The suffix chooses the format: .csv, .parquet and .ndjson are
     /// the table of docs/records.md, .geojson is a map, .mcap is for Foxglove and Lichtblick. A pipe or a device gets
     /// CSV.
@@ -128,9 +136,10 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Box<dyn Error>> {
         None => None,
     };
     let (mut asked, mut predictions) = (Vec::new(), Vec::new());
-    let mut guide: Box<dyn Guide + '_> = match tuning {
-        Some(tuning) => Box::new(LosGuide::tuned(tuning)),
-        None => Box::new(RecordedPlanner {
+    let mut guide: Box<dyn Guide + '_> = match (&arguments.guide, tuning) {
+        (Some(url), _) => Box::new(HttpGuide::new(url)),
+        (None, Some(tuning)) => Box::new(LosGuide::tuned(tuning)),
+        (None, None) => Box::new(RecordedPlanner {
             planner: MpcGuide::new(Parameters::default()),
             n_plans: 0,
             every: arguments.snapshots.is_some().then_some(arguments.every as usize),

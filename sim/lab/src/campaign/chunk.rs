@@ -7,6 +7,7 @@ use super::{
     rows::{Rows, RunResult},
     tune::Gains,
 };
+use crate::http_guide::NoGuidance;
 
 /// A piece of a chunk.
 #[derive(Clone, Copy, Debug)]
@@ -43,19 +44,20 @@ impl Piece {
         let planner = |run: Run| {
             matches!(
                 campaign.controllers[run.controller].law,
-                ControlLaw::Planner { .. }
+                ControlLaw::Planner { .. } | ControlLaw::Guide(_)
             )
         };
         matches!(self, Self::Fly(run) if planner(run))
     }
 
     /// Flies or computes it, with the gains of its case.
-    pub(super) fn done(self, campaign: &Campaign, gains: &Gains) -> Part {
+    pub(super) fn done(self, campaign: &Campaign, gains: &Gains) -> Result<Part, NoGuidance> {
         match self {
-            Self::Bound(condition) => Part::Bound(condition, bound(campaign, condition)),
+            Self::Bound(condition) => Ok(Part::Bound(condition, bound(campaign, condition))),
             Self::Fly(run) => {
                 let gains = gains.of_run(campaign, run.controller, run.objective);
-                Part::Run(gains.map(|gains| Box::new(result(campaign, run, &gains))))
+                let flown = gains.map(|gains| result(campaign, run, &gains)).transpose()?;
+                Ok(Part::Run(flown.map(Box::new)))
             }
         }
     }
@@ -95,10 +97,10 @@ impl Parts {
 }
 
 /// Flies all runs of a chunk on this thread.
-pub(super) fn flown(campaign: &Campaign, chunk: Chunk, gains: &Gains) -> Rows {
+pub(super) fn flown(campaign: &Campaign, chunk: Chunk, gains: &Gains) -> Result<Rows, NoGuidance> {
     let mut parts = Parts::default();
     for piece in Piece::all(campaign, chunk) {
-        parts.add(piece.done(campaign, gains));
+        parts.add(piece.done(campaign, gains)?);
     }
-    parts.rows(campaign)
+    Ok(parts.rows(campaign))
 }

@@ -14,6 +14,7 @@ use sim::{
 };
 
 use crate::{
+    http_guide::{GuideUrl, HttpGuide},
     rules::{Rule, Ruled},
     tuning::{Setting, grid},
 };
@@ -79,6 +80,8 @@ pub enum ControlLaw {
         /// The forecast model that it must use; its own choice if none.
         forecast: Option<ForecastModel>,
     },
+    /// A law outside of this program.
+    Guide(GuideUrl),
 }
 
 impl Controller {
@@ -123,6 +126,7 @@ impl Controller {
                     && (parameters.uncertain_goal_share == usual.uncertain_goal_share
                         || scenario.knowledge.acoustics.is_some())
             }
+            ControlLaw::Guide(_) => true,
         }
     }
 
@@ -138,7 +142,7 @@ impl Controller {
         match self.law {
             ControlLaw::Tuned(law) => Some(law),
             ControlLaw::Fixed(tuning) => Some(tuning.law),
-            ControlLaw::Planner { .. } => None,
+            ControlLaw::Planner { .. } | ControlLaw::Guide(_) => None,
         }
     }
 
@@ -148,7 +152,7 @@ impl Controller {
         let laws = match self.law {
             ControlLaw::Tuned(law) => grid(law),
             ControlLaw::Fixed(tuning) => vec![tuning],
-            ControlLaw::Planner { .. } => vec![],
+            ControlLaw::Planner { .. } | ControlLaw::Guide(_) => vec![],
         };
         match self.rule {
             None => Setting::grid(&laws, &[]),
@@ -182,6 +186,7 @@ impl Controller {
         };
         let uses = match &self.law {
             ControlLaw::Tuned(_) | ControlLaw::Fixed(_) => "looks at the present only",
+            ControlLaw::Guide(_) => "is a law outside of this program",
             ControlLaw::Planner { forecast: None, .. } => {
                 "forecasts along paths where known, else by rate of turn, and with the drift that it found out"
             }
@@ -251,6 +256,7 @@ impl Controller {
             ControlLaw::Planner { parameters, forecast } => {
                 (Box::new(MpcGuide::new(Parameters::clone(parameters))), *forecast)
             }
+            ControlLaw::Guide(url) => (Box::new(HttpGuide::new(url)), None),
         };
         let guide = match (self.rule, setting.dwell_s) {
             (Some((rule, _)), dwell) => Box::new(Ruled::new(guide, rule, dwell.unwrap_or(0.0))),

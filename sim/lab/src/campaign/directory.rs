@@ -24,6 +24,7 @@ use super::{
     rows::{Rows, RowsError, SCHEMA_VERSION},
     tune::Tuned,
 };
+use crate::http_guide::NoGuidance;
 
 const MANIFEST: &str = "campaign.json";
 const RUNS: &str = "runs.parquet";
@@ -164,6 +165,9 @@ pub enum DirectoryError {
     /// A table is damaged.
     #[error("{0} is damaged: delete it, and run the campaign again")]
     Damaged(String, #[source] RowsError),
+    /// A law outside of this program is away, so that rows are missing.
+    #[error("{0}. The campaign keeps what was flown: then run it again to continue")]
+    Guide(#[from] NoGuidance),
     /// Rows are missing.
     #[error("the campaign in {0} is not finished: run it again to continue")]
     Unfinished(String),

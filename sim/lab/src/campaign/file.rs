@@ -183,8 +183,10 @@ pub struct ControllerFile {
     pub variation: Option<Variation>,
     /// The planner. Give either this
     pub planner: Option<PlannerFile>,
-    /// or a line-of-sight law.
+    /// or a line-of-sight law,
     pub law: Option<LawFile>,
+    /// or the address of a law outside of this program, which gets each snapshot over HTTP.
+    pub guide: Option<String>,
     /// A rule that visits AUVs instead of the planner's schedule, where the goal visits.
     pub rule: Option<RuleFile>,
 }

@@ -18,6 +18,7 @@ use super::{
 };
 use crate::{
     bound::bound_rms_m,
+    http_guide::NoGuidance,
     stopwatch::timed,
     tuning::{Setting, grid},
 };
@@ -80,15 +81,22 @@ pub(super) fn fly_while(
     }))
 }
 
-/// The result of a run, without the bound. If the mission fails, the result says why.
-pub(super) fn result(campaign: &Campaign, run: Run, gains: &RunGains) -> RunResult {
+/// The result of a run, without the bound. If the mission fails, the result says why; but a law outside of this program that is away has
+/// no result, because it may be back later.
+pub(super) fn result(campaign: &Campaign, run: Run, gains: &RunGains) -> Result<RunResult, NoGuidance> {
     let controller = &campaign.controllers[run.controller];
     let begun = Instant::now();
     let flown = fly(campaign, run.condition, controller, gains.setting);
+    let flown = match flown.map_err(|error| error.downcast::<NoGuidance>()) {
+        Err(Ok(away)) if away.may_pass() => return Err(*away),
+        Err(Ok(wrong)) => Err(wrong.to_string()),
+        Err(Err(error)) => Err(error.to_string()),
+        Ok(flown) => Ok(flown),
+    };
     let took = begun.elapsed().as_secs_f64();
     let case = &campaign.cases[run.condition.case];
     let response = case.response();
-    let outcome = flown.map_err(|error| error.to_string()).and_then(|flown| {
+    let outcome = flown.and_then(|flown| {
         let score = Score::of(&flown.record).ok_or("there is no surface craft in the record")?;
         let too_fast_steps_percent = response.map(|response| {
             let most = ROUNDING * response.heading.rate_max;
@@ -101,7 +109,7 @@ pub(super) fn result(campaign: &Campaign, run: Run, gains: &RunGains) -> RunResu
             learnt: flown.learnt,
         })
     });
-    RunResult {
+    Ok(RunResult {
         run: run.number,
         scenario: case.scenario.name.clone(),
         craft: case.craft.clone(),
@@ -125,7 +133,7 @@ pub(super) fn result(campaign: &Campaign, run: Run, gains: &RunGains) -> RunResu
         breaks_at_s: controller.breaks_at(),
         bound_rms_m: None,
         run_s: took,
-    }
+    })
 }
 
 /// The gains of a run.

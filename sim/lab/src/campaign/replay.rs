@@ -54,7 +54,7 @@ pub fn replay(campaign: &Campaign, rows: &Rows, number: u64) -> Result<Replay, R
                 along_track_gain_per_s: cell("along_track_gain_per_s").ok_or_else(no_run)?,
                 integral_gain_mps: cell("integral_gain_mps"),
             }),
-            ControlLaw::Planner { .. } => None,
+            ControlLaw::Planner { .. } | ControlLaw::Guide(_) => None,
         },
         dwell_s: cell("dwell_s"),
     };
@@ -67,7 +67,7 @@ pub fn replay(campaign: &Campaign, rows: &Rows, number: u64) -> Result<Replay, R
     let record = flown.map_err(ReplayError::Mission)?.record;
     let again = RunResult {
         bound_rms_m: bound(campaign, run.condition),
-        ..result(campaign, run, &gains)
+        ..result(campaign, run, &gains).map_err(|away| ReplayError::Mission(away.into()))?
     };
     let again = Rows::of(&[again], &campaign.parameter_keys());
     Ok(Replay {

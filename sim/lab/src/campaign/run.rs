@@ -89,7 +89,7 @@ pub fn run(
     }
     let parts: Vec<Mutex<Parts>> = left.iter().map(|_| Mutex::default()).collect();
     let fly_piece = |&(k, piece): &(usize, Piece)| -> Result<Counts, DirectoryError> {
-        let part = piece.done(campaign, &gains[left[k].case]);
+        let part = piece.done(campaign, &gains[left[k].case])?;
         let flown = match &part {
             Part::Run(Some(row)) => Counts {
                 runs: 1,

@@ -171,7 +171,7 @@ fn a_mistake_is_named_with_its_line_its_member_and_what_would_do() {
         (
             "planner = {}",
             "",
-            "controllers[0].planner: give either planner or law",
+            "controllers[0].planner: give one of planner, law and guide",
         ),
         ("planner = {}", "planner = {scp = 3}", "unknown field `scp`"),
         (

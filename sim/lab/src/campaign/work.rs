@@ -11,6 +11,7 @@ use super::{
     directory::{Directory, DirectoryError, Manifest},
     tune::{Gains, Tuned, tune, tuned_in},
 };
+use crate::http_guide::NoGuidance;
 
 /// A piece of work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -39,6 +40,9 @@ pub enum WorkError {
     /// The gains of a chunk are missing.
     #[error("gains of the chunk's laws are missing or damaged")]
     NoGains,
+    /// A law outside of this program is away.
+    #[error(transparent)]
+    Guide(#[from] NoGuidance),
     /// The result cannot be written.
     #[error("rows cannot be written")]
     Rows(#[from] record::ExportError),
@@ -110,7 +114,7 @@ impl Work {
                     .filter(|tuned| tuned.len() == tuned_in(campaign, chunk.case).len())
                     .ok_or(WorkError::NoGains)?;
                 let mut bytes = vec![];
-                flown(campaign, *chunk, &Gains(tuned)).write(manifest.about(), &mut bytes)?;
+                flown(campaign, *chunk, &Gains(tuned))?.write(manifest.about(), &mut bytes)?;
                 Ok(bytes)
             }
         }

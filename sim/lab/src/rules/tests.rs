@@ -27,7 +27,7 @@ impl Guide for Asked {
                 speed: 0.0,
                 heading: Heading::new(0.0),
             },
-            method: Method::Hold,
+            method: Some(Method::Hold),
             predicted_rms: None,
             serves: None,
             solve_time: None,

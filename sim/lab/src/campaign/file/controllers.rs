@@ -9,6 +9,7 @@ use planner::{
 use super::{ControllerFile, ForecastFile, LawFile, PlannerFile, RuleFile};
 use crate::{
     campaign::controller::{ControlLaw, Controller},
+    http_guide::GuideUrl,
     rules::Rule,
     tuning::{LawGains, grid},
 };
@@ -19,11 +20,19 @@ const TURN_MAX: f64 = 1.0e5;
 impl ControllerFile {
     /// Its controllers: one, or one for each point of a grid. Otherwise the member that is wrong, and why.
     pub(in crate::campaign) fn controllers(&self) -> Result<Vec<Controller>, (String, String)> {
-        let laws = match (&self.planner, &self.law) {
-            (Some(planner), None) => vec![(self.name.clone(), planner.control_law()?)],
-            (None, Some(law)) => law.control_laws(&self.name)?,
+        let laws = match (&self.planner, &self.law, &self.guide) {
+            (Some(planner), None, None) => vec![(self.name.clone(), planner.control_law()?)],
+            (None, Some(law), None) => law.control_laws(&self.name)?,
+            (None, None, Some(url)) => {
+                let url = url.parse::<GuideUrl>();
+                let url = url.map_err(|error| ("guide".to_owned(), error.to_string()))?;
+                vec![(self.name.clone(), ControlLaw::Guide(url))]
+            }
             _ => {
-                return Err(("planner".to_owned(), "give either planner or law".to_owned()));
+                return Err((
+                    "planner".to_owned(),
+                    "give one of planner, law and guide".to_owned(),
+                ));
             }
         };
         if let Some(RuleFile {
@@ -46,7 +55,12 @@ impl ControllerFile {
             rule: self.rule.map(|rule| (rule.name, rule.dwell_s)),
             variation: self.variation,
         };
-        Ok(laws.into_iter().map(controller).collect())
+        let controllers: Vec<Controller> = laws.into_iter().map(controller).collect();
+        if self.guide.is_some() && controllers.iter().any(Controller::is_tuned) {
+            let reason = "is missing: nothing is tuned for a law outside of this program";
+            return Err(("rule.dwell_s".to_owned(), reason.to_owned()));
+        }
+        Ok(controllers)
     }
 }
 

@@ -1,0 +1,268 @@
+//! A control law outside of this program, in any language: it gets each snapshot over HTTP and answers with a reference
+//! ([docs/own-law.md](../../../docs/own-law.md)).
+//!
+//! It needs no memory of its own: `metadata` of its answer comes back in the next snapshot of the same mission, and so does a whole
+//! plan, as `previous_plan`. So the planner behind `/v1/plan` flies the mission that it flies here.
+
+use std::{fmt, str::FromStr, time::Duration};
+
+use planner::{
+    angle::Heading,
+    los::Reference,
+    plan::Method,
+    snapshot::{Schedule, Snapshot},
+};
+use serde::Deserialize as _;
+use serde_json::{Map, Value};
+use sim::guide::{Guidance, Guide, GuideError, served};
+use ureq::{Agent, Error as HttpError, http::Uri};
+use wire::METADATA_BYTES_MAX;
+
+/// Longest wait for an answer. A law at sea answers within its second; this leaves room for slow languages and crowded machines.
+const ANSWER_TIME: Duration = Duration::from_secs(10);
+/// Largest answer, bytes: several times a plan for 16 AUVs.
+const ANSWER_BYTES_MAX: u64 = 1 << 20;
+/// Longest address, bytes.
+const URL_BYTES_MAX: usize = 2000;
+/// Most characters of an answer in an error.
+const QUOTED_MAX: usize = 200;
+/// Range of speeds in answers, m/s: that of a plan that comes back as `previous_plan`.
+const SPEEDS: std::ops::RangeInclusive<f64> = 0.0..=40.0;
+/// Range of headings in answers, rad. Beyond a turn they are rather degrees.
+const HEADINGS: std::ops::RangeInclusive<f64> = -std::f64::consts::TAU..=std::f64::consts::TAU;
+
+/// Name of such a law among controllers.
+pub const GUIDE: &str = "guide";
+
+/// The address of a law.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct GuideUrl(String);
+
+/// What is wrong with an address.
+#[derive(Debug, thiserror::Error)]
+#[error("{0:?} is no address of a law, such as http://127.0.0.1:8000/")]
+pub struct NoGuideUrl(String);
+
+impl FromStr for GuideUrl {
+    type Err = NoGuideUrl;
+
+    fn from_str(text: &str) -> Result<Self, NoGuideUrl> {
+        let wrong = || NoGuideUrl(text.chars().take(QUOTED_MAX).collect());
+        let url: Uri = text.parse().map_err(|_| wrong())?;
+        let is_http = matches!(url.scheme_str(), Some("http" | "https"));
+        let has_host = url.host().is_some_and(|host| !host.is_empty());
+        if is_http && has_host && text.len() <= URL_BYTES_MAX {
+            Ok(Self(text.to_owned()))
+        } else {
+            Err(wrong())
+        }
+    }
+}
+
+impl fmt::Display for GuideUrl {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+/// Why a law gave no reference, with the time of the snapshot, s.
+#[derive(Debug, thiserror::Error)]
+#[error("the guide {url} gave no reference at {t_s} s: {why}")]
+pub struct NoGuidance {
+    url: GuideUrl,
+    t_s: f64,
+    why: Why,
+}
+
+#[derive(Debug, thiserror::Error)]
+enum Why {
+    #[error("no answer ({0}): start the law, correct the address, or read what the law wrote when it failed")]
+    Away(HttpError),
+    #[error("no answer within {} s: answer sooner, or let it serve several missions at once", ANSWER_TIME.as_secs())]
+    TooSlow,
+    #[error("it answered with more than {ANSWER_BYTES_MAX} bytes: answer with speed_mps and heading_rad")]
+    TooLarge,
+    #[error("it answered with status {0}, not 200: {1}")]
+    Status(u16, String),
+    #[error("its answer is not JSON, which has no NaN or Infinity either ({0}): {1}")]
+    NotJson(serde_json::Error, String),
+    #[error("its answer's {member} {is}: {answer}")]
+    Member {
+        member: &'static str,
+        is: String,
+        answer: String,
+    },
+}
+
+impl NoGuidance {
+    /// Whether it may be another time: the law was not there, or too slow.
+    #[must_use]
+    pub fn may_pass(&self) -> bool {
+        matches!(self.why, Why::Away(_) | Why::TooSlow)
+    }
+}
+
+/// A law at an address, and what it gets back in the next snapshot.
+#[derive(Debug)]
+pub struct HttpGuide {
+    agent: Agent,
+    url: GuideUrl,
+    metadata: Map<String, Value>,
+    previous_plan: Option<Value>,
+}
+
+impl HttpGuide {
+    /// The law at `url`, for one mission.
+    #[must_use]
+    pub fn new(url: &GuideUrl) -> Self {
+        Self::within(url, ANSWER_TIME)
+    }
+
+    fn within(url: &GuideUrl, answer_time: Duration) -> Self {
+        let config = Agent::config_builder()
+            .http_status_as_error(false)
+            // A law is where its caller says, and nowhere else.
+            .max_redirects(0)
+            .proxy(None)
+            .timeout_global(Some(answer_time));
+        Self {
+            agent: config.build().into(),
+            url: url.clone(),
+            metadata: Map::new(),
+            previous_plan: None,
+        }
+    }
+
+    /// What is sent: a request as `/v1/plan` takes it.
+    fn question(&self, snapshot: &Snapshot) -> Value {
+        let mut request = serde_json::to_value(&**snapshot).expect("a request is JSON");
+        if !self.metadata.is_empty() {
+            request["metadata"] = self.metadata.clone().into();
+        }
+        if let Some(plan) = &self.previous_plan {
+            request["previous_plan"] = plan.clone();
+        }
+        request
+    }
+
+    fn answer(&self, question: &Value) -> Result<Value, Why> {
+        let sent = self.agent.post(&self.url.0).send_json(question);
+        let mut response = sent.map_err(why)?;
+        let body = response.body_mut().with_config().limit(ANSWER_BYTES_MAX);
+        let bytes = body.read_to_vec().map_err(why)?;
+        if response.status() != 200 {
+            return Err(Why::Status(response.status().as_u16(), quoted(&bytes)));
+        }
+        serde_json::from_slice(&bytes).map_err(|error| Why::NotJson(error, quoted(&bytes)))
+    }
+
+    /// The guidance in `answer`; of that, what comes back is kept.
+    fn guidance(&mut self, snapshot: &Snapshot, answer: Value) -> Result<Guidance, Why> {
+        let reference = reference(snapshot, &answer)?;
+        let serves = serves(snapshot, &answer)?;
+        let predicted_rms = answer.pointer("/predicted/rms_error_m").and_then(Value::as_f64);
+        let method = Method::deserialize(&answer["method"]).ok();
+        self.metadata = metadata(&answer)?;
+        self.previous_plan = answer["trajectory"].is_array().then_some(answer);
+        Ok(Guidance {
+            reference,
+            method,
+            predicted_rms,
+            serves,
+            solve_time: None,
+        })
+    }
+}
+
+impl Guide for HttpGuide {
+    fn name(&self) -> &'static str {
+        GUIDE
+    }
+
+    fn guide(&mut self, snapshot: &Snapshot) -> Result<Guidance, GuideError> {
+        let answered = self.answer(&self.question(snapshot));
+        let guided = answered.and_then(|answer| self.guidance(snapshot, answer));
+        guided.map_err(|why| {
+            let (url, t_s) = (self.url.clone(), snapshot.t_s);
+            NoGuidance { url, t_s, why }.into()
+        })
+    }
+}
+
+fn why(error: HttpError) -> Why {
+    match error {
+        HttpError::Timeout(_) => Why::TooSlow,
+        HttpError::BodyExceedsLimit(_) => Why::TooLarge,
+        away => Why::Away(away),
+    }
+}
+
+/// The reference in `answer`: a member `reference`, as in a plan, or the answer itself. A speed above the craft's largest is clipped, as
+/// its autopilot would.
+fn reference(snapshot: &Snapshot, answer: &Value) -> Result<Reference, Why> {
+    let of = answer.get("reference").unwrap_or(answer);
+    let number = |member| of[member].as_f64();
+    let wrong = |member, is| wrong(answer, member, is);
+    let speed = number("speed_mps").ok_or_else(|| wrong("speed_mps", "is no number".to_owned()))?;
+    if !SPEEDS.contains(&speed) {
+        let (least, most) = (SPEEDS.start(), SPEEDS.end());
+        return Err(wrong(
+            "speed_mps",
+            format!("is {speed}, outside {least} to {most} m/s"),
+        ));
+    }
+    let in_degrees = || number("heading_deg").map(f64::to_radians);
+    let heading = number("heading_rad").or_else(in_degrees);
+    let heading = heading.ok_or_else(|| wrong("heading_rad", "is no number".to_owned()))?;
+    if !HEADINGS.contains(&heading) {
+        let is = format!("is {heading}, more than a turn of 2π rad: degrees are heading_deg");
+        return Err(wrong("heading_rad", is));
+    }
+    Ok(Reference {
+        speed: speed.min(snapshot.limits().speed_max),
+        heading: Heading::new(heading),
+    })
+}
+
+/// The place of the AUV that `answer` serves: the next one of its schedule, as in a plan, or the one that `serves` names.
+fn serves(snapshot: &Snapshot, answer: &Value) -> Result<Option<usize>, Why> {
+    if let Ok(schedule) = Schedule::deserialize(&answer["schedule"]) {
+        return Ok(served(snapshot, &schedule));
+    }
+    let Some(id) = answer.get("serves") else {
+        return Ok(None);
+    };
+    let place = snapshot.auvs.iter().position(|auv| *id == auv.id.0);
+    let unknown = || wrong(answer, "serves", format!("is {id}, and no AUV has that id"));
+    place.map(Some).ok_or_else(unknown)
+}
+
+/// What comes back in the next snapshot.
+fn metadata(answer: &Value) -> Result<Map<String, Value>, Why> {
+    let metadata = match answer.get("metadata") {
+        None => return Ok(Map::new()),
+        Some(Value::Object(metadata)) => metadata.clone(),
+        Some(_) => return Err(wrong(answer, "metadata", "is no object".to_owned())),
+    };
+    let bytes = serde_json::to_vec(&metadata).map_or(0, |text| text.len());
+    if METADATA_BYTES_MAX < bytes {
+        let is = format!("has {bytes} bytes, more than {METADATA_BYTES_MAX}");
+        return Err(wrong(answer, "metadata", is));
+    }
+    Ok(metadata)
+}
+
+fn wrong(answer: &Value, member: &'static str, is: String) -> Why {
+    let answer = quoted(answer.to_string().as_bytes());
+    Why::Member { member, is, answer }
+}
+
+/// The beginning of a text, on one line.
+fn quoted(bytes: &[u8]) -> String {
+    let text = String::from_utf8_lossy(&bytes[..bytes.len().min(4 * QUOTED_MAX)]).into_owned();
+    let words: Vec<&str> = text.split_whitespace().collect();
+    words.join(" ").chars().take(QUOTED_MAX).collect()
+}
+
+#[cfg(test)]
+mod tests;
