@@ -663,8 +663,9 @@ async fn the_page_loads_nothing_from_elsewhere() {
             .contains("://");
         assert!(!names_a_host, "{path}");
     }
-    // What a phone on a boat's link loads once: of every view, pictures of the gallery included.
-    assert!(first_load < 290_000, "{first_load} bytes");
+    // What a phone on a boat's link loads once: of every view, pictures of the gallery included. The map with
+    // its AUVs in colours, names with leaders, measuring and handles took 15 kB.
+    assert!(first_load < 305_000, "{first_load} bytes");
 }
 
 #[tokio::test]

@@ -86,6 +86,7 @@ pub static FILES: LazyLock<Vec<File>> = files! {
     "/hand_over.js": SCRIPT, "hand_over.js";
     "/home.js": SCRIPT, "home.js";
     "/journal.js": SCRIPT, "journal.js";
+    "/lettering.js": SCRIPT, "lettering.js";
     "/limits.js": SCRIPT, "limits.js";
     "/live.js": SCRIPT, "live.js";
     "/map.js": SCRIPT, "map.js";
@@ -103,13 +104,14 @@ pub static FILES: LazyLock<Vec<File>> = files! {
     "/scores.js": SCRIPT, "scores.js";
     "/series.js": SCRIPT, "series.js";
     "/service.js": SCRIPT, "service.js";
+    "/symbols.js": SCRIPT, "symbols.js";
     "/theme.js": SCRIPT, "theme.js";
     "/thumbnail.js": SCRIPT, "thumbnail.js";
     "/visits.js": SCRIPT, "visits.js";
 };
 
 /// The modules of a report, each after those that it imports.
-const OF_REPORTS: [&str; 27] = [
+const OF_REPORTS: [&str; 29] = [
     include_str!("../web/dom.js"),
     include_str!("../web/format.js"),
     include_str!("../web/alarm.js"),
@@ -126,6 +128,8 @@ const OF_REPORTS: [&str; 27] = [
     include_str!("../web/visits.js"),
     include_str!("../web/picture.js"),
     include_str!("../web/curves.js"),
+    include_str!("../web/lettering.js"),
+    include_str!("../web/symbols.js"),
     include_str!("../web/drawing.js"),
     include_str!("../web/map.js"),
     include_str!("../web/chart_canvas.js"),

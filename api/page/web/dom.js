@@ -98,3 +98,8 @@ export function oncePerFrame(action) {
 export function colour(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 }
+
+/** The colour of the i-th AUV, from 0, on maps, charts and thumbnails. @param {number} i */
+export function auvColour(i) {
+  return `auv-${(Math.max(i, 0) % 6) + 1}`;
+}

@@ -3,6 +3,8 @@
 import { convergence } from "./background.js";
 import { colour } from "./dom.js";
 import { bearing, number } from "./format.js";
+import { drawNames, FONT_BOLD, FONT_SMALL } from "./lettering.js";
+import { drawArrow, drawCrosses, drawEllipse, drawMark, drawVehicle } from "./symbols.js";
 
 /**
  * @typedef {import("./types.js").Picture} Picture
@@ -11,24 +13,16 @@ import { bearing, number } from "./format.js";
  * @typedef {CanvasRenderingContext2D} Context2d
  */
 
-/** 95 % of a normal distribution in the plane lies within √5.991 standard deviations. */
-const CHI_SQUARED_95 = 5.991;
 /** Least distance between the drawn points of a track, pixels. */
 const THIN_PX = 0.7;
 /** Steps of the depth colours. The last step is the greatest depth of the track. */
 const DEPTH_STEPS = 6;
-const ARROW_MIN_PX = 36;
+/** How far the colour of a track goes towards `--depth-0` at the surface and `--depth-1` at its greatest depth. */
+const LIGHTER = 0.4, DARKER = 0.6;
 /** Space for the buttons and the readout. */
 const LABELS_FROM_PX = 74;
 const WIDTHS = { solid: 2.5, dashed: 2, dotted: 2, wide: 7, thin: 1.2 };
 const DASHES = { solid: [], dashed: [8, 6], dotted: [1.5, 5], wide: [], thin: [] };
-const FONT = "12.5px system-ui, 'DejaVu Sans', sans-serif", FONT_BOLD = `600 ${FONT}`, FONT_SMALL = "11px system-ui, 'DejaVu Sans', sans-serif";
-
-/** Shapes point north: hulls and torpedoes, of some 20 pixels. @type {{ [kind: string]: [number, number][] }} */
-const SHAPES = {
-  craft: [[0, -17], [8, -5], [8, 13], [-8, 13], [-8, -5]],
-  auv: [[0, -11], [3.5, -6], [3.5, 7], [6, 11], [-6, 11], [-3.5, 7], [-3.5, -6]],
-};
 
 /**
  * South, north, west and east bounds of a picture; none of an empty one.
@@ -76,18 +70,20 @@ export function drawPicture(context, picture, frame) {
   for (const layer of picture.tracks) drawTrack(pen, layer);
   for (const ellipse of picture.ellipses) drawEllipse(pen, ellipse);
   drawCrosses(pen, picture.marks);
-  for (const mark of picture.marks) if (mark.kind !== "stop") drawMark(pen, mark);
+  const above = (/** @type {import("./types.js").Mark} */ { kind }) => ["stop", "handle", "label", "ring"].includes(kind);
+  for (const mark of picture.marks) if (!above(mark)) drawMark(pen, mark);
   // Headings of the craft are true; courses of AUVs come from their places on the map.
   const onMap = (/** @type {{ north: number, east: number, heading: number }} */ { north, east, heading }) => heading - convergence(picture.origin, north, east);
-  for (const arrow of picture.arrows) drawArrow(pen, { ...arrow, heading: onMap(arrow) });
+  const arrows = picture.arrows.map((arrow) => ({ ...arrow, heading: onMap(arrow) }));
+  for (const arrow of arrows) drawArrow(pen, arrow);
   for (const vehicle of picture.vehicles) drawVehicle(pen, vehicle.kind === "craft" ? { ...vehicle, heading: onMap(vehicle) } : vehicle);
-  for (const mark of picture.marks) if (mark.kind === "stop") drawMark(pen, mark);
+  for (const mark of picture.marks) if (above(mark)) drawMark(pen, mark);
   drawFurniture(pen, picture);
-  drawNames(pen, picture);
+  drawNames(pen, { ...picture, arrows });
 }
 
 /** A canvas with the map's scale and the theme's colours. */
-class Pen {
+export class Pen {
   /** @param {Context2d} context @param {Frame} frame */
   constructor(context, frame) {
     this.context = context;
@@ -203,11 +199,12 @@ function drawTrack(pen, { track, from, to, colour: name, style, byDepth }) {
   const levelOf = (/** @type {number} */ i) => (shaded ? Math.min(DEPTH_STEPS - 1, Math.max(0, Math.floor(((depth[i] || 0) / deepest) * DEPTH_STEPS))) : 0);
   // One path for each level, not for each stretch: four hours of dives have thousands of stretches.
   const paths = trackPaths(pen, track, from, to, levelOf);
-  for (const path of paths.values()) pen.stroke(shaded ? "depth-0" : name, style, WIDTHS[style], path);
+  for (const path of paths.values()) pen.stroke(name, style, WIDTHS[style], path);
   for (const [level, path] of shaded ? paths : []) {
+    const deeper = (2 * level) / (DEPTH_STEPS - 1) - 1;
     context.save();
-    context.globalAlpha = level / (DEPTH_STEPS - 1);
-    pen.stroke("depth-1", style, WIDTHS[style], path);
+    context.globalAlpha = Math.abs(deeper) * (deeper < 0 ? LIGHTER : DARKER);
+    pen.stroke(deeper < 0 ? "depth-0" : "depth-1", style, WIDTHS[style], path);
     context.restore();
   }
 }
@@ -237,133 +234,6 @@ function trackPaths(pen, { north, east }, from, to, levelOf) {
     [x0, y0] = [x, y];
   }
   return paths;
-}
-
-/** @param {Pen} pen @param {import("./types.js").Ellipse} ellipse */
-function drawEllipse(pen, { north, east, covariance: [nn, ne, ee], colour: name }) {
-  const mean = (nn + ee) / 2, spread = Math.hypot((nn - ee) / 2, ne);
-  const [major, minor] = [mean + spread, mean - spread].map((variance) => Math.sqrt(CHI_SQUARED_95 * Math.max(variance, 0)) * pen.frame.scale);
-  if (!(major > 1)) return;
-  // The major axis is turned clockwise from north by half the angle of (nn − ee, 2 ne).
-  const turned = 0.5 * Math.atan2(2 * ne, nn - ee) - Math.PI / 2, { context } = pen;
-  context.beginPath();
-  context.ellipse(pen.x(east), pen.y(north), major, minor, turned, 0, 2 * Math.PI);
-  pen.stroke(name, "dotted", 1.5);
-}
-
-/** @param {Pen} pen @param {import("./types.js").Mark} mark */
-function drawMark(pen, { north, east, kind, colour: name, text = "" }) {
-  const { context } = pen, x = pen.x(east), y = pen.y(north);
-  context.beginPath();
-  if (kind === "dot") {
-    context.arc(x, y, 3, 0, 2 * Math.PI);
-    context.fillStyle = pen.ink(name);
-    return context.fill();
-  }
-  if (kind === "stop") {
-    // Above its place: an AUV may be there.
-    context.arc(x, y - 17, 9, 0, 2 * Math.PI);
-    context.fillStyle = pen.ink("card");
-    context.fill();
-    pen.stroke(name, "solid", 2);
-    context.font = FONT_BOLD;
-    context.textAlign = "center";
-    context.fillStyle = pen.ink("ink");
-    return context.fillText(text, x, y - 12.5);
-  }
-  if (kind === "violation") {
-    context.moveTo(x, y - 10);
-    context.lineTo(x + 9, y + 6);
-    context.lineTo(x - 9, y + 6);
-    context.closePath();
-    context.fillStyle = pen.ink(name);
-    context.fill();
-    context.font = FONT_BOLD;
-    context.textAlign = "center";
-    context.fillStyle = pen.ink("card");
-    return context.fillText("!", x, y + 4.5);
-  }
-}
-
-/** Fixes, upright, and refused ones, turned: hundreds, so that each kind is one stroke. @param {Pen} pen @param {import("./types.js").Mark[]} marks */
-function drawCrosses(pen, marks) {
-  for (const [kind, r, turned, width] of /** @type {["fix" | "refused", number, number, number][]} */ ([["fix", 3.5, 0, 1.5], ["refused", 5, Math.PI / 4, 2.5]])) {
-    const path = new Path2D(), crosses = marks.filter((mark) => mark.kind === kind), [dx, dy] = [r * Math.cos(turned), r * Math.sin(turned)];
-    for (const { north, east } of crosses) {
-      const x = pen.x(east), y = pen.y(north);
-      path.moveTo(x - dx, y - dy);
-      path.lineTo(x + dx, y + dy);
-      path.moveTo(x + dy, y - dx);
-      path.lineTo(x - dy, y + dx);
-    }
-    if (crosses.length) pen.stroke(crosses[0].colour, "solid", width, path);
-  }
-}
-
-/** @param {Pen} pen @param {import("./types.js").Arrow} arrow */
-function drawArrow(pen, { north, east, heading, length_m, colour: name }) {
-  const { context, frame } = pen;
-  if (!Number.isFinite(north + east + heading)) return;
-  const length = Math.max((length_m || 0) * frame.scale, ARROW_MIN_PX);
-  context.save();
-  context.translate(pen.x(east), pen.y(north));
-  context.rotate(heading);
-  context.beginPath();
-  context.moveTo(0, 0);
-  context.lineTo(0, -length);
-  context.moveTo(-6, 9 - length);
-  context.lineTo(0, -length);
-  context.lineTo(6, 9 - length);
-  pen.stroke(name, "solid", 2.5);
-  context.restore();
-}
-
-/** @param {Pen} pen @param {import("./types.js").Vehicle} vehicle */
-function drawVehicle(pen, { kind, north, east, heading, colour: name }) {
-  const { context } = pen;
-  if (!Number.isFinite(north + east)) return;
-  context.save();
-  context.translate(pen.x(east), pen.y(north));
-  context.rotate(Number.isFinite(heading) ? heading : 0);
-  context.beginPath();
-  SHAPES[kind].forEach(([x, y], i) => (i ? context.lineTo(x, y) : context.moveTo(x, y)));
-  context.closePath();
-  context.fillStyle = pen.ink(name);
-  context.fill();
-  pen.stroke("water", "solid", 1.5);
-  context.restore();
-}
-
-/** Names beside their vehicles: on the side where there is room, and not one over the other. @param {Pen} pen @param {Picture} picture */
-function drawNames(pen, { vehicles }) {
-  const { context, frame } = pen;
-  /** @type {{ left: number, right: number, top: number, bottom: number }[]} */
-  const taken = [];
-  for (const { north, east, name, note } of vehicles) {
-    const x = pen.x(east), y = pen.y(north);
-    if (!name || !(x > -20 && x < frame.width + 20 && y > -20 && y < frame.height + 20)) continue;
-    context.font = FONT_BOLD;
-    const shown = shortened(context, name, Math.min(180, frame.width / 3)), width = Math.max(context.measureText(shown).width, note ? context.measureText(note).width : 0);
-    const right = x + 16 + width < frame.width - 4, left = right ? x + 16 : x - 16 - width;
-    let top = Math.min(Math.max(y, 14), frame.height - 22);
-    const height = note ? 30 : 16;
-    while (taken.some((other) => left < other.right && left + width > other.left && top < other.bottom && top + height > other.top)) top += 4;
-    taken.push({ left, right: left + width, top, bottom: top + height });
-    context.textAlign = right ? "left" : "right";
-    pen.text(shown, right ? left : x - 16, top + 2);
-    context.font = FONT_SMALL;
-    if (note) pen.text(note, right ? left : x - 16, top + 16, "soft");
-  }
-}
-
-/** @param {Context2d} context @param {string} text @param {number} width */
-function shortened(context, text, width) {
-  // Direction marks in a name do not affect the text around it.
-  const isolate = (/** @type {string} */ of) => `\u2068${of}\u2069`;
-  if (context.measureText(text).width <= width) return isolate(text);
-  const letters = Array.from(text);
-  while (letters.length > 1 && context.measureText(`${letters.join("")}…`).width > width) letters.pop();
-  return isolate(`${letters.join("")}…`);
 }
 
 /** Scale, north, current. @param {Pen} pen @param {Picture} picture */

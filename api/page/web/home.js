@@ -6,7 +6,7 @@ import { ageWords, stateOf, tabTitle } from "./alarm.js";
 import { Bell } from "./bell.js";
 import { ask, askJson, freshKey, Refusal, send } from "./service.js";
 import { refusalWords } from "./orders.js";
-import { thumbnail } from "./thumbnail.js";
+import { thumbnail, thumbnailKey } from "./thumbnail.js";
 
 /**
  * @typedef {import("./app.js").Context} Context
@@ -35,7 +35,7 @@ export function homeView(root, context) {
     context.role === "read-only" && el("p", { class: "notice" }, "Read-only: with your token you can see everything and plan snapshots. To run scenarios and give orders you need an operator's token."),
     el("section", { "aria-labelledby": "missions-title" }, el("h2", { id: "missions-title" }, "Missions"), bell.element, state, missions, more),
     el("section", { "aria-labelledby": "gallery-title" }, el("h2", { id: "gallery-title" }, "Run a scenario"),
-      el("p", { class: "about" }, "Each picture shows a simulated run: the planner's track (solid) and that of the line-of-sight law (dashed) with the service's gains. ", el("label", {}, "Seed ", seedField())), gallery),
+      el("p", { class: "about" }, "Each picture shows a simulated run. ", el("label", {}, "Seed ", seedField())), thumbnailKey(), gallery),
     el("section", { "aria-labelledby": "plan-title" }, el("h2", { id: "plan-title" }, "Plan one snapshot"),
       el("p", {}, el("a", { href: "#/plan" }, "Edit a snapshot of your vehicles as JSON"), " and see the plan, the line-of-sight laws and an explanation.")));
   showGallery(gallery, context, stop.signal);

@@ -1,6 +1,6 @@
 // A mission, or several runs of one on the same clock: map, time series, estimates, log.
 
-import { el, fill, named, oncePerFrame, swatch } from "./dom.js";
+import { auvColour, el, fill, named, oncePerFrame, swatch } from "./dom.js";
 import { bearing, duration, methodName, moment, number } from "./format.js";
 import { ageWords, isAlarm } from "./alarm.js";
 import { scores, worstStretch } from "./scores.js";
@@ -34,7 +34,7 @@ const LAYERS = [
 ];
 
 const LEGEND = [
-  ["craft", "surface craft"], ["plan", "plan"], ["los", "line of sight from here"], ["goal", "goal"], ["auv", "AUV, darker is deeper"], ["forecast", "forecast, 95 %"],
+  ["craft", "surface craft"], ["plan", "plan"], ["los", "line of sight from here"], ["goal", "goal"], ["auv", "darker is deeper"], ["forecast", "forecast, 95 %"],
   ["fix", "fix"], ["refused", "fix refused"], ["keep-out", "keep out"], ["violation", "limit broken"],
 ];
 
@@ -102,11 +102,13 @@ export class MissionView {
     this.warnings = el("ul", { class: "warnings" });
     this.log = el("ol", { class: "log", tabIndex: 0, "aria-label": "Log, newest first" });
     const maps = el("div", { class: this.options.sideBySide ? "maps side-by-side" : "maps" });
+    this.keyed = "\n";
     this.empty = el("p", { class: "empty", hidden: true }, "No plan and no fix yet.");
     this.visits = new VisitStrip();
+    this.key = el("ul", { class: "legend", "aria-label": "Legend" });
     const several = this.runs.length > 1;
     fill(host, el("div", { class: several ? "mission several" : "mission" },
-      el("section", { class: "panel map-panel", "aria-label": "Map" }, this.empty, maps, this.visits.element, legend(several ? this.runs : []), this.layersForm()),
+      el("section", { class: "panel map-panel", "aria-label": "Map" }, this.empty, maps, this.visits.element, this.key, this.layersForm()),
       this.transport(),
       this.options.below,
       el("div", { class: "side" },
@@ -217,6 +219,9 @@ export class MissionView {
         picture.lines.push(...this.options.draft?.lines(picture.origin) ?? []);
         maps[i].view.draw({ ...picture, beside: pictures.toSpliced(i, 1) });
       }
+      const auvs = [...this.runs[0].recording.places.keys()];
+      if (auvs.join("\n") !== this.keyed) fill(this.key ?? el("ul"), legendOf(this.runs, auvs));
+      this.keyed = auvs.join("\n");
       const version = this.runs.reduce((sum, { recording }) => sum + recording.version, 0);
       if (version !== this.drawnVersion) {
         this.charts?.setCharts(chartsOf(this.runs));
@@ -298,11 +303,11 @@ function facts(list, pairs) {
   fill(list, pairs.map(([name, value]) => el("div", {}, name && el("dt", {}, named(name)), el("dd", {}, value))));
 }
 
-/** @param {Run[]} several */
-function legend(several) {
-  const entries = several.length ? several.map(({ name, colour }) => [colour, name]) : [];
-  const fixed = several.length ? LEGEND.filter(([kind]) => !["craft", "plan", "los", "fix", "refused", "forecast"].includes(kind)) : LEGEND;
-  return el("ul", { class: "legend", "aria-label": "Legend" },
-    entries.map(([colour, name]) => el("li", {}, swatch(colour), name)),
-    fixed.map(([kind, name]) => el("li", {}, el("span", { class: `sample sample-${kind}`, "aria-hidden": "true" }), name)));
+/** What is on the map, each AUV by its colour. @param {Run[]} runs @param {string[]} auvs */
+function legendOf(runs, auvs) {
+  const several = runs.length > 1, fixed = several ? LEGEND.filter(([kind]) => !["craft", "plan", "los", "fix", "refused", "forecast"].includes(kind)) : LEGEND;
+  return [
+    ...several ? runs.map(({ name, colour }) => el("li", {}, swatch(colour), name)) : [], ...auvs.map((id, i) => el("li", {}, swatch(auvColour(i)), named(id))),
+    ...fixed.map(([kind, name]) => el("li", {}, el("span", { class: `sample sample-${kind}`, "aria-hidden": "true" }), name)),
+  ];
 }

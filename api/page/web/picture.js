@@ -1,5 +1,6 @@
 // The map of recordings at one moment.
 
+import { auvColour } from "./dom.js";
 import { number } from "./format.js";
 import { addTour, visitsAt } from "./visits.js";
 
@@ -44,7 +45,7 @@ export function pictureAt(runs, t, layers, background) {
   const visits = visitsAt(first, t);
   // A goal that visits is an AUV, and another one after each visit.
   if (layers.goal && !visits.schedule && visits.goal?.kind !== "visit") addTrack(picture, first.goal, t, "goal", "dashed", "goal");
-  for (const [id, series] of first.places) addTrack(picture, series, t, "auv", first.live ? "dotted" : "solid", id, true);
+  for (const [i, [id, series]] of [...first.places].entries()) addTrack(picture, series, t, auvColour(i), first.live ? "dotted" : "solid", id, true);
   for (const { name, colour, recording } of runs) addTrack(picture, recording.craft, t, colour, "solid", name || "surface craft");
   const believed = runs.length === 1 ? first.predictionAt(t) : null;
   if (believed) beliefs(picture, runs[0], believed, layers);
@@ -84,13 +85,15 @@ function beliefs(picture, { recording, colour }, { t_s, prediction }, layers) {
   if (layers.ghost) picture.lines.push({ points: prediction.line_of_sight, colour: "los", style: "dashed", name: "line of sight" });
   if (layers.goal) picture.lines.push({ points: prediction.goal, colour: "goal", style: "dotted", name: "goal, forecast" });
   if (layers.forecasts) {
+    const order = [...recording.places.keys()];
     for (const auv of prediction.auvs) {
-      picture.lines.push({ points: auv.positions, colour: "auv", style: "dotted", name: `${auv.id}, forecast` });
+      const colour = auvColour(order.indexOf(auv.id));
+      picture.lines.push({ points: auv.positions, colour, style: "dotted", name: `${auv.id}, forecast` });
       auv.covariances_m2.forEach((covariance, i) => {
         const last = auv.covariances_m2.length - 1;
         if (i % 4 && i !== last) return;
         const [north, east] = auv.positions[i];
-        picture.ellipses.push({ north, east, covariance, colour: "auv" });
+        picture.ellipses.push({ north, east, covariance, colour });
       });
     }
   }
@@ -149,7 +152,7 @@ function craftAt(picture, { name, colour, recording }, t, several) {
 /** @param {Picture} picture @param {Recording} recording @param {number} t @param {import("./types.js").Prediction} [prediction] */
 function auvsAt(picture, recording, t, prediction) {
   const range = recording.scene.range_max_m;
-  for (const [id, series] of recording.places) {
+  for (const [order, [id, series]] of [...recording.places].entries()) {
     const i = series.indexAt(t);
     if (i < 0) continue;
     const believed = recording.live ? prediction?.auvs.find((auv) => auv.id === id) : undefined;
@@ -158,7 +161,7 @@ function auvsAt(picture, recording, t, prediction) {
     // A live AUV is drawn at its estimated position, not at its last fix.
     if (believed) [[north, east], depth] = [believed.positions[0], believed.depths_m[0]];
     const heading = believed && believed.positions.length > 1 ? course(believed.positions) : headingOf(series, i);
-    picture.vehicles.push({ kind: "auv", north, east, heading, colour: "auv", name: id, note: Number.isFinite(depth) ? `${number(depth, 1, "m")} deep` : "" });
+    picture.vehicles.push({ kind: "auv", north, east, heading, colour: auvColour(order), name: id, note: Number.isFinite(depth) ? `${number(depth, 1, "m")} deep` : "" });
     if (range && Number.isFinite(north)) picture.discs.push({ north, east, radius: Math.sqrt(Math.max(range ** 2 - (depth || 0) ** 2, 0)), colour: "fix", style: "acoustic" });
   }
 }

@@ -1,6 +1,6 @@
 // The plan of a snapshot and the answers of the laws: map, distance over time, replay.
 
-import { el, fill, swatch } from "./dom.js";
+import { auvColour, el, fill, swatch } from "./dom.js";
 import { methodName, number } from "./format.js";
 import { MapView } from "./map.js";
 import { ChartStack } from "./chart.js";
@@ -93,7 +93,7 @@ export class PlanPicture {
     }
     if (request.area?.length) picture.lines.push({ points: request.area.map((/** @type {any} */ point) => placeOf(point, mpc.origin)), colour: "bad", style: "area", closed: true });
     for (const stretch of stretches(mpc.goal.trajectory)) picture.lines.push({ points: line(stretch), colour: "goal", style: "wide" });
-    for (const target of mpc.targets) this.addTarget(picture, target, request.acoustics?.range_max_m);
+    for (const [i, target] of mpc.targets.entries()) this.addTarget(picture, target, auvColour(i), request.acoustics?.range_max_m);
     for (const [name, colour] of ANSWER_COLOURS.toReversed()) {
       const plan = plans[name];
       if (!plan || !this.shown.has(name)) continue;
@@ -114,18 +114,18 @@ export class PlanPicture {
     return picture;
   }
 
-  /** @param {Picture} picture @param {any} target @param {number | undefined} range */
-  addTarget(picture, target, range) {
+  /** @param {Picture} picture @param {any} target @param {string} colour @param {number | undefined} range */
+  addTarget(picture, target, colour, range) {
     const points = target.trajectory, now = at(points, points[0].t_s + this.after), i = nearest(points, points[0].t_s + this.after);
-    picture.lines.push({ points: points.map((/** @type {any} */ point) => [point.north_m, point.east_m]), colour: "auv", style: "dotted" });
+    picture.lines.push({ points: points.map((/** @type {any} */ point) => [point.north_m, point.east_m]), colour, style: "dotted" });
     points.forEach((/** @type {any} */ point, /** @type {number} */ k) => {
       const variance = target.position_sigma_m[k] ** 2 / 2;
-      if (k % ELLIPSE_EVERY === 0 || k === points.length - 1) picture.ellipses.push({ north: point.north_m, east: point.east_m, covariance: [variance, 0, variance], colour: "auv" });
+      if (k % ELLIPSE_EVERY === 0 || k === points.length - 1) picture.ellipses.push({ north: point.north_m, east: point.east_m, covariance: [variance, 0, variance], colour });
     });
     const next = points[Math.min(i + 1, points.length - 1)], before = points[Math.max(Math.min(i, points.length - 2), 0)], { estimate } = target;
     const heading = Math.hypot(next.north_m - before.north_m, next.east_m - before.east_m) > 1e-6 ? Math.atan2(next.east_m - before.east_m, next.north_m - before.north_m) : Math.atan2(estimate.east_mps, estimate.north_mps);
     const depth = target.depths_m[i] ?? estimate.depth_m;
-    picture.vehicles.push({ kind: "auv", north: now.north_m, east: now.east_m, heading, colour: "auv", name: target.id, note: `${number(depth, 1, "m")} deep` });
+    picture.vehicles.push({ kind: "auv", north: now.north_m, east: now.east_m, heading, colour, name: target.id, note: `${number(depth, 1, "m")} deep` });
     if (range) picture.discs.push({ north: now.north_m, east: now.east_m, radius: Math.sqrt(Math.max(range ** 2 - depth ** 2, 0)), colour: "fix", style: "acoustic" });
   }
 

@@ -50,7 +50,7 @@ export type Disc = { north: number, east: number, radius: number, colour: string
 
 export type Ellipse = { north: number, east: number, covariance: [number, number, number], colour: string };
 
-export type Mark = { north: number, east: number, kind: "fix" | "refused" | "violation" | "dot" | "stop", colour: string, title?: string, text?: string };
+export type Mark = { north: number, east: number, kind: "fix" | "refused" | "violation" | "dot" | "stop" | "handle" | "label" | "ring", colour: string, title?: string, text?: string };
 
 export type Arrow = { north: number, east: number, heading: number, length_m: number, colour: string };
 
@@ -60,8 +60,17 @@ export type Picture = { tracks: TrackLayer[], lines: Line[], discs: Disc[], elli
 /** A route that is made on the map. */
 export type Draft = { lines: (origin: Picture["origin"]) => Line[], place: (north: number, east: number) => void, takeFile: (file: File) => void };
 
-/** `scale` is pixels a metre; `north`, `east` are in the middle. */
-export type Frame = { width: number, height: number, scale: number, north: number, east: number };
+export type Place = { north: number, east: number };
+
+/** What is drawn over a picture by hand. */
+export type Overlay = { lines: Line[], discs: Disc[], marks: Mark[] };
+
+/** What is drawn and moved on the map. `press` says whether it takes what is pressed at a place, and gets its moves until `release`; `near` is in m. */
+export type Tool = { overlay: (picture: Picture, frame: Frame) => Overlay, press: (at: Place, near: number) => boolean, move: (at: Place) => void, release: () => void,
+  tap: (at: Place, near: number) => void, aims: () => boolean, takeFile?: (file: File) => void };
+
+/** `scale` is pixels a metre; `north`, `east` are in the middle; `sides` says where names were in the last picture. */
+export type Frame = { width: number, height: number, scale: number, north: number, east: number, sides?: Map<string, number> };
 
 export type Visit = { auv: string, arrive_s: number, leave_s: number, north_m: number, east_m: number, cost_before: number, cost_after: number };
 

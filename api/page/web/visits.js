@@ -1,6 +1,6 @@
 // Visits to AUVs: those that were and those that are planned as a strip below the map, the tour on the map, the schedule in words.
 
-import { el, fill, named, shape } from "./dom.js";
+import { auvColour, el, fill, named, shape } from "./dom.js";
 import { duration, moment, number } from "./format.js";
 
 /**
@@ -78,18 +78,13 @@ export function addTour(picture, craft, now, { schedule, order, clock }) {
   stops.forEach((stop, i) => {
     // A visit that is on is where the craft is. An AUV that is visited again has the number of its next visit.
     const isNext = stops.findIndex(({ auv }) => auv === stop.auv) === i;
-    if (isNext && now < stop.arrive_s) picture.marks.push({ north: stop.north_m, east: stop.east_m, kind: "stop", text: String(i + 1), colour: colourOf(stop.auv, order), title: `visit ${i + 1}: ${visitWords(stop, schedule, clock)}` });
+    if (isNext && now < stop.arrive_s) picture.marks.push({ north: stop.north_m, east: stop.east_m, kind: "stop", text: String(i + 1), colour: auvColour(order.indexOf(stop.auv)), title: `visit ${i + 1}: ${visitWords(stop, schedule, clock)}` });
   });
 }
 
 /** @param {Visit} visit @param {Schedule} schedule @param {(t: number) => string} clock */
 function visitWords({ auv, arrive_s, leave_s, cost_before, cost_after }, { unit }, clock) {
   return `${auv}, ${clock(arrive_s)} to ${clock(leave_s)}, from ${costWords(cost_before, unit)} to ${costWords(cost_after, unit)}`;
-}
-
-/** An AUV's colour among the time series. @param {string} auv @param {string[]} order */
-function colourOf(auv, order) {
-  return `craft-${(Math.max(order.indexOf(auv), 0) % 6) + 1}`;
 }
 
 /** @param {number} cost @param {Schedule["unit"]} unit */
@@ -133,7 +128,7 @@ export class VisitStrip {
     const bar = (/** @type {string} */ kind, /** @type {number} */ start, /** @type {number} */ end, /** @type {string} */ title, text = "") => from <= end && start <= to && el("i", { class: kind, title, style: `left: ${x(start)}%; width: ${x(end) - x(start)}%` }, text);
     fill(this.sentence, schedule ? named(schedule.sentence) : "");
     fill(this.rows, this.served.map((served) => el("div", { class: "visits-row" }, el("b", {}, named(served.auv), goal?.next === served.auv && " · pinned"),
-      el("div", { class: "lane", style: `color: var(--${colourOf(served.auv, shown.order)})` },
+      el("div", { class: "lane", style: `color: var(--${auvColour(shown.order.indexOf(served.auv))})` },
         costCurve(visits.filter(({ auv }) => auv === served.auv), [now, served.cost], ([t, cost]) => [x(t), 100 - 90 * (cost / most || 0)]),
         past.map(({ auv, from: start, to: end }) => auv === served.auv && bar("past", start, end, `${auv}, served ${clock(start)} to ${clock(end)}`)),
         schedule && tourMarks(schedule).map(([visit, text]) => visit.auv === served.auv && bar("planned", Math.max(visit.arrive_s, now), visit.leave_s, visitWords(visit, schedule, clock), text)),
