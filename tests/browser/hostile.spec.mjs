@@ -24,6 +24,11 @@ for (const [kind, name] of Object.entries(HOSTILE)) {
       await expect(page.locator("h1")).toHaveText(name);
       await expect(page.locator(".log")).toContainText(name);
       await expect(page.locator(".now").first()).toContainText(name);
+      await page.locator(".order summary", { hasText: "Goal" }).click();
+      await page.getByLabel("what to do").selectOption("visit");
+      await page.getByRole("button", { name: "Send…" }).click();
+      await expect(page.locator(".orders dialog li").first()).toContainText(name);
+      await page.getByRole("button", { name: "Back" }).click();
       expect(await images()).toBe(0);
       for (const width of [1280, 390]) {
         await page.setViewportSize({ width, height: 844 });

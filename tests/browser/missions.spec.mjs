@@ -205,26 +205,17 @@ test("a live mission that a script posts is watched as it happens, and its goal 
     const clock = page.locator(".clock"), now = await clock.textContent();
     await expect(clock).not.toHaveText(now ?? "", { timeout: 10_000 });
     await expect(page.locator(".now").first()).toContainText("auv-2 heard");
-    await page.locator(".goal summary").click();
-    await page.getByLabel("Goals to start from").selectOption({ label: "track auv-2" });
-    await page.getByRole("button", { name: "Change the goal" }).click();
+    await page.locator(".order summary", { hasText: "Goal" }).click();
+    await page.getByLabel("AUV", { exact: true }).selectOption("auv-2");
+    await page.getByRole("button", { name: "Send…" }).click();
+    await page.locator(".orders dialog").getByRole("button", { name: "Send" }).click();
     await expect(page.locator(".log")).toContainText("changed");
     expect((await service.get(`/v1/missions/${mission.id}`)).setting.goal).toEqual({ kind: "track", auv: "auv-2" });
-    for (const [label, kind] of [["midpoint of all", "midpoint"], ["in turn", "intermittent"], ["in range of all", "range"]]) {
-      await page.getByLabel("Goals to start from").selectOption({ label });
-      await page.getByRole("button", { name: "Change the goal" }).click();
-      // The page has the new goal: what is chosen next is not replaced by it.
-      await expect(page.locator(".goal option").first()).toHaveAttribute("value", new RegExp(`"kind":"${kind}"`));
-    }
-    await page.getByLabel("New goal, as JSON").fill('{"kind":"track","auv":"auv-9"}');
-    await page.getByRole("button", { name: "Change the goal" }).click();
-    await expect(page.locator(".orders .said[role=status]")).toContainText("/goal");
-    await expect.poll(() => complaints.length).toBe(1);
-    expect(complaints.splice(0)[0]).toContain("422");
   } finally {
     await mission.stop();
     await service.post(`/v1/missions/${mission.id}/finish`, {});
   }
+  expect(complaints).toEqual([]);
 });
 
 test("a mission is seen on after the server was killed and started again, without a reload", async ({ page, complaints }) => {

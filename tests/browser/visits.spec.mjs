@@ -43,14 +43,19 @@ test("a live mission shows what was served and what is next, which is pinned and
     // The craft starts within 20 m of the first.
     await expect(strip.locator(".visits-row").first().locator(".past").first()).toBeVisible();
     await expect(page.locator(".now").nth(1)).toContainText("cost of visits");
-    const orders = page.locator(".orders"), next = orders.getByLabel("AUV to visit next");
+    const orders = page.locator(".orders"), next = orders.getByLabel("visit next"), send = async () => {
+      await orders.getByRole("button", { name: "Send…" }).click();
+      await orders.locator("dialog").getByRole("button", { name: "Send" }).click();
+    };
+    await orders.locator("summary", { hasText: "Goal" }).click();
     await next.selectOption("auv-3");
-    await orders.getByRole("button", { name: "Pin" }).click();
-    await expect(said).toHaveText("Next visit: done");
+    await send();
+    await expect(said).toHaveText("Orders: done");
     expect(await setting()).toMatchObject({ kind: "visit", next: "auv-3" });
     await expect(strip.locator(".visits-row").nth(2).locator("b")).toContainText("pinned");
     await expect(strip.locator(".visits-next")).toContainText("auv-3");
-    await orders.getByRole("button", { name: "Release" }).click();
+    await next.selectOption("the planner chooses");
+    await send();
     await expect.poll(async () => "next" in await setting()).toBe(false);
     await expect(strip).not.toContainText("pinned");
   } finally {

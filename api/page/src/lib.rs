@@ -90,7 +90,11 @@ pub static FILES: LazyLock<Vec<File>> = files! {
     "/limits.js": SCRIPT, "limits.js";
     "/live.js": SCRIPT, "live.js";
     "/map.js": SCRIPT, "map.js";
+    "/measure.js": SCRIPT, "measure.js";
     "/mission.js": SCRIPT, "mission.js";
+    "/order_draft.js": SCRIPT, "order_draft.js";
+    "/order_form.js": SCRIPT, "order_form.js";
+    "/order_map.js": SCRIPT, "order_map.js";
     "/orders.js": SCRIPT, "orders.js";
     "/picture.js": SCRIPT, "picture.js";
     "/plan.js": SCRIPT, "plan.js";
@@ -110,8 +114,11 @@ pub static FILES: LazyLock<Vec<File>> = files! {
     "/visits.js": SCRIPT, "visits.js";
 };
 
+/// What is loaded only where a live mission takes orders: the rest is loaded at once.
+pub const ON_DEMAND: [&str; 3] = ["/order_draft.js", "/order_form.js", "/order_map.js"];
+
 /// The modules of a report, each after those that it imports.
-const OF_REPORTS: [&str; 29] = [
+const OF_REPORTS: [&str; 30] = [
     include_str!("../web/dom.js"),
     include_str!("../web/format.js"),
     include_str!("../web/alarm.js"),
@@ -131,6 +138,7 @@ const OF_REPORTS: [&str; 29] = [
     include_str!("../web/lettering.js"),
     include_str!("../web/symbols.js"),
     include_str!("../web/drawing.js"),
+    include_str!("../web/measure.js"),
     include_str!("../web/map.js"),
     include_str!("../web/chart_canvas.js"),
     include_str!("../web/chart.js"),

@@ -60,8 +60,7 @@ class LiveMission {
     this.bell = new Bell(signal);
     this.progress = el("progress", { max: 1, value: 0, "aria-label": "History loaded" });
     this.notice = el("div", { class: "notice", role: "alert" });
-    this.orders = ordersOf(mission, context, (changed) => this.became(changed));
-    if (this.orders.route) this.orders.route.changed = () => this.view.draw();
+    this.orders = ordersOf(mission, context, { done: (changed) => this.became(changed), redraw: () => this.view?.draw() });
     this.body = el("div");
     fill(root, el("header", { class: "mission-head" }, el("a", { href: "#/", class: "back" }, "All missions"), this.title, this.said, this.state, this.progress, el("div", { class: "row under" }, this.about, this.bell.element)), this.notice, this.body);
     /** @type {MissionView} */
@@ -73,7 +72,7 @@ class LiveMission {
   viewOf(recording) {
     const run = { name: "", colour: "plan", recording };
     const predictions = new Predictions(recording, { signal: this.signal, fetched: () => this.view.draw(), lost: () => this.linked("lost", "the service does not answer") });
-    return new MissionView(this.body, [run], { before: this.view, side: this.orders.element, draft: this.orders.route, signal: this.signal, needed: (t, playing) => predictions.need(t, playing), age: () => this.planAge(), isOld: () => this.isOld() });
+    return new MissionView(this.body, [run], { before: this.view, side: this.orders.element, tool: this.orders.tool, signal: this.signal, needed: (t, playing) => predictions.need(t, playing), age: () => this.planAge(), isOld: () => this.isOld() });
   }
 
   /** Age of the last plan now, on the mission's clock, s. */

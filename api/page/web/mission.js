@@ -19,7 +19,7 @@ import { ChartStack } from "./chart.js";
  * @typedef {import("./picture.js").Run} Run
  * @typedef {import("./picture.js").Layers} Layers
  * `age` is the age of the last plan, s; `isOld` says that it is stale; `before` is the view that this one replaces, whose moment and layers it keeps.
- * @typedef {{ needed?: (t: number, playing: boolean) => void, age?: () => number, isOld?: () => boolean, before?: MissionView, side?: Node | null, below?: Node | null, signal?: AbortSignal, sideBySide?: boolean, draft?: import("./types.js").Draft }} ViewOptions
+ * @typedef {{ needed?: (t: number, playing: boolean) => void, age?: () => number, isOld?: () => boolean, before?: MissionView, side?: Node | null, below?: Node | null, signal?: AbortSignal, sideBySide?: boolean, tool?: import("./types.js").Tool }} ViewOptions
  */
 
 /** Log entries shown, newest first. */
@@ -132,7 +132,7 @@ export class MissionView {
     return groups.map((runs) => {
       const place = el("div", { class: "map-place" });
       host.append(el("figure", {}, runs.length < this.runs.length && el("figcaption", {}, swatch(runs[0].colour), runs[0].name), place));
-      return { runs, view: new MapView(place, { onPick: (t) => this.hover(t), draft: this.options.draft }) };
+      return { runs, view: new MapView(place, { onPick: (t) => this.hover(t), tool: this.options.tool }) };
     });
   }
 
@@ -216,7 +216,6 @@ export class MissionView {
       /** @type {{ runs: Run[], view: MapView }[]} */
       const maps = this.maps ?? [], pictures = maps.map(({ runs }) => pictureAt(runs, t, this.layers, this.background));
       for (const [i, picture] of pictures.entries()) {
-        picture.lines.push(...this.options.draft?.lines(picture.origin) ?? []);
         maps[i].view.draw({ ...picture, beside: pictures.toSpliced(i, 1) });
       }
       const auvs = [...this.runs[0].recording.places.keys()];

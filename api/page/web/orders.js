@@ -2,7 +2,7 @@
 
 import { el, fill } from "./dom.js";
 import { RouteDraft } from "./route_form.js";
-import { freshKey, Refusal, send } from "./service.js";
+import { askJson, freshKey, Refusal, send } from "./service.js";
 
 /**
  * @typedef {import("./app.js").Context} Context
@@ -11,18 +11,13 @@ import { freshKey, Refusal, send } from "./service.js";
 
 /** Speed factors of a simulated mission. Without one it runs as fast as possible. */
 const RUN_SPEEDS = [1, 10, 60, 300];
-/** Dwell time of the offered intermittent goal, s. */
-const DWELL_S = 240;
-/** Range of a new goal that stays in range, m. */
-const RANGE_M = 100;
-
 /**
- * The form of orders, the function that updates it, and a live mission's route to send.
+ * The form of orders, the function that updates it, and what draws a live mission's orders on its map.
  * @param {MissionJson} mission
  * @param {Context} context
- * @param {(mission: MissionJson) => void} done
+ * @param {{ done: (mission: MissionJson) => void, redraw: () => void }} how
  */
-export function ordersOf(mission, context, done) {
+export function ordersOf(mission, context, { done, redraw }) {
   const said = el("p", { class: "said", role: "status" });
   const path = `/v1/missions/${encodeURIComponent(mission.id)}`;
   const give = async (/** @type {string} */ what, /** @type {() => Promise<any>} */ action, /** @type {(answer: any) => void} */ then = done) => {
@@ -42,77 +37,82 @@ export function ordersOf(mission, context, done) {
   // The setting is changed only if the mission is still as the page shows it.
   let revision = mission.revision;
   const patch = (/** @type {unknown} */ setting) => send(path, setting, { method: "PATCH", key: freshKey(), ifMatch: revision });
-  const pin = pinForm((value) => give("Next visit", () => patch({ goal: value })));
-  const goal = goalForm((value) => give("Change of goal", () => patch({ goal: value })), said);
-  const route = new RouteDraft(give, (paths) => patch({ paths }));
+  const hand = mission.kind === "live" ? byHand(give, patch, { done, redraw, path, said }) : undefined;
   const readOnly = context.role === "read-only" && el("p", { class: "why" }, "Read-only: orders need an operator's token.");
   const element = el("section", { class: "panel orders", "aria-labelledby": "orders-title" }, el("h2", { id: "orders-title" }, "Orders"), readOnly,
-    el("div", { class: "row" }, run, mission.kind === "simulated" && speed, pause, finish), mission.kind === "live" && [pin.element, goal.element, route.element], said);
-  const became = (/** @type {MissionJson} */ { revision: shown, status, setting, scene }) => {
-    revision = shown;
+    el("div", { class: "row" }, run, mission.kind === "simulated" && speed, pause, finish), hand?.element, said);
+  const became = (/** @type {MissionJson} */ now) => {
+    const { status } = now;
+    revision = now.revision;
     const over = status === "finished" || status === "failed", forbidden = context.role === "read-only";
     run.disabled = speed.disabled = forbidden || over || status === "running";
     pause.disabled = forbidden || status !== "running";
     finish.disabled = forbidden || over;
-    pin.became(setting?.goal, forbidden || over);
-    goal.became(setting?.goal, scene?.auvs ?? [], forbidden || over);
-    route.became(scene?.auvs ?? [], forbidden || over);
+    hand?.became(now, forbidden || over);
     element.classList.toggle("over", over);
   };
-  return { element, became, route: mission.kind === "live" ? route : undefined };
+  return { element, became, tool: hand?.tool };
+}
+
+/**
+ * Orders by hand and the route to send, on the map and in the form, which is loaded when it is needed.
+ * @param {(what: string, action: () => Promise<any>, then?: (answer: any) => void) => Promise<void>} give
+ * @param {(setting: unknown) => Promise<MissionJson>} patch
+ * @param {{ done: (mission: MissionJson) => void, redraw: () => void, path: string, said: HTMLElement }} how
+ */
+function byHand(give, patch, { done, redraw, path, said }) {
+  const place = el("div"), route = new RouteDraft(give, (paths) => patch({ paths }));
+  route.changed = redraw;
+  let form = /** @type {import("./order_form.js").OrderForm | undefined} */ (undefined), last = /** @type {[MissionJson, boolean] | undefined} */ (undefined), sending = false;
+  const change = (/** @type {object} */ setting) => {
+    sending = true;
+    /** @type {unknown} */
+    let refused;
+    return give("Orders", () => patch(setting).catch(async (error) => {
+      refused = error;
+      // Someone was faster: what the mission has now is shown before it is sent again.
+      if (error instanceof Refusal && error.problem.status === 412) {
+        done(await askJson(path));
+        error.message = `the mission was changed meanwhile; what it has now is shown: look, and send again (${error.message.split("; ").at(-1)})`;
+      }
+      throw error;
+    }), (changed) => {
+      form?.draft.settle(changed.setting);
+      done(changed);
+    }).finally(() => { sending = false; }).then(() => { if (refused) throw refused; });
+  };
+  const became = (/** @type {MissionJson} */ now, /** @type {boolean} */ disabled) => {
+    last = [now, disabled];
+    route.became(now.scene?.auvs ?? [], disabled);
+    const both = form?.became(now, disabled);
+    if (both && !sending) fill(said, `${both}: changed by another client meanwhile; what you send replaces that`);
+  };
+  const load = async () => {
+    try {
+      const { OrderForm } = await import("./order_form.js");
+      form = new OrderForm(change, redraw);
+      fill(place, form.element);
+      if (last) became(...last);
+    } catch (error) {
+      fill(place, `The form could not be loaded (${error}). `, el("button", { type: "button", onclick: load }, "Try again"));
+    }
+  };
+  load();
+  /** @type {import("./types.js").Tool} */
+  const tool = {
+    overlay: (picture, frame) => {
+      const drawn = form?.overlay(picture, frame) ?? { lines: [], discs: [], marks: [] };
+      return { ...drawn, lines: [...drawn.lines, ...route.lines(picture.origin)] };
+    },
+    press: (at, near) => form?.press(at, near) ?? false, move: (at) => form?.move(at), release: () => form?.release(), aims: () => route.picks || Boolean(form?.aims()),
+    tap: (at, near) => { if (route.picks) route.place(at.north, at.east); else form?.tap(at, near); }, takeFile: (file) => route.takeFile(file),
+  };
+  return { element: el("div", { class: "by-hand" }, place, route.element), became, tool };
 }
 
 /** @param {Refusal} refusal */
 export function refusalWords({ problem, message }) {
-  const errors = problem.errors.map((error) => `${error.pointer ?? error.parameter ?? ""} ${error.detail}`.trim());
+  // A message about one field has its detail.
+  const errors = problem.errors.filter(({ detail }) => !message.includes(detail)).map((error) => `${error.pointer ?? error.parameter ?? ""} ${error.detail}`.trim());
   return [message || problem.title, ...errors].join("; ");
-}
-
-/** Pins the next visit of a goal that visits, and releases it. @param {(goal: unknown) => void} change */
-function pinForm(change) {
-  let goal = /** @type {any} */ (null);
-  const auv = el("select", { "aria-label": "AUV to visit next" });
-  const pin = el("button", { type: "button", onclick: () => change({ ...goal, next: auv.value }) }, "Pin");
-  const release = el("button", { type: "button", onclick: () => { const { next, ...free } = goal; change(free); } }, "Release");
-  const element = el("div", { class: "row pin", hidden: true }, "Next", auv, pin, release);
-  const became = (/** @type {any} */ now, /** @type {boolean} */ disabled) => {
-    const visits = now?.kind === "visit";
-    element.hidden = !visits;
-    auv.disabled = pin.disabled = disabled;
-    release.disabled = disabled || !now?.next;
-    if (visits && JSON.stringify(now) !== JSON.stringify(goal)) fill(auv, now.auvs.map((/** @type {string} */ id) => el("option", { value: id, selected: id === now.next }, id)));
-    goal = now;
-  };
-  return { element, became };
-}
-
-/**
- * @param {(goal: unknown) => void} change
- * @param {HTMLElement} said
- */
-function goalForm(change, said) {
-  const text = el("textarea", { rows: 4, spellcheck: false, "aria-label": "New goal, as JSON" });
-  const offers = el("select", { "aria-label": "Goals to start from", onchange: () => { text.value = offers.value; } });
-  const button = el("button", {
-    type: "button", onclick: () => {
-      try {
-        change(JSON.parse(text.value));
-      } catch (error) {
-        fill(said, `The goal is not JSON: ${error instanceof Error ? error.message : error}`);
-      }
-    },
-  }, "Change the goal");
-  const element = el("details", { class: "goal" }, el("summary", {}, "Change of goal"), offers, text, button);
-  let shown = "";
-  const became = (/** @type {any} */ goal, /** @type {string[]} */ auvs, /** @type {boolean} */ disabled) => {
-    text.disabled = offers.disabled = button.disabled = disabled;
-    const now = JSON.stringify(goal) + auvs.join();
-    if (now === shown || !goal) return;
-    shown = now;
-    text.value = JSON.stringify(goal);
-    const entries = [["the current goal", goal], ...auvs.map((auv) => [`track ${auv}`, { kind: "track", auv }])];
-    if (auvs.length > 1) entries.push(["midpoint of all", { kind: "midpoint", auvs }], ["in turn", { kind: "intermittent", auvs, dwell_s: DWELL_S, epoch_s: 0 }], ["in range of all", { kind: "range", auvs, range_m: RANGE_M }], ["visit each", { kind: "visit", auvs }]);
-    fill(offers, entries.map(([name, value]) => el("option", { value: JSON.stringify(value) }, name)));
-  };
-  return { element, became };
 }

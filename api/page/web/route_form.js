@@ -34,8 +34,13 @@ export class RouteDraft {
       button("Clear", () => this.take(NO_ROUTE)),
       button("The AUV follows no known route", () => change(null)),
     ];
-    this.element = el("details", { class: "route" }, el("summary", {}, "Route of an AUV"), el("p", {}, "Drop a file of a planning tool on the map, choose one, or click way-points."),
+    this.element = el("details", { class: "order route", name: "order" }, el("summary", {}, "Route of an AUV"), el("p", {}, "Drop a file of a planning tool on the map, choose one, or click way-points."),
       this.auv, this.file, this.name, el("label", {}, this.pick, "click way-points on the map"), this.speed, el("div", { class: "row" }, this.buttons), this.about);
+  }
+
+  /** Whether taps on the map are way-points. */
+  get picks() {
+    return this.element.open && this.pick.checked && !this.pick.disabled;
   }
 
   /** Reads a file. @param {File} file */
@@ -48,7 +53,7 @@ export class RouteDraft {
 
   /** A click on the map. @param {number} north @param {number} east */
   place(north, east) {
-    if (this.pick.checked) this.take({ ...this.route, legs: undefined, points: [...this.route.points, [Number(north.toFixed(2)), Number(east.toFixed(2))]] });
+    this.take({ ...this.route, legs: undefined, points: [...this.route.points, [Number(north.toFixed(2)), Number(east.toFixed(2))]] });
   }
 
   /** @param {RouteOfFile} route */

@@ -57,9 +57,6 @@ export type Arrow = { north: number, east: number, heading: number, length_m: nu
 export type Picture = { tracks: TrackLayer[], lines: Line[], discs: Disc[], ellipses: Ellipse[], marks: Mark[], arrows: Arrow[], vehicles: Vehicle[],
   current: { north_mps: number, east_mps: number, estimated: boolean } | null, origin: { lat_deg: number, lon_deg: number } | null, label: string, beside?: Picture[] };
 
-/** A route that is made on the map. */
-export type Draft = { lines: (origin: Picture["origin"]) => Line[], place: (north: number, east: number) => void, takeFile: (file: File) => void };
-
 export type Place = { north: number, east: number };
 
 /** What is drawn over a picture by hand. */

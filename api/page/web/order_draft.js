@@ -1,0 +1,155 @@
+// What a user means to change of a live mission's setting: step by step, undone, and in words.
+
+import { moment, number } from "./format.js";
+
+/**
+ * A setting without what is not set.
+ * @typedef {{ north_m: number, east_m: number, radius_m: number }} KeepOut
+ * @typedef {{ goal: any, limits: { [limit: string]: number }, keep_outs: KeepOut[], area: [number, number][] }} Setting
+ * @typedef {(string | number)[]} Path of a value in a setting
+ */
+
+const DEGREES = 180 / Math.PI;
+
+/** What members are called, and how many of the shown unit one of theirs is. @type {{ [member: string]: [string, number?] }} */
+export const LABELS = {
+  speed_max_mps: ["fastest speed, m/s"], speed_min_mps: ["slowest speed, m/s"], turn_rate_max_radps: ["largest turn rate, °/s", DEGREES],
+  acceleration_max_mps2: ["largest acceleration, m/s²"], deceleration_max_mps2: ["largest deceleration, m/s²"],
+  north_m: ["north, m"], east_m: ["east, m"], radius_m: ["radius, m"], ahead_m: ["ahead, m"], starboard_m: ["to starboard, m"], bearing_rad: ["bearing, °", DEGREES], range_m: ["range, m"],
+  dwell_s: ["time with each, s"], epoch_s: ["begins with the first at, s"], within_m: ["served within, m"], dwell_min_s: ["least time with one, s"],
+  growth_m2ps: ["variance grows by, m²/s"], sigma_m: ["accuracy of a fix, m"], sigma_rad: ["its growth with range, rad"], interval_s: ["between fixes, s"],
+  growth_kbps: ["data gathered, kbit/s"], upload_kbps: ["uploaded at no range, kbit/s"], range_max_m: ["nothing uploaded from, m"], surge_lag_s: ["surge lag, s"],
+  "offset/frame": ["where to be"], "cost/kind": ["what waiting costs"], reduce: ["of these costs"],
+};
+
+/** What choices are called. @type {{ [member: string]: { [choice: string]: string } }} */
+export const CHOICES = {
+  "offset/frame": { ned: "north and east of it", polar: "at a range and bearing", target: "ahead and to starboard, by its course", path: "ahead and to starboard, by its path" },
+  "cost/kind": { age: "time since served", uncertainty: "uncertainty of its navigation", data: "data not uploaded" }, reduce: { mean: "the mean counts", max: "the largest counts" },
+};
+
+/** A value at a path. @param {any} of @param {Path} path @returns {any} */
+export function valueAt(of, path) {
+  return path.reduce((value, key) => value?.[key], of);
+}
+
+/** A copy with a value at a path; an undefined one is left out, and what it leaves empty. @param {any} of @param {Path} path @param {unknown} value @returns {any} */
+export function withValue(of, [key, ...rest], value) {
+  const next = rest.length ? withValue(of?.[key] ?? {}, rest, value) : value;
+  if (Array.isArray(of)) return Object.assign([...of], { [key]: next });
+  const { [key]: _, ...others } = of ?? {};
+  if (next === undefined || (value === undefined && !Object.keys(next).length)) return others;
+  return { ...of, [key]: next };
+}
+
+/** @param {any} setting as the service has it @returns {Setting} */
+function settingOf(setting) {
+  return {
+    goal: setting?.goal, limits: Object.fromEntries(Object.entries(setting?.limits ?? {}).filter(([, value]) => value !== null)),
+    keep_outs: (setting?.keep_outs ?? []).map((/** @type {KeepOut} */ { north_m, east_m, radius_m }) => ({ north_m, east_m, radius_m })), area: setting?.area ?? [],
+  };
+}
+
+/** Whether two values are the same, in whatever order their members are. @param {unknown} a @param {unknown} b */
+function isSame(a, b) {
+  const sorted = (/** @type {string} */ _, /** @type {any} */ value) => (value && typeof value === "object" && !Array.isArray(value) ? Object.fromEntries(Object.entries(value).sort(([x], [y]) => (x < y ? -1 : 1))) : value);
+  return JSON.stringify(a, sorted) === JSON.stringify(b, sorted);
+}
+
+/** A setting that is edited. */
+export class OrderDraft {
+  /** @param {() => void} changed */
+  constructor(changed) {
+    this.changed = changed;
+    this.base = this.now = settingOf(null);
+    /** @type {Setting[]} */
+    this.before = [];
+  }
+
+  /** Members that are to be changed. */
+  get edited() {
+    return /** @type {(keyof Setting)[]} */ (["goal", "limits", "keep_outs", "area"]).filter((member) => !isSame(this.base[member], this.now[member]));
+  }
+
+  /** What the mission has now. Says which members were changed here and there. @param {any} setting */
+  became(setting) {
+    const { edited, base } = this, next = settingOf(setting);
+    if (isSame(base, next)) return [];
+    this.base = next;
+    this.now = { ...next, ...Object.fromEntries(edited.map((member) => [member, this.now[member]])) };
+    this.before = [];
+    this.changed();
+    return edited.filter((member) => !isSame(base[member], next[member]));
+  }
+
+  /** What was sent is set. @param {any} setting */
+  settle(setting) {
+    this.base = this.now = settingOf(setting);
+    this.before = [];
+    this.changed();
+  }
+
+  /** @param {Partial<Setting>} part @param {boolean} [goesOn] whether it belongs to the step before */
+  edit(part, goesOn = false) {
+    if (!goesOn) this.before.push(this.now);
+    this.now = { ...this.now, ...part };
+    this.changed();
+  }
+
+  undo() {
+    this.now = this.before.pop() ?? this.now;
+    this.changed();
+  }
+
+  discard() {
+    this.settle(this.base);
+  }
+
+  /** What a PATCH has. */
+  patch() {
+    const empty = (/** @type {any} */ value) => !Object.keys(value).length;
+    return Object.fromEntries(this.edited.map((member) => [member, empty(this.now[member]) ? null : this.now[member]]));
+  }
+
+  /** What changes, a sentence each. */
+  words() {
+    const { base, now } = this, discs = (/** @type {Setting} */ from, /** @type {Setting} */ but) => from.keep_outs.filter((disc) => !but.keep_outs.some((other) => isSame(disc, other))).map(discWords);
+    const gone = discs(base, now), come = discs(now, base), goals = [now.goal, base.goal].map(goalWords);
+    return [
+      ...goals[0] === goals[1] ? [] : [`Goal: ${goals[0]}; until now: ${goals[1]}`], ...leafWords("Goal", base.goal, now.goal), ...leafWords("Limits", base.limits, now.limits),
+      ...gone.length === 1 && come.length === 1 ? [`Keep-out: ${come[0]}; until now: ${gone[0]}`] : [...come.map((words) => `New keep-out: ${words}`), ...gone.map((words) => `No keep-out any more: ${words}`)],
+      ...isSame(base.area, now.area) ? [] : [now.area.length ? `Working area: ${areaWords(now.area)}; until now: ${areaWords(base.area)}` : `No working area any more: ${areaWords(base.area)}`],
+    ];
+  }
+}
+
+/** @param {KeepOut} disc */
+function discWords({ north_m, east_m, radius_m }) {
+  return `${number(radius_m, 1, "m")} around ${number(north_m, 1, "m")} N, ${number(east_m, 1, "m")} E`;
+}
+
+/** @param {[number, number][]} area */
+function areaWords(area) {
+  const doubled = area.reduce((sum, [north, east], i) => sum + north * area[(i + 1) % area.length][1] - east * area[(i + 1) % area.length][0], 0);
+  return area.length ? `${area.length} corners, ${number(Math.abs(doubled) / 2, 0, "m²")}` : "none";
+}
+
+/** @param {any} goal */
+function goalWords(goal) {
+  const { kind, auv, auvs = Object.keys(goal?.weights ?? {}), next } = goal ?? {}, all = auvs.join(", ");
+  return { track: `stay above ${auv}`, intermittent: `follow ${all} in turn`, midpoint: `stay above the middle of ${all}`, weighted: `stay above the weighted mean of ${all}`, range: `stay in range of ${all}`, visit: `visit ${all}${next ? `, ${next} next` : ""}` }[/** @type {string} */ (kind)] ?? "none";
+}
+
+/** Changed numbers and choices within a member. @param {string} of @param {any} before @param {any} now @returns {string[]} */
+function leafWords(of, before, now) {
+  const leaves = (/** @type {any} */ from) => new Map(Object.entries(from ?? {}).filter(([key]) => !["kind", "auv", "auvs", "next"].includes(key)).flatMap(([key, value]) => (value && typeof value === "object" ? Object.entries(value).map(([inner, leaf]) => [`${key}/${inner}`, leaf]) : [[key, value]])));
+  const [old, given] = [leaves(before), leaves(now)], isOther = before?.kind !== now?.kind;
+  return [...new Set([...isOther ? [] : old.keys(), ...given.keys()])].filter((key) => !isSame(old.get(key), given.get(key))).map((key) => {
+    const [group, member = group] = key.split(/\/(.*)/), [label, scale = 1] = LABELS[key] ?? LABELS[member] ?? [member === group ? member : `${GROUPS[group] ?? group} ${member}`];
+    const shown = (/** @type {any} */ value) => (value === undefined ? "not set" : typeof value !== "number" ? CHOICES[key]?.[value] ?? String(value) : group === "serve_by_s" || key === "epoch_s" ? moment(value, true) : String(Number((value * scale).toPrecision(6))));
+    return `${of}, ${group === "offset" && member !== "frame" ? "offset " : ""}${label}: ${shown(given.get(key))}${isOther ? "" : `; until now: ${shown(old.get(key))}`}`;
+  });
+}
+
+/** @type {{ [member: string]: string }} */
+const GROUPS = { weights: "weight of", serve_by_s: "serve by, for", costs_now: "cost now of" };
