@@ -14,6 +14,7 @@ mod config;
 mod crafts;
 mod declared_craft;
 mod declared_routes;
+mod demo;
 mod identify;
 mod manual;
 mod missions;
@@ -35,6 +36,7 @@ use self::{
     campaign::{CampaignCommand, campaign},
     config::{CommonFlags, ConfigError, Layers, ServeFlags, hidden_places, show},
     crafts::{Crafts, crafts},
+    demo::{Demo, demo},
     identify::{Identify, identify},
     manual::{Completions, ManualPages, completions, manual_pages},
     missions::{Compare, Simulate, compare, simulate},
@@ -66,6 +68,8 @@ pub(crate) struct Arguments {
 enum Command {
     /// Run the HTTP service (the default).
     Serve(ServeFlags),
+    /// Run a simulated mission, and show it in the browser (--data DIRECTORY keeps it).
+    Demo(Demo),
     /// Print the configuration and the source of each value.
     Config(ServeFlags),
     /// Create, list and revoke the tokens of clients.
@@ -186,10 +190,10 @@ impl Arguments {
         Ok(Layers::read(self.config.as_deref(), &self.common, &flags)?)
     }
 
-    /// The log filter. By default, a bridge's own service logs warnings only: its calls would drown the bridge's lines.
+    /// The log filter. By default, the own service of a bridge or a demo logs warnings only: its calls would drown what they print.
     pub(crate) fn log_directives(&self, config: &Config) -> String {
         match &self.command {
-            Some(Command::Bridge(_) | Command::Preflight(_)) => {
+            Some(Command::Bridge(_) | Command::Preflight(_) | Command::Demo(_)) => {
                 format!("pilotfish_service=warn,{}", config.log)
             }
             _ => config.log.clone(),
@@ -199,6 +203,7 @@ impl Arguments {
     pub(crate) fn run(self, layers: &Layers, config: &Config) -> Result<(), Box<dyn Error>> {
         match self.command {
             None | Some(Command::Serve(_)) => serve(config)?,
+            Some(Command::Demo(arguments)) => demo(&arguments, layers, config)?,
             Some(Command::Config(_)) => show(layers)?,
             Some(Command::Token(arguments)) => token(&arguments, &config.tokens())?,
             Some(Command::Plan(arguments)) => plan(&arguments)?,

@@ -164,6 +164,13 @@ impl Layers {
         values.try_into().expect("each value was checked")
     }
 
+    /// Whether the value of this setting is from its flag.
+    pub(crate) fn has_flag(&self, name: &str) -> bool {
+        self.sources
+            .get(name)
+            .is_some_and(|source| source.starts_with("--"))
+    }
+
     fn set(&mut self, setting: &Setting, value: Value, source: String) {
         self.values.insert(setting.name.to_owned(), value);
         self.sources.insert(setting.name.to_owned(), source);

@@ -365,6 +365,7 @@ fn a_wrong_command_line_is_refused_with_the_reason() {
     for (arguments, code, says) in [
         (vec!["simulate", "paper-trackin"], 1, &*scenarios),
         (vec!["compare", "paper-trackin"], 1, &scenarios),
+        (vec!["demo", "paper-trackin"], 1, &scenarios),
         (
             vec!["compare", "paper-path-following"],
             1,

@@ -5,6 +5,7 @@ mod campaign;
 mod cli;
 mod command;
 mod crowd;
+mod demo;
 mod docs;
 mod examples;
 mod figures;
