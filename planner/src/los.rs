@@ -15,7 +15,7 @@ pub(crate) mod tracking_law;
 pub(crate) mod waypoint_box;
 
 pub use integral::{IntegralState, integral_los};
-pub use law::{LosGains, LosLaw, LosTuning};
+pub use law::{LawGains, LosGains, LosLaw, LosTuning};
 pub use saturated::saturated_los;
 pub use tracker_frame::saturated_los_tracker_frame;
 pub use tracking_law::TrackingLaw;

@@ -216,6 +216,7 @@ fn empty_record(scenario: &Scenario, start: &Start, guide: &str, seed: u64) -> R
         limits: start.limits,
         plant: plant(scenario, &start.world),
         bounds: start.bounds.clone(),
+        faults: start.world.faults.0.clone(),
         auv_ids: auvs.iter().map(|auv| auv.id.to_string()).collect(),
         paths: auvs.iter().map(path_points).collect(),
         rows: vec![],

@@ -8,7 +8,7 @@ use planner::{
     snapshot::{KeepOut, Limits},
 };
 
-use crate::plant::Plant;
+use crate::{fault::Fault, plant::Plant};
 
 mod rows;
 
@@ -39,6 +39,8 @@ pub struct Record {
     pub plant: Option<Plant>,
     /// Bounds of the surface craft.
     pub bounds: Bounds,
+    /// Faults, in the scenario's order.
+    pub faults: Vec<Fault>,
     /// Names of the underwater vehicles, in the order of [`Row::auvs`].
     pub auv_ids: Vec<String>,
     /// Their paths in the same order, as points (north, east), m, at most a metre apart, but at most ten thousand.

@@ -6,7 +6,7 @@ use geodesy::Datum;
 use nalgebra::Vector2;
 use planner::{
     craft::CraftDescription,
-    los::LosLaw,
+    los::{LawGains, LosLaw},
     snapshot::{
         Acoustics, Asc, Current, DeclaredLimits, DeclaredPath, Dive, Forecast, Hold, KeepOut, Origin, Report,
         Task, Tuning,
@@ -70,13 +70,16 @@ pub struct Simulated {
     /// Seed of everything that the scenario leaves to chance. Default: 1.
     #[serde(default = "one")]
     pub seed: u64,
-    /// What steers the surface craft. Laws have the service's gains. Default: `mpc`, the planner.
+    /// What steers the surface craft. Default: `mpc`, the planner.
     #[serde(default, skip_serializing_if = "Controller::is_planner")]
     #[schema(required = false)]
     pub controller: Controller,
     /// The planner's levers, as in a snapshot. Laws do not use them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tuning: Option<Tuning>,
+    /// Gains of the law that `controller` names. Default: the service's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gains: Option<LawGains>,
 }
 
 /// What steers the surface craft of a simulated mission.
@@ -610,6 +613,12 @@ pub struct Scene {
     /// Controller of a simulated mission.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub controller: Option<Controller>,
+    /// Gains that the law of a simulated mission was given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gains: Option<LawGains>,
+    /// Faults of a simulated mission, in the order of their starts.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub faults: Vec<SceneFault>,
     /// What the controller knows, in words.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub information: Option<String>,
@@ -630,6 +639,18 @@ pub struct Scene {
     /// Where the datum lies on Earth, where that is known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub origin: Option<Origin>,
+}
+
+/// A fault of a simulated mission.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct SceneFault {
+    /// Start, s since the mission's.
+    pub from_s: f64,
+    /// End, s; none if it lasts until the mission's end.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub until_s: Option<f64>,
+    /// What goes wrong, in words.
+    pub what: String,
 }
 
 /// Missions, in the order in which they were made.

@@ -41,6 +41,12 @@ pub struct Prediction {
     pub rms_m: f64,
     /// The same of the line-of-sight law.
     pub line_of_sight_rms_m: f64,
+    /// Predicted cost, by which the answer was chosen, m² s; none in plans of earlier versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cost: Option<f64>,
+    /// Predicted cost of the line-of-sight law, m² s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub line_of_sight_cost: Option<f64>,
     /// What the current (north, east) is taken for, m/s, where anything tells it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub current: Option<[f64; 2]>,
@@ -175,6 +181,8 @@ impl Prediction {
             },
             rms_m: rounded(answer.predicted.rms_error_m, TEN_THOUSANDTH),
             line_of_sight_rms_m: rounded(answer.baseline.predicted_rms_error_m, TEN_THOUSANDTH),
+            cost: Some(rounded(answer.predicted.cost, CENTI)),
+            line_of_sight_cost: Some(rounded(answer.baseline.predicted_cost, CENTI)),
             current: answer.current.map(|current| {
                 [current.north_mps, current.east_mps].map(|speed| rounded(speed, TEN_THOUSANDTH))
             }),

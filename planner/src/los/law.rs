@@ -1,5 +1,11 @@
 //! The laws by name, and their gains.
 
+use std::{fmt, ops::RangeInclusive};
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
 /// The laws.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum LosLaw {
@@ -55,4 +61,77 @@ pub struct LosTuning {
     /// Integral gain σ, m/s, positive: [`LosLaw::Integral`]'s, and no other's.
     #[doc(alias = "sigma")]
     pub integral_gain: f64,
+}
+
+/// Gains of a line-of-sight law.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LawGains {
+    /// Look-ahead distance, m.
+    pub look_ahead_m: f64,
+    /// Along-track gain, 1/s.
+    pub along_track_gain_per_s: f64,
+    /// Integral gain, m/s, of `integral_los`; the planner's default if left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub integral_gain_mps: Option<f64>,
+}
+
+impl LawGains {
+    /// Ranges of gains that clients send, by member.
+    pub const RANGES: [(&str, RangeInclusive<f64>); 3] = [
+        ("look_ahead_m", 0.1..=1_000.0),
+        ("along_track_gain_per_s", 0.001..=10.0),
+        ("integral_gain_mps", 0.0001..=10.0),
+    ];
+
+    /// The gains in the order of [`Self::RANGES`].
+    #[must_use]
+    pub fn values(&self) -> [Option<f64>; 3] {
+        [
+            Some(self.look_ahead_m),
+            Some(self.along_track_gain_per_s),
+            self.integral_gain_mps,
+        ]
+    }
+
+    /// `law` with these gains; `integral_gain` is used if none is given, m/s.
+    #[must_use]
+    pub fn tuning(self, law: LosLaw, integral_gain: f64) -> LosTuning {
+        LosTuning {
+            law,
+            gains: LosGains {
+                look_ahead: self.look_ahead_m,
+                along_track_gain: self.along_track_gain_per_s,
+            },
+            integral_gain: self.integral_gain_mps.unwrap_or(integral_gain),
+        }
+    }
+}
+
+impl From<LosTuning> for LawGains {
+    fn from(tuning: LosTuning) -> Self {
+        Self {
+            look_ahead_m: tuning.gains.look_ahead,
+            along_track_gain_per_s: tuning.gains.along_track_gain,
+            integral_gain_mps: (tuning.law == LosLaw::Integral).then_some(tuning.integral_gain),
+        }
+    }
+}
+
+impl fmt::Display for LawGains {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            look_ahead_m,
+            along_track_gain_per_s,
+            integral_gain_mps,
+        } = self;
+        write!(
+            f,
+            "look-ahead {look_ahead_m} m, along-track gain {along_track_gain_per_s} 1/s"
+        )?;
+        match integral_gain_mps {
+            Some(integral_gain) => write!(f, ", integral gain {integral_gain} m/s"),
+            None => Ok(()),
+        }
+    }
 }

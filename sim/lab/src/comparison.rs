@@ -1,7 +1,11 @@
 //! The planner and every tuned line-of-sight law on the same mission: same scenario, same seed, same snapshots. Where the goal visits,
 //! every rule instead, followed by the planner and by line of sight.
 
-use planner::{los::LosLaw, parameters::Parameters, snapshot::ForecastModel};
+use planner::{
+    los::{LawGains, LosLaw},
+    parameters::Parameters,
+    snapshot::ForecastModel,
+};
 use serde::{Serialize, Serializer};
 use sim::{
     guide::{Guide, LosGuide, MpcGuide},
@@ -15,7 +19,7 @@ use crate::{
     rules::{Rule, Ruled},
     scores::Scores,
     stopwatch::Stopwatch,
-    tuning::{ComparisonError, LawGains, Setting, grid, tune},
+    tuning::{ComparisonError, Setting, grid, tune, tuned},
 };
 
 mod table;
@@ -169,7 +173,7 @@ fn all_rules(
             for setting in Setting::grid(&laws, rule.dwells()) {
                 let guide: Box<dyn Guide> = match setting.gains {
                     None => Box::new(MpcGuide::new(Parameters::default())),
-                    Some(gains) => Box::new(LosGuide::tuned(gains.tuning(LosLaw::SaturatedLos))),
+                    Some(gains) => Box::new(LosGuide::tuned(tuned(LosLaw::SaturatedLos, gains))),
                 };
                 let mut guide = Ruled::new(guide, rule, setting.dwell_s.unwrap_or(0.0));
                 let flown = Controller {

@@ -5,7 +5,7 @@ use ::record::{
     table::{self, Cell, Column, Row},
 };
 use serde_json::{Value, json};
-use sim::record::Record;
+use sim::{fault::Fault, record::Record};
 use wire::Prediction;
 
 use crate::scores::lines;
@@ -124,6 +124,15 @@ fn table(record: &Record) -> String {
     lines
 }
 
+/// A fault as the scene of a mission has it.
+fn fault(record: &Record, fault: &Fault) -> Value {
+    json!({
+        "from_s": fault.from,
+        "until_s": fault.until.is_finite().then_some(fault.until),
+        "what": fault.in_words(&record.auv_ids),
+    })
+}
+
 /// As `GET /v1/missions/{id}/scene` has it.
 fn scene(record: &Record, information: &str) -> Value {
     let thinned = |points: &Vec<nalgebra::Vector2<f64>>| -> Vec<[f64; 2]> {
@@ -141,6 +150,7 @@ fn scene(record: &Record, information: &str) -> Value {
         "seed": record.seed,
         "controller": record.guide,
         "information": (!information.is_empty()).then_some(information),
+        "faults": record.faults.iter().map(|each| fault(record, each)).collect::<Vec<_>>(),
         "auvs": record.auv_ids,
         "keep_outs": bounds.keep_outs,
         "area": bounds.area.iter().map(|corner| [corner.x, corner.y]).collect::<Vec<_>>(),

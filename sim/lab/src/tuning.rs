@@ -1,10 +1,9 @@
 //! Line-of-sight laws tuned for a scenario, so that the planner is compared with strong laws.
 
 use planner::{
-    los::{LosGains, LosLaw, LosTuning},
+    los::{LawGains, LosGains, LosLaw, LosTuning},
     parameters::Parameters,
 };
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sim::{
     guide::{GuideError, LosGuide},
@@ -19,19 +18,6 @@ const LOOK_AHEADS: [f64; 5] = [1.0, 3.0, 5.0, 10.0, 20.0];
 const ALONG_TRACK_GAINS: [f64; 5] = [0.05, 0.1, 0.15, 0.3, 0.6];
 /// Integral gains tried, m/s: behind an AUV at 0.193 m/s they damp the cross-track error by 2.2, 1.3 and 0.7.
 const INTEGRAL_GAINS: [f64; 3] = [0.01, 0.03, 0.1];
-
-/// Gains of a line-of-sight law.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct LawGains {
-    /// Look-ahead distance, m.
-    pub look_ahead_m: f64,
-    /// Along-track gain, 1/s.
-    pub along_track_gain_per_s: f64,
-    /// Integral gain, m/s, of `integral_los`; the planner's default if left out.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub integral_gain_mps: Option<f64>,
-}
 
 /// A point of a grid.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -63,29 +49,9 @@ impl Setting {
     }
 }
 
-impl From<LosTuning> for LawGains {
-    fn from(tuning: LosTuning) -> Self {
-        Self {
-            look_ahead_m: tuning.gains.look_ahead,
-            along_track_gain_per_s: tuning.gains.along_track_gain,
-            integral_gain_mps: (tuning.law == LosLaw::Integral).then_some(tuning.integral_gain),
-        }
-    }
-}
-
-impl LawGains {
-    pub(crate) fn tuning(self, law: LosLaw) -> LosTuning {
-        LosTuning {
-            law,
-            gains: LosGains {
-                look_ahead: self.look_ahead_m,
-                along_track_gain: self.along_track_gain_per_s,
-            },
-            integral_gain: self
-                .integral_gain_mps
-                .unwrap_or(Parameters::default().integral_gain),
-        }
-    }
+/// `law` with these gains, and the planner's default integral gain if they have none.
+pub(crate) fn tuned(law: LosLaw, gains: LawGains) -> LosTuning {
+    gains.tuning(law, Parameters::default().integral_gain)
 }
 
 /// Why missions that are compared gave no result.

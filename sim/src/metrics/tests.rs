@@ -62,6 +62,7 @@ fn record(north: &[f64]) -> Record {
         interval: 1.0,
         origin: None,
         bounds: Bounds::default(),
+        faults: vec![],
         paths: vec![],
         auv_ids: vec!["auv-1".into()],
         settled_after: 2.0,

@@ -4,6 +4,8 @@ use planner::path::Side;
 
 use crate::world::hull::ThrusterHealth;
 
+mod words;
+
 /// A fault that lasts for a while.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fault {

@@ -63,6 +63,75 @@ fn miss(plans: &[KeptPlan], predicted: impl Fn(&wire::Prediction) -> &[[f64; 2]]
     sum / n
 }
 
+#[tokio::test]
+async fn a_law_flies_with_the_gains_that_its_mission_gives_and_the_planner_takes_none() {
+    let service = Service::start().await;
+    let gains = json!({ "look_ahead_m": 1.0, "along_track_gain_per_s": 0.1 });
+    let mut new = simulated("paper-tracking");
+    new["simulated"]["controller"] = json!("saturated_los_tracker_frame");
+    let mut flown = vec![];
+    for gains in [None, Some(&gains)] {
+        if let Some(gains) = gains {
+            new["simulated"]["gains"] = gains.clone();
+        }
+        let mission = service.create(&new).await;
+        service.order(&mission, "step", json!({ "ticks": 30 })).await;
+        let scene = service.ask(&format!("{mission}/scene")).await;
+        assert_eq!(scene.get("gains"), gains);
+        let record = service.record(&mission).await;
+        let last = record.iter().rfind(|event| event["kind"] == "planned");
+        flown.push(last.expect("was planned")["truth"]["asc"].clone());
+    }
+    // The simulator's own flight with these gains, half a minute from the start.
+    let scenario = Scenario::named("paper-tracking").expect("exists").lasting(40.0);
+    let given: planner::los::LawGains = serde_json::from_value(gains).expect("has the shape");
+    let tuning = given.tuning(planner::los::LosLaw::TrackerFrame, 0.03);
+    let guide = &mut sim::guide::LosGuide::tuned(tuning);
+    let record = sim::mission::run(&scenario, guide, 1, &mut |_| {}).expect("flies");
+    let craft = record.rows[29].surface_craft.as_ref().expect("has one");
+    assert_eq!(flown[1]["north_m"].as_f64(), Some(craft.position.x));
+    assert_ne!(flown[0]["north_m"], flown[1]["north_m"]);
+
+    for (controller, gains, pointer) in [
+        (
+            "saturated_los",
+            json!({ "look_ahead_m": 0.0, "along_track_gain_per_s": 0.1 }),
+            "/simulated/gains/look_ahead_m",
+        ),
+        (
+            "mpc",
+            json!({ "look_ahead_m": 1.0, "along_track_gain_per_s": 0.1 }),
+            "/simulated/gains",
+        ),
+    ] {
+        new["simulated"]["controller"] = json!(controller);
+        new["simulated"]["gains"] = gains;
+        let refused = service.post("/v1/missions", &new).await;
+        assert_eq!(refused.status, StatusCode::UNPROCESSABLE_ENTITY, "{controller}");
+        assert_eq!(refused.json()["errors"][0]["pointer"], pointer);
+    }
+}
+
+#[tokio::test]
+async fn a_scene_lists_the_faults_and_says_that_they_stop_messages() {
+    let service = Service::start().await;
+    let mission = service.create(&simulated("faults")).await;
+    let scene = service.ask(&format!("{mission}/scene")).await;
+    // As the scenario's file has them.
+    let found: Vec<_> = scene["faults"].as_array().expect("are listed").iter().collect();
+    let times: Vec<_> = found.iter().map(|fault| fault["from_s"].as_f64()).collect();
+    assert_eq!(times, [300.0, 700.0, 1120.0, 1200.0, 1500.0].map(Some));
+    assert_eq!(found[0]["until_s"], 600.0);
+    assert_eq!(found[0]["what"], "the port thruster delivers 60 % of its thrust");
+    assert!(found[4].get("until_s").is_none());
+    assert_eq!(found[4]["what"], "auv-1 loses power and sends nothing");
+    let said = |scene: &Value| scene["information"].as_str().map(str::to_owned).expect("is told");
+    assert!(said(&scene).contains("except while a fault stops its messages"));
+    let sound = service.create(&simulated("calm")).await;
+    let scene = service.ask(&format!("{sound}/scene")).await;
+    assert!(scene.get("faults").is_none() && !said(&scene).contains("fault"));
+}
+
 mod slow {
     use super::*;
 

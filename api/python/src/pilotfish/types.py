@@ -573,6 +573,17 @@ class KeepOut(TypedDict):
     radius_m: float
 
 
+class LawGains(TypedDict):
+    """Gains of a line-of-sight law."""
+
+    # Along-track gain, 1/s.
+    along_track_gain_per_s: float
+    # Integral gain, m/s, of `integral_los`; the planner's default if left out.
+    integral_gain_mps: NotRequired[float | None]
+    # Look-ahead distance, m.
+    look_ahead_m: float
+
+
 class Learnt(TypedDict):
     """A number that was learnt."""
 
@@ -1105,6 +1116,8 @@ class Prediction(TypedDict):
     asc: list[list[float]]
     # The underwater vehicles.
     auvs: list[PredictedAuv]
+    # Predicted cost, by which the answer was chosen, m² s; none in plans of earlier versions.
+    cost: NotRequired[float | None]
     # What is known of the craft.
     craft: PredictedCraft
     # What the current (north, east) is taken for, m/s, where anything tells it.
@@ -1113,6 +1126,8 @@ class Prediction(TypedDict):
     goal: list[list[float]]
     # Where the line-of-sight law would lead.
     line_of_sight: list[list[float]]
+    # Predicted cost of the line-of-sight law, m² s.
+    line_of_sight_cost: NotRequired[float | None]
     # What the line-of-sight law would have the craft steer.
     line_of_sight_reference: SteerBy
     # The same of the line-of-sight law.
@@ -1416,6 +1431,10 @@ class Scene(TypedDict):
     controller: NotRequired[Controller | None]
     # Duration of a simulated mission, s.
     duration_s: NotRequired[float | None]
+    # Faults of a simulated mission, in the order of their starts.
+    faults: NotRequired[list[SceneFault]]
+    # Gains that the law of a simulated mission was given.
+    gains: NotRequired[LawGains | None]
     # The goal of a simulated mission; that of a live one is in its setting.
     goal: NotRequired[Goal | None]
     # What the controller knows, in words.
@@ -1438,6 +1457,17 @@ class Scene(TypedDict):
     # Start of the settled scores (such as `settled_rms_m` of `pilotfish compare`) in a simulated mission, s since
     # its start.
     settled_after_s: NotRequired[float | None]
+
+
+class SceneFault(TypedDict):
+    """A fault of a simulated mission."""
+
+    # Start, s since the mission's.
+    from_s: float
+    # End, s; none if it lasts until the mission's end.
+    until_s: NotRequired[float | None]
+    # What goes wrong, in words.
+    what: str
 
 
 class Schedule(TypedDict):
@@ -1583,8 +1613,10 @@ class Setting(TypedDict):
 class Simulated(TypedDict):
     """A mission of the simulator: `scenario` by name, or a whole one as `scenario_file`."""
 
-    # What steers the surface craft. Laws have the service's gains. Default: `mpc`, the planner.
+    # What steers the surface craft. Default: `mpc`, the planner.
     controller: NotRequired[Controller]
+    # Gains of the law that `controller` names. Default: the service's.
+    gains: NotRequired[LawGains | None]
     # Name of a built-in scenario with a surface craft.
     scenario: NotRequired[str | None]
     # A scenario as its TOML file has it, at most 64 KiB. It may name no other file.

@@ -2,7 +2,10 @@
 
 use std::ops::RangeInclusive;
 
-use planner::snapshot::{InvalidField, pointer_token};
+use planner::{
+    los::LawGains,
+    snapshot::{InvalidField, pointer_token},
+};
 use serde_json::json;
 
 use super::{
@@ -11,7 +14,7 @@ use super::{
 };
 use wire::{
     FieldError, METADATA_BYTES_MAX, PlanRequest, Segment, check,
-    mission::{Live, NewMission, Reports, Setting, Simulated},
+    mission::{Controller, Live, NewMission, Reports, Setting, Simulated},
     shortened, unsupported_version,
 };
 
@@ -92,12 +95,31 @@ fn check_simulated(config: &Simulated) -> Vec<FieldError> {
     if !levers.is_empty() {
         return levers.iter().map(FieldError::from).collect();
     }
+    if let Some(gains) = &config.gains {
+        let errors = wrong_gains(gains, config.controller);
+        if !errors.is_empty() {
+            return errors;
+        }
+    }
     // Some scenarios cannot start with some seeds.
     let started = simulation::Simulation::new(config);
     let errors = started
         .err()
         .map(|wrong| FieldError::new(pointer, "invalid", wrong));
     errors.into_iter().collect()
+}
+
+/// What is wrong with the gains of a law.
+fn wrong_gains(gains: &LawGains, controller: Controller) -> Vec<FieldError> {
+    if controller.law().is_none() {
+        let detail = "are those of a law: name one as controller";
+        return vec![FieldError::new("/simulated/gains", "invalid", detail)];
+    }
+    let given = LawGains::RANGES.into_iter().zip(gains.values());
+    let outside = |((member, range), value): ((&str, RangeInclusive<f64>), Option<f64>)| {
+        FieldError::outside(format!("/simulated/gains/{member}"), value?, &range)
+    };
+    given.filter_map(outside).collect()
 }
 
 /// What is wrong with a time at `pointer` of a report that came at `now` on the mission's clock, s.

@@ -2,12 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use sim::scenario::{CurrentKnowledge, Scenario};
+use sim::{
+    fault::Fault,
+    record::Record,
+    scenario::{CurrentKnowledge, Scenario},
+};
 
 use super::simulation;
 use wire::{
     Origin, Task,
-    mission::{Live, NewMission, Scene, Simulated},
+    mission::{Live, NewMission, Scene, SceneFault, Simulated},
 };
 
 /// Most points of a path: a picture of a thousand pixels shows no more.
@@ -74,7 +78,9 @@ fn of_simulated(simulated: &Simulated) -> Option<Scene> {
         scenario: simulated.scenario.clone(),
         seed: Some(simulated.seed),
         controller: Some(simulated.controller),
-        information: Some(information(&scenario, simulated)),
+        gains: simulated.gains,
+        information: Some(information(&scenario, simulated, &record.faults)),
+        faults: faults(record),
         goal,
         auvs: record.auv_ids.clone(),
         keep_outs: bounds.keep_outs.clone(),
@@ -85,13 +91,30 @@ fn of_simulated(simulated: &Simulated) -> Option<Scene> {
     })
 }
 
+/// The faults that begin before the end, in the order of their starts.
+fn faults(record: &Record) -> Vec<SceneFault> {
+    let mut faults = record.faults.clone();
+    faults.sort_by(|a, b| a.from.total_cmp(&b.from));
+    let written = faults.iter().map(|fault| SceneFault {
+        from_s: fault.from,
+        until_s: fault.until.is_finite().then_some(fault.until),
+        what: fault.in_words(&record.auv_ids),
+    });
+    written.collect()
+}
+
 /// What the controller knows, in words. All controllers know the same; laws use only the present.
-fn information(scenario: &Scenario, simulated: &Simulated) -> String {
+fn information(scenario: &Scenario, simulated: &Simulated, faults: &[Fault]) -> String {
     let knowledge = &scenario.knowledge;
     let auvs = if knowledge.acoustics.is_some() {
         "AUVs by acoustic fixes, late, noisy or lost"
     } else {
         "every AUV's state, at once and exact"
+    };
+    let ceases = if faults.iter().any(Fault::stops_messages) {
+        ", except while a fault stops its messages"
+    } else {
+        ""
     };
     let paths = match (knowledge.paths, simulated.controller.law().is_some()) {
         (true, false) => "their paths and dives",
@@ -102,5 +125,5 @@ fn information(scenario: &Scenario, simulated: &Simulated) -> String {
         CurrentKnowledge::Known => "current known",
         CurrentKnowledge::Unknown => "current from its own velocities",
     };
-    format!("{auvs}; {paths}; {current}")
+    format!("{auvs}{ceases}; {paths}; {current}")
 }

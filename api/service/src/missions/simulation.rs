@@ -71,10 +71,14 @@ impl Simulation {
             .as_ref()
             .map_or_else(Parameters::default, |tuning| Parameters::default().tuned(tuning));
         let law = config.controller.law().map(|law| {
-            LosGuide::tuned(LosTuning {
-                law,
-                gains: parameters.los,
-                integral_gain: parameters.integral_gain,
+            let integral_gain = parameters.integral_gain;
+            LosGuide::tuned(match config.gains {
+                Some(gains) => gains.tuning(law, integral_gain),
+                None => LosTuning {
+                    law,
+                    gains: parameters.los,
+                    integral_gain,
+                },
             })
         });
         let name = law.as_ref().map_or("mpc", |law| law.name());

@@ -4,6 +4,7 @@
 use std::ops::RangeInclusive;
 
 use planner::{
+    los::LawGains,
     path::{ARC_ANGLE_MAX, LENGTH_MAX, LENGTH_MIN, SEGMENTS_MAX},
     snapshot::{
         AREA_CORNERS, AUVS_MAX, COORDINATE_MAX, COVARIANCE, Dive, Fallback, Forecast, Hold, ID_LENGTH_MAX,
@@ -28,7 +29,7 @@ pub(super) fn write(document: &mut Value) {
     };
     let by_shape =
         ranges_by_shape().map(|(shape, (member, range))| (format!("{shape}/properties/{member}"), range));
-    for (place, range) in by_shape.chain(more_ranges().map(|(place, range)| (place.to_owned(), range))) {
+    for (place, range) in by_shape.chain(more_ranges()) {
         write(&place, "minimum", json!(range.start()));
         write(&place, "maximum", json!(range.end()));
     }
@@ -85,7 +86,8 @@ fn write_parameter_limits(call: &mut Value) {
 const COORDINATE: RangeInclusive<f64> = -COORDINATE_MAX..=COORDINATE_MAX;
 
 /// Ranges of numbers that are not in the planner's table, by the place of their schema.
-fn more_ranges() -> impl Iterator<Item = (&'static str, RangeInclusive<f64>)> {
+fn more_ranges() -> impl Iterator<Item = (String, RangeInclusive<f64>)> {
+    let gains = LawGains::RANGES.map(|(member, range)| (format!("LawGains/properties/{member}"), range));
     [
         ("AuvState/properties/covariance/items/items", COVARIANCE),
         (
@@ -112,7 +114,9 @@ fn more_ranges() -> impl Iterator<Item = (&'static str, RangeInclusive<f64>)> {
         ("Live/properties/clock_rate", check::CLOCK_RATE),
         ("Run/properties/speed_factor", check::SPEED_FACTOR),
     ]
+    .map(|(place, range)| (place.to_owned(), range))
     .into_iter()
+    .chain(gains)
 }
 
 /// Lengths by the place of their schema: of what, the least where there is one, and the most.

@@ -11,10 +11,10 @@ use lab::{
     report::ReportedRun,
     scores::lines,
     stopwatch::Stopwatch,
-    tuning::{LawGains, tune},
+    tuning::tune,
 };
 use planner::{
-    los::{LosGains, LosLaw, LosTuning},
+    los::{LawGains, LosGains, LosLaw, LosTuning},
     parameters::Parameters,
 };
 use sim::{

@@ -16,7 +16,7 @@ use sim::{
 use crate::{
     http_guide::{GuideUrl, HttpGuide},
     rules::{Rule, Ruled},
-    tuning::{Setting, grid},
+    tuning::{Setting, grid, tuned},
 };
 
 mod variation;
@@ -248,7 +248,7 @@ impl Controller {
         let gains = |law| -> LosTuning {
             setting
                 .gains
-                .map_or_else(|| grid(law)[0], |gains| gains.tuning(law))
+                .map_or_else(|| grid(law)[0], |gains| tuned(law, gains))
         };
         let (guide, forecast): (Box<dyn Guide>, _) = match &self.law {
             ControlLaw::Fixed(tuning) => (Box::new(LosGuide::tuned(*tuning)), None),

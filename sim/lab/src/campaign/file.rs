@@ -2,6 +2,7 @@
 
 use std::{fs, io, path::Path};
 
+use planner::los::LawGains;
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
 use schemars::JsonSchema;
@@ -12,7 +13,7 @@ use super::{
     controller::{CraftKnowledge, Paths, Variation},
     score::Score,
 };
-use crate::{rules::Rule, tuning::LawGains};
+use crate::rules::Rule;
 
 mod check;
 mod controllers;

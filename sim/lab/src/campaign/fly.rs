@@ -20,7 +20,7 @@ use crate::{
     bound::bound_rms_m,
     http_guide::NoGuidance,
     stopwatch::timed,
-    tuning::{Setting, grid},
+    tuning::{Setting, grid, tuned},
 };
 
 /// Tolerance of the turn limit: the planner's references may turn exactly as fast as the craft, up to rounding.
@@ -121,7 +121,7 @@ pub(super) fn result(campaign: &Campaign, run: Run, gains: &RunGains) -> Result<
         tuning: controller
             .los_law()
             .zip(gains.setting.gains)
-            .map(|(law, gains)| gains.tuning(law)),
+            .map(|(law, gains)| tuned(law, gains)),
         dwell_s: gains.setting.dwell_s,
         parameters: campaign
             .parameters(run.condition)

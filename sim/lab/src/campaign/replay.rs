@@ -1,5 +1,6 @@
 //! Replay of a run.
 
+use planner::los::LawGains;
 use sim::{guide::GuideError, record::Record};
 
 use super::{
@@ -8,7 +9,7 @@ use super::{
     fly::{RunGains, bound, fly, result},
     rows::{Rows, RunResult},
 };
-use crate::tuning::{LawGains, Setting};
+use crate::tuning::Setting;
 
 /// A replayed run.
 #[derive(Clone, Debug)]

@@ -3,7 +3,6 @@
 use std::fmt;
 
 use super::{Comparison, Controller, PLANNER};
-use crate::tuning::LawGains;
 
 /// Controllers beside each other.
 const COLUMNS: usize = 3;
@@ -59,22 +58,4 @@ fn write_block(f: &mut fmt::Formatter<'_>, block: &[Controller]) -> fmt::Result 
     let known: Vec<&str> = block.iter().map(known).collect();
     write_row(f, "current known", &known)?;
     writeln!(f)
-}
-
-impl fmt::Display for LawGains {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            look_ahead_m,
-            along_track_gain_per_s,
-            integral_gain_mps,
-        } = self;
-        write!(
-            f,
-            "look-ahead {look_ahead_m} m, along-track gain {along_track_gain_per_s} 1/s"
-        )?;
-        match integral_gain_mps {
-            Some(integral_gain) => write!(f, ", integral gain {integral_gain} m/s"),
-            None => Ok(()),
-        }
-    }
 }

@@ -1,7 +1,7 @@
 //! Controllers of a campaign from the entries of its file.
 
 use planner::{
-    los::{LosGains, LosLaw, LosTuning},
+    los::{LawGains, LosGains, LosLaw, LosTuning},
     parameters::Parameters,
     snapshot::{ForecastModel, InvalidField},
 };
@@ -11,7 +11,7 @@ use crate::{
     campaign::controller::{ControlLaw, Controller},
     http_guide::GuideUrl,
     rules::Rule,
-    tuning::{LawGains, grid},
+    tuning::{grid, tuned},
 };
 
 /// Longest turn or stay of a rule, s: beyond a day, whatever is asked for is never over.
@@ -127,7 +127,7 @@ impl LawFile {
 
 /// The tuning with gains of the file, all of which are positive.
 fn fixed(gains: LawGains, law: LosLaw) -> Result<LosTuning, (String, String)> {
-    let tuning = gains.tuning(law);
+    let tuning = tuned(law, gains);
     for (member, value) in [
         ("look_ahead_m", tuning.gains.look_ahead),
         ("along_track_gain_per_s", tuning.gains.along_track_gain),
