@@ -124,15 +124,22 @@ impl Comparison {
         })
     }
 
-    /// What is compared: mean cost of AUVs that are visited, or root mean square distance; and the controller with the least.
+    /// The controller with the least of what is compared: mean cost of AUVs that are visited, or root mean square distance over the
+    /// whole mission.
     #[must_use]
-    pub fn best(&self) -> (&'static str, &Controller) {
+    pub fn best(&self) -> &Controller {
+        self.least(Controller::value)
+    }
+
+    fn least(&self, value: impl Fn(&Controller) -> f64) -> &Controller {
         let all = self.controllers.iter();
-        let best = all
-            .min_by(|a, b| a.value().total_cmp(&b.value()))
-            .expect("the planner is one of them");
-        let visits = best.scores.metrics.visits.is_some();
-        (if visits { "visits.mean_cost" } else { "rms_m" }, best)
+        let least = all.min_by(|a, b| value(a).total_cmp(&value(b)));
+        least.expect("the planner is one of them")
+    }
+
+    /// Whether AUVs are visited.
+    fn visits(&self) -> bool {
+        self.controllers[0].scores.metrics.visits.is_some()
     }
 }
 
@@ -246,7 +253,7 @@ mod tests {
                 "{dwell} s: {cost}"
             );
         }
-        let (compared, best) = comparison.best();
+        let best = comparison.best();
         assert!(
             comparison
                 .controllers
@@ -255,11 +262,46 @@ mod tests {
         );
         let table = comparison.to_string();
         for line in [
-            format!("Least {compared}: {}.", best.name),
+            format!("Least mean cost of the AUVs: {}.", best.name),
             format!("clock: {turn} s."),
-            "visits.mean_cost".to_owned(),
+            "\nmean cost of the AUVs ".to_owned(),
         ] {
             assert!(table.contains(&line), "{line}");
         }
+    }
+
+    #[test]
+    fn the_table_fits_a_hundred_columns_and_says_where_the_approach_decides() {
+        let scenario = Scenario::named("paper-tracking").expect("exists").lasting(200.0);
+        let mut comparison = Comparison::run(&scenario, 1, &mut |_, _| {}).expect("flies");
+        let table = comparison.to_string();
+        for line in table.lines() {
+            assert!(line.chars().count() <= 100, "{line}");
+        }
+        let metrics = &comparison.controllers[0].scores.metrics;
+        // From 17 m off to some centimetres.
+        let whole = format!("{:.3}", metrics.rms_m);
+        let settled = format!("{:.3}", metrics.settled_rms_m);
+        let lines: Vec<&str> = table.lines().collect();
+        let row = |head: &str, value: &str| {
+            let found = lines.iter().position(|line| line.starts_with(head));
+            let at = found.expect("is a row");
+            assert!(lines[at].contains(value), "{head}");
+            at
+        };
+        let at = row("distance, RMS, whole mission, m", &whole);
+        assert_eq!(row("distance, RMS, once settled, m", &settled), at + 1);
+        assert!(table.contains("The approach makes at least"), "{table}");
+        // No key of the JSON is left over.
+        assert!(
+            !table.contains("_m ") && !table.contains("violations."),
+            "{table}"
+        );
+        // Where all of it is settled, nothing is said of an approach.
+        for controller in &mut comparison.controllers {
+            controller.record.settled_after = 0.0;
+            controller.scores.metrics.settled_rms_m = controller.scores.metrics.rms_m;
+        }
+        assert!(!comparison.to_string().contains("approach"));
     }
 }
