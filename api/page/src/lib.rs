@@ -78,6 +78,9 @@ pub static FILES: LazyLock<Vec<File>> = files! {
     "/csv.js": SCRIPT, "csv.js";
     "/curves.js": SCRIPT, "curves.js";
     "/differences.js": SCRIPT, "differences.js";
+    "/docs": HTML, "docs.html";
+    "/docs.css": STYLE, "docs.css";
+    "/docs.js": SCRIPT, "docs.js";
     "/dom.js": SCRIPT, "dom.js";
     "/drawing.js": SCRIPT, "drawing.js";
     "/editor.js": SCRIPT, "editor.js";
@@ -114,8 +117,15 @@ pub static FILES: LazyLock<Vec<File>> = files! {
     "/visits.js": SCRIPT, "visits.js";
 };
 
-/// What is loaded only where a live mission takes orders: the rest is loaded at once.
-pub const ON_DEMAND: [&str; 3] = ["/order_draft.js", "/order_form.js", "/order_map.js"];
+/// What is loaded only where a live mission takes orders, and the documentation of the API: the rest is loaded at once.
+pub const ON_DEMAND: [&str; 6] = [
+    "/order_draft.js",
+    "/order_form.js",
+    "/order_map.js",
+    "/docs",
+    "/docs.css",
+    "/docs.js",
+];
 
 /// The modules of a report, each after those that it imports.
 const OF_REPORTS: [&str; 30] = [

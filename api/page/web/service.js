@@ -37,9 +37,17 @@ export const door = {
   ask: () => Promise.reject(new Error("a token is required")),
 };
 
-/** @param {string} token */
+/** @param {string} token none if it is empty */
 export function useToken(token) {
-  sessionStorage.setItem(TOKEN, token);
+  if (token) sessionStorage.setItem(TOKEN, token);
+  else sessionStorage.removeItem(TOKEN);
+}
+
+/** `headers` with the token of this tab, if there is one. @param {HeadersInit} [headers] */
+export function authorized(headers) {
+  const all = new Headers(headers), token = sessionStorage.getItem(TOKEN);
+  if (token) all.set("authorization", `Bearer ${token}`);
+  return all;
 }
 
 /**
@@ -50,13 +58,11 @@ export function useToken(token) {
  */
 export async function ask(path, options = {}) {
   for (;;) {
-    const token = sessionStorage.getItem(TOKEN);
-    const headers = new Headers(options.headers);
-    if (token) headers.set("authorization", `Bearer ${token}`);
+    const headers = authorized(options.headers);
     const answer = await fetch(path, { ...options, headers });
     if (answer.ok) return answer;
     if (answer.status === 401) {
-      await door.ask(token !== null);
+      await door.ask(headers.has("authorization"));
       continue;
     }
     throw new Refusal(await problemOf(answer));

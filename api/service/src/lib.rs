@@ -18,7 +18,6 @@ mod body;
 mod body_size;
 pub mod crafts;
 mod deadline;
-mod docs;
 pub mod examples;
 pub mod health;
 mod hosts;
@@ -108,7 +107,6 @@ fn routed(settings: Settings, planners: Planners, missions: Option<Missions>) ->
     let (router, _) = openapi::documented().split_for_parts();
     router
         .merge(page::router())
-        .merge(docs::router())
         .route("/openapi.json", get(openapi::get_document))
         .fallback(async || Problem::NoRoute)
         .method_not_allowed_fallback(async || Problem::MethodNotAllowed)

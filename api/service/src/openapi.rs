@@ -13,6 +13,7 @@ use crate::{
     batch, crafts, examples, health, metrics, missions, planning, route_files,
 };
 
+mod bodies;
 mod directions;
 mod limits;
 mod rules;
@@ -43,6 +44,7 @@ pub(crate) fn document() -> &'static Value {
         link_missions(&mut document);
         describe_events(&mut document);
         describe_tokens(&mut document);
+        bodies::write(&mut document);
         document
     });
     &DOCUMENT

@@ -68,8 +68,6 @@ pub enum Problem {
     Limited(TokenLimit),
     /// The route does not exist.
     NoRoute,
-    /// The program was built without this feature.
-    NotBuiltIn(&'static str),
     /// The example does not exist.
     NoExample,
     /// The route does not have the method.
@@ -182,7 +180,6 @@ impl Problem {
             Self::Limited(_) => (403, "mission_forbidden", "The token is limited to other missions"),
             Self::CrossSite => (403, "cross_site", "Pages of other sites may not call the service"),
             Self::NoRoute => (404, "no_route", "There is no such route"),
-            Self::NotBuiltIn(_) => (404, "not_built_in", "The program was built without this feature"),
             Self::NoExample => (404, "no_example", "There is no such example"),
             Self::NoMission => (404, "no_mission", "There is no such mission"),
             Self::MethodNotAllowed => (405, "method_not_allowed", "The method is not allowed"),
@@ -247,11 +244,6 @@ impl Problem {
             Self::Limited(limit) => {
                 return format!(
                     "the token is limited to {limit}; a new mission has the name of its craft in metadata.bridge"
-                );
-            }
-            Self::NotBuiltIn(feature) => {
-                return format!(
-                    "build the program with --features {feature}; GET /openapi.json lists every route"
                 );
             }
             Self::NoSolution(reason) => {
