@@ -10,7 +10,7 @@ mod reader;
 mod tests;
 mod writer;
 
-pub(crate) use self::authority::HEARTBEAT_AGE_MAX_S;
+pub(crate) use self::{authority::HEARTBEAT_AGE_MAX_S, writer::TEXT_BYTES};
 pub use self::{
     authority::{Action, Authority, Conditions, Control, Silence},
     autopilot::{Autopilot, Contradiction, Heartbeat, PARAMETERS, Parameters},

@@ -16,9 +16,17 @@ const NOT_FOLLOWED: [&str; 3] = [
     "speed_does_not_respond",
 ];
 
+/// The warning that an AUV has not been heard for a while. Lost messages alone bring it, so that it is told, and is no alarm.
+const NOT_HEARD: &str = "stale_report";
+
 /// Between two texts to the ground station, s: of a lasting alarm, and of a cause that changes.
 const ALARM_INTERVAL_S: f64 = 30.0;
 const CAUSE_INTERVAL_S: f64 = 10.0;
+
+fn has_warning(link: &LinkStatus, code: &str) -> bool {
+    let plan = link.plan.as_ref();
+    plan.is_some_and(|plan| plan.warnings.iter().any(|given| given == code))
+}
 
 /// What `text` says before what follows from it.
 fn cause(text: &str) -> String {
@@ -35,8 +43,8 @@ impl Bridge {
         if self.settings.dry_run {
             return None;
         }
-        let (severity, cause) = match self.logged {
-            None => (MAV_SEVERITY_NOTICE, "waiting for the craft".to_owned()),
+        let (is_on, severity, cause) = match self.logged {
+            None => (false, MAV_SEVERITY_NOTICE, "waiting for the craft".to_owned()),
             Some(Sending::Stopped(silence)) => {
                 let is_ours = match self.autopilot.control(self.now_s()) {
                     Control::Reported(heard) => {
@@ -50,14 +58,19 @@ impl Bridge {
                 } else {
                     MAV_SEVERITY_NOTICE
                 };
-                (severity, cause(&silence.to_string()))
+                (false, severity, cause(&silence.to_string()))
             }
             Some(Sending::Active) => match self.causes(link) {
-                causes if causes.is_empty() => (MAV_SEVERITY_INFO, String::new()),
-                causes => (MAV_SEVERITY_WARNING, causes.join("; ")),
+                causes if !causes.is_empty() => (true, MAV_SEVERITY_WARNING, causes.join("; ")),
+                _ if has_warning(link, NOT_HEARD) => (true, MAV_SEVERITY_NOTICE, NOT_HEARD.replace('_', " ")),
+                _ => (true, MAV_SEVERITY_INFO, String::new()),
             },
         };
-        Some(Steering { severity, cause })
+        Some(Steering {
+            is_on,
+            severity,
+            cause,
+        })
     }
 
     /// Why references that are sent are not followed, or are not as good as they should be.
@@ -78,29 +91,37 @@ impl Bridge {
         let (now, steering) = (self.now_s(), self.steering(link));
         let before = self.steering.take();
         self.steering.clone_from(&steering);
-        let Some(steering) =
-            steering.filter(|now| before.is_some_and(|before| before.severity == now.severity))
-        else {
+        let Some(steering) = steering.filter(|now| {
+            before.is_some_and(|before| (before.is_on, before.severity) == (now.is_on, now.severity))
+        }) else {
             return;
         };
         let is_due = self.told.as_ref().is_none_or(|(told, at)| {
             let is_alarm = steering.severity == MavSeverity::MAV_SEVERITY_CRITICAL;
-            told.severity != steering.severity
+            (told.is_on, told.severity) != (steering.is_on, steering.severity)
                 || *told != steering && CAUSE_INTERVAL_S <= now - at
                 || is_alarm && ALARM_INTERVAL_S <= now - at
         });
         if is_due {
-            self.autopilot.send_text(steering.severity, &steering.text());
+            self.send_texts(&steering);
             self.told = Some((steering, now));
+        }
+    }
+
+    fn send_texts(&mut self, steering: &Steering) {
+        for text in steering.texts() {
+            self.autopilot.send_text(steering.severity, &text);
         }
     }
 
     /// Tells the ground station that the bridge ends, and why.
     pub(super) fn tell_end(&mut self, severity: MavSeverity, cause: &str) {
         if !self.settings.dry_run {
-            let cause = cause.to_owned();
-            self.autopilot
-                .send_text(severity, &Steering { severity, cause }.text());
+            self.send_texts(&Steering {
+                is_on: false,
+                severity,
+                cause: cause.to_owned(),
+            });
         }
     }
 
@@ -220,6 +241,14 @@ mod tests {
             &deaf,
             "DEGRADED: heading does not respond, ",
         );
+        let unheard = |answer: &mut serde_json::Value| {
+            answer["plan"]["warnings"] = json!([{ "code": "stale_report" }]);
+        };
+        begins(
+            Some(Sending::Active),
+            &unheard,
+            "steering: stale report, mode unknown, ",
+        );
         let degraded = |answer: &mut serde_json::Value| answer["plan"]["reason"] = json!("deadline");
         begins(Some(Sending::Active), &degraded, "DEGRADED: deadline, ");
         begins(None, &|_| {}, "not steering: waiting for the craft, ");
@@ -242,7 +271,10 @@ mod tests {
         let mut told = |sending| {
             bridge.logged = Some(sending);
             bridge.tell_ground_station(&link);
-            bridge.told.as_ref().map(|(steering, _)| steering.text())
+            bridge
+                .told
+                .as_ref()
+                .map(|(steering, _)| steering.texts().concat())
         };
         assert_eq!(told(Sending::Active), None);
         let steering = Some("Pilotfish steering".to_owned());

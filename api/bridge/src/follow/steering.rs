@@ -4,32 +4,80 @@ use std::fmt;
 
 use ::mavlink::dialects::ardupilotmega::MavSeverity;
 
+use crate::mavlink::TEXT_BYTES;
+
+/// What the further texts of one state begin with.
+const GOES_ON: &str = "... ";
+
 /// Whether the craft is steered, for those who watch.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Steering {
+    /// Whether references are sent.
+    pub(super) is_on: bool,
     pub(super) severity: MavSeverity,
-    /// Why it is not, or not as it should be.
+    /// Why it is not, or not as it should be, or what may become a reason.
     pub(super) cause: String,
 }
 
 impl Steering {
-    /// For the ground station, which shows 50 bytes.
-    pub(super) fn text(&self) -> String {
-        match self.severity {
-            MavSeverity::MAV_SEVERITY_INFO => "Pilotfish steering".to_owned(),
-            MavSeverity::MAV_SEVERITY_WARNING => format!("Pilotfish degraded: {}", self.cause),
-            _ => format!("Pilotfish off: {}", self.cause),
+    /// For the ground station: as many texts of `TEXT_BYTES` as there are words for, none with half a word.
+    pub(super) fn texts(&self) -> Vec<String> {
+        let state = match (self.is_on, self.severity) {
+            (true, MavSeverity::MAV_SEVERITY_WARNING) => "Pilotfish degraded",
+            (true, _) => "Pilotfish steering",
+            (false, _) => "Pilotfish off",
+        };
+        let whole = with_cause(state, &self.cause);
+        let mut texts = vec![String::new()];
+        for word in whole.split(' ') {
+            let last = texts.last_mut().expect("is never empty");
+            if last.is_empty() {
+                word.clone_into(last);
+            } else if last.len() + 1 + word.len() <= TEXT_BYTES {
+                *last = format!("{last} {word}");
+            } else {
+                texts.push(format!("{GOES_ON}{word}"));
+            }
         }
+        texts
     }
 }
 
 impl fmt::Display for Steering {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.severity {
-            MavSeverity::MAV_SEVERITY_INFO => f.write_str("steering"),
-            MavSeverity::MAV_SEVERITY_WARNING => write!(f, "DEGRADED: {}", self.cause),
-            MavSeverity::MAV_SEVERITY_CRITICAL => write!(f, "NOT STEERING: {}", self.cause),
-            _ => write!(f, "not steering: {}", self.cause),
-        }
+        let state = match (self.is_on, self.severity) {
+            (true, MavSeverity::MAV_SEVERITY_WARNING) => "DEGRADED",
+            (true, _) => "steering",
+            (false, MavSeverity::MAV_SEVERITY_CRITICAL) => "NOT STEERING",
+            (false, _) => "not steering",
+        };
+        f.write_str(&with_cause(state, &self.cause))
+    }
+}
+
+fn with_cause(state: &str, cause: &str) -> String {
+    if cause.is_empty() {
+        state.to_owned()
+    } else {
+        format!("{state}: {cause}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_cause_arrives_whole_in_several_texts() {
+        let cause = "the position stays although references ask for way; heading does not respond";
+        let steering = Steering {
+            is_on: true,
+            severity: MavSeverity::MAV_SEVERITY_WARNING,
+            cause: cause.to_owned(),
+        };
+        let texts = steering.texts();
+        assert!(texts.iter().all(|text| text.len() <= TEXT_BYTES), "{texts:?}");
+        let whole = texts.join(" ").replace(&format!(" {GOES_ON}"), " ");
+        assert_eq!(whole, format!("Pilotfish degraded: {cause}"));
     }
 }

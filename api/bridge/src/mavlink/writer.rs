@@ -23,6 +23,10 @@ pub struct MavlinkWriter {
 /// An onboard computer. Source: MAVLink, `MAV_COMP_ID_ONBOARD_COMPUTER`.
 const ONBOARD_COMPUTER: u8 = 191;
 const AUTOPILOT: u8 = 1;
+
+/// Most bytes of a text. Source: MAVLink, `STATUSTEXT`.
+pub(crate) const TEXT_BYTES: usize = 50;
+
 /// Type mask that ignores all but velocity and yaw: bits 0 to 2 position, 6 to 8 acceleration, 11 yaw rate.
 const SPEED_AND_HEADING: u16 = 0x9C7;
 /// Type mask that ignores all but velocity.
@@ -61,9 +65,9 @@ impl MavlinkWriter {
         }))
     }
 
-    /// A text for the ground station, to which the autopilot passes it on: its first 50 bytes.
+    /// A text for the ground station, to which the autopilot passes it on: its first `TEXT_BYTES`.
     pub fn text(&mut self, severity: MavSeverity, text: &str) -> Vec<u8> {
-        let mut bytes = [0; 50];
+        let mut bytes = [0; TEXT_BYTES];
         let kept = text.floor_char_boundary(bytes.len());
         bytes[..kept].copy_from_slice(&text.as_bytes()[..kept]);
         let text = CharArray::new(bytes);
