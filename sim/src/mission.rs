@@ -24,7 +24,7 @@ const PLAN_INTERVAL: f64 = 10.0 * PERIOD;
 /// Distance between two points of a path in a record, m.
 const PATH_POINT_INTERVAL: f64 = 1.0;
 /// Largest number of points of a path in a record, enough for any chart.
-const PATH_POINTS_MAX: f64 = 10_000.0;
+const PATH_POINTS_MAX: u32 = 10_000;
 
 /// Runs `scenario` with `seed` to its end. `progress` receives the completed fraction.
 ///
@@ -251,7 +251,7 @@ fn path_points(auv: &SimulatedAuv) -> Vec<Vector2<f64>> {
     )]
     let n = (path.length() / PATH_POINT_INTERVAL)
         .ceil()
-        .clamp(1.0, PATH_POINTS_MAX) as u32;
+        .clamp(1.0, f64::from(PATH_POINTS_MAX)) as u32;
     if let Some(track) = &auv.track {
         return track.outline(PATH_POINTS_MAX as usize);
     }

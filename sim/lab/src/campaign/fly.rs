@@ -87,11 +87,13 @@ pub(super) fn result(campaign: &Campaign, run: Run, gains: &RunGains) -> Result<
     let controller = &campaign.controllers[run.controller];
     let begun = Instant::now();
     let flown = fly(campaign, run.condition, controller, gains.setting);
-    let flown = match flown.map_err(|error| error.downcast::<NoGuidance>()) {
-        Err(Ok(away)) if away.may_pass() => return Err(*away),
-        Err(Ok(wrong)) => Err(wrong.to_string()),
-        Err(Err(error)) => Err(error.to_string()),
+    let flown = match flown {
         Ok(flown) => Ok(flown),
+        Err(error) => match error.downcast::<NoGuidance>() {
+            Ok(away) if away.may_pass() => return Err(*away),
+            Ok(wrong) => Err(wrong.to_string()),
+            Err(error) => Err(error.to_string()),
+        },
     };
     let took = begun.elapsed().as_secs_f64();
     let case = &campaign.cases[run.condition.case];

@@ -239,8 +239,7 @@ fn points(rows: &[Row], datum: Option<&Datum>) -> Result<Vec<TrackPoint>, String
                 "line {line}: {north:.0} m north, {east:.0} m east of the datum; {most} m are allowed"
             ));
         }
-        let depth = depth.unwrap_or(f64::NAN);
-        if depth < -HEIGHT_MAX || Depth::MAX < depth {
+        if let Some(depth) = depth.filter(|depth| !(-HEIGHT_MAX..=Depth::MAX).contains(depth)) {
             return Err(format!(
                 "line {line}: depth {depth} m is outside 0 to {} m",
                 Depth::MAX
@@ -249,8 +248,7 @@ fn points(rows: &[Row], datum: Option<&Datum>) -> Result<Vec<TrackPoint>, String
         let point = TrackPoint {
             time: *time,
             position,
-            // As it is where the file has none.
-            depth: if depth < 0.0 { 0.0 } else { depth },
+            depth: depth.map_or(f64::NAN, |depth| depth.max(0.0)),
         };
         if let Some(before) = points.last() {
             let duration = time - before.time;
