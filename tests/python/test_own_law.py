@@ -51,7 +51,7 @@ def test_the_craft_is_steered_as_the_law_says(url, tmp_path):
     ran = pilotfish("simulate", "paper-tracking", "--duration-s", str(DURATION), "--guide", url, "--out", str(out))
     assert ran.returncode == 0, ran.stderr
     table = read(out)
-    planned, known = rows_of(table, "planned", "asc"), rows_of(table, "known", "auv-1")
+    planned, known = rows_of(table, "planned"), rows_of(table, "known", "auv-1")
     craft = rows_of(table, "truth", "asc")
     assert len(planned) == DURATION and (planned["method"] == "own_law").all()
     for k in range(DURATION):
