@@ -47,6 +47,10 @@ wheel:
 deb:
     .ci/deb
 
+# The program without shared libraries, into target/static
+static:
+    .ci/static
+
 # What the release is made of, as CycloneDX, into target (needs cargo-sbom)
 sbom:
     .ci/sbom
