@@ -206,7 +206,7 @@ test("a live mission that a script posts is watched as it happens, and its goal 
     await expect(clock).not.toHaveText(now ?? "", { timeout: 10_000 });
     await expect(page.locator(".now").first()).toContainText("auv-2 heard");
     await page.locator(".order summary", { hasText: "Goal" }).click();
-    await page.getByLabel("AUV", { exact: true }).selectOption("auv-2");
+    await page.locator(".field", { hasText: /^AUV/ }).locator("select").selectOption("auv-2");
     await page.getByRole("button", { name: "Send…" }).click();
     await page.locator(".orders dialog").getByRole("button", { name: "Send" }).click();
     await expect(page.locator(".log")).toContainText("changed");

@@ -144,7 +144,7 @@ export class OrderForm {
   /** @param {Path} path @param {string} label @param {string[][]} options @param {(chosen: string) => void} [chosen] */
   choice(path, label, options, chosen = (value) => this.put(path, value || undefined)) {
     const input = el("select", { onchange: () => chosen(input.value) }, options.map(([value, text]) => el("option", { value }, text)));
-    return this.field(path, label, input, () => { input.value = valueAt(this.draft.now, path) ?? ""; });
+    return this.field(path, label, input, () => { input.value = valueAt(this.draft.now, path) ?? options[0]?.[0]; });
   }
 
   /** Numbers of a disc or a corner. @param {string} title @param {Path} path @param {string[]} members */
