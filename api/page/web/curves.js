@@ -1,5 +1,6 @@
 // The time series of recordings.
 
+import { auvColour } from "./dom.js";
 import { degrees, methodName } from "./format.js";
 
 /**
@@ -111,7 +112,7 @@ export function chartsOf(runs) {
 
 /** @param {Map<string, Series>} map @param {string} column */
 function auvCurves(map, column) {
-  return Array.from(map, ([id, series], i) => curve(series, column, id, `craft-${(i % 6) + 1}`, { dash: i % 2 ? "dashed" : "solid" }));
+  return Array.from(map, ([id, series], i) => curve(series, column, id, auvColour(i), { dash: i % 2 ? "dashed" : "solid" }));
 }
 
 /** Whether an AUV was ever silent for longer than from one plan to the next. @param {Curve} of */

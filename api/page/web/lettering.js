@@ -29,7 +29,7 @@ export function drawNames(pen, { vehicles, arrows, marks }) {
     const shown = shortened(context, vehicle.name, Math.min(180, frame.width / 3)), named = context.measureText(shown).width;
     context.font = FONT_SMALL;
     const width = Math.max(named, note ? context.measureText(note).width : 0);
-    const { box, at, far } = placeOf(x, y, width, note ? 30 : 16, taken, frame, sides.get(vehicle.name)), right = box.right <= x;
+    const { box, at, far } = namePlace(x, y, width, note ? 30 : 16, taken, frame, sides.get(vehicle.name)), right = box.right <= x;
     sides.set(vehicle.name, at);
     taken.push(box);
     if (far) drawLeader(pen, x, y, box, HULL_PX[vehicle.kind], vehicle.colour);
@@ -51,7 +51,7 @@ function around(x, y, half) {
  * @param {number} x @param {number} y @param {number} width @param {number} height @param {Box[]} taken
  * @param {{ width: number, height: number }} frame @param {number | undefined} before where it was in the last picture
  */
-function placeOf(x, y, width, height, taken, frame, before) {
+function namePlace(x, y, width, height, taken, frame, before) {
   let best = { box: around(x, y, 0), at: -1, far: false }, least = Infinity;
   for (const [step, distance] of DISTANCES_PX.entries()) {
     for (const [k, [across, down]] of DIRECTIONS.entries()) {
