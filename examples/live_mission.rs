@@ -183,6 +183,7 @@ fn new_mission(arguments: &Arguments) -> NewMission {
             area: vec![],
             acoustics: None,
             surfacing_separation_m: None,
+            tuning: None,
             forecast: Forecast::Auto,
             hold: Hold::SlowTurn,
             period_s: 1.0,
