@@ -1,11 +1,12 @@
-// Flies every scenario with a surface craft, seed 1, under the planner and, where the goal is the same for both, under line of sight, and writes
-// what the first page draws of them:
+// Flies every scenario with a surface craft, seed 1, under the planner and, where the goal is the same for both, under the line-of-sight law that is
+// nearest of those that `pilotfish compare` tunes, and writes what the first page draws of them, with the gains of all laws:
 //   node gallery.mjs FILE          writes it
 //   node gallery.mjs --check FILE  says whether it is still what is flown
 
 import { execFileSync } from "node:child_process";
 import { readFile, writeFile } from "node:fs/promises";
-import { Recording, scores } from "../../api/page/web/recording.js";
+import { Recording } from "../../api/page/web/recording.js";
+import { scores } from "../../api/page/web/scores.js";
 import { SIZE } from "../../api/page/web/thumbnail.js";
 import { flown, PROGRAM, startService } from "./service.mjs";
 
@@ -24,10 +25,12 @@ try {
   if (check && listed.map(([name]) => name).join() !== before.map(({ name }) => name).join()) throw new Error(`${file} has other scenarios: draw it again`);
   const scenarios = [];
   for (const [name, title] of listed) {
+    const old = before.find((scenario) => scenario.name === name);
     // Where the goal visits, there is no distance to compare.
     if (check && name.startsWith("visit-")) continue;
-    scenarios.push({ name, title, ...await drawn(name) });
-    const made = scenarios.at(-1), old = before.find((scenario) => scenario.name === name);
+    // Tuning takes minutes in some scenarios: a check flies with the gains that are written.
+    scenarios.push({ name, title, ...await drawn(name, name.startsWith("visit-") ? {} : check ? { law: old.law, gains: old.gains } : tuned(name)) });
+    const made = scenarios.at(-1);
     for (const [k, now] of (check && made.rms_m || []).entries()) {
       const then = old.rms_m[k];
       if (Math.abs(now - then) > DIFFERENCE_MAX * then + 0.01) throw new Error(`${name}: the ${["planner", "line of sight"][k]} is now ${now} m from the goal and was ${then} m: .ci/page-test --draw`);
@@ -39,9 +42,17 @@ try {
   await service.stop();
 }
 
-async function drawn(scenario) {
-  const [planner, los] = await Promise.all((scenario.startsWith("visit-") ? ["mpc"] : ["mpc", "saturated_los"]).map(async (controller) => {
-    const id = await flown(service, { scenario, seed: 1, controller }, `${scenario}: ${controller}`);
+/** The strongest law, and the gains of all in the order of `pilotfish compare`'s. */
+function tuned(scenario) {
+  const { mpc, ...laws } = JSON.parse(execFileSync(PROGRAM, ["compare", scenario, "--format", "json"], { encoding: "utf8" })).controllers;
+  const [law] = Object.keys(laws).sort((a, b) => laws[a].rms_m - laws[b].rms_m);
+  return { law, gains: Object.fromEntries(Object.entries(laws).map(([name, { gains }]) => [name, Object.values(gains)])) };
+}
+
+async function drawn(scenario, { law, gains }) {
+  const [planner, los] = await Promise.all(["mpc", ...law ? [law] : []].map(async (controller) => {
+    const given = controller === law && { gains: Object.fromEntries(gains[law].map((value, i) => [["look_ahead_m", "along_track_gain_per_s", "integral_gain_mps"][i], value])) };
+    const id = await flown(service, { scenario, seed: 1, controller, ...given }, `${scenario}: ${controller}`);
     const recording = new Recording({ ...await service.get(`/v1/missions/${id}`), scene: await service.get(`/v1/missions/${id}/scene`) });
     recording.takeLines((await (await fetch(`${service.url}/v1/missions/${id}/record?format=csv`)).text()).split("\n"));
     // A mission is some 10 MB.
@@ -52,9 +63,9 @@ async function drawn(scenario) {
   const craft = points(planner.craft), auvs = Array.from(planner.auvs.values(), points), all = [craft, ...auvs, area].flat();
   const miss = MISS_MAX * Math.max(...[0, 1].map((k) => extent(all.map((point) => point[k]))));
   const [x, y, scale] = fitted(all), path = (...lines) => lines.map((line) => drawnPath(thinned(line, miss).map(([north, east]) => [x(east), y(north)]))).join("");
-  const rms_m = (recording) => Math.round(1000 * scores(recording).rms_m) / 1000;
+  const both = (key) => [planner, los].map((recording) => Math.round(1000 * scores(recording)[key]) / 1000);
   return {
-    duration_s, ...los && { rms_m: [planner, los].map(rms_m) },
+    duration_s, ...los && { law, gains, rms_m: both("rms_m"), settled_rms_m: both("settled_rms_m") },
     paths: { ...area.length && { area: `${path(area)}z` }, auv: path(...auvs), ...los && { los: path(points(los.craft)) }, plan: path(craft) },
     ...keep_outs.length && { keep_outs: keep_outs.map((disc) => [x(disc.east_m), y(disc.north_m), Math.round(disc.radius_m * scale)]) },
   };

@@ -55,7 +55,11 @@ test("two controllers are compared on one clock, with a winner, and the informat
   await expect(rms.locator("td.better")).toHaveCount(1);
   await expect(rms.locator(".winner")).toHaveText("planner");
   await expect(page.locator(".scores")).toContainText("information given");
-  await expect(page.locator(".information").first()).not.toHaveText("–");
+  await expect(page.locator(".information").last()).not.toHaveText("–");
+  // The opponent is the strongest law, with the gains that are tuned for the scenario, and what it did otherwise is said.
+  await expect(page.getByLabel("line of sight, tracker frame (strongest here)")).toBeChecked();
+  await expect(page.locator(".scores")).toContainText("look-ahead 1 m, along-track 0.1 1/s");
+  await expect(page.locator(".why-differ")).toContainText(/At \d hand-overs \(medians\): planner left \d+\u00a0s before and was \d+\u00a0m off; line of sight, tracker frame had not left/);
   await expect(page.locator(".map-place canvas")).toHaveCount(2);
   // Both maps say what was planned, also of runs that were flown before.
   const { missions: [flownLast] } = await service.get("/v1/missions?limit=1000");
@@ -90,6 +94,20 @@ test("two controllers are compared on one clock, with a winner, and the informat
   await expect(page.locator(".notice")).toContainText("Flown", { timeout: 60_000 });
   await expect(page.locator(".scores tbody tr").first().locator(".winner")).toHaveText("planner");
   await expect(page.locator("#compare-scenario")).toHaveValue("switching");
+  expect(complaints).toEqual([]);
+});
+
+test("the faults of a scenario are in the log of its mission, in its charts, and in what the controller is said to know", async ({ page, service, complaints }) => {
+  const id = await flown(service, { scenario: "faults", seed: 1 }, "with faults");
+  await go(page, service, `#/mission/${id}`);
+  const log = page.locator(".log");
+  for (const words of ["fault: the port thruster delivers 60 % of its thrust", "fault over: the craft has no GNSS position", "fault: auv-1 loses power and sends nothing"]) await expect(log).toContainText(words);
+  await expect(page.locator(".about").first()).toContainText("at once and exact, except while a fault stops its messages");
+  // Moved to the fault, the chart says it.
+  await log.getByRole("button", { name: "25:00" }).click();
+  await expect(page.locator(".chart-canvas").first()).toHaveAttribute("aria-label", /fault: auv-1 loses power/);
+  await expect(page.locator(".explained")).toContainText("line of sight");
+  await expect(page.locator(".now").first()).toContainText("predicted cost, least answers");
   expect(complaints).toEqual([]);
 });
 

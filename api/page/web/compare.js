@@ -12,10 +12,16 @@ import { ComparisonView, runOf } from "./comparison.js";
  * @typedef {import("./app.js").Context} Context
  * @typedef {import("./types.js").MissionJson} MissionJson
  * @typedef {import("./picture.js").Run} Run
+ * `law` is the strongest, `gains` are those of each law that was tuned for the scenario, in the order of `GAINS`.
+ * @typedef {{ name: string, law?: string, gains?: { [law: string]: number[] } }} Tuned
+ * @typedef {{ scenario: string, seed: string, controllers: string[] }} Chosen
  */
 
+/** Names of gains in the order of the gallery. */
+const GAINS = ["look_ahead_m", "along_track_gain_per_s", "integral_gain_mps"];
 const CONTROLLERS = ["mpc", "saturated_los", "saturated_los_tracker_frame", "integral_los", "waypoint_box"];
-const USUAL = ["mpc", "saturated_los"];
+/** The planner's opponent where no law was tuned: the goal visits. */
+const OPPONENT = "saturated_los";
 /** Most runs of one comparison: one for each colour. */
 const RUNS_MAX = 6;
 /** Time between two redraws while runs go on, ms. */
@@ -35,27 +41,38 @@ export async function compareView(root, context, parameters) {
   context.onLeave(() => stop.abort());
   const { scenarios } = await askJson("/gallery.json", { signal: stop.signal });
   if (context.gone()) return;
-  const names = scenarios.map((/** @type {{ name: string }} */ scenario) => scenario.name);
+  const tuned = (/** @type {string} */ name) => scenarios.find((/** @type {Tuned} */ one) => one.name === name);
   const scenario = parameters.get("scenario") ?? "", seed = parameters.get("seed") ?? "1";
   const known = (parameters.get("controllers") ?? "").split(",").filter((name) => CONTROLLERS.includes(name));
-  const controllers = known.length ? known : USUAL, ids = (parameters.get("missions") ?? "").split(",").filter(Boolean).slice(0, RUNS_MAX);
+  const controllers = known.length ? known : usual(tuned(scenario)), ids = (parameters.get("missions") ?? "").split(",").filter(Boolean).slice(0, RUNS_MAX);
   document.title = scenario ? `${scenario}, seed ${seed}: compare · Pilotfish` : "Compare · Pilotfish";
-  const form = el("div", {}, chooser(context, names, { scenario, seed, controllers })), body = el("div"), said = el("div", { class: "notice", role: "status" });
+  const form = el("div", {}, chooser(context, scenarios, { scenario, seed, controllers })), body = el("div"), said = el("div", { class: "notice", role: "status" });
   fill(root, el("header", { class: "mission-head" }, el("h1", {}, "Compare"),
-    el("p", { class: "about" }, "Several controllers in one scenario, with the same water and the same noise. The line-of-sight laws have the service's gains, which are not tuned for the scenario; ",
-      el("code", {}, "pilotfish compare"), " tunes them.")), form, said, body);
+    el("p", { class: "about" }, "Several controllers in one scenario, with the same water and the same noise. Each line-of-sight law has the gains that are best in this scenario with seed 1, as ",
+      el("code", {}, "pilotfish compare"), " finds them, or the service's where the table says so.")), form, said, body);
   try {
     if (ids.length) {
       const missions = await Promise.all(ids.map((id) => stored(id, stop.signal)));
-      fill(form, chooser(context, names, chosenIn(missions)));
+      fill(form, chooser(context, scenarios, chosenIn(missions)));
       await show(body, said, missions, stop.signal);
     } else if (!scenario) fill(said, "Choose a scenario and controllers, then run them.");
-    else if (!names.includes(scenario)) fill(said, "There is no such scenario: choose one from the list.");
+    else if (!tuned(scenario)) fill(said, "There is no such scenario: choose one from the list.");
     else if (context.role === "read-only") fill(said, "Read-only: a comparison creates missions, which needs an operator's token. You can open the link of an existing comparison.");
-    else await show(body, said, await Promise.all(controllers.map((controller) => begin(scenario, Number(seed), controller))), stop.signal);
+    else await show(body, said, await Promise.all(controllers.map((controller) => begin(scenario, Number(seed), controller, gainsOf(tuned(scenario), controller)))), stop.signal);
   } catch (error) {
     if (!stop.signal.aborted) fill(said, error instanceof Refusal ? refusalWords(error) : `No answer: ${error instanceof Error ? error.message : error}`);
   }
+}
+
+/** The planner and its strongest opponent. @param {Tuned} [scenario] */
+function usual(scenario) {
+  return ["mpc", scenario?.law ?? OPPONENT];
+}
+
+/** Gains of a law that were tuned for a scenario. @param {Tuned} scenario @param {string} law */
+function gainsOf({ gains = {} }, law) {
+  const values = gains[law];
+  return values && /** @type {import("./types.js").Gains} */ (Object.fromEntries(values.map((value, i) => [GAINS[i], value])));
 }
 
 /** What made these missions; no scenario if they have different ones. @param {MissionJson[]} missions */
@@ -65,20 +82,27 @@ function chosenIn(missions) {
   return { scenario: alike ? scenario : "", seed: String(seed), controllers: missions.map(({ scene }) => scene?.controller ?? "mpc") };
 }
 
-/** @param {Context} context @param {string[]} names @param {{ scenario: string, seed: string, controllers: string[] }} chosen */
-function chooser(context, names, chosen) {
-  const none = !names.includes(chosen.scenario) && el("option", { value: "" }, "choose one");
-  const scenario = el("select", { id: "compare-scenario", required: true }, none, names.map((name) => el("option", { value: name, selected: name === chosen.scenario }, name)));
+/** @param {Context} context @param {Tuned[]} scenarios @param {Chosen} chosen */
+function chooser(context, scenarios, chosen) {
+  const none = !scenarios.some(({ name }) => name === chosen.scenario) && el("option", { value: "" }, "choose one");
+  const scenario = el("select", { id: "compare-scenario", required: true }, none, scenarios.map(({ name }) => el("option", { value: name, selected: name === chosen.scenario }, name)));
   const seed = el("input", { id: "compare-seed", type: "number", min: "0", max: "999999", step: "1", value: chosen.seed, required: true });
-  const boxes = CONTROLLERS.map((name) => el("input", { type: "checkbox", value: name, checked: chosen.controllers.includes(name) }));
+  const boxes = CONTROLLERS.map((name) => el("input", { type: "checkbox", value: name, checked: chosen.controllers.includes(name) })), notes = CONTROLLERS.map(() => el("span"));
+  const of = () => scenarios.find(({ name }) => name === scenario.value);
+  const note = () => CONTROLLERS.forEach((name, i) => fill(notes[i], of()?.law === name && " (strongest here)"));
+  scenario.addEventListener("change", () => {
+    for (const box of boxes) box.checked = usual(of()).includes(box.value);
+    note();
+  });
+  note();
   const go = (/** @type {Event} */ event) => {
     event.preventDefault();
     const controllers = boxes.filter((box) => box.checked).map((box) => box.value);
-    context.go(`#/compare?${new URLSearchParams({ scenario: scenario.value, seed: seed.value, controllers: (controllers.length ? controllers : USUAL).join() })}`);
+    context.go(`#/compare?${new URLSearchParams({ scenario: scenario.value, seed: seed.value, controllers: (controllers.length ? controllers : usual(of())).join() })}`);
   };
   return el("form", { class: "panel chooser", onsubmit: go },
     el("label", {}, "Scenario ", scenario), el("label", {}, "Seed ", seed),
-    el("fieldset", {}, el("legend", {}, "Controllers"), CONTROLLERS.map((name, i) => el("label", {}, boxes[i], methodName(name)))),
+    el("fieldset", {}, el("legend", {}, "Controllers"), CONTROLLERS.map((name, i) => el("label", {}, boxes[i], methodName(name), notes[i]))),
     el("button", { type: "submit", class: "primary", disabled: context.role === "read-only" }, "Run and compare"));
 }
 
@@ -136,14 +160,14 @@ async function stored(id, signal) {
 
 /**
  * Creates and starts the mission of one run, once for each version of the service, unless it was interrupted.
- * @param {string} scenario @param {number} seed @param {string} controller
+ * @param {string} scenario @param {number} seed @param {string} controller @param {import("./types.js").Gains} [gains]
  */
-async function begin(scenario, seed, controller) {
+async function begin(scenario, seed, controller, gains) {
   const { version } = await askJson("/version");
-  const simulated = { scenario, seed, ...(controller !== "mpc" && { controller }) };
+  const simulated = { scenario, seed, ...controller !== "mpc" && { controller }, ...gains && { gains } };
   const title = `${scenario}, seed ${seed}: ${methodName(controller)}`;
   for (let flight = 1; flight <= FLIGHTS_MAX; flight += 1) {
-    const key = ["compare", version, scenario, seed, controller, ...flight > 1 ? [flight] : []].join(" ");
+    const key = ["compare", version, scenario, seed, controller, ...gains ? [Object.values(gains).join("/")] : [], ...flight > 1 ? [flight] : []].join(" ");
     const { id } = await send("/v1/missions", { schema_version: "1.0", title, simulated }, { key });
     const mission = await stored(id);
     const cut = mission.status === "failed" || (mission.status === "finished" && mission.t_s < (mission.scene?.duration_s ?? 0) - END_S);
