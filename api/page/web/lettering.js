@@ -5,7 +5,9 @@
  * @typedef {{ left: number, right: number, top: number, bottom: number }} Box
  */
 
-export const FONT = "12.5px system-ui, 'DejaVu Sans', sans-serif", FONT_BOLD = `600 ${FONT}`, FONT_SMALL = "11px system-ui, 'DejaVu Sans', sans-serif";
+export const FONT = "12.5px system-ui, 'DejaVu Sans', sans-serif";
+export const FONT_BOLD = `600 ${FONT}`;
+export const FONT_SMALL = "11px system-ui, 'DejaVu Sans', sans-serif";
 
 /** Half the width of a hull and of a point of an arrow, pixels, and how far along an arrow those points are. */
 const HULL_PX = { craft: 15, auv: 11 }, ARROW_POINT_PX = 5, ARROW_POINTS_PX = [20, 30, 38];
