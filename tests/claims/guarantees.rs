@@ -313,7 +313,7 @@ fn a_goal_that_changes_under_a_plan_costs_no_more_than_forgetting_the_plan() {
             ..PreviousPlan::from(&first)
         });
         let answer = plan(&snapshot(scene), &parameters, &mut workspace);
-        rescued += usize::from(answer.solver.scp_iterations > parameters.scp_iterations);
+        rescued += usize::from(answer.solver.scp_iterations > parameters.scp_iterations as usize);
         let least = forgetful.predicted.cost.min(answer.baseline.predicted.cost);
         worst = worst.max(answer.predicted.cost / least);
     }

@@ -273,7 +273,7 @@ mod tests {
     #[test]
     fn the_table_fits_a_hundred_columns_and_says_where_the_approach_decides() {
         let scenario = Scenario::named("paper-tracking").expect("exists").lasting(200.0);
-        let mut comparison = Comparison::run(&scenario, 1, &mut |_, _| {}).expect("flies");
+        let mut comparison = Comparison::run(&scenario, 1, None, &mut |_, _| {}).expect("flies");
         let table = comparison.to_string();
         for line in table.lines() {
             assert!(line.chars().count() <= 100, "{line}");
