@@ -102,7 +102,9 @@ def main():
     print(f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" font-family="sans-serif" font-size="10">')
     print(f'<rect width="{width}" height="{height}" fill="#fff"/>')
     x = LEFT
-    for name, colour in [("usual", "#222"), *((lever, colour) for lever, (_, colour) in LEVERS.items())]:
+    flown = {name.split()[0] for means in scenarios.values() for name in means}
+    colours = {"usual": "#222"} | {lever: colour for lever, (_, colour) in LEVERS.items()}
+    for name, colour in ((name, colour) for name, colour in colours.items() if name in flown):
         print(f'<circle cx="{x}" cy="14" r="4" fill="{colour}"/>', text(x + 8, 17.5, name))
         x += 95
     for row, (scenario, means) in enumerate(scenarios.items()):
