@@ -31,7 +31,7 @@ pub fn observation(seed: u64) -> PlanRequest {
     draw.observation()
 }
 
-/// The planner's levers from all over what is accepted, another for every seed: each member in every other one.
+/// The planner's levers from most of what is accepted (horizons and iterations that can be solved in a debug build), another for every seed: each member in every other one.
 #[must_use]
 pub fn tuning(seed: u64) -> Tuning {
     let mut draw = Draw {

@@ -652,6 +652,7 @@ async fn invalid_bounds_and_dives_are_located() {
         /tuning/steps_s                           [10]            length        2..120
         /tuning/steps_s                           [1,1]           out_of_range  5..600
         /tuning/steps_s                           [9,0.05]        out_of_range  /tuning/steps_s/1
+        /tuning  {{"scp_iterations":10,"steps_s":[1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1]}}  out_of_range  /tuning/scp_iterations
         /tuning/slack                             1               unknown_field
         /auvs/0/dive/depth_min_m  -0.1                            out_of_range  0..11999.5
         /auvs/0/dive/depth_max_m  1.4                             out_of_range  1.5..12000

@@ -27,7 +27,7 @@ use super::{
     config::Config,
     declared_routes::{DeclaredRoutes, NoRoute},
     out_file::print,
-    serve::serve_and,
+    serve::{HangUp, serve_and},
 };
 
 /// How long to wait for the autopilot.
@@ -363,7 +363,7 @@ fn own_service(config: &Config) -> Result<String, NoBridge> {
     let config = config.on_any_loopback_port();
     let (sender, url) = sync_channel(1);
     thread::spawn(move || {
-        let served = serve_and(&config, |address, has_tls| {
+        let served = serve_and(&config, HangUp::Reloads, |address, has_tls| {
             let scheme = if has_tls { "https" } else { "http" };
             // The receiver waits for it.
             let _ = sender.send(format!("{scheme}://{address}"));

@@ -33,7 +33,7 @@ const GIB: f64 = 1024.0 * 1024.0 * 1024.0;
 #[derive(Clone, Debug, Deserialize)]
 pub(crate) struct Config {
     pub(crate) data: PathBuf,
-    tokens: Option<PathBuf>,
+    pub(crate) tokens: Option<PathBuf>,
     pub(crate) log: String,
     pub(crate) log_format: String,
     pub(crate) host: String,

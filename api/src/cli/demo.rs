@@ -19,12 +19,12 @@ use crate::cli::{
     config::{Config, Layers},
     out_file::print,
     scenarios::{NameOrFile, scenario},
-    serve::serve_and,
+    serve::{HangUp, serve_and},
 };
 
 #[derive(Debug, Args)]
 pub(crate) struct Demo {
-    /// Built-in scenario, or a scenario file.
+    /// Built-in scenario, or a scenario file that names no other file.
     #[arg(default_value = "switching", value_parser = NameOrFile, hide_possible_values = true)]
     scenario: String,
     /// Seed of all random numbers.
@@ -66,6 +66,7 @@ pub(crate) fn demo(demo: &Demo, layers: &Layers, config: &Config) -> Result<(), 
     own.port = demo.port.unwrap_or_else(|| free_or_any(config.port));
     let kept = if let Some(directory) = &temporary {
         directory.path().clone_into(&mut own.data);
+        own.tokens = None;
         "deletes the mission (--data DIRECTORY keeps it)".to_owned()
     } else {
         format!("keeps the mission in {}", own.data.display())
@@ -79,7 +80,7 @@ pub(crate) fn demo(demo: &Demo, layers: &Layers, config: &Config) -> Result<(), 
         if opens { open(&page) } else { Ok(()) }
     };
     let (failed, failure) = channel();
-    serve_and(&own, |address, _| {
+    serve_and(&own, HangUp::Stops, |address, _| {
         thread::spawn(move || {
             if let Err(error) = show(address) {
                 // The receiver is there until the service has stopped.

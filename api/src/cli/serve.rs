@@ -59,11 +59,24 @@ pub(crate) enum ServeError {
 
 /// Serves until Ctrl-C or SIGTERM, then finishes open requests.
 pub(crate) fn serve(config: &Config) -> Result<(), ServeError> {
-    serve_and(config, greet)
+    serve_and(config, HangUp::Reloads, greet)
+}
+
+/// What SIGHUP does, which also comes when a terminal is closed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum HangUp {
+    /// Reads the certificate again, if there is one.
+    Reloads,
+    /// Ends the service.
+    Stops,
 }
 
 /// Serves, and calls `listens` with the address and whether it uses TLS.
-pub(crate) fn serve_and(config: &Config, listens: impl FnOnce(SocketAddr, bool)) -> Result<(), ServeError> {
+pub(crate) fn serve_and(
+    config: &Config,
+    hang_up: HangUp,
+    listens: impl FnOnce(SocketAddr, bool),
+) -> Result<(), ServeError> {
     let host = config.host.trim_start_matches('[').trim_end_matches(']');
     let addresses: Vec<SocketAddr> = (host, config.port)
         .to_socket_addrs()
@@ -88,7 +101,7 @@ pub(crate) fn serve_and(config: &Config, listens: impl FnOnce(SocketAddr, bool))
         ..Settings::default()
     };
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
-    runtime.block_on(run(&addresses, settings, tls, config, listens))?;
+    runtime.block_on(run(&addresses, settings, tls, (config, hang_up), listens))?;
     // Planners that still work are not waited for.
     runtime.shutdown_background();
     Ok(())
@@ -119,7 +132,7 @@ async fn run(
     addresses: &[SocketAddr],
     settings: Settings,
     tls: Option<Tls>,
-    config: &Config,
+    (config, hang_up): (&Config, HangUp),
     listens: impl FnOnce(SocketAddr, bool),
 ) -> Result<(), ServeError> {
     let shutdown_delay = Duration::from_secs_f64(config.shutdown_delay_s);
@@ -160,6 +173,7 @@ async fn run(
                     end = Some(Instant::now() + shutdown_delay);
                 }
                 (Action::Stop, _) => break,
+                (Action::Reload, _) if hang_up == HangUp::Stops => break,
                 (Action::Reload, Some(tls)) => tls.reload(),
                 (Action::Reload, None) => {}
             },

@@ -43,9 +43,13 @@ fn mission(server: &Server, page: &str) -> Value {
 }
 
 /// What the demo printed after the address, once Ctrl-C has ended it.
-fn end(mut server: Server) -> String {
+fn end(server: Server) -> String {
+    end_by("-INT", server)
+}
+
+fn end_by(signal: &str, mut server: Server) -> String {
     let id = server.process.id().to_string();
-    let stop = Command::new("kill").args(["-INT", &id]).status();
+    let stop = Command::new("kill").args([signal, &id]).status();
     assert!(stop.expect("there is a kill").success());
     let mut rest = String::new();
     let mut printed = server.printed.take().expect("is read here");
@@ -153,7 +157,8 @@ fn two_demos_run_side_by_side() {
         said(&third)
     );
     end(one);
-    end(other);
+    // As when its terminal is closed.
+    end_by("-HUP", other);
 }
 
 #[test]

@@ -25,6 +25,13 @@ impl From<&InvalidField> for FieldError {
             InvalidReason::Horizon { given, least, most } => of("out_of_range")
                 .given(*given)
                 .limit(json!({ "least": least, "most": most })),
+            InvalidReason::Effort {
+                steps,
+                iterations,
+                most,
+            } => of("out_of_range")
+                .given(steps * iterations)
+                .limit(json!({ "most": most })),
             InvalidReason::Length {
                 unit,
                 given,
@@ -86,7 +93,8 @@ impl From<&InvalidField> for FieldError {
 /// Asks of an angle of more than a turn whether it is in degrees.
 fn perhaps_degrees(mut error: FieldError, given: f64) -> FieldError {
     let name = error.pointer.rsplit('/').next().unwrap_or_default();
-    if name.ends_with("_rad") && !ANGLE.contains(&given) {
+    // An earlier answer has radians.
+    if name.ends_with("_rad") && !ANGLE.contains(&given) && !error.pointer.contains("/previous_plan/") {
         error.detail += " rad: may be degrees";
         if let Some([degrees, _]) = DIRECTIONS.iter().find(|[_, radians]| name == *radians) {
             error.detail.extend([": `", degrees, "`"]);

@@ -117,7 +117,7 @@ pub(crate) fn select_answer(
         degraded: scp.degraded,
         reference: command,
         reference_through_water: through_water,
-        valid_until: snapshot.t_s + parameters.validity,
+        valid_until: snapshot.t_s + parameters.validity.min(parameters.steps.iter().sum()),
         trajectory: horizon.trajectory(&best.candidate.stages).collect(),
         goal: times()
             .map(|time| GoalPoint::new(snapshot.t_s + time, goal.at(*time)))

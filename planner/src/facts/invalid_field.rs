@@ -39,6 +39,16 @@ pub enum InvalidReason {
         /// Longest accepted.
         most: f64,
     },
+    /// A horizon that takes too long to plan.
+    #[error("{steps} steps in {iterations} iterations are {}, and at most {most} are accepted", .steps * .iterations)]
+    Effort {
+        /// Intervals of the horizon.
+        steps: usize,
+        /// SCP iterations.
+        iterations: usize,
+        /// Largest product accepted.
+        most: usize,
+    },
     /// A time that is too far from now, s.
     #[error("{given} is {} s from now and not in [{least}, {most}]", (.given - .now).abs())]
     OffTheClock {

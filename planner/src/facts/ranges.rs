@@ -240,6 +240,9 @@ pub const STEPS_COUNT: RangeInclusive<usize> = 2..=120;
 /// The horizon, s: from what a slow heading loop needs to begin a turn to where no forecast holds.
 pub(crate) const HORIZON: RangeInclusive<f64> = 5.0..=600.0;
 
+/// Largest number of intervals times SCP iterations: five times that of the defaults, so that a client takes no other's time to plan.
+pub(crate) const STEPS_TIMES_ITERATIONS_MOST: usize = 300;
+
 /// Time constant of a loop, s: 0 answers at once, beyond a minute no loop is closed.
 pub const TIME_CONSTANT: RangeInclusive<f64> = 0.0..=60.0;
 

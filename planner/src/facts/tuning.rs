@@ -6,8 +6,11 @@ use utoipa::ToSchema;
 
 use crate::facts::{
     invalid_field::{InvalidField, InvalidReason},
-    ranges::{HORIZON, STEP, STEPS_COUNT, TUNING},
+    ranges::{HORIZON, STEP, STEPS_COUNT, STEPS_TIMES_ITERATIONS_MOST, TUNING},
 };
+
+/// By how much a horizon may differ from its limits, s: what rounding makes of 120 steps.
+const ROUNDING: f64 = 1e-9;
 
 /// Weights of the planner's cost, its horizon and its iterations.
 ///
@@ -33,7 +36,7 @@ pub struct Tuning {
     /// Weight of propulsion energy, 1/J, from 0 to 10. Default: 0, and energy is not in the program.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub energy_weight_per_j: Option<f64>,
-    /// SCP iterations from one initial guess, from 1 to 10. Default: 2.
+    /// SCP iterations from one initial guess, from 1 to 10, times `steps_s` at most 300. Default: 2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scp_iterations: Option<u32>,
     /// Lengths of the horizon's intervals, s, in order: 2 to 120, each from 0.1 to 10, together from 5 to 600. Default: 6 of 1, 12 of
@@ -87,12 +90,24 @@ impl Tuning {
                 fault(member, InvalidReason::OutOfRange { given, least, most })
             })
             .collect();
-        let horizon: Option<f64> = self.steps_s.as_ref().map(|steps| steps.iter().sum());
         // The horizon of steps that are wrong says nothing more.
-        if let Some(given) = horizon.filter(|horizon| faults.is_empty() && !HORIZON.contains(horizon)) {
+        if let Some(steps) = self.steps_s.as_ref().filter(|_| faults.is_empty()) {
             let (least, most) = HORIZON.into_inner();
-            let reason = InvalidReason::Horizon { given, least, most };
-            faults.push(fault("steps_s".to_owned(), reason));
+            let given: f64 = steps.iter().sum();
+            if !(least - ROUNDING..=most + ROUNDING).contains(&given) {
+                let reason = InvalidReason::Horizon { given, least, most };
+                faults.push(fault("steps_s".to_owned(), reason));
+            }
+            // With the default of one, no value of the other is too much.
+            let iterations = self.scp_iterations.map_or(1, |iterations| iterations as usize);
+            if STEPS_TIMES_ITERATIONS_MOST < steps.len() * iterations {
+                let reason = InvalidReason::Effort {
+                    steps: steps.len(),
+                    iterations,
+                    most: STEPS_TIMES_ITERATIONS_MOST,
+                };
+                faults.push(fault("scp_iterations".to_owned(), reason));
+            }
         }
         faults
     }
@@ -135,12 +150,25 @@ mod tests {
         };
         assert_eq!(fields(&of(&[2.5, 2.5])), [""; 0]);
         assert_eq!(
+            fields(&of(&[0.1; 50])),
+            [""; 0],
+            "which add up to a little less than 5"
+        );
+        assert_eq!(
             fields(&of(&[1.0, 2.0])),
             ["tuning/steps_s: the steps add up to 3 s, which is not in [5, 600]"]
         );
         assert_eq!(
             fields(&of(&[5.0; 121])),
             ["tuning/steps_s: must have 2 to 120 items, has 121"]
+        );
+        let longest = Tuning {
+            scp_iterations: Some(3),
+            ..of(&[5.0; 120])
+        };
+        assert_eq!(
+            fields(&longest),
+            ["tuning/scp_iterations: 120 steps in 3 iterations are 360, and at most 300 are accepted"]
         );
     }
 }

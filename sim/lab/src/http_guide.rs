@@ -211,13 +211,19 @@ fn reference(snapshot: &Snapshot, answer: &Value) -> Result<Reference, Why> {
             format!("is {speed}, outside {least} to {most} m/s"),
         ));
     }
-    let in_degrees = || number("heading_deg").map(f64::to_radians);
-    let heading = number("heading_rad").or_else(in_degrees);
-    let heading = heading.ok_or_else(|| wrong("heading_rad", "is no number".to_owned()))?;
-    if !HEADINGS.contains(&heading) {
-        let is = format!("is {heading}, more than a turn of 2π rad: degrees are heading_deg");
-        return Err(wrong("heading_rad", is));
-    }
+    let heading = match (number("heading_rad"), number("heading_deg")) {
+        // An answer of the planner's own has both.
+        (Some(heading), _) if HEADINGS.contains(&heading) => heading,
+        (Some(heading), _) => {
+            let is = format!("is {heading}, more than a turn of 2π rad: degrees are heading_deg");
+            return Err(wrong("heading_rad", is));
+        }
+        (None, Some(degrees)) if HEADINGS.contains(&degrees.to_radians()) => degrees.to_radians(),
+        (None, Some(degrees)) => {
+            return Err(wrong("heading_deg", format!("is {degrees}, more than a turn")));
+        }
+        (None, None) => return Err(wrong("heading_rad", "is no number".to_owned())),
+    };
     Ok(Reference {
         speed: speed.min(snapshot.limits().speed_max),
         heading: Heading::new(heading),

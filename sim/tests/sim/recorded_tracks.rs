@@ -142,6 +142,12 @@ fn a_record_of_this_program_is_a_track_and_two_tracks_share_a_clock() {
         );
         assert_eq!((row.auvs[0].depth, row.auvs[1].depth), (2.0, 3.0));
     }
+    let of_day = text.replace(",auv-2,", "00000,auv-2,");
+    let other = parsed(&toml(""), &of_day).expect_err("has two clocks");
+    assert!(
+        other.contains("auvs[1].track: begins 500000 s after the earliest of the tracks"),
+        "{other}"
+    );
     let constant = parsed(&toml("depth_m = 7\n"), &text).expect_err("has two depths");
     assert!(
         constant.contains("auvs[0].track: track.csv: has a depth, and so has the scenario"),

@@ -9,7 +9,7 @@ use crate::{
     record::Origin,
     scenario::{
         file::{AuvFile, Scenario},
-        quantity::{Coordinate, Depth, Kind, Speed},
+        quantity::{Coordinate, Depth, Kind, MissionTime, Speed},
     },
     world::recorded_track::TrackPoint,
 };
@@ -62,8 +62,19 @@ impl Scenario {
         let mut tracks: Vec<_> = (0..).zip(&self.auvs).map(track).collect::<Result<_, _>>()?;
         let firsts = tracks.iter().filter_map(|track| track.first());
         let begin = firsts.map(|point| point.time).fold(f64::INFINITY, f64::min);
-        for point in tracks.iter_mut().flatten() {
-            point.time -= begin;
+        for (i, track) in tracks.iter_mut().enumerate() {
+            for point in &mut *track {
+                point.time -= begin;
+            }
+            // Otherwise its AUV would rest for all of the mission, or times that differ would be one.
+            let first = track.first().map_or(0.0, |first| first.time);
+            if MissionTime::MAX < first || !track.is_sorted_by(|one, next| one.time < next.time) {
+                let reason = format!(
+                    "begins {first} s after the earliest of the tracks; a mission lasts {} s at most: have they one clock?",
+                    MissionTime::MAX
+                );
+                return Err(invalid(format!("auvs[{i}].track"), reason));
+            }
         }
         Ok(tracks)
     }
