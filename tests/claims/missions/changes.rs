@@ -456,3 +456,39 @@ async fn a_route_file_is_read_or_refused_by_line() {
         );
     }
 }
+
+#[tokio::test]
+async fn the_levers_of_a_mission_make_its_plans_and_can_be_changed() {
+    let points = |plan: &Value| plan["trajectory"].as_array().expect("is a list").len();
+    let steps = json!({ "steps_s": [1, 1, 2, 2, 4] });
+    let service = Service::start().await;
+    let mission = service.run_live().await;
+    assert_eq!(points(&service.next_plan(&mission).await), 31);
+    let changed = service.change(&mission, json!({ "tuning": steps })).await;
+    assert_eq!(
+        changed["setting"]["tuning"],
+        json!({ "steps_s": [1.0, 1.0, 2.0, 2.0, 4.0] })
+    );
+    assert_eq!(points(&service.next_plan(&mission).await), 6);
+    let refused = service
+        .patch(&mission, &json!({ "tuning": { "steps_s": [1, 1] } }))
+        .await;
+    assert_eq!(refused.problem()["errors"][0]["pointer"], "/tuning/steps_s");
+    service.change(&mission, json!({ "tuning": null })).await;
+    assert_eq!(points(&service.next_plan(&mission).await), 31);
+    let plan_of = async |tuning: Option<&Value>| {
+        let mut body = simulated("switching");
+        if let Some(tuning) = tuning {
+            body["simulated"]["tuning"] = tuning.clone();
+        }
+        let mission = service.create(&body).await;
+        service.order(&mission, "step", json!({ "ticks": 1 })).await;
+        service.ask(&format!("{mission}/reference")).await["plan"].clone()
+    };
+    let (usual, tuned) = (plan_of(None).await, plan_of(Some(&steps)).await);
+    assert_eq!((points(&usual), points(&tuned)), (31, 6));
+    assert_ne!(
+        usual["plan_id"], tuned["plan_id"],
+        "they are asked for something else"
+    );
+}

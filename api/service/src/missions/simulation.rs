@@ -7,7 +7,7 @@ use planner::{
     los::{LosTuning, Reference},
     parameters::Parameters,
     plan::{Baseline, Plan, SolverReport, Workspace, baseline_from, plan, plan_until},
-    snapshot::{PlanRequest, PreviousPlan, Snapshot},
+    snapshot::{PlanRequest, PreviousPlan, Snapshot, Tuning},
     stop::Stop,
 };
 use sim::{
@@ -29,6 +29,7 @@ pub(super) struct Simulation {
     mission: sim::mission::Mission,
     ids: Vec<String>,
     parameters: Parameters,
+    tuning: Option<Tuning>,
     workspace: Workspace,
     previous: Option<PreviousPlan>,
     /// The controller, if it is not the planner.
@@ -66,10 +67,7 @@ pub(super) fn scenario(config: &Simulated) -> Result<Scenario, String> {
 
 impl Simulation {
     pub(super) fn new(config: &Simulated) -> Result<Self, String> {
-        let parameters = config
-            .tuning
-            .as_ref()
-            .map_or_else(Parameters::default, |tuning| Parameters::default().tuned(tuning));
+        let parameters = Parameters::default();
         let law = config.controller.law().map(|law| {
             let integral_gain = parameters.integral_gain;
             LosGuide::tuned(match config.gains {
@@ -89,6 +87,7 @@ impl Simulation {
             ids: mission.record().auv_ids.clone(),
             mission,
             parameters,
+            tuning: config.tuning.clone(),
             workspace: Workspace::default(),
             previous: None,
         })
@@ -167,6 +166,7 @@ impl Simulation {
         } else {
             let observation = PlanRequest {
                 previous_plan: self.previous.take(),
+                tuning: self.tuning.clone(),
                 ..PlanRequest::clone(seen)
             };
             let snapshot = Snapshot::try_from(observation)?;
