@@ -1,7 +1,7 @@
 //! Commands, fields, files and examples of the documentation work as written. Its figures: [`crate::figures`].
 
 use std::{
-    collections::BTreeSet,
+    collections::{BTreeMap, BTreeSet},
     fs,
     io::ErrorKind,
     path::{Path, PathBuf},
@@ -383,6 +383,9 @@ fn toml_examples_are_accepted() {
             let accepted = match block.text.parse::<Table>() {
                 Err(error) => Err(error.to_string()),
                 Ok(table) if table.contains_key("replicates") => campaign(&block.text),
+                Ok(table) if table.contains_key("controllers") => {
+                    campaign(&format!("{CAMPAIGN}{}", block.text))
+                }
                 Ok(_) => scenario(&block.text),
             };
             found.extend(
@@ -394,6 +397,12 @@ fn toml_examples_are_accepted() {
     }
     none(&found);
 }
+
+/// What a campaign has before its controllers.
+const CAMPAIGN: &str = "schema_version = \"1\"\nname = \"own\"\ntitle = \"own\"\nseed = 1\nscenarios = [\"calm\"]\nreplicates = 2\n\n";
+
+/// The recorded track that an example names.
+const TRACK: [&str; 2] = ["dive-12.csv", "t,north,east\n0,0,0\n1,0.2,0\n"];
 
 /// A campaign, as it is pasted.
 fn campaign(text: &str) -> Result<(), String> {
@@ -430,7 +439,14 @@ fn scenario(text: &str) -> Result<(), String> {
 
 /// Whether a built-in scenario with this in place of its own is one.
 fn with_the_rest(text: &str) -> Result<(), String> {
-    let base = Scenario::text("paper-intermittent").expect("is built in");
+    // An AUV that repeats a track is the only one of its scenario.
+    let [file, track] = TRACK;
+    let base = if text.contains(file) {
+        "cross-current"
+    } else {
+        "paper-intermittent"
+    };
+    let base = Scenario::text(base).expect("is built in");
     let mut scenario: Table = base.parse().expect("is TOML");
     // An offset along a path needs it.
     let knowledge = scenario.entry("knowledge").or_insert(Table::new().into());
@@ -451,5 +467,6 @@ fn with_the_rest(text: &str) -> Result<(), String> {
         }
     }
     let text = toml::to_string(&scenario).expect("a table is TOML");
-    Scenario::parse(&text, "docs", Files::default()).map_or_else(|error| Err(error.to_string()), |_| Ok(()))
+    let files = Files::kept(BTreeMap::from([(file.to_owned(), track.to_owned())]));
+    Scenario::parse(&text, "docs", files).map_or_else(|error| Err(error.to_string()), |_| Ok(()))
 }

@@ -62,7 +62,10 @@ fn repairs_of_a_route_are_named_and_a_file_without_one_is_refused_by_line() {
     assert!(refused.contains("line 3: latitude 91"), "{refused}");
     fs::write(&file, "north_m,east_m\n0,0\n").expect("is written");
     let refused = run(&["route", name]).expect_err("is one point");
-    assert!(refused.contains("must have 2 to 10000 items, has 1"), "{refused}");
+    assert!(
+        refused.contains("must have 2 to 10000 points, has 1"),
+        "{refused}"
+    );
 }
 
 #[test]
