@@ -192,6 +192,28 @@ test("an order on a mission that was changed meanwhile is refused, kept, and sen
   expect(complaints).toEqual([]);
 });
 
+test("a question that another client's change overtakes closes, and sends nothing before it is asked again", async ({ page, service, complaints }) => {
+  const { mission, sent, orders, open, send, setting, end, said } = await opened(page, service, { title: "overtaken" });
+  try {
+    await open("Limits");
+    await orders.getByLabel("fastest speed, m/s").fill("0.8");
+    await orders.getByRole("button", { name: "Send…" }).click();
+    await expect(orders.locator("dialog")).toBeVisible();
+    const answer = await fetch(`${service.url}/v1/missions/${mission.id}`, { method: "PATCH", headers: { "content-type": "application/json" }, body: JSON.stringify({ limits: { speed_max_mps: 0.5 } }) });
+    expect(answer.status).toBe(200);
+    await expect(orders.locator("dialog")).toBeHidden();
+    await expect(said).toContainText("Limits: changed by another client meanwhile");
+    await expect(said).toContainText("look, and send again");
+    expect(sent).toEqual([]);
+    expect((await setting()).limits.speed_max_mps).toBe(0.5);
+    expect(await send()).toEqual(["Limits, fastest speed, m/s: 0.8; until now: 0.5"]);
+    await expect(said).toHaveText("Orders: done");
+  } finally {
+    await end();
+  }
+  expect(complaints).toEqual([]);
+});
+
 test("the keyboard alone draws a keep-out and sends it", async ({ page, service, complaints }) => {
   const { map, orders, open, setting, end, said } = await opened(page, service, { title: "by keys" });
   try {

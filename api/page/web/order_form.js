@@ -79,14 +79,17 @@ export class OrderForm {
     this.redraw();
   }
 
-  /** @param {import("./types.js").MissionJson} mission @param {boolean} disabled @returns {string} what was changed elsewhere and is edited here */
+  /** @param {import("./types.js").MissionJson} mission @param {boolean} disabled @returns {string} what another client changed of what is edited or asked here */
   became({ setting, scene, t_s }, disabled) {
     this.fieldset.disabled = disabled;
     if (disabled) this.arm("");
     [this.auvs, this.t_s] = [scene?.auvs ?? [], t_s];
-    const both = this.draft.became(setting);
+    const { draft, dialog } = this, { base } = draft, both = draft.became(setting).map((member) => SECTIONS.find(([name]) => name === member)?.[1]).join(", ");
     if (!this.shape) this.show();
-    return both.map((member) => SECTIONS.find(([name]) => name === member)?.[1]).join(", ");
+    // The words of the dialog are of a mission that is no more.
+    const asks = dialog.open && (disabled || draft.base !== base);
+    if (asks) dialog.close();
+    return [both && `${both}: changed by another client meanwhile; what you send replaces that`, asks && "The mission was changed while you were asked: look, and send again"].filter(Boolean).join(". ");
   }
 
   /** Shows the draft: the fields anew where others are needed, else what is in them. */

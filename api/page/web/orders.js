@@ -84,8 +84,8 @@ function byHand(give, patch, { done, redraw, path, said }) {
   const became = (/** @type {MissionJson} */ now, /** @type {boolean} */ disabled) => {
     last = [now, disabled];
     route.became(now.scene?.auvs ?? [], disabled);
-    const both = form?.became(now, disabled);
-    if (both && !sending) fill(said, `${both}: changed by another client meanwhile; what you send replaces that`);
+    const others = form?.became(now, disabled);
+    if (others && !sending) fill(said, others);
   };
   const load = async () => {
     try {
