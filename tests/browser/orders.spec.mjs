@@ -115,6 +115,8 @@ test("a goal of every kind is chosen, an AUV is tapped, and what the service ref
     await open("Goal");
     // The second AUV goes 25 m east of the first: the cross of the keyboard is put there.
     await map.focus();
+    // A map that is zoomed stays as it is.
+    await map.press("-");
     const label = await map.getAttribute("aria-label"), [, north, east] = /auv-2 at ([−\d]+) m north, ([−\d]+) m east/.exec(label);
     const box = await map.boundingBox(), [n0, e0] = await placeAt(page, map, { x: 200, y: 300 }), [n1, e1] = await placeAt(page, map, { x: 300, y: 200 });
     const x = 200 + ((Number(east) - e0) / (e1 - e0)) * 100, y = 300 - ((Number(north) - n0) / (n1 - n0)) * 100;
@@ -143,6 +145,24 @@ test("a goal of every kind is chosen, an AUV is tapped, and what the service ref
     expect(complaints.splice(0).every((complaint) => complaint.includes("422"))).toBe(true);
     await orders.getByRole("button", { name: "Discard" }).click();
     await expect(kind).toHaveValue("track");
+  } finally {
+    await end();
+  }
+  expect(complaints).toEqual([]);
+});
+
+test("the map follows the craft while the goal is open, and holds still while a disc is to be drawn", async ({ page, service, complaints }) => {
+  const { map, orders, open, end } = await opened(page, service, { title: "followed", clockRate: 5 });
+  try {
+    await open("Goal");
+    await page.getByRole("button", { name: "Keep the surface craft in the middle" }).click();
+    const middle = { x: 200, y: 200 }, from = await placeAt(page, map, middle), moved = async (since) => Math.hypot(...(await placeAt(page, map, middle)).map((at, k) => at - since[k]));
+    await expect.poll(() => moved(from), { timeout: 20_000 }).toBeGreaterThan(2);
+    await open("Keep-outs");
+    await orders.getByRole("button", { name: "Draw a disc" }).click();
+    const held = await placeAt(page, map, middle);
+    await page.waitForTimeout(3_000);
+    expect(await moved(held)).toBeLessThan(0.2);
   } finally {
     await end();
   }

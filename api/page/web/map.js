@@ -124,7 +124,7 @@ export class MapView {
     const { frame } = this;
     Object.assign(frame, { width, height });
     // Nothing moves away under a pointer that draws.
-    if (this.placed && (this.pointers.size || this.tool?.aims())) return;
+    if (this.placed && (this.pointers.size || this.tool?.draws())) return;
     const craft = picture.vehicles.find((vehicle) => vehicle.kind === "craft");
     if (this.following && craft) Object.assign(frame, { north: craft.north, east: craft.east });
     if (!this.fitted) return;

@@ -63,6 +63,10 @@ export class Measure {
     return this.on;
   }
 
+  draws() {
+    return this.on;
+  }
+
   /** Where an end is now. @param {End} end @returns {End} */
   now(end) {
     return { ...end, ...end.name && this.picture?.vehicles.find(({ name }) => name === end.name) };

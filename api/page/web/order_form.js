@@ -279,7 +279,11 @@ export class OrderForm {
   }
 
   aims() {
-    return Boolean(this.armed) || this.section === "goal";
+    return !this.fieldset.disabled && (this.draws() || this.section === "goal");
+  }
+
+  draws() {
+    return this.armed !== "";
   }
 
   /** @param {Picture} picture @param {Place} frame */

@@ -104,7 +104,7 @@ function byHand(give, patch, { done, redraw, path, said }) {
       const drawn = form?.overlay(picture, frame) ?? { lines: [], discs: [], marks: [] };
       return { ...drawn, lines: [...drawn.lines, ...route.lines(picture.origin)] };
     },
-    press: (at, near) => form?.press(at, near) ?? false, move: (at) => form?.move(at), release: () => form?.release(), aims: () => route.picks || Boolean(form?.aims()),
+    press: (at, near) => form?.press(at, near) ?? false, move: (at) => form?.move(at), release: () => form?.release(), aims: () => route.picks || Boolean(form?.aims()), draws: () => route.picks || Boolean(form?.draws()),
     tap: (at, near) => { if (route.picks) route.place(at.north, at.east); else form?.tap(at, near); }, takeFile: (file) => route.takeFile(file),
   };
   return { element: el("div", { class: "by-hand" }, place, route.element), became, tool };

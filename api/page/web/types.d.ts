@@ -62,9 +62,10 @@ export type Place = { north: number, east: number };
 /** What is drawn over a picture by hand. */
 export type Overlay = { lines: Line[], discs: Disc[], marks: Mark[] };
 
-/** What is drawn and moved on the map. `press` says whether it takes what is pressed at a place, and gets its moves until `release`; `near` is in m. */
+/** What is drawn and moved on the map. `press` says whether it takes what is pressed at a place, and gets its moves until `release`; `near` is in m.
+ * `aims` says whether a tap goes to it, `draws` whether the map is to hold still for it. */
 export type Tool = { overlay: (picture: Picture, frame: Frame) => Overlay, press: (at: Place, near: number) => boolean, move: (at: Place) => void, release: () => void,
-  tap: (at: Place, near: number) => void, aims: () => boolean, takeFile?: (file: File) => void };
+  tap: (at: Place, near: number) => void, aims: () => boolean, draws: () => boolean, takeFile?: (file: File) => void };
 
 /** `scale` is pixels a metre; `north`, `east` are in the middle; `sides` says where names were in the last picture. */
 export type Frame = { width: number, height: number, scale: number, north: number, east: number, sides?: Map<string, number> };
