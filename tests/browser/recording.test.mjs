@@ -97,6 +97,28 @@ test("a gap's events are put where they belong", () => {
   expect(live.sequence).toBe(sequence);
 });
 
+test("a gap that is filled tells of its own hand-overs and degraded plans, and of no others, and is no alarm", () => {
+  const live = recording({ scene: { period_s: 1 } });
+  // The goal goes north at 1 m/s, and from 300 s on it is another one, 500 m east. The plan of 200 s is degraded.
+  const planned = (t_s) => ({ kind: "planned", t_s, late_s: 0, solve_time_ns: 1e6, outcome: t_s === 200 ? "degraded" : "ok", method: "mpc", reference: { speed_mps: 1, heading_rad: 0 },
+    prediction: { goal: [[t_s, t_s < 300 ? 0 : 500]], asc: [[t_s - 3, t_s < 300 ? 0 : 500]], auvs: [] } });
+  const at = (t) => live.takeEvent(t, planned(t), same), fill = (from, to) => { for (let t = from; t <= to; t += 1) live.takeAny(t, planned(t), same); };
+  for (let t = 1; t <= 10; t += 1) at(t);
+  live.takeEvent(NaN, { kind: "gap", from: 11, to: 600 }, same);
+  // The stream goes on while the gap is fetched.
+  fill(11, 150);
+  at(601);
+  fill(151, 600);
+  at(602);
+  expect(live.journal.entries.map(({ t_s, kind }) => [t_s, kind])).toEqual([[10, "gap"], [200, "degraded"], [201, "recovered"], [300, "goal jumps"]]);
+  expect(live.handOvers.map(({ t }) => t)).toEqual([300]);
+  // Three metres behind, in the gap as after it.
+  for (const t of [5, 155, 400, 602]) expect(live.goal.at("along", t)).toBeCloseTo(-3, 9);
+  // Later silence is an alarm again.
+  at(640);
+  expect(live.journal.entries.slice(-2).map(({ t_s, kind }) => [t_s, kind])).toEqual([[606, "alarm"], [640, "alarm over"]]);
+});
+
 test("settled scores and the worst minute begin where the scenario says that it has settled", () => {
   const flown = recording({ kind: "simulated", scene: { settled_after_s: 300 } });
   const rows = Array.from({ length: 900 }, (_, t) => `${t + 1},truth,${t},asc,0,0,${t},0,${t < 200 ? 50 : t < 500 ? 2 : 1}`);

@@ -23,14 +23,14 @@ export function carriedOn(craft, t) {
   return [north + surge * cos - across * sin, east + surge * sin + across * cos];
 }
 
-/** For how long the craft had been leaving its goal at the last row, s; 0 if it had not. @param {Series} goal */
-export function leftBefore(goal) {
-  const distance = goal.column("distance"), last = goal.length - 1;
+/** For how long the craft had been leaving its goal at the row `last`, s; 0 if it had not. @param {Series} goal @param {number} [last] */
+export function leftBefore(goal, last = goal.length - 1) {
+  const distance = goal.column("distance");
   if (last < 0) return 0;
   let least = last;
   for (let i = last; i >= 0 && distance[i] < distance[least] + LEFT_M; i -= 1) if (distance[i] < distance[least]) least = i;
   if (!(distance[last] > distance[least] + LEFT_M)) return 0;
   let left = last;
   while (left > least && distance[left] > distance[least] + AT_GOAL_M) left -= 1;
-  return goal.last - goal.column("t")[left];
+  return goal.column("t")[last] - goal.column("t")[left];
 }

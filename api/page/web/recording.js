@@ -59,7 +59,8 @@ export class Recording {
     /** Counts the changes, for views. */
     this.version = 0;
     this.goalCourse = NaN;
-    this.wasDegraded = false;
+    /** Number of the last event of a gap, until a later plan has come. */
+    this.missing = 0;
     this.table = new Table();
   }
 
@@ -157,23 +158,26 @@ export class Recording {
    */
   takeGoal(t, north, east, distance, energy, asc) {
     if (!Number.isFinite(north)) return;
-    const { goal, craft } = this, before = goal.length - 1;
+    // Events of a gap come later than those after it.
+    const { goal, craft } = this, before = goal.indexAt(t), isNewest = before === goal.length - 1;
+    let course = this.goalCourse;
     if (before >= 0) {
       const dn = north - goal.column("north")[before], de = east - goal.column("east")[before];
-      const moved = Math.hypot(dn, de), took = t - goal.last;
-      if (GOAL_MOVES_M <= moved && moved <= GOAL_SPEED_MAX_MPS * took) this.goalCourse = Math.atan2(de, dn);
-      if (isOther(moved, took)) this.goalJumped(t, moved, Number.isFinite(distance) ? distance : Math.hypot(craft.at("north", t) - north, craft.at("east", t) - east));
+      const moved = Math.hypot(dn, de), took = t - goal.column("t")[before];
+      if (GOAL_MOVES_M <= moved && moved <= GOAL_SPEED_MAX_MPS * took) course = Math.atan2(de, dn);
+      if (isOther(moved, took)) this.goalJumped(t, before, moved, Number.isFinite(distance) ? distance : Math.hypot(craft.at("north", t) - north, craft.at("east", t) - east));
     }
     const [cn, ce] = asc ?? carriedOn(this.craft, t), off = Math.hypot(cn - north, ce - east);
     // A table has the distance of the place that the planner took, which it does not have: as far off, in the direction of the last report.
     const scale = Number.isFinite(distance) && off > 0 ? distance / off : 1, [n, e] = [scale * (cn - north), scale * (ce - east)];
-    const [cos, sin] = [Math.cos(this.goalCourse), Math.sin(this.goalCourse)];
+    const [cos, sin] = [Math.cos(course), Math.sin(course)];
+    if (isNewest) this.goalCourse = course;
     goal.push(t, north, east, Number.isFinite(distance) ? distance : Math.hypot(n, e), n * cos + e * sin, e * cos - n * sin, energy);
   }
 
-  /** The goal is another one now: what that means is seen by how near the craft already is. @param {number} t @param {number} by @param {number} off */
-  goalJumped(t, by, off) {
-    const left = leftBefore(this.goal);
+  /** The goal is another one now: what that means is seen by how near the craft already is. @param {number} t @param {number} before row of the former goal @param {number} by @param {number} off */
+  goalJumped(t, before, by, off) {
+    const left = leftBefore(this.goal, before);
     this.handOvers.push({ t, off, left });
     this.journal.happened(t, "goal jumps", `by ${by.toFixed(0)} m; the craft ${left ? `left ${left.toFixed(0)} s before and ` : ""}is ${off.toFixed(0)} m from it`);
   }
@@ -183,14 +187,15 @@ export class Recording {
     let method = this.methods.indexOf(plan.method);
     if (method < 0) method = this.methods.push(plan.method) - 1;
     this.journal.until(plan.t_s);
-    const degraded = plan.outcome === "degraded", since = Math.max(this.plans.last, this.journal.ranAt), due = since + ageMax(this.scene.period_s);
-    if (this.live && plan.t_s > due) {
+    const degraded = plan.outcome === "degraded", before = this.plans.indexAt(plan.t_s), wasDegraded = before >= 0 && this.plans.column("degraded")[before] === 1;
+    const isSeen = !this.missing, since = Math.max(this.plans.last, this.journal.ranAt), due = since + ageMax(this.scene.period_s);
+    if (plan.sequence > this.missing) this.missing = 0;
+    if (this.live && isSeen && plan.t_s > due) {
       if (!this.journal.alarm.words) this.journal.alarmed(due, "not steering");
       this.journal.alarmed(plan.t_s, "");
     }
     this.plans.push(plan.t_s, plan.sequence, plan.reference.speed_mps, plan.reference.heading_rad, method, degraded ? 1 : 0, plan.solve_ms, plan.late_s, plan.rms_m);
-    if (degraded !== this.wasDegraded) this.journal.happened(plan.t_s, degraded ? "degraded" : "recovered", plan.reason);
-    this.wasDegraded = degraded;
+    if (degraded !== wasDegraded) this.journal.happened(plan.t_s, degraded ? "degraded" : "recovered", plan.reason);
   }
 
   /**
@@ -213,8 +218,10 @@ export class Recording {
     this.version += 1;
     if (event.kind === "planned") this.takePlanned(sequence, event);
     else if (event.kind === "reported") this.takeReports(event.heard, clock(event.at_s));
-    else if (event.kind === "gap") this.journal.happened(this.span[1], "gap", `events ${event.from} to ${event.to} were not seen here`);
-    else {
+    else if (event.kind === "gap") {
+      this.missing = event.to;
+      this.journal.happened(this.span[1], "gap", `events ${event.from} to ${event.to} were not seen here`);
+    } else {
       const t = this.live ? clock(event.at_s) : this.plans.length ? this.plans.last : 0;
       if (event.kind === "changed") this.limits.take(t, event.setting);
       this.journal.happened(t, event.kind, eventWords(event));
