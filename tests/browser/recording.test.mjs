@@ -222,6 +222,22 @@ test("a craft left for the next goal when it was last at the former one, and one
   expect(sentence).toBe("At the hand-over: planner left 29\u00a0s before and was 40\u00a0m off; law had not left and was 70\u00a0m off.");
 });
 
+test("a craft that its goal outruns, or that had not come to it, has not left it", () => {
+  // The goal goes north at 0.9 m/s, and from 240 s on it is another one at 350 m north of the craft or east of its way; the craft follows at 0.5 m/s.
+  const leftAt = (from, [north, east]) => {
+    const simulated = recording({ kind: "simulated" }), rows = Array.from({ length: 241 }, (_, t) => {
+      const [craft, goal] = [from + 0.5 * t, t < 240 ? [0.9 * t, 0] : [north, east]];
+      return `${t + 1},truth,${t},asc,${craft},0,${goal.join()},${Math.hypot(craft - goal[0], goal[1])}`;
+    });
+    simulated.takeLines(["sequence,kind,t_s,vehicle,north_m,east_m,goal_north_m,goal_east_m,goal_distance_m", ...rows]);
+    return simulated.handOvers.map(({ left }) => left);
+  };
+  expect(leftAt(0, [470, 0])).toEqual([0]);
+  expect(leftAt(0, [120, 350])).toEqual([0]);
+  // It begins 20 m behind.
+  expect(leftAt(-20, [120, 350])).toEqual([0]);
+});
+
 test("runs are told apart by the limits that they broke, the minute in which they differ and the approach", () => {
   const disc = { north_m: 50, east_m: 0, radius_m: 5 }, still = (north) => handedOver(Array.from({ length: 200 }, (_, t) => (t < 10 ? 20 - 2 * t : north(t))), Infinity, { keep_outs: [disc], period_s: 1 });
   const run = (name, north) => ({ name, colour: "", recording: still(north) });

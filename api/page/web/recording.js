@@ -2,13 +2,13 @@
 
 import { ageMax } from "./alarm.js";
 import { Table } from "./csv.js";
-import { carriedOn, isOther, leftBefore } from "./hand_over.js";
+import { carriedOn, GOAL_SPEED_MAX_MPS, isOther, leftBefore } from "./hand_over.js";
 import { eventWords, Journal } from "./journal.js";
 import { Limits } from "./limits.js";
 import { Series } from "./series.js";
 
-/** For the course of the goal: its least movement, and the speed above which it jumped. */
-const GOAL_MOVES_M = 0.02, GOAL_SPEED_MAX_MPS = 3;
+/** Least movement of the goal that has a course, m. */
+const GOAL_MOVES_M = 0.02;
 /** Most predictions kept. */
 const PREDICTIONS_MAX = 1_500;
 /** Below this age an AUV is known directly, not by a fix, s. */
@@ -165,7 +165,7 @@ export class Recording {
       const dn = north - goal.column("north")[before], de = east - goal.column("east")[before];
       const moved = Math.hypot(dn, de), took = t - goal.column("t")[before];
       if (GOAL_MOVES_M <= moved && moved <= GOAL_SPEED_MAX_MPS * took) course = Math.atan2(de, dn);
-      if (isOther(moved, took)) this.goalJumped(t, before, moved, Number.isFinite(distance) ? distance : Math.hypot(craft.at("north", t) - north, craft.at("east", t) - east));
+      if (isOther(moved, took)) this.goalJumped(t, before, [north, east], moved, Number.isFinite(distance) ? distance : Math.hypot(craft.at("north", t) - north, craft.at("east", t) - east));
     }
     const [cn, ce] = asc ?? carriedOn(this.craft, t), off = Math.hypot(cn - north, ce - east);
     // A table has the distance of the place that the planner took, which it does not have: as far off, in the direction of the last report.
@@ -175,9 +175,9 @@ export class Recording {
     goal.push(t, north, east, Number.isFinite(distance) ? distance : Math.hypot(n, e), n * cos + e * sin, e * cos - n * sin, energy);
   }
 
-  /** The goal is another one now: what that means is seen by how near the craft already is. @param {number} t @param {number} before row of the former goal @param {number} by @param {number} off */
-  goalJumped(t, before, by, off) {
-    const left = leftBefore(this.goal, before);
+  /** The goal is another one now: what that means is seen by how near the craft already is. @param {number} t @param {number} before row of the former goal @param {[number, number]} coming @param {number} by @param {number} off */
+  goalJumped(t, before, coming, by, off) {
+    const left = leftBefore(this.goal, this.craft, before, coming);
     this.handOvers.push({ t, off, left });
     this.journal.happened(t, "goal jumps", `by ${by.toFixed(0)} m; the craft ${left ? `left ${left.toFixed(0)} s before and ` : ""}is ${off.toFixed(0)} m from it`);
   }
