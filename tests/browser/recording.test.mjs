@@ -252,6 +252,23 @@ test("runs are told apart by the limits that they broke, the minute in which the
   expect(differences([near, near], Infinity)[0]).toContain("The approach until 00:10 makes 100 to 100\u00a0% of the squared distances");
 });
 
+test("each run has as many hand-overs as it had, and an approach that is not over is not judged", () => {
+  const run = (name, jumps) => {
+    const simulated = recording({ kind: "simulated", scene: { settled_after_s: 300 } }), rows = Array.from({ length: 400 }, (_, t) => {
+      const goal = 70 * jumps.filter((jump) => jump <= t).length;
+      return `${t + 1},truth,${t},asc,0,0,${goal},0,${goal + 1}`;
+    });
+    simulated.takeLines(["sequence,kind,t_s,vehicle,north_m,east_m,goal_north_m,goal_east_m,goal_distance_m", ...rows]);
+    return { name, colour: "", recording: simulated };
+  };
+  const runs = [run("planner", [350]), run("law", [350, 360, 370]), run("other", [])];
+  expect(differences(runs, Infinity)).toContain("At their hand-overs (medians): planner, 1, had not left and was 71\u00a0m off; law, 3, had not left and was 141\u00a0m off; other had none.");
+  expect(differences(runs.toReversed(), Infinity)[0]).toContain("law, 3, had not left");
+  expect(differences(runs, 60)).toEqual([]);
+  // One metre for 300 s of 350: once the approach is over, its share is said.
+  expect(differences(runs, 349)).toEqual(["The approach until 05:00 makes 86 to 86\u00a0% of the squared distances of the whole mission: compare what was kept once settled."]);
+});
+
 test("faults are in the log once they have come, and over once they are", () => {
   const simulated = recording({ kind: "simulated", scene: { faults: [{ from_s: 20, what: "auv-1 loses power" }, { from_s: 5, until_s: 15, what: "no GNSS" }] } });
   const planned = (t_s) => simulated.takePlan({ t_s, sequence: t_s, reference: {}, method: "mpc", outcome: "ok", reason: "", solve_ms: 1, late_s: 0, rms_m: 1 });

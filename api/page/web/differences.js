@@ -21,7 +21,8 @@ const STEP_S = 1.5;
 export function differences(runs, until) {
   const known = runs.filter(({ recording }) => recording.goal.length);
   if (known.length < 2) return [];
-  return [handOvers(known, until), brokenLimits(known, until), handOversOf(known[0], until).length ? "" : mostApart(known, until), approach(known, until)].filter(Boolean);
+  const handedOver = handOvers(known, until);
+  return [handedOver, brokenLimits(known, until), handedOver ? "" : mostApart(known, until), approach(known, until)].filter(Boolean);
 }
 
 /** @param {Run} run @param {number} until */
@@ -31,13 +32,15 @@ function handOversOf({ recording }, until) {
 
 /** When each left for the next AUV, and how far off it was. @param {Run[]} runs @param {number} until */
 function handOvers(runs, until) {
-  const n = handOversOf(runs[0], until).length;
-  if (!n) return "";
-  const each = runs.map((run) => {
-    const all = handOversOf(run, until), left = middle(all.map((one) => one.left)), off = number(middle(all.map((one) => one.off)), 0, "m");
-    return `${run.name} ${left ? `left ${number(left, 0, "s")} before` : "had not left"} and was ${off} off`;
+  const lists = runs.map((run) => handOversOf(run, until)), n = lists[0].length, isSame = lists.every(({ length }) => length === n);
+  if (lists.every(({ length }) => !length)) return "";
+  const each = runs.map((run, i) => {
+    const all = lists[i], times = isSame ? "" : `, ${all.length},`;
+    if (!all.length) return `${run.name} had none`;
+    const left = middle(all.map((one) => one.left)), off = number(middle(all.map((one) => one.off)), 0, "m");
+    return `${run.name}${times} ${left ? `left ${number(left, 0, "s")} before` : "had not left"} and was ${off} off`;
   });
-  return `${n === 1 ? "At the hand-over" : `At ${n} hand-overs (medians)`}: ${each.join("; ")}.`;
+  return `${!isSame ? "At their hand-overs (medians)" : n === 1 ? "At the hand-over" : `At ${n} hand-overs (medians)`}: ${each.join("; ")}.`;
 }
 
 /** @param {Run[]} runs @param {number} until */
@@ -58,18 +61,36 @@ function brokenLimits(runs, until) {
 
 /** The minute in which their distances differ most, once settled. @param {Run[]} runs @param {number} until */
 function mostApart(runs, until) {
-  const [{ recording: { goal } }] = runs;
+  const [{ recording: { goal } }] = runs, sums = runs.map(({ recording }) => squaresOf(recording.goal));
   let found = { apart: DIFFERENCE_MIN_M, from: NaN, rms: /** @type {number[]} */ ([]) };
   for (let from = settledFrom(runs[0]); from + STRETCH_S <= Math.min(goal.last, until) + STEP_S; from += STRETCH_S / 2) {
-    const rms = runs.map(({ recording }) => scores(recording, from, from + STRETCH_S).rms_m), apart = Math.max(...rms) - Math.min(...rms);
+    const rms = runs.map(({ recording }, i) => rmsOf(recording.goal, sums[i], from, from + STRETCH_S)), apart = Math.max(...rms) - Math.min(...rms);
     if (apart > found.apart) found = { apart, from, rms };
   }
   if (!found.rms.length) return "";
   return `They differ most in the minute from ${moment(found.from, false)}: ${runs.map(({ name }, i) => `${name} ${number(found.rms[i], 2, "m")}`).join(", ")}.`;
 }
 
+/** How many distances there are before each row, and the sum of their squares. @param {import("./series.js").Series} goal */
+function squaresOf(goal) {
+  const distances = goal.column("distance"), sums = { n: new Float64Array(goal.length + 1), square: new Float64Array(goal.length + 1) };
+  for (let i = 0; i < goal.length; i += 1) {
+    const isKnown = Number.isFinite(distances[i]);
+    sums.n[i + 1] = sums.n[i] + (isKnown ? 1 : 0);
+    sums.square[i + 1] = sums.square[i] + (isKnown ? distances[i] ** 2 : 0);
+  }
+  return sums;
+}
+
+/** @param {import("./series.js").Series} goal @param {ReturnType<typeof squaresOf>} sums @param {number} from @param {number} to */
+function rmsOf(goal, { n, square }, from, to) {
+  const at = goal.indexAt(from), begin = at >= 0 && goal.column("t")[at] === from ? at : at + 1, end = goal.indexAt(to) + 1;
+  return Math.sqrt((square[end] - square[begin]) / (n[end] - n[begin]));
+}
+
 /** @param {Run[]} runs @param {number} until */
 function approach(runs, until) {
+  if (until < settledFrom(runs[0])) return "";
   const shares = runs.map(({ recording }) => scores(recording, -Infinity, until).approach_share);
   if (!shares.every((share) => share >= APPROACH_SHARE)) return "";
   return `The approach until ${moment(settledFrom(runs[0]), false)} makes ${number(100 * Math.min(...shares), 0)} to ${number(100 * Math.max(...shares), 0, "%")} of the squared distances of the whole mission: compare what was kept once settled.`;
