@@ -282,7 +282,12 @@ test("faults are in the log once they have come, and over once they are", () => 
 test("a plan says what it does otherwise than line of sight, and why", () => {
   const after_s = [0, 10, 20, 30], track = (...norths) => norths.map((north) => [north, 0]);
   const prediction = { after_s, goal: track(0, 0, 70, 70), asc: track(0, 10, 30, 50), line_of_sight: track(0, 0, 0, 20), rms_m: 20, line_of_sight_rms_m: 45, line_of_sight_reference: { heading_rad: 0, speed_mps: 0.2 } };
-  expect(explanation(prediction, { heading: Math.PI / 2, speed: 1 })).toBe("The plan steers 90° more to starboard and 0.80\u00a0m/s faster than line of sight would: within 20\u00a0s the goal is another one, 40\u00a0m from the craft on the plan, 70\u00a0m by line of sight.");
-  expect(explanation({ ...prediction, goal: track(0, 0, 0, 0) }, { heading: 0, speed: 0.2 })).toBe("Plan and line of sight steer the same.");
-  expect(explanation({ ...prediction, goal: track(0, 0, 0, 0) }, { heading: -0.1, speed: 0.2 })).toBe("The plan steers 6° more to port than line of sight would: until 30\u00a0s from now it expects 20.0\u00a0m to the goal (RMS), by line of sight 45.0\u00a0m.");
+  expect(explanation(prediction, { heading: Math.PI / 2, speed: 1, method: "mpc" })).toBe("The plan steers 90° more to starboard and 0.80\u00a0m/s faster than line of sight would: within 20\u00a0s the goal is another one, 40\u00a0m from the craft on the plan, 70\u00a0m by line of sight.");
+  expect(explanation({ ...prediction, goal: track(0, 0, 0, 0) }, { heading: 0, speed: 0.2, method: "mpc" })).toBe("Plan and line of sight steer the same.");
+  expect(explanation({ ...prediction, goal: track(0, 0, 0, 0) }, { heading: -0.1, speed: 0.2, method: "mpc" })).toBe("The plan steers 6° more to port than line of sight would: until 30\u00a0s from now it expects 20.0\u00a0m to the goal (RMS), by line of sight 45.0\u00a0m.");
+  // The cost decides, and may be less where the distance is larger.
+  const still = { ...prediction, goal: track(0, 0, 0, 0), cost: 10, line_of_sight_cost: 12, rms_m: 9.6, line_of_sight_rms_m: 3.7 };
+  expect(explanation(still, { heading: 0, speed: 0.5, method: "previous_plan" })).toBe("The plan steers 0.30\u00a0m/s faster than line of sight would: until 30\u00a0s from now that costs 10.0, line of sight 12.0; it expects 9.6\u00a0m to the goal (RMS), by line of sight 3.7\u00a0m.");
+  // A law with other gains is no plan.
+  for (const method of ["saturated_los", "hold"]) expect(explanation(still, { heading: 0, speed: 0.5, method })).toBe("");
 });

@@ -5,12 +5,15 @@ import { isOther } from "./hand_over.js";
 
 /** Headings and speeds that differ by less are the same, rad and m/s. */
 const SAME_RAD = 0.05, SAME_MPS = 0.03;
+/** Methods that steer by a plan. */
+const PLANNED = ["mpc", "previous_plan"];
 
 /**
  * @param {import("./types.js").Prediction} prediction
- * @param {{ heading: number, speed: number }} steered
+ * @param {{ heading: number, speed: number, method: string }} steered
  */
-export function explanation({ after_s, goal, asc, line_of_sight, line_of_sight_reference: law, rms_m, line_of_sight_rms_m }, { heading, speed }) {
+export function explanation({ after_s, goal, asc, line_of_sight, line_of_sight_reference: law, rms_m, line_of_sight_rms_m, cost, line_of_sight_cost }, { heading, speed, method }) {
+  if (!PLANNED.includes(method)) return "";
   const apart = (/** @type {[number, number][]} */ track, /** @type {number} */ i) => Math.hypot(track[i][0] - goal[i][0], track[i][1] - goal[i][1]);
   const other = goal.findIndex(([north, east], i) => i > 0 && isOther(Math.hypot(north - goal[i - 1][0], east - goal[i - 1][1]), after_s[i] - after_s[i - 1]));
   const turn = Math.atan2(Math.sin(heading - law.heading_rad), Math.cos(heading - law.heading_rad)), faster = speed - law.speed_mps;
@@ -21,5 +24,8 @@ export function explanation({ after_s, goal, asc, line_of_sight, line_of_sight_r
     return `${so}: within ${number(after_s[other], 0, "s")} the goal is another one, ${number(apart(asc, other), 0, "m")} from the craft on the plan, ${number(apart(line_of_sight, other), 0, "m")} by line of sight.`;
   }
   if (!how) return `${so}.`;
-  return `${so}: until ${number(after_s.at(-1), 0, "s")} from now it expects ${number(rms_m, 1, "m")} to the goal (RMS), by line of sight ${number(line_of_sight_rms_m, 1, "m")}.`;
+  const horizon = number(after_s.at(-1), 0, "s"), distances = `${number(rms_m, 1, "m")} to the goal (RMS), by line of sight ${number(line_of_sight_rms_m, 1, "m")}`;
+  // The cost decides; a record of an earlier version does not have it.
+  if (cost === undefined || line_of_sight_cost === undefined) return `${so}: until ${horizon} from now it expects ${distances}.`;
+  return `${so}: until ${horizon} from now that costs ${number(cost, 1)}, line of sight ${number(line_of_sight_cost, 1)}; it expects ${distances}.`;
 }

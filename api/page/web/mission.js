@@ -262,7 +262,7 @@ export class MissionView {
     const believed = recording.predictionAt(t)?.prediction;
     const method = i < 0 ? "–" : methodName(recording.methods[value("method")]);
     const beside = (/** @type {string} */ ours, /** @type {string} */ law) => (believed ? `${ours}, line of sight ${law}` : ours);
-    fill(this.why ?? el("p"), believed && explanation(believed, { heading: value("heading"), speed: value("speed") }));
+    fill(this.why ?? el("p"), believed && explanation(believed, { heading: value("heading"), speed: value("speed"), method: recording.methods[value("method")] }));
     // At the end of a live mission the clock runs on without plans.
     const since = this.live && this.playback.atEnd && this.hovered === null ? this.options.age?.() ?? 0 : 0;
     const old = since > 0 && Boolean(this.options.isOld?.());
