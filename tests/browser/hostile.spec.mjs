@@ -51,6 +51,27 @@ for (const [kind, name] of Object.entries(HOSTILE)) {
   });
 }
 
+test("AUVs with names of JavaScript, and of members of a goal, are in a weighted goal or not, as it says", async ({ page, service, complaints }) => {
+  const ids = ["constructor", "toString", "bearing_rad"], mission = await liveMission(service, { ids, title: "names" }), orders = page.locator(".orders");
+  try {
+    await go(page, service, `#/mission/${mission.id}`);
+    await orders.locator(".order summary", { hasText: "Goal" }).click();
+    await orders.getByLabel("what to do").selectOption("weighted");
+    await orders.getByRole("checkbox", { name: "toString" }).uncheck();
+    await orders.getByLabel("weight").last().fill("2");
+    await orders.getByRole("button", { name: "Send…" }).click();
+    await expect(orders.locator("dialog li")).toHaveText(["Goal: stay above the weighted mean of constructor, bearing_rad; until now: stay above constructor", "Goal, weight of constructor: 1", "Goal, weight of bearing_rad: 2"]);
+    await orders.locator("dialog").getByRole("button", { name: "Send" }).click();
+    await expect(orders.locator(".said[role=status]").last()).toHaveText("Orders: done");
+    expect((await service.get(`/v1/missions/${mission.id}`)).setting.goal.weights).toEqual({ constructor: 1, bearing_rad: 2 });
+    await expect(orders.getByRole("checkbox", { name: "toString" })).not.toBeChecked();
+  } finally {
+    await mission.stop();
+    await service.post(`/v1/missions/${mission.id}/finish`, {});
+  }
+  expect(complaints).toEqual([]);
+});
+
 test("a hostile title of a scenario's run stays text in its mission and its comparison", async ({ page, service, complaints }) => {
   const id = await flown(service, { scenario: "calm", seed: 1 }, `${HOSTILE.markup}${HOSTILE.turned}`);
   await go(page, service, `#/mission/${id}`);

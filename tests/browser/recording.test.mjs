@@ -9,6 +9,7 @@ import { chartsOf } from "../../api/page/web/curves.js";
 import { differences } from "../../api/page/web/differences.js";
 import { explanation } from "../../api/page/web/explanation.js";
 import { chartEvents } from "../../api/page/web/journal.js";
+import { OrderDraft, valueAt, withValue } from "../../api/page/web/order_draft.js";
 import { pictureBounds } from "../../api/page/web/drawing.js";
 import { visitsAt } from "../../api/page/web/visits.js";
 
@@ -290,4 +291,14 @@ test("a plan says what it does otherwise than line of sight, and why", () => {
   expect(explanation(still, { heading: 0, speed: 0.5, method: "previous_plan" })).toBe("The plan steers 0.30\u00a0m/s faster than line of sight would: until 30\u00a0s from now that costs 10.0, line of sight 12.0; it expects 9.6\u00a0m to the goal (RMS), by line of sight 3.7\u00a0m.");
   // A law with other gains is no plan.
   for (const method of ["saturated_los", "hold"]) expect(explanation(still, { heading: 0, speed: 0.5, method })).toBe("");
+});
+
+test("AUVs with names of JavaScript, and of members of a goal, are words of their own in what is sent", () => {
+  const draft = new OrderDraft(() => {}), ids = ["constructor", "toString", "bearing_rad", "__proto__"];
+  draft.became({ goal: { kind: "weighted", weights: Object.fromEntries(ids.slice(0, 1).map((id) => [id, 1])) } });
+  expect(ids.map((id) => valueAt(draft.now, ["goal", "weights", id]))).toEqual([1, undefined, undefined, undefined]);
+  draft.edit(ids.reduce((now, id) => withValue(now, ["goal", "weights", id], 2), draft.now));
+  draft.edit(withValue(draft.now, ["goal", "serve_by_s", "epoch_s"], 0));
+  expect(draft.words().slice(1)).toEqual(["Goal, weight of constructor: 2; until now: 1", ...ids.slice(1).map((id) => `Goal, weight of ${id}: 2; until now: not set`), "Goal, serve by, for epoch_s: 00:00:00 UTC; until now: not set"]);
+  expect(Object.keys(draft.patch().goal.weights)).toEqual(ids);
 });

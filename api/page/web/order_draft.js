@@ -28,9 +28,14 @@ export const CHOICES = {
   "cost/kind": { age: "time since served", uncertainty: "uncertainty of its navigation", data: "data not uploaded" }, reduce: { mean: "the mean counts", max: "the largest counts" },
 };
 
+/** What a member is called and its unit. An AUV may have the name of whatever JavaScript has. @param {string | number} member @returns {[string, number?] | undefined} */
+export function labelOf(member) {
+  return Object.hasOwn(LABELS, member) ? LABELS[member] : undefined;
+}
+
 /** A value at a path. @param {any} of @param {Path} path @returns {any} */
 export function valueAt(of, path) {
-  return path.reduce((value, key) => value?.[key], of);
+  return path.reduce((value, key) => (value && Object.hasOwn(value, key) ? value[key] : undefined), of);
 }
 
 /** A copy with a value at a path; an undefined one is left out, and what it leaves empty. @param {any} of @param {Path} path @param {unknown} value @returns {any} */
@@ -145,7 +150,8 @@ function leafWords(of, before, now) {
   const leaves = (/** @type {any} */ from) => new Map(Object.entries(from ?? {}).filter(([key]) => !["kind", "auv", "auvs", "next"].includes(key)).flatMap(([key, value]) => (value && typeof value === "object" ? Object.entries(value).map(([inner, leaf]) => [`${key}/${inner}`, leaf]) : [[key, value]])));
   const [old, given] = [leaves(before), leaves(now)], isOther = before?.kind !== now?.kind;
   return [...new Set([...isOther ? [] : old.keys(), ...given.keys()])].filter((key) => !isSame(old.get(key), given.get(key))).map((key) => {
-    const [group, member = group] = key.split(/\/(.*)/), [label, scale = 1] = LABELS[key] ?? LABELS[member] ?? [member === group ? member : `${GROUPS[group] ?? group} ${member}`];
+    const [group, member = group] = key.split(/\/(.*)/), isOfAuv = Object.hasOwn(GROUPS, group);
+    const [label, scale = 1] = isOfAuv ? [`${GROUPS[group]} ${member}`] : labelOf(key) ?? labelOf(member) ?? [member === group ? member : `${group} ${member}`];
     const shown = (/** @type {any} */ value) => (value === undefined ? "not set" : typeof value !== "number" ? CHOICES[key]?.[value] ?? String(value) : group === "serve_by_s" || key === "epoch_s" ? moment(value, true) : String(Number((value * scale).toPrecision(6))));
     return `${of}, ${group === "offset" && member !== "frame" ? "offset " : ""}${label}: ${shown(given.get(key))}${isOther ? "" : `; until now: ${shown(old.get(key))}`}`;
   });

@@ -2,7 +2,7 @@
 
 import { el, fill, named } from "./dom.js";
 import { Refusal } from "./service.js";
-import { CHOICES, LABELS, OrderDraft, valueAt, withValue } from "./order_draft.js";
+import { CHOICES, labelOf, LABELS, OrderDraft, valueAt, withValue } from "./order_draft.js";
 import { dragged, handlesOf, orderOverlay, tapped } from "./order_map.js";
 
 /**
@@ -126,9 +126,9 @@ export class OrderForm {
     return el("label", { class: "field" }, named(label), input, wrong);
   }
 
-  /** A number, which may be left out. @param {Path} path @param {string} [label] @param {{ shown?: (value: number) => number, read?: (shown: number) => number }} [how] */
-  number(path, label = LABELS[path[path.length - 1]]?.[0], how = {}) {
-    const [, scale = 1] = LABELS[path[path.length - 1]] ?? [], { shown = (value) => value * scale, read = (value) => value / scale } = how;
+  /** A number, which may be left out; one with a `name` of its own is shown as it is. @param {Path} path @param {string} [name] @param {{ shown?: (value: number) => number, read?: (shown: number) => number }} [how] */
+  number(path, name, how = {}) {
+    const member = path[path.length - 1], [label, scale = 1] = name ? [name] : labelOf(member) ?? [String(member)], { shown = (value) => value * scale, read = (value) => value / scale } = how;
     const input = el("input", {
       type: "number", step: "any", onchange: () => { this.typing = null; }, oninput: () => {
         // What is typed in one go is one step.
@@ -155,7 +155,7 @@ export class OrderForm {
     const [section, i] = /** @type {["keep_outs" | "area", number]} */ (path);
     const remove = el("button", { type: "button", "aria-label": `Remove ${section === "area" ? "corner" : "disc"} ${title}`, onclick: () => this.draft.edit({ [section]: this.draft.now[section].filter((_, k) => k !== i) }) }, "×");
     return el("div", { class: "order-row", role: "group", "aria-label": `${section === "area" ? "Corner" : "Disc"} ${title}` }, el("b", {}, title),
-      members.map((member) => this.number([...path, section === "area" ? Number(member) : member], LABELS[member]?.[0] ?? (member === "0" ? "north, m" : "east, m"))), remove);
+      members.map((member) => this.number([...path, section === "area" ? Number(member) : member], labelOf(member)?.[0] ?? (member === "0" ? "north, m" : "east, m"))), remove);
   }
 
   /** @param {string} section @param {string} text @param {string} how */
@@ -194,7 +194,7 @@ export class OrderForm {
   /** @param {string} id */
   isIn(id) {
     const { goal } = this.draft.now;
-    return goal.kind === "weighted" ? id in (goal.weights ?? {}) : (goal.auvs ?? []).includes(id);
+    return goal.kind === "weighted" ? Object.hasOwn(goal.weights ?? {}, id) : (goal.auvs ?? []).includes(id);
   }
 
   /** Takes an AUV into the goal, or out of it. @param {string} id */

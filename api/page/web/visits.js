@@ -154,7 +154,7 @@ function costCurve(visits, now, place) {
 
 /** @param {ServedAuv} served @param {Visits} shown @param {(kind: string, start: number, end: number, title: string) => import("./dom.js").Child} bar */
 function deadlineMark({ auv, served_by_s = -Infinity }, { schedule, goal, clock }, bar) {
-  const deadline = goal?.serve_by_s?.[auv];
+  const serve_by_s = goal?.serve_by_s ?? {}, deadline = Object.hasOwn(serve_by_s, auv) ? serve_by_s[auv] : undefined;
   if (deadline === undefined) return null;
   const [kind, words] = deadline <= served_by_s ? ["met", ", served"] : schedule?.deadlines_missed?.includes(auv) ? ["late", ", will be missed"] : ["", ""];
   return bar(`deadline ${kind}`, deadline, deadline, `${auv}: serve by ${clock(deadline)}${words}`);
