@@ -23,6 +23,8 @@ const ZOOM_STEP = 1.4, PAN_SHARE = 0.15;
 const TAP_PX = 4;
 /** Distance within which a pointer and a finger are over an object, pixels. */
 const NEAR_PX = 14, FINGER_PX = 24;
+/** For so long a tap of a finger shows the moment of a track, ms. */
+const TAPPED_MS = 5_000;
 /** Half the length of the cross at the middle, where a key puts what a tap puts elsewhere, pixels. */
 const AIM_PX = 12;
 
@@ -40,6 +42,8 @@ export class MapView {
     this.frame = { width: 0, height: 0, scale: 1, north: 0, east: 0 };
     this.fitted = true;
     this.placed = false;
+    /** Of the moment that a finger picked. @type {ReturnType<typeof setTimeout> | undefined} */
+    this.released = undefined;
     /** Whether declared paths are fitted too. */
     this.all = this.following = false;
     /** Those that are down, whether each is where it came down, and whether the tool has it. @type {Map<number, { x: number, y: number, still: boolean, held: boolean }>} */
@@ -191,8 +195,11 @@ export class MapView {
       const pointer = pointers.get(event.pointerId);
       pointers.delete(event.pointerId);
       if (pointer?.still) {
-        // A finger cannot hover: a tap shows the readout.
-        this.hover(place(event));
+        // A finger cannot hover: a tap shows the readout, and the moment for a while. It picks none if a tool takes it.
+        const isFinger = event.pointerType !== "mouse";
+        this.hover(place(event), !this.tool?.aims());
+        clearTimeout(this.released);
+        if (isFinger) this.released = setTimeout(() => this.onPick?.(null), TAPPED_MS);
         this.tool?.tap(this.at(place(event)), reach(event));
       }
       if (pointer?.held) this.tool?.release();
@@ -251,8 +258,8 @@ export class MapView {
     } else this.pan(to.x - from.x, to.y - from.y);
   }
 
-  /** Says where the pointer is and what is there. @param {{ x: number, y: number }} pixel */
-  hover(pixel) {
+  /** Says where the pointer is and what is there. @param {{ x: number, y: number }} pixel @param {boolean} [picks] whether the moment of a track there is shown */
+  hover(pixel, picks = true) {
     const { picture, frame } = this;
     if (!picture) return;
     const { north, east } = this.at(pixel), near = NEAR_PX / frame.scale;
@@ -261,7 +268,7 @@ export class MapView {
     const earth = picture.origin && placeOnEarth(picture.origin, north, east);
     const words = [`${number(north, 1, "m")} N, ${number(east, 1, "m")} E`, earth && `${earth.lat_deg.toFixed(6)}°, ${earth.lon_deg.toFixed(6)}°`, mark?.title].filter(Boolean);
     fill(this.readout, words.join(" · "));
-    this.onPick?.(this.pickTime(north, east, near));
+    if (picks) this.onPick?.(this.pickTime(north, east, near));
   }
 
   /** When the nearest track was there; null where none is near. @param {number} north @param {number} east @param {number} near */
