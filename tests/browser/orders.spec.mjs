@@ -126,7 +126,18 @@ test("a goal of every kind is chosen, an AUV is tapped, and what the service ref
     for (const [name, goal] of [["midpoint", { auvs: both }], ["intermittent", { auvs: both, dwell_s: 240 }], ["range", { auvs: both, range_m: 100 }], ["weighted", { weights: { "auv-1": 1, "auv-2": 1 } }], ["visit", { auvs: both }]]) {
       await kind.selectOption(name);
       await sends({ kind: name, ...goal });
+      if (name !== "intermittent") continue;
+      await expect(orders.getByLabel("begins with the first in, min")).toHaveValue(/^(0|-0\.\d)$/);
+      await orders.getByLabel("begins with the first in, min").fill("5");
+      expect(await sends({ kind: name })).toEqual([expect.stringMatching(/^Goal, begins with the first at: ..:..:.. UTC; until now: ..:..:.. UTC$/)]);
+      const { goal: { epoch_s } } = await setting();
+      expect(Math.abs(epoch_s - Date.now() / 1000 - 300)).toBeLessThan(20);
     }
+    const deadline = orders.getByLabel("serve by, min").first();
+    await deadline.fill("10");
+    await deadline.press("Tab");
+    // It comes nearer while it is looked at.
+    await expect(deadline).toHaveValue("9.9", { timeout: 20_000 });
     await orders.getByLabel("visit next").selectOption("auv-2");
     await orders.getByLabel("served within, m").fill("30");
     expect(await sends({ kind: "visit", next: "auv-2", within_m: 30 })).toEqual(expect.arrayContaining([expect.stringContaining("auv-2 next"), expect.stringContaining("served within, m: 30")]));

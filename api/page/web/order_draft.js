@@ -16,7 +16,7 @@ export const LABELS = {
   speed_max_mps: ["fastest speed, m/s"], speed_min_mps: ["slowest speed, m/s"], turn_rate_max_radps: ["largest turn rate, °/s", DEGREES],
   acceleration_max_mps2: ["largest acceleration, m/s²"], deceleration_max_mps2: ["largest deceleration, m/s²"],
   north_m: ["north, m"], east_m: ["east, m"], radius_m: ["radius, m"], ahead_m: ["ahead, m"], starboard_m: ["to starboard, m"], bearing_rad: ["bearing, °", DEGREES], range_m: ["range, m"],
-  dwell_s: ["time with each, s"], epoch_s: ["begins with the first at, s"], within_m: ["served within, m"], dwell_min_s: ["least time with one, s"],
+  dwell_s: ["time with each, s"], epoch_s: ["begins with the first at"], within_m: ["served within, m"], dwell_min_s: ["least time with one, s"],
   growth_m2ps: ["variance grows by, m²/s"], sigma_m: ["accuracy of a fix, m"], sigma_rad: ["its growth with range, rad"], interval_s: ["between fixes, s"],
   growth_kbps: ["data gathered, kbit/s"], upload_kbps: ["uploaded at no range, kbit/s"], range_max_m: ["nothing uploaded from, m"], surge_lag_s: ["surge lag, s"],
   "offset/frame": ["where to be"], "cost/kind": ["what waiting costs"], reduce: ["of these costs"],

@@ -9,7 +9,7 @@ import { dragged, handlesOf, orderOverlay, tapped } from "./order_map.js";
  * @typedef {import("./order_draft.js").Path} Path
  * @typedef {import("./types.js").Place} Place
  * @typedef {import("./types.js").Picture} Picture
- * @typedef {{ input: HTMLInputElement | HTMLSelectElement, wrong: HTMLElement, show: () => void }} Field
+ * @typedef {{ input: HTMLInputElement | HTMLSelectElement, wrong: HTMLElement, show: () => void, timed?: boolean }} Field a timed one is of a moment, which it has as minutes from now
  */
 
 /** What a new goal of a kind begins with. */
@@ -17,7 +17,7 @@ const DWELL_S = 240, RANGE_M = 100, COST_BEGINS = { age: {}, uncertainty: { grow
 const KINDS = [["track", "stay above one AUV"], ["intermittent", "follow each in turn"], ["midpoint", "stay above the middle of"], ["weighted", "stay above the weighted mean of"], ["range", "stay in range of each of"], ["visit", "visit, when it pays"]];
 /** Numbers of a goal by its kind, of its offset by the frame, and of its cost. @type {{ [of: string]: string[] }} */
 const NUMBERS = {
-  intermittent: ["dwell_s", "epoch_s"], range: ["range_m"], visit: ["within_m", "dwell_min_s"], ned: ["north_m", "east_m"], polar: ["range_m", "bearing_rad"], target: ["ahead_m", "starboard_m"], path: ["ahead_m", "starboard_m"],
+  intermittent: ["dwell_s"], range: ["range_m"], visit: ["within_m", "dwell_min_s"], ned: ["north_m", "east_m"], polar: ["range_m", "bearing_rad"], target: ["ahead_m", "starboard_m"], path: ["ahead_m", "starboard_m"],
   uncertainty: ["growth_m2ps", "sigma_m", "sigma_rad", "interval_s"], data: ["growth_kbps", "upload_kbps", "range_max_m"],
 };
 const LIMITS = ["speed_max_mps", "speed_min_mps", "turn_rate_max_radps", "acceleration_max_mps2", "deceleration_max_mps2"];
@@ -86,9 +86,10 @@ export class OrderForm {
     [this.auvs, this.t_s] = [scene?.auvs ?? [], t_s];
     const { draft, dialog } = this, { base } = draft, both = draft.became(setting).map((member) => SECTIONS.find(([name]) => name === member)?.[1]).join(", ");
     if (!this.shape) this.show();
-    // The words of the dialog are of a mission that is no more.
+    for (const { timed, show } of this.fields.values()) if (timed) show();
     const asks = dialog.open && (disabled || draft.base !== base);
     if (asks) dialog.close();
+    // The words of the dialog were of the mission as it was.
     return [both && `${both}: changed by another client meanwhile; what you send replaces that`, asks && "The mission was changed while you were asked: look, and send again"].filter(Boolean).join(". ");
   }
 
@@ -115,18 +116,17 @@ export class OrderForm {
 
   /** Puts a value at a path. @param {Path} path @param {unknown} value @param {boolean} [goesOn] */
   put(path, value, goesOn) {
-    const next = withValue(this.draft.now, path, value);
-    this.draft.edit({ [path[0]]: next[path[0]] ?? {} }, goesOn);
+    this.draft.edit({ [path[0]]: withValue(this.draft.now, path, value)[path[0]] ?? {} }, goesOn);
   }
 
-  /** @param {Path} path @param {string} label @param {HTMLInputElement | HTMLSelectElement} input @param {() => void} show */
-  field(path, label, input, show) {
+  /** @param {Path} path @param {string} label @param {HTMLInputElement | HTMLSelectElement} input @param {() => void} show @param {boolean} [timed] */
+  field(path, label, input, show, timed) {
     const pointer = `/${path.map((part) => String(part).replaceAll("~", "~0").replaceAll("/", "~1")).join("/")}`, wrong = el("span", { class: "wrong", role: "alert" });
-    this.fields.set(pointer, { input, wrong, show });
+    this.fields.set(pointer, { input, wrong, show, timed });
     return el("label", { class: "field" }, named(label), input, wrong);
   }
 
-  /** A number, which may be left out; one with a `name` of its own is shown as it is. @param {Path} path @param {string} [name] @param {{ shown?: (value: number) => number, read?: (shown: number) => number }} [how] */
+  /** A number, which may be left out; one with a `name` of its own is shown as it is. @param {Path} path @param {string} [name] @param {{ timed?: boolean, shown?: (value: number) => number, read?: (shown: number) => number }} [how] */
   number(path, name, how = {}) {
     const member = path[path.length - 1], [label, scale = 1] = name ? [name] : labelOf(member) ?? [String(member)], { shown = (value) => value * scale, read = (value) => value / scale } = how;
     const input = el("input", {
@@ -140,8 +140,13 @@ export class OrderForm {
     return this.field(path, label, input, () => {
       if (this.typing === input) return;
       const value = valueAt(this.draft.now, path);
-      input.value = typeof value === "number" ? String(Number(shown(value).toPrecision(8))) : "";
-    });
+      input.value = typeof value === "number" ? String(Number(shown(value).toPrecision(12))) : "";
+    }, how.timed);
+  }
+
+  /** A moment, in minutes from now. @param {Path} path @param {string} name */
+  minutes(path, name) {
+    return this.number(path, name, { timed: true, shown: (at) => Math.round((at - this.t_s) / 6) / 10, read: (minutes) => Math.round(this.t_s + 60 * minutes) });
   }
 
   /** @param {Path} path @param {string} label @param {string[][]} options @param {(chosen: string) => void} [chosen] */
@@ -178,7 +183,7 @@ export class OrderForm {
     ];
     return [
       this.choice(["goal", "kind"], "what to do", KINDS, (kind) => this.draft.edit({ goal: this.goalOf(kind) })), several ? auvs.map((id) => this.member(goal, id)) : this.choice(["goal", "auv"], "AUV", auvs.map((id) => [id, id])),
-      members(NUMBERS[goal.kind] ?? []), visits, this.choice(["goal", "offset", "frame"], LABELS["offset/frame"][0], [["", "right above"], ...optionsOf("offset/frame")], (frame) => this.put(["goal", "offset"], frame ? { frame, ...Object.fromEntries(NUMBERS[frame].map((name) => [name, 0])) } : undefined)),
+      members(NUMBERS[goal.kind] ?? []), goal.kind === "intermittent" && this.minutes(["goal", "epoch_s"], "begins with the first in, min"), visits, this.choice(["goal", "offset", "frame"], LABELS["offset/frame"][0], [["", "right above"], ...optionsOf("offset/frame")], (frame) => this.put(["goal", "offset"], frame ? { frame, ...Object.fromEntries(NUMBERS[frame].map((name) => [name, 0])) } : undefined)),
       members(NUMBERS[goal.offset?.frame] ?? [], "offset"), el("p", { class: "about" }, "On the map: tap an AUV, drag what is marked."),
     ].flat(2);
   }
@@ -188,7 +193,7 @@ export class OrderForm {
     const input = el("input", { type: "checkbox", onchange: () => this.toggle(id) }), show = () => { input.checked = this.isIn(id); };
     this.fields.set(`in ${id}`, { input, wrong: el("span"), show });
     return el("div", { class: "order-row" }, el("label", {}, input, named(id)), ["weighted", "visit"].includes(goal.kind) && this.number(["goal", "weights", id], "weight"),
-      goal.kind === "visit" && this.number(["goal", "serve_by_s", id], "serve by, min", { shown: (at) => Math.round((at - this.t_s) / 6) / 10, read: (minutes) => Math.round(this.t_s + 60 * minutes) }));
+      goal.kind === "visit" && this.minutes(["goal", "serve_by_s", id], "serve by, min"));
   }
 
   /** @param {string} id */
