@@ -11,7 +11,6 @@ import { bandKinds, drawChart, LEFT_PX, RIGHT_PX } from "./chart_canvas.js";
  * @typedef {{ onCursor?: (x: number | null) => void, onWindow?: (from: number, to: number) => void, formatX?: (x: number, step: number) => string }} StackOptions
  */
 
-
 const HEIGHT_PX = 132;
 /** A drag shorter than this is a click, pixels. */
 const DRAG_PX = 6;

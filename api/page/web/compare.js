@@ -20,7 +20,7 @@ import { ComparisonView, runOf } from "./comparison.js";
 /** Names of gains in the order of the gallery. */
 const GAINS = ["look_ahead_m", "along_track_gain_per_s", "integral_gain_mps"];
 const CONTROLLERS = ["mpc", "saturated_los", "saturated_los_tracker_frame", "integral_los", "waypoint_box"];
-/** The planner's opponent where no law was tuned: the goal visits. */
+/** The planner's opponent where the gallery has no tuned law. */
 const OPPONENT = "saturated_los";
 /** Most runs of one comparison: one for each colour. */
 const RUNS_MAX = 6;

@@ -134,7 +134,7 @@ const bandsOf = new WeakMap();
  * The method of the plans over time.
  * @param {import("./recording.js").Recording} recording
  */
-export function answersOf({ plans, methods }) {
+function answersOf({ plans, methods }) {
   const known = bandsOf.get(plans) ?? { length: 0, bands: [] };
   const times = plans.column("t"), column = plans.column("method"), { bands } = known;
   for (let i = known.length; i < plans.length; i += 1) {

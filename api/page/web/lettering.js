@@ -5,7 +5,7 @@
  * @typedef {{ left: number, right: number, top: number, bottom: number }} Box
  */
 
-export const FONT = "12.5px system-ui, 'DejaVu Sans', sans-serif";
+const FONT = "12.5px system-ui, 'DejaVu Sans', sans-serif";
 export const FONT_BOLD = `600 ${FONT}`;
 export const FONT_SMALL = "11px system-ui, 'DejaVu Sans', sans-serif";
 

@@ -292,7 +292,7 @@ class LiveMission {
 }
 
 /** @param {string} text @param {string} kind */
-export function chip(text, kind) {
+function chip(text, kind) {
   return el("span", { class: `chip ${kind}` }, named(text));
 }
 
