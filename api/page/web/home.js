@@ -35,7 +35,7 @@ export function homeView(root, context) {
     context.role === "read-only" && el("p", { class: "notice" }, "Read-only: with your token you can see everything and plan snapshots. To run scenarios and give orders you need an operator's token."),
     el("section", { "aria-labelledby": "missions-title" }, el("h2", { id: "missions-title" }, "Missions"), bell.element, state, missions, more),
     el("section", { "aria-labelledby": "gallery-title" }, el("h2", { id: "gallery-title" }, "Run a scenario"),
-      el("p", { class: "about" }, "Each picture shows a simulated run, beside the strongest line-of-sight law, tuned for the scenario. ", el("label", {}, "Seed ", seedField())), thumbnailKey(), gallery),
+      el("p", { class: "about" }, "Each picture shows a simulated run, beside the strongest line-of-sight law, tuned for the scenario where its card has one. ", el("label", {}, "Seed ", seedField())), thumbnailKey(), gallery),
     el("section", { "aria-labelledby": "plan-title" }, el("h2", { id: "plan-title" }, "Plan one snapshot"),
       el("p", {}, el("a", { href: "#/plan" }, "Edit a snapshot of your vehicles as JSON"), " and see the plan, the line-of-sight laws and an explanation.")));
   showGallery(gallery, context, stop.signal);
@@ -78,8 +78,10 @@ function card(scenario, context) {
     },
   }, "Run");
   const compare = el("button", { type: "button", disabled: forbidden, "aria-label": `Compare ${scenario.name}`, onclick: () => context.go(`#/compare?${new URLSearchParams({ scenario: scenario.name, seed: String(seedOf()) })}`) }, "Compare");
+  const scored = law ? `; RMS distance to the goal, whole mission and settled: planner ${number(rms_m[0], 2)}, ${number(settled_rms_m[0], 2, "m")}; ${methodName(law)}, tuned, ${number(rms_m[1], 2)}, ${number(settled_rms_m[1], 2, "m")}`
+    : rms_m ? `; RMS distance to the goal, whole mission: planner ${number(rms_m[0], 2, "m")}; line of sight, not tuned, ${number(rms_m[1], 2, "m")}` : "";
   return el("li", { class: "panel gallery-card" }, thumbnail(scenario), el("h3", {}, scenario.name), el("p", {}, scenario.title),
-    el("p", { class: "about" }, duration(scenario.duration_s) + (law ? `; RMS distance to the goal, whole mission and settled: planner ${number(rms_m[0], 2)}, ${number(settled_rms_m[0], 2, "m")}; ${methodName(law)}, tuned, ${number(rms_m[1], 2)}, ${number(settled_rms_m[1], 2, "m")}` : "")),
+    el("p", { class: "about" }, duration(scenario.duration_s) + scored),
     el("div", { class: "row" }, run, compare), said);
 }
 
