@@ -46,7 +46,8 @@ export function pictureAt(runs, t, layers, background) {
   // A goal that visits is an AUV, and another one after each visit.
   if (layers.goal && !visits.schedule && visits.goal?.kind !== "visit") addTrack(picture, first.goal, t, "goal", "dashed", "goal");
   for (const [i, [id, series]] of [...first.places].entries()) addTrack(picture, series, t, auvColour(i), first.live ? "dotted" : "solid", id, true);
-  for (const { name, colour, recording } of runs) addTrack(picture, recording.craft, t, colour, "solid", name || "surface craft");
+  // Where it was is in the colour of its hull, unless several runs are told apart: the plan has one of its own.
+  for (const { name, colour, recording } of runs) addTrack(picture, recording.craft, t, runs.length > 1 ? colour : "hull", "solid", name || "surface craft");
   const believed = runs.length === 1 ? first.predictionAt(t) : null;
   if (believed) beliefs(picture, runs[0], believed, layers);
   if (believed && layers.tour) addTour(picture, believed.prediction.asc[0], t, visits);

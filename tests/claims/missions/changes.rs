@@ -79,7 +79,7 @@ async fn every_plan_after_a_change_is_made_by_it_and_all_are_made_again_equal() 
     let made = service.ask(&mission).await;
     assert_eq!(
         made["setting"],
-        json!({ "goal": live()["live"]["goal"], "limits": null, "craft": null, "keep_outs": null, "area": null })
+        json!({ "goal": live()["live"]["goal"], "limits": null, "craft": null, "keep_outs": null, "area": null, "tuning": null })
     );
     let before = service.next_plan(&mission).await;
     let [north, east] = goal_of(&before);
@@ -131,7 +131,7 @@ async fn every_plan_after_a_change_is_made_by_it_and_all_are_made_again_equal() 
         .await;
     assert_eq!(
         changed["setting"],
-        json!({ "goal": track("auv-1"), "limits": null, "craft": null, "keep_outs": null, "area": null })
+        json!({ "goal": track("auv-1"), "limits": null, "craft": null, "keep_outs": null, "area": null, "tuning": null })
     );
     let last = service.next_plan(&mission).await;
     assert!(goal_of(&last)[1] < -19.0, "{last}");
