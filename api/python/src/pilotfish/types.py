@@ -1788,12 +1788,14 @@ class Tuning(TypedDict):
     position_weight_per_m2: NotRequired[float | None]
     # SCP iterations from one initial guess, from 1 to 10. Default: 2.
     scp_iterations: NotRequired[int | None]
-    # Lengths of the horizon's intervals, s, in order: 2 to 120, each from 0.1 to 10, together from 5 to 600. Default: 6
-    # of 1, 12 of 2 and 12 of 4.
+    # Lengths of the horizon's intervals, s, in order: 2 to 120, each from 0.1 to 10, together from 5 to 600.
+    # Default: 6 of 1, 12 of 2 and 12 of 4.
     steps_s: NotRequired[list[float] | None]
-    # Weight of the distance to the goal at the end of the horizon, 1/m², not per second, from 0 to 100. Default: 10.
+    # Weight of the distance to the goal at the end of the horizon, 1/m², not per second, from 0 to 100. Default:
+    # 10.
     terminal_position_weight_per_m2: NotRequired[float | None]
-    # Weight of the relative velocity at the end of the horizon, 1/(m/s)², not per second, from 0 to 1500. Default: 150.
+    # Weight of the relative velocity at the end of the horizon, 1/(m/s)², not per second, from 0 to 1500. Default:
+    # 150.
     terminal_velocity_weight_per_m2ps2: NotRequired[float | None]
     # Weight of the velocity over ground relative to the goal's, 1/(m/s)², from 0 to 150. Default: 15.
     velocity_weight_per_m2ps2: NotRequired[float | None]
