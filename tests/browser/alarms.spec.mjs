@@ -19,7 +19,7 @@ test("a mission that is steered says so, and one whose reports cease looks bad e
   await expect(page.locator(".chip.good")).toHaveCount(0);
   await expect(page).toHaveTitle(/^⚠ not steering \d+\u00a0s · five AUVs · Pilotfish$/);
   await expect(old.locator("div").first()).toHaveText(/last plan\d+\u00a0s ago/);
-  await expect(page.locator("p.unseen")).toHaveText(/^not steering, for more than \d+\u00a0s, waits for reports of the surface craft$/);
+  await expect(page.locator("p.unseen").first()).toHaveText(/^not steering, for more than \d+\u00a0s, waits for reports of the surface craft$/);
   await go(page, service, "");
   const row = page.locator("tr", { has: page.getByRole("link", { name: "five AUVs" }) });
   await expect(row.locator(".chip.bad")).toHaveText(/^not steering \d+\u00a0s$/);
