@@ -1786,7 +1786,7 @@ class Tuning(TypedDict):
     energy_weight_per_j: NotRequired[float | None]
     # Weight of the distance to the goal, 1/m², from 0.01 to 10. Default: 1.
     position_weight_per_m2: NotRequired[float | None]
-    # SCP iterations from one initial guess, from 1 to 10. Default: 2.
+    # SCP iterations from one initial guess, from 1 to 10, times `steps_s` at most 300. Default: 2.
     scp_iterations: NotRequired[int | None]
     # Lengths of the horizon's intervals, s, in order: 2 to 120, each from 0.1 to 10, together from 5 to 600.
     # Default: 6 of 1, 12 of 2 and 12 of 4.
