@@ -20,7 +20,6 @@ use crate::{
         goal::{Goal, Offset, Task},
         invalid_field::{InvalidField, InvalidReason, pointer_token},
         known_path::{DeclaredPath, KnownPath},
-        options::Forecast,
         path::limits::InvalidPath,
         previous_plan::{PreviousPlan, PreviousTarget},
         ranges::{
@@ -481,25 +480,22 @@ impl Check {
         }
     }
 
-    /// One that is not whole is not read.
+    /// Also of one that is not whole and therefore not read: what is given is in its range.
     fn previous_target(&mut self, field: &str, target: &PreviousTarget) {
-        let (Some(known), Some(_), Some(Drift { north_mps, east_mps })) = (
-            target.estimate,
-            target.forecast.and_then(Forecast::model),
-            target.drift,
-        ) else {
-            return;
-        };
-        let values = [
-            known.age_s,
-            known.north_m,
-            known.east_m,
-            known.depth_m,
-            known.north_mps,
-            known.east_mps,
-            known.turn_rate_radps,
-        ];
-        self.numbers(&format!("{field}/estimate"), &PREVIOUS_ESTIMATE, values);
-        self.numbers(&format!("{field}/drift"), &CURRENT, [north_mps, east_mps]);
+        if let Some(known) = target.estimate {
+            let values = [
+                known.age_s,
+                known.north_m,
+                known.east_m,
+                known.depth_m,
+                known.north_mps,
+                known.east_mps,
+                known.turn_rate_radps,
+            ];
+            self.numbers(&format!("{field}/estimate"), &PREVIOUS_ESTIMATE, values);
+        }
+        if let Some(Drift { north_mps, east_mps }) = target.drift {
+            self.numbers(&format!("{field}/drift"), &CURRENT, [north_mps, east_mps]);
+        }
     }
 }
