@@ -236,7 +236,7 @@ fn the_larger_a_weight_the_smaller_its_term_at_the_optimum_of_the_convex_program
     ];
     for (lever, term, weights) in sweeps {
         for name in ["about-face", "cross-current", "crowded", "intermittent", "track"] {
-            // At rest on its heading: the acceleration before now is none.
+            // At rest on its heading: the acceleration before now is zero.
             let mut request = example(name);
             request.asc.yaw_rate_radps = 0.0;
             let values: Vec<f64> = weights

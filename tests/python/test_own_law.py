@@ -81,9 +81,9 @@ def test_a_campaign_flies_it_beside_the_planner_with_any_number_of_cores(url, tm
 
 
 def test_a_law_that_is_not_there_is_named_with_what_to_do(tmp_path):
-    with socket.socket() as nobody:
-        nobody.bind(("127.0.0.1", 0))
-        url = f"http://127.0.0.1:{nobody.getsockname()[1]}/"
+    with socket.socket() as unused:
+        unused.bind(("127.0.0.1", 0))
+        url = f"http://127.0.0.1:{unused.getsockname()[1]}/"
         ran = pilotfish("simulate", "paper-tracking", "--duration-s", "9", "--guide", url)
     assert ran.returncode == 1
     assert f"the guide {url} gave no reference at 0 s" in ran.stderr and "start the law" in ran.stderr
