@@ -477,6 +477,8 @@ async fn a_plan_that_is_handed_back_is_checked() {
         /previous_plan/targets/0/estimate/east_mps                 21       out_of_range
         /previous_plan/targets/0/estimate/turn_rate_radps          1.1      out_of_range
         /previous_plan/targets/0/drift/east_mps                    3.1      out_of_range
+        /previous_plan/targets/0  {{"id":"auv-1","estimate":{{"age_s":-1,"north_m":0,"east_m":0,"depth_m":0,"north_mps":0,"east_mps":0,"turn_rate_radps":0}}}}  out_of_range  /previous_plan/targets/0/estimate/age_s
+        /previous_plan/origin  {{"lat_deg":0,"lon_deg":-361}}  out_of_range  /previous_plan/origin/lon_deg
         /previous_plan/targets/0/forecast                          "straight"  unknown_variant
         /previous_plan/targets                                     {many}   length
     "#

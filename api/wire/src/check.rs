@@ -60,9 +60,12 @@ pub fn unsupported_version(given: &str) -> Option<FieldError> {
 /// What is wrong with the members that the planner does not read.
 fn envelope_faults(request: &PlanRequest) -> Vec<FieldError> {
     let mut invalid = Vec::from_iter(unsupported_version(&request.schema_version));
+    let previous = request.previous_plan.as_ref().and_then(|plan| plan.origin);
+    if let Some(previous) = &previous {
+        invalid.extend(wrong_place(previous, "/previous_plan/origin"));
+    }
     if let Some(origin) = &request.origin {
         invalid.extend(wrong_place(origin, "/origin"));
-        let previous = request.previous_plan.as_ref().and_then(|plan| plan.origin);
         if previous.is_some_and(|previous| previous != *origin) {
             let detail =
                 "the previous plan counts from another origin: leave it out after a change of the origin";
