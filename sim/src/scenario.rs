@@ -18,7 +18,7 @@ mod start;
 pub use file::*;
 pub use files::{Files, UnreadableFile};
 pub use quantity::*;
-pub use source::Source;
+pub use source::{Source, line_of, line_of_field};
 pub use start::{InvalidScenario, Start};
 
 use quantity::{schema_within, unit_of};

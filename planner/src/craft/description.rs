@@ -255,7 +255,7 @@ impl CraftDescription {
         let heading = &self.heading_loop;
         let second_order = (heading.natural_frequency_radps, heading.damping);
         let together = InvalidReason::Incomplete {
-            detail: "`natural_frequency_radps` and `damping` come together or not at all",
+            detail: "give both `natural_frequency_radps` and `damping`, or neither",
         };
         match (heading.time_constant_s, second_order) {
             (None, (Some(_), None)) => fail("heading_loop/damping", together),
@@ -271,11 +271,11 @@ impl CraftDescription {
         }
         match (self.surge_loop.integrates, self.surge_loop.integral_time_s) {
             (Some(true), None) => {
-                let detail = "an integrator is stated by its time; leave `integrates` out to have it learnt";
+                let detail = "declare an integrator by `integral_time_s`, or leave `integrates` out to have it estimated";
                 fail("surge_loop/integral_time_s", InvalidReason::Incomplete { detail });
             }
             (Some(false), Some(_)) => {
-                let detail = "a loop that does not integrate has no integral time";
+                let detail = "`integral_time_s` contradicts `integrates`: false";
                 fail("surge_loop/integral_time_s", InvalidReason::Unexpected { detail });
             }
             (None | Some(true), Some(_)) | (None | Some(false), None) => {}

@@ -70,7 +70,7 @@ struct Navigation {
 
 /// Assumptions: most vehicles are some metres off, as they are where a current is not known; those that navigate by dead reckoning
 /// are tens of metres off after an hour, and drift by a metre in a hundred seconds. Chosen on an Otter and a MEDUSA behind lawn-mowers
-/// of 0.2 to 0.9 m/s, see `docs/evidence.md#routes`.
+/// of 0.2 to 0.9 m/s, see `docs/rationale.md#estimating-the-auvs`.
 const NAVIGATIONS: [Navigation; 2] = [
     Navigation {
         share: 0.9,

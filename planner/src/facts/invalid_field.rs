@@ -74,7 +74,7 @@ pub enum InvalidReason {
         most: usize,
     },
     /// A name stands twice.
-    #[error("the name {given:?} stands twice")]
+    #[error("duplicate name {given:?}")]
     Duplicate {
         /// The name.
         given: String,
@@ -115,16 +115,16 @@ pub enum InvalidReason {
     #[error("at least one weight must be above 0")]
     AllZero,
     /// A path is needed, and a vehicle has none.
-    #[error("no path is known of {given:?}")]
+    #[error("{given:?} has no path")]
     NoPath {
         /// Of which vehicle.
         given: String,
     },
     /// A path is needed, and several vehicles that are followed together have none in common.
-    #[error("only a goal that follows one vehicle at a time has a path")]
+    #[error("an offset along a path needs a goal that follows one vehicle at a time")]
     NoCommonPath,
     /// Times that do not increase, s, or arc lengths, m.
-    #[error("{given} is not above {before}, the one before it")]
+    #[error("{given} must be greater than the previous value, {before}")]
     NotIncreasing {
         /// The one that is not after the one before it.
         given: f64,
@@ -132,13 +132,13 @@ pub enum InvalidReason {
         before: f64,
     },
     /// A covariance by which something would be known better than exactly.
-    #[error("no covariance has the eigenvalue {given}")]
+    #[error("not a covariance: its smallest eigenvalue is {given}, and must not be negative")]
     NegativeVariance {
         /// Its least eigenvalue.
         given: f64,
     },
     /// A segment that does not begin where the one before it ends.
-    #[error("begins {given} m from where the path is, which is more than {most} m")]
+    #[error("starts {given} m from where the path is; at most {most} m is allowed")]
     Gap {
         /// How far away it begins, m.
         given: f64,
@@ -147,7 +147,7 @@ pub enum InvalidReason {
     },
     /// A path that changes its direction at a point.
     #[error(
-        "the path turns by {given} rad at a point, which is more than {most} rad: put an arc there, or way-points"
+        "the direction changes by {given} rad at a point (at most {most} rad): insert an arc, or way-points with room to turn"
     )]
     Kink {
         /// By how much, rad, never negative.

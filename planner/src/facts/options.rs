@@ -1,10 +1,12 @@
 //! What a client chooses: how to forecast, and what to do without a solved program.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 /// How an AUV's future is forecast from its state.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum ForecastModel {
     /// It stays where it is.
     Hold,

@@ -1,4 +1,4 @@
-//! Every tuned number of the planner, once.
+//! Tuned numbers of the planner: those of the program here, those of visits in `visit/fleet.rs`.
 
 use std::borrow::Cow;
 

@@ -252,7 +252,7 @@ impl Check {
             match value {
                 Some(value) => self.within(format_args!("{field}/{name}"), value, range),
                 None if n_given == 1 => {
-                    let detail = "the two components of the ground velocity come together or not at all";
+                    let detail = "give both components of the ground velocity, or neither";
                     self.fail(
                         format_args!("{field}/{name}"),
                         InvalidReason::Incomplete { detail },

@@ -16,7 +16,7 @@ const MEAN_BESIDE_MAX: f64 = 0.01;
 
 /// What of its speed a craft keeps over a turn: a MEDUSA that turns back at 1.5 m/s and 0.17 rad/s goes on for 7 m, not for 8.8 m.
 /// Half of that is
-/// claimed: with more, some who were said to be passed were not, see `docs/visits.md#in-closed-loop`.
+/// claimed: with more, some who were said to be passed were not, see `docs/rationale.md#visits`.
 pub(crate) const KEPT_IN_TURN: f64 = 0.4;
 
 /// Relative differences of cost that are none: what sums in another order leave.

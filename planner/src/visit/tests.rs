@@ -4,8 +4,7 @@ mod bound;
 mod json;
 mod memory;
 mod search;
-mod steady;
-mod tours;
+mod slow;
 mod way;
 
 use std::f64::consts::{PI, TAU};

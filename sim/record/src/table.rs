@@ -66,34 +66,34 @@ macro_rules! columns {
 }
 
 columns! {
-    sequence: Count, "", "Number of the mission's event; a simulated run has no events";
-    kind: Word, "", "Kind of the row: one of the kinds above";
-    t_s: Number, "s", "Time of what the row describes, on the mission's clock: since the start, or Unix time in a live mission";
-    received_s: Number, "s", "Time of receipt: of a report by the surface craft, on the mission's clock; of an order by the service, Unix time";
-    vehicle: Word, "", "Vehicle that the row describes: `asc`, the surface craft, or the AUV's id";
+    sequence: Count, "", "Number of the mission's event, if it has events";
+    kind: Word, "", "One of the kinds above";
+    t_s: Number, "s", "Time of what the row describes: since the start, or Unix time in a live mission";
+    received_s: Number, "s", "Time of receipt: of a report by the surface craft, on the same clock; of an order by the service, Unix time";
+    vehicle: Word, "", "`asc`, the surface craft, or the AUV's id";
     north_m: Number, "m", "Position north of the datum";
     east_m: Number, "m", "Position east of the datum";
-    lat_deg: Number, "°", "Latitude of the position, WGS 84, positive north, if the datum's place on Earth is known";
-    lon_deg: Number, "°", "Longitude of the position, WGS 84, positive east, if the datum's place on Earth is known";
+    lat_deg: Number, "°", "Latitude, WGS 84, positive north, if the datum's place on Earth is known";
+    lon_deg: Number, "°", "Longitude, WGS 84, positive east";
     depth_m: Number, "m", "Depth, positive down";
     pitch_rad: Number, "rad", "Pitch, positive nose-up";
-    heading_rad: Number, "rad", "Heading, 0 at north, clockwise: true north, if latitude and longitude are known of a mission that was not simulated";
+    heading_rad: Number, "rad", "Heading, 0 at north, clockwise; true north in a live mission with an `origin`";
     course_rad: Number, "rad", "Course over ground, 0 at north, clockwise";
-    speed_mps: Number, "m/s", "Surge through the water; in a `fix` and in `known` rows of an AUV, horizontal speed over ground";
+    speed_mps: Number, "m/s", "Surge through the water; in `fix` and `known` rows of an AUV, horizontal speed over ground";
     sway_mps: Number, "m/s", "Sway through the water, positive to starboard";
     yaw_rate_radps: Number, "rad/s", "Yaw rate, positive to starboard; in a `fix`, the rate of turn of the course";
     current_north_mps: Number, "m/s", "Current northward at the vehicle";
     current_east_mps: Number, "m/s", "Current eastward at the vehicle";
     sigma_m: Number, "m", "Standard deviation of the position along each axis";
-    age_s: Number, "s", "Age of what is `known` of an AUV, by the surface craft's clock; age of the newest fix behind what is `estimated`";
+    age_s: Number, "s", "Age of what is `known` of an AUV, by the surface craft's clock, or of the newest fix behind what is `estimated`";
     clock_s: Number, "s", "Reading of the surface craft's own clock";
-    thrust_port_n: Number, "N", "Thrust of the port thruster";
-    thrust_starboard_n: Number, "N", "Thrust of the starboard thruster";
+    thrust_port_n: Number, "N", "Port thrust";
+    thrust_starboard_n: Number, "N", "Starboard thrust";
     energy_j: Number, "J", "Propulsion energy since the start";
     heading_travel_rad: Number, "rad", "Sum of the absolute changes of heading since the start";
-    goal_north_m: Number, "m", "True position of the goal north of the datum; in `planned` rows of a live mission, the planner's estimate";
-    goal_east_m: Number, "m", "True or estimated position of the goal east of the datum";
-    goal_distance_m: Number, "m", "True or estimated horizontal distance from the surface craft to the goal";
+    goal_north_m: Number, "m", "Goal, north of the datum: true, or in `planned` rows of a live mission estimated";
+    goal_east_m: Number, "m", "Goal, east of the datum";
+    goal_distance_m: Number, "m", "Horizontal distance from the surface craft to the goal";
     path_north_m: Number, "m", "Reference point on the AUV's path, north of the datum";
     path_east_m: Number, "m", "Reference point on the AUV's path, east of the datum";
     along_track_m: Number, "m", "True along-track error, positive ahead of that point";
@@ -102,7 +102,7 @@ columns! {
     reference_heading_rad: Number, "rad", "Heading reference from then on, of the same vehicle";
     reference_pitch_rad: Number, "rad", "Pitch reference of the AUV from then on, positive nose-up";
     outcome: Word, "", "`ok`, or `degraded`";
-    method: Word, "", "What produced the plan: `mpc`, `previous_plan`, `saturated_los`, `hold`, another law, or `own_law` for one outside of this program";
+    method: Word, "", "What produced the plan: `mpc`, `previous_plan`, `saturated_los`, `hold`, another law, or `own_law` (outside of this program)";
     reason: Word, "", "Why the plan is degraded or the mission failed; the text of a `note`";
     predicted_rms_m: Number, "m", "Predicted RMS distance to the goal over the plan's horizon";
     solve_ms: Number, "ms", "Planning time";

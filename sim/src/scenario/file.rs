@@ -1,7 +1,10 @@
 //! The shape of a scenario file. Every number may be a distribution. The description of an optional member states its
 //! default.
 
-use planner::snapshot::{AREA_CORNERS, AUVS_MAX, ID_LENGTH_MAX, KEEP_OUTS_MAX};
+use planner::{
+    path::Side,
+    snapshot::{AREA_CORNERS, AUVS_MAX, ID_LENGTH_MAX, KEEP_OUTS_MAX},
+};
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, de::Error as _};
 
@@ -55,16 +58,16 @@ impl<'de> Deserialize<'de> for Point {
 pub struct Scenario {
     /// Version of this format.
     pub schema_version: Version,
-    /// Its name: lower-case letters, digits and hyphens.
+    /// Name: lower-case letters, digits and hyphens.
     #[schemars(length(min = 1, max = ID_LENGTH_MAX), regex(pattern = NAME_PATTERN))]
     pub name: String,
     /// What happens, in one line.
     pub title: String,
     /// How long it lasts, s.
     pub duration_s: Quantity<MissionTime>,
-    /// Start of the settled metrics, s: by then every vehicle has had time to reach its path or goal.
+    /// Start of the settled metrics, s.
     pub settled_after_s: Quantity<Instant>,
-    /// Position of the datum on Earth, which GeoJSON needs; none if left out.
+    /// The datum on Earth; none if left out.
     pub origin: Option<OriginFile>,
     /// The surface craft; none if left out.
     pub surface_craft: Option<SurfaceCraftFile>,
@@ -74,13 +77,13 @@ pub struct Scenario {
     /// The water; still if left out.
     #[serde(default)]
     pub water: WaterFile,
-    /// What the surface craft knows; everything but the paths, without delay or error, if left out.
+    /// What the surface craft knows; everything but the paths, exactly, if left out.
     #[serde(default)]
     pub knowledge: KnowledgeFile,
-    /// Bounds of the surface craft; none if left out.
+    /// What a run is judged by; none if left out.
     #[serde(default)]
     pub bounds: BoundsFile,
-    /// Faults, each with its start and end; none if left out.
+    /// Faults; none if left out.
     #[serde(default)]
     #[schemars(length(max = ITEMS_MAX))]
     pub faults: Vec<FaultFile>,
@@ -118,13 +121,13 @@ pub struct BoundsFile {
     #[serde(default)]
     #[schemars(length(max = KEEP_OUTS_MAX))]
     pub keep_outs: Vec<KeepOutFile>,
-    /// Corners of a convex area to stay in; anywhere if left out.
+    /// Corners of a convex area to stay in; none if left out.
     #[serde(default)]
     #[schemars(length(max = *AREA_CORNERS.end()))]
     pub area: Vec<Point>,
-    /// Slant range to every underwater vehicle to keep within, m; none if left out.
+    /// Largest slant range to every AUV, m; none if left out.
     pub range_max_m: Option<Quantity<RangeToKeep>>,
-    /// Propulsion energy available, J; unlimited if left out.
+    /// Propulsion energy, J; unlimited if left out.
     pub energy_max_j: Option<Quantity<Energy>>,
 }
 
@@ -132,11 +135,11 @@ pub struct BoundsFile {
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct KeepOutFile {
-    /// Its centre, north, m.
+    /// Centre, m.
     pub north_m: Quantity<Coordinate>,
-    /// Its centre, east, m.
+    /// Centre, m.
     pub east_m: Quantity<Coordinate>,
-    /// Its radius, m.
+    /// Radius, m.
     pub radius_m: Quantity<KeepOutRadius>,
 }
 
@@ -156,67 +159,67 @@ pub struct FaultFile {
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum FaultKindFile {
-    /// A thruster of the surface craft delivers only a share of its thrust; 0 means that it is lost.
+    /// A thruster delivers only a share of its thrust; 0: lost.
     Thruster {
         /// Side of the thruster.
-        side: SideFile,
+        side: Side,
         /// The share.
         share: Quantity<Share>,
     },
-    /// The surface craft's GNSS receiver gives nothing.
+    /// No GNSS position.
     GnssOutage,
-    /// The surface craft's clock is ahead by this much, s; negative if behind.
+    /// The surface craft's clock is wrong.
     ClockOffset {
-        /// Offset, s.
+        /// Time by which it is ahead, s.
         offset_s: Quantity<ClockTime>,
     },
-    /// No message of an underwater vehicle arrives.
+    /// No message of the AUV arrives.
     Silence {
-        /// Name of the vehicle.
+        /// The AUV's name.
         auv: String,
     },
-    /// An underwater vehicle surfaces and waits there; afterwards it rejoins its path.
+    /// The AUV surfaces and waits there, then rejoins its path.
     AuvStops {
-        /// Name of the vehicle.
+        /// The AUV's name.
         auv: String,
     },
-    /// An underwater vehicle loses power: it drifts and sends no messages.
+    /// The AUV loses power: it drifts, and is silent.
     AuvDies {
-        /// Name of the vehicle.
+        /// The AUV's name.
         auv: String,
     },
-    /// An underwater vehicle leaves its path; afterwards it rejoins it at the nearest place that is not on another lane.
+    /// The AUV leaves its path, then rejoins it at the nearest place that is not on another lane.
     AuvLeavesPath {
-        /// Name of the vehicle.
+        /// The AUV's name.
         auv: String,
-        /// Heading that it takes, rad, clockwise from north; its own if left out.
+        /// Its heading, rad; its own if left out.
         heading_rad: Option<Quantity<Angle>>,
     },
-    /// The surface craft's rudder, or differential thrust, is stuck.
+    /// Rudder or differential thrust is stuck.
     RudderStuck {
-        /// Where, as a share of the largest yaw moment, positive to starboard.
+        /// Share of the largest yaw moment, positive to starboard.
         share: Quantity<SignedShare>,
     },
-    /// The surface craft's thrust is stuck, whatever speed is asked for.
+    /// The thrust is stuck.
     ThrustStuck {
-        /// Where, as a share of the largest thrust ahead.
+        /// Share of the largest thrust ahead.
         share: Quantity<Share>,
     },
-    /// The reported accuracy of an underwater vehicle's fixes is wrong.
+    /// The AUV's fixes have a wrong accuracy.
     WrongAccuracy {
-        /// Name of the vehicle.
+        /// The AUV's name.
         auv: String,
-        /// Factor by which the reported standard deviation is wrong; 0.3 claims 0.45 m for 1.5 m.
+        /// Reported standard deviation over the true one.
         factor: Quantity<ClaimFactor>,
     },
-    /// An underwater vehicle reports speed 0.
+    /// The AUV reports speed 0.
     ReportsSpeedZero {
-        /// Name of the vehicle.
+        /// The AUV's name.
         auv: String,
     },
-    /// Every message of an underwater vehicle arrives twice.
+    /// Every message of the AUV arrives twice.
     MessagesTwice {
-        /// Name of the vehicle.
+        /// The AUV's name.
         auv: String,
     },
 }

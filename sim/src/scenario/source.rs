@@ -200,12 +200,15 @@ fn members_to<'a>(text: &'a str, field: &str) -> Vec<Member<'a>> {
     members
 }
 
-fn line_of(text: &str, byte: usize) -> usize {
+/// The line of a TOML text, from 1 on, that the `byte` is in.
+#[must_use]
+pub fn line_of(text: &str, byte: usize) -> usize {
     1 + text.bytes().take(byte).filter(|byte| *byte == b'\n').count()
 }
 
-/// The line of the member at `field`, or of the innermost existing table around it.
-fn line_of_field(text: &str, field: &str) -> usize {
+/// The line of the member of a TOML text at `field`, such as `auvs[0].path`, or of the innermost existing table around it.
+#[must_use]
+pub fn line_of_field(text: &str, field: &str) -> usize {
     let members = members_to(text, field);
     members
         .last()

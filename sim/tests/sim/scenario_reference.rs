@@ -1,9 +1,17 @@
 //! The reference of every key in `docs/scenario-keys.md` is that of the schema.
 
-use std::{fmt::Write as _, fs};
+use std::fs;
 
 use pilotfish_sim::scenario::Scenario;
 use serde_json::Value;
+
+use self::{
+    form::{Form, counts, is_number, is_point, kind, list_of, number, split_default},
+    page::text,
+};
+
+mod form;
+mod page;
 
 const DOCUMENT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/scenario-keys.md");
 const BEGIN: &str = "<!-- keys -->\n";
@@ -11,56 +19,28 @@ const END: &str = "<!-- /keys -->\n";
 /// Set to anything, it writes the reference anew.
 const UPDATE: &str = "UPDATE_DOCS";
 
-/// A line of the reference.
+/// A key of the reference.
 #[derive(Debug)]
 struct Row {
     key: String,
-    /// Type, range and unit.
+    /// Type and range, as far as the key's name does not say them.
     value: String,
-    default: String,
+    presence: Presence,
     meaning: String,
+}
+
+#[derive(Debug, PartialEq)]
+enum Presence {
+    Required,
+    /// One of several tables.
+    Variant,
+    /// With what it is if left out.
+    Optional(String),
 }
 
 struct Reference {
     definitions: Value,
     rows: Vec<Row>,
-}
-
-/// Type, unit and range of a value.
-#[derive(Default)]
-struct Form {
-    kind: String,
-    unit: String,
-    range: String,
-}
-
-impl Form {
-    fn of(kind: impl Into<String>) -> Self {
-        Self {
-            kind: kind.into(),
-            ..Self::default()
-        }
-    }
-
-    /// A number is known by its range.
-    fn value(&self) -> String {
-        let range = format!("{} {}", self.range, self.unit).replace("6.283185307179586", "2π");
-        match (&*self.kind, range.trim()) {
-            (kind, "") => kind.to_owned(),
-            ("number", range) => range.to_owned(),
-            (kind, range) => format!("{kind}, {range}"),
-        }
-    }
-
-    /// A description without the unit, which stands beside the range.
-    fn without_unit(&self, meaning: &str) -> String {
-        if self.unit.is_empty() {
-            return meaning.to_owned();
-        }
-        [".", ",", ";", ":"].iter().fold(meaning.to_owned(), |text, end| {
-            text.replace(&format!(", {}{end}", self.unit), end)
-        })
-    }
 }
 
 impl Reference {
@@ -80,17 +60,17 @@ impl Reference {
         let inside = self.resolved(value);
         let described = value["description"].as_str().or(inside["description"].as_str());
         let (meaning, stated) = split_default(described.unwrap_or_default());
-        let default = match (required, stated, value.get("default")) {
-            (true, _, _) => "required".to_owned(),
-            (false, Some(stated), _) => stated,
-            (false, None, Some(default)) => default.to_string(),
-            (false, None, None) => String::new(),
+        let presence = match (required, stated, value.get("default")) {
+            (true, _, _) => Presence::Required,
+            (false, Some(stated), _) => Presence::Optional(stated),
+            (false, None, Some(default)) => Presence::Optional(default.to_string()),
+            (false, None, None) => Presence::Optional(String::new()),
         };
         let form = self.form(&inside);
         self.rows.push(Row {
             key: key.to_owned(),
             value: form.value(),
-            default,
+            presence,
             meaning: form.without_unit(&meaning),
         });
         self.inside(key, &inside);
@@ -114,8 +94,8 @@ impl Reference {
                     .replace('\n', " ");
                 self.rows.push(Row {
                     key: key.clone(),
-                    value: "table".to_owned(),
-                    default: "one of these".to_owned(),
+                    value: String::new(),
+                    presence: Presence::Variant,
                     meaning,
                 });
                 self.inside(&key, &inside);
@@ -139,26 +119,26 @@ impl Reference {
             };
         }
         if let Some(choices) = value["oneOf"].as_array() {
-            let name = |choice: &Value| match choice["const"].as_str() {
-                Some(text) => format!("`\"{text}\"`"),
-                None => format!("`{}`", choice["required"][0].as_str().expect("has one key")),
-            };
-            let names: Vec<String> = choices.iter().map(name).collect();
+            let words = choices.iter().filter_map(|choice| choice["const"].as_str());
+            let mut names: Vec<String> = words.map(|text| format!("`\"{text}\"`")).collect();
+            if names.len() < choices.len() {
+                names.push("one of these".to_owned());
+            }
             return Form::of(names.join(", "));
         }
         match kind(value) {
-            "object" if value["properties"].is_object() => Form::of("table"),
+            "object" if value["properties"].is_object() => Form::default(),
             "object" => {
                 let each = self.form(&self.resolved(&value["additionalProperties"]));
                 Form {
-                    kind: format!("table of {}s by AUV", each.kind),
+                    kind: "by AUV".to_owned(),
                     ..each
                 }
             }
             "array" => {
                 let each = self.form(&self.resolved(&value["items"]));
                 Form {
-                    kind: format!("list of {}{}", each.kind, counts(value)),
+                    kind: format!("list{}{}", list_of(&each.kind), counts(value)),
                     ..each
                 }
             }
@@ -167,10 +147,10 @@ impl Reference {
                 unit: String::new(),
                 range: match (value["minimum"].as_i64(), value["maximum"].as_i64()) {
                     (Some(least), Some(most)) => format!("{least} to {most}"),
-                    _ => "0 and up".to_owned(),
+                    _ => String::new(),
                 },
             },
-            "boolean" => Form::of("`true`, `false`"),
+            "boolean" => Form::default(),
             "string" => Form::of("text"),
             other => panic!("a form that the reference does not know: {other} in {value}"),
         }
@@ -191,68 +171,6 @@ impl Reference {
     }
 }
 
-fn kind(value: &Value) -> &str {
-    match &value["type"] {
-        Value::Array(kinds) => kinds[0].as_str().expect("is a type"),
-        kind => kind.as_str().unwrap_or("nothing"),
-    }
-}
-
-/// A number that may be a distribution.
-fn is_number(value: &Value) -> bool {
-    value["oneOf"][0]["type"] == "number"
-}
-
-fn is_point(value: &Value) -> bool {
-    value["items"]["$ref"] == "#/$defs/Coordinate"
-}
-
-/// Range and unit of a number, which its description names: `0 to 5 m/s; drawn anew …`.
-fn number(value: &Value) -> Form {
-    let described = value["description"].as_str().expect("is described");
-    let (limits, _) = described.split_once(';').expect("has limits");
-    let words: Vec<&str> = limits.split_whitespace().collect();
-    Form {
-        kind: "number".to_owned(),
-        unit: words[3..].join(" "),
-        range: words[..3].join(" "),
-    }
-}
-
-fn counts(value: &Value) -> String {
-    match (value["minItems"].as_u64(), value["maxItems"].as_u64()) {
-        (None, None) => String::new(),
-        (None | Some(0), Some(most)) => format!(", {most} at most"),
-        (Some(least), Some(most)) => format!(", {least} to {most}"),
-        (Some(least), None) => format!(", {least} at least"),
-    }
-}
-
-/// A description without the part that says what a value is `if left out`, and that part.
-fn split_default(described: &str) -> (String, Option<String>) {
-    let described = described.replace('\n', " ");
-    let Some((before, after)) = described.split_once(" if left out") else {
-        return (described, None);
-    };
-    let begin = ["; ", ". "].iter().filter_map(|end| before.rfind(end)).max();
-    let begin = begin.unwrap_or_else(|| panic!("the default begins a clause: {described}"));
-    let (meaning, default) = before.split_at(begin);
-    // What follows a comma is of the default, what follows a full stop of the meaning.
-    let (more, rest) = match after.strip_prefix(',') {
-        Some(more) => more
-            .split_once('.')
-            .map_or((more, ""), |(more, rest)| (more, rest)),
-        None => ("", after.strip_prefix('.').unwrap_or(after)),
-    };
-    let default = default[2..].trim_end_matches(',').to_owned();
-    let default = if more.is_empty() {
-        default
-    } else {
-        format!("{default},{more}")
-    };
-    (format!("{meaning}.{rest}"), Some(default))
-}
-
 fn reference() -> (Vec<Row>, String) {
     let schema = Scenario::schema();
     let mut reference = Reference {
@@ -260,16 +178,7 @@ fn reference() -> (Vec<Row>, String) {
         rows: vec![],
     };
     reference.object("", &schema);
-    let mut text = "| key | value | default | meaning |\n|---|---|---|---|\n".to_owned();
-    for row in &reference.rows {
-        let Row {
-            key,
-            value,
-            default,
-            meaning,
-        } = row;
-        writeln!(text, "| `{key}` | {value} | {default} | {meaning} |").expect("text");
-    }
+    let text = text(&reference.rows);
     (reference.rows, text)
 }
 
@@ -277,7 +186,12 @@ fn reference() -> (Vec<Row>, String) {
 fn the_reference_of_keys_is_that_of_the_schema() {
     let (rows, reference) = reference();
     for row in &rows {
-        assert!(!row.default.is_empty(), "{}: what is it if left out?", row.key);
+        assert_ne!(
+            row.presence,
+            Presence::Optional(String::new()),
+            "{}: what is it if left out?",
+            row.key
+        );
         assert!(!row.meaning.is_empty(), "{}: what does it mean?", row.key);
     }
     let document = fs::read_to_string(DOCUMENT).expect("there");

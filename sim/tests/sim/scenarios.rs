@@ -317,7 +317,7 @@ fn what_a_mission_would_stumble_over_is_refused_before_it() {
         (
             "[surface_craft.limits]",
             "goal_offset.path = {ahead_m = 0, starboard_m = 9}\n[surface_craft.limits]",
-            "goal_offset.path: only a goal that follows one vehicle at a time has a path",
+            "goal_offset.path: an offset along a path needs a goal that follows one vehicle at a time",
         ),
         (
             "goal.midpoint.auvs = [\"auv-1\"]",
@@ -353,12 +353,12 @@ fn a_craft_table_that_contradicts_itself_is_refused() {
         (
             "[water]",
             "[surface_craft.craft]\nheading_loop = {damping = 1}\n[water]",
-            "craft.heading_loop.natural_frequency_radps: `natural_frequency_radps` and `damping` come together",
+            "craft.heading_loop.natural_frequency_radps: give both `natural_frequency_radps` and `damping`, or neither",
         ),
         (
             "[water]",
             "[surface_craft.craft]\nsurge_loop = {integrates = false, integral_time_s = 5}\n[water]",
-            "craft.surge_loop.integral_time_s: a loop that does not integrate",
+            "craft.surge_loop.integral_time_s: `integral_time_s` contradicts `integrates`: false",
         ),
         (
             "[surface_craft.limits]",

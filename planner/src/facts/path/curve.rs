@@ -3,6 +3,8 @@
 use std::f64::consts::{PI, TAU};
 
 use nalgebra::Vector2;
+use schemars::JsonSchema;
+use serde::Deserialize;
 
 use crate::facts::{
     angle::{direction, wrap},
@@ -68,7 +70,8 @@ impl Extent {
 }
 
 /// To which side a path turns, seen in its own direction.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Side {
     /// To the left.
     Port,

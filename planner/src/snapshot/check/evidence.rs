@@ -16,7 +16,7 @@ use crate::{
 const COVARIANCE_ROUNDING: f64 = 1.0e-9;
 
 const TOGETHER: InvalidReason = InvalidReason::Incomplete {
-    detail: "course and speed come together or not at all",
+    detail: "give both course and speed, or neither",
 };
 
 impl Check {

@@ -68,7 +68,7 @@ fn what_cannot_be_visited_is_refused_by_field_and_value() {
     let changes: [(Change<'_>, &str); 12] = [
         (
             &|visits| visits.auvs.push("auv-0".into()),
-            "goal/auvs/3: the name \"auv-0\" stands twice",
+            "goal/auvs/3: duplicate name \"auv-0\"",
         ),
         (
             &|visits| visits.auvs.push("x".into()),

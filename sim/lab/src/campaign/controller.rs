@@ -244,7 +244,6 @@ impl Controller {
 
     /// The guide, without memory, at a point of its grid.
     pub(super) fn guide(&self, setting: Setting) -> Box<dyn Guide> {
-        let without_paths = self.paths == Paths::Unknown;
         let gains = |law| -> LosTuning {
             setting
                 .gains
@@ -262,15 +261,14 @@ impl Controller {
             (Some((rule, _)), dwell) => Box::new(Ruled::new(guide, rule, dwell.unwrap_or(0.0))),
             (None, _) => guide,
         };
-        let guide: Box<dyn Guide> = Box::new(Adapted {
+        Box::new(Adapted {
             guide,
-            without_paths,
+            without_paths: self.paths == Paths::Unknown,
             forecast,
-        });
-        match self.variation {
-            Some(variation) => variation.around(guide),
-            None => guide,
-        }
+            variation: self.variation,
+            asked: 0,
+            held: None,
+        })
     }
 }
 
@@ -281,11 +279,14 @@ fn leaves_the_present_unsure(scenario: &Scenario) -> bool {
     scenario.knowledge.acoustics.is_some() || scenario.faults.iter().any(silent)
 }
 
-/// A guide that gets snapshots without paths, or with a given forecast model.
+/// A guide that gets snapshots as its controller's knowledge and variation change them.
 struct Adapted {
     guide: Box<dyn Guide>,
     without_paths: bool,
     forecast: Option<ForecastModel>,
+    variation: Option<Variation>,
+    asked: u32,
+    held: Option<Guidance>,
 }
 
 impl Guide for Adapted {
@@ -298,10 +299,22 @@ impl Guide for Adapted {
     }
 
     fn guide(&mut self, snapshot: &Snapshot) -> Result<Guidance, GuideError> {
-        if !self.without_paths && self.forecast.is_none() {
+        if self.variation.is_none() && !self.without_paths && self.forecast.is_none() {
             return self.guide.guide(snapshot);
         }
+        let every = match self.variation {
+            Some(Variation::AskedEveryS(every)) => every.max(1),
+            _ => 1,
+        };
+        let due = self.asked.is_multiple_of(every);
+        self.asked += 1;
+        if let Some(held) = self.held.filter(|_| !due) {
+            return Ok(held);
+        }
         let mut observation = PlanRequest::clone(snapshot);
+        if let Some(variation) = self.variation {
+            variation.vary_observation(&mut observation);
+        }
         if let Some(model) = self.forecast {
             observation.forecast = Forecast::from(model);
         }
@@ -310,6 +323,8 @@ impl Guide for Adapted {
                 (auv.path, auv.dive) = (None, None);
             }
         }
-        self.guide.guide(&Snapshot::try_from(observation)?)
+        let guidance = self.guide.guide(&Snapshot::try_from(observation)?)?;
+        self.held = Some(guidance);
+        Ok(guidance)
     }
 }

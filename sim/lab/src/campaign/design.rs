@@ -131,30 +131,19 @@ impl Campaign {
             .collect::<Result<Vec<_>, _>>()?;
         let mut cases = vec![];
         for (i, name) in names.iter().enumerate() {
+            let wrong = |reason: String| invalid(format!("scenarios[{i}]"), reason);
             let built_in = Scenario::named(name).map(Ok);
-            let scenario = built_in
-                .or_else(|| scenario_files.scenario(name))
-                .ok_or_else(|| {
-                    let known = Scenario::names().join(", ");
-                    invalid(
-                        format!("scenarios[{i}]"),
-                        format!("there is no scenario {name:?}, only {known}"),
-                    )
-                })??;
-            if cases
-                .iter()
-                .any(|case: &Case| case.scenario.name == scenario.name)
-            {
-                return Err(invalid(
-                    format!("scenarios[{i}]"),
-                    format!("{name} is the second with the name {}", scenario.name),
-                ));
+            let found = built_in.or_else(|| scenario_files.scenario(name));
+            let known = || Scenario::names().join(", ");
+            let scenario =
+                found.ok_or_else(|| wrong(format!("there is no scenario {name:?}, only {}", known())))??;
+            let is_second = |case: &Case| case.scenario.name == scenario.name;
+            if cases.iter().any(is_second) {
+                let reason = format!("{name} is the second with the name {}", scenario.name);
+                return Err(wrong(reason));
             }
             if !scenario.has_surface_craft() {
-                return Err(invalid(
-                    format!("scenarios[{i}]"),
-                    format!("{name} has no surface craft to score"),
-                ));
+                return Err(wrong(format!("{name} has no surface craft to score")));
             }
             for (entry, drawn) in crafts.iter().zip(&drawn) {
                 let all = Case::all(&scenario, entry, drawn, &campaign);
@@ -314,7 +303,7 @@ impl Campaign {
         }
     }
 
-    fn runs_per_condition(&self, case: usize) -> u64 {
+    pub(super) fn runs_per_condition(&self, case: usize) -> u64 {
         self.cases[case]
             .controllers
             .iter()

@@ -2,12 +2,12 @@
 
 use std::{fs, io, path::Path};
 
-use planner::los::LawGains;
+use planner::{los::LawGains, snapshot::ForecastModel};
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use sim::scenario::ScenarioError;
+use sim::scenario::{ScenarioError, line_of, line_of_field};
 
 use super::{
     controller::{CraftKnowledge, Paths, Variation},
@@ -208,7 +208,7 @@ pub struct RuleFile {
 #[serde(deny_unknown_fields)]
 pub struct PlannerFile {
     /// The forecast model that it must use; its own choice if left out.
-    pub forecast: Option<ForecastFile>,
+    pub forecast: Option<ForecastModel>,
     /// The planner's levers, each the planner's default if left out, as for the members below.
     #[serde(flatten)]
     pub tuning: planner::snapshot::Tuning,
@@ -222,20 +222,6 @@ pub struct PlannerFile {
     pub heading_rate_max_radps: Option<f64>,
     /// Whether the fallback level of least predicted cost answers.
     pub cost_decides: Option<bool>,
-}
-
-/// A forecast model.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum ForecastFile {
-    /// All AUVs stay where they are.
-    Hold,
-    /// All keep their velocity.
-    ConstantVelocity,
-    /// All keep their rate of turn.
-    ConstantTurn,
-    /// All follow their paths.
-    Path,
 }
 
 /// A line-of-sight law.
@@ -346,7 +332,7 @@ pub enum CampaignError {
 impl CampaignError {
     /// `field` is wrong in `text`, which came from `file`.
     pub(super) fn invalid(text: &str, file: &str, field: String, reason: String) -> Self {
-        Self::Invalid(file.to_owned(), line_of_key(text, &field), field, reason)
+        Self::Invalid(file.to_owned(), line_of_field(text, &field), field, reason)
     }
 }
 
@@ -406,39 +392,4 @@ impl Parameter {
             (None, None) => f64::NAN,
         }
     }
-}
-
-fn line_of(text: &str, byte: usize) -> usize {
-    1 + text.bytes().take(byte).filter(|byte| *byte == b'\n').count()
-}
-
-/// The line of the last key of `field`, as in `controllers[2].law.name`: searched from the n-th header of its table.
-fn line_of_key(text: &str, field: &str) -> usize {
-    let (head, index) = match field.split_once('[') {
-        Some((head, rest)) => (
-            head,
-            rest.split_once(']')
-                .and_then(|(index, _)| index.parse().ok())
-                .unwrap_or(0),
-        ),
-        None => (field.split('.').next().unwrap_or(field), 0),
-    };
-    let key = field.rsplit('.').next().unwrap_or(field);
-    let key = key.split('[').next().unwrap_or(key);
-    let lines: Vec<&str> = text.lines().map(str::trim_start).collect();
-    let header =
-        |line: &&str| line.starts_with(&format!("[[{head}]]")) || line.starts_with(&format!("[{head}]"));
-    let starts: Vec<usize> = lines
-        .iter()
-        .enumerate()
-        .filter(|(_, line)| header(line))
-        .map(|(i, _)| i)
-        .collect();
-    let from = starts.get(index).copied().unwrap_or(0);
-    let is_key = |line: &&str| {
-        line.split(['=', '.', ' '])
-            .any(|word| word.trim_matches(['{', ',']) == key)
-    };
-    let found = lines[from..].iter().position(is_key);
-    1 + from + found.unwrap_or(0)
 }

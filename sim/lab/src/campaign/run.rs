@@ -4,7 +4,7 @@ use std::{num::NonZeroUsize, sync::Mutex};
 
 use super::{
     chunk::{Part, Parts, Piece},
-    design::{Campaign, Chunk, Condition},
+    design::{Campaign, Chunk},
     directory::{Directory, DirectoryError},
     rows::Rows,
     tune::{Gains, tune, tuned_in},
@@ -46,16 +46,7 @@ pub fn run(
         .copied()
         .filter(|chunk| !done.contains(&chunk.number))
         .collect();
-    let runs_of = |chunk: &Chunk| {
-        chunk.count
-            * campaign
-                .runs_in(Condition {
-                    case: chunk.case,
-                    replicate: 0,
-                    tuning: false,
-                })
-                .len() as u64
-    };
+    let runs_of = |chunk: &Chunk| chunk.count * campaign.runs_per_condition(chunk.case);
     let mut state = Progress {
         runs: (
             wanted

@@ -25,6 +25,6 @@ pub(crate) mod student;
 #[cfg(test)]
 pub(crate) mod tests;
 
-pub(crate) use compare::{Cluster, Comparison, Measure, Question, Wins, compare, holm, unit, worst};
+pub(crate) use compare::{Cluster, Comparison, Measure, Question, Wins, compare, holm, unit};
 pub(crate) use effect::{Effect, Third, effect};
 pub(crate) use run_table::RunTable;

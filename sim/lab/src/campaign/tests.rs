@@ -228,47 +228,6 @@ rule = { name = "clock" }
 "#;
 
 #[test]
-fn a_clock_flies_at_its_best_turn_where_the_goal_visits_and_nowhere_else() {
-    let campaign = campaign(VISITS);
-    let law = &campaign.controllers[2];
-    let condition = campaign.tuning_conditions(0).next().expect("is one");
-    let costs = law.grid().into_iter().map(|setting| {
-        let flown = fly(&campaign, condition, law, setting).expect("flies");
-        let score = Score::of(&flown.record).expect("has a craft");
-        (setting, score.metrics.visits.expect("visits").mean_cost)
-    });
-    let costs: Vec<_> = costs.collect();
-    let best = costs
-        .iter()
-        .copied()
-        .reduce(|least, other| if other.1 < least.1 { other } else { least });
-    let (best, least) = best.expect("a grid has points");
-    let found = tune(&campaign, 0, 2);
-    assert_eq!((found.best[0].setting, found.best[0].mean), (best, least));
-    assert!(costs.iter().any(|(_, cost)| least + 1.0 < *cost), "{costs:?}");
-
-    let folder = TempDir::new().expect("is a folder");
-    let (_, rows) = flown(&campaign, folder.path(), 1, Shard::WHOLE);
-    let controllers = rows.words("controller").expect("a column");
-    assert_eq!(controllers, ["mpc", "clock", "clock_los", "mpc"]);
-    let numbers = |name: &str| rows.numbers(name).expect("a column").to_vec();
-    assert_eq!(numbers("dwell_s"), [None, Some(40.0), best.dwell_s, None]);
-    let costs = numbers("visit_mean_cost");
-    assert!(costs[..3].iter().all(|cost| cost.is_some_and(|cost| 5.0 < cost)) && costs[3].is_none());
-    // The bound is of a goal that is the same for all.
-    assert_eq!(
-        numbers("bound_rms_m")
-            .iter()
-            .map(Option::is_some)
-            .collect::<Vec<_>>(),
-        [false, false, false, true]
-    );
-    for run in 0..4 {
-        assert!(replay(&campaign, &rows, run).expect("flies").same, "{run}");
-    }
-}
-
-#[test]
 fn rules_that_are_none_and_turns_that_no_goal_takes_are_refused() {
     for (right, wrong, says) in [
         (
@@ -316,6 +275,47 @@ fn a_report_of_unknown_metrics_and_seeds_that_overlap_are_refused() {
 
 mod slow {
     use super::*;
+
+    #[test]
+    fn a_clock_flies_at_its_best_turn_where_the_goal_visits_and_nowhere_else() {
+        let campaign = campaign(VISITS);
+        let law = &campaign.controllers[2];
+        let condition = campaign.tuning_conditions(0).next().expect("is one");
+        let costs = law.grid().into_iter().map(|setting| {
+            let flown = fly(&campaign, condition, law, setting).expect("flies");
+            let score = Score::of(&flown.record).expect("has a craft");
+            (setting, score.metrics.visits.expect("visits").mean_cost)
+        });
+        let costs: Vec<_> = costs.collect();
+        let best = costs
+            .iter()
+            .copied()
+            .reduce(|least, other| if other.1 < least.1 { other } else { least });
+        let (best, least) = best.expect("a grid has points");
+        let found = tune(&campaign, 0, 2);
+        assert_eq!((found.best[0].setting, found.best[0].mean), (best, least));
+        assert!(costs.iter().any(|(_, cost)| least + 1.0 < *cost), "{costs:?}");
+
+        let folder = TempDir::new().expect("is a folder");
+        let (_, rows) = flown(&campaign, folder.path(), 1, Shard::WHOLE);
+        let controllers = rows.words("controller").expect("a column");
+        assert_eq!(controllers, ["mpc", "clock", "clock_los", "mpc"]);
+        let numbers = |name: &str| rows.numbers(name).expect("a column").to_vec();
+        assert_eq!(numbers("dwell_s"), [None, Some(40.0), best.dwell_s, None]);
+        let costs = numbers("visit_mean_cost");
+        assert!(costs[..3].iter().all(|cost| cost.is_some_and(|cost| 5.0 < cost)) && costs[3].is_none());
+        // The bound is of a goal that is the same for all.
+        assert_eq!(
+            numbers("bound_rms_m")
+                .iter()
+                .map(Option::is_some)
+                .collect::<Vec<_>>(),
+            [false, false, false, true]
+        );
+        for run in 0..4 {
+            assert!(replay(&campaign, &rows, run).expect("flies").same, "{run}");
+        }
+    }
 
     #[test]
     fn rows_are_the_same_on_one_thread_and_two_after_a_break_and_in_parts() {

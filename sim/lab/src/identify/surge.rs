@@ -85,6 +85,15 @@ struct Loop {
     compass_bias: f64,
 }
 
+/// What is fitted: residuals by kind of measurement.
+#[derive(Clone, Copy, Debug)]
+struct Model {
+    held: SpeedReference,
+    /// Whether the loop has an integral part.
+    integrates: bool,
+    weights: [f64; N_CHANNELS],
+}
+
 impl Loop {
     fn of(held: SpeedReference, parameters: &[f64]) -> Self {
         let ground = |i: usize| parameters.get(i).copied().unwrap_or(0.0);
@@ -116,9 +125,12 @@ pub(super) fn fit(log: &Log, heading: &[Motion]) -> SurgeFit {
         straight: straight(log, heading),
     };
     // In rounds: the first shows the noise of each kind of measurement.
-    let mut weights = [1.0; N_CHANNELS];
-    let start = data.start(&weights);
-    let mut through_water = data.fit(SpeedReference::ThroughWater, &weights, true, &start);
+    let mut model = Model {
+        held: SpeedReference::ThroughWater,
+        integrates: true,
+        weights: [1.0; N_CHANNELS],
+    };
+    let mut through_water = data.fit(&model, &data.start(&model));
     let mut over_ground = through_water.clone();
     for _ in 0..2 {
         let (best, held) = if through_water.sum_of_squares <= over_ground.sum_of_squares {
@@ -126,20 +138,11 @@ pub(super) fn fit(log: &Log, heading: &[Motion]) -> SurgeFit {
         } else {
             (&over_ground, SpeedReference::OverGround)
         };
-        weights = data.weights(held, best, &weights);
-        through_water = data.fit(
-            SpeedReference::ThroughWater,
-            &weights,
-            true,
-            &through_water.parameters,
-        );
+        model.weights = data.weights(&Model { held, ..model }, best);
+        through_water = data.fit(&model, &through_water.parameters);
         if data.has_ground {
-            over_ground = data.fit(
-                SpeedReference::OverGround,
-                &weights,
-                true,
-                &over_ground.parameters,
-            );
+            let held = SpeedReference::OverGround;
+            over_ground = data.fit(&Model { held, ..model }, &over_ground.parameters);
         }
     }
     let speed_held = data
@@ -153,19 +156,20 @@ pub(super) fn fit(log: &Log, heading: &[Motion]) -> SurgeFit {
                 SpeedReference::OverGround
             }
         });
-    let held = speed_held.unwrap_or(SpeedReference::ThroughWater);
-    let mut fitted = match held {
+    model.held = speed_held.unwrap_or(SpeedReference::ThroughWater);
+    let mut fitted = match model.held {
         SpeedReference::ThroughWater => through_water,
         SpeedReference::OverGround => over_ground,
     };
-    let mut estimates = data.estimates(held, &fitted, &weights, true);
+    let mut estimates = data.estimates(&model, &fitted);
     let integrator = integrator(estimates[INTEGRAL_RATE]);
     if !(integrator.identified && integrator.estimate.is_finite()) {
-        fitted = data.fit(held, &weights, false, &fitted.parameters);
-        estimates = data.estimates(held, &fitted, &weights, false);
+        model.integrates = false;
+        fitted = data.fit(&model, &fitted.parameters);
+        estimates = data.estimates(&model, &fitted);
     }
     data.finish(
-        &Loop::of(held, &fitted.parameters),
+        &Loop::of(model.held, &fitted.parameters),
         estimates,
         integrator,
         speed_held,
@@ -217,7 +221,7 @@ fn integrator(rate: Estimate) -> Parameter {
 
 impl Data<'_> {
     /// The initial guess.
-    fn start(&self, weights: &[f64; N_CHANNELS]) -> Vec<f64> {
+    fn start(&self, model: &Model) -> Vec<f64> {
         let (acceleration, deceleration) = self.strongest();
         let limits = [(0.8 * acceleration).ln(), (0.8 * deceleration).ln()];
         let current = self.has_ground.then(|| self.rough_current());
@@ -229,48 +233,23 @@ impl Data<'_> {
         let starts = STARTS
             .iter()
             .flat_map(|time| DELAYS.map(|delay| start(*time, delay)));
-        nearest(
-            |p| self.residuals(SpeedReference::ThroughWater, p, weights, true).0,
-            starts,
-        )
+        nearest(|p| self.residuals(model, p).0, starts)
     }
 
-    fn fit(
-        &self,
-        held: SpeedReference,
-        weights: &[f64; N_CHANNELS],
-        integrates: bool,
-        start: &[f64],
-    ) -> Fitted {
-        least_squares(|p| self.residuals(held, p, weights, integrates).0, start)
+    fn fit(&self, model: &Model, start: &[f64]) -> Fitted {
+        least_squares(|p| self.residuals(model, p).0, start)
     }
 
-    fn estimates(
-        &self,
-        held: SpeedReference,
-        fitted: &Fitted,
-        weights: &[f64; N_CHANNELS],
-        integrates: bool,
-    ) -> Vec<Estimate> {
-        let (_, channels) = self.residuals(held, &fitted.parameters, weights, integrates);
-        fit::estimates(
-            |p| self.residuals(held, p, weights, integrates).0,
-            fitted,
-            &channels,
-        )
+    fn estimates(&self, model: &Model, fitted: &Fitted) -> Vec<Estimate> {
+        let (_, channels) = self.residuals(model, &fitted.parameters);
+        fit::estimates(|p| self.residuals(model, p).0, fitted, &channels)
     }
 
     /// Weighted residuals by kind of measurement, and the range of each kind.
-    fn residuals(
-        &self,
-        held: SpeedReference,
-        parameters: &[f64],
-        weights: &[f64; N_CHANNELS],
-        integrates: bool,
-    ) -> (Vec<f64>, Channels) {
+    fn residuals(&self, model: &Model, parameters: &[f64]) -> (Vec<f64>, Channels) {
         type Seen = fn(&LogRow, &Motion, &Loop) -> Option<f64>;
-        let mut law = Loop::of(held, parameters);
-        if !integrates {
+        let mut law = Loop::of(model.held, parameters);
+        if !model.integrates {
             law.integral_rate = 0.0;
         }
         let motion = self.simulate(&law);
@@ -284,7 +263,7 @@ impl Data<'_> {
         ];
         let (mut residuals, mut channels) = (Vec::new(), Vec::new());
         let of_surge = [true, false, true, false];
-        for ((kind, weight), of_surge) in kinds.iter().zip(weights).zip(of_surge) {
+        for ((kind, weight), of_surge) in kinds.iter().zip(model.weights).zip(of_surge) {
             let from = residuals.len();
             let rows = self
                 .log
@@ -301,15 +280,10 @@ impl Data<'_> {
     }
 
     /// Weights that give all kinds of measurements equal noise.
-    fn weights(
-        &self,
-        held: SpeedReference,
-        fitted: &Fitted,
-        before: &[f64; N_CHANNELS],
-    ) -> [f64; N_CHANNELS] {
-        let (_, channels) = self.residuals(held, &fitted.parameters, before, true);
-        let mut weights = *before;
-        for ((weight, channel), before) in weights.iter_mut().zip(&channels).zip(before) {
+    fn weights(&self, model: &Model, fitted: &Fitted) -> [f64; N_CHANNELS] {
+        let (_, channels) = self.residuals(model, &fitted.parameters);
+        let mut weights = model.weights;
+        for ((weight, channel), before) in weights.iter_mut().zip(&channels).zip(model.weights) {
             if channel.is_empty() {
                 continue;
             }

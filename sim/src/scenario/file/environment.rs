@@ -18,7 +18,7 @@ use crate::scenario::quantity::{
 pub struct WaterFile {
     /// Mean current at the surface; none if left out.
     pub current: Option<CurrentFile>,
-    /// Fluctuation about the mean current: an independent first-order Gauss–Markov process for each component; none if left out.
+    /// Fluctuation about the mean current, a first-order Gauss–Markov process; none if left out.
     pub gauss_markov: Option<GaussMarkovFile>,
     /// Change of the current with depth; none if left out.
     pub shear: Option<ShearFile>,
@@ -37,10 +37,10 @@ pub enum CurrentFile {
         /// Towards east, m/s.
         east_mps: Quantity<CurrentComponent>,
     },
-    /// Interpolated on a grid of north, east and time, from a CSV file beside the scenario file with the columns
-    /// `t_s, north_m, east_m, current_north_mps, current_east_mps`.
+    /// Interpolated on a grid, from a CSV file with the columns `t_s`, `north_m`, `east_m`, `current_north_mps` and
+    /// `current_east_mps`.
     Grid {
-        /// Name of the file.
+        /// Its name, beside the scenario file.
         file: String,
     },
 }
@@ -63,7 +63,7 @@ pub struct ShearFile {
     pub depth_m: Quantity<ShearDepth>,
     /// Factor on the current there.
     pub factor: Quantity<Factor>,
-    /// Its turn there, rad, clockwise; 0 if left out.
+    /// Its turn there, rad; 0 if left out.
     pub turn_rad: Option<Quantity<HalfTurn>>,
 }
 
@@ -77,7 +77,7 @@ pub struct WavesFile {
     pub surge_sigma_mps: Quantity<WaterSpeedNoise>,
     /// Peak period, s.
     pub peak_period_s: Quantity<WavePeriod>,
-    /// Relative damping, which sets the width of the spectrum.
+    /// Relative damping: the width of the spectrum.
     pub damping: Quantity<Damping>,
 }
 
@@ -85,19 +85,19 @@ pub struct WavesFile {
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct KnowledgeFile {
-    /// Whether snapshots contain the current at the craft, or the craft estimates it from its velocities through water and over ground; `known` if left out.
+    /// Whether snapshots contain the current at the craft; `known` if left out.
     #[serde(default)]
     pub current: CurrentKnowledge,
-    /// Whether it knows the paths, speeds and dives of the underwater vehicles.
+    /// Whether it knows paths, speeds and dives of the AUVs.
     #[serde(default)]
     pub paths: bool,
-    /// Whether only paths that it knows are followed, and not what the track of an underwater vehicle repeats.
+    /// Whether only known paths are followed, and not what tracks repeat.
     #[serde(default)]
     pub known_paths_only: bool,
     /// Errors of its sensors; none if left out.
     #[serde(default)]
     pub sensors: SensorsFile,
-    /// Acoustic messages of the underwater vehicles; exact states without delay if left out.
+    /// Messages of the AUVs; exact states if left out.
     pub acoustics: Option<AcousticsFile>,
 }
 
@@ -128,7 +128,7 @@ pub struct SensorsFile {
     pub heading_bias_rad: Option<Quantity<AngleBias>>,
     /// Standard deviation of the yaw rate, rad/s; 0 if left out.
     pub yaw_rate_sigma_radps: Option<Quantity<RateNoise>>,
-    /// Standard deviation of the speed through the water, ahead and abeam, m/s; 0 if left out.
+    /// Standard deviation of the speed through the water, m/s; 0 if left out.
     pub speed_sigma_mps: Option<Quantity<SpeedNoise>>,
 }
 
@@ -150,15 +150,15 @@ pub struct AcousticsFile {
     /// How a snapshot carries the messages; `reports` if left out.
     #[serde(default, alias = "told_as")]
     pub reported_as: ReportedAs,
-    /// Time between two messages of a vehicle, s.
+    /// Time between two messages of an AUV, s.
     pub frame_s: Quantity<FrameTime>,
     /// Length of a message, s.
     pub slot_length_s: Quantity<MessageTime>,
-    /// Start of each vehicle's slot in the frame, s, by name of the vehicle.
+    /// Start of its slot in the frame, s.
     pub slots_s: BTreeMap<String, Quantity<Period>>,
-    /// Time from the arrival of a message until its fix is available, s.
+    /// Time from a message's arrival to its fix, s.
     pub latency_s: Quantity<MessageTime>,
-    /// Whether a message contains course, speed and rate of turn. Without them, only reports are possible.
+    /// Whether a message contains course, speed and rate of turn; without, only reports are possible.
     #[serde(default = "yes")]
     pub course_and_speed: bool,
     /// Standard deviation of a fix along each axis, m.
@@ -171,9 +171,9 @@ pub struct AcousticsFile {
     pub speed_sigma_mps: Option<Quantity<SpeedNoise>>,
     /// Range beyond which no message arrives, m.
     pub range_max_m: Quantity<AcousticRange>,
-    /// Share of messages lost at zero range; 0 if left out.
+    /// Share of messages lost at no range; 0 if left out.
     pub loss: Option<Quantity<Share>>,
-    /// Share of messages lost at the largest range; the share at zero range if left out.
+    /// Share lost at the largest range; `loss` if left out.
     pub loss_at_range_max: Option<Quantity<Share>>,
     /// Share of fixes that are outliers; 0 if left out.
     pub outlier_share: Option<Quantity<Share>>,

@@ -4,7 +4,8 @@ use std::{collections::BTreeMap, sync::Arc};
 
 use planner::{
     craft::{CraftDescription, HeadingReference, SpeedReference},
-    snapshot::ID_LENGTH_MAX,
+    path::Side,
+    snapshot::{ID_LENGTH_MAX, Reduce},
 };
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -28,27 +29,25 @@ use crate::{
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SurfaceCraftFile {
-    /// Class of its hull, thrusters and autopilot, or a random craft.
+    /// Hull, thrusters and autopilot.
     pub class: SurfaceClassFile,
-    /// North of the datum, m.
+    /// North at the start, m.
     pub north_m: Quantity<Coordinate>,
-    /// East of the datum, m.
+    /// East at the start, m.
     pub east_m: Quantity<Coordinate>,
     /// Heading, rad, clockwise from north.
     pub heading_rad: Quantity<Angle>,
     /// Surge speed through the water, m/s.
     pub speed_mps: Quantity<Speed>,
-    /// Whether its surge loop has drag feed-forward. Without it, a MEDUSA changes its speed so slowly that guidance makes
-    /// little difference. A random craft ignores this.
+    /// Whether the surge loop has drag feed-forward; a random craft ignores this.
     // The response times: docs/rationale.md#sim-drag-feed-forward.
     #[serde(default = "yes")]
     pub drag_feed_forward: bool,
     /// Its goal.
     pub goal: GoalFile,
-    /// Offset of the goal from the point that it follows: an underwater vehicle, the mean of several, or the point
-    /// nearest to all of them; none if left out.
+    /// Offset of the goal from the point that it follows; none if left out.
     pub goal_offset: Option<OffsetFile>,
-    /// Slant range to an underwater vehicle that counts as contact, m.
+    /// Slant range that counts as contact, m.
     pub contact_range_m: Quantity<Length>,
     /// Limits given to the planner; those of the class if left out.
     #[serde(default)]
@@ -68,7 +67,7 @@ pub enum SurfaceClassFile {
     Medusa,
     /// Otter: 3 m/s.
     Otter,
-    /// A random craft, unknown to the planner: hull, thrusters and autopilot are drawn until they pass step tests.
+    /// A random craft, unknown to the planner.
     Random(RandomCraftFile),
 }
 
@@ -102,57 +101,57 @@ pub struct RandomCraftFile {
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum GoalFile {
-    /// Stay above one underwater vehicle.
+    /// Stay above one AUV.
     Track {
-        /// Name of the vehicle.
+        /// Its name.
         auv: String,
     },
     /// Follow several in turn.
     Intermittent {
-        /// Names of the vehicles, in order.
+        /// Their names, in order.
         auvs: Vec<String>,
         /// Time above each, s.
         dwell_s: Quantity<MissionTime>,
-        /// Start of the first vehicle's first interval, s on the surface craft's clock.
+        /// Start of the first interval, s on the surface craft's clock.
         epoch_s: Quantity<ClockTime>,
     },
     /// Stay above the mean of several.
     Midpoint {
-        /// Names of the vehicles.
+        /// Their names.
         auvs: Vec<String>,
     },
     /// Stay above the weighted mean of several.
     Weighted {
-        /// Weight of each vehicle by name, relative to the others.
+        /// Relative weights.
         weights: BTreeMap<String, Quantity<Weight>>,
     },
-    /// Stay within a slant range of several, where the largest of their ranges is least.
+    /// Stay within a slant range of several, where the largest range is least.
     Range {
-        /// Names of the vehicles.
+        /// Their names.
         auvs: Vec<String>,
         /// The range, m.
         range_m: Quantity<SlantRange>,
     },
-    /// Serve several one after the other, in the order and at the times that cost them least.
+    /// Serve several in the order and at the times that cost least.
     Visit {
-        /// Names of the vehicles.
+        /// Their names.
         auvs: Vec<String>,
-        /// What it costs not to serve one; `age` if left out.
+        /// Cost of not serving one; `age` if left out.
         #[serde(default)]
         cost: VisitCostFile,
-        /// How much the cost of each counts, by name, relative to the others; 1 if left out.
+        /// Relative weights of the costs; 1 if left out.
         #[serde(default)]
         weights: BTreeMap<String, Quantity<Weight>>,
-        /// Horizontal distance within which one counts as served, m; 20 if left out.
+        /// Horizontal distance that counts as served, m; 20 if left out.
         within_m: Option<Quantity<ServedWithin>>,
-        /// Least time with one, s; 0 where the cost is `age`, else 30 if left out.
+        /// Least time with one, s; 0 for `age`, else 30 if left out.
         dwell_min_s: Option<Quantity<Dwell>>,
-        /// Until when each must have been served, by name, s on the surface craft's clock; none if left out.
+        /// Deadlines, s on the surface craft's clock; none if left out.
         #[serde(default)]
         serve_by_s: BTreeMap<String, Quantity<ClockTime>>,
-        /// Whether the mean of the costs counts or the largest; `mean` if left out.
+        /// What of the costs counts; `mean` if left out.
         #[serde(default)]
-        reduce: ReduceFile,
+        reduce: Reduce,
     },
 }
 
@@ -180,20 +179,9 @@ pub enum VisitCostFile {
         growth_kbps: Quantity<DataRate>,
         /// What it uploads at no distance, kbit/s.
         upload_kbps: Quantity<UploadRate>,
-        /// Slant range at which nothing is uploaded any more, m.
+        /// Slant range at which the upload ends, m.
         range_max_m: Quantity<RangeToKeep>,
     },
-}
-
-/// What counts of the costs of several underwater vehicles.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum ReduceFile {
-    /// Their weighted mean.
-    #[default]
-    Mean,
-    /// The largest.
-    Max,
 }
 
 /// Offset of a goal from the point that it follows.
@@ -207,14 +195,14 @@ pub enum OffsetFile {
         /// Distance east, m.
         east_m: Quantity<OffsetComponent>,
     },
-    /// Along the course of the followed point; along its last course while it rests.
+    /// Along the course of the followed point, at rest its last one.
     Target {
         /// Distance ahead, m.
         ahead_m: Quantity<OffsetComponent>,
         /// Distance to starboard, m.
         starboard_m: Quantity<OffsetComponent>,
     },
-    /// Along the tangent of the path at the followed underwater vehicle. Requires `knowledge.paths`.
+    /// Along the path of the followed AUV. Requires `knowledge.paths`.
     Path {
         /// Distance ahead, m.
         ahead_m: Quantity<OffsetComponent>,
@@ -237,7 +225,7 @@ pub struct LimitsFile {
     pub acceleration_max_mps2: Option<Quantity<Acceleration>>,
     /// Largest deceleration, m/s²; the class's if left out.
     pub deceleration_max_mps2: Option<Quantity<Acceleration>>,
-    /// Time constant of the surge loop, s, for files without `craft`; that of `craft` if left out.
+    /// Time constant of the surge loop, s; that of `craft` if left out.
     pub surge_lag_s: Option<Quantity<LoopLag>>,
 }
 
@@ -245,17 +233,17 @@ pub struct LimitsFile {
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AuvFile {
-    /// Its name: lower-case letters, digits and hyphens.
+    /// Name: lower-case letters, digits and hyphens.
     #[schemars(length(min = 1, max = ID_LENGTH_MAX), regex(pattern = NAME_PATTERN))]
     pub id: String,
-    /// Its hull, loops, navigation, speed and dive; `medusa` if left out.
+    /// Hull, loops, navigation, speed and dive; `medusa` if left out.
     #[serde(default)]
     pub class: UnderwaterClass,
-    /// Distance of its start north of the path's beginning, m; 0 if left out.
+    /// Start, north of the path's beginning, m; 0 if left out.
     pub north_of_path_m: Option<Quantity<Coordinate>>,
-    /// Distance of its start east of the path's beginning, m; 0 if left out.
+    /// Start, east of the path's beginning, m; 0 if left out.
     pub east_of_path_m: Option<Quantity<Coordinate>>,
-    /// Heading relative to the path's, rad, clockwise; 0 if left out.
+    /// Heading at the start less the path's, rad; 0 if left out.
     pub heading_off_path_rad: Option<Quantity<Angle>>,
     /// Depth at the start, m; the least depth of the dive if left out.
     pub depth_m: Option<Quantity<Depth>>,
@@ -264,18 +252,16 @@ pub struct AuvFile {
     pub leg: Leg,
     /// Speed along its body, m/s; the class's if left out.
     pub speed_mps: Option<Quantity<PathSpeed>>,
-    /// Speed along its body over arc length, [m, m/s] at each knot, linear between, instead of `speed_mps`; none if left out.
+    /// Speed along its body over arc length, linear between knots, instead of `speed_mps`; none if left out.
     #[schemars(length(min = 1, max = ITEMS_MAX))]
     pub speed_profile: Option<Vec<SpeedKnot>>,
     /// Its sawtooth dive; the class's if left out.
     pub dive: Option<DiveFile>,
-    /// Error of its own navigation, added to what its class makes; none if left out.
+    /// Error of its own navigation, added to its class's; none if left out.
     pub navigation_error: Option<NavigationErrorFile>,
     /// Its path; it repeats a `track` if left out.
     pub path: Option<PathFile>,
-    /// Name of a CSV file beside the scenario file with a recorded track that it repeats, whatever the water does. Columns: `t_s`,
-    /// `north_m` and `east_m` or `lat_deg` and `lon_deg` (requires `origin`), and `depth_m`, else it stays at its depth at the
-    /// start; it follows its `path` if left out.
+    /// Name of a CSV file with a recorded track that it repeats; it follows its `path` if left out.
     pub track: Option<String>,
 }
 
@@ -287,11 +273,11 @@ pub struct NavigationErrorFile {
     pub north_m: Option<Quantity<Coordinate>>,
     /// East, at the start, m; 0 if left out.
     pub east_m: Option<Quantity<Coordinate>>,
-    /// How much it grows, as a share of the distance through the water; 0 if left out.
+    /// Growth, as a share of the distance through the water; 0 if left out.
     pub drift_share: Option<Quantity<Share>>,
-    /// Direction in which it grows, rad, clockwise from north; 0 if left out.
+    /// Direction of growth, rad; 0 if left out.
     pub drift_heading_rad: Option<Quantity<Angle>>,
-    /// Whether a satellite fix sets it to zero, at a depth of 1 m or less.
+    /// Whether a satellite fix ends it, at a depth of 1 m or less.
     #[serde(default)]
     pub fix_at_surface: bool,
 }
@@ -336,14 +322,13 @@ pub enum PathFile {
         #[schemars(range(min = 1, max = LANES_MAX))]
         lanes: usize,
     },
-    /// Straight legs between way-points, corners rounded by arcs.
+    /// Legs between way-points, with rounded corners.
     Waypoints {
         /// The way-points.
         points: Vec<Point>,
-        /// Radius of the arcs, m, for which the legs must have room; none if left out.
+        /// Radius of all corners, m, for which legs must have room; none if left out.
         fillet_m: Option<Quantity<Length>>,
-        /// Radius at which corners of any angle are turned where the legs have room, m, instead of `fillet_m`. The surface
-        /// craft does not know it: a known path is the way-points alone; 10 m if left out.
+        /// Turn radius where legs have room, m, unknown to the surface craft; 10 m if left out.
         turn_radius_m: Option<Quantity<Length>>,
         /// Whether the last point leads back to the first.
         #[serde(default)]
@@ -351,13 +336,13 @@ pub enum PathFile {
     },
     /// A circle, repeated without end.
     Circle {
-        /// Its centre.
+        /// Centre.
         centre: Point,
-        /// Its radius, m.
+        /// Radius, m.
         radius_m: Quantity<Length>,
         /// Side to which it turns.
-        turn: SideFile,
-        /// Bearing of the path's beginning from the centre, rad; north if left out.
+        turn: Side,
+        /// Bearing of the beginning from the centre, rad; north if left out.
         bearing_rad: Option<Quantity<Angle>>,
     },
     /// Lines and arcs; neighbours share a tangent.
@@ -368,30 +353,28 @@ pub enum PathFile {
         #[serde(default)]
         closed: bool,
     },
-    /// Way-points from a GeoJSON LineString in a file beside the scenario file. Requires `origin`.
+    /// Way-points of a GeoJSON LineString. Requires `origin`.
     Geojson {
-        /// Name of the file.
+        /// Name of the file, beside the scenario file.
         file: String,
-        /// Radius of the arcs at its corners, m.
+        /// Radius of its corners, m.
         fillet_m: Quantity<Length>,
     },
-    /// A random survey, drawn from a random stream of its own: legs joined by turns that the vehicle can sail. The surface
-    /// craft that knows paths knows its way-points alone.
+    /// A random survey, of which a surface craft that knows paths knows the way-points alone.
     RandomSurvey {
         /// Seed of the survey; the mission's seed if left out.
         seed: Option<u64>,
         /// Its pattern; drawn if left out.
         pattern: Option<SurveyPattern>,
-        /// Where it begins; the datum if left out.
+        /// Beginning; the datum if left out.
         from: Option<Point>,
         /// Heading of the first leg, rad; drawn if left out.
         heading_rad: Option<Quantity<Angle>>,
-        /// Length of its lanes or longest legs, m, at least eight turn radii; drawn from 8 to 30 turn radii, evenly by its
-        /// logarithm, if left out.
+        /// Length of lanes or longest legs, m, at least 8 turn radii; drawn from 8 to 30 turn radii if left out.
         leg_m: Option<Quantity<Length>>,
-        /// Distance of neighbouring lanes, m, at least two turn radii; drawn from 2 to 6 turn radii if left out.
+        /// Distance of lanes, m, at least 2 turn radii; drawn from 2 to 6 turn radii if left out.
         spacing_m: Option<Quantity<Length>>,
-        /// Radius at which the vehicle turns, m; 10 m if left out.
+        /// Turn radius, m; 10 m if left out.
         turn_radius_m: Option<Quantity<Length>>,
     },
 }
@@ -426,32 +409,22 @@ impl SurveyPattern {
     ];
 }
 
-/// A side.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum SideFile {
-    /// Left.
-    Port,
-    /// Right.
-    Starboard,
-}
-
 /// A piece of a path.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum SegmentFile {
     /// A straight line.
     Line {
-        /// Its beginning.
+        /// Beginning.
         from: Point,
-        /// Its end.
+        /// End.
         to: Point,
     },
     /// An arc.
     Arc {
-        /// Its beginning.
+        /// Beginning.
         from: Point,
-        /// Its centre.
+        /// Centre.
         centre: Point,
         /// Angle, rad, positive to starboard.
         angle_rad: Quantity<Angle>,

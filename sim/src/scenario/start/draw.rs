@@ -3,13 +3,12 @@
 use std::ops::RangeInclusive;
 
 use nalgebra::Vector2;
-use planner::path::Side;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::invalid::{InvalidScenario, invalid};
 use crate::scenario::{
-    file::{ITEMS_MAX, Point, SideFile},
+    file::{ITEMS_MAX, Point},
     quantity::{Distribution, Kind, Quantity},
 };
 
@@ -85,13 +84,6 @@ impl Draw {
 
     pub(super) fn points(&mut self, points: &[Point]) -> Vec<Vector2<f64>> {
         points.iter().map(|point| self.point(point)).collect()
-    }
-}
-
-pub(super) fn side(file: SideFile) -> Side {
-    match file {
-        SideFile::Port => Side::Port,
-        SideFile::Starboard => Side::Starboard,
     }
 }
 

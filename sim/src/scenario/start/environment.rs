@@ -6,7 +6,7 @@ use nalgebra::Vector2;
 use planner::snapshot::{InvalidField, KeepOut, bounds_faults};
 
 use super::{
-    draw::{Draw, Stream, check_count, side, stream},
+    draw::{Draw, Stream, check_count, stream},
     invalid::{InvalidScenario, invalid},
 };
 use crate::{
@@ -101,8 +101,8 @@ impl Scenario {
             Err(invalid(format!("faults[{i}].what.{kind}.auv"), reason))
         };
         let what = match &file.what {
-            FaultKindFile::Thruster { side: which, share } => FaultKind::Thruster {
-                side: side(*which),
+            FaultKindFile::Thruster { side, share } => FaultKind::Thruster {
+                side: *side,
                 share: draw.take(share),
             },
             FaultKindFile::GnssOutage => FaultKind::GnssOutage,

@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 
 use nalgebra::Vector2;
-use planner::snapshot::{Goal, Offset, Reduce, VehicleId, VisitCost, Visits};
+use planner::snapshot::{Goal, Offset, VehicleId, VisitCost, Visits};
 
 use super::{
     draw::Draw,
     invalid::{InvalidScenario, invalid},
 };
-use crate::scenario::file::{GoalFile, OffsetFile, ReduceFile, Scenario, VisitCostFile};
+use crate::scenario::file::{GoalFile, OffsetFile, Scenario, VisitCostFile};
 
 impl Scenario {
     pub(super) fn goal(&self, file: &GoalFile, draw: &mut Draw) -> Result<Goal, InvalidScenario> {
@@ -95,10 +95,7 @@ impl Scenario {
                     within_m: draw.take_or(within_m.as_ref(), default.within_m),
                     dwell_min_s: draw.take_or(dwell_min_s.as_ref(), cost.dwell_min()),
                     serve_by_s: deadlines,
-                    reduce: match reduce {
-                        ReduceFile::Mean => Reduce::Mean,
-                        ReduceFile::Max => Reduce::Max,
-                    },
+                    reduce: *reduce,
                     ..default
                 };
                 if visits.auvs.iter().all(|id| visits.weight(id) == 0.0) {
@@ -130,7 +127,7 @@ impl Scenario {
                 ) {
                     return Err(invalid(
                         field,
-                        "only a goal that follows one vehicle at a time has a path",
+                        "an offset along a path needs a goal that follows one vehicle at a time",
                     ));
                 }
                 if !self.knowledge.paths {

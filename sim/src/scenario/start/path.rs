@@ -5,7 +5,7 @@ use nalgebra::Vector2;
 use planner::path::{Path, Segment, SpeedProfile, TURN_RADIUS};
 
 use super::{
-    draw::{Draw, check_count, side, survey_stream},
+    draw::{Draw, check_count, survey_stream},
     invalid::{InvalidScenario, invalid},
     survey::SurveyConstraints,
 };
@@ -99,7 +99,7 @@ impl Scenario {
                 let centre = draw.point(centre);
                 let radius = draw.take(radius_m);
                 let bearing = draw.take_or(bearing_rad.as_ref(), 0.0);
-                Path::circle(centre, radius, side(*turn), bearing)
+                Path::circle(centre, radius, *turn, bearing)
                     .map_err(|error| invalid(format!("{field}.circle"), error))
             }
             PathFile::Segments { segments, closed } => {

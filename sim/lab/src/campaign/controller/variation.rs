@@ -1,15 +1,13 @@
 //! Variations: what differs from the scenario or the craft for one controller.
 
 use planner::{
-    craft::CraftEstimate,
     path::Side,
-    snapshot::{Goal, PlanRequest, Snapshot, VehicleId},
+    snapshot::{Goal, PlanRequest, VehicleId},
 };
 use schemars::JsonSchema;
 use serde::Deserialize;
 use sim::{
     fault::{Fault, FaultKind},
-    guide::{Guidance, Guide, GuideError},
     scenario::{CurrentKnowledge, FaultFile, FaultKindFile, GoalFile, Quantity, Scenario, Start},
     surface_craft::{Drag, SurfaceHull},
 };
@@ -137,7 +135,7 @@ impl Variation {
         matches!(self, Self::Hull(_) | Self::Breakdown { .. })
     }
 
-    fn vary_observation(self, observation: &mut PlanRequest) {
+    pub(super) fn vary_observation(self, observation: &mut PlanRequest) {
         match self {
             Self::WrongCurrentMps([north, east]) => {
                 if let Some(current) = &mut observation.current {
@@ -172,16 +170,6 @@ impl Variation {
             _ => {}
         }
     }
-
-    /// `guide` with snapshots as this variation changes them.
-    pub(super) fn around(self, guide: Box<dyn Guide>) -> Box<dyn Guide> {
-        Box::new(Varied {
-            guide,
-            variation: self,
-            asked: 0,
-            held: None,
-        })
-    }
 }
 
 /// The AUV of the goal after this many dwells.
@@ -209,40 +197,6 @@ fn heavier(hull: &SurfaceHull, factor: f64) -> SurfaceHull {
     heavier.drag_sway = drag(hull.drag_sway);
     heavier.drag_yaw = drag(hull.drag_yaw);
     heavier
-}
-
-struct Varied {
-    guide: Box<dyn Guide>,
-    variation: Variation,
-    asked: u32,
-    held: Option<Guidance>,
-}
-
-impl Guide for Varied {
-    fn name(&self) -> &'static str {
-        self.guide.name()
-    }
-
-    fn craft_estimate(&self) -> Option<&CraftEstimate> {
-        self.guide.craft_estimate()
-    }
-
-    fn guide(&mut self, snapshot: &Snapshot) -> Result<Guidance, GuideError> {
-        let every = match self.variation {
-            Variation::AskedEveryS(every) => every.max(1),
-            _ => 1,
-        };
-        let due = self.asked.is_multiple_of(every);
-        self.asked += 1;
-        if let Some(held) = self.held.filter(|_| !due) {
-            return Ok(held);
-        }
-        let mut observation = PlanRequest::clone(snapshot);
-        self.variation.vary_observation(&mut observation);
-        let guidance = self.guide.guide(&Snapshot::try_from(observation)?)?;
-        self.held = Some(guidance);
-        Ok(guidance)
-    }
 }
 
 #[cfg(test)]
@@ -286,50 +240,36 @@ mod tests {
     #[test]
     fn a_variation_that_changes_nothing_changes_nothing() {
         let scenario = short("cross-current");
+        let usual = plain(&scenario).rows;
         for variation in [
             Variation::Hull(1.0),
             Variation::WrongCurrentMps([0.0, 0.0]),
             Variation::ClockAheadS(0.0),
             Variation::AskedEveryS(1),
         ] {
-            assert_eq!(
-                varied(variation, &scenario).rows,
-                plain(&scenario).rows,
-                "{variation:?}"
-            );
+            assert_eq!(varied(variation, &scenario).rows, usual, "{variation:?}");
         }
     }
 
     #[test]
     fn every_variation_of_the_world_changes_the_run() {
         let scenario = short("noisy-fixes");
-        for variation in [
+        let usual = plain(&scenario).rows;
+        let breakdowns = [
+            Breakdown::SlowHeadingLoop,
+            Breakdown::PortThrusterLost,
+            Breakdown::RudderStuck,
+            Breakdown::HeadingOffset,
+        ];
+        let others = [
             Variation::Hull(0.7),
             Variation::WrongCurrentMps([0.1, 0.0]),
             Variation::LateReportsS(5.0),
             Variation::AskedEveryS(2),
-            Variation::Breakdown {
-                what: Breakdown::SlowHeadingLoop,
-                at_s: 5.0,
-            },
-            Variation::Breakdown {
-                what: Breakdown::PortThrusterLost,
-                at_s: 5.0,
-            },
-            Variation::Breakdown {
-                what: Breakdown::RudderStuck,
-                at_s: 5.0,
-            },
-            Variation::Breakdown {
-                what: Breakdown::HeadingOffset,
-                at_s: 5.0,
-            },
-        ] {
-            assert_ne!(
-                varied(variation, &scenario).rows,
-                plain(&scenario).rows,
-                "{variation:?}"
-            );
+        ];
+        let broken = breakdowns.map(|what| Variation::Breakdown { what, at_s: 5.0 });
+        for variation in others.into_iter().chain(broken) {
+            assert_ne!(varied(variation, &scenario).rows, usual, "{variation:?}");
         }
     }
 

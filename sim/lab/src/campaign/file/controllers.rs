@@ -3,10 +3,10 @@
 use planner::{
     los::{LawGains, LosGains, LosLaw, LosTuning},
     parameters::Parameters,
-    snapshot::{ForecastModel, InvalidField},
+    snapshot::InvalidField,
 };
 
-use super::{ControllerFile, ForecastFile, LawFile, PlannerFile, RuleFile};
+use super::{ControllerFile, LawFile, PlannerFile, RuleFile};
 use crate::{
     campaign::controller::{ControlLaw, Controller},
     http_guide::GuideUrl,
@@ -79,12 +79,7 @@ impl PlannerFile {
         parameters.cost_decides = self.cost_decides.unwrap_or(parameters.cost_decides);
         Ok(ControlLaw::Planner {
             parameters: Box::new(parameters),
-            forecast: self.forecast.map(|model| match model {
-                ForecastFile::Hold => ForecastModel::Hold,
-                ForecastFile::ConstantVelocity => ForecastModel::ConstantVelocity,
-                ForecastFile::ConstantTurn => ForecastModel::ConstantTurn,
-                ForecastFile::Path => ForecastModel::Path,
-            }),
+            forecast: self.forecast,
         })
     }
 }

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::data::Data;
 use crate::campaign::controller::ControlLaw;
-use crate::campaign::statistics::{Comparison, Effect, Measure, compare, effect, holm, worst};
+use crate::campaign::statistics::{Comparison, Effect, Measure, compare, effect, holm};
 
 /// Worst runs of each controller.
 const WORST: usize = 10;
@@ -93,23 +93,26 @@ impl Data<'_> {
             measure: None,
             by: None,
         };
-        if controller != self.reference {
+        let mut all: Vec<Worst> = if controller == self.reference {
+            let flown = self.runs.of_controller(controller, metric).into_iter();
+            flown
+                .filter_map(|(_, row)| Some(of(row, self.runs.value(metric, row)?)))
+                .collect()
+        } else {
             let pairing = self.runs.pairing([controller, self.reference], metric, None);
-            let beside = worst(&pairing, WORST).into_iter().map(|worst| Worst {
-                reference_run: Some(self.runs.run(worst.pair.rows.1)),
-                reference_value: Some(worst.pair.values.1),
-                measure: Some(pairing.measure()),
-                by: Some(worst.by),
-                ..of(worst.pair.rows.0, worst.pair.values.0)
+            let measure = pairing.measure();
+            let beside = pairing.pairs.iter().map(|pair| Worst {
+                reference_run: Some(self.runs.run(pair.rows.1)),
+                reference_value: Some(pair.values.1),
+                measure: Some(measure),
+                by: Some(measure.between(pair.values)),
+                ..of(pair.rows.0, pair.values.0)
             });
-            return beside.collect();
-        }
-        let flown = self.runs.of_controller(controller, metric).into_iter();
-        let mut flown: Vec<(f64, usize)> = flown
-            .filter_map(|(_, row)| Some((self.runs.value(metric, row)?, row)))
-            .collect();
-        flown.sort_by(|a, b| b.0.total_cmp(&a.0));
-        flown.truncate(WORST);
-        flown.into_iter().map(|(value, row)| of(row, value)).collect()
+            beside.collect()
+        };
+        let badness = |run: &Worst| run.by.unwrap_or(run.value);
+        all.sort_by(|a, b| badness(b).total_cmp(&badness(a)));
+        all.truncate(WORST);
+        all
     }
 }

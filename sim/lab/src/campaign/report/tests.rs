@@ -116,6 +116,23 @@ fn the_worst_run_is_named_with_the_reference_in_the_same_world() {
 }
 
 #[test]
+fn the_worst_run_is_the_one_with_the_largest_ratio_and_not_the_largest_value() {
+    let lines: Vec<Line> = (0..)
+        .zip([(1.0, 2.0), (3.0, 1.0), (90.0, 100.0)])
+        .flat_map(|(k, (a, b))| [Line::new("planner", k, a), Line::new("law", k, b)])
+        .collect();
+    let report = report(&campaign(""), &rows(&lines));
+    let json: Value = serde_json::from_str(&report.json()).expect("is JSON");
+    let worst = json["worst"].as_array().expect("is a list");
+    let runs: Vec<_> = worst
+        .iter()
+        .map(|worst| [&worst["run"], &worst["reference_run"]].map(Value::as_u64))
+        .collect();
+    assert_eq!(runs, [[2, 3], [4, 5], [0, 1]].map(|both| both.map(Some)));
+    assert!((worst[0]["by"].as_f64().expect("is a number") - 3.0).abs() < 1e-15);
+}
+
+#[test]
 fn a_campaign_without_rows_has_a_report_too() {
     let none = report(&campaign(""), &Rows::default());
     assert!(none.markdown().contains("0 runs"));

@@ -95,15 +95,6 @@ pub(crate) struct Comparison {
     pub(crate) p_holm: Option<f64>,
 }
 
-/// A condition in which the controller did badly beside the reference.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct WorstRun {
-    /// Both rows and values.
-    pub(crate) pair: Pair,
-    /// a/b, or a − b.
-    pub(crate) by: f64,
-}
-
 /// Answers `question`.
 pub(crate) fn compare(runs: &RunTable, question: Question<'_>) -> Comparison {
     let Question {
@@ -180,6 +171,11 @@ impl Measure {
         }
     }
 
+    /// a/b, or a − b.
+    pub(crate) fn between(self, values: (f64, f64)) -> f64 {
+        self.out(self.of(values))
+    }
+
     /// The shown value of an average.
     pub(super) fn out(self, value: f64) -> f64 {
         match self {
@@ -237,7 +233,7 @@ impl Pairing {
         let all: Vec<f64> = self
             .pairs
             .iter()
-            .map(|pair| measure.out(measure.of(pair.values)))
+            .map(|pair| measure.between(pair.values))
             .collect();
         Some([median(&all)?, quantile(&all, 0.9)?, quantile(&all, 1.0)?])
     }
@@ -297,20 +293,4 @@ pub(crate) fn holm(all: &[Option<f64>]) -> Vec<Option<f64>> {
         left -= 1;
     }
     adjusted
-}
-
-/// The `n` conditions in which the first controller did worst beside the second, the worst first.
-pub(crate) fn worst(pairing: &Pairing, n: usize) -> Vec<WorstRun> {
-    let measure = pairing.measure();
-    let mut all: Vec<WorstRun> = pairing
-        .pairs
-        .iter()
-        .map(|&pair| WorstRun {
-            pair,
-            by: measure.out(measure.of(pair.values)),
-        })
-        .collect();
-    all.sort_by(|a, b| b.by.total_cmp(&a.by));
-    all.truncate(n);
-    all
 }

@@ -332,19 +332,3 @@ fn an_effect_is_by_replicate_and_the_level_of_a_group_that_failed_is_not_missed(
     .expect("pairs");
     assert!(two.thirds[0].is_some() && two.thirds[2].is_some());
 }
-
-#[test]
-fn the_worst_run_is_the_one_with_the_largest_ratio_and_not_the_largest_value() {
-    let lines: Vec<Line> = (0..)
-        .zip([(1.0, 2.0), (3.0, 1.0), (90.0, 100.0)])
-        .flat_map(|(k, (a, b))| [Line::new("a", k, a), Line::new("b", k, b)])
-        .collect();
-    let runs = RunTable::of(&rows(&lines));
-    let found = worst(&runs.pairing(["a", "b"], "rms_m", None), 2);
-    let runs: Vec<(u64, u64)> = found
-        .iter()
-        .map(|worst| (runs.run(worst.pair.rows.0), runs.run(worst.pair.rows.1)))
-        .collect();
-    assert_eq!(runs, [(2, 3), (4, 5)]);
-    near(found[0].by, 3.0, 1e-15);
-}
