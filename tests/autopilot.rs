@@ -189,6 +189,7 @@ fn sail(
     listener.set_nonblocking(true).expect("the listener can be asked");
     let mut client: Option<(TcpStream, MavlinkReader<TcpStream>)> = None;
     let mut step: u64 = 0;
+    let mut next = Instant::now();
     loop {
         if let Ok((stream, _)) = listener.accept() {
             stream
@@ -216,7 +217,9 @@ fn sail(
             client = None;
         }
         step += 1;
-        thread::sleep(STEP);
+        // A loop that is late catches up: a boat that is slower than it says never comes near its AUV.
+        next += STEP;
+        thread::sleep(next.saturating_duration_since(Instant::now()));
     }
 }
 

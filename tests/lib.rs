@@ -3,6 +3,7 @@
 pub mod autopilot;
 pub mod broken;
 pub mod client;
+pub mod postgres;
 pub mod random;
 pub mod server;
 

@@ -11,6 +11,7 @@ mod backup;
 mod bridge;
 mod campaign;
 mod config;
+mod copy_store;
 mod crafts;
 mod declared_craft;
 mod declared_routes;
@@ -35,6 +36,7 @@ use self::{
     bridge::{Bridge, Preflight, bridge, preflight},
     campaign::{CampaignCommand, campaign},
     config::{CommonFlags, ConfigError, Layers, ServeFlags, hidden_places, show},
+    copy_store::{CopyStore, copy_store},
     crafts::{Crafts, crafts},
     demo::{Demo, demo},
     identify::{Identify, identify},
@@ -97,6 +99,8 @@ enum Command {
     Replay(Replay),
     /// Copy the mission log and the tokens; the service may be running.
     Backup(Backup),
+    /// Copy all missions from a data directory to a database, or back (stop the services first).
+    CopyStore(CopyStore),
     /// Delete old finished missions (stop the service first; a running service has --keep-days).
     Retention(Retain),
     /// Return the disk space of deleted missions (stop the service first).
@@ -121,6 +125,8 @@ pub(crate) enum UsageError {
     Config(#[from] ConfigError),
     #[error("{0} is an option of serve and config only")]
     NotOfService(String),
+    #[error("the missions are in a database (--store), which has backups and a vacuum of its own")]
+    InDatabase,
 }
 
 /// Commands that read or write missions or tokens. The help of the others is without `--data` and `--tokens`.
@@ -201,6 +207,9 @@ impl Arguments {
     }
 
     pub(crate) fn run(self, layers: &Layers, config: &Config) -> Result<(), Box<dyn Error>> {
+        if config.store.is_some() && matches!(self.command, Some(Command::Backup(_) | Command::Vacuum)) {
+            return Err(UsageError::InDatabase.into());
+        }
         match self.command {
             None | Some(Command::Serve(_)) => serve(config)?,
             Some(Command::Demo(arguments)) => demo(&arguments, layers, config)?,
@@ -215,9 +224,10 @@ impl Arguments {
             Some(Command::Crafts(arguments)) => crafts(&arguments)?,
             Some(Command::Bridge(arguments)) => bridge(arguments, config)?,
             Some(Command::Preflight(arguments)) => preflight(&arguments, config)?,
-            Some(Command::Replay(arguments)) => replay(&arguments, &config.data)?,
+            Some(Command::Replay(arguments)) => replay(&arguments, config)?,
             Some(Command::Backup(arguments)) => back_up(&arguments, &config.data, &config.tokens())?,
-            Some(Command::Retention(arguments)) => retain(&arguments, &config.data)?,
+            Some(Command::CopyStore(arguments)) => copy_store(&arguments)?,
+            Some(Command::Retention(arguments)) => retain(&arguments, config)?,
             Some(Command::Vacuum) => vacuum(&config.data)?,
             Some(Command::Campaign(command)) => campaign(&command)?,
             #[cfg(feature = "nats")]

@@ -12,7 +12,7 @@ test("with a read-only token the page looks, says so, and orders nothing", async
     await page.goto(`${open.url}/`);
     await page.getByRole("textbox", { name: "Token" }).fill("wrong");
     await page.getByRole("button", { name: "Use it in this tab" }).click();
-    await expect(page.getByRole("alert")).toContainText("not one of this service's");
+    await expect(page.getByRole("alert")).toContainText("does not know this token");
     await page.getByRole("textbox", { name: "Token" }).fill(token);
     await page.getByRole("button", { name: "Use it in this tab" }).click();
     await expect(page.locator("#role")).toHaveText("read-only: no orders");

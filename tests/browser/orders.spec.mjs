@@ -55,8 +55,9 @@ test("a keep-out that is drawn on the map is sent with the mission's revision, a
     await expect(drawn.getByLabel("north, m")).toHaveValue(String(north));
     await expect(drawn.getByLabel("east, m")).toHaveValue(String(east));
     expect(Math.abs(Number(await drawn.getByLabel("radius, m").inputValue()) - radius)).toBeLessThan(0.3);
-    const ahead = (await service.get(`/v1/missions/${mission.id}/reference`)).plan.goal.trajectory.at(-1);
-    const disc = { north_m: Math.round(ahead.north_m + 4), east_m: Math.round(ahead.east_m) + 0, radius_m: 6 };
+    // On the line of the AUV, which goes north at 0 m E, and ahead of the craft: what a young plan forecasts may be beside it.
+    const [now] = (await service.get(`/v1/missions/${mission.id}/reference`)).plan.goal.trajectory;
+    const disc = { north_m: Math.round(now.north_m + 10), east_m: 0, radius_m: 6 };
     for (const [label, value] of [["north, m", disc.north_m], ["east, m", disc.east_m], ["radius, m", disc.radius_m]]) await drawn.getByLabel(label).fill(String(value));
     const words = await send();
     expect(words).toHaveLength(1);
@@ -117,9 +118,9 @@ test("a goal of every kind is chosen, an AUV is tapped, and what the service ref
     await map.focus();
     // A map that is zoomed stays as it is.
     await map.press("-");
-    const label = await map.getAttribute("aria-label"), [, north, east] = /auv-2 at ([−\d]+) m north, ([−\d]+) m east/.exec(label);
+    const label = await map.getAttribute("aria-label"), [north, east] = /auv-2 at ([−\d]+) m north, ([−\d]+) m east/.exec(label).slice(1).map((text) => Number(text.replace("−", "-")));
     const box = await map.boundingBox(), [n0, e0] = await placeAt(page, map, { x: 200, y: 300 }), [n1, e1] = await placeAt(page, map, { x: 300, y: 200 });
-    const x = 200 + ((Number(east) - e0) / (e1 - e0)) * 100, y = 300 - ((Number(north) - n0) / (n1 - n0)) * 100;
+    const x = 200 + ((east - e0) / (e1 - e0)) * 100, y = 300 - ((north - n0) / (n1 - n0)) * 100;
     await page.mouse.click(box.x + x, box.y + y);
     expect(await sends({ kind: "track", auv: "auv-2" })).toEqual(["Goal: stay above auv-2; until now: stay above auv-1"]);
     const both = ["auv-1", "auv-2"];

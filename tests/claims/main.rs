@@ -13,6 +13,7 @@ mod missions;
 mod paper_corrections;
 mod rejections;
 mod service;
+mod store;
 mod telemetry;
 mod violations;
 mod visits;

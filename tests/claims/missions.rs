@@ -239,47 +239,6 @@ fn heard(now: f64) -> Value {
 }
 
 #[tokio::test]
-async fn a_simulated_mission_is_the_one_that_the_simulator_flies_by_itself() {
-    let service = Service::start().await;
-    let mission = service.create(&simulated("paper-intermittent")).await;
-    assert_eq!(service.ask(&mission).await["status"], "created");
-    let stepped = service.order(&mission, "step", json!({ "ticks": 5 })).await;
-    assert_eq!(stepped["sequence"], 6);
-    let running = service
-        .order(&mission, "run", json!({ "speed_factor": 100.0 }))
-        .await;
-    assert_eq!(
-        (running["status"].as_str(), &running["speed_factor"]),
-        (Some("running"), &json!(100.0))
-    );
-    sleep(Duration::from_millis(300)).await;
-    let paused = service.order(&mission, "pause", json!({})).await;
-    assert_eq!(paused["status"], "paused");
-    let at = paused["t_s"].as_f64().expect("has a time");
-    assert!((10.0..60.0).contains(&at), "0.3 s at a hundred times life: {at}");
-    sleep(Duration::from_millis(100)).await;
-    assert_eq!(service.ask(&mission).await["t_s"], paused["t_s"]);
-
-    // A restart in the middle.
-    let service = service.restart().await;
-    service.order(&mission, "run", json!({})).await;
-    let finished = service.until(&mission, "finished").await;
-    for time in ["created_s", "started_s", "finished_s"] {
-        assert!(finished[time].as_f64().is_some(), "{time}: {finished}");
-    }
-
-    let scenario = Scenario::named("paper-intermittent").expect("exists");
-    let flown = mission::run(
-        &scenario,
-        &mut MpcGuide::new(Parameters::default()),
-        1,
-        &mut |_| {},
-    );
-    service.assert_is(&mission, &flown.expect("flies")).await;
-    assert_eq!(service.n_replayed(&mission), 1920);
-}
-
-#[tokio::test]
 async fn every_plan_says_what_it_predicts_and_a_part_of_a_record_is_that_part() {
     let service = Service::start().await;
     let mission = service.create(&simulated("noisy-fixes")).await;
@@ -1223,6 +1182,47 @@ async fn a_service_without_a_place_for_missions_says_how_to_get_one() {
 
 mod slow {
     use super::*;
+
+    #[tokio::test]
+    async fn a_simulated_mission_is_the_one_that_the_simulator_flies_by_itself() {
+        let service = Service::start().await;
+        let mission = service.create(&simulated("paper-intermittent")).await;
+        assert_eq!(service.ask(&mission).await["status"], "created");
+        let stepped = service.order(&mission, "step", json!({ "ticks": 5 })).await;
+        assert_eq!(stepped["sequence"], 6);
+        let running = service
+            .order(&mission, "run", json!({ "speed_factor": 100.0 }))
+            .await;
+        assert_eq!(
+            (running["status"].as_str(), &running["speed_factor"]),
+            (Some("running"), &json!(100.0))
+        );
+        sleep(Duration::from_millis(300)).await;
+        let paused = service.order(&mission, "pause", json!({})).await;
+        assert_eq!(paused["status"], "paused");
+        let at = paused["t_s"].as_f64().expect("has a time");
+        assert!((10.0..60.0).contains(&at), "0.3 s at a hundred times life: {at}");
+        sleep(Duration::from_millis(100)).await;
+        assert_eq!(service.ask(&mission).await["t_s"], paused["t_s"]);
+
+        // A restart in the middle.
+        let service = service.restart().await;
+        service.order(&mission, "run", json!({})).await;
+        let finished = service.until(&mission, "finished").await;
+        for time in ["created_s", "started_s", "finished_s"] {
+            assert!(finished[time].as_f64().is_some(), "{time}: {finished}");
+        }
+
+        let scenario = Scenario::named("paper-intermittent").expect("exists");
+        let flown = mission::run(
+            &scenario,
+            &mut MpcGuide::new(Parameters::default()),
+            1,
+            &mut |_| {},
+        );
+        service.assert_is(&mission, &flown.expect("flies")).await;
+        assert_eq!(service.n_replayed(&mission), 1920);
+    }
 
     #[tokio::test]
     async fn a_mission_steered_by_a_law_is_the_one_that_the_simulator_flies_and_is_made_again_equal() {

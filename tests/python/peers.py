@@ -1,7 +1,8 @@
 """Solvers other than the planner's, made to solve the planner's cone programs over and over.
 
 PIQP and OSQP know no cones of second order. Each becomes an octagon within it, so that the programs have more rows,
-what they allow is a little less, and the first velocity is another. HPIPM is missing: Python has no package of it.
+what they allow is a little less, and the first velocity is another. HPIPM is missing: a wheel (comma-deps-acados) has
+its library, but no Python interface.
 """
 
 import json

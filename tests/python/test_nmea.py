@@ -71,7 +71,8 @@ def nmea_echo():
     """Path of the example."""
     if named := os.environ.get("NMEA_ECHO"):
         return File(named)
-    build = ["cargo", "build", "--quiet", "-p", "pilotfish-bridge", "--example", "nmea_for_tests"]
+    # With the features of the whole workspace, as `cargo test` leaves it: `-p` alone compiles its dependencies again.
+    build = ["cargo", "build", "--quiet", "--workspace", "--example", "nmea_for_tests"]
     subprocess.run(build, cwd=ROOT, check=True)
     target = ROOT / os.environ.get("CARGO_TARGET_DIR", "target")
     return target / "debug" / "examples" / "nmea_for_tests"

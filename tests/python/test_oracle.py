@@ -1,5 +1,7 @@
 """The planner's programs against solvers that share no code with its own."""
 
+import subprocess
+import sys
 from pathlib import Path as File
 
 import numpy as np
@@ -16,7 +18,8 @@ from oracle import (
 )
 from program import program
 
-SNAPSHOTS = sorted((File(__file__).resolve().parents[2] / "examples" / "snapshots").glob("*.json"))
+EXAMPLES = File(__file__).resolve().parents[2] / "examples"
+SNAPSHOTS = sorted((EXAMPLES / "snapshots").glob("*.json"))
 
 
 @pytest.fixture(scope="module", params=SNAPSHOTS, ids=lambda file: file.stem)
@@ -45,6 +48,16 @@ def test_solved_again_at_a_tight_tolerance_the_objectives_agree_to_a_millionth(
     dump(program(), snapshot, file, "--tolerance", "1e-9")
     for found in differences(file):
         assert found.objective <= OBJECTIVE_WHEN_TIGHT, found
+
+
+def test_the_example_script_solves_a_dump(tmp_path: File) -> None:
+    file = tmp_path / "program.json"
+    dump(program(), SNAPSHOTS[0].read_text(), file)
+    script = [sys.executable, str(EXAMPLES / "solve_dump.py"), str(file)]
+    printed = subprocess.run(script, capture_output=True, text=True, check=True).stdout
+    status, found, dumped = printed.split()[:3]
+    assert status == "Solved"
+    assert float(found) == pytest.approx(float(dumped), rel=OBJECTIVE_IN_PRODUCTION)
 
 
 def test_an_error_in_the_solution_does_not_go_unseen(tmp_path: File) -> None:

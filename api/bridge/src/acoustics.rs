@@ -6,7 +6,7 @@
 //!
 //! A format reads one line as an observation: which AUV, when, and a vector from the transducer or a position on Earth. The
 //! georeference knows how the transducer is mounted. It places the observation on Earth with the craft's pose at the time when the
-//! signal arrived ([`PoseHistory`]): a USBL measures from where the craft was then.
+//! signal arrived (`PoseHistory`): a USBL measures from where the craft was then.
 //!
 //! Time. `received_s` is when the bytes arrived, s of Unix time. A fix has the time at which the AUV sent its signal:
 //!
@@ -36,12 +36,12 @@ mod settings;
 #[cfg(test)]
 mod tests;
 
+use self::settings::{Frame, ModemKind};
+pub use self::settings::{Settings, UnusableSettings};
 use self::{georeference::Georeference, lines::Lines, observation::Observation, pattern::Pattern};
-pub use self::{
+pub(crate) use self::{
     georeference::KnownDepth,
-    mounting::Mounting,
     pose::{CraftPose, PoseHistory},
-    settings::{Frame, ModemKind, Settings, UnusableSettings},
 };
 use crate::{AuvFix, Rejects};
 
@@ -54,7 +54,6 @@ pub struct Modem {
     lines: Lines,
     format: Format,
     georeference: Georeference,
-    /// The newest fix of each AUV.
     newest: BTreeMap<String, AuvFix>,
     rejects: Rejects,
 }
@@ -101,7 +100,7 @@ impl Modem {
     /// The fixes that `bytes` complete, in the order of their lines. `received_s` is when the bytes arrived, s of
     /// Unix time. Lines may be split over any number of calls; a line counts as received with its last byte. A fix that
     /// is the same as the AUV's one before, its time included, is rejected.
-    pub fn push(&mut self, bytes: &[u8], received_s: f64, poses: &PoseHistory) -> Vec<AuvFix> {
+    pub(crate) fn push(&mut self, bytes: &[u8], received_s: f64, poses: &PoseHistory) -> Vec<AuvFix> {
         let mut fixes = Vec::new();
         for &byte in bytes {
             let Some(line) = self.lines.push(byte) else {
@@ -127,13 +126,12 @@ impl Modem {
 
     /// Stores a depth of `auv` (its name, or `usbl-<address>`) from another source: while it is fresh, a bearing and an
     /// elevation make a fix.
-    pub fn note_depth(&mut self, auv: &str, depth: KnownDepth) {
+    pub(crate) fn note_depth(&mut self, auv: &str, depth: KnownDepth) {
         self.georeference.note_depth(auv, depth);
     }
 
     /// Rejected lines by reason.
-    #[must_use]
-    pub fn rejects(&self) -> &Rejects {
+    pub(crate) fn rejects(&self) -> &Rejects {
         &self.rejects
     }
 }

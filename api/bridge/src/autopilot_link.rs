@@ -137,7 +137,6 @@ impl AutopilotLink {
         self.send_frames(|writer, _| writer.set_guided(autopilot));
     }
 
-    /// Orders the autopilot to arm.
     pub(crate) fn order_arm(&mut self) {
         self.send_frames(|writer, _| writer.arm());
     }

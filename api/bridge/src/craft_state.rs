@@ -24,7 +24,7 @@ type Dated<T> = Option<(f64, T)>;
 
 /// The measurements so far. Times are on one clock.
 #[derive(Clone, Debug, Default)]
-pub struct CraftState {
+pub(crate) struct CraftState {
     integrity: Integrity,
     position: Dated<Geographic>,
     heading: Dated<f64>,
@@ -98,26 +98,25 @@ impl VelocityBias {
 
 /// The state of the craft at one moment, as the service takes it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MeasuredState {
+pub(crate) struct MeasuredState {
     /// Time of the state, s.
-    pub t_s: f64,
-    /// Position.
-    pub position: Geographic,
+    pub(crate) t_s: f64,
+    pub(crate) position: Geographic,
     /// Heading, rad, true.
-    pub heading: f64,
+    pub(crate) heading: f64,
     /// Velocity through the water (ahead, to starboard), m/s: measured, or estimated from that over ground.
-    pub water_velocity: Vector2<f64>,
+    pub(crate) water_velocity: Vector2<f64>,
     /// Yaw rate, rad/s, positive clockwise; 0 if it is not measured.
-    pub yaw_rate: f64,
+    pub(crate) yaw_rate: f64,
     /// Velocity over ground (north, east), m/s.
-    pub ground_velocity: Option<Vector2<f64>>,
+    pub(crate) ground_velocity: Option<Vector2<f64>>,
     /// Estimated current (north, east), m/s; none if the velocity through the water is measured.
-    pub current: Option<Vector2<f64>>,
+    pub(crate) current: Option<Vector2<f64>>,
 }
 
 impl CraftState {
     /// Takes what `source` measured at `t_s`, s, if nothing speaks against it.
-    pub fn take(&mut self, t_s: f64, source: Source, measured: &CraftMeasurement) {
+    pub(crate) fn take(&mut self, t_s: f64, source: Source, measured: &CraftMeasurement) {
         if !self.integrity.admits(t_s, source, measured) {
             return;
         }
@@ -163,21 +162,18 @@ impl CraftState {
     }
 
     /// The estimate of the current.
-    #[must_use]
-    pub fn current(&self) -> &CurrentObserver {
+    pub(crate) fn current(&self) -> &CurrentObserver {
         &self.current
     }
 
     /// Whether the velocity through the water is measured.
-    #[must_use]
-    pub fn has_speed_log(&self) -> bool {
+    pub(crate) fn has_speed_log(&self) -> bool {
         self.water_velocity.is_some()
     }
 
     /// The state at the newest position; none while position, heading or a velocity is missing, or an alarm stops. Without a measured
     /// velocity it is that of the positions.
-    #[must_use]
-    pub fn newest(&self) -> Option<MeasuredState> {
+    pub(crate) fn newest(&self) -> Option<MeasuredState> {
         if self.distrusted().is_some() {
             return None;
         }
@@ -198,29 +194,26 @@ impl CraftState {
     }
 
     /// Takes note of a reference that was sent, followed for `seconds`.
-    pub fn sent(&mut self, reference: &Reference, seconds: f64) {
+    pub(crate) fn sent(&mut self, reference: &Reference, seconds: f64) {
         self.integrity.sent(reference, seconds);
     }
 
     /// What contradicts now, the worst first.
-    pub fn alarms(&self) -> impl Iterator<Item = Alarm> {
+    pub(crate) fn alarms(&self) -> impl Iterator<Item = Alarm> {
         self.integrity.alarms()
     }
 
     /// Why there is no trustworthy state.
-    #[must_use]
-    pub fn distrusted(&self) -> Option<Alarm> {
+    pub(crate) fn distrusted(&self) -> Option<Alarm> {
         self.alarms().find(|alarm| alarm.stops())
     }
 
     /// Measurements that were not used, by reason.
-    #[must_use]
-    pub fn rejects(&self) -> &Rejects {
+    pub(crate) fn rejects(&self) -> &Rejects {
         self.integrity.rejects()
     }
 
-    /// What is missing for a state at `now_s`, s.
-    pub fn missing(&self, now_s: f64) -> impl Iterator<Item = &'static str> {
+    pub(crate) fn missing(&self, now_s: f64) -> impl Iterator<Item = &'static str> {
         let position = fresh(self.position, now_s);
         let has_velocity = fresh(self.ground_velocity, now_s).is_some()
             || fresh(self.water_velocity, now_s).is_some()
@@ -247,7 +240,24 @@ fn fresh<T: Copy>(dated: Dated<T>, t_s: f64) -> Option<T> {
 mod doubts_tests;
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{
+        CraftMeasurement::{GroundSpeed, GroundVelocity, Heading, Position},
+        *,
+    };
+
+    const HERE: Geographic = Geographic {
+        lat_deg: 38.0,
+        lon_deg: -9.0,
+    };
+
+    fn take(state: &mut CraftState, t_s: f64, measured: CraftMeasurement) {
+        state.take(t_s, Source::default(), &measured);
+    }
+
+    fn ground_velocity(state: &CraftState) -> Vector2<f64> {
+        let velocity = state.newest().and_then(|now| now.ground_velocity);
+        velocity.expect("is measured")
+    }
 
     /// Goes at 1 m/s over ground along `heading` for `seconds`; the filter reports 1.02 m/s.
     fn sailed(
@@ -267,36 +277,21 @@ mod tests {
                 lat_deg: start.lat_deg + gone.x,
                 lon_deg: start.lon_deg + gone.y / start.lat_deg.to_radians().cos(),
             };
-            state.take(t_s, Source::default(), &CraftMeasurement::Heading(heading));
-            state.take(t_s, Source::default(), &CraftMeasurement::Position(position));
-            state.take(
-                t_s,
-                Source::default(),
-                &CraftMeasurement::GroundVelocity(bow * 1.02),
-            );
+            take(state, t_s, Heading(heading));
+            take(state, t_s, Position(position));
+            take(state, t_s, GroundVelocity(bow * 1.02));
         }
         position
     }
 
     #[test]
     fn a_velocity_that_positions_contradict_is_corrected_on_every_heading() {
-        for start in [
-            Geographic {
-                lat_deg: 38.0,
-                lon_deg: -9.0,
-            },
-            Geographic {
-                lat_deg: -60.0,
-                lon_deg: 179.9999,
-            },
-        ] {
+        for start in [(38.0, -9.0), (-60.0, 179.9999)] {
+            let start = Geographic::new(start.0, start.1).expect("is on Earth");
             let mut state = CraftState::default();
             let there = sailed(&mut state, start, 0.0, 0.5, 100);
             sailed(&mut state, there, 100.0, 2.6, 20);
-            let velocity = state
-                .newest()
-                .and_then(|now| now.ground_velocity)
-                .expect("is measured");
+            let velocity = ground_velocity(&state);
             assert!((velocity - direction(2.6)).norm() < 0.002, "{velocity}");
         }
     }
@@ -304,27 +299,15 @@ mod tests {
     #[test]
     fn a_position_that_jumps_is_no_velocity() {
         let mut state = CraftState::default();
-        let start = Geographic {
-            lat_deg: 38.0,
-            lon_deg: -9.0,
-        };
-        let there = sailed(&mut state, start, 0.0, 0.5, 60);
+        let there = sailed(&mut state, HERE, 0.0, 0.5, 60);
         let far = Geographic {
             lat_deg: there.lat_deg + 0.01,
             ..there
         };
         sailed(&mut state, far, 60.0, 0.5, 4);
-        let velocity = state
-            .newest()
-            .and_then(|now| now.ground_velocity)
-            .expect("is measured");
+        let velocity = ground_velocity(&state);
         assert!((velocity - direction(0.5)).norm() < 0.01, "{velocity}");
     }
-
-    const HERE: Geographic = Geographic {
-        lat_deg: 38.0,
-        lon_deg: -9.0,
-    };
 
     #[test]
     fn a_craft_at_rest_whose_receiver_omits_the_course_has_a_state_and_keeps_it() {
@@ -332,10 +315,10 @@ mod tests {
         // A minute at rest, then one without any velocity, as receivers differ.
         for second in 0..120_u8 {
             let t_s = f64::from(second);
-            state.take(t_s, Source::default(), &CraftMeasurement::Position(HERE));
-            state.take(t_s, Source::default(), &CraftMeasurement::Heading(1.0));
+            take(&mut state, t_s, Position(HERE));
+            take(&mut state, t_s, Heading(1.0));
             if second < 60 {
-                state.take(t_s, Source::default(), &CraftMeasurement::GroundSpeed(0.1));
+                take(&mut state, t_s, GroundSpeed(0.1));
             }
             let now = state
                 .newest()
@@ -349,11 +332,10 @@ mod tests {
     #[test]
     fn a_speed_without_a_course_goes_where_positions_go_or_else_ahead() {
         let mut state = CraftState::default();
-        state.take(0.0, Source::default(), &CraftMeasurement::Position(HERE));
-        state.take(0.0, Source::default(), &CraftMeasurement::Heading(0.3));
-        state.take(0.0, Source::default(), &CraftMeasurement::GroundSpeed(1.0));
-        let velocity = |state: &CraftState| state.newest().and_then(|now| now.ground_velocity);
-        let ahead = velocity(&state).expect("is measured");
+        take(&mut state, 0.0, Position(HERE));
+        take(&mut state, 0.0, Heading(0.3));
+        take(&mut state, 0.0, GroundSpeed(1.0));
+        let ahead = ground_velocity(&state);
         assert!((ahead - direction(0.3)).norm() < 1e-12, "{ahead}");
         for second in 1..8_u8 {
             let t_s = f64::from(second);
@@ -361,11 +343,11 @@ mod tests {
                 lat_deg: HERE.lat_deg + (t_s / 6_371_000.0).to_degrees(),
                 ..HERE
             };
-            state.take(t_s, Source::default(), &CraftMeasurement::Position(north));
-            state.take(t_s, Source::default(), &CraftMeasurement::Heading(0.3));
-            state.take(t_s, Source::default(), &CraftMeasurement::GroundSpeed(1.0));
+            take(&mut state, t_s, Position(north));
+            take(&mut state, t_s, Heading(0.3));
+            take(&mut state, t_s, GroundSpeed(1.0));
         }
-        let moved = velocity(&state).expect("is measured");
+        let moved = ground_velocity(&state);
         // Two guesses along the heading count as a bias for a while.
         assert!((moved - Vector2::new(1.0, 0.0)).norm() < 0.03, "{moved}");
     }
@@ -375,29 +357,21 @@ mod tests {
         let mut state = CraftState::default();
         let missing = |state: &CraftState| state.missing(1.0).collect::<Vec<_>>();
         assert_eq!(missing(&state), ["no position", "no heading", "no velocity"]);
-        state.take(0.0, Source::default(), &CraftMeasurement::Heading(1.0));
-        state.take(0.0, Source::default(), &CraftMeasurement::Position(HERE));
+        take(&mut state, 0.0, Heading(1.0));
+        take(&mut state, 0.0, Position(HERE));
         assert_eq!(missing(&state), ["no velocity"]);
-        state.take(0.0, Source::default(), &CraftMeasurement::GroundSpeed(0.0));
+        take(&mut state, 0.0, GroundSpeed(0.0));
         assert_eq!(missing(&state), Vec::<&str>::new());
     }
 
     #[test]
     fn measurements_that_are_too_old_make_no_state() {
         let mut state = CraftState::default();
-        let here = Geographic {
-            lat_deg: 1.0,
-            lon_deg: 2.0,
-        };
-        state.take(0.0, Source::default(), &CraftMeasurement::Heading(1.0));
-        state.take(
-            0.0,
-            Source::default(),
-            &CraftMeasurement::GroundVelocity(Vector2::zeros()),
-        );
-        state.take(1.0, Source::default(), &CraftMeasurement::Position(here));
+        take(&mut state, 0.0, Heading(1.0));
+        take(&mut state, 0.0, GroundVelocity(Vector2::zeros()));
+        take(&mut state, 1.0, Position(HERE));
         assert!(state.newest().is_some());
-        state.take(3.0, Source::default(), &CraftMeasurement::Position(here));
+        take(&mut state, 3.0, Position(HERE));
         assert!(state.newest().is_none());
     }
 }

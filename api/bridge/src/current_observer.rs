@@ -36,7 +36,7 @@ const GAP_MAX_S: f64 = 60.0;
 
 /// The estimate of the current.
 #[derive(Clone, Debug)]
-pub struct CurrentObserver {
+pub(crate) struct CurrentObserver {
     current: Vector2<f64>,
     covariance: Matrix2<f64>,
     updated_s: Option<f64>,
@@ -57,20 +57,17 @@ impl Default for CurrentObserver {
 
 impl CurrentObserver {
     /// The current (north, east), m/s.
-    #[must_use]
-    pub fn current(&self) -> Vector2<f64> {
+    pub(crate) fn current(&self) -> Vector2<f64> {
         self.current
     }
 
     /// Standard deviation of the current along the axis on which it is known least, m/s.
-    #[must_use]
-    pub fn sigma(&self) -> f64 {
+    pub(crate) fn sigma(&self) -> f64 {
         self.covariance.symmetric_eigenvalues().max().max(0.0).sqrt()
     }
 
     /// Velocity through the water (ahead, to starboard), m/s, of a craft at `heading`, rad, with the velocity `over_ground` (north, east), m/s.
-    #[must_use]
-    pub fn through_water(&self, heading: f64, over_ground: &Vector2<f64>) -> Vector2<f64> {
+    pub(crate) fn through_water(&self, heading: f64, over_ground: &Vector2<f64>) -> Vector2<f64> {
         let through = over_ground - self.current;
         Vector2::new(
             direction(heading).dot(&through),
@@ -79,7 +76,7 @@ impl CurrentObserver {
     }
 
     /// Takes a measurement at `t_s`, s: the velocity `over_ground` (north, east), m/s, at `heading`, rad, while turning at `yaw_rate`, rad/s.
-    pub fn update(&mut self, t_s: f64, heading: f64, yaw_rate: f64, over_ground: &Vector2<f64>) {
+    pub(crate) fn update(&mut self, t_s: f64, heading: f64, yaw_rate: f64, over_ground: &Vector2<f64>) {
         let gap = self.updated_s.map_or(CORRELATION_S, |before| t_s - before);
         // The clock was set back, or the same moment came twice.
         if gap <= 0.0 {

@@ -4,7 +4,7 @@
 //! autopilot, modems, sensors ─ bytes → adapters → measurements → craft's state, fixes ─→ mission (HTTP, threads of its own)
 //! autopilot ← frames ← output limiter ← authority ← reference, ten times a second, along the newest plan ←─┘
 //! ```
-//! The bridge sends only what [`Authority`] allows. If anything stops, the autopilot's own time-out stops the craft, and the
+//! The bridge sends only what `Authority` allows. If anything stops, the autopilot's own time-out stops the craft, and the
 //! mission's log says why.
 
 use std::{
@@ -81,21 +81,19 @@ pub struct MissionError(String);
 
 /// What the bridge has received so far.
 #[derive(Clone, Debug, Default)]
-pub struct Telemetry {
-    /// The autopilot's parameters.
-    pub parameters: Parameters,
-    /// The craft.
-    pub craft: CraftState,
+pub(crate) struct Telemetry {
+    pub(crate) parameters: Parameters,
+    pub(crate) craft: CraftState,
     /// Whether the autopilot knows its position, if it reports that.
-    pub position_known: Option<bool>,
+    pub(crate) position_known: Option<bool>,
     /// By how much the autopilot's clock is ahead of this machine's, s.
-    pub clock_ahead_s: Option<f64>,
+    pub(crate) clock_ahead_s: Option<f64>,
     /// All alarms of the craft's navigation so far.
-    pub alarms_seen: BTreeSet<Alarm>,
+    pub(crate) alarms_seen: BTreeSet<Alarm>,
     /// Number of pieces from each wire: the autopilot's, those of `nmea`, then those of the modems.
-    pub pieces: Vec<u64>,
+    pub(crate) pieces: Vec<u64>,
     /// The newest fix of each AUV, its arrival, s, and the number of fixes.
-    pub fixes: BTreeMap<String, (AuvFix, f64, u64)>,
+    pub(crate) fixes: BTreeMap<String, (AuvFix, f64, u64)>,
 }
 
 /// What the bridge does with references.
@@ -211,9 +209,7 @@ impl Bridge {
         }
     }
 
-    /// What the bridge has received so far.
-    #[must_use]
-    pub fn telemetry(&self) -> &Telemetry {
+    pub(crate) fn telemetry(&self) -> &Telemetry {
         &self.telemetry
     }
 
@@ -224,33 +220,29 @@ impl Bridge {
         self.telemetry.parameters.contradictions(speed_max)
     }
 
-    /// s since the bridge's start.
-    #[must_use]
-    pub fn now_s(&self) -> f64 {
+    pub(crate) fn now_s(&self) -> f64 {
         self.clock.now_s()
     }
 
     /// Who controls the craft, if the autopilot reports that.
-    #[must_use]
-    pub fn control(&self) -> Control {
+    pub(crate) fn control(&self) -> Control {
         self.autopilot.control(self.now_s())
     }
 
     /// State of the mission; the default before [`Bridge::follow`].
-    #[must_use]
-    pub fn link(&self) -> LinkStatus {
+    pub(crate) fn link(&self) -> LinkStatus {
         self.link.as_ref().map(MissionLink::status).unwrap_or_default()
     }
 
     /// Names of the wires, in the order of [`Telemetry::pieces`].
-    pub fn wires(&self) -> impl Iterator<Item = String> {
+    pub(crate) fn wires(&self) -> impl Iterator<Item = String> {
         let modems = self.settings.modems.iter().map(|(endpoint, _)| endpoint);
         let sensors = self.settings.nmea.iter().chain(modems).map(ToString::to_string);
         ["--connect".to_owned()].into_iter().chain(sensors)
     }
 
     /// Rejected input of each wire, and measurements that were not used.
-    pub fn rejects(&self) -> impl Iterator<Item = &Rejects> {
+    pub(crate) fn rejects(&self) -> impl Iterator<Item = &Rejects> {
         let modems = self.settings.modems.iter().map(|(_, modem)| modem.rejects());
         [self.autopilot.rejects(), self.telemetry.craft.rejects()]
             .into_iter()
@@ -552,7 +544,6 @@ impl Bridge {
         declared.within(&self.telemetry.parameters)
     }
 
-    /// The reference of `plan` at `now`.
     fn reference(&self, plan: &Plan, now: f64) -> Option<Reference> {
         let planned = plan.planned.at(now)?;
         if !OutputLimiter::may_follow(plan.arrived_s, now) {

@@ -1,7 +1,7 @@
 //! Doubts about the craft's navigation: every measurement is a claim, compared with the others and with what is possible.
 //!
 //! [`Integrity`] admits measurements one by one, before the craft's state takes them; [`Alarm`] names what contradicts. The table in
-//! `docs/at-sea.md#doubts` says what each check compares, does and reports, and its false-alarm rate.
+//! `docs/at-sea.md#doubts` says what each check reports and does, and the text below it how often one is false.
 //!
 //! - Sources ([`Sources`]): the autopilot's wire comes first, then `--nmea` in order. Another one is used after 2 s of silence, and left when
 //!   the better one has been back for 5 s. Sources that are not used are compared with the used one.
@@ -17,7 +17,7 @@ use std::{collections::BTreeSet, fmt};
 
 use nalgebra::Vector2;
 
-pub use self::sources::Source;
+pub(crate) use self::sources::Source;
 
 use self::{
     sources::Sources,
@@ -82,7 +82,7 @@ const FRESH_S: f64 = 2.0;
 
 /// What contradicts what.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Alarm {
+pub(crate) enum Alarm {
     /// Positions at two places in turn, or at a new one each time.
     PositionJumps,
     /// The position stays while velocity or references say that the craft moves.
@@ -103,14 +103,12 @@ pub enum Alarm {
     VelocityContradicts,
     /// The heading was another one from one moment to the next, and stays so.
     HeadingJumped,
-    /// The course is far off the heading.
     CourseOffHeading,
 }
 
 impl Alarm {
     /// Whether the craft has no trustworthy state meanwhile: nothing is sent.
-    #[must_use]
-    pub fn stops(self) -> bool {
+    pub(crate) fn stops(self) -> bool {
         match self {
             Self::PositionJumps | Self::PositionFrozen | Self::HeadingJumps | Self::HeadingFrozen => true,
             Self::PositionJumped
@@ -131,16 +129,16 @@ impl fmt::Display for Alarm {
                 "the position jumps between places: two receivers, or two vehicles with one system number"
             }
             Self::PositionFrozen => {
-                "the position stays while the craft is said to move: receiver frozen, or no thrust"
+                "the position does not change although measured or reference speed is not zero: receiver frozen, or no thrust"
             }
-            Self::NoWay => "the position stays although references ask for way: check thrust and receiver",
+            Self::NoWay => "the position does not change although the reference speed is not zero: check thrust and receiver",
             Self::HeadingJumps => "the heading jumps: two compasses, or two vehicles with one system number",
             Self::HeadingFrozen => "the heading stays while the craft turns: compass frozen",
-            Self::PositionJumped => "the position jumped: the new one counts",
+            Self::PositionJumped => "the position jumped: the new position is used",
             Self::PositionsDiffer => "two sources of the position differ: check the receivers",
             Self::HeadingsDiffer => "two sources of the heading differ: check the compasses",
             Self::VelocityContradicts => "the velocity contradicts the positions: those count",
-            Self::HeadingJumped => "the heading jumped: the new one counts; check the compass",
+            Self::HeadingJumped => "the heading jumped: the new heading is used; check the compass",
             Self::CourseOffHeading => {
                 "the course is far off the heading: compass off, strong current, or astern"
             }
@@ -205,23 +203,18 @@ impl Integrity {
             CraftMeasurement::Position(position) => self.admits_position(t_s, source, *position),
             CraftMeasurement::Heading(heading) => self.admits_heading(t_s, source, *heading),
             CraftMeasurement::GroundVelocity(velocity) => {
-                let is_possible =
-                    self.is_possible(velocity.norm() <= SPEED_MAX, "faster than a surface craft");
-                is_possible && self.velocities.uses(t_s, source, (), |(), (), _| false)
+                self.may_move(velocity.norm()) && self.velocities.uses_any(t_s, source)
             }
             CraftMeasurement::GroundSpeed(speed) => {
-                let is_possible = self.is_possible(speed.abs() <= SPEED_MAX, "faster than a surface craft");
-                is_possible && self.velocities.uses(t_s, source, (), |(), (), _| false)
+                self.may_move(*speed) && self.velocities.uses_any(t_s, source)
             }
             CraftMeasurement::WaterVelocity(velocity) => {
-                let is_possible =
-                    self.is_possible(velocity.norm() <= SPEED_MAX, "faster than a surface craft");
-                is_possible && self.water_velocities.uses(t_s, source, (), |(), (), _| false)
+                self.may_move(velocity.norm()) && self.water_velocities.uses_any(t_s, source)
             }
             CraftMeasurement::YawRate(rate) => {
-                let is_possible =
-                    self.is_possible(rate.abs() <= YAW_RATE_MAX, "turns faster than a surface craft");
-                let is_used = is_possible && self.yaw_rates.uses(t_s, source, (), |(), (), _| false);
+                let is_possible = rate.abs() <= YAW_RATE_MAX;
+                self.count_unless(is_possible, "turns faster than a surface craft");
+                let is_used = is_possible && self.yaw_rates.uses_any(t_s, source);
                 if is_used {
                     self.turn(t_s, *rate);
                 }
@@ -266,11 +259,15 @@ impl Integrity {
         &self.recent
     }
 
-    fn is_possible(&mut self, is_possible: bool, otherwise: &'static str) -> bool {
-        if !is_possible {
-            self.rejects.count(otherwise);
-        }
+    /// Whether a surface craft may go at this speed, m/s.
+    fn may_move(&mut self, speed: f64) -> bool {
+        let is_possible = speed.abs() <= SPEED_MAX;
+        self.count_unless(is_possible, "faster than a surface craft");
         is_possible
+    }
+
+    fn count_unless(&mut self, is_possible: bool, reason: &'static str) {
+        self.rejects.add(reason, u64::from(!is_possible));
     }
 
     fn set(&mut self, alarm: Alarm, is_raised: bool) {

@@ -17,7 +17,7 @@ mod craft_state;
 mod current_observer;
 pub mod follow;
 mod integrity;
-pub mod mavlink;
+mod mavlink;
 mod measurement;
 pub mod mission_client;
 pub mod mission_link;
@@ -31,13 +31,12 @@ pub mod reference;
 mod rejects;
 pub mod wire;
 
-pub use self::{
-    clock::Clock,
+pub(crate) use self::{
     craft_state::{CraftState, MeasuredState},
-    current_observer::CurrentObserver,
     integrity::{Alarm, Source},
-    measurement::{AuvFix, CraftMeasurement, Geographic, Measurement},
-    output_limiter::{OutputLimiter, OutputLimits},
     plan::Plan,
+};
+pub use self::{
+    measurement::{AuvFix, CraftMeasurement, Geographic, Measurement},
     rejects::Rejects,
 };

@@ -10,10 +10,9 @@ mod reader;
 mod tests;
 mod writer;
 
-pub(crate) use self::{authority::HEARTBEAT_AGE_MAX_S, writer::TEXT_BYTES};
-pub use self::{
-    authority::{Action, Authority, Conditions, Control, Silence},
-    autopilot::{Autopilot, Contradiction, Heartbeat, PARAMETERS, Parameters},
+pub(crate) use self::{
+    authority::{Action, Authority, Conditions, Control, HEARTBEAT_AGE_MAX_S, Silence},
+    autopilot::{Autopilot, Contradiction, Heartbeat, Parameters},
     reader::{AutopilotEvent, MavlinkReader},
-    writer::MavlinkWriter,
+    writer::{MavlinkWriter, TEXT_BYTES},
 };

@@ -1,11 +1,6 @@
 //! HTTP requests of a live mission: a client of the service's API.
 
-use std::{
-    fs, io,
-    path::PathBuf,
-    sync::{Mutex, PoisonError},
-    time::{Duration, SystemTime, UNIX_EPOCH},
-};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
@@ -15,57 +10,37 @@ use ureq::{
     tls::{Certificate, RootCerts, TlsConfig},
 };
 
+mod services;
+mod token_file;
+
+use services::Services;
+pub use token_file::TokenFile;
+
 /// A request without an answer is repeated after this time, with the same key. A plan may be followed for ten seconds: reports must
 /// arrive before that.
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(4);
-/// How long the service may hold a request until there is a newer plan, s.
+/// The same, if there is another service to ask: an owner that died is replaced within 3 s, and a plan waits for no more than half of
+/// its ten seconds for two services that are silent.
+const ANSWER_TIMEOUT_OF_SEVERAL: Duration = Duration::from_millis(2_500);
+/// How long the service may hold a request until there is a newer plan, s: the answer must arrive in time over a slow link.
 const WAIT_S: u32 = 2;
+const WAIT_S_OF_SEVERAL: u32 = 1;
 /// Members of a mission's metadata by which a bridge finds its own: its name, and the digest of the setup.
 const NAME: &str = "bridge";
 const DIGEST: &str = "bridge_setup";
 
-/// A client of one service.
+/// A client of one service, or of several that share their missions.
 #[derive(Debug)]
 pub struct MissionClient {
     agent: ureq::Agent,
-    url: String,
+    services: Services,
     token: Option<TokenFile>,
-}
-
-/// A file with a token, and the token as it was read last.
-#[derive(Debug)]
-pub struct TokenFile {
-    path: PathBuf,
-    token: Mutex<String>,
-}
-
-impl TokenFile {
-    /// Reads the token.
-    pub fn read(path: PathBuf) -> io::Result<Self> {
-        let token = Mutex::new(fs::read_to_string(&path)?.trim().to_owned());
-        Ok(Self { path, token })
-    }
-
-    fn token(&self) -> String {
-        self.token.lock().unwrap_or_else(PoisonError::into_inner).clone()
-    }
-
-    /// The token, if the file has another one than `rejected` now.
-    fn another(&self, rejected: &str) -> Option<String> {
-        let read = fs::read_to_string(&self.path).ok()?;
-        let token = read.trim();
-        // A file that is just being written may be empty.
-        if token == rejected || token.is_empty() {
-            return None;
-        }
-        token.clone_into(&mut self.token.lock().unwrap_or_else(PoisonError::into_inner));
-        Some(token.to_owned())
-    }
+    wait_s: u32,
 }
 
 /// Why a request failed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum ServiceError {
+pub(crate) enum ServiceError {
     /// No connection, no whole answer, or too busy: try again.
     #[error("no answer: {0}")]
     Unavailable(String),
@@ -87,17 +62,13 @@ pub enum ServiceError {
 
 /// The members of a mission that a bridge needs.
 #[derive(Clone, Debug, Deserialize)]
-pub struct MissionInfo {
-    /// Its ID.
-    pub id: String,
-    /// Its status.
-    pub status: String,
-    /// Its metadata.
+pub(crate) struct MissionInfo {
+    pub(crate) id: String,
+    pub(crate) status: String,
     #[serde(default)]
-    pub metadata: Value,
-    /// Its goal, limits, craft and places.
+    pub(crate) metadata: Value,
     #[serde(default)]
-    pub setting: Value,
+    pub(crate) setting: Value,
 }
 
 /// A page of the list of missions.
@@ -109,31 +80,39 @@ struct Page {
 
 impl MissionInfo {
     /// Whether it has ended.
-    #[must_use]
-    pub fn is_over(&self) -> bool {
+    pub(crate) fn is_over(&self) -> bool {
         matches!(self.status.as_str(), "finished" | "failed")
     }
 }
 
 /// The body of one report.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Reports {
+pub(crate) struct Reports {
     /// Fixes, by AUV.
     #[serde(skip_serializing_if = "Map::is_empty")]
-    pub auvs: Map<String, Value>,
+    pub(crate) auvs: Map<String, Value>,
     /// States of the surface craft.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub asc: Vec<Value>,
+    pub(crate) asc: Vec<Value>,
     /// Notes for the mission's log.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub notes: Vec<Value>,
+    pub(crate) notes: Vec<Value>,
 }
 
 impl MissionClient {
-    /// A client of the service at `url`. `token` authorises it, if the service requires that. After a
-    /// rejection the file is read again. `certificate`, PEM, is trusted instead of
+    /// A client of the service at `urls`, or of several that share their missions: one that does not answer is left for the next. `token`
+    /// authorises it, if the services require that. After a rejection the file is read again. `certificate`, PEM, is trusted instead of
     /// the usual root certificates.
-    pub fn new(url: &str, token: Option<TokenFile>, certificate: Option<&[u8]>) -> Result<Self, ureq::Error> {
+    pub fn new(
+        urls: &[String],
+        token: Option<TokenFile>,
+        certificate: Option<&[u8]>,
+    ) -> Result<Self, ureq::Error> {
+        let (timeout, wait_s) = if urls.len() == 1 {
+            (ANSWER_TIMEOUT, WAIT_S)
+        } else {
+            (ANSWER_TIMEOUT_OF_SEVERAL, WAIT_S_OF_SEVERAL)
+        };
         let mut tls = TlsConfig::builder();
         if let Some(pem) = certificate {
             tls = tls.root_certs(RootCerts::from([Certificate::from_pem(pem)?]));
@@ -142,17 +121,18 @@ impl MissionClient {
             .tls_config(tls.build())
             // The body of an error says what is wrong.
             .http_status_as_error(false)
-            .timeout_global(Some(ANSWER_TIMEOUT));
+            .timeout_global(Some(timeout));
         Ok(Self {
             agent: config.build().into(),
-            url: format!("{}/v1/missions", url.trim_end_matches('/')),
+            services: Services::new(urls),
             token,
+            wait_s,
         })
     }
 
     /// The unfinished mission of `name`, or a new one of `body`: a bridge that restarts continues its mission. A mission of that name with
     /// another `digest` of the setup is an error.
-    pub fn find_or_create(
+    pub(crate) fn find_or_create(
         &self,
         name: &str,
         digest: &str,
@@ -188,7 +168,7 @@ impl MissionClient {
     }
 
     /// Runs the mission if it is new.
-    pub fn run(&self, mission: MissionInfo) -> Result<MissionInfo, ServiceError> {
+    pub(crate) fn run(&self, mission: MissionInfo) -> Result<MissionInfo, ServiceError> {
         if mission.status == "created" {
             let path = format!("/{}/run", mission.id);
             self.post(&path, &json!({}), &format!("{}-run", mission.id))?;
@@ -196,13 +176,12 @@ impl MissionClient {
         Ok(mission)
     }
 
-    /// The mission `id`.
-    pub fn mission(&self, id: &str) -> Result<MissionInfo, ServiceError> {
+    pub(crate) fn mission(&self, id: &str) -> Result<MissionInfo, ServiceError> {
         self.get(&format!("/{id}"))
     }
 
     /// Posts reports; returns when they are on the service's disk, with what is wrong with those that it rejected.
-    pub fn report(&self, id: &str, reports: &Reports, key: &str) -> Result<Vec<String>, ServiceError> {
+    pub(crate) fn report(&self, id: &str, reports: &Reports, key: &str) -> Result<Vec<String>, ServiceError> {
         let body =
             serde_json::to_value(reports).map_err(|error| ServiceError::Unavailable(error.to_string()))?;
         let answer = self.post(&format!("/{id}/reports"), &body, key)?;
@@ -210,16 +189,17 @@ impl MissionClient {
     }
 
     /// The newest plan; waits some seconds for one after the event `after`. None before the first plan.
-    pub fn reference(&self, id: &str, after: u64) -> Result<Option<Value>, ServiceError> {
-        match self.get(&format!("/{id}/reference?wait_s={WAIT_S}&after={after}")) {
+    pub(crate) fn reference(&self, id: &str, after: u64) -> Result<Option<Value>, ServiceError> {
+        let wait_s = self.wait_s;
+        match self.get(&format!("/{id}/reference?wait_s={wait_s}&after={after}")) {
             Err(ServiceError::Rejected { code, .. }) if code == "no_plan_yet" => Ok(None),
             answer => answer.map(Some),
         }
     }
 
     fn get<T: for<'de> Deserialize<'de>>(&self, path: &str) -> Result<T, ServiceError> {
-        self.authorised(|authorisation| {
-            let mut request = self.agent.get(format!("{}{path}", self.url));
+        self.answered(|missions, authorisation| {
+            let mut request = self.agent.get(format!("{missions}{path}"));
             if let Some(bearer) = authorisation {
                 request = request.header("authorization", bearer);
             }
@@ -228,16 +208,29 @@ impl MissionClient {
     }
 
     fn post(&self, path: &str, body: &Value, key: &str) -> Result<Value, ServiceError> {
-        self.authorised(|authorisation| {
+        self.answered(|missions, authorisation| {
             let mut request = self
                 .agent
-                .post(format!("{}{path}", self.url))
+                .post(format!("{missions}{path}"))
                 .header("idempotency-key", key);
             if let Some(bearer) = authorisation {
                 request = request.header("authorization", bearer);
             }
             read(request.send_json(body))
         })
+    }
+
+    /// Calls with the URL of the missions and the token. After no answer the caller's next try goes to the next service.
+    fn answered<T>(
+        &self,
+        call: impl Fn(&str, Option<String>) -> Result<T, ServiceError>,
+    ) -> Result<T, ServiceError> {
+        let (asked, missions) = self.services.asked();
+        let answer = self.authorised(|authorisation| call(missions, authorisation));
+        if let Err(ServiceError::Unavailable(_)) = answer {
+            self.services.leave(asked);
+        }
+        answer
     }
 
     /// Calls with the token; once more if it is rejected and its file has another one.

@@ -26,25 +26,23 @@ const RETRY: Duration = Duration::from_millis(300);
 
 /// State of the mission at one moment.
 #[derive(Clone, Debug, Default)]
-pub struct LinkStatus {
+pub(crate) struct LinkStatus {
     /// ID of the mission, while it is known.
-    pub mission: Option<String>,
+    pub(crate) mission: Option<String>,
     /// The mission's settings when it was found.
-    pub setting: Value,
-    /// The newest plan.
-    pub plan: Option<Plan>,
+    pub(crate) setting: Value,
+    pub(crate) plan: Option<Plan>,
     /// Why the service did not answer the last request; none if it did.
-    pub trouble: Option<String>,
+    pub(crate) trouble: Option<String>,
     /// Values outside the API's ranges that were clamped, by member.
-    pub clamped: Rejects,
+    pub(crate) clamped: Rejects,
     /// How many reports the service rejected, and why the last one.
-    pub rejected: Option<(u64, String)>,
+    pub(crate) rejected: Option<(u64, String)>,
     /// Whether the mission cannot be joined or created; `trouble` says why.
-    pub has_failed: bool,
+    pub(crate) has_failed: bool,
     /// Whether the mission is paused: it makes no plans until it is run.
-    pub is_paused: bool,
-    /// Whether the mission is over.
-    pub is_over: bool,
+    pub(crate) is_paused: bool,
+    pub(crate) is_over: bool,
 }
 
 impl LinkStatus {
@@ -83,7 +81,7 @@ impl MissionChoice {
 
 /// A mission that two threads keep until the program ends.
 #[derive(Clone, Debug)]
-pub struct MissionLink {
+pub(crate) struct MissionLink {
     shared: Arc<Shared>,
 }
 
@@ -106,8 +104,7 @@ struct Outbox {
 
 impl MissionLink {
     /// Follows `mission`, with a report every `interval`. `sigma_m` is the standard deviation of fixes that state none.
-    #[must_use]
-    pub fn open(
+    pub(crate) fn open(
         client: MissionClient,
         mission: MissionChoice,
         interval: Duration,
@@ -128,28 +125,26 @@ impl MissionLink {
         Self { shared }
     }
 
-    /// The state now.
-    #[must_use]
-    pub fn status(&self) -> LinkStatus {
+    pub(crate) fn status(&self) -> LinkStatus {
         lock(&self.shared.status).clone()
     }
 
     /// Posts the craft's state soon, with its time on the bridge's clock, and whether references steer it. A newer one replaces it.
-    pub fn report_craft(&self, state: &MeasuredState, is_steered: bool) {
+    pub(crate) fn report_craft(&self, state: &MeasuredState, is_steered: bool) {
         let t_s = self.shared.clock.unix_s(state.t_s);
         let report = asc_report(t_s, state, is_steered, &mut lock(&self.shared.status).clamped);
         lock(&self.shared.outbox).asc = Some(report);
     }
 
     /// Posts a fix soon, with Unix time.
-    pub fn report_auv(&self, fix: &AuvFix) {
+    pub(crate) fn report_auv(&self, fix: &AuvFix) {
         let report = auv_report(fix, self.shared.sigma_m, &mut lock(&self.shared.status).clamped);
         let mut outbox = lock(&self.shared.outbox);
         push(outbox.auvs.entry(fix.auv.clone()).or_default(), report);
     }
 
     /// Writes into the mission's log soon, with the time on the bridge's clock.
-    pub fn note(&self, t_s: f64, text: &str) {
+    pub(crate) fn note(&self, t_s: f64, text: &str) {
         self.shared.note(t_s, text);
     }
 }
@@ -205,7 +200,7 @@ impl Shared {
         }
         (status.mission, status.plan) = (None, None);
         drop(status);
-        let text = format!("the service no longer has mission {mission}: it is looked for again");
+        let text = format!("the service no longer has mission {mission}: searching for it again");
         tracing::warn!("{text}");
         self.note(self.clock.now_s(), &text);
     }
@@ -256,6 +251,10 @@ impl Shared {
             Ok(Some(answer)) => {
                 let now_s = self.clock.now_s();
                 let sequence = answer["sequence"].as_u64().unwrap_or(0);
+                // A service that lost the mission to another one repeats what it had.
+                if sequence < newest.sequence {
+                    return false;
+                }
                 let is_new = sequence > newest.sequence;
                 if is_new {
                     (newest.sequence, newest.arrived_s) = (sequence, now_s);

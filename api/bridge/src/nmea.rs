@@ -16,6 +16,7 @@ mod sentence;
 mod tests;
 
 pub use self::output::heading_and_speed_sentences;
+pub(crate) use self::{fields::seconds_after_midnight, sentence::checksum};
 
 use std::collections::VecDeque;
 

@@ -28,13 +28,14 @@ const RISE_PER_ACCELERATION: f64 = 4.0;
 
 /// What may be sent to the craft.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct OutputLimits {
+#[expect(clippy::struct_field_names, reason = "each is a maximum")]
+pub(crate) struct OutputLimits {
     /// Fastest speed, m/s, as the craft's speed loop measures it.
-    pub speed_max: f64,
+    pub(crate) speed_max: f64,
     /// Fastest turn of the heading, rad/s.
-    pub turn_rate_max: f64,
+    pub(crate) turn_rate_max: f64,
     /// Acceleration ahead, m/s².
-    pub acceleration_max: f64,
+    pub(crate) acceleration_max: f64,
 }
 
 impl Default for OutputLimits {
@@ -50,8 +51,7 @@ impl Default for OutputLimits {
 
 impl OutputLimits {
     /// The limits in the settings of a mission: members `limits` and `craft`.
-    #[must_use]
-    pub fn declared(settings: &Value) -> Self {
+    pub(crate) fn declared(settings: &Value) -> Self {
         let (limits, craft) = (&settings["limits"], &settings["craft"]);
         let lowest = |values: &[&Value], otherwise: f64| {
             let stated = values.iter().filter_map(|value| value.as_f64());
@@ -74,8 +74,7 @@ impl OutputLimits {
     }
 
     /// These limits, where the autopilot's own are not lower.
-    #[must_use]
-    pub fn within(&self, parameters: &Parameters) -> Self {
+    pub(crate) fn within(&self, parameters: &Parameters) -> Self {
         let lower = |limit: f64, parameter: Option<f64>| parameter.map_or(limit, |most| limit.min(most));
         Self {
             speed_max: lower(self.speed_max, parameters.speed_max()),
@@ -87,7 +86,7 @@ impl OutputLimits {
 
 /// Limits references; remembers the last one.
 #[derive(Clone, Debug, Default)]
-pub struct OutputLimiter {
+pub(crate) struct OutputLimiter {
     /// When it was sent, s, and what.
     last: Option<(f64, Reference)>,
     changes: Rejects,
@@ -95,14 +94,13 @@ pub struct OutputLimiter {
 
 impl OutputLimiter {
     /// Whether a plan that arrived at `arrived_s` may be followed at `now_s`, both s on one clock.
-    #[must_use]
-    pub fn may_follow(arrived_s: f64, now_s: f64) -> bool {
+    pub(crate) fn may_follow(arrived_s: f64, now_s: f64) -> bool {
         now_s - arrived_s <= PLAN_AGE_MAX_S
     }
 
     /// What may be sent at `now_s`, s, where `asked` is wanted, from a craft with the speed and heading `craft`; nothing if a number is not
     /// finite.
-    pub fn limit(
+    pub(crate) fn limit(
         &mut self,
         now_s: f64,
         asked: &Reference,
@@ -144,8 +142,7 @@ impl OutputLimiter {
     }
 
     /// How often a reference was changed, by reason.
-    #[must_use]
-    pub fn changes(&self) -> &Rejects {
+    pub(crate) fn changes(&self) -> &Rejects {
         &self.changes
     }
 }

@@ -7,25 +7,25 @@ use crate::reference::{PlannedReference, Reference, Stage};
 
 /// A plan of the mission.
 #[derive(Clone, Debug)]
-pub struct Plan {
+pub(crate) struct Plan {
     /// The reference and the planned motion, on the bridge's clock.
-    pub planned: PlannedReference,
+    pub(crate) planned: PlannedReference,
     /// When it arrived first, s of the bridge's clock.
-    pub arrived_s: f64,
+    pub(crate) arrived_s: f64,
     /// The reference of line of sight for the same craft.
-    pub line_of_sight: Reference,
+    pub(crate) line_of_sight: Reference,
     /// Method and outcome, such as `mpc ok`.
-    pub method: String,
+    pub(crate) method: String,
     /// Why the outcome is `degraded`, if it is.
-    pub reason: Option<String>,
+    pub(crate) reason: Option<String>,
     /// From the craft to the goal, m.
-    pub distance_m: f64,
+    pub(crate) distance_m: f64,
     /// Estimated lags of the craft, and the current, as text.
-    pub estimate: String,
+    pub(crate) estimate: String,
     /// The vehicles that the mission waits for.
-    pub waits_for: Vec<String>,
+    pub(crate) waits_for: Vec<String>,
     /// Warnings of the plan, by code.
-    pub warnings: Vec<String>,
+    pub(crate) warnings: Vec<String>,
 }
 
 impl Plan {

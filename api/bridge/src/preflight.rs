@@ -202,7 +202,9 @@ fn fixes(bridge: &Bridge, auvs: &[String]) -> Vec<Finding> {
     let unheard = unheard.map(|auv| fails(format!("{auv}: none; check --auv and --modem, and ping it")));
     let findings: Vec<Finding> = fixes.iter().map(finding).chain(unheard).collect();
     if findings.is_empty() {
-        return vec![fails("none of any AUV: check --auv and --modem, and ping one")];
+        return vec![fails(
+            "no reports from any AUV: check --auv and --modem, and ping one",
+        )];
     }
     findings
 }

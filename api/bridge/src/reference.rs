@@ -16,28 +16,27 @@ pub struct Reference {
 
 /// One stage of a planned trajectory.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stage {
-    /// When, s.
-    pub t_s: f64,
+pub(crate) struct Stage {
+    pub(crate) t_s: f64,
     /// The planned speed through the water and heading.
-    pub reference: Reference,
+    pub(crate) reference: Reference,
 }
 
 /// A plan as the craft follows it. All times are on one clock.
 #[derive(Clone, Debug, PartialEq)]
-pub struct PlannedReference {
+pub(crate) struct PlannedReference {
     /// Time of the plan, s.
-    pub planned_s: f64,
+    pub(crate) planned_s: f64,
     /// The plan's reference at that time.
-    pub first: Reference,
+    pub(crate) first: Reference,
     /// The planned motion, in order of time.
-    pub stages: Vec<Stage>,
+    pub(crate) stages: Vec<Stage>,
     /// How far references are ahead of the planned motion: lags of the craft's heading and speed loops, s.
-    pub lags: [f64; 2],
+    pub(crate) lags: [f64; 2],
     /// Current (north, east), m/s, that a speed over ground contains; zero for a craft that holds speed through the water.
-    pub current: Vector2<f64>,
+    pub(crate) current: Vector2<f64>,
     /// End of validity, s.
-    pub valid_until_s: f64,
+    pub(crate) valid_until_s: f64,
 }
 
 impl PlannedReference {
@@ -47,8 +46,7 @@ impl PlannedReference {
     /// ψ_ref(t) = ψ_ref(t₀) + ψ(t + T_ψ) − ψ(t₀ + T_ψ)        u_ref(t) likewise with T_u, over ground with the current along the bow
     /// ```
     /// The planner asks for what the loops need in order to be on the planned motion one lag later.
-    #[must_use]
-    pub fn at(&self, t_s: f64) -> Option<Reference> {
+    pub(crate) fn at(&self, t_s: f64) -> Option<Reference> {
         let is_valid = t_s <= self.valid_until_s;
         if !is_valid {
             return None;
@@ -98,8 +96,7 @@ fn between(from: &Stage, to: &Stage, t_s: f64) -> Reference {
 }
 
 /// The same direction in [−π, π].
-#[must_use]
-pub fn wrapped(angle: f64) -> f64 {
+pub(crate) fn wrapped(angle: f64) -> f64 {
     (angle + PI).rem_euclid(TAU) - PI
 }
 

@@ -10,12 +10,11 @@ pub struct Rejects {
 
 impl Rejects {
     /// Adds one for `reason`.
-    pub fn count(&mut self, reason: &'static str) {
+    pub(crate) fn count(&mut self, reason: &'static str) {
         self.add(reason, 1);
     }
 
-    /// Adds `times` for `reason`.
-    pub fn add(&mut self, reason: &'static str, times: u64) {
+    pub(crate) fn add(&mut self, reason: &'static str, times: u64) {
         if times > 0 {
             *self.counts.entry(reason).or_default() += times;
         }
@@ -27,8 +26,7 @@ impl Rejects {
     }
 
     /// Sum of all counts.
-    #[must_use]
-    pub fn total(&self) -> u64 {
+    pub(crate) fn total(&self) -> u64 {
         self.counts.values().sum()
     }
 }

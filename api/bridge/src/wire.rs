@@ -75,20 +75,17 @@ impl fmt::Display for Endpoint {
 
 /// Bytes from a wire.
 #[derive(Clone, Debug)]
-pub struct Received {
-    /// Number of the wire.
-    pub wire: usize,
-    /// The bytes.
-    pub bytes: Vec<u8>,
+pub(crate) struct Received {
+    pub(crate) wire: usize,
+    pub(crate) bytes: Vec<u8>,
     /// Whether they are a datagram, not a piece of a stream.
-    pub is_datagram: bool,
-    /// Time of arrival.
-    pub at: Instant,
+    pub(crate) is_datagram: bool,
+    pub(crate) at: Instant,
 }
 
 /// A wire that a thread keeps open.
 #[derive(Debug)]
-pub struct Wire {
+pub(crate) struct Wire {
     line: Arc<Mutex<Option<Line>>>,
 }
 
@@ -105,8 +102,7 @@ const READ_BYTES: usize = 4096;
 impl Wire {
     /// Opens `endpoint` as wire number `wire`, now and whenever it breaks. Bytes go to `received` until that is closed; the wire waits while
     /// the channel is full.
-    #[must_use]
-    pub fn open(endpoint: Endpoint, wire: usize, received: SyncSender<Received>) -> Self {
+    pub(crate) fn open(endpoint: Endpoint, wire: usize, received: SyncSender<Received>) -> Self {
         let line = Arc::new(Mutex::new(None));
         let kept = Arc::clone(&line);
         thread::spawn(move || keep_open(&endpoint, wire, &kept, &received));
@@ -114,7 +110,7 @@ impl Wire {
     }
 
     /// Writes, if the wire is open. A failure is only logged: the next message follows soon.
-    pub fn send(&self, bytes: &[u8]) {
+    pub(crate) fn send(&self, bytes: &[u8]) {
         let mut line = self.line.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(open) = line.as_mut()
             && let Err(error) = open.write(bytes)

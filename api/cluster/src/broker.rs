@@ -83,7 +83,7 @@ pub enum ClusterError {
     #[error("{0}")]
     OtherVersion(String),
     /// The campaign is of another build of this version.
-    #[error("campaign {0} is of another build of this version: its scenarios differ here")]
+    #[error("campaign {0} comes from another build of this version, with other scenarios")]
     OtherBuild(String),
     /// The campaign's file is wrong.
     #[error(transparent)]
@@ -95,7 +95,7 @@ pub enum ClusterError {
     #[error(transparent)]
     Work(#[from] WorkError),
     /// Work was given up.
-    #[error("{} pieces of work were given up: {}", .0.len(), .0.join("; "))]
+    #[error("{} chunks of work failed too often: {}", .0.len(), .0.join("; "))]
     Parked(Vec<String>),
     /// Work is left: the number of chunks that are done, and of all.
     #[error("{0} of {1} chunks are done: wait for the workers (campaign watch)")]

@@ -31,7 +31,7 @@ door.ask = (refused) => {
       location.reload();
     },
   }, el("h2", { id: "token-title" }, "This service requires a token"),
-  refused && el("p", { class: "notice", role: "alert" }, "This token is not one of this service's."),
+  refused && el("p", { class: "notice", role: "alert" }, "The service does not know this token."),
   el("p", {}, "Create one with ", el("code", {}, "pilotfish token add NAME --role read-only"), "."),
   el("label", { htmlFor: "token" }, "Token"), input, el("button", { type: "submit", class: "primary" }, "Use it in this tab")));
   document.body.append(dialog);

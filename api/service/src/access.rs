@@ -135,7 +135,6 @@ impl By {
         self.caller.limit.as_ref()
     }
 
-    /// An order for `action`, given now.
     pub(crate) fn order(&self, action: &str) -> AuditEntry {
         AuditEntry {
             at_s: unix_now(),

@@ -159,6 +159,6 @@ pub(crate) async fn get_limits(State(planners): State<Planners>) -> Json<Service
         reports: REPORTS_MAX,
         batch_requests: BATCH_MAX,
         deadline_least_ms: *DEADLINE_MS.start(),
-        deadline_most_ms: planners.deadline().as_secs_f64() * 1e3,
+        deadline_most_ms: planners.deadline.as_secs_f64() * 1e3,
     })
 }

@@ -178,12 +178,9 @@ where
 
     async fn from_request(request: Request, state: &S) -> Result<Self, Problem> {
         let body = JsonBytes::from_request(request, state).await?;
-        if body.bytes.len() <= SHORT_BYTES_MAX {
-            return body.read().map(Self);
-        }
-        let planners = Planners::from_ref(state);
-        let read = planners.read_for_mission(Priority::Long, || body.read()).await?;
-        read.map(Self)
+        let (planners, bytes) = (Planners::from_ref(state), body.bytes.len());
+        let read = planners.read_body_for_mission(Priority::Long, bytes, || body.read());
+        read.await?.map(Self)
     }
 }
 

@@ -100,7 +100,7 @@ impl Readiness {
     }
 
     async fn try_everything(&self) -> Result<(), Problem> {
-        self.try_planners(self.planners.deadline(), PROBE_TIME).await?;
+        self.try_planners(self.planners.deadline, PROBE_TIME).await?;
         self.probe(PROBE_TIME).await
     }
 

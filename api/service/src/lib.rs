@@ -6,7 +6,12 @@
 //! Every failure becomes a [`problem::Problem`], which alone chooses the status code. [`app`] is the service without a socket
 //! and without missions, [`service`] the same with missions, whose events are in the [`store`].
 
-use axum::{Router, middleware::from_fn, routing::get};
+use axum::{
+    Router,
+    extract::Request,
+    middleware::{Next, from_fn},
+    routing::get,
+};
 use tower_http::catch_panic::CatchPanicLayer;
 
 pub mod access;
@@ -19,6 +24,7 @@ mod body_size;
 pub mod crafts;
 mod deadline;
 pub mod examples;
+mod forward;
 pub mod health;
 mod hosts;
 mod metrics;
@@ -36,6 +42,7 @@ mod query;
 pub mod quota;
 mod request_id;
 mod role;
+pub mod roots;
 pub mod route_files;
 mod settings;
 pub mod store;
@@ -46,6 +53,7 @@ use answer::Room;
 use app_state::AppState;
 use body::Bodies;
 pub use body_size::BODY_BYTES_MAX;
+use forward::Forwarding;
 use health::Readiness;
 pub use hosts::Hosts;
 pub use metrics::{Connections, Counted};
@@ -85,7 +93,7 @@ pub async fn service(settings: Settings, store: EventStore) -> Result<(Router, M
 }
 
 fn routed(settings: Settings, planners: Planners, missions: Option<Missions>) -> Router {
-    let metrics = planners.metrics().clone();
+    let metrics = planners.metrics.clone();
     let middleware = Middleware {
         hosts: settings.hosts,
         tokens: settings.tokens,
@@ -97,6 +105,7 @@ fn routed(settings: Settings, planners: Planners, missions: Option<Missions>) ->
     if let Some((period, beat)) = settings.heartbeat {
         tokio::spawn(readiness.clone().beat(period, beat));
     }
+    let forwarding = Forwarding::of(missions.as_ref(), settings.between);
     let state = AppState {
         readiness,
         planners,
@@ -105,6 +114,12 @@ fn routed(settings: Settings, planners: Planners, missions: Option<Missions>) ->
         metrics,
     };
     let (router, _) = openapi::documented().split_for_parts();
+    let router = match forwarding {
+        Some(forwarding) => router.layer(from_fn(move |request: Request, next: Next| {
+            forwarding.clone().handle(request, next)
+        })),
+        None => router,
+    };
     router
         .merge(page::router())
         .route("/openapi.json", get(openapi::get_document))

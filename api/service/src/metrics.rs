@@ -178,7 +178,6 @@ impl Shed {
     }
 }
 
-/// What a plan is for.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum PlanFor {
     /// A request to `/v1/plan`.

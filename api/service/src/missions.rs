@@ -4,6 +4,7 @@
 //! routes → check → registry → actor (live, simulated) → event → store
 //!                               └ state, simulation, clock
 //! stream, record, replay ← event ← store
+//! shared: which missions this service continues, if others share the store
 //! ```
 
 mod actor;
@@ -11,6 +12,7 @@ pub(crate) mod check;
 mod clock;
 pub mod event;
 mod if_match;
+mod list;
 pub(crate) mod parameters;
 pub mod record;
 mod registry;
@@ -18,6 +20,7 @@ pub mod replay;
 pub mod retention;
 pub(crate) mod routes;
 mod scene;
+mod shared;
 mod simulation;
 mod state;
 mod stream;

@@ -74,7 +74,6 @@ fn describe_tokens(document: &mut Value) {
     }
 }
 
-/// The routes of the document.
 pub(crate) fn documented() -> OpenApiRouter<AppState> {
     #[derive(OpenApi)]
     #[openapi(info(

@@ -22,7 +22,6 @@ static TAGS: LazyLock<Vec<HeaderValue>> = LazyLock::new(|| {
     page::FILES.iter().map(tag).collect()
 });
 
-/// The page's routes.
 pub(crate) fn router<S: Clone + Send + Sync + 'static>() -> Router<S> {
     let files = page::FILES.iter().zip(&*TAGS);
     files.fold(Router::new(), |router, (file, tag)| {

@@ -48,7 +48,7 @@ const STEP: Duration = Duration::from_micros(50);
 #[derive(Clone, Debug)]
 pub(crate) struct Planners {
     plan: PlanFn,
-    parameters: Arc<Parameters>,
+    pub(crate) parameters: Arc<Parameters>,
     /// Idle workspaces. The choice changes the time of a plan, never the answer.
     idle: Arc<Mutex<Vec<Workspace>>>,
     /// Requests with short bodies, and those with long ones: neither kind crowds out the other.
@@ -62,8 +62,9 @@ pub(crate) struct Planners {
     missions: Arc<Semaphore>,
     /// Simulates on half of the processors, so that plans do not wait for simulations.
     simulating: Pool,
-    deadline: Duration,
-    metrics: Metrics,
+    /// Longest time for an answer.
+    pub(crate) deadline: Duration,
+    pub(crate) metrics: Metrics,
 }
 
 /// The plan of a snapshot, and its solve time.
@@ -99,21 +100,6 @@ impl Planners {
         }
     }
 
-    /// The metrics.
-    pub(crate) fn metrics(&self) -> &Metrics {
-        &self.metrics
-    }
-
-    /// The tuning of the planners.
-    pub(crate) fn parameters(&self) -> &Parameters {
-        &self.parameters
-    }
-
-    /// Longest time for an answer.
-    pub(crate) fn deadline(&self) -> Duration {
-        self.deadline
-    }
-
     /// The deadline of a request that asks for `deadline_ms`.
     pub(crate) fn due(&self, arrival: Arrival, deadline_ms: Option<f64>) -> Deadline {
         Deadline::new(arrival, deadline_ms, self.deadline)
@@ -145,7 +131,20 @@ impl Planners {
         read.map_err(|_| self.too_late())?.map_err(|_| Problem::Panicked)
     }
 
-    /// Reads the body of a request about missions.
+    /// Reads a body of so many `bytes` of a request about missions: where it arrived, if it is short.
+    pub(crate) async fn read_body_for_mission<T: Send + 'static>(
+        &self,
+        priority: Priority,
+        bytes: usize,
+        read: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<T, Problem> {
+        if bytes <= SHORT_BYTES_MAX {
+            return Ok(read());
+        }
+        self.read_for_mission(priority, read).await
+    }
+
+    /// Reads or computes something for a request about missions.
     pub(crate) async fn read_for_mission<T: Send + 'static>(
         &self,
         priority: Priority,

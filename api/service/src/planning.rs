@@ -74,7 +74,7 @@ pub(crate) async fn compare(
     };
     let answer = answer(&planned, &context);
     // A rollout for each law costs little beside the program, so they run where the answer is written.
-    let law = |law| answer.law(law, planners.parameters());
+    let law = |law| answer.law(law, &planners.parameters);
     Ok(Json(Comparison {
         plans: Plans {
             mpc: answer.planned(),
@@ -140,7 +140,7 @@ impl ValidRequest {
         } = self;
         let planned = planners.plan(permit, snapshot, arrival, deadline_ms).await?;
         check_fallback(&planned)?;
-        let metrics = planners.metrics();
+        let metrics = &planners.metrics;
         metrics.plan(PlanFor::Request, &planned.plan, planned.solve_time);
         Ok((planned, context))
     }

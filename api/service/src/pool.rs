@@ -100,7 +100,7 @@ impl Pool {
 fn work([mission, short, long]: &[Receiver<Weak<Job>>; 3], waiting: &[Gauge; 3]) {
     // On Linux the priority is the thread's own.
     if let Err(error) = rustix::process::nice(NICE) {
-        tracing::warn!(%error, "requests share the processors with missions as equals");
+        tracing::warn!(%error, "cannot lower the priority of requests: they compete with missions for the processors");
     }
     loop {
         let (job, priority) = select_biased! {

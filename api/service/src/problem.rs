@@ -30,34 +30,47 @@ const FIELD_ERRORS_MAX: usize = 64;
 /// second later.
 const RETRY_AFTER: HeaderValue = HeaderValue::from_static("1");
 
-/// Why there is no answer.
-#[derive(Clone, Debug, PartialEq)]
+/// Why there is no answer, and what to do about it.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Problem {
     /// The body is not JSON.
+    #[error("{}", located(.0))]
     Syntax(Box<FieldError>),
     /// The body is JSON but not a valid request.
+    #[error("{}", first_of(.0))]
     Invalid(Vec<FieldError>),
     /// The content type is not JSON, or missing.
+    #[error("send content-type: application/json{}", .0.as_ref().map(|given| format!(", not {given}")).unwrap_or_default())]
     NotJson(Option<String>),
     /// The content type names a character set other than UTF-8.
+    #[error("send UTF-8, not {0}")]
     NotUtf8(String),
     /// The body has a content encoding.
+    #[error("send the body without content-encoding, not as {0}")]
     Coded(String),
     /// The body is too long.
+    #[error("at most {BODY_BYTES_MAX} bytes are accepted")]
     TooLarge,
     /// The body ended early.
+    #[error("the connection ended before the body did")]
     BodyUnreadable,
     /// The body took longer than this to arrive.
+    #[error("the whole body must arrive within {0:?}")]
     BodyTimedOut(Duration),
     /// The request does not name exactly one valid host.
+    #[error("send exactly one Host header, as HTTP/1.1 requires")]
     HostHeader,
     /// The request is for another host, with this name.
+    #[error("{0} is not a name of this service: call it by its address, or start it with --allow-host {0}")]
     UnknownHost(String),
     /// A page of another site sent the request.
+    #[error("call it from its own page, or without a browser")]
     CrossSite,
     /// The request has no valid token.
+    #[error("send Authorization: Bearer and a valid token; pilotfish token add creates one")]
     Unauthenticated,
     /// The role of the token does not allow this call.
+    #[error("the call needs the role {needed}, and the token has the role {role}")]
     Forbidden {
         /// The least role that the call needs.
         needed: Role,
@@ -65,26 +78,40 @@ pub enum Problem {
         role: Role,
     },
     /// The token is limited to other missions.
+    #[error("the token is limited to {0}; a new mission has the name of its craft in metadata.bridge")]
     Limited(TokenLimit),
     /// The route does not exist.
+    #[error("GET /openapi.json lists every route")]
     NoRoute,
     /// The example does not exist.
+    #[error("GET /v1/examples lists them")]
     NoExample,
     /// The route does not have the method.
+    #[error("the Allow header names the methods of this route")]
     MethodNotAllowed,
     /// Every planner is busy and the queue is full.
+    #[error("the queue is full; try again after the time in Retry-After")]
     Overloaded,
     /// The plan took too long.
+    #[error(
+        "no program was solved by the deadline; try again after the time in Retry-After, or set \"fallback\":\"los\" to \
+         accept a lower fallback level"
+    )]
     TimedOut,
     /// No program was solved, for this reason, and the client accepts nothing else.
+    #[error("{0}; with \"fallback\":\"los\" a lower fallback level would have answered")]
     NoSolution(String),
     /// The service cannot plan, for this reason.
+    #[error("{0}")]
     NotReady(String),
     /// The mission does not exist.
+    #[error("GET /v1/missions lists them")]
     NoMission,
     /// The mission's state does not allow the command, for this reason.
+    #[error("{0}")]
     Conflict(String),
     /// The mission is no longer as the caller saw it.
+    #[error("{}", changed(*revision, since))]
     Changed {
         /// Its revision now.
         revision: u64,
@@ -92,14 +119,24 @@ pub enum Problem {
         since: Vec<Order>,
     },
     /// There is no plan yet. Reports of these vehicles are missing.
+    #[error("{}", no_plan_yet(.0))]
     NoPlanYet(Vec<String>),
     /// The idempotency key belongs to another request.
+    #[error("choose a new key for each new request; repeat a key only to repeat its request")]
     KeyTaken,
     /// The mission has too many requests waiting.
+    #[error("too many requests wait for the mission; try again after the time in Retry-After")]
     Behind,
+    /// The service at this URL has the mission.
+    #[error("another service has the mission; try again after the time in Retry-After")]
+    Elsewhere(String),
     /// The mission has not answered in time.
+    #[error(
+        "the command may still be carried out: send it again with the same Idempotency-Key, or check the mission first"
+    )]
     Unanswered,
     /// The service has reached a limit for all clients.
+    #[error("the service accepts {limit} {what} at once; try again after the time in Retry-After")]
     Crowded {
         /// What there are too many of.
         what: &'static str,
@@ -107,6 +144,7 @@ pub enum Problem {
         limit: usize,
     },
     /// The client has reached its share of a limit.
+    #[error("one client may have {limit} {what}: end some, or try again after the time in Retry-After")]
     Share {
         /// What the client has too many of.
         what: &'static str,
@@ -114,12 +152,18 @@ pub enum Problem {
         limit: usize,
     },
     /// The missions of one client fill that client's share of the disk.
+    #[error(
+        "the missions of the client that created this one fill that client's share of the disk: delete finished ones"
+    )]
     DiskShare,
     /// The service was started without a data directory.
+    #[error("start the service with --data DIRECTORY")]
     NoMissions,
     /// The mission log failed.
+    #[error("{0}")]
     Log(StoreError),
     /// The service has a bug.
+    #[error("the service logged the error; quote the request id")]
     Panicked,
 }
 
@@ -208,6 +252,7 @@ impl Problem {
             Self::NoSolution(_) => (503, "no_solution", "No program was solved"),
             Self::NotReady(_) => (503, "not_ready", "The service cannot plan"),
             Self::Behind => (503, "mission_behind", "The mission has too much to do"),
+            Self::Elsewhere(_) => (503, "mission_elsewhere", "Another service has the mission"),
             Self::Crowded { .. } => (503, "crowded", "The service is at its limit"),
             Self::NoMissions => (503, "no_missions", "The service keeps no missions"),
             Self::TimedOut => (504, "timed_out", "The plan took too long"),
@@ -215,96 +260,6 @@ impl Problem {
             Self::Log(StoreError::Full) => (507, "disk_full", "The disk is full"),
             Self::Log(_) => (503, "not_stored", "The mission log does not work"),
         }
-    }
-
-    /// What is wrong, and what to do about it.
-    fn detail(&self) -> String {
-        let fixed = match self {
-            Self::Syntax(error) => return located(error),
-            Self::Invalid(errors) => {
-                return match errors.as_slice() {
-                    [] => "a field is not valid".to_owned(),
-                    [only] => located(only),
-                    [first, rest @ ..] => format!("{} (and {} more)", located(first), rest.len()),
-                };
-            }
-            Self::NotJson(Some(given)) => return format!("send content-type: application/json, not {given}"),
-            Self::NotUtf8(given) => return format!("send UTF-8, not {given}"),
-            Self::Coded(given) => return format!("send the body without content-encoding, not as {given}"),
-            Self::TooLarge => return format!("at most {BODY_BYTES_MAX} bytes are accepted"),
-            Self::BodyTimedOut(limit) => return format!("the whole body must arrive within {limit:?}"),
-            Self::UnknownHost(given) => {
-                return format!(
-                    "{given} is not a name of this service: call it by its address, or start it with --allow-host {given}"
-                );
-            }
-            Self::Forbidden { needed, role } => {
-                return format!("the call needs the role {needed}, and the token has the role {role}");
-            }
-            Self::Limited(limit) => {
-                return format!(
-                    "the token is limited to {limit}; a new mission has the name of its craft in metadata.bridge"
-                );
-            }
-            Self::NoSolution(reason) => {
-                return format!(
-                    "{reason}; with \"fallback\":\"los\" a lower fallback level would have answered"
-                );
-            }
-            Self::NotReady(why) | Self::Conflict(why) => return why.clone(),
-            Self::Changed { revision, since } => return changed(*revision, since),
-            Self::NoPlanYet(waits_for) if !waits_for.is_empty() => {
-                return format!(
-                    "recent reports are missing of {}: POST reports",
-                    waits_for.join(", ")
-                );
-            }
-            Self::Crowded { what, limit } => {
-                return format!(
-                    "the service accepts {limit} {what} at once; try again after the time in Retry-After"
-                );
-            }
-            Self::Share { what, limit } => {
-                return format!(
-                    "one client may have {limit} {what}: end some, or try again after the time in Retry-After"
-                );
-            }
-            Self::Log(error) => return error.to_string(),
-            Self::NotJson(None) => "send content-type: application/json",
-            Self::BodyUnreadable => "the connection ended before the body did",
-            Self::HostHeader => "send exactly one Host header, as HTTP/1.1 requires",
-            Self::CrossSite => "call it from its own page, or without a browser",
-            Self::Unauthenticated => {
-                "send Authorization: Bearer and a valid token; pilotfish token add creates one"
-            }
-            Self::NoRoute => "GET /openapi.json lists every route",
-            Self::NoExample => "GET /v1/examples lists them",
-            Self::NoMission => "GET /v1/missions lists them",
-            Self::MethodNotAllowed => "the Allow header names the methods of this route",
-            Self::Overloaded => "the queue is full; try again after the time in Retry-After",
-            Self::TimedOut => {
-                "no program was solved by the deadline; try again after the time in Retry-After, or set \
-                 \"fallback\":\"los\" to accept a lower fallback level"
-            }
-            Self::NoPlanYet(_) => {
-                "the mission has no plan yet: run it, and ask with ?wait_s= for the next plan"
-            }
-            Self::KeyTaken => {
-                "choose a new key for each new request; repeat a key only to repeat its request"
-            }
-            Self::Behind => "too many requests wait for the mission; try again after the time in Retry-After",
-            Self::Unanswered => {
-                "the command may still be carried out: send it again with the same Idempotency-Key, or check the \
-                 mission first"
-            }
-            Self::DiskShare => {
-                "the missions of the client that created this one fill that client's share of the disk: delete \
-                 finished ones"
-            }
-            Self::NoMissions => "start the service with --data DIRECTORY",
-            Self::Panicked => "the service logged the error; quote the request id",
-        };
-        fixed.to_owned()
     }
 
     /// The document for the request with that path (`instance`) and id.
@@ -321,7 +276,7 @@ impl Problem {
             kind: format!("urn:pilotfish:problem:{code}"),
             title: title.to_owned(),
             status,
-            detail: shortened(self.detail()),
+            detail: shortened(self.to_string()),
             instance: shortened(instance.to_owned()),
             code: code.to_owned(),
             request_id: request_id.to_owned(),
@@ -368,7 +323,6 @@ impl IntoResponses for Refusals {
     }
 }
 
-/// A refusal with that status and description.
 fn refusal((status, description): (u16, &str)) -> (String, RefOr<Documented>) {
     let shape = Ref::from_schema_name("ProblemDocument");
     let content = ContentBuilder::new().schema(Some(shape)).build();
@@ -394,7 +348,7 @@ impl IntoResponses for MissionRefusals {
             (404, "There is no such mission."),
             (
                 409,
-                "The mission's state does not allow this: it is over, of the other kind, running, or has no plan.",
+                "The mission's state does not allow this: it is over, running, without a plan, or not of the kind that this call needs.",
             ),
             (412, "The mission is no longer as `If-Match` says."),
             (
@@ -428,6 +382,25 @@ fn changed(revision: u64, since: &[Order]) -> String {
     )
 }
 
+fn no_plan_yet(waits_for: &[String]) -> String {
+    if waits_for.is_empty() {
+        return "the mission has no plan yet: run it, and ask with ?wait_s= for the next plan".to_owned();
+    }
+    format!(
+        "recent reports are missing of {}: POST reports",
+        waits_for.join(", ")
+    )
+}
+
+/// What is wrong with the first of invalid fields, and how many more there are.
+fn first_of(errors: &[FieldError]) -> String {
+    match errors {
+        [] => "a field is not valid".to_owned(),
+        [only] => located(only),
+        [first, rest @ ..] => format!("{} (and {} more)", located(first), rest.len()),
+    }
+}
+
 /// What is wrong, and where.
 fn located(error: &FieldError) -> String {
     let place = match (&error.parameter, error.pointer.as_str()) {
@@ -451,7 +424,8 @@ impl IntoResponse for Problem {
             | Self::Unanswered
             | Self::Crowded { .. }
             | Self::Share { .. }
-            | Self::Log(StoreError::Busy) => {
+            | Self::Elsewhere(_)
+            | Self::Log(StoreError::Busy | StoreError::Unavailable(_) | StoreError::Lapsed) => {
                 response.headers_mut().insert(header::RETRY_AFTER, RETRY_AFTER);
             }
             Self::Unauthenticated => {

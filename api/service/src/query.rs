@@ -1,9 +1,10 @@
 //! Query parameters.
 
-use std::collections::HashSet;
+use std::{collections::HashSet, fmt::Display};
 
 use axum::{extract::FromRequestParts, http::request::Parts};
-use serde::de::DeserializeOwned;
+use serde::{Serialize, de::DeserializeOwned};
+use serde_json::json;
 use wire::FieldError;
 
 use crate::problem::Problem;
@@ -32,7 +33,13 @@ impl<T: DeserializeOwned, S: Send + Sync> FromRequestParts<S> for ValidQuery<T> 
     }
 }
 
-/// A parameter that is not valid.
 pub(crate) fn wrong_parameter(name: &str, code: &str, detail: impl Into<String>) -> Problem {
     Problem::Invalid(vec![FieldError::of_parameter(name, code, detail)])
+}
+
+/// A parameter that is not within its range.
+pub(crate) fn out_of_range<T: Display + Serialize>(name: &str, given: T, least: i32, most: T) -> Problem {
+    let detail = format!("must be from {least} to {most}");
+    let error = FieldError::of_parameter(name, "out_of_range", detail).given(json!(given));
+    Problem::Invalid(vec![error.limit(json!({ "least": least, "most": most }))])
 }

@@ -16,7 +16,6 @@ pub(crate) static HEADER: HeaderName = HeaderName::from_static("x-request-id");
 /// Longest id taken over from a client, bytes.
 pub(crate) const LENGTH_MAX: usize = 64;
 
-/// The id of a request.
 #[derive(Clone, Debug)]
 pub(crate) struct RequestId(pub(crate) String);
 

@@ -12,6 +12,7 @@ use planner::{
     snapshot::Snapshot,
     stop::Stop,
 };
+use tokio_rustls::rustls::ClientConfig;
 
 use crate::{access::Tokens, hosts::Hosts, metrics::Connections, trace::TraceFn};
 
@@ -45,6 +46,8 @@ pub struct Settings {
     pub log_lines_dropped: fn() -> u64,
     /// Exports traces of requests.
     pub trace: TraceFn,
+    /// How services that share missions call each other by HTTPS; none: by HTTP only.
+    pub between: Option<ClientConfig>,
 }
 
 impl Default for Settings {
@@ -64,6 +67,7 @@ impl Default for Settings {
             heartbeat: None,
             log_lines_dropped: || 0,
             trace: |_, _, _| None,
+            between: None,
         }
     }
 }

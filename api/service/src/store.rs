@@ -7,30 +7,36 @@
 //! SQLite in WAL mode with `synchronous = FULL`: acknowledged events survive a power cut. Appends that arrive during a
 //! commit share the next one. Before a reply, the writer makes sure that the files are still at their paths, and adds the
 //! events to a list outside the write-ahead file. The store does not know what events mean. Messages call it the mission log.
+//!
+//! `postgres` has the same store in a database that several services share.
 
 use std::{
-    fs::{self, DirBuilder, File, OpenOptions, Permissions},
-    io::{self, Write as _},
-    os::unix::fs::{DirBuilderExt as _, OpenOptionsExt as _, PermissionsExt as _},
+    fs::File,
+    io,
     path::{Path, PathBuf},
     sync::{
         Arc, Mutex, MutexGuard, PoisonError,
-        mpsc::{SyncSender, TrySendError, sync_channel},
+        mpsc::{Receiver, SyncSender, TrySendError, sync_channel},
     },
     thread,
 };
 
-use rusqlite::{Connection, config::DbConfig};
+use rusqlite::Connection;
 use tokio::sync::oneshot;
 
 use crate::metrics::StoreMetrics;
 
 mod acknowledged;
+mod command;
+mod copy;
 mod entry;
 mod error;
+mod files;
 mod idempotency;
 mod place;
+mod postgres;
 mod reader;
+mod rows;
 mod salvage;
 mod schema;
 mod shares;
@@ -41,17 +47,22 @@ mod trusted_time;
 mod writer;
 
 use acknowledged::{Acknowledged, LIST_NAME};
+use command::{Command, LogWriter, Reply};
+pub use copy::{Copied, StorePlace, copy};
 
 pub use entry::{Append, Appended, AuditEntry, Room, StoredEvent, StoredMission};
 pub use error::StoreError;
+use files::{configure, hide, make_private, note_lost, require_file_of_write_ahead, require_no_loss};
 pub use idempotency::{KeyedAnswer, PreviousAnswer};
 use place::{Place, lock};
+pub use postgres::lease::{Acquired, Lease, Owned, Turn};
+pub use postgres::member::Member;
+use postgres::{link::Database, writer::PostgresWriter};
 pub use reader::{EventReader, FILE_NAME};
 pub use salvage::REST_NAME;
-use sql::LOCK_TIME;
 pub use trusted_time::TrustedClock;
 use trusted_time::TrustedTime;
-use writer::{Command, Reply, Writer};
+use writer::Writer;
 
 /// Name of the file that says which acknowledged events were missing at a start. The service is not ready until a person
 /// deletes it.
@@ -60,20 +71,29 @@ const LOST_NAME: &str = "lost-events.txt";
 /// Appends that may wait for the writer: one second of a thousand missions.
 const WAITING_MAX: usize = 1_024;
 
-/// Size to which the write-ahead file is truncated when it is empty, bytes.
-const JOURNAL_BYTES: i64 = 16 << 20;
-
-/// The event store of a data directory. Clones share it.
+/// The event store of a data directory, or of a database. Clones share it.
 #[derive(Clone, Debug)]
 pub struct EventStore {
     shared: Arc<Shared>,
     writer: SyncSender<Command>,
 }
 
+/// Where a store keeps what it has.
+#[derive(Debug)]
+enum Kept {
+    File {
+        path: PathBuf,
+        place: Arc<Place>,
+    },
+    Database {
+        database: Database,
+        lease: Option<Lease>,
+    },
+}
+
 #[derive(Debug)]
 struct Shared {
-    path: PathBuf,
-    place: Arc<Place>,
+    kept: Kept,
     clock: TrustedClock,
     /// The first damage that was found.
     damage: Mutex<Option<String>>,
@@ -121,11 +141,12 @@ impl EventStore {
             }
             Err(error) => tracing::error!(%error, "cannot tell which acknowledged events are missing"),
         }
-        let mut time = TrustedTime::read(&connection)?;
+        let mut time = TrustedTime::of(connection.query_row(TrustedTime::READ, [], |row| {
+            Ok([row.get(0)?, row.get(1)?, row.get(2)?, row.get(3)?])
+        })?);
         time.resume();
-        time.write(&connection)?;
+        connection.execute(TrustedTime::WRITE, time.columns())?;
         let clock = TrustedClock::new(time);
-        let (sender, commands) = sync_channel(WAITING_MAX);
         let metrics = StoreMetrics::default();
         let mut writer = Writer::new(
             connection,
@@ -137,22 +158,80 @@ impl EventStore {
         )?;
         // What is missing was noted: the list begins again.
         writer.merge();
-        let thread = thread::Builder::new().name("mission-log".to_owned());
-        thread.spawn(move || writer.run(commands)).map_err(refused)?;
-        let shared = Shared {
+        let kept = Kept::File {
             path: path.to_owned(),
             place,
+        };
+        Self::run(kept, clock, metrics, |commands| writer.run(commands)).map_err(refused)
+    }
+
+    /// Opens the store in the database of a URL, for a service that takes part as `member`, or for a program that appends nothing. The
+    /// missions of one client may take at most `share` bytes.
+    pub fn open_database(url: &str, member: Option<Member>, share: u64) -> Result<Self, StoreError> {
+        let database = postgres::open(url)?;
+        let link = database.connect()?;
+        let stored = link.query(TrustedTime::READ, &[])?;
+        let row = stored
+            .first()
+            .ok_or_else(|| StoreError::Damaged("the trusted time is missing".to_owned()))?;
+        let mut time = TrustedTime::of([row.try_get(0)?, row.try_get(1)?, row.try_get(2)?, row.try_get(3)?]);
+        time.adopt();
+        let clock = TrustedClock::new(time);
+        let lease = member
+            .map(|member| Lease::join(database.clone(), member))
+            .transpose()?;
+        let metrics = StoreMetrics::default();
+        let mut writer = PostgresWriter::new(
+            database.clone(),
+            lease.clone(),
+            share,
+            clock.clone(),
+            metrics.clone(),
+        )?;
+        writer.keep_time(time)?;
+        let refused = |error: io::Error| StoreError::open(database.name().as_ref(), &error);
+        let run = Self::run(
+            Kept::Database {
+                database: database.clone(),
+                lease,
+            },
+            clock,
+            metrics,
+            |commands| writer.run(commands),
+        );
+        run.map_err(refused)
+    }
+
+    fn run(
+        kept: Kept,
+        clock: TrustedClock,
+        metrics: StoreMetrics,
+        write: impl FnOnce(Receiver<Command>) + Send + 'static,
+    ) -> io::Result<Self> {
+        let (writer, commands) = sync_channel(WAITING_MAX);
+        let thread = thread::Builder::new().name("mission-log".to_owned());
+        thread.spawn(move || write(commands))?;
+        let shared = Shared {
+            kept,
             clock,
             damage: Mutex::default(),
             metrics,
         };
         Ok(Self {
             shared: Arc::new(shared),
-            writer: sender,
+            writer,
         })
     }
 
-    /// Its metrics.
+    /// This service's lease of missions; none if no other service can have them.
+    #[must_use]
+    pub fn lease(&self) -> Option<&Lease> {
+        match &self.shared.kept {
+            Kept::File { .. } => None,
+            Kept::Database { lease, .. } => lease.as_ref(),
+        }
+    }
+
     pub(crate) fn metrics(&self) -> &StoreMetrics {
         &self.shared.metrics
     }
@@ -164,7 +243,7 @@ impl EventStore {
 
     /// Deletes the mission called `id`, and stores who ordered it. False if there is no such mission.
     pub async fn delete(&self, id: String, order: AuditEntry) -> Result<bool, StoreError> {
-        let deleted = self.send(|reply| Command::Delete(id, order, reply)).await?;
+        let deleted = self.ask(move |writer| writer.delete(&id, &order)).await?;
         if deleted && self.damage().is_some() {
             // The damage may be gone with the mission.
             let store = self.clone();
@@ -185,23 +264,23 @@ impl EventStore {
     /// Reads the machine's clocks, and stores the trusted time. Call it every few minutes.
     pub async fn read_clocks(&self) -> Result<(), StoreError> {
         let time = self.shared.clock.read_clocks();
-        self.send(|reply| Command::KeepTime(time, reply)).await
+        self.ask(move |writer| writer.keep_time(time)).await
     }
 
     /// Takes the machine's time, because a person says that it is right.
     pub async fn believe_clock(&self) -> Result<(), StoreError> {
         let time = self.shared.clock.believe_clock();
-        self.send(|reply| Command::KeepTime(time, reply)).await
+        self.ask(move |writer| writer.set_time(time)).await
     }
 
     /// Stores that the service has tokens: it never runs without them again.
     pub async fn protect(&self) -> Result<(), StoreError> {
-        self.send(Command::Protect).await
+        self.ask(|writer| writer.protect()).await
     }
 
     /// Returns the disk space of deleted missions. Appends wait meanwhile.
     pub async fn vacuum(&self) -> Result<(), StoreError> {
-        self.send(Command::Vacuum).await
+        self.ask(|writer| writer.vacuum()).await
     }
 
     /// Fails if damage was found or the store cannot be written.
@@ -210,18 +289,23 @@ impl EventStore {
         if let Some(what) = damage {
             return Err(StoreError::Damaged(what));
         }
-        let lost = self.shared.path.with_file_name(LOST_NAME);
-        match fs::read_to_string(&lost) {
-            Ok(what) => {
-                return Err(StoreError::Damaged(format!(
-                    "acknowledged events are missing. Read and delete {}: {what}",
-                    lost.display()
-                )));
-            }
-            Err(error) if error.kind() == io::ErrorKind::NotFound => {}
-            Err(error) => return Err(StoreError::open(&lost, &error)),
+        if let Kept::File { path, .. } = &self.shared.kept {
+            require_no_loss(&path.with_file_name(LOST_NAME))?;
         }
-        self.send(Command::Probe).await
+        self.ask(|writer| writer.probe()).await
+    }
+
+    /// Has the writer do something, after all earlier appends.
+    async fn ask<T: Send + 'static>(
+        &self,
+        work: impl FnOnce(&mut dyn LogWriter) -> Result<T, StoreError> + Send + 'static,
+    ) -> Result<T, StoreError> {
+        let command = |reply: Reply<T>| {
+            Command::Do(Box::new(move |writer| {
+                let _ = reply.send(work(writer));
+            }))
+        };
+        self.send(command).await
     }
 
     async fn send<T>(&self, command: impl FnOnce(Reply<T>) -> Command) -> Result<T, StoreError> {
@@ -242,8 +326,13 @@ impl EventStore {
 
     /// A reading connection. It sees complete commits only.
     pub fn reader(&self) -> Result<EventReader, StoreError> {
-        self.shared.place.check()?;
-        EventReader::open(&self.shared.path, Some(Arc::clone(&self.shared.place)))
+        match &self.shared.kept {
+            Kept::File { path, place } => {
+                place.check()?;
+                EventReader::open(path, Some(Arc::clone(place)))
+            }
+            Kept::Database { database, .. } => Ok(EventReader::in_database(database.reading()?)),
+        }
     }
 
     /// Checks the whole file for damage, which [`Self::probe`] then reports. Slow.
@@ -270,71 +359,4 @@ impl EventStore {
     fn damage(&self) -> MutexGuard<'_, Option<String>> {
         self.shared.damage.lock().unwrap_or_else(PoisonError::into_inner)
     }
-}
-
-/// Creates the directory and the file if missing, readable by the service's user only. SQLite gives its other files the
-/// same mode. Returns the file.
-fn make_private(directory: &Path, path: &Path) -> io::Result<File> {
-    DirBuilder::new().recursive(true).mode(0o700).create(directory)?;
-    let database = private_file(path)?;
-    File::open(directory)?.sync_all()?;
-    Ok(database)
-}
-
-/// Opens a file at its end; creates it if missing, for this user only.
-fn private_file(path: &Path) -> io::Result<File> {
-    OpenOptions::new()
-        .append(true)
-        .create(true)
-        .mode(0o600)
-        .open(path)
-}
-
-/// Adds to the file that says what was lost.
-fn note_lost(path: &Path, lost: &str) -> io::Result<()> {
-    let mut file = private_file(path)?;
-    writeln!(file, "{lost}")?;
-    file.sync_all()
-}
-
-/// Makes a file of an older version private.
-fn hide(path: &Path) {
-    if let Err(error) = fs::set_permissions(path, Permissions::from_mode(0o600))
-        && error.kind() != io::ErrorKind::NotFound
-    {
-        tracing::warn!(%error, path = %path.display(), "other users may read the mission log");
-    }
-}
-
-/// Fails where the store's file was emptied or lost: SQLite deletes a write-ahead file beside an empty file.
-fn require_file_of_write_ahead(path: &Path) -> Result<(), StoreError> {
-    let bytes = |path: &Path| match fs::metadata(path) {
-        Ok(file) => Ok(file.len()),
-        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(0),
-        Err(error) => Err(StoreError::open(path, &error)),
-    };
-    let ahead = path.with_extension("sqlite3-wal");
-    if bytes(path)? == 0 && 0 < bytes(&ahead)? {
-        return Err(StoreError::Damaged(format!(
-            "{} is empty or missing, but its write-ahead file {} is not; restore the directory from a backup",
-            path.display(),
-            ahead.display()
-        )));
-    }
-    Ok(())
-}
-
-/// WAL, and a commit that waits for the disk.
-fn configure(connection: &Connection) -> rusqlite::Result<()> {
-    connection.busy_timeout(LOCK_TIME)?;
-    // Has an effect only before the first table is created; an older store keeps its space until `VACUUM`.
-    connection.pragma_update(None, "auto_vacuum", "INCREMENTAL")?;
-    connection.pragma_update(None, "journal_mode", "WAL")?;
-    connection.pragma_update(None, "synchronous", "FULL")?;
-    connection.pragma_update(None, "journal_size_limit", JOURNAL_BYTES)?;
-    // The writer merges, and knows then that everything is merged.
-    connection.pragma_update(None, "wal_autocheckpoint", 0)?;
-    // The last connection would delete the write-ahead file by its path, where another service's may be by then.
-    connection.set_db_config(DbConfig::SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, true)?;
-    connection.pragma_update(None, "foreign_keys", true)
 }

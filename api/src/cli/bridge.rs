@@ -125,9 +125,10 @@ struct Sensors {
 /// Which mission to follow, and where it is kept.
 #[derive(Debug, Args)]
 struct MissionFlags {
-    /// The service. Without it, the bridge runs its own and keeps the mission in --data.
+    /// The service; repeated, services that share their missions: the next is asked if one does not answer. Without it, the bridge
+    /// runs its own and keeps the mission in --data.
     #[arg(long, value_name = "URL")]
-    url: Option<String>,
+    url: Vec<String>,
     /// File with the token for the service.
     #[arg(long, value_name = "FILE")]
     token_file: Option<PathBuf>,
@@ -338,7 +339,7 @@ impl MissionFlags {
         Ok(json!({ "schema_version": "1.0", "title": self.name, "live": live }))
     }
 
-    /// The service at --url, or the bridge's own.
+    /// The services at --url, or the bridge's own.
     fn service(&self, config: &Config) -> Result<MissionClient, NoBridge> {
         let unreadable = |file: &PathBuf| {
             let file = file.clone();
@@ -349,11 +350,12 @@ impl MissionFlags {
         let certificate = self.certificate.as_ref();
         let certificate = certificate.map(|file| fs::read(file).map_err(unreadable(file)));
         let (token, certificate) = (token.transpose()?, certificate.transpose()?);
-        let url = match &self.url {
-            Some(url) => url.clone(),
-            None => own_service(config)?,
+        let urls = if self.url.is_empty() {
+            vec![own_service(config)?]
+        } else {
+            self.url.clone()
         };
-        MissionClient::new(&url, token, certificate.as_deref())
+        MissionClient::new(&urls, token, certificate.as_deref())
             .map_err(|error| NoBridge::NoCertificate(error.into()))
     }
 }

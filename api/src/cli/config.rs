@@ -33,6 +33,7 @@ const GIB: f64 = 1024.0 * 1024.0 * 1024.0;
 #[derive(Clone, Debug, Deserialize)]
 pub(crate) struct Config {
     pub(crate) data: PathBuf,
+    pub(crate) store: Option<String>,
     pub(crate) tokens: Option<PathBuf>,
     pub(crate) log: String,
     pub(crate) log_format: String,
@@ -46,17 +47,21 @@ pub(crate) struct Config {
     pub(crate) keep_days: f64,
     pub(crate) abandoned_hours: f64,
     client_gib: f64,
+    pub(crate) advertise: Option<String>,
+    pub(crate) advertise_ca: Option<PathBuf>,
+    pub(crate) lease_s: f64,
     pub(crate) shutdown_delay_s: f64,
 }
 
 impl Config {
-    /// The same for a service inside this program: on a free loopback port, without TLS.
+    /// The same for a service inside this program: on a free loopback port, without TLS, with missions of its own.
     pub(crate) fn on_any_loopback_port(&self) -> Self {
         Self {
             host: "127.0.0.1".to_owned(),
             port: 0,
             tls_certificate: None,
             tls_key: None,
+            store: None,
             ..self.clone()
         }
     }
@@ -75,6 +80,10 @@ impl Config {
                 reason = "is in the setting's range"
             )]
             return (self.client_gib * GIB) as u64;
+        }
+        if self.store.is_some() {
+            // The database has a disk of its own.
+            return u64::MAX;
         }
         // The directory may not exist yet.
         let mut places = self
@@ -247,7 +256,17 @@ fn shown(value: &Value) -> String {
     if text.contains(TOKEN_PREFIX) {
         return "\"(hidden token)\"".to_owned();
     }
-    text
+    if text.contains("password=") {
+        return "\"(hidden password)\"".to_owned();
+    }
+    let Some((scheme, (login, address))) = text
+        .split_once("://")
+        .and_then(|(scheme, rest)| Some((scheme, rest.rsplit_once('@')?)))
+    else {
+        return text;
+    };
+    let user = login.split(':').next().unwrap_or_default();
+    format!("{scheme}://{user}@{address}")
 }
 
 #[cfg(test)]
@@ -310,9 +329,19 @@ mod tests {
     }
 
     #[test]
-    fn a_token_in_the_wrong_place_is_hidden() {
+    fn a_token_in_the_wrong_place_is_hidden_and_a_password_in_any() {
         let secret = format!("tokens = \"{TOKEN_PREFIX}0123\"");
         let layers = layers(&secret, &[]).expect("is a path");
         assert!(!shown(&layers.values["tokens"]).contains("0123"));
+        for (url, seen) in [
+            (
+                "postgres://me:secret@one,two/missions",
+                "\"postgres://me@one,two/missions\"",
+            ),
+            ("postgres://me@one/missions", "\"postgres://me@one/missions\""),
+            ("postgres://one/missions?password=secret", "\"(hidden password)\""),
+        ] {
+            assert_eq!(shown(&url.into()), seen);
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! `pilotfish replay`: recomputes every plan of a stored mission, and compares the answers byte by byte.
 
-use std::{error::Error, path::Path};
+use std::error::Error;
 
 use clap::Args;
 use indicatif::ProgressBar;
@@ -9,7 +9,7 @@ use service::{
     store::EventReader,
 };
 
-use crate::cli::out_file::print;
+use crate::cli::{config::Config, out_file::print};
 
 #[derive(Debug, Args)]
 pub(crate) struct Replay {
@@ -31,8 +31,11 @@ pub(crate) enum NotReplayed {
 }
 
 /// Prints how many plans are equal.
-pub(crate) fn replay(arguments: &Replay, data: &Path) -> Result<(), Box<dyn Error>> {
-    let reader = EventReader::of(data)?;
+pub(crate) fn replay(arguments: &Replay, config: &Config) -> Result<(), Box<dyn Error>> {
+    let reader = match &config.store {
+        Some(url) => EventReader::of_database(url)?,
+        None => EventReader::of(&config.data)?,
+    };
     let bar = ProgressBar::new(0);
     let replayed = replay::replay(&reader, &arguments.mission, &mut |at, of| {
         bar.set_length(of);

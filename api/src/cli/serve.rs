@@ -3,22 +3,26 @@
 use std::{
     io::{self, Write},
     net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, ToSocketAddrs as _},
+    path::Path,
     sync::{Arc, atomic::Ordering},
     time::Duration,
 };
 
+use axum::http::Uri;
 use service::{
     Hosts, Settings,
     access::{TokenError, Tokens},
     examples::EXAMPLES,
+    roots::verified_by,
     service,
-    store::{EventStore, StoreError},
+    store::{EventStore, Member, StoreError},
 };
 use tokio::{
     net::TcpListener,
     signal::unix::{Signal, SignalKind, signal},
     time::Instant,
 };
+use tokio_rustls::rustls::ClientConfig;
 
 use self::{
     connections::{Connections, prepare},
@@ -51,8 +55,20 @@ pub(crate) enum ServeError {
     Tokens(#[from] TokenError),
     #[error(transparent)]
     Tls(#[from] TlsError),
-    #[error("cannot use the data directory")]
+    #[error("cannot use the mission log")]
     Log(#[from] StoreError),
+    #[error(
+        "services that share missions call each other: add --advertise {0}://HOST:PORT, where they reach this one"
+    )]
+    NotAdvertised(&'static str),
+    #[error(
+        "the other services' certificates are verified: add --advertise-ca FILE, the certificate of their authority (PEM)"
+    )]
+    NoAuthority,
+    #[error("--advertise {0} is no URL of a service: give http://HOST:PORT or https://HOST:PORT")]
+    Advertised(String),
+    #[error("cannot use --advertise-ca: {0}")]
+    Authority(String),
     #[error("the service stopped")]
     Stopped(#[from] io::Error),
 }
@@ -87,8 +103,11 @@ pub(crate) fn serve_and(
     if let Some(address) = addresses.iter().find(|address| !address.ip().is_loopback()) {
         check_exposed(address.ip(), tokens.are_made(), tls.is_some(), config.insecure)?;
     }
-    let names = [host.to_owned()]
+    let advertised = config.advertise.as_deref().filter(|_| config.store.is_some());
+    let advertised = advertised.map(advertised_name).transpose()?;
+    let names = [Some(host.to_owned()), advertised]
         .into_iter()
+        .flatten()
         .chain(config.allow_host.iter().cloned());
     let settings = Settings {
         deadline: Duration::from_secs_f64(1e-3 * config.deadline_ms),
@@ -96,6 +115,7 @@ pub(crate) fn serve_and(
         tokens: Some(tokens),
         heartbeat: systemd::heartbeat(),
         log_lines_dropped: crate::log::lines_dropped,
+        between: config.advertise_ca.as_deref().map(trusting).transpose()?,
         #[cfg(feature = "otlp")]
         trace: crate::otlp::place,
         ..Settings::default()
@@ -148,11 +168,8 @@ async fn run(
     prepare(&listener)?;
     let stopping = Arc::clone(&settings.stopping);
     let counted = settings.connections.clone();
-    let (router, missions) = service(
-        settings,
-        EventStore::open_with(&config.data, config.disk_share())?,
-    )
-    .await?;
+    let store = open_store(config, listener.local_addr()?, tls.is_some())?;
+    let (router, missions) = service(settings, store).await?;
     tokio::spawn(missions.clone().keep_for(config.retention()));
     // Before the URL is printed, because its reader may send a signal at once.
     let mut signals = Signals::listen()?;
@@ -183,12 +200,49 @@ async fn run(
     tracing::info!("stopping after the open requests");
     drop(listener);
     // Streams would last as long as their missions.
-    missions.close();
+    missions.stop().await;
     connections.drain().await;
     if let Err(error) = missions.close_store().await {
         tracing::warn!(%error, "the mission log keeps its write-ahead file, which the next start reads");
     }
     Ok(())
+}
+
+/// The host, and the port if any, of the URL at which a service is reached.
+fn advertised_name(url: &str) -> Result<String, ServeError> {
+    let uri = url.parse::<Uri>().ok();
+    let uri = uri.filter(|uri| matches!(uri.scheme_str(), Some("http" | "https")));
+    let name = uri.and_then(|uri| Some(uri.authority()?.as_str().to_owned()));
+    name.ok_or_else(|| ServeError::Advertised(url.to_owned()))
+}
+
+/// How services are called whose certificates are signed by the authority of the PEM file `path`.
+fn trusting(path: &Path) -> Result<ClientConfig, ServeError> {
+    verified_by(Some(path)).map_err(ServeError::Authority)
+}
+
+/// The store of the data directory, or the one that this service at `address` shares.
+fn open_store(config: &Config, address: SocketAddr, has_tls: bool) -> Result<EventStore, ServeError> {
+    let Some(store) = &config.store else {
+        return Ok(EventStore::open_with(&config.data, config.disk_share())?);
+    };
+    let scheme = if has_tls { "https" } else { "http" };
+    let own = (!address.ip().is_unspecified()).then(|| format!("{scheme}://{address}"));
+    let is_https = |url: &str| url.starts_with("https://");
+    // With TLS the service answers nothing else; a proxy may have it in front of a service without.
+    let is_reached = |url: &String| is_https(url) || (url.starts_with("http://") && !has_tls);
+    let advertised = config.advertise.clone().or(own).filter(is_reached);
+    let url = advertised.ok_or(ServeError::NotAdvertised(scheme))?;
+    if is_https(&url) && config.advertise_ca.is_none() {
+        return Err(ServeError::NoAuthority);
+    }
+    let lease = Duration::from_secs_f64(config.lease_s);
+    let member = Member { url, lease };
+    Ok(EventStore::open_database(
+        store,
+        Some(member),
+        config.disk_share(),
+    )?)
 }
 
 /// Waits until then, or forever.

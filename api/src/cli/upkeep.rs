@@ -8,7 +8,7 @@ use service::{
     store::{EventStore, FILE_NAME},
 };
 
-use crate::cli::{out_file::print, progress::with_spinner};
+use crate::cli::{config::Config, out_file::print, progress::with_spinner};
 
 #[derive(Debug, Args)]
 pub(crate) struct Retain {
@@ -28,9 +28,12 @@ const NOTABLE: f64 = 3_600.0;
 
 const DAY: Duration = Duration::from_hours(24);
 
-/// Deletes old finished missions of the log in `data`.
-pub(crate) fn retain(arguments: &Retain, data: &Path) -> Result<(), Box<dyn Error>> {
-    let store = EventStore::open(data)?;
+/// Deletes old finished missions.
+pub(crate) fn retain(arguments: &Retain, config: &Config) -> Result<(), Box<dyn Error>> {
+    let store = match &config.store {
+        Some(url) => EventStore::open_database(url, None, u64::MAX)?,
+        None => EventStore::open(&config.data)?,
+    };
     let runtime = runtime()?;
     if arguments.trust_clock {
         runtime.block_on(store.believe_clock())?;

@@ -30,7 +30,7 @@ fn add_limited(file: &str, name: &str, role: &str, limits: &[&str]) -> String {
 }
 
 /// The status that curl gets, and the answer's body.
-fn curl(arguments: &[&str]) -> (u16, String) {
+pub(crate) fn curl(arguments: &[&str]) -> (u16, String) {
     let output = Command::new("curl")
         .args(["-s", "--max-time", "20", "-w", "\n%{http_code}"])
         .args(arguments)
@@ -247,7 +247,7 @@ fn a_service_on_a_network_needs_tokens_and_tls_or_insecure() {
 }
 
 /// A certificate for this machine and its key, in files of `directory`.
-fn certificate(directory: &Path) -> (String, String) {
+pub(crate) fn certificate(directory: &Path) -> (String, String) {
     let CertifiedKey { cert, signing_key } =
         generate_simple_self_signed(["localhost".to_owned(), "127.0.0.1".to_owned()]).expect("are names");
     let files = [

@@ -19,4 +19,5 @@ mod slow {
     mod bridge;
     mod faults;
     mod kill;
+    mod shared;
 }

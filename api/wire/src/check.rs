@@ -68,7 +68,7 @@ fn envelope_faults(request: &PlanRequest) -> Vec<FieldError> {
         invalid.extend(wrong_place(origin, "/origin"));
         if previous.is_some_and(|previous| previous != *origin) {
             let detail =
-                "the previous plan counts from another origin: leave it out after a change of the origin";
+                "the previous plan has another origin: leave it out of the first request after a change";
             invalid.push(FieldError::new("/previous_plan/origin", "contradicts", detail));
         }
     }

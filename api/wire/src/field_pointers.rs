@@ -39,7 +39,7 @@ impl From<&InvalidField> for FieldError {
                 most,
             } => length(pointer, *given, *least..=*most, unit),
             InvalidReason::Duplicate { given } => {
-                Self::new(pointer, "duplicate", "this name stands twice").given(given.as_str())
+                Self::new(pointer, "duplicate", "duplicate name").given(given.as_str())
             }
             InvalidReason::ControlCharacter { given } => {
                 Self::new(pointer, "control_character", "a name has no control characters")

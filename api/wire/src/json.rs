@@ -95,7 +95,7 @@ impl Json<'_> {
                 let mut names = HashSet::with_capacity(members.len());
                 for (name, value) in members {
                     if !names.insert(name) {
-                        return Err(Misfit::new(token(name), "duplicate_field", "stands twice"));
+                        return Err(Misfit::new(token(name), "duplicate_field", "duplicate member"));
                     }
                     value.each_name_once().map_err(|twice| twice.within(name))?;
                 }
@@ -272,7 +272,7 @@ impl de::Error for Misfit {
         if known.is_empty() {
             return Self::new(token(name), "unexpected", "this kind has no such member");
         }
-        let detail = format!("there is no such member, only {}", listed(known));
+        let detail = format!("unknown member; known members are {}", listed(known));
         Self::new(token(name), "unknown_field", detail)
     }
 

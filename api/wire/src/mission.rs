@@ -208,62 +208,39 @@ impl Live {
 #[serde(deny_unknown_fields)]
 pub struct Setting {
     /// What to do. `null` is refused: every mission has a goal.
-    #[serde(
-        default,
-        deserialize_with = "required",
-        skip_serializing_if = "Option::is_none"
-    )]
+    #[serde(default, deserialize_with = "required")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Task, required = false)]
     pub goal: Option<Task>,
     /// What the operator allows the surface craft. Without `craft`, they also describe the craft.
-    #[serde(
-        default,
-        deserialize_with = "removable",
-        skip_serializing_if = "Option::is_none"
-    )]
+    #[serde(default, deserialize_with = "removable")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<DeclaredLimits>)]
     pub limits: Option<Option<DeclaredLimits>>,
     /// Closed-loop response of the surface craft. After a change, learning starts anew.
-    #[serde(
-        default,
-        deserialize_with = "removable",
-        skip_serializing_if = "Option::is_none"
-    )]
+    #[serde(default, deserialize_with = "removable")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<CraftDescription>)]
     pub craft: Option<Option<CraftDescription>>,
     /// The planner's levers.
-    #[serde(
-        default,
-        deserialize_with = "removable",
-        skip_serializing_if = "Option::is_none"
-    )]
+    #[serde(default, deserialize_with = "removable")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<Tuning>)]
     pub tuning: Option<Option<Tuning>>,
     /// Discs to keep out of.
-    #[serde(
-        default,
-        deserialize_with = "removable",
-        serialize_with = "null_if_empty",
-        skip_serializing_if = "Option::is_none"
-    )]
+    #[serde(default, deserialize_with = "removable")]
+    #[serde(serialize_with = "null_if_empty", skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<Vec<KeepOut>>)]
     pub keep_outs: Option<Vec<KeepOut>>,
     /// Corners of the area to stay in.
-    #[serde(
-        default,
-        deserialize_with = "removable",
-        serialize_with = "null_if_empty",
-        skip_serializing_if = "Option::is_none"
-    )]
+    #[serde(default, deserialize_with = "removable")]
+    #[serde(serialize_with = "null_if_empty", skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<Vec<[f64; 2]>>)]
     pub area: Option<Vec<[f64; 2]>>,
     /// Where the datum lies on Earth. All that the mission knows stays where it is on Earth. `null` is refused. The mission itself has
     /// its `origin` beside its setting.
-    #[serde(
-        default,
-        deserialize_with = "removable",
-        skip_serializing_if = "Option::is_none"
-    )]
+    #[serde(default, deserialize_with = "removable")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Origin, required = false)]
     pub origin: Option<Option<Origin>>,
     /// Paths of AUVs by name: each replaces the AUV's path as a whole, and `null` leaves it none. AUVs that are not named keep theirs. The

@@ -116,7 +116,7 @@ impl Positions {
                     let detail = format!("must be a number, not {}", other.name());
                     return Err(Misfit::new(format!("/{missing}"), "wrong_type", detail));
                 }
-                let detail = "latitude and longitude come together";
+                let detail = "give both latitude and longitude";
                 return Err(Misfit::new(format!("/{missing}"), "missing", detail));
             }
         };
@@ -126,7 +126,7 @@ impl Positions {
             (self.datum, self.origin) = (Some(datum(&place)?), Some(place));
         }
         let Some(datum) = &self.datum else {
-            let detail = "positions in latitude and longitude count from an `origin`, and none is given";
+            let detail = "positions in latitude and longitude need an `origin`";
             return Err(refused("no_origin", detail));
         };
         let local = datum
@@ -146,8 +146,7 @@ impl Positions {
         let differs =
             |(given, metres): (Option<f64>, f64)| given.is_some_and(|m| SAME_M < (m - metres).abs());
         if numbers(METRES).into_iter().zip([local.x, local.y]).any(differs) {
-            let detail =
-                "lat_deg and lon_deg are another position than north_m and east_m: give one of the two";
+            let detail = "lat_deg, lon_deg and north_m, east_m are different positions: send one pair only";
             return Err(refused("mixed", detail));
         }
         Ok(Some([local.x, local.y]))
@@ -202,7 +201,6 @@ fn check(place: &Origin) -> Result<(), Misfit> {
     outside.map_or(Ok(()), |wrong| Err(Misfit(Box::new(wrong))))
 }
 
-/// What is wrong with `place`, as a field at `pointer`.
 pub(crate) fn wrong_place(place: &Origin, pointer: &str) -> Option<FieldError> {
     check(place).err().map(|Misfit(mut wrong)| {
         wrong.pointer.insert_str(0, pointer);

@@ -138,7 +138,9 @@ impl Prediction {
             at(position.x, position.y)
         };
         let craft = &answer.craft_estimate;
-        let pick = |points: Vec<[f64; 2]>| kept.iter().filter_map(|&i| points.get(i).copied()).collect();
+        let fine = |value: f64| rounded(value, TEN_THOUSANDTH);
+        let pick =
+            |point: &dyn Fn(usize) -> Option<[f64; 2]>| kept.iter().filter_map(|&i| point(i)).collect();
         let known = snapshot
             .auvs
             .iter()
@@ -149,49 +151,30 @@ impl Prediction {
                 .iter()
                 .map(|&i| rounded(answer.trajectory[i].t_s - snapshot.t_s, CENTI))
                 .collect(),
-            asc: pick(
-                answer
-                    .trajectory
-                    .iter()
-                    .map(|p| at(p.north_m, p.east_m))
-                    .collect(),
-            ),
-            goal: pick(
-                answer
-                    .goal
-                    .trajectory
-                    .iter()
-                    .map(|p| at(p.north_m, p.east_m))
-                    .collect(),
-            ),
+            asc: pick(&|i| answer.trajectory.get(i).map(|p| at(p.north_m, p.east_m))),
+            goal: pick(&|i| answer.goal.trajectory.get(i).map(|p| at(p.north_m, p.east_m))),
             schedule: answer.schedule.clone().map(few_digits),
-            line_of_sight: pick(
-                plan.baseline
-                    .trajectory
-                    .iter()
-                    .map(|p| placed(&p.position()))
-                    .collect(),
-            ),
+            line_of_sight: pick(&|i| plan.baseline.trajectory.get(i).map(|p| placed(&p.position()))),
             auvs: known
                 .map(|((auv, target), covariances)| PredictedAuv::of(auv, target, covariances, &kept, placed))
                 .collect(),
             line_of_sight_reference: SteerBy {
-                speed_mps: rounded(answer.baseline.speed_mps, TEN_THOUSANDTH),
-                heading_rad: rounded(answer.baseline.heading_rad, TEN_THOUSANDTH),
+                speed_mps: fine(answer.baseline.speed_mps),
+                heading_rad: fine(answer.baseline.heading_rad),
             },
-            rms_m: rounded(answer.predicted.rms_error_m, TEN_THOUSANDTH),
-            line_of_sight_rms_m: rounded(answer.baseline.predicted_rms_error_m, TEN_THOUSANDTH),
+            rms_m: fine(answer.predicted.rms_error_m),
+            line_of_sight_rms_m: fine(answer.baseline.predicted_rms_error_m),
             cost: Some(rounded(answer.predicted.cost, CENTI)),
             line_of_sight_cost: Some(rounded(answer.baseline.predicted_cost, CENTI)),
-            current: answer.current.map(|current| {
-                [current.north_mps, current.east_mps].map(|speed| rounded(speed, TEN_THOUSANDTH))
-            }),
+            current: answer
+                .current
+                .map(|current| [current.north_mps, current.east_mps].map(fine)),
             craft: PredictedCraft {
-                heading_lag_s: rounded(craft.heading_lag_s.value, TEN_THOUSANDTH),
-                heading_offset_rad: rounded(craft.heading_offset_rad.value, TEN_THOUSANDTH),
-                surge_lag_s: rounded(craft.surge_lag_s.value, TEN_THOUSANDTH),
-                surge_bias_mps2: rounded(craft.surge_bias_mps2.value, TEN_THOUSANDTH),
-                sway_per_yaw_rate_s: rounded(craft.sway_per_yaw_rate_s.value, TEN_THOUSANDTH),
+                heading_lag_s: fine(craft.heading_lag_s.value),
+                heading_offset_rad: fine(craft.heading_offset_rad.value),
+                surge_lag_s: fine(craft.surge_lag_s.value),
+                surge_bias_mps2: fine(craft.surge_bias_mps2.value),
+                sway_per_yaw_rate_s: fine(craft.sway_per_yaw_rate_s.value),
                 follows: craft.follows,
             },
             violations: answer.violations.clone(),

@@ -50,7 +50,7 @@ pub fn read_each<T: DeserializeOwned>(
     let [(given, Json::List(items))] = members.as_mut_slice() else {
         return Err(refused(
             "wrong_type",
-            format!("the body must have the list `{name}`, and no more"),
+            format!("the body must contain only the list `{name}`"),
         ));
     };
     if given != name || !(1..=most).contains(&items.len()) {

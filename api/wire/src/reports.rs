@@ -101,7 +101,7 @@ fn take_items<'a>(body: &mut Json<'a>) -> Vec<Item<'a>> {
 /// Fails if a body has nothing, too much, or what only the service writes. `rest` is the body without the items.
 fn check_lengths(rest: &Reports, items: &[Item<'_>]) -> Result<(), Misfit> {
     if rest.origin.is_some() || !rest.rejected.is_empty() {
-        let detail = "the service writes it, not the client";
+        let detail = "set by the service: leave it out";
         let member = if rest.origin.is_some() {
             "/origin"
         } else {

@@ -399,7 +399,7 @@ fn about_the_craft(snapshot: &Snapshot, plan: &Plan) -> impl Iterator<Item = War
     let current = snapshot.current();
     let too_strong = (speed_max < current.norm()).then(|| {
         let detail = format!(
-            "a current of {:.2} m/s is faster than the craft, {speed_max:.2} m/s: it cannot stay anywhere",
+            "the current, {:.2} m/s, exceeds the craft's top speed, {speed_max:.2} m/s: the craft cannot hold a position",
             current.norm()
         );
         warning("current_exceeds_speed", "/current", detail)
@@ -432,8 +432,7 @@ fn about_the_craft(snapshot: &Snapshot, plan: &Plan) -> impl Iterator<Item = War
 fn unusable_memory(snapshot: &Snapshot) -> Option<Warning> {
     let unusable = snapshot.previous_plan.as_ref()?.has_unusable_memory();
     unusable.then(|| {
-        let detail =
-            "this is no memory that an answer of this version gave: what is learnt of the craft starts anew";
+        let detail = "not a memory from an answer of this version: learning of the craft starts again";
         let pointer = "/previous_plan/craft_estimate/memory";
         warning("memory_not_used", pointer, detail.to_owned())
     })
@@ -447,14 +446,14 @@ fn no_current(snapshot: &Snapshot) -> Option<Warning> {
     let previous = snapshot.previous_plan.as_ref();
     let learnt = previous.and_then(|previous| previous.craft()?.current_from_positions());
     let instead = if snapshot.asc.ground_velocity().is_none() && learnt.is_some() {
-        "the one that positions and speed through the water tell is taken"
+        "the current is estimated from positions and speed through the water"
     } else if snapshot.known_current().is_some() {
-        "the previous plan's current is taken"
+        "the previous plan's current is used"
     } else {
         "still water is assumed"
     };
     let Some(apparent) = snapshot.asc.apparent_current() else {
-        let detail = format!("neither a current nor a ground velocity is given: {instead}");
+        let detail = format!("no current and no ground velocity given: {instead}");
         return Some(warning("current_unknown", "/current", detail));
     };
     let axes = [("north", apparent.x), ("east", apparent.y)];
@@ -471,9 +470,9 @@ fn no_current(snapshot: &Snapshot) -> Option<Warning> {
 fn no_memory(law: LosLaw) -> Option<Warning> {
     let detail = match law {
         LosLaw::Integral => {
-            "the integral of the cross-track error starts at zero: an error that lasts is not yet felt"
+            "the integral of the cross-track error starts at zero: a steady error is not yet corrected"
         }
-        LosLaw::WaypointBox => "the box is drawn about one fix, and its 360 s begin with this request",
+        LosLaw::WaypointBox => "the box is placed around one fix, and its 360 s begin with this request",
         LosLaw::SaturatedLos | LosLaw::TrackerFrame => return None,
     };
     let detail = format!("{}: {detail}", law.name());

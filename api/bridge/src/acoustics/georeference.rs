@@ -49,13 +49,13 @@ const SOUND_SPEED_MPS: RangeInclusive<f64> = 1_380.0..=1_620.0;
 
 /// A depth from another source.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct KnownDepth {
+pub(crate) struct KnownDepth {
     /// Time of the depth, s of Unix time.
-    pub t_s: f64,
+    pub(crate) t_s: f64,
     /// Depth, m, positive down.
-    pub depth_m: f64,
+    pub(crate) depth_m: f64,
     /// Its standard deviation, m.
-    pub sigma_m: f64,
+    pub(crate) sigma_m: f64,
 }
 
 /// Places observations on Earth.
@@ -72,52 +72,44 @@ pub(super) struct Georeference {
 impl Georeference {
     pub(super) fn new(settings: &Settings) -> Result<Self, UnusableSettings> {
         let (speed, declination) = (settings.sound_speed_mps, settings.magnetic_declination_rad);
+        let check = |name: &str, value: f64, is_valid: bool, must: &str| {
+            let says = || UnusableSettings(format!("{name} is {value}; it must be {must}"));
+            if is_valid { Ok(()) } else { Err(says()) }
+        };
+        let in_water = SOUND_SPEED_MPS.contains(&speed);
+        check(
+            "sound_speed_mps",
+            speed,
+            in_water,
+            "a speed in water, 1380 to 1620 m/s",
+        )?;
+        check(
+            "magnetic_declination_rad",
+            declination,
+            declination.abs() <= PI,
+            "within ±π",
+        )?;
         let sigma = settings.sigma_m.unwrap_or(REACH_M);
-        let mut checks = vec![
-            (
-                "sound_speed_mps",
-                speed,
-                SOUND_SPEED_MPS.contains(&speed),
-                "a speed in water, 1380 to 1620 m/s",
-            ),
-            (
-                "magnetic_declination_rad",
-                declination,
-                declination.abs() <= PI,
-                "within ±π",
-            ),
-            (
-                "sigma_m",
-                sigma,
-                0.0 < sigma && sigma <= REACH_M,
-                "positive and at most 20 000",
-            ),
-        ];
+        let is_reached = 0.0 < sigma && sigma <= REACH_M;
+        check("sigma_m", sigma, is_reached, "positive and at most 20 000")?;
         if let Some(mounting) = &settings.mounting {
             let lever = mounting.lever().norm();
-            checks.push((
+            check(
                 "mounting: its length",
                 lever,
                 lever <= LEVER_MAX_M,
                 "at most 500 m",
-            ));
-            let angles = [
-                mounting.heading_offset_rad,
-                mounting.pitch_offset_rad,
-                mounting.roll_offset_rad,
-            ];
-            checks.extend(angles.map(|angle| ("mounting: an angle", angle, angle.is_finite(), "a number")));
+            )?;
+            for angle in mounting.angles() {
+                check("mounting: an angle", angle, angle.is_finite(), "a number")?;
+            }
             let depth = mounting.depth_m.unwrap_or(0.0);
-            checks.push((
+            check(
                 "mounting.depth_m",
                 depth,
                 depth.abs() <= LEVER_MAX_M,
                 "within ±500 m",
-            ));
-        }
-        if let Some((name, value, _, must)) = checks.into_iter().find(|(_, _, is_valid, _)| !is_valid) {
-            let says = format!("{name} is {value}; it must be {must}");
-            return Err(UnusableSettings(says));
+            )?;
         }
         Ok(Self {
             names: settings.names.clone(),
@@ -145,10 +137,8 @@ impl Georeference {
         received_s: f64,
         poses: &PoseHistory,
     ) -> Result<AuvFix, &'static str> {
-        let auv = match self.names.get(&observation.address) {
-            Some(name) => name.clone(),
-            None => format!("usbl-{}", observation.address),
-        };
+        let name = self.names.get(&observation.address).cloned();
+        let auv = name.unwrap_or_else(|| format!("usbl-{}", observation.address));
         let fix = |(t_s, position, depth_m, sigma_m): (f64, Geographic, Option<f64>, Option<f64>)| AuvFix {
             auv: auv.clone(),
             t_s,

@@ -8,24 +8,24 @@ use serde::Deserialize;
 /// The reference point is that of the craft's position, usually the GNSS antenna.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Mounting {
+pub(crate) struct Mounting {
     /// Transducer ahead of the reference point, m.
-    pub forward_m: f64,
+    pub(crate) forward_m: f64,
     /// Transducer to starboard of the reference point, m.
-    pub starboard_m: f64,
+    pub(crate) starboard_m: f64,
     /// Transducer below the reference point, m.
-    pub down_m: f64,
+    pub(crate) down_m: f64,
     /// From the bow to the transducer's forward axis, rad, clockwise seen from above.
-    pub heading_offset_rad: f64,
+    pub(crate) heading_offset_rad: f64,
     /// Pitch of the transducer in the craft, rad, positive forward axis up.
     #[serde(default)]
-    pub pitch_offset_rad: f64,
+    pub(crate) pitch_offset_rad: f64,
     /// Roll of the transducer in the craft, rad, positive starboard axis down.
     #[serde(default)]
-    pub roll_offset_rad: f64,
+    pub(crate) roll_offset_rad: f64,
     /// Transducer below the water's surface, m, if known: then a fix includes the AUV's depth.
     #[serde(default)]
-    pub depth_m: Option<f64>,
+    pub(crate) depth_m: Option<f64>,
 }
 
 impl Mounting {
@@ -34,13 +34,19 @@ impl Mounting {
         Vector3::new(self.forward_m, self.starboard_m, self.down_m)
     }
 
-    /// Turns vectors of the transducer's frame into the craft's.
-    pub(super) fn craft_from_transducer(&self) -> Rotation3<f64> {
-        attitude(
+    /// Roll, pitch and heading of the transducer in the craft, rad.
+    pub(super) fn angles(&self) -> [f64; 3] {
+        [
             self.roll_offset_rad,
             self.pitch_offset_rad,
             self.heading_offset_rad,
-        )
+        ]
+    }
+
+    /// Turns vectors of the transducer's frame into the craft's.
+    pub(super) fn craft_from_transducer(&self) -> Rotation3<f64> {
+        let [roll, pitch, heading] = self.angles();
+        attitude(roll, pitch, heading)
     }
 }
 

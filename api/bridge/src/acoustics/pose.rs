@@ -15,27 +15,27 @@ const KEPT_MAX: usize = 6000;
 
 /// Position and attitude of the craft.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CraftPose {
+pub(crate) struct CraftPose {
     /// Position of its reference point, usually the GNSS antenna.
-    pub position: Geographic,
+    pub(crate) position: Geographic,
     /// Heading, rad, true, clockwise from north.
-    pub heading: f64,
+    pub(crate) heading: f64,
     /// Roll, rad, positive starboard down; 0 if not measured.
-    pub roll: f64,
+    pub(crate) roll: f64,
     /// Pitch, rad, positive bow up; 0 if not measured.
-    pub pitch: f64,
+    pub(crate) pitch: f64,
 }
 
 /// The craft's poses of the last minute, in order of time.
 #[derive(Clone, Debug, Default)]
-pub struct PoseHistory {
+pub(crate) struct PoseHistory {
     poses: VecDeque<(f64, CraftPose)>,
 }
 
 impl PoseHistory {
     /// Adds the pose at `t_s`, s of Unix time. Poses at or after that time are dropped: the clock was set back. A pose with a number that is
     /// not finite is ignored.
-    pub fn push(&mut self, t_s: f64, pose: CraftPose) {
+    pub(crate) fn push(&mut self, t_s: f64, pose: CraftPose) {
         let numbers = [
             t_s,
             pose.position.lat_deg,
@@ -63,8 +63,7 @@ impl PoseHistory {
 
     /// The pose at `t_s`, s of Unix time: interpolated, longitude and angles by the shorter turn; before the oldest and after the newest,
     /// that one. None more than 1 s from any pose.
-    #[must_use]
-    pub fn at(&self, t_s: f64) -> Option<CraftPose> {
+    pub(crate) fn at(&self, t_s: f64) -> Option<CraftPose> {
         let next = self.poses.partition_point(|(pose_s, _)| *pose_s < t_s);
         let after = self.poses.get(next);
         let before = next.checked_sub(1).and_then(|index| self.poses.get(index));

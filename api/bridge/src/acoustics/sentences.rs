@@ -25,6 +25,7 @@ use super::observation::{
     Axes, CHECKSUM, FIELDS, Location, NO_POSITION, NUMBER, OTHER, Observation, SignalTime, address, number,
     optional,
 };
+use crate::nmea::{checksum, seconds_after_midnight};
 
 const OWN_SHIP: &str = "the ship itself";
 const AXES: &str = "coordinates of another kind";
@@ -49,8 +50,7 @@ pub(super) fn read(line: &str, received_s: f64) -> Result<Observation, &'static 
 fn checked(line: &str) -> Result<&str, &'static str> {
     let (_, sentence) = line.rsplit_once('$').ok_or(OTHER)?;
     let (body, digits) = sentence.trim().rsplit_once('*').ok_or(CHECKSUM)?;
-    let sum = body.bytes().fold(0, |sum, byte| sum ^ byte);
-    let matches = digits.len() == 2 && u8::from_str_radix(digits, 16) == Ok(sum);
+    let matches = digits.len() == 2 && u8::from_str_radix(digits, 16) == Ok(checksum(body.as_bytes()));
     if matches { Ok(body) } else { Err(CHECKSUM) }
 }
 
@@ -127,26 +127,14 @@ fn time_near(text: &str, received_s: f64) -> Result<f64, &'static str> {
     if text.is_empty() {
         return Ok(received_s);
     }
-    let part = |range: std::ops::Range<usize>| {
-        let digits = text
-            .get(range)
-            .filter(|digits| digits.bytes().all(|byte| byte.is_ascii_digit()));
-        digits.and_then(|digits| digits.parse::<u8>().ok()).ok_or(NUMBER)
-    };
-    let (hours, minutes) = (f64::from(part(0..2)?), f64::from(part(2..4)?));
-    part(4..6)?;
-    let seconds = number(text.get(4..).unwrap_or_default())?;
-    if !(hours < 24.0 && minutes < 60.0 && seconds < 61.0) {
-        return Err(NUMBER);
-    }
-    let of_day = hours * 3600.0 + minutes * 60.0 + seconds;
+    let of_day = seconds_after_midnight(text.trim_end()).ok_or(NUMBER)?;
     Ok(((received_s - of_day) / DAY_S).round() * DAY_S + of_day)
 }
 
 /// The line of a sentence, for the generated samples.
 #[cfg(test)]
 pub(super) fn line(body: &str) -> String {
-    format!("${body}*{:02X}\r\n", body.bytes().fold(0, |sum, byte| sum ^ byte))
+    format!("${body}*{:02X}\r\n", checksum(body.as_bytes()))
 }
 
 #[cfg(test)]
@@ -221,9 +209,12 @@ mod tests {
         assert_eq!(second("000000.25", MIDNIGHT_S - 0.25), Ok(MIDNIGHT_S + 0.25));
         assert_eq!(second("110000", MIDNIGHT_S), Ok(MIDNIGHT_S + 39_600.0));
         assert_eq!(second("130000", MIDNIGHT_S), Ok(MIDNIGHT_S - 39_600.0));
+        assert_eq!(second("130000 ", MIDNIGHT_S), Ok(MIDNIGHT_S - 39_600.0));
         assert_eq!(second("", MIDNIGHT_S), Ok(MIDNIGHT_S));
         for text in [
             "1200",
+            "12345",
+            "1.2000",
             "24000000",
             "126000.0",
             "12-100",

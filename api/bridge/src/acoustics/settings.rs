@@ -11,27 +11,27 @@ use super::mounting::Mounting;
 #[serde(deny_unknown_fields)]
 pub struct Settings {
     /// Format of its lines.
-    pub modem: ModemKind,
+    pub(crate) modem: ModemKind,
     /// AUVs' names by their addresses on the wire. An address that is not here becomes `usbl-<address>`.
     #[serde(default)]
     pub names: BTreeMap<String, String>,
     /// Place of the transducer. Not needed for a modem that prints positions on Earth.
     #[serde(default)]
-    pub mounting: Option<Mounting>,
+    pub(crate) mounting: Option<Mounting>,
     /// Mean speed of sound between AUV and craft, m/s: for the travel time, if the modem states none.
-    pub sound_speed_mps: f64,
+    pub(crate) sound_speed_mps: f64,
     /// Standard deviation of a position along either axis, m, if the modem states none.
     #[serde(default)]
-    pub sigma_m: Option<f64>,
+    pub(crate) sigma_m: Option<f64>,
     /// Magnetic declination, rad, positive east, for a modem with its own compass. 0 if its north is true north.
     #[serde(default)]
-    pub magnetic_declination_rad: f64,
+    pub(crate) magnetic_declination_rad: f64,
 }
 
 /// Formats of modems.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum ModemKind {
+pub(crate) enum ModemKind {
     /// Evologics S2C with USBL: `USBLLONG` and `USBLANGLES`.
     Evologics {
         /// Which of the two positions in each line counts.
@@ -54,7 +54,7 @@ pub enum ModemKind {
 /// Whose attitude turns a measurement to north.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Frame {
+pub(crate) enum Frame {
     /// The craft's: vectors in the modem's axes are turned by the mounting and the craft's heading, roll and pitch.
     Body,
     /// The modem's: its own compass and inclinometers have turned the position already.

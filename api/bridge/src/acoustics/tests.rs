@@ -5,7 +5,8 @@ mod positions;
 use proptest::prelude::*;
 
 use super::{
-    CraftPose, Frame, KnownDepth, Modem, ModemKind, Mounting, PoseHistory, Settings, seatrac, sentences,
+    CraftPose, Frame, KnownDepth, Modem, ModemKind, PoseHistory, Settings, mounting::Mounting, seatrac,
+    sentences,
 };
 use crate::{AuvFix, Geographic};
 

@@ -214,44 +214,49 @@ mod tests {
 
     #[test]
     fn the_line_begins_with_whether_the_craft_is_steered_and_why_not() {
-        let begins = |sending, change: &dyn Fn(&mut serde_json::Value), with: &str| {
-            let (mut bridge, link) = bridge_and_link(change);
+        let active = Some(Sending::Active);
+        let stopped = |silence| Some(Sending::Stopped(silence));
+        let warned = |code: &str| json!([{ "code": code }]);
+        let deaf = warned("heading_does_not_respond");
+        for (sending, member, value, with) in [
+            (
+                active,
+                "reason",
+                json!(null),
+                "steering, mode unknown, mpc ok, 0.0 m from",
+            ),
+            (
+                stopped(Silence::NoHeartbeat),
+                "reason",
+                json!(null),
+                "NOT STEERING: no heartbeat of the autopilot, ",
+            ),
+            (
+                stopped(Silence::MissionPaused),
+                "reason",
+                json!(null),
+                "not steering: the mission is paused, ",
+            ),
+            (active, "warnings", deaf, "DEGRADED: heading does not respond, "),
+            (
+                active,
+                "warnings",
+                warned("stale_report"),
+                "steering: stale report, mode unknown, ",
+            ),
+            (active, "reason", json!("deadline"), "DEGRADED: deadline, "),
+            (
+                None,
+                "reason",
+                json!(null),
+                "not steering: waiting for the craft, ",
+            ),
+        ] {
+            let (mut bridge, link) = bridge_and_link(|answer| answer["plan"][member] = value.clone());
             bridge.logged = sending;
             let line = bridge.status_line(&link);
             assert!(line.starts_with(with), "{line}");
-        };
-        begins(
-            Some(Sending::Active),
-            &|_| {},
-            "steering, mode unknown, mpc ok, 0.0 m from",
-        );
-        let lost = Sending::Stopped(Silence::NoHeartbeat);
-        begins(
-            Some(lost),
-            &|_| {},
-            "NOT STEERING: no heartbeat of the autopilot, ",
-        );
-        let paused = Sending::Stopped(Silence::MissionPaused);
-        begins(Some(paused), &|_| {}, "not steering: the mission is paused, ");
-        let deaf = |answer: &mut serde_json::Value| {
-            answer["plan"]["warnings"] = json!([{ "code": "heading_does_not_respond" }]);
-        };
-        begins(
-            Some(Sending::Active),
-            &deaf,
-            "DEGRADED: heading does not respond, ",
-        );
-        let unheard = |answer: &mut serde_json::Value| {
-            answer["plan"]["warnings"] = json!([{ "code": "stale_report" }]);
-        };
-        begins(
-            Some(Sending::Active),
-            &unheard,
-            "steering: stale report, mode unknown, ",
-        );
-        let degraded = |answer: &mut serde_json::Value| answer["plan"]["reason"] = json!("deadline");
-        begins(Some(Sending::Active), &degraded, "DEGRADED: deadline, ");
-        begins(None, &|_| {}, "not steering: waiting for the craft, ");
+        }
     }
 
     #[test]

@@ -69,7 +69,8 @@ mod tests {
 
     #[test]
     fn a_long_cause_arrives_whole_in_several_texts() {
-        let cause = "the position stays although references ask for way; heading does not respond";
+        let cause =
+            "the position does not change although the reference speed is not zero; heading does not respond";
         let steering = Steering {
             is_on: true,
             severity: MavSeverity::MAV_SEVERITY_WARNING,

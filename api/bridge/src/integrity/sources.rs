@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 /// Where a measurement comes from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Source {
+pub(crate) struct Source {
     /// Number of the wire: 0 is the autopilot's. Lower numbers come first.
-    pub wire: usize,
+    pub(crate) wire: usize,
     /// Who speaks on the wire: the talker of an NMEA 0183 sentence.
-    pub talker: [u8; 2],
+    pub(crate) talker: [u8; 2],
 }
 
 /// After this silence another source is used, s.
@@ -43,6 +43,13 @@ impl<T> Default for Sources<T> {
             used: None,
             apart: None,
         }
+    }
+}
+
+impl Sources<()> {
+    /// Whether `source` is the one that is used at `t_s`, s, of a quantity that is not compared.
+    pub(super) fn uses_any(&mut self, t_s: f64, source: Source) -> bool {
+        self.uses(t_s, source, (), |(), (), _| false)
     }
 }
 

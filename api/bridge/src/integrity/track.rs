@@ -28,7 +28,6 @@ struct Rival<T> {
 /// What became of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Fit {
-    /// It fits.
     Fits,
     /// It fits the second hypothesis, which is trusted from now on, and did not fit the first one at once.
     Jumped,

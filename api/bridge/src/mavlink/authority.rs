@@ -17,7 +17,7 @@ const ORDERS_MAX: u32 = 6;
 
 /// Who controls the craft.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Control {
+pub(crate) enum Control {
     /// The wire reports it: the newest heartbeat of the autopilot, and its age, s.
     Reported(Option<(Heartbeat, f64)>),
     /// The wire does not report it: the craft follows references when it is switched to do so.
@@ -26,25 +26,22 @@ pub enum Control {
 
 /// What is known at one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Conditions {
-    /// Who controls the craft.
-    pub control: Control,
+pub(crate) struct Conditions {
+    pub(crate) control: Control,
     /// What makes the craft's navigation untrustworthy, if anything does.
-    pub distrust: Option<Alarm>,
+    pub(crate) distrust: Option<Alarm>,
     /// Age of the newest state of the craft, s; none before the first.
-    pub state_age: Option<f64>,
+    pub(crate) state_age: Option<f64>,
     /// The plan's reference for now; none without a plan or if it is too old.
-    pub reference: Option<Reference>,
+    pub(crate) reference: Option<Reference>,
     /// Whether there is a plan, valid or not.
-    pub has_planned: bool,
-    /// Whether the mission is paused.
-    pub is_paused: bool,
+    pub(crate) has_planned: bool,
+    pub(crate) is_paused: bool,
 }
 
 /// What to do at one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Action {
-    /// Send this reference.
+pub(crate) enum Action {
     Send(Reference),
     /// Send this reference to an autopilot outside its guided mode: it enters that mode only while references arrive.
     Offer(Reference),
@@ -58,31 +55,25 @@ pub enum Action {
 
 /// Why nothing is sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Silence {
-    /// No heartbeat for three seconds.
+pub(crate) enum Silence {
     NoHeartbeat,
     /// Another mode after the guided mode: a person took over.
     TakenOver,
     /// Another mode since the start.
     NotGuided,
-    /// Not armed.
     NotArmed,
     /// The craft's navigation contradicts itself.
     Distrust(Alarm),
     /// No recent position, heading or velocity.
     NoPosition,
-    /// There is no plan yet.
     NoPlan,
-    /// The newest plan is too old.
     PlanStale,
-    /// The mission is paused.
     MissionPaused,
 }
 
 impl Silence {
     /// Whether a person brought it about or is about to end it; anything else is an alarm.
-    #[must_use]
-    pub fn is_meant(self) -> bool {
+    pub(crate) fn is_meant(self) -> bool {
         match self {
             Self::TakenOver | Self::NotGuided | Self::NotArmed | Self::NoPlan | Self::MissionPaused => true,
             Self::NoHeartbeat | Self::Distrust(_) | Self::NoPosition | Self::PlanStale => false,
@@ -93,12 +84,12 @@ impl Silence {
 impl fmt::Display for Silence {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let text = match self {
-            Self::Distrust(alarm) => return write!(f, "{alarm}; nothing is sent until it is over"),
+            Self::Distrust(alarm) => return write!(f, "{alarm}; no references are sent until it clears"),
             Self::NoHeartbeat => {
                 "no heartbeat of the autopilot: nothing is sent; it stops by itself 3 s after the last reference"
             }
             Self::TakenOver => {
-                "the autopilot left its guided mode: a person has the craft; nothing is sent until the mode is set again"
+                "the autopilot left its guided mode: a person or a failsafe has the craft; nothing is sent until the mode is set again"
             }
             Self::NotGuided => {
                 "the autopilot is not in its guided mode: set it, or start with --take-control"
@@ -115,7 +106,7 @@ impl fmt::Display for Silence {
 
 /// Decides at each tick what may be sent.
 #[derive(Debug)]
-pub struct Authority {
+pub(crate) struct Authority {
     take_control: bool,
     has_acted: bool,
     orders: u32,
@@ -124,8 +115,7 @@ pub struct Authority {
 
 impl Authority {
     /// With `take_control` it orders the guided mode and arming until both are so for the first time, and never again.
-    #[must_use]
-    pub fn new(take_control: bool) -> Self {
+    pub(crate) fn new(take_control: bool) -> Self {
         Self {
             take_control,
             has_acted: false,
@@ -135,7 +125,7 @@ impl Authority {
     }
 
     /// What to do at `now`, s on a clock that is never set.
-    pub fn decide(&mut self, now: f64, known: &Conditions) -> Action {
+    pub(crate) fn decide(&mut self, now: f64, known: &Conditions) -> Action {
         let heartbeat = match known.control {
             Control::Reported(heard) => match heard.filter(|(_, age)| *age <= HEARTBEAT_AGE_MAX_S) {
                 Some((heartbeat, _)) => Some(heartbeat),

@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, fmt};
 
 /// The supported autopilots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Autopilot {
+pub(crate) enum Autopilot {
     /// ArduPilot's Rover.
     ArduPilot,
     /// PX4: messages as documented; not tried with the program.
@@ -13,13 +13,11 @@ pub enum Autopilot {
 
 /// What an autopilot reports once a second.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Heartbeat {
-    /// Its program.
-    pub autopilot: Autopilot,
-    /// Its mode, by the program's own number.
-    pub mode: u32,
-    /// Whether it is armed.
-    pub is_armed: bool,
+pub(crate) struct Heartbeat {
+    pub(crate) autopilot: Autopilot,
+    /// By the program's own number.
+    pub(crate) mode: u32,
+    pub(crate) is_armed: bool,
 }
 
 /// Source: ArduPilot, `Rover/mode.h`; the dialect's `RoverMode`.
@@ -30,8 +28,7 @@ const PX4_MAIN_MODE: u32 = 0xFF << 16;
 
 impl Autopilot {
     /// The mode in which it follows references.
-    #[must_use]
-    pub fn guided_mode(self) -> u32 {
+    pub(crate) fn guided_mode(self) -> u32 {
         match self {
             Self::ArduPilot => ARDUPILOT_GUIDED,
             Self::Px4 => PX4_OFFBOARD,
@@ -39,8 +36,7 @@ impl Autopilot {
     }
 
     /// Name of that mode.
-    #[must_use]
-    pub fn guided_name(self) -> &'static str {
+    pub(crate) fn guided_name(self) -> &'static str {
         match self {
             Self::ArduPilot => "GUIDED",
             Self::Px4 => "OFFBOARD",
@@ -50,17 +46,14 @@ impl Autopilot {
 
 impl Heartbeat {
     /// Whether it follows references.
-    #[must_use]
-    pub fn is_guided(&self) -> bool {
+    pub(crate) fn is_guided(self) -> bool {
         match self.autopilot {
             Autopilot::ArduPilot => self.mode == ARDUPILOT_GUIDED,
             Autopilot::Px4 => self.mode & PX4_MAIN_MODE == PX4_OFFBOARD,
         }
     }
 
-    /// Name of the mode.
-    #[must_use]
-    pub fn mode_name(&self) -> String {
+    pub(crate) fn mode_name(self) -> String {
         let name = match (self.autopilot, self.mode) {
             (Autopilot::ArduPilot, 0) => "MANUAL",
             (Autopilot::ArduPilot, 1) => "ACRO",
@@ -78,7 +71,7 @@ impl Heartbeat {
 }
 
 /// The parameters that are read before departure.
-pub const PARAMETERS: [&str; 9] = [
+pub(crate) const PARAMETERS: [&str; 9] = [
     "WP_SPEED",
     "CRUISE_SPEED",
     "ATC_STR_RAT_MAX",
@@ -98,19 +91,17 @@ const STEERAGE_WAY: f64 = 0.2;
 
 /// The autopilot's parameters, as far as it has sent them.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Parameters {
+pub(crate) struct Parameters {
     values: BTreeMap<String, f32>,
 }
 
 /// A parameter that contradicts the mission.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contradiction {
-    /// Its name.
-    pub parameter: &'static str,
-    /// Its value.
-    pub value: f64,
+    pub(crate) parameter: &'static str,
+    pub(crate) value: f64,
     /// What it does to references, and what to set.
-    pub detail: &'static str,
+    pub(crate) detail: &'static str,
 }
 
 impl fmt::Display for Contradiction {
@@ -121,28 +112,26 @@ impl fmt::Display for Contradiction {
 
 impl Parameters {
     /// Stores the value of one of [`PARAMETERS`].
-    pub fn note(&mut self, name: &str, value: f32) {
+    pub(crate) fn note(&mut self, name: &str, value: f32) {
         if PARAMETERS.contains(&name) && value.is_finite() {
             self.values.insert(name.to_owned(), value);
         }
     }
 
     /// The value of one, if known.
-    #[must_use]
-    pub fn get(&self, name: &str) -> Option<f64> {
+    pub(crate) fn get(&self, name: &str) -> Option<f64> {
         self.values.get(name).map(|value| f64::from(*value))
     }
 
     /// Parameters without a value so far.
-    pub fn missing(&self) -> impl Iterator<Item = &'static str> {
+    pub(crate) fn missing(&self) -> impl Iterator<Item = &'static str> {
         PARAMETERS
             .into_iter()
             .filter(|name| !self.values.contains_key(*name))
     }
 
     /// The speed at which references are clipped, m/s: `WP_SPEED`, or `CRUISE_SPEED` where that is 0.
-    #[must_use]
-    pub fn speed_max(&self) -> Option<f64> {
+    pub(crate) fn speed_max(&self) -> Option<f64> {
         [self.get("WP_SPEED"), self.get("CRUISE_SPEED")]
             .into_iter()
             .flatten()
@@ -150,27 +139,23 @@ impl Parameters {
     }
 
     /// The fastest turn, rad/s; none without a limit.
-    #[must_use]
-    pub fn turn_rate_max(&self) -> Option<f64> {
+    pub(crate) fn turn_rate_max(&self) -> Option<f64> {
         self.positive("ATC_STR_RAT_MAX").map(f64::to_radians)
     }
 
     /// The largest acceleration ahead, m/s².
-    #[must_use]
-    pub fn acceleration_max(&self) -> Option<f64> {
+    pub(crate) fn acceleration_max(&self) -> Option<f64> {
         self.positive("ATC_ACCEL_MAX")
     }
 
     /// The largest deceleration, m/s², positive; 0 means that of acceleration to ArduPilot.
-    #[must_use]
-    pub fn deceleration_max(&self) -> Option<f64> {
+    pub(crate) fn deceleration_max(&self) -> Option<f64> {
         self.positive("ATC_DECEL_MAX").or_else(|| self.acceleration_max())
     }
 
     /// The slowest speed through the water at which the craft steers, m/s; none if it steers by two thrusters, or if its outputs are
     /// unknown.
-    #[must_use]
-    pub fn steerage_way(&self) -> Option<f64> {
+    pub(crate) fn steerage_way(&self) -> Option<f64> {
         let outputs = [self.get("SERVO1_FUNCTION"), self.get("SERVO3_FUNCTION")];
         let mut known = outputs.into_iter().flatten().peekable();
         known.peek()?;
@@ -180,8 +165,7 @@ impl Parameters {
     }
 
     /// Parameters that contradict a mission with this speed limit, m/s.
-    #[must_use]
-    pub fn contradictions(&self, speed_max: f64) -> Vec<Contradiction> {
+    pub(crate) fn contradictions(&self, speed_max: f64) -> Vec<Contradiction> {
         let found = [
             (
                 "WP_SPEED",

@@ -22,16 +22,13 @@ use crate::{AuvFix, CraftMeasurement, Geographic, Measurement, Rejects};
 
 /// What one message says.
 #[derive(Clone, Debug, PartialEq)]
-pub enum AutopilotEvent {
+pub(crate) enum AutopilotEvent {
     /// A measurement of the surface craft or of an AUV.
     Measured(Measurement),
     /// A heartbeat of the craft's autopilot.
     Heartbeat(Heartbeat),
-    /// A parameter of the craft's autopilot.
     Parameter {
-        /// Its name.
         name: String,
-        /// Its value.
         value: f32,
     },
     /// A status text of the craft's autopilot.
@@ -40,7 +37,6 @@ pub enum AutopilotEvent {
     Acknowledged {
         /// MAVLink's number of the command.
         command: u32,
-        /// Whether the autopilot accepted it.
         is_accepted: bool,
     },
     /// Whether the craft's autopilot knows its position.
@@ -59,7 +55,7 @@ pub enum AutopilotEvent {
 /// Reads a stream in pieces of any size.
 ///
 /// Messages of the craft count from its autopilot only (component 1); AUVs are other systems.
-pub struct MavlinkReader {
+pub(crate) struct MavlinkReader {
     frames: FrameReader<Feed>,
     feed: Feed,
     /// Bytes pushed that are in no frame yet, and bytes of the frames read since.
@@ -101,8 +97,7 @@ impl fmt::Debug for MavlinkReader {
 
 impl MavlinkReader {
     /// A reader for the craft `system`, or else the first autopilot with a heartbeat, and for AUVs by system number.
-    #[must_use]
-    pub fn new(system: Option<u8>, auvs: BTreeMap<u8, String>) -> Self {
+    pub(crate) fn new(system: Option<u8>, auvs: BTreeMap<u8, String>) -> Self {
         let feed = Feed::default();
         Self {
             frames: FrameReader::new(feed.clone()),
@@ -118,20 +113,17 @@ impl MavlinkReader {
         }
     }
 
-    /// The craft's system number, once it is known.
-    #[must_use]
-    pub fn craft(&self) -> Option<u8> {
+    pub(crate) fn craft(&self) -> Option<u8> {
         self.craft
     }
 
     /// Rejected input, by reason.
-    #[must_use]
-    pub fn rejects(&self) -> &Rejects {
+    pub(crate) fn rejects(&self) -> &Rejects {
         &self.rejects
     }
 
     /// The events that `bytes` complete, received at `received_s`, s of Unix time.
-    pub fn push(&mut self, bytes: &[u8], received_s: f64) -> Vec<AutopilotEvent> {
+    pub(crate) fn push(&mut self, bytes: &[u8], received_s: f64) -> Vec<AutopilotEvent> {
         self.feed.extend(bytes);
         self.pending += bytes.len();
         let mut heard = vec![];

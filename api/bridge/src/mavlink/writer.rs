@@ -15,7 +15,7 @@ use crate::reference::Reference;
 
 /// Makes frames with sequence numbers.
 #[derive(Debug)]
-pub struct MavlinkWriter {
+pub(crate) struct MavlinkWriter {
     sequence: u8,
     system: u8,
 }
@@ -48,13 +48,12 @@ const MICROSECONDS: f32 = 1e6;
 
 impl MavlinkWriter {
     /// Frames of the computer beside the autopilot `system`.
-    #[must_use]
-    pub fn new(system: u8) -> Self {
+    pub(crate) fn new(system: u8) -> Self {
         Self { sequence: 0, system }
     }
 
     /// The heartbeat of this computer, once a second.
-    pub fn heartbeat(&mut self) -> Vec<u8> {
+    pub(crate) fn heartbeat(&mut self) -> Vec<u8> {
         self.frame(&MavMessage::HEARTBEAT(HEARTBEAT_DATA {
             custom_mode: 0,
             mavtype: MavType::MAV_TYPE_ONBOARD_CONTROLLER,
@@ -66,7 +65,7 @@ impl MavlinkWriter {
     }
 
     /// A text for the ground station, to which the autopilot passes it on: its first `TEXT_BYTES`.
-    pub fn text(&mut self, severity: MavSeverity, text: &str) -> Vec<u8> {
+    pub(crate) fn text(&mut self, severity: MavSeverity, text: &str) -> Vec<u8> {
         let mut bytes = [0; TEXT_BYTES];
         let kept = text.floor_char_boundary(bytes.len());
         bytes[..kept].copy_from_slice(&text.as_bytes()[..kept]);
@@ -78,7 +77,7 @@ impl MavlinkWriter {
     ///
     /// ArduPilot's Rover takes the length of the velocity as the speed ahead, over ground, and the yaw as the heading; a negative speed
     /// would mean astern. PX4 takes speed and bearing from the velocity's components.
-    pub fn reference(&mut self, autopilot: Autopilot, reference: &Reference, boot_ms: u32) -> Vec<u8> {
+    pub(crate) fn reference(&mut self, autopilot: Autopilot, reference: &Reference, boot_ms: u32) -> Vec<u8> {
         let speed = reference.speed.max(0.0);
         let (mask, [vx, vy]) = match autopilot {
             Autopilot::ArduPilot => (SPEED_AND_HEADING, [speed, 0.0]),
@@ -104,7 +103,7 @@ impl MavlinkWriter {
     }
 
     /// Requests the messages that the bridge needs.
-    pub fn streams(&mut self) -> Vec<u8> {
+    pub(crate) fn streams(&mut self) -> Vec<u8> {
         STREAMS
             .into_iter()
             .flat_map(|(message, hz)| {
@@ -113,8 +112,7 @@ impl MavlinkWriter {
             .collect()
     }
 
-    /// Requests a parameter.
-    pub fn read_parameter(&mut self, name: &str) -> Vec<u8> {
+    pub(crate) fn read_parameter(&mut self, name: &str) -> Vec<u8> {
         let mut id = [0; 16];
         let kept = name.len().min(id.len());
         id[..kept].copy_from_slice(&name.as_bytes()[..kept]);
@@ -128,7 +126,7 @@ impl MavlinkWriter {
     }
 
     /// Orders the mode in which references are followed.
-    pub fn set_guided(&mut self, autopilot: Autopilot) -> Vec<u8> {
+    pub(crate) fn set_guided(&mut self, autopilot: Autopilot) -> Vec<u8> {
         let mode = match autopilot {
             Autopilot::ArduPilot => [CUSTOM_MODE, small(autopilot.guided_mode())],
             // Main mode alone.
@@ -137,8 +135,7 @@ impl MavlinkWriter {
         self.command(MavCmd::MAV_CMD_DO_SET_MODE, mode)
     }
 
-    /// Orders the autopilot to arm.
-    pub fn arm(&mut self) -> Vec<u8> {
+    pub(crate) fn arm(&mut self) -> Vec<u8> {
         self.command(MavCmd::MAV_CMD_COMPONENT_ARM_DISARM, [1.0, 0.0])
     }
 

@@ -1,4 +1,4 @@
-//! A mission link beside a service that rejects tokens, loses missions and repeats plans.
+//! A mission link beside services that reject tokens, lose missions, repeat plans and do not answer.
 
 use std::{
     io::{Read as _, Write as _},
@@ -11,14 +11,17 @@ use nalgebra::Vector2;
 use super::*;
 use crate::{Geographic, mission_client::TokenFile};
 
+mod services;
+
 /// The machine may be busy.
 const PATIENCE: Duration = Duration::from_mins(1);
 
-/// A request as a service sees it: method and path, and the token.
+/// A request as a service sees it: method and path, the token, and the idempotency key.
 #[derive(Debug)]
 struct Request {
     line: String,
     authorization: String,
+    key: String,
     body: String,
 }
 
@@ -62,6 +65,7 @@ fn read_request(stream: &mut std::net::TcpStream) -> Option<Request> {
             return Some(Request {
                 line: head.lines().next().unwrap_or_default().to_owned(),
                 authorization: field("authorization:"),
+                key: field("idempotency-key:"),
                 body: body.to_owned(),
             });
         }
@@ -77,8 +81,8 @@ fn problem(code: &str) -> Value {
 }
 
 /// A link that joins, or creates, a mission, and has a note to post every 50 ms.
-fn link(url: &str, token: Option<TokenFile>, choice: MissionChoice) -> MissionLink {
-    let client = MissionClient::new(url, token, None).expect("needs no certificate");
+fn link(urls: &[String], token: Option<TokenFile>, choice: MissionChoice) -> MissionLink {
+    let client = MissionClient::new(urls, token, None).expect("needs no certificate");
     let link = MissionLink::open(client, choice, Duration::from_millis(50), 1.0, Clock::start());
     let noted = link.clone();
     thread::spawn(move || {
@@ -116,7 +120,7 @@ fn a_new_token_in_the_file_is_read_after_a_rejection() {
         }
     });
     let token = TokenFile::read(folder.clone()).expect("is there");
-    let link = link(&url, Some(token), MissionChoice::Joined("m-1".to_owned()));
+    let link = link(&[url], Some(token), MissionChoice::Joined("m-1".to_owned()));
     waits_for(&rejected);
     std::fs::write(&folder, "new\n").expect("is written");
     waits_for(&posted);
@@ -150,7 +154,7 @@ fn a_mission_that_the_service_lost_is_created_again() {
         }
     });
     let choice = MissionChoice::named("craft".to_owned(), json!({ "live": {}, "metadata": {} }));
-    let link = link(&url, None, choice);
+    let link = link(&[url], None, choice);
     waits_for(&posted);
     assert_eq!(link.status().mission.as_deref(), Some("m-2"));
     assert!(!link.status().has_failed);
@@ -171,7 +175,7 @@ fn a_joined_mission_that_is_gone_ends_the_bridge_with_the_reason() {
             (200, mission("m-1"))
         }
     });
-    let link = link(&url, None, MissionChoice::Joined("m-1".to_owned()));
+    let link = link(&[url], None, MissionChoice::Joined("m-1".to_owned()));
     let end = Instant::now() + PATIENCE;
     while !link.status().has_failed {
         assert!(Instant::now() < end, "{:?}", link.status());
@@ -226,7 +230,7 @@ fn reports_that_the_service_rejects_are_counted_with_the_last_reason() {
         (200, mission("m-1"))
     });
     let choice = MissionChoice::Joined("m-1".to_owned());
-    let client = MissionClient::new(&url, None, None).expect("needs no certificate");
+    let client = MissionClient::new(&[url], None, None).expect("needs no certificate");
     let link = MissionLink::open(client, choice, Duration::from_millis(50), 1.0, Clock::start());
     let end = Instant::now() + PATIENCE;
     let waits_for_rejects = |count| {
@@ -283,6 +287,17 @@ fn values_outside_the_ranges_of_the_api_are_clamped_and_counted() {
     );
 }
 
+/// Answer of `…/reference` with a plan of this number.
+fn planned(sequence: u64) -> Value {
+    let reference = json!({ "speed_mps": 1.0, "heading_rad": 0.0, "valid_until_s": 1e9 });
+    let point = json!({ "t_s": 0.0, "north_m": 0.0, "east_m": 0.0, "speed_mps": 1.0, "heading_rad": 0.0 });
+    let plan = json!({
+        "method": format!("mpc-{sequence}"), "outcome": "ok",
+        "reference": reference, "baseline": reference, "trajectory": [point], "goal": { "trajectory": [point] },
+    });
+    json!({ "t_s": 0.0, "age_s": 0.0, "sequence": sequence, "status": "running", "plan": plan })
+}
+
 #[test]
 fn a_plan_that_the_service_repeats_keeps_the_time_of_its_arrival() {
     let (sender, repeated) = channel();
@@ -291,16 +306,9 @@ fn a_plan_that_the_service_repeats_keeps_the_time_of_its_arrival() {
             return (200, mission("m-1"));
         }
         let _ = sender.send(());
-        let reference = json!({ "speed_mps": 1.0, "heading_rad": 0.0, "valid_until_s": 1e9 });
-        let point =
-            json!({ "t_s": 0.0, "north_m": 0.0, "east_m": 0.0, "speed_mps": 1.0, "heading_rad": 0.0 });
-        let plan = json!({ "reference": reference, "baseline": reference, "trajectory": [point], "goal": { "trajectory": [point] } });
-        (
-            200,
-            json!({ "t_s": 0.0, "age_s": 0.0, "sequence": 7, "status": "running", "plan": plan }),
-        )
+        (200, planned(7))
     });
-    let link = link(&url, None, MissionChoice::Joined("m-1".to_owned()));
+    let link = link(&[url], None, MissionChoice::Joined("m-1".to_owned()));
     let arrived = |link: &MissionLink| link.status().plan.map(|plan| plan.arrived_s);
     let end = Instant::now() + PATIENCE;
     while arrived(&link).is_none() {

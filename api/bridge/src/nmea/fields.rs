@@ -115,9 +115,15 @@ fn signed_degrees(text: &str, hemisphere: &str, hemispheres: [&str; 2]) -> Optio
     }
 }
 
-fn seconds_after_midnight(text: &str) -> Option<f64> {
+/// s after midnight of hhmmss.sss.
+pub(crate) fn seconds_after_midnight(text: &str) -> Option<f64> {
     let (hours, rest) = text.split_at_checked(PAIR)?;
     let (minutes, seconds) = rest.split_at_checked(PAIR)?;
+    // A time that was cut off on its way must not be taken for another.
+    let whole = |text: &str| text.bytes().take(PAIR).filter(u8::is_ascii_digit).count() == PAIR;
+    if ![hours, minutes, seconds].into_iter().all(whole) {
+        return None;
+    }
     let hours = unsigned(hours).filter(|hours| *hours <= HOUR_MAX)?;
     let minutes = unsigned(minutes).filter(|minutes| *minutes <= MINUTE_MAX)?;
     let seconds = unsigned(seconds).filter(|seconds| *seconds < MINUTE_END_S)?;

@@ -38,7 +38,6 @@ pub(super) struct Content {
     pub(super) talker: [u8; 2],
     /// Time of the measurements, s after midnight UTC, if the sentence states it.
     pub(super) time_of_day: Option<f64>,
-    /// The measurements.
     pub(super) measured: Vec<CraftMeasurement>,
 }
 
@@ -92,7 +91,7 @@ fn empty(kind: &str) -> &'static str {
 type Measured = Result<[Option<CraftMeasurement>; 2], &'static str>;
 
 /// Exclusive or of all bytes between `$` and `*`.
-pub(super) fn checksum(payload: &[u8]) -> u8 {
+pub(crate) fn checksum(payload: &[u8]) -> u8 {
     payload.iter().fold(0, |sum, byte| sum ^ byte)
 }
 

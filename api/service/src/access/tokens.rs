@@ -6,7 +6,7 @@ use std::{
     os::unix::fs::{DirBuilderExt as _, MetadataExt as _, OpenOptionsExt as _, fchown},
     path::{Path, PathBuf},
     sync::{Arc, Mutex, MutexGuard, PoisonError},
-    time::{Duration, Instant, SystemTime, UNIX_EPOCH},
+    time::{Duration, Instant, SystemTime},
 };
 
 use serde::{Deserialize, Serialize};
@@ -16,6 +16,7 @@ use subtle::ConstantTimeEq as _;
 use crate::{
     role::{Role, TokenLimit},
     store::{EventStore, StoreError, TrustedClock},
+    unix_time::unix_now,
 };
 
 /// Prefix of a token, by which people and secret scanners recognise one.
@@ -151,7 +152,7 @@ impl TokenFile {
         let mut random = [0; RANDOM_BYTES];
         getrandom::fill(&mut random).map_err(TokenError::Random)?;
         let token = format!("{PREFIX}{}", hex::encode(random));
-        let now = unix_now();
+        let now = whole(unix_now());
         // The first token comes before the first start of a service, which makes its data directory just as private.
         if let Some(directory) = path.parent() {
             let made = DirBuilder::new().recursive(true).mode(0o700).create(directory);
@@ -309,7 +310,7 @@ impl Tokens {
                 tokio::time::sleep(REREAD).await;
             }
             if let Err(error) = store.protect().await {
-                tracing::error!(%error, "the mission log does not know that the service has tokens");
+                tracing::error!(%error, "cannot record in the mission log that the service has tokens");
             }
         });
         Ok(())
@@ -317,13 +318,8 @@ impl Tokens {
 
     /// The time by which tokens expire, Unix time, s.
     pub(super) fn now(&self) -> u64 {
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "whole seconds since 1970"
-        )]
-        let trusted = |clock: &TrustedClock| clock.now_s() as u64;
-        self.locked().clock.as_ref().map_or_else(unix_now, trusted)
+        let trusted = self.locked().clock.as_ref().map(TrustedClock::now_s);
+        whole(trusted.unwrap_or_else(unix_now))
     }
 
     fn locked(&self) -> MutexGuard<'_, Reread> {
@@ -366,9 +362,13 @@ impl Reread {
     }
 }
 
-fn unix_now() -> u64 {
-    let since = SystemTime::now().duration_since(UNIX_EPOCH);
-    since.map_or(0, |since| since.as_secs())
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "seconds since 1970"
+)]
+fn whole(unix_s: f64) -> u64 {
+    unix_s as u64
 }
 
 #[cfg(test)]

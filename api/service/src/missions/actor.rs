@@ -33,7 +33,7 @@ use crate::{
     metrics::Counted,
     planners::Planners,
     problem::Problem,
-    store::{Append, Appended, AuditEntry, EventStore, KeyedAnswer, Room, StoredEvent},
+    store::{Append, Appended, AuditEntry, EventStore, KeyedAnswer, Room, StoreError, StoredEvent},
 };
 use wire::{
     Origin,
@@ -81,7 +81,6 @@ pub(super) enum Command {
     Change(Box<Setting>, Option<Origin>),
     /// Starts or resumes the mission, with a speed factor for a simulated one.
     Run(Option<f64>),
-    /// Pauses the mission.
     Pause,
     /// Makes a number of plans.
     Step(u32),
@@ -134,7 +133,6 @@ pub(super) struct View {
     pub(super) reported: Instant,
 }
 
-/// A plan that was stored.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct StoredPlan {
     /// Number of the event that stored it.
@@ -152,8 +150,11 @@ pub(super) struct StoredPlan {
 }
 
 impl StoredPlan {
-    /// Its age by the mission's `clock`, s.
-    pub(super) fn age(&self, clock: &Clock) -> f64 {
+    /// Its age by the clock of its mission, which shows `now` if it is simulated, s.
+    pub(super) fn age(&self, live: Option<&LiveMission>, now: f64) -> f64 {
+        let Some(LiveMission { clock, .. }) = live else {
+            return now - self.time;
+        };
         // The difference of clocks is too small after the clock was set back, the monotonic time after the machine slept.
         let steady = self
             .made
@@ -187,6 +188,16 @@ pub(super) struct Handle {
     pub(super) events: broadcast::WeakSender<StoredEvent>,
     /// A live mission's configuration.
     pub(super) live: Option<Arc<LiveMission>>,
+    pub(super) ownership: Ownership,
+}
+
+/// How this service owns a mission.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Ownership {
+    /// Stored events carry it: the store refuses those of an earlier owner.
+    pub(super) epoch: u64,
+    /// The service's incarnation when it took the mission. In a later one it has lost this mission.
+    pub(super) incarnation: u64,
 }
 
 /// A live mission's configuration and clock.
@@ -275,8 +286,9 @@ pub(super) struct Context {
     requests: mpsc::Receiver<Request>,
     /// Number of the mission in the store.
     number: u64,
+    epoch: u64,
     mission: Mission,
-    /// Whether the mission was deleted or has events unknown to this actor. Then the actor ends.
+    /// Whether the mission was deleted, has another owner, or may have events unknown to this actor. Then the actor ends.
     superseded: bool,
     store: EventStore,
     view: watch::Sender<View>,
@@ -298,8 +310,8 @@ struct Stored {
 impl Context {
     /// The context of `mission`, and the handle to its actor.
     pub(super) fn new(
-        number: u64,
-        mission: Mission,
+        (number, mission): (u64, Mission),
+        ownership: Ownership,
         plan: Option<Arc<StoredPlan>>,
         live: Option<Arc<LiveMission>>,
         store: EventStore,
@@ -319,11 +331,13 @@ impl Context {
             view: view_out,
             events: events.downgrade(),
             live,
+            ownership,
         };
         let context = Self {
             counted: count(&planners, &mission),
             requests,
             number,
+            epoch: ownership.epoch,
             mission,
             superseded: false,
             store,
@@ -337,6 +351,12 @@ impl Context {
 
     fn is_running(&self) -> bool {
         self.mission.status == Status::Running
+    }
+
+    /// Whether a plan could be stored: one that is not stored must steer nothing, because another service may steer by now.
+    fn may_plan(&self) -> bool {
+        let lease = self.store.lease();
+        lease.is_none_or(|lease| lease.incarnation().is_ok())
     }
 
     /// The next request. None if no handle is left, or no request came for some time after the mission's end.
@@ -377,6 +397,7 @@ impl Context {
         let append = Append {
             mission: after.id.clone(),
             number: Some(self.number),
+            epoch: self.epoch,
             events: stored.clone(),
             status: after.status.name().to_owned(),
             summary: json(&after),
@@ -387,7 +408,12 @@ impl Context {
             room: self.room_for(events.first()),
         };
         let append = self.store.append(append).instrument(info_span!("write"));
-        match append.await? {
+        let appended = append.await;
+        if appended == Err(StoreError::Unanswered) && self.store.lease().is_some() {
+            // The events may be stored: the next actor reads the store.
+            self.superseded = true;
+        }
+        match appended? {
             Appended::Stored => {}
             Appended::AnsweredBefore(answer) => {
                 let is_new = false;
@@ -399,7 +425,7 @@ impl Context {
                 self.superseded = true;
                 return Err(Problem::NoMission);
             }
-            Appended::OutOfSequence => {
+            Appended::OutOfSequence | Appended::NotOwner => {
                 self.superseded = true;
                 return Err(Problem::Behind);
             }
@@ -411,6 +437,10 @@ impl Context {
             self.counted = count(&self.planners, &after);
         }
         self.mission = after.clone();
+        if self.mission.status.is_over() && self.store.lease().is_some() {
+            // The mission is free now: the next request starts it where it arrives. Those that were sent are answered.
+            self.requests.close();
+        }
         let is_report = matches!(events.first(), Some(Event::Reported { .. }));
         self.view.send_modify(|view| {
             view.mission = after;
@@ -456,7 +486,7 @@ impl Context {
 
 fn count(planners: &Planners, mission: &Mission) -> Option<Counted> {
     let Mission { kind, status, .. } = mission;
-    (!status.is_over()).then(|| planners.metrics().mission(kind, status.name()))
+    (!status.is_over()).then(|| planners.metrics.mission(kind, status.name()))
 }
 
 /// Logs a change.

@@ -76,7 +76,10 @@ fn check_live(config: &Live) -> Vec<FieldError> {
         errors.push(FieldError::new(format!("/live/auvs/{auv}/id"), "reserved", detail).given("asc"));
     }
     if let Err(wrong) = check(&trial_request(config, 0.0)) {
-        errors.extend(moved(wrong, "", "/live"));
+        errors.extend(wrong.into_iter().map(|mut error| {
+            error.pointer.insert_str(0, "/live");
+            error
+        }));
     }
     errors
 }
@@ -109,10 +112,9 @@ fn check_simulated(config: &Simulated) -> Vec<FieldError> {
     errors.into_iter().collect()
 }
 
-/// What is wrong with the gains of a law.
 fn wrong_gains(gains: &LawGains, controller: Controller) -> Vec<FieldError> {
     if controller.law().is_none() {
-        let detail = "are those of a law: name one as controller";
+        let detail = "apply to laws only: set `controller` to a law";
         return vec![FieldError::new("/simulated/gains", "invalid", detail)];
     }
     let given = LawGains::RANGES.into_iter().zip(gains.values());
@@ -252,14 +254,4 @@ pub(crate) fn ticks(given: u32) -> Result<(), Vec<FieldError>> {
 fn none(errors: impl IntoIterator<Item = FieldError>) -> Result<(), Vec<FieldError>> {
     let errors = Vec::from_iter(errors);
     if errors.is_empty() { Ok(()) } else { Err(errors) }
-}
-
-/// The errors with pointers moved from one place to another.
-fn moved(errors: Vec<FieldError>, from: &str, to: &str) -> Vec<FieldError> {
-    let moved = |mut error: FieldError| {
-        let rest = error.pointer.strip_prefix(from).unwrap_or(&error.pointer);
-        error.pointer = format!("{to}{rest}");
-        error
-    };
-    errors.into_iter().map(moved).collect()
 }

@@ -19,7 +19,11 @@ use super::{
     record::RecordFormat,
     registry::Missions,
 };
-use crate::{access::By, problem::Problem, query::wrong_parameter};
+use crate::{
+    access::By,
+    problem::Problem,
+    query::{out_of_range, wrong_parameter},
+};
 
 /// Missions or orders on one page.
 const LIST_MAX: usize = 1_000;
@@ -184,10 +188,7 @@ pub(crate) struct PageQuery {
 pub(super) fn page_length(limit: Option<usize>) -> Result<usize, Problem> {
     let most = limit.unwrap_or(LIST_DEFAULT);
     if !(1..=LIST_MAX).contains(&most) {
-        let error =
-            FieldError::of_parameter("limit", "out_of_range", format!("must be from 1 to {LIST_MAX}"));
-        let error = error.given(most).limit(json!({ "least": 1, "most": LIST_MAX }));
-        return Err(Problem::Invalid(vec![error]));
+        return Err(out_of_range("limit", most, 1, LIST_MAX));
     }
     Ok(most)
 }

@@ -151,7 +151,6 @@ struct MissionEvents<'a> {
     number: u64,
     /// The sequence of its last event; 0 if there is none.
     last: u64,
-    /// What the mission was created with.
     created: Option<Box<NewMission>>,
     /// The mission's clock, from its first event.
     start: Timeline,

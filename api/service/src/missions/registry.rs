@@ -8,7 +8,7 @@ use std::{
 
 use serde_json::{Map, Value};
 use tokio::{
-    sync::{Semaphore, mpsc::error::TrySendError, oneshot},
+    sync::{Mutex as AsyncMutex, Semaphore, broadcast::WeakSender, mpsc::error::TrySendError, oneshot},
     task::spawn_blocking,
     time::timeout,
 };
@@ -16,14 +16,13 @@ use tracing::Span;
 
 use super::{
     actor::{
-        Checkpoint, Command, Context, Handle, IdempotencyKey, LiveMission, Request, live::Live, run,
-        simulated::Simulated,
+        Checkpoint, Command, Context, Handle, IdempotencyKey, LiveMission, Ownership, Request, live::Live,
+        run, simulated::Simulated,
     },
     check,
     clock::Clock,
     event::{Event, created, json, parsed},
     if_match::IfMatch,
-    simulation,
     state::MissionState,
 };
 use crate::{
@@ -33,13 +32,15 @@ use crate::{
     problem::Problem,
     quota::{Quota, QuotaExceeded},
     request_id::new_id,
-    role::TokenLimit,
-    store::{Append, Appended, AuditEntry, EventReader, EventStore, Room, StoreError, StoredMission},
+    store::{
+        Acquired, Append, Appended, AuditEntry, EventReader, EventStore, Lease, Owned, Room, StoreError,
+        StoredEvent, StoredMission,
+    },
     unix_time::unix_now,
 };
 use wire::{
     Origin,
-    mission::{Mission, MissionList, NewMission, PlanSummary, Reports, Setting, Status},
+    mission::{Mission, NewMission, Reports, Setting, Status},
     sha256,
 };
 
@@ -52,9 +53,6 @@ const ID_DIGITS: usize = 24;
 /// Most missions of one client that are not over.
 const OPEN_SHARE: usize = ACTORS_MAX / 2;
 
-/// Longest list of missions, bytes of their stored form, except for a list of one.
-const LIST_BYTES_MAX: usize = 64 << 10;
-
 /// Most readers of event streams.
 const STREAMS_MAX: usize = 256;
 
@@ -63,6 +61,12 @@ const RECORDS_MAX: usize = 16;
 
 /// Most threads that read the store.
 const READERS_MAX: usize = 16;
+
+/// Most threads that ask who owns a mission.
+const OWNING_MAX: usize = 8;
+
+/// Actors that may be started at the same time, about.
+const STARTS: usize = 64;
 
 /// Longest wait of a client for the check of a simulation.
 const CHECK_TIME: Duration = Duration::from_secs(5);
@@ -73,8 +77,8 @@ const ANSWER_TIME: Duration = Duration::from_secs(10);
 /// Every mission of a data directory. Clones share them.
 #[derive(Clone, Debug)]
 pub struct Missions {
-    store: EventStore,
-    planners: Planners,
+    pub(super) store: EventStore,
+    pub(super) planners: Planners,
     /// Handles of active missions, by id. None once the service stops.
     actors: Arc<Mutex<Option<HashMap<String, Handle>>>>,
     /// The store's salt.
@@ -82,12 +86,18 @@ pub struct Missions {
     pub(super) streams: Quota<Arc<str>>,
     pub(super) records: Quota<Arc<str>>,
     reading: Arc<Semaphore>,
+    /// For questions who owns a mission, which long reads must not delay.
+    owning: Arc<Semaphore>,
+    /// Held while an actor is started: missions share them by their ids.
+    starts: Arc<[AsyncMutex<()>; STARTS]>,
 }
 
 impl Missions {
     /// The missions of `store`. Those that were running continue.
     pub(crate) async fn resume(store: EventStore, planners: Planners) -> Result<Self, StoreError> {
-        let salt = store.reader()?.salt()?.into();
+        let read = store.clone();
+        let salt = spawn_blocking(move || read.reader()?.salt()).await;
+        let salt = salt.map_err(|_| StoreError::Closed)??.into();
         let missions = Self {
             salt,
             store,
@@ -96,7 +106,13 @@ impl Missions {
             streams: Quota::new(STREAMS_MAX),
             records: Quota::new(RECORDS_MAX),
             reading: Arc::new(Semaphore::new(READERS_MAX)),
+            owning: Arc::new(Semaphore::new(OWNING_MAX)),
+            starts: Arc::new(std::array::from_fn(|_| AsyncMutex::default())),
         };
+        if let Some(lease) = missions.store.lease() {
+            tokio::spawn(missions.clone().keep_share(lease.clone()));
+            return Ok(missions);
+        }
         let running = missions
             .store
             .reader()?
@@ -104,7 +120,7 @@ impl Missions {
         let n_running = running.len();
         for mission in running {
             let id = mission.id.clone();
-            if let Err(problem) = missions.start_actor(mission).await {
+            if let Err(problem) = missions.start_actor(mission, Ownership::default()).await {
                 // A damaged mission does not stop the others; its clients get the error.
                 tracing::error!(mission = id, ?problem, "the mission does not continue");
             }
@@ -119,7 +135,37 @@ impl Missions {
 
     /// Ends every actor and every stream. The next start continues from what is stored.
     pub fn close(&self) {
-        *self.actors() = None;
+        self.end_actors();
+    }
+
+    /// As [`Self::close`]. What is returned has no sender once its actor has ended.
+    pub(super) fn end_actors(&self) -> Vec<WeakSender<StoredEvent>> {
+        let ended = self.actors().take().into_iter().flatten();
+        ended.map(|(_, handle)| handle.events).collect()
+    }
+
+    /// Whether other services may have the missions.
+    pub(crate) fn are_shared(&self) -> bool {
+        self.store.lease().is_some()
+    }
+
+    /// Whether the service still has missions.
+    pub(super) fn is_open(&self) -> bool {
+        self.actors().is_some()
+    }
+
+    /// Ends the actor of the mission `id` after its plan.
+    pub(super) fn forget(&self, id: &str) {
+        if let Some(actors) = self.actors().as_mut() {
+            actors.remove(id);
+        }
+    }
+
+    /// Ends the actors of missions that the service owned before it had lost all.
+    pub(super) fn forget_before(&self, incarnation: u64) {
+        if let Some(actors) = self.actors().as_mut() {
+            actors.retain(|_, handle| handle.ownership.incarnation == incarnation);
+        }
     }
 
     /// Closes the event store once everything is stored. Call it after [`Self::close`] and the last request.
@@ -127,22 +173,11 @@ impl Missions {
         self.store.close().await
     }
 
-    /// Reads the machine's clocks, and stores the trusted time.
-    pub(super) async fn read_clocks(&self) -> Result<(), StoreError> {
-        self.store.read_clocks().await
-    }
-
-    /// The trusted time, Unix time, s.
-    pub(super) fn now_trusted_s(&self) -> f64 {
-        self.store.clock().now_s()
-    }
-
     /// Fails if nothing can be stored.
     pub(crate) async fn probe(&self) -> Result<(), StoreError> {
         self.store.probe().await
     }
 
-    /// Creates a mission.
     pub(super) async fn create(
         &self,
         new: NewMission,
@@ -208,6 +243,7 @@ impl Missions {
         let append = Append {
             mission: mission.id.clone(),
             number: None,
+            epoch: 0,
             status: mission.status.name().to_owned(),
             events: vec![event.stored(mission.sequence)],
             summary: json(&mission),
@@ -219,9 +255,7 @@ impl Missions {
         match self.store.append(append).await? {
             Appended::Stored => {
                 // A mission with this id may have been deleted just now.
-                if let Some(actors) = self.actors().as_mut() {
-                    actors.remove(&mission.id);
-                }
+                self.forget(&mission.id);
                 let Mission { id, kind, .. } = &mission;
                 Span::current().record("mission", id);
                 tracing::info!(mission = id, kind, change = "created", "a mission changed");
@@ -230,80 +264,8 @@ impl Missions {
             Appended::AnsweredBefore(answer) => Ok(parsed(&answer)?),
             Appended::KeyTaken => Err(Problem::KeyTaken),
             Appended::ShareUsed => Err(Problem::DiskShare),
-            Appended::MissionGone | Appended::OutOfSequence => Err(Problem::NoMission),
+            Appended::MissionGone | Appended::OutOfSequence | Appended::NotOwner => Err(Problem::NoMission),
         }
-    }
-
-    /// At most `most` missions after the one numbered `after`, and the number after which more follow. Of them, those within
-    /// the caller's `limit`.
-    pub(super) async fn list(
-        &self,
-        after: u64,
-        most: usize,
-        limit: Option<TokenLimit>,
-    ) -> Result<MissionList, Problem> {
-        let page = move |reader: &EventReader| reader.missions(after, most, LIST_BYTES_MAX);
-        let (stored, more) = self.read(page).await?;
-        let missions = self.clone();
-        let is_within = move |mission: &Mission| {
-            let named =
-                |limit: &TokenLimit| limit.names(&mission.id) || limit.names_craft_of(&mission.metadata);
-            limit.as_ref().is_none_or(named)
-        };
-        let list = move || MissionList {
-            next: stored.last().filter(|_| more).map(|last| last.number),
-            missions: stored
-                .iter()
-                .filter_map(|stored| missions.listed(stored))
-                .filter(is_within)
-                .collect(),
-        };
-        // On a thread for long work: many clients may ask at once.
-        self.planners.read_for_mission(Priority::Long, list).await
-    }
-
-    /// A mission with a summary of its last plan; none if it is damaged.
-    fn listed(&self, stored: &StoredMission) -> Option<Mission> {
-        let mission = parsed::<Mission>(&stored.summary);
-        let mission = mission.inspect_err(|error| self.store.note_damage(error.to_string()));
-        mission.ok().map(|mission| Mission {
-            plan: self.last_plan(&stored.id),
-            ..mission
-        })
-    }
-
-    /// A summary of the last plan of the mission `id`, if the mission is active.
-    pub(super) fn last_plan(&self, id: &str) -> Option<PlanSummary> {
-        let (view, live) = {
-            let actors = self.actors();
-            let handle = actors.as_ref()?.get(id)?;
-            (handle.view.clone(), handle.live.clone())
-        };
-        let view = view.borrow();
-        let plan = view.plan.as_ref()?;
-        let answer = &plan.answer.answer;
-        Some(PlanSummary {
-            outcome: answer.outcome,
-            reason: answer.reason.clone(),
-            method: answer.method,
-            age_s: live
-                .as_ref()
-                .map_or(view.mission.t_s - plan.time, |live| plan.age(&live.clock)),
-            period_s: live.map_or(simulation::PERIOD, |live| live.config.period_s),
-            late_s: plan.late,
-            warnings: answer
-                .warnings
-                .iter()
-                .map(|warning| warning.detail.clone())
-                .collect(),
-            warning_codes: answer
-                .warnings
-                .iter()
-                .map(|warning| warning.code.clone())
-                .collect(),
-            heard_s: plan.heard.clone(),
-            waits_for: view.waits_for.clone(),
-        })
     }
 
     /// The mission `id` as stored last, and its number.
@@ -341,9 +303,7 @@ impl Missions {
         }
         // Its actor may serve a last request: the store stores nothing for a deleted mission.
         let gone = self.store.delete(id.to_owned(), order).await?;
-        if let Some(actors) = self.actors().as_mut() {
-            actors.remove(id);
-        }
+        self.forget(id);
         if !gone {
             return Err(Problem::NoMission);
         }
@@ -394,7 +354,7 @@ impl Missions {
             match self.handle(id).await?.requests.try_send(request) {
                 Err(TrySendError::Closed(back)) => request = back,
                 Err(TrySendError::Full(_)) => {
-                    self.planners.metrics().shed(Shed::Mailbox);
+                    self.planners.metrics.shed(Shed::Mailbox);
                     return Err(Problem::Behind);
                 }
                 Ok(()) => {
@@ -413,19 +373,54 @@ impl Missions {
         Err(Problem::Behind)
     }
 
-    /// The actor of the mission `id`, started if it is not running.
+    /// The actor of the mission `id`, started if it is not running. Fails if another service owns the mission, or may own it by now.
     pub(super) async fn handle(&self, id: &str) -> Result<Handle, Problem> {
-        let handle = match self.actors().as_ref() {
-            Some(actors) => actors.get(id).cloned(),
-            None => return Err(Problem::Log(StoreError::Closed)),
+        if let Some(handle) = self.active(id)? {
+            return Ok(handle);
+        }
+        let _start = self.start_of(id).lock().await;
+        if let Some(handle) = self.active(id)? {
+            return Ok(handle);
+        }
+        let Some(lease) = self.store.lease() else {
+            return self
+                .start_actor(self.stored(id).await?, Ownership::default())
+                .await;
         };
-        match handle.filter(|handle| !handle.requests.is_closed()) {
-            Some(handle) => Ok(handle),
-            None => self.start_actor(self.stored(id).await?).await,
+        let incarnation = lease.incarnation()?;
+        let (lease, name) = (lease.clone(), id.to_owned());
+        match self.own(move || lease.acquire(&name)).await? {
+            Acquired::Here(Owned { mission, epoch }) => {
+                let ownership = Ownership { epoch, incarnation };
+                self.start_actor(mission, ownership).await
+            }
+            Acquired::At(url) => Err(Problem::Elsewhere(url)),
+            Acquired::NoMission => Err(Problem::NoMission),
         }
     }
 
-    async fn start_actor(&self, stored: StoredMission) -> Result<Handle, Problem> {
+    /// The actor of the mission `id`, if it runs here and this service owns the mission.
+    pub(super) fn active(&self, id: &str) -> Result<Option<Handle>, Problem> {
+        let incarnation = self.store.lease().map(Lease::incarnation).transpose()?;
+        let actors = self.actors();
+        let actors = actors.as_ref().ok_or(Problem::Log(StoreError::Closed))?;
+        let handle = actors.get(id).filter(|handle| !handle.requests.is_closed());
+        let own = |handle: &&Handle| handle.ownership.incarnation == incarnation.unwrap_or(0);
+        Ok(handle.filter(own).cloned())
+    }
+
+    pub(super) fn start_of(&self, id: &str) -> &AsyncMutex<()> {
+        let place = id
+            .bytes()
+            .fold(0_usize, |sum, byte| sum.wrapping_mul(31) + usize::from(byte));
+        &self.starts[place % STARTS]
+    }
+
+    pub(super) async fn start_actor(
+        &self,
+        stored: StoredMission,
+        ownership: Ownership,
+    ) -> Result<Handle, Problem> {
         let StoredMission { number, id, summary } = stored;
         let mut mission: Mission = parsed(&summary)?;
         let (created_s, sequence) = (mission.created_s, mission.sequence);
@@ -440,7 +435,9 @@ impl Missions {
         // Actors of finished missions may have ended.
         actors.retain(|_, handle| !handle.requests.is_closed());
         // Another request may have been faster.
-        if let Some(handle) = actors.get(&id) {
+        if let Some(handle) = actors.get(&id)
+            && ownership.epoch <= handle.ownership.epoch
+        {
             return Ok(handle.clone());
         }
         if ACTORS_MAX <= actors.len() {
@@ -451,7 +448,7 @@ impl Missions {
             });
         }
         if ACTORS_MAX <= actors.len() {
-            self.planners.metrics().shed(Shed::Places);
+            self.planners.metrics.shed(Shed::Places);
             return Err(Problem::Crowded {
                 what: "running missions",
                 limit: ACTORS_MAX,
@@ -460,7 +457,8 @@ impl Missions {
         let clock = Clock::new(created_s, created.live.as_ref());
         let live = created.live.map(|config| Arc::new(LiveMission { config, clock }));
         let (store, planners) = (self.store.clone(), self.planners.clone());
-        let (context, handle) = Context::new(number, mission, plan, live.clone(), store, planners);
+        let (context, handle) =
+            Context::new((number, mission), ownership, plan, live.clone(), store, planners);
         match (live, state, created.simulated) {
             (Some(live), Some(state), _) => drop(tokio::spawn(run(Live::new(context, live, state)))),
             (None, None, Some(config)) => drop(tokio::spawn(run(Simulated::new(context, config)))),
@@ -475,32 +473,44 @@ impl Missions {
         &self,
         read: impl FnOnce(&EventReader) -> Result<T, StoreError> + Send + 'static,
     ) -> Result<T, Problem> {
-        let permit = Arc::clone(&self.reading).acquire_owned().await;
-        let permit = permit.expect("is never closed");
         let store = self.store.clone();
-        let read = spawn_blocking(move || {
+        self.block(&self.reading, move || read(&store.reader()?)).await
+    }
+
+    /// Asks who owns a mission, on a thread that may wait for the database.
+    pub(super) async fn own<T: Send + 'static>(
+        &self,
+        ask: impl FnOnce() -> Result<T, StoreError> + Send + 'static,
+    ) -> Result<T, Problem> {
+        self.block(&self.owning, ask).await
+    }
+
+    /// Asks the store something on a thread that may wait, one of few.
+    async fn block<T: Send + 'static>(
+        &self,
+        threads: &Arc<Semaphore>,
+        ask: impl FnOnce() -> Result<T, StoreError> + Send + 'static,
+    ) -> Result<T, Problem> {
+        let permit = Arc::clone(threads).acquire_owned().await;
+        let permit = permit.expect("is never closed");
+        let asked = spawn_blocking(move || {
             let _permit = permit;
-            read(&store.reader()?)
+            ask()
         });
-        let read = read.await.map_err(|_| Problem::Panicked)?;
-        if let Err(StoreError::Damaged(what)) = &read {
+        let asked = asked.await.map_err(|_| Problem::Panicked)?;
+        if let Err(StoreError::Damaged(what)) = &asked {
             self.store.note_damage(what.clone());
         }
-        Ok(read?)
+        Ok(asked?)
     }
 
     /// The problem of a client whose quota of `what` is used up.
     pub(super) fn quota_exceeded(&self, exceeded: QuotaExceeded, what: &'static str) -> Problem {
-        self.planners.metrics().shed(Shed::Places);
+        self.planners.metrics.shed(Shed::Places);
         match exceeded {
             QuotaExceeded::OfAll(limit) => Problem::Crowded { what, limit },
             QuotaExceeded::OfClient(limit) => Problem::Share { what, limit },
         }
-    }
-
-    /// A separate connection, for reading that takes long.
-    pub(super) fn reader(&self) -> Result<EventReader, StoreError> {
-        self.store.reader()
     }
 
     /// The same id for the same text: a repeated request finds the mission that it created. Without the store's salt the id
@@ -512,7 +522,7 @@ impl Missions {
         )
     }
 
-    fn actors(&self) -> MutexGuard<'_, Option<HashMap<String, Handle>>> {
+    pub(super) fn actors(&self) -> MutexGuard<'_, Option<HashMap<String, Handle>>> {
         self.actors.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -40,7 +40,7 @@ impl Missions {
     /// Follows the machine's clocks, and finishes and deletes missions that are due, again and again.
     pub async fn keep_for(self, retention: Retention) {
         loop {
-            if let Err(error) = self.read_clocks().await {
+            if let Err(error) = self.store.read_clocks().await {
                 tracing::warn!(%error, "the trusted time was not stored");
             }
             if let Err(problem) = or_panicked(self.expire(retention)).await {
@@ -57,7 +57,7 @@ impl Missions {
             const OPEN: [Status; 3] = [Status::Created, Status::Running, Status::Paused];
             let live = self.read(|reader| with_status(reader, &OPEN)).await?;
             for mission in live.into_iter().filter(|mission| mission.kind == "live") {
-                if self.is_silent(&mission.id, after).await {
+                if self.is_silent(&mission, after).await {
                     self.send(
                         &mission.id,
                         Command::Finish,
@@ -66,16 +66,20 @@ impl Missions {
                         Some(expire_order()),
                     )
                     .await?;
-                    tracing::info!(mission = mission.id, "finished: it had no report for too long");
+                    tracing::info!(mission = mission.id, "finished: no report within abandoned_hours");
                     expired.finished.push(mission.id);
                 }
             }
         }
         if let Some(after) = retention.over {
-            let before_s = self.now_trusted_s() - after.as_secs_f64();
+            let before_s = self.store.clock().now_s() - after.as_secs_f64();
             for id in self.read(move |reader| reader.over_before(before_s)).await? {
-                self.delete(&id, &IfMatch::default(), expire_order()).await?;
-                tracing::info!(mission = id, "deleted: it had been over for long enough");
+                match self.delete(&id, &IfMatch::default(), expire_order()).await {
+                    // Another service that shares the store was faster.
+                    Err(Problem::NoMission) => continue,
+                    deleted => deleted?,
+                }
+                tracing::info!(mission = id, "deleted: finished for longer than keep_days");
                 expired.deleted.push(id);
             }
         }
@@ -83,9 +87,14 @@ impl Missions {
     }
 
     /// Whether no report came for so long, by a monotonic clock.
-    async fn is_silent(&self, id: &str, after: Duration) -> bool {
-        let handle = self.handle(id).await;
-        handle.is_ok_and(|handle| after <= handle.view.borrow().reported.elapsed())
+    async fn is_silent(&self, mission: &Mission, after: Duration) -> bool {
+        let handle = if self.are_shared() && mission.status == Status::Running {
+            // Each service judges those that it has: to ask for one would take it.
+            self.active(&mission.id).ok().flatten()
+        } else {
+            self.handle(&mission.id).await.ok()
+        };
+        handle.is_some_and(|handle| after <= handle.view.borrow().reported.elapsed())
     }
 }
 

@@ -9,7 +9,7 @@ use axum::{
     response::{IntoResponse, Response},
 };
 use serde::Serialize;
-use serde_json::{Value, json};
+use serde_json::Value;
 use tokio::time::{Instant, timeout_at};
 use utoipa::{
     IntoResponses,
@@ -31,11 +31,10 @@ use super::{
 use crate::{
     access::By,
     body::{JsonBody, JsonBytes, OptionalJsonBody},
-    body_size::SHORT_BYTES_MAX,
     planners::Planners,
     pool::Priority,
     problem::{MissionRefusals, Problem},
-    query::{ValidQuery, wrong_parameter},
+    query::{ValidQuery, out_of_range, wrong_parameter},
     store::EventReader,
 };
 use wire::mission::{
@@ -183,8 +182,7 @@ pub(crate) async fn list_orders(
 #[utoipa::path(get, path = "/v1/missions/{id}", tag = "missions", params(MissionId),
     responses((status = 200, description = "Its status and settings.", body = Mission), MissionRefusals))]
 pub(crate) async fn get_mission(missions: Missions, MissionId(id): MissionId) -> Result<Response, Problem> {
-    let (_, mut mission) = missions.find(&id).await?;
-    mission.plan = missions.last_plan(&id);
+    let mission = missions.find_with_plan(&id).await?;
     let tag = tag(&mission).map(|tag| [(header::ETAG, tag)]);
     Ok((tag, Json(mission)).into_response())
 }
@@ -223,13 +221,11 @@ pub(crate) async fn patch_mission(
     body: JsonBytes,
 ) -> Result<Response, Problem> {
     let origin = call.missions.handle(&call.id).await?.view.borrow().mission.origin;
-    let is_short = body.bytes.len() <= SHORT_BYTES_MAX;
+    let bytes = body.bytes.len();
     let read = move || wire::read_from::<Setting>(&body.bytes, origin);
-    let setting = if is_short {
-        read()?
-    } else {
-        planners.read_for_mission(Priority::Mission, read).await??
-    };
+    let setting = planners
+        .read_body_for_mission(Priority::Mission, bytes, read)
+        .await??;
     check::patch(&setting).map_err(Problem::Invalid)?;
     let change = Command::Change(Box::new(setting.clone()), origin);
     call.send("patch", &setting, change).await
@@ -327,18 +323,16 @@ pub(crate) async fn post_reports(
     let handle = missions.handle(&id).await?;
     let live = handle.live.ok_or_else(|| Problem::conflict(NO_REPORTS))?;
     let origin = handle.view.borrow().mission.origin;
-    let is_short = body.bytes.len() <= SHORT_BYTES_MAX;
+    let bytes = body.bytes.len();
     let read = move || {
         let reports = read_reports(&body.bytes, &live, origin);
         // The same for the same request, whatever of it is acceptable by now.
         let posted = serde_json::from_slice::<Value>(&body.bytes).unwrap_or_default();
         (reports, posted)
     };
-    let (reports, posted) = if is_short {
-        read()
-    } else {
-        planners.read_for_mission(Priority::Mission, read).await?
-    };
+    let (reports, posted) = planners
+        .read_body_for_mission(Priority::Mission, bytes, read)
+        .await?;
     let key = key.of(&by, "reports", &posted)?;
     Ok(as_json(missions.report(&id, reports, origin, key).await?))
 }
@@ -352,12 +346,11 @@ pub(crate) async fn get_reference(
     ValidQuery(ReferenceQuery { wait_s, after }): ValidQuery<ReferenceQuery>,
 ) -> Result<Json<CurrentReference>, Problem> {
     if !(0.0..=WAIT_MAX).contains(&wait_s) {
-        let error =
-            FieldError::of_parameter("wait_s", "out_of_range", format!("must be from 0 to {WAIT_MAX}"));
-        let error = error.given(wait_s).limit(json!({ "least": 0, "most": WAIT_MAX }));
-        return Err(Problem::Invalid(vec![error]));
+        return Err(out_of_range("wait_s", wait_s, 0, WAIT_MAX));
     }
-    let Handle { mut view, live, .. } = missions.handle(&id).await?;
+    let Handle {
+        mut view, mut live, ..
+    } = missions.handle(&id).await?;
     if 0.0 < wait_s {
         let newest = |view: &View| view.plan.as_ref().map_or(0, |plan| plan.sequence);
         let after = after.unwrap_or_else(|| newest(&view.borrow()));
@@ -365,14 +358,14 @@ pub(crate) async fn get_reference(
         // After a newer plan, the time limit or the end of the mission, the newest plan is the answer.
         let newer = view.wait_for(|view| after < newest(view) || view.mission.status.is_over());
         let _ = timeout_at(end, newer).await.map(drop);
+        if missions.are_shared() && !view.borrow().mission.status.is_over() {
+            // Another service may have the mission by now.
+            Handle { view, live, .. } = missions.handle(&id).await?;
+        }
     }
     let view = view.borrow().clone();
     let Some(plan) = view.plan else {
         return Err(Problem::NoPlanYet(view.waits_for));
-    };
-    let age_s = match live {
-        Some(live) => plan.age(&live.clock),
-        None => view.mission.t_s - plan.time,
     };
     Ok(Json(CurrentReference {
         mission: id,
@@ -380,7 +373,7 @@ pub(crate) async fn get_reference(
         sequence: plan.sequence,
         t_s: plan.time,
         late_s: plan.late,
-        age_s,
+        age_s: plan.age(live.as_deref(), view.mission.t_s),
         outcome: plan.answer.answer.outcome,
         method: plan.answer.answer.method,
         heard_s: plan.heard.clone(),

@@ -60,7 +60,8 @@ struct Subscription {
     /// Whether the store may have more events.
     behind: bool,
     stream: Receiver<StoredEvent>,
-    /// The event after a gap.
+    /// Of this service when it had the mission.
+    incarnation: u64,
     after_gap: Option<StoredEvent>,
     _permit: QuotaPermit<Arc<str>>,
 }
@@ -76,7 +77,8 @@ pub(super) async fn events(
     let permit = permit.map_err(|exceeded| missions.quota_exceeded(exceeded, "event streams"))?;
     let handle = missions.handle(id).await?;
     // Before the store is read, so that no event falls between the two.
-    let stream = handle.events.upgrade().ok_or(Problem::NoMission)?.subscribe();
+    let stream = handle.events.upgrade().ok_or(Problem::Behind)?.subscribe();
+    let incarnation = handle.ownership.incarnation;
     drop(handle);
     let (number, mission) = missions.find(id).await?;
     let sent = after.unwrap_or(mission.sequence).min(mission.sequence);
@@ -90,6 +92,7 @@ pub(super) async fn events(
         page: vec![].into_iter(),
         behind: true,
         stream,
+        incarnation,
         after_gap: None,
         _permit: permit,
     };
@@ -132,7 +135,11 @@ impl Subscription {
                 self.page = page.into_iter();
                 continue;
             }
-            match self.stream.recv().await {
+            let event = tokio::select! {
+                event = self.stream.recv() => event,
+                problem = self.missions.lost(self.incarnation) => return Err(problem),
+            };
+            match event {
                 Ok(event) if event.sequence <= self.sent => {}
                 Ok(event) if event.sequence == self.sent + 1 => return Ok(Some(self.send(&event))),
                 Ok(event) => {
@@ -182,6 +189,7 @@ pub(super) async fn record(
             patience: PATIENCE,
         };
         let done = missions
+            .store
             .reader()
             .map_err(RecordError::from)
             .and_then(|reader| record::write(&reader, number, format, &filter, &mut out));

@@ -18,43 +18,43 @@ use wire::{
     mission::{Setting, Step},
 };
 
-use super::rules;
-use crate::missions::{check, parameters};
+use super::rules::{self, place};
+use crate::{
+    batch::BATCH_MAX,
+    missions::{check, parameters},
+};
 
 /// Writes what the checks accept into `document`.
 pub(super) fn write(document: &mut Value) {
-    let mut write = |place: &str, keyword: &str, value: Value| {
-        let schema = document.pointer_mut(&format!("/components/schemas/{place}"));
-        schema.unwrap_or_else(|| panic!("{place} is in the document"))[keyword] = value;
+    let mut write = |at: &str, keyword: &str, value: Value| {
+        let schema = document.pointer_mut(&place(at));
+        schema.unwrap_or_else(|| panic!("{at} is in the document"))[keyword] = value;
     };
-    let by_shape =
-        ranges_by_shape().map(|(shape, (member, range))| (format!("{shape}/properties/{member}"), range));
-    for (place, range) in by_shape.chain(more_ranges()) {
-        write(&place, "minimum", json!(range.start()));
-        write(&place, "maximum", json!(range.end()));
+    let by_shape = ranges_by_shape().map(|(shape, (member, range))| (format!("{shape}.{member}"), range));
+    let gains = LawGains::RANGES.map(|(member, range)| (format!("LawGains.{member}"), range));
+    let more = RANGES.map(|(at, range)| (at.to_owned(), range));
+    for (at, range) in by_shape.chain(more).chain(gains) {
+        write(&at, "minimum", json!(range.start()));
+        write(&at, "maximum", json!(range.end()));
     }
     // The least depends on the slowest speed.
-    write(
-        "Limits/properties/speed_max_mps",
-        "maximum",
-        json!(SPEED_MAX_MOST),
-    );
-    for keyword in ["minimum", "maximum"] {
-        let ticks = if keyword == "minimum" {
-            check::TICKS.start()
-        } else {
-            check::TICKS.end()
-        };
-        write("Step/properties/ticks", keyword, json!(ticks));
-    }
-    for (place, of, least, most) in lengths() {
-        if let Some(least) = least {
-            write(place, &format!("min{of}"), json!(least));
+    write("Limits.speed_max_mps", "maximum", json!(SPEED_MAX_MOST));
+    write("Step.ticks", "minimum", json!(check::TICKS.start()));
+    write("Step.ticks", "maximum", json!(check::TICKS.end()));
+    for (of, rows) in [
+        ("Length", &TEXTS[..]),
+        ("Items", &LISTS),
+        ("Properties", &OBJECTS),
+    ] {
+        for (at, least, most) in rows {
+            if let Some(least) = least {
+                write(at, &format!("min{of}"), json!(least));
+            }
+            write(at, &format!("max{of}"), json!(most));
         }
-        write(place, &format!("max{of}"), json!(most));
     }
-    for (place, value) in defaults() {
-        write(place, "default", value);
+    for (at, value) in defaults() {
+        write(at, "default", value);
     }
     let paths = document["paths"].as_object_mut().into_iter();
     for path in paths.flat_map(Map::values_mut) {
@@ -84,120 +84,90 @@ fn write_parameter_limits(call: &mut Value) {
 
 /// A coordinate of a point, m.
 const COORDINATE: RangeInclusive<f64> = -COORDINATE_MAX..=COORDINATE_MAX;
+const TIME: RangeInclusive<f64> = -TIME_MAX..=TIME_MAX;
 
-/// Ranges of numbers that are not in the planner's table, by the place of their schema.
-fn more_ranges() -> impl Iterator<Item = (String, RangeInclusive<f64>)> {
-    let gains = LawGains::RANGES.map(|(member, range)| (format!("LawGains/properties/{member}"), range));
-    [
-        ("AuvState/properties/covariance/items/items", COVARIANCE),
-        (
-            "PlanRequest/properties/area/items/items",
-            -COORDINATE_MAX..=COORDINATE_MAX,
-        ),
-        ("Goal/properties/weights/additionalProperties", WEIGHT),
-        ("Goal/properties/costs_now/additionalProperties", VISIT_COST),
-        (
-            "Goal/properties/serve_by_s/additionalProperties",
-            -TIME_MAX..=TIME_MAX,
-        ),
-        ("ServedVehicle/properties/served_by_s", -TIME_MAX..=TIME_MAX),
-        ("Tuning/properties/steps_s/items", STEP),
-        ("Segment/properties/from/items", COORDINATE),
-        ("Segment/properties/to/items", COORDINATE),
-        ("Segment/properties/centre/items", COORDINATE),
-        ("Segment/properties/points/items/items", COORDINATE),
-        ("Segment/properties/angle_rad", -ARC_ANGLE_MAX..=ARC_ANGLE_MAX),
-        ("Segment/properties/fillet_m", 0.0..=LENGTH_MAX),
-        ("Segment/properties/turn_radius_m", LENGTH_MIN..=LENGTH_MAX),
-        ("PlanRequest/properties/deadline_ms", DEADLINE_MS),
-        ("Live/properties/period_s", check::PERIOD),
-        ("Live/properties/clock_rate", check::CLOCK_RATE),
-        ("Run/properties/speed_factor", check::SPEED_FACTOR),
-    ]
-    .map(|(place, range)| (place.to_owned(), range))
-    .into_iter()
-    .chain(gains)
-}
+/// Ranges of numbers that are not in the planner's table, by the [`place`] of their schema.
+const RANGES: [(&str, RangeInclusive<f64>); 18] = [
+    ("AuvState.covariance/items/items", COVARIANCE),
+    ("PlanRequest.area/items/items", COORDINATE),
+    ("Goal.weights/additionalProperties", WEIGHT),
+    ("Goal.costs_now/additionalProperties", VISIT_COST),
+    ("Goal.serve_by_s/additionalProperties", TIME),
+    ("ServedVehicle.served_by_s", TIME),
+    ("Tuning.steps_s/items", STEP),
+    ("Segment.from/items", COORDINATE),
+    ("Segment.to/items", COORDINATE),
+    ("Segment.centre/items", COORDINATE),
+    ("Segment.points/items/items", COORDINATE),
+    ("Segment.angle_rad", -ARC_ANGLE_MAX..=ARC_ANGLE_MAX),
+    ("Segment.fillet_m", 0.0..=LENGTH_MAX),
+    ("Segment.turn_radius_m", LENGTH_MIN..=LENGTH_MAX),
+    ("PlanRequest.deadline_ms", DEADLINE_MS),
+    ("Live.period_s", check::PERIOD),
+    ("Live.clock_rate", check::CLOCK_RATE),
+    ("Run.speed_factor", check::SPEED_FACTOR),
+];
 
-/// Lengths by the place of their schema: of what, the least where there is one, and the most.
-fn lengths() -> [(&'static str, &'static str, Option<usize>, usize); 27] {
-    let corners = (Some(*AREA_CORNERS.start()), *AREA_CORNERS.end());
-    [
-        ("Auv/properties/id", "Length", Some(1), ID_LENGTH_MAX),
-        ("LiveAuv/properties/id", "Length", Some(1), ID_LENGTH_MAX),
-        (
-            "NewMission/properties/title",
-            "Length",
-            None,
-            check::TITLE_BYTES_MAX,
-        ),
-        ("Note/properties/text", "Length", None, check::NOTE_BYTES_MAX),
-        ("Auv/properties/reports", "Items", Some(1), REPORTS_MAX),
-        ("Path/properties/segments", "Items", Some(1), SEGMENTS_MAX),
-        (
-            "Tuning/properties/steps_s",
-            "Items",
-            Some(*STEPS_COUNT.start()),
-            *STEPS_COUNT.end(),
-        ),
-        ("Goal/properties/auvs", "Items", Some(1), AUVS_MAX),
-        ("Goal/properties/weights", "Properties", Some(1), AUVS_MAX),
-        ("PlanRequest/properties/auvs", "Items", Some(1), AUVS_MAX),
-        (
-            "PlanRequest/properties/keep_outs",
-            "Items",
-            Some(0),
-            KEEP_OUTS_MAX,
-        ),
-        ("PlanRequest/properties/area", "Items", corners.0, corners.1),
-        (
-            "PreviousPlan/properties/trajectory",
-            "Items",
-            Some(0),
-            TRAJECTORY_POINTS_MAX,
-        ),
-        ("PreviousPlan/properties/targets", "Items", Some(0), AUVS_MAX),
-        ("Schedule/properties/visits", "Items", Some(0), VISITS_MAX),
-        ("Schedule/properties/costs", "Items", Some(0), AUVS_MAX),
-        ("Live/properties/auvs", "Items", Some(1), AUVS_MAX),
-        ("Live/properties/keep_outs", "Items", Some(0), KEEP_OUTS_MAX),
-        ("Live/properties/area", "Items", corners.0, corners.1),
-        ("Setting/properties/keep_outs", "Items", Some(0), KEEP_OUTS_MAX),
-        ("Setting/properties/area", "Items", corners.0, corners.1),
-        ("Setting/properties/paths", "Properties", None, AUVS_MAX),
-        ("Setting", "Properties", Some(1), Setting::MEMBERS),
-        ("Reports/properties/auvs", "Properties", None, AUVS_MAX),
-        ("Reports/properties/asc", "Items", None, REPORTS_MAX),
-        ("Reports/properties/notes", "Items", None, REPORTS_MAX),
-        (
-            "Batch/properties/requests",
-            "Items",
-            Some(1),
-            crate::batch::BATCH_MAX,
-        ),
-    ]
-}
+/// Lengths by the [`place`] of their schema: the least where there is one, and the most.
+type Lengths = (&'static str, Option<usize>, usize);
 
-/// Defaults by the place of their schema.
+const TEXTS: [Lengths; 4] = [
+    ("Auv.id", Some(1), ID_LENGTH_MAX),
+    ("LiveAuv.id", Some(1), ID_LENGTH_MAX),
+    ("NewMission.title", None, check::TITLE_BYTES_MAX),
+    ("Note.text", None, check::NOTE_BYTES_MAX),
+];
+
+const LISTS: [Lengths; 19] = [
+    ("Auv.reports", Some(1), REPORTS_MAX),
+    ("Path.segments", Some(1), SEGMENTS_MAX),
+    ("Tuning.steps_s", Some(*STEPS_COUNT.start()), *STEPS_COUNT.end()),
+    ("Goal.auvs", Some(1), AUVS_MAX),
+    ("PlanRequest.auvs", Some(1), AUVS_MAX),
+    ("PlanRequest.keep_outs", Some(0), KEEP_OUTS_MAX),
+    ("PlanRequest.area", CORNERS.0, CORNERS.1),
+    ("PreviousPlan.trajectory", Some(0), TRAJECTORY_POINTS_MAX),
+    ("PreviousPlan.targets", Some(0), AUVS_MAX),
+    ("Schedule.visits", Some(0), VISITS_MAX),
+    ("Schedule.costs", Some(0), AUVS_MAX),
+    ("Live.auvs", Some(1), AUVS_MAX),
+    ("Live.keep_outs", Some(0), KEEP_OUTS_MAX),
+    ("Live.area", CORNERS.0, CORNERS.1),
+    ("Setting.keep_outs", Some(0), KEEP_OUTS_MAX),
+    ("Setting.area", CORNERS.0, CORNERS.1),
+    ("Reports.asc", None, REPORTS_MAX),
+    ("Reports.notes", None, REPORTS_MAX),
+    ("Batch.requests", Some(1), BATCH_MAX),
+];
+const CORNERS: (Option<usize>, usize) = (Some(*AREA_CORNERS.start()), *AREA_CORNERS.end());
+
+const OBJECTS: [Lengths; 4] = [
+    ("Goal.weights", Some(1), AUVS_MAX),
+    ("Setting.paths", None, AUVS_MAX),
+    ("Setting", Some(1), Setting::MEMBERS),
+    ("Reports.auvs", None, AUVS_MAX),
+];
+
+/// Defaults by the [`place`] of their schema.
 fn defaults() -> [(&'static str, Value); 18] {
     [
-        ("Asc/properties/sway_mps", json!(0.0)),
-        ("Asc/properties/yaw_rate_radps", json!(0.0)),
-        ("AuvState/properties/turn_rate_radps", json!(0.0)),
-        ("AuvState/properties/age_s", json!(0.0)),
-        ("Dive/properties/reversal_s", json!(Dive::REVERSAL_MEDUSA)),
-        ("Path/properties/closed", json!(false)),
-        ("Limits/properties/speed_min_mps", json!(Limits::ANY.speed_min)),
-        ("Limits/properties/speed_max_mps", json!(Limits::ANY.speed_max)),
-        ("Power/properties/linear_w_per_mps", json!(0.0)),
-        ("Power/properties/cubic_w_per_mps3", json!(0.0)),
-        ("PlanRequest/properties/forecast", json!(Forecast::default())),
-        ("PlanRequest/properties/fallback", json!(Fallback::default())),
-        ("PlanRequest/properties/hold", json!(Hold::default())),
-        ("Live/properties/forecast", json!(Forecast::default())),
-        ("Live/properties/hold", json!(Hold::default())),
-        ("Live/properties/period_s", json!(1.0)),
-        ("Live/properties/clock_rate", json!(1.0)),
-        ("Step/properties/ticks", json!(Step::default().ticks)),
+        ("Asc.sway_mps", json!(0.0)),
+        ("Asc.yaw_rate_radps", json!(0.0)),
+        ("AuvState.turn_rate_radps", json!(0.0)),
+        ("AuvState.age_s", json!(0.0)),
+        ("Dive.reversal_s", json!(Dive::REVERSAL_MEDUSA)),
+        ("Path.closed", json!(false)),
+        ("Limits.speed_min_mps", json!(Limits::ANY.speed_min)),
+        ("Limits.speed_max_mps", json!(Limits::ANY.speed_max)),
+        ("Power.linear_w_per_mps", json!(0.0)),
+        ("Power.cubic_w_per_mps3", json!(0.0)),
+        ("PlanRequest.forecast", json!(Forecast::default())),
+        ("PlanRequest.fallback", json!(Fallback::default())),
+        ("PlanRequest.hold", json!(Hold::default())),
+        ("Live.forecast", json!(Forecast::default())),
+        ("Live.hold", json!(Hold::default())),
+        ("Live.period_s", json!(1.0)),
+        ("Live.clock_rate", json!(1.0)),
+        ("Step.ticks", json!(Step::default().ticks)),
     ]
 }

@@ -15,6 +15,11 @@ const POSITIONS: [&str; 4] = ["Asc", "AuvState", "Report", "KeepOut"];
 
 /// Writes every rule into `document`. Limits and directions in degrees have been written before.
 pub(super) fn write(document: &mut Value) {
+    for (at, mut words) in words() {
+        let schema = document.pointer_mut(&place(at)).and_then(Value::as_object_mut);
+        let words = words.as_object_mut().expect("are an object");
+        schema.expect("is in the document").append(words);
+    }
     let schemas = &mut document["components"]["schemas"];
     for (shape, variants) in one_of() {
         let schema = &mut schemas[shape];
@@ -29,10 +34,6 @@ pub(super) fn write(document: &mut Value) {
         { "required": ["asc"], "properties": { "asc": { "minItems": 1 } } },
         { "required": ["notes"], "properties": { "notes": { "minItems": 1 } } },
     ] }]);
-    for (place, mut words) in words() {
-        let schema = schemas.pointer_mut(place).and_then(Value::as_object_mut);
-        schema.expect("is in the document").append(&mut words);
-    }
     let corners = schemas["PlanRequest"]["properties"]["area"]["items"].clone();
     for shape in ["PlanRequest", "Live"] {
         let area = &mut schemas[shape]["properties"]["area"];
@@ -92,19 +93,31 @@ fn or_on_earth(point: &mut Value) {
 #[derive(Clone)]
 struct Variant {
     /// A member that chooses, and its values that choose this.
-    choice: Option<(&'static str, &'static [&'static str])>,
+    choice: Option<(&'static str, Vec<&'static str>)>,
     given: &'static [&'static str],
     /// Members that may be given as well. Those of other variants may not.
     optional: &'static [&'static str],
 }
 
 impl Variant {
-    /// Its members.
+    /// Chosen by the member `by`.
+    fn of(
+        by: &'static str,
+        values: &[&'static str],
+        given: &'static [&'static str],
+        optional: &'static [&'static str],
+    ) -> Self {
+        Self {
+            choice: Some((by, values.to_vec())),
+            given,
+            optional,
+        }
+    }
+
     fn members(&self) -> impl Iterator<Item = &'static str> + use<> {
         self.given.iter().chain(self.optional).copied()
     }
 
-    /// The rule of this one of `all` variants.
     fn rule(&self, all: &[Self], schema: &Value) -> Value {
         let given = self.given.iter();
         let given = given.map(|name| {
@@ -152,53 +165,43 @@ pub(super) fn kind(kinds: &Value) -> Value {
 
 /// Shapes of whose variants exactly one is given.
 fn one_of() -> Vec<(&'static str, Vec<Variant>)> {
-    let either = |a, b| vec![given(a), given(b)];
-    let together = |both| vec![given(both), given(&[])];
-    let kind = |kind, members| chosen("kind", kind, members, &[]);
-    let frame = |frames, members| chosen("frame", frames, members, &[]);
+    let kind = |kind, given| Variant::of("kind", &[kind], given, &[]);
+    let frame = |frames, given| Variant::of("frame", frames, given, &[]);
+    let and = |kind, given, optional| Variant::of("kind", &[kind], given, optional);
     vec![
-        ("Auv", either(&["state"], &["reports"])),
-        ("NewMission", either(&["live"], &["simulated"])),
-        ("Simulated", either(&["scenario"], &["scenario_file"])),
-        ("Asc", together(&["ground_north_mps", "ground_east_mps"])),
+        ("Auv", given(&[&["state"], &["reports"]])),
+        ("NewMission", given(&[&["live"], &["simulated"]])),
+        ("Simulated", given(&[&["scenario"], &["scenario_file"]])),
+        ("Asc", given(&[&["ground_north_mps", "ground_east_mps"], &[]])),
         (
             "Report",
-            vec![
-                given(&["course_rad", "speed_mps"]),
-                given(&["course_deg", "speed_mps"]),
-                given(&[]),
-            ],
+            given(&[&["course_rad", "speed_mps"], &["course_deg", "speed_mps"], &[]]),
         ),
         (
             "HeadingLoop",
-            vec![
-                given(&["time_constant_s"]),
-                given(&["natural_frequency_radps", "damping"]),
-                given(&[]),
-            ],
+            given(&[&["time_constant_s"], &["natural_frequency_radps", "damping"], &[]]),
         ),
         (
             "Goal",
             vec![
-                kind(&["track"], &["auv"]),
-                kind(&["intermittent"], &["auvs", "dwell_s", "epoch_s"]),
-                kind(&["midpoint"], &["auvs"]),
-                kind(&["weighted"], &["weights"]),
-                kind(&["range"], &["auvs", "range_m"]),
-                chosen("kind", &["visit"], &["auvs"], &VISIT_OPTIONAL),
+                kind("track", &["auv"]),
+                kind("intermittent", &["auvs", "dwell_s", "epoch_s"]),
+                kind("midpoint", &["auvs"]),
+                kind("weighted", &["weights"]),
+                kind("range", &["auvs", "range_m"]),
+                and("visit", &["auvs"], &VISIT_OPTIONAL),
             ],
         ),
         (
             "VisitCost",
             vec![
-                kind(&["age"], &[]),
-                chosen(
-                    "kind",
-                    &["uncertainty"],
+                kind("age", &[]),
+                and(
+                    "uncertainty",
                     &["growth_m2ps"],
                     &["sigma_m", "sigma_rad", "interval_s"],
                 ),
-                kind(&["data"], &["growth_kbps", "upload_kbps", "range_max_m"]),
+                kind("data", &["growth_kbps", "upload_kbps", "range_max_m"]),
             ],
         ),
         (
@@ -213,14 +216,9 @@ fn one_of() -> Vec<(&'static str, Vec<Variant>)> {
         (
             "Segment",
             vec![
-                kind(&["line"], &["from", "to"]),
-                kind(&["arc"], &["from", "centre", "angle_rad"]),
-                chosen(
-                    "kind",
-                    &["waypoints"],
-                    &["points"],
-                    &["fillet_m", "turn_radius_m"],
-                ),
+                kind("line", &["from", "to"]),
+                kind("arc", &["from", "centre", "angle_rad"]),
+                and("waypoints", &["points"], &["fillet_m", "turn_radius_m"]),
             ],
         ),
     ]
@@ -238,67 +236,55 @@ const VISIT_OPTIONAL: [&str; 8] = [
     "next",
 ];
 
-fn given(given: &'static [&'static str]) -> Variant {
-    Variant {
+/// Variants without a member that chooses.
+fn given(variants: &[&'static [&'static str]]) -> Vec<Variant> {
+    let variant = |given: &&'static [_]| Variant {
         choice: None,
         given,
         optional: &[],
-    }
+    };
+    variants.iter().map(variant).collect()
 }
 
-fn chosen(
-    by: &'static str,
-    values: &'static [&'static str],
-    given: &'static [&'static str],
-    optional: &'static [&'static str],
-) -> Variant {
-    Variant {
-        choice: Some((by, values)),
-        given,
-        optional,
-    }
+/// The pointer of a schema: `Shape`, or `Shape.member` with what follows.
+pub(super) fn place(short: &str) -> String {
+    format!("/components/schemas/{}", short.replace('.', "/properties/"))
 }
 
-/// Lengths and patterns, by where they stand among the schemas.
-fn words() -> Vec<(&'static str, Map<String, Value>)> {
+/// Lengths and patterns, by the [`place`] of their schema.
+fn words() -> Vec<(&'static str, Value)> {
     let exactly = |n: usize| json!({ "minItems": n, "maxItems": n });
     // Names have no control characters, Unicode's general category Cc.
     let name = json!({ "pattern": "^[^\\u0000-\\u001f\\u007f-\\u009f]*$" });
     let presets: Vec<&str> = PRESETS.iter().map(|preset| preset.name).collect();
+    let preset = format!("^({})$", presets.join("|"));
     let version = json!({ "const": SCHEMA_VERSION });
-    let words = [
-        ("/PlanRequest/properties/schema_version", version.clone()),
-        ("/NewMission/properties/schema_version", version),
-        ("/Auv/properties/id", name.clone()),
-        ("/LiveAuv/properties/id", name),
-        ("/LiveAuv/properties/id", json!({ "not": { "const": "asc" } })),
-        ("/Goal/properties/auvs", json!({ "uniqueItems": true })),
+    vec![
+        ("PlanRequest.schema_version", version.clone()),
+        ("NewMission.schema_version", version),
+        ("Auv.id", name.clone()),
+        ("LiveAuv.id", name),
+        ("LiveAuv.id", json!({ "not": { "const": "asc" } })),
+        ("Goal.auvs", json!({ "uniqueItems": true })),
+        ("Craft.preset", json!({ "pattern": preset })),
+        ("PlanRequest.area/items", exactly(2)),
+        ("Segment.from", exactly(2)),
+        ("Segment.to", exactly(2)),
+        ("Segment.centre", exactly(2)),
+        ("Segment.points/items", exactly(2)),
+        ("Segment.points", json!({ "minItems": 2 })),
+        ("AuvState.covariance", exactly(4)),
+        ("AuvState.covariance/items", exactly(4)),
+        ("Batch", json!({ "additionalProperties": false })),
         (
-            "/Craft/properties/preset",
-            json!({ "pattern": format!("^({})$", presets.join("|")) }),
-        ),
-        ("/PlanRequest/properties/area/items", exactly(2)),
-        ("/Segment/properties/from", exactly(2)),
-        ("/Segment/properties/to", exactly(2)),
-        ("/Segment/properties/centre", exactly(2)),
-        ("/Segment/properties/points/items", exactly(2)),
-        ("/Segment/properties/points", json!({ "minItems": 2 })),
-        ("/AuvState/properties/covariance", exactly(4)),
-        ("/AuvState/properties/covariance/items", exactly(4)),
-        ("/Batch", json!({ "additionalProperties": false })),
-        (
-            "/SurgeLoop",
+            "SurgeLoop",
             json!({ "allOf": [{ "anyOf": [
                 { "properties": { "integrates": { "enum": [false, null] }, "integral_time_s": { "type": "null" } } },
                 { "required": ["integral_time_s"], "properties": {
                     "integrates": { "enum": [true, null] }, "integral_time_s": { "type": "number" } } },
             ] }] }),
         ),
-    ];
-    words
-        .into_iter()
-        .map(|(place, words)| (place, words.as_object().cloned().unwrap_or_default()))
-        .collect()
+    ]
 }
 
 /// utoipa says of every number of 64 bits that it may have a sign.

@@ -63,7 +63,6 @@ pub(super) struct Entry {
 }
 
 impl Entry {
-    /// For an event, stored now.
     pub(super) fn event(number: i64, mission: &str, sequence: u64, body: &[u8]) -> Self {
         Self {
             at_s: unix_now(),
@@ -74,7 +73,6 @@ impl Entry {
         }
     }
 
-    /// For the deletion of a mission, stored now.
     pub(super) fn deletion(number: i64, mission: &str) -> Self {
         Self::event(number, mission, 0, b"")
     }
@@ -150,7 +148,6 @@ impl Acknowledged {
         Ok((list, entries))
     }
 
-    /// Adds entries.
     pub(super) fn add(&mut self, entries: &[Entry]) -> io::Result<()> {
         if entries.is_empty() {
             return Ok(());

@@ -32,6 +32,8 @@ pub struct Append {
     pub mission: String,
     /// The mission's number; none for a new mission. The id of a deleted mission may be used again, its number not.
     pub number: Option<u64>,
+    /// With which the caller owns the mission; 0 in a store of one service.
+    pub epoch: u64,
     /// Events that continue the mission's sequence.
     pub events: Vec<StoredEvent>,
     /// The mission's status after these events. At the start, the service finds running missions by it.
@@ -86,6 +88,8 @@ pub enum Appended {
     MissionGone,
     /// The caller does not know the newest events of the mission.
     OutOfSequence,
+    /// Another service owns the mission, or will.
+    NotOwner,
     /// The client's share of the disk is used up.
     ShareUsed,
 }

@@ -84,6 +84,14 @@ pub enum StoreError {
     /// The write failed.
     #[error("cannot write the mission log: {0}; nothing was stored")]
     Refused(String),
+    /// The database cannot be reached, or refuses to write.
+    #[error("the mission log cannot be reached: {0}; nothing was stored")]
+    Unavailable(String),
+    /// This service has not renewed its lease.
+    #[error(
+        "this service cannot tell whether it still has the mission, because the mission log has not answered in time"
+    )]
+    Lapsed,
     /// Too many writes wait for the disk.
     #[error("the mission log is overloaded: nothing was stored; try again in a moment")]
     Busy,

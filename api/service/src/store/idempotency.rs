@@ -16,17 +16,18 @@ pub struct KeyedAnswer {
 /// Hash of an earlier request, and its answer.
 pub type PreviousAnswer = ([u8; 32], Vec<u8>);
 
+/// The hash of an earlier request of a mission with a key, and its answer.
+pub(super) const FIND: &str = "SELECT request, answer FROM answered JOIN missions ON number = mission
+    WHERE id = ?1 AND key = ?2 AND status <> 'deleted'";
+
 /// The answer to an earlier request with the key, and the hash of that request.
 pub(super) fn find(
     connection: &Connection,
     mission: &str,
     key: &str,
 ) -> rusqlite::Result<Option<PreviousAnswer>> {
-    let mut statement = connection.prepare_cached(
-        "SELECT request, answer FROM answered JOIN missions ON number = mission WHERE id = ?1 AND key = ?2
-         AND status <> 'deleted'",
-    )?;
-    statement
+    connection
+        .prepare_cached(FIND)?
         .query_row(params![mission, key], |row| Ok((row.get(0)?, row.get(1)?)))
         .optional()
 }

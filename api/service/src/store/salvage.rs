@@ -6,13 +6,14 @@ use std::{
     path::Path,
 };
 
-use rusqlite::{Connection, OptionalExtension as _, Params, params, params_from_iter, types::Value};
+use rusqlite::{Connection, Params, params_from_iter, types::Value};
 use serde_json::json;
 
 use super::{
     error::StoreError,
-    make_private, private_file,
+    files::{make_private, private_file},
     reader::{EventReader, FILE_NAME, event},
+    rows::Row,
     schema,
     sql::signed,
 };
@@ -26,8 +27,15 @@ impl EventReader {
     ///
     /// If the store has damaged pages, the new store has the missions that can be read to the end. [`REST_NAME`] has what can
     /// be read of the others. Returns a line for everything that is not whole.
+    /// A store in PostgreSQL has `pg_basebackup`.
     pub fn back_up(&self, directory: &Path) -> Result<Vec<String>, StoreError> {
         let (path, rest) = (directory.join(FILE_NAME), directory.join(REST_NAME));
+        let file = self.file().map(LogFile).ok_or_else(|| {
+            StoreError::open(
+                &path,
+                &"PostgreSQL makes its own backups: use pg_basebackup, or pg_dump",
+            )
+        })?;
         for path in [&path, &rest] {
             if path
                 .try_exists()
@@ -42,8 +50,8 @@ impl EventReader {
         let partial = directory.join(format!("{FILE_NAME}.partial"));
         let failed = |error: io::Error| StoreError::open(&path, &error);
         make_private(directory, &partial).map_err(failed)?;
-        let copied = self.copy(&partial).or_else(|error| match error {
-            StoreError::Damaged(_) => self.salvage(&partial, &rest),
+        let copied = file.copy(&partial).or_else(|error| match error {
+            StoreError::Damaged(_) => file.salvage(&partial, &rest),
             other => Err(other),
         });
         let written = copied.and_then(|damage| {
@@ -64,13 +72,22 @@ impl EventReader {
 
     /// Checks the file's structure and the missions in it.
     pub(super) fn inspect(&self) -> Result<(), StoreError> {
-        self.check_structure()?;
-        match self.damage()?.pop() {
+        // PostgreSQL has checksums of pages.
+        let Some(file) = self.file().map(LogFile) else {
+            return Ok(());
+        };
+        file.check_structure()?;
+        match file.damage()?.pop() {
             None => Ok(()),
             Some(what) => Err(StoreError::Damaged(what)),
         }
     }
+}
 
+/// An open store in a file.
+struct LogFile<'a>(&'a Connection);
+
+impl LogFile<'_> {
     /// SQLite's own check of the file.
     fn check_structure(&self) -> Result<(), StoreError> {
         let verdict: String = self.0.query_row("PRAGMA quick_check(1)", [], |row| row.get(0))?;
@@ -124,14 +141,15 @@ impl EventReader {
         if !matches!(self.copy_rows(&copy, "salts", "TRUE", []), Ok(1)) {
             copy.execute("INSERT INTO salts VALUES (randomblob(32))", [])?;
             damage.push(
-                "the salt of the ids of missions cannot be read: keys of new missions begin anew".to_owned(),
+                "cannot read the salt of mission ids: Idempotency-Keys of new missions start afresh"
+                    .to_owned(),
             );
         }
         copy.execute("DELETE FROM guards", [])?;
         if !matches!(self.copy_rows(&copy, "guards", "TRUE", []), Ok(1)) {
             // It may have been protected.
             copy.execute("INSERT INTO guards VALUES (1, 0.0, 0.0, 0.0, 0.0)", [])?;
-            damage.push("the trusted time cannot be read: the copy is served with tokens only".to_owned());
+            damage.push("cannot read the trusted time: the copy can be served only with tokens".to_owned());
         }
         for number in self.numbers("missions") {
             let whole = copy.savepoint()?;
@@ -230,10 +248,11 @@ impl EventReader {
 
     /// Writes the events that can be read, a line of JSON for each. Returns their number.
     fn write_events(&self, number: i64, id: &str, last: u64, to: &mut impl Write) -> io::Result<u64> {
-        let read = |sequence: u64| {
+        let read = |sequence: u64| -> Result<_, StoreError> {
             let one = "SELECT sequence, kind, body FROM events WHERE mission = ?1 AND sequence = ?2";
             let mut one = self.0.prepare_cached(one)?;
-            one.query_row(params![number, signed(sequence)], event).optional()
+            let mut rows = one.query((number, signed(sequence)))?;
+            rows.next()?.map(|row| event(&Row::Sqlite(row))).transpose()
         };
         let mut n_read = 0;
         for sequence in 1.. {
@@ -255,6 +274,7 @@ impl EventReader {
 /// Checks a copy. Returns a line for each mission in it that is not whole.
 fn checked(copy: &Path) -> Result<Vec<String>, StoreError> {
     let copy = EventReader::open(copy, None)?;
+    let copy = copy.file().map(LogFile).expect("is a file");
     copy.check_structure()?;
     copy.damage()
 }

@@ -25,14 +25,21 @@ pub(super) struct Taken {
 }
 
 impl Shares {
+    /// Owner and bytes of the stored missions.
+    pub(super) const SUMS: &'static str =
+        "SELECT owner, CAST(sum(bytes) AS BIGINT) FROM missions WHERE status <> 'deleted' GROUP BY owner";
+
+    pub(super) fn new(most: u64, taken: HashMap<String, u64>) -> Self {
+        Self { most, taken }
+    }
+
     /// The shares of the stored missions.
     pub(super) fn read(connection: &Connection, most: u64) -> rusqlite::Result<Self> {
-        let sums = "SELECT owner, sum(bytes) FROM missions WHERE status <> 'deleted' GROUP BY owner";
         let taken = connection
-            .prepare(sums)?
+            .prepare(Self::SUMS)?
             .query_map([], |row| Ok((row.get(0)?, row.get::<_, i64>(1)?.unsigned_abs())))?
             .collect::<rusqlite::Result<_>>()?;
-        Ok(Self { most, taken })
+        Ok(Self::new(most, taken))
     }
 
     /// Counts the stored missions again.

@@ -1,6 +1,6 @@
 //! Constants and conversions of the store's reader and writer.
 
-use std::time::Duration;
+use std::{borrow::Cow, time::Duration};
 
 /// How long a connection waits for a lock. Only a checkpoint takes one.
 pub(super) const LOCK_TIME: Duration = Duration::from_secs(5);
@@ -16,4 +16,22 @@ pub(super) fn signed(number: u64) -> i64 {
 
 pub(super) fn unsigned(number: i64) -> u64 {
     u64::try_from(number).unwrap_or(0)
+}
+
+/// Between a caller and a key; no header has either.
+const NUL: char = '\0';
+const UNIT_SEPARATOR: char = '\x1f';
+
+/// A text as a database stores it, which has no NUL.
+pub(super) fn without_nul(text: &str) -> Cow<'_, str> {
+    if text.contains(NUL) {
+        text.replace(NUL, &UNIT_SEPARATOR.to_string()).into()
+    } else {
+        text.into()
+    }
+}
+
+/// The text of which [`without_nul`] made this one.
+pub(super) fn with_nul(text: &str) -> String {
+    text.replace(UNIT_SEPARATOR, &NUL.to_string())
 }

@@ -1,6 +1,6 @@
 use std::{collections::HashMap, fs, path::Path, time::Duration};
 
-use super::*;
+use super::{files::private_file, *};
 
 /// The mission whose appends make the writer panic.
 pub(super) const PANICS: &str = "panics";
@@ -18,6 +18,7 @@ fn append(mission: &str, events: Vec<StoredEvent>) -> Append {
         mission: mission.to_owned(),
         // Tests continue the first mission only.
         number: events.first().filter(|event| 1 < event.sequence).map(|_| 1),
+        epoch: 0,
         events,
         status: "running".to_owned(),
         summary: b"{}".to_vec(),
@@ -75,44 +76,6 @@ fn open_again(directory: &Path) -> EventStore {
 }
 
 #[tokio::test]
-async fn acknowledged_events_are_there_after_a_restart() {
-    let directory = directory();
-    let store = open(directory.path());
-    for sequence in 1..=3 {
-        add(&store, append("a", vec![event(sequence, &sequence.to_string())])).await;
-    }
-    drop(store);
-    assert_eq!(bodies(&open_again(directory.path()), "a"), [b"1", b"2", b"3"]);
-}
-
-#[tokio::test]
-async fn waiting_appends_share_a_commit_and_only_a_bad_one_fails() {
-    let directory = directory();
-    let store = open(directory.path());
-    add(&store, append("a", vec![event(1, "one")])).await;
-    // The same number twice in one mission, beside many that are right.
-    let all = (0..100_u32).map(|k| match k {
-        50 => append("a", vec![event(2, "two"), event(2, "again")]),
-        _ => append(&format!("m{k}"), vec![event(1, "x"), event(2, "y")]),
-    });
-    let tasks: Vec<_> = all
-        .map(|append| {
-            let store = store.clone();
-            tokio::spawn(async move { store.append(append).await })
-        })
-        .collect();
-    let mut failed = vec![];
-    for (k, task) in tasks.into_iter().enumerate() {
-        if task.await.expect("does not panic").is_err() {
-            failed.push(k);
-        }
-    }
-    assert_eq!(failed, [50]);
-    assert_eq!(bodies(&store, "a"), [b"one"]);
-    assert_eq!(bodies(&store, "m99"), [b"x", b"y"]);
-}
-
-#[tokio::test]
 async fn a_panic_of_the_writer_costs_only_the_commit_that_it_interrupts() {
     let directory = directory();
     let store = EventStore::open_with(directory.path(), 10_000).expect("opens");
@@ -149,30 +112,6 @@ async fn a_panic_of_the_writer_costs_only_the_commit_that_it_interrupts() {
 }
 
 #[tokio::test]
-async fn a_key_belongs_to_one_request() {
-    let directory = directory();
-    let store = open(directory.path());
-    add(&store, keyed(1, "k", 1, "first")).await;
-    let again = store.append(keyed(2, "k", 1, "second")).await.expect("is known");
-    assert_eq!(again, Appended::AnsweredBefore(b"first".to_vec()));
-    let other = store.append(keyed(2, "k", 2, "second")).await.expect("is known");
-    assert_eq!(other, Appended::KeyTaken);
-    assert_eq!(bodies(&store, "a").len(), 1);
-}
-
-#[tokio::test]
-async fn an_append_out_of_sequence_stores_nothing() {
-    let directory = directory();
-    let store = open(directory.path());
-    add(&store, append("a", vec![event(1, "one"), event(2, "two")])).await;
-    for sequence in [2, 4] {
-        let late = store.append(append("a", vec![event(sequence, "late")])).await;
-        assert_eq!(late, Ok(Appended::OutOfSequence));
-    }
-    assert_eq!(bodies(&store, "a"), [b"one", b"two"]);
-}
-
-#[tokio::test]
 async fn a_deleted_mission_is_gone_at_once_and_frees_its_space() {
     let directory = directory();
     let store = open(directory.path());
@@ -197,7 +136,8 @@ async fn a_deleted_mission_is_gone_at_once_and_frees_its_space() {
     assert_eq!(reader.missions(0, 10, 1).expect("reads").0.len(), 1);
     let left = || -> i64 {
         let count = "SELECT (SELECT count(*) FROM events) + (SELECT count(*) FROM missions)";
-        reader.0.query_row(count, [], |row| row.get(0)).expect("reads")
+        let file = reader.file().expect("is a file");
+        file.query_row(count, [], |row| row.get(0)).expect("reads")
     };
     // The purge runs by itself.
     for _ in 0..500 {
@@ -345,7 +285,7 @@ async fn a_missing_event_is_found_when_it_is_read() {
     let directory = directory();
     let store = open(directory.path());
     add(&store, append("a", (1..=3).map(|k| event(k, "x")).collect())).await;
-    let connection = Connection::open(&store.shared.path).expect("opens");
+    let connection = Connection::open(directory.path().join(FILE_NAME)).expect("opens");
     connection
         .execute("DELETE FROM events WHERE sequence = 2", [])
         .expect("is done");
@@ -455,9 +395,8 @@ async fn the_file_shrinks_after_a_mission_is_deleted() {
     add(&store, append("a", (1..=400).map(|k| event(k, &long)).collect())).await;
     let pages = || -> i64 {
         let reader = store.reader().expect("opens");
-        reader
-            .0
-            .query_row("PRAGMA page_count", [], |row| row.get(0))
+        let file = reader.file().expect("is a file");
+        file.query_row("PRAGMA page_count", [], |row| row.get(0))
             .expect("reads")
     };
     let full = pages();
@@ -483,7 +422,8 @@ async fn closing_a_log_during_a_read_reports_that_the_write_ahead_file_stays() {
     add(&store, append("a", vec![event(1, "x")])).await;
     let reader = store.reader().expect("opens");
     reader
-        .0
+        .file()
+        .expect("is a file")
         .execute_batch("BEGIN; SELECT * FROM missions")
         .expect("reads");
     assert_eq!(store.close().await, Err(StoreError::Busy));
@@ -872,7 +812,7 @@ async fn a_damaged_event_does_not_block_a_backup_and_is_forgotten_with_its_missi
     for mission in ["a", "b"] {
         add(&store, append(mission, vec![event(1, "1"), event(2, "2")])).await;
     }
-    let connection = Connection::open(&store.shared.path).expect("opens");
+    let connection = Connection::open(directory.path().join(FILE_NAME)).expect("opens");
     connection
         .execute(
             "UPDATE events SET body = x'00' WHERE mission = 2 AND sequence = 2",

@@ -13,7 +13,6 @@ use std::{
     time::Instant,
 };
 
-use rusqlite::{Connection, params};
 use rustix::time::{ClockId, clock_gettime};
 
 use crate::unix_time::unix_now;
@@ -28,7 +27,7 @@ const JUMP: f64 = 60.0;
 const NIGHT: f64 = 86_400.0;
 
 /// The kernel's clock that no setting changes. The one that counts sleep is Linux's own.
-const RUNNING: ClockId = if cfg!(target_os = "linux") {
+pub(super) const RUNNING: ClockId = if cfg!(target_os = "linux") {
     ClockId::Boottime
 } else {
     ClockId::Monotonic
@@ -56,7 +55,6 @@ impl Reading {
     }
 }
 
-/// The trusted time at a reading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct TrustedTime {
     /// Unix time, s.
@@ -68,35 +66,41 @@ pub(super) struct TrustedTime {
 
 impl TrustedTime {
     /// What is stored. A store without it trusts its newest order, and a new store the clock.
-    pub(super) fn read(connection: &Connection) -> rusqlite::Result<Self> {
-        let row = "SELECT trusted_s, agreed_s, clock_s, up_s FROM guards";
-        connection.query_row(row, [], |row| {
-            Ok(Self {
-                trusted: row.get(0)?,
-                agreed: row.get(1)?,
-                seen: Reading {
-                    clock: row.get(2)?,
-                    up: row.get(3)?,
-                },
-            })
-        })
-    }
+    pub(super) const READ: &'static str = "SELECT trusted_s, agreed_s, clock_s, up_s FROM guards";
 
-    pub(super) fn write(&self, connection: &Connection) -> rusqlite::Result<()> {
-        let Self {
+    /// Stores [`Self::columns`].
+    pub(super) const WRITE: &'static str =
+        "UPDATE guards SET trusted_s = ?1, agreed_s = ?2, clock_s = ?3, up_s = ?4";
+
+    pub(super) fn of([trusted, agreed, clock, up]: [f64; 4]) -> Self {
+        let seen = Reading { clock, up };
+        Self {
             trusted,
             agreed,
-            seen: Reading { clock, up },
-        } = self;
-        let update = "UPDATE guards SET trusted_s = ?1, agreed_s = ?2, clock_s = ?3, up_s = ?4";
-        connection
-            .execute(update, params![trusted, agreed, clock, up])
-            .map(drop)
+            seen,
+        }
+    }
+
+    pub(super) fn columns(&self) -> [f64; 4] {
+        [self.trusted, self.agreed, self.seen.clock, self.seen.up]
     }
 
     /// Goes on to the start of a service.
     pub(super) fn resume(&mut self) {
         self.advance_to(Reading::now(), false);
+    }
+
+    /// Goes on to the start of a service whose store another machine may have written, with a clock and a boot of its own: at most a night,
+    /// and not beyond this machine's clock, is believed to have passed.
+    pub(super) fn adopt(&mut self) {
+        let seen = Reading::now();
+        let by_clock = seen.clock - self.seen.clock;
+        if self.trusted == 0.0 {
+            self.trusted = seen.clock;
+        } else if (0.0..=NIGHT).contains(&by_clock) {
+            self.trusted = self.trusted.max(seen.clock.min(self.trusted + by_clock));
+        }
+        (self.agreed, self.seen) = (0.0, seen);
     }
 
     /// Goes on to `now`; `running` says that the last reading was by this process.
@@ -174,6 +178,25 @@ mod tests {
 
     const DAY: f64 = 86_400.0;
     const START: f64 = 1.7e9;
+
+    #[test]
+    fn what_another_machine_read_from_its_clocks_counts_for_nothing() {
+        let now = unix_now();
+        // Trusted time before, and the other machine's clock, before this one's; how much is believed to have passed.
+        for (before, clock, passed) in [
+            (30.0 * DAY, 20.0 * DAY, 0.0),
+            (30.0 * DAY, -20.0 * DAY, 0.0),
+            (30.0 * DAY, 0.5 * DAY, 0.5 * DAY),
+            (0.25 * DAY, 0.5 * DAY, 0.25 * DAY),
+            (-0.5 * DAY, 0.5 * DAY, 0.0),
+        ] {
+            let mut time = TrustedTime::of([now - before, AGREED, now - clock, 1e-3]);
+            time.adopt();
+            let believed = time.trusted - (now - before);
+            assert!((believed - passed).abs() < 60.0, "{believed}");
+            assert_eq!(time.agreed, 0.0);
+        }
+    }
 
     fn started() -> TrustedTime {
         TrustedTime {

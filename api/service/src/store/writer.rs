@@ -11,10 +11,10 @@ use std::{
 };
 
 use rusqlite::{Connection, OptionalExtension as _, Row, Transaction, params};
-use tokio::sync::oneshot;
 
 use super::{
     acknowledged::{Acknowledged, Entry},
+    command::{Closed, Command, LogWriter, Waiting, carry_out, n_stored, reply_to_each},
     entry::{Append, Appended, AuditEntry, StoredEvent},
     error::StoreError,
     idempotency::{self, KeyedAnswer},
@@ -45,29 +45,6 @@ const PURGE_BYTES: usize = 1 << 20;
 
 /// Free space beyond a refused append that is needed before the store is ready again, bytes.
 const PROBE_BYTES: usize = 64 << 10;
-
-/// Receives the reply, unless the caller is gone.
-pub(super) type Reply<T> = oneshot::Sender<Result<T, StoreError>>;
-
-/// The result of `Close`, and where it goes.
-type Closed = (Reply<()>, Result<(), StoreError>);
-
-/// A command to the writer.
-pub(super) enum Command {
-    Append(Append, Reply<Appended>),
-    /// Hides a mission at once, stores who ordered it, and removes its events later.
-    Delete(String, AuditEntry, Reply<bool>),
-    /// Tests whether the store can be written.
-    Probe(Reply<()>),
-    /// Stores the trusted time.
-    KeepTime(TrustedTime, Reply<()>),
-    /// Stores that the service has tokens.
-    Protect(Reply<()>),
-    /// Rewrites the file without free pages.
-    Vacuum(Reply<()>),
-    /// Merges the write-ahead file and ends.
-    Close(Reply<()>),
-}
 
 /// The only writing connection.
 pub(super) struct Writer {
@@ -162,7 +139,7 @@ impl Writer {
             let timeout = self.acknowledged.sync_in().map_or(idle, |due| due.min(idle));
             match commands.recv_timeout(timeout) {
                 Ok(first) => {
-                    if let ControlFlow::Break(closed) = self.carry_out(first, commands) {
+                    if let ControlFlow::Break(closed) = carry_out(self, COMMIT_MAX, first, commands) {
                         return Some(closed);
                     }
                 }
@@ -176,44 +153,6 @@ impl Writer {
                 tracing::warn!(%error, "the list of acknowledged events would not survive a power cut");
             }
         }
-    }
-
-    /// Carries out `first`, and stores the appends that wait behind it in the same commit. Breaks after `Close`.
-    fn carry_out(&mut self, first: Command, commands: &Receiver<Command>) -> ControlFlow<Closed> {
-        let mut appends = vec![];
-        let mut next = Some(first);
-        while let Some(command) = next {
-            match command {
-                Command::Append(append, reply) => appends.push((append, reply)),
-                Command::Delete(id, order, reply) => {
-                    self.store(std::mem::take(&mut appends));
-                    let _ = reply.send(self.delete(&id, &order));
-                }
-                Command::Vacuum(reply) => {
-                    self.store(std::mem::take(&mut appends));
-                    let _ = reply.send(self.vacuum().map_err(StoreError::from));
-                }
-                Command::Probe(reply) => {
-                    let _ = reply.send(self.probe());
-                }
-                Command::KeepTime(time, reply) => {
-                    let _ = reply.send(time.write(&self.connection).map_err(StoreError::from));
-                }
-                Command::Protect(reply) => {
-                    let protect = self.connection.execute("UPDATE guards SET protected = 1", []);
-                    let _ = reply.send(protect.map(drop).map_err(StoreError::from));
-                }
-                Command::Close(reply) => {
-                    self.store(std::mem::take(&mut appends));
-                    return ControlFlow::Break((reply, self.checkpoint()));
-                }
-            }
-            next = (appends.len() < COMMIT_MAX)
-                .then(|| commands.try_recv().ok())
-                .flatten();
-        }
-        self.store(appends);
-        ControlFlow::Continue(())
     }
 
     /// Merges the write-ahead file into the store's file.
@@ -247,7 +186,7 @@ impl Writer {
     fn restart_list(&mut self) {
         // The old list stays true.
         if let Err(error) = self.acknowledged.restart() {
-            tracing::warn!(%error, "cannot begin the list of acknowledged events again");
+            tracing::warn!(%error, "cannot restart the list of acknowledged events");
         }
     }
 
@@ -261,7 +200,30 @@ impl Writer {
         Ok(())
     }
 
-    fn store(&mut self, mut batch: Vec<(Append, Reply<Appended>)>) {
+    /// Removes some events of deleted missions, or some free pages.
+    fn purge_some(&mut self) {
+        self.unmerged += PURGE_BYTES;
+        self.merge_much();
+        let Some(&number) = self.purge.last() else {
+            // After an error, the next deletion tries again.
+            self.free_pages = give_back(&self.connection).unwrap_or(false);
+            return;
+        };
+        let purged = purge(&self.connection, number);
+        self.stuck = purged.is_err();
+        match purged {
+            Ok(true) => {
+                self.purge.pop();
+                self.free_pages = true;
+            }
+            Ok(false) => {}
+            Err(error) => tracing::warn!(%error, "cannot free the disk space of a deleted mission yet"),
+        }
+    }
+}
+
+impl LogWriter for Writer {
+    fn store(&mut self, mut batch: Vec<Waiting>) {
         if batch.is_empty() {
             return;
         }
@@ -269,14 +231,8 @@ impl Writer {
         let start = Instant::now();
         let mut entries = vec![];
         let committed = self.place.check().and_then(|()| {
-            let now_s = self.clock.now_s();
-            commit(
-                &mut self.connection,
-                &mut self.shares,
-                &appends,
-                now_s,
-                &mut entries,
-            )
+            let (connection, now_s) = (&mut self.connection, self.clock.now_s());
+            commit(connection, &mut self.shares, &appends, now_s, &mut entries)
         });
         let n_events = committed.as_ref().ok().map(|done| n_stored(&appends, done));
         self.metrics.committed(start.elapsed(), n_events);
@@ -304,22 +260,6 @@ impl Writer {
         }
     }
 
-    /// Writes as much as the largest failed append: a disk may be full for one append and not for another.
-    fn probe(&mut self) -> Result<(), StoreError> {
-        self.confirm(vec![])?;
-        let mut try_out = self
-            .connection
-            .prepare_cached("UPDATE probes SET count = count + 1, room = zeroblob(?1)")?;
-        if let Some(bytes) = self.refused {
-            let with_indexes = bytes.saturating_mul(2) + PROBE_BYTES;
-            try_out.execute([limit(with_indexes)])?;
-            self.refused = None;
-        }
-        try_out.execute([0])?;
-        Ok(())
-    }
-
-    /// Hides the mission at once; its disk space is freed step by step.
     fn delete(&mut self, id: &str, order: &AuditEntry) -> Result<bool, StoreError> {
         self.place.check()?;
         let transaction = self.connection.transaction()?;
@@ -347,8 +287,37 @@ impl Writer {
         Ok(true)
     }
 
-    /// Removes the deleted missions and the free pages.
-    fn vacuum(&mut self) -> rusqlite::Result<()> {
+    fn set_time(&mut self, time: TrustedTime) -> Result<(), StoreError> {
+        self.keep_time(time)
+    }
+
+    fn keep_time(&mut self, time: TrustedTime) -> Result<(), StoreError> {
+        self.connection.execute(TrustedTime::WRITE, time.columns())?;
+        Ok(())
+    }
+
+    fn protect(&mut self) -> Result<(), StoreError> {
+        self.connection.execute("UPDATE guards SET protected = 1", [])?;
+        Ok(())
+    }
+
+    /// Writes as much as the largest failed append: a disk may be full for one append and not
+    /// for another.
+    fn probe(&mut self) -> Result<(), StoreError> {
+        self.confirm(vec![])?;
+        let mut try_out = self
+            .connection
+            .prepare_cached("UPDATE probes SET count = count + 1, room = zeroblob(?1)")?;
+        if let Some(bytes) = self.refused {
+            let with_indexes = bytes.saturating_mul(2) + PROBE_BYTES;
+            try_out.execute([limit(with_indexes)])?;
+            self.refused = None;
+        }
+        try_out.execute([0])?;
+        Ok(())
+    }
+
+    fn vacuum(&mut self) -> Result<(), StoreError> {
         while let Some(&number) = self.purge.last() {
             if purge(&self.connection, number)? {
                 self.purge.pop();
@@ -359,25 +328,8 @@ impl Writer {
         Ok(())
     }
 
-    /// Removes some events of deleted missions, or some free pages.
-    fn purge_some(&mut self) {
-        self.unmerged += PURGE_BYTES;
-        self.merge_much();
-        let Some(&number) = self.purge.last() else {
-            // After an error, the next deletion tries again.
-            self.free_pages = give_back(&self.connection).unwrap_or(false);
-            return;
-        };
-        let purged = purge(&self.connection, number);
-        self.stuck = purged.is_err();
-        match purged {
-            Ok(true) => {
-                self.purge.pop();
-                self.free_pages = true;
-            }
-            Ok(false) => {}
-            Err(error) => tracing::warn!(%error, "cannot free the disk space of a deleted mission yet"),
-        }
+    fn close(&mut self) -> Result<(), StoreError> {
+        self.checkpoint()
     }
 }
 
@@ -428,25 +380,6 @@ fn size(append: &Append) -> usize {
     events.sum::<usize>() + append.summary.len() + snapshot
 }
 
-/// Number of events that a commit stored.
-fn n_stored(appends: &[&Append], appended: &[Appended]) -> usize {
-    let each = appends.iter().zip(appended);
-    let stored = each.filter(|(_, appended)| matches!(appended, Appended::Stored));
-    stored.map(|(append, _)| append.events.len()).sum()
-}
-
-fn reply_to_each(
-    batch: impl IntoIterator<Item = (Append, Reply<Appended>)>,
-    results: impl IntoIterator<Item = Result<Appended, StoreError>>,
-) {
-    for ((append, reply), result) in batch.into_iter().zip(results) {
-        if let Err(error) = &result {
-            tracing::error!(%error, mission = append.mission, "cannot store in the mission log");
-        }
-        let _ = reply.send(result);
-    }
-}
-
 /// Owner and bytes of a mission: the columns from `first` on.
 fn taken(row: &Row<'_>, first: usize) -> rusqlite::Result<Taken> {
     Ok(Taken {
@@ -489,7 +422,8 @@ fn store(
     if let Some(KeyedAnswer { key, request, .. }) = &append.answered
         && let Some((asked, answer)) = idempotency::find(transaction, &append.mission, key)?
     {
-        return Ok(if asked == *request {
+        let is_same = asked == *request;
+        return Ok(if is_same {
             Appended::AnsweredBefore(answer)
         } else {
             Appended::KeyTaken

@@ -53,7 +53,7 @@ fn flag(setting: &'static Setting) -> Arg {
 pub(crate) fn hidden_places() -> impl Iterator<Item = Arg> {
     let places = COMMON
         .iter()
-        .filter(|setting| ["data", "tokens"].contains(&setting.name));
+        .filter(|setting| ["data", "store", "tokens"].contains(&setting.name));
     places.map(|setting| flag(setting).global(true).hide(true))
 }
 

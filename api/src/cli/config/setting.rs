@@ -45,6 +45,13 @@ pub(crate) const COMMON: &[Setting] = &[
         help: "Data directory, created if missing",
     },
     Setting {
+        name: "store",
+        kind: Kind::Text,
+        default: None,
+        value_name: "URL",
+        help: "PostgreSQL database of the missions, postgres://USER@HOST:PORT,HOST:PORT/NAME, which several services share; by default the data directory has them",
+    },
+    Setting {
         name: "tokens",
         kind: Kind::Text,
         default: None,
@@ -137,7 +144,28 @@ pub(crate) const SERVE: &[Setting] = &[
         kind: Kind::Number(|| 0.0..=1e6),
         default: Some("0"),
         value_name: "GIB",
-        help: "Disk space for the missions of one client, GiB; 0 allows half of the space that is free or used by the log at the start",
+        help: "Disk space for the missions of one client, GiB; 0 allows half of the space that is free or used by the log at the start, and all of it with --store",
+    },
+    Setting {
+        name: "advertise",
+        kind: Kind::Text,
+        default: None,
+        value_name: "URL",
+        help: "With --store: where the other services reach this one, http://HOST:PORT or https://HOST:PORT; by default the address to listen on",
+    },
+    Setting {
+        name: "advertise_ca",
+        kind: Kind::Text,
+        default: None,
+        value_name: "FILE",
+        help: "With --store, if services call each other by HTTPS: certificate of the authority (PEM) that signed theirs",
+    },
+    Setting {
+        name: "lease_s",
+        kind: Kind::Number(|| 0.5..=60.0),
+        default: Some("2"),
+        value_name: "S",
+        help: "With --store: how long this service keeps its missions while the database does not answer, s, from 0.5 to 60; then another one takes them",
     },
     Setting {
         name: "shutdown_delay_s",

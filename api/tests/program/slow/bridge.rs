@@ -226,7 +226,7 @@ fn follow_through_a_take_over_and_a_kill(craft: &mut dyn Craft, server: &Server)
     for what in [
         "the guided mode is ordered",
         "references are sent",
-        "a person has the craft",
+        "a person or a failsafe has the craft",
     ] {
         assert!(says(what), "no note says {what:?}: {notes:#?}");
     }

@@ -134,7 +134,7 @@ impl Home {
 }
 
 /// All events of the mission at `url`.
-fn record_at(url: &str) -> Vec<Value> {
+pub(crate) fn record_at(url: &str) -> Vec<Value> {
     let mut answer = agent()
         .get(format!("{url}/record?format=events_ndjson"))
         .call()
@@ -403,7 +403,7 @@ fn try_once(agent: &Agent, url: &str, key: &str, body: &str) -> Option<u64> {
     let text = answer.body_mut().read_to_string().ok()?;
     match answer.status().as_u16() {
         200 => Some(parsed(&text)["sequence"].as_u64().expect("it has a number")),
-        503 | 507 => None,
+        503 | 504 | 507 => None,
         other => panic!("{key} is answered with {other}: {text}"),
     }
 }

@@ -9,7 +9,8 @@ use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
 
 use super::super::{
-    CraftPose, Frame, KnownDepth, Modem, ModemKind, Mounting, PoseHistory, Settings, seatrac, sentences,
+    CraftPose, Frame, KnownDepth, Modem, ModemKind, PoseHistory, Settings, mounting::Mounting, seatrac,
+    sentences,
 };
 use crate::{AuvFix, Geographic};
 

@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::{
-    OutputLimiter, OutputLimits,
     mavlink::{Action, Authority, Autopilot, Conditions, Control, Heartbeat},
+    output_limiter::{OutputLimiter, OutputLimits},
 };
 
 const LIMITS: OutputLimits = OutputLimits {

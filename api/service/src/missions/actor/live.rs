@@ -114,6 +114,9 @@ impl Actor for Live {
         let Some(request) = self.state.request(now) else {
             return self.show_waits_for();
         };
+        if !self.context.may_plan() {
+            return self.miss(1);
+        }
         if let Err(problem) = self.plan_for(request, now, due).await {
             tracing::warn!(mission = self.context.mission.id, ?problem, "no plan");
             self.miss(1);
@@ -222,7 +225,7 @@ impl Live {
         let checkpoint = Checkpoint::json(Some(state.clone()), plan.clone());
         let events = vec![Event::Planned(Box::new(event))];
         self.context.append(events, None, Some(checkpoint)).await?;
-        let metrics = self.context.planners.metrics();
+        let metrics = &self.context.planners.metrics;
         metrics.plan(PlanFor::Live, &made.plan, made.solve_time);
         metrics.late(late);
         self.log_changes(plan.as_deref());
@@ -290,13 +293,13 @@ impl Live {
         let warns =
             self.context.is_running() && !self.context.view.borrow().plan.as_deref().is_none_or(follows);
         if warns != self.does_not_follow.is_some() {
-            let metrics = self.context.planners.metrics();
+            let metrics = &self.context.planners.metrics;
             self.does_not_follow = warns.then(|| metrics.does_not_follow());
         }
     }
 
     fn miss(&self, plans: u64) {
-        self.context.planners.metrics().missed(plans);
+        self.context.planners.metrics.missed(plans);
         self.context.view.send_modify(|view| view.missed += plans);
     }
 

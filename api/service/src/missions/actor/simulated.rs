@@ -125,7 +125,7 @@ impl Simulated {
                 made: None,
             })
         });
-        let metrics = self.context.planners.metrics();
+        let metrics = &self.context.planners.metrics;
         for Tick { made, .. } in &ticks {
             metrics.plan(PlanFor::Simulated, &made.plan, made.solve_time);
         }

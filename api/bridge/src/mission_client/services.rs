@@ -1,0 +1,50 @@
+//! Services that share their missions: one that does not answer is left for the next.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// The services, and which of them is asked.
+#[derive(Debug)]
+pub(super) struct Services {
+    /// Of their missions.
+    urls: Vec<String>,
+    asked: AtomicUsize,
+}
+
+impl Services {
+    /// The first of `urls` is asked first.
+    ///
+    /// # Panics
+    /// If there is none.
+    pub(super) fn new(urls: &[String]) -> Self {
+        assert!(!urls.is_empty(), "a client needs a service");
+        let missions = urls
+            .iter()
+            .map(|url| format!("{}/v1/missions", url.trim_end_matches('/')));
+        Self {
+            urls: missions.collect(),
+            asked: AtomicUsize::new(0),
+        }
+    }
+
+    /// Which service to ask, and the URL of its missions.
+    pub(super) fn asked(&self) -> (usize, &str) {
+        let asked = self.asked.load(Ordering::Relaxed);
+        (asked, &self.urls[asked])
+    }
+
+    /// The service `silent` does not answer: the next one is asked from now on, unless another thread has seen it before.
+    pub(super) fn leave(&self, silent: usize) {
+        let next = (silent + 1) % self.urls.len();
+        let left = self
+            .asked
+            .compare_exchange(silent, next, Ordering::Relaxed, Ordering::Relaxed);
+        if left.is_ok() && next != silent {
+            // The status line says that a service does not answer; several that are away would fill the log.
+            tracing::debug!(
+                from = self.urls[silent],
+                to = self.urls[next],
+                "asks the next service"
+            );
+        }
+    }
+}

@@ -1,0 +1,241 @@
+//! Calls about a mission that another service has: they are forwarded to it, and its answer is the answer.
+//!
+//! Reads of what is stored are answered here. A forwarded call is never forwarded again: while owners change, the client asks again.
+
+use std::time::Duration;
+
+use axum::{
+    RequestExt as _,
+    body::{Body, Bytes, to_bytes},
+    extract::{MatchedPath, RawPathParams, Request},
+    http::{HeaderName, HeaderValue, Method, Response as HttpResponse, Uri, Version, header},
+    middleware::Next,
+    response::{IntoResponse, Response},
+};
+use futures_util::stream::{self, Stream, StreamExt as _};
+use hyper_rustls::{HttpsConnector, HttpsConnectorBuilder};
+use hyper_util::{
+    client::legacy::{Client, connect::HttpConnector},
+    rt::TokioExecutor,
+};
+use tokio::time::sleep;
+use tokio_rustls::rustls::ClientConfig;
+
+use crate::{
+    missions::Missions,
+    problem::Problem,
+    request_id::{self, RequestId},
+    roots::verified_by,
+    store::StoreError,
+};
+
+/// Marks a forwarded call.
+const FORWARDED: HeaderName = HeaderName::from_static("pilotfish-forwarded");
+
+/// Routes of a mission.
+const MISSION: &str = "/v1/missions/{id}";
+
+/// Those whose answer is in the store.
+const STORED: [&str; 3] = [MISSION, "/v1/missions/{id}/record", "/v1/missions/{id}/scene"];
+
+/// Headers of a client that are not for the other service: those of its connection, and those by which pages of other sites are
+/// recognised, which this service has done.
+const OWN: [HeaderName; 8] = [
+    header::HOST,
+    header::CONNECTION,
+    header::TRANSFER_ENCODING,
+    header::UPGRADE,
+    header::EXPECT,
+    header::ORIGIN,
+    HeaderName::from_static("sec-fetch-site"),
+    HeaderName::from_static("sec-fetch-mode"),
+];
+
+/// Headers of an answer that are handed on; this service adds its own.
+const ANSWERED: [HeaderName; 6] = [
+    header::CONTENT_TYPE,
+    header::CONTENT_LENGTH,
+    header::CONTENT_DISPOSITION,
+    header::ETAG,
+    header::LOCATION,
+    header::RETRY_AFTER,
+];
+
+/// Time for a connection to another service.
+const CONNECT_TIME: Duration = Duration::from_secs(1);
+
+/// Time for the head of an answer: that of the longest wait for a reference, 60 s, and some more.
+const HEAD_TIME: Duration = Duration::from_secs(75);
+
+/// Longest complete answer that is handed on: it is read whole, since the other service may die within it.
+const WHOLE_MAX: usize = 16 << 20;
+
+/// Longest time without a part of an answer that has begun: streams have a heartbeat every 15 s. A connection that was cut does not
+/// end by itself.
+const QUIET_MAX: Duration = Duration::from_secs(30);
+
+/// How often to ask whether the other service still has the mission, while it does not answer.
+const ASK_AGAIN: Duration = Duration::from_millis(500);
+
+/// Forwards calls to the owners of missions.
+#[derive(Clone)]
+pub(crate) struct Forwarding {
+    missions: Missions,
+    client: Client<HttpsConnector<HttpConnector>, Body>,
+}
+
+impl Forwarding {
+    /// None if no other service shares the missions. With `tls` services can be called by HTTPS too.
+    pub(crate) fn of(missions: Option<&Missions>, tls: Option<ClientConfig>) -> Option<Self> {
+        let missions = missions.filter(|missions| missions.are_shared())?.clone();
+        let mut connector = HttpConnector::new();
+        connector.set_connect_timeout(Some(CONNECT_TIME));
+        connector.set_nodelay(true);
+        connector.enforce_http(false);
+        let tls = tls.unwrap_or_else(|| verified_by(None).expect("ring has TLS 1.2 and 1.3"));
+        let connector = HttpsConnectorBuilder::new()
+            .with_tls_config(tls)
+            .https_or_http()
+            .enable_http1()
+            .wrap_connector(connector);
+        let client = Client::builder(TokioExecutor::new()).build(connector);
+        Some(Self { missions, client })
+    }
+
+    /// Has the call answered by the owner of its mission.
+    pub(crate) async fn handle(self, mut request: Request, next: Next) -> Response {
+        let Some(id) = mission_of(&mut request).await else {
+            return next.run(request).await;
+        };
+        let is_forwarded = request.headers().contains_key(FORWARDED);
+        match self.missions.owner(&id).await {
+            Err(Problem::Elsewhere(url)) if !is_forwarded && !self.missions.is_own(&url) => {
+                self.forward(&id, &url, request).await
+            }
+            Err(problem @ Problem::Elsewhere(_)) => problem.into_response(),
+            // Another problem is the handler's.
+            _ => next.run(request).await,
+        }
+    }
+
+    async fn forward(self, id: &str, url: &str, request: Request) -> Response {
+        let elsewhere = || Problem::Elsewhere(url.to_owned());
+        // The other service may have carried out a command before it fell silent.
+        let reads = request.method() == Method::GET;
+        let silent = || if reads { elsewhere() } else { Problem::Unanswered };
+        let Some(request) = to(url, request) else {
+            tracing::error!(url, "the other service cannot be called at this URL");
+            return elsewhere().into_response();
+        };
+        let answer = tokio::select! {
+            answer = self.client.request(request) => answer,
+            () = moved(&self.missions, id, url, false) => return silent().into_response(),
+            () = sleep(HEAD_TIME) => return silent().into_response(),
+        };
+        match answer {
+            Ok(answer) => match self.handed_on(id, url, answer.map(Body::new)).await {
+                Ok(answer) => answer,
+                Err(_) => silent().into_response(),
+            },
+            Err(error) => {
+                let cause = std::error::Error::source(&error).map(ToString::to_string);
+                tracing::warn!(%error, cause, url, "the other service did not answer");
+                let problem = if error.is_connect() { elsewhere() } else { silent() };
+                problem.into_response()
+            }
+        }
+    }
+
+    /// The answer with this service's headers: complete, or a stream that is cut off when the mission moves. Fails if the other service
+    /// dies before a complete answer.
+    async fn handed_on(
+        self,
+        id: &str,
+        url: &str,
+        answer: HttpResponse<Body>,
+    ) -> Result<Response, axum::Error> {
+        let (head, body) = answer.into_parts();
+        let body = if head.headers.contains_key(header::CONTENT_LENGTH) {
+            tokio::select! {
+                whole = to_bytes(body, WHOLE_MAX) => whole?.into(),
+                () = moved(&self.missions, id, url, false) => return Err(axum::Error::new("the mission has moved")),
+                () = sleep(QUIET_MAX) => return Err(axum::Error::new("the other service fell silent")),
+            }
+        } else {
+            Body::from_stream(until_moved(body, self.missions, id.to_owned(), url.to_owned()))
+        };
+        let mut handed_on = Response::new(body);
+        *handed_on.status_mut() = head.status;
+        for name in ANSWERED {
+            if let Some(value) = head.headers.get(&name) {
+                handed_on.headers_mut().insert(name, value.clone());
+            }
+        }
+        Ok(handed_on)
+    }
+}
+
+/// The mission of a call that only its owner can answer.
+async fn mission_of(request: &mut Request) -> Option<String> {
+    let route = request.extensions().get::<MatchedPath>()?.as_str();
+    let is_stored = request.method() == Method::GET && STORED.contains(&route);
+    if is_stored || !route.starts_with(MISSION) {
+        return None;
+    }
+    let params = request.extract_parts::<RawPathParams>().await.ok()?;
+    let id = params.iter().find(|(name, _)| *name == "id");
+    id.map(|(_, id)| id.to_owned())
+}
+
+/// The call for the service at `url`.
+fn to(url: &str, mut request: Request) -> Option<Request> {
+    let path = request.uri().path_and_query().map_or("/", |path| path.as_str());
+    *request.uri_mut() = format!("{}{path}", url.trim_end_matches('/'))
+        .parse::<Uri>()
+        .ok()?;
+    let id = request.extensions().get().map(|RequestId(id)| id.clone());
+    let headers = request.headers_mut();
+    for name in OWN {
+        headers.remove(name);
+    }
+    headers.insert(FORWARDED, HeaderValue::from_static("1"));
+    if let Some(Ok(id)) = id.map(|id| HeaderValue::from_str(&id)) {
+        headers.insert(&request_id::HEADER, id);
+    }
+    *request.version_mut() = Version::HTTP_11;
+    request.extensions_mut().clear();
+    Some(request)
+}
+
+/// Waits until the service at `url` no longer has the mission.
+async fn moved(missions: &Missions, id: &str, url: &str, is_stream: bool) {
+    loop {
+        sleep(ASK_AGAIN).await;
+        match missions.owner(id).await {
+            Err(Problem::Elsewhere(now)) if now == url => {}
+            // This service stops: a stream would last, another answer is still awaited.
+            Err(Problem::Log(StoreError::Closed)) if is_stream => return,
+            // It may still have it.
+            Err(Problem::Log(_)) => {}
+            _ => return,
+        }
+    }
+}
+
+/// The body, cut off when the service at `url` no longer has the mission: a reader connects again.
+fn until_moved(
+    body: Body,
+    missions: Missions,
+    id: String,
+    url: String,
+) -> impl Stream<Item = Result<Bytes, axum::Error>> {
+    let moved = Box::pin(async move { moved(&missions, &id, &url, true).await });
+    stream::unfold(Some((body.into_data_stream(), moved)), async |state| {
+        let (mut body, mut moved) = state?;
+        tokio::select! {
+            chunk = body.next() => Some((chunk?, Some((body, moved)))),
+            () = &mut moved => Some((Err(axum::Error::new("the mission has moved")), None)),
+            () = sleep(QUIET_MAX) => Some((Err(axum::Error::new("the other service fell silent")), None)),
+        }
+    })
+}

@@ -1,0 +1,128 @@
+//! Missions that several services share: which of them this service continues, and how it hands them over.
+
+use std::{collections::HashSet, future::pending, time::Duration};
+
+use futures_util::stream::{self, StreamExt as _};
+use tokio::{
+    sync::broadcast,
+    time::{Instant, sleep},
+};
+
+use super::{actor::Ownership, registry::Missions};
+use crate::{
+    problem::Problem,
+    store::{Lease, Owned, StoreError, StoredEvent, Turn},
+};
+
+/// Longest time between two turns: in less than a plan, missions that were handed over have a new owner.
+const TURN_MAX: Duration = Duration::from_millis(250);
+
+/// Missions that are continued at the same time: each reads the store.
+const STARTED_AT_ONCE: usize = 8;
+
+/// Longest wait for actors to end: each finishes its plan.
+const END_TIME: Duration = Duration::from_secs(1);
+
+impl Missions {
+    /// Continues running missions that no service owns, up to this service's share, until the service stops.
+    pub(super) async fn keep_share(self, lease: Lease) {
+        let mut incarnation = None;
+        // Damaged missions: their clients get the error.
+        let mut failed = HashSet::new();
+        while self.is_open() {
+            if let Ok(now) = lease.incarnation() {
+                if incarnation.replace(now) != Some(now) {
+                    failed.clear();
+                    self.forget_before(now);
+                }
+                let asked = lease.clone();
+                match self.own(move || asked.take_turn()).await {
+                    Ok(turn) => self.take(turn, now, &mut failed).await,
+                    Err(problem) => tracing::debug!(?problem, "no turn was taken"),
+                }
+            }
+            sleep(lease.turn_time().min(TURN_MAX)).await;
+        }
+    }
+
+    async fn take(&self, turn: Turn, incarnation: u64, failed: &mut HashSet<String>) {
+        let Turn { taken, running } = turn;
+        let taken = stream::iter(taken).map(|Owned { mission, epoch }| async move {
+            let id = mission.id.clone();
+            let _start = self.start_of(&id).lock().await;
+            let started = self.start_actor(mission, Ownership { epoch, incarnation }).await;
+            (id, started.map(drop))
+        });
+        let mut started: Vec<(String, Result<(), Problem>)> =
+            taken.buffer_unordered(STARTED_AT_ONCE).collect().await;
+        let n_taken = started.iter().filter(|(_, started)| started.is_ok()).count();
+        // Actors end when it is unknown whether their last event is stored.
+        let ended = running.into_iter();
+        let ended = ended.filter(|id| !failed.contains(id) && matches!(self.active(id), Ok(None)));
+        let again = stream::iter(ended).map(|id| async move {
+            let started = self.handle(&id).await;
+            (id, started.map(drop))
+        });
+        let again: Vec<_> = again.buffer_unordered(STARTED_AT_ONCE).collect().await;
+        started.extend(again);
+        for (id, started) in started {
+            match started {
+                Ok(()) => {}
+                Err(problem @ Problem::Log(StoreError::Damaged(_))) => {
+                    tracing::error!(mission = id, ?problem, "the mission does not continue");
+                    failed.insert(id);
+                }
+                // The next turn tries again.
+                Err(problem) => tracing::debug!(mission = id, ?problem, "the mission does not continue yet"),
+            }
+        }
+        if 0 < n_taken {
+            tracing::info!(n_taken, "missions without an owner continue here");
+        }
+    }
+
+    /// Fails if another service has the mission `id`; starts it if none has.
+    pub(crate) async fn owner(&self, id: &str) -> Result<(), Problem> {
+        self.handle(id).await.map(drop)
+    }
+
+    /// Waits until this service has, or may have, lost the missions that it had in that incarnation: their streams end.
+    pub(super) async fn lost(&self, incarnation: u64) -> Problem {
+        let Some(lease) = self.store.lease() else {
+            return pending().await;
+        };
+        loop {
+            sleep(lease.turn_time()).await;
+            match lease.incarnation() {
+                Ok(now) if now == incarnation => {}
+                Ok(_) => return Problem::Behind,
+                Err(error) => return error.into(),
+            }
+        }
+    }
+
+    /// Whether that URL is this service's own: a call for it is not forwarded, also if another service advertises the same URL.
+    pub(crate) fn is_own(&self, url: &str) -> bool {
+        self.store.lease().is_some_and(|lease| lease.url() == url)
+    }
+
+    /// Ends every actor and every stream, and frees the missions for the other services. Without others, the next start continues
+    /// from what is stored.
+    pub async fn stop(&self) {
+        let ended = self.end_actors();
+        let Some(lease) = self.store.lease().cloned() else {
+            return;
+        };
+        let has_ended = |events: &broadcast::WeakSender<StoredEvent>| events.upgrade().is_none();
+        let end = Instant::now() + END_TIME;
+        while Instant::now() < end && !ended.iter().all(has_ended) {
+            sleep(Duration::from_millis(5)).await;
+        }
+        if let Err(problem) = self.own(move || lease.leave()).await {
+            tracing::warn!(
+                ?problem,
+                "the missions were not handed over: their lease ends by itself"
+            );
+        }
+    }
+}

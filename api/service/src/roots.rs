@@ -1,0 +1,37 @@
+//! Certificates of authorities, by which this service verifies the servers that it calls.
+
+use std::{fmt, fs, path::Path, sync::Arc};
+
+use tokio_rustls::rustls::{
+    self, ClientConfig, RootCertStore,
+    crypto::ring,
+    pki_types::{CertificateDer, pem::PemObject as _},
+};
+
+/// How servers are called by TLS: one whose certificate no authority of the PEM file `path` has signed is refused. Without `path` every
+/// server is refused. Fails with the reason.
+pub fn verified_by(path: Option<&Path>) -> Result<ClientConfig, String> {
+    let mut roots = RootCertStore::empty();
+    if let Some(path) = path {
+        add(&mut roots, path).map_err(|reason| format!("{}: {reason}", path.display()))?;
+    }
+    let builder = ClientConfig::builder_with_provider(Arc::new(ring::default_provider()));
+    let builder = builder.with_safe_default_protocol_versions();
+    let builder = builder.map_err(|error: rustls::Error| error.to_string())?;
+    Ok(builder.with_root_certificates(roots).with_no_client_auth())
+}
+
+fn add(roots: &mut RootCertStore, path: &Path) -> Result<(), String> {
+    let text = fs::read(path).map_err(shown)?;
+    for certificate in CertificateDer::pem_slice_iter(&text) {
+        roots.add(certificate.map_err(shown)?).map_err(shown)?;
+    }
+    if roots.is_empty() {
+        return Err("it has no certificate".to_owned());
+    }
+    Ok(())
+}
+
+fn shown(error: impl fmt::Display) -> String {
+    error.to_string()
+}

@@ -1,0 +1,266 @@
+//! Moves what is stored from one store to another, of the same kind or not. No service uses either meanwhile.
+
+use std::path::PathBuf;
+
+use rusqlite::Connection;
+use tokio_postgres::types::ToSql;
+
+use super::{
+    EventStore,
+    error::StoreError,
+    postgres::{self, batch::end, link::Link},
+    reader::FILE_NAME,
+    rows::{Param, Row, Rows},
+    sql::{with_nul, without_nul},
+};
+
+/// Where a store is.
+#[derive(Clone, Debug)]
+pub enum StorePlace {
+    /// A data directory.
+    Directory(PathBuf),
+    /// The URL of a database.
+    Database(String),
+}
+
+/// How much was copied.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Copied {
+    /// Missions.
+    pub missions: u64,
+    /// Their events.
+    pub events: u64,
+}
+
+/// A type of column.
+#[derive(Clone, Copy)]
+enum Kind {
+    Whole,
+    Real,
+    /// A real number or nothing.
+    Perhaps,
+    Text,
+    /// A text that may have a NUL.
+    Key,
+    Bytes,
+}
+use Kind::{Bytes, Key, Perhaps, Real, Text, Whole};
+
+/// A table that is copied, which of its rows, and its columns.
+type Table = (&'static str, &'static str, &'static [(&'static str, Kind)]);
+
+/// The rows of missions that are not deleted.
+const KEPT: &str = "WHERE mission IN (SELECT number FROM missions WHERE status <> 'deleted')";
+
+/// In the order of their references.
+const TABLES: [Table; 7] = [
+    (
+        "missions",
+        "WHERE status <> 'deleted' ORDER BY number",
+        &[
+            ("number", Whole),
+            ("id", Text),
+            ("status", Text),
+            ("summary", Bytes),
+            ("owner", Text),
+            ("bytes", Whole),
+            ("over_s", Perhaps),
+        ],
+    ),
+    (
+        "events",
+        KEPT,
+        &[
+            ("mission", Whole),
+            ("sequence", Whole),
+            ("kind", Text),
+            ("body", Bytes),
+        ],
+    ),
+    (
+        "snapshots",
+        KEPT,
+        &[("mission", Whole), ("sequence", Whole), ("body", Bytes)],
+    ),
+    (
+        "answered",
+        KEPT,
+        &[
+            ("mission", Whole),
+            ("key", Key),
+            ("request", Bytes),
+            ("answer", Bytes),
+        ],
+    ),
+    (
+        "orders",
+        "ORDER BY number",
+        &[
+            ("number", Whole),
+            ("at_s", Real),
+            ("caller", Text),
+            ("request", Text),
+            ("mission", Text),
+            ("action", Text),
+        ],
+    ),
+    ("salts", "", &[("salt", Bytes)]),
+    (
+        "guards",
+        "",
+        &[
+            ("protected", Whole),
+            ("trusted_s", Real),
+            ("agreed_s", Real),
+            ("clock_s", Real),
+            ("up_s", Real),
+        ],
+    ),
+];
+
+/// Tables that have a row from the start.
+const WITH_ROW: &str = "DELETE FROM salts; DELETE FROM guards;";
+
+/// What a database has besides: numbers of last events, and the next numbers.
+const COMPLETE: &str = "
+    UPDATE missions SET sequence = coalesce((SELECT max(sequence) FROM events WHERE mission = number), 0);
+    SELECT setval(pg_get_serial_sequence('missions', 'number'), coalesce((SELECT max(number) FROM missions), 1));
+    SELECT setval(pg_get_serial_sequence('orders', 'number'), coalesce((SELECT max(number) FROM orders), 1));
+";
+
+/// Copies everything to a store without missions. What is there appears completely or not at all.
+pub fn copy(from: &StorePlace, to: &StorePlace) -> Result<Copied, StoreError> {
+    if let StorePlace::Directory(path) = from
+        && !path.join(FILE_NAME).exists()
+    {
+        return Err(from.refused("there is no mission log"));
+    }
+    let source = from.open()?;
+    let target = to.open()?;
+    if !target.reader()?.missions(0, 1, 0)?.0.is_empty() {
+        return Err(to.refused("it has missions already: choose an empty store"));
+    }
+    let source = source.reader()?;
+    match to {
+        StorePlace::Directory(path) => {
+            let connection = Connection::open(path.join(FILE_NAME))?;
+            copy_all(&source.0, &Target::Sqlite(&connection))
+        }
+        StorePlace::Database(url) => {
+            let database = postgres::open(url)?;
+            copy_all(&source.0, &Target::Postgres(&database.connect()?))
+        }
+    }
+}
+
+impl StorePlace {
+    /// The store, which no service uses.
+    fn open(&self) -> Result<EventStore, StoreError> {
+        match self {
+            Self::Directory(path) => EventStore::open(path),
+            Self::Database(url) => {
+                let store = EventStore::open_database(url, None, u64::MAX)?;
+                let services = "SELECT id FROM services";
+                let first = store
+                    .reader()?
+                    .0
+                    .first(services, &[], |row| row.get::<String>(0))?;
+                match first {
+                    None => Ok(store),
+                    Some(_) => Err(self
+                        .refused("services use it: stop them (after one was killed: start one for two leases, and stop it)")),
+                }
+            }
+        }
+    }
+
+    fn refused(&self, why: &str) -> StoreError {
+        match self {
+            Self::Directory(path) => StoreError::open(path, &why),
+            Self::Database(_) => StoreError::open("of --from or --to".as_ref(), &why),
+        }
+    }
+}
+
+/// The writing connection.
+enum Target<'a> {
+    Sqlite(&'a Connection),
+    Postgres(&'a Link),
+}
+
+impl Target<'_> {
+    fn batch(&self, statements: &str) -> Result<(), StoreError> {
+        match self {
+            Self::Sqlite(connection) => Ok(connection.execute_batch(statements)?),
+            Self::Postgres(link) => link.batch(statements),
+        }
+    }
+
+    fn insert(&self, statement: &str, values: &[Box<dyn Param>]) -> Result<(), StoreError> {
+        match self {
+            Self::Sqlite(connection) => {
+                let mut insert = connection.prepare_cached(statement)?;
+                let values = values.iter().map(|value| &**value as &dyn rusqlite::ToSql);
+                insert.execute(rusqlite::params_from_iter(values))?;
+            }
+            Self::Postgres(link) => {
+                let values: Vec<_> = values
+                    .iter()
+                    .map(|value| &**value as &(dyn ToSql + Sync))
+                    .collect();
+                link.execute(statement, &values)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn copy_all(source: &Rows, target: &Target<'_>) -> Result<Copied, StoreError> {
+    target.batch("BEGIN")?;
+    target.batch(WITH_ROW)?;
+    let mut copied = Copied::default();
+    for (table, rows, columns) in TABLES {
+        let names: Vec<&str> = columns.iter().map(|(name, _)| *name).collect();
+        let places: Vec<String> = (1..=columns.len()).map(|place| format!("?{place}")).collect();
+        let (names, places) = (names.join(", "), places.join(", "));
+        let insert = format!("INSERT INTO {table} ({names}) VALUES ({places})");
+        let mut n = 0;
+        source.each(&format!("SELECT {names} FROM {table} {rows}"), &[], &mut |row| {
+            let values = columns.iter().enumerate();
+            let values = values.map(|(column, (_, kind))| value(row, column, *kind, target));
+            target.insert(&insert, &values.collect::<Result<Vec<_>, _>>()?)?;
+            n += 1;
+            Ok(true)
+        })?;
+        match table {
+            "missions" => copied.missions = n,
+            "events" => copied.events = n,
+            _ => {}
+        }
+    }
+    match target {
+        Target::Sqlite(_) => target.batch("COMMIT")?,
+        Target::Postgres(link) => {
+            link.batch(COMPLETE)?;
+            end(link)?;
+        }
+    }
+    Ok(copied)
+}
+
+fn value(row: &Row<'_>, column: usize, kind: Kind, to: &Target<'_>) -> Result<Box<dyn Param>, StoreError> {
+    Ok(match kind {
+        Kind::Whole => Box::new(row.get::<i64>(column)?),
+        Kind::Real => Box::new(row.get::<f64>(column)?),
+        Kind::Perhaps => Box::new(row.get::<Option<f64>>(column)?),
+        Kind::Text => Box::new(row.get::<String>(column)?),
+        Kind::Key => {
+            let key: String = row.get(column)?;
+            Box::new(match to {
+                Target::Sqlite(_) => with_nul(&key),
+                Target::Postgres(_) => without_nul(&key).into_owned(),
+            })
+        }
+        Kind::Bytes => Box::new(row.get::<Vec<u8>>(column)?),
+    })
+}

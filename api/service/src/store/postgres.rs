@@ -1,0 +1,219 @@
+//! The store in PostgreSQL, which several services share.
+//!
+//! ```text
+//! actors ── Append ──► one writer thread: BEGIN; lock the missions; compare owner and epoch; all appends; COMMIT ──► replies
+//! keeper ── a thread that renews this service's lease, and ends those of services that are gone
+//! readers ── connections of a pool
+//! ```
+//! A reply whose commit is not known to have succeeded says so: the client sends again with the same key.
+
+use std::{
+    env,
+    net::IpAddr,
+    path::{Path, PathBuf},
+    sync::Arc,
+    time::Duration,
+};
+
+use tokio_postgres::{
+    Config,
+    config::{Host, SslMode, TargetSessionAttrs},
+};
+
+use super::error::StoreError;
+use crate::roots::verified_by;
+
+pub(super) mod batch;
+mod columns;
+mod keeper;
+pub(super) mod lease;
+pub(super) mod link;
+pub(super) mod member;
+mod schema;
+mod tls;
+mod wait;
+pub(super) mod writer;
+
+use link::{Database, PATIENCE, Pooled};
+use tls::Tls;
+
+/// Time for a connection to one of the hosts: the next may be the one that answers.
+const CONNECT_TIME: Duration = Duration::from_secs(1);
+
+/// Begins of the address of a database.
+const SCHEMES: [&str; 2] = ["postgres://", "postgresql://"];
+
+/// The database of a URL, migrated to the newest tables.
+pub(super) fn open(url: &str) -> Result<Database, StoreError> {
+    let database = database(url)?;
+    schema::migrate(&database.connect()?, database.name())?;
+    Ok(database)
+}
+
+/// A reading connection to the database of a URL.
+pub(super) fn reading(url: &str) -> Result<Pooled, StoreError> {
+    let database = database(url)?;
+    let pooled = database.reading()?;
+    pooled.with(|link| schema::require_newest(link, database.name()))?;
+    Ok(pooled)
+}
+
+fn database(url: &str) -> Result<Database, StoreError> {
+    let (address, mut tls) = (without_tls(url), TlsWanted::of(url));
+    let read = |address: &str| {
+        let config = address.parse::<Config>();
+        // The reason of the library may repeat the password.
+        config.map_err(|_| invalid("is not postgres://user@host:port,host:port/database"))
+    };
+    let config = read(&address)?;
+    if !SCHEMES.iter().any(|scheme| url.starts_with(scheme)) || config.get_hosts().is_empty() {
+        return Err(invalid("begins with postgres:// and names a host"));
+    }
+    let name = name(&config);
+    let refused = |reason: String| StoreError::open(name.as_ref(), &reason);
+    if tls.mode.is_none() && config.get_hosts().iter().all(is_this_machine) {
+        tls.mode = Some("disable".to_owned());
+    }
+    let (ssl_mode, roots) = match tls.mode.as_deref() {
+        Some("disable") => (SslMode::Disable, None),
+        Some("require" | "verify-full") => {
+            let file = tls.roots.ok_or_else(|| {
+                refused(
+                    "sslmode needs sslrootcert=FILE, by which the server's certificate is verified"
+                        .to_owned(),
+                )
+            })?;
+            (SslMode::Require, Some(PathBuf::from(file)))
+        }
+        _ => {
+            return Err(refused(
+                "add sslmode=verify-full&sslrootcert=FILE, or sslmode=disable in a trusted network"
+                    .to_owned(),
+            ));
+        }
+    };
+    let mut hosts = vec![];
+    for address in of_each_host(&address) {
+        let mut host = read(&address)?;
+        if host.get_password().is_none()
+            && let Ok(password) = env::var("PGPASSWORD")
+        {
+            host.password(password);
+        }
+        host.ssl_mode(ssl_mode)
+            .application_name("pilotfish")
+            .target_session_attrs(TargetSessionAttrs::ReadWrite)
+            .connect_timeout(CONNECT_TIME)
+            .tcp_user_timeout(PATIENCE)
+            .keepalives_idle(PATIENCE)
+            .keepalives_interval(CONNECT_TIME)
+            .keepalives_retries(2);
+        hosts.push(host);
+    }
+    let client = verified_by(roots.as_deref()).map_err(refused)?;
+    Database::new(hosts, Tls(Arc::new(client)), name)
+}
+
+fn invalid(why: &str) -> StoreError {
+    StoreError::open(Path::new("of --store"), &format!("the URL {why}"))
+}
+
+/// What a URL says about TLS, which is verified as PostgreSQL's `verify-full` does.
+struct TlsWanted {
+    mode: Option<String>,
+    roots: Option<String>,
+}
+
+impl TlsWanted {
+    fn of(url: &str) -> Self {
+        let query = url.split_once('?').map_or("", |(_, query)| query);
+        let value = |key: &str| {
+            let mut pairs = form_urlencoded::parse(query.as_bytes());
+            pairs
+                .find(|(name, _)| name == key)
+                .map(|(_, value)| value.into_owned())
+        };
+        Self {
+            mode: value("sslmode"),
+            roots: value("sslrootcert"),
+        }
+    }
+}
+
+/// The URL without what [`TlsWanted`] reads.
+fn without_tls(url: &str) -> String {
+    let Some((address, query)) = url.split_once('?') else {
+        return url.to_owned();
+    };
+    let others = query
+        .split('&')
+        .filter(|pair| !pair.starts_with("sslmode=") && !pair.starts_with("sslrootcert="));
+    format!("{address}?{}", others.collect::<Vec<_>>().join("&"))
+}
+
+/// The same address with one of its hosts each.
+fn of_each_host(address: &str) -> Vec<String> {
+    let parts = address.split_once("://").and_then(|(scheme, rest)| {
+        let end = rest.find(['/', '?']).unwrap_or(rest.len());
+        let (authority, rest) = rest.split_at(end);
+        let (login, hosts) = authority
+            .rsplit_once('@')
+            .map_or(("", authority), |(login, hosts)| (login, hosts));
+        let at = if login.is_empty() { "" } else { "@" };
+        (!hosts.is_empty()).then(|| {
+            let one = |host| format!("{scheme}://{login}{at}{host}{rest}");
+            hosts.split(',').map(one).collect()
+        })
+    });
+    // Hosts may stand among the parameters too.
+    parts.unwrap_or_else(|| vec![address.to_owned()])
+}
+
+fn is_this_machine(host: &Host) -> bool {
+    match host {
+        Host::Tcp(name) => {
+            name == "localhost" || name.parse::<IpAddr>().is_ok_and(|address| address.is_loopback())
+        }
+        Host::Unix(_) => true,
+    }
+}
+
+/// Hosts and database, for people.
+fn name(config: &Config) -> String {
+    let hosts = config.get_hosts().iter().map(|host| match host {
+        Host::Tcp(name) => name.clone(),
+        Host::Unix(path) => path.display().to_string(),
+    });
+    let hosts: Vec<String> = hosts.collect();
+    format!(
+        "postgres://{}/{}",
+        hosts.join(","),
+        config.get_dbname().unwrap_or_default()
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_error_repeats_the_password() {
+        for url in [
+            "postgres://one:secret@database.example/missions",
+            "postgres://one:secret@database.example/missions?sslmode=verify-full",
+            "postgres://one:secret@:x/missions",
+            "http://one:secret@127.0.0.1/missions",
+        ] {
+            let refused = database(url).expect_err("is refused").to_string();
+            assert!(!refused.contains("secret"), "{refused}");
+        }
+        assert_eq!(
+            of_each_host("postgres://a:b@[::1]:5,two/c?d=e"),
+            ["postgres://a:b@[::1]:5/c?d=e", "postgres://a:b@two/c?d=e"]
+        );
+        assert_eq!(of_each_host("postgres:///c?host=/d"), ["postgres:///c?host=/d"]);
+        let database = database("postgres://one:secret@127.0.0.1:1,localhost:2/missions").expect("is one");
+        assert_eq!(database.name(), "postgres://127.0.0.1,localhost/missions");
+        assert!(!format!("{database:?}").contains("secret"));
+    }
+}

@@ -1,0 +1,235 @@
+//! Appends of different missions in one transaction.
+
+use std::collections::HashMap;
+
+use super::{
+    super::{
+        entry::{Append, Appended, AuditEntry},
+        error::StoreError,
+        shares::{Shares, Taken},
+        sql::{signed, without_nul},
+    },
+    columns::Columns,
+    link::Link,
+};
+
+/// Locks the missions, in order: two services that append to the same ones wait for each other, and do not block each other.
+const LOCK: &str = "SELECT number, sequence, owner, epoch, owner_service FROM missions
+    WHERE number = ANY(?1) AND status <> 'deleted' ORDER BY number FOR UPDATE";
+
+/// The answers to keys of missions.
+const ANSWERED: &str = "SELECT asked.place, request, answer
+    FROM unnest(?1::bigint[], ?2::text[], ?3::text[]) AS asked(place, id, key)
+    JOIN missions ON missions.id = asked.id AND status <> 'deleted'
+    JOIN answered ON answered.mission = missions.number AND answered.key = asked.key";
+
+const CREATE: &str = "INSERT INTO missions (id, status, summary, owner, bytes, sequence, over_s)
+    VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7) RETURNING number";
+
+/// Numbers of missions and orders rise with their commits, though several services store them: who reads on after a number misses
+/// none. The lock's number is this program's own; it is held until the commit.
+const IN_ORDER: &str = "SELECT pg_advisory_xact_lock(7083212650464)";
+
+const ORDER: &str = "INSERT INTO orders (at_s, caller, request, mission, action) VALUES (?1, ?2, ?3, ?4, ?5)";
+
+/// A mission as it is in the database, locked.
+struct Locked {
+    sequence: i64,
+    owner: String,
+    epoch: u64,
+    service: Option<String>,
+}
+
+/// Appends of different missions, and what became of each.
+pub(super) struct Batch<'a> {
+    appends: &'a [&'a Append],
+    /// This service; none if the store is not shared at the moment.
+    service: Option<&'a str>,
+    shares: &'a Shares,
+    /// Trusted time, Unix time, s.
+    now_s: f64,
+    /// In the order of the appends.
+    pub(super) appended: Vec<Appended>,
+    pub(super) taken: Vec<Taken>,
+}
+
+impl<'a> Batch<'a> {
+    pub(super) fn new(
+        appends: &'a [&'a Append],
+        service: Option<&'a str>,
+        shares: &'a Shares,
+        now_s: f64,
+    ) -> Self {
+        Self {
+            appends,
+            service,
+            shares,
+            now_s,
+            appended: vec![],
+            taken: vec![],
+        }
+    }
+
+    /// Stores what can be stored, and commits. After an error nothing is stored, except where it says that this is unknown.
+    pub(super) fn store(&mut self, link: &Link) -> Result<(), StoreError> {
+        link.batch("BEGIN")?;
+        let locked = self.lock(link)?;
+        let answered = self.answered(link)?;
+        for (place, append) in self.appends.iter().enumerate() {
+            let appended = match answered.get(&place) {
+                Some(answered) => answered.clone(),
+                None => self.decide(append, &locked),
+            };
+            self.appended.push(appended);
+        }
+        self.write(link, &locked)?;
+        end(link)
+    }
+
+    fn lock(&self, link: &Link) -> Result<HashMap<u64, Locked>, StoreError> {
+        let numbers: Vec<i64> = self
+            .appends
+            .iter()
+            .filter_map(|append| append.number.map(signed))
+            .collect();
+        if numbers.is_empty() {
+            return Ok(HashMap::new());
+        }
+        let rows = link.query(LOCK, &[&numbers])?;
+        let locked = rows.iter().map(|row| {
+            let epoch: i64 = row.try_get(3)?;
+            let locked = Locked {
+                sequence: row.try_get(1)?,
+                owner: row.try_get(2)?,
+                epoch: epoch.unsigned_abs(),
+                service: row.try_get(4)?,
+            };
+            Ok((row.try_get::<_, i64>(0)?.unsigned_abs(), locked))
+        });
+        locked.collect()
+    }
+
+    /// What became of appends whose key was answered before, by their places.
+    fn answered(&self, link: &Link) -> Result<HashMap<usize, Appended>, StoreError> {
+        let (mut places, mut ids, mut keys) = (vec![], vec![], vec![]);
+        for (place, append) in (0_i64..).zip(self.appends) {
+            if let Some(answered) = &append.answered {
+                places.push(place);
+                ids.push(append.mission.as_str());
+                keys.push(without_nul(&answered.key));
+            }
+        }
+        if places.is_empty() {
+            return Ok(HashMap::new());
+        }
+        let rows = link.query(ANSWERED, &[&places, &ids, &keys])?;
+        let found = rows.iter().map(|row| {
+            let place = usize::try_from(row.try_get::<_, i64>(0)?).unwrap_or(usize::MAX);
+            let request: Vec<u8> = row.try_get(1)?;
+            let asked = self.appends[place].answered.as_ref();
+            let appended = if asked.is_some_and(|asked| asked.request[..] == request[..]) {
+                Appended::AnsweredBefore(row.try_get(2)?)
+            } else {
+                Appended::KeyTaken
+            };
+            Ok((place, appended))
+        });
+        found.collect()
+    }
+
+    /// Whether an append may be stored.
+    fn decide(&mut self, append: &Append, locked: &HashMap<u64, Locked>) -> Appended {
+        let owner = match append.number {
+            None => creator(append).to_owned(),
+            Some(number) => {
+                let Some(mission) = locked.get(&number) else {
+                    return Appended::MissionGone;
+                };
+                if mission.epoch != append.epoch || mission.service.as_deref() != self.service {
+                    return Appended::NotOwner;
+                }
+                let first = append.events.first();
+                if first.is_some_and(|event| signed(event.sequence) != mission.sequence + 1) {
+                    return Appended::OutOfSequence;
+                }
+                mission.owner.clone()
+            }
+        };
+        let bytes = Shares::bytes_of(append);
+        if !self.shares.has_room(&owner, bytes, append.room) {
+            return Appended::ShareUsed;
+        }
+        self.taken.push(Taken { owner, bytes });
+        Appended::Stored
+    }
+
+    /// Writes what was decided to be stored.
+    fn write(&self, link: &Link, locked: &HashMap<u64, Locked>) -> Result<(), StoreError> {
+        let stored = self.appends.iter().zip(&self.appended);
+        let stored = stored.filter(|(_, appended)| **appended == Appended::Stored);
+        if stored
+            .clone()
+            .any(|(append, _)| append.number.is_none() || append.order.is_some())
+        {
+            number_in_order(link)?;
+        }
+        let mut rows = Columns::default();
+        for (append, _) in stored {
+            let number = match append.number {
+                Some(number) => {
+                    rows.change(append, signed(number), locked[&number].sequence);
+                    signed(number)
+                }
+                None => self.create(link, append)?,
+            };
+            rows.add(append, number);
+            if let Some(order) = &append.order {
+                keep_order(link, &append.mission, order)?;
+            }
+        }
+        rows.write(link, self.now_s, self.service)
+    }
+
+    /// Stores a new mission; its number.
+    fn create(&self, link: &Link, append: &Append) -> Result<i64, StoreError> {
+        let bytes = signed(Shares::bytes_of(append));
+        let sequence = append.events.last().map_or(0, |event| signed(event.sequence));
+        let is_over = ["finished", "failed"].contains(&&*append.status);
+        let over_s = is_over.then_some(self.now_s);
+        let (id, status, summary) = (&append.mission, &append.status, &append.summary);
+        let made = link.query(
+            CREATE,
+            &[id, status, summary, &creator(append), &bytes, &sequence, &over_s],
+        )?;
+        let made = made.first().map(|row| row.try_get(0)).transpose()?;
+        made.ok_or_else(|| StoreError::Damaged("a new mission has no number".to_owned()))
+    }
+}
+
+fn creator(append: &Append) -> &str {
+    append.order.as_ref().map_or("", |order| &order.caller)
+}
+
+/// Before the first new mission or order of a transaction.
+pub(super) fn number_in_order(link: &Link) -> Result<(), StoreError> {
+    link.query(IN_ORDER, &[]).map(drop)
+}
+
+pub(super) fn keep_order(link: &Link, mission: &str, order: &AuditEntry) -> Result<(), StoreError> {
+    let AuditEntry {
+        at_s,
+        caller,
+        request,
+        action,
+    } = order;
+    link.execute(ORDER, &[at_s, caller, request, &mission, action])
+        .map(drop)
+}
+
+/// Commits. Without an answer it is unknown whether everything is stored.
+pub(crate) fn end(link: &Link) -> Result<(), StoreError> {
+    link.batch("COMMIT").map_err(|error| match error {
+        StoreError::Unavailable(_) => StoreError::Unanswered,
+        refused => refused,
+    })
+}

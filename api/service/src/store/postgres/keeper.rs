@@ -1,0 +1,141 @@
+//! Renews the lease of a service, and ends those of services that are gone.
+
+use std::{
+    collections::HashMap,
+    sync::{PoisonError, Weak},
+    thread,
+    time::Duration,
+};
+
+use super::{
+    super::error::StoreError,
+    link::Link,
+    member::{BEATS, Member, Shared, running_time},
+};
+
+/// Renews the lease, on a thread and a connection of its own.
+pub(super) struct Keeper {
+    link: Option<Link>,
+    beats: i64,
+    /// The last beat of each other service, and when it was first seen.
+    seen: HashMap<String, (i64, Duration)>,
+    /// When the database answered last.
+    answered: Duration,
+}
+
+impl Keeper {
+    /// With a connection for the first beat.
+    pub(super) fn new(link: Link) -> Self {
+        Self {
+            link: Some(link),
+            beats: 0,
+            seen: HashMap::new(),
+            answered: Duration::ZERO,
+        }
+    }
+
+    /// Until the service leaves or its store is dropped.
+    pub(super) fn run(&mut self, shared: &Weak<Shared>) {
+        let mut fails = false;
+        // The first had more patience than a lease has.
+        self.link = None;
+        while let Some(shared) = shared.upgrade() {
+            let beating = shared.beating.lock().unwrap_or_else(PoisonError::into_inner);
+            if shared.state().until.is_none() {
+                return;
+            }
+            let beat = self.beat(&shared);
+            drop(beating);
+            match beat {
+                Ok(()) if fails => tracing::info!("the lease is renewed again"),
+                Ok(()) => {}
+                Err(error) => {
+                    self.link = None;
+                    if !fails {
+                        tracing::warn!(%error, "the lease cannot be renewed");
+                    }
+                    fails = true;
+                }
+            }
+            fails &= self.link.is_none();
+            let pause = shared.member.lease / BEATS;
+            drop(shared);
+            thread::sleep(pause);
+        }
+    }
+
+    /// Raises this service's beat, and ends services whose beat has not changed.
+    pub(super) fn beat(&mut self, shared: &Shared) -> Result<(), StoreError> {
+        const BEAT: &str = "UPDATE services SET beat = ?2 WHERE id = ?1";
+        const JOIN: &str = "INSERT INTO services (id, url, lease_ms, beat) VALUES (?1, ?2, ?3, ?4)";
+        let (id, Member { url, lease }) = (&shared.id, &shared.member);
+        let link = if let Some(link) = self.link.take() {
+            link
+        } else {
+            // Without an answer for so long, another connection has a better chance.
+            let link = shared.database.connect_for(*lease / 2)?;
+            // The missions of a service that is gone may be locked: its own beats must not wait for them.
+            link.batch(&format!("SET lock_timeout = {}", (*lease / 4).as_millis()))?;
+            link
+        };
+        let link = self.link.insert(link);
+        self.beats += 1;
+        let sent = running_time();
+        let is_new = link.execute(BEAT, &[id, &self.beats])? == 0;
+        if is_new {
+            let lease_ms = i64::try_from(lease.as_millis()).unwrap_or(i64::MAX);
+            link.execute(JOIN, &[id, url, &lease_ms, &self.beats])?;
+        }
+        {
+            let mut state = shared.state();
+            if is_new {
+                state.incarnation += 1;
+            }
+            // The service may leave at this moment.
+            if state.until.is_some() || self.beats == 1 {
+                state.until = Some(sent + *lease);
+            }
+        }
+        self.watch(shared)
+    }
+
+    fn watch(&mut self, shared: &Shared) -> Result<(), StoreError> {
+        const OTHERS: &str = "SELECT id, beat, lease_ms FROM services WHERE id <> ?1";
+        const END: &str = "DELETE FROM services WHERE id = ?1 AND beat = ?2";
+        let Some(link) = &self.link else { return Ok(()) };
+        let lease = shared.member.lease;
+        let others = link.query(OTHERS, &[&shared.id])?;
+        let now = running_time();
+        if self.answered + lease / 2 < now {
+            // The others may have been cut off too: they have a whole lease from now.
+            self.seen.clear();
+        }
+        let (mut seen, mut may_wait) = (HashMap::new(), true);
+        for row in &others {
+            let (id, beat, lease_ms): (String, i64, i64) =
+                (row.try_get(0)?, row.try_get(1)?, row.try_get(2)?);
+            // The other one counts by its own lease.
+            let lease = lease.max(Duration::from_millis(lease_ms.unsigned_abs()));
+            let since = match self.seen.get(&id) {
+                Some(&(before, since)) if before == beat => since,
+                _ => now,
+            };
+            if may_wait && since + lease <= now {
+                match link.execute(END, &[&id, &beat]) {
+                    Ok(0) => {}
+                    Ok(_) => {
+                        tracing::warn!(service = id, "a service is gone; its missions are free");
+                        continue;
+                    }
+                    // With the next beat again, before which no other lock is waited for.
+                    Err(StoreError::Busy) => may_wait = false,
+                    Err(error) => return Err(error),
+                }
+            }
+            seen.insert(id, (beat, since));
+        }
+        self.seen = seen;
+        self.answered = running_time();
+        Ok(())
+    }
+}

@@ -1,0 +1,179 @@
+//! Which service owns which mission.
+//!
+//! A service has a row in `services`, whose `beat` it raises again and again. Its lease lasts from before a beat was sent; when
+//! it has lapsed the service answers nothing as an owner. A service that has seen another one's beat unchanged for a whole lease
+//! deletes that row, which frees its missions. So no two clocks are compared, and not even the database's clock is trusted: each
+//! service measures by its own machine's running time, and a set clock changes nothing.
+
+use std::{
+    sync::{Arc, Mutex, PoisonError},
+    thread,
+    time::Duration,
+};
+
+use super::{
+    super::{entry::StoredMission, error::StoreError, reader::stored_mission, rows::Row, sql::without_nul},
+    keeper::Keeper,
+    link::{Database, PATIENCE},
+    member::{BEATS, Member, Shared, running_time},
+};
+use crate::request_id::new_id;
+
+/// Most free missions that are taken at once, so that several services take some.
+const TAKEN_MAX: i64 = 128;
+
+/// Who owns a mission that was asked for.
+#[derive(Clone, Debug)]
+pub enum Acquired {
+    /// This service, from now on.
+    Here(Owned),
+    /// The service at this URL.
+    At(String),
+    /// There is no such mission.
+    NoMission,
+}
+
+/// A mission that this service owns.
+#[derive(Clone, Debug)]
+pub struct Owned {
+    /// The mission after the last event of earlier owners.
+    pub mission: StoredMission,
+    /// With which this service appends.
+    pub epoch: u64,
+}
+
+/// What there is to do about running missions.
+#[derive(Clone, Debug, Default)]
+pub struct Turn {
+    /// Missions that had no owner, and are this service's now.
+    pub taken: Vec<Owned>,
+    /// All other running missions of this service.
+    pub running: Vec<String>,
+}
+
+/// The lease of this service. Clones share it.
+#[derive(Clone, Debug)]
+pub struct Lease(Arc<Shared>);
+
+impl Lease {
+    /// Takes part.
+    pub(crate) fn join(database: Database, member: Member) -> Result<Self, StoreError> {
+        let link = database.connect_for(member.lease.max(PATIENCE))?;
+        let shared = Arc::new(Shared {
+            database,
+            member,
+            id: new_id(),
+            state: Mutex::default(),
+            beating: Mutex::default(),
+        });
+        let mut keeper = Keeper::new(link);
+        keeper.beat(&shared)?;
+        let weak = Arc::downgrade(&shared);
+        thread::Builder::new()
+            .name("lease".to_owned())
+            .spawn(move || keeper.run(&weak))
+            .map_err(|error| StoreError::open(shared.database.name().as_ref(), &error))?;
+        Ok(Self(shared))
+    }
+
+    /// Name of this process among the services.
+    pub(crate) fn id(&self) -> &str {
+        &self.0.id
+    }
+
+    /// Rises when the service had lost its missions. Fails while the lease has lapsed.
+    pub fn incarnation(&self) -> Result<u64, StoreError> {
+        let state = self.0.state();
+        match state.until {
+            Some(until) if running_time() < until => Ok(state.incarnation),
+            Some(_) => Err(StoreError::Lapsed),
+            None => Err(StoreError::Closed),
+        }
+    }
+
+    /// Where the other services reach this one.
+    #[must_use]
+    pub fn url(&self) -> &str {
+        &self.0.member.url
+    }
+
+    /// How often to take a turn.
+    #[must_use]
+    pub fn turn_time(&self) -> Duration {
+        self.0.member.lease / BEATS
+    }
+
+    /// Takes the mission `id`, if no other service has it.
+    pub fn acquire(&self, id: &str) -> Result<Acquired, StoreError> {
+        const TAKE: &str = "UPDATE missions SET owner_service = ?1, epoch = epoch + 1 WHERE id = ?2
+            AND status <> 'deleted' AND (owner_service IS NULL OR owner_service = ?1) RETURNING number, id, summary, epoch";
+        const ASK: &str = "SELECT url FROM missions LEFT JOIN services ON services.id = owner_service
+            WHERE missions.id = ?1 AND status <> 'deleted'";
+        self.incarnation()?;
+        let id = without_nul(id);
+        self.0.database.owning()?.with(|link| {
+            // Between the two statements the mission may be freed.
+            for _ in 0..2 {
+                let taken = link.query(TAKE, &[&self.0.id, &id])?;
+                if let Some(row) = taken.first() {
+                    return Ok(Acquired::Here(owned(row)?));
+                }
+                let asked = link.query(ASK, &[&id])?;
+                let Some(row) = asked.first() else {
+                    return Ok(Acquired::NoMission);
+                };
+                if let Some(url) = row.try_get(0)? {
+                    return Ok(Acquired::At(url));
+                }
+            }
+            Err(StoreError::Busy)
+        })
+    }
+
+    /// Takes running missions without an owner, up to this service's share of all.
+    pub fn take_turn(&self) -> Result<Turn, StoreError> {
+        const COUNT: &str =
+            "SELECT count(*), count(*) FILTER (WHERE owner_service IS NULL), (SELECT count(*) FROM services)
+            FROM missions WHERE status = 'running'";
+        const OWN: &str = "SELECT id FROM missions WHERE status = 'running' AND owner_service = ?1";
+        const TAKE: &str = "UPDATE missions SET owner_service = ?1, epoch = epoch + 1 WHERE number IN
+            (SELECT number FROM missions WHERE status = 'running' AND owner_service IS NULL
+             ORDER BY number LIMIT ?2 FOR UPDATE SKIP LOCKED) RETURNING number, id, summary, epoch";
+        self.incarnation()?;
+        self.0.database.owning()?.with(|link| {
+            let counts = link.query(COUNT, &[])?;
+            let count = |column| counts[0].try_get::<_, i64>(column);
+            let (n_running, n_free, n_services) = (count(0)?, count(1)?, count(2)?.max(1));
+            let own = link.query(OWN, &[&self.0.id])?;
+            let running = own.iter().map(|row| row.try_get(0));
+            let running: Vec<String> = running.collect::<Result<_, _>>()?;
+            let n_own = i64::try_from(running.len()).unwrap_or(i64::MAX);
+            let share = (n_running + n_services - 1) / n_services;
+            let most = (share - n_own).min(n_free).min(TAKEN_MAX);
+            let mut taken = vec![];
+            if 0 < most {
+                let rows = link.query(TAKE, &[&self.0.id, &most])?;
+                taken = rows.iter().map(owned).collect::<Result<_, _>>()?;
+            }
+            Ok(Turn { taken, running })
+        })
+    }
+
+    /// Frees all missions. Later the service owns none.
+    pub fn leave(&self) -> Result<(), StoreError> {
+        const LEAVE: &str = "DELETE FROM services WHERE id = ?1";
+        self.0.state().until = None;
+        let _no_beat = self.0.beating.lock().unwrap_or_else(PoisonError::into_inner);
+        let database = self.0.database.owning()?;
+        database.with(|link| link.execute(LEAVE, &[&self.0.id])).map(drop)
+    }
+}
+
+fn owned(row: &tokio_postgres::Row) -> Result<Owned, StoreError> {
+    let epoch: i64 = row.try_get(3)?;
+    let mission = stored_mission(&Row::Postgres(row))?;
+    Ok(Owned {
+        mission,
+        epoch: epoch.unsigned_abs(),
+    })
+}

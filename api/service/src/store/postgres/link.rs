@@ -1,0 +1,356 @@
+//! Connections to the database: how they are made, and what is waited for.
+
+use std::{
+    cell::RefCell,
+    collections::HashMap,
+    fmt,
+    pin::pin,
+    sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError},
+    time::{Duration, Instant},
+};
+
+use futures_util::TryStreamExt as _;
+use tokio::{
+    runtime,
+    task::{AbortHandle, JoinSet},
+};
+use tokio_postgres::{Client, Config, Error, Statement, error::SqlState, types::ToSql};
+
+use super::{super::error::StoreError, tls::Tls, wait::wait_until};
+
+/// Longest wait for an answer of the database: a commit may wait for a standby.
+pub(crate) const PATIENCE: Duration = Duration::from_secs(3);
+
+/// Longest time for a new connection, to whichever of the hosts answers.
+const CONNECT_TIME: Duration = Duration::from_secs(2);
+
+/// Session settings. A service that stops in the middle of a transaction must not keep its locks: others take its missions.
+const SESSION: &str = "SET idle_in_transaction_session_timeout = '1s'; SET lock_timeout = '2s'; \
+    SET default_transaction_isolation = 'read committed'";
+
+/// Most connections for queries, beside that of the writer and that of the keeper. Others wait for one.
+const QUERIES_MAX: usize = 48;
+
+/// Of them, those that are kept for questions who owns a mission.
+const OWNING: usize = 8;
+
+/// A database, reached through any of its hosts that can be written to. Clones share it.
+#[derive(Clone, Debug)]
+pub(crate) struct Database(Arc<Shared>);
+
+struct Shared {
+    /// One for each host.
+    hosts: Vec<Config>,
+    tls: Tls,
+    /// Hosts and name, without user and password.
+    name: String,
+    spare: Mutex<Spare>,
+    /// Notified when a connection comes back.
+    returned: Condvar,
+    /// Runs the connections. None once it is dropped.
+    runtime: Option<runtime::Runtime>,
+}
+
+/// Connections for queries.
+#[derive(Default)]
+struct Spare {
+    /// Those that wait for their next use.
+    links: Vec<Link>,
+    /// Those in use.
+    n_used: usize,
+}
+
+impl fmt::Debug for Shared {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.name)
+    }
+}
+
+impl Drop for Shared {
+    fn drop(&mut self) {
+        self.spare
+            .get_mut()
+            .unwrap_or_else(PoisonError::into_inner)
+            .links
+            .clear();
+        if let Some(runtime) = self.runtime.take() {
+            runtime.shutdown_background();
+        }
+    }
+}
+
+impl Database {
+    pub(super) fn new(hosts: Vec<Config>, tls: Tls, name: String) -> Result<Self, StoreError> {
+        let runtime = runtime::Builder::new_multi_thread()
+            .worker_threads(1)
+            .thread_name("postgres")
+            .enable_all()
+            .build()
+            .map_err(|error| StoreError::open(name.as_ref(), &error))?;
+        Ok(Self(Arc::new(Shared {
+            hosts,
+            tls,
+            name,
+            spare: Mutex::default(),
+            returned: Condvar::new(),
+            runtime: Some(runtime),
+        })))
+    }
+
+    /// Hosts and name of the database.
+    pub(crate) fn name(&self) -> &str {
+        &self.0.name
+    }
+
+    /// A new connection to a host that can be written to.
+    pub(crate) fn connect(&self) -> Result<Link, StoreError> {
+        self.connect_for(PATIENCE)
+    }
+
+    /// A new connection whose answers are waited for as long as `patience`.
+    pub(super) fn connect_for(&self, patience: Duration) -> Result<Link, StoreError> {
+        let Shared {
+            hosts, tls, runtime, ..
+        } = &*self.0;
+        let runtime = runtime.as_ref().ok_or(StoreError::Closed)?;
+        let connecting = runtime.spawn(first_of(hosts.clone(), tls.clone()));
+        let abort = connecting.abort_handle();
+        let Some(connected) = wait_until(connecting, Instant::now() + patience.min(CONNECT_TIME)) else {
+            abort.abort();
+            return Err(StoreError::silent());
+        };
+        let (client, task) = connected.map_err(|_| StoreError::Closed)??;
+        Ok(Link {
+            client,
+            statements: RefCell::default(),
+            task,
+            patience,
+        })
+    }
+
+    /// A connection for some queries.
+    pub(crate) fn reading(&self) -> Result<Pooled, StoreError> {
+        self.one_of(QUERIES_MAX - OWNING)
+    }
+
+    /// A connection for a question who owns a mission, which reads must not delay.
+    pub(super) fn owning(&self) -> Result<Pooled, StoreError> {
+        self.one_of(QUERIES_MAX)
+    }
+
+    fn one_of(&self, most: usize) -> Result<Pooled, StoreError> {
+        let all_used = |spare: &mut Spare| most <= spare.n_used;
+        let waited = self
+            .0
+            .returned
+            .wait_timeout_while(self.spare(), PATIENCE, all_used);
+        let (mut spare, waited) = waited.unwrap_or_else(PoisonError::into_inner);
+        if waited.timed_out() {
+            return Err(StoreError::Busy);
+        }
+        spare.n_used += 1;
+        let link = spare.links.pop();
+        drop(spare);
+        // From here on its end gives the place back.
+        let mut pooled = Pooled {
+            database: self.clone(),
+            link,
+            broken: RefCell::new(false),
+        };
+        if pooled.link.is_none() {
+            pooled.link = Some(self.connect()?);
+        }
+        Ok(pooled)
+    }
+
+    fn spare(&self) -> MutexGuard<'_, Spare> {
+        self.0.spare.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// A connection to whichever host can first be written to. They are tried at the same time: one of them may be silent.
+async fn first_of(hosts: Vec<Config>, tls: Tls) -> Result<(Client, AbortHandle), StoreError> {
+    let mut tries = JoinSet::new();
+    for config in hosts {
+        let tls = tls.clone();
+        tries.spawn(async move {
+            let (client, connection) = config.connect(tls).await?;
+            let task = tokio::spawn(connection);
+            client.batch_execute(SESSION).await?;
+            Ok::<_, Error>((client, task.abort_handle()))
+        });
+    }
+    let mut faults = vec![];
+    while let Some(tried) = tries.join_next().await {
+        match tried {
+            Ok(Ok(connected)) => return Ok(connected),
+            Ok(Err(error)) => faults.push(with_causes(&error)),
+            // It was aborted or has panicked.
+            Err(_) => {}
+        }
+    }
+    Err(StoreError::Unavailable(faults.join("; ")))
+}
+
+/// A connection.
+pub(crate) struct Link {
+    pub(super) client: Client,
+    statements: RefCell<HashMap<String, Statement>>,
+    task: AbortHandle,
+    patience: Duration,
+}
+
+impl fmt::Debug for Link {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a connection")
+    }
+}
+
+impl Drop for Link {
+    fn drop(&mut self) {
+        self.task.abort();
+    }
+}
+
+impl Link {
+    /// Waits for the result of a query.
+    pub(super) fn wait<T>(&self, work: impl Future<Output = Result<T, Error>>) -> Result<T, StoreError> {
+        match wait_until(work, Instant::now() + self.patience) {
+            Some(result) => Ok(result?),
+            None => Err(StoreError::silent()),
+        }
+    }
+
+    /// The prepared form of a query, which a connection prepares once.
+    pub(super) fn prepared(&self, query: &str) -> Result<Statement, StoreError> {
+        if let Some(statement) = self.statements.borrow().get(query) {
+            return Ok(statement.clone());
+        }
+        let text = query.replace('?', "$");
+        let statement = self.wait(self.client.prepare(&text))?;
+        self.statements
+            .borrow_mut()
+            .insert(query.to_owned(), statement.clone());
+        Ok(statement)
+    }
+
+    /// Executes a statement; the number of rows that it changed.
+    pub(crate) fn execute(&self, query: &str, params: &[&(dyn ToSql + Sync)]) -> Result<u64, StoreError> {
+        let statement = self.prepared(query)?;
+        self.wait(self.client.execute(&statement, params))
+    }
+
+    /// All rows of a query.
+    pub(crate) fn query(
+        &self,
+        query: &str,
+        params: &[&(dyn ToSql + Sync)],
+    ) -> Result<Vec<tokio_postgres::Row>, StoreError> {
+        let statement = self.prepared(query)?;
+        self.wait(self.client.query(&statement, params))
+    }
+
+    /// Executes statements without parameters.
+    pub(crate) fn batch(&self, statements: &str) -> Result<(), StoreError> {
+        self.wait(self.client.batch_execute(statements))
+    }
+}
+
+/// A connection that goes back to its database.
+#[derive(Debug)]
+pub(crate) struct Pooled {
+    database: Database,
+    /// None once it is dropped.
+    link: Option<Link>,
+    broken: RefCell<bool>,
+}
+
+impl Drop for Pooled {
+    fn drop(&mut self) {
+        let link = self.link.take().filter(|link| !link.client.is_closed());
+        let mut spare = self.database.spare();
+        spare.n_used -= 1;
+        spare.links.extend(link.filter(|_| !*self.broken.borrow()));
+        drop(spare);
+        self.database.0.returned.notify_all();
+    }
+}
+
+impl Pooled {
+    /// Has the connection do something. After an error it is not used again.
+    pub(crate) fn with<T>(&self, work: impl FnOnce(&Link) -> Result<T, StoreError>) -> Result<T, StoreError> {
+        let link = self.link.as_ref().ok_or(StoreError::Closed)?;
+        let done = work(link);
+        if let Err(error) = &done {
+            *self.broken.borrow_mut() = true;
+            if matches!(error, StoreError::Unavailable(_)) {
+                // The others go the same way.
+                self.database.spare().links.clear();
+            }
+        }
+        done
+    }
+
+    /// Calls `take` with each row of a query, until it returns false.
+    pub(crate) fn each(
+        &self,
+        query: &str,
+        params: &[&(dyn ToSql + Sync)],
+        take: &mut dyn FnMut(&tokio_postgres::Row) -> Result<bool, StoreError>,
+    ) -> Result<(), StoreError> {
+        self.with(|link| {
+            let statement = link.prepared(query)?;
+            let rows = link.wait(link.client.query_raw(&statement, params.iter().copied()))?;
+            let mut rows = pin!(rows);
+            while let Some(row) = link.wait(rows.try_next())? {
+                if !take(&row)? {
+                    break;
+                }
+            }
+            Ok(())
+        })
+    }
+}
+
+impl StoreError {
+    /// The database does not answer.
+    fn silent() -> Self {
+        Self::Unavailable("it does not answer".to_owned())
+    }
+}
+
+impl From<Error> for StoreError {
+    fn from(error: Error) -> Self {
+        let Some(refusal) = error.as_db_error() else {
+            return Self::Unavailable(with_causes(&error));
+        };
+        let text = refusal.message().to_owned();
+        let code = refusal.code();
+        if *code == SqlState::DISK_FULL {
+            Self::Full
+        } else if [
+            SqlState::T_R_DEADLOCK_DETECTED,
+            SqlState::LOCK_NOT_AVAILABLE,
+            SqlState::T_R_SERIALIZATION_FAILURE,
+        ]
+        .contains(code)
+        {
+            Self::Busy
+        } else if ["08", "25", "28", "3D", "53", "57"].contains(&&code.code()[..2]) {
+            Self::Unavailable(text)
+        } else {
+            Self::Refused(text)
+        }
+    }
+}
+
+/// The error with its causes.
+fn with_causes(error: &Error) -> String {
+    let mut text = error.to_string();
+    let mut cause = std::error::Error::source(error);
+    while let Some(error) = cause {
+        text = format!("{text}: {error}");
+        cause = error.source();
+    }
+    text
+}

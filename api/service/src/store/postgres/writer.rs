@@ -1,0 +1,282 @@
+//! The writer thread of a database: waiting appends share a commit, in a handful of statements whatever their number.
+
+use std::{
+    collections::{HashMap, HashSet},
+    ops::ControlFlow,
+    panic::{AssertUnwindSafe, catch_unwind},
+    sync::mpsc::{Receiver, RecvTimeoutError},
+    time::{Duration, Instant},
+};
+
+use super::{
+    super::{
+        command::{Closed, Command, LogWriter, Waiting, carry_out, n_stored, reply_to_each},
+        entry::{Append, Appended, AuditEntry},
+        error::StoreError,
+        shares::{Shares, Taken},
+        sql::without_nul,
+        trusted_time::{TrustedClock, TrustedTime},
+    },
+    batch::{Batch, end, keep_order, number_in_order},
+    lease::Lease,
+    link::{Database, Link},
+};
+use crate::metrics::StoreMetrics;
+
+/// Most appends in one commit: one of every mission that a service may have.
+const COMMIT_MAX: usize = 1_024;
+
+/// Events of a deleted mission that one commit removes: some milliseconds.
+const PURGE: i64 = 500;
+
+/// Pause between removals.
+const PURGE_PAUSE: Duration = Duration::from_millis(50);
+
+/// How old the sums of shares may be: other services write too.
+const SHARES_LIFE: Duration = Duration::from_secs(10);
+
+/// The only writing connection of this process.
+pub(crate) struct PostgresWriter {
+    database: Database,
+    lease: Option<Lease>,
+    link: Option<Link>,
+    /// Deleted missions whose events are removed step by step when no command waits.
+    purge: Vec<i64>,
+    most: u64,
+    shares: Shares,
+    shares_read: Option<Instant>,
+    clock: TrustedClock,
+    metrics: StoreMetrics,
+}
+
+impl PostgresWriter {
+    pub(crate) fn new(
+        database: Database,
+        lease: Option<Lease>,
+        most: u64,
+        clock: TrustedClock,
+        metrics: StoreMetrics,
+    ) -> Result<Self, StoreError> {
+        let link = database.connect()?;
+        let deleted = link.query("SELECT number FROM missions WHERE status = 'deleted'", &[])?;
+        let purge = deleted
+            .iter()
+            .map(|row| row.try_get(0))
+            .collect::<Result<_, _>>()?;
+        Ok(Self {
+            database,
+            lease,
+            link: Some(link),
+            purge,
+            most,
+            shares: Shares::new(most, HashMap::new()),
+            shares_read: None,
+            clock,
+            metrics,
+        })
+    }
+
+    /// Writes until every handle of the store is dropped. After a panic the commands that were being carried out have no reply, and
+    /// the next ones are carried out.
+    pub(crate) fn run(mut self, commands: Receiver<Command>) {
+        loop {
+            match catch_unwind(AssertUnwindSafe(|| self.work(&commands))) {
+                Ok(None) => return,
+                Ok(Some((reply, closed))) => {
+                    // Later commands find it closed.
+                    drop(commands);
+                    let _ = reply.send(closed);
+                    return;
+                }
+                // The program's panic hook has logged it.
+                Err(_) => (self.link, self.shares_read) = (None, None),
+            }
+        }
+    }
+
+    fn work(&mut self, commands: &Receiver<Command>) -> Option<Closed> {
+        loop {
+            let idle = if self.purge.is_empty() {
+                Duration::MAX
+            } else {
+                PURGE_PAUSE
+            };
+            match commands.recv_timeout(idle) {
+                Ok(first) => {
+                    if let ControlFlow::Break(closed) = carry_out(self, COMMIT_MAX, first, commands) {
+                        return Some(closed);
+                    }
+                }
+                Err(RecvTimeoutError::Timeout) => self.purge_some(),
+                Err(RecvTimeoutError::Disconnected) => return None,
+            }
+        }
+    }
+
+    /// Has the connection do something. After an error another connection is made.
+    fn with<T>(&mut self, work: impl FnOnce(&Link) -> Result<T, StoreError>) -> Result<T, StoreError> {
+        let link = match self.link.take().filter(|link| !link.client.is_closed()) {
+            Some(link) => link,
+            None => self.database.connect()?,
+        };
+        let done = work(&link)?;
+        self.link = Some(link);
+        Ok(done)
+    }
+
+    /// Stores appends of different missions in one commit.
+    fn commit(&mut self, appends: &[&Append]) -> Result<Vec<Appended>, StoreError> {
+        self.read_shares()?;
+        let now_s = self.clock.now_s();
+        let service = self.lease.as_ref().map(|lease| lease.id().to_owned());
+        let shares = std::mem::replace(&mut self.shares, Shares::new(self.most, HashMap::new()));
+        let stored = self.with(|link| {
+            let mut batch = Batch::new(appends, service.as_deref(), &shares, now_s);
+            batch.store(link)?;
+            Ok((batch.appended, batch.taken))
+        });
+        self.shares = shares;
+        let (appended, taken) = stored.inspect_err(|_| self.shares_read = None)?;
+        for taken in taken {
+            self.shares.take(taken);
+        }
+        Ok(appended)
+    }
+
+    fn read_shares(&mut self) -> Result<(), StoreError> {
+        let is_new = self.shares_read.is_some_and(|read| read.elapsed() < SHARES_LIFE);
+        if is_new || self.most == u64::MAX {
+            return Ok(());
+        }
+        let sums = self.with(|link| link.query(Shares::SUMS, &[]))?;
+        let taken = sums.iter().map(|row| {
+            let (owner, bytes): (String, i64) = (row.try_get(0)?, row.try_get(1)?);
+            Ok((owner, bytes.unsigned_abs()))
+        });
+        self.shares = Shares::new(self.most, taken.collect::<Result<_, StoreError>>()?);
+        self.shares_read = Some(Instant::now());
+        Ok(())
+    }
+
+    fn write_time(&mut self, statement: &str, time: TrustedTime) -> Result<(), StoreError> {
+        let [trusted, agreed, clock, up] = time.columns();
+        self.with(|link| link.execute(statement, &[&trusted, &agreed, &clock, &up]))
+            .map(drop)
+    }
+
+    /// Removes some events of a deleted mission, and the mission after its last event.
+    fn purge_some(&mut self) {
+        const EVENTS: &str = "DELETE FROM events WHERE mission = ?1 AND sequence <=
+            (SELECT min(sequence) FROM events WHERE mission = ?1) + ?2";
+        const MISSION: &str = "DELETE FROM missions WHERE number = ?1";
+        let Some(&number) = self.purge.last() else { return };
+        let purged = self.with(|link| {
+            if 0 < link.execute(EVENTS, &[&number, &PURGE])? {
+                return Ok(false);
+            }
+            link.execute(MISSION, &[&number]).map(|_| true)
+        });
+        match purged {
+            Ok(true) => drop(self.purge.pop()),
+            Ok(false) => {}
+            Err(error) => {
+                tracing::warn!(%error, "cannot free the disk space of a deleted mission yet");
+                // The next deletion or start tries again.
+                self.purge.clear();
+            }
+        }
+    }
+}
+
+impl LogWriter for PostgresWriter {
+    fn store(&mut self, mut waiting: Vec<Waiting>) {
+        while !waiting.is_empty() {
+            // A second append of a mission needs to know the first.
+            let mut missions = HashSet::new();
+            let (mut batch, later): (Vec<_>, Vec<_>) = waiting
+                .into_iter()
+                .partition(|(append, _)| missions.insert(append.mission.clone()));
+            waiting = later;
+            let appends: Vec<&Append> = batch.iter().map(|(append, _)| append).collect();
+            let start = Instant::now();
+            let mut committed = self.commit(&appends);
+            if let ([_], Err(StoreError::Refused(_))) = (&appends[..], &committed) {
+                // Another service may have stored the same request just now: then its key has an answer.
+                committed = self.commit(&appends);
+            }
+            let n_events = committed.as_ref().ok().map(|done| n_stored(&appends, done));
+            self.metrics.committed(start.elapsed(), n_events);
+            match committed {
+                Ok(appended) => reply_to_each(batch, appended.into_iter().map(Ok)),
+                // One bad append must not fail the others.
+                Err(StoreError::Refused(_)) if 1 < batch.len() => {
+                    for alone in batch {
+                        self.store(vec![alone]);
+                    }
+                }
+                Err(error) => {
+                    let errors = vec![Err(error); batch.len()];
+                    reply_to_each(batch.drain(..), errors);
+                }
+            }
+        }
+    }
+
+    fn delete(&mut self, id: &str, order: &AuditEntry) -> Result<bool, StoreError> {
+        const HIDE: &str =
+            "UPDATE missions SET status = 'deleted', id = 'deleted ' || number, owner_service = NULL
+            WHERE id = ?1 RETURNING number, owner, bytes";
+        let hidden = self.with(|link| {
+            link.batch("BEGIN")?;
+            let hidden = link.query(HIDE, &[&without_nul(id)])?;
+            let Some(row) = hidden.first() else {
+                link.batch("ROLLBACK")?;
+                return Ok(None);
+            };
+            let (number, bytes): (i64, i64) = (row.try_get(0)?, row.try_get(2)?);
+            let owner = row.try_get(1)?;
+            number_in_order(link)?;
+            keep_order(link, id, order)?;
+            end(link)?;
+            let bytes = bytes.unsigned_abs();
+            Ok(Some((number, Taken { owner, bytes })))
+        })?;
+        let Some((number, room)) = hidden else {
+            return Ok(false);
+        };
+        self.shares.give_back(&room);
+        self.purge.push(number);
+        Ok(true)
+    }
+
+    fn keep_time(&mut self, time: TrustedTime) -> Result<(), StoreError> {
+        // Several services keep it: it never goes back.
+        let write = TrustedTime::WRITE.replace("?1", "greatest(trusted_s, ?1)");
+        self.write_time(&write, time)
+    }
+
+    fn set_time(&mut self, time: TrustedTime) -> Result<(), StoreError> {
+        self.write_time(TrustedTime::WRITE, time)
+    }
+
+    fn protect(&mut self) -> Result<(), StoreError> {
+        self.with(|link| link.execute("UPDATE guards SET protected = 1", &[]))
+            .map(drop)
+    }
+
+    fn probe(&mut self) -> Result<(), StoreError> {
+        self.with(|link| link.execute("UPDATE probes SET count = count + 1", &[]))
+            .map(drop)
+    }
+
+    fn vacuum(&mut self) -> Result<(), StoreError> {
+        while !self.purge.is_empty() {
+            self.purge_some();
+        }
+        Ok(())
+    }
+
+    fn close(&mut self) -> Result<(), StoreError> {
+        Ok(())
+    }
+}

@@ -1,0 +1,36 @@
+//! `pilotfish copy-store`: moves the missions of a data directory to a database, or back.
+
+use std::error::Error;
+
+use clap::Args;
+use service::store::{Copied, StorePlace, copy};
+
+use crate::cli::{out_file::print, progress::with_spinner};
+
+#[derive(Debug, Args)]
+pub(crate) struct CopyStore {
+    /// Where the missions are: a data directory, or the postgres:// URL of a database.
+    #[arg(long, value_name = "DIRECTORY|URL")]
+    from: String,
+    /// Where they go, the other way round or not: a store without missions, created if missing.
+    #[arg(long, value_name = "DIRECTORY|URL")]
+    to: String,
+}
+
+/// Copies all missions with their events, answers and orders.
+pub(crate) fn copy_store(arguments: &CopyStore) -> Result<(), Box<dyn Error>> {
+    let (from, to) = (place(&arguments.from), place(&arguments.to));
+    let Copied { missions, events } = with_spinner("copying the mission log", || copy(&from, &to))?;
+    print(&format!(
+        "copied {missions} missions with {events} events; the source is as it was\n"
+    ))?;
+    Ok(())
+}
+
+fn place(text: &str) -> StorePlace {
+    if text.contains("://") {
+        StorePlace::Database(text.to_owned())
+    } else {
+        StorePlace::Directory(text.into())
+    }
+}

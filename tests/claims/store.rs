@@ -1,0 +1,571 @@
+//! What the event store promises, in a file and in PostgreSQL.
+
+use std::time::Duration;
+
+use service::store::{
+    Acquired, Append, Appended, AuditEntry, Copied, EventReader, EventStore, KeyedAnswer, Member, Room,
+    StoreError, StorePlace, StoredEvent, copy,
+};
+use tempfile::TempDir;
+use tests::postgres::{database, psql};
+use tokio::time::{Instant, sleep};
+
+/// A place for a store, which is opened again and again.
+enum Place {
+    File(TempDir),
+    Database(String),
+}
+
+impl Place {
+    fn file() -> Self {
+        Self::File(tempfile::tempdir().expect("is made"))
+    }
+
+    fn database() -> Option<Self> {
+        database().map(Self::Database)
+    }
+
+    fn try_open(&self, share: u64) -> Result<EventStore, StoreError> {
+        match self {
+            Self::File(directory) => EventStore::open_with(directory.path(), share),
+            Self::Database(url) => EventStore::open_database(url, None, share),
+        }
+    }
+
+    /// Opens a store whose writer may still be ending.
+    async fn open_with(&self, share: u64) -> EventStore {
+        loop {
+            match self.try_open(share) {
+                Err(StoreError::InUse { .. }) => sleep(Duration::from_millis(5)).await,
+                opened => return opened.expect("opens"),
+            }
+        }
+    }
+
+    async fn open(&self) -> EventStore {
+        self.open_with(u64::MAX).await
+    }
+}
+
+/// Each claim is a test of both stores.
+macro_rules! of_both_stores {
+    ($($claim:ident)*) => {
+        mod in_a_file {
+            use super::Place;
+            $(#[tokio::test] async fn $claim() { super::$claim(Place::file()).await; })*
+        }
+        mod in_postgres {
+            use super::Place;
+            $(#[tokio::test] async fn $claim() {
+                if let Some(place) = Place::database() { super::$claim(place).await; }
+            })*
+        }
+    };
+}
+
+of_both_stores! {
+    acknowledged_events_are_there_after_a_restart
+    waiting_appends_share_a_commit_and_only_a_bad_one_fails
+    a_key_belongs_to_one_request
+    an_append_out_of_sequence_stores_nothing
+    a_deleted_mission_is_gone_at_once_and_its_number_never_comes_back
+    a_client_that_used_up_its_share_stores_no_more_and_others_still_do
+    orders_are_listed_page_by_page
+    a_closed_store_stores_nothing
+    ages_are_by_a_time_that_is_kept
+}
+
+fn event(sequence: u64, body: &str) -> StoredEvent {
+    StoredEvent {
+        sequence,
+        kind: "reported".to_owned(),
+        body: body.as_bytes().into(),
+    }
+}
+
+fn append(mission: &str, events: Vec<StoredEvent>) -> Append {
+    Append {
+        mission: mission.to_owned(),
+        // These continue the first mission only.
+        number: events.first().filter(|event| 1 < event.sequence).map(|_| 1),
+        events,
+        status: "running".to_owned(),
+        summary: b"{}".to_vec(),
+        snapshot: Some(b"{}".to_vec()),
+        room: Room::Share,
+        ..Append::default()
+    }
+}
+
+/// As of a caller with a token.
+const KEY: &str = "caller\0key";
+
+fn keyed(sequence: u64, request: u8, answer: &str) -> Append {
+    Append {
+        answered: Some(KeyedAnswer {
+            key: KEY.to_owned(),
+            request: [request; 32],
+            answer: answer.as_bytes().to_vec(),
+        }),
+        ..append("a", vec![event(sequence, "x")])
+    }
+}
+
+fn order(caller: &str, action: &str) -> AuditEntry {
+    AuditEntry {
+        caller: caller.to_owned(),
+        action: action.to_owned(),
+        ..AuditEntry::default()
+    }
+}
+
+async fn add(store: &EventStore, append: Append) {
+    assert_eq!(store.append(append).await, Ok(Appended::Stored));
+}
+
+/// Bodies of all events, whose numbers the reader has checked.
+fn bodies(store: &EventStore, id: &str) -> Vec<String> {
+    let reader = store.reader().expect("opens");
+    let mission = reader.mission(id).expect("reads").expect("is there");
+    let events = reader.events(mission.number, 0, usize::MAX).expect("reads");
+    let text = |event: StoredEvent| String::from_utf8_lossy(&event.body).into_owned();
+    events.into_iter().map(text).collect()
+}
+
+async fn acknowledged_events_are_there_after_a_restart(place: Place) {
+    let store = place.open().await;
+    for sequence in 1..=3 {
+        add(&store, append("a", vec![event(sequence, &sequence.to_string())])).await;
+    }
+    drop(store);
+    let store = place.open().await;
+    assert_eq!(bodies(&store, "a"), ["1", "2", "3"]);
+    let reader = store.reader().expect("opens");
+    assert_eq!(reader.snapshot(1), Ok(Some((3, b"{}".to_vec()))));
+    assert_eq!(reader.last_sequence(1), Ok(3));
+    let last = reader.last_of_kind(1, "reported", 2).expect("reads");
+    assert_eq!(last, Some(event(2, "2")));
+}
+
+async fn waiting_appends_share_a_commit_and_only_a_bad_one_fails(place: Place) {
+    let store = place.open().await;
+    add(&store, append("a", vec![event(1, "one")])).await;
+    // The same number twice in one mission, beside many that are right.
+    let all = (0..100_u32).map(|k| match k {
+        50 => append("a", vec![event(2, "two"), event(2, "again")]),
+        _ => append(&format!("m{k}"), vec![event(1, "x"), event(2, "y")]),
+    });
+    let tasks: Vec<_> = all
+        .map(|append| {
+            let store = store.clone();
+            tokio::spawn(async move { store.append(append).await })
+        })
+        .collect();
+    let mut failed = vec![];
+    for (k, task) in tasks.into_iter().enumerate() {
+        if task.await.expect("does not panic").is_err() {
+            failed.push(k);
+        }
+    }
+    assert_eq!(failed, [50]);
+    assert_eq!(bodies(&store, "a"), ["one"]);
+    assert_eq!(bodies(&store, "m99"), ["x", "y"]);
+    store.probe().await.expect("is ready");
+}
+
+async fn a_key_belongs_to_one_request(place: Place) {
+    let store = place.open().await;
+    add(&store, keyed(1, 1, "first")).await;
+    let again = store.append(keyed(2, 1, "second")).await;
+    assert_eq!(again, Ok(Appended::AnsweredBefore(b"first".to_vec())));
+    let other = store.append(keyed(2, 2, "second")).await;
+    assert_eq!(other, Ok(Appended::KeyTaken));
+    assert_eq!(bodies(&store, "a").len(), 1);
+    let reader = store.reader().expect("opens");
+    assert_eq!(reader.answered("a", KEY), Ok(Some(([1; 32], b"first".to_vec()))));
+    assert_eq!(reader.answered("a", "other"), Ok(None));
+}
+
+async fn an_append_out_of_sequence_stores_nothing(place: Place) {
+    let store = place.open().await;
+    add(&store, append("a", vec![event(1, "one"), event(2, "two")])).await;
+    for sequence in [2, 4] {
+        let late = store.append(append("a", vec![event(sequence, "late")])).await;
+        assert_eq!(late, Ok(Appended::OutOfSequence));
+    }
+    assert_eq!(bodies(&store, "a"), ["one", "two"]);
+}
+
+async fn a_deleted_mission_is_gone_at_once_and_its_number_never_comes_back(place: Place) {
+    let store = place.open().await;
+    add(&store, append("a", (1..=1200).map(|k| event(k, "x")).collect())).await;
+    add(&store, append("b", vec![event(1, "y")])).await;
+    assert_eq!(
+        store.delete("a".to_owned(), order("one", "delete")).await,
+        Ok(true)
+    );
+    assert_eq!(
+        store.delete("a".to_owned(), order("one", "delete")).await,
+        Ok(false)
+    );
+    let late = || append("a", vec![event(1201, "late")]);
+    assert_eq!(store.append(late()).await, Ok(Appended::MissionGone));
+    let reader = store.reader().expect("opens");
+    assert_eq!(reader.mission("a"), Ok(None));
+    assert_eq!(reader.mission("\0"), Ok(None));
+    let (listed, more) = reader.missions(0, 10, 1).expect("reads");
+    assert_eq!((listed.len(), &*listed[0].id, more), (1, "b", false));
+    // The name is free again.
+    add(&store, append("a", vec![event(1, "anew")])).await;
+    assert_eq!(store.append(late()).await, Ok(Appended::MissionGone));
+    assert_eq!(bodies(&store, "a"), ["anew"]);
+    store.vacuum().await.expect("has room");
+    assert_eq!(reader.last_sequence(1), Ok(0));
+    assert_eq!(bodies(&store, "b"), ["y"]);
+}
+
+async fn a_client_that_used_up_its_share_stores_no_more_and_others_still_do(place: Place) {
+    let made = |mission: &str, caller: &str| Append {
+        order: Some(order(caller, "create")),
+        room: Room::Half,
+        ..append(mission, vec![event(1, "made")])
+    };
+    let long = "x".repeat(700);
+    let store = place.open_with(2_000).await;
+    add(&store, made("a", "one")).await;
+    add(&store, append("a", vec![event(2, &long)])).await;
+    add(&store, append("a", vec![event(3, &long)])).await;
+    let more = store.append(append("a", vec![event(4, &long)])).await;
+    assert_eq!(more, Ok(Appended::ShareUsed));
+    let own = Append {
+        room: Room::Any,
+        ..append("a", vec![event(4, &long)])
+    };
+    add(&store, own).await;
+    assert_eq!(store.append(made("b", "one")).await, Ok(Appended::ShareUsed));
+    add(&store, made("c", "two")).await;
+    drop(store);
+    let store = place.open_with(2_000).await;
+    assert_eq!(store.append(made("b", "one")).await, Ok(Appended::ShareUsed));
+    assert_eq!(
+        store.delete("a".to_owned(), order("one", "delete")).await,
+        Ok(true)
+    );
+    add(&store, made("b", "one")).await;
+    let reader = store.reader().expect("opens");
+    assert_eq!(
+        (reader.count_open("one"), reader.count_open("two")),
+        (Ok(1), Ok(1))
+    );
+}
+
+async fn orders_are_listed_page_by_page(place: Place) {
+    let store = place.open().await;
+    for (mission, caller) in [("a", "one"), ("b", "two"), ("c", "one")] {
+        let made = Append {
+            order: Some(order(caller, "create")),
+            status: "created".to_owned(),
+            ..append(mission, vec![event(1, "made")])
+        };
+        add(&store, made).await;
+    }
+    let reader = store.reader().expect("opens");
+    let callers = |mission, after, most| -> Vec<String> {
+        let orders = reader.orders(mission, after, most).expect("reads");
+        orders.into_iter().map(|order| order.caller).collect()
+    };
+    assert_eq!(callers(None, 0, 2), ["one", "two"]);
+    assert_eq!(callers(None, 2, 2), ["one"]);
+    assert_eq!(callers(Some("b"), 0, 9), ["two"]);
+    assert_eq!(reader.last_orders("c", 3).expect("reads").len(), 1);
+    assert_eq!(reader.count_open("one"), Ok(2));
+    let (page, more) = reader.missions(1, 1, 1 << 10).expect("reads");
+    assert_eq!((&*page[0].id, more), ("b", true));
+    assert_eq!(reader.missions_with_status("created").expect("reads").len(), 3);
+}
+
+/// Two stores of one database, which make missions at the same time.
+#[tokio::test(flavor = "multi_thread")]
+async fn who_reads_on_after_a_number_misses_nothing_that_two_services_store() {
+    const EACH: usize = 100;
+    let Some(place) = Place::database() else { return };
+    let made = ["one", "two"].map(|caller| {
+        let place = place.try_open(u64::MAX).expect("opens");
+        tokio::spawn(async move {
+            for number in 0..EACH {
+                let mission = Append {
+                    order: Some(order(caller, "create")),
+                    ..append(&format!("{caller}-{number}"), vec![event(1, "made")])
+                };
+                add(&place, mission).await;
+            }
+        })
+    });
+    let reader = place.open().await.reader().expect("opens");
+    let ((mut n_orders, mut last_order), (mut n_missions, mut last_mission)) = ((0, 0), (0, 0));
+    loop {
+        let are_made = made.iter().all(tokio::task::JoinHandle::is_finished);
+        let orders = reader.orders(None, last_order, 9).expect("reads");
+        let (missions, _) = reader.missions(last_mission, 9, 1 << 20).expect("reads");
+        (n_orders, n_missions) = (n_orders + orders.len(), n_missions + missions.len());
+        last_order = orders.last().map_or(last_order, |order| order.number);
+        last_mission = missions.last().map_or(last_mission, |mission| mission.number);
+        if are_made && orders.is_empty() && missions.is_empty() {
+            break;
+        }
+    }
+    assert_eq!((n_orders, n_missions), (2 * EACH, 2 * EACH));
+}
+
+async fn a_closed_store_stores_nothing(place: Place) {
+    let store = place.open().await;
+    add(&store, append("a", vec![event(1, "x")])).await;
+    store.close().await.expect("is closed");
+    assert_eq!(store.append(append("b", vec![])).await, Err(StoreError::Closed));
+}
+
+async fn ages_are_by_a_time_that_is_kept(place: Place) {
+    let store = place.open().await;
+    let finished = Append {
+        status: "finished".to_owned(),
+        ..append("a", vec![event(1, "1")])
+    };
+    add(&store, finished).await;
+    store.protect().await.expect("is stored");
+    store.read_clocks().await.expect("is stored");
+    let now = store.clock().now_s();
+    drop(store);
+    let store = place.open().await;
+    // The kernel counts hundredths of a second.
+    assert!(now - 0.1 <= store.clock().now_s());
+    let reader = store.reader().expect("opens");
+    assert_eq!(reader.is_protected(), Ok(true));
+    assert_eq!(reader.over_before(now + 1.0).expect("reads"), ["a"]);
+    assert_eq!(reader.over_before(now - 60.0).expect("reads"), [""; 0]);
+}
+
+/// Long enough for a busy machine.
+const LEASE: Duration = Duration::from_secs(2);
+
+/// The store of a service in a database of several, which renews its lease for ever.
+fn joined(url: &str, name: &str) -> EventStore {
+    let member = Member {
+        url: format!("http://{name}"),
+        lease: LEASE,
+    };
+    EventStore::open_database(url, Some(member), u64::MAX).expect("opens")
+}
+
+#[tokio::test]
+async fn a_service_waits_for_the_longer_lease_of_another() {
+    let Some(url) = database() else { return };
+    let lease = LEASE * 2;
+    let member = Member {
+        url: "http://slow".to_owned(),
+        lease,
+    };
+    let slow = EventStore::open_database(&url, Some(member), u64::MAX).expect("opens");
+    let two = joined(&url, "two");
+    add(&slow, append("a", vec![event(1, "made")])).await;
+    assert_eq!(acquired(&slow), Ok(1));
+    drop(slow);
+    let begun = Instant::now();
+    while acquired(&two).is_err() {
+        sleep(Duration::from_millis(10)).await;
+    }
+    assert!(lease * 3 / 4 < begun.elapsed(), "{:?}", begun.elapsed());
+}
+
+#[tokio::test]
+async fn a_service_at_the_address_of_another_leaves_it_its_missions() {
+    let Some(url) = database() else { return };
+    let (one, two) = (joined(&url, "same"), joined(&url, "same"));
+    add(&one, append("a", vec![event(1, "made")])).await;
+    assert_eq!(acquired(&one), Ok(1));
+    sleep(LEASE / 2).await;
+    assert_eq!(acquired(&two), Err("http://same".to_owned()));
+    add(&one, at_epoch(1, 2)).await;
+}
+
+/// The epoch with which `store` owns the mission `a`; the URL of the owner if it is another.
+fn acquired(store: &EventStore) -> Result<u64, String> {
+    match store.lease().expect("is shared").acquire("a").expect("is asked") {
+        Acquired::Here(owned) => Ok(owned.epoch),
+        Acquired::At(url) => Err(url),
+        Acquired::NoMission => panic!("there is one"),
+    }
+}
+
+fn at_epoch(epoch: u64, sequence: u64) -> Append {
+    Append {
+        epoch,
+        number: Some(1),
+        ..append("a", vec![event(sequence, "x")])
+    }
+}
+
+#[tokio::test]
+async fn the_database_refuses_what_an_earlier_owner_appends() {
+    let Some(url) = database() else { return };
+    let (one, two) = (joined(&url, "one"), joined(&url, "two"));
+    add(&one, append("a", vec![event(1, "made")])).await;
+    assert_eq!(one.append(at_epoch(0, 2)).await, Ok(Appended::NotOwner));
+    assert_eq!(acquired(&one), Ok(1));
+    assert_eq!(acquired(&two), Err("http://one".to_owned()));
+    add(&one, at_epoch(1, 2)).await;
+    assert_eq!(two.append(at_epoch(1, 3)).await, Ok(Appended::NotOwner));
+    let _ = psql(&url, "UPDATE missions SET owner_service = NULL");
+    assert_eq!(one.append(at_epoch(1, 3)).await, Ok(Appended::NotOwner));
+    assert_eq!(acquired(&two), Ok(2));
+    assert_eq!(one.append(at_epoch(1, 3)).await, Ok(Appended::NotOwner));
+    add(&two, at_epoch(2, 3)).await;
+    assert_eq!(bodies(&one, "a"), ["made", "x", "x"]);
+}
+
+#[tokio::test]
+async fn a_service_that_is_gone_loses_its_missions_and_one_that_lives_keeps_them() {
+    let Some(url) = database() else { return };
+    let (one, two) = (joined(&url, "one"), joined(&url, "two"));
+    add(&one, append("a", vec![event(1, "made")])).await;
+    assert_eq!(acquired(&one), Ok(1));
+    sleep(LEASE + LEASE / 2).await;
+    assert_eq!(acquired(&two), Err("http://one".to_owned()));
+    drop(one);
+    let begun = Instant::now();
+    while acquired(&two).is_err() {
+        sleep(Duration::from_millis(10)).await;
+    }
+    let took = begun.elapsed();
+    assert!(LEASE / 2 < took && took < LEASE * 2, "{took:?}");
+}
+
+#[tokio::test]
+async fn a_service_that_others_take_for_gone_begins_anew() {
+    let Some(url) = database() else { return };
+    let one = joined(&url, "one");
+    let lease = one.lease().expect("is shared");
+    add(&one, append("a", vec![event(1, "made")])).await;
+    assert_eq!((lease.incarnation(), acquired(&one)), (Ok(1), Ok(1)));
+    let _ = psql(&url, "DELETE FROM services");
+    assert_eq!(one.append(at_epoch(1, 2)).await, Ok(Appended::NotOwner));
+    while lease.incarnation() != Ok(2) {
+        sleep(Duration::from_millis(10)).await;
+    }
+    assert_eq!(acquired(&one), Ok(2));
+    lease.leave().expect("is stored");
+    assert_eq!(lease.incarnation(), Err(StoreError::Closed));
+    assert_eq!(psql(&url, "SELECT count(*) FROM services"), "0");
+}
+
+#[tokio::test]
+async fn free_missions_are_shared_out() {
+    let Some(url) = database() else { return };
+    let one = joined(&url, "one");
+    let two = joined(&url, "two");
+    for k in 0..5 {
+        add(&one, append(&format!("m{k}"), vec![event(1, "made")])).await;
+    }
+    let turn = |store: &EventStore| store.lease().expect("is shared").take_turn().expect("is asked");
+    assert_eq!(turn(&one).taken.len(), 3);
+    assert_eq!(turn(&two).taken.len(), 2);
+    let again = turn(&one);
+    assert_eq!((again.taken.len(), again.running.len()), (0, 3));
+    two.lease().expect("is shared").leave().expect("is stored");
+    assert_eq!(turn(&one).taken.len(), 2);
+}
+
+#[test]
+fn a_database_of_a_newer_program_is_refused_and_not_changed() {
+    let Some(url) = database() else { return };
+    drop(EventStore::open_database(&url, None, u64::MAX).expect("opens"));
+    let _ = psql(&url, "UPDATE pilotfish_schema SET version = 99");
+    let refused = EventStore::open_database(&url, None, u64::MAX);
+    assert!(
+        matches!(refused, Err(StoreError::TooNew { found: 99, .. })),
+        "{refused:?}"
+    );
+    assert!(matches!(
+        EventReader::of_database(&url),
+        Err(StoreError::TooNew { .. })
+    ));
+    assert_eq!(psql(&url, "SELECT version FROM pilotfish_schema"), "99");
+}
+
+/// Copies once the writers of both places have ended.
+async fn copy_at_rest(from: &StorePlace, to: &StorePlace) -> Result<Copied, StoreError> {
+    loop {
+        match copy(from, to) {
+            Err(StoreError::InUse { .. }) => sleep(Duration::from_millis(5)).await,
+            done => return done,
+        }
+    }
+}
+
+#[tokio::test]
+async fn a_store_moves_to_a_database_and_back() {
+    let Some(url) = database() else { return };
+    let (first, last) = (Place::file(), Place::file());
+    let store = first.open().await;
+    add(&store, keyed(1, 7, "answer")).await;
+    add(&store, append("deleted", vec![event(1, "x")])).await;
+    let finished = Append {
+        status: "finished".to_owned(),
+        order: Some(order("one", "create")),
+        ..append("c", vec![event(1, "x"), event(2, "y")])
+    };
+    add(&store, finished).await;
+    assert_eq!(
+        store.delete("deleted".to_owned(), order("one", "delete")).await,
+        Ok(true)
+    );
+    let salt = store.reader().expect("opens").salt();
+    store.close().await.expect("ends");
+    drop(store);
+    let path = |place: &Place| match place {
+        Place::File(directory) => StorePlace::Directory(directory.path().to_owned()),
+        Place::Database(url) => StorePlace::Database(url.clone()),
+    };
+    let between = Place::Database(url);
+    for (from, to) in [(&first, &between), (&between, &last)] {
+        let (from, to) = (path(from), path(to));
+        let copied = copy_at_rest(&from, &to).await.expect("is copied");
+        assert_eq!((copied.missions, copied.events), (2, 3));
+        let again = copy_at_rest(&from, &to)
+            .await
+            .expect_err("has missions")
+            .to_string();
+        assert!(again.contains("choose an empty store"), "{again}");
+    }
+    for place in [&between, &last] {
+        let store = place.open().await;
+        assert_eq!(
+            (bodies(&store, "a"), bodies(&store, "c")),
+            (vec!["x".to_owned()], vec!["x".to_owned(), "y".to_owned()])
+        );
+        let reader = store.reader().expect("opens");
+        assert_eq!(reader.salt(), salt);
+        assert_eq!(reader.orders(None, 0, 9).expect("reads").len(), 2);
+        assert_eq!(reader.over_before(f64::MAX).expect("reads"), ["c"]);
+        let again = store.append(keyed(2, 7, "another")).await;
+        assert_eq!(again, Ok(Appended::AnsweredBefore(b"answer".to_vec())));
+        add(&store, append("new", vec![event(1, "x")])).await;
+        let made = store.reader().expect("opens").mission("new").expect("reads");
+        assert!(3 < made.expect("is there").number);
+    }
+}
+
+#[tokio::test]
+async fn a_host_that_is_silent_does_not_keep_a_service_from_the_one_that_answers() {
+    let Some(url) = database() else { return };
+    let silent = std::net::TcpListener::bind("127.0.0.1:0").expect("a port is free");
+    let silent = silent
+        .local_addr()
+        .map(|address| (silent, address))
+        .expect("is bound");
+    let url = url.replace("127.0.0.1", &format!("{},127.0.0.1", silent.1));
+    let begun = Instant::now();
+    let store = joined(&url, "one");
+    add(&store, append("a", vec![event(1, "made")])).await;
+    assert_eq!(acquired(&store), Ok(1));
+    assert!(begun.elapsed() < LEASE / 2, "{:?}", begun.elapsed());
+}

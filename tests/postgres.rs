@@ -1,0 +1,134 @@
+//! A PostgreSQL server for the tests of one program, with a database for each test.
+
+use std::{
+    env, fs,
+    net::{Ipv4Addr, TcpListener},
+    path::{Path, PathBuf},
+    process::{Child, Command, Stdio},
+    sync::{
+        LazyLock,
+        atomic::{AtomicU32, Ordering},
+    },
+    thread,
+    time::{Duration, Instant},
+};
+
+use tempfile::TempDir;
+
+/// Where Debian has the programs of the server.
+const DEBIAN: &str = "/usr/lib/postgresql";
+
+/// Runs the server until its input ends, which it does with the test's program, and then removes its directory. The server refuses to
+/// run as root.
+const SCRIPT: &str = r#"
+cd "$1"
+if [ "$(id -u)" = 0 ]; then as="setpriv --reuid nobody --regid nogroup --clear-groups"; chown nobody "$1"; fi
+$as "$2/initdb" --pgdata=data --username=postgres --auth=trust --no-sync --encoding=UTF8 --locale=C >log 2>&1
+$as "$2/postgres" -D data -k "$1" -p "$3" -c listen_addresses=127.0.0.1 -c fsync=off -c max_connections=200 >>log 2>&1 &
+cat >/dev/null
+kill -INT "$(head -n 1 data/postmaster.pid)"
+wait
+rm -rf "$1"
+"#;
+
+/// A longer wait for the server fails the test.
+const PATIENCE: Duration = Duration::from_mins(1);
+
+struct Server {
+    programs: PathBuf,
+    port: u16,
+    /// Its input ends with this program.
+    _process: Child,
+}
+
+/// The URL of a new database. None without PostgreSQL: then the test is skipped, and says so.
+///
+/// # Panics
+/// Where the server does not start: the test's finding.
+#[must_use]
+pub fn database() -> Option<String> {
+    static SERVER: LazyLock<Option<Server>> = LazyLock::new(start);
+    static MADE: AtomicU32 = AtomicU32::new(0);
+    let Some(server) = &*SERVER else {
+        eprintln!("SKIPPED: PostgreSQL is not installed (apt-get install postgresql)");
+        return None;
+    };
+    let name = format!("missions_{}", MADE.fetch_add(1, Ordering::Relaxed));
+    let made = server.ask(&format!("CREATE DATABASE {name}"));
+    assert!(made, "the database cannot be made");
+    Some(format!("postgres://postgres@127.0.0.1:{}/{name}", server.port))
+}
+
+/// Has `psql` execute statements in the database of a URL; what it prints.
+///
+/// # Panics
+/// Where it fails: the test's finding.
+#[must_use]
+pub fn psql(url: &str, statements: &str) -> String {
+    let programs = programs().expect("there is a server");
+    let asked = Command::new(programs.join("psql"))
+        .args([
+            "--no-psqlrc",
+            "--tuples-only",
+            "--no-align",
+            "--set=ON_ERROR_STOP=1",
+            url,
+            "-c",
+            statements,
+        ])
+        .output()
+        .expect("psql starts");
+    assert!(
+        asked.status.success(),
+        "{}",
+        String::from_utf8_lossy(&asked.stderr)
+    );
+    String::from_utf8_lossy(&asked.stdout).trim().to_owned()
+}
+
+impl Server {
+    fn ask(&self, statement: &str) -> bool {
+        let url = format!("postgres://postgres@127.0.0.1:{}/postgres", self.port);
+        let asked = Command::new(self.programs.join("psql"))
+            .args(["--no-psqlrc", "--quiet", &url, "-c", statement])
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .status();
+        asked.is_ok_and(|status| status.success())
+    }
+}
+
+/// The folder of `initdb`, which no path has on Debian.
+fn programs() -> Option<PathBuf> {
+    let paths = env::var_os("PATH").unwrap_or_default();
+    let versions = fs::read_dir(DEBIAN).into_iter().flatten().flatten();
+    let of_debian = versions.map(|version| version.path().join("bin"));
+    let mut folders = env::split_paths(&paths).chain(of_debian);
+    let programs = ["initdb", "postgres", "psql"];
+    folders.find(|folder| programs.iter().all(|program| folder.join(program).is_file()))
+}
+
+fn start() -> Option<Server> {
+    let programs = programs()?;
+    let port = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).and_then(|free| free.local_addr());
+    let port = port.expect("a port is free").port();
+    let folder = tempfile::tempdir().map(TempDir::keep).expect("there is room");
+    let process = Command::new("sh")
+        .args(["-c", SCRIPT, "sh"])
+        .args([folder.as_path(), programs.as_path(), Path::new(&port.to_string())])
+        .stdin(Stdio::piped())
+        .spawn()
+        .expect("there is a shell");
+    let server = Server {
+        programs,
+        port,
+        _process: process,
+    };
+    let begun = Instant::now();
+    while !server.ask("SELECT 1") {
+        let log = || fs::read_to_string(folder.join("log")).unwrap_or_default();
+        assert!(begun.elapsed() < PATIENCE, "the server does not start: {}", log());
+        thread::sleep(Duration::from_millis(50));
+    }
+    Some(server)
+}
