@@ -56,6 +56,10 @@ CREATE TRIGGER event_made AFTER INSERT ON events FOR EACH ROW EXECUTE FUNCTION n
 CREATE VIEW owned AS SELECT mission, epoch, app, owner, at, n, xmin AS x FROM audit WHERE owner IS NOT NULL;
 CREATE VIEW appended AS SELECT mission, epoch, app, sequence, xmin AS x FROM audit WHERE sequence IS NOT NULL;
 """
+# Waits in the database, which is quicker than asking it again and again; 5 s at most.
+AWAIT = """
+DO $$ BEGIN FOR k IN 1..2500 LOOP
+    PERFORM 1 FROM audit WHERE {}; EXIT WHEN FOUND; PERFORM pg_sleep(0.002); END LOOP; END $$"""
 BROKEN = {
     "an epoch has two owners": """
         SELECT mission, epoch FROM owned GROUP BY 1, 2 HAVING count(DISTINCT owner || app) > 1""",
@@ -148,6 +152,21 @@ class Checker:
     def cut_from_all(self, service: Service) -> Iterator[None]:
         return self.cut(*service.databases, service.clients, service.peers)
 
+    def appends_arrive_late(self, service: Service) -> Iterator[None]:
+        """What an owner sent in time reaches the database after the next owner has taken its missions.
+
+        The next owner is held up then: its appends would refuse the late ones by their sequence, not by their epoch.
+        """
+        others = [port for each in self.services if each is not service for port in each.databases]
+        taken = f"owner IS NOT NULL AND app <> 's{service.number}' AND n > {self.sql('SELECT max(n) FROM audit')[0][0]}"
+        self.proxies.cut(*service.databases)
+        self.sql(AWAIT.format(taken))
+        self.proxies.cut(*others)
+        self.proxies.mend(*service.databases)
+        time.sleep(0.5)
+        self.proxies.mend(*others)
+        yield
+
     def clock_set(self, service: Service) -> Iterator[None]:
         service.set_clock(self.draw.choice([-1, 1]) * 10 ** self.draw.uniform(0, 2.5))
         yield
@@ -183,7 +202,7 @@ class Checker:
     def kinds(self) -> list:
         alone = [self.service_killed, self.service_stopped, self.service_terminated, self.cut_from_clients]
         clock = [self.clock_set] if FAKETIME.exists() else []
-        links = [self.cut_from_the_database, self.cut_from_services, self.cut_from_all]
+        links = [self.cut_from_the_database, self.cut_from_services, self.cut_from_all, self.appends_arrive_late]
         databases = [self.primary_killed_and_standby_promoted, self.primary_silent_and_standby_promoted]
         databases += [self.primary_killed_and_started, self.standby_stopped]
         kinds = alone + clock + (links + databases if self.pair else [])
