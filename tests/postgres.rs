@@ -2,9 +2,10 @@
 
 use std::{
     env, fs,
+    io::{self, Write as _},
     net::{Ipv4Addr, TcpListener},
     path::{Path, PathBuf},
-    process::{Child, Command, Stdio},
+    process::{self, Child, Command, Stdio},
     sync::{
         LazyLock,
         atomic::{AtomicU32, Ordering},
@@ -15,16 +16,20 @@ use std::{
 
 use tempfile::TempDir;
 
+use crate::server::certificate;
+
 /// Where Debian has the programs of the server.
 const DEBIAN: &str = "/usr/lib/postgresql";
 
 /// Runs the server until its input ends, which it does with the test's program, and then removes its directory. The server refuses to
-/// run as root.
+/// run as root, and to read a key that others may read.
 const SCRIPT: &str = r#"
 cd "$1"
-if [ "$(id -u)" = 0 ]; then as="setpriv --reuid nobody --regid nogroup --clear-groups"; chown nobody "$1"; fi
+if [ "$(id -u)" = 0 ]; then as="setpriv --reuid nobody --regid nogroup --clear-groups"; chown -R nobody "$1"; fi
+chmod 600 key.pem
 $as "$2/initdb" --pgdata=data --username=postgres --auth=trust --no-sync --encoding=UTF8 --locale=C >log 2>&1
-$as "$2/postgres" -D data -k "$1" -p "$3" -c listen_addresses=127.0.0.1 -c fsync=off -c max_connections=200 >>log 2>&1 &
+$as "$2/postgres" -D data -k "$1" -p "$3" -c listen_addresses=127.0.0.1 -c fsync=off -c max_connections=200 \
+    -c ssl=on -c ssl_cert_file=../certificate.pem -c ssl_key_file=../key.pem >>log 2>&1 &
 cat >/dev/null
 kill -INT "$(head -n 1 data/postmaster.pid)"
 wait
@@ -37,8 +42,18 @@ const PATIENCE: Duration = Duration::from_mins(1);
 struct Server {
     programs: PathBuf,
     port: u16,
+    /// Its certificate, which signs itself.
+    certificate: String,
     /// Its input ends with this program.
     _process: Child,
+}
+
+static SERVER: LazyLock<Option<Server>> = LazyLock::new(start);
+
+/// The certificate of the server, if there is one.
+#[must_use]
+pub fn authority() -> Option<&'static str> {
+    SERVER.as_ref().map(|server| &*server.certificate)
 }
 
 /// The URL of a new database. None without PostgreSQL: then the test is skipped, and says so.
@@ -47,10 +62,11 @@ struct Server {
 /// Where the server does not start: the test's finding.
 #[must_use]
 pub fn database() -> Option<String> {
-    static SERVER: LazyLock<Option<Server>> = LazyLock::new(start);
     static MADE: AtomicU32 = AtomicU32::new(0);
     let Some(server) = &*SERVER else {
-        eprintln!("SKIPPED: PostgreSQL is not installed (apt-get install postgresql)");
+        // Not by `eprintln!`: what tests that pass print so is not shown.
+        let text = b"SKIPPED: PostgreSQL is not installed (apt-get install postgresql)\n";
+        let _ = io::stderr().write_all(text);
         return None;
     };
     let name = format!("missions_{}", MADE.fetch_add(1, Ordering::Relaxed));
@@ -110,9 +126,13 @@ fn programs() -> Option<PathBuf> {
 
 fn start() -> Option<Server> {
     let programs = programs()?;
-    let port = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).and_then(|free| free.local_addr());
-    let port = port.expect("a port is free").port();
+    // Below the ports of connections, which would take a free one before the server does.
+    let first = u16::try_from(process::id() % 10_000).expect("is small");
+    let mut ports = (0..10_000).map(|k| 20_000 + (first + k) % 10_000);
+    let port = ports.find(|port| TcpListener::bind((Ipv4Addr::LOCALHOST, *port)).is_ok());
+    let port = port.expect("a port is free");
     let folder = tempfile::tempdir().map(TempDir::keep).expect("there is room");
+    let (certificate, _) = certificate(&folder);
     let process = Command::new("sh")
         .args(["-c", SCRIPT, "sh"])
         .args([folder.as_path(), programs.as_path(), Path::new(&port.to_string())])
@@ -122,6 +142,7 @@ fn start() -> Option<Server> {
     let server = Server {
         programs,
         port,
+        certificate,
         _process: process,
     };
     let begun = Instant::now();

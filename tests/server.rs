@@ -1,10 +1,13 @@
 //! The program itself, serving on a real socket.
 
 use std::{
+    fs,
     io::{BufRead, BufReader},
+    path::Path,
     process::{Child, ChildStdout, Command, Stdio},
 };
 
+use rcgen::{CertifiedKey, generate_simple_self_signed};
 use tempfile::TempDir;
 
 /// A running server, stopped when dropped.
@@ -95,4 +98,24 @@ impl Drop for Server {
         let _ = self.process.kill();
         let _ = self.process.wait();
     }
+}
+
+/// A certificate for this machine and its key, in files of `directory`.
+///
+/// # Panics
+/// Where there is no room for them: the test's finding.
+#[must_use]
+pub fn certificate(directory: &Path) -> (String, String) {
+    let CertifiedKey { cert, signing_key } =
+        generate_simple_self_signed(["localhost".to_owned(), "127.0.0.1".to_owned()]).expect("are names");
+    let files = [
+        ("certificate.pem", cert.pem()),
+        ("key.pem", signing_key.serialize_pem()),
+    ];
+    let [certificate, key] = files.map(|(name, text)| {
+        let path = directory.join(name);
+        fs::write(&path, text).expect("there is room");
+        path.to_string_lossy().into_owned()
+    });
+    (certificate, key)
 }

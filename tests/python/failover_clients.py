@@ -77,6 +77,7 @@ class Client(threading.Thread):
                 # Out of the craft's way, and different each time.
                 body = {"keep_outs": [{"north_m": 5e3 + self.number, "east_m": 1e3 + count, "radius_m": 4.0}]}
             begin, status, answer = time.monotonic(), 0, {}
+            self.history.add("begun", mission=self.mission, key=key)
             while status == 0 and not self.history.is_over.is_set():
                 status, answer, at = self.ask(method, path, body, key)
                 time.sleep(0.0 if status else 0.3)

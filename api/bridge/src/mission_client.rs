@@ -1,6 +1,6 @@
 //! HTTP requests of a live mission: a client of the service's API.
 
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
@@ -131,12 +131,13 @@ impl MissionClient {
     }
 
     /// The unfinished mission of `name`, or a new one of `body`: a bridge that restarts continues its mission. A mission of that name with
-    /// another `digest` of the setup is an error.
+    /// another `digest` of the setup is an error. Tries with the same `key` create one mission at most.
     pub(crate) fn find_or_create(
         &self,
         name: &str,
         digest: &str,
         body: &Value,
+        key: &str,
     ) -> Result<MissionInfo, ServiceError> {
         let mut after = 0;
         loop {
@@ -163,7 +164,7 @@ impl MissionClient {
         let mut body = body.clone();
         body["metadata"][NAME] = name.into();
         body["metadata"][DIGEST] = digest.into();
-        let made = self.post("", &body, &format!("bridge-{name}-{}", unix_ns()))?;
+        let made = self.post("", &body, &format!("bridge-{name}-{key}"))?;
         self.run(serde_json::from_value(made).map_err(|error| ServiceError::Unavailable(error.to_string()))?)
     }
 
@@ -292,12 +293,6 @@ fn faults(errors: &Value) -> Vec<String> {
     errors
         .map(|error| format!("{}: {}", text(error, "pointer"), text(error, "detail")))
         .collect()
-}
-
-/// Makes the key of a new mission unique.
-fn unix_ns() -> u128 {
-    let since = SystemTime::now().duration_since(UNIX_EPOCH);
-    since.map_or(0, |since| since.as_nanos())
 }
 
 fn text(value: &Value, member: &str) -> String {

@@ -167,10 +167,13 @@ impl Shared {
 
     /// Finds or creates the mission; tries for as long as it takes.
     fn find(&self, client: &MissionClient, mission: &MissionChoice) -> String {
+        let key = format!("{:x}", self.clock.unix_s(self.clock.now_s()).to_bits());
         loop {
             let found = match mission {
                 MissionChoice::Joined(id) => client.mission(id).and_then(|mission| client.run(mission)),
-                MissionChoice::Named { name, digest, body } => client.find_or_create(name, digest, body),
+                MissionChoice::Named { name, digest, body } => {
+                    client.find_or_create(name, digest, body, &key)
+                }
             };
             let mut status = lock(&self.status);
             match found {

@@ -124,8 +124,10 @@ pub enum Problem {
     /// The idempotency key belongs to another request.
     #[error("choose a new key for each new request; repeat a key only to repeat its request")]
     KeyTaken,
-    /// The mission has too many requests waiting.
-    #[error("too many requests wait for the mission; try again after the time in Retry-After")]
+    /// The mission has too many requests waiting, or goes on with what the store has.
+    #[error(
+        "too many requests wait for the mission, or it is changing its service; try again after the time in Retry-After"
+    )]
     Behind,
     /// The service at this URL has the mission.
     #[error("another service has the mission; try again after the time in Retry-After")]
@@ -251,7 +253,7 @@ impl Problem {
             Self::Overloaded => (503, "overloaded", "Every planner is busy"),
             Self::NoSolution(_) => (503, "no_solution", "No program was solved"),
             Self::NotReady(_) => (503, "not_ready", "The service cannot plan"),
-            Self::Behind => (503, "mission_behind", "The mission has too much to do"),
+            Self::Behind => (503, "mission_behind", "The mission cannot take the request now"),
             Self::Elsewhere(_) => (503, "mission_elsewhere", "Another service has the mission"),
             Self::Crowded { .. } => (503, "crowded", "The service is at its limit"),
             Self::NoMissions => (503, "no_missions", "The service keeps no missions"),

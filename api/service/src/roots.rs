@@ -8,8 +8,7 @@ use tokio_rustls::rustls::{
     pki_types::{CertificateDer, pem::PemObject as _},
 };
 
-/// How servers are called by TLS: one whose certificate no authority of the PEM file `path` has signed is refused. Without `path` every
-/// server is refused. Fails with the reason.
+/// A TLS client's configuration that trusts only the authorities in the PEM file `path`; none without `path`. Fails with the reason.
 pub fn verified_by(path: Option<&Path>) -> Result<ClientConfig, String> {
     let mut roots = RootCertStore::empty();
     if let Some(path) = path {

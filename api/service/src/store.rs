@@ -47,7 +47,7 @@ mod trusted_time;
 mod writer;
 
 use acknowledged::{Acknowledged, LIST_NAME};
-use command::{Command, LogWriter, Reply};
+use command::{Command, LogWriter, Reply, run};
 pub use copy::{Copied, StorePlace, copy};
 
 pub use entry::{Append, Appended, AuditEntry, Room, StoredEvent, StoredMission};
@@ -162,7 +162,7 @@ impl EventStore {
             path: path.to_owned(),
             place,
         };
-        Self::run(kept, clock, metrics, |commands| writer.run(commands)).map_err(refused)
+        Self::run(kept, clock, metrics, |commands| run(writer, commands)).map_err(refused)
     }
 
     /// Opens the store in the database of a URL, for a service that takes part as `member`, or for a program that appends nothing. The
@@ -197,7 +197,7 @@ impl EventStore {
             },
             clock,
             metrics,
-            |commands| writer.run(commands),
+            |commands| run(writer, commands),
         );
         run.map_err(refused)
     }

@@ -62,10 +62,11 @@ pub(crate) fn retain(arguments: &Retain, config: &Config) -> Result<(), Box<dyn 
         }
         store.close().await
     })?;
-    print(&format!(
-        "{} missions deleted; `pilotfish vacuum` returns their disk space\n",
-        over.len()
-    ))?;
+    let next = match &config.store {
+        Some(_) => "services that run return their disk space",
+        None => "`pilotfish vacuum` returns their disk space",
+    };
+    print(&format!("{} missions deleted; {next}\n", over.len()))?;
     Ok(())
 }
 

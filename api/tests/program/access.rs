@@ -2,15 +2,13 @@
 
 use std::{
     fs,
-    path::Path,
     process::Command,
     thread::sleep,
     time::{Duration, Instant},
 };
 
-use rcgen::{CertifiedKey, generate_simple_self_signed};
 use tempfile::tempdir;
-use tests::server::Server;
+use tests::server::{Server, certificate};
 
 use crate::command::{line, path, pilotfish, printed, run, said};
 
@@ -232,7 +230,7 @@ fn a_service_on_a_network_needs_tokens_and_tls_or_insecure() {
 
     // A renewed certificate is loaded without a restart.
     let before = fs::read(&certificate).expect("is there");
-    let (renewed, _) = self::certificate(directory.path());
+    let (renewed, _) = tests::server::certificate(directory.path());
     assert_ne!(fs::read(&renewed).expect("is there"), before);
     assert_eq!(curl(&trusted).0, 0, "the service still shows the old certificate");
     let hang_up = Command::new("kill")
@@ -244,22 +242,6 @@ fn a_service_on_a_network_needs_tokens_and_tls_or_insecure() {
         assert!(Instant::now() < end, "the new certificate is not loaded");
         sleep(Duration::from_millis(100));
     }
-}
-
-/// A certificate for this machine and its key, in files of `directory`.
-pub(crate) fn certificate(directory: &Path) -> (String, String) {
-    let CertifiedKey { cert, signing_key } =
-        generate_simple_self_signed(["localhost".to_owned(), "127.0.0.1".to_owned()]).expect("are names");
-    let files = [
-        ("certificate.pem", cert.pem()),
-        ("key.pem", signing_key.serialize_pem()),
-    ];
-    let [certificate, key] = files.map(|(name, text)| {
-        let path = directory.join(name);
-        fs::write(&path, text).expect("there is room");
-        path.to_string_lossy().into_owned()
-    });
-    (certificate, key)
 }
 
 #[test]

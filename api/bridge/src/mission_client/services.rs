@@ -1,4 +1,4 @@
-//! Services that share their missions: one that does not answer is left for the next.
+//! Services that share their missions: after no answer the client goes to the next one.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 

@@ -442,10 +442,7 @@ impl Missions {
         }
         if ACTORS_MAX <= actors.len() {
             // Idle actors end here, and start again with the next request.
-            actors.retain(|_, handle| {
-                let in_use = 1 < handle.requests.strong_count();
-                in_use || handle.view.borrow().mission.status == Status::Running
-            });
+            actors.retain(|_, handle| keeps_place(handle));
         }
         if ACTORS_MAX <= actors.len() {
             self.planners.metrics.shed(Shed::Places);
@@ -466,6 +463,16 @@ impl Missions {
         }
         actors.insert(id, handle.clone());
         Ok(handle)
+    }
+
+    /// How many more missions can run here.
+    pub(super) fn free_places(&self) -> usize {
+        let actors = self.actors();
+        let kept = actors
+            .iter()
+            .flat_map(HashMap::values)
+            .filter(|handle| keeps_place(handle));
+        ACTORS_MAX.saturating_sub(kept.count())
     }
 
     /// Reads the store on a thread that may wait for the disk.
@@ -525,6 +532,11 @@ impl Missions {
     pub(super) fn actors(&self) -> MutexGuard<'_, Option<HashMap<String, Handle>>> {
         self.actors.lock().unwrap_or_else(PoisonError::into_inner)
     }
+}
+
+/// Whether the actor runs a mission or serves a client, and so keeps its place.
+fn keeps_place(handle: &Handle) -> bool {
+    1 < handle.requests.strong_count() || handle.view.borrow().mission.status == Status::Running
 }
 
 /// What `mission` was created with, counted from its origin now, with its paths of now.

@@ -35,8 +35,8 @@ impl Missions {
                     failed.clear();
                     self.forget_before(now);
                 }
-                let asked = lease.clone();
-                match self.own(move || asked.take_turn()).await {
+                let (asked, most) = (lease.clone(), self.free_places());
+                match self.own(move || asked.take_turn(most)).await {
                     Ok(turn) => self.take(turn, now, &mut failed).await,
                     Err(problem) => tracing::debug!(?problem, "no turn was taken"),
                 }

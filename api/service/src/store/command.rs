@@ -1,6 +1,10 @@
 //! What the writer thread of either store does, in which order, and where its replies go.
 
-use std::{ops::ControlFlow, sync::mpsc::Receiver};
+use std::{
+    ops::ControlFlow,
+    panic::{AssertUnwindSafe, catch_unwind},
+    sync::mpsc::Receiver,
+};
 
 use tokio::sync::oneshot;
 
@@ -33,6 +37,10 @@ pub(super) enum Command {
 
 /// The only writer of this process.
 pub(super) trait LogWriter {
+    /// Writes until `Close`, which it returns with the result, or until every handle is dropped.
+    fn work(&mut self, commands: &Receiver<Command>) -> Option<Closed>;
+    /// Reads again what is stored, after a panic that may have come between a commit and its count.
+    fn recover(&mut self) -> Result<(), StoreError>;
     /// Stores the appends in one commit, and replies to each.
     fn store(&mut self, appends: Vec<Waiting>);
     /// Hides the mission at once, and stores who ordered it; its disk space is freed step by step.
@@ -48,6 +56,29 @@ pub(super) trait LogWriter {
     fn vacuum(&mut self) -> Result<(), StoreError>;
     /// The last thing before the writer ends.
     fn close(&mut self) -> Result<(), StoreError>;
+}
+
+/// Writes until every handle of the store is dropped. After a panic the commands that were being carried out have no reply, and the
+/// next ones are carried out.
+pub(super) fn run(mut writer: impl LogWriter, commands: Receiver<Command>) {
+    loop {
+        match catch_unwind(AssertUnwindSafe(|| writer.work(&commands))) {
+            Ok(None) => return,
+            Ok(Some((reply, closed))) => {
+                // Later commands find it closed.
+                drop(commands);
+                let _ = reply.send(closed);
+                return;
+            }
+            // The program's panic hook has logged it.
+            Err(_) => {
+                if let Err(error) = writer.recover() {
+                    tracing::error!(%error, "the mission log ends: it cannot be read after a panic");
+                    return;
+                }
+            }
+        }
+    }
 }
 
 /// Carries out `first`, and stores the appends that wait behind it, at most `most`, in the same commit. Breaks after `Close`.

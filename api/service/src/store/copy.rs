@@ -1,6 +1,6 @@
 //! Moves what is stored from one store to another, of the same kind or not. No service uses either meanwhile.
 
-use std::path::PathBuf;
+use std::{path::PathBuf, time::Duration};
 
 use rusqlite::Connection;
 use tokio_postgres::types::ToSql;
@@ -13,6 +13,9 @@ use super::{
     rows::{Param, Row, Rows},
     sql::{with_nul, without_nul},
 };
+
+/// How long one statement of a copy may take: the last ones read every mission.
+const PATIENCE: Duration = Duration::from_hours(1);
 
 /// Where a store is.
 #[derive(Clone, Debug)]
@@ -37,14 +40,13 @@ pub struct Copied {
 enum Kind {
     Whole,
     Real,
-    /// A real number or nothing.
-    Perhaps,
+    OptionalReal,
     Text,
     /// A text that may have a NUL.
     Key,
     Bytes,
 }
-use Kind::{Bytes, Key, Perhaps, Real, Text, Whole};
+use Kind::{Bytes, Key, OptionalReal, Real, Text, Whole};
 
 /// A table that is copied, which of its rows, and its columns.
 type Table = (&'static str, &'static str, &'static [(&'static str, Kind)]);
@@ -64,7 +66,7 @@ const TABLES: [Table; 7] = [
             ("summary", Bytes),
             ("owner", Text),
             ("bytes", Whole),
-            ("over_s", Perhaps),
+            ("over_s", OptionalReal),
         ],
     ),
     (
@@ -118,7 +120,7 @@ const TABLES: [Table; 7] = [
     ),
 ];
 
-/// Tables that have a row from the start.
+/// Empties the tables that the schema fills.
 const WITH_ROW: &str = "DELETE FROM salts; DELETE FROM guards;";
 
 /// What a database has besides: numbers of last events, and the next numbers.
@@ -137,9 +139,11 @@ pub fn copy(from: &StorePlace, to: &StorePlace) -> Result<Copied, StoreError> {
     }
     let source = from.open()?;
     let target = to.open()?;
-    if !target.reader()?.missions(0, 1, 0)?.0.is_empty() {
-        return Err(to.refused("it has missions already: choose an empty store"));
+    let before = target.reader()?;
+    if !before.missions(0, 1, 0)?.0.is_empty() || !before.orders(None, 0, 1)?.is_empty() {
+        return Err(to.refused("it has missions or orders already: choose an empty store"));
     }
+    drop(before);
     let source = source.reader()?;
     match to {
         StorePlace::Directory(path) => {
@@ -148,7 +152,7 @@ pub fn copy(from: &StorePlace, to: &StorePlace) -> Result<Copied, StoreError> {
         }
         StorePlace::Database(url) => {
             let database = postgres::open(url)?;
-            copy_all(&source.0, &Target::Postgres(&database.connect()?))
+            copy_all(&source.0, &Target::Postgres(&database.connect_for(PATIENCE)?))
         }
     }
 }
@@ -252,7 +256,7 @@ fn value(row: &Row<'_>, column: usize, kind: Kind, to: &Target<'_>) -> Result<Bo
     Ok(match kind {
         Kind::Whole => Box::new(row.get::<i64>(column)?),
         Kind::Real => Box::new(row.get::<f64>(column)?),
-        Kind::Perhaps => Box::new(row.get::<Option<f64>>(column)?),
+        Kind::OptionalReal => Box::new(row.get::<Option<f64>>(column)?),
         Kind::Text => Box::new(row.get::<String>(column)?),
         Kind::Key => {
             let key: String = row.get(column)?;

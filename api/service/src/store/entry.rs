@@ -32,7 +32,7 @@ pub struct Append {
     pub mission: String,
     /// The mission's number; none for a new mission. The id of a deleted mission may be used again, its number not.
     pub number: Option<u64>,
-    /// With which the caller owns the mission; 0 in a store of one service.
+    /// Epoch of the caller's ownership; 0 in a store of one service.
     pub epoch: u64,
     /// Events that continue the mission's sequence.
     pub events: Vec<StoredEvent>,

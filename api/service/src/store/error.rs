@@ -88,9 +88,7 @@ pub enum StoreError {
     #[error("the mission log cannot be reached: {0}; nothing was stored")]
     Unavailable(String),
     /// This service has not renewed its lease.
-    #[error(
-        "this service cannot tell whether it still has the mission, because the mission log has not answered in time"
-    )]
+    #[error("this service may have lost the mission: its lease was not renewed in time")]
     Lapsed,
     /// Too many writes wait for the disk.
     #[error("the mission log is overloaded: nothing was stored; try again in a moment")]

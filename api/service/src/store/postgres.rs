@@ -40,7 +40,7 @@ use tls::Tls;
 /// Time for a connection to one of the hosts: the next may be the one that answers.
 const CONNECT_TIME: Duration = Duration::from_secs(1);
 
-/// Begins of the address of a database.
+/// URL schemes of a database.
 const SCHEMES: [&str; 2] = ["postgres://", "postgresql://"];
 
 /// The database of a URL, migrated to the newest tables.

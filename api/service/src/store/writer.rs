@@ -2,7 +2,6 @@
 
 use std::{
     ops::ControlFlow,
-    panic::{AssertUnwindSafe, catch_unwind},
     sync::{
         Arc,
         mpsc::{Receiver, RecvTimeoutError},
@@ -94,67 +93,6 @@ impl Writer {
         })
     }
 
-    /// Writes until every handle of the store is dropped. After a panic the commands that were being carried out have no reply, and
-    /// the next ones are carried out.
-    pub(super) fn run(mut self, commands: Receiver<Command>) {
-        loop {
-            match catch_unwind(AssertUnwindSafe(|| self.work(&commands))) {
-                Ok(None) => return,
-                Ok(Some((reply, closed))) => {
-                    // Later commands find it closed.
-                    drop(commands);
-                    let _ = reply.send(closed);
-                    return;
-                }
-                // The program's panic hook has logged it.
-                Err(_) => {
-                    if let Err(error) = self.recover() {
-                        tracing::error!(%error, "the mission log ends: it cannot be read after a panic");
-                        return;
-                    }
-                }
-            }
-        }
-    }
-
-    /// Counts again what is stored, after a panic that may have come between a commit and its count.
-    fn recover(&mut self) -> rusqlite::Result<()> {
-        self.shares.read_again(&self.connection)?;
-        self.purge = deleted(&self.connection)?;
-        // A removal that panics must not panic at every turn.
-        (self.stuck, self.free_pages) = (true, false);
-        self.merge();
-        Ok(())
-    }
-
-    /// Writes until `Close`, which it returns with the result, or until every handle is dropped.
-    fn work(&mut self, commands: &Receiver<Command>) -> Option<Closed> {
-        loop {
-            let idle = match (self.purge.is_empty(), self.stuck) {
-                (true, _) if self.free_pages => Duration::ZERO,
-                (true, _) => Duration::MAX,
-                (false, true) => PURGE_RETRY,
-                (false, false) => Duration::ZERO,
-            };
-            let timeout = self.acknowledged.sync_in().map_or(idle, |due| due.min(idle));
-            match commands.recv_timeout(timeout) {
-                Ok(first) => {
-                    if let ControlFlow::Break(closed) = carry_out(self, COMMIT_MAX, first, commands) {
-                        return Some(closed);
-                    }
-                }
-                Err(RecvTimeoutError::Timeout) if timeout < idle => {}
-                Err(RecvTimeoutError::Timeout) => self.purge_some(),
-                Err(RecvTimeoutError::Disconnected) => return None,
-            }
-            if self.acknowledged.sync_in() == Some(Duration::ZERO)
-                && let Err(error) = self.acknowledged.sync()
-            {
-                tracing::warn!(%error, "the list of acknowledged events would not survive a power cut");
-            }
-        }
-    }
-
     /// Merges the write-ahead file into the store's file.
     fn checkpoint(&mut self) -> Result<(), StoreError> {
         // If a reader is active, a part stays in the write-ahead file.
@@ -223,6 +161,43 @@ impl Writer {
 }
 
 impl LogWriter for Writer {
+    /// Counts again what is stored, after a panic that may have come between a commit and its count.
+    fn recover(&mut self) -> Result<(), StoreError> {
+        self.shares.read_again(&self.connection)?;
+        self.purge = deleted(&self.connection)?;
+        // A removal that panics must not panic at every turn.
+        (self.stuck, self.free_pages) = (true, false);
+        self.merge();
+        Ok(())
+    }
+
+    fn work(&mut self, commands: &Receiver<Command>) -> Option<Closed> {
+        loop {
+            let idle = match (self.purge.is_empty(), self.stuck) {
+                (true, _) if self.free_pages => Duration::ZERO,
+                (true, _) => Duration::MAX,
+                (false, true) => PURGE_RETRY,
+                (false, false) => Duration::ZERO,
+            };
+            let timeout = self.acknowledged.sync_in().map_or(idle, |due| due.min(idle));
+            match commands.recv_timeout(timeout) {
+                Ok(first) => {
+                    if let ControlFlow::Break(closed) = carry_out(self, COMMIT_MAX, first, commands) {
+                        return Some(closed);
+                    }
+                }
+                Err(RecvTimeoutError::Timeout) if timeout < idle => {}
+                Err(RecvTimeoutError::Timeout) => self.purge_some(),
+                Err(RecvTimeoutError::Disconnected) => return None,
+            }
+            if self.acknowledged.sync_in() == Some(Duration::ZERO)
+                && let Err(error) = self.acknowledged.sync()
+            {
+                tracing::warn!(%error, "the list of acknowledged events would not survive a power cut");
+            }
+        }
+    }
+
     fn store(&mut self, mut batch: Vec<Waiting>) {
         if batch.is_empty() {
             return;

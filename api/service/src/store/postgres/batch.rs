@@ -26,8 +26,8 @@ const ANSWERED: &str = "SELECT asked.place, request, answer
 const CREATE: &str = "INSERT INTO missions (id, status, summary, owner, bytes, sequence, over_s)
     VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7) RETURNING number";
 
-/// Numbers of missions and orders rise with their commits, though several services store them: who reads on after a number misses
-/// none. The lock's number is this program's own; it is held until the commit.
+/// Numbers of missions and orders rise with their commits, though several services store them: a reader that continues after a
+/// number skips no row. The lock's number is this program's own; it is held until the commit.
 const IN_ORDER: &str = "SELECT pg_advisory_xact_lock(7083212650464)";
 
 const ORDER: &str = "INSERT INTO orders (at_s, caller, request, mission, action) VALUES (?1, ?2, ?3, ?4, ?5)";

@@ -12,7 +12,7 @@ use super::{
     link::Link,
 };
 
-/// The database itself refuses a stale epoch: then a row is missing from the count.
+/// The database itself refuses a stale epoch: then it changes fewer rows than there are appends.
 const CHANGE: &str = "UPDATE missions SET status = new.status, summary = new.summary, sequence = new.sequence,
     bytes = missions.bytes + new.bytes,
     over_s = CASE WHEN new.status IN ('finished', 'failed') THEN coalesce(over_s, ?7) END,

@@ -56,7 +56,7 @@ pub struct Turn {
 pub struct Lease(Arc<Shared>);
 
 impl Lease {
-    /// Takes part.
+    /// Registers the service, and starts to renew its lease.
     pub(crate) fn join(database: Database, member: Member) -> Result<Self, StoreError> {
         let link = database.connect_for(member.lease.max(PATIENCE))?;
         let shared = Arc::new(Shared {
@@ -130,8 +130,8 @@ impl Lease {
         })
     }
 
-    /// Takes running missions without an owner, up to this service's share of all.
-    pub fn take_turn(&self) -> Result<Turn, StoreError> {
+    /// Takes running missions without an owner, up to this service's share of all, and at most `most`.
+    pub fn take_turn(&self, most: usize) -> Result<Turn, StoreError> {
         const COUNT: &str =
             "SELECT count(*), count(*) FILTER (WHERE owner_service IS NULL), (SELECT count(*) FROM services)
             FROM missions WHERE status = 'running'";
@@ -149,7 +149,8 @@ impl Lease {
             let running: Vec<String> = running.collect::<Result<_, _>>()?;
             let n_own = i64::try_from(running.len()).unwrap_or(i64::MAX);
             let share = (n_running + n_services - 1) / n_services;
-            let most = (share - n_own).min(n_free).min(TAKEN_MAX);
+            let most = i64::try_from(most).unwrap_or(i64::MAX);
+            let most = most.min(share - n_own).min(n_free).min(TAKEN_MAX);
             let mut taken = vec![];
             if 0 < most {
                 let rows = link.query(TAKE, &[&self.0.id, &most])?;

@@ -24,9 +24,11 @@ pub(crate) const PATIENCE: Duration = Duration::from_secs(3);
 /// Longest time for a new connection, to whichever of the hosts answers.
 const CONNECT_TIME: Duration = Duration::from_secs(2);
 
-/// Session settings. A service that stops in the middle of a transaction must not keep its locks: others take its missions.
+/// Session settings. A service that stops in the middle of a transaction must not keep its locks: others take its missions. What
+/// is acknowledged has been synced, on the standby too if it is synchronous, whatever the database's default is.
 const SESSION: &str = "SET idle_in_transaction_session_timeout = '1s'; SET lock_timeout = '2s'; \
-    SET default_transaction_isolation = 'read committed'";
+    SET default_transaction_isolation = 'read committed'; SELECT set_config('synchronous_commit', 'on', false) \
+    WHERE current_setting('synchronous_commit') IN ('off', 'local')";
 
 /// Most connections for queries, beside that of the writer and that of the keeper. Others wait for one.
 const QUERIES_MAX: usize = 48;
@@ -108,7 +110,7 @@ impl Database {
     }
 
     /// A new connection whose answers are waited for as long as `patience`.
-    pub(super) fn connect_for(&self, patience: Duration) -> Result<Link, StoreError> {
+    pub(crate) fn connect_for(&self, patience: Duration) -> Result<Link, StoreError> {
         let Shared {
             hosts, tls, runtime, ..
         } = &*self.0;

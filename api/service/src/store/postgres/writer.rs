@@ -3,7 +3,6 @@
 use std::{
     collections::{HashMap, HashSet},
     ops::ControlFlow,
-    panic::{AssertUnwindSafe, catch_unwind},
     sync::mpsc::{Receiver, RecvTimeoutError},
     time::{Duration, Instant},
 };
@@ -58,59 +57,17 @@ impl PostgresWriter {
         metrics: StoreMetrics,
     ) -> Result<Self, StoreError> {
         let link = database.connect()?;
-        let deleted = link.query("SELECT number FROM missions WHERE status = 'deleted'", &[])?;
-        let purge = deleted
-            .iter()
-            .map(|row| row.try_get(0))
-            .collect::<Result<_, _>>()?;
         Ok(Self {
             database,
             lease,
             link: Some(link),
-            purge,
+            purge: vec![],
             most,
             shares: Shares::new(most, HashMap::new()),
             shares_read: None,
             clock,
             metrics,
         })
-    }
-
-    /// Writes until every handle of the store is dropped. After a panic the commands that were being carried out have no reply, and
-    /// the next ones are carried out.
-    pub(crate) fn run(mut self, commands: Receiver<Command>) {
-        loop {
-            match catch_unwind(AssertUnwindSafe(|| self.work(&commands))) {
-                Ok(None) => return,
-                Ok(Some((reply, closed))) => {
-                    // Later commands find it closed.
-                    drop(commands);
-                    let _ = reply.send(closed);
-                    return;
-                }
-                // The program's panic hook has logged it.
-                Err(_) => (self.link, self.shares_read) = (None, None),
-            }
-        }
-    }
-
-    fn work(&mut self, commands: &Receiver<Command>) -> Option<Closed> {
-        loop {
-            let idle = if self.purge.is_empty() {
-                Duration::MAX
-            } else {
-                PURGE_PAUSE
-            };
-            match commands.recv_timeout(idle) {
-                Ok(first) => {
-                    if let ControlFlow::Break(closed) = carry_out(self, COMMIT_MAX, first, commands) {
-                        return Some(closed);
-                    }
-                }
-                Err(RecvTimeoutError::Timeout) => self.purge_some(),
-                Err(RecvTimeoutError::Disconnected) => return None,
-            }
-        }
     }
 
     /// Has the connection do something. After an error another connection is made.
@@ -164,31 +121,67 @@ impl PostgresWriter {
             .map(drop)
     }
 
+    /// Reads which missions are deleted: other services and programs delete too.
+    fn read_deleted(&mut self) -> Result<(), StoreError> {
+        const DELETED: &str = "SELECT number FROM missions WHERE status = 'deleted'";
+        let deleted = self.with(|link| link.query(DELETED, &[]))?;
+        let numbers = deleted.iter().map(|row| row.try_get(0));
+        self.purge = numbers.collect::<Result<_, _>>()?;
+        Ok(())
+    }
+
     /// Removes some events of a deleted mission, and the mission after its last event.
-    fn purge_some(&mut self) {
+    fn purge_some(&mut self) -> Result<(), StoreError> {
         const EVENTS: &str = "DELETE FROM events WHERE mission = ?1 AND sequence <=
             (SELECT min(sequence) FROM events WHERE mission = ?1) + ?2";
         const MISSION: &str = "DELETE FROM missions WHERE number = ?1";
-        let Some(&number) = self.purge.last() else { return };
+        let Some(&number) = self.purge.last() else {
+            return Ok(());
+        };
         let purged = self.with(|link| {
             if 0 < link.execute(EVENTS, &[&number, &PURGE])? {
                 return Ok(false);
             }
             link.execute(MISSION, &[&number]).map(|_| true)
-        });
-        match purged {
-            Ok(true) => drop(self.purge.pop()),
-            Ok(false) => {}
-            Err(error) => {
-                tracing::warn!(%error, "cannot free the disk space of a deleted mission yet");
-                // The next deletion or start tries again.
-                self.purge.clear();
-            }
+        })?;
+        if purged {
+            self.purge.pop();
         }
+        Ok(())
     }
 }
 
 impl LogWriter for PostgresWriter {
+    fn work(&mut self, commands: &Receiver<Command>) -> Option<Closed> {
+        loop {
+            let idle = if self.purge.is_empty() {
+                Duration::MAX
+            } else {
+                PURGE_PAUSE
+            };
+            match commands.recv_timeout(idle) {
+                Ok(first) => {
+                    if let ControlFlow::Break(closed) = carry_out(self, COMMIT_MAX, first, commands) {
+                        return Some(closed);
+                    }
+                }
+                Err(RecvTimeoutError::Timeout) => {
+                    if let Err(error) = self.purge_some() {
+                        tracing::warn!(%error, "cannot free the disk space of a deleted mission yet");
+                        // They are read again with the next time that is kept.
+                        self.purge.clear();
+                    }
+                }
+                Err(RecvTimeoutError::Disconnected) => return None,
+            }
+        }
+    }
+
+    fn recover(&mut self) -> Result<(), StoreError> {
+        (self.link, self.shares_read) = (None, None);
+        Ok(())
+    }
+
     fn store(&mut self, mut waiting: Vec<Waiting>) {
         while !waiting.is_empty() {
             // A second append of a mission needs to know the first.
@@ -252,7 +245,8 @@ impl LogWriter for PostgresWriter {
     fn keep_time(&mut self, time: TrustedTime) -> Result<(), StoreError> {
         // Several services keep it: it never goes back.
         let write = TrustedTime::WRITE.replace("?1", "greatest(trusted_s, ?1)");
-        self.write_time(&write, time)
+        self.write_time(&write, time)?;
+        self.read_deleted()
     }
 
     fn set_time(&mut self, time: TrustedTime) -> Result<(), StoreError> {
@@ -271,7 +265,7 @@ impl LogWriter for PostgresWriter {
 
     fn vacuum(&mut self) -> Result<(), StoreError> {
         while !self.purge.is_empty() {
-            self.purge_some();
+            self.purge_some()?;
         }
         Ok(())
     }
