@@ -238,15 +238,26 @@ async fn a_client_that_used_up_its_share_stores_no_more_and_others_still_do(plac
     add(&store, made("a", "one")).await;
     add(&store, append("a", vec![event(2, &long)])).await;
     add(&store, append("a", vec![event(3, &long)])).await;
-    let more = store.append(append("a", vec![event(4, &long)])).await;
+    add(&store, keyed(4, 1, "answer")).await;
+    let more = store.append(append("a", vec![event(5, &long)])).await;
     assert_eq!(more, Ok(Appended::ShareUsed));
+    // A repeated request gets its answer, and the mission itself may still store.
+    let again = store.append(keyed(5, 1, "answer")).await;
+    assert_eq!(again, Ok(Appended::AnsweredBefore(b"answer".to_vec())));
     let own = Append {
         room: Room::Any,
-        ..append("a", vec![event(4, &long)])
+        ..append("a", vec![event(5, &long)])
     };
     add(&store, own).await;
     assert_eq!(store.append(made("b", "one")).await, Ok(Appended::ShareUsed));
     add(&store, made("c", "two")).await;
+    // Beyond half of it no mission is made.
+    let longer = Append {
+        number: Some(2),
+        ..append("c", vec![event(2, &long)])
+    };
+    add(&store, longer).await;
+    assert_eq!(store.append(made("d", "two")).await, Ok(Appended::ShareUsed));
     drop(store);
     let store = place.open_with(2_000).await;
     assert_eq!(store.append(made("b", "one")).await, Ok(Appended::ShareUsed));
