@@ -501,6 +501,22 @@ async fn free_missions_are_shared_out() {
     assert_eq!(turn(&one, 9).taken.len(), 1);
 }
 
+#[tokio::test]
+async fn services_remove_the_events_of_missions_that_another_program_deleted() {
+    let Some(url) = database() else { return };
+    let (one, two) = (joined(&url, "one"), joined(&url, "two"));
+    add(&one, append("a", (1..=1200).map(|k| event(k, "x")).collect())).await;
+    let tool = EventStore::open_database(&url, None, u64::MAX).expect("opens");
+    let deleted = tool.delete("a".to_owned(), order("tool", "expire")).await;
+    assert_eq!(deleted, Ok(true));
+    tool.close().await.expect("ends");
+    for service in [&one, &two] {
+        service.read_clocks().await.expect("is stored");
+    }
+    let left = "SELECT (SELECT count(*) FROM missions) + (SELECT count(*) FROM events)";
+    until(|| psql(&url, left) == "0").await;
+}
+
 #[test]
 fn a_database_of_a_newer_program_is_refused_and_not_changed() {
     let Some(url) = database() else { return };

@@ -134,7 +134,9 @@ impl PostgresWriter {
     fn purge_some(&mut self) -> Result<(), StoreError> {
         const EVENTS: &str = "DELETE FROM events WHERE mission = ?1 AND sequence <=
             (SELECT min(sequence) FROM events WHERE mission = ?1) + ?2";
-        const MISSION: &str = "DELETE FROM missions WHERE number = ?1";
+        // Of services that remove the same events at the same time one goes on.
+        const MISSION: &str = "DELETE FROM missions WHERE number = ?1
+            AND NOT EXISTS (SELECT 1 FROM events WHERE mission = ?1)";
         let Some(&number) = self.purge.last() else {
             return Ok(());
         };
