@@ -56,7 +56,7 @@ test("a keep-out that is drawn on the map is sent with the mission's revision, a
     await expect(drawn.getByLabel("east, m")).toHaveValue(String(east));
     expect(Math.abs(Number(await drawn.getByLabel("radius, m").inputValue()) - radius)).toBeLessThan(0.3);
     // On the line of the AUV, which goes north at 0 m E, and ahead of the craft: what a young plan forecasts may be beside it.
-    const [now] = (await service.get(`/v1/missions/${mission.id}/reference`)).plan.goal.trajectory;
+    const [now] = (await service.plan(mission.id)).goal.trajectory;
     const disc = { north_m: Math.round(now.north_m + 10), east_m: 0, radius_m: 6 };
     for (const [label, value] of [["north, m", disc.north_m], ["east, m", disc.east_m], ["radius, m", disc.radius_m]]) await drawn.getByLabel(label).fill(String(value));
     const words = await send();
@@ -68,7 +68,7 @@ test("a keep-out that is drawn on the map is sent with the mission's revision, a
     expect((await setting()).keep_outs).toEqual(keep_outs);
     const least = (points) => Math.min(...points.map((point) => Math.hypot(point.north_m - disc.north_m, point.east_m - disc.east_m)));
     await expect.poll(async () => {
-      const { plan } = await service.get(`/v1/missions/${mission.id}/reference`);
+      const plan = await service.plan(mission.id);
       return least(plan.goal.trajectory) < disc.radius_m - 1 && least(plan.trajectory) > disc.radius_m - 0.1;
     }, { timeout: 60_000 }).toBe(true);
   } finally {
@@ -192,7 +192,7 @@ test("limits are typed in their units, and the plan keeps them", async ({ page, 
     await expect(said).toHaveText("Orders: done");
     expect(sent[0].body.limits.speed_max_mps).toBe(0.3);
     expect(Math.abs(sent[0].body.limits.turn_rate_max_radps - Math.PI / 30)).toBeLessThan(1e-9);
-    await expect.poll(async () => (await service.get(`/v1/missions/${mission.id}/reference`)).plan.reference.speed_mps, { timeout: 60_000 }).toBeLessThanOrEqual(0.3);
+    await expect.poll(async () => (await service.plan(mission.id)).reference.speed_mps, { timeout: 60_000 }).toBeLessThanOrEqual(0.3);
   } finally {
     await end();
   }

@@ -27,6 +27,8 @@ export async function startService({ data, port = 0, token } = {}) {
     url, data: directory, pid: child.pid, port: Number(new URL(url).port),
     post: (path, body) => call("POST", path, body),
     get: (path) => call("GET", path),
+    /** The newest plan of a mission: its first, as soon as it is there. */
+    plan: async (mission) => (await call("GET", `/v1/missions/${mission}/reference?wait_s=20&after=0`)).plan,
     delete: (path) => call("DELETE", path),
     async kill() {
       child.kill("SIGKILL");
