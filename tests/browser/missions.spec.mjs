@@ -229,6 +229,16 @@ test("a live mission that a script posts is watched as it happens, and its goal 
     await page.locator(".orders dialog").getByRole("button", { name: "Send" }).click();
     await expect(page.locator(".log")).toContainText("changed");
     expect((await service.get(`/v1/missions/${mission.id}`)).setting.goal).toEqual({ kind: "track", auv: "auv-2" });
+    // An entry of the log that is pressed is clicked, although the log gains another before it is let go.
+    await page.locator(".log button").last().hover();
+    await page.mouse.down();
+    await service.post(`/v1/missions/${mission.id}/pause`, {});
+    await expect(page.locator(".chips")).toContainText("paused");
+    // The log is drawn a frame or two after the chips.
+    await page.waitForTimeout(500);
+    await page.mouse.up();
+    await expect(page.getByRole("button", { name: "Live", exact: true })).toHaveAttribute("aria-pressed", "false");
+    await expect(page.locator(".log")).toContainText("paused");
   } finally {
     await mission.stop();
     await service.post(`/v1/missions/${mission.id}/finish`, {});

@@ -226,13 +226,14 @@ export class MissionView {
         this.charts?.setCharts(chartsOf(this.runs));
         this.drawnVersion = version;
       }
-      // Apart from the charts: an entry that has the focus keeps it while nothing happens.
+      // Apart from the charts: an entry that has the focus keeps it while nothing happens. One that is pressed stays until it is
+      // let go: a click on what is gone by then is none.
       const entries = this.runs.reduce((sum, { recording }) => sum + recording.journal.version, 0);
-      if (entries !== this.drawnLog) {
+      if (entries !== this.drawnLog && !this.log?.matches(":active")) {
         this.drawLog();
         this.charts?.setEvents(chartEvents(this.runs[0].recording.journal.entries));
+        this.drawnLog = entries;
       }
-      this.drawnLog = entries;
       this.charts?.setCursor(t);
       this.charts?.draw();
       if (this.runs.length === 1) this.drawNumbers(t);
