@@ -69,7 +69,8 @@ export class OrderForm {
   opened(name, open) {
     if (open) this.section = name;
     else if (this.section === name) this.section = "";
-    this.arm("");
+    // The event comes after the section has opened: something in it may be pressed by then.
+    this.arm(this.armed === this.section ? this.armed : "");
   }
 
   /** What the next drag or tap on the map draws. @param {string} section */
