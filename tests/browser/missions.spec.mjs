@@ -20,6 +20,7 @@ test("a scenario runs from the gallery to its end, and any moment of it can be l
 
   const slider = page.getByLabel("Time shown"), clock = page.locator(".clock");
   await slider.fill("500");
+  await expect(clock).toHaveText(/^16:00/);
   const middle = await clock.textContent();
   await slider.press("ArrowRight");
   await expect(clock).not.toHaveText(middle ?? "");
@@ -228,6 +229,8 @@ test("a live mission that a script posts is watched as it happens, and its goal 
     await expect(page.locator(".log")).toContainText("changed");
     expect((await service.get(`/v1/missions/${mission.id}`)).setting.goal).toEqual({ kind: "track", auv: "auv-2" });
     // An entry of the log that is pressed is clicked, although the log gains another before it is let go.
+    const live = page.getByRole("button", { name: "Live", exact: true });
+    await expect(live).toHaveAttribute("aria-pressed", "true");
     await page.locator(".log button").last().hover();
     await page.mouse.down();
     await service.post(`/v1/missions/${mission.id}/pause`, {});
@@ -235,7 +238,7 @@ test("a live mission that a script posts is watched as it happens, and its goal 
     // The log is drawn a frame or two after the chips.
     await page.waitForTimeout(500);
     await page.mouse.up();
-    await expect(page.getByRole("button", { name: "Live", exact: true })).toHaveAttribute("aria-pressed", "false");
+    await expect(live).toHaveAttribute("aria-pressed", "false");
     await expect(page.locator(".log")).toContainText("paused");
   } finally {
     await mission.stop();

@@ -8,8 +8,10 @@ async function opened(page, service, options) {
   const mission = await liveMission(service, options), sent = [];
   page.on("request", (request) => request.method() === "PATCH" && sent.push({ body: request.postDataJSON(), ifMatch: request.headers()["if-match"] }));
   await go(page, service, `#/mission/${mission.id}`);
-  await expect(page.locator(".chips")).toContainText("connected");
   const map = page.locator(".map-place canvas"), orders = page.locator(".orders");
+  await expect(page.locator(".chips")).toContainText("connected");
+  // The map has no places before the first report.
+  await expect(map).toHaveAttribute("aria-label", /auv-2 at/);
   const open = (title) => orders.locator("summary", { hasText: title }).click();
   const send = async () => {
     await orders.getByRole("button", { name: "Send…" }).click();

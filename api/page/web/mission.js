@@ -24,6 +24,8 @@ import { ChartStack } from "./chart.js";
 
 /** Log entries shown, newest first. */
 const LOG_SHOWN = 200;
+/** After which a log is drawn of which an entry was pressed. */
+const LOG_HELD_MS = 200;
 /** Time shown around the worst minute, s. */
 const AROUND_S = 90;
 
@@ -226,10 +228,11 @@ export class MissionView {
         this.charts?.setCharts(chartsOf(this.runs));
         this.drawnVersion = version;
       }
-      // Apart from the charts: an entry that has the focus keeps it while nothing happens. One that is pressed stays until it is
-      // let go: a click on what is gone by then is none.
+      // Apart from the charts: an entry that has the focus keeps it while nothing happens. A pressed entry is not
+      // replaced before it is released: its click would be lost.
       const entries = this.runs.reduce((sum, { recording }) => sum + recording.journal.version, 0);
-      if (entries !== this.drawnLog && !this.log?.matches(":active")) {
+      if (entries !== this.drawnLog && this.log?.querySelector(":active")) setTimeout(this.draw, LOG_HELD_MS);
+      else if (entries !== this.drawnLog) {
         this.drawLog();
         this.charts?.setEvents(chartEvents(this.runs[0].recording.journal.entries));
         this.drawnLog = entries;

@@ -69,13 +69,14 @@ export class OrderForm {
   opened(name, open) {
     if (open) this.section = name;
     else if (this.section === name) this.section = "";
-    // The event comes after the section has opened: something in it may be pressed by then.
+    // The event may come after something in the open section was pressed.
     this.arm(this.armed === this.section ? this.armed : "");
   }
 
   /** What the next drag or tap on the map draws. @param {string} section */
   arm(section) {
     this.armed = section;
+    if (section) this.section = section;
     for (const button of this.element.querySelectorAll(".draws")) button.setAttribute("aria-pressed", String(section !== ""));
     this.redraw();
   }
@@ -166,7 +167,7 @@ export class OrderForm {
 
   /** @param {string} section @param {string} text @param {string} how */
   drawButton(section, text, how) {
-    return el("p", {}, el("button", { type: "button", class: "draws", "aria-pressed": "false", onclick: () => this.arm(this.armed ? "" : section) }, text), ` ${how}`);
+    return el("p", {}, el("button", { type: "button", class: "draws", "aria-pressed": "false", onclick: () => this.arm(this.armed === section ? "" : section) }, text), ` ${how}`);
   }
 
   /** For the keyboard: in the middle of the map, to be moved by its numbers. @param {string} section @param {string} text */
