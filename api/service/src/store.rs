@@ -165,6 +165,12 @@ impl EventStore {
         Self::run(kept, clock, metrics, |commands| run(writer, commands)).map_err(refused)
     }
 
+    /// Whether the database of a URL is not on this machine, so that services of other machines may share it.
+    #[must_use]
+    pub fn is_elsewhere(url: &str) -> bool {
+        postgres::is_elsewhere(url)
+    }
+
     /// Opens the store in the database of a URL, for a service that takes part as `member`, or for a program that appends nothing. The
     /// missions of one client may take at most `share` bytes.
     pub fn open_database(url: &str, member: Option<Member>, share: u64) -> Result<Self, StoreError> {

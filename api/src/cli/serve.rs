@@ -227,7 +227,10 @@ fn open_store(config: &Config, address: SocketAddr, has_tls: bool) -> Result<Eve
         return Ok(EventStore::open_with(&config.data, config.disk_share())?);
     };
     let scheme = if has_tls { "https" } else { "http" };
-    let own = (!address.ip().is_unspecified()).then(|| format!("{scheme}://{address}"));
+    // Services of other machines do not reach a loopback address.
+    let ip = address.ip();
+    let is_unreached = ip.is_unspecified() || (ip.is_loopback() && EventStore::is_elsewhere(store));
+    let own = (!is_unreached).then(|| format!("{scheme}://{address}"));
     let is_https = |url: &str| url.starts_with("https://");
     // With TLS the service answers nothing else; a proxy may have it in front of a service without.
     let is_reached = |url: &String| is_https(url) || (url.starts_with("http://") && !has_tls);

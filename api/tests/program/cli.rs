@@ -354,6 +354,21 @@ fn other_machines_are_let_in_only_with_insecure() {
     }
 }
 
+/// An address for documentation (RFC 5737), where no database is.
+#[test]
+fn services_of_other_machines_are_not_told_a_loopback_address() {
+    let store = "postgres://pilotfish@192.0.2.1/pilotfish?sslmode=disable";
+    let refusal = |advertise: &[&str]| {
+        let output = run(&[&["serve", "--port", "0", "--store", store], advertise].concat());
+        assert_eq!(output.status.code(), Some(1));
+        stderr(&output).to_owned()
+    };
+    let bare = refusal(&[]);
+    assert!(bare.contains("add --advertise http://HOST:PORT"), "{bare}");
+    let advertised = refusal(&["--advertise", "http://ship-a:8080"]);
+    assert!(advertised.contains("cannot use the mission log"), "{advertised}");
+}
+
 /// Before anything is simulated or printed.
 #[test]
 fn a_wrong_command_line_is_refused_with_the_reason() {

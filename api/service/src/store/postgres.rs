@@ -71,7 +71,7 @@ fn database(url: &str) -> Result<Database, StoreError> {
     }
     let name = name(&config);
     let refused = |reason: String| StoreError::open(name.as_ref(), &reason);
-    if tls.mode.is_none() && config.get_hosts().iter().all(is_this_machine) {
+    if tls.mode.is_none() && is_on_this_machine(&config) {
         tls.mode = Some("disable".to_owned());
     }
     let (ssl_mode, roots) = match tls.mode.as_deref() {
@@ -167,6 +167,16 @@ fn of_each_host(address: &str) -> Vec<String> {
     });
     // Hosts may stand among the parameters too.
     parts.unwrap_or_else(|| vec![address.to_owned()])
+}
+
+/// Whether another machine has, or may have, the database of a URL. A wrong URL is refused when it is opened.
+pub(super) fn is_elsewhere(url: &str) -> bool {
+    let config = without_tls(url).parse::<Config>();
+    config.is_ok_and(|config| !is_on_this_machine(&config))
+}
+
+fn is_on_this_machine(config: &Config) -> bool {
+    config.get_hosts().iter().all(is_this_machine) && config.get_hostaddrs().iter().all(IpAddr::is_loopback)
 }
 
 fn is_this_machine(host: &Host) -> bool {

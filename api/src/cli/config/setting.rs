@@ -151,7 +151,7 @@ pub(crate) const SERVE: &[Setting] = &[
         kind: Kind::Text,
         default: None,
         value_name: "URL",
-        help: "With --store: where the other services reach this one, http://HOST:PORT or https://HOST:PORT; by default the address to listen on",
+        help: "With --store: where the other services reach this one, http://HOST:PORT or https://HOST:PORT; by default the address to listen on; required if that is a loopback address and the database is on another machine",
     },
     Setting {
         name: "advertise_ca",
