@@ -24,7 +24,7 @@ import { ChartStack } from "./chart.js";
 
 /** Log entries shown, newest first. */
 const LOG_SHOWN = 200;
-/** After which a log is drawn of which an entry was pressed. */
+/** Time until a log that has a pressed entry is tried again. */
 const LOG_HELD_MS = 200;
 /** Time shown around the worst minute, s. */
 const AROUND_S = 90;
