@@ -11,6 +11,7 @@ use std::{
     time::{Duration, Instant},
 };
 
+use clock::Clock;
 use tracing_appender::non_blocking::{ErrorCounter, NonBlockingBuilder, WorkerGuard};
 use tracing_subscriber::{
     Layer, Registry, filter::Targets, layer::SubscriberExt as _, util::SubscriberInitExt as _,
@@ -104,10 +105,11 @@ fn log_panic(panic: &PanicHookInfo<'_>) {
     let mut panics = PANICS.lock().unwrap_or_else(PoisonError::into_inner);
     let (count, last) = panics.entry(place.clone()).or_default();
     *count += 1;
-    if last.is_some_and(|last| last.elapsed() < PANIC_PAUSE) {
+    let clock = Clock::machine();
+    if last.is_some_and(|last| clock.since(last) < PANIC_PAUSE) {
         return;
     }
-    *last = Some(Instant::now());
+    *last = Some(clock.now());
     let count = std::mem::take(count);
     drop(panics);
     let backtrace = Backtrace::capture();

@@ -23,7 +23,7 @@ use std::{
 use rustix::time::{ClockId, clock_gettime};
 use tokio::{
     runtime, task,
-    time::{self, error::Elapsed},
+    time::{self, Interval, MissedTickBehavior, error::Elapsed},
 };
 
 /// The kernel's clock that no setting changes. The one that counts sleep is Linux's own.
@@ -127,6 +127,14 @@ impl Clock {
     /// Waits until that running time.
     pub async fn sleep_until(&self, end: Instant) {
         time::sleep_until(end.into()).await;
+    }
+
+    /// Ticks, the first after one `period`. Ticks that were missed are not made up for.
+    #[must_use]
+    pub fn every(&self, period: Duration) -> Interval {
+        let mut ticks = time::interval_at(time::Instant::now() + period, period);
+        ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        ticks
     }
 
     /// The output of `future`, if it comes within `limit`.

@@ -10,6 +10,7 @@ use axum::{
     extract::FromRequestParts,
     http::{HeaderMap, Method, header, request::Parts},
 };
+use clock::Clock;
 use serde::Serialize;
 use utoipa::ToSchema;
 
@@ -18,7 +19,6 @@ use crate::{
     problem::{Problem, Refusals},
     request_id::RequestId,
     store::AuditEntry,
-    unix_time::unix_now,
 };
 
 mod tokens;
@@ -120,6 +120,7 @@ impl Caller {
 
 /// Who gives an order, and in which request.
 pub(crate) struct By {
+    clock: Clock,
     caller: Caller,
     request: String,
 }
@@ -137,7 +138,7 @@ impl By {
 
     pub(crate) fn order(&self, action: &str) -> AuditEntry {
         AuditEntry {
-            at_s: unix_now(),
+            at_s: self.clock.unix_s(),
             caller: self.caller.name.to_string(),
             request: self.request.clone(),
             action: action.to_owned(),
@@ -161,8 +162,12 @@ impl<S: Send + Sync> FromRequestParts<S> for By {
         let Extension(caller) = Extension::from_request_parts(parts, &())
             .await
             .map_err(|_| Problem::Unauthenticated)?;
+        let Extension(clock) = Extension::from_request_parts(parts, &())
+            .await
+            .map_err(|_| Problem::Unauthenticated)?;
         let request = parts.extensions.get().map(|RequestId(id)| id.clone());
         Ok(Self {
+            clock,
             caller,
             request: request.unwrap_or_default(),
         })

@@ -5,6 +5,7 @@ use std::{
     time::{Duration, Instant},
 };
 
+use clock::Clock;
 use prometheus_client::metrics::gauge::Gauge;
 
 use crate::{pool::Priority, problem::Problem};
@@ -88,15 +89,6 @@ impl Admission {
     /// Admits a request with a body of `bytes`, due at `due`, if the work before it leaves time for it.
     pub(crate) fn admit(
         &self,
-        bytes: usize,
-        priority: Priority,
-        due: Instant,
-    ) -> Result<Arc<Permit>, Problem> {
-        self.admit_at(Instant::now(), bytes, priority, due)
-    }
-
-    fn admit_at(
-        &self,
         now: Instant,
         bytes: usize,
         priority: Priority,
@@ -145,10 +137,10 @@ fn float(count: usize) -> f64 {
 
 impl Permit {
     /// Does `work` for the request and measures its time.
-    pub(crate) fn work<T>(&self, work: impl FnOnce() -> T) -> T {
-        let start = Instant::now();
+    pub(crate) fn work<T>(&self, clock: &Clock, work: impl FnOnce() -> T) -> T {
+        let start = clock.now();
         let done = work();
-        *self.busy.lock().unwrap_or_else(PoisonError::into_inner) += start.elapsed();
+        *self.busy.lock().unwrap_or_else(PoisonError::into_inner) += clock.since(start);
         done
     }
 }
@@ -194,7 +186,7 @@ mod tests {
     #[test]
     fn a_request_that_cannot_be_in_time_is_refused_and_one_with_more_time_is_not() {
         let (admission, now) = (slow(), Instant::now());
-        let admit = |due| admission.admit_at(now, 4096, Priority::Short, now + ms(due));
+        let admit = |due| admission.admit(now, 4096, Priority::Short, now + ms(due));
         let _working: Vec<_> = (0..3).map(|_| admit(1000).expect("has time")).collect();
         assert_eq!(admit(29).err(), Some(Problem::Overloaded));
         admit(31).expect("has time");
@@ -203,7 +195,7 @@ mod tests {
     #[test]
     fn a_burst_waits_and_a_standing_queue_is_cut() {
         let (admission, start) = (slow(), Instant::now());
-        let admit = |at| admission.admit_at(start + ms(at), 4096, Priority::Short, start + ms(at + 1000));
+        let admit = |at| admission.admit(start + ms(at), 4096, Priority::Short, start + ms(at + 1000));
         let mut waiting: Vec<_> = (0..10).map(|_| admit(0).expect("is a burst")).collect();
         waiting.push(admit(90).expect("may still go away"));
         assert_eq!(admit(101).err(), Some(Problem::Overloaded));
@@ -214,7 +206,7 @@ mod tests {
     #[test]
     fn a_queue_that_was_cut_stays_short_while_requests_are_refused() {
         let (admission, start) = (slow(), Instant::now());
-        let admit = |at| admission.admit_at(start + ms(at), 4096, Priority::Short, start + ms(at + 1000));
+        let admit = |at| admission.admit(start + ms(at), 4096, Priority::Short, start + ms(at + 1000));
         let mut waiting: Vec<_> = (0..10).map(|_| admit(0).expect("is a burst")).collect();
         assert_eq!(admit(101).err(), Some(Problem::Overloaded));
         waiting.clear();
@@ -232,7 +224,7 @@ mod tests {
         let (admission, now) = (slow(), Instant::now());
         drop(
             admission
-                .admit_at(now, 1 << 20, Priority::Long, now + ms(1))
+                .admit(now, 1 << 20, Priority::Long, now + ms(1))
                 .expect("nothing is before it"),
         );
         assert_eq!(admission.load().cost, 0.0);

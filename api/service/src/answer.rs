@@ -4,15 +4,16 @@ use std::{
     pin::Pin,
     sync::Arc,
     task::{Context, Poll},
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 use axum::{
     Error,
     body::{Body, Bytes, HttpBody, to_bytes},
 };
+use clock::Clock;
 use http_body::{Frame, SizeHint};
-use tokio::time::{Interval, MissedTickBehavior, interval_at, sleep};
+use tokio::time::Interval;
 
 use crate::{
     body_size::SHORT_BYTES_MAX,
@@ -35,9 +36,9 @@ pub(crate) struct Room(Quota<Arc<str>>);
 pub(crate) type StillAllowed = Box<dyn Fn() -> bool + Send + Sync>;
 
 /// Waits until the caller may no longer have an answer.
-pub(crate) async fn no_longer(still_allowed: &StillAllowed) {
+pub(crate) async fn no_longer(still_allowed: &StillAllowed, clock: &Clock) {
     loop {
-        sleep(CHECK).await;
+        clock.sleep(CHECK).await;
         if !still_allowed() {
             return;
         }
@@ -91,13 +92,16 @@ pub(crate) struct Answer {
 
 impl Answer {
     /// A streamed body is cut off when it is no longer allowed. Another is sent as it is.
-    pub(crate) fn body(body: Body, asking: Option<Asking>, still_allowed: Option<StillAllowed>) -> Body {
+    pub(crate) fn body(
+        body: Body,
+        asking: Option<Asking>,
+        still_allowed: Option<StillAllowed>,
+        clock: &Clock,
+    ) -> Body {
         let streamed = body.size_hint().exact().is_none();
-        let check = still_allowed.filter(|_| streamed).map(|still_allowed| {
-            let mut ticks = interval_at((Instant::now() + CHECK).into(), CHECK);
-            ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
-            (ticks, still_allowed)
-        });
+        let check = still_allowed
+            .filter(|_| streamed)
+            .map(|still_allowed| (clock.every(CHECK), still_allowed));
         Body::new(Self {
             body,
             _asking: asking,
@@ -161,22 +165,23 @@ mod tests {
         assert!(hold("greedy").await.is_ok());
     }
 
-    #[tokio::test]
+    #[tokio::test(start_paused = true)]
     async fn a_stream_ends_with_its_caller_s_permission_and_a_whole_answer_does_not() {
         let allowed = Arc::new(AtomicBool::new(true));
         let still_allowed = || -> StillAllowed {
             let allowed = Arc::clone(&allowed);
             Box::new(move || allowed.load(Ordering::Relaxed))
         };
+        let clock = Clock::simulated(0.0);
         let first = stream::iter([Ok::<_, Error>(Bytes::from("first"))]).chain(stream::pending());
         let mut streamed =
-            Answer::body(Body::from_stream(first), None, Some(still_allowed())).into_data_stream();
-        let whole = Answer::body(Body::from("whole"), None, Some(still_allowed()));
+            Answer::body(Body::from_stream(first), None, Some(still_allowed()), &clock).into_data_stream();
+        let whole = Answer::body(Body::from("whole"), None, Some(still_allowed()), &clock);
         assert_eq!(
             streamed.next().await.expect("comes").expect("is allowed"),
             "first"
         );
-        let waited = tokio::time::timeout(3 * CHECK, streamed.next()).await;
+        let waited = clock.timeout(3 * CHECK, streamed.next()).await;
         assert!(waited.is_err(), "is allowed");
         allowed.store(false, Ordering::Relaxed);
         assert!(streamed.next().await.expect("ends with an error").is_err());

@@ -7,6 +7,7 @@ use axum::{
     extract::{FromRef, FromRequest, Request},
     http::{HeaderMap, header},
 };
+use clock::Clock;
 use futures_util::StreamExt as _;
 use http_body::Body as _;
 use serde::de::DeserializeOwned;
@@ -28,6 +29,7 @@ const ROOM: usize = 256 << 10;
 /// How bodies are received.
 #[derive(Clone, Debug)]
 pub(crate) struct Bodies {
+    clock: Clock,
     /// Longest time for a body to arrive.
     time_limit: Duration,
     /// One for plans and one for missions, so that neither uses the other's.
@@ -36,8 +38,9 @@ pub(crate) struct Bodies {
 }
 
 impl Bodies {
-    pub(crate) fn new(time_limit: Duration, metrics: Metrics) -> Self {
+    pub(crate) fn new(time_limit: Duration, metrics: Metrics, clock: Clock) -> Self {
         Self {
+            clock,
             time_limit,
             rooms: [ROOM, ROOM].map(|room| Arc::new(Semaphore::new(room / 2))),
             metrics,
@@ -118,13 +121,15 @@ async fn received(request: Request, bodies: &Bodies) -> Result<JsonBytes, Proble
     require_uncoded(request.headers())?;
     require_short(request.headers())?;
     let Bodies {
+        clock,
         time_limit,
         rooms,
         metrics,
     } = bodies;
     let room = &rooms[usize::from(request.uri().path().starts_with("/v1/missions"))];
     let received = whole(request.into_body(), room).instrument(info_span!("receive"));
-    let received = tokio::time::timeout(*time_limit, received)
+    let received = clock
+        .timeout(*time_limit, received)
         .await
         .map_err(|_| Problem::BodyTimedOut(*time_limit))?;
     received.inspect_err(|problem| {

@@ -1,7 +1,8 @@
-//! When an answer is due, and how long the solver may take. All clocks of the planning path are here.
+//! When an answer is due, and how long the solver may take.
 
 use std::time::{Duration, Instant};
 
+use clock::Clock;
 use planner::stop::Stop;
 
 /// Time reserved after the solver stops: its current iteration, the check of its last answer, and the writing of the answer.
@@ -28,14 +29,15 @@ impl Deadline {
     }
 
     /// The deadline of an optional part of the answer: half of the remaining time.
-    pub(crate) fn half_way(self) -> Self {
-        let now = Instant::now();
+    pub(crate) fn half_way(self, clock: &Clock) -> Self {
+        let now = clock.now();
         Self(now + self.0.saturating_duration_since(now) / 2)
     }
 
     /// When the solver should stop.
-    pub(crate) fn stop(self) -> Stop {
+    pub(crate) fn stop(self, clock: &Clock) -> Stop {
         let at = self.0.checked_sub(RESERVE).unwrap_or(self.0);
-        Stop::when(move || at <= Instant::now())
+        let clock = clock.clone();
+        Stop::when(move || at <= clock.now())
     }
 }

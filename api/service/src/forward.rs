@@ -18,7 +18,6 @@ use hyper_util::{
     client::legacy::{Client, connect::HttpConnector},
     rt::TokioExecutor,
 };
-use tokio::time::sleep;
 use tokio_rustls::rustls::ClientConfig;
 
 use crate::{
@@ -128,9 +127,10 @@ impl Forwarding {
             return elsewhere().into_response();
         };
         let answer = tokio::select! {
+            biased;
             answer = self.client.request(request) => answer,
             () = moved(&self.missions, id, url, false) => return silent().into_response(),
-            () = sleep(HEAD_TIME) => return silent().into_response(),
+            () = self.missions.clock().sleep(HEAD_TIME) => return silent().into_response(),
         };
         match answer {
             Ok(answer) => match self.handed_on(id, url, answer.map(Body::new)).await {
@@ -157,9 +157,10 @@ impl Forwarding {
         let (head, body) = answer.into_parts();
         let body = if head.headers.contains_key(header::CONTENT_LENGTH) {
             tokio::select! {
+            biased;
                 whole = to_bytes(body, WHOLE_MAX) => whole?.into(),
                 () = moved(&self.missions, id, url, false) => return Err(axum::Error::new("the mission has moved")),
-                () = sleep(QUIET_MAX) => return Err(axum::Error::new("the other service fell silent")),
+                () = self.missions.clock().sleep(QUIET_MAX) => return Err(axum::Error::new("the other service fell silent")),
             }
         } else {
             Body::from_stream(until_moved(body, self.missions, id.to_owned(), url.to_owned()))
@@ -210,7 +211,7 @@ fn to(url: &str, mut request: Request) -> Option<Request> {
 /// Waits until the service at `url` no longer has the mission.
 async fn moved(missions: &Missions, id: &str, url: &str, is_stream: bool) {
     loop {
-        sleep(ASK_AGAIN).await;
+        missions.clock().sleep(ASK_AGAIN).await;
         match missions.owner(id).await {
             Err(Problem::Elsewhere(now)) if now == url => {}
             // This service stops: a stream would last, another answer is still awaited.
@@ -229,13 +230,15 @@ fn until_moved(
     id: String,
     url: String,
 ) -> impl Stream<Item = Result<Bytes, axum::Error>> {
+    let clock = missions.clock().clone();
     let moved = Box::pin(async move { moved(&missions, &id, &url, true).await });
-    stream::unfold(Some((body.into_data_stream(), moved)), async |state| {
-        let (mut body, mut moved) = state?;
+    stream::unfold(Some((body.into_data_stream(), moved, clock)), async |state| {
+        let (mut body, mut moved, clock) = state?;
         tokio::select! {
-            chunk = body.next() => Some((chunk?, Some((body, moved)))),
+            biased;
+            chunk = body.next() => Some((chunk?, Some((body, moved, clock)))),
             () = &mut moved => Some((Err(axum::Error::new("the mission has moved")), None)),
-            () = sleep(QUIET_MAX) => Some((Err(axum::Error::new("the other service fell silent")), None)),
+            () = clock.sleep(QUIET_MAX) => Some((Err(axum::Error::new("the other service fell silent")), None)),
         }
     })
 }

@@ -79,10 +79,10 @@ impl Readiness {
         // Locked while planning, so that a burst of probes makes one plan.
         let mut verdict = self.verdict.lock().await;
         match &*verdict {
-            Some((reached, result)) if reached.elapsed() < VERDICT_LIFE => result.clone(),
+            Some((reached, result)) if self.planners.clock.since(*reached) < VERDICT_LIFE => result.clone(),
             Some(_) | None => {
                 let result = self.try_everything().await;
-                *verdict = Some((Instant::now(), result.clone()));
+                *verdict = Some((self.planners.clock.now(), result.clone()));
                 result
             }
         }
@@ -95,7 +95,7 @@ impl Readiness {
             if plans && self.probe(period / 4).await != Err(Problem::Log(StoreError::Closed)) {
                 beat();
             }
-            tokio::time::sleep(period / 4).await;
+            self.planners.clock.sleep(period / 4).await;
         }
     }
 
@@ -107,7 +107,7 @@ impl Readiness {
     /// Stores something, in `time`.
     async fn probe(&self, time: Duration) -> Result<(), Problem> {
         if let Some(missions) = &self.missions {
-            let probe = tokio::time::timeout(time, missions.probe());
+            let probe = self.planners.clock.timeout(time, missions.probe());
             probe.await.map_err(|_| Problem::Log(StoreError::Busy))??;
         }
         Ok(())
@@ -119,7 +119,7 @@ impl Readiness {
             self.plan_something(limit).await?;
             self.planners.try_pools().await
         };
-        let tried = tokio::time::timeout(time, tried).await;
+        let tried = self.planners.clock.timeout(time, tried).await;
         tried.map_err(|_| Problem::TimedOut)?
     }
 
@@ -127,7 +127,7 @@ impl Readiness {
         let request: PlanRequest =
             serde_json::from_str(EXAMPLES[0].body).expect("the tests post every example");
         let snapshot = wire::snapshot(request).map_err(Problem::Invalid)?;
-        let now = Arrival(Instant::now());
+        let now = Arrival(self.planners.clock.now());
         // As for a mission: refused requests do not affect missions.
         let planned = self.planners.plan_in_turn(|| Ok(snapshot), now, limit).await?;
         match planned.plan.degraded {

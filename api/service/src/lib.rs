@@ -47,7 +47,6 @@ pub mod route_files;
 mod settings;
 pub mod store;
 mod trace;
-mod unix_time;
 
 use answer::Room;
 use app_state::AppState;
@@ -95,6 +94,7 @@ pub async fn service(settings: Settings, store: EventStore) -> Result<(Router, M
 fn routed(settings: Settings, planners: Planners, missions: Option<Missions>) -> Router {
     let metrics = planners.metrics.clone();
     let middleware = Middleware {
+        clock: planners.clock.clone(),
         hosts: settings.hosts,
         tokens: settings.tokens,
         trace: settings.trace,
@@ -106,11 +106,12 @@ fn routed(settings: Settings, planners: Planners, missions: Option<Missions>) ->
         tokio::spawn(readiness.clone().beat(period, beat));
     }
     let forwarding = Forwarding::of(missions.as_ref(), settings.between);
+    let bodies = Bodies::new(settings.body_time_limit, metrics.clone(), planners.clock.clone());
     let state = AppState {
         readiness,
         planners,
         missions,
-        bodies: Bodies::new(settings.body_time_limit, metrics.clone()),
+        bodies,
         metrics,
     };
     let (router, _) = openapi::documented().split_for_parts();

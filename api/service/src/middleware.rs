@@ -14,6 +14,7 @@ use axum::{
     middleware::Next,
     response::{IntoResponse, Response},
 };
+use clock::Clock;
 use tracing::{Instrument as _, Span, error_span, field::Empty};
 
 use crate::{
@@ -76,6 +77,7 @@ const REVALIDATE: HeaderValue = HeaderValue::from_static("no-cache");
 /// What the middleware needs.
 #[derive(Clone)]
 pub(crate) struct Middleware {
+    pub(crate) clock: Clock,
     pub(crate) hosts: Option<Hosts>,
     pub(crate) tokens: Option<Tokens>,
     pub(crate) trace: TraceFn,
@@ -133,8 +135,10 @@ impl Middleware {
 
 /// Admits a request, hands it on, and completes its answer.
 pub(crate) async fn handle(middleware: Middleware, mut request: Request, next: Next) -> Response {
-    let start = Instant::now();
+    let clock = middleware.clock.clone();
+    let start = clock.now();
     request.extensions_mut().insert(Arrival(start));
+    request.extensions_mut().insert(clock.clone());
     let id = RequestId::of(request.headers());
     request.extensions_mut().insert(id.clone());
     let RequestId(id) = id;
@@ -160,8 +164,9 @@ pub(crate) async fn handle(middleware: Middleware, mut request: Request, next: N
             let answer = middleware.answer(request, caller, next).instrument(span.clone());
             // A change is not given up: its answer says whether it was stored.
             tokio::select! {
+                biased;
                 answer = answer => answer,
-                () = no_longer(allowed), if changes_nothing(&method, &path) => Problem::Unauthenticated.into_response(),
+                () = no_longer(allowed, &clock), if changes_nothing(&method, &path) => Problem::Unauthenticated.into_response(),
             }
         }
         Ok(None) => next.run(request).instrument(span.clone()).await,
@@ -188,12 +193,12 @@ pub(crate) async fn handle(middleware: Middleware, mut request: Request, next: N
         }
     }
 
-    let took = start.elapsed();
+    let took = clock.since(start);
     middleware
         .metrics
         .request(&method, route, response.status(), took);
-    span.in_scope(|| log(route, response.status(), took, problem.as_ref()));
-    response.map(|body| Answer::body(body, asking, still_allowed))
+    span.in_scope(|| log(route, response.status(), took, problem.as_ref(), &clock));
+    response.map(|body| Answer::body(body, asking, still_allowed, &clock))
 }
 
 /// The fields of every log line about a request. The level is that of errors, so that no log filter drops the fields of a line
@@ -215,11 +220,11 @@ fn span(method: &Method, route: &str, path: &str, id: &str) -> Span {
     )
 }
 
-fn log(route: &str, status: StatusCode, took: Duration, problem: Option<&Problem>) {
+fn log(route: &str, status: StatusCode, took: Duration, problem: Option<&Problem>, clock: &Clock) {
     let (status, ms) = (status.as_u16(), took.as_secs_f64() * 1e3);
     if problem == Some(&Problem::Overloaded) {
         tracing::debug!(status, ms, "answered");
-        if let Some(requests) = REFUSED.count(Instant::now()) {
+        if let Some(requests) = REFUSED.count(clock.now()) {
             tracing::warn!(
                 requests,
                 "requests refused since the last such line, this one last"

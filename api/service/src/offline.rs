@@ -1,10 +1,8 @@
 //! One plan without a server: the same request, the same answer, the same refusals.
 
-use std::{
-    sync::Arc,
-    time::{Duration, Instant},
-};
+use std::{sync::Arc, time::Duration};
 
+use clock::Clock;
 use planner::{
     parameters::Parameters,
     plan::{Programs, plan_with},
@@ -30,7 +28,8 @@ pub fn plan(
     tolerance: f64,
     watch: &mut dyn FnMut(&Program, &Solution),
 ) -> Result<PlanResponse, Problem> {
-    let arrival = Arrival(Instant::now());
+    let clock = Clock::machine();
+    let arrival = Arrival(clock.now());
     if BODY_BYTES_MAX < body.len() {
         return Err(Problem::TooLarge);
     }
@@ -40,11 +39,11 @@ pub fn plan(
         context,
     } = ValidRequest::new(body::read(body)?)?;
     let stop = match deadline_ms {
-        Some(wish) => Deadline::new(arrival, Some(wish), Duration::MAX).stop(),
+        Some(wish) => Deadline::new(arrival, Some(wish), Duration::MAX).stop(&clock),
         None => Stop::never(),
     };
     let mut solvers = Solvers::with_tolerance(tolerance);
-    let start = Instant::now();
+    let start = clock.now();
     let mut plan = plan_with(
         &snapshot,
         &Parameters::default(),
@@ -60,7 +59,7 @@ pub fn plan(
     );
     plan.solver.deadline_hit = stop.was_due();
     let planned = Planned {
-        solve_time: start.elapsed(),
+        solve_time: clock.since(start),
         snapshot: Arc::new(snapshot),
         plan,
     };

@@ -12,6 +12,7 @@ use std::{
     time::{Duration, Instant},
 };
 
+use clock::Clock;
 use tokio::sync::Notify;
 
 /// A request without a token that has lasted this long may lose its place to any newcomer, and that of the only caller of an
@@ -52,6 +53,7 @@ enum Serves {
 }
 
 struct Table {
+    clock: Clock,
     limit: usize,
     share: usize,
     next: u64,
@@ -74,8 +76,9 @@ struct Seat {
 impl Places {
     /// As many as `limit`, of which one address has at most half.
     #[must_use]
-    pub fn new(limit: usize) -> Self {
+    pub fn new(limit: usize, clock: Clock) -> Self {
         Self(Arc::new(Mutex::new(Table {
+            clock,
             limit,
             share: limit.div_ceil(2),
             next: 0,
@@ -87,7 +90,8 @@ impl Places {
     /// A place for a connection from `address`; none if all are taken by connections that matter more.
     #[must_use]
     pub fn take(&self, address: IpAddr) -> Option<Place> {
-        self.take_at(Instant::now(), address)
+        let now = self.table().clock.now();
+        self.take_at(now, address)
     }
 
     fn take_at(&self, now: Instant, address: IpAddr) -> Option<Place> {
@@ -196,7 +200,7 @@ impl Table {
             let before = seat.serves;
             change(&mut seat);
             if seat.serves != before {
-                seat.since = Instant::now();
+                seat.since = self.clock.now();
             }
             self.sit(number, seat);
         }
@@ -301,7 +305,7 @@ mod tests {
     #[test]
     fn two_addresses_that_took_every_place_keep_no_third_out() {
         for serve in [|_: &Place| None, |place: &Place| Some(place.asks())] {
-            let places = Places::new(8);
+            let places = Places::new(8, Clock::machine());
             let bad = crowded(&places);
             let _requests: Vec<_> = bad.iter().map(serve).collect();
             let good: Vec<_> = (0..2)
@@ -314,7 +318,7 @@ mod tests {
 
     #[test]
     fn a_caller_with_a_token_gives_way_only_if_its_address_has_more() {
-        let places = Places::new(8);
+        let places = Places::new(8, Clock::machine());
         let bad = crowded(&places);
         for place in &bad {
             serve(place, "bad");
@@ -327,7 +331,7 @@ mod tests {
 
     #[test]
     fn a_caller_outlives_the_others_of_its_own_address_and_a_mission_every_newcomer() {
-        let places = Places::new(4);
+        let places = Places::new(4, Clock::machine());
         let [caller, other] = [(); 2].map(|()| places.take(BAD[0]).expect("is free"));
         serve(&caller, "bridge");
         let newcomer = places.take(BAD[0]).expect("takes the place of the other");
@@ -342,7 +346,7 @@ mod tests {
 
     #[test]
     fn a_request_is_answered_before_newcomers_of_its_address_are_let_in_unless_it_lasts() {
-        let places = Places::new(4);
+        let places = Places::new(4, Clock::machine());
         let asking = [(); 2].map(|()| places.take(GOOD).expect("is free"));
         let requests = asking.each_ref().map(Place::asks);
         let now = Instant::now();
@@ -356,7 +360,7 @@ mod tests {
 
     #[test]
     fn calls_of_one_caller_keep_no_other_caller_of_its_address_out() {
-        let places = Places::new(12);
+        let places = Places::new(12, Clock::machine());
         let seats: Vec<_> = (0..6).map(|_| places.take(GOOD).expect("is free")).collect();
         for place in &seats {
             serve(place, "reader");
@@ -379,7 +383,7 @@ mod tests {
 
     #[test]
     fn an_ipv6_network_counts_as_one_address_and_nothing_is_kept_of_the_gone() {
-        let places = Places::new(4);
+        let places = Places::new(4, Clock::machine());
         let taken: Vec<_> = (1..9)
             .map(|host| places.take(IpAddr::V6(Ipv6Addr::new(0x2001, 0xdb8, 0, 1, 0, 0, 0, host))))
             .collect();

@@ -7,10 +7,10 @@
 
 use std::{
     sync::{Arc, Mutex, PoisonError},
-    thread,
-    time::{Duration, Instant},
+    time::Duration,
 };
 
+use clock::Clock;
 use planner::{
     explain::{Explanation, explain},
     parameters::Parameters,
@@ -18,13 +18,9 @@ use planner::{
     snapshot::Snapshot,
     stop::Stop,
 };
-use tokio::{
-    sync::{
-        Semaphore,
-        oneshot::{self, Receiver, error::TryRecvError},
-    },
-    task::spawn_blocking,
-    time::{timeout, timeout_at},
+use tokio::sync::{
+    Semaphore,
+    oneshot::{self, Receiver, error::TryRecvError},
 };
 use tracing::{Instrument as _, Span, info_span};
 
@@ -37,12 +33,6 @@ use crate::{
     problem::Problem,
     settings::{PlanFn, Settings},
 };
-
-/// Resolution of Tokio's timers plus the wake-up of a thread. The rest of the time before a deadline is waited for in
-/// shorter steps.
-const LAST_STRETCH: Duration = Duration::from_micros(1500);
-/// A step of the last stretch: the kernel's own delay of a short sleep.
-const STEP: Duration = Duration::from_micros(50);
 
 /// The planners, with their workspaces. Clones share them.
 #[derive(Clone, Debug)]
@@ -64,6 +54,7 @@ pub(crate) struct Planners {
     simulating: Pool,
     /// Longest time for an answer.
     pub(crate) deadline: Duration,
+    pub(crate) clock: Clock,
     pub(crate) metrics: Metrics,
 }
 
@@ -84,6 +75,7 @@ impl Planners {
             deadline,
             ..
         } = settings;
+        let clock = &settings.clock;
         let waiting_in = |pool| Priority::ALL.map(|priority| metrics.waiting(pool, priority.name()));
         Self {
             plan,
@@ -91,11 +83,12 @@ impl Planners {
             idle: Arc::default(),
             short: Admission::new(planners, waiting, metrics.admitted("short")),
             long: Admission::new(planners, waiting, metrics.admitted("long")),
-            reading: Pool::new("read", planners, waiting_in("read")),
-            planning: Pool::new("plan", planners, waiting_in("plan")),
+            reading: Pool::new("read", planners, waiting_in("read"), clock),
+            planning: Pool::new("plan", planners, waiting_in("plan"), clock),
             missions: Arc::new(Semaphore::new(planners)),
-            simulating: Pool::new("simulate", (planners / 2).max(1), waiting_in("simulate")),
+            simulating: Pool::new("simulate", (planners / 2).max(1), waiting_in("simulate"), clock),
             deadline,
+            clock: clock.clone(),
             metrics,
         }
     }
@@ -112,7 +105,8 @@ impl Planners {
         } else {
             (&self.long, Priority::Long)
         };
-        let admitted = admission.admit(bytes, priority, Instant::now() + self.deadline);
+        let now = self.clock.now();
+        let admitted = admission.admit(now, bytes, priority, now + self.deadline);
         admitted.inspect_err(|_| self.metrics.shed(Shed::Admission))
     }
 
@@ -122,10 +116,10 @@ impl Planners {
         permit: &Arc<Permit>,
         read: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T, Problem> {
-        let (priority, permit) = (permit.priority, Arc::clone(permit));
+        let (priority, permit, clock) = (permit.priority, Arc::clone(permit), self.clock.clone());
         let read = async {
-            let (read, _job) = self.reading.run(priority, move || permit.work(read));
-            timeout(self.deadline, read).await
+            let (read, _job) = self.reading.run(priority, move || permit.work(&clock, read));
+            self.clock.timeout(self.deadline, read).await
         };
         let read = read.instrument(info_span!("read")).await;
         read.map_err(|_| self.too_late())?.map_err(|_| Problem::Panicked)
@@ -179,7 +173,9 @@ impl Planners {
         // A working thread holds the permit: a client that disconnects does not free a busy planner.
         let plan = async {
             let (planned, _job) = self.planning.run(permit.priority, move || {
-                permit.work(|| planners.plan_now(planned, &deadline.stop()))
+                permit.work(&planners.clock, || {
+                    planners.plan_now(planned, &deadline.stop(&planners.clock))
+                })
             });
             self.in_time(planned, snapshot, deadline).await
         };
@@ -194,21 +190,22 @@ impl Planners {
         planned: &Planned,
         deadline: Deadline,
     ) -> Option<Explanation> {
-        let deadline = deadline.half_way();
+        let deadline = deadline.half_way(&self.clock);
         let (priority, permit) = (permit.priority, Arc::clone(permit));
-        let (snapshot, parameters, stop) = (
+        let (snapshot, parameters, stop, clock) = (
             Arc::clone(&planned.snapshot),
             Arc::clone(&self.parameters),
-            deadline.stop(),
+            deadline.stop(&self.clock),
+            self.clock.clone(),
         );
         let terms = planned.plan.cost_terms;
         let found = async {
             let (found, _job) = self.planning.run(priority, move || {
-                let found = permit.work(|| explain(&snapshot, terms, &parameters, &stop));
+                let found = permit.work(&clock, || explain(&snapshot, terms, &parameters, &stop));
                 // An explanation that was cut short belongs to a different plan.
                 (!stop.was_due()).then_some(found)
             });
-            timeout_at(deadline.instant().into(), found).await
+            self.clock.timeout_at(deadline.instant(), found).await
         };
         found.instrument(info_span!("explain")).await.ok()?.ok()?
     }
@@ -227,18 +224,18 @@ impl Planners {
         let turn = turn.instrument(info_span!("queue")).await;
         drop(waits);
         let read = info_span!("read");
-        let facts = spawn_blocking(move || (read.in_scope(facts), turn));
+        let facts = self.clock.run_blocking(move || (read.in_scope(facts), turn));
         let (snapshot, turn) = facts.await.map_err(|_| Problem::Panicked)?;
         let snapshot = Arc::new(snapshot?);
         let (sender, planned) = oneshot::channel();
         let (planners, facts) = (self.clone(), Arc::clone(&snapshot));
         let span = Span::current();
-        spawn_blocking(move || {
+        self.clock.spawn_blocking(move || {
             let _in = span.entered();
             // Declared before the turn, so that it is dropped after it if the planner panics.
             let sender = sender;
             let turn = turn;
-            let planned = planners.plan_now(facts, &deadline.stop());
+            let planned = planners.plan_now(facts, &deadline.stop(&planners.clock));
             drop(turn);
             // The mission may be gone.
             let _ = sender.send(planned);
@@ -253,17 +250,23 @@ impl Planners {
         snapshot: Arc<Snapshot>,
         deadline: Deadline,
     ) -> Result<Planned, Problem> {
-        let last_stretch = deadline.instant().checked_sub(LAST_STRETCH);
-        let last_stretch = last_stretch.unwrap_or(deadline.instant()).into();
-        if let Ok(planned) = timeout_at(last_stretch, &mut planned).await {
+        let last_stretch = self.clock.last_stretch(deadline.instant());
+        if let Ok(planned) = self.clock.timeout_at(last_stretch, &mut planned).await {
             return planned.map_err(|_| Problem::Panicked);
         }
-        let planners = self.clone();
-        let in_time = spawn_blocking(move || match wait(planned, deadline) {
+        let arrived = move || match planned.try_recv() {
+            Ok(planned) => Some(Ok(planned)),
+            Err(TryRecvError::Closed) => Some(Err(Problem::Panicked)),
+            Err(TryRecvError::Empty) => None,
+        };
+        match self.clock.by(deadline.instant(), arrived).await {
             Some(planned) => planned,
-            None => Ok(planners.lower_levels(snapshot)),
-        });
-        in_time.await.map_err(|_| Problem::Panicked)?
+            None => {
+                let planners = self.clone();
+                let lower = self.clock.run_blocking(move || planners.lower_levels(snapshot));
+                lower.await.map_err(|_| Problem::Panicked)
+            }
+        }
     }
 
     /// Waits until a thread of each pool for requests is free.
@@ -288,10 +291,10 @@ impl Planners {
         let idle = || self.idle.lock().unwrap_or_else(PoisonError::into_inner);
         // After a panic, its workspace is not used again.
         let mut workspace = idle().pop().unwrap_or_default();
-        let start = Instant::now();
+        let start = self.clock.now();
         let _solve = info_span!("solve").entered();
         let plan = (self.plan)(&snapshot, &self.parameters, &mut workspace, stop);
-        let solve_time = start.elapsed();
+        let solve_time = self.clock.since(start);
         idle().push(workspace);
         Planned {
             snapshot,
@@ -302,7 +305,7 @@ impl Planners {
 
     /// The plan without a program: well under a millisecond.
     fn lower_levels(&self, snapshot: Arc<Snapshot>) -> Planned {
-        let start = Instant::now();
+        let start = self.clock.now();
         let plan = plan_until(
             &snapshot,
             &self.parameters,
@@ -312,19 +315,7 @@ impl Planners {
         Planned {
             snapshot,
             plan,
-            solve_time: start.elapsed(),
-        }
-    }
-}
-
-/// The result, if it comes before the deadline.
-fn wait(mut planned: Receiver<Planned>, deadline: Deadline) -> Option<Result<Planned, Problem>> {
-    loop {
-        match planned.try_recv() {
-            Ok(planned) => return Some(Ok(planned)),
-            Err(TryRecvError::Closed) => return Some(Err(Problem::Panicked)),
-            Err(TryRecvError::Empty) if deadline.instant() <= Instant::now() => return None,
-            Err(TryRecvError::Empty) => thread::sleep(STEP),
+            solve_time: self.clock.since(start),
         }
     }
 }

@@ -7,6 +7,7 @@ use std::{
     thread,
 };
 
+use clock::Clock;
 use crossbeam_channel::{Receiver, Sender, select_biased, unbounded};
 use prometheus_client::metrics::gauge::Gauge;
 use tokio::sync::oneshot;
@@ -36,6 +37,7 @@ pub(crate) enum Priority {
 /// Some threads and their queues. Clones share them; the threads end with the last clone.
 #[derive(Clone, Debug)]
 pub(crate) struct Pool {
+    clock: Clock,
     /// By priority.
     queues: [Sender<Weak<Job>>; 3],
     /// Lengths of the queues, by priority.
@@ -58,10 +60,12 @@ impl Priority {
 
 impl Pool {
     /// `n` threads called `name`; `waiting` shows the lengths of the queues, by priority.
-    pub(crate) fn new(name: &str, n: usize, waiting: [Gauge; 3]) -> Self {
+    pub(crate) fn new(name: &str, n: usize, waiting: [Gauge; 3], clock: &Clock) -> Self {
         let waiting = Arc::new(waiting);
         let channels: [_; 3] = array::from_fn(|_| unbounded());
-        for _ in 0..n {
+        // A simulated machine has none: it does one job after the other.
+        let n_threads = if clock.is_simulated() { 0 } else { n };
+        for _ in 0..n_threads {
             let jobs = channels
                 .each_ref()
                 .map(|(_, jobs): &(_, Receiver<_>)| jobs.clone());
@@ -71,7 +75,11 @@ impl Pool {
             started.expect("a service starts before it runs out of threads");
         }
         let queues = channels.map(|(queue, _)| queue);
-        Self { queues, waiting }
+        Self {
+            clock: clock.clone(),
+            queues,
+            waiting,
+        }
     }
 
     /// Has a thread do `work`, unless the job is dropped before it begins. The receiver fails if it panics.
@@ -89,6 +97,11 @@ impl Pool {
             let _ = sender.send(done);
         });
         let job = Arc::new(Job(Mutex::new(Some(work))));
+        if self.clock.is_simulated() {
+            let queued = Arc::downgrade(&job);
+            self.clock.spawn_blocking(move || carry_out(&queued));
+            return (receiver, job);
+        }
         self.waiting[priority as usize].inc();
         let queued = self.queues[priority as usize].send(Arc::downgrade(&job));
         queued.expect("the threads live as long as the pool");
@@ -110,11 +123,15 @@ fn work([mission, short, long]: &[Receiver<Weak<Job>>; 3], waiting: &[Gauge; 3])
         };
         let Ok(job) = job else { return };
         waiting[priority as usize].dec();
-        let work = job.upgrade().and_then(|job| job.take());
-        if let Some(work) = work {
-            // The panic hook has reported it; the caller sees that no result came.
-            let _ = catch_unwind(AssertUnwindSafe(work));
-        }
+        carry_out(&job);
+    }
+}
+
+/// Does the work, unless its caller is gone.
+fn carry_out(job: &Weak<Job>) {
+    if let Some(work) = job.upgrade().and_then(|job| job.take()) {
+        // The panic hook has reported it; the caller sees that no result came.
+        let _ = catch_unwind(AssertUnwindSafe(work));
     }
 }
 
@@ -132,7 +149,7 @@ mod tests {
 
     #[test]
     fn missions_come_first_then_short_bodies_and_a_panic_costs_no_thread() {
-        let pool = Pool::new("test", 1, <[Gauge; 3]>::default());
+        let pool = Pool::new("test", 1, <[Gauge; 3]>::default(), &Clock::machine());
         let (open, gate) = mpsc::channel::<()>();
         let (begun, begins) = mpsc::channel();
         let wait = move || {
@@ -167,7 +184,7 @@ mod tests {
 
     #[test]
     fn a_dropped_job_holds_nothing() {
-        let pool = Pool::new("test", 1, <[Gauge; 3]>::default());
+        let pool = Pool::new("test", 1, <[Gauge; 3]>::default(), &Clock::machine());
         let (open, gate) = mpsc::channel::<()>();
         let (_held, _job) = pool.run(Priority::Short, move || gate.recv());
         let held = Arc::new(());

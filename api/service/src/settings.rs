@@ -6,6 +6,7 @@ use std::{
     time::Duration,
 };
 
+use clock::Clock;
 use planner::{
     parameters::Parameters,
     plan::{Plan, Workspace},
@@ -22,6 +23,8 @@ pub type PlanFn = fn(&Snapshot, &Parameters, &mut Workspace, &Stop) -> Plan;
 /// The settings of a service.
 #[derive(Clone, Debug)]
 pub struct Settings {
+    /// The time by which everything happens.
+    pub clock: Clock,
     /// The function that plans.
     pub plan: PlanFn,
     /// Most plans at the same time.
@@ -55,6 +58,7 @@ impl Default for Settings {
     /// link; a deadline equal to the interval at which references are renewed.
     fn default() -> Self {
         Self {
+            clock: Clock::machine(),
             plan: planner::plan::plan_until,
             planners: std::thread::available_parallelism().map_or(1, NonZeroUsize::get),
             waiting: 64,

@@ -14,15 +14,15 @@ use std::{
     fs::File,
     io,
     path::{Path, PathBuf},
-    sync::{
-        Arc, Mutex, MutexGuard, PoisonError,
-        mpsc::{Receiver, SyncSender, TrySendError, sync_channel},
-    },
-    thread,
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
 };
 
+use clock::Clock;
 use rusqlite::Connection;
-use tokio::sync::oneshot;
+use tokio::sync::{
+    mpsc::{Sender, channel, error::TrySendError},
+    oneshot,
+};
 
 use crate::metrics::StoreMetrics;
 
@@ -75,7 +75,7 @@ const WAITING_MAX: usize = 1_024;
 #[derive(Clone, Debug)]
 pub struct EventStore {
     shared: Arc<Shared>,
-    writer: SyncSender<Command>,
+    writer: Sender<Command>,
 }
 
 /// Where a store keeps what it has.
@@ -102,12 +102,12 @@ struct Shared {
 
 impl EventStore {
     /// Opens the store in `directory`, creates both if missing, and migrates the store to the newest schema.
-    pub fn open(directory: &Path) -> Result<Self, StoreError> {
-        Self::open_with(directory, u64::MAX)
+    pub fn open(directory: &Path, clock: &Clock) -> Result<Self, StoreError> {
+        Self::open_with(directory, u64::MAX, clock)
     }
 
     /// As [`Self::open`]; the missions of one client may take at most `share` bytes.
-    pub fn open_with(directory: &Path, share: u64) -> Result<Self, StoreError> {
+    pub fn open_with(directory: &Path, share: u64, clock: &Clock) -> Result<Self, StoreError> {
         let path = directory.join(FILE_NAME);
         let refused = |error: io::Error| StoreError::open(&path, &error);
         let database = make_private(directory, &path).map_err(refused)?;
@@ -124,14 +124,20 @@ impl EventStore {
             .and_then(|connection| configure(&connection).map(|()| connection))
             .map_err(|error| StoreError::open(&path, &error))?;
         schema::migrate(&mut connection, &path)?;
-        Self::start(connection, &path, database, share)
+        Self::start(connection, &path, database, share, clock)
     }
 
-    fn start(connection: Connection, path: &Path, database: File, share: u64) -> Result<Self, StoreError> {
+    fn start(
+        connection: Connection,
+        path: &Path,
+        database: File,
+        share: u64,
+        machine: &Clock,
+    ) -> Result<Self, StoreError> {
         let refused = |error: io::Error| StoreError::open(path, &error);
         let directory = path.parent().unwrap_or(Path::new("."));
         let place = Arc::new(Place::new(path, database).map_err(refused)?);
-        let (acknowledged, entries) = Acknowledged::open(directory)
+        let (acknowledged, entries) = Acknowledged::open(directory, machine)
             .map_err(|error| StoreError::open(&directory.join(LIST_NAME), &error))?;
         match acknowledged::missing(&connection, &entries) {
             Ok(None) => {}
@@ -144,9 +150,9 @@ impl EventStore {
         let mut time = TrustedTime::of(connection.query_row(TrustedTime::READ, [], |row| {
             Ok([row.get(0)?, row.get(1)?, row.get(2)?, row.get(3)?])
         })?);
-        time.resume();
+        time.resume(machine);
         connection.execute(TrustedTime::WRITE, time.columns())?;
-        let clock = TrustedClock::new(time);
+        let clock = TrustedClock::new(time, machine);
         let metrics = StoreMetrics::default();
         let mut writer = Writer::new(
             connection,
@@ -162,7 +168,7 @@ impl EventStore {
             path: path.to_owned(),
             place,
         };
-        Self::run(kept, clock, metrics, |commands| run(writer, commands)).map_err(refused)
+        Self::run(kept, clock, metrics, writer).map_err(refused)
     }
 
     /// Whether the database of a URL is not on this machine, so that services of other machines may share it.
@@ -173,7 +179,12 @@ impl EventStore {
 
     /// Opens the store in the database of a URL, for a service that takes part as `member`, or for a program that appends nothing. The
     /// missions of one client may take at most `share` bytes.
-    pub fn open_database(url: &str, member: Option<Member>, share: u64) -> Result<Self, StoreError> {
+    pub fn open_database(
+        url: &str,
+        member: Option<Member>,
+        share: u64,
+        machine: &Clock,
+    ) -> Result<Self, StoreError> {
         let database = postgres::open(url)?;
         let link = database.connect()?;
         let stored = link.query(TrustedTime::READ, &[])?;
@@ -181,10 +192,10 @@ impl EventStore {
             .first()
             .ok_or_else(|| StoreError::Damaged("the trusted time is missing".to_owned()))?;
         let mut time = TrustedTime::of([row.try_get(0)?, row.try_get(1)?, row.try_get(2)?, row.try_get(3)?]);
-        time.adopt();
-        let clock = TrustedClock::new(time);
+        time.adopt(machine);
+        let clock = TrustedClock::new(time, machine);
         let lease = member
-            .map(|member| Lease::join(database.clone(), member))
+            .map(|member| Lease::join(database.clone(), member, machine))
             .transpose()?;
         let metrics = StoreMetrics::default();
         let mut writer = PostgresWriter::new(
@@ -203,7 +214,7 @@ impl EventStore {
             },
             clock,
             metrics,
-            |commands| run(writer, commands),
+            writer,
         );
         run.map_err(refused)
     }
@@ -212,11 +223,12 @@ impl EventStore {
         kept: Kept,
         clock: TrustedClock,
         metrics: StoreMetrics,
-        write: impl FnOnce(Receiver<Command>) + Send + 'static,
+        writer: impl LogWriter + Send + 'static,
     ) -> io::Result<Self> {
-        let (writer, commands) = sync_channel(WAITING_MAX);
-        let thread = thread::Builder::new().name("mission-log".to_owned());
-        thread.spawn(move || write(commands))?;
+        let (sender, commands) = channel(WAITING_MAX);
+        clock
+            .machine
+            .spawn_thread("mission-log", run(writer, commands, clock.machine.clone()))?;
         let shared = Shared {
             kept,
             clock,
@@ -225,7 +237,7 @@ impl EventStore {
         };
         Ok(Self {
             shared: Arc::new(shared),
-            writer,
+            writer: sender,
         })
     }
 
@@ -253,12 +265,17 @@ impl EventStore {
         if deleted && self.damage().is_some() {
             // The damage may be gone with the mission.
             let store = self.clone();
-            thread::spawn(move || {
+            self.machine().spawn_blocking(move || {
                 let verdict = store.verdict();
                 *store.damage() = verdict;
             });
         }
         Ok(deleted)
+    }
+
+    /// The machine's clock.
+    pub(crate) fn machine(&self) -> &Clock {
+        &self.shared.clock.machine
     }
 
     /// The time by which tokens expire and old missions are deleted.
@@ -320,7 +337,7 @@ impl EventStore {
             .try_send(command(reply))
             .map_err(|error| match error {
                 TrySendError::Full(_) => StoreError::Busy,
-                TrySendError::Disconnected(_) => StoreError::Closed,
+                TrySendError::Closed(_) => StoreError::Closed,
             })?;
         answer.await.map_err(|_| StoreError::Unanswered)?
     }

@@ -9,6 +9,7 @@ use std::{
 };
 
 use clap::{Args, Subcommand};
+use clock::Clock;
 use indicatif::{ProgressBar, ProgressStyle};
 use lab::{
     campaign::{
@@ -255,6 +256,7 @@ fn fly_again(arguments: &Replay) -> Result<(), Box<dyn Error>> {
 /// Shows the progress of a campaign: a bar, or a line now and then where there is no terminal.
 struct Watch {
     bar: ProgressBar,
+    clock: Clock,
     began: Instant,
     /// When the runs of this process began, after the gains were found.
     flying_since: Option<Instant>,
@@ -264,10 +266,12 @@ struct Watch {
 
 impl Watch {
     fn new() -> Self {
+        let clock = Clock::machine();
         let style = ProgressStyle::with_template("{wide_bar} {msg}").expect("the template is a constant");
         Self {
             bar: ProgressBar::new(1).with_style(style),
-            began: Instant::now(),
+            began: clock.now(),
+            clock,
             flying_since: None,
             said: None,
             in_lines: !io::stderr().is_terminal(),
@@ -286,8 +290,8 @@ impl Watch {
         let words = if tuning {
             format!("gains: {done} of {of} laws")
         } else {
-            let since = *self.flying_since.get_or_insert_with(Instant::now);
-            let seconds = since.elapsed().as_secs_f64();
+            let since = *self.flying_since.get_or_insert_with(|| self.clock.now());
+            let seconds = self.clock.since(since).as_secs_f64();
             #[expect(clippy::cast_precision_loss, reason = "far fewer runs than 2⁵³")]
             let (rate, left) = (flown as f64 / seconds.max(1e-3), (of - done.min(of)) as f64);
             let time_left = if flown == 0 {
@@ -300,9 +304,9 @@ impl Watch {
         self.bar.set_length(of.max(1));
         self.bar.set_position(done);
         self.bar.set_message(words.clone());
-        let due = self.said.is_none_or(|said| LINE_EVERY <= said.elapsed()) || done == of;
+        let due = self.said.is_none_or(|said| LINE_EVERY <= self.clock.since(said)) || done == of;
         if self.in_lines && due {
-            self.said = Some(Instant::now());
+            self.said = Some(self.clock.now());
             eprintln!("{words}");
         }
     }
@@ -310,7 +314,7 @@ impl Watch {
     fn end(&self) {
         self.bar.finish_and_clear();
         if self.in_lines {
-            eprintln!("took {}", minutes(self.began.elapsed().as_secs_f64()));
+            eprintln!("took {}", minutes(self.clock.since(self.began).as_secs_f64()));
         }
     }
 }

@@ -3,6 +3,7 @@
 use std::error::Error;
 
 use clap::Args;
+use clock::Clock;
 use service::store::{Copied, StorePlace, copy};
 
 use crate::cli::{out_file::print, progress::with_spinner};
@@ -20,7 +21,8 @@ pub(crate) struct CopyStore {
 /// Copies all missions with their events, answers and orders.
 pub(crate) fn copy_store(arguments: &CopyStore) -> Result<(), Box<dyn Error>> {
     let (from, to) = (place(&arguments.from), place(&arguments.to));
-    let Copied { missions, events } = with_spinner("copying the mission log", || copy(&from, &to))?;
+    let Copied { missions, events } =
+        with_spinner("copying the mission log", || copy(&from, &to, &Clock::machine()))?;
     print(&format!(
         "copied {missions} missions with {events} events; the source is as it was\n"
     ))?;

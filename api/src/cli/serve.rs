@@ -9,6 +9,7 @@ use std::{
 };
 
 use axum::http::Uri;
+use clock::Clock;
 use service::{
     Hosts, Settings,
     access::{TokenError, Tokens},
@@ -20,7 +21,6 @@ use service::{
 use tokio::{
     net::TcpListener,
     signal::unix::{Signal, SignalKind, signal},
-    time::Instant,
 };
 use tokio_rustls::rustls::ClientConfig;
 
@@ -98,7 +98,8 @@ pub(crate) fn serve_and(
         .to_socket_addrs()
         .map_err(|source| ServeError::UnknownHost(host.to_owned(), source))?
         .collect();
-    let tokens = Tokens::open(&config.tokens())?;
+    let clock = Clock::machine();
+    let tokens = Tokens::open(&config.tokens(), &clock)?;
     let tls = Tls::open(config.tls_certificate.as_deref(), config.tls_key.as_deref())?;
     if let Some(address) = addresses.iter().find(|address| !address.ip().is_loopback()) {
         check_exposed(address.ip(), tokens.are_made(), tls.is_some(), config.insecure)?;
@@ -110,6 +111,7 @@ pub(crate) fn serve_and(
         .flatten()
         .chain(config.allow_host.iter().cloned());
     let settings = Settings {
+        clock,
         deadline: Duration::from_secs_f64(1e-3 * config.deadline_ms),
         hosts: Some(Hosts::new(names)),
         tokens: Some(tokens),
@@ -168,7 +170,8 @@ async fn run(
     prepare(&listener)?;
     let stopping = Arc::clone(&settings.stopping);
     let counted = settings.connections.clone();
-    let store = open_store(config, listener.local_addr()?, tls.is_some())?;
+    let clock = settings.clock.clone();
+    let store = open_store(config, listener.local_addr()?, tls.is_some(), &clock)?;
     let (router, missions) = service(settings, store).await?;
     tokio::spawn(missions.clone().keep_for(config.retention()));
     // Before the URL is printed, because its reader may send a signal at once.
@@ -176,18 +179,18 @@ async fn run(
     listens(listener.local_addr()?, tls.is_some());
     systemd::notify("READY=1");
     let tls = tls.map(Arc::new);
-    let connections = Connections::new(router, tls.clone(), counted);
+    let connections = Connections::new(router, tls.clone(), counted, clock.clone());
     // Until the first stop signal, and then until the delay ends or the second signal.
     let mut end = None;
     loop {
         tokio::select! {
             () = connections.accept(&listener) => {}
-            () = at(end) => break,
+            () = at(end, &clock) => break,
             action = signals.next() => match (action, &tls) {
                 (Action::Stop, _) if end.is_none() && !shutdown_delay.is_zero() => {
                     stopping.store(true, Ordering::Relaxed);
                     tracing::info!(?shutdown_delay, "no longer ready; the service stops after the delay");
-                    end = Some(Instant::now() + shutdown_delay);
+                    end = Some(clock.now() + shutdown_delay);
                 }
                 (Action::Stop, _) => break,
                 (Action::Reload, _) if hang_up == HangUp::Stops => break,
@@ -222,9 +225,14 @@ fn trusting(path: &Path) -> Result<ClientConfig, ServeError> {
 }
 
 /// The store of the data directory, or the one that this service at `address` shares.
-fn open_store(config: &Config, address: SocketAddr, has_tls: bool) -> Result<EventStore, ServeError> {
+fn open_store(
+    config: &Config,
+    address: SocketAddr,
+    has_tls: bool,
+    clock: &Clock,
+) -> Result<EventStore, ServeError> {
     let Some(store) = &config.store else {
-        return Ok(EventStore::open_with(&config.data, config.disk_share())?);
+        return Ok(EventStore::open_with(&config.data, config.disk_share(), clock)?);
     };
     let scheme = if has_tls { "https" } else { "http" };
     // Services of other machines do not reach a loopback address.
@@ -245,13 +253,14 @@ fn open_store(config: &Config, address: SocketAddr, has_tls: bool) -> Result<Eve
         store,
         Some(member),
         config.disk_share(),
+        clock,
     )?)
 }
 
 /// Waits until then, or forever.
-async fn at(end: Option<Instant>) {
+async fn at(end: Option<std::time::Instant>, clock: &Clock) {
     match end {
-        Some(end) => tokio::time::sleep_until(end).await,
+        Some(end) => clock.sleep_until(end).await,
         None => std::future::pending().await,
     }
 }

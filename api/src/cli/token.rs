@@ -6,6 +6,7 @@ use clap::{
     Args, Subcommand,
     builder::{NonEmptyStringValueParser, PossibleValuesParser},
 };
+use clock::Clock;
 use service::access::{NewToken, Role, TokenFile, TokenLimit};
 
 use crate::cli::out_file::print;
@@ -70,6 +71,7 @@ pub(crate) fn token(arguments: &Token, path: &Path) -> Result<(), Box<dyn Error>
                     limit: Some(limit).filter(|limit| *limit != TokenLimit::default()),
                     valid: days.map(|days| DAY * u32::from(days)),
                 },
+                &Clock::machine(),
             )?;
             print(&format!("{token}\n"))?;
         }

@@ -3,6 +3,7 @@
 use std::{error::Error, fs, path::Path, time::Duration};
 
 use clap::Args;
+use clock::Clock;
 use service::{
     missions::retention::expire_order,
     store::{EventStore, FILE_NAME},
@@ -30,9 +31,10 @@ const DAY: Duration = Duration::from_hours(24);
 
 /// Deletes old finished missions.
 pub(crate) fn retain(arguments: &Retain, config: &Config) -> Result<(), Box<dyn Error>> {
+    let clock = Clock::machine();
     let store = match &config.store {
-        Some(url) => EventStore::open_database(url, None, u64::MAX)?,
-        None => EventStore::open(&config.data)?,
+        Some(url) => EventStore::open_database(url, None, u64::MAX, &clock)?,
+        None => EventStore::open(&config.data, &clock)?,
     };
     let runtime = runtime()?;
     if arguments.trust_clock {
@@ -58,7 +60,7 @@ pub(crate) fn retain(arguments: &Retain, config: &Config) -> Result<(), Box<dyn 
     }
     runtime.block_on(async {
         for id in &over {
-            store.delete(id.clone(), expire_order()).await?;
+            store.delete(id.clone(), expire_order(&clock)).await?;
         }
         store.close().await
     })?;
@@ -73,7 +75,7 @@ pub(crate) fn retain(arguments: &Retain, config: &Config) -> Result<(), Box<dyn 
 /// Returns the disk space of deleted missions.
 pub(crate) fn vacuum(data: &Path) -> Result<(), Box<dyn Error>> {
     let size = || fs::metadata(data.join(FILE_NAME)).map_or(0, |file| file.len());
-    let store = EventStore::open(data)?;
+    let store = EventStore::open(data, &Clock::machine())?;
     let before = size();
     let runtime = runtime()?;
     with_spinner("rewriting the mission log", || {

@@ -9,6 +9,7 @@ use std::{
     time::{Duration, Instant, SystemTime},
 };
 
+use clock::Clock;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 use subtle::ConstantTimeEq as _;
@@ -16,7 +17,6 @@ use subtle::ConstantTimeEq as _;
 use crate::{
     role::{Role, TokenLimit},
     store::{EventStore, StoreError, TrustedClock},
-    unix_time::unix_now,
 };
 
 /// Prefix of a token, by which people and secret scanners recognise one.
@@ -138,7 +138,7 @@ impl TokenFile {
     }
 
     /// Creates a token, stores its digest in the file at `path`, and returns it.
-    pub fn add(path: &Path, new: NewToken) -> Result<String, TokenError> {
+    pub fn add(path: &Path, new: NewToken, clock: &Clock) -> Result<String, TokenError> {
         let NewToken {
             name,
             role,
@@ -152,7 +152,7 @@ impl TokenFile {
         let mut random = [0; RANDOM_BYTES];
         getrandom::fill(&mut random).map_err(TokenError::Random)?;
         let token = format!("{PREFIX}{}", hex::encode(random));
-        let now = whole(unix_now());
+        let now = whole(clock.unix_s());
         // The first token comes before the first start of a service, which makes its data directory just as private.
         if let Some(directory) = path.parent() {
             let made = DirBuilder::new().recursive(true).mode(0o700).create(directory);
@@ -263,8 +263,9 @@ struct Reread {
     known: Option<Arc<TokenFile>>,
     version: Option<Version>,
     looked: Instant,
-    /// Decides which tokens have expired; the machine's clock until there is one.
-    clock: Option<TrustedClock>,
+    clock: Clock,
+    /// Decides which tokens have expired; the clock until there is one.
+    trusted: Option<TrustedClock>,
 }
 
 /// Changes with the file.
@@ -277,14 +278,15 @@ fn version(path: &Path) -> Option<Version> {
 
 impl Tokens {
     /// The tokens of the file at `path`, which may be created later.
-    pub fn open(path: &Path) -> Result<Self, TokenError> {
+    pub fn open(path: &Path, clock: &Clock) -> Result<Self, TokenError> {
         let version = version(path);
         let reread = Reread {
             path: path.to_owned(),
             known: TokenFile::read(path)?.map(Arc::new),
             version,
-            looked: Instant::now(),
-            clock: None,
+            looked: clock.now(),
+            clock: clock.clone(),
+            trusted: None,
         };
         Ok(Self(Arc::new(Mutex::new(reread))))
     }
@@ -297,17 +299,17 @@ impl Tokens {
 
     /// Binds them to the store: they expire by its trusted time, and a service that had tokens fails without them.
     pub(crate) async fn bind(&self, store: &EventStore) -> Result<(), StoreError> {
-        self.locked().clock = Some(store.clock().clone());
+        self.locked().trusted = Some(store.clock().clone());
         if self.are_made() {
             return store.protect().await;
         }
         if store.reader()?.is_protected()? {
             return Err(StoreError::Unprotected(self.locked().path.clone()));
         }
-        let (tokens, store) = (self.clone(), store.clone());
+        let (tokens, store, clock) = (self.clone(), store.clone(), self.locked().clock.clone());
         tokio::spawn(async move {
             while !tokens.are_made() {
-                tokio::time::sleep(REREAD).await;
+                clock.sleep(REREAD).await;
             }
             if let Err(error) = store.protect().await {
                 tracing::error!(%error, "cannot record in the mission log that the service has tokens");
@@ -318,8 +320,9 @@ impl Tokens {
 
     /// The time by which tokens expire, Unix time, s.
     pub(super) fn now(&self) -> u64 {
-        let trusted = self.locked().clock.as_ref().map(TrustedClock::now_s);
-        whole(trusted.unwrap_or_else(unix_now))
+        let reread = self.locked();
+        let trusted = reread.trusted.as_ref().map(TrustedClock::now_s);
+        whole(trusted.unwrap_or_else(|| reread.clock.unix_s()))
     }
 
     fn locked(&self) -> MutexGuard<'_, Reread> {
@@ -329,7 +332,7 @@ impl Tokens {
     /// The stored tokens; none until there is a file.
     pub(super) fn known(&self) -> Option<Arc<TokenFile>> {
         let mut reread = self.locked();
-        if REREAD <= reread.looked.elapsed() {
+        if REREAD <= reread.clock.since(reread.looked) {
             reread.look();
         }
         reread.known.clone()
@@ -339,7 +342,7 @@ impl Tokens {
 impl Reread {
     /// Reloads the file if it changed. If it is gone or broken, no token is valid: the change may have revoked one.
     fn look(&mut self) {
-        self.looked = Instant::now();
+        self.looked = self.clock.now();
         let version = version(&self.path);
         if version == self.version {
             return;
@@ -393,15 +396,17 @@ mod tests {
     fn a_token_is_known_until_it_is_revoked_and_only_its_digest_is_stored() {
         let directory = tempfile::tempdir().expect("there is room");
         let path = directory.path().join("not-yet/there/tokens.json");
-        let token = TokenFile::add(&path, new("bridge", Role::Operator, None)).expect("is made");
-        let other = TokenFile::add(&path, new("page", Role::ReadOnly, None)).expect("is made");
+        let token =
+            TokenFile::add(&path, new("bridge", Role::Operator, None), &Clock::machine()).expect("is made");
+        let other =
+            TokenFile::add(&path, new("page", Role::ReadOnly, None), &Clock::machine()).expect("is made");
 
         assert_eq!(token.len(), PREFIX.len() + 2 * RANDOM_BYTES);
         let stored = fs::read_to_string(&path).expect("is there");
         assert!(!stored.contains(&token[PREFIX.len()..]) && !stored.contains(&other));
         assert_eq!(fs::metadata(&path).expect("is there").mode() & 0o777, 0o600);
 
-        let tokens = Tokens::open(&path).expect("is read");
+        let tokens = Tokens::open(&path, &Clock::machine()).expect("is read");
         let bridge = valid(&tokens, &token).expect("is valid");
         assert_eq!((bridge.name.as_str(), bridge.role), ("bridge", Role::Operator));
         for wrong in [&token[1..], &token.to_uppercase(), "", &format!("{token} ")] {
@@ -426,7 +431,7 @@ mod tests {
         let text =
             format!(r#"{{"tokens":[{{"name":"a","role":"operator","sha256":"{sha256}","made_s":1}}]}}"#);
         fs::write(&path, text).expect("is written");
-        let tokens = Tokens::open(&path).expect("is read");
+        let tokens = Tokens::open(&path, &Clock::machine()).expect("is read");
         assert_eq!(valid(&tokens, "pf_a").expect("is valid").limit, None);
     }
 
@@ -435,7 +440,8 @@ mod tests {
         let directory = tempfile::tempdir().expect("there is room");
         let path = directory.path().join("tokens.json");
         let day = Duration::from_hours(24);
-        let token = TokenFile::add(&path, new("visitor", Role::Admin, Some(day))).expect("is made");
+        let token = TokenFile::add(&path, new("visitor", Role::Admin, Some(day)), &Clock::machine())
+            .expect("is made");
         let known = TokenFile::read(&path).expect("is read").expect("is there");
         let made = known.tokens[0].made_s;
         assert!(known.find(&token, made + 86_399).is_some());
@@ -446,9 +452,10 @@ mod tests {
     fn a_file_that_is_made_later_counts_and_one_that_is_gone_or_broken_has_no_valid_token() {
         let directory = tempfile::tempdir().expect("there is room");
         let path = directory.path().join("tokens.json");
-        let tokens = Tokens::open(&path).expect("is read");
+        let tokens = Tokens::open(&path, &Clock::machine()).expect("is read");
         assert!(tokens.known().is_none() && !tokens.are_made());
-        let token = TokenFile::add(&path, new("bridge", Role::Operator, None)).expect("is made");
+        let token =
+            TokenFile::add(&path, new("bridge", Role::Operator, None), &Clock::machine()).expect("is made");
         tokens.0.lock().expect("no thread panics").look();
         assert!(valid(&tokens, &token).is_some() && tokens.are_made());
         for broken in [Some("{"), None] {
@@ -466,11 +473,11 @@ mod tests {
         let directory = tempfile::tempdir().expect("there is room");
         let path = directory.path().join("tokens.json");
         for wrong in ["", "a b", "a\n", &"x".repeat(65)] {
-            let refused = TokenFile::add(&path, new(wrong, Role::Admin, None));
+            let refused = TokenFile::add(&path, new(wrong, Role::Admin, None), &Clock::machine());
             assert!(matches!(refused, Err(TokenError::Name(_))), "{wrong:?}");
         }
-        TokenFile::add(&path, new("a", Role::Admin, None)).expect("is made");
-        let again = TokenFile::add(&path, new("a", Role::Admin, None));
+        TokenFile::add(&path, new("a", Role::Admin, None), &Clock::machine()).expect("is made");
+        let again = TokenFile::add(&path, new("a", Role::Admin, None), &Clock::machine());
         assert!(matches!(again, Err(TokenError::NameTaken(_))));
     }
 }

@@ -11,20 +11,17 @@ use std::{
     time::{Duration, Instant},
 };
 
+use clock::Clock;
 use serde::{Deserialize, Serialize};
-use tokio::{
-    sync::{
-        broadcast,
-        mpsc::{self, error::TryRecvError},
-        oneshot, watch,
-    },
-    task::spawn_blocking,
-    time::{sleep_until, timeout},
+use tokio::sync::{
+    broadcast,
+    mpsc::{self, error::TryRecvError},
+    oneshot, watch,
 };
 use tracing::{Instrument as _, Span, error_span, info_span};
 
 use super::{
-    clock::Clock,
+    clock::MissionClock,
     event::{Event, StoredAnswer, json},
     if_match::IfMatch,
     state::MissionState,
@@ -110,7 +107,8 @@ impl IdempotencyKey {
         mission: &str,
     ) -> Result<Option<Vec<u8>>, Problem> {
         let (store, mission, key) = (store.clone(), mission.to_owned(), self.key.clone());
-        let before = spawn_blocking(move || store.reader()?.answered(&mission, &key));
+        let machine = store.machine().clone();
+        let before = machine.run_blocking(move || store.reader()?.answered(&mission, &key));
         match before.await.map_err(|_| Problem::Panicked)?? {
             None => Ok(None),
             Some((request, answer)) if request == self.request => Ok(Some(answer)),
@@ -151,15 +149,15 @@ pub(super) struct StoredPlan {
 
 impl StoredPlan {
     /// Its age by the clock of its mission, which shows `now` if it is simulated, s.
-    pub(super) fn age(&self, live: Option<&LiveMission>, now: f64) -> f64 {
+    pub(super) fn age(&self, live: Option<&LiveMission>, now: f64, machine: &Clock) -> f64 {
         let Some(LiveMission { clock, .. }) = live else {
             return now - self.time;
         };
         // The difference of clocks is too small after the clock was set back, the monotonic time after the machine slept.
         let steady = self
             .made
-            .map_or(0.0, |made| clock.rate * made.elapsed().as_secs_f64());
-        steady.max(clock.now() - self.time)
+            .map_or(0.0, |made| clock.rate * machine.since(made).as_secs_f64());
+        steady.max(clock.now(machine) - self.time)
     }
 }
 
@@ -204,7 +202,7 @@ pub(super) struct Ownership {
 #[derive(Debug)]
 pub(super) struct LiveMission {
     pub(super) config: Live,
-    pub(super) clock: Clock,
+    pub(super) clock: MissionClock,
 }
 
 /// The part of an actor that differs between live and simulated missions.
@@ -232,17 +230,19 @@ pub(super) async fn run(mut actor: impl Actor) {
         }
         let running = actor.context().is_running();
         let due = actor.due();
-        if running && due <= Instant::now() {
+        let clock = actor.context().clock().clone();
+        if running && due <= clock.now() {
             let span = error_span!("advance", mission = actor.context().mission.id);
             actor.advance().instrument(span).await;
             continue;
         }
         tokio::select! {
+            biased;
             request = actor.context().next_request() => match request {
                 Some(request) => serve(&mut actor, request).await,
                 None => return,
             },
-            () = sleep_until(due.into()), if running => {}
+            () = clock.sleep_until(due), if running => {}
         }
     }
 }
@@ -323,7 +323,7 @@ impl Context {
             plan,
             waits_for: vec![],
             missed: 0,
-            reported: Instant::now(),
+            reported: planners.clock.now(),
         });
         let (events, _) = broadcast::channel(STREAM);
         let handle = Handle {
@@ -349,6 +349,10 @@ impl Context {
         (context, handle)
     }
 
+    fn clock(&self) -> &Clock {
+        &self.planners.clock
+    }
+
     fn is_running(&self) -> bool {
         self.mission.status == Status::Running
     }
@@ -364,7 +368,8 @@ impl Context {
         if !self.mission.status.is_over() {
             return self.requests.recv().await;
         }
-        if let Ok(request) = timeout(REST, self.requests.recv()).await {
+        let clock = self.planners.clock.clone();
+        if let Ok(request) = clock.timeout(REST, self.requests.recv()).await {
             return request;
         }
         // Requests that were already sent are still served.
@@ -445,7 +450,7 @@ impl Context {
         self.view.send_modify(|view| {
             view.mission = after;
             if is_report {
-                view.reported = Instant::now();
+                view.reported = self.planners.clock.now();
             }
         });
         for event in stored {

@@ -2,6 +2,7 @@
 
 use std::ops::RangeInclusive;
 
+use clock::Clock;
 use planner::{
     los::LawGains,
     snapshot::{InvalidField, pointer_token},
@@ -105,7 +106,7 @@ fn check_simulated(config: &Simulated) -> Vec<FieldError> {
         }
     }
     // Some scenarios cannot start with some seeds.
-    let started = simulation::Simulation::new(config);
+    let started = simulation::Simulation::new(config, &Clock::machine());
     let errors = started
         .err()
         .map(|wrong| FieldError::new(pointer, "invalid", wrong));

@@ -2,23 +2,22 @@
 
 use std::time::Instant;
 
+use clock::Clock;
 use wire::mission::Live;
-
-use crate::unix_time::unix_now;
 
 /// Least step by which a clock counts as set, s: reports that are ahead by more are refused.
 const SET_MIN: f64 = 1.0;
 
 /// Unix time, or the clock of a rehearsal, which runs faster from the creation of the mission on.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Clock {
+pub(super) struct MissionClock {
     /// When the mission was created, Unix time, s.
     pub(super) created: f64,
     /// Seconds of this clock in one second.
     pub(super) rate: f64,
 }
 
-impl Clock {
+impl MissionClock {
     /// The clock of a mission created at `created`, Unix time, s. For a simulated mission it is Unix time.
     pub(super) fn new(created: f64, live: Option<&Live>) -> Self {
         let rate = live.map_or(1.0, |live| live.clock_rate);
@@ -26,8 +25,8 @@ impl Clock {
     }
 
     /// The time now, s.
-    pub(super) fn now(&self) -> f64 {
-        self.at(unix_now())
+    pub(super) fn now(&self, clock: &Clock) -> f64 {
+        self.at(clock.unix_s())
     }
 
     /// The time at a Unix time, s.
@@ -45,19 +44,16 @@ pub(super) struct ClockWatch {
 
 impl ClockWatch {
     /// Begins to watch now.
-    pub(super) fn new() -> Self {
+    pub(super) fn new(clock: &Clock) -> Self {
         Self {
-            unix: unix_now(),
-            instant: Instant::now(),
+            unix: clock.unix_s(),
+            instant: clock.now(),
         }
     }
 
     /// By how much the clock was set since the last call, s, positive forward. None below a second: slewing is no step.
-    pub(super) fn set_by(&mut self) -> Option<f64> {
-        self.set_by_at(Self::new())
-    }
-
-    fn set_by_at(&mut self, now: Self) -> Option<f64> {
+    pub(super) fn set_by(&mut self, clock: &Clock) -> Option<f64> {
+        let now = Self::new(clock);
         let before = std::mem::replace(self, now);
         let by = (now.unix - before.unix) - (now.instant - before.instant).as_secs_f64();
         (SET_MIN < by.abs()).then_some(by)
@@ -70,20 +66,17 @@ mod tests {
 
     use super::*;
 
-    #[test]
-    fn a_clock_that_is_set_is_noticed_once_and_one_that_drifts_is_not() {
-        let start = ClockWatch {
-            unix: 1e9,
-            instant: Instant::now(),
+    #[tokio::test(start_paused = true)]
+    async fn a_clock_that_is_set_is_noticed_once_and_one_that_drifts_is_not() {
+        let clock = Clock::simulated(1e9);
+        let mut watch = ClockWatch::new(&clock);
+        let mut after = async |set_by: f64| {
+            clock.sleep(Duration::from_secs(10)).await;
+            clock.set_by(set_by);
+            watch.set_by(&clock)
         };
-        let after = |seconds: f64, unix: f64| ClockWatch {
-            unix: start.unix + unix,
-            instant: start.instant + Duration::from_secs_f64(seconds),
-        };
-        let mut watch = start;
-        assert_eq!(watch.set_by_at(after(10.0, 10.5)), None);
-        let back = watch.set_by_at(after(20.0, 20.5 - 7200.0)).expect("was set");
-        assert!((back + 7200.0).abs() < 1e-6, "{back}");
-        assert_eq!(watch.set_by_at(after(30.0, 30.5 - 7200.0)), None);
+        assert_eq!(after(0.5).await, None);
+        assert_eq!(after(-7_200.0).await, Some(-7_200.0));
+        assert_eq!(after(0.0).await, None);
     }
 }

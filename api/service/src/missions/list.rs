@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::{
     actor::{Checkpoint, LiveMission, StoredPlan},
-    clock::Clock,
+    clock::MissionClock,
     event::parsed,
     registry::Missions,
     simulation,
@@ -15,6 +15,7 @@ use crate::{
     role::TokenLimit,
     store::{EventReader, StoreError, StoredMission},
 };
+use clock::Clock;
 use wire::mission::{Mission, MissionList, PlanSummary, Status};
 
 /// Longest list of missions, bytes of their stored form, except for a list of one.
@@ -84,6 +85,7 @@ impl Missions {
             live.as_deref(),
             view.mission.t_s,
             view.waits_for.clone(),
+            self.clock(),
         ))
     }
 
@@ -104,12 +106,19 @@ impl Missions {
         let Checkpoint { state, plan } = parsed(&body)?;
         let live = state.as_ref().map(|state| LiveMission {
             config: state.config().clone(),
-            clock: Clock::new(mission.created_s, Some(state.config())),
+            clock: MissionClock::new(mission.created_s, Some(state.config())),
         });
         let waits_for = live.as_ref().zip(state.as_ref());
-        let waits_for = waits_for.map(|(live, state)| state.waits_for(live.clock.now()));
-        let summary =
-            |plan: Arc<StoredPlan>| summary(&plan, live.as_ref(), mission.t_s, waits_for.unwrap_or_default());
+        let waits_for = waits_for.map(|(live, state)| state.waits_for(live.clock.now(self.clock())));
+        let summary = |plan: Arc<StoredPlan>| {
+            summary(
+                &plan,
+                live.as_ref(),
+                mission.t_s,
+                waits_for.unwrap_or_default(),
+                self.clock(),
+            )
+        };
         Ok(plan.map(summary))
     }
 
@@ -133,14 +142,20 @@ impl Missions {
 }
 
 /// What a list tells about a plan of a mission whose clock shows `now` if it is simulated.
-fn summary(plan: &StoredPlan, live: Option<&LiveMission>, now: f64, waits_for: Vec<String>) -> PlanSummary {
+fn summary(
+    plan: &StoredPlan,
+    live: Option<&LiveMission>,
+    now: f64,
+    waits_for: Vec<String>,
+    clock: &Clock,
+) -> PlanSummary {
     let answer = &plan.answer.answer;
     let warnings = || answer.warnings.iter();
     PlanSummary {
         outcome: answer.outcome,
         reason: answer.reason.clone(),
         method: answer.method,
-        age_s: plan.age(live, now),
+        age_s: plan.age(live, now, clock),
         period_s: live.map_or(simulation::PERIOD, |live| live.config.period_s),
         late_s: plan.late,
         warnings: warnings().map(|warning| warning.detail.clone()).collect(),

@@ -6,11 +6,10 @@ use std::{
     time::Duration,
 };
 
+use clock::Clock;
 use serde_json::{Map, Value};
-use tokio::{
-    sync::{Mutex as AsyncMutex, Semaphore, broadcast::WeakSender, mpsc::error::TrySendError, oneshot},
-    task::spawn_blocking,
-    time::timeout,
+use tokio::sync::{
+    Mutex as AsyncMutex, Semaphore, broadcast::WeakSender, mpsc::error::TrySendError, oneshot,
 };
 use tracing::Span;
 
@@ -20,7 +19,7 @@ use super::{
         run, simulated::Simulated,
     },
     check,
-    clock::Clock,
+    clock::MissionClock,
     event::{Event, created, json, parsed},
     if_match::IfMatch,
     state::MissionState,
@@ -36,7 +35,6 @@ use crate::{
         Acquired, Append, Appended, AuditEntry, EventReader, EventStore, Lease, Owned, Room, StoreError,
         StoredEvent, StoredMission,
     },
-    unix_time::unix_now,
 };
 use wire::{
     Origin,
@@ -96,7 +94,7 @@ impl Missions {
     /// The missions of `store`. Those that were running continue.
     pub(crate) async fn resume(store: EventStore, planners: Planners) -> Result<Self, StoreError> {
         let read = store.clone();
-        let salt = spawn_blocking(move || read.reader()?.salt()).await;
+        let salt = planners.clock.run_blocking(move || read.reader()?.salt()).await;
         let salt = salt.map_err(|_| StoreError::Closed)??.into();
         let missions = Self {
             salt,
@@ -129,8 +127,15 @@ impl Missions {
             tracing::info!(n_running, "missions continue");
         }
         let store = missions.store.clone();
-        std::thread::spawn(move || store.inspect());
+        let inspect = async move { store.inspect() };
+        if let Err(error) = missions.clock().spawn_thread("inspect", inspect) {
+            tracing::warn!(%error, "the mission log is not checked for damage");
+        }
         Ok(missions)
+    }
+
+    pub(crate) fn clock(&self) -> &Clock {
+        &self.planners.clock
     }
 
     /// Ends every actor and every stream. The next start continues from what is stored.
@@ -206,13 +211,16 @@ impl Missions {
         let check = move || check::new_mission(&new).map(|()| new);
         // The check of a simulated mission starts its scenario, so it runs where simulations run.
         let new = if is_simulated {
-            let checked = timeout(CHECK_TIME, self.planners.simulate(check)).await;
+            let checked = self
+                .clock()
+                .timeout(CHECK_TIME, self.planners.simulate(check))
+                .await;
             checked.map_err(|_| self.planners.too_late())??
         } else {
             self.planners.read_for_mission(Priority::Long, check).await?
         };
         let new = new.map_err(Problem::Invalid)?;
-        let at_s = unix_now();
+        let at_s = self.clock().unix_s();
         let id = self.mission_id(&key.as_ref().map_or_else(
             || format!("{} {at_s}", new_id()),
             |key| format!("key {}", key.key),
@@ -358,7 +366,7 @@ impl Missions {
                     return Err(Problem::Behind);
                 }
                 Ok(()) => {
-                    return match timeout(ANSWER_TIME, answer).await {
+                    return match self.clock().timeout(ANSWER_TIME, answer).await {
                         Ok(Ok(answer)) => answer,
                         // The mission was deleted meanwhile, or its actor ended because the store knows more than it.
                         Ok(Err(_)) => {
@@ -451,7 +459,7 @@ impl Missions {
                 limit: ACTORS_MAX,
             });
         }
-        let clock = Clock::new(created_s, created.live.as_ref());
+        let clock = MissionClock::new(created_s, created.live.as_ref());
         let live = created.live.map(|config| Arc::new(LiveMission { config, clock }));
         let (store, planners) = (self.store.clone(), self.planners.clone());
         let (context, handle) =
@@ -500,7 +508,7 @@ impl Missions {
     ) -> Result<T, Problem> {
         let permit = Arc::clone(threads).acquire_owned().await;
         let permit = permit.expect("is never closed");
-        let asked = spawn_blocking(move || {
+        let asked = self.clock().run_blocking(move || {
             let _permit = permit;
             ask()
         });
@@ -572,7 +580,7 @@ fn fold(
     let mut checkpoint: Checkpoint = parsed(&body)?;
     // A simulated mission has no state to fold: it is simulated again.
     if let Some(state) = &mut checkpoint.state {
-        let clock = Clock::new(created_s, created.live.as_ref());
+        let clock = MissionClock::new(created_s, created.live.as_ref());
         // Every plan stores a checkpoint: no plan is among these events.
         reader.each(number, after, last, &mut |stored| {
             state.apply(&Event::read(stored)?, &clock);

@@ -2,13 +2,14 @@
 
 use std::time::Duration;
 
+use clock::Clock;
 use planner::{
     parameters::Parameters,
     plan::{Workspace, plan},
 };
 
 use super::{
-    clock::Clock,
+    clock::MissionClock,
     event::{Event, Planned, StoredAnswer, answer, created, parsed, previous},
     simulation::Simulation,
     state::{MissionState, facts},
@@ -44,12 +45,12 @@ pub fn replay(
     };
     let mission: Mission = parsed(&listed.summary)?;
     let created = created(reader, listed.number)?;
-    let clock = Clock::new(mission.created_s, created.live.as_ref());
+    let clock = MissionClock::new(mission.created_s, created.live.as_ref());
     let mut run = match (created.live, created.simulated) {
         (Some(config), _) => Run::Live(Box::new(MissionState::new(config)), Box::default()),
-        (None, Some(config)) => {
-            Run::Simulated(Box::new(Simulation::new(&config).map_err(StoreError::Damaged)?))
-        }
+        (None, Some(config)) => Run::Simulated(Box::new(
+            Simulation::new(&config, &Clock::machine()).map_err(StoreError::Damaged)?,
+        )),
         (None, None) => return Err(StoreError::Damaged(format!("{id} is neither live nor simulated"))),
     };
     let mut replayed = Replayed::default();

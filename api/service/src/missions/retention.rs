@@ -4,13 +4,13 @@
 
 use std::{panic::AssertUnwindSafe, time::Duration};
 
+use clock::Clock;
 use futures_util::FutureExt as _;
 
 use super::{actor::Command, event::parsed, if_match::IfMatch, registry::Missions};
 use crate::{
     problem::Problem,
     store::{AuditEntry, EventReader, StoreError},
-    unix_time::unix_now,
 };
 use wire::mission::{Mission, Status};
 
@@ -46,7 +46,7 @@ impl Missions {
             if let Err(problem) = or_panicked(self.expire(retention)).await {
                 tracing::warn!(?problem, "missions that are due were not all finished or deleted");
             }
-            tokio::time::sleep(CHECK).await;
+            self.planners.clock.sleep(CHECK).await;
         }
     }
 
@@ -63,7 +63,7 @@ impl Missions {
                         Command::Finish,
                         None,
                         IfMatch::default(),
-                        Some(expire_order()),
+                        Some(expire_order(&self.planners.clock)),
                     )
                     .await?;
                     tracing::info!(mission = mission.id, "finished: no report within abandoned_hours");
@@ -74,7 +74,10 @@ impl Missions {
         if let Some(after) = retention.over {
             let before_s = self.store.clock().now_s() - after.as_secs_f64();
             for id in self.read(move |reader| reader.over_before(before_s)).await? {
-                match self.delete(&id, &IfMatch::default(), expire_order()).await {
+                match self
+                    .delete(&id, &IfMatch::default(), expire_order(&self.planners.clock))
+                    .await
+                {
                     // Another service that shares the store was faster.
                     Err(Problem::NoMission) => continue,
                     deleted => deleted?,
@@ -94,7 +97,7 @@ impl Missions {
         } else {
             self.handle(&mission.id).await.ok()
         };
-        handle.is_some_and(|handle| after <= handle.view.borrow().reported.elapsed())
+        handle.is_some_and(|handle| after <= self.planners.clock.since(handle.view.borrow().reported))
     }
 }
 
@@ -117,9 +120,9 @@ fn with_status(reader: &EventReader, statuses: &[Status]) -> Result<Vec<Mission>
 
 /// The service's order to finish or delete a mission that is due.
 #[must_use]
-pub fn expire_order() -> AuditEntry {
+pub fn expire_order(clock: &Clock) -> AuditEntry {
     AuditEntry {
-        at_s: unix_now(),
+        at_s: clock.unix_s(),
         caller: CALLER.to_owned(),
         request: String::new(),
         action: "expire".to_owned(),

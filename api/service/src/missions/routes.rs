@@ -8,9 +8,9 @@ use axum::{
     http::{HeaderValue, StatusCode, header, request::Parts},
     response::{IntoResponse, Response},
 };
+use clock::Clock;
 use serde::Serialize;
 use serde_json::Value;
-use tokio::time::{Instant, timeout_at};
 use utoipa::{
     IntoResponses,
     openapi::{self, ContentBuilder, KnownFormat, Object, RefOr, ResponseBuilder, SchemaFormat, Type},
@@ -283,8 +283,13 @@ pub(crate) async fn step_mission(
 
 /// The reports of a body for a mission with that `origin`: the acceptable ones, at their positions in metres and degrees, and what is
 /// wrong with the others. Without an origin, the first accepted position in latitude and longitude becomes it.
-fn read_reports(body: &[u8], live: &LiveMission, origin: Option<Origin>) -> Result<Reports, Problem> {
-    let now = live.clock.now();
+fn read_reports(
+    body: &[u8],
+    live: &LiveMission,
+    origin: Option<Origin>,
+    clock: &Clock,
+) -> Result<Reports, Problem> {
+    let now = live.clock.now(clock);
     let faults = |one: &Reports| check::report(&live.config, one, now);
     let (mut reports, rejected) = wire::read_reports(body, origin, faults)?;
     check::received(reports.received_s, now).map_err(Problem::Invalid)?;
@@ -324,8 +329,9 @@ pub(crate) async fn post_reports(
     let live = handle.live.ok_or_else(|| Problem::conflict(NO_REPORTS))?;
     let origin = handle.view.borrow().mission.origin;
     let bytes = body.bytes.len();
+    let clock = missions.clock().clone();
     let read = move || {
-        let reports = read_reports(&body.bytes, &live, origin);
+        let reports = read_reports(&body.bytes, &live, origin, &clock);
         // The same for the same request, whatever of it is acceptable by now.
         let posted = serde_json::from_slice::<Value>(&body.bytes).unwrap_or_default();
         (reports, posted)
@@ -354,10 +360,10 @@ pub(crate) async fn get_reference(
     if 0.0 < wait_s {
         let newest = |view: &View| view.plan.as_ref().map_or(0, |plan| plan.sequence);
         let after = after.unwrap_or_else(|| newest(&view.borrow()));
-        let end = Instant::now() + Duration::from_secs_f64(wait_s);
+        let end = missions.clock().now() + Duration::from_secs_f64(wait_s);
         // After a newer plan, the time limit or the end of the mission, the newest plan is the answer.
         let newer = view.wait_for(|view| after < newest(view) || view.mission.status.is_over());
-        let _ = timeout_at(end, newer).await.map(drop);
+        let _ = missions.clock().timeout_at(end, newer).await.map(drop);
         if missions.are_shared() && !view.borrow().mission.status.is_over() {
             // Another service may have the mission by now.
             Handle { view, live, .. } = missions.handle(&id).await?;
@@ -373,7 +379,7 @@ pub(crate) async fn get_reference(
         sequence: plan.sequence,
         t_s: plan.time,
         late_s: plan.late,
-        age_s: plan.age(live.as_deref(), view.mission.t_s),
+        age_s: plan.age(live.as_deref(), view.mission.t_s, missions.clock()),
         outcome: plan.answer.answer.outcome,
         method: plan.answer.answer.method,
         heard_s: plan.heard.clone(),

@@ -3,10 +3,7 @@
 use std::{collections::HashSet, future::pending, time::Duration};
 
 use futures_util::stream::{self, StreamExt as _};
-use tokio::{
-    sync::broadcast,
-    time::{Instant, sleep},
-};
+use tokio::sync::broadcast;
 
 use super::{actor::Ownership, registry::Missions};
 use crate::{
@@ -41,7 +38,7 @@ impl Missions {
                     Err(problem) => tracing::debug!(?problem, "no turn was taken"),
                 }
             }
-            sleep(lease.turn_time().min(TURN_MAX)).await;
+            self.clock().sleep(lease.turn_time().min(TURN_MAX)).await;
         }
     }
 
@@ -92,7 +89,7 @@ impl Missions {
             return pending().await;
         };
         loop {
-            sleep(lease.turn_time()).await;
+            self.clock().sleep(lease.turn_time()).await;
             match lease.incarnation() {
                 Ok(now) if now == incarnation => {}
                 Ok(_) => return Problem::Behind,
@@ -114,9 +111,9 @@ impl Missions {
             return;
         };
         let has_ended = |events: &broadcast::WeakSender<StoredEvent>| events.upgrade().is_none();
-        let end = Instant::now() + END_TIME;
-        while Instant::now() < end && !ended.iter().all(has_ended) {
-            sleep(Duration::from_millis(5)).await;
+        let end = self.clock().now() + END_TIME;
+        while self.clock().now() < end && !ended.iter().all(has_ended) {
+            self.clock().sleep(Duration::from_millis(5)).await;
         }
         if let Err(problem) = self.own(move || lease.leave()).await {
             tracing::warn!(

@@ -2,6 +2,7 @@
 
 use std::{collections::BTreeMap, time::Duration};
 
+use clock::Clock;
 use planner::{
     angle::Heading,
     los::{LosTuning, Reference},
@@ -26,6 +27,7 @@ pub(super) const PERIOD: f64 = 1.0;
 /// The simulated world, and the controller with its memory.
 #[derive(Debug)]
 pub(super) struct Simulation {
+    clock: Clock,
     mission: sim::mission::Mission,
     ids: Vec<String>,
     parameters: Parameters,
@@ -66,7 +68,7 @@ pub(super) fn scenario(config: &Simulated) -> Result<Scenario, String> {
 }
 
 impl Simulation {
-    pub(super) fn new(config: &Simulated) -> Result<Self, String> {
+    pub(super) fn new(config: &Simulated, clock: &Clock) -> Result<Self, String> {
         let parameters = Parameters::default();
         let law = config.controller.law().map(|law| {
             let integral_gain = parameters.integral_gain;
@@ -83,6 +85,7 @@ impl Simulation {
         let mission = sim::mission::Mission::new(&scenario(config)?, name, config.seed)
             .map_err(|error| error.to_string())?;
         Ok(Self {
+            clock: clock.clone(),
             law,
             ids: mission.record().auv_ids.clone(),
             mission,
@@ -130,7 +133,7 @@ impl Simulation {
 impl Simulation {
     /// The planner's plan for the snapshot `seen`, or the law's reference as a plan.
     fn steer(&mut self, seen: &Snapshot, logged: Option<&Planned>) -> Result<planners::Planned, GuideError> {
-        let start = std::time::Instant::now();
+        let start = self.clock.now();
         let (snapshot, plan) = if let Some(law) = &mut self.law {
             let guidance = law.guide(seen)?;
             // With the current that the law subtracts, which it smooths over time.
@@ -175,7 +178,7 @@ impl Simulation {
             (snapshot, plan)
         };
         let solve_time = logged.map_or_else(
-            || start.elapsed(),
+            || self.clock.since(start),
             |logged| Duration::from_nanos(logged.solve_time_ns),
         );
         Ok(planners::Planned {

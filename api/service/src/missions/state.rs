@@ -9,7 +9,7 @@ use planner::{
 };
 use serde::{Deserialize, Serialize};
 
-use super::{clock::Clock, event::Event};
+use super::{clock::MissionClock, event::Event};
 use wire::{
     Asc, Auv, CraftFrame, DeclaredLimits, FieldError, Origin, PlanRequest, PreviousPlan, Recount, Report,
     Task, VehicleId,
@@ -49,7 +49,7 @@ impl MissionState {
     }
 
     /// Applies an event. Only reports and changes of the setting change the state.
-    pub(super) fn apply(&mut self, event: &Event, clock: &Clock) {
+    pub(super) fn apply(&mut self, event: &Event, clock: &MissionClock) {
         match event {
             Event::Reported { heard, at_s } => self.take_reports(heard, clock.at(*at_s)),
             Event::Changed { setting, .. } => self.change(setting),

@@ -22,11 +22,12 @@ use std::{
     time::{Duration, Instant},
 };
 
+use clock::Clock;
 use rusqlite::{Connection, OptionalExtension as _, params};
 use wire::sha256;
 
 use super::sql::signed;
-use crate::{request_id::new_id, unix_time::unix_now};
+use crate::request_id::new_id;
 
 /// Name of the list in the data directory.
 pub(super) const LIST_NAME: &str = "missions.acknowledged";
@@ -43,6 +44,7 @@ const DIGITS: usize = 16;
 /// The list, open for more.
 #[derive(Debug)]
 pub(super) struct Acknowledged {
+    clock: Clock,
     file: File,
     run: String,
     /// Where the next line begins.
@@ -63,9 +65,9 @@ pub(super) struct Entry {
 }
 
 impl Entry {
-    pub(super) fn event(number: i64, mission: &str, sequence: u64, body: &[u8]) -> Self {
+    pub(super) fn event(at_s: f64, number: i64, mission: &str, sequence: u64, body: &[u8]) -> Self {
         Self {
-            at_s: unix_now(),
+            at_s,
             number,
             mission: mission.to_owned(),
             sequence,
@@ -73,8 +75,8 @@ impl Entry {
         }
     }
 
-    pub(super) fn deletion(number: i64, mission: &str) -> Self {
-        Self::event(number, mission, 0, b"")
+    pub(super) fn deletion(at_s: f64, number: i64, mission: &str) -> Self {
+        Self::event(at_s, number, mission, 0, b"")
     }
 
     fn line(&self, run: &str) -> String {
@@ -113,7 +115,7 @@ impl Entry {
 
 impl Acknowledged {
     /// The list in `directory`, created if missing, and its entries.
-    pub(super) fn open(directory: &Path) -> io::Result<(Self, Vec<Entry>)> {
+    pub(super) fn open(directory: &Path, clock: &Clock) -> io::Result<(Self, Vec<Entry>)> {
         let mut file = OpenOptions::new()
             .read(true)
             .write(true)
@@ -124,6 +126,7 @@ impl Acknowledged {
         let mut bytes = vec![];
         file.read_to_end(&mut bytes)?;
         let mut list = Self {
+            clock: clock.clone(),
             file,
             run: new_id(),
             end: 0,
@@ -155,14 +158,14 @@ impl Acknowledged {
         let lines: String = entries.iter().map(|entry| entry.line(&self.run)).collect();
         self.file.write_all_at(lines.as_bytes(), self.end)?;
         self.end += lines.len() as u64;
-        self.sync_at.get_or_insert_with(|| Instant::now() + SYNC);
+        self.sync_at.get_or_insert_with(|| self.clock.now() + SYNC);
         Ok(())
     }
 
     /// Time until lines are due to be synced, if there are any.
     pub(super) fn sync_in(&self) -> Option<Duration> {
         let due = self.sync_at?;
-        Some(due.saturating_duration_since(Instant::now()))
+        Some(due.saturating_duration_since(self.clock.now()))
     }
 
     /// Syncs all lines.

@@ -3,10 +3,17 @@
 use std::{
     ops::ControlFlow,
     panic::{AssertUnwindSafe, catch_unwind},
-    sync::mpsc::Receiver,
+    time::Duration,
 };
 
-use tokio::sync::oneshot;
+use clock::Clock;
+use tokio::{
+    sync::{
+        mpsc::{Receiver, error::TryRecvError},
+        oneshot,
+    },
+    task::yield_now,
+};
 
 use super::{
     entry::{Append, Appended, AuditEntry},
@@ -21,7 +28,7 @@ pub(super) type Reply<T> = oneshot::Sender<Result<T, StoreError>>;
 pub(super) type Waiting = (Append, Reply<Appended>);
 
 /// The result of `Close`, and where it goes.
-pub(super) type Closed = (Reply<()>, Result<(), StoreError>);
+type Closed = (Reply<()>, Result<(), StoreError>);
 
 /// What a writer does besides appends.
 type Work = Box<dyn FnOnce(&mut dyn LogWriter) + Send>;
@@ -37,8 +44,14 @@ pub(super) enum Command {
 
 /// The only writer of this process.
 pub(super) trait LogWriter {
-    /// Writes until `Close`, which it returns with the result, or until every handle is dropped.
-    fn work(&mut self, commands: &Receiver<Command>) -> Option<Closed>;
+    /// Most appends in one commit, so that the first does not wait long.
+    fn commit_max(&self) -> usize;
+    /// How long to wait for a command before [`Self::upkeep`]; none: for as long as it takes.
+    fn rest(&self) -> Option<Duration>;
+    /// Does what is due when no command waits.
+    fn upkeep(&mut self);
+    /// Does what is due between two commands.
+    fn after_command(&mut self) {}
     /// Reads again what is stored, after a panic that may have come between a commit and its count.
     fn recover(&mut self) -> Result<(), StoreError>;
     /// Stores the appends in one commit, and replies to each.
@@ -60,34 +73,73 @@ pub(super) trait LogWriter {
 
 /// Writes until every handle of the store is dropped. After a panic the commands that were being carried out have no reply, and the
 /// next ones are carried out.
-pub(super) fn run(mut writer: impl LogWriter, commands: Receiver<Command>) {
+pub(super) async fn run(mut writer: impl LogWriter, mut commands: Receiver<Command>, clock: Clock) {
     loop {
-        match catch_unwind(AssertUnwindSafe(|| writer.work(&commands))) {
-            Ok(None) => return,
-            Ok(Some((reply, closed))) => {
+        let first = match writer.rest() {
+            None => commands.recv().await,
+            Some(Duration::ZERO) => match commands.try_recv() {
+                Ok(command) => Some(command),
+                Err(TryRecvError::Disconnected) => None,
+                Err(TryRecvError::Empty) => {
+                    if unless_panicked(&mut writer, LogWriter::upkeep).is_err() {
+                        return;
+                    }
+                    // A simulated machine has one thread for all.
+                    yield_now().await;
+                    continue;
+                }
+            },
+            Some(rest) => match clock.timeout(rest, commands.recv()).await {
+                Ok(command) => command,
+                Err(_) => {
+                    if unless_panicked(&mut writer, LogWriter::upkeep).is_err() {
+                        return;
+                    }
+                    continue;
+                }
+            },
+        };
+        let Some(first) = first else { return };
+        let carried_out = unless_panicked(&mut writer, |writer| {
+            let carried_out = carry_out(writer, first, &mut commands);
+            writer.after_command();
+            carried_out
+        });
+        match carried_out {
+            Ok(Some(ControlFlow::Break((reply, closed)))) => {
                 // Later commands find it closed.
                 drop(commands);
                 let _ = reply.send(closed);
                 return;
             }
-            // The program's panic hook has logged it.
-            Err(_) => {
-                if let Err(error) = writer.recover() {
-                    tracing::error!(%error, "the mission log ends: it cannot be read after a panic");
-                    return;
-                }
-            }
+            Ok(Some(ControlFlow::Continue(())) | None) => {}
+            Err(()) => return,
         }
     }
 }
 
-/// Carries out `first`, and stores the appends that wait behind it, at most `most`, in the same commit. Breaks after `Close`.
-pub(super) fn carry_out(
+/// What `work` returns; none if it panicked. Fails if the writer cannot go on after that.
+fn unless_panicked<W: LogWriter, T>(writer: &mut W, work: impl FnOnce(&mut W) -> T) -> Result<Option<T>, ()> {
+    match catch_unwind(AssertUnwindSafe(|| work(writer))) {
+        Ok(done) => Ok(Some(done)),
+        // The program's panic hook has logged it.
+        Err(_) => match writer.recover() {
+            Ok(()) => Ok(None),
+            Err(error) => {
+                tracing::error!(%error, "the mission log ends: it cannot be read after a panic");
+                Err(())
+            }
+        },
+    }
+}
+
+/// Carries out `first`, and stores the appends that wait behind it in the same commit. Breaks after `Close`.
+fn carry_out(
     writer: &mut impl LogWriter,
-    most: usize,
     first: Command,
-    commands: &Receiver<Command>,
+    commands: &mut Receiver<Command>,
 ) -> ControlFlow<Closed> {
+    let most = writer.commit_max();
     let mut appends = vec![];
     let mut next = Some(first);
     while let Some(command) = next {

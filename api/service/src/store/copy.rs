@@ -2,6 +2,7 @@
 
 use std::{path::PathBuf, time::Duration};
 
+use clock::Clock;
 use rusqlite::Connection;
 use tokio_postgres::types::ToSql;
 
@@ -131,14 +132,14 @@ const COMPLETE: &str = "
 ";
 
 /// Copies everything to a store without missions. What is there appears completely or not at all.
-pub fn copy(from: &StorePlace, to: &StorePlace) -> Result<Copied, StoreError> {
+pub fn copy(from: &StorePlace, to: &StorePlace, clock: &Clock) -> Result<Copied, StoreError> {
     if let StorePlace::Directory(path) = from
         && !path.join(FILE_NAME).exists()
     {
         return Err(from.refused("there is no mission log"));
     }
-    let source = from.open()?;
-    let target = to.open()?;
+    let source = from.open(clock)?;
+    let target = to.open(clock)?;
     let before = target.reader()?;
     if !before.missions(0, 1, 0)?.0.is_empty() || !before.orders(None, 0, 1)?.is_empty() {
         return Err(to.refused("it has missions or orders already: choose an empty store"));
@@ -159,11 +160,11 @@ pub fn copy(from: &StorePlace, to: &StorePlace) -> Result<Copied, StoreError> {
 
 impl StorePlace {
     /// The store, which no service uses.
-    fn open(&self) -> Result<EventStore, StoreError> {
+    fn open(&self, clock: &Clock) -> Result<EventStore, StoreError> {
         match self {
-            Self::Directory(path) => EventStore::open(path),
+            Self::Directory(path) => EventStore::open(path, clock),
             Self::Database(url) => {
-                let store = EventStore::open_database(url, None, u64::MAX)?;
+                let store = EventStore::open_database(url, None, u64::MAX, clock)?;
                 let services = "SELECT id FROM services";
                 let first = store
                     .reader()?

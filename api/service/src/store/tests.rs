@@ -1,6 +1,7 @@
 use std::{collections::HashMap, fs, path::Path, time::Duration};
 
 use super::{files::private_file, *};
+use clock::Clock;
 
 /// The mission whose appends make the writer panic.
 pub(super) const PANICS: &str = "panics";
@@ -45,7 +46,7 @@ fn directory() -> tempfile::TempDir {
 }
 
 fn open(directory: &Path) -> EventStore {
-    EventStore::open(directory).expect("opens")
+    EventStore::open(directory, &clock()).expect("opens")
 }
 
 /// Bodies of all events, whose numbers the reader has checked.
@@ -60,25 +61,26 @@ async fn add(store: &EventStore, append: Append) {
     assert_eq!(store.append(append).await.expect("is stored"), Appended::Stored);
 }
 
-/// Opens a store whose writer may still be ending.
-fn try_open_again(directory: &Path, share: u64) -> Result<EventStore, StoreError> {
-    for _ in 0..500 {
-        match EventStore::open_with(directory, share) {
-            Err(StoreError::InUse { .. }) => thread::sleep(Duration::from_millis(10)),
-            opened => return opened,
-        }
-    }
-    panic!("the log stays in use");
+/// A machine that is switched on now.
+fn clock() -> Clock {
+    Clock::simulated(1.8e9)
 }
 
-fn open_again(directory: &Path) -> EventStore {
-    try_open_again(directory, u64::MAX).expect("opens again")
+/// Waits until every writer has nothing left to do: simulated time passes only then.
+async fn settle() {
+    clock().sleep(Duration::from_millis(1)).await;
 }
 
-#[tokio::test]
+/// Opens a store that another handle had, after its writer has ended.
+async fn open_again(directory: &Path) -> EventStore {
+    settle().await;
+    open(directory)
+}
+
+#[tokio::test(start_paused = true)]
 async fn a_panic_of_the_writer_costs_only_the_commit_that_it_interrupts() {
     let directory = directory();
-    let store = EventStore::open_with(directory.path(), 10_000).expect("opens");
+    let store = EventStore::open_with(directory.path(), 10_000, &clock()).expect("opens");
     add(&store, append("a", vec![event(1, "one")])).await;
     for sequence in 2..=4 {
         // In one commit with the other or in another: what is acknowledged is there, and what is there once is there.
@@ -99,7 +101,7 @@ async fn a_panic_of_the_writer_costs_only_the_commit_that_it_interrupts() {
     assert_eq!(bodies(&store, "a"), [b"one".as_slice(), b"y", b"y", b"y"]);
     assert_eq!(store.delete("a".to_owned(), order).await, Ok(true));
     drop(store);
-    let store = open_again(directory.path());
+    let store = open_again(directory.path()).await;
     store.probe().await.expect("nothing acknowledged is missing");
     assert!(
         store
@@ -111,7 +113,7 @@ async fn a_panic_of_the_writer_costs_only_the_commit_that_it_interrupts() {
     );
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_deleted_mission_is_gone_at_once_and_frees_its_space() {
     let directory = directory();
     let store = open(directory.path());
@@ -140,12 +142,7 @@ async fn a_deleted_mission_is_gone_at_once_and_frees_its_space() {
         file.query_row(count, [], |row| row.get(0)).expect("reads")
     };
     // The purge runs by itself.
-    for _ in 0..500 {
-        if left() == 2 {
-            break;
-        }
-        tokio::time::sleep(Duration::from_millis(10)).await;
-    }
+    settle().await;
     assert_eq!(left(), 2);
     assert_eq!(bodies(&store, "b"), [b"y"]);
     assert_eq!(
@@ -163,7 +160,7 @@ async fn a_deleted_mission_is_gone_at_once_and_frees_its_space() {
     assert_eq!(bodies(&store, "a"), [b"anew"]);
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_full_disk_stores_nothing_and_works_again_when_there_is_space() {
     let directory = directory();
     let path = directory.path().join(FILE_NAME);
@@ -178,7 +175,7 @@ async fn a_full_disk_stores_nothing_and_works_again_when_there_is_space() {
     };
     limit(&connection, 80);
     let file = private_file(&path).expect("is there");
-    let store = EventStore::start(connection, &path, file, u64::MAX).expect("starts");
+    let store = EventStore::start(connection, &path, file, u64::MAX, &clock()).expect("starts");
     let mut stored = 0;
     let full = loop {
         match store
@@ -198,32 +195,24 @@ async fn a_full_disk_stores_nothing_and_works_again_when_there_is_space() {
         .await
         .expect("makes room");
     // The pages are freed step by step.
-    for _ in 0..500 {
-        if store
-            .append(append("b", vec![event(1, &"y".repeat(5000))]))
-            .await
-            .is_ok()
-        {
-            break;
-        }
-        tokio::time::sleep(Duration::from_millis(10)).await;
-    }
+    settle().await;
+    add(&store, append("b", vec![event(1, &"y".repeat(5000))])).await;
     assert_eq!(bodies(&store, "b").len(), 1);
     store.probe().await.expect("has room again");
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_second_service_on_the_same_log_is_refused() {
     let directory = directory();
     let store = open(directory.path());
-    let refused = EventStore::open(directory.path()).expect_err("is in use");
+    let refused = EventStore::open(directory.path(), &clock()).expect_err("is in use");
     assert!(refused.to_string().contains("another pilotfish"), "{refused}");
     drop(store);
-    open_again(directory.path());
+    open_again(directory.path()).await;
 }
 
-#[test]
-fn a_log_of_a_newer_program_is_refused_and_not_changed() {
+#[tokio::test(start_paused = true)]
+async fn a_log_of_a_newer_program_is_refused_and_not_changed() {
     let directory = directory();
     drop(open(directory.path()));
     let path = directory.path().join(FILE_NAME);
@@ -232,7 +221,8 @@ fn a_log_of_a_newer_program_is_refused_and_not_changed() {
         .pragma_update(None, "user_version", 99)
         .expect("is written");
     drop(connection);
-    let refused = try_open_again(directory.path(), u64::MAX);
+    settle().await;
+    let refused = EventStore::open(directory.path(), &clock());
     assert!(
         matches!(refused, Err(StoreError::TooNew { found: 99, .. })),
         "{refused:?}"
@@ -243,7 +233,7 @@ fn a_log_of_a_newer_program_is_refused_and_not_changed() {
     ));
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_log_of_the_first_schema_is_migrated_with_its_content() {
     let directory = directory();
     let path = directory.path().join(FILE_NAME);
@@ -272,15 +262,15 @@ async fn a_log_of_the_first_schema_is_migrated_with_its_content() {
     add(&store, append("a", vec![event(3, "on")])).await;
 }
 
-#[test]
-fn a_file_that_is_not_a_log_is_refused() {
+#[tokio::test(start_paused = true)]
+async fn a_file_that_is_not_a_log_is_refused() {
     let directory = directory();
     fs::write(directory.path().join(FILE_NAME), [b'x'; 4096]).expect("is written");
-    let refused = EventStore::open(directory.path()).expect_err("is no log");
+    let refused = EventStore::open(directory.path(), &clock()).expect_err("is no log");
     assert!(refused.to_string().contains("not a database"), "{refused}");
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_missing_event_is_found_when_it_is_read() {
     let directory = directory();
     let store = open(directory.path());
@@ -296,7 +286,7 @@ async fn a_missing_event_is_found_when_it_is_read() {
 }
 
 /// The damage is what a power cut in the middle of the last commit may leave.
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_torn_last_commit_leaves_every_commit_before_it() {
     let running = directory();
     let store = open(running.path());
@@ -319,7 +309,7 @@ async fn a_torn_last_commit_leaves_every_commit_before_it() {
     }
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_damaged_page_of_the_log_shows_in_the_probe() {
     let directory = directory();
     let store = open(directory.path());
@@ -336,7 +326,8 @@ async fn a_damaged_page_of_the_log_shows_in_the_probe() {
     let end = bytes.len();
     bytes[end - 4096..].fill(0xAA);
     fs::write(&path, &bytes).expect("is written");
-    match try_open_again(directory.path(), u64::MAX) {
+    settle().await;
+    match EventStore::open(directory.path(), &clock()) {
         Ok(store) => {
             store.inspect();
             let found = store.probe().await.expect_err("is damaged");
@@ -346,7 +337,7 @@ async fn a_damaged_page_of_the_log_shows_in_the_probe() {
     }
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_closed_log_needs_no_write_ahead_file_and_an_emptied_one_is_refused() {
     let directory = directory();
     let path = directory.path().join(FILE_NAME);
@@ -357,7 +348,7 @@ async fn a_closed_log_needs_no_write_ahead_file_and_an_emptied_one_is_refused() 
     let emptied = tempfile::tempdir().expect("is made");
     fs::copy(&ahead, emptied.path().join(format!("{FILE_NAME}-wal"))).expect("is copied");
     fs::write(emptied.path().join(FILE_NAME), []).expect("is written");
-    let refused = EventStore::open(emptied.path()).expect_err("lost a mission");
+    let refused = EventStore::open(emptied.path(), &clock()).expect_err("lost a mission");
     assert!(refused.to_string().contains("is empty or missing"), "{refused}");
 
     store.close().await.expect("is closed");
@@ -367,7 +358,7 @@ async fn a_closed_log_needs_no_write_ahead_file_and_an_emptied_one_is_refused() 
     assert_eq!(bodies(&open(alone.path()), "a"), [b"x"]);
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn only_the_service_s_user_may_read_the_log() {
     use std::os::unix::fs::PermissionsExt as _;
     let directory = directory();
@@ -387,7 +378,7 @@ async fn only_the_service_s_user_may_read_the_log() {
     }
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn the_file_shrinks_after_a_mission_is_deleted() {
     let directory = directory();
     let store = open(directory.path());
@@ -406,16 +397,11 @@ async fn the_file_shrinks_after_a_mission_is_deleted() {
             .await
             .expect("is deleted")
     );
-    for _ in 0..500 {
-        if pages() < full / 10 {
-            return;
-        }
-        tokio::time::sleep(Duration::from_millis(10)).await;
-    }
-    panic!("{full} pages became {}", pages());
+    settle().await;
+    assert!(pages() < full / 10, "{full} pages became {}", pages());
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn closing_a_log_during_a_read_reports_that_the_write_ahead_file_stays() {
     let directory = directory();
     let store = open(directory.path());
@@ -429,7 +415,7 @@ async fn closing_a_log_during_a_read_reports_that_the_write_ahead_file_stays() {
     assert_eq!(store.close().await, Err(StoreError::Busy));
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_backup_during_writes_is_a_complete_log() {
     let directory = directory();
     let store = open(directory.path());
@@ -468,7 +454,7 @@ async fn a_backup_during_writes_is_a_complete_log() {
     );
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_vacuum_frees_space_that_an_older_log_keeps() {
     let directory = directory();
     let file = directory.path().join(FILE_NAME);
@@ -494,7 +480,7 @@ async fn a_vacuum_frees_space_that_an_older_log_keeps() {
     drop(store);
     assert!(1 << 20 < size(), "only a vacuum gives the room back");
 
-    let store = open_again(directory.path());
+    let store = open_again(directory.path()).await;
     store.vacuum().await.expect("has room");
     store.close().await.expect("ends");
     assert!(size() < 1 << 18, "{} bytes are left", size());
@@ -521,7 +507,7 @@ fn written(files: &HashMap<String, Vec<u8>>) -> tempfile::TempDir {
     directory
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn what_a_damaged_write_ahead_file_lost_is_named_until_a_person_has_read_it() {
     const EVENTS: u64 = 120;
     let running = directory();
@@ -568,7 +554,7 @@ async fn what_a_damaged_write_ahead_file_lost_is_named_until_a_person_has_read_i
         assert!(found.contains(&lost), "{lost}: {found}");
         // A second start does not forget it, and does not find it again.
         drop((store, reader));
-        let store = open_again(killed.path());
+        let store = open_again(killed.path()).await;
         let found = store.probe().await.expect_err("was not read").to_string();
         assert_eq!(found.matches(&lost).count(), 1, "{found}");
         fs::remove_file(killed.path().join(LOST_NAME)).expect("is there");
@@ -576,14 +562,14 @@ async fn what_a_damaged_write_ahead_file_lost_is_named_until_a_person_has_read_i
     }
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_deletion_that_a_damaged_write_ahead_file_lost_is_named() {
     let running = directory();
     let store = open(running.path());
     add(&store, append("a", vec![event(1, "1")])).await;
     store.close().await.expect("is merged");
     drop(store);
-    let store = open_again(running.path());
+    let store = open_again(running.path()).await;
     let deleted = store.delete("a".to_owned(), AuditEntry::default()).await;
     assert_eq!(deleted, Ok(true));
     let mut files = files_of_a_killed(running.path());
@@ -593,7 +579,7 @@ async fn a_deletion_that_a_damaged_write_ahead_file_lost_is_named() {
     assert!(found.to_string().contains("the deletion of mission a"), "{found}");
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn the_list_of_acknowledged_events_begins_again_when_everything_is_merged() {
     let directory = directory();
     let store = open(directory.path());
@@ -602,13 +588,13 @@ async fn the_list_of_acknowledged_events_begins_again_when_everything_is_merged(
     }
     let files = files_of_a_killed(directory.path());
     let merged = written(&files);
-    let (_, entries) = Acknowledged::open(merged.path()).expect("opens");
+    let (_, entries) = Acknowledged::open(merged.path(), &clock()).expect("opens");
     assert!(entries.len() < 1_000, "{}", entries.len());
     // The entries that are left by an earlier run are not taken for entries of this one.
     assert_eq!(open(merged.path()).probe().await, Ok(()));
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_store_whose_files_were_deleted_or_replaced_acknowledges_nothing() {
     let cases: [fn(&Path); 4] = [
         |data| fs::remove_dir_all(data).expect("is there"),
@@ -637,7 +623,7 @@ async fn a_store_whose_files_were_deleted_or_replaced_acknowledges_nothing() {
     }
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_directory_that_is_put_back_is_used_again() {
     let directory = directory();
     let (data, away) = (directory.path().join("data"), directory.path().join("away"));
@@ -650,7 +636,7 @@ async fn a_directory_that_is_put_back_is_used_again() {
     assert_eq!(bodies(&store, "a"), [b"1"]);
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_service_that_stops_leaves_the_write_ahead_file_of_the_store_in_its_place() {
     let directory = directory();
     let data = directory.path().join("data");
@@ -661,11 +647,11 @@ async fn a_service_that_stops_leaves_the_write_ahead_file_of_the_store_in_its_pl
     add(&new, append("b", vec![event(1, "1")])).await;
     old.close().await.expect("ends");
     drop(old);
-    thread::sleep(Duration::from_millis(200));
+    settle().await;
     add(&new, append("c", vec![event(1, "1")])).await;
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn the_lock_needs_no_file_of_its_own() {
     let directory = directory();
     let store = open(directory.path());
@@ -675,7 +661,7 @@ async fn the_lock_needs_no_file_of_its_own() {
             fs::remove_file(path).expect("is there");
         }
     }
-    let refused = EventStore::open(directory.path()).expect_err("is in use");
+    let refused = EventStore::open(directory.path(), &clock()).expect_err("is in use");
     assert!(matches!(refused, StoreError::InUse { .. }), "{refused}");
     drop(store);
 }
@@ -712,7 +698,7 @@ async fn with_a_damaged_page() -> tempfile::TempDir {
     directory
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_backup_of_a_damaged_log_has_all_that_is_whole_and_names_the_rest() {
     let directory = with_a_damaged_page().await;
     let reader = EventReader::of(directory.path()).expect("opens");
@@ -741,7 +727,7 @@ async fn a_backup_of_a_damaged_log_has_all_that_is_whole_and_names_the_rest() {
     assert_eq!(salt(&copy.reader().expect("opens")), salt(&reader));
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_damaged_event_does_not_block_a_backup_and_is_forgotten_with_its_mission() {
     let directory = directory();
     let store = open(directory.path());
@@ -765,16 +751,11 @@ async fn a_damaged_event_does_not_block_a_backup_and_is_forgotten_with_its_missi
 
     let deleted = store.delete("b".to_owned(), AuditEntry::default()).await;
     assert_eq!(deleted, Ok(true));
-    for _ in 0..500 {
-        if store.probe().await.is_ok() {
-            return;
-        }
-        tokio::time::sleep(Duration::from_millis(10)).await;
-    }
-    panic!("{:?}", store.probe().await);
+    settle().await;
+    store.probe().await.expect("the damage went with its mission");
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_clock_that_was_set_ahead_makes_no_mission_old_until_a_person_says_that_it_is_right() {
     const YEAR: f64 = 365.0 * 86_400.0;
     let directory = directory();
@@ -795,7 +776,7 @@ async fn a_clock_that_was_set_ahead_makes_no_mission_old_until_a_person_says_tha
         ))
         .expect("is done");
     drop(connection);
-    let store = open_again(directory.path());
+    let store = open_again(directory.path()).await;
     let older_than = |days: f64| {
         let reader = store.reader().expect("opens");
         let before_s = store.clock().now_s() - 86_400.0 * days;

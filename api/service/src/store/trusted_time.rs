@@ -13,9 +13,7 @@ use std::{
     time::Instant,
 };
 
-use rustix::time::{ClockId, clock_gettime};
-
-use crate::unix_time::unix_now;
+use clock::Clock;
 
 /// Running time after which a clock that agreed with it is believed, s.
 const AGREED: f64 = 3.0 * 86_400.0;
@@ -25,13 +23,6 @@ const JUMP: f64 = 60.0;
 
 /// Longest time without power that is believed at once, s: a night.
 const NIGHT: f64 = 86_400.0;
-
-/// The kernel's clock that no setting changes. The one that counts sleep is Linux's own.
-pub(super) const RUNNING: ClockId = if cfg!(target_os = "linux") {
-    ClockId::Boottime
-} else {
-    ClockId::Monotonic
-};
 
 /// A reading of the machine's clocks.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,13 +35,10 @@ struct Reading {
 }
 
 impl Reading {
-    fn now() -> Self {
-        let up = clock_gettime(RUNNING);
-        #[expect(clippy::cast_precision_loss, reason = "seconds since boot")]
-        let up = up.tv_sec as f64 + 1e-9 * up.tv_nsec as f64;
+    fn now(clock: &Clock) -> Self {
         Self {
-            clock: unix_now(),
-            up,
+            clock: clock.unix_s(),
+            up: clock.up().as_secs_f64(),
         }
     }
 }
@@ -86,14 +74,14 @@ impl TrustedTime {
     }
 
     /// Goes on to the start of a service.
-    pub(super) fn resume(&mut self) {
-        self.advance_to(Reading::now(), false);
+    pub(super) fn resume(&mut self, clock: &Clock) {
+        self.advance_to(Reading::now(clock), false);
     }
 
     /// Goes on to the start of a service whose store another machine may have written, with a clock and a boot of its own: at most a night,
     /// and not beyond this machine's clock, is believed to have passed.
-    pub(super) fn adopt(&mut self) {
-        let seen = Reading::now();
+    pub(super) fn adopt(&mut self, clock: &Clock) {
+        let seen = Reading::now(clock);
         let by_clock = seen.clock - self.seen.clock;
         if self.trusted == 0.0 {
             self.trusted = seen.clock;
@@ -129,25 +117,32 @@ impl TrustedTime {
 
 /// The trusted time as it passes. Clones share it.
 #[derive(Clone, Debug)]
-pub struct TrustedClock(Arc<Mutex<(TrustedTime, Instant)>>);
+pub struct TrustedClock {
+    pub(super) machine: Clock,
+    /// With the running time at which it was read.
+    time: Arc<Mutex<(TrustedTime, Instant)>>,
+}
 
 impl TrustedClock {
-    pub(super) fn new(time: TrustedTime) -> Self {
-        Self(Arc::new(Mutex::new((time, Instant::now()))))
+    pub(super) fn new(time: TrustedTime, machine: &Clock) -> Self {
+        Self {
+            machine: machine.clone(),
+            time: Arc::new(Mutex::new((time, machine.now()))),
+        }
     }
 
     /// Trusted time now, Unix time, s.
     #[must_use]
     pub fn now_s(&self) -> f64 {
         let (time, read) = &*self.locked();
-        time.trusted + read.elapsed().as_secs_f64()
+        time.trusted + self.machine.since(*read).as_secs_f64()
     }
 
     /// Reads the machine's clocks, and returns the time to store.
     pub(super) fn read_clocks(&self) -> TrustedTime {
         let (time, read) = &mut *self.locked();
-        time.advance_to(Reading::now(), true);
-        *read = Instant::now();
+        time.advance_to(Reading::now(&self.machine), true);
+        *read = self.machine.now();
         *time
     }
 
@@ -161,14 +156,14 @@ impl TrustedClock {
     /// Takes the machine's time, because a person says that it is right. Returns the time to store.
     pub(super) fn believe_clock(&self) -> TrustedTime {
         let (time, read) = &mut *self.locked();
-        *read = Instant::now();
-        time.seen = Reading::now();
+        *read = self.machine.now();
+        time.seen = Reading::now(&self.machine);
         time.trusted = time.seen.clock;
         *time
     }
 
     fn locked(&self) -> MutexGuard<'_, (TrustedTime, Instant)> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        self.time.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -181,7 +176,8 @@ mod tests {
 
     #[test]
     fn what_another_machine_read_from_its_clocks_counts_for_nothing() {
-        let now = unix_now();
+        let machine = Clock::machine();
+        let now = machine.unix_s();
         // Trusted time before, and the other machine's clock, before this one's; how much is believed to have passed.
         for (before, clock, passed) in [
             (30.0 * DAY, 20.0 * DAY, 0.0),
@@ -191,7 +187,7 @@ mod tests {
             (-0.5 * DAY, 0.5 * DAY, 0.0),
         ] {
             let mut time = TrustedTime::of([now - before, AGREED, now - clock, 1e-3]);
-            time.adopt();
+            time.adopt(&machine);
             let believed = time.trusted - (now - before);
             assert!((believed - passed).abs() < 60.0, "{believed}");
             assert_eq!(time.agreed, 0.0);

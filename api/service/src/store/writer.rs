@@ -1,19 +1,12 @@
 //! The writer thread: waiting appends share a commit, and each gets its own reply.
 
-use std::{
-    ops::ControlFlow,
-    sync::{
-        Arc,
-        mpsc::{Receiver, RecvTimeoutError},
-    },
-    time::{Duration, Instant},
-};
+use std::{sync::Arc, time::Duration};
 
 use rusqlite::{Connection, OptionalExtension as _, Row, Transaction, params};
 
 use super::{
     acknowledged::{Acknowledged, Entry},
-    command::{Closed, Command, LogWriter, Waiting, carry_out, n_stored, reply_to_each},
+    command::{LogWriter, Waiting, n_stored, reply_to_each},
     entry::{Append, Appended, AuditEntry, StoredEvent},
     error::StoreError,
     idempotency::{self, KeyedAnswer},
@@ -24,7 +17,7 @@ use super::{
 };
 use crate::metrics::StoreMetrics;
 
-/// Most appends in one commit, so that the first does not wait long.
+/// Most appends in one commit.
 const COMMIT_MAX: usize = 256;
 
 /// Events of a deleted mission, or free pages, that one commit removes: some milliseconds.
@@ -138,6 +131,23 @@ impl Writer {
         Ok(())
     }
 
+    /// How long to wait for commands before more is removed, if there is more.
+    fn purge_in(&self) -> Option<Duration> {
+        match (self.purge.is_empty(), self.stuck) {
+            (true, _) => self.free_pages.then_some(Duration::ZERO),
+            (false, true) => Some(PURGE_RETRY),
+            (false, false) => Some(Duration::ZERO),
+        }
+    }
+
+    fn sync_what_is_due(&mut self) {
+        if self.acknowledged.sync_in() == Some(Duration::ZERO)
+            && let Err(error) = self.acknowledged.sync()
+        {
+            tracing::warn!(%error, "the list of acknowledged events would not survive a power cut");
+        }
+    }
+
     /// Removes some events of deleted missions, or some free pages.
     fn purge_some(&mut self) {
         self.unmerged += PURGE_BYTES;
@@ -171,31 +181,25 @@ impl LogWriter for Writer {
         Ok(())
     }
 
-    fn work(&mut self, commands: &Receiver<Command>) -> Option<Closed> {
-        loop {
-            let idle = match (self.purge.is_empty(), self.stuck) {
-                (true, _) if self.free_pages => Duration::ZERO,
-                (true, _) => Duration::MAX,
-                (false, true) => PURGE_RETRY,
-                (false, false) => Duration::ZERO,
-            };
-            let timeout = self.acknowledged.sync_in().map_or(idle, |due| due.min(idle));
-            match commands.recv_timeout(timeout) {
-                Ok(first) => {
-                    if let ControlFlow::Break(closed) = carry_out(self, COMMIT_MAX, first, commands) {
-                        return Some(closed);
-                    }
-                }
-                Err(RecvTimeoutError::Timeout) if timeout < idle => {}
-                Err(RecvTimeoutError::Timeout) => self.purge_some(),
-                Err(RecvTimeoutError::Disconnected) => return None,
-            }
-            if self.acknowledged.sync_in() == Some(Duration::ZERO)
-                && let Err(error) = self.acknowledged.sync()
-            {
-                tracing::warn!(%error, "the list of acknowledged events would not survive a power cut");
-            }
+    fn commit_max(&self) -> usize {
+        COMMIT_MAX
+    }
+
+    fn rest(&self) -> Option<Duration> {
+        let due = [self.purge_in(), self.acknowledged.sync_in()];
+        due.into_iter().flatten().min()
+    }
+
+    fn after_command(&mut self) {
+        self.sync_what_is_due();
+    }
+
+    fn upkeep(&mut self) {
+        match (self.purge_in(), self.acknowledged.sync_in()) {
+            (Some(purge), sync) if sync.is_none_or(|sync| purge <= sync) => self.purge_some(),
+            _ => {}
         }
+        self.sync_what_is_due();
     }
 
     fn store(&mut self, mut batch: Vec<Waiting>) {
@@ -203,14 +207,23 @@ impl LogWriter for Writer {
             return;
         }
         let appends: Vec<&Append> = batch.iter().map(|(append, _)| append).collect();
-        let start = Instant::now();
+        let start = self.clock.machine.now();
         let mut entries = vec![];
         let committed = self.place.check().and_then(|()| {
-            let (connection, now_s) = (&mut self.connection, self.clock.now_s());
-            commit(connection, &mut self.shares, &appends, now_s, &mut entries)
+            let times = Times {
+                trusted_s: self.clock.now_s(),
+                unix_s: self.clock.machine.unix_s(),
+            };
+            commit(
+                &mut self.connection,
+                &mut self.shares,
+                &appends,
+                times,
+                &mut entries,
+            )
         });
         let n_events = committed.as_ref().ok().map(|done| n_stored(&appends, done));
-        self.metrics.committed(start.elapsed(), n_events);
+        self.metrics.committed(self.clock.machine.since(start), n_events);
         let bytes = appends.iter().map(|append| size(append)).sum::<usize>();
         match committed {
             Ok(appended) => {
@@ -254,7 +267,7 @@ impl LogWriter for Writer {
         transaction.commit()?;
         self.shares.give_back(&room);
         self.unmerged += COMMIT_BYTES;
-        self.confirm(vec![Entry::deletion(number, id)])?;
+        self.confirm(vec![Entry::deletion(self.clock.machine.unix_s(), number, id)])?;
         // Before its events are removed: a mission without a trace counts as lost.
         let synced = self.acknowledged.sync();
         synced.map_err(|error| StoreError::Unconfirmed(error.to_string()))?;
@@ -363,18 +376,27 @@ fn taken(row: &Row<'_>, first: usize) -> rusqlite::Result<Taken> {
     })
 }
 
+/// When something is stored, Unix time, s.
+#[derive(Clone, Copy)]
+struct Times {
+    /// By the trusted time.
+    trusted_s: f64,
+    /// By the machine's clock.
+    unix_s: f64,
+}
+
 fn commit(
     connection: &mut Connection,
     shares: &mut Shares,
     appends: &[&Append],
-    now_s: f64,
+    times: Times,
     entries: &mut Vec<Entry>,
 ) -> Result<Vec<Appended>, StoreError> {
     let transaction = connection.transaction()?;
     let mut taken = vec![];
     let appended = appends
         .iter()
-        .map(|append| store(&transaction, shares, append, now_s, &mut taken, entries))
+        .map(|append| store(&transaction, shares, append, times, &mut taken, entries))
         .collect::<rusqlite::Result<_>>()?;
     transaction.commit()?;
     for taken in taken {
@@ -383,12 +405,12 @@ fn commit(
     Ok(appended)
 }
 
-/// Stores an append at the trusted time `now_s`; adds its size to `taken` and its events to `entries`.
+/// Stores an append; adds its size to `taken` and its events to `entries`.
 fn store(
     transaction: &Transaction<'_>,
     shares: &Shares,
     append: &Append,
-    now_s: f64,
+    times: Times,
     taken: &mut Vec<Taken>,
     entries: &mut Vec<Entry>,
 ) -> rusqlite::Result<Appended> {
@@ -419,7 +441,14 @@ fn store(
                  CASE WHEN ?2 IN ('finished', 'failed') THEN ?6 END) RETURNING number",
             )?;
             let number = made.query_row(
-                params![append.mission, append.status, append.summary, owner, room, now_s],
+                params![
+                    append.mission,
+                    append.status,
+                    append.summary,
+                    owner,
+                    room,
+                    times.trusted_s
+                ],
                 |row| row.get(0),
             )?;
             (number, owner)
@@ -449,7 +478,13 @@ fn store(
                 "UPDATE missions SET status = ?2, summary = ?3, bytes = bytes + ?4,
                  over_s = CASE WHEN ?2 IN ('finished', 'failed') THEN coalesce(over_s, ?5) END WHERE number = ?1",
             )?;
-            became.execute(params![number, append.status, append.summary, room, now_s])?;
+            became.execute(params![
+                number,
+                append.status,
+                append.summary,
+                room,
+                times.trusted_s
+            ])?;
             (number, owner)
         }
     };
@@ -458,7 +493,13 @@ fn store(
         .prepare_cached("INSERT INTO events (mission, sequence, kind, body) VALUES (?1, ?2, ?3, ?4)")?;
     for StoredEvent { sequence, kind, body } in &append.events {
         event.execute(params![number, signed(*sequence), kind, body])?;
-        entries.push(Entry::event(number, &append.mission, *sequence, body));
+        entries.push(Entry::event(
+            times.unix_s,
+            number,
+            &append.mission,
+            *sequence,
+            body,
+        ));
     }
     if let Some(snapshot) = &append.snapshot {
         let last = append.events.last().map_or(0, |event| signed(event.sequence));

@@ -3,6 +3,7 @@
 use std::{error::Error, num::NonZeroUsize, path::PathBuf, time::Duration};
 
 use clap::Args;
+use clock::Clock;
 use cluster::{Access, Broker, ClusterError, Progress, Worker, WorkerEvent, collect, progress, submit};
 use lab::campaign::{Campaign, jobs};
 use tokio::{runtime::Runtime, signal, sync::watch};
@@ -109,7 +110,7 @@ pub(super) fn watch_until_over(arguments: &Submitted) -> Result<(), Box<dyn Erro
                 // A broker that restarts, or elects a leader, answers later.
                 Err(error @ ClusterError::Broker(..)) => {
                     eprintln!("trying again: {error}");
-                    tokio::time::sleep(LOOK_EVERY).await;
+                    Clock::machine().sleep(LOOK_EVERY).await;
                     continue;
                 }
                 progress => progress?,
@@ -128,7 +129,7 @@ pub(super) fn watch_until_over(arguments: &Submitted) -> Result<(), Box<dyn Erro
                 };
             }
             before = now;
-            tokio::time::sleep(LOOK_EVERY).await;
+            Clock::machine().sleep(LOOK_EVERY).await;
         }
     })
 }

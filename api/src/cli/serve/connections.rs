@@ -3,6 +3,7 @@
 use std::{io, net::IpAddr, sync::Arc, time::Duration};
 
 use axum::{Router, body::Body, extract::Request};
+use clock::Clock;
 use hyper::{body::Incoming, server::conn::http1, service::service_fn};
 use hyper_util::{
     rt::{TokioIo, TokioTimer},
@@ -21,7 +22,6 @@ use tokio::{
     io::{AsyncRead, AsyncWrite, AsyncWriteExt as _},
     net::{TcpListener, TcpStream},
     sync::Semaphore,
-    time::timeout,
 };
 use tower::ServiceExt as _;
 
@@ -68,6 +68,7 @@ const NO_PLACE: &str = r#"{"type":"urn:pilotfish:problem:crowded","title":"The s
 
 /// Serves connections.
 pub(super) struct Connections {
+    clock: Clock,
     http: http1::Builder,
     router: Router,
     tls: Option<Arc<Tls>>,
@@ -78,7 +79,7 @@ pub(super) struct Connections {
 }
 
 impl Connections {
-    pub(super) fn new(router: Router, tls: Option<Arc<Tls>>, count: Count) -> Self {
+    pub(super) fn new(router: Router, tls: Option<Arc<Tls>>, count: Count, clock: Clock) -> Self {
         // `axum::serve` has no time limit for a header.
         let mut http = http1::Builder::new();
         http.timer(TokioTimer::new())
@@ -89,7 +90,8 @@ impl Connections {
             router,
             tls,
             under_way: GracefulShutdown::new(),
-            places: Places::new(n_connections_max()),
+            places: Places::new(n_connections_max(), clock.clone()),
+            clock,
             refusals: Arc::new(Semaphore::new(TURNED_AWAY_MAX)),
             count,
         }
@@ -101,7 +103,7 @@ impl Connections {
             Ok(accepted) => accepted,
             Err(error) => {
                 tracing::warn!(%error, "cannot accept a connection");
-                tokio::time::sleep(ACCEPT_AGAIN).await;
+                self.clock.sleep(ACCEPT_AGAIN).await;
                 return;
             }
         };
@@ -116,7 +118,7 @@ impl Connections {
             return;
         };
         let (http, router, watcher) = (self.http.clone(), self.router.clone(), self.under_way.watcher());
-        let tls = self.tls.clone();
+        let (tls, clock) = (self.tls.clone(), self.clock.clone());
         let counted = self.count.opened();
         tokio::spawn(async move {
             let _counted = counted;
@@ -127,7 +129,7 @@ impl Connections {
             let served = async {
                 match tls {
                     None => serve(http, router, watcher, socket, client).await,
-                    Some(tls) => match timeout(HEADER_TIME, tls.accept(socket)).await {
+                    Some(tls) => match clock.timeout(HEADER_TIME, tls.accept(socket)).await {
                         Ok(Ok(socket)) => serve(http, router, watcher, socket, client).await,
                         Ok(Err(error)) => tracing::debug!(%error, %peer, "TLS handshake failed"),
                         Err(_) => tracing::debug!(%peer, "TLS handshake timed out"),
@@ -147,8 +149,9 @@ impl Connections {
         if self.tls.is_none()
             && let Ok(permit) = Arc::clone(&self.refusals).try_acquire_owned()
         {
-            tokio::spawn(async {
-                turn_away(socket).await;
+            let clock = self.clock.clone();
+            tokio::spawn(async move {
+                turn_away(socket, &clock).await;
                 drop(permit);
             });
         }
@@ -156,7 +159,12 @@ impl Connections {
 
     /// Waits for open requests, for a limited time.
     pub(super) async fn drain(self) {
-        if timeout(DRAIN, self.under_way.shutdown()).await.is_err() {
+        if self
+            .clock
+            .timeout(DRAIN, self.under_way.shutdown())
+            .await
+            .is_err()
+        {
             tracing::warn!("some requests did not finish in time");
         }
     }
@@ -219,7 +227,7 @@ fn n_connections_max() -> usize {
 }
 
 /// Answers 503 before any request is read.
-async fn turn_away(mut socket: TcpStream) {
+async fn turn_away(mut socket: TcpStream, clock: &Clock) {
     let answer = format!(
         "HTTP/1.1 503 Service Unavailable\r\nretry-after: 1\r\nconnection: close\r\n\
          content-type: application/problem+json\r\ncontent-length: {}\r\n\r\n{NO_PLACE}",
@@ -232,7 +240,7 @@ async fn turn_away(mut socket: TcpStream) {
         tokio::io::copy(&mut socket, &mut tokio::io::sink()).await
     };
     // The client may be gone.
-    let _ = timeout(TURN_AWAY_TIME, answered).await;
+    let _ = clock.timeout(TURN_AWAY_TIME, answered).await;
 }
 
 #[cfg(test)]

@@ -5,19 +5,20 @@ use std::{
     time::{Duration, Instant},
 };
 
+use clock::Clock;
+
 use super::{Actor, Checkpoint, Command, Context, IdempotencyKey, LiveMission, StoredPlan};
 use crate::{
     deadline::Arrival,
     metrics::{Counted, PlanFor},
     missions::{
         check,
-        clock::{Clock, ClockWatch},
+        clock::{ClockWatch, MissionClock},
         event::{Event, answer, planned, previous},
         state::{MissionState, facts},
     },
     pool::Priority,
     problem::Problem,
-    unix_time::unix_now,
 };
 use wire::{
     FieldError, Outcome, PlanRequest,
@@ -45,13 +46,13 @@ impl Live {
     pub(in crate::missions) fn new(context: Context, made: Arc<LiveMission>, state: MissionState) -> Self {
         let LiveMission { config, clock } = &*made;
         let mut this = Self {
-            due: next_due(clock, config.period_s),
+            due: next_due(clock, config.period_s, context.clock()),
             period: Duration::from_secs_f64(config.period_s / config.clock_rate),
+            watch: ClockWatch::new(context.clock()),
             context,
             state,
             made,
             since_checkpoint: 0,
-            watch: ClockWatch::new(),
             does_not_follow: None,
         };
         this.show_waits_for();
@@ -70,7 +71,7 @@ impl Actor for Live {
     }
 
     async fn execute(&mut self, command: Command, key: Option<IdempotencyKey>) -> Result<Vec<u8>, Problem> {
-        let at_s = unix_now();
+        let at_s = self.context.clock().unix_s();
         let event = match command {
             Command::Step(_) => {
                 let why = "a live mission runs by the clock; only simulated missions take steps";
@@ -93,7 +94,7 @@ impl Actor for Live {
             }
             Command::Change(setting, _) => return self.change(at_s, setting, key).await,
             Command::Run(None) => {
-                self.due = next_due(&self.made.clock, self.made.config.period_s);
+                self.due = next_due(&self.made.clock, self.made.config.period_s, self.context.clock());
                 let speed_factor = None;
                 Event::Ran { at_s, speed_factor }
             }
@@ -110,7 +111,7 @@ impl Actor for Live {
         let due = self.due;
         self.set_next_due();
         self.note_clock_set().await;
-        let now = self.made.clock.now();
+        let now = self.made.clock.now(self.context.clock());
         let Some(request) = self.state.request(now) else {
             return self.show_waits_for();
         };
@@ -198,7 +199,7 @@ impl Live {
     }
 
     async fn plan_for(&mut self, request: PlanRequest, now: f64, due: Instant) -> Result<(), Problem> {
-        let made_at = Instant::now();
+        let made_at = self.context.clock().now();
         // The other half of the period is for the disk and for other missions.
         let made = self
             .context
@@ -210,7 +211,7 @@ impl Live {
             )
             .await?;
         let answer = answer(&made, self.state.origin());
-        let late = due.elapsed();
+        let late = self.context.clock().since(due);
         let event = planned(now, late, &made, &answer);
         let mut state = self.state.clone();
         state.set_previous_plan(previous(&made, self.state.origin()));
@@ -238,9 +239,11 @@ impl Live {
 
     /// Stores an event if the service's clock was set since the last plan: reports from before and after do not match then.
     async fn note_clock_set(&mut self) {
-        let Some(by_s) = self.watch.set_by() else { return };
+        let Some(by_s) = self.watch.set_by(self.context.clock()) else {
+            return;
+        };
         tracing::warn!(mission = self.context.mission.id, by_s, "the clock was set");
-        let at_s = unix_now();
+        let at_s = self.context.clock().unix_s();
         match self
             .context
             .append(vec![Event::ClockSet { at_s, by_s }], None, None)
@@ -253,7 +256,7 @@ impl Live {
 
     /// The next plan is due a period after this one. Plans whose time has passed are missed.
     fn set_next_due(&mut self) {
-        let now = Instant::now();
+        let now = self.context.clock().now();
         self.due += self.period;
         let mut missed = 0;
         while self.due < now {
@@ -304,7 +307,7 @@ impl Live {
     }
 
     fn show_waits_for(&self) {
-        let waits_for = self.state.waits_for(self.made.clock.now());
+        let waits_for = self.state.waits_for(self.made.clock.now(self.context.clock()));
         self.context.view.send_if_modified(|view| {
             let changed = view.waits_for != waits_for;
             view.waits_for = waits_for;
@@ -319,8 +322,8 @@ fn follows(plan: &StoredPlan) -> bool {
 
 /// When the mission's clock next shows a whole number of periods since its creation. So a restart does not align the plans of
 /// all missions.
-fn next_due(clock: &Clock, period: f64) -> Instant {
-    let since = (clock.now() - clock.created) / period;
+fn next_due(clock: &MissionClock, period: f64, machine: &Clock) -> Instant {
+    let since = (clock.now(machine) - clock.created) / period;
     let left = (since.ceil() - since).clamp(0.0, 1.0) * period / clock.rate;
-    Instant::now() + Duration::from_secs_f64(left)
+    machine.now() + Duration::from_secs_f64(left)
 }

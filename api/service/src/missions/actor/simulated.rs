@@ -6,6 +6,8 @@ use std::{
     time::{Duration, Instant},
 };
 
+use clock::Clock;
+
 use super::{
     Actor, Checkpoint, Command, Context, FIXED_SETTING, IdempotencyKey, NO_REPORTS, Stored, StoredPlan,
 };
@@ -17,7 +19,6 @@ use crate::{
     },
     problem::Problem,
     store::StoreError,
-    unix_time::unix_now,
 };
 use wire::mission;
 
@@ -41,10 +42,10 @@ pub(in crate::missions) struct Simulated {
 impl Simulated {
     pub(in crate::missions) fn new(context: Context, config: mission::Simulated) -> Self {
         Self {
-            context,
             config,
             simulation: None,
-            due: Instant::now(),
+            due: context.clock().now(),
+            context,
             patience: PATIENCE,
         }
     }
@@ -60,7 +61,7 @@ impl Actor for Simulated {
     }
 
     async fn execute(&mut self, command: Command, key: Option<IdempotencyKey>) -> Result<Vec<u8>, Problem> {
-        let at_s = unix_now();
+        let at_s = self.context.clock().unix_s();
         let event = match command {
             Command::Report(..) => return Err(Problem::conflict(NO_REPORTS)),
             Command::Change(..) => return Err(Problem::conflict(FIXED_SETTING)),
@@ -69,7 +70,7 @@ impl Actor for Simulated {
             }
             Command::Step(ticks) => return Ok(self.step(ticks, key).await?.answer),
             Command::Run(speed_factor) => {
-                self.due = Instant::now();
+                self.due = self.context.clock().now();
                 Event::Ran { at_s, speed_factor }
             }
             Command::Pause => Event::Paused { at_s },
@@ -83,7 +84,11 @@ impl Actor for Simulated {
         let ticks = match self.context.mission.speed_factor {
             Some(factor) => {
                 // A late plan delays the later ones: the simulation does not catch up.
-                self.due = Instant::now().max(self.due + Duration::from_secs_f64(1.0 / factor));
+                self.due = self
+                    .context
+                    .clock()
+                    .now()
+                    .max(self.due + Duration::from_secs_f64(1.0 / factor));
                 1
             }
             None => TICKS_AT_ONCE,
@@ -94,7 +99,7 @@ impl Actor for Simulated {
                 ?problem,
                 "the simulation did not advance"
             );
-            self.due = Instant::now() + self.patience;
+            self.due = self.context.clock().now() + self.patience;
             self.patience = PATIENCE_MAX.min(2 * self.patience);
         } else {
             self.patience = PATIENCE;
@@ -109,10 +114,11 @@ impl Simulated {
             Some(simulation) => simulation,
             None => self.simulate_again().await?,
         };
+        let clock = self.context.clock().clone();
         let worked = self
             .context
             .planners
-            .simulate(move || simulate(simulation, ticks));
+            .simulate(move || simulate(simulation, ticks, &clock));
         let (simulation, ticks, end) = worked.await?;
         let n_plans = ticks.len() as u64;
         let plan = ticks.last().map(|tick| {
@@ -145,9 +151,10 @@ impl Simulated {
     /// The simulation as it was after the last stored event.
     async fn simulate_again(&self) -> Result<Box<Simulation>, Problem> {
         let (store, config) = (self.context.store.clone(), self.config.clone());
+        let clock = self.context.clock().clone();
         let (number, sequence) = (self.context.number, self.context.mission.sequence);
         let again = self.context.planners.simulate(move || {
-            let mut simulation = Simulation::new(&config).map_err(StoreError::Damaged)?;
+            let mut simulation = Simulation::new(&config, &clock).map_err(StoreError::Damaged)?;
             store.reader()?.each(number, 0, sequence, &mut |stored| {
                 if let Event::Planned(planned) = Event::read(stored)? {
                     let ticked = simulation.tick(Some(&planned));
@@ -162,19 +169,23 @@ impl Simulated {
 }
 
 /// Makes up to `n_ticks` plans. The event is that of the end, if it came.
-fn simulate(mut simulation: Box<Simulation>, n_ticks: u32) -> (Box<Simulation>, Vec<Tick>, Option<Event>) {
+fn simulate(
+    mut simulation: Box<Simulation>,
+    n_ticks: u32,
+    clock: &Clock,
+) -> (Box<Simulation>, Vec<Tick>, Option<Event>) {
     let mut ticks = vec![];
     for _ in 0..n_ticks {
         match simulation.tick(None) {
             Ok(tick) => ticks.push(tick),
             Err(error) => {
                 let reason = error.to_string();
-                let at_s = unix_now();
+                let at_s = clock.unix_s();
                 return (simulation, ticks, Some(Event::Failed { at_s, reason }));
             }
         }
         if simulation.is_over() {
-            return (simulation, ticks, Some(Event::Finished { at_s: unix_now() }));
+            return (simulation, ticks, Some(Event::Finished { at_s: clock.unix_s() }));
         }
     }
     (simulation, ticks, None)

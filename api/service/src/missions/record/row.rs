@@ -6,7 +6,7 @@ use ::record::table::{ESTIMATED, KNOWN, Row, SURFACE_CRAFT};
 use sim::record::method_name;
 
 use crate::missions::{
-    clock::Clock,
+    clock::MissionClock,
     event::{Event, Planned},
 };
 use wire::{
@@ -25,7 +25,7 @@ pub(super) fn outcome(outcome: Outcome) -> &'static str {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Timeline {
     /// A live mission's clock, which runs by itself.
-    live: Option<Clock>,
+    live: Option<MissionClock>,
     /// A simulated mission's clock, which stands still between plans: the time of the last plan, s since the start.
     planned: f64,
 }
@@ -59,7 +59,7 @@ impl Timeline {
             }
             Event::Created { at_s, mission } => {
                 let live = mission.live.as_ref();
-                self.live = live.map(|live| Clock::new(*at_s, Some(live)));
+                self.live = live.map(|live| MissionClock::new(*at_s, Some(live)));
                 *at_s
             }
             Event::Ran { at_s, .. }
@@ -73,7 +73,7 @@ impl Timeline {
         match self.live {
             None => self.planned,
             // Exact to the bit if the mission's clock is the service's.
-            Some(Clock { rate: 1.0, .. }) => at_s,
+            Some(MissionClock { rate: 1.0, .. }) => at_s,
             Some(clock) => clock.at(at_s),
         }
     }

@@ -5,6 +5,7 @@ use ::mcap::MessageStream;
 use ::parquet::file::reader::{FileReader as _, SerializedFileReader};
 use allocation_counter::measure;
 use axum::body::Bytes;
+use clock::Clock;
 use serde_json::{Value, json};
 use sim::record::method_name;
 use tempfile::TempDir;
@@ -44,7 +45,7 @@ struct Logged {
 impl Logged {
     async fn of(events: impl IntoIterator<Item = Event>) -> Self {
         let directory = tempfile::tempdir().expect("is made");
-        let log = EventStore::open(directory.path()).expect("opens");
+        let log = EventStore::open(directory.path(), &Clock::machine()).expect("opens");
         let reader = log.reader().expect("opens");
         let mut logged = Self {
             _directory: directory,

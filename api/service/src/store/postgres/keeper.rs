@@ -3,14 +3,15 @@
 use std::{
     collections::HashMap,
     sync::{PoisonError, Weak},
-    thread,
     time::Duration,
 };
+
+use clock::Clock;
 
 use super::{
     super::error::StoreError,
     link::Link,
-    member::{BEATS, Member, Shared, running_time},
+    member::{BEATS, Member, Shared},
 };
 
 /// Renews the lease, on a thread and a connection of its own.
@@ -35,17 +36,18 @@ impl Keeper {
     }
 
     /// Until the service leaves or its store is dropped.
-    pub(super) fn run(&mut self, shared: &Weak<Shared>) {
+    pub(super) async fn run(mut self, shared: Weak<Shared>, clock: Clock) {
         let mut fails = false;
         // The first had more patience than a lease has.
         self.link = None;
         while let Some(shared) = shared.upgrade() {
-            let beating = shared.beating.lock().unwrap_or_else(PoisonError::into_inner);
-            if shared.state().until.is_none() {
-                return;
-            }
-            let beat = self.beat(&shared);
-            drop(beating);
+            let beat = {
+                let _beating = shared.beating.lock().unwrap_or_else(PoisonError::into_inner);
+                if shared.state().until.is_none() {
+                    return;
+                }
+                self.beat(&shared)
+            };
             match beat {
                 Ok(()) if fails => tracing::info!("the lease is renewed again"),
                 Ok(()) => {}
@@ -60,7 +62,7 @@ impl Keeper {
             fails &= self.link.is_none();
             let pause = shared.member.lease / BEATS;
             drop(shared);
-            thread::sleep(pause);
+            clock.sleep(pause).await;
         }
     }
 
@@ -80,7 +82,7 @@ impl Keeper {
         };
         let link = self.link.insert(link);
         self.beats += 1;
-        let sent = running_time();
+        let sent = shared.clock.up();
         let is_new = link.execute(BEAT, &[id, &self.beats])? == 0;
         if is_new {
             let lease_ms = i64::try_from(lease.as_millis()).unwrap_or(i64::MAX);
@@ -105,7 +107,7 @@ impl Keeper {
         let Some(link) = &self.link else { return Ok(()) };
         let lease = shared.member.lease;
         let others = link.query(OTHERS, &[&shared.id])?;
-        let now = running_time();
+        let now = shared.clock.up();
         // A pause of an eighth and a slow beat are less.
         if self.answered + lease * 3 / 4 < now {
             // The others may have been cut off too: they have a whole lease from now.
@@ -136,7 +138,7 @@ impl Keeper {
             seen.insert(id, (beat, since));
         }
         self.seen = seen;
-        self.answered = running_time();
+        self.answered = shared.clock.up();
         Ok(())
     }
 }

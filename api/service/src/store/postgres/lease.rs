@@ -7,15 +7,16 @@
 
 use std::{
     sync::{Arc, Mutex, PoisonError},
-    thread,
     time::Duration,
 };
+
+use clock::Clock;
 
 use super::{
     super::{entry::StoredMission, error::StoreError, reader::stored_mission, rows::Row, sql::without_nul},
     keeper::Keeper,
     link::{Database, PATIENCE},
-    member::{BEATS, Member, Shared, running_time},
+    member::{BEATS, Member, Shared},
 };
 use crate::request_id::new_id;
 
@@ -57,9 +58,10 @@ pub struct Lease(Arc<Shared>);
 
 impl Lease {
     /// Registers the service, and starts to renew its lease.
-    pub(crate) fn join(database: Database, member: Member) -> Result<Self, StoreError> {
+    pub(crate) fn join(database: Database, member: Member, clock: &Clock) -> Result<Self, StoreError> {
         let link = database.connect_for(member.lease.max(PATIENCE))?;
         let shared = Arc::new(Shared {
+            clock: clock.clone(),
             database,
             member,
             id: new_id(),
@@ -69,9 +71,8 @@ impl Lease {
         let mut keeper = Keeper::new(link);
         keeper.beat(&shared)?;
         let weak = Arc::downgrade(&shared);
-        thread::Builder::new()
-            .name("lease".to_owned())
-            .spawn(move || keeper.run(&weak))
+        clock
+            .spawn_thread("lease", keeper.run(weak, clock.clone()))
             .map_err(|error| StoreError::open(shared.database.name().as_ref(), &error))?;
         Ok(Self(shared))
     }
@@ -85,7 +86,7 @@ impl Lease {
     pub fn incarnation(&self) -> Result<u64, StoreError> {
         let state = self.0.state();
         match state.until {
-            Some(until) if running_time() < until => Ok(state.incarnation),
+            Some(until) if self.0.clock.up() < until => Ok(state.incarnation),
             Some(_) => Err(StoreError::Lapsed),
             None => Err(StoreError::Closed),
         }

@@ -6,7 +6,7 @@ use std::{
     fmt,
     pin::pin,
     sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError},
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 use futures_util::TryStreamExt as _;
@@ -16,7 +16,11 @@ use tokio::{
 };
 use tokio_postgres::{Client, Config, Error, Statement, error::SqlState, types::ToSql};
 
-use super::{super::error::StoreError, tls::Tls, wait::wait_until};
+use super::{
+    super::error::StoreError,
+    tls::Tls,
+    wait::{wait_for, wait_while},
+};
 
 /// Longest wait for an answer of the database: a commit may wait for a standby.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(3);
@@ -117,7 +121,7 @@ impl Database {
         let runtime = runtime.as_ref().ok_or(StoreError::Closed)?;
         let connecting = runtime.spawn(first_of(hosts.clone(), tls.clone()));
         let abort = connecting.abort_handle();
-        let Some(connected) = wait_until(connecting, Instant::now() + patience.min(CONNECT_TIME)) else {
+        let Some(connected) = wait_for(connecting, patience.min(CONNECT_TIME)) else {
             abort.abort();
             return Err(StoreError::silent());
         };
@@ -142,14 +146,8 @@ impl Database {
 
     fn one_of(&self, most: usize) -> Result<Pooled, StoreError> {
         let all_used = |spare: &mut Spare| most <= spare.n_used;
-        let waited = self
-            .0
-            .returned
-            .wait_timeout_while(self.spare(), PATIENCE, all_used);
-        let (mut spare, waited) = waited.unwrap_or_else(PoisonError::into_inner);
-        if waited.timed_out() {
-            return Err(StoreError::Busy);
-        }
+        let mut spare =
+            wait_while(&self.0.returned, self.spare(), PATIENCE, all_used).ok_or(StoreError::Busy)?;
         spare.n_used += 1;
         let link = spare.links.pop();
         drop(spare);
@@ -217,7 +215,7 @@ impl Drop for Link {
 impl Link {
     /// Waits for the result of a query.
     pub(super) fn wait<T>(&self, work: impl Future<Output = Result<T, Error>>) -> Result<T, StoreError> {
-        match wait_until(work, Instant::now() + self.patience) {
+        match wait_for(work, self.patience) {
             Some(result) => Ok(result?),
             None => Err(StoreError::silent()),
         }

@@ -5,9 +5,9 @@ use std::{
     time::Duration,
 };
 
-use rustix::time::clock_gettime;
+use clock::Clock;
 
-use super::{super::trusted_time::RUNNING, link::Database};
+use super::link::Database;
 
 /// Beats in a lease: a service is replaced at most two eighths of a lease after its lease has ended.
 pub(super) const BEATS: u32 = 8;
@@ -24,6 +24,7 @@ pub struct Member {
 /// What the lease of a service and its keeper share.
 #[derive(Debug)]
 pub(super) struct Shared {
+    pub(super) clock: Clock,
     pub(super) database: Database,
     pub(super) member: Member,
     /// This process.
@@ -36,7 +37,7 @@ pub(super) struct Shared {
 /// How long the service owns its missions.
 #[derive(Debug, Default)]
 pub(super) struct State {
-    /// When the lease ends, by [`running_time`]; none after the service has left.
+    /// When the lease ends, by [`Clock::up`]; none after the service has left.
     pub(super) until: Option<Duration>,
     /// Rises when the service had lost its missions.
     pub(super) incarnation: u64,
@@ -46,10 +47,4 @@ impl Shared {
     pub(super) fn state(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
-}
-
-/// The kernel's time since boot, which no setting of a clock changes and which counts a machine's sleep.
-pub(super) fn running_time() -> Duration {
-    let now = clock_gettime(RUNNING);
-    Duration::new(now.tv_sec.unsigned_abs(), u32::try_from(now.tv_nsec).unwrap_or(0))
 }

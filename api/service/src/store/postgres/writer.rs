@@ -2,14 +2,12 @@
 
 use std::{
     collections::{HashMap, HashSet},
-    ops::ControlFlow,
-    sync::mpsc::{Receiver, RecvTimeoutError},
     time::{Duration, Instant},
 };
 
 use super::{
     super::{
-        command::{Closed, Command, LogWriter, Waiting, carry_out, n_stored, reply_to_each},
+        command::{LogWriter, Waiting, n_stored, reply_to_each},
         entry::{Append, Appended, AuditEntry},
         error::StoreError,
         shares::{Shares, Taken},
@@ -101,7 +99,9 @@ impl PostgresWriter {
     }
 
     fn read_shares(&mut self) -> Result<(), StoreError> {
-        let is_new = self.shares_read.is_some_and(|read| read.elapsed() < SHARES_LIFE);
+        let is_new = self
+            .shares_read
+            .is_some_and(|read| self.clock.machine.since(read) < SHARES_LIFE);
         if is_new || self.most == u64::MAX {
             return Ok(());
         }
@@ -111,7 +111,7 @@ impl PostgresWriter {
             Ok((owner, bytes.unsigned_abs()))
         });
         self.shares = Shares::new(self.most, taken.collect::<Result<_, StoreError>>()?);
-        self.shares_read = Some(Instant::now());
+        self.shares_read = Some(self.clock.machine.now());
         Ok(())
     }
 
@@ -154,28 +154,19 @@ impl PostgresWriter {
 }
 
 impl LogWriter for PostgresWriter {
-    fn work(&mut self, commands: &Receiver<Command>) -> Option<Closed> {
-        loop {
-            let idle = if self.purge.is_empty() {
-                Duration::MAX
-            } else {
-                PURGE_PAUSE
-            };
-            match commands.recv_timeout(idle) {
-                Ok(first) => {
-                    if let ControlFlow::Break(closed) = carry_out(self, COMMIT_MAX, first, commands) {
-                        return Some(closed);
-                    }
-                }
-                Err(RecvTimeoutError::Timeout) => {
-                    if let Err(error) = self.purge_some() {
-                        tracing::warn!(%error, "cannot free the disk space of a deleted mission yet");
-                        // They are read again with the next time that is kept.
-                        self.purge.clear();
-                    }
-                }
-                Err(RecvTimeoutError::Disconnected) => return None,
-            }
+    fn commit_max(&self) -> usize {
+        COMMIT_MAX
+    }
+
+    fn rest(&self) -> Option<Duration> {
+        (!self.purge.is_empty()).then_some(PURGE_PAUSE)
+    }
+
+    fn upkeep(&mut self) {
+        if let Err(error) = self.purge_some() {
+            tracing::warn!(%error, "cannot free the disk space of a deleted mission yet");
+            // They are read again with the next time that is kept.
+            self.purge.clear();
         }
     }
 
@@ -193,14 +184,14 @@ impl LogWriter for PostgresWriter {
                 .partition(|(append, _)| missions.insert(append.mission.clone()));
             waiting = later;
             let appends: Vec<&Append> = batch.iter().map(|(append, _)| append).collect();
-            let start = Instant::now();
+            let start = self.clock.machine.now();
             let mut committed = self.commit(&appends);
             if let ([_], Err(StoreError::Refused(_))) = (&appends[..], &committed) {
                 // Another service may have stored the same request just now: then its key has an answer.
                 committed = self.commit(&appends);
             }
             let n_events = committed.as_ref().ok().map(|done| n_stored(&appends, done));
-            self.metrics.committed(start.elapsed(), n_events);
+            self.metrics.committed(self.clock.machine.since(start), n_events);
             match committed {
                 Ok(appended) => reply_to_each(batch, appended.into_iter().map(Ok)),
                 // One bad append must not fail the others.
