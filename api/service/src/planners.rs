@@ -259,14 +259,12 @@ impl Planners {
             Err(TryRecvError::Closed) => Some(Err(Problem::Panicked)),
             Err(TryRecvError::Empty) => None,
         };
-        match self.clock.by(deadline.instant(), arrived).await {
-            Some(planned) => planned,
-            None => {
-                let planners = self.clone();
-                let lower = self.clock.run_blocking(move || planners.lower_levels(snapshot));
-                lower.await.map_err(|_| Problem::Panicked)
-            }
+        if let Some(planned) = self.clock.by(deadline.instant(), arrived).await {
+            return planned;
         }
+        let planners = self.clone();
+        let lower = self.clock.run_blocking(move || planners.lower_levels(snapshot));
+        lower.await.map_err(|_| Problem::Panicked)
     }
 
     /// Waits until a thread of each pool for requests is free.

@@ -89,15 +89,15 @@ pub(super) async fn run(mut writer: impl LogWriter, mut commands: Receiver<Comma
                     continue;
                 }
             },
-            Some(rest) => match clock.timeout(rest, commands.recv()).await {
-                Ok(command) => command,
-                Err(_) => {
+            Some(rest) => {
+                let Ok(command) = clock.timeout(rest, commands.recv()).await else {
                     if unless_panicked(&mut writer, LogWriter::upkeep).is_err() {
                         return;
                     }
                     continue;
-                }
-            },
+                };
+                command
+            }
         };
         let Some(first) = first else { return };
         let carried_out = unless_panicked(&mut writer, |writer| {
