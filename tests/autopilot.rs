@@ -52,7 +52,7 @@ const PARAMETERS: [(&str, f32); 5] = [
     ("SERVO3_FUNCTION", 70.0),
 ];
 /// The system of the boat.
-const SYSTEM: u32 = 1;
+pub const SYSTEM: u32 = 1;
 
 /// What the boat is and does.
 #[derive(Clone, Debug)]
@@ -75,7 +75,8 @@ pub struct Boat {
     pub references: u64,
     /// Orders received: of a mode, or to arm.
     pub orders: u64,
-    reference: Option<(f64, f64, Instant)>,
+    /// Speed, m/s, heading, rad, and when they came, s.
+    reference: Option<(f64, f64, f64)>,
     yaw_rate: f64,
 }
 
@@ -94,19 +95,7 @@ impl StandIn {
     /// Without a free port: the test's finding.
     #[must_use]
     pub fn start(current: Vector2<f64>) -> Self {
-        let boat = Arc::new(Mutex::new(Boat {
-            position: Vector2::zeros(),
-            heading: 1.6,
-            speed: 0.0,
-            mode: HOLD,
-            is_armed: false,
-            has_heartbeat: true,
-            has_position: true,
-            references: 0,
-            orders: 0,
-            reference: None,
-            yaw_rate: 0.0,
-        }));
+        let boat = Arc::new(Mutex::new(Boat::moored()));
         let others = Arc::new(Mutex::new(VecDeque::new()));
         let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
         let address = listener.local_addr().expect("it listens");
@@ -189,7 +178,8 @@ fn sail(
     listener.set_nonblocking(true).expect("the listener can be asked");
     let mut client: Option<(TcpStream, MavlinkReader<TcpStream>)> = None;
     let mut step: u64 = 0;
-    let mut next = Instant::now();
+    let began = Instant::now();
+    let mut next = began;
     loop {
         if let Ok((stream, _)) = listener.accept() {
             stream
@@ -202,11 +192,11 @@ fn sail(
         if let Some((_, reader)) = &mut client {
             while let Ok((header, message)) = reader.read_any_message::<MavMessage>() {
                 if header.component_id != 1 {
-                    lock(boat).take(&message, &mut answers);
+                    lock(boat).take(&message, began.elapsed().as_secs_f64(), &mut answers);
                 }
             }
         }
-        lock(boat).step(STEP.as_secs_f64(), &current);
+        lock(boat).step(began.elapsed().as_secs_f64(), STEP.as_secs_f64(), &current);
         let mut frames = lock(boat).messages(step, &current);
         frames.append(&mut answers);
         let mut bytes: Vec<u8> = frames.iter().flat_map(|message| frame(SYSTEM, message)).collect();
@@ -228,13 +218,32 @@ fn is_gone(written: io::Result<()>) -> bool {
 }
 
 impl Boat {
-    fn take(&mut self, message: &MavMessage, answers: &mut Vec<MavMessage>) {
+    /// At (0, 0), heading east, in mode HOLD and disarmed.
+    #[must_use]
+    pub fn moored() -> Self {
+        Self {
+            position: Vector2::zeros(),
+            heading: 1.6,
+            speed: 0.0,
+            mode: HOLD,
+            is_armed: false,
+            has_heartbeat: true,
+            has_position: true,
+            references: 0,
+            orders: 0,
+            reference: None,
+            yaw_rate: 0.0,
+        }
+    }
+
+    /// Takes a message at `t_s`, s; adds its answers.
+    pub fn take(&mut self, message: &MavMessage, t_s: f64, answers: &mut Vec<MavMessage>) {
         match message {
             MavMessage::SET_POSITION_TARGET_LOCAL_NED(target) => {
                 self.references += 1;
                 if self.mode == GUIDED && target.type_mask.bits() == 0x9C7 {
                     let speed = f64::from(target.vx.hypot(target.vy).min(WP_SPEED));
-                    self.reference = Some((speed, f64::from(target.yaw), Instant::now()));
+                    self.reference = Some((speed, f64::from(target.yaw), t_s));
                 }
             }
             MavMessage::COMMAND_LONG(order) => {
@@ -270,10 +279,11 @@ impl Boat {
         }
     }
 
-    fn step(&mut self, dt: f64, current: &Vector2<f64>) {
+    /// Sails for `dt` from `t_s` on, s, in a current (north, east), m/s.
+    pub fn step(&mut self, t_s: f64, dt: f64, current: &Vector2<f64>) {
         let fresh = self
             .reference
-            .filter(|(_, _, at)| at.elapsed().as_secs_f64() <= REFERENCE_AGE_MAX);
+            .filter(|(_, _, at)| t_s - at <= REFERENCE_AGE_MAX);
         let may_run = self.is_armed && self.mode == GUIDED;
         let (speed, heading) = match fresh {
             Some((speed, heading, _)) if may_run => (speed, heading),
@@ -297,7 +307,8 @@ impl Boat {
     }
 
     /// Its messages at this step, of fifty in a second.
-    fn messages(&self, step: u64, current: &Vector2<f64>) -> Vec<MavMessage> {
+    #[must_use]
+    pub fn messages(&self, step: u64, current: &Vector2<f64>) -> Vec<MavMessage> {
         let mut said = vec![];
         if step.is_multiple_of(50) && self.has_heartbeat {
             let mut base_mode = MavModeFlag::MAV_MODE_FLAG_CUSTOM_MODE_ENABLED;

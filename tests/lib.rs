@@ -6,6 +6,7 @@ pub mod client;
 pub mod postgres;
 pub mod random;
 pub mod server;
+pub mod voyage;
 
 use nalgebra::Vector2;
 use planner::{

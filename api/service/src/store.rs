@@ -306,6 +306,12 @@ impl EventStore {
         self.ask(|writer| writer.vacuum()).await
     }
 
+    /// Lets the store's file grow by so many pages at most from now on, as on a disk that is full; none: without limit. For tests.
+    #[doc(hidden)]
+    pub async fn limit_growth(&self, pages: Option<u32>) -> Result<(), StoreError> {
+        self.ask(move |writer| writer.limit_growth(pages)).await
+    }
+
     /// Fails if damage was found or the store cannot be written.
     pub async fn probe(&self) -> Result<(), StoreError> {
         let damage = self.damage().clone();

@@ -65,6 +65,10 @@ pub(super) trait LogWriter {
     fn protect(&mut self) -> Result<(), StoreError>;
     /// Tests whether the store can be written.
     fn probe(&mut self) -> Result<(), StoreError>;
+    /// Lets the store grow by so many pages at most; none: without limit.
+    fn limit_growth(&mut self, _pages: Option<u32>) -> Result<(), StoreError> {
+        Ok(())
+    }
     /// Removes the deleted missions and the free space.
     fn vacuum(&mut self) -> Result<(), StoreError>;
     /// The last thing before the writer ends.

@@ -305,6 +305,14 @@ impl LogWriter for Writer {
         Ok(())
     }
 
+    fn limit_growth(&mut self, pages: Option<u32>) -> Result<(), StoreError> {
+        let now: u32 = self.connection.pragma_query_value(None, "page_count", |row| row.get(0))?;
+        let most = pages.map_or(u32::MAX - 1, |more| now + more);
+        Ok(self
+            .connection
+            .pragma_update_and_check(None, "max_page_count", most, |_| Ok(()))?)
+    }
+
     fn vacuum(&mut self) -> Result<(), StoreError> {
         while let Some(&number) = self.purge.last() {
             if purge(&self.connection, number)? {

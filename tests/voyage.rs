@@ -1,0 +1,244 @@
+//! Voyages: a service with its store, a bridge, an autopilot with its boat, an AUV with a modem, and an operator, in one process
+//! and in simulated time. A seed decides what goes wrong and when, and what every part does.
+//!
+//! ```text
+//! faults ──► boat ⇄ wire ⇄ bridge ⇄ network ⇄ host (service, store, disk) ⇄ network ⇄ operator
+//!               └───────────┴──────────┴── checker: every claim, against one history ─┘
+//! ```
+//! A voyage runs on one thread, and every wait is one of Tokio's paused clock: the same seed gives the same history, to the byte.
+
+use std::{
+    collections::BTreeMap,
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    time::Duration,
+};
+
+use clock::Clock;
+use rand::SeedableRng as _;
+use rand_chacha::ChaCha8Rng;
+use tokio::runtime::Builder;
+
+mod bridge;
+mod checker;
+mod faults;
+mod host;
+mod operator;
+mod planners;
+mod sea;
+
+use bridge::BridgeProcess;
+use checker::Checker;
+pub use checker::{CLAIMS, Entry};
+pub use faults::Kind;
+use faults::{Fault, Now, schedule};
+use host::Host;
+use operator::Operator;
+use sea::Sea;
+
+/// Wall time at the start of every voyage, Unix time, s.
+const START_S: f64 = 1.8e9;
+
+/// How a voyage goes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Course {
+    /// How long it takes, s.
+    pub duration_s: f64,
+    /// Whether nothing goes wrong.
+    pub is_nominal: bool,
+}
+
+/// What became of a voyage.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Voyage {
+    /// What it was drawn from.
+    pub seed: u64,
+    /// Simulated time, s.
+    pub duration_s: f64,
+    /// How often each kind of fault was injected.
+    pub faults: BTreeMap<Kind, u64>,
+    /// How often each claim was checked.
+    pub claims: BTreeMap<&'static str, u64>,
+    /// The first claim that did not hold.
+    pub broken: Option<String>,
+    /// The newest events.
+    pub last: Vec<Entry>,
+    /// Digest of the whole history.
+    pub digest: u64,
+}
+
+impl Voyage {
+    /// What went wrong, with the faults and the newest events, as a person reads it.
+    #[must_use]
+    pub fn told(&self) -> String {
+        let broken = self.broken.as_deref().unwrap_or("every claim holds");
+        let faults: Vec<String> = self.faults.iter().map(|(kind, n)| format!("{n} {kind}")).collect();
+        let mut told = format!(
+            "seed {}: {broken}\nfaults: {}\n\n{:>10}  {:<9} event\n",
+            self.seed,
+            faults.join(", "),
+            "time, s",
+            "who"
+        );
+        for Entry { t_s, who, what } in &self.last {
+            told += &format!("{t_s:10.3}  {who:<9} {what}\n");
+        }
+        told + "\ntime since the start of the voyage; who did it: sea (boat, AUV), wire (between boat and bridge), bridge, network\n\
+                (between bridge, operator and service), host (service and store), operator, fault (begins, ends)\n"
+    }
+}
+
+/// What every part of a voyage shares.
+struct World {
+    /// The clock of the boat's computer, where the bridge runs.
+    aboard: Clock,
+    /// The clock of the service's machine.
+    ashore: Clock,
+    start: std::time::Instant,
+    course: Course,
+    checker: Mutex<Checker>,
+    /// The faults that are active.
+    now: Mutex<Now>,
+}
+
+impl World {
+    /// Time since the start, s.
+    fn t_s(&self) -> f64 {
+        self.aboard.since(self.start).as_secs_f64()
+    }
+
+    fn checker(&self) -> MutexGuard<'_, Checker> {
+        lock(&self.checker)
+    }
+
+    fn now(&self) -> MutexGuard<'_, Now> {
+        lock(&self.now)
+    }
+
+    fn note(&self, who: &'static str, what: impl Into<String>) {
+        let t_s = self.t_s();
+        self.checker().note(t_s, who, what.into());
+    }
+
+    /// A claim with that name; `otherwise` says what was seen in its place.
+    fn claim(&self, name: &'static str, holds: bool, otherwise: impl FnOnce() -> String) {
+        let t_s = self.t_s();
+        self.checker().claim(t_s, name, holds, otherwise);
+    }
+
+    fn is_broken(&self) -> bool {
+        self.checker().broken.is_some()
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// A stream of random numbers of its own for each part, so that one more draw of one part changes no other.
+fn rng(seed: u64, part: u64) -> ChaCha8Rng {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    rng.set_stream(part);
+    rng
+}
+
+/// Sails the voyage of `seed`.
+///
+/// # Panics
+/// If the machine has no memory disk or no runtime can be made.
+#[must_use]
+pub fn sail(seed: u64, course: Course) -> Voyage {
+    let runtime = Builder::new_current_thread()
+        .enable_time()
+        .start_paused(true)
+        .build();
+    runtime.expect("a runtime starts").block_on(sailed(seed, course))
+}
+
+async fn sailed(seed: u64, course: Course) -> Voyage {
+    let aboard = Clock::simulated(START_S);
+    let world = Arc::new(World {
+        start: aboard.now(),
+        ashore: Clock::simulated(START_S),
+        aboard,
+        course,
+        checker: Mutex::default(),
+        now: Mutex::default(),
+    });
+    let host = Arc::new(Host::new(&world, seed));
+    host.start().await;
+    let sea = Arc::new(Sea::new(&world, seed));
+    let mut bridge = BridgeProcess::new(&world, &sea, &host, seed);
+    bridge.start();
+    let operator = tokio::spawn(Operator::new(&world, &host, seed).run());
+    let sailing = tokio::spawn(Arc::clone(&sea).sail());
+    let faults = if course.is_nominal {
+        vec![]
+    } else {
+        schedule(&mut rng(seed, 0), course.duration_s)
+    };
+    let mut counts = BTreeMap::new();
+    for fault in &faults {
+        *counts.entry(fault.kind).or_default() += 1;
+    }
+    suffer(&world, &host, &sea, &mut bridge, &faults).await;
+    operator.abort();
+    sailing.abort();
+    bridge.kill();
+    host.check_at_the_end().await;
+    let pauses = std::mem::take(&mut world.now().pauses);
+    world.checker().expect_names(&faults, &pauses, course);
+    let checker = std::mem::take(&mut *world.checker());
+    Voyage {
+        seed,
+        duration_s: world.t_s(),
+        faults: counts,
+        digest: checker.digest(),
+        claims: checker.claims,
+        broken: checker.broken,
+        last: checker.last.into(),
+    }
+}
+
+/// Lets the faults begin and end at their times, until the end of the voyage or the first broken claim.
+async fn suffer(
+    world: &Arc<World>,
+    host: &Arc<Host>,
+    sea: &Arc<Sea>,
+    bridge: &mut BridgeProcess,
+    faults: &[Fault],
+) {
+    let mut changes: Vec<(f64, usize, bool)> = vec![];
+    for (number, fault) in faults.iter().enumerate() {
+        changes.push((fault.begins_s, number, true));
+        changes.push((fault.ends_s, number, false));
+    }
+    changes.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut changes = changes.into_iter().peekable();
+    while world.t_s() < world.course.duration_s && !world.is_broken() {
+        let next_s = changes.peek().map_or(f64::INFINITY, |(at_s, ..)| *at_s);
+        // A broken claim ends a voyage within a second.
+        let wait_s = (next_s.min(world.course.duration_s) - world.t_s()).clamp(0.0, 1.0);
+        world.aboard.sleep(Duration::from_secs_f64(wait_s)).await;
+        if world.t_s() < next_s {
+            continue;
+        }
+        let Some((_, number, begins)) = changes.next() else { continue };
+        let fault = &faults[number];
+        world.note("fault", format!("{} {}", if begins { "begins:" } else { "ends:" }, fault.kind));
+        world.now().change(fault.kind, begins, world.t_s());
+        match (fault.kind, begins) {
+            (Kind::ServiceKilled, true) => host.kill(false).await,
+            (Kind::PowerLostAshore, true) => host.kill(true).await,
+            (Kind::ServiceKilled | Kind::PowerLostAshore, false) => host.start().await,
+            (Kind::BridgeKilled, true) => bridge.kill(),
+            (Kind::BridgeKilled, false) => bridge.start(),
+            (Kind::ClockSetAshore, _) => world.ashore.set_by(if begins { fault.size } else { -fault.size }),
+            (Kind::ClockSetAboard, _) => world.aboard.set_by(if begins { fault.size } else { -fault.size }),
+            (Kind::SlowThreads, true) => world.ashore.delay_threads(Duration::from_secs_f64(fault.size)),
+            (Kind::SlowThreads, false) => world.ashore.delay_threads(Duration::ZERO),
+            (Kind::DirectoryAway, away) => host.move_directory(away),
+            (Kind::DiskFull, full) => host.fill_disk(full).await,
+            (kind, begins) => sea.change(kind, begins),
+        }
+    }
+}

@@ -1,0 +1,202 @@
+//! What goes wrong, and when.
+
+use std::{collections::BTreeMap, fmt};
+
+use rand::{Rng, RngExt as _};
+
+/// A kind of fault.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Kind {
+    /// Bytes between boat and bridge are lost, late, doubled, in another order, cut or changed.
+    BadWire,
+    /// Nothing comes from the boat, and nothing comes to it.
+    WireCut,
+    /// The autopilot sends no heartbeats.
+    NoHeartbeat,
+    /// The autopilot no longer knows its position.
+    PositionUnknown,
+    /// A person takes the craft out of its guided mode.
+    TakenOver,
+    /// A person disarms the craft.
+    Disarmed,
+    /// The position is that of another receiver each second time.
+    TwoReceivers,
+    /// The heading is that of another compass each second time.
+    TwoCompasses,
+    /// The position does not change.
+    PositionFrozen,
+    /// The position is elsewhere, and stays so.
+    PositionJumped,
+    /// Requests and answers are lost, late, doubled or cut.
+    BadNetwork,
+    /// No request arrives.
+    NetworkCut,
+    /// The service is killed, and started again at the end.
+    ServiceKilled,
+    /// The same, in the middle of a write.
+    PowerLostAshore,
+    /// Planner, store and everything else that blocks waits for threads.
+    SlowThreads,
+    /// The planner's references are far beyond every limit.
+    LyingPlanner,
+    /// The directory of the store is moved away.
+    DirectoryAway,
+    /// The disk is full.
+    DiskFull,
+    /// The bridge is killed, and started again at the end.
+    BridgeKilled,
+    /// The clock of the service's machine is set, and set back at the end.
+    ClockSetAshore,
+    /// The clock of the boat's computer is set, and set back at the end.
+    ClockSetAboard,
+    /// The AUV is not heard.
+    AuvSilent,
+}
+
+/// With the shortest and longest time, s, and the smallest and largest size.
+const KINDS: [(Kind, [f64; 2], [f64; 2]); 22] = [
+    (Kind::BadWire, [5.0, 40.0], [0.0; 2]),
+    (Kind::WireCut, [1.0, 15.0], [0.0; 2]),
+    (Kind::NoHeartbeat, [6.0, 15.0], [0.0; 2]),
+    (Kind::PositionUnknown, [6.0, 15.0], [0.0; 2]),
+    (Kind::TakenOver, [3.0, 20.0], [0.0; 2]),
+    (Kind::Disarmed, [3.0, 20.0], [0.0; 2]),
+    (Kind::TwoReceivers, [15.0, 30.0], [0.0; 2]),
+    (Kind::TwoCompasses, [15.0, 30.0], [0.0; 2]),
+    (Kind::PositionFrozen, [45.0, 60.0], [0.0; 2]),
+    (Kind::PositionJumped, [20.0, 30.0], [0.0; 2]),
+    (Kind::BadNetwork, [5.0, 40.0], [0.0; 2]),
+    (Kind::NetworkCut, [10.0, 30.0], [0.0; 2]),
+    (Kind::ServiceKilled, [0.5, 25.0], [0.0; 2]),
+    (Kind::PowerLostAshore, [0.5, 25.0], [0.0; 2]),
+    (Kind::SlowThreads, [5.0, 30.0], [0.01, 1.5]),
+    (Kind::LyingPlanner, [5.0, 30.0], [0.0; 2]),
+    (Kind::DirectoryAway, [2.0, 20.0], [0.0; 2]),
+    (Kind::DiskFull, [5.0, 20.0], [0.0; 2]),
+    (Kind::BridgeKilled, [0.5, 20.0], [0.0; 2]),
+    (Kind::ClockSetAshore, [5.0, 30.0], [-7_200.0, 7_200.0]),
+    (Kind::ClockSetAboard, [5.0, 30.0], [-7_200.0, 7_200.0]),
+    (Kind::AuvSilent, [10.0, 60.0], [0.0; 2]),
+];
+
+/// Time before the first fault, s: everything is under way.
+const FIRST_S: f64 = 40.0;
+/// Between two faults, s. The longest is enough to see that everything works again.
+const PAUSE_S: [f64; 2] = [8.0, 45.0];
+/// Share of faults that begin before the one before them has ended.
+const OVERLAPS: f64 = 0.2;
+
+/// A fault of a voyage.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Fault {
+    pub(super) kind: Kind,
+    pub(super) begins_s: f64,
+    pub(super) ends_s: f64,
+    pub(super) size: f64,
+    /// Whether no other fault is active at any time of it, nor shortly before.
+    pub(super) is_alone: bool,
+}
+
+/// The faults of a voyage, by their begin.
+pub(super) fn schedule(rng: &mut impl Rng, duration_s: f64) -> Vec<Fault> {
+    let mut faults: Vec<Fault> = vec![];
+    let mut free_s = FIRST_S;
+    loop {
+        let (kind, span, size) = KINDS[rng.random_range(0..KINDS.len())];
+        let overlaps = !faults.is_empty() && rng.random_bool(OVERLAPS);
+        let begins_s = if overlaps {
+            free_s - rng.random_range(0.0..PAUSE_S[0])
+        } else {
+            free_s + rng.random_range(PAUSE_S[0]..PAUSE_S[1])
+        };
+        let ends_s = begins_s + rng.random_range(span[0]..span[1]);
+        let size = rng.random_range(size[0]..=size[1]);
+        if duration_s <= ends_s {
+            return faults;
+        }
+        let is_same = |fault: &Fault| fault.kind.process() == kind.process() && begins_s <= fault.ends_s;
+        if faults.iter().any(is_same) {
+            continue;
+        }
+        free_s = free_s.max(ends_s);
+        faults.push(Fault {
+            kind,
+            begins_s,
+            ends_s,
+            size,
+            is_alone: true,
+        });
+        faults.sort_by(|a, b| a.begins_s.total_cmp(&b.begins_s));
+        for k in 1..faults.len() {
+            if faults[k].begins_s < faults[k - 1].ends_s + PAUSE_S[0] {
+                faults[k].is_alone = false;
+                faults[k - 1].is_alone &= faults[k - 1].ends_s <= faults[k].begins_s;
+            }
+        }
+    }
+}
+
+impl Kind {
+    /// Faults of the same number are not active at the same time.
+    fn process(self) -> u8 {
+        match self {
+            Self::ServiceKilled | Self::PowerLostAshore | Self::DirectoryAway | Self::DiskFull => 0,
+            Self::TakenOver | Self::Disarmed => 1,
+            Self::TwoReceivers | Self::PositionFrozen | Self::PositionJumped => 2,
+            other => 10 + other as u8,
+        }
+    }
+}
+
+impl fmt::Display for Kind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let name = format!("{self:?}");
+        for (place, letter) in name.char_indices() {
+            if letter.is_uppercase() && 0 < place {
+                f.write_str(" ")?;
+            }
+            write!(f, "{}", letter.to_lowercase())?;
+        }
+        Ok(())
+    }
+}
+
+/// The faults that are active, since when, and when the last one ended.
+#[derive(Debug, Default)]
+pub(super) struct Now {
+    active: BTreeMap<Kind, f64>,
+    pub(super) quiet_since_s: f64,
+    /// Whether the operator has paused the mission.
+    pub(super) is_paused: bool,
+    /// When the operator paused it, and ran it again, s.
+    pub(super) pauses: Vec<[f64; 2]>,
+}
+
+impl Now {
+    pub(super) fn change(&mut self, kind: Kind, begins: bool, t_s: f64) {
+        if begins {
+            self.active.insert(kind, t_s);
+        } else {
+            self.active.remove(&kind);
+        }
+        self.quiet_since_s = t_s;
+    }
+
+    pub(super) fn has(&self, kind: Kind) -> bool {
+        self.active.contains_key(&kind)
+    }
+
+    /// Since when that fault has been active, s.
+    pub(super) fn since_s(&self, kind: Kind) -> Option<f64> {
+        self.active.get(&kind).copied()
+    }
+
+    /// For how long nothing has been wrong, s.
+    pub(super) fn quiet_s(&self, t_s: f64) -> f64 {
+        if self.active.is_empty() {
+            t_s - self.quiet_since_s
+        } else {
+            0.0
+        }
+    }
+}

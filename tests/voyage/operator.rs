@@ -1,0 +1,78 @@
+//! An operator ashore: writes into the mission's log, and now and then pauses the mission.
+
+use std::{sync::Arc, time::Duration};
+
+use rand::RngExt as _;
+use rand_chacha::ChaCha8Rng;
+use serde_json::json;
+
+use super::{
+    World,
+    host::{Host, Request},
+    rng,
+};
+
+/// Between two tries.
+const RETRY: Duration = Duration::from_millis(500);
+/// Share of the actions that pause the mission.
+const PAUSES: f64 = 0.15;
+
+pub(super) struct Operator {
+    world: Arc<World>,
+    host: Arc<Host>,
+    rng: ChaCha8Rng,
+    key: u64,
+}
+
+impl Operator {
+    pub(super) fn new(world: &Arc<World>, host: &Arc<Host>, seed: u64) -> Self {
+        Self {
+            world: Arc::clone(world),
+            host: Arc::clone(host),
+            rng: rng(seed, 2),
+            key: 0,
+        }
+    }
+
+    pub(super) async fn run(mut self) {
+        loop {
+            let wait_s = self.rng.random_range(4.0..25.0);
+            self.world.ashore.sleep(Duration::from_secs_f64(wait_s)).await;
+            let Some(mission) = self.host.mission() else { continue };
+            if !self.world.course.is_nominal && self.rng.random_bool(PAUSES) {
+                let begins_s = self.world.t_s();
+                self.world.now().is_paused = true;
+                self.until_done(&mission, "pause", json!({})).await;
+                let wait_s = self.rng.random_range(2.0..15.0);
+                self.world.ashore.sleep(Duration::from_secs_f64(wait_s)).await;
+                self.until_done(&mission, "run", json!({})).await;
+                let t_s = self.world.t_s();
+                let mut now = self.world.now();
+                (now.is_paused, now.quiet_since_s) = (false, t_s);
+                now.pauses.push([begins_s, t_s]);
+            } else {
+                let text = format!("operator {}", self.key);
+                let note = json!({ "notes": [{ "t_s": self.world.ashore.unix_s() - 0.5, "text": text }] });
+                self.until_done(&mission, "reports", note).await;
+            }
+        }
+    }
+
+    /// Sends until there is an answer.
+    async fn until_done(&mut self, mission: &str, order: &str, body: serde_json::Value) {
+        self.key += 1;
+        self.world.note("operator", format!("{order} {}", self.key));
+        let request = Request {
+            path: format!("/v1/missions/{mission}/{order}"),
+            key: Some(format!("operator-{}", self.key)),
+            body: Some(body.to_string().into_bytes()),
+        };
+        loop {
+            match self.host.ask(request.clone()).await {
+                // After a clock was set, its note is of another day: it is not worth a second one.
+                Ok((status, _)) if status < 500 && status != 429 => return,
+                Ok(_) | Err(_) => self.world.ashore.sleep(RETRY).await,
+            }
+        }
+    }
+}

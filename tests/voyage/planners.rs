@@ -1,0 +1,64 @@
+//! The planner of the service: the real one, which mostly has no time for a program, and one that lies.
+
+use std::cell::Cell;
+
+use planner::{
+    angle::Heading,
+    parameters::Parameters,
+    plan::{Plan, Workspace, plan_until},
+    snapshot::Snapshot,
+    stop::Stop,
+};
+
+/// One plan in so many solves its program; the others come from the lower levels, in a tenth of the time.
+const SOLVED: u64 = 10;
+/// What a planner that lies wants, m/s.
+const SPEED: f64 = 40.0;
+
+thread_local! {
+    static LIES: Cell<bool> = const { Cell::new(false) };
+    static HAS_LIED: Cell<bool> = const { Cell::new(false) };
+    static PLANS: Cell<u64> = const { Cell::new(0) };
+}
+
+/// A voyage begins on this thread.
+pub(super) fn begin() {
+    LIES.set(false);
+    HAS_LIED.set(false);
+    PLANS.set(0);
+}
+
+/// From now on the planner lies, or no longer does.
+pub(super) fn lie(lies: bool) {
+    LIES.set(lies);
+}
+
+/// Whether it has lied in this voyage.
+pub(super) fn has_lied() -> bool {
+    HAS_LIED.get()
+}
+
+/// Plans.
+pub(super) fn plan(
+    snapshot: &Snapshot,
+    parameters: &Parameters,
+    workspace: &mut Workspace,
+    stop: &Stop,
+) -> Plan {
+    let number = PLANS.get();
+    PLANS.set(number + 1);
+    let mut plan = if number.is_multiple_of(SOLVED) {
+        plan_until(snapshot, parameters, workspace, stop)
+    } else {
+        plan_until(snapshot, parameters, workspace, &Stop::at_once())
+    };
+    if LIES.get() {
+        let heading = Heading::new(if number.is_multiple_of(2) { 1.5 } else { -1.5 });
+        HAS_LIED.set(true);
+        (plan.reference.speed, plan.reference.heading) = (SPEED, heading);
+        for point in &mut plan.trajectory {
+            (point.speed_mps, point.heading_rad) = (SPEED, heading);
+        }
+    }
+    plan
+}

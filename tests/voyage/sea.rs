@@ -1,0 +1,390 @@
+//! The boat with its autopilot, the AUV, the wire to the bridge, and what may come over it.
+
+use std::{
+    collections::BTreeMap,
+    sync::{Arc, Mutex},
+    time::Duration,
+};
+
+use bridge::wire::Input;
+use mavlink::{
+    MavlinkReader,
+    dialects::ardupilotmega::{MavCmd, MavMessage},
+};
+use nalgebra::Vector2;
+use rand::{Rng as _, RngExt as _};
+use rand_chacha::ChaCha8Rng;
+use serde_json::Value;
+
+use super::{World, faults::Kind, lock, planners, rng};
+use crate::autopilot::{Boat, GUIDED, HOLD, SYSTEM, frame, place};
+
+/// System number of the AUV.
+pub(super) const AUV: u8 = 101;
+/// Between two steps of the boat, s.
+const STEP_S: f64 = 0.1;
+/// Steps of [`Boat::messages`] in one of these.
+const STEPS: u64 = 5;
+/// Between two fixes of the AUV, s.
+const FIX_S: f64 = 5.0;
+/// Longest delay of a bad wire, s.
+const DELAY_MAX_S: f64 = 2.0;
+/// After a bad wire, old bytes may still arrive, s.
+const SETTLED_S: f64 = 8.0;
+/// A second receiver is that far away (north, east), m.
+const ELSEWHERE: [f64; 2] = [60.0, -45.0];
+
+/// What the mission allows.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Limits {
+    /// m/s.
+    pub(super) speed_max: f64,
+    /// rad/s.
+    pub(super) turn_rate_max: f64,
+    /// m/s².
+    pub(super) acceleration_max: f64,
+}
+
+pub(super) struct Sea {
+    world: Arc<World>,
+    pub(super) limits: Limits,
+    state: Mutex<State>,
+}
+
+struct State {
+    rng: ChaCha8Rng,
+    boat: Boat,
+    /// Where the AUV is, (north, east), m, and where it goes, rad.
+    auv: (Vector2<f64>, f64),
+    fix_due_s: f64,
+    step: u64,
+    /// Bytes for the boat, and when they arrive, s.
+    to_boat: Vec<(f64, Vec<u8>)>,
+    /// To the bridge, while there is one.
+    input: Option<Input>,
+    /// The position that the boat reports, while it is frozen.
+    frozen: Option<Vector2<f64>>,
+    /// What is claimed about the bridge.
+    known: Known,
+}
+
+/// What the bridge can know, by this process of it.
+#[derive(Default)]
+struct Known {
+    heartbeat_left_s: Option<f64>,
+    /// Since when the craft is a person's, s.
+    unguided_since_s: Option<f64>,
+    wire_bad_s: Option<f64>,
+    plan_sequence: u64,
+    plan_arrived_s: Option<f64>,
+    paused_since_s: Option<f64>,
+    sent: Option<(f64, f64, f64)>,
+    sent_s: f64,
+    has_sent: bool,
+}
+
+impl Sea {
+    pub(super) fn new(world: &Arc<World>, seed: u64) -> Self {
+        let mut rng = rng(seed, 4);
+        Self {
+            world: Arc::clone(world),
+            limits: Limits {
+                speed_max: rng.random_range(0.9..2.5),
+                turn_rate_max: rng.random_range(0.1..1.0),
+                acceleration_max: rng.random_range(0.05..0.6),
+            },
+            state: Mutex::new(State {
+                boat: Boat::moored(),
+                auv: (
+                    Vector2::new(rng.random_range(-20.0..20.0), rng.random_range(10.0..30.0)),
+                    rng.random_range(-3.0..3.0),
+                ),
+                rng,
+                fix_due_s: 0.0,
+                step: 0,
+                to_boat: vec![],
+                input: None,
+                frozen: None,
+                known: Known::default(),
+            }),
+        }
+    }
+
+    /// A bridge starts, which knows nothing.
+    pub(super) fn new_bridge(&self) {
+        let mut state = lock(&self.state);
+        state.known = Known {
+            unguided_since_s: state.known.unguided_since_s,
+            wire_bad_s: state.known.wire_bad_s,
+            sent_s: state.known.sent_s,
+            ..Known::default()
+        };
+    }
+
+    pub(super) fn connect(&self, input: Input) {
+        lock(&self.state).input = Some(input);
+    }
+
+    pub(super) fn disconnect(&self) {
+        lock(&self.state).input = None;
+    }
+
+    /// A fault of the boat, of what is aboard or of the planner begins or ends.
+    pub(super) fn change(&self, kind: Kind, begins: bool) {
+        let mut state = lock(&self.state);
+        match kind {
+            Kind::NoHeartbeat => state.boat.has_heartbeat = !begins,
+            Kind::PositionUnknown => state.boat.has_position = !begins,
+            Kind::TakenOver => state.boat.mode = if begins { HOLD } else { GUIDED },
+            Kind::Disarmed => state.boat.is_armed = !begins,
+            Kind::PositionFrozen => state.frozen = begins.then_some(state.boat.position),
+            Kind::LyingPlanner => planners::lie(begins),
+            _ => {}
+        }
+    }
+
+    /// Sails until the voyage ends.
+    pub(super) async fn sail(self: Arc<Self>) {
+        loop {
+            self.world.aboard.sleep(Duration::from_secs_f64(STEP_S)).await;
+            let (input, pieces) = self.step();
+            let Some(input) = input else { continue };
+            for (delay_s, bytes) in pieces {
+                if delay_s == 0.0 {
+                    input.arrived(bytes, false).await;
+                } else {
+                    let (input, clock) = (input.clone(), self.world.aboard.clone());
+                    tokio::spawn(async move {
+                        clock.sleep(Duration::from_secs_f64(delay_s)).await;
+                        input.arrived(bytes, false).await;
+                    });
+                }
+            }
+        }
+    }
+
+    /// A step of boat and AUV; what they send, and how late it arrives, s.
+    fn step(&self) -> (Option<Input>, Vec<(f64, Vec<u8>)>) {
+        let t_s = self.world.t_s();
+        let still = Vector2::zeros();
+        let mut state = lock(&self.state);
+        let state = &mut *state;
+        let (now, mut answers) = (self.world.now(), vec![]);
+        let mut arrived: Vec<(f64, Vec<u8>)> = vec![];
+        state.to_boat.retain_mut(|(at_s, bytes)| {
+            let is_due = *at_s <= t_s;
+            if is_due {
+                arrived.push((*at_s, std::mem::take(bytes)));
+            }
+            !is_due
+        });
+        for (_, bytes) in arrived {
+            for message in messages(&bytes) {
+                state.boat.take(&message, t_s, &mut answers);
+            }
+        }
+        state.boat.step(t_s, STEP_S, &still);
+        let (position, course) = &mut state.auv;
+        *course += 0.02 * (0.05 * t_s).sin();
+        *position += 0.5 * STEP_S * Vector2::new(course.cos(), course.sin());
+
+        let mut shown = state.boat.clone();
+        shown.position = state.frozen.unwrap_or(shown.position);
+        let odd = state.step % 2 == 1;
+        if now.has(Kind::PositionJumped) || (now.has(Kind::TwoReceivers) && odd) {
+            shown.position += Vector2::from(ELSEWHERE);
+        }
+        if now.has(Kind::TwoCompasses) && odd {
+            shown.heading += 2.0;
+        }
+        let mut said = shown.messages(STEPS * state.step, &still);
+        said.append(&mut answers);
+        let heartbeat = said.iter().any(|message| matches!(message, MavMessage::HEARTBEAT(_)));
+        let mut bytes: Vec<u8> = said.iter().flat_map(|message| frame(SYSTEM, message)).collect();
+        if state.fix_due_s <= t_s {
+            state.fix_due_s = t_s + FIX_S;
+            if !now.has(Kind::AuvSilent) {
+                let velocity = 0.5 * Vector2::new(state.auv.1.cos(), state.auv.1.sin());
+                bytes.extend(frame(u32::from(AUV), &place(&state.auv.0, &velocity, None)));
+            }
+        }
+        state.step += 1;
+
+        let is_bad = now.has(Kind::BadWire);
+        if is_bad || now.has(Kind::WireCut) {
+            state.known.wire_bad_s = Some(t_s);
+        }
+        if heartbeat && !now.has(Kind::WireCut) {
+            state.known.heartbeat_left_s = Some(t_s);
+        }
+        let is_ours = state.boat.mode == GUIDED && state.boat.is_armed;
+        state.known.unguided_since_s = if is_ours {
+            None
+        } else {
+            state.known.unguided_since_s.or(Some(t_s))
+        };
+        if state.step.is_multiple_of(10) {
+            let silent_s = t_s - state.known.sent_s;
+            let is_due = 30.0 <= now.quiet_s(t_s) && !now.is_paused && state.input.is_some();
+            let boat = &state.boat;
+            let (mode, armed) = (boat.mode, boat.is_armed);
+            drop(now);
+            if is_due {
+                self.world.claim("resumes", silent_s < 2.0, || {
+                    format!("no reference for {silent_s:.1} s; mode {mode}, armed {armed}")
+                });
+            }
+            if state.step.is_multiple_of(100) {
+                let boat = &state.boat;
+                self.world.note(
+                    "sea",
+                    format!(
+                        "boat at {:.2}, {:.2} m, {:.2} m/s, mode {mode}, armed {armed}",
+                        boat.position.x, boat.position.y, boat.speed
+                    ),
+                );
+            }
+            let now = self.world.now();
+            let pieces = carried(bytes, is_bad, now.has(Kind::WireCut), &mut state.rng);
+            return (state.input.clone(), pieces);
+        }
+        let pieces = carried(bytes, is_bad, now.has(Kind::WireCut), &mut state.rng);
+        (state.input.clone(), pieces)
+    }
+
+    /// Takes what the bridge sends, and checks it.
+    pub(super) fn take(&self, bytes: &[u8]) {
+        let t_s = self.world.t_s();
+        let mut state = lock(&self.state);
+        for message in messages(bytes) {
+            match message {
+                MavMessage::SET_POSITION_TARGET_LOCAL_NED(target) => {
+                    let speed = f64::from(target.vx.hypot(target.vy));
+                    self.check_reference(t_s, speed, f64::from(target.yaw), &mut state);
+                }
+                MavMessage::COMMAND_LONG(order) if is_order(order.command) => {
+                    self.world.note("bridge", format!("orders {:?}", order.command));
+                    let has_sent = state.known.has_sent;
+                    self.world.claim("orders", !has_sent, || "after the first reference".to_owned());
+                }
+                _ => {}
+            }
+        }
+        let (is_bad, is_cut) = {
+            let now = self.world.now();
+            (now.has(Kind::BadWire), now.has(Kind::WireCut))
+        };
+        let state = &mut *state;
+        let pieces = carried(bytes.to_vec(), is_bad, is_cut, &mut state.rng);
+        state.to_boat.extend(pieces.into_iter().map(|(delay_s, bytes)| (t_s + delay_s, bytes)));
+    }
+
+    fn check_reference(&self, t_s: f64, speed: f64, heading: f64, state: &mut State) {
+        let (world, known) = (&self.world, &mut state.known);
+        world.note("bridge", format!("reference {speed:.3} m/s, {heading:.3} rad"));
+        let Limits {
+            speed_max,
+            turn_rate_max,
+            acceleration_max,
+        } = self.limits;
+        // The autopilot's own limits are those of `autopilot`: 2 m/s, 1 m/s², 120°/s.
+        let (speed_max, acceleration_max) = (speed_max.min(2.0), acceleration_max.min(1.0));
+        world.claim("limits", speed.is_finite() && heading.is_finite() && speed <= speed_max + 1e-4, || {
+            format!("{speed} m/s, at most {speed_max} are allowed")
+        });
+        if let Some((before_s, before_speed, before_heading)) = known.sent
+            && t_s - before_s <= 3.0
+        {
+            let elapsed = t_s - before_s;
+            let turn = (heading - before_heading).sin().atan2((heading - before_heading).cos()).abs();
+            world.claim("limits", turn <= turn_rate_max * elapsed + 1e-4, || {
+                format!("a turn of {turn:.4} rad in {elapsed:.3} s, at most {turn_rate_max} rad/s are allowed")
+            });
+            let rise = speed - before_speed;
+            world.claim("limits", rise <= 4.0 * acceleration_max * elapsed + 1e-4, || {
+                format!("{rise:.4} m/s faster after {elapsed:.3} s, with {acceleration_max} m/s²")
+            });
+        }
+        known.sent = Some((t_s, speed, heading));
+        (known.sent_s, known.has_sent) = (t_s, true);
+
+        // A bad wire brings old heartbeats and loses new ones.
+        let is_clean = known.wire_bad_s.is_none_or(|bad_s| SETTLED_S < t_s - bad_s);
+        let late = if is_clean { 0.3 } else { DELAY_MAX_S + 0.3 };
+        let age = known.heartbeat_left_s.map_or(f64::INFINITY, |left_s| t_s - left_s);
+        world.claim("heartbeat", age <= 3.0 + late, || format!("the last one left {age:.2} s ago"));
+        let unguided = known.unguided_since_s.map_or(0.0, |since_s| t_s - since_s);
+        let most = if is_clean { 1.4 } else { 3.0 + late + 1.0 };
+        world.claim("guided", unguided <= most, || format!("the craft has been a person's for {unguided:.2} s"));
+        let age = known.plan_arrived_s.map_or(f64::INFINITY, |arrived_s| t_s - arrived_s);
+        world.claim("plan age", age <= 10.2, || format!("the newest plan came {age:.2} s ago"));
+        let paused = known.paused_since_s.map_or(0.0, |since_s| t_s - since_s);
+        world.claim("paused", paused <= 0.6, || format!("the service said {paused:.2} s ago that it is paused"));
+        let now = world.now();
+        let lasts = |kind| now.since_s(kind).map_or(0.0, |since_s| t_s - since_s);
+        let unknown = lasts(Kind::PositionUnknown);
+        let doubts: BTreeMap<Kind, f64> = [(Kind::TwoReceivers, 8.0), (Kind::TwoCompasses, 8.0), (Kind::PositionFrozen, 40.0)]
+            .into_iter()
+            .filter(|(kind, after)| *after < lasts(*kind))
+            .collect();
+        drop(now);
+        world.claim("position", !is_clean || unknown <= 1.4, || format!("it has been unknown for {unknown:.2} s"));
+        world.claim("doubts", !is_clean || doubts.is_empty(), || format!("{doubts:?}"));
+    }
+
+    /// The bridge heard that answer.
+    pub(super) fn heard_from_service(&self, path: &str, status: u16, body: &[u8]) {
+        if !path.contains("/reference") || status != 200 {
+            return;
+        }
+        let Ok(answer) = serde_json::from_slice::<Value>(body) else { return };
+        let t_s = self.world.t_s();
+        let known = &mut lock(&self.state).known;
+        let sequence = answer["sequence"].as_u64().unwrap_or(0);
+        if known.plan_sequence < sequence {
+            (known.plan_sequence, known.plan_arrived_s) = (sequence, Some(t_s));
+        }
+        let is_running = answer["status"] == "running";
+        known.paused_since_s = (!is_running).then(|| known.paused_since_s.unwrap_or(t_s));
+    }
+}
+
+fn is_order(command: MavCmd) -> bool {
+    matches!(command, MavCmd::MAV_CMD_DO_SET_MODE | MavCmd::MAV_CMD_COMPONENT_ARM_DISARM)
+}
+
+/// The whole messages in `bytes`.
+fn messages(bytes: &[u8]) -> Vec<MavMessage> {
+    let mut reader = MavlinkReader::new(bytes);
+    let mut all = vec![];
+    while let Ok((_, message)) = reader.read_any_message::<MavMessage>() {
+        all.push(message);
+    }
+    all
+}
+
+/// What becomes of `bytes` on the wire, and how late it arrives, s.
+fn carried(mut bytes: Vec<u8>, is_bad: bool, is_cut: bool, rng: &mut ChaCha8Rng) -> Vec<(f64, Vec<u8>)> {
+    if is_cut || bytes.is_empty() {
+        return vec![];
+    }
+    if !is_bad {
+        return vec![(0.0, bytes)];
+    }
+    if rng.random_bool(0.2) {
+        return vec![];
+    }
+    if rng.random_bool(0.1) {
+        bytes.truncate(rng.random_range(0..bytes.len()));
+    }
+    if rng.random_bool(0.1) && !bytes.is_empty() {
+        let place = rng.random_range(0..bytes.len());
+        bytes[place] ^= 1 << (rng.next_u32() % 8);
+    }
+    let mut late = || if rng.random_bool(0.5) { rng.random_range(0.001..DELAY_MAX_S) } else { 0.0 };
+    let mut pieces = vec![(late(), bytes.clone())];
+    if rng.random_bool(0.1) {
+        pieces.push((rng.random_range(0.001..DELAY_MAX_S), bytes));
+    }
+    pieces
+}
