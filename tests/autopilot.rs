@@ -281,9 +281,7 @@ impl Boat {
 
     /// Sails for `dt` from `t_s` on, s, in a current (north, east), m/s.
     pub fn step(&mut self, t_s: f64, dt: f64, current: &Vector2<f64>) {
-        let fresh = self
-            .reference
-            .filter(|(_, _, at)| t_s - at <= REFERENCE_AGE_MAX);
+        let fresh = self.reference.filter(|(_, _, at)| t_s - at <= REFERENCE_AGE_MAX);
         let may_run = self.is_armed && self.mode == GUIDED;
         let (speed, heading) = match fresh {
             Some((speed, heading, _)) if may_run => (speed, heading),

@@ -71,7 +71,11 @@ impl Voyage {
     #[must_use]
     pub fn told(&self) -> String {
         let broken = self.broken.as_deref().unwrap_or("every claim holds");
-        let faults: Vec<String> = self.faults.iter().map(|(kind, n)| format!("{n} {kind}")).collect();
+        let faults: Vec<String> = self
+            .faults
+            .iter()
+            .map(|(kind, n)| format!("{n} {kind}"))
+            .collect();
         let mut told = format!(
             "seed {}: {broken}\nfaults: {}\n\n{:>10}  {:<9} event\n",
             self.seed,
@@ -222,9 +226,14 @@ async fn suffer(
         if world.t_s() < next_s {
             continue;
         }
-        let Some((_, number, begins)) = changes.next() else { continue };
+        let Some((_, number, begins)) = changes.next() else {
+            continue;
+        };
         let fault = &faults[number];
-        world.note("fault", format!("{} {}", if begins { "begins:" } else { "ends:" }, fault.kind));
+        world.note(
+            "fault",
+            format!("{} {}", if begins { "begins:" } else { "ends:" }, fault.kind),
+        );
         world.now().change(fault.kind, begins, world.t_s());
         match (fault.kind, begins) {
             (Kind::ServiceKilled, true) => host.kill(false).await,

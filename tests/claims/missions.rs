@@ -60,7 +60,7 @@ impl Service {
     /// On the store in `data`, as soon as no other service has it.
     async fn start_in(settings: Settings, data: TempDir) -> Self {
         let store = loop {
-            match EventStore::open(data.path()) {
+            match EventStore::open(data.path(), &settings.clock) {
                 Err(StoreError::InUse { .. }) => sleep(Duration::from_millis(5)).await,
                 opened => break opened.expect("opens"),
             }

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use clock::Clock;
 use service::store::{
     Acquired, Append, Appended, AuditEntry, Copied, EventReader, EventStore, KeyedAnswer, Member, Room,
     StoreError, StorePlace, StoredEvent, copy,
@@ -30,8 +31,8 @@ impl Place {
 
     fn try_open(&self, share: u64) -> Result<EventStore, StoreError> {
         match self {
-            Self::File(directory) => EventStore::open_with(directory.path(), share),
-            Self::Database(url) => EventStore::open_database(url, None, share),
+            Self::File(directory) => EventStore::open_with(directory.path(), share, &Clock::machine()),
+            Self::Database(url) => EventStore::open_database(url, None, share, &Clock::machine()),
         }
     }
 
@@ -375,7 +376,7 @@ fn joined_for(url: &str, name: &str, lease: Duration) -> EventStore {
         url: url_of_service,
         lease,
     };
-    EventStore::open_database(url, Some(member), u64::MAX).expect("opens")
+    EventStore::open_database(url, Some(member), u64::MAX, &Clock::machine()).expect("opens")
 }
 
 /// Waits until that is so. Returns how long it took.
@@ -506,7 +507,7 @@ async fn services_remove_the_events_of_missions_that_another_program_deleted() {
     let Some(url) = database() else { return };
     let (one, two) = (joined(&url, "one"), joined(&url, "two"));
     add(&one, append("a", (1..=1200).map(|k| event(k, "x")).collect())).await;
-    let tool = EventStore::open_database(&url, None, u64::MAX).expect("opens");
+    let tool = EventStore::open_database(&url, None, u64::MAX, &Clock::machine()).expect("opens");
     let deleted = tool.delete("a".to_owned(), order("tool", "expire")).await;
     assert_eq!(deleted, Ok(true));
     tool.close().await.expect("ends");
@@ -520,9 +521,9 @@ async fn services_remove_the_events_of_missions_that_another_program_deleted() {
 #[test]
 fn a_database_of_a_newer_program_is_refused_and_not_changed() {
     let Some(url) = database() else { return };
-    drop(EventStore::open_database(&url, None, u64::MAX).expect("opens"));
+    drop(EventStore::open_database(&url, None, u64::MAX, &Clock::machine()).expect("opens"));
     let _ = psql(&url, "UPDATE pilotfish_schema SET version = 99");
-    let refused = EventStore::open_database(&url, None, u64::MAX);
+    let refused = EventStore::open_database(&url, None, u64::MAX, &Clock::machine());
     assert!(
         matches!(refused, Err(StoreError::TooNew { found: 99, .. })),
         "{refused:?}"
@@ -537,7 +538,7 @@ fn a_database_of_a_newer_program_is_refused_and_not_changed() {
 /// Copies once the writers of both places have ended.
 async fn copy_at_rest(from: &StorePlace, to: &StorePlace) -> Result<Copied, StoreError> {
     loop {
-        match copy(from, to) {
+        match copy(from, to, &Clock::machine()) {
             Err(StoreError::InUse { .. }) => sleep(Duration::from_millis(5)).await,
             done => return done,
         }
@@ -604,7 +605,7 @@ fn connections_are_encrypted_to_a_server_whose_certificate_is_trusted() {
     };
     let verified_by = |file: &str| {
         let url = format!("{url}?sslmode=verify-full&sslrootcert={file}");
-        EventStore::open_database(&url, None, u64::MAX)
+        EventStore::open_database(&url, None, u64::MAX, &Clock::machine())
     };
     let _store = verified_by(authority).expect("opens");
     let encrypted = "SELECT bool_and(ssl) FROM pg_stat_ssl JOIN pg_stat_activity USING (pid)

@@ -72,7 +72,7 @@ impl Samples {
 
 async fn with_missions(settings: Settings) -> (tempfile::TempDir, Router, Missions) {
     let data = tempfile::tempdir().expect("there is room");
-    let store = EventStore::open(data.path()).expect("opens");
+    let store = EventStore::open(data.path(), &settings.clock).expect("opens");
     let (router, missions) = service::service(settings, store).await.expect("starts");
     (data, router, missions)
 }

@@ -115,8 +115,12 @@ impl BridgeProcess {
             Arc::clone(&self.rng),
         );
         move |call| {
-            let (world, host, sea, rng) =
-                (Arc::clone(&world), Arc::clone(&host), Arc::clone(&sea), Arc::clone(&rng));
+            let (world, host, sea, rng) = (
+                Arc::clone(&world),
+                Arc::clone(&host),
+                Arc::clone(&sea),
+                Arc::clone(&rng),
+            );
             Box::pin(async move {
                 let fate = Fate::drawn(&mut lock(&rng), world.now().has(Kind::BadNetwork));
                 world.aboard.sleep(fate.there).await;

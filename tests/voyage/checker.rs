@@ -17,23 +17,59 @@ const CLEAR_S: f64 = 30.0;
 
 /// Every claim, by its name: what is promised, and by which part.
 pub const CLAIMS: [(&str, &str); 18] = [
-    ("limits", "bridge: no reference is faster, turns faster or accelerates more than the mission allows"),
-    ("heartbeat", "bridge: nothing is sent without a heartbeat of the last 3 s"),
-    ("guided", "bridge: nothing is sent to a craft that a person has taken over or disarmed"),
-    ("position", "bridge: nothing is sent without a known position of the last 3 s"),
-    ("plan age", "bridge: no plan is followed for longer than 10 s after its arrival"),
+    (
+        "limits",
+        "bridge: no reference is faster, turns faster or accelerates more than the mission allows",
+    ),
+    (
+        "heartbeat",
+        "bridge: nothing is sent without a heartbeat of the last 3 s",
+    ),
+    (
+        "guided",
+        "bridge: nothing is sent to a craft that a person has taken over or disarmed",
+    ),
+    (
+        "position",
+        "bridge: nothing is sent without a known position of the last 3 s",
+    ),
+    (
+        "plan age",
+        "bridge: no plan is followed for longer than 10 s after its arrival",
+    ),
     ("paused", "bridge: a paused mission steers nothing"),
-    ("doubts", "bridge: nothing is sent while positions or headings contradict each other"),
-    ("orders", "bridge: nothing is armed and no mode is ordered after the first reference"),
-    ("resumes", "all: the craft is steered again 30 s after the last fault"),
-    ("acknowledged", "store: what was acknowledged is stored, at its number, once"),
+    (
+        "doubts",
+        "bridge: nothing is sent while positions or headings contradict each other",
+    ),
+    (
+        "orders",
+        "bridge: nothing is armed and no mode is ordered after the first reference",
+    ),
+    (
+        "resumes",
+        "all: the craft is steered again 30 s after the last fault",
+    ),
+    (
+        "acknowledged",
+        "store: what was acknowledged is stored, at its number, once",
+    ),
     ("plans", "service: no client sees a plan that is not stored"),
-    ("one history", "store: events have numbers without gaps, and none changes"),
+    (
+        "one history",
+        "store: events have numbers without gaps, and none changes",
+    ),
     ("one mission", "service, bridge: restarts continue the mission"),
     ("repeated", "service: a repeated request has the same answer"),
-    ("no loss reported", "store: a kill or a power cut loses nothing, and no loss is reported"),
+    (
+        "no loss reported",
+        "store: a kill or a power cut loses nothing, and no loss is reported",
+    ),
     ("replay", "service: every plan can be made again, to the byte"),
-    ("named", "bridge, service: each fault is named in the mission's log"),
+    (
+        "named",
+        "bridge, service: each fault is named in the mission's log",
+    ),
     ("no alarm", "bridge: without faults there is no alarm"),
 ];
 
@@ -99,14 +135,21 @@ impl Checker {
         let end_s = course.duration_s;
         let count = |log: &[String], text: &str| log.iter().filter(|line| line.contains(text)).count();
         if course.is_nominal {
-            let wrong = self.log.iter().find(|line| line.contains("warning") || line.contains("does not answer"));
+            let wrong = self
+                .log
+                .iter()
+                .find(|line| line.contains("warning") || line.contains("does not answer"));
             let otherwise = wrong.cloned().unwrap_or_default();
             self.claim(end_s, "no alarm", otherwise.is_empty(), || otherwise.clone());
         }
         let mut expected: BTreeMap<&str, usize> = BTreeMap::new();
         let is_clear = |number: usize, fault: &Fault| {
-            let quiet = faults[..number].iter().all(|before| before.ends_s + CLEAR_S < fault.begins_s);
-            let paused = pauses.iter().any(|[from, to]| *from < fault.ends_s && fault.begins_s < to + CLEAR_S);
+            let quiet = faults[..number]
+                .iter()
+                .all(|before| before.ends_s + CLEAR_S < fault.begins_s);
+            let paused = pauses
+                .iter()
+                .any(|[from, to]| *from < fault.ends_s && fault.begins_s < to + CLEAR_S);
             fault.is_alone && quiet && !paused
         };
         for (number, fault) in faults.iter().enumerate() {

@@ -115,7 +115,8 @@ impl Host {
         let (router, missions) = started.expect("the service starts");
         self.world.note("host", "the service starts");
         let probed = store.probe().await;
-        self.world.claim("no loss reported", probed.is_ok(), || format!("{probed:?}"));
+        self.world
+            .claim("no loss reported", probed.is_ok(), || format!("{probed:?}"));
         self.check_store(&directory);
         lock(&self.state).running = Some(Running {
             router,
@@ -143,7 +144,8 @@ impl Host {
                 let kept = lock(&self.rng).random_range(0..=more.len());
                 let torn = [&before[..], &more[..kept]].concat();
                 fs::write(new.join(WRITE_AHEAD), torn).expect("is written");
-                self.world.note("host", format!("{kept} of {} bytes reached the disk", more.len()));
+                self.world
+                    .note("host", format!("{kept} of {} bytes reached the disk", more.len()));
             }
         }
         running.missions.close();
@@ -157,17 +159,24 @@ impl Host {
     }
 
     pub(super) async fn fill_disk(&self, full: bool) {
-        let store = lock(&self.state).running.as_ref().map(|running| running.store.clone());
+        let store = lock(&self.state)
+            .running
+            .as_ref()
+            .map(|running| running.store.clone());
         if let Some(store) = store {
             let limited = store.limit_growth(full.then_some(2)).await;
-            self.world.note("host", format!("the disk is full: {full}, {limited:?}"));
+            self.world
+                .note("host", format!("the disk is full: {full}, {limited:?}"));
         }
     }
 
     /// The answer of the service: status and body. Fails if there is none.
     pub(super) async fn ask(&self, request: Request) -> Result<(u16, Vec<u8>), String> {
         let mut killed = self.killed.subscribe();
-        let router = lock(&self.state).running.as_ref().map(|running| running.router.clone());
+        let router = lock(&self.state)
+            .running
+            .as_ref()
+            .map(|running| running.router.clone());
         let router = router.ok_or("connection refused")?;
         let mut builder = HttpRequest::builder().uri(&request.path);
         if let Some(key) = &request.key {
@@ -203,16 +212,21 @@ impl Host {
 
     /// Takes note of what a client knows from an answer.
     fn learn(&self, request: &Request, body: &[u8]) {
-        let Ok(answer) = serde_json::from_slice::<Value>(body) else { return };
+        let Ok(answer) = serde_json::from_slice::<Value>(body) else {
+            return;
+        };
         let mut state = lock(&self.state);
         if request.path == "/v1/missions" && request.body.is_some() {
             let id = answer["id"].as_str().expect("a mission has an id").to_owned();
             let before = state.mission.get_or_insert(id.clone()).clone();
             drop(state);
-            self.world.claim("one mission", before == id, || format!("{before}, then {id}"));
+            self.world
+                .claim("one mission", before == id, || format!("{before}, then {id}"));
             return;
         }
-        let Some(sequence) = answer["sequence"].as_u64() else { return };
+        let Some(sequence) = answer["sequence"].as_u64() else {
+            return;
+        };
         if request.path.contains("/reference") {
             state.known_last = state.known_last.max(sequence);
             state.seen.insert(sequence, answer["plan"]["reference"].clone());
@@ -232,7 +246,9 @@ impl Host {
         let world = &self.world;
         let reader = EventReader::of(directory).expect("the store can be read");
         let (listed, _) = reader.missions(0, 10, 0).expect("missions are listed");
-        world.claim("one mission", listed.len() == 1, || format!("{} missions", listed.len()));
+        world.claim("one mission", listed.len() == 1, || {
+            format!("{} missions", listed.len())
+        });
         let Ok(Some(stored)) = reader.mission(&mission) else {
             return world.claim("acknowledged", false, || "the mission is gone".to_owned());
         };
@@ -241,7 +257,9 @@ impl Host {
             Err(error) => return world.claim("one history", false, || error.to_string()),
         };
         let numbers = events.iter().map(|event| event.sequence);
-        world.claim("one history", numbers.eq(1..=events.len() as u64), || "numbers have gaps".to_owned());
+        world.claim("one history", numbers.eq(1..=events.len() as u64), || {
+            "numbers have gaps".to_owned()
+        });
         let mut state = lock(&self.state);
         let last = events.len() as u64;
         let known_last = state.known_last;
@@ -253,19 +271,27 @@ impl Host {
             (&event.kind, &event.body).hash(&mut digest);
             let digest = digest.finish();
             let before = *state.history.entry(event.sequence).or_insert(digest);
-            world.claim("one history", before == digest, || format!("event {} changed", event.sequence));
+            world.claim("one history", before == digest, || {
+                format!("event {} changed", event.sequence)
+            });
         }
         for (sequence, reference) in std::mem::take(&mut state.seen) {
-            let Some(event) = events.get(usize::try_from(sequence).expect("is small") - 1) else { continue };
+            let Some(event) = events.get(usize::try_from(sequence).expect("is small") - 1) else {
+                continue;
+            };
             let body: Value = serde_json::from_slice(&event.body).expect("events are JSON");
             let holds = event.kind == "planned" && is_within(&body, &reference["heading_rad"]);
-            world.claim("plans", holds, || format!("event {sequence} is not the plan that a client saw"));
+            world.claim("plans", holds, || {
+                format!("event {sequence} is not the plan that a client saw")
+            });
         }
         for (key, &sequence) in &state.acknowledged {
             let event = events.get(usize::try_from(sequence).expect("is small") - 1);
             let kind = event.map_or("missing", |event| event.kind.as_str());
             let reports = kind == "reported" || kind == "ran" || kind == "paused";
-            world.claim("acknowledged", reports, || format!("event {sequence} of {key} is {kind}"));
+            world.claim("acknowledged", reports, || {
+                format!("event {sequence} of {key} is {kind}")
+            });
         }
     }
 
@@ -282,7 +308,9 @@ impl Host {
         let directory = self.directory(lock(&self.state).generation);
         self.check_store(&directory);
         let Some(mission) = self.mission() else {
-            return self.world.claim("one mission", false, || "there is none".to_owned());
+            return self
+                .world
+                .claim("one mission", false, || "there is none".to_owned());
         };
         let reader = EventReader::of(&directory).expect("the store can be read");
         let stored = reader.mission(&mission).expect("is read").expect("is there");
@@ -300,14 +328,19 @@ impl Host {
             }
         }
         let twice = operators.iter().find(|(_, n)| **n != 1);
-        self.world.claim("acknowledged", twice.is_none(), || format!("{twice:?} times in the log"));
+        self.world.claim("acknowledged", twice.is_none(), || {
+            format!("{twice:?} times in the log")
+        });
         self.world.checker().log = log;
-        let replayed = replay(&reader, &mission, &mut |_, _| {}).expect("is replayed").expect("is there");
+        let replayed = replay(&reader, &mission, &mut |_, _| {})
+            .expect("is replayed")
+            .expect("is there");
         // A lie is made again by nobody.
         let lied = planners::has_lied();
-        self.world.claim("replay", lied || replayed.different.is_empty(), || {
-            format!("plans {:?} have another answer", replayed.different)
-        });
+        self.world
+            .claim("replay", lied || replayed.different.is_empty(), || {
+                format!("plans {:?} have another answer", replayed.different)
+            });
     }
 }
 

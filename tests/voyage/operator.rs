@@ -38,7 +38,9 @@ impl Operator {
         loop {
             let wait_s = self.rng.random_range(4.0..25.0);
             self.world.ashore.sleep(Duration::from_secs_f64(wait_s)).await;
-            let Some(mission) = self.host.mission() else { continue };
+            let Some(mission) = self.host.mission() else {
+                continue;
+            };
             if !self.world.course.is_nominal && self.rng.random_bool(PAUSES) {
                 let begins_s = self.world.t_s();
                 self.world.now().is_paused = true;

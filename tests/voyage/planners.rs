@@ -57,7 +57,7 @@ pub(super) fn plan(
         HAS_LIED.set(true);
         (plan.reference.speed, plan.reference.heading) = (SPEED, heading);
         for point in &mut plan.trajectory {
-            (point.speed_mps, point.heading_rad) = (SPEED, heading);
+            (point.speed_mps, point.heading_rad) = (SPEED, heading.radians());
         }
     }
     plan

@@ -199,7 +199,9 @@ impl Sea {
         }
         let mut said = shown.messages(STEPS * state.step, &still);
         said.append(&mut answers);
-        let heartbeat = said.iter().any(|message| matches!(message, MavMessage::HEARTBEAT(_)));
+        let heartbeat = said
+            .iter()
+            .any(|message| matches!(message, MavMessage::HEARTBEAT(_)));
         let mut bytes: Vec<u8> = said.iter().flat_map(|message| frame(SYSTEM, message)).collect();
         if state.fix_due_s <= t_s {
             state.fix_due_s = t_s + FIX_S;
@@ -265,7 +267,8 @@ impl Sea {
                 MavMessage::COMMAND_LONG(order) if is_order(order.command) => {
                     self.world.note("bridge", format!("orders {:?}", order.command));
                     let has_sent = state.known.has_sent;
-                    self.world.claim("orders", !has_sent, || "after the first reference".to_owned());
+                    self.world
+                        .claim("orders", !has_sent, || "after the first reference".to_owned());
                 }
                 _ => {}
             }
@@ -276,7 +279,9 @@ impl Sea {
         };
         let state = &mut *state;
         let pieces = carried(bytes.to_vec(), is_bad, is_cut, &mut state.rng);
-        state.to_boat.extend(pieces.into_iter().map(|(delay_s, bytes)| (t_s + delay_s, bytes)));
+        state
+            .to_boat
+            .extend(pieces.into_iter().map(|(delay_s, bytes)| (t_s + delay_s, bytes)));
     }
 
     fn check_reference(&self, t_s: f64, speed: f64, heading: f64, state: &mut State) {
@@ -289,16 +294,23 @@ impl Sea {
         } = self.limits;
         // The autopilot's own limits are those of `autopilot`: 2 m/s, 1 m/s², 120°/s.
         let (speed_max, acceleration_max) = (speed_max.min(2.0), acceleration_max.min(1.0));
-        world.claim("limits", speed.is_finite() && heading.is_finite() && speed <= speed_max + 1e-4, || {
-            format!("{speed} m/s, at most {speed_max} are allowed")
-        });
+        world.claim(
+            "limits",
+            speed.is_finite() && heading.is_finite() && speed <= speed_max + 1e-4,
+            || format!("{speed} m/s, at most {speed_max} are allowed"),
+        );
         if let Some((before_s, before_speed, before_heading)) = known.sent
             && t_s - before_s <= 3.0
         {
             let elapsed = t_s - before_s;
-            let turn = (heading - before_heading).sin().atan2((heading - before_heading).cos()).abs();
+            let turn = (heading - before_heading)
+                .sin()
+                .atan2((heading - before_heading).cos())
+                .abs();
             world.claim("limits", turn <= turn_rate_max * elapsed + 1e-4, || {
-                format!("a turn of {turn:.4} rad in {elapsed:.3} s, at most {turn_rate_max} rad/s are allowed")
+                format!(
+                    "a turn of {turn:.4} rad in {elapsed:.3} s, at most {turn_rate_max} rad/s are allowed"
+                )
             });
             let rise = speed - before_speed;
             world.claim("limits", rise <= 4.0 * acceleration_max * elapsed + 1e-4, || {
@@ -311,24 +323,42 @@ impl Sea {
         // A bad wire brings old heartbeats and loses new ones.
         let is_clean = known.wire_bad_s.is_none_or(|bad_s| SETTLED_S < t_s - bad_s);
         let late = if is_clean { 0.3 } else { DELAY_MAX_S + 0.3 };
-        let age = known.heartbeat_left_s.map_or(f64::INFINITY, |left_s| t_s - left_s);
-        world.claim("heartbeat", age <= 3.0 + late, || format!("the last one left {age:.2} s ago"));
+        let age = known
+            .heartbeat_left_s
+            .map_or(f64::INFINITY, |left_s| t_s - left_s);
+        world.claim("heartbeat", age <= 3.0 + late, || {
+            format!("the last one left {age:.2} s ago")
+        });
         let unguided = known.unguided_since_s.map_or(0.0, |since_s| t_s - since_s);
         let most = if is_clean { 1.4 } else { 3.0 + late + 1.0 };
-        world.claim("guided", unguided <= most, || format!("the craft has been a person's for {unguided:.2} s"));
-        let age = known.plan_arrived_s.map_or(f64::INFINITY, |arrived_s| t_s - arrived_s);
-        world.claim("plan age", age <= 10.2, || format!("the newest plan came {age:.2} s ago"));
+        world.claim("guided", unguided <= most, || {
+            format!("the craft has been a person's for {unguided:.2} s")
+        });
+        let age = known
+            .plan_arrived_s
+            .map_or(f64::INFINITY, |arrived_s| t_s - arrived_s);
+        world.claim("plan age", age <= 10.2, || {
+            format!("the newest plan came {age:.2} s ago")
+        });
         let paused = known.paused_since_s.map_or(0.0, |since_s| t_s - since_s);
-        world.claim("paused", paused <= 0.6, || format!("the service said {paused:.2} s ago that it is paused"));
+        world.claim("paused", paused <= 0.6, || {
+            format!("the service said {paused:.2} s ago that it is paused")
+        });
         let now = world.now();
         let lasts = |kind| now.since_s(kind).map_or(0.0, |since_s| t_s - since_s);
         let unknown = lasts(Kind::PositionUnknown);
-        let doubts: BTreeMap<Kind, f64> = [(Kind::TwoReceivers, 8.0), (Kind::TwoCompasses, 8.0), (Kind::PositionFrozen, 40.0)]
-            .into_iter()
-            .filter(|(kind, after)| *after < lasts(*kind))
-            .collect();
+        let doubts: BTreeMap<Kind, f64> = [
+            (Kind::TwoReceivers, 8.0),
+            (Kind::TwoCompasses, 8.0),
+            (Kind::PositionFrozen, 40.0),
+        ]
+        .into_iter()
+        .filter(|(kind, after)| *after < lasts(*kind))
+        .collect();
         drop(now);
-        world.claim("position", !is_clean || unknown <= 1.4, || format!("it has been unknown for {unknown:.2} s"));
+        world.claim("position", !is_clean || unknown <= 1.4, || {
+            format!("it has been unknown for {unknown:.2} s")
+        });
         world.claim("doubts", !is_clean || doubts.is_empty(), || format!("{doubts:?}"));
     }
 
@@ -337,7 +367,9 @@ impl Sea {
         if !path.contains("/reference") || status != 200 {
             return;
         }
-        let Ok(answer) = serde_json::from_slice::<Value>(body) else { return };
+        let Ok(answer) = serde_json::from_slice::<Value>(body) else {
+            return;
+        };
         let t_s = self.world.t_s();
         let known = &mut lock(&self.state).known;
         let sequence = answer["sequence"].as_u64().unwrap_or(0);
@@ -350,7 +382,10 @@ impl Sea {
 }
 
 fn is_order(command: MavCmd) -> bool {
-    matches!(command, MavCmd::MAV_CMD_DO_SET_MODE | MavCmd::MAV_CMD_COMPONENT_ARM_DISARM)
+    matches!(
+        command,
+        MavCmd::MAV_CMD_DO_SET_MODE | MavCmd::MAV_CMD_COMPONENT_ARM_DISARM
+    )
 }
 
 /// The whole messages in `bytes`.
@@ -381,7 +416,13 @@ fn carried(mut bytes: Vec<u8>, is_bad: bool, is_cut: bool, rng: &mut ChaCha8Rng)
         let place = rng.random_range(0..bytes.len());
         bytes[place] ^= 1 << (rng.next_u32() % 8);
     }
-    let mut late = || if rng.random_bool(0.5) { rng.random_range(0.001..DELAY_MAX_S) } else { 0.0 };
+    let mut late = || {
+        if rng.random_bool(0.5) {
+            rng.random_range(0.001..DELAY_MAX_S)
+        } else {
+            0.0
+        }
+    };
     let mut pieces = vec![(late(), bytes.clone())];
     if rng.random_bool(0.1) {
         pieces.push((rng.random_range(0.001..DELAY_MAX_S), bytes));

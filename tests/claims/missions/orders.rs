@@ -175,7 +175,7 @@ async fn one_client_leaves_the_others_half_of_the_streams() {
 #[tokio::test]
 async fn a_client_that_has_its_share_of_the_disk_reports_no_more_and_what_was_heard_is_planned_for() {
     let data = tempfile::tempdir().expect("is made");
-    let store = EventStore::open_with(data.path(), 6_000).expect("opens");
+    let store = EventStore::open_with(data.path(), 6_000, &clock::Clock::machine()).expect("opens");
     let (router, missions) = service::service(Settings::default(), store)
         .await
         .expect("starts");

@@ -1,0 +1,120 @@
+//! Sails voyages of many seeds, and prints what became of them.
+//!
+//! `voyages --seeds 1000 --first 1 --duration 300`; with `--seed 7` one voyage, with its newest events.
+
+use std::{
+    collections::BTreeMap,
+    process::ExitCode,
+    sync::atomic::{AtomicU64, Ordering},
+    thread,
+    time::Instant,
+};
+
+use clap::Parser;
+use tests::voyage::{CLAIMS, Course, Kind, Voyage, sail};
+
+#[derive(Debug, Parser)]
+struct Arguments {
+    /// How many voyages.
+    #[arg(long, default_value_t = 200)]
+    seeds: u64,
+    /// Seed of the first.
+    #[arg(long, default_value_t = 1)]
+    first: u64,
+    /// One voyage alone.
+    #[arg(long)]
+    seed: Option<u64>,
+    /// Simulated time of each, s.
+    #[arg(long, default_value_t = 240.0)]
+    duration: f64,
+    /// Without faults.
+    #[arg(long)]
+    nominal: bool,
+    /// Most threads.
+    #[arg(long)]
+    jobs: Option<usize>,
+}
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let course = Course {
+        duration_s: arguments.duration,
+        is_nominal: arguments.nominal,
+    };
+    if let Some(seed) = arguments.seed {
+        let voyage = sail(seed, course);
+        println!("{}digest {:016x}", voyage.told(), voyage.digest);
+        return if voyage.broken.is_none() {
+            ExitCode::SUCCESS
+        } else {
+            ExitCode::FAILURE
+        };
+    }
+    let began = Instant::now();
+    let next = AtomicU64::new(arguments.first);
+    let end = arguments.first + arguments.seeds;
+    let jobs = arguments
+        .jobs
+        .unwrap_or_else(|| thread::available_parallelism().map_or(1, Into::into));
+    let sailed: Vec<Voyage> = thread::scope(|scope| {
+        let workers: Vec<_> = (0..jobs)
+            .map(|_| {
+                scope.spawn(|| {
+                    let mut sailed = vec![];
+                    loop {
+                        let seed = next.fetch_add(1, Ordering::Relaxed);
+                        if end <= seed {
+                            return sailed;
+                        }
+                        let voyage = sail(seed, course);
+                        if voyage.broken.is_some() {
+                            println!("{}", voyage.told());
+                        }
+                        sailed.push(voyage);
+                    }
+                })
+            })
+            .collect();
+        workers
+            .into_iter()
+            .flat_map(|worker| worker.join().expect("a voyage panicked"))
+            .collect()
+    });
+    summary(&sailed, began.elapsed().as_secs_f64())
+}
+
+fn summary(sailed: &[Voyage], took_s: f64) -> ExitCode {
+    let (mut faults, mut claims) = (BTreeMap::<Kind, u64>::new(), BTreeMap::<&str, u64>::new());
+    for voyage in sailed {
+        for (kind, n) in &voyage.faults {
+            *faults.entry(*kind).or_default() += n;
+        }
+        for (name, n) in &voyage.claims {
+            *claims.entry(name).or_default() += n;
+        }
+    }
+    let simulated: f64 = sailed.iter().map(|voyage| voyage.duration_s).sum();
+    println!("| fault | times |\n|---|--:|");
+    for (kind, n) in faults {
+        println!("| {kind} | {n} |");
+    }
+    println!("\n| claim | checked | |\n|---|--:|---|");
+    for (name, text) in CLAIMS {
+        println!("| {name} | {} | {text} |", claims.get(name).copied().unwrap_or(0));
+    }
+    let broken: Vec<u64> = sailed
+        .iter()
+        .filter(|voyage| voyage.broken.is_some())
+        .map(|voyage| voyage.seed)
+        .collect();
+    println!(
+        "\n{} voyages, {simulated:.0} simulated seconds in {took_s:.1} s: {:.0} to one; broken: {broken:?}",
+        sailed.len(),
+        simulated / took_s
+    );
+    if broken.is_empty() {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    }
+}
