@@ -13,7 +13,8 @@
 )]
 
 use std::{
-    io,
+    error::Error,
+    fmt, io,
     panic::{AssertUnwindSafe, catch_unwind},
     sync::{Arc, Mutex, PoisonError},
     thread,
@@ -62,6 +63,14 @@ struct Settings {
 /// The work panicked. The panic hook has reported it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Panicked;
+
+impl fmt::Display for Panicked {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("the work panicked")
+    }
+}
+
+impl Error for Panicked {}
 
 impl Clock {
     /// The clock of this machine.

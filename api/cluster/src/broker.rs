@@ -16,14 +16,12 @@ use async_nats::{
         stream,
     },
 };
+use clock::Clock;
 use futures_util::StreamExt as _;
 use lab::campaign::{Campaign, CampaignError, DirectoryError, Manifest, WorkError, rows::SCHEMA_VERSION};
 use percent_encoding::percent_decode_str;
 use serde::{Deserialize, Serialize};
-use tokio::{
-    io::AsyncReadExt as _,
-    time::{sleep, timeout},
-};
+use tokio::io::AsyncReadExt as _;
 
 use super::event::WorkerEvent;
 
@@ -105,6 +103,7 @@ pub enum ClusterError {
 /// A broker with JetStream.
 #[derive(Clone, Debug)]
 pub struct Broker {
+    pub(crate) clock: Clock,
     pub(crate) jetstream: Context,
 }
 
@@ -158,7 +157,7 @@ pub(crate) fn version_in(subject: &str) -> Option<&str> {
 
 impl Broker {
     /// Connects. A connection that breaks later is restored automatically.
-    pub async fn connect(access: &Access, name: &str) -> Result<Self, ClusterError> {
+    pub async fn connect(access: &Access, name: &str, clock: &Clock) -> Result<Self, ClusterError> {
         let mut options = ConnectOptions::new()
             .name(name)
             .request_timeout(Some(REQUEST_TIMEOUT));
@@ -190,6 +189,7 @@ impl Broker {
         let client =
             client.map_err(|error| ClusterError::NoConnection(url.clone(), advice(&error), error))?;
         Ok(Self {
+            clock: clock.clone(),
             jetstream: jetstream::ContextBuilder::new()
                 .timeout(REQUEST_TIMEOUT)
                 .build(client),
@@ -201,13 +201,14 @@ impl Broker {
     pub async fn connect_when_ready(
         access: &Access,
         name: &str,
+        clock: &Clock,
         notify: &(dyn Fn(WorkerEvent) + Sync),
     ) -> Result<Self, ClusterError> {
         loop {
-            match Self::connect(access, name).await {
+            match Self::connect(access, name, clock).await {
                 Err(error @ ClusterError::NoConnection(_, IS_IT_THERE | HUNG_UP, _)) => {
                     notify(WorkerEvent::Trouble(error.to_string()));
-                    sleep(PAUSE).await;
+                    clock.sleep(PAUSE).await;
                 }
                 outcome => return outcome,
             }
@@ -249,7 +250,7 @@ impl Broker {
         spread.map_err(failed(what.clone()))?;
         // Messages are lost until the servers agree on a leader.
         for _ in 0..SPREAD_LOOKS {
-            sleep(PAUSE).await;
+            self.clock.sleep(PAUSE).await;
             let stream = self.jetstream.get_stream(name).await;
             let cluster = stream
                 .ok()
@@ -308,7 +309,7 @@ impl Broker {
     /// A campaign, as it was submitted.
     pub async fn campaign(&self, id: &str) -> Result<(Manifest, Campaign), ClusterError> {
         let bucket = self.bucket(id).await?;
-        let bytes = fetch(&bucket, MANIFEST)
+        let bytes = fetch(&bucket, MANIFEST, &self.clock)
             .await?
             .ok_or_else(|| ClusterError::NoCampaign(id.to_owned()))?;
         let manifest: Manifest =
@@ -340,9 +341,14 @@ fn is_missing(error: &ObjectStoreError) -> bool {
 }
 
 /// The bytes of an object; none if it does not exist.
-pub(crate) async fn fetch(bucket: &ObjectStore, name: &str) -> Result<Option<Vec<u8>>, ClusterError> {
+pub(crate) async fn fetch(
+    bucket: &ObjectStore,
+    name: &str,
+    clock: &Clock,
+) -> Result<Option<Vec<u8>>, ClusterError> {
     let what = format!("fetch {name}");
-    timeout(READ_TIMEOUT, fetch_unhurried(bucket, name))
+    clock
+        .timeout(READ_TIMEOUT, fetch_unhurried(bucket, name))
         .await
         .map_err(failed(what))?
 }
@@ -372,8 +378,9 @@ pub(crate) async fn store(bucket: &ObjectStore, name: &str, bytes: &[u8]) -> Res
 
 /// Names of the objects of a bucket. The answering server may be behind the others: the list is complete up to some moment, and may
 /// lack later objects.
-pub(crate) async fn names(bucket: &ObjectStore) -> Result<Vec<String>, ClusterError> {
-    timeout(READ_TIMEOUT, names_unhurried(bucket))
+pub(crate) async fn names(bucket: &ObjectStore, clock: &Clock) -> Result<Vec<String>, ClusterError> {
+    clock
+        .timeout(READ_TIMEOUT, names_unhurried(bucket))
         .await
         .map_err(failed("list what is done"))?
 }

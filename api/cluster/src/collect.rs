@@ -44,7 +44,7 @@ fn all_work(campaign: &Campaign) -> (Vec<Work>, Vec<Work>) {
 pub async fn progress(broker: &Broker, id: &str) -> Result<Progress, ClusterError> {
     let (_, campaign) = broker.campaign(id).await?;
     let bucket = broker.bucket(id).await?;
-    let there = names(&bucket).await?;
+    let there = names(&bucket, &broker.clock).await?;
     let (gains, chunks) = all_work(&campaign);
     let done = |all: &[Work]| {
         (
@@ -60,7 +60,7 @@ pub async fn progress(broker: &Broker, id: &str) -> Result<Progress, ClusterErro
             continue;
         }
         given_up.push(what.to_owned());
-        let why = fetch(&bucket, name).await?.unwrap_or_default();
+        let why = fetch(&bucket, name, &broker.clock).await?.unwrap_or_default();
         parked.push(format!("{what}: {}", String::from_utf8_lossy(&why)));
     }
     let is_given_up = |work: &Work| given_up.iter().any(|name| *name == work.name());
@@ -99,7 +99,9 @@ pub async fn collect(broker: &Broker, id: &str, path: &Path) -> Result<(Director
         let (gains, chunks) = all_work(&campaign);
         for work in gains.into_iter().chain(chunks) {
             let missing = || ClusterError::Unfinished(of - 1, of);
-            let bytes = fetch(&bucket, &work.name()).await?.ok_or_else(missing)?;
+            let bytes = fetch(&bucket, &work.name(), &broker.clock)
+                .await?
+                .ok_or_else(missing)?;
             directory.store_work(work, &bytes)?;
         }
     }

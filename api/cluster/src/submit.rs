@@ -31,7 +31,7 @@ pub async fn submit(
     let bucket = broker.new_bucket(&id, replicas).await?;
     let json = serde_json::to_vec(&manifest).expect("texts and numbers only");
     store(&bucket, MANIFEST, &json).await?;
-    let there = names(&bucket).await?;
+    let there = names(&bucket, &broker.clock).await?;
     let is_done = |work: &Work| there.contains(&work.name());
     let (mut sent, mut done) = (0, 0);
     for case in 0..campaign.cases.len() {

@@ -11,9 +11,10 @@ use async_nats::jetstream::{
     consumer::{AckPolicy, Consumer, pull},
     object_store::ObjectStore,
 };
+use clock::Clock;
 use futures_util::StreamExt as _;
 use lab::campaign::{Campaign, Manifest, Work};
-use tokio::{sync::watch, task::spawn_blocking, time::sleep};
+use tokio::sync::watch;
 
 use super::{
     broker::{
@@ -69,7 +70,7 @@ impl Worker {
             match self.consumer(notify).await {
                 Err(error) if !*stop.borrow() => {
                     notify(WorkerEvent::Trouble(error.to_string()));
-                    sleep(PAUSE).await;
+                    self.broker.clock.sleep(PAUSE).await;
                 }
                 outcome => break outcome?,
             }
@@ -133,7 +134,7 @@ impl Worker {
                 Ok(mut messages) => messages.next().await,
                 Err(error) => {
                     notify(WorkerEvent::Trouble(error.to_string()));
-                    sleep(PAUSE).await;
+                    self.broker.clock.sleep(PAUSE).await;
                     continue;
                 }
             };
@@ -141,11 +142,13 @@ impl Worker {
                 None => idle += PULL,
                 Some(Err(error)) => {
                     notify(WorkerEvent::Trouble(error.to_string()));
-                    sleep(PAUSE).await;
+                    self.broker.clock.sleep(PAUSE).await;
                 }
                 Some(Ok(message)) => {
                     idle = Duration::ZERO;
-                    if let Err(error) = with_heartbeat(&message, self.take(&message, notify)).await {
+                    if let Err(error) =
+                        with_heartbeat(&message, &self.broker.clock, self.take(&message, notify)).await
+                    {
                         notify(WorkerEvent::Trouble(error.to_string()));
                         // Another worker may succeed.
                         let _ = message.ack_with(AckKind::Nak(Some(PAUSE))).await;
@@ -179,21 +182,26 @@ impl Worker {
             return acknowledged(message, AckKind::Term).await;
         }
         let case = work.case(campaign);
-        if fetch(bucket, &work.name()).await?.is_none() {
+        if fetch(bucket, &work.name(), &self.broker.clock).await?.is_none() {
             let mut before = vec![];
             if let (Work::Fly { .. }, Some(case)) = (work, case) {
                 for gains in Work::before(campaign, case) {
-                    before.extend(fetch(bucket, &gains.name()).await?);
+                    before.extend(fetch(bucket, &gains.name(), &self.broker.clock).await?);
                 }
             }
             let job = Arc::clone(&known);
-            let bytes = match spawn_blocking(move || work.done(&job.1, &job.0, &before)).await {
+            let bytes = match self
+                .broker
+                .clock
+                .run_blocking(move || work.done(&job.1, &job.0, &before))
+                .await
+            {
                 Ok(bytes) => bytes?,
                 // A panic is our bug: the broker sends the work again until it is given up.
                 Err(error) => return Err(failed(format!("do {}", work.name()))(error)),
             };
             let name = work.name();
-            with_retries(notify, || store(bucket, &name, &bytes)).await?;
+            with_retries(notify, &self.broker.clock, || store(bucket, &name, &bytes)).await?;
         }
         if let (Work::Tune { .. }, Some(case)) = (work, case) {
             self.send_chunks(&known, work, case, notify).await?;
@@ -214,8 +222,8 @@ impl Worker {
     ) -> Result<(), ClusterError> {
         // A server that is behind the others lists too little. A list with the gains just stored contains all that were stored
         // before, so the last worker to find gains sees them all; otherwise each might leave the chunks to another.
-        let there = with_retries(notify, || async {
-            let there = names(bucket).await?;
+        let there = with_retries(notify, &self.broker.clock, || async {
+            let there = names(bucket, &self.broker.clock).await?;
             let behind = || std::io::Error::other("a server of the broker is behind the others");
             if there.contains(&found.name()) {
                 Ok(there)
@@ -232,7 +240,10 @@ impl Worker {
         }
         for chunk in Work::chunks(campaign, case) {
             if !there.contains(&chunk.name()) {
-                with_retries(notify, || send(&self.broker, manifest, chunk, None)).await?;
+                with_retries(notify, &self.broker.clock, || {
+                    send(&self.broker, manifest, chunk, None)
+                })
+                .await?;
             }
         }
         Ok(())
@@ -259,12 +270,13 @@ impl Worker {
 }
 
 /// Waits for `doing`, with signs of life meanwhile.
-async fn with_heartbeat<T>(message: &Message, doing: impl Future<Output = T>) -> T {
+async fn with_heartbeat<T>(message: &Message, clock: &Clock, doing: impl Future<Output = T>) -> T {
     tokio::pin!(doing);
     loop {
         tokio::select! {
+            biased;
             done = &mut doing => return done,
-            () = sleep(PROGRESS) => {
+            () = clock.sleep(PROGRESS) => {
                 // If the broker does not answer now, it may answer the next time.
                 let _ = message.ack_with(AckKind::Progress).await;
             }
@@ -283,6 +295,7 @@ async fn acknowledged(message: &Message, kind: AckKind) -> Result<(), ClusterErr
 /// Tries again while the broker does not answer, so that a result is not lost.
 async fn with_retries<T, F: Future<Output = Result<T, ClusterError>>>(
     notify: &(dyn Fn(WorkerEvent) + Sync),
+    clock: &Clock,
     attempt: impl Fn() -> F,
 ) -> Result<T, ClusterError> {
     let mut left = ATTEMPTS;
@@ -291,7 +304,7 @@ async fn with_retries<T, F: Future<Output = Result<T, ClusterError>>>(
             Err(error) if 0 < left => {
                 notify(WorkerEvent::Trouble(error.to_string()));
                 left -= 1;
-                sleep(PAUSE).await;
+                clock.sleep(PAUSE).await;
             }
             outcome => return outcome,
         }

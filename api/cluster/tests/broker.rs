@@ -9,6 +9,7 @@ use std::{
 };
 
 use async_nats::jetstream;
+use clock::Clock;
 use futures_util::StreamExt as _;
 use lab::campaign::{Campaign, Directory, Manifest, ScenarioFiles, Shard, rows::SCHEMA_VERSION, run};
 use pilotfish_cluster::{Access, Broker, ClusterError, Worker, WorkerEvent, collect, progress, submit};
@@ -120,7 +121,7 @@ impl Server {
 
     async fn broker_for(&self, access: &Access) -> Broker {
         for _ in 0..100 {
-            if let Ok(broker) = Broker::connect(access, "test").await {
+            if let Ok(broker) = Broker::connect(access, "test", &Clock::machine()).await {
                 return broker;
             }
             sleep(Duration::from_millis(100)).await;
@@ -398,7 +399,10 @@ async fn a_worker_waits_for_its_broker() {
         sleep(Duration::from_millis(500)).await;
         server.child = Server::spawn(server.port, server.data.path(), &[]);
     };
-    let (awaited, ()) = tokio::join!(Broker::connect_when_ready(&access, "test", &notify), started);
+    let (awaited, ()) = tokio::join!(
+        Broker::connect_when_ready(&access, "test", &Clock::machine(), &notify),
+        started
+    );
     awaited.expect("is there in the end");
     let events = events.into_inner().expect("no panic held it");
     assert!(
@@ -429,7 +433,7 @@ async fn a_password_in_the_address_opens_a_broker_and_a_wrong_one_is_named() {
     let broker = server.broker_for(&with("me:s%40cret@")).await;
     submit(&broker, &small(SMALL), 1).await.expect("is sent");
     for who in ["", "me:wrong@", "token@"] {
-        let refused = Broker::connect(&with(who), "test")
+        let refused = Broker::connect(&with(who), "test", &Clock::machine())
             .await
             .expect_err("is refused")
             .to_string();
@@ -479,7 +483,9 @@ async fn certificates_open_a_broker_and_what_is_missing_is_named() {
         (access("ours", None), "--nats-cert"),
         (access("nowhere", None), "nowhere"),
     ] {
-        let refused = Broker::connect(&access, "test").await.expect_err("is refused");
+        let refused = Broker::connect(&access, "test", &Clock::machine())
+            .await
+            .expect_err("is refused");
         assert!(refused.to_string().contains(advice), "{refused}");
     }
 }

@@ -306,7 +306,9 @@ impl LogWriter for Writer {
     }
 
     fn limit_growth(&mut self, pages: Option<u32>) -> Result<(), StoreError> {
-        let now: u32 = self.connection.pragma_query_value(None, "page_count", |row| row.get(0))?;
+        let now: u32 = self
+            .connection
+            .pragma_query_value(None, "page_count", |row| row.get(0))?;
         let most = pages.map_or(u32::MAX - 1, |more| now + more);
         Ok(self
             .connection

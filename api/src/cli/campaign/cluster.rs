@@ -87,7 +87,7 @@ impl BrokerFlags {
     }
 
     async fn connect(&self, name: &str) -> Result<Broker, ClusterError> {
-        Broker::connect(&self.access(), name).await
+        Broker::connect(&self.access(), name, &Clock::machine()).await
     }
 }
 
@@ -166,7 +166,8 @@ pub(crate) fn work(arguments: &WorkerFlags) -> Result<(), Box<dyn Error>> {
     Runtime::new()?.block_on(async {
         let notify = |event| eprintln!("{}", event_in_words(&event));
         let access = arguments.broker.access();
-        let broker = Broker::connect_when_ready(&access, "pilotfish worker", &notify).await?;
+        let broker =
+            Broker::connect_when_ready(&access, "pilotfish worker", &Clock::machine(), &notify).await?;
         let (stop, stopped) = watch::channel(false);
         tokio::spawn(async move {
             asked_to_stop().await;

@@ -1,0 +1,56 @@
+//! Voyages of two hundred seeds, and the same voyage twice. `just voyages N` sails more, and longer ones.
+
+use std::{
+    sync::atomic::{AtomicU64, Ordering},
+    thread,
+};
+
+use tests::voyage::{Course, sail};
+
+const SEEDS: u64 = 200;
+
+const COURSE: Course = Course {
+    duration_s: 100.0,
+    is_nominal: false,
+};
+
+/// Sails these seeds on as many threads as there are processors, each voyage on one.
+fn sail_all(seeds: std::ops::Range<u64>, course: Course) {
+    let next = AtomicU64::new(seeds.start);
+    thread::scope(|scope| {
+        for _ in 0..thread::available_parallelism().map_or(1, Into::into) {
+            scope.spawn(|| {
+                loop {
+                    let seed = next.fetch_add(1, Ordering::Relaxed);
+                    if seeds.end <= seed {
+                        return;
+                    }
+                    let voyage = sail(seed, course);
+                    assert!(voyage.broken.is_none(), "{}", voyage.told());
+                }
+            });
+        }
+    });
+}
+
+#[test]
+fn every_claim_holds_in_two_hundred_voyages_with_faults() {
+    sail_all(1..1 + SEEDS, COURSE);
+}
+
+#[test]
+fn a_voyage_without_faults_has_no_alarm() {
+    let is_nominal = true;
+    sail_all(1..5, Course { is_nominal, ..COURSE });
+}
+
+#[test]
+fn a_seed_replays_to_the_byte() {
+    let long = Course {
+        duration_s: 300.0,
+        ..COURSE
+    };
+    for seed in [3, 4] {
+        assert_eq!(sail(seed, long), sail(seed, long));
+    }
+}
