@@ -375,7 +375,7 @@ impl Bridge {
         self.listen(self.clock.machine.now() + patience).await;
     }
 
-    /// Processes what arrives until `end`, or one piece that arrived before it.
+    /// Processes what arrives until `end`, and one piece at least of what waits.
     async fn listen(&mut self, end: Instant) {
         loop {
             tokio::select! {

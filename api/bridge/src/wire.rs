@@ -133,6 +133,7 @@ const CONNECT_TIMEOUT: Duration = Duration::from_secs(3);
 const READ_BYTES: usize = 4096;
 
 /// Opens `endpoint` on a thread of its own, now and whenever it breaks, until the bridge of `input` is gone.
+#[must_use]
 pub fn open(endpoint: &Endpoint, input: Input) -> Output {
     let line = Arc::new(Mutex::new(None));
     let (kept, endpoint) = (Arc::clone(&line), endpoint.clone());

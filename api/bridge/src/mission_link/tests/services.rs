@@ -48,9 +48,12 @@ async fn a_service_that_does_not_answer_is_left_for_the_next_with_the_same_key()
 #[tokio::test(start_paused = true)]
 async fn a_single_service_is_waited_for_four_seconds() {
     let clock = Clock::simulated(0.0);
-    let (transport, calls) = services(&clock, |call| match is_report(call) || is_for_plan(call) {
-        true => Fate::Unanswered,
-        false => Fate::Answered(200, mission("m-1")),
+    let (transport, calls) = services(&clock, |call| {
+        if is_report(call) || is_for_plan(call) {
+            Fate::Unanswered
+        } else {
+            Fate::Answered(200, mission("m-1"))
+        }
     });
     let link = joined(&clock, None, transport);
     noted_for(&clock, &link, 14).await;
@@ -64,7 +67,7 @@ async fn a_single_service_is_waited_for_four_seconds() {
         .collect();
     let again = Duration::from_secs(4) + RETRY;
     assert!(
-        2 < posted.len() && posted.windows(2).all(|pair| pair[1] - pair[0] == again),
+        2 < posted.len() && posted.windows(2).all(|pair| pair[1] == pair[0] + again),
         "{posted:?}"
     );
 }
