@@ -1,6 +1,6 @@
 //! The wire to the autopilot: references out, measurements and its state in.
 
-use std::{collections::BTreeMap, sync::mpsc::SyncSender};
+use std::collections::BTreeMap;
 
 use ::mavlink::dialects::ardupilotmega::MavSeverity;
 
@@ -9,7 +9,7 @@ use crate::{
     mavlink::{Autopilot, AutopilotEvent, Control, Heartbeat, MavlinkReader, MavlinkWriter, Parameters},
     nmea::{NmeaReader, heading_and_speed_sentences},
     reference::Reference,
-    wire::{Endpoint, Received, Wire},
+    wire::{Endpoint, Output, Received},
 };
 
 /// How the craft takes references.
@@ -34,14 +34,14 @@ pub enum AutopilotSettings {
 /// An open link.
 pub(crate) enum AutopilotLink {
     Mavlink {
-        wire: Wire,
+        send: Output,
         reader: MavlinkReader,
         writer: MavlinkWriter,
         /// The newest heartbeat, and when it arrived; none before the first.
         heartbeat: Option<(Heartbeat, f64)>,
     },
     Nmea {
-        wire: Wire,
+        send: Output,
         reader: NmeaReader,
     },
 }
@@ -50,22 +50,21 @@ pub(crate) enum AutopilotLink {
 const SYSTEM: u8 = 1;
 
 impl AutopilotLink {
-    /// Opens the link as wire number 0.
-    pub(crate) fn open(settings: AutopilotSettings, received: &SyncSender<Received>) -> Self {
-        let open = |connect: Endpoint| Wire::open(connect, 0, received.clone());
+    /// Opens the link's wire with `open`.
+    pub(crate) fn open(settings: AutopilotSettings, open: impl FnOnce(&Endpoint) -> Output) -> Self {
         match settings {
             AutopilotSettings::Mavlink {
                 connect,
                 system,
                 auvs,
             } => Self::Mavlink {
-                wire: open(connect),
+                send: open(&connect),
                 reader: MavlinkReader::new(system, auvs),
                 writer: MavlinkWriter::new(system.unwrap_or(SYSTEM)),
                 heartbeat: None,
             },
             AutopilotSettings::Nmea { connect } => Self::Nmea {
-                wire: open(connect),
+                send: open(&connect),
                 reader: NmeaReader::default(),
             },
         }
@@ -120,7 +119,7 @@ impl AutopilotLink {
     /// Sends `reference` at `now` of the bridge's clock, s.
     pub(crate) fn send(&mut self, reference: &Reference, now: f64) {
         match self {
-            Self::Nmea { wire, .. } => wire.send(heading_and_speed_sentences(reference).as_bytes()),
+            Self::Nmea { send, .. } => send(heading_and_speed_sentences(reference).as_bytes()),
             Self::Mavlink { .. } => self.send_frames(|writer, heartbeat| {
                 writer.reference(heartbeat.autopilot, reference, boot_ms(now))
             }),
@@ -143,8 +142,8 @@ impl AutopilotLink {
 
     /// Sends the bridge's own heartbeat, also before the first of the autopilot: some wires wait to be spoken to.
     pub(crate) fn send_heartbeat(&mut self) {
-        if let Self::Mavlink { wire, writer, .. } = self {
-            wire.send(&writer.heartbeat());
+        if let Self::Mavlink { send, writer, .. } = self {
+            send(&writer.heartbeat());
         }
     }
 
@@ -162,13 +161,13 @@ impl AutopilotLink {
     /// Sends frames to an autopilot that has been heard.
     fn send_frames(&mut self, frames: impl FnOnce(&mut MavlinkWriter, Heartbeat) -> Vec<u8>) {
         if let Self::Mavlink {
-            wire,
+            send,
             writer,
             heartbeat: Some((heartbeat, _)),
             ..
         } = self
         {
-            wire.send(&frames(writer, *heartbeat));
+            send(&frames(writer, *heartbeat));
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The loop of a bridge: measurements from the wires go to the mission, the mission's plan goes to the craft.
 //!
 //! ```text
-//! autopilot, modems, sensors ─ bytes → adapters → measurements → craft's state, fixes ─→ mission (HTTP, threads of its own)
+//! autopilot, modems, sensors ─ bytes → adapters → measurements → craft's state, fixes ─→ mission (HTTP, tasks of its own)
 //! autopilot ← frames ← output limiter ← authority ← reference, ten times a second, along the newest plan ←─┘
 //! ```
 //! The bridge sends only what `Authority` allows. If anything stops, the autopilot's own time-out stops the craft, and the
@@ -10,17 +10,18 @@
 use std::{
     collections::{BTreeMap, BTreeSet},
     fmt,
-    sync::mpsc::{Receiver, sync_channel},
     time::{Duration, Instant},
 };
 
 use ::mavlink::dialects::ardupilotmega::MavSeverity;
+use clock::Clock;
+use tokio::sync::mpsc::{Receiver, channel};
 
 use crate::{
     Alarm, AuvFix, CraftState, Geographic, MeasuredState, Measurement, Rejects, Source,
     acoustics::{CraftPose, KnownDepth, Modem, PoseHistory},
     autopilot_link::{AutopilotLink, AutopilotSettings, read_nmea},
-    clock::Clock,
+    bridge_clock::BridgeClock,
     mavlink::{Action, Authority, AutopilotEvent, Conditions, Contradiction, Control, Parameters, Silence},
     mission_client::MissionClient,
     mission_link::{LinkStatus, MissionChoice, MissionLink},
@@ -29,7 +30,7 @@ use crate::{
     output_limiter::{OutputLimiter, OutputLimits},
     plan::Plan,
     reference::Reference,
-    wire::{Endpoint, Received, Wire},
+    wire::{Endpoint, Input, Output, Received},
 };
 
 mod status_line;
@@ -106,7 +107,7 @@ enum Sending {
 /// A running bridge.
 pub struct Bridge {
     settings: Settings,
-    clock: Clock,
+    clock: BridgeClock,
     autopilot: AutopilotLink,
     received: Receiver<Received>,
     nmea: Vec<NmeaReader>,
@@ -137,13 +138,14 @@ pub struct Bridge {
     is_steering: bool,
     trouble: Option<String>,
     last_second: u64,
-    _sensors: Vec<Wire>,
 }
 
 /// Number of the autopilot's wire.
 const AUTOPILOT_WIRE: usize = 0;
 /// Pieces that may wait for the loop.
 const PIECES_MAX: usize = 1024;
+/// How long to listen before the next look at what was heard.
+const LISTEN: Duration = Duration::from_millis(100);
 /// How long to wait for parameters after the first heartbeat, s.
 const PARAMETERS_WAIT_S: f64 = 5.0;
 /// How long to wait for positions that agree, of which one becomes the origin of a new mission.
@@ -167,18 +169,34 @@ impl fmt::Debug for Bridge {
 }
 
 impl Bridge {
-    /// Opens the autopilot's link and the other wires.
+    /// A bridge on the machine of `clock`, whose wires `open` opens: with [`crate::wire::open`], or as a test wants.
     #[must_use]
-    pub fn open(autopilot: AutopilotSettings, settings: Settings) -> Self {
-        let (sender, received) = sync_channel(PIECES_MAX);
-        let autopilot = AutopilotLink::open(autopilot, &sender);
+    pub fn open(
+        clock: &Clock,
+        autopilot: AutopilotSettings,
+        settings: Settings,
+        mut open: impl FnMut(&Endpoint, Input) -> Output,
+    ) -> Self {
+        let (sender, received) = channel(PIECES_MAX);
+        let mut open = |endpoint: &Endpoint, wire| {
+            let (received, clock) = (sender.clone(), clock.clone());
+            open(
+                endpoint,
+                Input {
+                    wire,
+                    received,
+                    clock,
+                },
+            )
+        };
+        let autopilot = AutopilotLink::open(autopilot, |connect| open(connect, AUTOPILOT_WIRE));
         let modems = settings.modems.iter().map(|(endpoint, _)| endpoint);
-        let sensors = settings.nmea.iter().chain(modems).enumerate();
-        let sensors = sensors
-            .map(|(index, endpoint)| Wire::open(endpoint.clone(), 1 + index, sender.clone()))
-            .collect();
+        for (index, endpoint) in settings.nmea.iter().chain(modems).enumerate() {
+            // Nothing is sent to a sensor.
+            drop(open(endpoint, 1 + index));
+        }
         Self {
-            clock: Clock::start(),
+            clock: BridgeClock::start(clock),
             autopilot,
             received,
             nmea: settings.nmea.iter().map(|_| NmeaReader::default()).collect(),
@@ -204,7 +222,6 @@ impl Bridge {
             is_steering: false,
             trouble: None,
             last_second: 0,
-            _sensors: sensors,
             settings,
         }
     }
@@ -252,11 +269,11 @@ impl Bridge {
 
     /// Waits up to `patience` for the autopilot and its parameters, or for the craft's state if the wire carries no parameters.
     /// Returns whether the craft was heard.
-    pub fn wait_for_craft(&mut self, patience: Duration) -> bool {
-        let end = Instant::now() + patience;
+    pub async fn wait_for_craft(&mut self, patience: Duration) -> bool {
+        let end = self.clock.machine.now() + patience;
         let (mut requested_s, mut said_s) = (f64::NEG_INFINITY, 0.0);
-        while Instant::now() < end {
-            self.listen(Duration::from_millis(100));
+        while self.clock.machine.now() < end {
+            self.listen_for(LISTEN).await;
             self.settle();
             let now = self.now_s();
             if now - said_s >= Duration::from_secs(LINE_INTERVAL_S).as_secs_f64() {
@@ -287,10 +304,10 @@ impl Bridge {
     }
 
     /// Joins or creates the mission, whose limits the autopilot's parameters complete.
-    pub fn follow(&mut self, missions: MissionClient, mut mission: MissionChoice) {
+    pub async fn follow(&mut self, missions: MissionClient, mut mission: MissionChoice) {
         if let MissionChoice::Named { body, .. } = &mut mission {
             if needs_origin(&body["live"])
-                && let Some(Geographic { lat_deg, lon_deg }) = self.settled_position()
+                && let Some(Geographic { lat_deg, lon_deg }) = self.settled_position().await
             {
                 tracing::info!("a new mission has its origin at {lat_deg:.6}°, {lon_deg:.6}°");
                 body["live"]["origin"] = serde_json::json!({ "lat_deg": lat_deg, "lon_deg": lon_deg });
@@ -301,7 +318,7 @@ impl Bridge {
             self.limits = Some(OutputLimits::declared(&body["live"]));
         }
         let (interval, sigma_m) = (self.settings.report_interval, self.settings.sigma_m);
-        let link = MissionLink::open(missions, mission, interval, sigma_m, self.clock);
+        let link = MissionLink::open(missions, mission, interval, sigma_m, self.clock.clone());
         // They may be the only ones: what is heard again counts once.
         for (fix, _, _) in self.telemetry.fixes.values() {
             link.report_auv(fix);
@@ -310,11 +327,11 @@ impl Bridge {
     }
 
     /// Waits for the position that a new mission gets as its origin; none if positions do not agree in time.
-    fn settled_position(&mut self) -> Option<Geographic> {
-        let end = Instant::now() + ORIGIN_WAIT;
+    async fn settled_position(&mut self) -> Option<Geographic> {
+        let end = self.clock.machine.now() + ORIGIN_WAIT;
         let mut settled = self.settle();
-        while settled.is_none() && Instant::now() < end {
-            self.listen(Duration::from_millis(100));
+        while settled.is_none() && self.clock.machine.now() < end {
+            self.listen_for(LISTEN).await;
             settled = self.settle();
         }
         settled
@@ -330,17 +347,14 @@ impl Bridge {
     }
 
     /// Follows the mission's plans until it is over, or for as long as `limit`.
-    pub fn run(&mut self, limit: Option<Duration>) -> Result<(), MissionError> {
-        let end = limit.map(|limit| Instant::now() + limit);
+    pub async fn run(&mut self, limit: Option<Duration>) -> Result<(), MissionError> {
+        let mut due = self.clock.machine.now();
+        let end = limit.map(|limit| due + limit);
         let interval = Duration::from_secs_f64(1.0 / self.settings.rate_hz);
-        let mut due = Instant::now();
-        while end.is_none_or(|end| Instant::now() < end) {
-            self.listen(due.saturating_duration_since(Instant::now()));
-            if Instant::now() < due {
-                continue;
-            }
+        while end.is_none_or(|end| self.clock.machine.now() < end) {
+            self.listen(due).await;
             // A missed tick is not repeated.
-            due = (due + interval).max(Instant::now());
+            due = (due + interval).max(self.clock.machine.now());
             let link = self.link();
             self.tick(&link);
             if link.is_over {
@@ -357,17 +371,20 @@ impl Bridge {
         Ok(())
     }
 
-    /// Processes what arrives within `patience`.
-    fn listen(&mut self, patience: Duration) {
-        let end = Instant::now() + patience;
+    async fn listen_for(&mut self, patience: Duration) {
+        self.listen(self.clock.machine.now() + patience).await;
+    }
+
+    /// Processes what arrives until `end`, and one piece at least of what waits.
+    async fn listen(&mut self, end: Instant) {
         loop {
-            let left = end.saturating_duration_since(Instant::now());
-            let Ok(piece) = self.received.recv_timeout(left) else {
-                return;
-            };
-            self.process(&piece);
+            tokio::select! {
+                biased;
+                Some(piece) = self.received.recv() => self.process(&piece),
+                () = self.clock.machine.sleep_until(end) => return,
+            }
             // A wire that never pauses must not delay references.
-            if Instant::now() >= end {
+            if end <= self.clock.machine.now() {
                 return;
             }
         }
@@ -638,33 +655,55 @@ impl Bridge {
 
 #[cfg(test)]
 mod tests {
-    use std::{sync::mpsc, thread};
-
     use super::*;
 
-    #[test]
-    fn a_wire_that_never_pauses_does_not_delay_the_loop() {
-        let (sender, received) = sync_channel(PIECES_MAX);
-        thread::spawn(move || {
-            let noise = Received {
-                wire: 0,
-                // Takes longer to read than to send again: the channel is never empty.
-                bytes: b"$HEHDT,1.0,T*00\r\n".repeat(4096),
-                is_datagram: false,
-                at: Instant::now(),
-            };
-            while sender.send(noise.clone()).is_ok() {}
+    /// A bridge with nothing but the wire of its autopilot.
+    fn bridge() -> (Bridge, Input) {
+        let connect = "tcp:autopilot:1".parse().expect("an endpoint");
+        let (clock, mut wire) = (Clock::simulated(0.0), None);
+        let bridge = Bridge::open(
+            &clock,
+            AutopilotSettings::Nmea { connect },
+            Settings::default(),
+            |_, input| {
+                wire = Some(input);
+                Box::new(|_| ())
+            },
+        );
+        (bridge, wire.expect("is opened"))
+    }
+
+    const PIECE: &[u8] = b"$HEHDT,1.0,T*00\r\n";
+
+    #[tokio::test(start_paused = true)]
+    async fn a_wire_that_never_pauses_does_not_delay_the_loop() {
+        let (mut bridge, wire) = bridge();
+        let clock = wire.clock.clone();
+        let noise = tokio::spawn(async move {
+            loop {
+                // More always waits than the loop reads before another task is next.
+                while wire.received.try_send(wire.piece(PIECE.to_vec(), false)).is_ok() {}
+                tokio::time::advance(Duration::from_millis(1)).await;
+            }
         });
-        let (done, listened) = mpsc::channel();
-        thread::spawn(move || {
-            let connect = Endpoint::Udp("127.0.0.1:0".to_owned());
-            let mut bridge = Bridge::open(AutopilotSettings::Nmea { connect }, Settings::default());
-            bridge.received = received;
-            bridge.listen(Duration::from_millis(50));
-            done.send(())
-        });
-        // A hundred times the time asked for: the machine may be busy.
-        let patience = Duration::from_secs(5);
-        listened.recv_timeout(patience).expect("the loop continues");
+        let start = clock.now();
+        bridge.listen(start + Duration::from_millis(50)).await;
+        let (waiting, listened) = (bridge.received.len(), clock.since(start));
+        noise.abort();
+        assert!(0 < waiting, "the wire pauses");
+        assert_eq!(listened, Duration::from_millis(50));
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_loop_that_is_late_still_reads_a_piece_each_time() {
+        let (mut bridge, wire) = bridge();
+        for _ in 0..3 {
+            wire.arrived(PIECE.to_vec(), false).await;
+        }
+        let due = wire.clock.now();
+        for count in 1..=2 {
+            bridge.listen(due).await;
+            assert_eq!(bridge.telemetry.pieces, [count]);
+        }
     }
 }

@@ -5,14 +5,17 @@
 //! frames, sentences ← output_limiter ← follow ← reference, along the newest plan ←──────────┘
 //! ```
 //!
-//! Each adapter turns the bytes of one wire into [`Measurement`]s, without socket, clock or thread. [`wire`] has the sockets,
-//! [`mission_client`] speaks HTTP, and [`follow`] is the loop that joins them. Nothing here knows the service's code.
+//! Each adapter turns the bytes of one wire into [`Measurement`]s, without socket, clock or thread. [`wire`] has the sockets and
+//! their threads, [`mission_client`] speaks HTTP, and [`follow`] is the loop that joins them. Nothing here knows the service's code.
+//!
+//! Time is an argument, [`clock::Clock`]. With a simulated one, wires of `Bridge::open` that a test feeds, and a service in the
+//! process ([`mission_client::Transport::in_process`]), a bridge is a function of what it hears: `tests/voyage.rs`.
 //!
 //! Headings are true, rad, clockwise from north; positions are WGS 84 in degrees.
 
 pub mod acoustics;
 pub mod autopilot_link;
-mod clock;
+mod bridge_clock;
 mod craft_state;
 mod current_observer;
 pub mod follow;

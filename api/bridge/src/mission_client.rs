@@ -1,20 +1,18 @@
 //! HTTP requests of a live mission: a client of the service's API.
 
-use std::time::Duration;
+use std::{error::Error, time::Duration};
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
-use ureq::{
-    Body,
-    http::Response,
-    tls::{Certificate, RootCerts, TlsConfig},
-};
+use ureq::http::StatusCode;
 
 mod services;
 mod token_file;
+mod transport;
 
 use services::Services;
 pub use token_file::TokenFile;
+pub use transport::{Answer, Answering, Call, Posted, Transport};
 
 /// A request without an answer is repeated after this time, with the same key. A plan may be followed for ten seconds: reports must
 /// arrive before that.
@@ -25,16 +23,17 @@ const ANSWER_TIMEOUT_OF_SEVERAL: Duration = Duration::from_millis(2_500);
 /// How long the service may hold a request until there is a newer plan, s: the answer must arrive in time over a slow link.
 const WAIT_S: u32 = 2;
 const WAIT_S_OF_SEVERAL: u32 = 1;
+const MISSIONS: &str = "/v1/missions";
 /// Members of a mission's metadata by which a bridge finds its own: its name, and the digest of the setup.
 const NAME: &str = "bridge";
 const DIGEST: &str = "bridge_setup";
 
 /// A client of one service, or of several that share their missions.
-#[derive(Debug)]
 pub struct MissionClient {
-    agent: ureq::Agent,
     services: Services,
     token: Option<TokenFile>,
+    transport: Transport,
+    answer_timeout: Duration,
     wait_s: u32,
 }
 
@@ -101,38 +100,26 @@ pub(crate) struct Reports {
 
 impl MissionClient {
     /// A client of the service at `urls`, or of several that share their missions: one that does not answer is left for the next. `token`
-    /// authorises it, if the services require that. After a rejection the file is read again. `certificate`, PEM, is trusted instead of
-    /// the usual root certificates.
-    pub fn new(
-        urls: &[String],
-        token: Option<TokenFile>,
-        certificate: Option<&[u8]>,
-    ) -> Result<Self, ureq::Error> {
-        let (timeout, wait_s) = if urls.len() == 1 {
+    /// authorises it, if the services require that. After a rejection the file is read again.
+    #[must_use]
+    pub fn new(urls: &[String], token: Option<TokenFile>, transport: Transport) -> Self {
+        let (answer_timeout, wait_s) = if urls.len() == 1 {
             (ANSWER_TIMEOUT, WAIT_S)
         } else {
             (ANSWER_TIMEOUT_OF_SEVERAL, WAIT_S_OF_SEVERAL)
         };
-        let mut tls = TlsConfig::builder();
-        if let Some(pem) = certificate {
-            tls = tls.root_certs(RootCerts::from([Certificate::from_pem(pem)?]));
-        }
-        let config = ureq::Agent::config_builder()
-            .tls_config(tls.build())
-            // The body of an error says what is wrong.
-            .http_status_as_error(false)
-            .timeout_global(Some(timeout));
-        Ok(Self {
-            agent: config.build().into(),
+        Self {
             services: Services::new(urls),
             token,
+            transport,
+            answer_timeout,
             wait_s,
-        })
+        }
     }
 
     /// The unfinished mission of `name`, or a new one of `body`: a bridge that restarts continues its mission. A mission of that name with
     /// another `digest` of the setup is an error. Tries with the same `key` create one mission at most.
-    pub(crate) fn find_or_create(
+    pub(crate) async fn find_or_create(
         &self,
         name: &str,
         digest: &str,
@@ -141,11 +128,11 @@ impl MissionClient {
     ) -> Result<MissionInfo, ServiceError> {
         let mut after = 0;
         loop {
-            let page: Page = self.get(&format!("?after={after}"))?;
+            let page: Page = self.get(&format!("?after={after}")).await?;
             let is_ours = |mission: &&MissionInfo| mission.metadata[NAME] == name && !mission.is_over();
             if let Some(found) = page.missions.iter().find(is_ours) {
                 return if found.metadata[DIGEST] == digest {
-                    self.run(found.clone())
+                    self.run(found.clone()).await
                 } else {
                     Err(ServiceError::Rejected {
                         code: "another_setup".to_owned(),
@@ -164,108 +151,108 @@ impl MissionClient {
         let mut body = body.clone();
         body["metadata"][NAME] = name.into();
         body["metadata"][DIGEST] = digest.into();
-        let made = self.post("", &body, &format!("bridge-{name}-{key}"))?;
-        self.run(serde_json::from_value(made).map_err(|error| ServiceError::Unavailable(error.to_string()))?)
+        let made: MissionInfo = self.post("", &body, &format!("bridge-{name}-{key}")).await?;
+        self.run(made).await
     }
 
     /// Runs the mission if it is new.
-    pub(crate) fn run(&self, mission: MissionInfo) -> Result<MissionInfo, ServiceError> {
+    pub(crate) async fn run(&self, mission: MissionInfo) -> Result<MissionInfo, ServiceError> {
         if mission.status == "created" {
             let path = format!("/{}/run", mission.id);
-            self.post(&path, &json!({}), &format!("{}-run", mission.id))?;
+            let _: Value = self
+                .post(&path, &json!({}), &format!("{}-run", mission.id))
+                .await?;
         }
         Ok(mission)
     }
 
-    pub(crate) fn mission(&self, id: &str) -> Result<MissionInfo, ServiceError> {
-        self.get(&format!("/{id}"))
+    pub(crate) async fn mission(&self, id: &str) -> Result<MissionInfo, ServiceError> {
+        self.get(&format!("/{id}")).await
     }
 
     /// Posts reports; returns when they are on the service's disk, with what is wrong with those that it rejected.
-    pub(crate) fn report(&self, id: &str, reports: &Reports, key: &str) -> Result<Vec<String>, ServiceError> {
+    pub(crate) async fn report(
+        &self,
+        id: &str,
+        reports: &Reports,
+        key: &str,
+    ) -> Result<Vec<String>, ServiceError> {
         let body =
             serde_json::to_value(reports).map_err(|error| ServiceError::Unavailable(error.to_string()))?;
-        let answer = self.post(&format!("/{id}/reports"), &body, key)?;
+        let answer: Value = self.post(&format!("/{id}/reports"), &body, key).await?;
         Ok(faults(&answer["rejected"]))
     }
 
     /// The newest plan; waits some seconds for one after the event `after`. None before the first plan.
-    pub(crate) fn reference(&self, id: &str, after: u64) -> Result<Option<Value>, ServiceError> {
+    pub(crate) async fn reference(&self, id: &str, after: u64) -> Result<Option<Value>, ServiceError> {
         let wait_s = self.wait_s;
-        match self.get(&format!("/{id}/reference?wait_s={wait_s}&after={after}")) {
+        match self
+            .get(&format!("/{id}/reference?wait_s={wait_s}&after={after}"))
+            .await
+        {
             Err(ServiceError::Rejected { code, .. }) if code == "no_plan_yet" => Ok(None),
             answer => answer.map(Some),
         }
     }
 
-    fn get<T: for<'de> Deserialize<'de>>(&self, path: &str) -> Result<T, ServiceError> {
-        self.answered(|missions, authorisation| {
-            let mut request = self.agent.get(format!("{missions}{path}"));
-            if let Some(bearer) = authorisation {
-                request = request.header("authorization", bearer);
-            }
-            read(request.call())
-        })
+    async fn get<T: for<'de> Deserialize<'de>>(&self, path: &str) -> Result<T, ServiceError> {
+        self.answered(path, None).await
     }
 
-    fn post(&self, path: &str, body: &Value, key: &str) -> Result<Value, ServiceError> {
-        self.answered(|missions, authorisation| {
-            let mut request = self
-                .agent
-                .post(format!("{missions}{path}"))
-                .header("idempotency-key", key);
-            if let Some(bearer) = authorisation {
-                request = request.header("authorization", bearer);
-            }
-            read(request.send_json(body))
-        })
-    }
-
-    /// Calls with the URL of the missions and the token. After no answer the caller's next try goes to the next service.
-    fn answered<T>(
+    async fn post<T: for<'de> Deserialize<'de>>(
         &self,
-        call: impl Fn(&str, Option<String>) -> Result<T, ServiceError>,
+        path: &str,
+        body: &Value,
+        key: &str,
     ) -> Result<T, ServiceError> {
-        let (asked, missions) = self.services.asked();
-        let answer = self.authorised(|authorisation| call(missions, authorisation));
+        let (key, body) = (key.to_owned(), body.to_string().into_bytes());
+        self.answered(path, Some(Posted { key, body })).await
+    }
+
+    /// The answer to what is asked or posted at this path of the missions. After none the caller's next try goes to the next service.
+    async fn answered<T: for<'de> Deserialize<'de>>(
+        &self,
+        path: &str,
+        posted: Option<Posted>,
+    ) -> Result<T, ServiceError> {
+        let (asked, service) = self.services.asked();
+        let answer = self.authorised(Call {
+            service: service.to_owned(),
+            path: format!("{MISSIONS}{path}"),
+            token: self.token.as_ref().map(TokenFile::token),
+            posted,
+        });
+        let answer = answer.await;
         if let Err(ServiceError::Unavailable(_)) = answer {
             self.services.leave(asked);
         }
         answer
     }
 
-    /// Calls with the token; once more if it is rejected and its file has another one.
-    fn authorised<T>(
-        &self,
-        call: impl Fn(Option<String>) -> Result<T, ServiceError>,
-    ) -> Result<T, ServiceError> {
-        let Some(file) = &self.token else {
-            return call(None);
-        };
-        let bearer = |token: &str| Some(format!("Bearer {token}"));
-        let token = file.token();
-        match call(bearer(&token)) {
-            Err(ServiceError::Unauthorised) => match file.another(&token) {
-                Some(other) => call(bearer(&other)),
-                None => Err(ServiceError::Unauthorised),
-            },
-            answer => answer,
+    /// The answer to `call`; that to another one if its token is rejected and the file has another token.
+    async fn authorised<T: for<'de> Deserialize<'de>>(&self, mut call: Call) -> Result<T, ServiceError> {
+        match (self.ask(call.clone()).await, &self.token, &call.token) {
+            (Err(ServiceError::Unauthorised), Some(file), Some(token)) => {
+                call.token = Some(file.another(token).ok_or(ServiceError::Unauthorised)?);
+                self.ask(call).await
+            }
+            (answer, ..) => answer,
         }
+    }
+
+    async fn ask<T: for<'de> Deserialize<'de>>(&self, call: Call) -> Result<T, ServiceError> {
+        let answer = self.transport.answer(call, self.answer_timeout).await;
+        read(&answer.map_err(ServiceError::Unavailable)?)
     }
 }
 
-fn read<T: for<'de> Deserialize<'de>>(
-    answer: Result<Response<Body>, ureq::Error>,
-) -> Result<T, ServiceError> {
-    let mut answer = answer.map_err(|error| ServiceError::Unavailable(error.to_string()))?;
-    let status = answer.status();
+fn read<T: for<'de> Deserialize<'de>>(answer: &Answer) -> Result<T, ServiceError> {
+    let unavailable = |error: &dyn Error| ServiceError::Unavailable(error.to_string());
+    let status = StatusCode::from_u16(answer.status).map_err(|error| unavailable(&error))?;
     if status.is_success() {
-        return answer
-            .body_mut()
-            .read_json()
-            .map_err(|error| ServiceError::Unavailable(error.to_string()));
+        return serde_json::from_slice(&answer.body).map_err(|error| unavailable(&error));
     }
-    let problem: Value = answer.body_mut().read_json().unwrap_or_default();
+    let problem: Value = serde_json::from_slice(&answer.body).unwrap_or_default();
     match (status.as_u16(), problem["code"].as_str()) {
         (401, _) => return Err(ServiceError::Unauthorised),
         // Another 404 comes from an address that is no service.

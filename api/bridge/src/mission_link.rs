@@ -1,20 +1,20 @@
-//! A live mission beside the craft's loop: threads of its own send reports and wait for plans, so that a slow service never delays
+//! A live mission beside the craft's loop: tasks of its own send reports and wait for plans, so that a slow service never delays
 //! the craft's messages.
 
 use std::{
     collections::{BTreeMap, VecDeque},
     ops::RangeInclusive,
     sync::{Arc, Mutex, MutexGuard, PoisonError},
-    thread,
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 use serde_json::{Value, json};
 use sha2::{Digest as _, Sha256};
+use tokio::task::JoinSet;
 
 use crate::{
     AuvFix, MeasuredState, Rejects,
-    clock::Clock,
+    bridge_clock::BridgeClock,
     mission_client::{MissionClient, Reports, ServiceError},
     plan::Plan,
 };
@@ -23,6 +23,8 @@ use crate::{
 const WAITING_MAX: usize = 64;
 /// Between two tries.
 const RETRY: Duration = Duration::from_millis(300);
+/// The same for finding the mission.
+const FIND_RETRY: Duration = Duration::from_secs(1);
 
 /// State of the mission at one moment.
 #[derive(Clone, Debug, Default)]
@@ -79,17 +81,18 @@ impl MissionChoice {
     }
 }
 
-/// A mission that two threads keep until the program ends.
-#[derive(Clone, Debug)]
+/// A mission that two tasks keep until this is dropped.
+#[derive(Debug)]
 pub(crate) struct MissionLink {
     shared: Arc<Shared>,
+    _tasks: JoinSet<()>,
 }
 
 #[derive(Debug)]
 struct Shared {
     status: Mutex<LinkStatus>,
     outbox: Mutex<Outbox>,
-    clock: Clock,
+    clock: BridgeClock,
     /// Of fixes that state none, m.
     sigma_m: f64,
 }
@@ -109,7 +112,7 @@ impl MissionLink {
         mission: MissionChoice,
         interval: Duration,
         sigma_m: f64,
-        clock: Clock,
+        clock: BridgeClock,
     ) -> Self {
         let shared = Arc::new(Shared {
             status: Mutex::default(),
@@ -120,9 +123,13 @@ impl MissionLink {
         let client = Arc::new(client);
         let (reporter, planner) = (Arc::clone(&shared), Arc::clone(&shared));
         let reports = Arc::clone(&client);
-        thread::spawn(move || reporter.post_reports(&reports, &mission, interval));
-        thread::spawn(move || planner.wait_for_plans(&client));
-        Self { shared }
+        let mut tasks = JoinSet::new();
+        tasks.spawn(async move { reporter.post_reports(&reports, &mission, interval).await });
+        tasks.spawn(async move { planner.wait_for_plans(&client).await });
+        Self {
+            shared,
+            _tasks: tasks,
+        }
     }
 
     pub(crate) fn status(&self) -> LinkStatus {
@@ -150,34 +157,42 @@ impl MissionLink {
 }
 
 impl Shared {
-    fn post_reports(&self, client: &MissionClient, choice: &MissionChoice, interval: Duration) {
+    async fn post_reports(&self, client: &MissionClient, choice: &MissionChoice, interval: Duration) {
+        let clock = &self.clock.machine;
         // Keys of this run only.
         let run = self.clock.unix_s(0.0).to_bits();
         for number in 0_u64.. {
-            let started = Instant::now();
+            let started = clock.now();
             let known = lock(&self.status).mission.clone();
-            let mission = known.unwrap_or_else(|| self.find(client, choice));
+            let mission = match known {
+                Some(mission) => mission,
+                None => self.find(client, choice).await,
+            };
             let reports = lock(&self.outbox).take();
             if reports != Reports::default() {
-                self.post_until_answered(client, &mission, &reports, &format!("bridge-{run:x}-{number}"));
+                let key = format!("bridge-{run:x}-{number}");
+                self.post_until_answered(client, &mission, &reports, &key).await;
             }
-            thread::sleep(interval.saturating_sub(started.elapsed()));
+            clock.sleep(interval.saturating_sub(clock.since(started))).await;
         }
     }
 
     /// Finds or creates the mission; tries for as long as it takes.
-    fn find(&self, client: &MissionClient, mission: &MissionChoice) -> String {
-        let key = format!("{:x}", self.clock.unix_s(self.clock.now_s()).to_bits());
+    async fn find(&self, client: &MissionClient, mission: &MissionChoice) -> String {
+        let key = format!("{:x}", self.clock.machine.unix_s().to_bits());
         loop {
             let found = match mission {
-                MissionChoice::Joined(id) => client.mission(id).and_then(|mission| client.run(mission)),
+                MissionChoice::Joined(id) => match client.mission(id).await {
+                    Ok(mission) => client.run(mission).await,
+                    error => error,
+                },
                 MissionChoice::Named { name, digest, body } => {
-                    client.find_or_create(name, digest, body, &key)
+                    client.find_or_create(name, digest, body, &key).await
                 }
             };
-            let mut status = lock(&self.status);
             match found {
                 Ok(mission) => {
+                    let mut status = lock(&self.status);
                     status.trouble = None;
                     status.is_over = mission.is_over();
                     status.mission = Some(mission.id.clone());
@@ -185,19 +200,19 @@ impl Shared {
                     return mission.id;
                 }
                 Err(error) => {
+                    let mut status = lock(&self.status);
                     status.has_failed = !matches!(error, ServiceError::Unavailable(_));
                     status.trouble = Some(error.to_string());
                 }
             }
-            drop(status);
-            thread::sleep(Duration::from_secs(1));
+            self.clock.machine.sleep(FIND_RETRY).await;
         }
     }
 
     /// The service no longer knows `mission`: a mission that the bridge creates is found or created again, another one ends the bridge.
     fn lose(&self, mission: &str) {
         let mut status = lock(&self.status);
-        // The other thread may have noticed it before.
+        // The other task may have noticed it before.
         if status.mission.as_deref() != Some(mission) {
             return;
         }
@@ -213,9 +228,9 @@ impl Shared {
         push(&mut lock(&self.outbox).notes, note);
     }
 
-    fn post_until_answered(&self, client: &MissionClient, mission: &str, reports: &Reports, key: &str) {
+    async fn post_until_answered(&self, client: &MissionClient, mission: &str, reports: &Reports, key: &str) {
         loop {
-            match client.report(mission, reports, key) {
+            match client.report(mission, reports, key).await {
                 Ok(rejected) => {
                     let mut status = lock(&self.status);
                     status.trouble = None;
@@ -227,11 +242,11 @@ impl Shared {
                 }
                 Err(error) => lock(&self.status).trouble = Some(error.to_string()),
             }
-            thread::sleep(RETRY);
+            self.clock.machine.sleep(RETRY).await;
         }
     }
 
-    fn wait_for_plans(&self, client: &MissionClient) {
+    async fn wait_for_plans(&self, client: &MissionClient) {
         let mut newest = Newest::default();
         loop {
             let mission = lock(&self.status).mission.clone();
@@ -241,16 +256,19 @@ impl Shared {
                     ..Newest::default()
                 };
             }
-            let is_new = mission.is_some_and(|mission| self.wait_for_plan(client, &mission, &mut newest));
+            let is_new = match mission {
+                Some(mission) => self.wait_for_plan(client, &mission, &mut newest).await,
+                None => false,
+            };
             if !is_new {
-                thread::sleep(RETRY);
+                self.clock.machine.sleep(RETRY).await;
             }
         }
     }
 
     /// Returns whether there was a newer plan than `newest`.
-    fn wait_for_plan(&self, client: &MissionClient, mission: &str, newest: &mut Newest) -> bool {
-        match client.reference(mission, newest.sequence) {
+    async fn wait_for_plan(&self, client: &MissionClient, mission: &str, newest: &mut Newest) -> bool {
+        match client.reference(mission, newest.sequence).await {
             Ok(Some(answer)) => {
                 let now_s = self.clock.now_s();
                 let sequence = answer["sequence"].as_u64().unwrap_or(0);
@@ -278,7 +296,7 @@ impl Shared {
             }
             Ok(None) => {
                 // Without a plan, the mission itself says whether one will come.
-                if let Ok(found) = client.mission(mission) {
+                if let Ok(found) = client.mission(mission).await {
                     let mut now = lock(&self.status);
                     now.is_over = found.is_over();
                     now.is_paused = found.status == "paused";

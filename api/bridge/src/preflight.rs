@@ -308,11 +308,13 @@ fn joined(texts: impl Iterator<Item = String>) -> String {
 
 #[cfg(test)]
 mod tests {
+    use clock::Clock;
+
     use super::*;
     use crate::{autopilot_link::AutopilotSettings, follow::Settings, wire::Endpoint};
 
-    #[test]
-    fn what_has_not_been_seen_passes_no_check() {
+    #[tokio::test(start_paused = true)]
+    async fn what_has_not_been_seen_passes_no_check() {
         let wire = || Endpoint::Udp("127.0.0.1:0".to_owned());
         let settings = Settings {
             nmea: vec![wire()],
@@ -323,7 +325,8 @@ mod tests {
             system: None,
             auvs: [(2, "auv-1".to_owned())].into(),
         };
-        let bridge = Bridge::open(autopilot, settings);
+        let clock = Clock::simulated(0.0);
+        let bridge = Bridge::open(&clock, autopilot, settings, |_, _| Box::new(|_| ()));
         let checks = checks(&bridge, &["auv-1".to_owned()]);
         for check in &checks {
             assert_ne!(check.verdict, Verdict::Passes, "{check}");

@@ -1,16 +1,26 @@
 //! Sockets and serial ports: bytes in as they arrive, bytes out while the wire is open.
+//!
+//! A bridge gets each wire as an [`Input`], to which its bytes come, and an [`Output`]: of a socket or port from [`open`], or of a
+//! test.
+
+#![expect(
+    clippy::disallowed_methods,
+    reason = "sockets and serial ports block: each has a thread of its own, which does nothing else"
+)]
 
 use std::{
     fmt,
     io::{self, Read as _, Write as _},
     net::{SocketAddr, TcpStream, ToSocketAddrs as _, UdpSocket},
     str::FromStr,
-    sync::{Arc, Mutex, PoisonError, mpsc::SyncSender},
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
     thread,
     time::{Duration, Instant},
 };
 
+use clock::Clock;
 use serial2::SerialPort;
+use tokio::sync::mpsc::Sender;
 
 /// Address of a wire.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -83,11 +93,34 @@ pub(crate) struct Received {
     pub(crate) at: Instant,
 }
 
-/// A wire that a thread keeps open.
-#[derive(Debug)]
-pub(crate) struct Wire {
-    line: Arc<Mutex<Option<Line>>>,
+/// Where the bytes of one wire go.
+#[derive(Clone, Debug)]
+pub struct Input {
+    pub(crate) wire: usize,
+    pub(crate) received: Sender<Received>,
+    pub(crate) clock: Clock,
 }
+
+impl Input {
+    /// Hands over the bytes of a datagram, or a piece of a stream, which arrive now; waits while too many wait for the bridge. Returns
+    /// whether there is still a bridge.
+    pub async fn arrived(&self, bytes: Vec<u8>, is_datagram: bool) -> bool {
+        let piece = self.piece(bytes, is_datagram);
+        self.received.send(piece).await.is_ok()
+    }
+
+    pub(crate) fn piece(&self, bytes: Vec<u8>, is_datagram: bool) -> Received {
+        Received {
+            wire: self.wire,
+            bytes,
+            is_datagram,
+            at: self.clock.now(),
+        }
+    }
+}
+
+/// Takes the bytes for one wire, while it is open. A failure is only logged: the next message follows soon.
+pub type Output = Box<dyn FnMut(&[u8]) + Send>;
 
 /// Between two attempts to open.
 const RETRY: Duration = Duration::from_secs(1);
@@ -99,29 +132,24 @@ const CONNECT_TIMEOUT: Duration = Duration::from_secs(3);
 /// A datagram, or what came since the last read.
 const READ_BYTES: usize = 4096;
 
-impl Wire {
-    /// Opens `endpoint` as wire number `wire`, now and whenever it breaks. Bytes go to `received` until that is closed; the wire waits while
-    /// the channel is full.
-    pub(crate) fn open(endpoint: Endpoint, wire: usize, received: SyncSender<Received>) -> Self {
-        let line = Arc::new(Mutex::new(None));
-        let kept = Arc::clone(&line);
-        thread::spawn(move || keep_open(&endpoint, wire, &kept, &received));
-        Self { line }
-    }
-
-    /// Writes, if the wire is open. A failure is only logged: the next message follows soon.
-    pub(crate) fn send(&self, bytes: &[u8]) {
-        let mut line = self.line.lock().unwrap_or_else(PoisonError::into_inner);
+/// Opens `endpoint` on a thread of its own, now and whenever it breaks, until the bridge of `input` is gone.
+#[must_use]
+pub fn open(endpoint: &Endpoint, input: Input) -> Output {
+    let line = Arc::new(Mutex::new(None));
+    let (kept, endpoint) = (Arc::clone(&line), endpoint.clone());
+    thread::spawn(move || keep_open(&endpoint, &kept, &input));
+    Box::new(move |bytes| {
+        let mut line: MutexGuard<Option<Line>> = line.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(open) = line.as_mut()
             && let Err(error) = open.write(bytes)
         {
             tracing::debug!(%error, "not sent");
         }
-    }
+    })
 }
 
 /// Opens, reads until it breaks, and again.
-fn keep_open(endpoint: &Endpoint, wire: usize, kept: &Mutex<Option<Line>>, received: &SyncSender<Received>) {
+fn keep_open(endpoint: &Endpoint, kept: &Mutex<Option<Line>>, input: &Input) {
     let keep = |line| *kept.lock().unwrap_or_else(PoisonError::into_inner) = line;
     let mut was_open = true;
     loop {
@@ -131,7 +159,7 @@ fn keep_open(endpoint: &Endpoint, wire: usize, kept: &Mutex<Option<Line>>, recei
                 was_open = true;
                 let again = line.clone();
                 keep(Some(line));
-                let broken = read(again, wire, kept, received);
+                let broken = read(again, kept, input);
                 keep(None);
                 match broken {
                     Some(error) => tracing::warn!(%endpoint, %error, "connection lost: it is opened again"),
@@ -149,28 +177,14 @@ fn keep_open(endpoint: &Endpoint, wire: usize, kept: &Mutex<Option<Line>>, recei
 }
 
 /// Forwards bytes until the wire breaks (then it returns the reason) or the receiver is gone.
-fn read(
-    mut line: Line,
-    wire: usize,
-    kept: &Mutex<Option<Line>>,
-    received: &SyncSender<Received>,
-) -> Option<io::Error> {
+fn read(mut line: Line, kept: &Mutex<Option<Line>>, input: &Input) -> Option<io::Error> {
     let mut buffer = [0; READ_BYTES];
     loop {
         match line.read(&mut buffer, kept) {
             Ok(0) => return Some(io::ErrorKind::UnexpectedEof.into()),
             Ok(count) => {
-                let bytes = buffer[..count].to_vec();
-                let at = Instant::now();
-                let is_datagram = matches!(line, Line::Udp { .. });
-                received
-                    .send(Received {
-                        wire,
-                        bytes,
-                        is_datagram,
-                        at,
-                    })
-                    .ok()?;
+                let piece = input.piece(buffer[..count].to_vec(), matches!(line, Line::Udp { .. }));
+                input.received.blocking_send(piece).ok()?;
             }
             Err(error) if is_pause(&error) => {}
             Err(error) => return Some(error),
@@ -280,7 +294,9 @@ fn resolved(address: &str) -> io::Result<SocketAddr> {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::mpsc::sync_channel;
+    use std::net::TcpListener;
+
+    use tokio::sync::mpsc::{Receiver, channel};
 
     use super::*;
 
@@ -309,31 +325,61 @@ mod tests {
         }
     }
 
+    /// An input, number 3, and what comes to it.
+    fn input() -> (Input, Receiver<Received>) {
+        let (received, pieces) = channel(8);
+        let clock = Clock::machine();
+        let input = Input {
+            wire: 3,
+            received,
+            clock,
+        };
+        (input, pieces)
+    }
+
     #[test]
     fn a_wire_that_listens_answers_its_last_sender() {
-        let taken = UdpSocket::bind("127.0.0.1:0").expect("a free port");
-        let address = taken.local_addr().expect("bound").to_string();
-        drop(taken);
-        let (sender, received) = sync_channel(8);
-        let wire = Wire::open(Endpoint::Udp(address.clone()), 3, sender);
-        let craft = UdpSocket::bind("127.0.0.1:0").expect("a free port");
-        craft
-            .set_read_timeout(Some(Duration::from_secs(1)))
-            .expect("a time-out");
-        let heard = loop {
-            craft.send_to(b"hello", &address).expect("sent");
-            if let Ok(heard) = received.recv_timeout(Duration::from_millis(200)) {
-                break heard;
-            }
+        let line = Line::open(&Endpoint::Udp("127.0.0.1:0".to_owned())).expect("a free port");
+        let Line::Udp { socket, .. } = &line else {
+            panic!("{line:?}")
         };
-        assert_eq!((heard.wire, heard.bytes.as_slice()), (3, b"hello".as_slice()));
-        let mut answer = [0; 8];
-        let count = loop {
-            wire.send(b"aye");
-            if let Ok(count) = craft.recv(&mut answer) {
-                break count;
-            }
-        };
-        assert_eq!(&answer[..count], b"aye");
+        let address = socket.local_addr().expect("is bound");
+        let kept = Arc::new(Mutex::new(Some(line.clone())));
+        let (input, mut pieces) = input();
+        let reader = Arc::clone(&kept);
+        thread::spawn(move || read(line, &reader, &input));
+        for said in [b"hello", b"again"] {
+            let craft = UdpSocket::bind("127.0.0.1:0").expect("a free port");
+            craft.send_to(said, address).expect("is sent");
+            let heard = pieces.blocking_recv().expect("is read");
+            assert_eq!(
+                (heard.wire, heard.bytes.as_slice(), heard.is_datagram),
+                (3, &said[..], true)
+            );
+            let mut open = kept.lock().expect("no thread panicked");
+            open.as_mut().expect("is open").write(b"aye").expect("is sent");
+            let mut answer = [0; 8];
+            let count = craft.recv(&mut answer).expect("is answered");
+            assert_eq!(&answer[..count], b"aye");
+        }
+    }
+
+    #[test]
+    fn a_wire_that_connects_carries_bytes_both_ways() {
+        let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
+        let address = listener.local_addr().expect("is bound");
+        let (input, mut pieces) = input();
+        let mut send = open(&Endpoint::Tcp(address.to_string()), input);
+        let (mut craft, _) = listener.accept().expect("connects");
+        craft.write_all(b"hello").expect("is sent");
+        let heard = pieces.blocking_recv().expect("is read");
+        assert_eq!(
+            (heard.wire, heard.bytes.as_slice(), heard.is_datagram),
+            (3, &b"hello"[..], false)
+        );
+        send(b"aye");
+        let mut answer = [0; 3];
+        craft.read_exact(&mut answer).expect("is answered");
+        assert_eq!(&answer, b"aye");
     }
 }

@@ -6,22 +6,22 @@ use std::{
     fs, io,
     path::{Path, PathBuf},
     process,
-    sync::mpsc::{RecvTimeoutError, sync_channel},
-    thread,
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 use bridge::{
     acoustics::{self, Modem},
     autopilot_link::AutopilotSettings,
     follow::{Bridge as Follower, Settings},
-    mission_client::{MissionClient, TokenFile},
+    mission_client::{MissionClient, TokenFile, Transport},
     mission_link::MissionChoice,
     preflight::{Verdict, checks},
-    wire::{Endpoint, InvalidEndpoint},
+    wire::{self, Endpoint, InvalidEndpoint},
 };
 use clap::{Args, Subcommand, ValueEnum};
+use clock::Clock;
 use serde_json::{Value, json};
+use tokio::{runtime, sync::oneshot};
 
 use super::{
     config::Config,
@@ -198,6 +198,25 @@ enum NoBridge {
 
 /// Follows the mission until it is over.
 pub(crate) fn bridge(bridge: Bridge, config: &Config) -> Result<(), Box<dyn Error>> {
+    run(follow(bridge, config, &Clock::machine()))
+}
+
+/// Prints one line per check; fails if a check fails.
+pub(crate) fn preflight(arguments: &Preflight, config: &Config) -> Result<(), Box<dyn Error>> {
+    run(look(arguments, config, &Clock::machine()))
+}
+
+/// Runs the loop of a bridge on this thread. The mission's tasks, which a service may keep busy, run on another one.
+fn run(bridge: impl Future<Output = Result<(), Box<dyn Error>>>) -> Result<(), Box<dyn Error>> {
+    let mut runtime = runtime::Builder::new_multi_thread();
+    let runtime = runtime.worker_threads(1).enable_time().build()?;
+    let ended = runtime.block_on(bridge);
+    // Requests without an answer, and the bridge's own service, are not waited for.
+    runtime.shutdown_background();
+    ended
+}
+
+async fn follow(bridge: Bridge, config: &Config, clock: &Clock) -> Result<(), Box<dyn Error>> {
     let (link, auvs, following, take_control) = match bridge {
         Bridge::Mavlink {
             autopilot,
@@ -211,7 +230,7 @@ pub(crate) fn bridge(bridge: Bridge, config: &Config) -> Result<(), Box<dyn Erro
     };
     let (sensors, names) = following.sensors.open()?;
     let mission = following.mission.mission([auvs, names].concat())?;
-    let missions = following.mission.service(config)?;
+    let missions = following.mission.service(config, clock).await?;
     let settings = Settings {
         rate_hz: following.rate,
         report_interval: Duration::from_secs_f64(following.report_interval),
@@ -220,38 +239,39 @@ pub(crate) fn bridge(bridge: Bridge, config: &Config) -> Result<(), Box<dyn Erro
         dry_run: following.dry_run,
         ..sensors
     };
-    let began = Instant::now();
+    let began = clock.now();
     let limit = following.end_after.map(Duration::from_secs_f64);
-    let mut follower = Follower::open(link, settings);
+    let mut follower = Follower::open(clock, link, settings, wire::open);
     tracing::info!("waiting for the craft");
-    let is_heard = follower.wait_for_craft(limit.map_or(PATIENCE, |limit| limit.min(PATIENCE)));
+    let patience = limit.map_or(PATIENCE, |limit| limit.min(PATIENCE));
+    let is_heard = follower.wait_for_craft(patience).await;
     if let (false, Some(end_after)) = (is_heard, following.end_after) {
         return Err(NoBridge::Unheard(end_after).into());
     }
-    follower.follow(missions, mission);
+    follower.follow(missions, mission).await;
     for contradiction in follower.contradictions() {
         tracing::warn!("{contradiction}");
     }
-    follower.run(limit.map(|limit| limit.saturating_sub(began.elapsed())))?;
+    let left = limit.map(|limit| limit.saturating_sub(clock.since(began)));
+    follower.run(left).await?;
     Ok(())
 }
 
-/// Prints one line per check; fails if a check fails.
-pub(crate) fn preflight(arguments: &Preflight, config: &Config) -> Result<(), Box<dyn Error>> {
+async fn look(arguments: &Preflight, config: &Config, clock: &Clock) -> Result<(), Box<dyn Error>> {
     let (sensors, names) = arguments.sensors.open()?;
     let auvs = [arguments.autopilot.names(), names].concat();
     let mission = arguments.mission.mission(auvs.clone())?;
-    let missions = arguments.mission.service(config)?;
+    let missions = arguments.mission.service(config, clock).await?;
     let settings = Settings {
         dry_run: true,
         ..sensors
     };
-    let mut follower = Follower::open(arguments.autopilot.link(), settings);
+    let mut follower = Follower::open(clock, arguments.autopilot.link(), settings, wire::open);
     let look = Duration::from_secs(arguments.look);
-    if follower.wait_for_craft(look) {
-        follower.follow(missions, mission);
+    if follower.wait_for_craft(look).await {
+        follower.follow(missions, mission).await;
         // A mission that cannot be created is a check of its own.
-        if let Err(error) = follower.run(Some(look)) {
+        if let Err(error) = follower.run(Some(look)).await {
             tracing::warn!(%error, "stopped listening early");
         }
     }
@@ -340,7 +360,7 @@ impl MissionFlags {
     }
 
     /// The services at --url, or the bridge's own.
-    fn service(&self, config: &Config) -> Result<MissionClient, NoBridge> {
+    async fn service(&self, config: &Config, clock: &Clock) -> Result<MissionClient, NoBridge> {
         let unreadable = |file: &PathBuf| {
             let file = file.clone();
             |error| NoBridge::Unreadable(file, error)
@@ -351,20 +371,21 @@ impl MissionFlags {
         let certificate = certificate.map(|file| fs::read(file).map_err(unreadable(file)));
         let (token, certificate) = (token.transpose()?, certificate.transpose()?);
         let urls = if self.url.is_empty() {
-            vec![own_service(config)?]
+            vec![own_service(config, clock).await?]
         } else {
             self.url.clone()
         };
-        MissionClient::new(&urls, token, certificate.as_deref())
-            .map_err(|error| NoBridge::NoCertificate(error.into()))
+        let transport = Transport::http(clock, certificate.as_deref())
+            .map_err(|error| NoBridge::NoCertificate(error.into()))?;
+        Ok(MissionClient::new(&urls, token, transport))
     }
 }
 
 /// Starts a service on a free port of this machine and returns its URL. The program ends with it.
-fn own_service(config: &Config) -> Result<String, NoBridge> {
+async fn own_service(config: &Config, clock: &Clock) -> Result<String, NoBridge> {
     let config = config.on_any_loopback_port();
-    let (sender, url) = sync_channel(1);
-    thread::spawn(move || {
+    let (sender, url) = oneshot::channel();
+    clock.spawn_blocking(move || {
         let served = serve_and(&config, HangUp::Reloads, |address, has_tls| {
             let scheme = if has_tls { "https" } else { "http" };
             // The receiver waits for it.
@@ -378,13 +399,11 @@ fn own_service(config: &Config) -> Result<String, NoBridge> {
             }
         }
     });
-    match url.recv_timeout(START) {
-        Ok(url) => {
-            tracing::info!(url, "the bridge's own service keeps the mission");
-            Ok(url)
-        }
-        Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => Err(NoBridge::NoService),
-    }
+    let Ok(Ok(url)) = clock.timeout(START, url).await else {
+        return Err(NoBridge::NoService);
+    };
+    tracing::info!(url, "the bridge's own service keeps the mission");
+    Ok(url)
 }
 
 fn json_of(file: &Path) -> Result<Value, NoBridge> {

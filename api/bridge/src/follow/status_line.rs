@@ -191,6 +191,7 @@ impl Bridge {
 
 #[cfg(test)]
 mod tests {
+    use clock::Clock;
     use serde_json::json;
 
     use super::*;
@@ -199,7 +200,9 @@ mod tests {
     /// A bridge without a wire, and a plan made now, whose answer is changed.
     fn bridge_and_link(change: impl Fn(&mut serde_json::Value)) -> (Bridge, LinkStatus) {
         let connect = Endpoint::Udp("127.0.0.1:0".to_owned());
-        let bridge = Bridge::open(AutopilotSettings::Nmea { connect }, Settings::default());
+        let clock = Clock::simulated(0.0);
+        let autopilot = AutopilotSettings::Nmea { connect };
+        let bridge = Bridge::open(&clock, autopilot, Settings::default(), |_, _| Box::new(|_| ()));
         let point = json!({ "t_s": 0.0, "north_m": 0.0, "east_m": 0.0, "speed_mps": 20.0, "heading_rad": 0.0, "valid_until_s": 1e3 });
         let plan = json!({ "method": "mpc", "outcome": "ok", "trajectory": [point], "reference": point, "baseline": point, "goal": { "trajectory": [point] } });
         let mut answer = json!({ "t_s": 0.0, "age_s": 0.0, "plan": plan });
@@ -212,8 +215,8 @@ mod tests {
         (bridge, link)
     }
 
-    #[test]
-    fn the_line_begins_with_whether_the_craft_is_steered_and_why_not() {
+    #[tokio::test(start_paused = true)]
+    async fn the_line_begins_with_whether_the_craft_is_steered_and_why_not() {
         let active = Some(Sending::Active);
         let stopped = |silence| Some(Sending::Stopped(silence));
         let warned = |code: &str| json!([{ "code": code }]);
@@ -259,8 +262,8 @@ mod tests {
         }
     }
 
-    #[test]
-    fn what_a_plan_said_that_is_too_old_is_not_repeated() {
+    #[tokio::test(start_paused = true)]
+    async fn what_a_plan_said_that_is_too_old_is_not_repeated() {
         let (bridge, link) = bridge_and_link(|answer| {
             answer["age_s"] = json!(40.0);
             answer["plan"]["reference"]["valid_until_s"] = json!(20.0);
@@ -270,8 +273,8 @@ mod tests {
         assert!(!line.contains("goal") && !line.contains("ok"), "{line}");
     }
 
-    #[test]
-    fn the_ground_station_is_told_once_a_state_has_lasted_a_second() {
+    #[tokio::test(start_paused = true)]
+    async fn the_ground_station_is_told_once_a_state_has_lasted_a_second() {
         let (mut bridge, link) = bridge_and_link(|_| {});
         let mut told = |sending| {
             bridge.logged = Some(sending);
@@ -292,8 +295,8 @@ mod tests {
         assert_eq!(told(stale), Some("Pilotfish off: the plan is too old".to_owned()));
     }
 
-    #[test]
-    fn the_speed_shown_is_one_that_may_be_sent() {
+    #[tokio::test(start_paused = true)]
+    async fn the_speed_shown_is_one_that_may_be_sent() {
         let (bridge, link) = bridge_and_link(|_| {});
         let line = bridge.status_line(&link);
         assert!(line.contains(", 1.20 m/s 000°"), "{line}");

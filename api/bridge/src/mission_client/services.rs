@@ -5,7 +5,6 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// The services, and which of them is asked.
 #[derive(Debug)]
 pub(super) struct Services {
-    /// Of their missions.
     urls: Vec<String>,
     asked: AtomicUsize,
 }
@@ -17,22 +16,20 @@ impl Services {
     /// If there is none.
     pub(super) fn new(urls: &[String]) -> Self {
         assert!(!urls.is_empty(), "a client needs a service");
-        let missions = urls
-            .iter()
-            .map(|url| format!("{}/v1/missions", url.trim_end_matches('/')));
+        let urls = urls.iter().map(|url| url.trim_end_matches('/').to_owned());
         Self {
-            urls: missions.collect(),
+            urls: urls.collect(),
             asked: AtomicUsize::new(0),
         }
     }
 
-    /// Which service to ask, and the URL of its missions.
+    /// Which service to ask, and its URL.
     pub(super) fn asked(&self) -> (usize, &str) {
         let asked = self.asked.load(Ordering::Relaxed);
         (asked, &self.urls[asked])
     }
 
-    /// The service `silent` does not answer: the next one is asked from now on, unless another thread has seen it before.
+    /// The service `silent` does not answer: the next one is asked from now on, unless another task has seen it before.
     pub(super) fn leave(&self, silent: usize) {
         let next = (silent + 1) % self.urls.len();
         let left = self

@@ -1,75 +1,77 @@
 //! A mission link beside services that reject tokens, lose missions, repeat plans and do not answer.
 
-use std::{
-    io::{Read as _, Write as _},
-    net::TcpListener,
-    sync::mpsc::{Receiver, channel},
-};
-
+use clock::Clock;
 use nalgebra::Vector2;
 
 use super::*;
-use crate::{Geographic, mission_client::TokenFile};
+use crate::{
+    Geographic,
+    mission_client::{Answer, Call, TokenFile, Transport},
+};
 
 mod services;
 
-/// The machine may be busy.
-const PATIENCE: Duration = Duration::from_mins(1);
+/// Calls, and when they came.
+type Calls = Arc<Mutex<Vec<(Duration, Call)>>>;
 
-/// A request as a service sees it: method and path, the token, and the idempotency key.
-#[derive(Debug)]
-struct Request {
-    line: String,
-    authorization: String,
-    key: String,
-    body: String,
+/// What becomes of a call.
+enum Fate {
+    Answered(u16, Value),
+    Refused,
+    Unanswered,
 }
 
-/// Answers each request, one to a connection, with status and body; returns the address.
-fn service(mut answer: impl FnMut(&Request) -> (u16, Value) + Send + 'static) -> String {
-    let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
-    let address = listener.local_addr().expect("is bound");
-    thread::spawn(move || {
-        for stream in listener.incoming() {
-            let mut stream = stream.expect("is accepted");
-            let Some(request) = read_request(&mut stream) else {
-                continue;
-            };
-            let (status, body) = answer(&request);
-            let body = body.to_string();
-            let head = format!(
-                "HTTP/1.1 {status} -\r\ncontent-length: {}\r\nconnection: close\r\n\r\n",
-                body.len()
-            );
-            // The client may have given up.
-            let _ = stream.write_all((head + &body).as_bytes());
-        }
+/// How long an answer takes: a slow satellite link.
+const LATENCY: Duration = Duration::from_millis(600);
+
+/// Services in the process, and the calls that came to them.
+fn services(clock: &Clock, fate: impl FnMut(&Call) -> Fate + Send + 'static) -> (Transport, Calls) {
+    let calls = Calls::default();
+    let (seen, timer, start) = (Arc::clone(&calls), clock.clone(), clock.now());
+    let fate = Mutex::new(fate);
+    let transport = Transport::in_process(clock, move |call| {
+        let fate = (lock(&fate))(&call);
+        lock(&seen).push((timer.since(start), call));
+        let timer = timer.clone();
+        Box::pin(async move {
+            match fate {
+                Fate::Answered(status, body) => {
+                    timer.sleep(LATENCY).await;
+                    let body = body.to_string().into_bytes();
+                    Ok(Answer { status, body })
+                }
+                Fate::Refused => Err("connection refused".to_owned()),
+                Fate::Unanswered => std::future::pending().await,
+            }
+        })
     });
-    format!("http://{address}")
+    (transport, calls)
 }
 
-fn read_request(stream: &mut std::net::TcpStream) -> Option<Request> {
-    let (mut bytes, mut buffer) = (vec![], [0; 4096]);
-    loop {
-        let count = stream.read(&mut buffer).ok().filter(|count| *count > 0)?;
-        bytes.extend_from_slice(&buffer[..count]);
-        let text = String::from_utf8_lossy(&bytes).to_lowercase();
-        let Some((head, body)) = text.split_once("\r\n\r\n") else {
-            continue;
-        };
-        let field = |name: &str| {
-            let field = head.lines().find_map(|line| line.strip_prefix(name));
-            field.unwrap_or_default().trim().to_owned()
-        };
-        if body.len() >= field("content-length:").parse().unwrap_or(0) {
-            return Some(Request {
-                line: head.lines().next().unwrap_or_default().to_owned(),
-                authorization: field("authorization:"),
-                key: field("idempotency-key:"),
-                body: body.to_owned(),
-            });
-        }
-    }
+/// One service.
+fn service(
+    clock: &Clock,
+    mut answer: impl FnMut(&Call) -> (u16, Value) + Send + 'static,
+) -> (Transport, Calls) {
+    services(clock, move |call| {
+        let (status, body) = answer(call);
+        Fate::Answered(status, body)
+    })
+}
+
+fn is_report(call: &Call) -> bool {
+    call.path.ends_with("/reports")
+}
+
+fn is_for_plan(call: &Call) -> bool {
+    call.path.contains("/reference?")
+}
+
+fn body(call: &Call) -> String {
+    let posted = call.posted.as_ref();
+    posted.map_or_else(String::new, |posted| {
+        String::from_utf8_lossy(&posted.body).into_owned()
+    })
 }
 
 fn mission(id: &str) -> Value {
@@ -80,109 +82,121 @@ fn problem(code: &str) -> Value {
     json!({ "code": code, "detail": "", "errors": [] })
 }
 
-/// A link that joins, or creates, a mission, and has a note to post every 50 ms.
-fn link(urls: &[String], token: Option<TokenFile>, choice: MissionChoice) -> MissionLink {
-    let client = MissionClient::new(urls, token, None).expect("needs no certificate");
-    let link = MissionLink::open(client, choice, Duration::from_millis(50), 1.0, Clock::start());
-    let noted = link.clone();
-    thread::spawn(move || {
-        loop {
-            noted.note(0.0, "still here");
-            thread::sleep(Duration::from_millis(50));
+fn no_plan_yet() -> (u16, Value) {
+    (409, problem("no_plan_yet"))
+}
+
+const INTERVAL: Duration = Duration::from_millis(50);
+
+fn opened(clock: &Clock, client: MissionClient, choice: MissionChoice) -> MissionLink {
+    MissionLink::open(client, choice, INTERVAL, 1.0, BridgeClock::start(clock))
+}
+
+/// A link to one service that joins mission `m-1`.
+fn joined(clock: &Clock, token: Option<TokenFile>, transport: Transport) -> MissionLink {
+    let client = MissionClient::new(&["http://a".to_owned()], token, transport);
+    opened(clock, client, MissionChoice::Joined("m-1".to_owned()))
+}
+
+/// Has a note to post at each interval, for that long.
+async fn noted_for(clock: &Clock, link: &MissionLink, seconds: u64) {
+    let end = clock.now() + Duration::from_secs(seconds);
+    while clock.now() < end {
+        link.note(0.0, "still here");
+        clock.sleep(INTERVAL).await;
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_new_token_in_the_file_is_read_after_a_rejection() {
+    let file = std::env::temp_dir().join(format!("pilotfish-token-{}", std::process::id()));
+    std::fs::write(&file, "old\n").expect("is written");
+    let clock = Clock::simulated(0.0);
+    let (transport, calls) = service(&clock, |call| {
+        if is_report(call) && call.token.as_deref() != Some("new") {
+            return (401, problem("unauthenticated"));
         }
+        if is_for_plan(call) {
+            return no_plan_yet();
+        }
+        (200, mission("m-1"))
     });
-    link
+    let token = TokenFile::read(file.clone()).expect("is there");
+    let link = joined(&clock, Some(token), transport);
+    noted_for(&clock, &link, 5).await;
+    let trouble = link.status().trouble.expect("is said");
+    assert!(trouble.contains("the token is rejected"), "{trouble}");
+    std::fs::write(&file, "new\n").expect("is written");
+    noted_for(&clock, &link, 5).await;
+    assert_eq!((link.status().trouble, link.status().has_failed), (None, false));
+    let calls = lock(&calls);
+    let reports = calls.iter().filter(|(_, call)| is_report(call));
+    let tokens: Vec<_> = reports.map(|(_, call)| call.token.as_deref()).collect();
+    let renewed = tokens.iter().position(|token| *token == Some("new"));
+    let (before, after) = tokens.split_at(renewed.expect("is read"));
+    assert!(1 < before.len() && before.iter().all(|token| *token == Some("old")));
+    assert!(1 < after.len() && after.iter().all(|token| *token == Some("new")));
+    std::fs::remove_file(&file).expect("is removed");
 }
 
-fn waits_for<T>(what: &Receiver<T>) -> T {
-    what.recv_timeout(PATIENCE).expect("happens")
-}
-
-#[test]
-fn a_new_token_in_the_file_is_read_after_a_rejection() {
-    let folder = std::env::temp_dir().join(format!("pilotfish-token-{}", std::process::id()));
-    std::fs::write(&folder, "old\n").expect("is written");
-    let (sender, rejected) = channel();
-    let (accepted, posted) = channel();
-    let url = service(move |request| {
-        if request.line.contains("/reports") {
-            let is_valid = request.authorization == "bearer new";
-            // The test may have ended.
-            let _ = if is_valid { &accepted } else { &sender }.send(());
-            if !is_valid {
-                return (401, problem("unauthenticated"));
-            }
-        }
-        if request.line.contains("/reference") {
-            (409, problem("no_plan_yet"))
-        } else {
-            (200, mission("m-1"))
-        }
-    });
-    let token = TokenFile::read(folder.clone()).expect("is there");
-    let link = link(&[url], Some(token), MissionChoice::Joined("m-1".to_owned()));
-    waits_for(&rejected);
-    std::fs::write(&folder, "new\n").expect("is written");
-    waits_for(&posted);
-    assert!(!link.status().has_failed);
-    std::fs::remove_file(&folder).expect("is removed");
-}
-
-#[test]
-fn a_mission_that_the_service_lost_is_created_again() {
-    let (sender, posted) = channel();
+#[tokio::test(start_paused = true)]
+async fn a_mission_that_the_service_lost_is_created_again() {
+    let clock = Clock::simulated(0.0);
     let mut created = 0;
-    let url = service(move |request| {
-        let line = request.line.as_str();
-        if line.starts_with("get /v1/missions?") {
-            return (200, json!({ "missions": [], "next": null }));
-        }
-        if line.starts_with("post /v1/missions ") {
+    let (transport, calls) = service(&clock, move |call| match (call.path.as_str(), &call.posted) {
+        ("/v1/missions", Some(_)) => {
             created += 1;
-            return (201, mission(&format!("m-{created}")));
+            (201, mission(&format!("m-{created}")))
         }
-        if line.contains("m-1/") {
-            return (404, problem("no_mission"));
-        }
-        if line.contains("m-2/reports") {
-            let _ = sender.send(());
-        }
-        if line.contains("/reference") {
-            (409, problem("no_plan_yet"))
-        } else {
-            (200, mission("m-2"))
-        }
+        (path, None) if path.starts_with("/v1/missions?") => (200, json!({ "missions": [], "next": null })),
+        (path, _) if path.contains("m-1/") => (404, problem("no_mission")),
+        _ if is_for_plan(call) => no_plan_yet(),
+        _ => (200, mission("m-2")),
     });
+    let client = MissionClient::new(&["http://a".to_owned()], None, transport);
     let choice = MissionChoice::named("craft".to_owned(), json!({ "live": {}, "metadata": {} }));
-    let link = link(&[url], None, choice);
-    waits_for(&posted);
+    let link = opened(&clock, client, choice);
+    noted_for(&clock, &link, 10).await;
     assert_eq!(link.status().mission.as_deref(), Some("m-2"));
     assert!(!link.status().has_failed);
+    let calls = lock(&calls);
+    let told = calls.iter().filter(|(_, call)| call.path.contains("m-2/reports"));
+    let told: String = told.map(|(_, call)| body(call)).collect();
+    assert!(told.contains("the service no longer has mission m-1"), "{told}");
 }
 
-#[test]
-fn a_joined_mission_that_is_gone_ends_the_bridge_with_the_reason() {
+#[tokio::test(start_paused = true)]
+async fn a_joined_mission_that_is_gone_ends_the_bridge_with_the_reason() {
+    let clock = Clock::simulated(0.0);
     let mut is_gone = false;
-    let url = service(move |request| {
-        if request.line.contains("/reports") {
-            is_gone = true;
-        }
+    let (transport, _) = service(&clock, move |call| {
+        is_gone |= is_report(call);
         if is_gone {
             (404, problem("no_mission"))
-        } else if request.line.contains("/reference") {
-            (409, problem("no_plan_yet"))
+        } else if is_for_plan(call) {
+            no_plan_yet()
         } else {
             (200, mission("m-1"))
         }
     });
-    let link = link(&[url], None, MissionChoice::Joined("m-1".to_owned()));
-    let end = Instant::now() + PATIENCE;
-    while !link.status().has_failed {
-        assert!(Instant::now() < end, "{:?}", link.status());
-        thread::sleep(Duration::from_millis(20));
-    }
+    let link = joined(&clock, None, transport);
+    noted_for(&clock, &link, 10).await;
+    assert!(link.status().has_failed);
     let trouble = link.status().trouble.expect("says why");
     assert!(trouble.contains("no such mission"), "{trouble}");
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_link_that_is_dropped_asks_no_more() {
+    let clock = Clock::simulated(0.0);
+    let (transport, calls) = service(&clock, |_| (200, planned(1)));
+    let link = joined(&clock, None, transport);
+    noted_for(&clock, &link, 5).await;
+    drop(link);
+    let asked = lock(&calls).len();
+    clock.sleep(Duration::from_mins(1)).await;
+    assert!(2 < asked);
+    assert_eq!(lock(&calls).len(), asked);
 }
 
 fn state() -> MeasuredState {
@@ -211,50 +225,35 @@ fn fix(auv: &str) -> AuvFix {
     }
 }
 
-#[test]
-fn reports_that_the_service_rejects_are_counted_with_the_last_reason() {
-    let url = service(move |request| {
-        if request.line.contains("/reference") {
-            return (409, problem("no_plan_yet"));
+#[tokio::test(start_paused = true)]
+async fn reports_that_the_service_rejects_are_counted_with_the_last_reason() {
+    let clock = Clock::simulated(0.0);
+    let (transport, _) = service(&clock, |call| {
+        if is_for_plan(call) {
+            return no_plan_yet();
         }
         let unlisted = json!({ "pointer": "/auvs/unlisted", "code": "unknown_auv", "detail": "is unknown" });
-        if request.body.contains("unlisted") && request.body.contains("asc") {
-            return (200, json!({ "rejected": [unlisted] }));
-        }
-        if request.body.contains("unlisted") {
-            return (
+        match (body(call).contains("unlisted"), body(call).contains("asc")) {
+            (true, true) => (200, json!({ "rejected": [unlisted] })),
+            (true, false) => (
                 422,
                 json!({ "code": "invalid_request", "detail": "", "errors": [unlisted] }),
-            );
+            ),
+            (false, _) => (200, mission("m-1")),
         }
-        (200, mission("m-1"))
     });
-    let choice = MissionChoice::Joined("m-1".to_owned());
-    let client = MissionClient::new(&[url], None, None).expect("needs no certificate");
-    let link = MissionLink::open(client, choice, Duration::from_millis(50), 1.0, Clock::start());
-    let end = Instant::now() + PATIENCE;
-    let waits_for_rejects = |count| {
-        while link
-            .status()
-            .rejected
-            .as_ref()
-            .is_none_or(|(found, _)| *found < count)
-        {
-            assert!(Instant::now() < end, "{:?}", link.status());
-            thread::sleep(Duration::from_millis(20));
-        }
-        link.status().rejected.map(|(_, why)| why)
-    };
+    let link = joined(&clock, None, transport);
+    let rejected = |count, why: &str| Some((count, why.to_owned()));
     // With a state, which is accepted, and alone.
     link.report_craft(&state(), false);
     link.report_auv(&fix("unlisted"));
-    let why = waits_for_rejects(1);
-    assert_eq!(why.as_deref(), Some("/auvs/unlisted: is unknown"));
+    clock.sleep(Duration::from_secs(5)).await;
+    assert_eq!(link.status().rejected, rejected(1, "/auvs/unlisted: is unknown"));
     link.report_auv(&fix("unlisted"));
-    let why = waits_for_rejects(2);
+    clock.sleep(Duration::from_secs(5)).await;
     assert_eq!(
-        why.as_deref(),
-        Some("rejected (invalid_request): /auvs/unlisted: is unknown")
+        link.status().rejected,
+        rejected(2, "rejected (invalid_request): /auvs/unlisted: is unknown")
     );
 }
 
@@ -298,28 +297,24 @@ fn planned(sequence: u64) -> Value {
     json!({ "t_s": 0.0, "age_s": 0.0, "sequence": sequence, "status": "running", "plan": plan })
 }
 
-#[test]
-fn a_plan_that_the_service_repeats_keeps_the_time_of_its_arrival() {
-    let (sender, repeated) = channel();
-    let url = service(move |request| {
-        if !request.line.contains("/reference") {
-            return (200, mission("m-1"));
+#[tokio::test(start_paused = true)]
+async fn a_plan_that_the_service_repeats_keeps_the_time_of_its_arrival() {
+    let clock = Clock::simulated(0.0);
+    let (transport, calls) = service(&clock, |call| {
+        if is_for_plan(call) {
+            (200, planned(7))
+        } else {
+            (200, mission("m-1"))
         }
-        let _ = sender.send(());
-        (200, planned(7))
     });
-    let link = link(&[url], None, MissionChoice::Joined("m-1".to_owned()));
-    let arrived = |link: &MissionLink| link.status().plan.map(|plan| plan.arrived_s);
-    let end = Instant::now() + PATIENCE;
-    while arrived(&link).is_none() {
-        assert!(Instant::now() < end, "no plan");
-        thread::sleep(Duration::from_millis(20));
-    }
-    let first = arrived(&link);
-    // Of three more requests, two answers at least have been read.
-    repeated.try_iter().for_each(drop);
-    for _ in 0..3 {
-        waits_for(&repeated);
-    }
-    assert_eq!(arrived(&link), first);
+    let link = joined(&clock, None, transport);
+    clock.sleep(Duration::from_secs(10)).await;
+    let asked: Vec<Duration> = lock(&calls)
+        .iter()
+        .filter(|(_, call)| is_for_plan(call))
+        .map(|(at, _)| *at)
+        .collect();
+    assert!(3 < asked.len());
+    let arrived_s = link.status().plan.map(|plan| plan.arrived_s);
+    assert_eq!(arrived_s, Some((asked[0] + LATENCY).as_secs_f64()));
 }
