@@ -38,6 +38,9 @@ use sea::Sea;
 /// Wall time at the start of every voyage, Unix time, s.
 const START_S: f64 = 1.8e9;
 
+/// Time without faults after which everything works, s.
+const CLEAR_S: f64 = 30.0;
+
 /// How a voyage goes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Course {

@@ -30,6 +30,9 @@ struct Arguments {
     /// Without faults.
     #[arg(long)]
     nominal: bool,
+    /// Ends after the first voyage that breaks a claim.
+    #[arg(long)]
+    until_broken: bool,
     /// Most threads.
     #[arg(long)]
     jobs: Option<usize>,
@@ -69,6 +72,9 @@ fn main() -> ExitCode {
                         let voyage = sail(seed, course);
                         if voyage.broken.is_some() {
                             println!("{}", voyage.told());
+                            if arguments.until_broken {
+                                next.store(end, Ordering::Relaxed);
+                            }
                         }
                         sailed.push(voyage);
                     }

@@ -17,4 +17,5 @@ mod store;
 mod telemetry;
 mod violations;
 mod visits;
+mod voyages;
 mod wire;

@@ -6,14 +6,12 @@ use std::{
 };
 
 use super::{
-    Course,
+    CLEAR_S, Course,
     faults::{Fault, Kind},
 };
 
 /// Events that are shown of a broken voyage.
 const SHOWN: usize = 20;
-/// Time without faults after which everything works, s.
-const CLEAR_S: f64 = 30.0;
 
 /// Every claim, by its name: what is promised, and by which part.
 pub const CLAIMS: [(&str, &str); 18] = [

@@ -16,7 +16,7 @@ use rand::{Rng as _, RngExt as _};
 use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
 
-use super::{World, faults::Kind, lock, planners, rng};
+use super::{CLEAR_S, World, faults::Kind, lock, planners, rng};
 use crate::autopilot::{Boat, GUIDED, HOLD, SYSTEM, frame, place};
 
 /// System number of the AUV.
@@ -225,32 +225,23 @@ impl Sea {
         } else {
             state.known.unguided_since_s.or(Some(t_s))
         };
-        if state.step.is_multiple_of(10) {
+        let is_cut = now.has(Kind::WireCut);
+        let is_due = CLEAR_S <= now.quiet_s(t_s) && !now.is_paused && state.input.is_some();
+        drop(now);
+        let boat = &state.boat;
+        let (mode, armed) = (boat.mode, boat.is_armed);
+        if state.step.is_multiple_of(10) && is_due {
             let silent_s = t_s - state.known.sent_s;
-            let is_due = 30.0 <= now.quiet_s(t_s) && !now.is_paused && state.input.is_some();
-            let boat = &state.boat;
-            let (mode, armed) = (boat.mode, boat.is_armed);
-            drop(now);
-            if is_due {
-                self.world.claim("resumes", silent_s < 2.0, || {
-                    format!("no reference for {silent_s:.1} s; mode {mode}, armed {armed}")
-                });
-            }
-            if state.step.is_multiple_of(100) {
-                let boat = &state.boat;
-                self.world.note(
-                    "sea",
-                    format!(
-                        "boat at {:.2}, {:.2} m, {:.2} m/s, mode {mode}, armed {armed}",
-                        boat.position.x, boat.position.y, boat.speed
-                    ),
-                );
-            }
-            let now = self.world.now();
-            let pieces = carried(bytes, is_bad, now.has(Kind::WireCut), &mut state.rng);
-            return (state.input.clone(), pieces);
+            self.world.claim("resumes", silent_s < 2.0, || {
+                format!("no reference for {silent_s:.1} s; mode {mode}, armed {armed}")
+            });
         }
-        let pieces = carried(bytes, is_bad, now.has(Kind::WireCut), &mut state.rng);
+        if state.step.is_multiple_of(100) {
+            let (north, east, speed) = (boat.position.x, boat.position.y, boat.speed);
+            let what = format!("boat at {north:.2}, {east:.2} m, {speed:.2} m/s, mode {mode}, armed {armed}");
+            self.world.note("sea", what);
+        }
+        let pieces = carried(bytes, is_bad, is_cut, &mut state.rng);
         (state.input.clone(), pieces)
     }
 
