@@ -680,7 +680,7 @@ mod tests {
         let (mut bridge, wire) = bridge();
         let clock = wire.clock.clone();
         let noise = tokio::spawn(async move {
-            loop {
+            for _ in 0..1_000 {
                 // More always waits than the loop reads before another task is next.
                 while wire.received.try_send(wire.piece(PIECE.to_vec(), false)).is_ok() {}
                 tokio::time::advance(Duration::from_millis(1)).await;
