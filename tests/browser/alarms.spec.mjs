@@ -1,90 +1,113 @@
 // What a page that is left open says of a mission: steering, degraded and why, not steering and why.
 
-import { rm } from "node:fs/promises";
-import { expect, go, test } from "./fixtures.mjs";
-import { liveMission, startService } from "./service.mjs";
+import { expect, expected, test } from "./fixtures.mjs";
 
-test("a mission that is steered says so, and one whose reports cease looks bad everywhere until it is steered again", async ({ page, service, complaints }) => {
-  const mission = await liveMission(service, { title: "five AUVs" });
-  const state = page.locator(".chip.state"), old = page.locator(".now.old");
-  await go(page, service, `#/mission/${mission.id}`);
-  await expect(state).toHaveText("steering");
-  await expect(state).toHaveClass(/good/);
-  await expect(page).toHaveTitle("five AUVs · Pilotfish");
-  await expect(old).toHaveCount(0);
-  await mission.stop();
-  // The service extrapolates the craft for ten seconds.
-  await expect(state).toHaveText(/^not steering \d+\u00a0s: waits for reports of the surface craft$/, { timeout: 40_000 });
+test("a mission that is steered says so, and one whose reports cease looks bad everywhere until it is steered again, by the service's clock", async ({ page, played }) => {
+  // The page is on a tablet that is an hour ahead.
+  const watched = await played("steered", { ahead_s: 3600 });
+  const state = page.locator(".chip.state"), old = page.locator(".now.old"), heard = page.locator(".now").first().locator("div", { hasText: "auv-2 heard" });
+  await watched.open();
+  for (let second = 0; second < 8; second += 1) {
+    await watched.pass(1);
+    await expect(state).toHaveText("steering");
+    await expect(state).toHaveClass(/good/);
+    await expect(page).toHaveTitle("recorded · Pilotfish");
+    await expect(old).toHaveCount(0);
+  }
+  await expect(page.locator(".chips")).toContainText("connected");
+  await expect(heard).toHaveText(/auv-2 heard[01]\.\d\u00a0s ago/);
+  // Reports cease after 12 s, and the service extrapolates the craft for ten more.
+  await watched.pass(25);
+  await expect(state).toHaveText(/^not steering \d+\u00a0s: waits for reports of the surface craft$/);
   await expect(state).toHaveClass(/bad/);
   await expect(page.locator(".chip.good")).toHaveCount(0);
-  await expect(page).toHaveTitle(/^⚠ not steering \d+\u00a0s · five AUVs · Pilotfish$/);
+  await expect(page).toHaveTitle(/^⚠ not steering \d+\u00a0s · recorded · Pilotfish$/);
   await expect(old.locator("div").first()).toHaveText(/last plan\d+\u00a0s ago/);
   await expect(page.locator("p.unseen").first()).toHaveText(/^not steering, for more than \d+\u00a0s, waits for reports of the surface craft$/);
-  await go(page, service, "");
-  const row = page.locator("tr", { has: page.getByRole("link", { name: "five AUVs" }) });
+  const then = await heard.textContent();
+  await watched.pass(1);
+  expect(await heard.textContent()).not.toBe(then);
+  await watched.open("");
+  const row = page.locator("tr", { has: page.getByRole("link", { name: "recorded" }) });
   await expect(row.locator(".chip.bad")).toHaveText(/^not steering \d+\u00a0s$/);
   await expect(row.locator(".chip.good")).toHaveCount(0);
-  await expect(page).toHaveTitle(/^⚠ not steering .* · five AUVs · Pilotfish$/);
-  await go(page, service, `#/mission/${mission.id}`);
+  await expect(page).toHaveTitle(/^⚠ not steering .* · recorded · Pilotfish$/);
+  await watched.open();
   await expect(state).toHaveText(/^not steering/);
-  const t_s = Date.now() / 1000, asc = [{ t_s, state: { north_m: 0, east_m: 0, heading_rad: 0, speed_mps: 0, sway_mps: 0, yaw_rate_radps: 0 } }];
-  await service.post(`/v1/missions/${mission.id}/reports`, { asc });
+  await watched.pass(36);
   await expect(state).not.toHaveText(/^not steering/);
   await expect(page).not.toHaveTitle(/not steering/);
-  await service.post(`/v1/missions/${mission.id}/finish`, {});
+  await watched.pass(4);
   await expect(state).toHaveText("finished");
-  expect(complaints).toEqual([]);
 });
 
-test("a degraded plan says why, in the mission, its title and the list", async ({ page, service, complaints }) => {
-  const mission = await liveMission(service, { title: "silent", fixAge: 1000 });
-  try {
-    await go(page, service, `#/mission/${mission.id}`);
-    await expect(page.locator(".chip.state.bad")).toHaveText("degraded: the goal's last report is too old; hold answers");
-    await expect(page.locator(".chip.good")).toHaveCount(0);
-    await expect(page).toHaveTitle("⚠ degraded · silent · Pilotfish");
-    await go(page, service, "");
-    const row = page.locator("tr", { has: page.getByRole("link", { name: "silent" }) });
-    await expect(row.locator(".chip.bad")).toHaveText("degraded");
-    await expect(row).toContainText("the goal's last report is too old");
-  } finally {
-    await mission.stop();
-    await service.post(`/v1/missions/${mission.id}/finish`, {});
-  }
-  expect(complaints).toEqual([]);
+test("a degraded plan says why, in the mission, its title and the list, and on a phone before the legend and not cut off", async ({ page, played }) => {
+  const watched = await played("degraded");
+  await page.setViewportSize({ width: 390, height: 844 });
+  await watched.open();
+  await watched.pass(2);
+  await expect(page.locator(".chip.state.bad")).toHaveText("degraded: the goal's last report is too old; hold answers");
+  await expect(page.locator(".chip.good")).toHaveCount(0);
+  await expect(page).toHaveTitle("⚠ degraded · recorded · Pilotfish");
+  const top = async (selector) => (await page.locator(selector).boundingBox()).y;
+  const [map, now, orders, legend] = await Promise.all([".map-place", "#now-title", ".orders", ".legend"].map(top));
+  expect(map).toBeLessThan(Math.min(now, orders));
+  expect(Math.max(now, orders)).toBeLessThan(legend);
+  await watched.open("");
+  const row = page.locator("tr", { has: page.getByRole("link", { name: "recorded" }) }), chip = row.locator(".chip.bad");
+  await expect(chip).toHaveText("degraded");
+  await expect(row).toContainText("the goal's last report is too old");
+  const { x, width } = await chip.boundingBox();
+  expect(x + width).toBeLessThan(380);
 });
 
-test("a craft that does not do what is asked is an alarm", async ({ page, service, complaints }) => {
-  const mission = await liveMission(service, { title: "stuck", stuck: true });
-  try {
-    await go(page, service, `#/mission/${mission.id}`);
-    await expect(page.locator(".chip.state.bad")).toHaveText(/does not (follow|respond)/, { timeout: 60_000 });
-    await expect(page).toHaveTitle(/^⚠ .*does not (follow|respond) · stuck/);
-    await expect(page.locator(".warnings .violated").first()).toContainText("check");
-    await go(page, service, "");
-    await expect(page.locator("tr", { has: page.getByRole("link", { name: "stuck" }) }).locator(".chip.bad")).toHaveText(/does not (follow|respond)/);
-  } finally {
-    await mission.stop();
-    await service.post(`/v1/missions/${mission.id}/finish`, {});
-  }
-  expect(complaints).toEqual([]);
+test("a craft that does not do what is asked is an alarm", async ({ page, played }) => {
+  const watched = await played("stuck");
+  await watched.open();
+  await watched.pass(1);
+  await expect(page.locator(".chip.state.bad")).toHaveText(/does not (follow|respond)/);
+  await expect(page).toHaveTitle(/^⚠ .*does not (follow|respond) · recorded/);
+  await expect(page.locator(".warnings .violated").first()).toContainText("check");
+  await watched.open("");
+  await expect(page.locator("tr", { has: page.getByRole("link", { name: "recorded" }) }).locator(".chip.bad")).toHaveText(/does not (follow|respond)/);
 });
 
-test("without a service the page does not claim to know", async ({ page, complaints }) => {
-  const service = await startService(), mission = await liveMission(service, { title: "cut off" });
-  await go(page, service, `#/mission/${mission.id}`);
-  await expect(page.locator(".chip.state")).toHaveText("steering");
-  await service.kill();
+test("without a service the page does not claim to know, and goes on without a reload when it is back", async ({ page, played, complaints }) => {
+  const watched = await played("steered"), state = page.locator(".chip.state"), clock = page.locator(".clock");
+  await watched.open();
+  await watched.pass(1);
+  await expect(state).toHaveText("steering");
+  await page.evaluate(() => { window.here = true; });
+  watched.cut();
+  await expect(page.locator(".chips")).toContainText(/connection lost: the (service does not answer|stream ended); trying again/);
+  await watched.pass(8);
   await expect(page.locator(".chip.state.bad")).toHaveText(/^state not known \d+\u00a0s: connection lost: .*; trying again$/);
   await expect(page.locator(".chip.good")).toHaveCount(0);
-  await expect(page).toHaveTitle(/^⚠ state not known \d+\u00a0s · cut off/);
-  await mission.stop();
-  await rm(service.data, { recursive: true, force: true });
-  const others = complaints.splice(0).filter((complaint) => !/ERR_(CONNECTION|INCOMPLETE|EMPTY|NETWORK)/.test(complaint) && !complaint.includes(service.url));
-  expect(others).toEqual([]);
+  await expect(page).toHaveTitle(/^⚠ state not known \d+\u00a0s · recorded/);
+  watched.mend();
+  // The next attempt comes within ten seconds; the answer to it is waited for.
+  const back = page.waitForResponse((answer) => answer.url().includes("/events?"));
+  await watched.pass(2);
+  await page.clock.runFor(10_000);
+  await back;
+  const then = await clock.textContent();
+  await watched.pass(1);
+  await expect(page.locator(".chips")).toContainText("connected");
+  expect(await clock.textContent()).not.toBe(then);
+  expect(await page.evaluate(() => window.here)).toBe(true);
+  // What a browser writes to its console while nothing answers.
+  expect(expected(complaints, /ERR_(CONNECTION|INCOMPLETE|EMPTY|NETWORK)/)).toBe(true);
 });
 
-test("the alarm sounds only if it is asked for, until it is acknowledged, and the log has its begin and end", async ({ page, service, complaints }) => {
+test("a service that takes a question and does not answer it is not waited for longer than 15 s", async ({ page, played }) => {
+  const watched = await played("degraded");
+  await watched.open();
+  await page.route((url) => url.pathname.endsWith(watched.id), () => {});
+  for (const ms of [5_000, 15_000, 1_000]) await page.clock.runFor(ms);
+  await expect(page.locator(".chips")).toContainText("connection lost: the service does not answer");
+});
+
+test("the alarm sounds only if it is asked for, until it is acknowledged, and the log has its begin and end", async ({ page, played }) => {
   await page.addInitScript(() => {
     window.rung = window.notified = 0;
     const { start } = OscillatorNode.prototype;
@@ -92,34 +115,36 @@ test("the alarm sounds only if it is asked for, until it is acknowledged, and th
     window.Notification = class { static permission = "granted"; constructor(words) { window.notified += 1; window.noticed = words; } };
   });
   const rung = () => page.evaluate(() => window.rung);
-  const mission = await liveMission(service, { title: "left open" });
-  await go(page, service, `#/mission/${mission.id}`);
+  const watched = await played("steered");
+  await watched.open();
   const button = page.getByRole("button", { name: "Alarm sound" }), acknowledge = page.getByRole("button", { name: "Acknowledge" });
+  await watched.pass(1);
   await expect(page.locator(".chip.state")).toHaveText("steering");
   await expect(button).toHaveText("Alarm sound: off");
-  await mission.stop();
-  await expect(page.locator(".chip.state")).toHaveText(/^not steering/, { timeout: 40_000 });
-  await page.waitForTimeout(4000);
+  await watched.pass(33);
+  await expect(page.locator(".chip.state")).toHaveText(/^not steering/);
   expect(await rung()).toBe(0);
   await expect(acknowledge).toBeHidden();
   await button.click();
   await expect(button).toHaveText("Alarm sound: on");
-  await expect.poll(rung, { timeout: 15_000 }).toBeGreaterThan(0);
-  expect(await page.evaluate(() => [window.notified, window.noticed])).toEqual([1, "left open: not steering: waits for reports of the surface craft"]);
-  const before = await rung();
-  await expect.poll(rung, { timeout: 15_000 }).toBeGreaterThan(before);
+  // The browser lets the page sound.
+  await expect(page.locator(".bell .said")).toBeEmpty();
+  await watched.pass(1);
+  expect(await rung()).toBe(2);
+  expect(await page.evaluate(() => [window.notified, window.noticed])).toEqual([1, "recorded: not steering: waits for reports of the surface craft"]);
+  await watched.pass(8);
+  expect(await rung()).toBe(2);
+  await watched.pass(3);
+  expect(await rung()).toBe(4);
   await acknowledge.click();
-  const quiet = await rung();
-  await page.waitForTimeout(12_000);
-  expect(await rung()).toBe(quiet);
+  await watched.pass(12);
+  expect(await rung()).toBe(4);
   await expect(page.locator(".log")).toContainText("alarm: not steering: waits for reports of the surface craft");
-  const state = { north_m: 0, east_m: 0, heading_rad: 0, speed_mps: 0, sway_mps: 0, yaw_rate_radps: 0 };
-  await service.post(`/v1/missions/${mission.id}/reports`, { asc: [{ t_s: Date.now() / 1000, state }] });
+  await watched.pass(12);
   await expect(page.locator(".log")).toContainText(/alarm over: not steering, after \d+\u00a0s/);
   await page.reload();
+  await watched.settled();
   await expect(button).toHaveText("Alarm sound: on");
   // What was not seen happen is in the log as well.
   await expect(page.locator(".log")).toContainText(/alarm over: not steering, after \d+\u00a0s/);
-  await service.post(`/v1/missions/${mission.id}/finish`, {});
-  expect(complaints).toEqual([]);
 });

@@ -1,5 +1,5 @@
 // What the page takes, and what browsers cost the planner: `node measure.mjs four-hours` and `node measure.mjs browsers`, for docs/page.md.
-// No test: a quarter of an hour, and figures of the machine it is on.
+// No test: a quarter of an hour, and figures of the machine it is on, of the program that PILOTFISH names: target/release/pilotfish.
 
 import { readFile } from "node:fs/promises";
 import { chromium } from "@playwright/test";

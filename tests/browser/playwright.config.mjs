@@ -1,12 +1,13 @@
-// How the page is tested: in Debian's chromium, with one service for all files (`fixtures.mjs`). `.ci/page-test` runs it.
+// How the page is tested: in Debian's chromium, with one service for each worker (`fixtures.mjs`). `.ci/page-test` runs it.
 
 import { defineConfig } from "@playwright/test";
 
 export default defineConfig({
   testDir: ".",
-  testMatch: "**/*.spec.mjs",
   outputDir: "test-results",
-  workers: 1,
+  projects: [{ name: "recorded", testMatch: "*.spec.mjs", testIgnore: "real/**" }, { name: "real", testMatch: "real/*.spec.mjs", workers: 1 }],
+  fullyParallel: true,
+  workers: 2,
   timeout: 120_000,
   expect: { timeout: 20_000 },
   reporter: [["list"]],

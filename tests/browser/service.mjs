@@ -2,12 +2,16 @@
 
 import { spawn } from "node:child_process";
 import { once } from "node:events";
-import { mkdtemp, rm } from "node:fs/promises";
+import { mkdtemp, readFile, rm } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { createInterface } from "node:readline";
 
-export const PROGRAM = process.env.PILOTFISH_PROGRAM ?? new URL("../../target/release/pilotfish", import.meta.url).pathname;
+export const PROGRAM = process.env.PILOTFISH ?? new URL("../../target/debug/pilotfish", import.meta.url).pathname;
+
+/** Most ticks of one step. */
+const STEP_MAX = 60;
+const KEEP_OUTS = [{ north_m: 60, east_m: 12, radius_m: 8 }], CRAFT = { north_m: -15, east_m: 10, heading_rad: 0, speed_mps: 0.2, sway_mps: 0, yaw_rate_radps: 0 };
 
 /** A service on a free port of this machine, in a directory of its own unless `data` says which. */
 export async function startService({ data, port = 0, token } = {}) {
@@ -26,9 +30,12 @@ export async function startService({ data, port = 0, token } = {}) {
   return {
     url, data: directory, pid: child.pid, port: Number(new URL(url).port),
     post: (path, body) => call("POST", path, body),
+    patch: (path, body) => call("PATCH", path, body),
     get: (path) => call("GET", path),
     /** The newest plan of a mission: its first, as soon as it is there. */
     plan: async (mission) => (await call("GET", `/v1/missions/${mission}/reference?wait_s=20&after=0`)).plan,
+    /** The events of a mission, once it is over. */
+    ended: async (mission) => (await fetch(`${url}/v1/missions/${mission}/events?after=0`, { headers })).text(),
     delete: (path) => call("DELETE", path),
     async kill() {
       child.kill("SIGKILL");
@@ -41,16 +48,30 @@ export async function startService({ data, port = 0, token } = {}) {
   };
 }
 
-/** Makes a simulated mission and lets it run to its end. */
-export async function flown(service, simulated, title) {
+/** A simulated mission that was flown for `ticks`, or to its end, and is over. */
+export async function flown(service, simulated, title, ticks) {
   const { id } = await service.post("/v1/missions", { schema_version: "1.0", title, simulated });
-  await service.post(`/v1/missions/${id}/run`, {});
-  for (;;) {
-    const { status } = await service.get(`/v1/missions/${id}`);
-    if (status === "finished") return id;
-    if (status === "failed") throw new Error(`${id} failed`);
-    await new Promise((resume) => setTimeout(resume, 200));
-  }
+  if (ticks) {
+    for (let left = ticks; left > 0; left -= STEP_MAX) await service.post(`/v1/missions/${id}/step`, { ticks: Math.min(left, STEP_MAX) });
+    await service.post(`/v1/missions/${id}/finish`, {});
+  } else await service.post(`/v1/missions/${id}/run`, {});
+  await service.ended(id);
+  return id;
+}
+
+/** A built-in scenario in which everything comes ten times as early. */
+export async function hastened(name) {
+  const text = await readFile(new URL(`../../sim/scenarios/${name}.toml`, import.meta.url), "utf8");
+  return { scenario_file: text.replace(/^(duration_s|settled_after_s|from_s|until_s) = (\d+)$/gm, (_, key, seconds) => `${key} = ${seconds / 10}`) };
+}
+
+/** A live mission that is not run: what was reported is all that it has, and no time passes in it. */
+export async function posed(service, { ids = ["auv-1", "auv-2"], title = "posed", origin } = {}) {
+  const live = { auvs: ids.map((id) => ({ id })), goal: { kind: "track", auv: ids[0] }, keep_outs: KEEP_OUTS, origin };
+  const { id, created_s } = await service.post("/v1/missions", { schema_version: "1.0", title, live }), t_s = created_s - 1;
+  const auvs = Object.fromEntries(ids.map((name, i) => [name, [{ t_s, north_m: 0, east_m: 25 * i, depth_m: 8, sigma_m: 1 }]]));
+  await service.post(`/v1/missions/${id}/reports`, { auvs, asc: [{ t_s, state: CRAFT }] });
+  return id;
 }
 
 /**
@@ -58,12 +79,12 @@ export async function flown(service, simulated, title) {
  * clock. A fix in ten is far off. Fixes are `fixAge` seconds old; a `stuck` craft does not move.
  */
 export async function liveMission(service, { ids = ["auv-1", "auv-2"], clockRate = 1, title = "a live mission", origin, goal, fixAge = 0, stuck = false } = {}) {
-  const live = { auvs: ids.map((id) => ({ id })), goal: goal ?? { kind: "track", auv: ids[0] }, clock_rate: clockRate, keep_outs: [{ north_m: 60, east_m: 12, radius_m: 8 }], origin };
+  const live = { auvs: ids.map((id) => ({ id })), goal: goal ?? { kind: "track", auv: ids[0] }, clock_rate: clockRate, keep_outs: KEEP_OUTS, origin };
   const { id, created_s } = await service.post("/v1/missions", { schema_version: "1.0", title, live });
   await service.post(`/v1/missions/${id}/run`, {});
   const clock = () => created_s + clockRate * (Date.now() / 1000 - created_s);
   const start = clock();
-  let craft = { north_m: -15, east_m: 10, heading_rad: 0, speed_mps: 0.2 }, last = start, n = 0, stopped = false;
+  let craft = { ...CRAFT }, last = start, n = 0, stopped = false;
   const tick = async () => {
     const t_s = clock() - 0.05 * clockRate, step = Math.min(t_s - last, 5);
     last = t_s;
@@ -76,7 +97,7 @@ export async function liveMission(service, { ids = ["auv-1", "auv-2"], clockRate
       const north_m = 0.2 * (t_s - start) + Math.sin(n * 1.7 + i), east_m = 25 * i + Math.cos(n * 2.3 + i) + (n % 10 === 9 && i === 0 ? 60 : 0);
       return [name, [{ t_s: t_s - fixAge, north_m, east_m, depth_m: 8 + 6 * Math.sin((t_s - start) / 40 + i), sigma_m: 1 }]];
     }));
-    await service.post(`/v1/missions/${id}/reports`, { auvs, asc: [{ t_s, state: { ...craft, sway_mps: 0, yaw_rate_radps: 0 } }] });
+    await service.post(`/v1/missions/${id}/reports`, { auvs, asc: [{ t_s, state: craft }] });
   };
   const run = (async () => {
     while (!stopped) {

@@ -50,6 +50,8 @@ class LiveMission {
     this.link = { name: "loading", detail: "" };
     /** Age of the last plan, s of the mission's clock, and when it had that age, ms of the page's clock: the two may differ. */
     this.freshest = { age: Infinity, at: -Infinity };
+    /** The mission's clock by the last answer, and when the page had that, ms. */
+    this.heard = { t_s: NaN, at: NaN };
     /** When the state was looked at last, and whether the page slept since and does not know yet. */
     this.ticked = performance.now();
     this.waking = this.unanswered = this.wasOld = false;
@@ -82,7 +84,11 @@ class LiveMission {
 
   sincePlan() {
     const { age, at } = this.freshest;
-    return age + ((performance.now() - at) / 1000) * (this.mission.scene?.clock_rate ?? 1);
+    return age + ((performance.now() - at) / 1000) * this.clockRate();
+  }
+
+  clockRate() {
+    return this.mission.scene?.clock_rate ?? 1;
   }
 
   /** Whether what is shown of the present is of a stale plan. */
@@ -181,7 +187,9 @@ class LiveMission {
     this.recording.takeEvent(sequence, event, (unix) => this.clock(unix));
     this.unanswered = false;
     if (event.kind === "planned") {
-      this.freshest = { age: event.late_s || 0, at: performance.now() };
+      const { t_s, at } = this.heard, now = performance.now();
+      // After a break the stream begins with old plans.
+      this.freshest = { age: Math.max(event.late_s || 0, t_s + ((now - at) / 1000) * this.clockRate() - event.t_s || 0), at: now };
       this.mission.plan = summaryOf(event, this.mission);
       this.drawState();
     }
@@ -215,8 +223,8 @@ class LiveMission {
 
   /** The mission's clock at a Unix time. @param {number} unix */
   clock(unix) {
-    const created = this.mission.created_s ?? 0, rate = this.mission.scene?.clock_rate ?? 1;
-    return this.recording.live ? created + rate * (unix - created) : unix;
+    const created = this.mission.created_s ?? 0;
+    return this.recording.live ? created + this.clockRate() * (unix - created) : unix;
   }
 
   /** @param {string} name @param {string} detail */
@@ -244,6 +252,7 @@ class LiveMission {
     else mission.plan = this.mission.plan ?? answer.plan;
     mission.origin ??= known?.origin;
     this.mission = this.recording.mission = mission;
+    this.heard = { t_s: mission.t_s + (answer.plan?.age_s ?? 0), at: performance.now() };
     this.orders.became(mission);
     const { scene = {}, created_s } = mission;
     const given = scene.information ? [" · information given: ", scene.information] : [];

@@ -88,9 +88,13 @@ async function problemOf(answer) {
  * @returns {Promise<any>}
  */
 export async function askJson(path, options) {
-  const late = AbortSignal.timeout(ANSWER_MAX_MS);
-  const signal = options?.signal ? AbortSignal.any([options.signal, late]) : late;
-  return (await ask(path, { ...options, signal })).json();
+  const late = new AbortController(), timer = setTimeout(() => late.abort(new DOMException(`no answer in ${ANSWER_MAX_MS / 1000} s`, "TimeoutError")), ANSWER_MAX_MS);
+  const signal = options?.signal ? AbortSignal.any([options.signal, late.signal]) : late.signal;
+  try {
+    return await (await ask(path, { ...options, signal })).json();
+  } finally {
+    clearTimeout(timer);
+  }
 }
 
 /**
