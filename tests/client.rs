@@ -4,12 +4,27 @@ use axum::{
     body::{Body, to_bytes},
     http::{HeaderMap, Request, StatusCode, header},
 };
+use clock::Clock;
 use serde_json::Value;
 use service::{Settings, app};
 use tower::ServiceExt;
 
 /// Longest answer read, bytes.
 const ANSWER_BYTES_MAX: usize = 32 << 20;
+
+/// When a simulated machine is switched on, Unix time, s.
+pub const START_S: f64 = 1.8e9;
+
+/// A service on a simulated machine. Call it in a Tokio runtime whose time is paused: the same calls get the same answers on any
+/// processor.
+#[must_use]
+pub fn simulated_machine() -> Settings {
+    Settings {
+        clock: Clock::simulated(START_S),
+        planners: 2,
+        ..Settings::default()
+    }
+}
 
 /// An answer, read to its end.
 #[derive(Clone, Debug)]
@@ -78,22 +93,22 @@ pub async fn send(settings: Settings, request: Request<Body>) -> Answer {
     send_to(app(settings), request).await
 }
 
-/// The JSON of `path`, which is there.
+/// The JSON of `path`, which is there, on a simulated machine.
 ///
 /// # Panics
 /// Where it is refused: the test's finding.
 pub async fn served(path: &str) -> Value {
-    let answer = send(Settings::default(), get(path)).await;
+    let answer = send(simulated_machine(), get(path)).await;
     assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);
     answer.json()
 }
 
-/// The JSON of the answer to `body`, posted to `path` and accepted.
+/// The JSON of the answer to `body`, posted to `path` and accepted, on a simulated machine.
 ///
 /// # Panics
 /// Where it is refused: the test's finding.
 pub async fn answered(path: &str, body: impl Into<Body>) -> Value {
-    let answer = send(Settings::default(), post(path, body)).await;
+    let answer = send(simulated_machine(), post(path, body)).await;
     assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);
     answer.json()
 }

@@ -3,9 +3,11 @@
 pub mod autopilot;
 pub mod broken;
 pub mod client;
+pub mod fuzz;
 pub mod postgres;
 pub mod random;
 pub mod server;
+pub mod store;
 pub mod voyage;
 
 use nalgebra::Vector2;

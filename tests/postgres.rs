@@ -2,7 +2,7 @@
 
 use std::{
     env, fs,
-    io::{self, Write as _},
+    io::{self, BufRead as _, BufReader, Write as _},
     net::{Ipv4Addr, TcpListener},
     path::{Path, PathBuf},
     process::{self, Child, Command, Stdio},
@@ -10,8 +10,6 @@ use std::{
         LazyLock,
         atomic::{AtomicU32, Ordering},
     },
-    thread,
-    time::{Duration, Instant},
 };
 
 use tempfile::TempDir;
@@ -21,26 +19,22 @@ use crate::server::certificate;
 /// Where Debian has the programs of the server.
 const DEBIAN: &str = "/usr/lib/postgresql";
 
-/// Runs the server until its input ends, which it does with the test's program, and then removes its directory. The server refuses to
-/// run as root, and to read a key that others may read.
+/// Runs the server until its input ends, which it does with the test's program, and then removes its directory. Prints a line once
+/// the server answers, or does not start. The server refuses to run as root, and to read a key that others may read.
 const SCRIPT: &str = r#"
 cd "$1"
 if [ "$(id -u)" = 0 ]; then as="setpriv --reuid nobody --regid nogroup --clear-groups"; chown -R nobody "$1"; fi
 chmod 600 key.pem
 $as "$2/initdb" --pgdata=data --username=postgres --auth=trust --no-sync --encoding=UTF8 --locale=C >log 2>&1
-$as "$2/postgres" -D data -k "$1" -p "$3" -c listen_addresses=127.0.0.1 -c fsync=off -c max_connections=200 \
-    -c ssl=on -c ssl_cert_file=../certificate.pem -c ssl_key_file=../key.pem >>log 2>&1 &
+$as "$2/pg_ctl" start --wait --pgdata=data --log=log -o "-k $1 -p $3 -c listen_addresses=127.0.0.1 -c fsync=off \
+    -c max_connections=200 -c ssl=on -c ssl_cert_file=../certificate.pem -c ssl_key_file=../key.pem" >>log 2>&1
+echo "$?"
 cat >/dev/null
-kill -INT "$(head -n 1 data/postmaster.pid)"
-wait
+$as "$2/pg_ctl" stop --mode=fast --pgdata=data >>log 2>&1
 rm -rf "$1"
 "#;
 
-/// A longer wait for the server fails the test.
-const PATIENCE: Duration = Duration::from_mins(1);
-
 struct Server {
-    programs: PathBuf,
     port: u16,
     /// Its certificate, which signs itself.
     certificate: String,
@@ -70,9 +64,9 @@ pub fn database() -> Option<String> {
         return None;
     };
     let name = format!("missions_{}", MADE.fetch_add(1, Ordering::Relaxed));
-    let made = server.ask(&format!("CREATE DATABASE {name}"));
-    assert!(made, "the database cannot be made");
-    Some(format!("postgres://postgres@127.0.0.1:{}/{name}", server.port))
+    let server = format!("postgres://postgres@127.0.0.1:{}", server.port);
+    let _ = psql(&format!("{server}/postgres"), &format!("CREATE DATABASE {name}"));
+    Some(format!("{server}/{name}"))
 }
 
 /// Has `psql` execute statements in the database of a URL; what it prints.
@@ -102,25 +96,13 @@ pub fn psql(url: &str, statements: &str) -> String {
     String::from_utf8_lossy(&asked.stdout).trim().to_owned()
 }
 
-impl Server {
-    fn ask(&self, statement: &str) -> bool {
-        let url = format!("postgres://postgres@127.0.0.1:{}/postgres", self.port);
-        let asked = Command::new(self.programs.join("psql"))
-            .args(["--no-psqlrc", "--quiet", &url, "-c", statement])
-            .stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .status();
-        asked.is_ok_and(|status| status.success())
-    }
-}
-
 /// The folder of `initdb`, which no path has on Debian.
 fn programs() -> Option<PathBuf> {
     let paths = env::var_os("PATH").unwrap_or_default();
     let versions = fs::read_dir(DEBIAN).into_iter().flatten().flatten();
     let of_debian = versions.map(|version| version.path().join("bin"));
     let mut folders = env::split_paths(&paths).chain(of_debian);
-    let programs = ["initdb", "postgres", "psql"];
+    let programs = ["initdb", "pg_ctl", "psql"];
     folders.find(|folder| programs.iter().all(|program| folder.join(program).is_file()))
 }
 
@@ -133,23 +115,22 @@ fn start() -> Option<Server> {
     let port = port.expect("a port is free");
     let folder = tempfile::tempdir().map(TempDir::keep).expect("there is room");
     let (certificate, _) = certificate(&folder);
-    let process = Command::new("sh")
+    let mut process = Command::new("sh")
         .args(["-c", SCRIPT, "sh"])
         .args([folder.as_path(), programs.as_path(), Path::new(&port.to_string())])
         .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
         .spawn()
         .expect("there is a shell");
-    let server = Server {
-        programs,
+    let mut started = String::new();
+    let printed = process.stdout.take().map(BufReader::new);
+    let read = printed.expect("is piped").read_line(&mut started);
+    read.expect("says how it went");
+    let log = || fs::read_to_string(folder.join("log")).unwrap_or_default();
+    assert_eq!(started, "0\n", "the server does not start: {}", log());
+    Some(Server {
         port,
         certificate,
         _process: process,
-    };
-    let begun = Instant::now();
-    while !server.ask("SELECT 1") {
-        let log = || fs::read_to_string(folder.join("log")).unwrap_or_default();
-        assert!(begun.elapsed() < PATIENCE, "the server does not start: {}", log());
-        thread::sleep(Duration::from_millis(50));
-    }
-    Some(server)
+    })
 }

@@ -5,11 +5,11 @@ use std::{
         Arc, Condvar, Mutex,
         atomic::{AtomicUsize, Ordering},
     },
-    thread::sleep,
     time::Duration,
 };
 
 use axum::http::StatusCode;
+use clock::Clock;
 use planner::{
     parameters::Parameters,
     plan::{Degraded, Method, Plan, SolverReport, Workspace, plan, plan_until},
@@ -20,12 +20,12 @@ use planner::{
 use serde_json::json;
 use service::{Settings, app, examples::EXAMPLES};
 use tests::{
-    client::{Answer, example, post, send_to},
+    client::{Answer, example, post, send_to, simulated_machine},
     followed, goals, observation, snapshot,
 };
 
 /// Due at look number `n`, the first being 0; and how often it was looked at.
-fn due_at(n: usize) -> (Stop, Arc<AtomicUsize>) {
+pub(crate) fn due_at(n: usize) -> (Stop, Arc<AtomicUsize>) {
     let looks = Arc::new(AtomicUsize::new(0));
     let counted = Arc::clone(&looks);
     let stop = Stop::when(move || n <= counted.fetch_add(1, Ordering::Relaxed));
@@ -116,46 +116,14 @@ fn without_a_finished_iteration_a_previous_plan_is_followed_further() {
     }
 }
 
-/// A gate that a planner waits at, whatever its arguments.
-struct Gate {
-    open: Mutex<bool>,
-    opened: Condvar,
-}
+/// A gate that the planner of a test waits at, whatever its arguments.
+static GATE: (Mutex<bool>, Condvar) = (Mutex::new(false), Condvar::new());
 
-impl Gate {
-    const fn shut() -> Self {
-        Self {
-            open: Mutex::new(false),
-            opened: Condvar::new(),
-        }
-    }
-
-    fn wait(&self) {
-        let open = self.open.lock().expect("no thread panics with it");
-        drop(
-            self.opened
-                .wait_while(open, |open| !*open)
-                .expect("no thread panics with it"),
-        );
-    }
-
-    fn open(&self) {
-        *self.open.lock().expect("no thread panics with it") = true;
-        self.opened.notify_all();
-    }
-}
-
-/// One for each test that needs one.
-static GATES: [Gate; 3] = [Gate::shut(), Gate::shut(), Gate::shut()];
-
-/// A planner that does not begin before gate number `GATE` is open.
-fn stubborn<const GATE: usize>(
-    snapshot: &Snapshot,
-    parameters: &Parameters,
-    workspace: &mut Workspace,
-    stop: &Stop,
-) -> Plan {
-    GATES[GATE].wait();
+/// A planner that does not begin before the gate is open.
+fn stubborn(snapshot: &Snapshot, parameters: &Parameters, workspace: &mut Workspace, stop: &Stop) -> Plan {
+    let (is_open, opened) = &GATE;
+    let is_open = is_open.lock().expect("no thread panics with it");
+    drop(opened.wait_while(is_open, |is_open| !*is_open));
     plan_until(snapshot, parameters, workspace, stop)
 }
 
@@ -170,22 +138,27 @@ fn assert_degraded_by_the_deadline(answer: &Answer) {
     assert_eq!(plan["reference"]["speed_mps"], plan["baseline"]["speed_mps"]);
 }
 
+/// With the threads of the machine: the verdict is the same however fast they are, for the planner waits for the test.
 #[tokio::test]
 async fn a_planner_that_does_not_stop_holds_up_no_answer_and_no_other_request() {
     let service = app(Settings {
-        plan: stubborn::<0>,
+        plan: stubborn,
         planners: 1,
         waiting: 1,
+        // Reading has until then.
+        deadline: Duration::from_hours(1),
         ..Settings::default()
     });
     let mut hasty = example("track");
-    hasty["deadline_ms"] = json!(500.0);
+    hasty["deadline_ms"] = json!(1.0);
     // The first is with the planner when its deadline comes, the second waits for it.
     for _ in 0..2 {
         let answer = send_to(service.clone(), post("/v1/plan", hasty.to_string())).await;
         assert_degraded_by_the_deadline(&answer);
     }
-    GATES[0].open();
+    let (is_open, opened) = &GATE;
+    *is_open.lock().expect("no thread panics with it") = true;
+    opened.notify_all();
     let whole = send_to(service, post("/v1/plan", EXAMPLES[0].body)).await.json();
     assert_eq!(
         (&whole["outcome"], &whole["solver"]["deadline_hit"]),
@@ -193,92 +166,84 @@ async fn a_planner_that_does_not_stop_holds_up_no_answer_and_no_other_request() 
     );
 }
 
-#[tokio::test]
+/// A service that answers within `limit`, whose work waits `lag` for a thread: a request is read after that time, and planned for
+/// after twice that time.
+fn slow_service(lag: Duration, limit: Duration) -> (Clock, axum::Router) {
+    let settings = Settings {
+        deadline: limit,
+        ..simulated_machine()
+    };
+    let clock = settings.clock.clone();
+    clock.delay_threads(lag);
+    (clock, app(settings))
+}
+
+#[tokio::test(start_paused = true)]
 async fn the_sooner_of_both_deadlines_counts() {
-    let service = app(Settings {
-        plan: stubborn::<1>,
-        deadline: Duration::from_millis(500),
-        ..Settings::default()
-    });
-    let mut patient = example("track");
-    patient["deadline_ms"] = json!(60_000.0);
-    let answer = send_to(service, post("/v1/plan", patient.to_string())).await;
-    assert_degraded_by_the_deadline(&answer);
-    GATES[1].open();
-}
-
-/// A planner that uses its time up, and then gives the plan that it had at once.
-fn unhurried(snapshot: &Snapshot, parameters: &Parameters, workspace: &mut Workspace, stop: &Stop) -> Plan {
-    let plan = plan(snapshot, parameters, workspace);
-    while !stop.is_due() {
-        sleep(Duration::from_micros(100));
-    }
-    plan
-}
-
-#[tokio::test]
-async fn an_explanation_for_which_no_time_is_left_keeps_no_comparison_waiting_and_spoils_none() {
-    let compare = |plan, deadline_ms: f64| {
-        let service = app(Settings {
-            plan,
-            deadline: Duration::from_mins(1),
-            ..Settings::default()
-        });
+    const LAG: Duration = Duration::from_millis(400);
+    for (limit, deadline_ms) in [
+        (Duration::from_millis(500), 60_000.0),
+        (Duration::from_mins(1), 500.0),
+    ] {
+        let (clock, service) = slow_service(LAG, limit);
+        let start = clock.now();
         let mut request = example("track");
         request["deadline_ms"] = json!(deadline_ms);
-        let request = post("/v1/plan/compare?explain=true", request.to_string());
-        async move {
-            let answer = send_to(service, request).await;
-            assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);
-            answer.json()
-        }
-    };
-    // Half of the last millisecond is too short to solve a program for the explanation. On a busy machine the plan itself
-    // may be late.
-    let compared = compare(unhurried, 2e3).await;
-    let mpc = &compared["plans"]["mpc"];
-    assert!(mpc["outcome"] == "ok" || mpc["reason"] == "deadline", "{mpc}");
-    assert!(compared.get("explanation").is_none());
-    let compared = compare(plan_until, 60e3).await;
-    assert!(compared["explanation"].is_object());
+        let answer = send_to(service, post("/v1/plan", request.to_string())).await;
+        assert_degraded_by_the_deadline(&answer);
+        // The lower levels wait for a thread, too.
+        assert_eq!(clock.since(start), Duration::from_millis(500) + LAG);
+    }
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
+async fn an_explanation_for_which_no_time_is_left_keeps_no_comparison_waiting_and_spoils_none() {
+    // Planned for after 1.8 s: half of what is left of two seconds is too short for the wait for a thread.
+    for (lag_ms, took_ms, is_explained) in [(900, 1_900, false), (0, 0, true)] {
+        let (clock, service) = slow_service(Duration::from_millis(lag_ms), Duration::from_mins(1));
+        let start = clock.now();
+        let mut request = example("track");
+        request["deadline_ms"] = json!(2e3);
+        let request = post("/v1/plan/compare?explain=true", request.to_string());
+        let answer = send_to(service, request).await;
+        assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);
+        assert_eq!(clock.since(start), Duration::from_millis(took_ms));
+        let compared = answer.json();
+        assert_eq!(compared["plans"]["mpc"]["outcome"], "ok", "{compared}");
+        assert_eq!(compared["explanation"].is_object(), is_explained, "{compared}");
+    }
+}
+
+#[tokio::test(start_paused = true)]
 async fn a_comparison_is_answered_whatever_the_deadline() {
-    let service = app(Settings::default());
     for deadline_ms in [0.05, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0] {
+        let (_, service) = slow_service(Duration::from_millis(5), Duration::from_secs(1));
         let mut hasty = example("intermittent");
         hasty["deadline_ms"] = json!(deadline_ms);
         let request = post("/v1/plan/compare?explain=true", hasty.to_string());
-        let answer = send_to(service.clone(), request).await;
+        let answer = send_to(service, request).await;
         assert_eq!(answer.status, StatusCode::OK, "{deadline_ms}: {}", answer.text);
-        assert!(answer.json()["plans"]["mpc"]["reference"].is_object());
+        let compared = answer.json();
+        let mpc = &compared["plans"]["mpc"];
+        assert!(mpc["reference"].is_object());
+        assert_eq!(mpc["outcome"] == "ok", 10.0 < deadline_ms, "{deadline_ms}: {mpc}");
     }
 }
 
-#[tokio::test(flavor = "multi_thread")]
+#[tokio::test(start_paused = true)]
 async fn a_hung_planner_stops_the_heartbeat() {
-    static WELL: AtomicUsize = AtomicUsize::new(0);
-    static HUNG: AtomicUsize = AtomicUsize::new(0);
-    // A quarter of it is the time for a plan, even in a debug build on a busy machine.
-    let period = Duration::from_secs(8);
-    let _well = app(Settings {
-        heartbeat: Some((period, || _ = WELL.fetch_add(1, Ordering::Relaxed))),
-        ..Settings::default()
-    });
-    let _hung = app(Settings {
-        plan: stubborn::<2>,
-        heartbeat: Some((period, || _ = HUNG.fetch_add(1, Ordering::Relaxed))),
-        ..Settings::default()
-    });
-    let beats = async {
-        while WELL.load(Ordering::Relaxed) < 4 {
-            tokio::time::sleep(Duration::from_millis(100)).await;
-        }
+    const PERIOD: Duration = Duration::from_secs(8);
+    static BEATS: AtomicUsize = AtomicUsize::new(0);
+    let settings = Settings {
+        heartbeat: Some((PERIOD, || _ = BEATS.fetch_add(1, Ordering::Relaxed))),
+        ..simulated_machine()
     };
-    tokio::time::timeout(Duration::from_mins(1), beats)
-        .await
-        .expect("beats");
-    assert_eq!(HUNG.load(Ordering::Relaxed), 0);
-    GATES[2].open();
+    let clock = settings.clock.clone();
+    let _service = app(settings);
+    clock.sleep(PERIOD - Duration::from_millis(1)).await;
+    // Four times as often as asked for.
+    assert_eq!(BEATS.load(Ordering::Relaxed), 4);
+    clock.delay_threads(Duration::MAX);
+    clock.sleep(Duration::from_hours(1)).await;
+    assert_eq!(BEATS.load(Ordering::Relaxed), 4);
 }

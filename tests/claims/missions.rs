@@ -1,28 +1,23 @@
 //! Missions, simulated and live, through the API: what is stored is what the clients saw, and a restart changes nothing.
 
-use std::{
-    sync::Arc,
-    time::{Duration, SystemTime, UNIX_EPOCH},
-};
+use std::{sync::Arc, time::Duration};
 
 use axum::{
     Router,
     body::Body,
     http::{HeaderValue, Request, StatusCode},
 };
+use clock::Clock;
 use futures_util::StreamExt as _;
 use planner::{
     los::{LosLaw, LosTuning},
     parameters::Parameters,
-    plan::{Plan, Workspace, plan_until},
-    snapshot::Snapshot,
-    stop::Stop,
 };
 use serde_json::{Value, json};
 use service::{
     Settings,
     missions::{Missions, replay::replay},
-    store::{EventReader, EventStore, StoreError},
+    store::{EventReader, EventStore},
 };
 use sim::{
     guide::{LosGuide, MpcGuide},
@@ -30,8 +25,7 @@ use sim::{
     scenario::Scenario,
 };
 use tempfile::TempDir;
-use tests::client::{Answer, get, post, send_to};
-use tokio::time::{Instant, sleep, timeout};
+use tests::client::{Answer, get, post, send_to, simulated_machine};
 use tower::ServiceExt as _;
 
 mod changes;
@@ -40,7 +34,9 @@ mod laws;
 mod orders;
 mod parts;
 
+/// A service on a simulated machine: its time passes while everything waits.
 struct Service {
+    clock: Clock,
     router: Router,
     missions: Missions,
     data: TempDir,
@@ -49,24 +45,17 @@ struct Service {
 impl Service {
     /// With no missions yet.
     async fn start() -> Self {
-        Self::start_with(patient()).await
-    }
-
-    async fn start_with(settings: Settings) -> Self {
         let data = tempfile::tempdir().expect("is made");
-        Self::start_in(settings, data).await
+        Self::start_in(simulated_machine(), data, u64::MAX).await
     }
 
-    /// On the store in `data`, as soon as no other service has it.
-    async fn start_in(settings: Settings, data: TempDir) -> Self {
-        let store = loop {
-            match EventStore::open(data.path(), &settings.clock) {
-                Err(StoreError::InUse { .. }) => sleep(Duration::from_millis(5)).await,
-                opened => break opened.expect("opens"),
-            }
-        };
+    /// On the store in `data`, of which a client may use `share` bytes.
+    async fn start_in(settings: Settings, data: TempDir, share: u64) -> Self {
+        let clock = settings.clock.clone();
+        let store = EventStore::open_with(data.path(), share, &clock).expect("opens");
         let (router, missions) = service::service(settings, store).await.expect("starts");
         Self {
+            clock,
             router,
             missions,
             data,
@@ -75,13 +64,26 @@ impl Service {
 
     async fn restart(self) -> Self {
         let Self {
+            clock,
             router,
             missions,
             data,
         } = self;
         missions.close();
         drop((router, missions));
-        Self::start_in(patient(), data).await
+        // Simulated time passes when the store's writer has ended.
+        clock.sleep(Duration::from_millis(1)).await;
+        let settings = Settings {
+            clock,
+            ..simulated_machine()
+        };
+        Self::start_in(settings, data, u64::MAX).await
+    }
+
+    /// Time on the clock of a rehearsal ten times as fast as life.
+    fn mission_now(&self, mission: &Value) -> f64 {
+        let created = mission["created_s"].as_f64().expect("has a time");
+        created + 10.0 * (self.clock.unix_s() - created)
     }
 
     async fn get(&self, path: &str) -> Answer {
@@ -121,15 +123,19 @@ impl Service {
         answer.json()
     }
 
+    /// The mission once it has that status, at most a simulated minute from now.
     async fn until(&self, mission: &str, status: &str) -> Value {
-        let end = Instant::now() + Duration::from_mins(1);
+        let start = self.clock.now();
         loop {
             let seen = self.ask(mission).await;
             if seen["status"] == status {
                 return seen;
             }
-            assert!(Instant::now() < end, "is not {status}: {seen}");
-            sleep(Duration::from_millis(20)).await;
+            assert!(
+                self.clock.since(start) < Duration::from_mins(1),
+                "is not {status}: {seen}"
+            );
+            self.clock.sleep(Duration::from_millis(20)).await;
         }
     }
 
@@ -153,16 +159,15 @@ impl Service {
         planned
     }
 
-    /// How many plans of a mission are made again. All that no deadline cut short are equal: on a busy machine some are cut.
+    /// How many plans of a mission are made again, all of them equal.
     fn n_replayed(&self, mission: &str) -> u64 {
         let id = mission.rsplit('/').next().expect("has a name");
         let reader = EventReader::of(self.data.path()).expect("opens");
         let replayed = replay(&reader, id, &mut |_, _| {})
             .expect("is whole")
             .expect("is there");
-        assert_eq!(replayed.different, [] as [u64; 0]);
-        assert!(0 < replayed.equal);
-        replayed.equal + replayed.cut_short
+        assert_eq!((&*replayed.different, replayed.cut_short), (&[] as &[u64], 0));
+        replayed.equal
     }
 
     /// Every event of the mission.
@@ -174,14 +179,6 @@ impl Service {
             .lines()
             .map(|line| serde_json::from_str(line).expect("is JSON"));
         lines.collect()
-    }
-}
-
-/// A plan that is cut short cannot be made again: not on a machine that does much else.
-fn patient() -> Settings {
-    Settings {
-        deadline: Duration::from_secs(5),
-        ..Settings::default()
     }
 }
 
@@ -210,16 +207,8 @@ fn live() -> Value {
     } })
 }
 
-fn unix_now() -> f64 {
-    let since = SystemTime::now().duration_since(UNIX_EPOCH);
-    since.expect("is after 1970").as_secs_f64()
-}
-
-/// Time on the clock of a rehearsal ten times as fast as life.
-fn mission_now(mission: &Value) -> f64 {
-    let created = mission["created_s"].as_f64().expect("has a time");
-    created + 10.0 * (unix_now() - created)
-}
+/// How exactly a clock ten times as fast shows Unix time in an `f64`, s, a few times over.
+const UNIX_RESOLUTION_S: f64 = 1e-5;
 
 fn fix(t_s: f64, north_m: f64, east_m: f64) -> Value {
     json!({ "t_s": t_s, "north_m": north_m, "east_m": east_m, "sigma_m": 1.0 })
@@ -238,7 +227,7 @@ fn heard(now: f64) -> Value {
     }, "asc": asc(now) })
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn every_plan_says_what_it_predicts_and_a_part_of_a_record_is_that_part() {
     let service = Service::start().await;
     let mission = service.create(&simulated("noisy-fixes")).await;
@@ -311,7 +300,7 @@ async fn every_plan_says_what_it_predicts_and_a_part_of_a_record_is_that_part() 
     );
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_scene_says_what_a_map_shows_and_what_the_controller_is_told() {
     let service = Service::start().await;
     let mut new = simulated("crowded");
@@ -369,7 +358,7 @@ async fn a_scene_says_what_a_map_shows_and_what_the_controller_is_told() {
     );
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_whole_scenario_may_be_sent_and_what_is_wrong_with_one_is_named() {
     let service = Service::start().await;
     let mission = service.create(&short_scenario()).await;
@@ -423,7 +412,7 @@ async fn a_whole_scenario_may_be_sent_and_what_is_wrong_with_one_is_named() {
     }
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_mission_without_a_title_is_called_by_its_scenario_or_its_first_auv() {
     let service = Service::start().await;
     let mut untitled = live();
@@ -439,7 +428,7 @@ async fn a_mission_without_a_title_is_called_by_its_scenario_or_its_first_auv() 
     }
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_live_mission_plans_every_period_degrades_with_age_and_says_whom_it_waits_for() {
     let service = Service::start().await;
     let mission = service.create(&live()).await;
@@ -455,7 +444,7 @@ async fn a_live_mission_plans_every_period_degrades_with_age_and_says_whom_it_wa
     assert_eq!(unknown.problem()["code"], "no_plan_yet");
     assert!(unknown.text.contains("asc, auv-1, auv-2"), "{}", unknown.text);
 
-    let now = mission_now(&made);
+    let now = service.mission_now(&made);
     let accepted = service.order(&mission, "reports", heard(now)).await;
     let first = service.ask(&format!("{reference}?wait_s=10")).await;
     assert!(accepted["sequence"].as_u64() < first["sequence"].as_u64());
@@ -467,54 +456,47 @@ async fn a_live_mission_plans_every_period_degrades_with_age_and_says_whom_it_wa
         first["heard_s"],
         json!({ "asc": now, "auv-1": now - 4.0, "auv-2": now - 2.0 })
     );
-    // Periods of 1 s on a clock ten times as fast.
+    // Periods of 1 s on a clock ten times as fast, as exactly as a float holds Unix time.
     let after = first["sequence"].as_u64().expect("is a number");
     let second = service.ask(&format!("{reference}?wait_s=10&after={after}")).await;
     let apart = second["t_s"].as_f64().expect("is one") - first["t_s"].as_f64().expect("is one");
-    assert!((0.5..1.9).contains(&apart), "{apart}");
+    assert!((apart - 1.0).abs() < UNIX_RESOLUTION_S, "{apart}");
     // A fix from before all others, one twice, and one out of turn.
     let late = json!({ "auvs": { "auv-1": [fix(now - 1.0, 10.6, -20.0), fix(now - 60.0, 0.0, -20.0),
         fix(now - 1.0, 10.6, -20.0)] } });
     service.order(&mission, "reports", late).await;
 
-    // No more reports: ten seconds on, the place of the surface craft is unknown.
-    let end = Instant::now() + Duration::from_secs(20);
-    let silent = loop {
-        let seen = service.ask(&reference).await;
-        if seen["waits_for"] == json!(["asc"]) {
-            break seen;
-        }
-        assert!(Instant::now() < end, "{seen}");
-        sleep(Duration::from_millis(20)).await;
-    };
+    // No more reports: the place of the surface craft is unknown after ten seconds of the mission, one of the service.
+    service.clock.sleep(Duration::from_millis(1_150)).await;
+    let silent = service.ask(&reference).await;
+    assert_eq!(silent["waits_for"], json!(["asc"]));
     // A client that lists missions can tell: the plan is of several periods ago.
     let listed = service.ask("/v1/missions").await["missions"][0]["plan"].clone();
     assert_eq!(
         (listed["period_s"].as_f64(), &listed["waits_for"]),
         (Some(1.0), &json!(["asc"]))
     );
-    sleep(Duration::from_millis(500)).await;
+    service.clock.sleep(Duration::from_millis(500)).await;
     let later = service.ask("/v1/missions").await["missions"][0]["plan"].clone();
     let age = |plan: &Value| plan["age_s"].as_f64().expect("is one");
     assert!(
-        4.0 < age(&later) - age(&listed) && 4.0 < age(&later),
+        (age(&later) - age(&listed) - 5.0).abs() < UNIX_RESOLUTION_S,
         "{listed} {later}"
     );
     let carried = silent["t_s"].as_f64().expect("is one") - now;
-    assert!((8.0..=10.0).contains(&carried), "{carried}");
+    assert!((carried - 10.0).abs() < UNIX_RESOLUTION_S, "{carried}");
     assert_eq!(silent["heard_s"]["auv-1"], now - 1.0);
 
     assert_eq!(silent["missed"], 0);
-    let plans = service.n_replayed(&mission);
-    assert!((8..=12).contains(&plans), "{plans}");
+    assert_eq!(service.n_replayed(&mission), 10);
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn who_was_heard_too_long_ago_is_not_followed_and_the_answer_says_so() {
     let service = Service::start().await;
     let mission = service.create(&live()).await;
     let made = service.ask(&mission).await;
-    let now = mission_now(&made);
+    let now = service.mission_now(&made);
     let age = Parameters::default().report_age_max;
     let mut old = heard(now);
     old["auvs"]["auv-1"][0]["t_s"] = json!(now - age - 1.0);
@@ -531,14 +513,14 @@ async fn who_was_heard_too_long_ago_is_not_followed_and_the_answer_says_so() {
     assert_eq!(held["heard_s"]["auv-1"], now - age - 1.0);
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_restart_goes_on_with_what_was_known_and_plans_as_if_nothing_had_been() {
     let mut service = Service::start().await;
     let mission = service.create(&live()).await;
     let made = service.ask(&mission).await;
     service.order(&mission, "run", json!({})).await;
     for _ in 0..3 {
-        let now = mission_now(&made);
+        let now = service.mission_now(&made);
         service.order(&mission, "reports", heard(now)).await;
         service.ask(&format!("{mission}/reference?wait_s=5")).await;
         // Heard after the last snapshot.
@@ -560,9 +542,9 @@ async fn a_restart_goes_on_with_what_was_known_and_plans_as_if_nothing_had_been(
     }
     // The last plan is there, and a client does not wait for the next one, which never comes.
     let service = service.restart().await;
-    let waiting = format!("{mission}/reference?wait_s=60");
-    let kept = timeout(Duration::from_secs(5), service.ask(&waiting));
-    let kept = kept.await.expect("does not wait");
+    let asked = service.clock.now();
+    let kept = service.ask(&format!("{mission}/reference?wait_s=60")).await;
+    assert_eq!(service.clock.now(), asked);
     assert!(last["sequence"].as_u64() <= kept["sequence"].as_u64());
     assert_eq!(
         (&kept["status"], &kept["plan"]["schema_version"]),
@@ -581,7 +563,7 @@ async fn a_restart_goes_on_with_what_was_known_and_plans_as_if_nothing_had_been(
     assert_eq!(record.last().expect("is there")["kind"], "finished");
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_request_sent_again_with_its_key_is_carried_out_once() {
     let service = Service::start().await;
     let made = service.post_keyed("/v1/missions", &live(), "make").await;
@@ -595,7 +577,7 @@ async fn a_request_sent_again_with_its_key_is_carried_out_once() {
 
     let mission = format!("/v1/missions/{}", made.json()["id"].as_str().expect("has a name"));
     let reports = format!("{mission}/reports");
-    let body = heard(mission_now(&made.json()));
+    let body = heard(service.mission_now(&made.json()));
     let first = service.post_keyed(&reports, &body, "first").await;
     assert_eq!(first.json(), json!({ "sequence": 2 }));
     service.post_keyed(&reports, &body, "second").await;
@@ -620,11 +602,11 @@ async fn a_request_sent_again_with_its_key_is_carried_out_once() {
     assert_eq!(service.ask(&mission).await["sequence"], 4);
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn reports_of_which_none_is_acceptable_are_refused_with_the_place_of_each_fault() {
     let service = Service::start().await;
     let mission = service.create(&live()).await;
-    let now = mission_now(&service.ask(&mission).await);
+    let now = service.mission_now(&service.ask(&mission).await);
     let mut body = heard(now);
     body["auvs"]["auv-1"][0]["north_m"] = json!(1e9);
     body["auvs"]["auv-2"][0]["sigma_m"] = json!(-1.0);
@@ -681,11 +663,11 @@ async fn reports_of_which_none_is_acceptable_are_refused_with_the_place_of_each_
     assert_eq!(service.ask(&mission).await["sequence"], 1);
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_report_that_is_rejected_takes_nothing_with_it() {
     let service = Service::start().await;
     let mission = service.create(&live()).await;
-    let now = mission_now(&service.ask(&mission).await);
+    let now = service.mission_now(&service.ask(&mission).await);
     let mut body = heard(now);
     let mut odd = fix(now, 3.0, 4.0);
     odd["sigma_m"] = json!(1e9);
@@ -726,12 +708,12 @@ async fn a_report_that_is_rejected_takes_nothing_with_it() {
     assert_eq!(service.ask(&mission).await["sequence"], 2);
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_clock_that_is_wrong_is_told_by_how_many_seconds() {
     let service = Service::start().await;
     let mission = service.create(&live()).await;
     for (off, told) in [(1000.0, "ahead of"), (-90_000.0, "behind")] {
-        let now = mission_now(&service.ask(&mission).await);
+        let now = service.mission_now(&service.ask(&mission).await);
         let off_clock = json!({ "received_s": now + off, "auvs": { "auv-1": [fix(now + off, 0.0, 0.0)] }, "asc": asc(now + off) });
         let refused = service.post(&format!("{mission}/reports"), &off_clock).await;
         let document = refused.problem();
@@ -752,13 +734,12 @@ async fn a_clock_that_is_wrong_is_told_by_how_many_seconds() {
                 rest.starts_with(&format!("{told} the mission's clock")),
                 "{detail}"
             );
-            // The mission's clock is ten times as fast as life.
             let seconds: f64 = seconds.parse().expect("a number");
-            assert!((seconds - off.abs()).abs() < 100.0, "{detail}");
+            assert_eq!(seconds, off.abs(), "{detail}");
         }
     }
     // A receiver on local time: an AUV's fix may be that old, a state of the craft not.
-    let late = mission_now(&service.ask(&mission).await) - 3600.0;
+    let late = service.mission_now(&service.ask(&mission).await) - 3600.0;
     let reports = json!({ "auvs": { "auv-1": [fix(late, 0.0, 0.0)] }, "asc": asc(late) });
     let accepted = service.post(&format!("{mission}/reports"), &reports).await.json();
     let rejected = accepted["rejected"].as_array().expect("a list");
@@ -766,7 +747,7 @@ async fn a_clock_that_is_wrong_is_told_by_how_many_seconds() {
     assert_eq!(rejected[0]["pointer"], "/asc/0/t_s");
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_wrong_parameter_is_named_of_every_call() {
     let service = Service::start().await;
     let mission = service.create(&live()).await;
@@ -834,7 +815,7 @@ async fn a_wrong_parameter_is_named_of_every_call() {
     }
     for (path, body) in [
         ("/v1/missions".to_owned(), live()),
-        (format!("{mission}/reports"), heard(unix_now())),
+        (format!("{mission}/reports"), heard(service.clock.unix_s())),
     ] {
         let sent = with(post(&path, body.to_string()), "idempotency-key", "");
         assert_eq!(
@@ -845,12 +826,12 @@ async fn a_wrong_parameter_is_named_of_every_call() {
     }
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn what_a_mission_is_not_made_for_is_a_conflict() {
     let service = Service::start().await;
     let real = service.create(&live()).await;
     let unreal = service.create(&simulated("paper-tracking")).await;
-    let now = unix_now();
+    let now = service.clock.unix_s();
     for (path, body) in [
         (format!("{real}/step"), json!({})),
         (format!("{real}/run"), json!({ "speed_factor": 2.0 })),
@@ -886,7 +867,7 @@ async fn what_a_mission_is_not_made_for_is_a_conflict() {
     );
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn missions_are_listed_in_order_page_by_page_and_a_deleted_one_is_gone() {
     let service = Service::start().await;
     let mut made = vec![];
@@ -920,7 +901,7 @@ async fn missions_are_listed_in_order_page_by_page_and_a_deleted_one_is_gone() {
     assert_eq!(ids(&service.ask("/v1/missions").await), made);
 }
 
-#[tokio::test(flavor = "multi_thread")]
+#[tokio::test(start_paused = true)]
 async fn a_list_of_long_missions_comes_in_short_pages() {
     let service = Service::start().await;
     let mut long = simulated("paper-tracking");
@@ -946,16 +927,17 @@ async fn a_list_of_long_missions_comes_in_short_pages() {
     assert!(4 < pages, "{pages}");
 }
 
-#[tokio::test(flavor = "multi_thread")]
+#[tokio::test(start_paused = true)]
 async fn what_is_deleted_under_its_readers_is_gone_and_not_damaged() {
     let service = Arc::new(Service::start().await);
     for _ in 0..4 {
         let mission = service.create(&live()).await;
         service.order(&mission, "run", json!({})).await;
-        let now = mission_now(&service.ask(&mission).await);
+        let now = service.mission_now(&service.ask(&mission).await);
         for _ in 0..40 {
             service.order(&mission, "reports", heard(now)).await;
         }
+        let (answered, mut answers) = tokio::sync::mpsc::unbounded_channel();
         let readers: Vec<_> = [
             "reference",
             "reference?wait_s=1",
@@ -963,7 +945,11 @@ async fn what_is_deleted_under_its_readers_is_gone_and_not_damaged() {
             "events?after=0",
         ]
         .map(|call| {
-            let (service, path) = (Arc::clone(&service), format!("{mission}/{call}"));
+            let (service, path, answered) = (
+                Arc::clone(&service),
+                format!("{mission}/{call}"),
+                answered.clone(),
+            );
             tokio::spawn(async move {
                 loop {
                     let request = Request::get(&path).body(Body::empty()).expect("is a path");
@@ -972,6 +958,9 @@ async fn what_is_deleted_under_its_readers_is_gone_and_not_damaged() {
                     // A stream or a record may break off: what is written is not whole.
                     let mut pieces = answer.into_body().into_data_stream();
                     while let Some(Ok(_)) = pieces.next().await {}
+                    // The test may have seen enough.
+                    let _ = answered.send(());
+                    tokio::task::yield_now().await;
                     match status {
                         StatusCode::OK | StatusCode::CONFLICT => {}
                         StatusCode::NOT_FOUND => return,
@@ -981,68 +970,17 @@ async fn what_is_deleted_under_its_readers_is_gone_and_not_damaged() {
             })
         })
         .into();
-        sleep(Duration::from_millis(50)).await;
+        for _ in 0..40 {
+            answers.recv().await.expect("goes on");
+        }
         let delete = Request::delete(&mission).body(Body::empty()).expect("is a path");
         let gone = send_to(service.router.clone(), delete).await;
         assert_eq!(gone.status, StatusCode::NO_CONTENT);
         for reader in readers {
-            timeout(Duration::from_secs(30), reader)
-                .await
-                .expect("ends")
-                .expect("sees no damage");
+            reader.await.expect("sees no damage");
         }
     }
     assert_eq!(service.get("/readyz").await.status, StatusCode::OK);
-}
-
-/// Holds its planner for longer than a mission's deadline, whatever that is, for all but missions with two AUVs.
-fn slow_for_requests(
-    snapshot: &Snapshot,
-    parameters: &Parameters,
-    workspace: &mut Workspace,
-    stop: &Stop,
-) -> Plan {
-    if snapshot.auvs.len() == 1 {
-        std::thread::sleep(Duration::from_millis(400));
-    }
-    plan_until(snapshot, parameters, workspace, stop)
-}
-
-#[tokio::test(flavor = "multi_thread")]
-async fn requests_that_hold_every_planner_keep_no_mission_waiting() {
-    let settings = Settings {
-        plan: slow_for_requests,
-        planners: 1,
-        ..Settings::default()
-    };
-    let service = Arc::new(Service::start_with(settings).await);
-    let mission = service.create(&live()).await;
-    let now = mission_now(&service.ask(&mission).await);
-    service.order(&mission, "reports", heard(now)).await;
-    let requests: Vec<_> = (0..8)
-        .map(|_| {
-            let service = Arc::clone(&service);
-            tokio::spawn(async move {
-                for _ in 0..4 {
-                    service.post("/v1/plan", &tests::client::example("track")).await;
-                }
-            })
-        })
-        .collect();
-    service.order(&mission, "run", json!({})).await;
-    let (mut after, mut in_time) = (0, 0);
-    for _ in 0..5 {
-        let next = service
-            .ask(&format!("{mission}/reference?wait_s=10&after={after}"))
-            .await;
-        after = next["sequence"].as_u64().expect("is a number");
-        in_time += u32::from(next["outcome"] == "ok");
-    }
-    // A busy machine may miss 50 ms; one planner for all would miss every one.
-    assert!(3 <= in_time, "{in_time} of 5 plans were solved");
-    for request in requests {
-        request.abort();
-    }
 }
 
 /// Text of a stream of events until `enough` of it has come, or its end.
@@ -1052,10 +990,7 @@ async fn read(router: &Router, request: Request<Body>, enough: impl Fn(&str) -> 
     let mut pieces = answer.into_body().into_data_stream();
     let mut text = String::new();
     while !enough(&text) {
-        let piece = timeout(Duration::from_secs(30), pieces.next())
-            .await
-            .expect("goes on");
-        let Some(piece) = piece else { break };
+        let Some(piece) = pieces.next().await else { break };
         text.push_str(std::str::from_utf8(&piece.expect("is whole")).expect("is text"));
     }
     text
@@ -1066,7 +1001,7 @@ fn ids(text: &str) -> Vec<u64> {
     ids.map(|id| id.parse().expect("is a number")).collect()
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_stream_tells_every_event_once_from_where_the_reader_was_to_the_end() {
     let service = Service::start().await;
     let mission = service.create(&short_scenario()).await;
@@ -1096,7 +1031,7 @@ async fn a_stream_tells_every_event_once_from_where_the_reader_was_to_the_end() 
     }
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_reader_that_is_too_slow_learns_which_events_it_missed() {
     let service = Service::start().await;
     let mission = service.create(&live()).await;
@@ -1109,16 +1044,14 @@ async fn a_reader_that_is_too_slow_learns_which_events_it_missed() {
     let made = service.ask(&mission).await;
     let post = async || {
         service
-            .order(&mission, "reports", heard(mission_now(&made)))
+            .order(&mission, "reports", heard(service.mission_now(&made)))
             .await
     };
     post().await;
     let mut text = String::new();
     let mut take = async |text: &mut String, last: u64| {
         while !text.contains(&format!("id: {last}\n")) {
-            let piece = timeout(Duration::from_secs(30), pieces.next())
-                .await
-                .expect("goes on");
+            let piece = pieces.next().await;
             text.push_str(std::str::from_utf8(&piece.expect("goes on").expect("is whole")).expect("is text"));
         }
     };
@@ -1137,13 +1070,13 @@ async fn a_reader_that_is_too_slow_learns_which_events_it_missed() {
     assert_eq!(ids(&text), [2].into_iter().chain(39..=102).collect::<Vec<_>>());
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_mission_with_too_much_to_do_says_when_to_come_again_and_its_neighbour_feels_nothing() {
     let service = Service::start().await;
     let flooded = service.create(&live()).await;
     let neighbour = service.create(&live()).await;
     let made = service.ask(&neighbour).await;
-    let body = heard(mission_now(&made)).to_string();
+    let body = heard(service.mission_now(&made)).to_string();
     let posts = (0..200).map(|_| {
         send_to(
             service.router.clone(),
@@ -1152,7 +1085,7 @@ async fn a_mission_with_too_much_to_do_says_when_to_come_again_and_its_neighbour
     });
     let flood = futures_util::future::join_all(posts);
     let reports = format!("{neighbour}/reports");
-    let calm = heard(mission_now(&made));
+    let calm = heard(service.mission_now(&made));
     let beside = service.post(&reports, &calm);
     let (answers, beside) = tokio::join!(flood, beside);
     assert_eq!(beside.status, StatusCode::OK, "{}", beside.text);
@@ -1173,9 +1106,9 @@ async fn a_mission_with_too_much_to_do_says_when_to_come_again_and_its_neighbour
     assert_eq!(service.ask(&flooded).await["sequence"], accepted + 1);
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_service_without_a_place_for_missions_says_how_to_get_one() {
-    let answer = tests::client::send(Settings::default(), get("/v1/missions")).await;
+    let answer = tests::client::send(simulated_machine(), get("/v1/missions")).await;
     assert_eq!(answer.status, StatusCode::SERVICE_UNAVAILABLE);
     assert!(answer.text.contains("--data"), "{}", answer.text);
 }
@@ -1183,7 +1116,7 @@ async fn a_service_without_a_place_for_missions_says_how_to_get_one() {
 mod slow {
     use super::*;
 
-    #[tokio::test]
+    #[tokio::test(start_paused = true)]
     async fn a_simulated_mission_is_the_one_that_the_simulator_flies_by_itself() {
         let service = Service::start().await;
         let mission = service.create(&simulated("paper-intermittent")).await;
@@ -1197,12 +1130,12 @@ mod slow {
             (running["status"].as_str(), &running["speed_factor"]),
             (Some("running"), &json!(100.0))
         );
-        sleep(Duration::from_millis(300)).await;
+        service.clock.sleep(Duration::from_millis(305)).await;
         let paused = service.order(&mission, "pause", json!({})).await;
         assert_eq!(paused["status"], "paused");
-        let at = paused["t_s"].as_f64().expect("has a time");
-        assert!((10.0..60.0).contains(&at), "0.3 s at a hundred times life: {at}");
-        sleep(Duration::from_millis(100)).await;
+        // Five plans by steps, the next at once, and one each 10 ms after it; the first was at 0 s.
+        assert_eq!(paused["t_s"], 35.0);
+        service.clock.sleep(Duration::from_millis(100)).await;
         assert_eq!(service.ask(&mission).await["t_s"], paused["t_s"]);
 
         // A restart in the middle.
@@ -1224,7 +1157,7 @@ mod slow {
         assert_eq!(service.n_replayed(&mission), 1920);
     }
 
-    #[tokio::test]
+    #[tokio::test(start_paused = true)]
     async fn a_mission_steered_by_a_law_is_the_one_that_the_simulator_flies_and_is_made_again_equal() {
         for (name, law) in [
             ("saturated_los", LosLaw::SaturatedLos),

@@ -1,10 +1,8 @@
 //! Every way to be refused: a problem document, the right status, and the field at fault.
 
 use std::{
-    io::{Read, Write},
-    net::{SocketAddr, TcpStream},
     sync::atomic::{AtomicBool, Ordering},
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 use axum::{
@@ -12,6 +10,8 @@ use axum::{
     http::{HeaderValue, Method, Request, StatusCode},
 };
 use futures_util::StreamExt as _;
+use hyper::server::conn::http1;
+use hyper_util::{rt::TokioIo, service::TowerToHyperService};
 use planner::{
     parameters::Parameters,
     plan::{Degraded, Plan, Workspace, plan_until},
@@ -23,12 +23,12 @@ use serde_json::{Value, json};
 use service::{Hosts, Settings, app, examples::EXAMPLES};
 use tests::{
     broken::places_of,
-    client::{Answer, example, get, post, send, send_to},
+    client::{Answer, example, get, post, send, send_to, simulated_machine},
 };
-use tokio::net::TcpListener;
+use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _, duplex};
 
 async fn planned(body: impl Into<Body>) -> Answer {
-    send(Settings::default(), post("/v1/plan", body)).await
+    send(simulated_machine(), post("/v1/plan", body)).await
 }
 
 /// The faults found in the track example after `change`.
@@ -114,7 +114,7 @@ fn fault(pointer: &str, code: &str) -> Vec<(String, String)> {
     vec![(pointer.to_owned(), code.to_owned())]
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn what_is_not_json_is_refused_where_it_breaks() {
     for (body, pointer) in [
         ("", ""),
@@ -135,7 +135,7 @@ async fn what_is_not_json_is_refused_where_it_breaks() {
     );
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_member_is_refused_by_place_and_reason() {
     let table = r#"
         /auvs/0/fixes             []                  unknown_field
@@ -180,7 +180,7 @@ async fn a_member_is_refused_by_place_and_reason() {
     assert!(marked.text.contains("byte order mark"), "{}", marked.text);
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn nothing_hides_a_list_for_an_object_not_even_an_ignored_member() {
     let deep = format!("{}{}", "[".repeat(500), "]".repeat(500));
     for junk in ["1e400", deep.as_str()] {
@@ -195,7 +195,7 @@ async fn nothing_hides_a_list_for_an_object_not_even_an_ignored_member() {
     }
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_member_that_stands_twice_is_named() {
     let body = EXAMPLES[0].body.trim_end();
     let twice = format!("{},\"t_s\":1}}", &body[..body.len() - 1]);
@@ -206,7 +206,7 @@ async fn a_member_that_stands_twice_is_named() {
     assert_eq!(answer.faults(), fault("/asc/north_m", "duplicate_field"));
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_name_that_stands_twice_in_metadata_is_named_too_and_so_is_a_flood_of_values() {
     let body = example("track").to_string();
     let with = |metadata: &str| body.replacen('{', &format!("{{\"metadata\":{metadata},"), 1);
@@ -216,7 +216,7 @@ async fn a_name_that_stands_twice_in_metadata_is_named_too_and_so_is_a_flood_of_
     assert_eq!(answer.faults(), fault("", "too_many_values"));
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_control_character_in_a_name_is_refused() {
     let faults = faults_after(|body| {
         body["auvs"][0]["id"] = json!("auv\u{0}1");
@@ -225,7 +225,7 @@ async fn a_control_character_in_a_name_is_refused() {
     assert_eq!(faults.await, fault("/auvs/0/id", "control_character"));
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn an_invalid_report_is_located() {
     let good = json!({ "t_s": 120.9, "north_m": 1, "east_m": 2, "sigma_m": 1.5, "depth_m": 3, "course_rad": 0.1,
         "speed_mps": 0.2, "turn_rate_radps": 0 });
@@ -258,7 +258,7 @@ async fn an_invalid_report_is_located() {
     assert_eq!(answer.faults(), fault("/auvs/0/reports", "length"));
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn an_invalid_covariance_is_refused_with_the_reason() {
     let mut body = example("track");
     let mut rows = [[0.0; 4]; 4];
@@ -337,10 +337,10 @@ fn with_everything() -> Value {
     body
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn no_error_demands_what_was_sent() {
     let whole = with_everything();
-    let service = app(Settings::default());
+    let service = app(simulated_machine());
     let mut n_wrong_types = 0;
     for place in places_of(&whole, |_| true) {
         for wrong in [
@@ -390,7 +390,7 @@ async fn no_error_demands_what_was_sent() {
     assert!(400 < n_wrong_types, "{n_wrong_types}");
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn every_number_of_a_craft_has_limits() {
     for (place, least, most) in [
         ("heading_loop/time_constant_s", 0.0, 60.0),
@@ -426,7 +426,7 @@ async fn every_number_of_a_craft_has_limits() {
     assert_refused(&example("track"), table).await;
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_plan_that_is_handed_back_is_checked() {
     let whole = json!({
         "trajectory": [{ "t_s": 119, "north_m": 0, "east_m": 0, "speed_mps": 0.3, "heading_rad": 0 }],
@@ -486,7 +486,7 @@ async fn a_plan_that_is_handed_back_is_checked() {
     assert_refused(&body, &table).await;
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_goal_must_have_what_its_kind_needs_and_nothing_else() {
     let crowd: serde_json::Map<_, _> = (0..17).map(|i| (format!("auv-{i}"), json!(1.0))).collect();
     let crowd = json!(crowd);
@@ -532,7 +532,7 @@ async fn a_goal_must_have_what_its_kind_needs_and_nothing_else() {
     assert_eq!(answer.faults(), fault("/goal/weights/auv-1", "duplicate_field"));
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn several_vehicles_have_no_path_in_common() {
     let mut body = example("midpoint");
     let path = json!({ "segments": [lane()], "speed_mps": 0.193 });
@@ -564,7 +564,7 @@ fn turn() -> Value {
     json!({ "kind": "arc", "from": [50.0, 0.0], "centre": [50.0, 10.0], "angle_rad": angle })
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_path_that_joins_is_accepted_and_forecast_along() {
     let mut body = example("track");
     let back = json!({ "kind": "waypoints", "points": [[50, 20], [0, 20], [0, 60]], "fillet_m": 5 });
@@ -576,7 +576,7 @@ async fn a_path_that_joins_is_accepted_and_forecast_along() {
     assert_eq!(answer["targets"][0]["forecast"], "path");
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn an_invalid_path_is_located() {
     let mut body = example("track");
     body["auvs"][0]["path"] = json!({ "segments": [lane()], "speed_mps": 0.193 });
@@ -615,7 +615,7 @@ async fn an_invalid_path_is_located() {
     assert!((most - 9.0).abs() < 1e-9);
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn invalid_bounds_and_dives_are_located() {
     let mut body = example("track");
     body["auvs"][0]["dive"] = json!({ "depth_min_m": 1.0, "depth_max_m": 23.0, "pitch_rad": 0.873 });
@@ -665,7 +665,7 @@ async fn invalid_bounds_and_dives_are_located() {
     assert_refused(&body, &table).await;
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn another_version_and_long_metadata_are_refused_together() {
     let faults = faults_after(|body| {
         body["schema_version"] = json!("2.0");
@@ -682,7 +682,7 @@ async fn another_version_and_long_metadata_are_refused_together() {
     );
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_huge_list_is_refused_before_its_items_are_compared() {
     let names: Vec<_> = (0..50_000).map(|i| i.to_string()).collect();
     let goal = json!({ "kind": "midpoint", "auvs": names });
@@ -692,7 +692,7 @@ async fn a_huge_list_is_refused_before_its_items_are_compared() {
     );
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_long_name_is_not_repeated_in_full() {
     let mut body = example("track");
     body["goal"]["auv"] = json!("x".repeat(100_000));
@@ -701,7 +701,7 @@ async fn a_long_name_is_not_repeated_in_full() {
     assert!(answer.text.len() < 2_000);
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_body_that_is_not_announced_as_json_is_refused() {
     for content_type in [
         None,
@@ -713,13 +713,13 @@ async fn a_body_that_is_not_announced_as_json_is_refused() {
             request = request.header("content-type", content_type);
         }
         let request = request.body(Body::from(EXAMPLES[0].body)).expect("a request");
-        let answer = send(Settings::default(), request).await;
+        let answer = send(simulated_machine(), request).await;
         assert_eq!(answer.status, StatusCode::UNSUPPORTED_MEDIA_TYPE);
         assert_eq!(answer.problem()["code"], "unsupported_media_type");
     }
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_body_of_over_a_mebibyte_is_refused() {
     let answer = planned(" ".repeat(service::BODY_BYTES_MAX + 1)).await;
     assert_eq!(answer.status, StatusCode::PAYLOAD_TOO_LARGE);
@@ -728,59 +728,58 @@ async fn a_body_of_over_a_mebibyte_is_refused() {
     assert_eq!(full.status, StatusCode::BAD_REQUEST, "all of a mebibyte is read");
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_body_announced_as_too_long_is_refused_before_it_is_read() {
     let mut request = post("/v1/plan", EXAMPLES[0].body);
     let long = HeaderValue::from(service::BODY_BYTES_MAX + 1);
     request.headers_mut().insert("content-length", long);
-    let answer = send(Settings::default(), request).await;
+    let answer = send(simulated_machine(), request).await;
     assert_eq!(answer.status, StatusCode::PAYLOAD_TOO_LARGE, "{}", answer.text);
 }
 
-/// Where a service with these settings listens.
-async fn listening(settings: Settings) -> SocketAddr {
-    let listener = TcpListener::bind("127.0.0.1:0").await.expect("is free");
-    let address = listener.local_addr().expect("is bound");
-    tokio::spawn(async { axum::serve(listener, app(settings)).await });
-    address
-}
-
-/// What is said to `request` before the connection is closed.
-fn said(address: SocketAddr, request: &str) -> String {
-    let mut socket = TcpStream::connect(address).expect("listens");
-    let limit = Some(Duration::from_secs(5));
-    socket.set_read_timeout(limit).expect("is a socket");
-    socket.write_all(request.as_bytes()).expect("takes it");
+/// What a service with these settings says to the bytes of `request` before it closes the connection.
+async fn said(settings: Settings, request: &str) -> String {
+    let (mut client, connection) = duplex(1 << 17);
+    let service = TowerToHyperService::new(app(settings));
+    let serve = http1::Builder::new().serve_connection(TokioIo::new(connection), service);
+    client.write_all(request.as_bytes()).await.expect("has room");
     let mut answer = String::new();
-    socket.read_to_string(&mut answer).expect("answers and closes");
+    // An error of the connection is told to the client before.
+    let (_, read) = tokio::join!(serve, client.read_to_string(&mut answer));
+    read.expect("answers and closes");
     answer
 }
 
-#[tokio::test(flavor = "multi_thread")]
+#[tokio::test(start_paused = true)]
 async fn a_body_that_comes_too_slowly_is_given_up_before_the_planner_is_asked() {
+    const LIMIT: Duration = Duration::from_millis(50);
     let settings = Settings {
-        body_time_limit: Duration::from_millis(50),
-        ..Settings::default()
+        body_time_limit: LIMIT,
+        ..simulated_machine()
     };
     let half = "POST /v1/plan HTTP/1.1\r\nhost: localhost\r\ncontent-type: application/json\r\n\
         content-length: 100\r\n\r\n{";
-    let answer = said(listening(settings).await, half);
+    let clock = settings.clock.clone();
+    let start = clock.now();
+    let answer = said(settings, half).await;
+    assert_eq!(clock.since(start), LIMIT);
     assert!(answer.starts_with("HTTP/1.1 408 "), "{answer}");
     assert!(answer.contains("connection: close"), "{answer}");
     assert!(answer.contains("application/problem+json"), "{answer}");
     assert!(answer.contains(r#""code":"body_timed_out""#), "{answer}");
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_body_that_takes_longer_than_an_answer_may_is_answered_by_a_lower_level() {
     let settings = Settings {
         deadline: Duration::from_millis(50),
-        ..Settings::default()
+        ..simulated_machine()
     };
+    let clock = settings.clock.clone();
     let (head, tail) = EXAMPLES[0].body.split_at(20);
     let pieces = futures_util::stream::once(async move { Ok::<_, std::io::Error>(head) }).chain(
         futures_util::stream::once(async move {
-            tokio::time::sleep(Duration::from_millis(200)).await;
+            clock.sleep(Duration::from_millis(200)).await;
             Ok(tail)
         }),
     );
@@ -789,9 +788,8 @@ async fn a_body_that_takes_longer_than_an_answer_may_is_answered_by_a_lower_leve
     assert_eq!(answer.json()["reason"], "deadline");
 }
 
-#[tokio::test(flavor = "multi_thread")]
+#[tokio::test(start_paused = true)]
 async fn what_http_itself_refuses_has_a_status_and_no_body() {
-    let address = listening(Settings::default()).await;
     for (head, status) in [
         ("this is no HTTP\r\n\r\n".to_owned(), 400),
         (
@@ -807,14 +805,14 @@ async fn what_http_itself_refuses_has_a_status_and_no_body() {
             431,
         ),
     ] {
-        let answer = said(address, &head);
+        let answer = said(simulated_machine(), &head).await;
         assert!(answer.starts_with(&format!("HTTP/1.1 {status} ")), "{answer}");
         let (_, body) = answer.split_once("\r\n\r\n").expect("has a head");
         assert_eq!(body, "", "{status}");
     }
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_body_in_another_coding_or_character_set_is_refused() {
     for (name, value, said) in [
         ("content-encoding", "gzip", "gzip"),
@@ -825,7 +823,7 @@ async fn a_body_in_another_coding_or_character_set_is_refused() {
         let mut request = post("/v1/plan", EXAMPLES[0].body);
         let value = HeaderValue::from_static(value);
         request.headers_mut().insert(name, value);
-        let answer = send(Settings::default(), request).await;
+        let answer = send(simulated_machine(), request).await;
         assert_eq!(answer.status, StatusCode::UNSUPPORTED_MEDIA_TYPE, "{said}");
         let problem = answer.problem();
         assert!(
@@ -842,23 +840,23 @@ async fn a_body_in_another_coding_or_character_set_is_refused() {
             .headers_mut()
             .insert(name, HeaderValue::from_static(value));
         assert_eq!(
-            send(Settings::default(), request).await.status,
+            send(simulated_machine(), request).await.status,
             StatusCode::OK,
             "{value}"
         );
     }
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn an_unknown_route_and_an_unknown_example_are_not_found() {
-    let answer = send(Settings::default(), get("/v2/plan")).await;
+    let answer = send(simulated_machine(), get("/v2/plan")).await;
     assert_eq!(
         (answer.status, answer.problem()["code"].clone()),
         (StatusCode::NOT_FOUND, json!("no_route"))
     );
     assert_eq!(answer.problem()["instance"], "/v2/plan");
     for path in ["/v1/examples/nothing", "/v1/examples/%ff"] {
-        let answer = send(Settings::default(), get(path)).await;
+        let answer = send(simulated_machine(), get(path)).await;
         assert_eq!(answer.status, StatusCode::NOT_FOUND);
         assert!(
             answer.problem()["detail"]
@@ -869,7 +867,7 @@ async fn an_unknown_route_and_an_unknown_example_are_not_found() {
     }
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_wrong_method_is_answered_with_the_right_ones() {
     for (method, path, allowed) in [
         (Method::GET, "/v1/plan", "POST"),
@@ -882,7 +880,7 @@ async fn a_wrong_method_is_answered_with_the_right_ones() {
             .uri(path)
             .body(Body::empty())
             .expect("a request");
-        let answer = send(Settings::default(), request).await;
+        let answer = send(simulated_machine(), request).await;
         assert_eq!(answer.status, StatusCode::METHOD_NOT_ALLOWED, "{path}");
         assert_eq!(answer.problem()["code"], "method_not_allowed");
         assert_eq!(answer.headers["allow"], allowed, "{path}");
@@ -902,19 +900,14 @@ fn assert_do_not_try_again(answer: &Answer, code: &str) {
     assert!(!answer.headers.contains_key("retry-after"));
 }
 
-fn slow(snapshot: &Snapshot, parameters: &Parameters, workspace: &mut Workspace, stop: &Stop) -> Plan {
-    std::thread::sleep(Duration::from_millis(300));
-    plan_until(snapshot, parameters, workspace, stop)
-}
-
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_request_more_than_the_queue_holds_is_turned_away_and_the_others_are_answered() {
     let settings = Settings {
-        plan: slow,
         planners: 1,
         waiting: 1,
-        ..Settings::default()
+        ..simulated_machine()
     };
+    settings.clock.delay_threads(Duration::from_millis(300));
     let service = app(settings);
     let asked = (0..3).map(|_| tokio::spawn(send_to(service.clone(), post("/v1/plan", EXAMPLES[0].body))));
     let mut answers = Vec::new();
@@ -928,20 +921,18 @@ async fn a_request_more_than_the_queue_holds_is_turned_away_and_the_others_are_a
     assert_try_again(&turned_away[0], StatusCode::SERVICE_UNAVAILABLE, "overloaded");
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_deadline_that_no_iteration_can_keep_is_refused_if_nothing_else_will_do() {
     let mut strict = example("track");
     strict["fallback"] = json!("none");
     strict["deadline_ms"] = json!(20.0);
-    let settings = Settings {
-        plan: slow,
-        ..Settings::default()
-    };
+    let settings = simulated_machine();
+    settings.clock.delay_threads(Duration::from_millis(30));
     let answer = send(settings, post("/v1/plan", strict.to_string())).await;
     assert_try_again(&answer, StatusCode::GATEWAY_TIMEOUT, "timed_out");
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_panic_is_a_problem_document_and_the_next_request_is_served() {
     fn panics_ahead_of_north(
         snapshot: &Snapshot,
@@ -956,9 +947,7 @@ async fn a_panic_is_a_problem_document_and_the_next_request_is_served() {
         plan: panics_ahead_of_north,
         planners: 1,
         waiting: 0,
-        // A debug build takes a second and more to print where it panicked.
-        deadline: Duration::from_mins(1),
-        ..Settings::default()
+        ..simulated_machine()
     });
     let mut far = example("track");
     far["asc"]["north_m"] = json!(2e3);
@@ -979,11 +968,11 @@ fn gives_up(snapshot: &Snapshot, parameters: &Parameters, workspace: &mut Worksp
     }
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn without_a_solution_the_client_chooses_between_a_lower_fallback_level_and_a_refusal() {
     let settings = Settings {
         plan: gives_up,
-        ..Settings::default()
+        ..simulated_machine()
     };
     let degraded = send(settings.clone(), post("/v1/plan", EXAMPLES[0].body)).await;
     assert_eq!(degraded.status, StatusCode::OK);
@@ -1002,12 +991,12 @@ async fn without_a_solution_the_client_chooses_between_a_lower_fallback_level_an
     );
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_service_whose_planner_gives_up_is_not_ready() {
     let answer = send(
         Settings {
             plan: gives_up,
-            ..Settings::default()
+            ..simulated_machine()
         },
         get("/readyz"),
     )
@@ -1015,7 +1004,7 @@ async fn a_service_whose_planner_gives_up_is_not_ready() {
     assert_do_not_try_again(&answer, "not_ready");
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn readiness_is_tested_again_after_a_second() {
     static GIVES_UP: AtomicBool = AtomicBool::new(false);
     fn gives_up_later(
@@ -1031,28 +1020,26 @@ async fn readiness_is_tested_again_after_a_second() {
         };
         plan(snapshot, parameters, workspace, stop)
     }
-    let service = app(Settings {
+    let settings = Settings {
         plan: gives_up_later,
-        ..Settings::default()
-    });
+        ..simulated_machine()
+    };
+    let clock = settings.clock.clone();
+    let service = app(settings);
     let ready = async || send_to(service.clone(), get("/readyz")).await.status;
-    while ready().await != StatusCode::OK {}
-    let verdict = Instant::now();
+    assert_eq!(ready().await, StatusCode::OK);
     GIVES_UP.store(true, Ordering::Relaxed);
-    while ready().await == StatusCode::OK {
-        assert!(
-            verdict.elapsed() < Duration::from_secs(6),
-            "an old verdict is kept"
-        );
-        tokio::time::sleep(Duration::from_millis(50)).await;
-    }
+    clock.sleep(Duration::from_millis(999)).await;
+    assert_eq!(ready().await, StatusCode::OK, "the verdict is kept");
+    clock.sleep(Duration::from_millis(1)).await;
+    assert_eq!(ready().await, StatusCode::SERVICE_UNAVAILABLE);
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_page_of_another_site_and_another_name_are_told_why() {
     let settings = || Settings {
         hosts: Some(Hosts::default()),
-        ..Settings::default()
+        ..simulated_machine()
     };
     let with = async |name: &'static str, value: &'static str| {
         let mut request = post("/v1/plan", EXAMPLES[0].body);

@@ -16,10 +16,10 @@ use planner::{
     program::Slack,
 };
 use serde_json::{Value, json};
-use service::{Settings, examples::EXAMPLES};
-use tests::client::{answered, example, get, post, send, served};
+use service::examples::EXAMPLES;
+use tests::client::{answered, example, get, post, send, served, simulated_machine};
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn every_example_is_planned_and_no_worse_than_line_of_sight() {
     let mut by_the_program = 0;
     for example in EXAMPLES {
@@ -40,7 +40,11 @@ async fn every_example_is_planned_and_no_worse_than_line_of_sight() {
             example.name
         );
         let solver = plan.solver.expect("a program was solved");
-        assert!(solver.solve_time_ms.is_some_and(|ms| 0.0 < ms));
+        assert_eq!(
+            solver.solve_time_ms,
+            Some(0.0),
+            "no time passes while a simulated machine works"
+        );
         let n = plan.trajectory.len();
         assert_eq!(plan.goal.trajectory.len(), n);
         assert!(plan.targets.iter().all(|target| target.trajectory.len() == n));
@@ -57,7 +61,7 @@ async fn every_example_is_planned_and_no_worse_than_line_of_sight() {
     );
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn an_explanation_adds_up_to_the_answer_and_is_given_only_where_it_is_asked_for() {
     for example in EXAMPLES {
         let name = example.name;
@@ -109,7 +113,7 @@ async fn an_explanation_adds_up_to_the_answer_and_is_given_only_where_it_is_aske
     }
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn what_cannot_be_kept_is_in_the_slack_of_its_limit() {
     let mut body: Value = serde_json::from_str(EXAMPLES[0].body).expect("is JSON");
     // On top of the craft, which cannot be out of it at once.
@@ -140,7 +144,7 @@ async fn what_cannot_be_kept_is_in_the_slack_of_its_limit() {
     );
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_comparison_says_which_limits_every_law_breaks() {
     let mut body: serde_json::Value = serde_json::from_str(EXAMPLES[0].body).expect("is JSON");
     // Between the craft and the AUV that it follows.
@@ -160,7 +164,7 @@ async fn a_comparison_says_which_limits_every_law_breaks() {
     assert!(cost("mpc") < cost("saturated_los"));
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_comparison_holds_the_plan_and_the_baseline_that_the_plan_names() {
     let answer = answered("/v1/plan/compare", EXAMPLES[1].body).await;
     let plans = serde_json::from_value::<wire::Comparison>(answer)
@@ -176,7 +180,7 @@ async fn a_comparison_holds_the_plan_and_the_baseline_that_the_plan_names() {
     assert_ne!(plans.mpc.trajectory, los.trajectory);
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_comparison_has_a_whole_answer_of_every_law_and_says_what_each_starts_without() {
     let answer = answered("/v1/plan/compare", EXAMPLES[0].body).await;
     let plans = answer["plans"].clone();
@@ -206,7 +210,7 @@ async fn a_comparison_has_a_whole_answer_of_every_law_and_says_what_each_starts_
     }
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn every_law_is_compared_in_what_the_craft_s_loops_hold() {
     let compared = async |held: Value| {
         let mut body = example("cross-current");
@@ -237,7 +241,7 @@ async fn every_law_is_compared_in_what_the_craft_s_loops_hold() {
     }
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_batch_answers_each_as_alone_and_one_that_is_wrong_spoils_no_other() {
     let mut wrong = example("track");
     wrong["asc"]["speed_mps"] = json!(100.0);
@@ -247,7 +251,7 @@ async fn a_batch_answers_each_as_alone_and_one_that_is_wrong_spoils_no_other() {
     let answer = answered("/v1/plan/batch", batch.to_string()).await;
     let answers = answer["answers"].clone();
     for (i, name) in [(0, "track"), (3, "crowded")] {
-        let alone = send(Settings::default(), post("/v1/plan", example(name).to_string())).await;
+        let alone = send(simulated_machine(), post("/v1/plan", example(name).to_string())).await;
         assert_eq!(answers[i]["status"], 200);
         assert_eq!(answers[i]["plan"]["plan_id"], alone.json()["plan_id"], "{name}");
         assert_eq!(
@@ -267,21 +271,21 @@ async fn a_batch_answers_each_as_alone_and_one_that_is_wrong_spoils_no_other() {
         (json!({ "requests": [] }), "/requests"),
         (json!({ "requests": vec![0; 65] }), "/requests"),
     ] {
-        let refused = send(Settings::default(), post("/v1/plan/batch", body.to_string())).await;
+        let refused = send(simulated_machine(), post("/v1/plan/batch", body.to_string())).await;
         assert_eq!(refused.status, StatusCode::UNPROCESSABLE_ENTITY);
         assert_eq!(refused.problem()["errors"][0]["pointer"], pointer);
     }
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_snapshot_is_looked_at_without_a_plan() {
-    let looked_at = send(Settings::default(), post("/v1/plan/validate", EXAMPLES[0].body)).await;
-    let planned = send(Settings::default(), post("/v1/plan", EXAMPLES[0].body)).await;
+    let looked_at = send(simulated_machine(), post("/v1/plan/validate", EXAMPLES[0].body)).await;
+    let planned = send(simulated_machine(), post("/v1/plan", EXAMPLES[0].body)).await;
     assert_eq!(looked_at.json()["plan_id"], planned.json()["plan_id"]);
     let spelled_out = looked_at.json()["request"].to_string();
-    let again = send(Settings::default(), post("/v1/plan/validate", spelled_out)).await;
+    let again = send(simulated_machine(), post("/v1/plan/validate", spelled_out)).await;
     assert_eq!(again.json(), looked_at.json());
-    let wrong = send(Settings::default(), post("/v1/plan/validate", "{}")).await;
+    let wrong = send(simulated_machine(), post("/v1/plan/validate", "{}")).await;
     assert_eq!(wrong.status, StatusCode::UNPROCESSABLE_ENTITY);
     let limits = served("/v1/limits").await;
     assert_eq!(
@@ -293,7 +297,7 @@ async fn a_snapshot_is_looked_at_without_a_plan() {
     assert_eq!(limits["batch_requests"], batch["maxItems"]);
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn the_same_request_gets_the_same_answer_but_for_the_time_it_took() {
     let mut answers = Vec::new();
     for _ in 0..3 {
@@ -305,7 +309,7 @@ async fn the_same_request_gets_the_same_answer_but_for_the_time_it_took() {
     assert_eq!(answers[0], answers[2]);
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_plan_is_named_by_what_the_request_means_and_not_by_how_it_is_written() {
     let id = async |body: Value| {
         let answer = answered("/v1/plan", body.to_string()).await;
@@ -325,7 +329,7 @@ async fn a_plan_is_named_by_what_the_request_means_and_not_by_how_it_is_written(
     assert_ne!(id(other).await, plain);
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn metadata_comes_back_as_it_was() {
     let metadata = json!({ "run": 7, "nested": { "list": [1, null, "é"] } });
     let mut body = example("midpoint");
@@ -334,7 +338,7 @@ async fn metadata_comes_back_as_it_was() {
     assert_eq!(answer["metadata"], metadata);
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_whole_answer_is_accepted_as_the_previous_plan() {
     let first = answered("/v1/plan", EXAMPLES[0].body).await;
     let mut next = example("track");
@@ -343,7 +347,7 @@ async fn a_whole_answer_is_accepted_as_the_previous_plan() {
     answered("/v1/plan", next.to_string()).await;
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn an_answer_that_leads_out_of_what_is_accepted_is_accepted_back() {
     let most_m = 1.0e6;
     for (north_m, east_m, t_s) in [
@@ -376,7 +380,7 @@ async fn an_answer_that_leads_out_of_what_is_accepted_is_accepted_back() {
     }
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn no_answer_is_for_a_page_of_another_origin() {
     let preflight = Request::options("/v1/plan")
         .header("origin", "http://evil.example")
@@ -395,7 +399,7 @@ async fn no_answer_is_for_a_page_of_another_origin() {
         (preflight, StatusCode::METHOD_NOT_ALLOWED),
     ] {
         let path = request.uri().path().to_owned();
-        let answer = send(Settings::default(), request).await;
+        let answer = send(simulated_machine(), request).await;
         assert_eq!(answer.status, status, "{path}");
         for (name, value) in [
             ("x-frame-options", "DENY"),
@@ -417,21 +421,21 @@ async fn no_answer_is_for_a_page_of_another_origin() {
     }
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn interactive_documentation_runs_no_script_but_its_own() {
     for path in ["/docs", "/docs.js", "/docs.css"] {
-        let answer = send(Settings::default(), get(path)).await;
+        let answer = send(simulated_machine(), get(path)).await;
         assert_eq!(answer.status, StatusCode::OK, "{path}");
         let policy = answer.headers["content-security-policy"]
             .to_str()
             .expect("is text");
         assert!(policy.starts_with("default-src 'self'; base-uri"), "{policy}");
     }
-    let nothing = send(Settings::default(), get("/docs/nothing")).await;
+    let nothing = send(simulated_machine(), get("/docs/nothing")).await;
     assert_eq!(nothing.problem()["code"], "no_route");
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn the_openapi_document_says_what_members_mean_for_each_other() {
     let document = served("/openapi.json").await;
     let schemas = &document["components"]["schemas"];
@@ -497,7 +501,7 @@ async fn the_openapi_document_says_what_members_mean_for_each_other() {
     assert_eq!(links["run_mission"]["parameters"]["id"], "$response.body#/id");
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_stale_report_and_an_unknown_current_are_warned_of() {
     let mut body = example("track");
     body["auvs"][0]["state"]["age_s"] = json!(45.0);
@@ -513,7 +517,7 @@ async fn a_stale_report_and_an_unknown_current_are_warned_of() {
     assert_eq!(answer["warnings"][0]["pointer"], "/auvs/0/state/age_s");
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn velocities_that_no_current_explains_are_set_aside_with_a_warning() {
     let mut body = example("track");
     body.as_object_mut().expect("an object").remove("current");
@@ -553,7 +557,7 @@ async fn velocities_that_no_current_explains_are_set_aside_with_a_warning() {
     }
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn raw_fixes_are_answered_with_what_they_amount_to() {
     let answer = answered("/v1/plan", example("reports").to_string()).await;
     let estimate = &answer["targets"][0]["estimate"];
@@ -572,7 +576,7 @@ async fn raw_fixes_are_answered_with_what_they_amount_to() {
     assert!(miss < 2.0 * sigma && sigma < 1.5, "{miss} m, sigma {sigma} m");
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn every_listed_example_is_served_as_the_file_it_is() {
     let list = served("/v1/examples").await;
     let listed = list["examples"].as_array().expect("a list");
@@ -581,7 +585,7 @@ async fn every_listed_example_is_served_as_the_file_it_is() {
         assert_eq!(entry["name"], example.name);
         assert_eq!(entry["title"], example.title);
         let served = send(
-            Settings::default(),
+            simulated_machine(),
             get(&format!("/v1/examples/{}", example.name)),
         )
         .await;
@@ -590,7 +594,7 @@ async fn every_listed_example_is_served_as_the_file_it_is() {
     }
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn every_listed_craft_is_one_that_a_request_may_describe_and_says_where_it_is_from() {
     let list = served("/v1/crafts").await;
     let listed = list["crafts"].as_array().expect("a list");
@@ -603,7 +607,7 @@ async fn every_listed_craft_is_one_that_a_request_may_describe_and_says_where_it
     }
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn health_readiness_and_version_say_what_they_should() {
     for (path, expected) in [
         ("/livez", json!({ "status": "live" })),
@@ -613,12 +617,12 @@ async fn health_readiness_and_version_say_what_they_should() {
             json!({ "name": "pilotfish", "version": env!("CARGO_PKG_VERSION"), "schema_version": "1.0" }),
         ),
     ] {
-        let answer = send(Settings::default(), get(path)).await;
+        let answer = send(simulated_machine(), get(path)).await;
         assert_eq!((answer.status, answer.json()), (StatusCode::OK, expected));
     }
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn the_page_loads_nothing_from_elsewhere() {
     assert!(20 < page::FILES.len());
     let [mut first_load, mut documentation] = [0; 2];
@@ -633,7 +637,7 @@ async fn the_page_loads_nothing_from_elsewhere() {
         } else if path.starts_with("/docs") {
             documentation += content.len();
         }
-        let answer = send(Settings::default(), get(path)).await;
+        let answer = send(simulated_machine(), get(path)).await;
         assert_eq!(
             (answer.status, answer.content_type()),
             (StatusCode::OK, content_type)
@@ -654,7 +658,7 @@ async fn the_page_loads_nothing_from_elsewhere() {
     assert!(documentation < 25_000, "{documentation} bytes");
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_file_of_the_page_comes_once_and_no_cache_keeps_anything_else() {
     let asked = async |path: &str, if_none_match: Option<&str>| {
         let mut request = get(path);
@@ -662,7 +666,7 @@ async fn a_file_of_the_page_comes_once_and_no_cache_keeps_anything_else() {
             let tags = HeaderValue::from_str(tags).expect("is text");
             request.headers_mut().insert(header::IF_NONE_MATCH, tags);
         }
-        send(Settings::default(), request).await
+        send(simulated_machine(), request).await
     };
     let mut tags = BTreeSet::new();
     for file in page::FILES.iter() {
@@ -698,7 +702,7 @@ async fn a_file_of_the_page_comes_once_and_no_cache_keeps_anything_else() {
     }
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn the_openapi_document_resolves_every_reference() {
     let document = served("/openapi.json").await;
     assert!(document["paths"]["/readyz"]["get"]["responses"]["507"].is_object());
@@ -717,7 +721,7 @@ async fn the_openapi_document_resolves_every_reference() {
     }
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn the_openapi_document_lists_every_refusal_of_a_posted_snapshot() {
     let document = served("/openapi.json").await;
     for path in ["/v1/plan", "/v1/plan/compare"] {
@@ -767,7 +771,7 @@ fn range_in(description: &str) -> Option<(f64, f64)> {
     Some((least.parse().ok()?, most.trim_end_matches('.').parse().ok()?))
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn the_openapi_document_has_the_ranges_that_are_checked_and_descriptions_tell_no_others() {
     let document = served("/openapi.json").await;
     let schemas = &document["components"]["schemas"];
@@ -809,7 +813,7 @@ async fn the_openapi_document_has_the_ranges_that_are_checked_and_descriptions_t
     }
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_plain_request_id_is_kept_and_a_strange_one_replaced() {
     let with_id = |id: &str| {
         let mut request = get("/nowhere");
@@ -818,14 +822,14 @@ async fn a_plain_request_id_is_kept_and_a_strange_one_replaced() {
             .insert("x-request-id", id.parse().expect("a header value"));
         request
     };
-    let kept = send(Settings::default(), with_id("mission-7.42")).await;
+    let kept = send(simulated_machine(), with_id("mission-7.42")).await;
     assert_eq!(kept.headers["x-request-id"], "mission-7.42");
     assert_eq!(kept.problem()["request_id"], "mission-7.42");
-    let replaced = send(Settings::default(), with_id("<script>")).await;
+    let replaced = send(simulated_machine(), with_id("<script>")).await;
     assert_eq!(replaced.headers["x-request-id"].len(), 16);
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn the_documented_defaults_of_the_limits_are_the_ones_used() {
     let document = served("/openapi.json").await;
     let request = tests::observation(tests::goals()[0].clone());
@@ -851,7 +855,7 @@ async fn the_documented_defaults_of_the_limits_are_the_ones_used() {
     }
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn the_documented_defaults_of_the_levers_are_the_ones_used() {
     let page = include_str!("../../docs/program.md");
     let document = served("/openapi.json").await;
@@ -930,7 +934,7 @@ fn on_earth(body: &Value, origin: Value) -> Value {
     body
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_request_on_earth_is_answered_as_the_same_in_metres() {
     let plan = async |body: &Value| -> wire::PlanResponse {
         let answer = answered("/v1/plan", body.to_string()).await;
@@ -972,11 +976,11 @@ async fn a_request_on_earth_is_answered_as_the_same_in_metres() {
     }
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn an_answer_on_earth_is_accepted_back_and_one_from_another_origin_is_not() {
     let mut body = example("track");
     body["origin"] = json!({ "lat_deg": 38.41, "lon_deg": -9.12 });
-    let plan = async |body: &Value| send(Settings::default(), post("/v1/plan", body.to_string())).await;
+    let plan = async |body: &Value| send(simulated_machine(), post("/v1/plan", body.to_string())).await;
     body["previous_plan"] = plan(&body).await.json();
     let answer = plan(&body).await;
     assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);

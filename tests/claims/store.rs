@@ -4,46 +4,44 @@ use std::time::Duration;
 
 use clock::Clock;
 use service::store::{
-    Acquired, Append, Appended, AuditEntry, Copied, EventReader, EventStore, KeyedAnswer, Member, Room,
-    StoreError, StorePlace, StoredEvent, copy,
+    Append, Appended, Copied, EventReader, EventStore, KeyedAnswer, Room, StoreError, StorePlace,
+    StoredEvent, copy,
 };
 use tempfile::TempDir;
 use tests::{
+    client::START_S,
     postgres::{authority, database, psql},
     server::certificate,
+    store::{acquired, add, append, at_epoch, event, joined_for, order},
 };
-use tokio::time::{Instant, sleep};
+use tokio::task::yield_now;
 
 /// A place for a store, which is opened again and again.
 enum Place {
-    File(TempDir),
+    /// On a simulated machine.
+    File(TempDir, Clock),
     Database(String),
 }
 
 impl Place {
-    fn file() -> Self {
-        Self::File(tempfile::tempdir().expect("is made"))
+    fn file(clock: Clock) -> Self {
+        Self::File(tempfile::tempdir().expect("is made"), clock)
     }
 
     fn database() -> Option<Self> {
         database().map(Self::Database)
     }
 
-    fn try_open(&self, share: u64) -> Result<EventStore, StoreError> {
-        match self {
-            Self::File(directory) => EventStore::open_with(directory.path(), share, &Clock::machine()),
-            Self::Database(url) => EventStore::open_database(url, None, share, &Clock::machine()),
-        }
-    }
-
-    /// Opens a store whose writer may still be ending.
+    /// Opens a store whose writer may still be ending: simulated time passes once it has ended.
     async fn open_with(&self, share: u64) -> EventStore {
-        loop {
-            match self.try_open(share) {
-                Err(StoreError::InUse { .. }) => sleep(Duration::from_millis(5)).await,
-                opened => return opened.expect("opens"),
+        let opened = match self {
+            Self::File(directory, clock) => {
+                clock.sleep(Duration::from_millis(1)).await;
+                EventStore::open_with(directory.path(), share, clock)
             }
-        }
+            Self::Database(url) => EventStore::open_database(url, None, share, &Clock::machine()),
+        };
+        opened.expect("opens")
     }
 
     async fn open(&self) -> EventStore {
@@ -55,8 +53,10 @@ impl Place {
 macro_rules! of_both_stores {
     ($($claim:ident)*) => {
         mod in_a_file {
-            use super::Place;
-            $(#[tokio::test] async fn $claim() { super::$claim(Place::file()).await; })*
+            use super::{Clock, Place, START_S};
+            $(#[tokio::test(start_paused = true)] async fn $claim() {
+                super::$claim(Place::file(Clock::simulated(START_S))).await;
+            })*
         }
         mod in_postgres {
             use super::Place;
@@ -79,28 +79,6 @@ of_both_stores! {
     ages_are_by_a_time_that_is_kept
 }
 
-fn event(sequence: u64, body: &str) -> StoredEvent {
-    StoredEvent {
-        sequence,
-        kind: "reported".to_owned(),
-        body: body.as_bytes().into(),
-    }
-}
-
-fn append(mission: &str, events: Vec<StoredEvent>) -> Append {
-    Append {
-        mission: mission.to_owned(),
-        // These continue the first mission only.
-        number: events.first().filter(|event| 1 < event.sequence).map(|_| 1),
-        events,
-        status: "running".to_owned(),
-        summary: b"{}".to_vec(),
-        snapshot: Some(b"{}".to_vec()),
-        room: Room::Share,
-        ..Append::default()
-    }
-}
-
 /// As of a caller with a token.
 const KEY: &str = "caller\0key";
 
@@ -113,18 +91,6 @@ fn keyed(sequence: u64, request: u8, answer: &str) -> Append {
         }),
         ..append("a", vec![event(sequence, "x")])
     }
-}
-
-fn order(caller: &str, action: &str) -> AuditEntry {
-    AuditEntry {
-        caller: caller.to_owned(),
-        action: action.to_owned(),
-        ..AuditEntry::default()
-    }
-}
-
-async fn add(store: &EventStore, append: Append) {
-    assert_eq!(store.append(append).await, Ok(Appended::Stored));
 }
 
 /// Bodies of all events, whose numbers the reader has checked.
@@ -303,20 +269,20 @@ async fn orders_are_listed_page_by_page(place: Place) {
 #[tokio::test(flavor = "multi_thread")]
 async fn who_reads_on_after_a_number_misses_nothing_that_two_services_store() {
     const EACH: usize = 100;
-    let Some(place) = Place::database() else { return };
+    let Some(url) = database() else { return };
     let made = ["one", "two"].map(|caller| {
-        let place = place.try_open(u64::MAX).expect("opens");
+        let store = EventStore::open_database(&url, None, u64::MAX, &Clock::machine()).expect("opens");
         tokio::spawn(async move {
             for number in 0..EACH {
                 let mission = Append {
                     order: Some(order(caller, "create")),
                     ..append(&format!("{caller}-{number}"), vec![event(1, "made")])
                 };
-                add(&place, mission).await;
+                add(&store, mission).await;
             }
         })
     });
-    let reader = place.open().await.reader().expect("opens");
+    let reader = EventReader::of_database(&url).expect("opens");
     let ((mut n_orders, mut last_order), (mut n_missions, mut last_mission)) = ((0, 0), (0, 0));
     loop {
         let are_made = made.iter().all(tokio::task::JoinHandle::is_finished);
@@ -351,7 +317,7 @@ async fn ages_are_by_a_time_that_is_kept(place: Place) {
     let now = store.clock().now_s();
     drop(store);
     let store = place.open().await;
-    // The kernel counts hundredths of a second.
+    // The kernel of the machine of a database counts hundredths of a second.
     assert!(now - 0.1 <= store.clock().now_s());
     let reader = store.reader().expect("opens");
     assert_eq!(reader.is_protected(), Ok(true));
@@ -359,46 +325,9 @@ async fn ages_are_by_a_time_that_is_kept(place: Place) {
     assert_eq!(reader.over_before(now - 60.0).expect("reads"), [""; 0]);
 }
 
-/// A lease whose end a test waits for.
-const LEASE: Duration = Duration::from_secs(2);
-
-/// A wait that is longer fails the test.
-const PATIENCE: Duration = Duration::from_mins(1);
-
 /// The store of a service in a database of several, whose lease ends in no test.
 fn joined(url: &str, name: &str) -> EventStore {
-    joined_for(url, name, PATIENCE)
-}
-
-fn joined_for(url: &str, name: &str, lease: Duration) -> EventStore {
-    let url_of_service = format!("http://{name}");
-    let member = Member {
-        url: url_of_service,
-        lease,
-    };
-    EventStore::open_database(url, Some(member), u64::MAX, &Clock::machine()).expect("opens")
-}
-
-/// Waits until that is so. Returns how long it took.
-async fn until(mut is_so: impl FnMut() -> bool) -> Duration {
-    let begun = Instant::now();
-    while !is_so() {
-        assert!(begun.elapsed() < PATIENCE, "it never is so");
-        sleep(Duration::from_millis(10)).await;
-    }
-    begun.elapsed()
-}
-
-#[tokio::test]
-async fn a_service_waits_for_the_longer_lease_of_another() {
-    let Some(url) = database() else { return };
-    let slow = joined_for(&url, "slow", LEASE * 2);
-    let two = joined_for(&url, "two", LEASE);
-    add(&slow, append("a", vec![event(1, "made")])).await;
-    assert_eq!(acquired(&slow), Ok(1));
-    drop(slow);
-    let took = until(|| acquired(&two).is_ok()).await;
-    assert!(LEASE * 5 / 4 < took, "{took:?}");
+    joined_for(url, name, Duration::from_hours(1))
 }
 
 #[tokio::test]
@@ -409,23 +338,6 @@ async fn a_service_at_the_address_of_another_leaves_it_its_missions() {
     assert_eq!(acquired(&one), Ok(1));
     assert_eq!(acquired(&two), Err("http://same".to_owned()));
     add(&one, at_epoch(1, 2)).await;
-}
-
-/// The epoch with which `store` owns the mission `a`; the URL of the owner if it is another.
-fn acquired(store: &EventStore) -> Result<u64, String> {
-    match store.lease().expect("is shared").acquire("a").expect("is asked") {
-        Acquired::Here(owned) => Ok(owned.epoch),
-        Acquired::At(url) => Err(url),
-        Acquired::NoMission => panic!("there is one"),
-    }
-}
-
-fn at_epoch(epoch: u64, sequence: u64) -> Append {
-    Append {
-        epoch,
-        number: Some(1),
-        ..append("a", vec![event(sequence, "x")])
-    }
 }
 
 #[tokio::test]
@@ -444,36 +356,6 @@ async fn the_database_refuses_what_an_earlier_owner_appends() {
     assert_eq!(one.append(at_epoch(1, 3)).await, Ok(Appended::NotOwner));
     add(&two, at_epoch(2, 3)).await;
     assert_eq!(bodies(&one, "a"), ["made", "x", "x"]);
-}
-
-#[tokio::test]
-async fn a_service_that_is_gone_loses_its_missions_and_one_that_lives_keeps_them() {
-    let Some(url) = database() else { return };
-    let (one, two) = (joined_for(&url, "one", LEASE), joined_for(&url, "two", LEASE));
-    add(&one, append("a", vec![event(1, "made")])).await;
-    assert_eq!(acquired(&one), Ok(1));
-    sleep(LEASE + LEASE / 2).await;
-    assert_eq!(acquired(&two), Err("http://one".to_owned()));
-    drop(one);
-    let took = until(|| acquired(&two).is_ok()).await;
-    // A stall of this machine begins the wait anew.
-    assert!(LEASE / 2 < took && took < LEASE * 4, "{took:?}");
-}
-
-#[tokio::test]
-async fn a_service_that_others_take_for_gone_begins_anew() {
-    let Some(url) = database() else { return };
-    let one = joined_for(&url, "one", LEASE);
-    let lease = one.lease().expect("is shared");
-    add(&one, append("a", vec![event(1, "made")])).await;
-    assert_eq!((lease.incarnation(), acquired(&one)), (Ok(1), Ok(1)));
-    let _ = psql(&url, "DELETE FROM services");
-    assert_eq!(one.append(at_epoch(1, 2)).await, Ok(Appended::NotOwner));
-    until(|| lease.incarnation() == Ok(2)).await;
-    assert_eq!(acquired(&one), Ok(2));
-    lease.leave().expect("is stored");
-    assert_eq!(lease.incarnation(), Err(StoreError::Closed));
-    assert_eq!(psql(&url, "SELECT count(*) FROM services"), "0");
 }
 
 #[tokio::test]
@@ -502,22 +384,6 @@ async fn free_missions_are_shared_out() {
     assert_eq!(turn(&one, 9).taken.len(), 1);
 }
 
-#[tokio::test]
-async fn services_remove_the_events_of_missions_that_another_program_deleted() {
-    let Some(url) = database() else { return };
-    let (one, two) = (joined(&url, "one"), joined(&url, "two"));
-    add(&one, append("a", (1..=1200).map(|k| event(k, "x")).collect())).await;
-    let tool = EventStore::open_database(&url, None, u64::MAX, &Clock::machine()).expect("opens");
-    let deleted = tool.delete("a".to_owned(), order("tool", "expire")).await;
-    assert_eq!(deleted, Ok(true));
-    tool.close().await.expect("ends");
-    for service in [&one, &two] {
-        service.read_clocks().await.expect("is stored");
-    }
-    let left = "SELECT (SELECT count(*) FROM missions) + (SELECT count(*) FROM events)";
-    until(|| psql(&url, left) == "0").await;
-}
-
 #[test]
 fn a_database_of_a_newer_program_is_refused_and_not_changed() {
     let Some(url) = database() else { return };
@@ -535,11 +401,11 @@ fn a_database_of_a_newer_program_is_refused_and_not_changed() {
     assert_eq!(psql(&url, "SELECT version FROM pilotfish_schema"), "99");
 }
 
-/// Copies once the writers of both places have ended.
+/// Copies once the writers of both places have ended, which is on threads of this machine.
 async fn copy_at_rest(from: &StorePlace, to: &StorePlace) -> Result<Copied, StoreError> {
     loop {
         match copy(from, to, &Clock::machine()) {
-            Err(StoreError::InUse { .. }) => sleep(Duration::from_millis(5)).await,
+            Err(StoreError::InUse { .. }) => yield_now().await,
             done => return done,
         }
     }
@@ -548,7 +414,7 @@ async fn copy_at_rest(from: &StorePlace, to: &StorePlace) -> Result<Copied, Stor
 #[tokio::test]
 async fn a_store_moves_to_a_database_and_back() {
     let Some(url) = database() else { return };
-    let (first, last) = (Place::file(), Place::file());
+    let (first, last) = (Place::file(Clock::machine()), Place::file(Clock::machine()));
     let store = first.open().await;
     add(&store, keyed(1, 7, "answer")).await;
     add(&store, append("deleted", vec![event(1, "x")])).await;
@@ -566,7 +432,7 @@ async fn a_store_moves_to_a_database_and_back() {
     store.close().await.expect("ends");
     drop(store);
     let path = |place: &Place| match place {
-        Place::File(directory) => StorePlace::Directory(directory.path().to_owned()),
+        Place::File(directory, _) => StorePlace::Directory(directory.path().to_owned()),
         Place::Database(url) => StorePlace::Database(url.clone()),
     };
     let between = Place::Database(url);
@@ -615,21 +481,4 @@ fn connections_are_encrypted_to_a_server_whose_certificate_is_trusted() {
     let (another, _) = certificate(folder.path());
     let refused = verified_by(&another).expect_err("another signed it").to_string();
     assert!(refused.contains("certificate"), "{refused}");
-}
-
-#[tokio::test]
-async fn a_host_that_is_silent_does_not_keep_a_service_from_the_one_that_answers() {
-    let Some(url) = database() else { return };
-    let silent = std::net::TcpListener::bind("127.0.0.1:0").expect("a port is free");
-    let silent = silent
-        .local_addr()
-        .map(|address| (silent, address))
-        .expect("is bound");
-    let url = url.replace("127.0.0.1", &format!("{},127.0.0.1", silent.1));
-    let begun = Instant::now();
-    let store = joined(&url, "one");
-    add(&store, append("a", vec![event(1, "made")])).await;
-    assert_eq!(acquired(&store), Ok(1));
-    // One host after the other, each of the connections would wait a second.
-    assert!(begun.elapsed() < 2 * LEASE, "{:?}", begun.elapsed());
 }

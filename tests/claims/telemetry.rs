@@ -7,7 +7,7 @@ use std::{
         Arc, Mutex,
         atomic::{AtomicBool, Ordering},
     },
-    time::{Duration, SystemTime, UNIX_EPOCH},
+    time::Duration,
 };
 
 use axum::{
@@ -15,6 +15,7 @@ use axum::{
     body::Body,
     http::{HeaderValue, Method, Request, StatusCode},
 };
+use clock::Clock;
 use planner::{
     parameters::Parameters,
     plan::{Plan, Workspace, plan_until},
@@ -23,8 +24,7 @@ use planner::{
 };
 use serde_json::{Value, json};
 use service::{Settings, examples::EXAMPLES, missions::Missions, store::EventStore};
-use tests::client::{Answer, get, post, send_to};
-use tokio::time::{Instant, sleep};
+use tests::client::{Answer, get, post, send_to, simulated_machine};
 use tracing_subscriber::{filter::LevelFilter, fmt::MakeWriter};
 
 const DASHBOARD: &str = include_str!("../../packaging/grafana-dashboard.json");
@@ -70,11 +70,25 @@ impl Samples {
     }
 }
 
-async fn with_missions(settings: Settings) -> (tempfile::TempDir, Router, Missions) {
+/// A service with missions, and the clock of its machine.
+struct Service {
+    clock: Clock,
+    router: Router,
+    _missions: Missions,
+    _data: tempfile::TempDir,
+}
+
+async fn with_missions(settings: Settings) -> Service {
+    let clock = settings.clock.clone();
     let data = tempfile::tempdir().expect("there is room");
     let store = EventStore::open(data.path(), &settings.clock).expect("opens");
     let (router, missions) = service::service(settings, store).await.expect("starts");
-    (data, router, missions)
+    Service {
+        clock,
+        router,
+        _missions: missions,
+        _data: data,
+    }
 }
 
 async fn order(service: &Router, path: &str, body: &Value) -> Answer {
@@ -84,38 +98,25 @@ async fn order(service: &Router, path: &str, body: &Value) -> Answer {
 }
 
 /// A live mission with one AUV, ten times as fast as life, that runs. Its path.
-async fn running(service: &Router) -> String {
+async fn running(Service { clock, router, .. }: &Service) -> String {
     let live = json!({ "schema_version": "1.0", "live": {
         "auvs": [{ "id": "auv-1" }], "goal": { "kind": "track", "auv": "auv-1" }, "period_s": 1.0, "clock_rate": 10.0,
     } });
-    let made = order(service, "/v1/missions", &live).await;
+    let made = order(router, "/v1/missions", &live).await;
     let path = made.headers["location"].to_str().expect("is text").to_owned();
     let created = made.json()["created_s"].as_f64().expect("has a time");
-    let unix = SystemTime::now()
-        .duration_since(UNIX_EPOCH)
-        .expect("is after 1970");
-    let now = created + 10.0 * (unix.as_secs_f64() - created);
+    let now = created + 10.0 * (clock.unix_s() - created);
     let heard = json!({ "received_s": now, "auvs": { "auv-1": [
         { "t_s": now - 2.0, "north_m": 10.0, "east_m": 20.0, "sigma_m": 1.0 } ] },
         "asc": [{ "t_s": now, "state": { "north_m": 0.0, "east_m": 0.0, "heading_rad": 0.0, "speed_mps": 0.2,
             "sway_mps": 0.0, "yaw_rate_radps": 0.0 } }] });
-    order(service, &format!("{path}/reports"), &heard).await;
-    order(service, &format!("{path}/run"), &json!({})).await;
+    order(router, &format!("{path}/reports"), &heard).await;
+    order(router, &format!("{path}/run"), &json!({})).await;
     path
 }
 
-/// Looks at the metrics until they are such.
-async fn until(service: &Router, wanted: impl Fn(&Samples) -> bool) -> Samples {
-    let end = Instant::now() + Duration::from_secs(20);
-    loop {
-        let samples = Samples::of(service).await;
-        if wanted(&samples) {
-            return samples;
-        }
-        assert!(Instant::now() < end, "{:#?}", samples.0);
-        sleep(Duration::from_millis(20)).await;
-    }
-}
+/// A period of the mission of [`running`], on the service's clock.
+const PERIOD: Duration = Duration::from_millis(100);
 
 /// The metrics that the dashboard's queries name.
 fn asked_for() -> BTreeSet<String> {
@@ -136,15 +137,14 @@ fn asked_for() -> BTreeSet<String> {
     words.filter(is_metric).map(str::to_owned).collect()
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn the_dashboard_asks_for_what_the_service_tells() {
-    let (_data, service, _missions) = with_missions(Settings::default()).await;
-    order(&service, "/v1/plan", &example()).await;
+    let service = with_missions(simulated_machine()).await;
+    order(&service.router, "/v1/plan", &example()).await;
     running(&service).await;
-    let samples = until(&service, |samples| {
-        0.0 < samples.sum("pilotfish_mission_plan_late_seconds_count", &[])
-    })
-    .await;
+    service.clock.sleep(PERIOD).await;
+    let samples = Samples::of(&service.router).await;
+    assert!(0.0 < samples.sum("pilotfish_mission_plan_late_seconds_count", &[]));
     let (told, asked) = (samples.names(), asked_for());
     assert!(20 < asked.len(), "{asked:?}");
     let missing: Vec<_> = asked
@@ -159,9 +159,9 @@ fn example() -> Value {
     serde_json::from_str(EXAMPLES[0].body).expect("is JSON")
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn plans_and_calls_are_counted_and_no_client_names_a_label() {
-    let service = service::app(Settings::default());
+    let service = service::app(simulated_machine());
     order(&service, "/v1/plan", &example()).await;
     let mut hurried = example();
     hurried["deadline_ms"] = json!(0.05);
@@ -203,24 +203,22 @@ async fn plans_and_calls_are_counted_and_no_client_names_a_label() {
     }
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn what_is_turned_away_is_counted_by_its_reason() {
-    fn slow(snapshot: &Snapshot, parameters: &Parameters, workspace: &mut Workspace, stop: &Stop) -> Plan {
-        std::thread::sleep(Duration::from_millis(300));
-        plan_until(snapshot, parameters, workspace, stop)
-    }
-    let service = service::app(Settings {
-        plan: slow,
+    let settings = Settings {
         planners: 1,
         waiting: 0,
-        ..Settings::default()
-    });
+        ..simulated_machine()
+    };
+    let clock = settings.clock.clone();
+    clock.delay_threads(Duration::from_millis(300));
+    let service = service::app(settings);
     let call = || send_to(service.clone(), post("/v1/plan", example().to_string()));
     let admitted = async {
-        let samples = until(&service, |samples| {
-            samples.sum("pilotfish_requests_admitted", &["body=\"short\""]) == 1.0
-        });
-        samples.await;
+        clock.sleep(Duration::from_millis(1)).await;
+        let samples = Samples::of(&service).await;
+        let admitted = samples.sum("pilotfish_requests_admitted", &["body=\"short\""]);
+        assert_eq!(admitted, 1.0);
         call().await
     };
     let (first, second) = tokio::join!(call(), admitted);
@@ -228,10 +226,8 @@ async fn what_is_turned_away_is_counted_by_its_reason() {
         (first.status, second.status),
         (StatusCode::OK, StatusCode::SERVICE_UNAVAILABLE)
     );
-    let samples = until(&service, |samples| {
-        samples.sum("pilotfish_requests_admitted", &[]) == 0.0
-    })
-    .await;
+    let samples = Samples::of(&service).await;
+    assert_eq!(samples.sum("pilotfish_requests_admitted", &[]), 0.0);
     let shed = |labels: &[&str]| samples.sum("pilotfish_requests_shed_total", labels);
     assert_eq!((shed(&["reason=\"admission\""]), shed(&[])), (1.0, 1.0));
 }
@@ -239,7 +235,7 @@ async fn what_is_turned_away_is_counted_by_its_reason() {
 /// Whether the craft of the test below follows.
 static FOLLOWS: AtomicBool = AtomicBool::new(true);
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn missions_are_counted_by_what_becomes_of_them_and_craft_that_do_not_follow() {
     fn alarming(
         snapshot: &Snapshot,
@@ -251,20 +247,23 @@ async fn missions_are_counted_by_what_becomes_of_them_and_craft_that_do_not_foll
         plan.craft.monitor.alarm = !FOLLOWS.load(Ordering::Relaxed);
         plan
     }
-    let (_data, service, _missions) = with_missions(Settings {
+    let service = with_missions(Settings {
         plan: alarming,
-        ..Settings::default()
+        ..simulated_machine()
     })
     .await;
+    let router = &service.router;
+    let after_a_period = async || {
+        service.clock.sleep(PERIOD).await;
+        Samples::of(router).await
+    };
     let log = Log::default();
     let _logs = log.listen();
     let mission = running(&service).await;
     let id = mission.rsplit('/').next().expect("has a name");
     let warns = |samples: &Samples| samples.sum("pilotfish_missions_craft_does_not_follow", &[]);
-    let samples = until(&service, |samples| {
-        0.0 < samples.sum("pilotfish_plans_total", &["purpose=\"live\""])
-    })
-    .await;
+    let samples = after_a_period().await;
+    assert!(0.0 < samples.sum("pilotfish_plans_total", &["purpose=\"live\""]));
     let missions =
         |samples: &Samples, status: &str| samples.sum("pilotfish_missions", &["kind=\"live\"", status]);
     assert_eq!(
@@ -276,16 +275,17 @@ async fn missions_are_counted_by_what_becomes_of_them_and_craft_that_do_not_foll
     assert!(4.0 <= samples.sum("pilotfish_store_commit_duration_seconds_count", &[]));
 
     FOLLOWS.store(false, Ordering::Relaxed);
-    until(&service, |samples| warns(samples) == 1.0).await;
+    assert_eq!(warns(&after_a_period().await), 1.0);
     FOLLOWS.store(true, Ordering::Relaxed);
-    let samples = until(&service, |samples| warns(samples) == 0.0).await;
+    let samples = after_a_period().await;
+    assert_eq!(warns(&samples), 0.0);
     assert_eq!(samples.sum("pilotfish_craft_does_not_follow_total", &[]), 1.0);
-    order(&service, &format!("{mission}/pause"), &json!({})).await;
-    let samples = Samples::of(&service).await;
+    order(router, &format!("{mission}/pause"), &json!({})).await;
+    let samples = Samples::of(router).await;
     assert_eq!(missions(&samples, "status=\"paused\""), 1.0);
     assert_eq!(missions(&samples, ""), 1.0);
-    order(&service, &format!("{mission}/finish"), &json!({})).await;
-    assert_eq!(missions(&Samples::of(&service).await, ""), 0.0);
+    order(router, &format!("{mission}/finish"), &json!({})).await;
+    assert_eq!(missions(&Samples::of(router).await, ""), 0.0);
 
     for told in ["the craft does not follow", "the craft follows again"] {
         assert_eq!(log.lines(&[told, id]).len(), 1, "{told}");
@@ -339,22 +339,23 @@ fn called(request: Request<Body>, id: &'static str) -> Request<Body> {
     request
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn calls_and_changes_of_missions_are_logged_with_the_call_that_made_them_and_probes_are_not() {
-    let (_data, service, _missions) = with_missions(Settings::default()).await;
+    let service = with_missions(simulated_machine()).await;
+    let router = &service.router;
     let log = Log::default();
     let _logs = log.listen();
     let mission = running(&service).await;
     let id = mission.rsplit('/').next().expect("has a name");
     let paused = called(post(&format!("{mission}/pause"), "{}"), "the-pause");
-    send_to(service.clone(), paused).await;
+    send_to(router.clone(), paused).await;
     for probe in ["/livez", "/readyz", "/metrics"] {
-        send_to(service.clone(), called(get(probe), "the-probe")).await;
+        send_to(router.clone(), called(get(probe), "the-probe")).await;
     }
     let deleted = Request::delete(&mission)
         .body(Body::empty())
         .expect("is a request");
-    send_to(service.clone(), called(deleted, "the-end")).await;
+    send_to(router.clone(), called(deleted, "the-end")).await;
 
     for (request, change) in [("the-pause", "paused"), ("the-end", "deleted")] {
         let lines = log.lines(&[request, "a mission changed", id]);
@@ -373,10 +374,10 @@ async fn calls_and_changes_of_missions_are_logged_with_the_call_that_made_them_a
     assert_eq!(log.lines(&["the-probe"]), [""; 0]);
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_trace_goes_on_in_the_log_and_in_the_answer() {
     const TRACE: &str = "0af7651916cd43dd8448eb211c80319c";
-    let service = service::app(Settings::default());
+    let service = service::app(simulated_machine());
     let log = Log::default();
     let _logs = log.listen();
     let mut answered = vec![];

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use tests::client::{Answer, get, post, send_to};
 use tower::ServiceExt as _;
 
-use super::{Service, heard, live, mission_now, read, simulated};
+use super::{Service, heard, live, read, simulated};
 
 impl Service {
     async fn patch_keyed(&self, mission: &str, body: &Value, key: Option<&'static str>) -> Answer {
@@ -39,7 +39,7 @@ impl Service {
 
     /// The next plan, of vehicles that have just been heard.
     async fn next_plan(&self, mission: &str) -> Value {
-        let now = mission_now(&self.ask(mission).await);
+        let now = self.mission_now(&self.ask(mission).await);
         let accepted = self.order(mission, "reports", heard(now)).await;
         let sequence = &accepted["sequence"];
         let next = format!("{mission}/reference?wait_s=10&after={sequence}");
@@ -72,7 +72,7 @@ fn route(points: &[[f64; 2]]) -> Value {
     json!({ "segments": [{ "kind": "waypoints", "points": points }], "closed": false, "speed_mps": 0.2 })
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn every_plan_after_a_change_is_made_by_it_and_all_are_made_again_equal() {
     let service = Service::start().await;
     let mission = service.run_live().await;
@@ -139,7 +139,7 @@ async fn every_plan_after_a_change_is_made_by_it_and_all_are_made_again_equal() 
     assert!(5 <= service.n_replayed(&mission));
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn with_another_craft_what_was_learnt_of_the_one_before_is_learnt_anew() {
     let service = Service::start().await;
     let mission = service.run_live().await;
@@ -168,7 +168,7 @@ async fn with_another_craft_what_was_learnt_of_the_one_before_is_learnt_anew() {
     assert!(3 <= service.n_replayed(&mission));
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_change_is_an_event_that_streams_and_records_tell() {
     let service = Service::start().await;
     let mission = service.create(&live()).await;
@@ -219,7 +219,7 @@ async fn a_change_is_an_event_that_streams_and_records_tell() {
     }
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_patch_that_cannot_be_is_refused_with_the_place_of_its_fault_and_changes_nothing() {
     let service = Service::start().await;
     let mission = service.create(&live()).await;
@@ -289,7 +289,7 @@ async fn a_patch_that_cannot_be_is_refused_with_the_place_of_its_fault_and_chang
     assert_eq!(service.ask(&mission).await, before);
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_mission_that_is_simulated_over_or_unknown_is_not_changed() {
     let service = Service::start().await;
     let change = json!({ "keep_outs": [] });
@@ -308,7 +308,7 @@ async fn a_mission_that_is_simulated_over_or_unknown_is_not_changed() {
     assert_eq!(unknown.problem()["code"], "no_mission");
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_patch_sent_again_with_its_key_is_carried_out_once() {
     let service = Service::start().await;
     let mission = service.create(&live()).await;
@@ -331,7 +331,7 @@ async fn a_patch_sent_again_with_its_key_is_carried_out_once() {
     );
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_restart_goes_on_by_the_changed_setting_whether_a_plan_was_made_by_it_or_not() {
     let mut service = Service::start().await;
     let mission = service.run_live().await;
@@ -354,7 +354,7 @@ async fn a_restart_goes_on_by_the_changed_setting_whether_a_plan_was_made_by_it_
     assert!(4 <= service.n_replayed(&mission));
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn the_route_of_an_auv_is_replaced_stored_and_there_after_a_restart() {
     let mut service = Service::start().await;
     // Its fixes do not move: by itself the planner would hold it.
@@ -415,7 +415,7 @@ async fn the_route_of_an_auv_is_replaced_stored_and_there_after_a_restart() {
     assert!(5 <= service.n_replayed(&mission));
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_route_file_is_read_or_refused_by_line() {
     let service = Service::start().await;
     let read = async |query: &str, file: &str| {
@@ -457,7 +457,7 @@ async fn a_route_file_is_read_or_refused_by_line() {
     }
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn the_levers_of_a_mission_make_its_plans_and_can_be_changed() {
     let points = |plan: &Value| plan["trajectory"].as_array().expect("is a list").len();
     let steps = json!({ "steps_s": [1, 1, 2, 2, 4] });

@@ -1,10 +1,12 @@
 //! A live mission whose vehicles say where they are in latitude and longitude.
 
+use std::time::Duration;
+
 use axum::http::{Method, StatusCode};
 use serde_json::{Value, json};
 use tests::client::{post, send_to};
 
-use super::{Service, live, mission_now};
+use super::{Service, live};
 
 /// Metres of a degree of latitude at 38.41° (WGS 84).
 const DEGREE_M: f64 = 111_005.0;
@@ -22,7 +24,7 @@ fn is_near(value: &Value, expected: f64, tolerance: f64) {
     assert!((value - expected).abs() < tolerance, "{value} is not {expected}");
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn the_first_fix_becomes_the_origin_and_everything_has_both_positions() {
     let service = Service::start().await;
     let mission = service.create(&live()).await;
@@ -30,7 +32,7 @@ async fn the_first_fix_becomes_the_origin_and_everything_has_both_positions() {
     service.order(&mission, "run", json!({})).await;
 
     let reports = format!("{mission}/reports");
-    let first = heard(mission_now(&service.ask(&mission).await), 0.0);
+    let first = heard(service.mission_now(&service.ask(&mission).await), 0.0);
     let accepted = service.post_keyed(&reports, &first, "first").await.json();
     // The first in the post is the craft's.
     let origin = json!({ "lat_deg": 38.41, "lon_deg": -9.12 });
@@ -40,7 +42,8 @@ async fn the_first_fix_becomes_the_origin_and_everything_has_both_positions() {
     let again = service.post_keyed(&reports, &first, "first").await;
     assert_eq!((again.status, again.json()), (StatusCode::OK, accepted));
 
-    let now = mission_now(&service.ask(&mission).await);
+    service.clock.sleep(Duration::from_millis(100)).await;
+    let now = service.mission_now(&service.ask(&mission).await);
     let accepted = service.order(&mission, "reports", heard(now, 0.001)).await;
     assert_eq!(accepted["origin"], Value::Null);
     let after = &accepted["sequence"];
@@ -85,7 +88,7 @@ async fn the_first_fix_becomes_the_origin_and_everything_has_both_positions() {
     assert!(0 < service.n_replayed(&mission));
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn metres_of_a_mission_with_an_origin_get_their_degrees() {
     let service = Service::start().await;
     let mut body = live();
@@ -98,7 +101,7 @@ async fn metres_of_a_mission_with_an_origin_get_their_degrees() {
         0.001 * DEGREE_M,
         0.01,
     );
-    let now = mission_now(&seen);
+    let now = service.mission_now(&seen);
     let fix = json!([{ "t_s": now, "north_m": 111.005, "east_m": 0.0, "sigma_m": 1.0 }]);
     service
         .order(&mission, "reports", json!({ "auvs": { "auv-1": fix } }))
@@ -108,14 +111,14 @@ async fn metres_of_a_mission_with_an_origin_get_their_degrees() {
     assert_eq!(events[1]["heard"]["origin"], Value::Null);
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn degrees_are_refused_where_metres_count_from_an_unknown_place() {
     let service = Service::start().await;
     let mut body = live();
     body["live"]["keep_outs"] = json!([{ "north_m": 30.0, "east_m": 0.0, "radius_m": 5.0 }]);
     let fenced = service.create(&body).await;
     let heard_in_metres = service.create(&live()).await;
-    let now = mission_now(&service.ask(&heard_in_metres).await);
+    let now = service.mission_now(&service.ask(&heard_in_metres).await);
     let fix = json!([{ "t_s": now, "north_m": 1.0, "east_m": 0.0, "sigma_m": 1.0 }]);
     service
         .order(&heard_in_metres, "reports", json!({ "auvs": { "auv-1": fix } }))
@@ -150,7 +153,7 @@ async fn degrees_are_refused_where_metres_count_from_an_unknown_place() {
 /// Origin of a mission whose work is 0.3° further north: 33 km.
 const FAR: [f64; 2] = [38.11, -9.12];
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn another_origin_moves_no_position_on_earth_and_ends_the_warning() {
     let service = Service::start().await;
     let mut body = live();
@@ -159,7 +162,7 @@ async fn another_origin_moves_no_position_on_earth_and_ends_the_warning() {
     let mission = service.create(&body).await;
     service.order(&mission, "run", json!({})).await;
     let plan_after_reports = async |north_deg: f64| {
-        let now = mission_now(&service.ask(&mission).await);
+        let now = service.mission_now(&service.ask(&mission).await);
         let after = service.order(&mission, "reports", heard(now, north_deg)).await["sequence"].clone();
         let next = format!("{mission}/reference?wait_s=10&after={after}");
         service.ask(&next).await["plan"].clone()

@@ -63,7 +63,7 @@ fn miss(plans: &[KeptPlan], predicted: impl Fn(&wire::Prediction) -> &[[f64; 2]]
     sum / n
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_law_flies_with_the_gains_that_its_mission_gives_and_the_planner_takes_none() {
     let service = Service::start().await;
     let gains = json!({ "look_ahead_m": 1.0, "along_track_gain_per_s": 0.1 });
@@ -112,7 +112,7 @@ async fn a_law_flies_with_the_gains_that_its_mission_gives_and_the_planner_takes
     }
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_scene_lists_the_faults_and_says_that_they_stop_messages() {
     let service = Service::start().await;
     let mission = service.create(&simulated("faults")).await;
@@ -135,7 +135,7 @@ async fn a_scene_lists_the_faults_and_says_that_they_stop_messages() {
 mod slow {
     use super::*;
 
-    #[tokio::test]
+    #[tokio::test(start_paused = true)]
     async fn a_mission_that_a_law_steers_predicts_where_that_law_leads() {
         let service = Service::start().await;
         for scenario in ["calm", "paper-intermittent"] {

@@ -4,17 +4,11 @@ use std::{net::Ipv4Addr, time::Duration};
 
 use axum::http::{HeaderValue, Method, StatusCode};
 use serde_json::{Value, json};
-use service::{
-    Settings,
-    access::Peer,
-    missions::retention::Retention,
-    store::{EventReader, EventStore},
-};
-use tests::client::{Answer, get, post, send_to};
-use tokio::time::{Instant, sleep};
+use service::{access::Peer, missions::retention::Retention, store::EventReader};
+use tests::client::{Answer, get, post, send_to, simulated_machine};
 use tower::ServiceExt as _;
 
-use super::{Service, heard, live, mission_now, unix_now};
+use super::{Service, heard, live};
 
 /// Event streams of one client at most.
 const STREAM_SHARE: usize = 128;
@@ -31,13 +25,13 @@ impl Service {
         listed["orders"].as_array().expect("is a list").clone()
     }
 
-    /// Waits until nothing answers at `path` any more.
-    async fn until_gone(&self, path: &str) {
-        let end = Instant::now() + Duration::from_secs(20);
-        while self.get(path).await.status != StatusCode::NOT_FOUND {
-            assert!(Instant::now() < end, "{path} is still there");
-            sleep(Duration::from_millis(20)).await;
-        }
+    /// Keeps missions for so long, for a simulated minute.
+    async fn keep_for(&self, retention: Retention) {
+        let minute = Duration::from_mins(1);
+        let kept = self
+            .clock
+            .timeout(minute, self.missions.clone().keep_for(retention));
+        kept.await.expect_err("goes on for ever");
     }
 }
 
@@ -52,7 +46,7 @@ fn id(mission: &str) -> &str {
     mission.rsplit('/').next().expect("is a path")
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn every_order_is_kept_with_who_gave_it_also_of_a_mission_that_is_gone() {
     let service = Service::start().await;
     let mission = service.create(&live()).await;
@@ -60,7 +54,7 @@ async fn every_order_is_kept_with_who_gave_it_also_of_a_mission_that_is_gone() {
     run.headers_mut()
         .insert("x-request-id", HeaderValue::from_static("from-the-bridge"));
     assert_eq!(send_to(service.router.clone(), run).await.status, StatusCode::OK);
-    let now = mission_now(&service.ask(&mission).await);
+    let now = service.mission_now(&service.ask(&mission).await);
     service.order(&mission, "reports", heard(now)).await;
     for action in ["pause", "pause", "finish"] {
         service.order(&mission, action, json!({})).await;
@@ -92,7 +86,7 @@ async fn every_order_is_kept_with_who_gave_it_also_of_a_mission_that_is_gone() {
     assert_eq!(service.orders("").await.len(), 6);
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn missions_that_are_over_or_abandoned_go_when_they_are_due() {
     let service = Service::start().await;
     let [over, silent, heard_of] = [
@@ -107,47 +101,45 @@ async fn missions_that_are_over_or_abandoned_go_when_they_are_due() {
         over: Some(Duration::from_hours(1)),
         abandoned: Some(Duration::from_hours(1)),
     };
-    let kept = tokio::spawn(service.missions.clone().keep_for(none_is_due));
-    sleep(Duration::from_millis(300)).await;
-    kept.abort();
+    service.keep_for(none_is_due).await;
     assert_eq!(service.ask(&over).await["status"], "finished");
     assert_eq!(service.ask(&silent).await["status"], "running");
 
     let reader = EventReader::of(service.data.path()).expect("opens");
     let over_for = |hours: f64| {
-        let before_s = unix_now() - 3_600.0 * hours;
+        let before_s = service.clock.unix_s() - 3_600.0 * hours;
         reader.over_before(before_s).expect("is read")
     };
     assert_eq!(over_for(1.0), [""; 0]);
     assert_eq!(over_for(0.0), [id(&over)]);
 
-    sleep(Duration::from_millis(5_500)).await;
-    let now = mission_now(&service.ask(&heard_of).await);
-    service.order(&heard_of, "reports", heard(now)).await;
     let abandoned = Retention {
         over: None,
-        abandoned: Some(Duration::from_secs(5)),
+        abandoned: Some(Duration::from_mins(2)),
     };
-    let kept = tokio::spawn(service.missions.clone().keep_for(abandoned));
-    service.until(&silent, "finished").await;
-    kept.abort();
+    service.keep_for(abandoned).await;
+    assert_eq!(service.ask(&silent).await["status"], "running");
+    let now = service.mission_now(&service.ask(&heard_of).await);
+    service.order(&heard_of, "reports", heard(now)).await;
+    service.keep_for(abandoned).await;
+    assert_eq!(service.ask(&silent).await["status"], "finished");
     assert_eq!(service.ask(&heard_of).await["status"], "created");
 
     let all_over = Retention {
         over: Some(Duration::ZERO),
         abandoned: None,
     };
-    let kept = tokio::spawn(service.missions.clone().keep_for(all_over));
-    service.until_gone(&over).await;
-    service.until_gone(&silent).await;
-    kept.abort();
+    service.keep_for(all_over).await;
+    for gone in [&over, &silent] {
+        assert_eq!(service.get(gone).await.status, StatusCode::NOT_FOUND);
+    }
     assert_eq!(service.ask(&heard_of).await["status"], "created");
     let orders = service.orders(&format!("?mission={}", id(&silent))).await;
     assert_eq!(actions(&orders), ["create", "run", "expire", "expire"]);
     assert_eq!(orders[2]["caller"], "the service");
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn one_client_leaves_the_others_half_of_the_streams() {
     let service = Service::start().await;
     let mission = service.create(&live()).await;
@@ -172,24 +164,16 @@ async fn one_client_leaves_the_others_half_of_the_streams() {
     assert_eq!(stream_of(1).await.expect("answers").status(), StatusCode::OK);
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_client_that_has_its_share_of_the_disk_reports_no_more_and_what_was_heard_is_planned_for() {
     let data = tempfile::tempdir().expect("is made");
-    let store = EventStore::open_with(data.path(), 6_000, &clock::Clock::machine()).expect("opens");
-    let (router, missions) = service::service(Settings::default(), store)
-        .await
-        .expect("starts");
-    let service = Service {
-        router,
-        missions,
-        data,
-    };
+    let service = Service::start_in(simulated_machine(), data, 6_000).await;
     let mission = service.create(&live()).await;
     service.order(&mission, "run", json!({})).await;
     let reports = format!("{mission}/reports");
     let mut accepted = 0;
     let refused = loop {
-        let now = mission_now(&service.ask(&mission).await);
+        let now = service.mission_now(&service.ask(&mission).await);
         let answer = service.post(&reports, &heard(now)).await;
         if answer.status != StatusCode::OK {
             break answer;
@@ -212,7 +196,7 @@ async fn a_client_that_has_its_share_of_the_disk_reports_no_more_and_what_was_he
 }
 
 /// Two operators saw the same mission. The second order rests on a stale view: it is refused with what changed.
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn an_order_by_a_stale_view_of_the_mission_is_refused_with_what_changed() {
     let service = Service::start().await;
     let mission = service.create(&live()).await;
@@ -253,7 +237,7 @@ async fn an_order_by_a_stale_view_of_the_mission_is_refused_with_what_changed() 
     let kept = service.ask(&mission).await;
     assert_eq!(kept["setting"]["keep_outs"][0]["radius_m"], json!(4.0));
     // Reports and plans are no changes of the mission.
-    let reports = heard(mission_now(&kept));
+    let reports = heard(service.mission_now(&kept));
     assert_eq!(
         service.post(&format!("{mission}/reports"), &reports).await.status,
         StatusCode::OK
