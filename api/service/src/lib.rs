@@ -108,9 +108,9 @@ fn routed(settings: Settings, planners: Planners, missions: Option<Missions>) ->
     let forwarding = Forwarding::of(missions.as_ref(), settings.between);
     let bodies = Bodies::new(settings.body_time_limit, metrics.clone(), planners.clock.clone());
     let state = AppState {
-        readiness,
         planners,
         missions,
+        readiness,
         bodies,
         metrics,
     };
