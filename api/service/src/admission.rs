@@ -183,18 +183,18 @@ mod tests {
         Duration::from_millis(ms)
     }
 
-    #[test]
-    fn a_request_that_cannot_be_in_time_is_refused_and_one_with_more_time_is_not() {
-        let (admission, now) = (slow(), Instant::now());
+    #[tokio::test(start_paused = true)]
+    async fn a_request_that_cannot_be_in_time_is_refused_and_one_with_more_time_is_not() {
+        let (admission, now) = (slow(), Clock::simulated(0.0).now());
         let admit = |due| admission.admit(now, 4096, Priority::Short, now + ms(due));
         let _working: Vec<_> = (0..3).map(|_| admit(1000).expect("has time")).collect();
         assert_eq!(admit(29).err(), Some(Problem::Overloaded));
         admit(31).expect("has time");
     }
 
-    #[test]
-    fn a_burst_waits_and_a_standing_queue_is_cut() {
-        let (admission, start) = (slow(), Instant::now());
+    #[tokio::test(start_paused = true)]
+    async fn a_burst_waits_and_a_standing_queue_is_cut() {
+        let (admission, start) = (slow(), Clock::simulated(0.0).now());
         let admit = |at| admission.admit(start + ms(at), 4096, Priority::Short, start + ms(at + 1000));
         let mut waiting: Vec<_> = (0..10).map(|_| admit(0).expect("is a burst")).collect();
         waiting.push(admit(90).expect("may still go away"));
@@ -203,9 +203,9 @@ mod tests {
         drop(admit(102).expect("is worked off"));
     }
 
-    #[test]
-    fn a_queue_that_was_cut_stays_short_while_requests_are_refused() {
-        let (admission, start) = (slow(), Instant::now());
+    #[tokio::test(start_paused = true)]
+    async fn a_queue_that_was_cut_stays_short_while_requests_are_refused() {
+        let (admission, start) = (slow(), Clock::simulated(0.0).now());
         let admit = |at| admission.admit(start + ms(at), 4096, Priority::Short, start + ms(at + 1000));
         let mut waiting: Vec<_> = (0..10).map(|_| admit(0).expect("is a burst")).collect();
         assert_eq!(admit(101).err(), Some(Problem::Overloaded));
@@ -219,9 +219,9 @@ mod tests {
         assert_eq!(waiting.len(), 10);
     }
 
-    #[test]
-    fn an_idle_service_admits_every_request() {
-        let (admission, now) = (slow(), Instant::now());
+    #[tokio::test(start_paused = true)]
+    async fn an_idle_service_admits_every_request() {
+        let (admission, now) = (slow(), Clock::simulated(0.0).now());
         drop(
             admission
                 .admit(now, 1 << 20, Priority::Long, now + ms(1))

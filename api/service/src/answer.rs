@@ -146,7 +146,7 @@ mod tests {
 
     use super::*;
 
-    #[tokio::test]
+    #[tokio::test(start_paused = true)]
     async fn long_answers_take_room_until_they_are_sent_and_leave_half_to_other_callers() {
         let room = Room::new();
         let long = || Body::from(vec![b'x'; 1 << 20]);

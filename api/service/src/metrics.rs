@@ -377,6 +377,7 @@ impl Collector for Process {
             let encoder = encoder.encode_descriptor(name, help, None, metric.metric_type())?;
             metric.encode(encoder)
         };
+        #[expect(clippy::disallowed_methods, reason = "processor time, which decides nothing")]
         let cpu = clock_gettime(ClockId::ProcessCPUTime);
         let cpu = Duration::try_from(cpu).unwrap_or_default().as_secs_f64();
         write(

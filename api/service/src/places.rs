@@ -6,7 +6,7 @@
 //! with the most connections from there. No connection of a live mission gives way.
 
 use std::{
-    collections::{BTreeSet, HashMap},
+    collections::{BTreeMap, BTreeSet, HashMap},
     net::{IpAddr, Ipv6Addr},
     sync::{Arc, Mutex, MutexGuard, PoisonError},
     time::{Duration, Instant},
@@ -58,7 +58,7 @@ struct Table {
     share: usize,
     next: u64,
     seats: HashMap<u64, Seat>,
-    of_each: HashMap<IpAddr, OfAddress>,
+    of_each: BTreeMap<IpAddr, OfAddress>,
 }
 
 /// Connections of an address, by what they serve: since when, and their numbers.
@@ -83,7 +83,7 @@ impl Places {
             share: limit.div_ceil(2),
             next: 0,
             seats: HashMap::new(),
-            of_each: HashMap::new(),
+            of_each: BTreeMap::new(),
         })))
     }
 
@@ -180,7 +180,7 @@ impl Table {
     /// The oldest connection of the caller with the most of them. A caller that shares them with no other keeps those that have
     /// not lasted.
     fn of_busiest_caller(&self, of: &OfAddress, now: Instant) -> Option<u64> {
-        let mut of_each: HashMap<_, Vec<_>> = HashMap::new();
+        let mut of_each: BTreeMap<_, Vec<_>> = BTreeMap::new();
         for (_, number) in &of[Serves::Mission as usize] {
             of_each.entry(&self.seats[number].caller).or_default();
         }
@@ -302,10 +302,10 @@ mod tests {
         place.lost().now_or_never().is_some()
     }
 
-    #[test]
-    fn two_addresses_that_took_every_place_keep_no_third_out() {
+    #[tokio::test(start_paused = true)]
+    async fn two_addresses_that_took_every_place_keep_no_third_out() {
         for serve in [|_: &Place| None, |place: &Place| Some(place.asks())] {
-            let places = Places::new(8, Clock::machine());
+            let places = Places::new(8, Clock::simulated(0.0));
             let bad = crowded(&places);
             let _requests: Vec<_> = bad.iter().map(serve).collect();
             let good: Vec<_> = (0..2)
@@ -316,9 +316,9 @@ mod tests {
         }
     }
 
-    #[test]
-    fn a_caller_with_a_token_gives_way_only_if_its_address_has_more() {
-        let places = Places::new(8, Clock::machine());
+    #[tokio::test(start_paused = true)]
+    async fn a_caller_with_a_token_gives_way_only_if_its_address_has_more() {
+        let places = Places::new(8, Clock::simulated(0.0));
         let bad = crowded(&places);
         for place in &bad {
             serve(place, "bad");
@@ -329,9 +329,9 @@ mod tests {
         assert!(places.take(BAD[0]).is_none() && places.take(GOOD).is_none());
     }
 
-    #[test]
-    fn a_caller_outlives_the_others_of_its_own_address_and_a_mission_every_newcomer() {
-        let places = Places::new(4, Clock::machine());
+    #[tokio::test(start_paused = true)]
+    async fn a_caller_outlives_the_others_of_its_own_address_and_a_mission_every_newcomer() {
+        let places = Places::new(4, Clock::simulated(0.0));
         let [caller, other] = [(); 2].map(|()| places.take(BAD[0]).expect("is free"));
         serve(&caller, "bridge");
         let newcomer = places.take(BAD[0]).expect("takes the place of the other");
@@ -344,12 +344,12 @@ mod tests {
         drop(others);
     }
 
-    #[test]
-    fn a_request_is_answered_before_newcomers_of_its_address_are_let_in_unless_it_lasts() {
-        let places = Places::new(4, Clock::machine());
+    #[tokio::test(start_paused = true)]
+    async fn a_request_is_answered_before_newcomers_of_its_address_are_let_in_unless_it_lasts() {
+        let places = Places::new(4, Clock::simulated(0.0));
         let asking = [(); 2].map(|()| places.take(GOOD).expect("is free"));
         let requests = asking.each_ref().map(Place::asks);
-        let now = Instant::now();
+        let now = places.table().clock.now();
         assert!(places.take_at(now, GOOD).is_none());
         let newcomer = places.take_at(now + 2 * LONG, GOOD).expect("takes a place");
         assert!(lost(&asking[0]) && !lost(&asking[1]));
@@ -358,14 +358,14 @@ mod tests {
         assert!(places.take(GOOD).is_some() && lost(&asking[1]), "it idles now");
     }
 
-    #[test]
-    fn calls_of_one_caller_keep_no_other_caller_of_its_address_out() {
-        let places = Places::new(12, Clock::machine());
+    #[tokio::test(start_paused = true)]
+    async fn calls_of_one_caller_keep_no_other_caller_of_its_address_out() {
+        let places = Places::new(12, Clock::simulated(0.0));
         let seats: Vec<_> = (0..6).map(|_| places.take(GOOD).expect("is free")).collect();
         for place in &seats {
             serve(place, "reader");
         }
-        let now = Instant::now();
+        let now = places.table().clock.now();
         assert!(
             places.take_at(now, GOOD).is_none(),
             "half is its share, in use by one caller"
@@ -381,9 +381,9 @@ mod tests {
         assert_eq!(seats.iter().filter(|place| lost(place)).count(), 0, "one each");
     }
 
-    #[test]
-    fn an_ipv6_network_counts_as_one_address_and_nothing_is_kept_of_the_gone() {
-        let places = Places::new(4, Clock::machine());
+    #[tokio::test(start_paused = true)]
+    async fn an_ipv6_network_counts_as_one_address_and_nothing_is_kept_of_the_gone() {
+        let places = Places::new(4, Clock::simulated(0.0));
         let taken: Vec<_> = (1..9)
             .map(|host| places.take(IpAddr::V6(Ipv6Addr::new(0x2001, 0xdb8, 0, 1, 0, 0, 0, host))))
             .collect();

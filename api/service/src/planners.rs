@@ -317,3 +317,40 @@ impl Planners {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc;
+
+    use super::*;
+    use crate::{
+        examples::EXAMPLES,
+        metrics::{Connections, StoreMetrics},
+    };
+
+    /// With the threads of the machine, and a deadline that no machine is too slow for.
+    #[tokio::test]
+    async fn requests_that_hold_every_planner_keep_no_mission_waiting() {
+        let settings = Settings {
+            planners: 1,
+            ..Settings::default()
+        };
+        let metrics = Metrics::new(&Connections::default(), &StoreMetrics::default(), || 0);
+        let planners = Planners::new(&settings, metrics);
+        let (open, gate) = mpsc::channel::<()>();
+        let gate = Arc::new(Mutex::new(gate));
+        let held = [&planners.reading, &planners.planning].map(|pool| {
+            let gate = Arc::clone(&gate);
+            pool.run(Priority::Short, move || drop(gate.lock().map(|gate| gate.recv())))
+        });
+        let request = wire::read(EXAMPLES[0].body.as_bytes()).expect("is JSON");
+        let facts = || wire::snapshot(request).map_err(Problem::Invalid);
+        let due = Arrival(planners.clock.now());
+        let planned = planners.plan_in_turn(facts, due, Duration::from_hours(1)).await;
+        assert_eq!(planned.expect("is planned for").plan.degraded, None);
+        drop(open);
+        for (done, _job) in held {
+            done.await.expect("was held until then");
+        }
+    }
+}

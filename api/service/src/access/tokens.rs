@@ -378,6 +378,10 @@ fn whole(unix_s: f64) -> u64 {
 mod tests {
     use super::*;
 
+    fn clock() -> Clock {
+        Clock::simulated(1.8e9)
+    }
+
     fn new(name: &str, role: Role, valid: Option<Duration>) -> NewToken {
         NewToken {
             name: name.to_owned(),
@@ -392,21 +396,19 @@ mod tests {
         known.find(token, tokens.now()).cloned()
     }
 
-    #[test]
-    fn a_token_is_known_until_it_is_revoked_and_only_its_digest_is_stored() {
+    #[tokio::test(start_paused = true)]
+    async fn a_token_is_known_until_it_is_revoked_and_only_its_digest_is_stored() {
         let directory = tempfile::tempdir().expect("there is room");
         let path = directory.path().join("not-yet/there/tokens.json");
-        let token =
-            TokenFile::add(&path, new("bridge", Role::Operator, None), &Clock::machine()).expect("is made");
-        let other =
-            TokenFile::add(&path, new("page", Role::ReadOnly, None), &Clock::machine()).expect("is made");
+        let token = TokenFile::add(&path, new("bridge", Role::Operator, None), &clock()).expect("is made");
+        let other = TokenFile::add(&path, new("page", Role::ReadOnly, None), &clock()).expect("is made");
 
         assert_eq!(token.len(), PREFIX.len() + 2 * RANDOM_BYTES);
         let stored = fs::read_to_string(&path).expect("is there");
         assert!(!stored.contains(&token[PREFIX.len()..]) && !stored.contains(&other));
         assert_eq!(fs::metadata(&path).expect("is there").mode() & 0o777, 0o600);
 
-        let tokens = Tokens::open(&path, &Clock::machine()).expect("is read");
+        let tokens = Tokens::open(&path, &clock()).expect("is read");
         let bridge = valid(&tokens, &token).expect("is valid");
         assert_eq!((bridge.name.as_str(), bridge.role), ("bridge", Role::Operator));
         for wrong in [&token[1..], &token.to_uppercase(), "", &format!("{token} ")] {
@@ -423,39 +425,37 @@ mod tests {
         ));
     }
 
-    #[test]
-    fn a_file_of_an_earlier_version_limits_no_token() {
+    #[tokio::test(start_paused = true)]
+    async fn a_file_of_an_earlier_version_limits_no_token() {
         let directory = tempfile::tempdir().expect("there is room");
         let path = directory.path().join("tokens.json");
         let sha256 = String::from(Digest::of("pf_a"));
         let text =
             format!(r#"{{"tokens":[{{"name":"a","role":"operator","sha256":"{sha256}","made_s":1}}]}}"#);
         fs::write(&path, text).expect("is written");
-        let tokens = Tokens::open(&path, &Clock::machine()).expect("is read");
+        let tokens = Tokens::open(&path, &clock()).expect("is read");
         assert_eq!(valid(&tokens, "pf_a").expect("is valid").limit, None);
     }
 
-    #[test]
-    fn an_expired_token_is_no_longer_known() {
+    #[tokio::test(start_paused = true)]
+    async fn an_expired_token_is_no_longer_known() {
         let directory = tempfile::tempdir().expect("there is room");
         let path = directory.path().join("tokens.json");
         let day = Duration::from_hours(24);
-        let token = TokenFile::add(&path, new("visitor", Role::Admin, Some(day)), &Clock::machine())
-            .expect("is made");
+        let token = TokenFile::add(&path, new("visitor", Role::Admin, Some(day)), &clock()).expect("is made");
         let known = TokenFile::read(&path).expect("is read").expect("is there");
         let made = known.tokens[0].made_s;
         assert!(known.find(&token, made + 86_399).is_some());
         assert!(known.find(&token, made + 86_400).is_none());
     }
 
-    #[test]
-    fn a_file_that_is_made_later_counts_and_one_that_is_gone_or_broken_has_no_valid_token() {
+    #[tokio::test(start_paused = true)]
+    async fn a_file_that_is_made_later_counts_and_one_that_is_gone_or_broken_has_no_valid_token() {
         let directory = tempfile::tempdir().expect("there is room");
         let path = directory.path().join("tokens.json");
-        let tokens = Tokens::open(&path, &Clock::machine()).expect("is read");
+        let tokens = Tokens::open(&path, &clock()).expect("is read");
         assert!(tokens.known().is_none() && !tokens.are_made());
-        let token =
-            TokenFile::add(&path, new("bridge", Role::Operator, None), &Clock::machine()).expect("is made");
+        let token = TokenFile::add(&path, new("bridge", Role::Operator, None), &clock()).expect("is made");
         tokens.0.lock().expect("no thread panics").look();
         assert!(valid(&tokens, &token).is_some() && tokens.are_made());
         for broken in [Some("{"), None] {
@@ -468,16 +468,16 @@ mod tests {
         }
     }
 
-    #[test]
-    fn names_are_plain_and_each_is_taken_once() {
+    #[tokio::test(start_paused = true)]
+    async fn names_are_plain_and_each_is_taken_once() {
         let directory = tempfile::tempdir().expect("there is room");
         let path = directory.path().join("tokens.json");
         for wrong in ["", "a b", "a\n", &"x".repeat(65)] {
-            let refused = TokenFile::add(&path, new(wrong, Role::Admin, None), &Clock::machine());
+            let refused = TokenFile::add(&path, new(wrong, Role::Admin, None), &clock());
             assert!(matches!(refused, Err(TokenError::Name(_))), "{wrong:?}");
         }
-        TokenFile::add(&path, new("a", Role::Admin, None), &Clock::machine()).expect("is made");
-        let again = TokenFile::add(&path, new("a", Role::Admin, None), &Clock::machine());
+        TokenFile::add(&path, new("a", Role::Admin, None), &clock()).expect("is made");
+        let again = TokenFile::add(&path, new("a", Role::Admin, None), &clock());
         assert!(matches!(again, Err(TokenError::NameTaken(_))));
     }
 }

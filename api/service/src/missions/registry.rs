@@ -1,7 +1,7 @@
 //! All missions: active ones have an actor, the others are in the event store only.
 
 use std::{
-    collections::HashMap,
+    collections::BTreeMap,
     sync::{Arc, Mutex, MutexGuard, PoisonError},
     time::Duration,
 };
@@ -78,7 +78,7 @@ pub struct Missions {
     pub(super) store: EventStore,
     pub(super) planners: Planners,
     /// Handles of active missions, by id. None once the service stops.
-    actors: Arc<Mutex<Option<HashMap<String, Handle>>>>,
+    actors: Arc<Mutex<Option<BTreeMap<String, Handle>>>>,
     /// The store's salt.
     salt: Arc<[u8]>,
     pub(super) streams: Quota<Arc<str>>,
@@ -100,7 +100,7 @@ impl Missions {
             salt,
             store,
             planners,
-            actors: Arc::new(Mutex::new(Some(HashMap::new()))),
+            actors: Arc::new(Mutex::new(Some(BTreeMap::new()))),
             streams: Quota::new(STREAMS_MAX),
             records: Quota::new(RECORDS_MAX),
             reading: Arc::new(Semaphore::new(READERS_MAX)),
@@ -478,7 +478,7 @@ impl Missions {
         let actors = self.actors();
         let kept = actors
             .iter()
-            .flat_map(HashMap::values)
+            .flat_map(BTreeMap::values)
             .filter(|handle| keeps_place(handle));
         ACTORS_MAX.saturating_sub(kept.count())
     }
@@ -537,7 +537,7 @@ impl Missions {
         )
     }
 
-    pub(super) fn actors(&self) -> MutexGuard<'_, Option<HashMap<String, Handle>>> {
+    pub(super) fn actors(&self) -> MutexGuard<'_, Option<BTreeMap<String, Handle>>> {
         self.actors.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

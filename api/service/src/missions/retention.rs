@@ -133,7 +133,7 @@ pub fn expire_order(clock: &Clock) -> AuditEntry {
 mod tests {
     use super::*;
 
-    #[tokio::test]
+    #[tokio::test(start_paused = true)]
     async fn a_round_that_panics_is_a_problem_and_the_next_may_succeed() {
         let panics = async { panic!("a test wants this panic") };
         assert_eq!(or_panicked::<()>(panics).await, Err(Problem::Panicked));

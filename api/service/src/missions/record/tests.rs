@@ -45,7 +45,7 @@ struct Logged {
 impl Logged {
     async fn of(events: impl IntoIterator<Item = Event>) -> Self {
         let directory = tempfile::tempdir().expect("is made");
-        let log = EventStore::open(directory.path(), &Clock::machine()).expect("opens");
+        let log = EventStore::open(directory.path(), &Clock::simulated(1.8e9)).expect("opens");
         let reader = log.reader().expect("opens");
         let mut logged = Self {
             _directory: directory,
@@ -207,7 +207,7 @@ fn simulated() -> Vec<Event> {
     ]
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn each_event_is_written_as_it_was_stored_behind_its_number() {
     for events in [live(), simulated()] {
         let logged = Logged::of(events.clone()).await;
@@ -249,7 +249,7 @@ fn line<'a>(cells: impl IntoIterator<Item = (&'a str, Value)>) -> BTreeMap<Strin
         .collect()
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn the_table_of_a_live_mission_tells_every_observation_when_it_was_so() {
     let mut events = live();
     if let Event::Created { mission, .. } = &mut events[0] {
@@ -322,7 +322,7 @@ async fn the_table_of_a_live_mission_tells_every_observation_when_it_was_so() {
     assert_eq!(table(&logged.written(RecordFormat::Csv)), expected);
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn the_table_of_a_simulated_mission_tells_who_was_where_on_the_missions_clock() {
     let logged = Logged::of(simulated()).await;
     let table = table(&logged.written(RecordFormat::Csv));
@@ -354,7 +354,7 @@ async fn the_table_of_a_simulated_mission_tells_who_was_where_on_the_missions_cl
     assert_eq!(table[8]["received_s"], (MADE + 2.0).to_string());
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn parquet_says_what_it_is_of() {
     let logged = Logged::of(simulated()).await;
     let file = SerializedFileReader::new(Bytes::from(logged.written(RecordFormat::Parquet)));
@@ -397,7 +397,7 @@ fn is_after_made(time: u64, seconds: u64) -> bool {
     (1_760_000_000_125_000_000 + seconds * 1_000_000_000).abs_diff(time) <= 256
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn mcap_of_a_live_mission_logs_what_was_heard_when_it_was_and_publishes_it_when_it_was_so() {
     let logged = Logged::of(live()).await;
     let topics = messages(&logged.written(RecordFormat::Mcap));
@@ -446,7 +446,7 @@ async fn mcap_of_a_live_mission_logs_what_was_heard_when_it_was_and_publishes_it
     assert_eq!(events, lines);
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn mcap_of_a_simulated_mission_counts_from_its_start() {
     let logged = Logged::of(simulated()).await;
     let topics = messages(&logged.written(RecordFormat::Mcap));
@@ -485,7 +485,7 @@ fn tracks(bytes: &[u8]) -> Vec<Track> {
         .collect()
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn geojson_of_a_live_mission_has_a_line_of_who_was_heard_twice_in_the_order_of_time() {
     let logged = Logged::of(live()).await;
     let tracks = tracks(&logged.written(RecordFormat::Geojson));
@@ -503,7 +503,7 @@ async fn geojson_of_a_live_mission_has_a_line_of_who_was_heard_twice_in_the_orde
     assert!(((latitude - 38.41) * 111_000.0 - 100.0).abs() < 0.1, "{latitude}");
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn reports_that_are_minutes_late_leave_a_line_in_the_order_of_time() {
     let logged = Logged::of(long(2_000)).await;
     let tracks = tracks(&logged.written(RecordFormat::Geojson));
@@ -514,7 +514,7 @@ async fn reports_that_are_minutes_late_leave_a_line_in_the_order_of_time() {
     assert!(times.is_sorted());
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn geojson_of_a_simulated_mission_has_its_vehicles_where_the_scenario_lies() {
     let logged = Logged::of(simulated()).await;
     let tracks = tracks(&logged.written(RecordFormat::Geojson));
@@ -546,7 +546,7 @@ async fn geojson_of_a_simulated_mission_has_its_vehicles_where_the_scenario_lies
     assert_eq!(lengths, [2, 3, 2]);
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn without_a_place_on_earth_there_is_no_geojson_and_not_a_byte_of_it() {
     let mut events = live();
     let Event::Created { mission, .. } = &mut events[0] else {
@@ -571,7 +571,7 @@ async fn without_a_place_on_earth_there_is_no_geojson_and_not_a_byte_of_it() {
     assert_eq!(topics["/asc/pose"].len(), 1);
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_mission_without_events_is_written_too() {
     let logged = Logged::of([made_live()]).await;
     assert_eq!(table(&logged.written(RecordFormat::Csv)).len(), 1);
@@ -589,7 +589,7 @@ async fn a_mission_without_events_is_written_too() {
     empty.write(RecordFormat::Geojson).expect_err("lies nowhere");
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn what_happens_meanwhile_is_left_out() {
     let logged = Logged::of(live()).await;
     let events = MissionEvents::of(&logged.reader, logged.number, &WHOLE).expect("reads");
@@ -601,7 +601,7 @@ async fn what_happens_meanwhile_is_left_out() {
     assert_eq!(sequences, [1, 2, 3, 4, 5, 6]);
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_mission_that_is_gone_meanwhile_is_an_error_and_no_end() {
     let logged = Logged::of(live()).await;
     let mut events = MissionEvents::of(&logged.reader, logged.number, &WHOLE).expect("reads");
@@ -617,7 +617,7 @@ async fn a_mission_that_is_gone_meanwhile_is_an_error_and_no_end() {
     read.expect_err("has no end");
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_rehearsals_clock_is_faster_from_when_the_mission_was_made() {
     let mut events = live();
     let Event::Created { mission, .. } = &mut events[0] else {
@@ -691,7 +691,7 @@ fn long(n: u32) -> impl Iterator<Item = Event> {
     [made_live()].into_iter().chain(later)
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_file_that_takes_nothing_is_an_error_and_no_panic() {
     struct Full;
     impl Write for Full {
@@ -737,7 +737,7 @@ fn planned_without(t_s: f64, refused_t_s: &[f64]) -> Event {
     Event::Planned(plan)
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_live_plan_tells_where_its_auvs_are_believed_to_be_and_once_which_fixes_it_refuses() {
     let [first, second, third] = [1.0, 2.0, 3.0].map(|s| MADE + s);
     let events = vec![
@@ -766,7 +766,7 @@ async fn a_live_plan_tells_where_its_auvs_are_believed_to_be_and_once_which_fixe
 mod slow {
     use super::*;
 
-    #[tokio::test]
+    #[tokio::test(start_paused = true)]
     async fn five_times_the_mission_takes_the_same_memory() {
         // More than Parquet's group of rows and GeoJSON's window hold.
         const SOME: u32 = 20_000;

@@ -60,7 +60,7 @@ fn text(bytes: Vec<u8>) -> String {
     String::from_utf8(bytes).expect("is text")
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_record_in_two_parts_is_the_whole_wherever_it_is_split() {
     for events in [rehearsal(), simulated_with_a_refused_fix()] {
         let n = events.len() as u64;
@@ -93,7 +93,7 @@ async fn a_record_in_two_parts_is_the_whole_wherever_it_is_split() {
     }
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn rows_of_some_kinds_are_those_of_the_whole() {
     for events in [rehearsal(), simulated_with_a_refused_fix()] {
         let n = events.len() as u64;
@@ -127,7 +127,7 @@ async fn rows_of_some_kinds_are_those_of_the_whole() {
     }
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_simulated_mission_says_when_a_fix_begins_to_be_refused() {
     let logged = Logged::of(simulated_with_a_refused_fix()).await;
     let rows = table(&logged.written(RecordFormat::Csv));
@@ -138,7 +138,7 @@ async fn a_simulated_mission_says_when_a_fix_begins_to_be_refused() {
     assert_eq!(refused, [["4", "2.5", "auv-2"]]);
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn what_is_known_of_an_auv_is_the_place_and_the_age_of_one_fix() {
     let mut events = simulated_with_a_refused_fix();
     for event in &mut events {
