@@ -9,6 +9,7 @@
 
 use std::{
     collections::BTreeMap,
+    fmt::Write as _,
     sync::{Arc, Mutex, MutexGuard, PoisonError},
     time::Duration,
 };
@@ -87,7 +88,7 @@ impl Voyage {
             "who"
         );
         for Entry { t_s, who, what } in &self.last {
-            told += &format!("{t_s:10.3}  {who:<9} {what}\n");
+            writeln!(told, "{t_s:10.3}  {who:<9} {what}").expect("a string takes all that is written to it");
         }
         told + "\ntime since the start of the voyage; who did it: sea (boat, AUV), wire (between boat and bridge), bridge, network\n\
                 (between bridge, operator and service), host (service and store), operator, fault (begins, ends)\n"

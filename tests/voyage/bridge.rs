@@ -91,7 +91,7 @@ impl BridgeProcess {
         let choice = MissionChoice::named("voyage".to_owned(), self.body.clone());
         let world = Arc::clone(&self.world);
         self.running = Some(tokio::spawn(async move {
-            while !bridge.wait_for_craft(Duration::from_secs(600)).await {}
+            while !bridge.wait_for_craft(Duration::from_mins(10)).await {}
             bridge.follow(client, choice).await;
             let ended = bridge.run(None).await;
             world.note("bridge", format!("ends: {ended:?}"));
@@ -122,9 +122,9 @@ impl BridgeProcess {
                 Arc::clone(&rng),
             );
             Box::pin(async move {
-                let fate = Fate::drawn(&mut lock(&rng), world.now().has(Kind::BadNetwork));
-                world.aboard.sleep(fate.there).await;
-                if fate.is_lost || world.now().has(Kind::NetworkCut) {
+                let (fate, [there, back]) = Fate::drawn(&mut lock(&rng), world.now().has(Kind::BadNetwork));
+                world.aboard.sleep(there).await;
+                if fate == Fate::Lost || world.now().has(Kind::NetworkCut) {
                     return std::future::pending().await;
                 }
                 let request = Request {
@@ -132,16 +132,16 @@ impl BridgeProcess {
                     key: call.posted.as_ref().map(|posted| posted.key.clone()),
                     body: call.posted.map(|posted| posted.body),
                 };
-                if fate.is_doubled {
+                if fate == Fate::Doubled {
                     let (host, request) = (Arc::clone(&host), request.clone());
                     tokio::spawn(async move { host.ask(request).await });
                 }
                 let (status, mut body) = host.ask(request).await?;
-                world.aboard.sleep(fate.back).await;
-                if fate.answer_is_lost || world.now().has(Kind::NetworkCut) {
+                world.aboard.sleep(back).await;
+                if fate == Fate::AnswerLost || world.now().has(Kind::NetworkCut) {
                     return std::future::pending().await;
                 }
-                if fate.is_cut {
+                if fate == Fate::AnswerCut {
                     body.truncate(body.len() / 2);
                 } else {
                     sea.heard_from_service(&call.path, status, &body);
@@ -153,28 +153,27 @@ impl BridgeProcess {
 }
 
 /// What becomes of a request and its answer.
-struct Fate {
-    there: Duration,
-    back: Duration,
-    is_lost: bool,
-    answer_is_lost: bool,
-    is_doubled: bool,
-    is_cut: bool,
+#[derive(Clone, Copy, PartialEq)]
+enum Fate {
+    Arrives,
+    Lost,
+    AnswerLost,
+    Doubled,
+    AnswerCut,
 }
 
 impl Fate {
-    fn drawn(rng: &mut ChaCha8Rng, is_bad: bool) -> Self {
-        let mut with = |probability: f64| rng.random_bool(if is_bad { probability } else { 0.0 });
-        let (is_lost, answer_is_lost, is_doubled, is_cut) = (with(0.2), with(0.2), with(0.2), with(0.1));
+    /// With how late request and answer arrive.
+    fn drawn(rng: &mut ChaCha8Rng, is_bad: bool) -> (Self, [Duration; 2]) {
         let most = if is_bad { 2.0 } else { 0.02 };
-        let mut delay = || Duration::from_secs_f64(rng.random_range(0.001..most));
-        Self {
-            there: delay(),
-            back: delay(),
-            is_lost,
-            answer_is_lost,
-            is_doubled,
-            is_cut,
-        }
+        let delays = [(); 2].map(|()| Duration::from_secs_f64(rng.random_range(0.001..most)));
+        let fate = match rng.random_range(0..10) {
+            0 | 1 if is_bad => Self::Lost,
+            2 | 3 if is_bad => Self::AnswerLost,
+            4 | 5 if is_bad => Self::Doubled,
+            6 if is_bad => Self::AnswerCut,
+            _ => Self::Arrives,
+        };
+        (fate, delays)
     }
 }

@@ -36,6 +36,7 @@ const ELSEWHERE: [f64; 2] = [60.0, -45.0];
 
 /// What the mission allows.
 #[derive(Clone, Copy, Debug)]
+#[expect(clippy::struct_field_names, reason = "each is a maximum")]
 pub(super) struct Limits {
     /// m/s.
     pub(super) speed_max: f64,

@@ -31,7 +31,7 @@ impl Service {
         let kept = self
             .clock
             .timeout(minute, self.missions.clone().keep_for(retention));
-        kept.await.expect_err("goes on for ever");
+        Box::pin(kept).await.expect_err("goes on for ever");
     }
 }
 
@@ -101,7 +101,7 @@ async fn missions_that_are_over_or_abandoned_go_when_they_are_due() {
         over: Some(Duration::from_hours(1)),
         abandoned: Some(Duration::from_hours(1)),
     };
-    service.keep_for(none_is_due).await;
+    Box::pin(service.keep_for(none_is_due)).await;
     assert_eq!(service.ask(&over).await["status"], "finished");
     assert_eq!(service.ask(&silent).await["status"], "running");
 
@@ -117,11 +117,11 @@ async fn missions_that_are_over_or_abandoned_go_when_they_are_due() {
         over: None,
         abandoned: Some(Duration::from_mins(2)),
     };
-    service.keep_for(abandoned).await;
+    Box::pin(service.keep_for(abandoned)).await;
     assert_eq!(service.ask(&silent).await["status"], "running");
     let now = service.mission_now(&service.ask(&heard_of).await);
     service.order(&heard_of, "reports", heard(now)).await;
-    service.keep_for(abandoned).await;
+    Box::pin(service.keep_for(abandoned)).await;
     assert_eq!(service.ask(&silent).await["status"], "finished");
     assert_eq!(service.ask(&heard_of).await["status"], "created");
 
@@ -129,7 +129,7 @@ async fn missions_that_are_over_or_abandoned_go_when_they_are_due() {
         over: Some(Duration::ZERO),
         abandoned: None,
     };
-    service.keep_for(all_over).await;
+    Box::pin(service.keep_for(all_over)).await;
     for gone in [&over, &silent] {
         assert_eq!(service.get(gone).await.status, StatusCode::NOT_FOUND);
     }
