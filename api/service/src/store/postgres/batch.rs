@@ -15,10 +15,9 @@ use super::{
 };
 
 /// Locks the missions, in order: two services that append to the same ones wait for each other, and do not block each other.
-const LOCK: &str =
-    "SELECT number, missions.sequence, head, coalesce(events.digest, ''), owner, epoch, owner_service
-    FROM missions LEFT JOIN events ON mission = number AND events.sequence = missions.sequence
-    WHERE number = ANY(?1) AND status <> 'deleted' ORDER BY number FOR UPDATE OF missions";
+const LOCK: &str = "SELECT number, sequence, head, coalesce((SELECT digest FROM events WHERE mission = number
+    AND events.sequence = missions.sequence), ''), owner, epoch, owner_service FROM missions
+    WHERE number = ANY(?1) AND status <> 'deleted' ORDER BY number FOR UPDATE";
 
 /// The answers to keys of missions.
 const ANSWERED: &str = "SELECT asked.place, request, answer
