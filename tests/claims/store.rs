@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use clock::Clock;
 use service::store::{
-    Append, Appended, Copied, EventReader, EventStore, KeyedAnswer, Room, StoreError, StorePlace,
+    Append, Appended, Copied, EventReader, EventStore, FILE_NAME, KeyedAnswer, Room, StoreError, StorePlace,
     StoredEvent, copy,
 };
 use tempfile::TempDir;
@@ -49,6 +49,20 @@ impl Place {
     }
 }
 
+impl Place {
+    /// Changes what is stored, as damage would.
+    fn change(&self, statements: &str) {
+        match self {
+            Self::File(directory, _) => {
+                let file = rusqlite::Connection::open(directory.path().join(FILE_NAME));
+                file.and_then(|file| file.execute_batch(statements))
+                    .expect("is done");
+            }
+            Self::Database(url) => drop(psql(url, statements)),
+        }
+    }
+}
+
 /// Each claim is a test of both stores.
 macro_rules! of_both_stores {
     ($($claim:ident)*) => {
@@ -77,6 +91,7 @@ of_both_stores! {
     orders_are_listed_page_by_page
     a_closed_store_stores_nothing
     ages_are_by_a_time_that_is_kept
+    whatever_is_not_as_it_was_stored_is_named
 }
 
 /// As of a caller with a token.
@@ -325,6 +340,152 @@ async fn ages_are_by_a_time_that_is_kept(place: Place) {
     assert_eq!(reader.over_before(now - 60.0).expect("reads"), [""; 0]);
 }
 
+/// What is wrong with each of the missions `a` and `b`, as its readers find it.
+fn faults(store: &EventStore) -> Vec<String> {
+    let reader = store.reader().expect("opens");
+    let found = ["a", "b"].into_iter().flat_map(|id| {
+        let mission = reader.mission(id).expect("reads").expect("is there");
+        [
+            mission.summary().map(drop),
+            reader.last_sequence(mission.number).map(drop),
+            reader.events(mission.number, 0, usize::MAX).map(drop),
+            reader.snapshot(mission.number).map(drop),
+        ]
+    });
+    let found = found.filter_map(Result::err).map(|error| error.to_string());
+    let mut found: Vec<String> = found.collect();
+    found.dedup();
+    found
+}
+
+async fn whatever_is_not_as_it_was_stored_is_named(place: Place) {
+    let store = place.open().await;
+    for id in ["a", "b"] {
+        let events = (1..=4).map(|k| event(k, &format!("{id}{k}")));
+        add(&store, append(id, events.collect())).await;
+    }
+    place.change("CREATE TABLE whole AS SELECT * FROM events");
+    place.change("CREATE TABLE whole_states AS SELECT * FROM snapshots");
+    let a = |what: &str| vec![format!("the mission log is damaged: mission a: {what}")];
+    let of_b = "(SELECT body FROM whole WHERE mission = 2 AND sequence = 2)";
+    for (damage, named) in [
+        (
+            format!("UPDATE events SET body = {of_b} WHERE mission = 1 AND sequence = 2"),
+            a("event 2 is not what was stored"),
+        ),
+        (
+            "UPDATE events SET kind = 'planned' WHERE mission = 1 AND sequence = 2".to_owned(),
+            a("event 2 is not what was stored"),
+        ),
+        (
+            "UPDATE events SET digest = (SELECT digest FROM whole WHERE mission = 1 AND sequence = 3)
+             WHERE mission = 1 AND sequence = 2"
+                .to_owned(),
+            a("event 2 is not what was stored"),
+        ),
+        (
+            "UPDATE events SET sequence = 9 WHERE mission = 1 AND sequence = 2;
+             UPDATE events SET sequence = 2 WHERE mission = 1 AND sequence = 3;
+             UPDATE events SET sequence = 3 WHERE mission = 1 AND sequence = 9"
+                .to_owned(),
+            a("event 2 is not what was stored"),
+        ),
+        (
+            "DELETE FROM events WHERE mission = 1 AND sequence = 1".to_owned(),
+            a("event 1 is missing"),
+        ),
+        (
+            "DELETE FROM events WHERE mission = 1 AND sequence = 2".to_owned(),
+            a("event 2 is missing"),
+        ),
+        (
+            "DELETE FROM events WHERE mission = 2 AND sequence = 2;
+             UPDATE events SET mission = 2 WHERE mission = 1 AND sequence = 2"
+                .to_owned(),
+            [
+                a("event 2 is missing"),
+                vec!["the mission log is damaged: mission b: event 2 is not what was stored".to_owned()],
+            ]
+            .concat(),
+        ),
+        (
+            format!("UPDATE snapshots SET body = {of_b} WHERE mission = 1"),
+            a("its checkpoint at event 4 is not what was stored"),
+        ),
+        (
+            "UPDATE snapshots SET sequence = 3 WHERE mission = 1".to_owned(),
+            a("its checkpoint at event 3 is not what was stored"),
+        ),
+    ] {
+        place.change(&damage);
+        assert_eq!(faults(&store), named, "{damage}");
+        place.change("DELETE FROM events; INSERT INTO events SELECT * FROM whole");
+        place.change("DELETE FROM snapshots; INSERT INTO snapshots SELECT * FROM whole_states");
+        assert_eq!(faults(&store), [""; 0]);
+    }
+    // What a restart begins with.
+    place.change(&format!("UPDATE missions SET summary = {of_b} WHERE number = 1"));
+    assert_eq!(faults(&store), a("its summary is not what was stored"));
+    store.inspect();
+    let found = store.probe().await.expect_err("is damaged");
+    assert_eq!(found.to_string(), a("its summary is not what was stored")[0]);
+    // Nothing continues a mission whose last event is another one.
+    place.change("DELETE FROM events WHERE mission = 1 AND sequence = 4");
+    let named = a("its last event, 4, is missing or is not what was stored");
+    let refused = store
+        .append(append("a", vec![event(5, "on")]))
+        .await
+        .expect_err("is damaged");
+    assert_eq!(refused.to_string(), named[0]);
+    place.change(&format!("INSERT INTO events SELECT mission, sequence, kind, {of_b}, {} FROM whole WHERE mission = 1 AND sequence = 4", "(SELECT digest FROM whole WHERE mission = 2 AND sequence = 4)"));
+    let refused = store
+        .append(append("a", vec![event(5, "on")]))
+        .await
+        .expect_err("is damaged");
+    assert_eq!(refused.to_string(), named[0]);
+    let reader = store.reader().expect("opens");
+    assert_eq!(
+        reader.last_sequence(1).expect_err("is damaged").to_string(),
+        named[0]
+    );
+}
+
+/// The database computes what this program checks.
+#[tokio::test]
+async fn a_database_of_the_first_schema_gets_the_digests_of_its_events() {
+    let Some(url) = database() else { return };
+    let place = Place::Database(url.clone());
+    let store = place.open().await;
+    let other = StoredEvent {
+        kind: "größe".to_owned(),
+        ..event(2, "2")
+    };
+    add(&store, append("a", vec![event(1, "1"), other, event(3, "3")])).await;
+    add(&store, append("b", vec![])).await;
+    store.close().await.expect("ends");
+    let digests = "SELECT string_agg(digest::text, ',' ORDER BY mission, sequence) FROM events";
+    let before = psql(&url, digests);
+    place.change(
+        "ALTER TABLE events DROP COLUMN digest; ALTER TABLE snapshots DROP COLUMN digest;
+         ALTER TABLE missions DROP COLUMN head, DROP COLUMN digest; UPDATE pilotfish_schema SET version = 1",
+    );
+    assert!(matches!(
+        EventReader::of_database(&url),
+        Err(StoreError::TooOld { .. })
+    ));
+    let store = place.open().await;
+    assert_eq!(psql(&url, digests), before);
+    let reader = store.reader().expect("opens");
+    assert_eq!(reader.events(1, 0, 9).expect("is whole").len(), 3);
+    assert_eq!(reader.snapshot(1), Ok(Some((3, b"{}".to_vec()))));
+    for id in ["a", "b"] {
+        let mission = reader.mission(id).expect("reads").expect("is there");
+        assert_eq!(mission.summary(), Ok(&b"{}"[..]));
+        reader.last_sequence(mission.number).expect("is whole");
+    }
+    add(&store, append("a", vec![event(4, "4")])).await;
+}
+
 /// The store of a service in a database of several, whose lease ends in no test.
 fn joined(url: &str, name: &str) -> EventStore {
     joined_for(url, name, Duration::from_hours(1))
@@ -461,7 +622,13 @@ async fn a_store_moves_to_a_database_and_back() {
         add(&store, append("new", vec![event(1, "x")])).await;
         let made = store.reader().expect("opens").mission("new").expect("reads");
         assert!(3 < made.expect("is there").number);
+        store.close().await.expect("ends");
     }
+    // Number 1 is the same mission in every copy.
+    between.change("UPDATE events SET kind = 'planned' WHERE mission = 1");
+    let refused = copy_at_rest(&path(&between), &path(&Place::file(Clock::machine()))).await;
+    let named = "mission a: event 1 is not what was stored".to_owned();
+    assert_eq!(refused, Err(StoreError::Damaged(named)));
 }
 
 #[test]

@@ -29,6 +29,7 @@ use crate::metrics::StoreMetrics;
 mod acknowledged;
 mod command;
 mod copy;
+mod digest;
 mod entry;
 mod error;
 mod files;
@@ -46,7 +47,7 @@ mod tests;
 mod trusted_time;
 mod writer;
 
-use acknowledged::{Acknowledged, LIST_NAME};
+use acknowledged::{Acknowledged, Compared, LIST_NAME};
 use command::{Command, LogWriter, Reply, run};
 pub use copy::{Copied, StorePlace, copy};
 
@@ -137,15 +138,17 @@ impl EventStore {
         let refused = |error: io::Error| StoreError::open(path, &error);
         let directory = path.parent().unwrap_or(Path::new("."));
         let place = Arc::new(Place::new(path, database).map_err(refused)?);
-        let (acknowledged, entries) = Acknowledged::open(directory, machine)
+        let (acknowledged, listed) = Acknowledged::open(directory, machine)
             .map_err(|error| StoreError::open(&directory.join(LIST_NAME), &error))?;
-        match acknowledged::missing(&connection, &entries) {
-            Ok(None) => {}
-            Ok(Some(lost)) => {
-                tracing::error!(lost, "acknowledged events are missing from the mission log");
-                note_lost(&directory.join(LOST_NAME), &lost).map_err(refused)?;
-            }
-            Err(error) => tracing::error!(%error, "cannot tell which acknowledged events are missing"),
+        let Compared { lost, outdated } = acknowledged::compare(&connection, listed, machine.unix_s())
+            .unwrap_or_else(|error| {
+                tracing::error!(%error, "cannot tell which acknowledged events are missing");
+                Compared::default()
+            });
+        if !lost.is_empty() {
+            let lost = lost.join("\n");
+            tracing::error!(lost, "acknowledged events are missing from the mission log");
+            note_lost(&directory.join(LOST_NAME), &lost).map_err(refused)?;
         }
         let mut time = TrustedTime::of(connection.query_row(TrustedTime::READ, [], |row| {
             Ok([row.get(0)?, row.get(1)?, row.get(2)?, row.get(3)?])
@@ -162,8 +165,8 @@ impl EventStore {
             share,
             metrics.clone(),
         )?;
-        // What is missing was noted: the list begins again.
-        writer.merge();
+        // What is missing was noted.
+        writer.list(outdated);
         let kept = Kept::File {
             path: path.to_owned(),
             place,

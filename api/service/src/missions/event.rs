@@ -205,7 +205,7 @@ pub(super) fn created(reader: &EventReader, number: u64) -> Result<NewMission, S
     let first = reader.events(number, 0, 1)?;
     match first.first().map(Event::read).transpose()? {
         Some(Event::Created { mission, .. }) => Ok(*mission),
-        _ => Err(reader.damaged(number, format!("mission number {number} has no first event"))),
+        _ => Err(reader.damaged(number, "it has no first event")),
     }
 }
 

@@ -63,7 +63,7 @@ impl Missions {
 
     /// A mission with a summary of its last plan; none if it is damaged.
     fn listed(&self, stored: &StoredMission, plan: Option<PlanSummary>) -> Option<Mission> {
-        let mission = parsed::<Mission>(&stored.summary);
+        let mission = stored.summary().and_then(parsed::<Mission>);
         let mission = mission.inspect_err(|error| self.store.note_damage(error.to_string()));
         mission.ok().map(|mission| Mission {
             plan: plan.or_else(|| self.last_plan(&stored.id)),
@@ -98,7 +98,7 @@ impl Missions {
         if !self.are_shared() || matches!(self.active(&stored.id), Ok(Some(_))) {
             return Ok(None);
         }
-        let mission: Mission = parsed(&stored.summary)?;
+        let mission: Mission = parsed(stored.summary()?)?;
         let body = reader.snapshot(stored.number)?;
         let Some((_, body)) = body.filter(|_| mission.status == Status::Running) else {
             return Ok(None);
@@ -133,7 +133,7 @@ impl Missions {
             Ok(Some((stored, plan)))
         });
         let (stored, plan) = found.await?.ok_or(Problem::NoMission)?;
-        let mission: Mission = parsed(&stored.summary)?;
+        let mission: Mission = parsed(stored.summary()?)?;
         Ok(Mission {
             plan: plan.or_else(|| self.last_plan(id)),
             ..mission

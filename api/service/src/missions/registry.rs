@@ -279,7 +279,7 @@ impl Missions {
     /// The mission `id` as stored last, and its number.
     pub(super) async fn find(&self, id: &str) -> Result<(u64, Mission), Problem> {
         let stored = self.stored(id).await?;
-        Ok((stored.number, parsed(&stored.summary)?))
+        Ok((stored.number, parsed(stored.summary()?)?))
     }
 
     /// What the client attached to the mission `id`.
@@ -429,8 +429,8 @@ impl Missions {
         stored: StoredMission,
         ownership: Ownership,
     ) -> Result<Handle, Problem> {
-        let StoredMission { number, id, summary } = stored;
-        let mut mission: Mission = parsed(&summary)?;
+        let mut mission: Mission = parsed(stored.summary()?)?;
+        let StoredMission { number, id, .. } = stored;
         let (created_s, sequence) = (mission.created_s, mission.sequence);
         let (created, Checkpoint { state, plan }) = self
             .read(move |reader| fold(reader, number, created_s, sequence))

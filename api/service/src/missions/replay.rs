@@ -43,7 +43,7 @@ pub fn replay(
     let Some(listed) = reader.mission(id)? else {
         return Ok(None);
     };
-    let mission: Mission = parsed(&listed.summary)?;
+    let mission: Mission = parsed(listed.summary()?)?;
     let created = created(reader, listed.number)?;
     let clock = MissionClock::new(mission.created_s, created.live.as_ref());
     let mut run = match (created.live, created.simulated) {

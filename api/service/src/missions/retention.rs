@@ -114,7 +114,7 @@ fn with_status(reader: &EventReader, statuses: &[Status]) -> Result<Vec<Mission>
     }
     Ok(all
         .iter()
-        .filter_map(|mission| parsed(&mission.summary).ok())
+        .filter_map(|mission| mission.summary().and_then(parsed).ok())
         .collect())
 }
 

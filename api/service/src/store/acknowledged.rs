@@ -1,20 +1,18 @@
-//! The list of what was acknowledged since the write-ahead file was last merged, in a file of its own. SQLite takes a
-//! write-ahead file that was cut, damaged or removed for one whose last commits were never finished; the list says what is
-//! missing.
+//! The last acknowledged event of each mission, in a file of its own. SQLite takes a write-ahead file that was cut, damaged or
+//! removed for one whose last commits were never finished, and an older copy of the store for the store; the list says what is
+//! missing. Since an event's digest continues that of the event before it, the last one stands for all.
 //!
 //! ```text
-//! run time_s number mission sequence digest check
+//! number mission sequence digest time_s check
 //! ```
-//! One line for each event, and one with sequence 0 for each deleted mission, written after the commit and before the
-//! acknowledgement. Once everything is merged the list begins again at the start of the file, with another `run`: lines of an
-//! earlier run are no longer part of it. The check ends a list whose last line is torn.
+//! A line of [`LINE`] bytes for each mission, at its number, written over after each commit and before its acknowledgement. A
+//! deleted mission has the digest `deleted`. No line crosses a sector, and the check finds a damaged one.
 //!
 //! A kill leaves every line. The file is synced [`SYNC`] later, because a sync before each acknowledgement costs a third to a
 //! half of the posts per second; a power cut loses nothing of a write-ahead file, which is synced.
 
 use std::{
-    collections::{BTreeMap, HashSet},
-    fmt::Write as _,
+    collections::BTreeMap,
     fs::{File, OpenOptions},
     io::{self, Read as _},
     os::unix::fs::{FileExt as _, OpenOptionsExt as _},
@@ -26,60 +24,76 @@ use clock::Clock;
 use rusqlite::{Connection, OptionalExtension as _, params};
 use wire::sha256;
 
-use super::sql::signed;
-use crate::request_id::new_id;
+use super::digest::Head;
 
 /// Name of the list in the data directory.
-pub(super) const LIST_NAME: &str = "missions.acknowledged";
+pub(super) const LIST_NAME: &str = "missions.heads";
 
-/// Size that the file has from the start, bytes: a sync within it writes no metadata.
-const ROOM: usize = 256 << 10;
+/// The list of earlier versions. A service that was stopped left nothing in it.
+const OLD_LIST_NAME: &str = "missions.acknowledged";
+
+/// Bytes of a line.
+const LINE: usize = 128;
+
+/// Most characters of an id in a line. This program's own have 26.
+const ID: usize = 32;
 
 /// Time from a line to its sync.
 const SYNC: Duration = Duration::from_millis(200);
 
-/// Hexadecimal digits of a digest or a check: damage is found, not an adversary.
-const DIGITS: usize = 16;
+/// Hexadecimal digits of a check.
+const CHECK: usize = 8;
 
-/// The list, open for more.
+/// In place of the digest of a deleted mission.
+const DELETED: &str = "deleted";
+
+/// The list, open for writing.
 #[derive(Debug)]
 pub(super) struct Acknowledged {
     clock: Clock,
     file: File,
-    run: String,
-    /// Where the next line begins.
-    end: u64,
     /// When lines are due to be synced, if there are any.
     sync_at: Option<Instant>,
 }
 
-/// An acknowledged event, or the acknowledged deletion of a mission.
+/// The last acknowledged event of a mission, or the acknowledged deletion of the mission.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Entry {
     at_s: f64,
     number: i64,
     mission: String,
-    /// 0 for the deletion.
-    sequence: u64,
+    sequence: i64,
     digest: String,
 }
 
+/// What the list says of a store.
+#[derive(Debug, Default)]
+pub(super) struct Compared {
+    /// What is missing, a line for each mission.
+    pub(super) lost: Vec<String>,
+    /// The entries that the list should have.
+    pub(super) outdated: Vec<Entry>,
+}
+
 impl Entry {
-    pub(super) fn event(at_s: f64, number: i64, mission: &str, sequence: u64, body: &[u8]) -> Self {
+    pub(super) fn of(at_s: f64, head: Head, mission: &str) -> Self {
         Self {
             at_s,
-            number,
+            number: head.mission,
             mission: mission.to_owned(),
-            sequence,
-            digest: digest(body),
+            sequence: head.sequence,
+            digest: hex::encode(head.digest),
         }
     }
 
     pub(super) fn deletion(at_s: f64, number: i64, mission: &str) -> Self {
-        Self::event(at_s, number, mission, 0, b"")
+        Self {
+            digest: DELETED.to_owned(),
+            ..Self::of(at_s, Head::of_new(number), mission)
+        }
     }
 
-    fn line(&self, run: &str) -> String {
+    fn line(&self) -> String {
         let Self {
             at_s,
             number,
@@ -87,35 +101,39 @@ impl Entry {
             sequence,
             digest,
         } = self;
-        let mut line = format!("{run} {at_s:.3} {number} {mission} {sequence} {digest}");
-        let check = self::digest(line.as_bytes());
-        writeln!(line, " {check}").expect("a string takes all that is written to it");
-        line
+        let line = format!("{number} {mission:.ID$} {sequence} {digest} {at_s:.3}");
+        let line = format!("{line} {}", check(&line));
+        format!("{line:<width$}\n", width = LINE - 1)
     }
 
-    /// The run and the entry of a line; none if it is torn.
-    fn read(line: &[u8]) -> Option<(&str, Self)> {
-        let line = std::str::from_utf8(line).ok()?.strip_suffix('\n')?;
-        let (text, check) = line.rsplit_once(' ')?;
-        if digest(text.as_bytes()) != check {
+    /// The entry of a line; none if the line is damaged or was never written.
+    fn read(line: &[u8]) -> Option<Self> {
+        let line = std::str::from_utf8(line).ok()?.trim_ascii_end();
+        let (text, found) = line.rsplit_once(' ')?;
+        if check(text) != found {
             return None;
         }
-        let mut words = text.split(' ');
-        let run = words.next()?;
-        let entry = Self {
-            at_s: words.next()?.parse().ok()?,
-            number: words.next()?.parse().ok()?,
-            mission: words.next()?.to_owned(),
-            sequence: words.next()?.parse().ok()?,
-            digest: words.next()?.to_owned(),
+        let words: Vec<&str> = text.split(' ').collect();
+        let [number, mission, sequence, digest, at_s] = words[..] else {
+            return None;
         };
-        Some((run, entry))
+        Some(Self {
+            at_s: at_s.parse().ok()?,
+            number: number.parse().ok()?,
+            mission: mission.to_owned(),
+            sequence: sequence.parse().ok()?,
+            digest: digest.to_owned(),
+        })
+    }
+
+    fn is_deletion(&self) -> bool {
+        self.digest == DELETED
     }
 }
 
 impl Acknowledged {
-    /// The list in `directory`, created if missing, and its entries.
-    pub(super) fn open(directory: &Path, clock: &Clock) -> io::Result<(Self, Vec<Entry>)> {
+    /// The list in `directory`, created if missing, and its entries by the numbers of their missions.
+    pub(super) fn open(directory: &Path, clock: &Clock) -> io::Result<(Self, BTreeMap<i64, Entry>)> {
         let mut file = OpenOptions::new()
             .read(true)
             .write(true)
@@ -125,40 +143,35 @@ impl Acknowledged {
             .open(directory.join(LIST_NAME))?;
         let mut bytes = vec![];
         file.read_to_end(&mut bytes)?;
-        let mut list = Self {
-            clock: clock.clone(),
-            file,
-            run: new_id(),
-            end: 0,
-            sync_at: None,
-        };
-        let mut entries = vec![];
-        for line in bytes.split_inclusive(|&byte| byte == b'\n') {
-            match Entry::read(line) {
-                Some((run, entry)) if entries.is_empty() || run == list.run => {
-                    run.clone_into(&mut list.run);
-                    list.end += line.len() as u64;
-                    entries.push(entry);
-                }
-                _ => break,
-            }
-        }
-        if let Some(missing @ 1..) = ROOM.checked_sub(bytes.len()) {
-            list.file.write_all_at(&vec![0; missing], bytes.len() as u64)?;
-            list.file.sync_all()?;
+        if bytes.is_empty() {
+            let _ = std::fs::remove_file(directory.join(OLD_LIST_NAME));
             File::open(directory)?.sync_all()?;
         }
+        let mut entries = BTreeMap::new();
+        for (number, line) in (0..).zip(bytes.chunks(LINE)) {
+            match Entry::read(line).filter(|entry| entry.number == number) {
+                Some(entry) => drop(entries.insert(number, entry)),
+                None if line.iter().all(|&byte| byte == 0) => {}
+                None => tracing::warn!(
+                    number,
+                    "a line of {LIST_NAME} is damaged: losses of that mission are not noticed"
+                ),
+            }
+        }
+        let list = Self {
+            clock: clock.clone(),
+            file,
+            sync_at: None,
+        };
         Ok((list, entries))
     }
 
     pub(super) fn add(&mut self, entries: &[Entry]) -> io::Result<()> {
-        if entries.is_empty() {
-            return Ok(());
+        for entry in entries {
+            let place = entry.number.unsigned_abs() * LINE as u64;
+            self.file.write_all_at(entry.line().as_bytes(), place)?;
+            self.sync_at.get_or_insert_with(|| self.clock.now() + SYNC);
         }
-        let lines: String = entries.iter().map(|entry| entry.line(&self.run)).collect();
-        self.file.write_all_at(lines.as_bytes(), self.end)?;
-        self.end += lines.len() as u64;
-        self.sync_at.get_or_insert_with(|| self.clock.now() + SYNC);
         Ok(())
     }
 
@@ -173,63 +186,83 @@ impl Acknowledged {
         self.sync_at = None;
         self.file.sync_data()
     }
-
-    /// Begins again, once everything listed is merged. The old list must not come back when its missions are deleted.
-    pub(super) fn restart(&mut self) -> io::Result<()> {
-        self.run = new_id();
-        self.end = 0;
-        self.file.write_all_at(b"\n", 0)?;
-        self.sync()
-    }
 }
 
-/// What `entries` list and the store does not hold, a line for each mission; none if nothing is missing.
-pub(super) fn missing(connection: &Connection, entries: &[Entry]) -> rusqlite::Result<Option<String>> {
-    let is_deletion = |entry: &&Entry| entry.sequence == 0;
-    let deleted: HashSet<i64> = entries
-        .iter()
-        .filter(is_deletion)
-        .map(|entry| entry.number)
-        .collect();
-    // A deletion that was not acknowledged may be stored.
-    let mut hidden = connection.prepare("SELECT status = 'deleted' FROM missions WHERE number = ?1")?;
-    let mut stored = connection.prepare("SELECT body FROM events WHERE mission = ?1 AND sequence = ?2")?;
-    let mut lost: BTreeMap<i64, Vec<&Entry>> = BTreeMap::new();
-    for entry in entries {
-        let is_hidden: Option<bool> = hidden.query_row([entry.number], |row| row.get(0)).optional()?;
-        let is_lost = if entry.sequence == 0 {
-            is_hidden == Some(false)
-        } else if deleted.contains(&entry.number) || is_hidden == Some(true) {
-            false
-        } else {
-            let body: Option<Vec<u8>> = stored
-                .query_row(params![entry.number, signed(entry.sequence)], |row| row.get(0))
-                .optional()?;
-            body.is_none_or(|body| digest(&body) != entry.digest)
+/// Compares the store with what the list has of it, at `now_s`, Unix time, s.
+pub(super) fn compare(
+    connection: &Connection,
+    mut listed: BTreeMap<i64, Entry>,
+    now_s: f64,
+) -> rusqlite::Result<Compared> {
+    let mut compared = Compared::default();
+    let mut event = connection.prepare("SELECT digest FROM events WHERE mission = ?1 AND sequence = ?2")?;
+    let mut missions =
+        connection.prepare("SELECT number, sequence, head, id, status = 'deleted' FROM missions")?;
+    let mut rows = missions.query([])?;
+    while let Some(row) = rows.next()? {
+        let head = Head {
+            mission: row.get(0)?,
+            sequence: row.get(1)?,
+            digest: row.get(2)?,
         };
-        if is_lost {
-            lost.entry(entry.number).or_default().push(entry);
+        let (id, is_deleted): (String, bool) = (row.get(3)?, row.get(4)?);
+        let entry = listed.remove(&head.mission);
+        let stored = if is_deleted {
+            Entry::deletion(now_s, head.mission, &id)
+        } else {
+            Entry::of(now_s, head, &id)
+        };
+        if let Some(entry) = entry {
+            if (entry.sequence, &entry.digest) == (stored.sequence, &stored.digest) {
+                continue;
+            }
+            // A commit that was not acknowledged may be stored.
+            let digest: Option<Vec<u8>> = event
+                .query_row(params![entry.number, entry.sequence], |row| row.get(0))
+                .optional()?;
+            let goes_on = entry.sequence == 0 || digest.map(hex::encode).as_ref() == Some(&entry.digest);
+            if !is_deleted && (entry.is_deletion() || !goes_on) {
+                compared.lost.push(entry.lost(stored.sequence));
+            }
         }
+        compared.outdated.push(stored);
     }
-    let lines = lost.into_values().map(|entries| {
-        let (first, last) = (entries[0], entries[entries.len() - 1]);
-        let (mission, since) = (&first.mission, first.at_s);
-        match first.sequence {
-            0 => format!("the deletion of mission {mission}, acknowledged at Unix time {since:.3} s"),
-            from => format!(
-                "{} events of mission {mission} from {from} to {}, acknowledged from Unix time {since:.3} s to {:.3} s",
-                entries.len(),
-                last.sequence,
-                last.at_s
-            ),
-        }
-    });
-    let lines: Vec<String> = lines.collect();
-    Ok((!lines.is_empty()).then(|| lines.join("\n")))
+    for entry in listed.into_values().filter(|entry| !entry.is_deletion()) {
+        compared.lost.push(entry.lost(0));
+        compared
+            .outdated
+            .push(Entry::deletion(now_s, entry.number, &entry.mission));
+    }
+    Ok(compared)
 }
 
-fn digest(bytes: &[u8]) -> String {
-    let mut digest = sha256(bytes);
-    digest.truncate(DIGITS);
-    digest
+impl Entry {
+    /// What is missing of the mission, of which the store has the events up to `stored`.
+    fn lost(&self, stored: i64) -> String {
+        let Self {
+            at_s,
+            mission,
+            sequence,
+            ..
+        } = self;
+        if self.is_deletion() {
+            format!("the deletion of mission {mission}, acknowledged at Unix time {at_s:.3} s")
+        } else if *sequence <= stored {
+            format!(
+                "event {sequence} of mission {mission} is not the one acknowledged at Unix time {at_s:.3} s"
+            )
+        } else {
+            format!(
+                "{} events of mission {mission} from {} to {sequence}, the last acknowledged at Unix time {at_s:.3} s",
+                sequence - stored,
+                stored + 1
+            )
+        }
+    }
+}
+
+fn check(text: &str) -> String {
+    let mut check = sha256(text.as_bytes());
+    check.truncate(CHECK);
+    check
 }

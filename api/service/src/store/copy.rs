@@ -68,6 +68,9 @@ const TABLES: [Table; 7] = [
             ("owner", Text),
             ("bytes", Whole),
             ("over_s", OptionalReal),
+            ("sequence", Whole),
+            ("head", Bytes),
+            ("digest", Bytes),
         ],
     ),
     (
@@ -78,12 +81,18 @@ const TABLES: [Table; 7] = [
             ("sequence", Whole),
             ("kind", Text),
             ("body", Bytes),
+            ("digest", Bytes),
         ],
     ),
     (
         "snapshots",
         KEPT,
-        &[("mission", Whole), ("sequence", Whole), ("body", Bytes)],
+        &[
+            ("mission", Whole),
+            ("sequence", Whole),
+            ("body", Bytes),
+            ("digest", Bytes),
+        ],
     ),
     (
         "answered",
@@ -124,14 +133,14 @@ const TABLES: [Table; 7] = [
 /// Empties the tables that the schema fills.
 const WITH_ROW: &str = "DELETE FROM salts; DELETE FROM guards;";
 
-/// What a database has besides: numbers of last events, and the next numbers.
+/// What a database has besides: the next numbers.
 const COMPLETE: &str = "
-    UPDATE missions SET sequence = coalesce((SELECT max(sequence) FROM events WHERE mission = number), 0);
     SELECT setval(pg_get_serial_sequence('missions', 'number'), coalesce((SELECT max(number) FROM missions), 1));
     SELECT setval(pg_get_serial_sequence('orders', 'number'), coalesce((SELECT max(number) FROM orders), 1));
 ";
 
-/// Copies everything to a store without missions. What is there appears completely or not at all.
+/// Copies everything to a store without missions, with its digests. What is there appears completely or not at all. Fails if
+/// something in `from` is not what was stored.
 pub fn copy(from: &StorePlace, to: &StorePlace, clock: &Clock) -> Result<Copied, StoreError> {
     if let StorePlace::Directory(path) = from
         && !path.join(FILE_NAME).exists()
@@ -146,6 +155,9 @@ pub fn copy(from: &StorePlace, to: &StorePlace, clock: &Clock) -> Result<Copied,
     }
     drop(before);
     let source = source.reader()?;
+    if let Some(what) = source.damage(true)?.pop() {
+        return Err(StoreError::Damaged(what));
+    }
     match to {
         StorePlace::Directory(path) => {
             let connection = Connection::open(path.join(FILE_NAME))?;

@@ -1,6 +1,6 @@
 //! What the event store stores and returns.
 
-use super::idempotency::KeyedAnswer;
+use super::{error::StoreError, idempotency::KeyedAnswer};
 use std::sync::Arc;
 
 /// A stored event. Only the missions know what its body means.
@@ -21,8 +21,20 @@ pub struct StoredMission {
     pub number: u64,
     /// Its id in paths.
     pub id: String,
-    /// JSON of the mission after its last event.
-    pub summary: Vec<u8>,
+    pub(super) summary: Vec<u8>,
+    /// Whether the summary has its digest.
+    pub(super) is_whole: bool,
+}
+
+impl StoredMission {
+    /// JSON of the mission after its last event. Fails if it is not what was stored.
+    pub fn summary(&self) -> Result<&[u8], StoreError> {
+        if self.is_whole {
+            return Ok(&self.summary);
+        }
+        let what = format!("mission {}: its summary is not what was stored", self.id);
+        Err(StoreError::Damaged(what))
+    }
 }
 
 /// An append to one mission, stored completely or not at all.

@@ -6,6 +6,7 @@ use rusqlite::{Connection, OpenFlags};
 use wire::mission::Order;
 
 use super::{
+    digest::{CHECKPOINT, digest, missing_head, summary_of},
     entry::{StoredEvent, StoredMission},
     error::StoreError,
     idempotency::{self, PreviousAnswer},
@@ -175,10 +176,28 @@ impl EventReader {
 
     /// The newest snapshot, and the sequence of the last event in it.
     pub fn snapshot(&self, mission: u64) -> Result<Option<(u64, Vec<u8>)>, StoreError> {
-        let newest = "SELECT sequence, body FROM snapshots WHERE mission = ?1";
-        self.0.first(newest, &[&signed(mission)], |row| {
-            Ok((unsigned(row.get(0)?), row.get(1)?))
-        })
+        let newest =
+            "SELECT sequence, body, digest, (SELECT digest FROM events WHERE mission = snapshots.mission
+            AND sequence = snapshots.sequence) FROM snapshots WHERE mission = ?1";
+        let found = self.0.first(newest, &[&signed(mission)], |row| {
+            let (sequence, body): (_, Vec<u8>) = (row.get(0)?, row.get(1)?);
+            let (stored, before): (Vec<u8>, Option<Vec<u8>>) = (row.get(2)?, row.get(3)?);
+            let expected = digest(
+                signed(mission),
+                sequence,
+                CHECKPOINT,
+                &before.unwrap_or_default(),
+                &body,
+            );
+            Ok((unsigned(sequence), body, stored == expected))
+        })?;
+        match found {
+            Some((sequence, _, false)) => Err(self.damaged(
+                mission,
+                &format!("its checkpoint at event {sequence} is not what was stored"),
+            )),
+            found => Ok(found.map(|(sequence, body, _)| (sequence, body))),
+        }
     }
 
     /// Calls `take` with every event after `after` up to `last`.
@@ -193,8 +212,7 @@ impl EventReader {
             let left = usize::try_from(last - after).unwrap_or(PAGE);
             let page = self.events(mission, after, left.min(PAGE))?;
             let Some(end) = page.last() else {
-                let what = format!("events after {after} of mission number {mission} are missing");
-                return Err(self.damaged(mission, what));
+                return Err(self.damaged(mission, &format!("events {} to {last} are missing", after + 1)));
             };
             after = end.sequence;
             page.iter().try_for_each(&mut *take)?;
@@ -204,17 +222,28 @@ impl EventReader {
 
     /// At most `most` events after `sequence`, in order. A gap is an error.
     pub fn events(&self, mission: u64, after: u64, most: usize) -> Result<Vec<StoredEvent>, StoreError> {
-        let page = "SELECT sequence, kind, body FROM events WHERE mission = ?1 AND sequence > ?2
-            ORDER BY sequence LIMIT ?3";
-        let events = self
-            .0
-            .all(page, &[&signed(mission), &signed(after), &limit(most)], event)?;
-        for (event, next) in events.iter().zip(after.saturating_add(1)..) {
-            if event.sequence != next {
-                return Err(self.damaged(mission, format!("event {next} of mission number {mission}")));
-            }
-        }
-        Ok(events)
+        let page = select_events("sequence - 1 = ?2", "sequence > ?2 ORDER BY sequence LIMIT ?3");
+        let read = self.0.all(
+            &page,
+            &[&signed(mission), &signed(after), &limit(most)],
+            Linked::read,
+        )?;
+        let mut before = None;
+        let events = read
+            .into_iter()
+            .zip(after.saturating_add(1)..)
+            .map(|(mut linked, next)| {
+                linked.before = before.take().or(linked.before);
+                before = Some(linked.digest.clone());
+                match linked.fault() {
+                    _ if linked.event.sequence != next => {
+                        Err(self.damaged(mission, &format!("event {next} is missing")))
+                    }
+                    Some(fault) => Err(self.damaged(mission, &fault)),
+                    None => Ok(linked.event),
+                }
+            });
+        events.collect()
     }
 
     /// The last event of that kind up to `sequence`.
@@ -224,19 +253,28 @@ impl EventReader {
         kind: &str,
         sequence: u64,
     ) -> Result<Option<StoredEvent>, StoreError> {
-        let last =
-            "SELECT sequence, kind, body FROM events WHERE mission = ?1 AND kind = ?2 AND sequence <= ?3
-            ORDER BY sequence DESC LIMIT 1";
-        self.0
-            .first(last, &[&signed(mission), &kind, &signed(sequence)], event)
+        let last = select_events(
+            "TRUE",
+            "kind = ?2 AND sequence <= ?3 ORDER BY sequence DESC LIMIT 1",
+        );
+        let found = self
+            .0
+            .first(&last, &[&signed(mission), &kind, &signed(sequence)], Linked::read)?;
+        match found.as_ref().and_then(Linked::fault) {
+            Some(fault) => Err(self.damaged(mission, &fault)),
+            None => Ok(found.map(|linked| linked.event)),
+        }
     }
 
     /// The error for missing data of a mission: damage, unless the mission is being deleted. A deletion marks the mission
     /// first and then removes its events step by step.
-    pub fn damaged(&self, mission: u64, what: String) -> StoreError {
-        let mark = "SELECT 1 FROM missions WHERE number = ?1 AND status <> 'deleted'";
-        match self.0.first(mark, &[&signed(mission)], |_| Ok(())) {
-            Ok(Some(())) => StoreError::Damaged(what),
+    pub fn damaged(&self, mission: u64, what: &str) -> StoreError {
+        let mark = "SELECT id FROM missions WHERE number = ?1 AND status <> 'deleted'";
+        match self
+            .0
+            .first(mark, &[&signed(mission)], |row| row.get::<String>(0))
+        {
+            Ok(Some(id)) => StoreError::Damaged(format!("mission {id}: {what}")),
             Ok(None) => StoreError::Gone,
             Err(error) => error,
         }
@@ -244,9 +282,16 @@ impl EventReader {
 
     /// Number of the mission's last event; 0 without events.
     pub fn last_sequence(&self, mission: u64) -> Result<u64, StoreError> {
-        let last = "SELECT max(sequence) FROM events WHERE mission = ?1";
-        let last: Option<Option<i64>> = self.0.first(last, &[&signed(mission)], |row| row.get(0))?;
-        Ok(last.flatten().map_or(0, unsigned))
+        let last = "SELECT sequence, head, (SELECT digest FROM events WHERE mission = number
+            AND events.sequence = missions.sequence) FROM missions WHERE number = ?1";
+        let found = self.0.first(last, &[&signed(mission)], |row| {
+            let (head, stored): (Vec<u8>, Option<Vec<u8>>) = (row.get(1)?, row.get(2)?);
+            Ok((row.get(0)?, head == stored.unwrap_or_default()))
+        })?;
+        match found {
+            Some((last, false)) => Err(self.damaged(mission, &missing_head(last))),
+            found => Ok(found.map_or(0, |(last, _)| unsigned(last))),
+        }
     }
 
     /// Ids of the missions that have been over since before `trusted_s`, trusted Unix time, s.
@@ -271,23 +316,66 @@ fn connect(path: &Path) -> Result<Connection, StoreError> {
 }
 
 fn select_missions(condition: &str) -> String {
-    format!("SELECT number, id, summary FROM missions WHERE {condition}")
+    format!("SELECT {MISSION} FROM missions WHERE {condition}")
 }
 
-/// The mission of a row of `number, id, summary`.
+/// The columns of [`stored_mission`].
+pub(super) const MISSION: &str = "number, id, summary, status, sequence, head, digest";
+
+/// The mission of a row of [`MISSION`].
 pub(super) fn stored_mission(row: &Row<'_>) -> Result<StoredMission, StoreError> {
+    let (number, id, summary): (_, String, Vec<u8>) = (row.get(0)?, row.get(1)?, row.get(2)?);
+    let (status, head, stored): (String, Vec<u8>, Vec<u8>) = (row.get(3)?, row.get(5)?, row.get(6)?);
+    let expected = digest(number, row.get(4)?, &summary_of(&status, &id), &head, &summary);
     Ok(StoredMission {
-        number: unsigned(row.get(0)?),
-        id: row.get(1)?,
-        summary: row.get(2)?,
+        number: unsigned(number),
+        id,
+        summary,
+        is_whole: stored == expected,
     })
 }
 
-/// The event of a row of `sequence, kind, body`.
-pub(super) fn event(row: &Row<'_>) -> Result<StoredEvent, StoreError> {
-    Ok(StoredEvent {
-        sequence: unsigned(row.get(0)?),
-        kind: row.get(1)?,
-        body: row.get::<Vec<u8>>(2)?.into(),
-    })
+/// Events of the mission `?1` that meet a condition. Those that are `first` have the digest of the event before them.
+fn select_events(first: &str, condition: &str) -> String {
+    format!(
+        "SELECT mission, sequence, kind, body, digest, CASE WHEN {first} THEN (SELECT digest FROM events AS earlier
+         WHERE earlier.mission = events.mission AND earlier.sequence = events.sequence - 1) END
+         FROM events WHERE mission = ?1 AND {condition}"
+    )
+}
+
+/// An event, and how it continues the one before it.
+struct Linked {
+    event: StoredEvent,
+    mission: i64,
+    digest: Vec<u8>,
+    before: Option<Vec<u8>>,
+}
+
+impl Linked {
+    /// The event of a row of [`select_events`].
+    fn read(row: &Row<'_>) -> Result<Self, StoreError> {
+        let event = StoredEvent {
+            sequence: unsigned(row.get(1)?),
+            kind: row.get(2)?,
+            body: row.get::<Vec<u8>>(3)?.into(),
+        };
+        Ok(Self {
+            event,
+            mission: row.get(0)?,
+            digest: row.get(4)?,
+            before: row.get(5)?,
+        })
+    }
+
+    /// What is wrong with it.
+    fn fault(&self) -> Option<String> {
+        let StoredEvent { sequence, kind, body } = &self.event;
+        if self.before.is_none() && 1 < *sequence {
+            return Some(format!("event {} is missing", sequence - 1));
+        }
+        let before = self.before.as_deref().unwrap_or_default();
+        let expected = digest(self.mission, signed(*sequence), kind, before, body);
+        (self.digest != expected).then(|| format!("event {sequence} is not what was stored"))
+    }
 }

@@ -10,10 +10,10 @@ use rusqlite::{Connection, Params, params_from_iter, types::Value};
 use serde_json::json;
 
 use super::{
+    entry::StoredMission,
     error::StoreError,
     files::{make_private, private_file},
-    reader::{EventReader, FILE_NAME, event},
-    rows::Row,
+    reader::{EventReader, FILE_NAME},
     schema,
     sql::signed,
 };
@@ -70,19 +70,49 @@ impl EventReader {
         written
     }
 
-    /// Checks the file's structure and the missions in it.
+    /// Checks the missions in the store, and a file's structure.
     pub(super) fn inspect(&self) -> Result<(), StoreError> {
-        // PostgreSQL has checksums of pages.
-        let Some(file) = self.file().map(LogFile) else {
-            return Ok(());
-        };
-        file.check_structure()?;
-        match file.damage()?.pop() {
+        let file = self.file().map(LogFile);
+        file.as_ref().map_or(Ok(()), LogFile::check_structure)?;
+        // Services that start would read a whole database, each of them.
+        match self.damage(file.is_some())?.pop() {
             None => Ok(()),
             Some(what) => Err(StoreError::Damaged(what)),
         }
     }
+
+    /// A line for each mission of which something is not what was stored: what is found first, as readers find it. Events before the last
+    /// one are read if `every_event`.
+    pub(super) fn damage(&self, every_event: bool) -> Result<Vec<String>, StoreError> {
+        let (mut found, mut after, mut more) = (vec![], 0, true);
+        while more {
+            let (page, follows) = self.missions(after, PAGE, PAGE_BYTES)?;
+            after = page.last().map_or(after, |mission| mission.number);
+            more = follows;
+            for mission in &page {
+                match self.check(mission, every_event) {
+                    Ok(()) | Err(StoreError::Gone) => {}
+                    Err(StoreError::Damaged(what)) => found.push(what),
+                    Err(other) => return Err(other),
+                }
+            }
+        }
+        Ok(found)
+    }
+
+    fn check(&self, mission: &StoredMission, every_event: bool) -> Result<(), StoreError> {
+        mission.summary()?;
+        let last = self.last_sequence(mission.number)?;
+        if every_event {
+            self.each(mission.number, 0, last, &mut |_| Ok(()))?;
+        }
+        self.snapshot(mission.number).map(drop)
+    }
 }
+
+/// Missions that are checked at once, and the bytes of their summaries.
+const PAGE: usize = 256;
+const PAGE_BYTES: usize = 1 << 20;
 
 /// An open store in a file.
 struct LogFile<'a>(&'a Connection);
@@ -95,29 +125,6 @@ impl LogFile<'_> {
             "ok" => Ok(()),
             _ => Err(StoreError::Damaged(verdict)),
         }
-    }
-
-    /// A line for each mission with missing events or with something that is not JSON.
-    fn damage(&self) -> Result<Vec<String>, StoreError> {
-        let mut statement = self.0.prepare(
-            "SELECT id,
-                 json_valid(CAST(summary AS TEXT))
-                     AND coalesce((SELECT json_valid(CAST(body AS TEXT)) FROM snapshots WHERE mission = number), 1),
-                 (SELECT count(*) = coalesce(max(sequence), 0) FROM events WHERE mission = number),
-                 (SELECT min(sequence) FROM events WHERE mission = number AND NOT json_valid(CAST(body AS TEXT)))
-             FROM missions WHERE status <> 'deleted' ORDER BY number",
-        )?;
-        let found = statement.query_map([], |row| {
-            let (id, state, events, wrong): (String, bool, bool, Option<i64>) = row.try_into()?;
-            Ok(match (state, events, wrong) {
-                (true, true, None) => None,
-                (_, _, Some(wrong)) => Some(format!("mission {id}: event {wrong} is not JSON")),
-                (_, false, None) => Some(format!("mission {id}: events are missing")),
-                (false, true, None) => Some(format!("mission {id}: its state is not JSON")),
-            })
-        })?;
-        let lines: Vec<Option<String>> = found.collect::<rusqlite::Result<_>>()?;
-        Ok(lines.into_iter().flatten().collect())
     }
 
     /// Copies every page that is in use.
@@ -237,9 +244,7 @@ impl LogFile<'_> {
 
     /// The id of a mission, and the sequence of its last event, as far as they can be read.
     fn outline(&self, number: i64) -> (String, u64) {
-        let outline =
-            "SELECT id, coalesce(json_extract(CAST(summary AS TEXT), '$.sequence'), 0) FROM missions
-             WHERE number = ?1 AND json_valid(CAST(summary AS TEXT))";
+        let outline = "SELECT id, sequence FROM missions WHERE number = ?1";
         let read = self.0.query_row(outline, [number], |row| {
             Ok((row.get(0)?, row.get::<_, i64>(1)?.unsigned_abs()))
         });
@@ -248,22 +253,21 @@ impl LogFile<'_> {
 
     /// Writes the events that can be read, a line of JSON for each. Returns their number.
     fn write_events(&self, number: i64, id: &str, last: u64, to: &mut impl Write) -> io::Result<u64> {
-        let read = |sequence: u64| -> Result<_, StoreError> {
-            let one = "SELECT sequence, kind, body FROM events WHERE mission = ?1 AND sequence = ?2";
+        let read = |sequence: u64| -> rusqlite::Result<(String, Vec<u8>)> {
+            let one = "SELECT kind, body FROM events WHERE mission = ?1 AND sequence = ?2";
             let mut one = self.0.prepare_cached(one)?;
-            let mut rows = one.query((number, signed(sequence)))?;
-            rows.next()?.map(|row| event(&Row::Sqlite(row))).transpose()
+            one.query_row((number, signed(sequence)), |row| row.try_into())
         };
         let mut n_read = 0;
         for sequence in 1.. {
-            let Ok(Some(event)) = read(sequence) else {
+            let Ok((kind, body)) = read(sequence) else {
                 if last <= sequence {
                     break;
                 }
                 continue;
             };
-            let body = String::from_utf8_lossy(&event.body);
-            let line = json!({ "mission": id, "sequence": sequence, "kind": event.kind, "body": body });
+            let body = String::from_utf8_lossy(&body);
+            let line = json!({ "mission": id, "sequence": sequence, "kind": kind, "body": body });
             writeln!(to, "{line}")?;
             n_read += 1;
         }
@@ -274,9 +278,9 @@ impl LogFile<'_> {
 /// Checks a copy. Returns a line for each mission in it that is not whole.
 fn checked(copy: &Path) -> Result<Vec<String>, StoreError> {
     let copy = EventReader::open(copy, None)?;
-    let copy = copy.file().map(LogFile).expect("is a file");
-    copy.check_structure()?;
-    copy.damage()
+    copy.file()
+        .map_or(Ok(()), |file| LogFile(file).check_structure())?;
+    copy.damage(true)
 }
 
 /// Empties a file that an earlier try may have left.

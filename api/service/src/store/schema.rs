@@ -4,10 +4,22 @@ use std::path::Path;
 
 use rusqlite::Connection;
 
-use super::error::StoreError;
+use super::{
+    digest::{fill, register},
+    error::StoreError,
+};
 
 /// The migrations from each version to the next.
-const STEPS: [&str; 7] = [FIRST, PROBES, SALTS, ORDERS, SHARES, WITHOUT_DIGESTS, GUARDS];
+const STEPS: [&str; 8] = [
+    FIRST,
+    PROBES,
+    SALTS,
+    ORDERS,
+    SHARES,
+    WITHOUT_DIGESTS,
+    GUARDS,
+    DIGESTS,
+];
 
 /// Missions, their events, a snapshot of each, and the requests that were answered.
 const FIRST: &str = "
@@ -101,6 +113,18 @@ UPDATE missions SET over_s = json_extract(CAST(summary AS TEXT), '$.finished_s')
     WHERE status IN ('finished', 'failed') AND json_valid(CAST(summary AS TEXT));
 ";
 
+/// The number and the digest of each mission's last event, and digests of events, checkpoints and summaries.
+const DIGESTS: &str = concat!(
+    "
+ALTER TABLE events ADD COLUMN digest BLOB NOT NULL DEFAULT x'';
+ALTER TABLE snapshots ADD COLUMN digest BLOB NOT NULL DEFAULT x'';
+ALTER TABLE missions ADD COLUMN sequence INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE missions ADD COLUMN head BLOB NOT NULL DEFAULT x'';
+ALTER TABLE missions ADD COLUMN digest BLOB NOT NULL DEFAULT x'';
+",
+    fill!()
+);
+
 /// The newest version.
 fn newest() -> u32 {
     u32::try_from(STEPS.len()).expect("a handful")
@@ -123,6 +147,7 @@ fn version(connection: &Connection, path: &Path) -> Result<u32, StoreError> {
 /// Migrates the tables to the newest version, one transaction for each step.
 pub(super) fn migrate(connection: &mut Connection, path: &Path) -> Result<(), StoreError> {
     let found = version(connection, path)?;
+    register(connection)?;
     for (step, next) in STEPS.iter().zip(1_u32..).skip(found as usize) {
         let transaction = connection.transaction()?;
         transaction.execute_batch(step)?;

@@ -257,6 +257,8 @@ async fn a_log_of_the_first_schema_is_migrated_with_its_content() {
     assert_eq!(bodies(&store, "a"), [b"1", b"2"]);
     let reader = store.reader().expect("opens");
     assert_eq!(reader.snapshot(1).expect("is whole"), Some((2, b"{}".to_vec())));
+    assert_eq!(reader.last_sequence(1), Ok(2));
+    assert_eq!(reader.damage(true), Ok(vec![]));
     let known = store.append(keyed(3, "k", 0, "again")).await.expect("is known");
     assert_eq!(known, Appended::AnsweredBefore(b"3".to_vec()));
     add(&store, append("a", vec![event(3, "on")])).await;
@@ -271,18 +273,26 @@ async fn a_file_that_is_not_a_log_is_refused() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_missing_event_is_found_when_it_is_read() {
+async fn an_event_that_an_older_log_had_lost_is_named_after_its_migration() {
     let directory = directory();
-    let store = open(directory.path());
-    add(&store, append("a", (1..=3).map(|k| event(k, "x")).collect())).await;
-    let connection = Connection::open(directory.path().join(FILE_NAME)).expect("opens");
+    let mut connection = Connection::open(directory.path().join(FILE_NAME)).expect("opens");
+    for version in 0..7 {
+        schema::step(&mut connection, version);
+    }
     connection
-        .execute("DELETE FROM events WHERE sequence = 2", [])
-        .expect("is done");
-    let reader = store.reader().expect("opens");
-    let found = reader.events(1, 0, 10).expect_err("is damaged").to_string();
-    assert!(found.contains("event 2 of mission number 1"), "{found}");
-    assert_eq!(reader.events(1, 2, 10).expect("the rest is whole").len(), 1);
+        .execute_batch(
+            "INSERT INTO missions VALUES (1, 'a', 'running', x'7b7d', '', 0, NULL);
+             INSERT INTO events VALUES (1, 1, 'created', x'31'), (1, 3, 'reported', x'33');
+             INSERT INTO snapshots VALUES (1, 1, x'7b7d');",
+        )
+        .expect("is written");
+    drop(connection);
+    let reader = open(directory.path()).reader().expect("opens");
+    assert_eq!(
+        reader.damage(true),
+        Ok(vec!["mission a: event 2 is missing".to_owned()])
+    );
+    assert_eq!(reader.snapshot(1).expect("is whole"), Some((1, b"{}".to_vec())));
 }
 
 /// The damage is what a power cut in the middle of the last commit may leave.
@@ -580,18 +590,86 @@ async fn a_deletion_that_a_damaged_write_ahead_file_lost_is_named() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn the_list_of_acknowledged_events_begins_again_when_everything_is_merged() {
+async fn what_an_older_copy_of_the_store_lacks_is_named() {
     let directory = directory();
+    let path = directory.path().join(FILE_NAME);
     let store = open(directory.path());
-    for sequence in 1..=2_000 {
-        add(&store, append("a", vec![event(sequence, &"1".repeat(5_000))])).await;
+    add(&store, append("a", vec![event(1, "1"), event(2, "2")])).await;
+    store.close().await.expect("is merged");
+    drop(store);
+    let older = fs::read(&path).expect("is there");
+    let store = open_again(directory.path()).await;
+    add(&store, append("a", vec![event(3, "3"), event(4, "4")])).await;
+    add(&store, append("b", vec![event(1, "1")])).await;
+    store.close().await.expect("is merged");
+    drop(store);
+    fs::write(&path, older).expect("is written");
+    let store = open_again(directory.path()).await;
+    let found = store.probe().await.expect_err("events are missing").to_string();
+    assert!(found.contains("2 events of mission a from 3 to 4, "), "{found}");
+    assert!(found.contains("1 events of mission b from 1 to 1, "), "{found}");
+    fs::remove_file(directory.path().join(LOST_NAME)).expect("is there");
+    add(&store, append("a", vec![event(3, "another")])).await;
+    drop(store);
+    assert_eq!(open_again(directory.path()).await.probe().await, Ok(()));
+}
+
+#[tokio::test(start_paused = true)]
+async fn another_history_than_the_acknowledged_one_is_named() {
+    let [one, two] = [directory(), directory()];
+    for (place, body) in [(&one, "1"), (&two, "2")] {
+        let store = open(place.path());
+        add(&store, append("a", vec![event(1, body), event(2, "same")])).await;
+        store.close().await.expect("is merged");
     }
-    let files = files_of_a_killed(directory.path());
-    let merged = written(&files);
-    let (_, entries) = Acknowledged::open(merged.path(), &clock()).expect("opens");
-    assert!(entries.len() < 1_000, "{}", entries.len());
-    // The entries that are left by an earlier run are not taken for entries of this one.
-    assert_eq!(open(merged.path()).probe().await, Ok(()));
+    let mut files = files_of_a_killed(one.path());
+    let other = files_of_a_killed(two.path()).remove(FILE_NAME).expect("is there");
+    files.insert(FILE_NAME.to_owned(), other);
+    let found = open(written(&files).path())
+        .probe()
+        .await
+        .expect_err("is another")
+        .to_string();
+    assert!(
+        found.contains("event 2 of mission a is not the one acknowledged"),
+        "{found}"
+    );
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_list_that_was_lost_cut_or_damaged_is_written_again_from_the_store() {
+    let running = directory();
+    let store = open(running.path());
+    add(&store, append("a", vec![event(1, "1")])).await;
+    store.close().await.expect("is merged");
+    let whole = files_of_a_killed(running.path());
+    let list = &whole[LIST_NAME];
+    let flipped = (0..)
+        .zip(list)
+        .map(|(place, byte)| byte ^ u8::from(place == list.len() - 100));
+    for damaged in [
+        None,
+        Some(vec![]),
+        Some(list[..list.len() - 100].to_vec()),
+        Some(flipped.collect()),
+    ] {
+        let mut files = whole.clone();
+        files.remove(LIST_NAME);
+        files.extend(damaged.map(|bytes| (LIST_NAME.to_owned(), bytes)));
+        let killed = written(&files);
+        let store = open(killed.path());
+        assert_eq!(store.probe().await, Ok(()));
+        add(&store, append("a", vec![event(2, "2")])).await;
+        let mut files = files_of_a_killed(killed.path());
+        files.insert(FILE_NAME.to_owned(), whole[FILE_NAME].clone());
+        files.remove(&format!("{FILE_NAME}-wal"));
+        let found = open(written(&files).path())
+            .probe()
+            .await
+            .expect_err("lost an event")
+            .to_string();
+        assert!(found.contains("1 events of mission a from 2 to 2"), "{found}");
+    }
 }
 
 #[tokio::test(start_paused = true)]
@@ -746,7 +824,7 @@ async fn a_damaged_event_does_not_block_a_backup_and_is_forgotten_with_its_missi
     assert!(found.contains("mission b: event 2"), "{found}");
     let to = directory.path().join("copy");
     let damage = store.reader().expect("opens").back_up(&to).expect("is copied");
-    assert_eq!(damage, ["mission b: event 2 is not JSON"]);
+    assert_eq!(damage, ["mission b: event 2 is not what was stored"]);
     assert_eq!(bodies(&open(&to), "a").len(), 2);
 
     let deleted = store.delete("b".to_owned(), AuditEntry::default()).await;

@@ -7,6 +7,7 @@ use rusqlite::{Connection, OptionalExtension as _, Row, Transaction, params};
 use super::{
     acknowledged::{Acknowledged, Entry},
     command::{LogWriter, Waiting, n_stored, reply_to_each},
+    digest::Head,
     entry::{Append, Appended, AuditEntry, StoredEvent},
     error::StoreError,
     idempotency::{self, KeyedAnswer},
@@ -89,12 +90,8 @@ impl Writer {
     /// Merges the write-ahead file into the store's file.
     fn checkpoint(&mut self) -> Result<(), StoreError> {
         // If a reader is active, a part stays in the write-ahead file.
-        if merge(&self.connection, "TRUNCATE")? {
-            self.restart_list();
-            Ok(())
-        } else {
-            Err(StoreError::Busy)
-        }
+        let is_merged = merge(&self.connection, "TRUNCATE")?;
+        is_merged.then_some(()).ok_or(StoreError::Busy)
     }
 
     /// Merges once it is much.
@@ -105,20 +102,26 @@ impl Writer {
     }
 
     /// Merges what is merged without waiting for readers.
-    pub(super) fn merge(&mut self) {
+    fn merge(&mut self) {
         self.unmerged = 0;
-        match merge(&self.connection, "PASSIVE") {
-            Ok(true) => self.restart_list(),
-            Ok(false) => {}
-            Err(error) => tracing::warn!(%error, "cannot merge the write-ahead file of the mission log yet"),
+        if let Err(error) = merge(&self.connection, "PASSIVE") {
+            tracing::warn!(%error, "cannot merge the write-ahead file of the mission log yet");
         }
     }
 
-    fn restart_list(&mut self) {
-        // The old list stays true.
-        if let Err(error) = self.acknowledged.restart() {
-            tracing::warn!(%error, "cannot restart the list of acknowledged events");
+    /// Brings the list to what is stored at the start. Events of a deleted mission are removed once its deletion is listed.
+    pub(super) fn list(&mut self, outdated: Vec<Entry>) {
+        self.merge();
+        let listed = self.confirm(outdated).and_then(|()| self.sync_list());
+        if let Err(error) = listed {
+            tracing::warn!(%error, "cannot write the list of acknowledged events");
+            self.purge.clear();
         }
+    }
+
+    fn sync_list(&mut self) -> Result<(), StoreError> {
+        let synced = self.acknowledged.sync();
+        synced.map_err(|error| StoreError::Unconfirmed(error.to_string()))
     }
 
     /// Makes sure that what was committed stays: after `Ok` it may be acknowledged.
@@ -174,7 +177,6 @@ impl LogWriter for Writer {
     /// Counts again what is stored, after a panic that may have come between a commit and its count.
     fn recover(&mut self) -> Result<(), StoreError> {
         self.shares.read_again(&self.connection)?;
-        self.purge = deleted(&self.connection)?;
         // A removal that panics must not panic at every turn.
         (self.stuck, self.free_pages) = (true, false);
         self.merge();
@@ -269,8 +271,7 @@ impl LogWriter for Writer {
         self.unmerged += COMMIT_BYTES;
         self.confirm(vec![Entry::deletion(self.clock.machine.unix_s(), number, id)])?;
         // Before its events are removed: a mission without a trace counts as lost.
-        let synced = self.acknowledged.sync();
-        synced.map_err(|error| StoreError::Unconfirmed(error.to_string()))?;
+        self.sync_list()?;
         self.purge.push(number);
         Ok(true)
     }
@@ -407,7 +408,7 @@ fn commit(
     let appended = appends
         .iter()
         .map(|append| store(&transaction, shares, append, times, &mut taken, entries))
-        .collect::<rusqlite::Result<_>>()?;
+        .collect::<Result<_, _>>()?;
     transaction.commit()?;
     for taken in taken {
         shares.take(taken);
@@ -423,7 +424,7 @@ fn store(
     times: Times,
     taken: &mut Vec<Taken>,
     entries: &mut Vec<Entry>,
-) -> rusqlite::Result<Appended> {
+) -> Result<Appended, StoreError> {
     #[cfg(test)]
     assert_ne!(append.mission, super::tests::PANICS, "a test wants this panic");
     if let Some(KeyedAnswer { key, request, .. }) = &append.answered
@@ -439,7 +440,7 @@ fn store(
     let bytes = Shares::bytes_of(append);
     let room = limit(usize::try_from(bytes).unwrap_or(usize::MAX));
     let has_room = |owner: &str| shares.has_room(owner, bytes, append.room);
-    let (number, owner) = match append.number {
+    let (head, owner) = match append.number {
         None => {
             let owner = append.order.as_ref().map(|order| order.caller.clone());
             let owner = owner.unwrap_or_default();
@@ -447,78 +448,64 @@ fn store(
                 return Ok(Appended::ShareUsed);
             }
             let mut made = transaction.prepare_cached(
-                "INSERT INTO missions (id, status, summary, owner, bytes, over_s) VALUES (?1, ?2, ?3, ?4, ?5,
-                 CASE WHEN ?2 IN ('finished', 'failed') THEN ?6 END) RETURNING number",
+                "INSERT INTO missions (id, status, summary, owner) VALUES (?1, '', x'', ?2) RETURNING number",
             )?;
-            let number = made.query_row(
-                params![
-                    append.mission,
-                    append.status,
-                    append.summary,
-                    owner,
-                    room,
-                    times.trusted_s
-                ],
-                |row| row.get(0),
-            )?;
-            (number, owner)
+            let number = made.query_row(params![append.mission, owner], |row| row.get(0))?;
+            (Head::of_new(number), owner)
         }
         Some(number) => {
-            let number = signed(number);
-            let mut last = transaction.prepare_cached(
-                "SELECT (SELECT max(sequence) FROM events WHERE mission = number), owner FROM missions
-                 WHERE number = ?1 AND status <> 'deleted'",
-            )?;
-            let last: Option<(Option<i64>, String)> =
-                last.query_row([number], |row| row.try_into()).optional()?;
-            let Some((last, owner)) = last else {
+            let Some((head, owner, is_whole)) = stored_head(transaction, signed(number))? else {
                 return Ok(Appended::MissionGone);
             };
-            if append
-                .events
-                .first()
-                .is_some_and(|event| signed(event.sequence) != last.unwrap_or(0) + 1)
-            {
+            let first = append.events.first();
+            if first.is_some_and(|event| signed(event.sequence) != head.sequence + 1) {
                 return Ok(Appended::OutOfSequence);
+            }
+            if !is_whole {
+                return Err(head.missing(&append.mission));
             }
             if !has_room(&owner) {
                 return Ok(Appended::ShareUsed);
             }
-            let mut became = transaction.prepare_cached(
-                "UPDATE missions SET status = ?2, summary = ?3, bytes = bytes + ?4,
-                 over_s = CASE WHEN ?2 IN ('finished', 'failed') THEN coalesce(over_s, ?5) END WHERE number = ?1",
-            )?;
-            became.execute(params![
-                number,
-                append.status,
-                append.summary,
-                room,
-                times.trusted_s
-            ])?;
-            (number, owner)
+            (head, owner)
         }
     };
     taken.push(Taken { owner, bytes });
-    let mut event = transaction
-        .prepare_cached("INSERT INTO events (mission, sequence, kind, body) VALUES (?1, ?2, ?3, ?4)")?;
-    for StoredEvent { sequence, kind, body } in &append.events {
-        event.execute(params![number, signed(*sequence), kind, body])?;
-        entries.push(Entry::event(
-            times.unix_s,
-            number,
-            &append.mission,
-            *sequence,
-            body,
-        ));
+    let links = head.extend(append);
+    let Head {
+        mission,
+        sequence,
+        digest,
+    } = &links.head;
+    let mut became = transaction.prepare_cached(
+        "UPDATE missions SET status = ?2, summary = ?3, bytes = bytes + ?4, sequence = ?5, head = ?6, digest = ?7,
+         over_s = CASE WHEN ?2 IN ('finished', 'failed') THEN coalesce(over_s, ?8) END WHERE number = ?1",
+    )?;
+    became.execute(params![
+        mission,
+        append.status,
+        append.summary,
+        room,
+        sequence,
+        digest,
+        links.summary,
+        times.trusted_s
+    ])?;
+    let mut event = transaction.prepare_cached(
+        "INSERT INTO events (mission, sequence, kind, body, digest) VALUES (?1, ?2, ?3, ?4, ?5)",
+    )?;
+    for (StoredEvent { sequence, kind, body }, digest) in append.events.iter().zip(&links.events) {
+        event.execute(params![mission, signed(*sequence), kind, body, digest])?;
     }
-    if let Some(snapshot) = &append.snapshot {
-        let last = append.events.last().map_or(0, |event| signed(event.sequence));
+    if let Some((snapshot, digest)) = append.snapshot.as_ref().zip(links.checkpoint.as_ref()) {
         let mut kept = transaction.prepare_cached(
-            "INSERT INTO snapshots (mission, sequence, body) VALUES (?1, ?2, ?3)
-             ON CONFLICT (mission) DO UPDATE SET sequence = ?2, body = ?3",
+            "INSERT INTO snapshots (mission, sequence, body, digest) VALUES (?1, ?2, ?3, ?4)
+             ON CONFLICT (mission) DO UPDATE SET sequence = ?2, body = ?3, digest = ?4",
         )?;
-        kept.execute(params![number, last, snapshot])?;
+        kept.execute(params![mission, sequence, snapshot, digest])?;
     }
+    let number = *mission;
+    entries.push(Entry::of(times.unix_s, links.head, &append.mission));
     if let Some(answered) = &append.answered {
         idempotency::keep(transaction, number, answered)?;
     }
@@ -526,6 +513,24 @@ fn store(
         keep_order(transaction, &append.mission, order)?;
     }
     Ok(Appended::Stored)
+}
+
+/// The last event of the mission, as the mission says, the mission's owner, and whether that event is there.
+fn stored_head(transaction: &Transaction<'_>, number: i64) -> rusqlite::Result<Option<(Head, String, bool)>> {
+    let mut last = transaction.prepare_cached(
+        "SELECT sequence, head, owner, coalesce((SELECT digest FROM events WHERE mission = number
+         AND events.sequence = missions.sequence), x'') FROM missions WHERE number = ?1 AND status <> 'deleted'",
+    )?;
+    let read = |row: &Row<'_>| {
+        let head = Head {
+            mission: number,
+            sequence: row.get(0)?,
+            digest: row.get(1)?,
+        };
+        let is_whole = head.digest == row.get::<_, Vec<u8>>(3)?;
+        Ok((head, row.get(2)?, is_whole))
+    };
+    last.query_row([number], read).optional()
 }
 
 fn keep_order(transaction: &Transaction<'_>, mission: &str, order: &AuditEntry) -> rusqlite::Result<()> {

@@ -100,8 +100,7 @@ impl StoredEvents<'_> {
             }
         }
         let Some(event) = self.page.next() else {
-            let what = format!("event {} of mission number {number} is missing", self.after + 1);
-            let missing = reader.damaged(number, what);
+            let missing = reader.damaged(number, &format!("event {} is missing", self.after + 1));
             self.after = last;
             return Some(Err(missing));
         };

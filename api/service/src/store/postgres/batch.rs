@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use super::{
     super::{
+        digest::{Head, Links},
         entry::{Append, Appended, AuditEntry},
         error::StoreError,
         shares::{Shares, Taken},
@@ -14,7 +15,8 @@ use super::{
 };
 
 /// Locks the missions, in order: two services that append to the same ones wait for each other, and do not block each other.
-const LOCK: &str = "SELECT number, sequence, owner, epoch, owner_service FROM missions
+const LOCK: &str = "SELECT number, sequence, head, coalesce((SELECT digest FROM events WHERE mission = number
+    AND events.sequence = missions.sequence), ''), owner, epoch, owner_service FROM missions
     WHERE number = ANY(?1) AND status <> 'deleted' ORDER BY number FOR UPDATE";
 
 /// The answers to keys of missions.
@@ -23,8 +25,12 @@ const ANSWERED: &str = "SELECT asked.place, request, answer
     JOIN missions ON missions.id = asked.id AND status <> 'deleted'
     JOIN answered ON answered.mission = missions.number AND answered.key = asked.key";
 
-const CREATE: &str = "INSERT INTO missions (id, status, summary, owner, bytes, sequence, over_s)
-    VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7) RETURNING number";
+/// Its digests need its number.
+const NUMBER: &str = "SELECT nextval(pg_get_serial_sequence('missions', 'number'))";
+
+const CREATE: &str =
+    "INSERT INTO missions (number, id, status, summary, owner, bytes, over_s, sequence, head, digest)
+    VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10)";
 
 /// Numbers of missions and orders rise with their commits, though several services store them: a reader that continues after a
 /// number skips no row. The lock's number is this program's own; it is held until the commit.
@@ -34,7 +40,9 @@ const ORDER: &str = "INSERT INTO orders (at_s, caller, request, mission, action)
 
 /// A mission as it is in the database, locked.
 struct Locked {
-    sequence: i64,
+    head: Head,
+    /// Whether its last event is there.
+    is_whole: bool,
     owner: String,
     epoch: u64,
     service: Option<String>,
@@ -78,7 +86,7 @@ impl<'a> Batch<'a> {
         for (place, append) in self.appends.iter().enumerate() {
             let appended = match answered.get(&place) {
                 Some(answered) => answered.clone(),
-                None => self.decide(append, &locked),
+                None => self.decide(append, &locked)?,
             };
             self.appended.push(appended);
         }
@@ -97,12 +105,18 @@ impl<'a> Batch<'a> {
         }
         let rows = link.query(LOCK, &[&numbers])?;
         let locked = rows.iter().map(|row| {
-            let epoch: i64 = row.try_get(3)?;
-            let locked = Locked {
+            let epoch: i64 = row.try_get(5)?;
+            let head = Head {
+                mission: row.try_get(0)?,
                 sequence: row.try_get(1)?,
-                owner: row.try_get(2)?,
+                digest: row.try_get(2)?,
+            };
+            let locked = Locked {
+                is_whole: head.digest == row.try_get::<_, Vec<u8>>(3)?,
+                head,
+                owner: row.try_get(4)?,
                 epoch: epoch.unsigned_abs(),
-                service: row.try_get(4)?,
+                service: row.try_get(6)?,
             };
             Ok((row.try_get::<_, i64>(0)?.unsigned_abs(), locked))
         });
@@ -138,29 +152,32 @@ impl<'a> Batch<'a> {
     }
 
     /// Whether an append may be stored.
-    fn decide(&mut self, append: &Append, locked: &HashMap<u64, Locked>) -> Appended {
+    fn decide(&mut self, append: &Append, locked: &HashMap<u64, Locked>) -> Result<Appended, StoreError> {
         let owner = match append.number {
             None => creator(append).to_owned(),
             Some(number) => {
                 let Some(mission) = locked.get(&number) else {
-                    return Appended::MissionGone;
+                    return Ok(Appended::MissionGone);
                 };
                 if mission.epoch != append.epoch || mission.service.as_deref() != self.service {
-                    return Appended::NotOwner;
+                    return Ok(Appended::NotOwner);
                 }
                 let first = append.events.first();
-                if first.is_some_and(|event| signed(event.sequence) != mission.sequence + 1) {
-                    return Appended::OutOfSequence;
+                if first.is_some_and(|event| signed(event.sequence) != mission.head.sequence + 1) {
+                    return Ok(Appended::OutOfSequence);
+                }
+                if !mission.is_whole {
+                    return Err(mission.head.missing(&append.mission));
                 }
                 mission.owner.clone()
             }
         };
         let bytes = Shares::bytes_of(append);
         if !self.shares.has_room(&owner, bytes, append.room) {
-            return Appended::ShareUsed;
+            return Ok(Appended::ShareUsed);
         }
         self.taken.push(Taken { owner, bytes });
-        Appended::Stored
+        Ok(Appended::Stored)
     }
 
     /// Writes what was decided to be stored.
@@ -175,14 +192,14 @@ impl<'a> Batch<'a> {
         }
         let mut rows = Columns::default();
         for (append, _) in stored {
-            let number = match append.number {
-                Some(number) => {
-                    rows.change(append, signed(number), locked[&number].sequence);
-                    signed(number)
-                }
-                None => self.create(link, append)?,
-            };
-            rows.add(append, number);
+            if let Some(number) = append.number {
+                let links = locked[&number].head.extend(append);
+                rows.change(append, &links);
+                rows.add(append, links);
+            } else {
+                let links = self.create(link, append)?;
+                rows.add(append, links);
+            }
             if let Some(order) = &append.order {
                 keep_order(link, &append.mission, order)?;
             }
@@ -190,19 +207,35 @@ impl<'a> Batch<'a> {
         rows.write(link, self.now_s, self.service)
     }
 
-    /// Stores a new mission; its number.
-    fn create(&self, link: &Link, append: &Append) -> Result<i64, StoreError> {
+    /// Stores a new mission; the digests of what it stores.
+    fn create(&self, link: &Link, append: &Append) -> Result<Links, StoreError> {
+        let given = link.query(NUMBER, &[])?;
+        let links = Head::of_new(given[0].try_get(0)?).extend(append);
         let bytes = signed(Shares::bytes_of(append));
-        let sequence = append.events.last().map_or(0, |event| signed(event.sequence));
         let is_over = ["finished", "failed"].contains(&&*append.status);
         let over_s = is_over.then_some(self.now_s);
         let (id, status, summary) = (&append.mission, &append.status, &append.summary);
-        let made = link.query(
+        let Head {
+            mission,
+            sequence,
+            digest,
+        } = &links.head;
+        link.execute(
             CREATE,
-            &[id, status, summary, &creator(append), &bytes, &sequence, &over_s],
+            &[
+                mission,
+                id,
+                status,
+                summary,
+                &creator(append),
+                &bytes,
+                &over_s,
+                sequence,
+                digest,
+                &links.summary,
+            ],
         )?;
-        let made = made.first().map(|row| row.try_get(0)).transpose()?;
-        made.ok_or_else(|| StoreError::Damaged("a new mission has no number".to_owned()))
+        Ok(links)
     }
 }
 

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 
 use super::{
     super::{
+        digest::Links,
         entry::Append,
         error::StoreError,
         shares::Shares,
@@ -14,19 +15,20 @@ use super::{
 
 /// The database itself refuses a stale epoch: then it changes fewer rows than there are appends.
 const CHANGE: &str = "UPDATE missions SET status = new.status, summary = new.summary, sequence = new.sequence,
+    head = new.head, digest = new.digest,
     bytes = missions.bytes + new.bytes,
-    over_s = CASE WHEN new.status IN ('finished', 'failed') THEN coalesce(over_s, ?7) END,
+    over_s = CASE WHEN new.status IN ('finished', 'failed') THEN coalesce(over_s, ?9) END,
     owner_service = CASE WHEN new.status IN ('finished', 'failed') THEN NULL ELSE owner_service END
-    FROM unnest(?1::bigint[], ?2::bigint[], ?3::text[], ?4::bytea[], ?5::bigint[], ?6::bigint[])
-        AS new(number, epoch, status, summary, sequence, bytes)
-    WHERE missions.number = new.number AND missions.epoch = new.epoch AND owner_service IS NOT DISTINCT FROM ?8";
+    FROM unnest(?1::bigint[], ?2::bigint[], ?3::text[], ?4::bytea[], ?5::bigint[], ?6::bigint[], ?7::bytea[], ?8::bytea[])
+        AS new(number, epoch, status, summary, sequence, bytes, head, digest)
+    WHERE missions.number = new.number AND missions.epoch = new.epoch AND owner_service IS NOT DISTINCT FROM ?10";
 
-const EVENTS: &str = "INSERT INTO events (mission, sequence, kind, body)
-    SELECT * FROM unnest(?1::bigint[], ?2::bigint[], ?3::text[], ?4::bytea[])";
+const EVENTS: &str = "INSERT INTO events (mission, sequence, kind, body, digest)
+    SELECT * FROM unnest(?1::bigint[], ?2::bigint[], ?3::text[], ?4::bytea[], ?5::bytea[])";
 
-const SNAPSHOTS: &str = "INSERT INTO snapshots (mission, sequence, body)
-    SELECT * FROM unnest(?1::bigint[], ?2::bigint[], ?3::bytea[])
-    ON CONFLICT (mission) DO UPDATE SET sequence = excluded.sequence, body = excluded.body";
+const SNAPSHOTS: &str = "INSERT INTO snapshots (mission, sequence, body, digest)
+    SELECT * FROM unnest(?1::bigint[], ?2::bigint[], ?3::bytea[], ?4::bytea[]) ON CONFLICT (mission)
+    DO UPDATE SET sequence = excluded.sequence, body = excluded.body, digest = excluded.digest";
 
 const KEYS: &str = "INSERT INTO answered (mission, key, request, answer)
     SELECT * FROM unnest(?1::bigint[], ?2::text[], ?3::bytea[], ?4::bytea[])";
@@ -48,6 +50,8 @@ struct Changed<'a> {
     summaries: Vec<&'a [u8]>,
     sequences: Vec<i64>,
     bytes: Vec<i64>,
+    heads: Vec<Vec<u8>>,
+    digests: Vec<Vec<u8>>,
 }
 
 #[derive(Default)]
@@ -56,6 +60,7 @@ struct Events<'a> {
     sequences: Vec<i64>,
     kinds: Vec<&'a str>,
     bodies: Vec<&'a [u8]>,
+    digests: Vec<Vec<u8>>,
 }
 
 #[derive(Default)]
@@ -63,6 +68,7 @@ struct Snapshots<'a> {
     numbers: Vec<i64>,
     sequences: Vec<i64>,
     bodies: Vec<&'a [u8]>,
+    digests: Vec<Vec<u8>>,
 }
 
 #[derive(Default)]
@@ -74,28 +80,31 @@ struct Keys<'a> {
 }
 
 impl<'a> Columns<'a> {
-    /// Changes the mission of an append, whose last event is numbered `last`.
-    pub(super) fn change(&mut self, append: &'a Append, number: i64, last: i64) {
-        let new = append.events.last().map(|event| signed(event.sequence));
+    /// Changes the mission of an append.
+    pub(super) fn change(&mut self, append: &'a Append, links: &Links) {
         let changed = &mut self.changed;
-        changed.numbers.push(number);
+        changed.numbers.push(links.head.mission);
         changed.epochs.push(signed(append.epoch));
         changed.statuses.push(&append.status);
         changed.summaries.push(&append.summary);
-        changed.sequences.push(new.unwrap_or(last));
+        changed.sequences.push(links.head.sequence);
         changed.bytes.push(signed(Shares::bytes_of(append)));
+        changed.heads.push(links.head.digest.clone());
+        changed.digests.push(links.summary.clone());
     }
 
-    /// Adds what an append to the mission of that number stores.
-    pub(super) fn add(&mut self, append: &'a Append, number: i64) {
-        for event in &append.events {
+    /// Adds what an append stores.
+    pub(super) fn add(&mut self, append: &'a Append, links: Links) {
+        let (number, last) = (links.head.mission, links.head.sequence);
+        for (event, digest) in append.events.iter().zip(links.events) {
+            self.events.digests.push(digest);
             self.events.numbers.push(number);
             self.events.sequences.push(signed(event.sequence));
             self.events.kinds.push(&event.kind);
             self.events.bodies.push(&event.body);
         }
-        if let Some(snapshot) = &append.snapshot {
-            let last = append.events.last().map_or(0, |event| signed(event.sequence));
+        if let Some((snapshot, digest)) = append.snapshot.as_ref().zip(links.checkpoint) {
+            self.snapshots.digests.push(digest);
             self.snapshots.numbers.push(number);
             self.snapshots.sequences.push(last);
             self.snapshots.bodies.push(snapshot);
@@ -125,6 +134,8 @@ impl<'a> Columns<'a> {
                     &changed.summaries,
                     &changed.sequences,
                     &changed.bytes,
+                    &changed.heads,
+                    &changed.digests,
                     &now_s,
                     &service,
                 ],
@@ -137,13 +148,24 @@ impl<'a> Columns<'a> {
         if !events.numbers.is_empty() {
             link.execute(
                 EVENTS,
-                &[&events.numbers, &events.sequences, &events.kinds, &events.bodies],
+                &[
+                    &events.numbers,
+                    &events.sequences,
+                    &events.kinds,
+                    &events.bodies,
+                    &events.digests,
+                ],
             )?;
         }
         if !snapshots.numbers.is_empty() {
             link.execute(
                 SNAPSHOTS,
-                &[&snapshots.numbers, &snapshots.sequences, &snapshots.bodies],
+                &[
+                    &snapshots.numbers,
+                    &snapshots.sequences,
+                    &snapshots.bodies,
+                    &snapshots.digests,
+                ],
             )?;
         }
         if !keys.numbers.is_empty() {

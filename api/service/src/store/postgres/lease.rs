@@ -13,7 +13,13 @@ use std::{
 use clock::Clock;
 
 use super::{
-    super::{entry::StoredMission, error::StoreError, reader::stored_mission, rows::Row, sql::without_nul},
+    super::{
+        entry::StoredMission,
+        error::StoreError,
+        reader::{MISSION, stored_mission},
+        rows::Row,
+        sql::without_nul,
+    },
     keeper::Keeper,
     link::{Database, PATIENCE},
     member::{BEATS, Member, Shared},
@@ -107,7 +113,7 @@ impl Lease {
     /// Takes the mission `id`, if no other service has it.
     pub fn acquire(&self, id: &str) -> Result<Acquired, StoreError> {
         const TAKE: &str = "UPDATE missions SET owner_service = ?1, epoch = epoch + 1 WHERE id = ?2
-            AND status <> 'deleted' AND (owner_service IS NULL OR owner_service = ?1) RETURNING number, id, summary, epoch";
+            AND status <> 'deleted' AND (owner_service IS NULL OR owner_service = ?1)";
         const ASK: &str = "SELECT url FROM missions LEFT JOIN services ON services.id = owner_service
             WHERE missions.id = ?1 AND status <> 'deleted'";
         self.incarnation()?;
@@ -115,7 +121,7 @@ impl Lease {
         self.0.database.owning()?.with(|link| {
             // Between the two statements the mission may be freed.
             for _ in 0..2 {
-                let taken = link.query(TAKE, &[&self.0.id, &id])?;
+                let taken = link.query(&owning(TAKE), &[&self.0.id, &id])?;
                 if let Some(row) = taken.first() {
                     return Ok(Acquired::Here(owned(row)?));
                 }
@@ -139,7 +145,7 @@ impl Lease {
         const OWN: &str = "SELECT id FROM missions WHERE status = 'running' AND owner_service = ?1";
         const TAKE: &str = "UPDATE missions SET owner_service = ?1, epoch = epoch + 1 WHERE number IN
             (SELECT number FROM missions WHERE status = 'running' AND owner_service IS NULL
-             ORDER BY number LIMIT ?2 FOR UPDATE SKIP LOCKED) RETURNING number, id, summary, epoch";
+             ORDER BY number LIMIT ?2 FOR UPDATE SKIP LOCKED)";
         self.incarnation()?;
         self.0.database.owning()?.with(|link| {
             let counts = link.query(COUNT, &[])?;
@@ -154,7 +160,7 @@ impl Lease {
             let most = most.min(share - n_own).min(n_free).min(TAKEN_MAX);
             let mut taken = vec![];
             if 0 < most {
-                let rows = link.query(TAKE, &[&self.0.id, &most])?;
+                let rows = link.query(&owning(TAKE), &[&self.0.id, &most])?;
                 taken = rows.iter().map(owned).collect::<Result<_, _>>()?;
             }
             Ok(Turn { taken, running })
@@ -171,8 +177,13 @@ impl Lease {
     }
 }
 
+/// The statement that takes missions, with the columns of [`owned`].
+fn owning(take: &str) -> String {
+    format!("{take} RETURNING {MISSION}, epoch")
+}
+
 fn owned(row: &tokio_postgres::Row) -> Result<Owned, StoreError> {
-    let epoch: i64 = row.try_get(3)?;
+    let epoch: i64 = row.try_get("epoch")?;
     let mission = stored_mission(&Row::Postgres(row))?;
     Ok(Owned {
         mission,

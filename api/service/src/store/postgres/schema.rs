@@ -1,9 +1,12 @@
 //! Versions of the tables in PostgreSQL. A released version never changes; a change is a new version.
 
-use super::{super::error::StoreError, link::Link};
+use super::{
+    super::{digest::fill, error::StoreError},
+    link::Link,
+};
 
 /// The migrations from each version to the next.
-const STEPS: [&str; 1] = [FIRST];
+const STEPS: [&str; 2] = [FIRST, DIGESTS];
 
 /// The tables of SQLite's newest version, the services that share them, and which of them owns each mission.
 ///
@@ -76,6 +79,24 @@ DO $$ BEGIN
     EXECUTE 'ALTER TABLE snapshots ALTER body SET COMPRESSION lz4';
 EXCEPTION WHEN OTHERS THEN NULL; END $$;
 ";
+
+/// The digests of SQLite's version 8. The function is PostgreSQL's own: the same H, once more.
+const DIGESTS: &str = concat!(
+    "
+ALTER TABLE events ADD COLUMN digest BYTEA NOT NULL DEFAULT '';
+ALTER TABLE snapshots ADD COLUMN digest BYTEA NOT NULL DEFAULT '';
+ALTER TABLE missions ADD COLUMN head BYTEA NOT NULL DEFAULT '', ADD COLUMN digest BYTEA NOT NULL DEFAULT '';
+CREATE FUNCTION digest_of(mission BIGINT, sequence BIGINT, kind TEXT, before BYTEA, body BYTEA) RETURNS BYTEA
+LANGUAGE SQL IMMUTABLE AS $$
+    SELECT substring(sha256(int8send(mission) || int8send(sequence) || int8send(octet_length(kind)) ||
+        convert_to(kind, 'UTF8') || coalesce(before, '') || body) FOR 16)
+$$;
+",
+    fill!(),
+    "
+DROP FUNCTION digest_of(BIGINT, BIGINT, TEXT, BYTEA, BYTEA);
+"
+);
 
 /// Services that start at the same time migrate one after the other: the number is this program's own.
 const LOCK: &str = "SELECT pg_advisory_xact_lock(7083212650463)";
