@@ -26,7 +26,7 @@ cd "$1"
 if [ "$(id -u)" = 0 ]; then as="setpriv --reuid nobody --regid nogroup --clear-groups"; chown -R nobody "$1"; fi
 chmod 600 key.pem
 $as "$2/initdb" --pgdata=data --username=postgres --auth=trust --no-sync --encoding=UTF8 --locale=C >log 2>&1
-$as "$2/pg_ctl" start --wait --pgdata=data --log=log -o "-k $1 -p $3 -c listen_addresses=127.0.0.1 -c fsync=off \
+$as "$2/pg_ctl" start --wait --pgdata=data -o "-k $1 -p $3 -c listen_addresses=127.0.0.1 -c fsync=off \
     -c max_connections=200 -c ssl=on -c ssl_cert_file=../certificate.pem -c ssl_key_file=../key.pem" >>log 2>&1
 echo "$?"
 cat >/dev/null

@@ -11,7 +11,7 @@ use tests::{broken::pick, fuzz::Fuzzer};
 use crate::deadline::due_at;
 
 /// How many cases without `PILOTFISH_FUZZ_CASES`.
-const CASES: u64 = 1_000;
+const CASES: u64 = 150;
 /// At which look the planner is told to stop: before anything, within the first program, after some, never.
 const LOOKS: [usize; 5] = [0, 3, 12, 50, usize::MAX];
 /// How often the planner looks once it is to stop: in the solver, in its SCP iteration, between the iterations.
