@@ -1,7 +1,7 @@
 // Missions: from the gallery to the end, scrubbed, compared; live ones watched and steered.
 
 import { expect, go, isDrawn, test } from "./fixtures.mjs";
-import { flown, hastened, posed } from "./service.mjs";
+import { flown, hastened, posed, stepped } from "./service.mjs";
 
 test("a scenario runs from the gallery to its end, and any moment of it can be looked at", async ({ page, service }) => {
   // The page begins it at a speed to watch. Here it is begun so slowly that it is not over before it is paused.
@@ -50,7 +50,7 @@ test("a scenario runs from the gallery to its end, and any moment of it can be l
 
 test("the slider of a simulated mission that is under way is as full as its time is over", async ({ page, service }) => {
   const { id } = await service.post("/v1/missions", { schema_version: "1.0", title: "under way", simulated: { scenario: "about-face", seed: 1 } });
-  for (const ticks of [60, 60, 31]) await service.post(`/v1/missions/${id}/step`, { ticks });
+  await stepped(service, id, 151);
   await go(page, service, `#/mission/${id}`);
   await expect(page.locator(".clock")).toHaveText("02:30 of 10:00");
   await expect(page.getByLabel("Time shown")).toHaveValue("250");
