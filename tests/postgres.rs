@@ -2,7 +2,7 @@
 
 use std::{
     env, fs,
-    io::{self, Write as _},
+    io::{self, BufRead as _, BufReader, Write as _},
     net::{Ipv4Addr, TcpListener},
     path::{Path, PathBuf},
     process::{self, Child, Command, Stdio},
@@ -10,8 +10,6 @@ use std::{
         LazyLock,
         atomic::{AtomicU32, Ordering},
     },
-    thread,
-    time::{Duration, Instant},
 };
 
 use tempfile::TempDir;
@@ -25,19 +23,16 @@ const DEBIAN: &str = "/usr/lib/postgresql";
 /// run as root, and to read a key that others may read.
 const SCRIPT: &str = r#"
 cd "$1"
+: >log
 if [ "$(id -u)" = 0 ]; then as="setpriv --reuid nobody --regid nogroup --clear-groups"; chown -R nobody "$1"; fi
 chmod 600 key.pem
 $as "$2/initdb" --pgdata=data --username=postgres --auth=trust --no-sync --encoding=UTF8 --locale=C >log 2>&1
-$as "$2/postgres" -D data -k "$1" -p "$3" -c listen_addresses=127.0.0.1 -c fsync=off -c max_connections=200 \
-    -c ssl=on -c ssl_cert_file=../certificate.pem -c ssl_key_file=../key.pem >>log 2>&1 &
+$as "$2/pg_ctl" start --wait --pgdata=data --log=log --options="-k $1 -p $3 -c listen_addresses=127.0.0.1 -c fsync=off \
+    -c max_connections=200 -c ssl=on -c ssl_cert_file=../certificate.pem -c ssl_key_file=../key.pem" >>log 2>&1 && echo ready || echo failed
 cat >/dev/null
-kill -INT "$(head -n 1 data/postmaster.pid)"
-wait
+$as "$2/pg_ctl" stop --wait --mode=fast --pgdata=data >>log 2>&1
 rm -rf "$1"
 "#;
-
-/// A longer wait for the server fails the test.
-const PATIENCE: Duration = Duration::from_mins(1);
 
 struct Server {
     programs: PathBuf,
@@ -120,7 +115,7 @@ fn programs() -> Option<PathBuf> {
     let versions = fs::read_dir(DEBIAN).into_iter().flatten().flatten();
     let of_debian = versions.map(|version| version.path().join("bin"));
     let mut folders = env::split_paths(&paths).chain(of_debian);
-    let programs = ["initdb", "postgres", "psql"];
+    let programs = ["initdb", "pg_ctl", "postgres", "psql"];
     folders.find(|folder| programs.iter().all(|program| folder.join(program).is_file()))
 }
 
@@ -133,23 +128,25 @@ fn start() -> Option<Server> {
     let port = port.expect("a port is free");
     let folder = tempfile::tempdir().map(TempDir::keep).expect("there is room");
     let (certificate, _) = certificate(&folder);
-    let process = Command::new("sh")
+    let mut process = Command::new("sh")
         .args(["-c", SCRIPT, "sh"])
         .args([folder.as_path(), programs.as_path(), Path::new(&port.to_string())])
         .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
         .spawn()
         .expect("there is a shell");
-    let server = Server {
+    let mut said = String::new();
+    let printed = BufReader::new(process.stdout.as_mut().expect("is piped")).read_line(&mut said);
+    let log = || fs::read_to_string(folder.join("log")).unwrap_or_default();
+    assert!(
+        printed.is_ok() && said == "ready\n",
+        "the server does not start: {}",
+        log()
+    );
+    Some(Server {
         programs,
         port,
         certificate,
         _process: process,
-    };
-    let begun = Instant::now();
-    while !server.ask("SELECT 1") {
-        let log = || fs::read_to_string(folder.join("log")).unwrap_or_default();
-        assert!(begun.elapsed() < PATIENCE, "the server does not start: {}", log());
-        thread::sleep(Duration::from_millis(50));
-    }
-    Some(server)
+    })
 }
