@@ -11,24 +11,36 @@ fmt:
     cargo fmt --all --check
 
 lint:
-    cargo clippy --workspace --all-targets --all-features -- -D warnings
+    cargo clippy --workspace --all-targets -- -D warnings
+    cargo clippy --workspace --test soak -- -D warnings
 
 docs:
-    RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --all-features
+    RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps
 
 test:
     cargo test --workspace
 
-# What a change needs, in under three minutes after the build: without the modules called `slow`, such as campaigns, trials, kills
-# and the bridge under way
+# What a change needs, in 90 s after the build: without the modules called `slow`, such as campaigns, trials and comparisons
 test-fast:
     SNAPSHOTS=40 cargo test --workspace --lib --bins --test claims --test program -- --skip slow::
+
+# What the gate leaves out: real processes, other servers, measurements. All of it, or steps such as `just soak failover`; `.ci/soak --list`
+soak *steps:
+    .ci/soak {{steps}}
+
+# Voyages of so many seeds, of ten minutes each: every claim of service, store and bridge, under faults (see ARCHITECTURE.md)
+voyages seeds="1000" *more:
+    cargo run --release -p tests --bin voyages -- --seeds {{seeds}} --duration 600 {{more}}
 
 # Records, opened in pandas, GeoPandas and the MCAP reader; not part of `check`, which needs Rust alone
 python:
     .ci/python-tests
 
-# The Python package: wheel, types, lints, tests, notebook
+# The Python client as it lies here: types, lints, tests that need no waiting
+python-client:
+    .ci/python-client
+
+# The Python package: wheel, all tests, notebook
 python-package:
     .ci/python-package
 

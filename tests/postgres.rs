@@ -23,14 +23,14 @@ const DEBIAN: &str = "/usr/lib/postgresql";
 /// the server answers, or does not start. The server refuses to run as root, and to read a key that others may read.
 const SCRIPT: &str = r#"
 cd "$1"
+: >log
 if [ "$(id -u)" = 0 ]; then as="setpriv --reuid nobody --regid nogroup --clear-groups"; chown -R nobody "$1"; fi
 chmod 600 key.pem
 $as "$2/initdb" --pgdata=data --username=postgres --auth=trust --no-sync --encoding=UTF8 --locale=C >log 2>&1
-$as "$2/pg_ctl" start --wait --pgdata=data -o "-k $1 -p $3 -c listen_addresses=127.0.0.1 -c fsync=off \
-    -c max_connections=200 -c ssl=on -c ssl_cert_file=../certificate.pem -c ssl_key_file=../key.pem" >>log 2>&1
-echo "$?"
+$as "$2/pg_ctl" start --wait --pgdata=data --log=log --options="-k $1 -p $3 -c listen_addresses=127.0.0.1 -c fsync=off \
+    -c max_connections=200 -c ssl=on -c ssl_cert_file=../certificate.pem -c ssl_key_file=../key.pem" >>log 2>&1 && echo ready || echo failed
 cat >/dev/null
-$as "$2/pg_ctl" stop --mode=fast --pgdata=data >>log 2>&1
+$as "$2/pg_ctl" stop --wait --mode=fast --pgdata=data >>log 2>&1
 rm -rf "$1"
 "#;
 
@@ -102,7 +102,7 @@ fn programs() -> Option<PathBuf> {
     let versions = fs::read_dir(DEBIAN).into_iter().flatten().flatten();
     let of_debian = versions.map(|version| version.path().join("bin"));
     let mut folders = env::split_paths(&paths).chain(of_debian);
-    let programs = ["initdb", "pg_ctl", "psql"];
+    let programs = ["initdb", "pg_ctl", "postgres", "psql"];
     folders.find(|folder| programs.iter().all(|program| folder.join(program).is_file()))
 }
 
@@ -122,13 +122,16 @@ fn start() -> Option<Server> {
         .stdout(Stdio::piped())
         .spawn()
         .expect("there is a shell");
-    let mut started = String::new();
-    let printed = process.stdout.take().map(BufReader::new);
-    let read = printed.expect("is piped").read_line(&mut started);
-    read.expect("says how it went");
+    let mut said = String::new();
+    let printed = BufReader::new(process.stdout.as_mut().expect("is piped")).read_line(&mut said);
     let log = || fs::read_to_string(folder.join("log")).unwrap_or_default();
-    assert_eq!(started, "0\n", "the server does not start: {}", log());
+    assert!(
+        printed.is_ok() && said == "ready\n",
+        "the server does not start: {}",
+        log()
+    );
     Some(Server {
+        programs,
         port,
         certificate,
         _process: process,

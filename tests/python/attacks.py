@@ -18,6 +18,7 @@ import signal
 import socket
 import statistics
 import subprocess
+import sys
 import tempfile
 import threading
 import time
@@ -415,12 +416,14 @@ def main() -> None:
     arguments = parser.parse_args()
     print("| attack | live plans solved of those due | /livez, ms | small plan, ms | report, ms | attacker's answers | MiB (peak) |")
     print("|---|---|---|---|---|---|---|")
+    failed = 0
     for name in arguments.attacks or ATTACKS:
         try:
             row = measured(arguments.program, ATTACKS[name], arguments.seconds)
         except Exception as error:  # the service of a version before may not answer at all
-            row = f"| {ATTACKS[name].what} | not measured: {error!r} |"
+            row, failed = f"| {ATTACKS[name].what} | not measured: {error!r} |", 1
         print(row, flush=True)
+    sys.exit(failed)
 
 
 if __name__ == "__main__":

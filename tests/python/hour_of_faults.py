@@ -20,6 +20,7 @@ import re
 import socket
 import statistics
 import subprocess
+import sys
 import tempfile
 import threading
 import time
@@ -249,6 +250,7 @@ class Sea:
         }
         first = pd.merge_asof(sent[~goes_on], truth, on="t")
         faster, off = first.speed_x - first.speed_y, (first.heading_x - first.heading_y).map(wrapped).abs()
+        self.n_above = sum(above.sum() for above, _ in fast.values())
         found = "; ".join(f"{name}: {above.sum()}, at most {value.max():.3f}" for name, (above, value) in fast.items())
         return (
             f"{len(sent)} references; {found}; {len(first)} after a pause, at most {faster.max():.2f} m/s above the "
@@ -318,6 +320,7 @@ def main() -> None:
     print("\n| | fault | should | s | sent | stops after, s | says after, s | m before | at most | back, s | near, s |")
     print("|---" * 11 + "|", *(sea.row(k, fault, told) for k, fault in enumerate(faults, 1)), sep="\n")
     print("\nSaid without a fault:", rest or "nothing")
+    sys.exit(1 if sea.n_above else 0)
 
 
 if __name__ == "__main__":

@@ -6,12 +6,15 @@ import subprocess
 import sys
 from pathlib import Path as File
 
+import pytest
+
 from program import program
 
 BOAT = File(__file__).resolve().parents[2] / "examples" / "boat.py"
 SETTLED = 20  # s: the origin is known after 4, and the boat is up to speed after 8 more
 
 
+@pytest.mark.soak
 def test_a_boat_that_the_bridge_steers_approaches_the_auv(tmp_path):
     with socket.socket(type=socket.SOCK_DGRAM) as wire:
         wire.bind(("127.0.0.1", 0))

@@ -15,6 +15,8 @@ from program import NAMES, pilotfish, program, read
 DURATION_S = 120
 FILES = ["record.parquet", "record.csv", "record.geojson", "record.mcap", "record.ndjson"]
 PAGE = "mission.html"
+pytestmark = pytest.mark.soak
+
 Mission = tuple[File, bytes]  # folder of its files, what it printed
 
 

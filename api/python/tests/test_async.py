@@ -40,6 +40,7 @@ def test_a_simulated_mission_becomes_a_table_and_a_file(url, tmp_path):
     asyncio.run(main())
 
 
+@pytest.mark.soak
 def test_a_mission_is_finished_when_its_task_is_cancelled(url):
     async def main():
         async with AsyncClient(url) as client:
@@ -57,6 +58,7 @@ def test_a_mission_is_finished_when_its_task_is_cancelled(url):
     asyncio.run(main())
 
 
+@pytest.mark.soak
 def test_a_killed_service_costs_no_event_and_no_report(own_service: Service):
     async def watch(mission):
         return [event async for event in mission.events()]

@@ -57,6 +57,7 @@ def test_a_simulated_mission_becomes_a_table_and_files(client, tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["all", "mission.csv"]
 
 
+@pytest.mark.soak
 def test_a_simulated_mission_runs_to_its_end(client, tmp_path):
     scenario = tmp_path / "short.toml"
     scenario.write_text(SHORT)
@@ -97,6 +98,7 @@ def test_all_missions_are_listed_page_by_page(client):
         client.mission(name).delete()
 
 
+@pytest.mark.soak
 def test_a_live_mission_is_fed_steered_by_and_changed(client):
     with client.create_mission(live=LIVE) as mission:
         mission.run()
@@ -123,6 +125,7 @@ def test_a_report_has_its_key(client):
         assert again[0] == again[1]
 
 
+@pytest.mark.soak
 def test_a_killed_service_costs_no_event_and_no_report(own_service: Service):
     with Client(own_service.url) as client, client.create_mission(live=LIVE) as mission:
         seen = []
@@ -145,6 +148,7 @@ def test_a_killed_service_costs_no_event_and_no_report(own_service: Service):
     assert sum(event.kind == "planned" for event in seen) >= 2
 
 
+@pytest.mark.soak
 def test_five_auvs_are_served_by_the_same_schedule_after_a_kill(own_service: Service):
     example = Path(__file__).parents[3] / "examples" / "visits.py"
     assert len(example.read_text(encoding="utf-8").splitlines()) < 30
@@ -165,6 +169,7 @@ def test_five_auvs_are_served_by_the_same_schedule_after_a_kill(own_service: Ser
     assert ages[-1] > 15, lines
 
 
+@pytest.mark.soak
 def test_patience_with_a_service_that_stays_away_is_bounded(own_service: Service):
     with Client(own_service.url, patience_s=1.0) as client:
         mission = client.create_mission(live=LIVE)

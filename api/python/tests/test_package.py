@@ -7,6 +7,8 @@ import sys
 import tomllib
 from pathlib import Path
 
+import pytest
+
 import pilotfish
 
 PACKAGE = Path(__file__).resolve().parents[1]
@@ -21,6 +23,7 @@ def test_the_version_is_the_workspaces():
     assert pilotfish.__version__ == workspace["workspace"]["package"]["version"]
 
 
+@pytest.mark.soak
 def test_the_wheel_brings_the_program():
     program = Path(sys.executable).with_name("pilotfish")
     said = subprocess.run([program, "--version"], check=True, capture_output=True, text=True).stdout
@@ -42,6 +45,7 @@ def test_the_readme_gets_from_pip_to_a_plot(url, tmp_path):
     assert (tmp_path / "mission.png").stat().st_size > 10_000
 
 
+@pytest.mark.soak
 def test_the_readmes_other_pieces_run(client, url):
     """In order, in one place, as a reader would type them."""
     pieces = re.findall(r"```python\n(.*?)```", README, re.DOTALL)[1:]

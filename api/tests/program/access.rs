@@ -1,81 +1,39 @@
 //! Access to the service and its configuration: tokens, roles, TLS and the sources of settings.
 
-use std::{
-    fs,
-    process::Command,
-    thread::sleep,
-    time::{Duration, Instant},
-};
+use std::fs;
 
 use tempfile::tempdir;
-use tests::server::{Server, certificate};
+use tests::server::Server;
 
-use crate::command::{line, path, pilotfish, printed, run, said};
-
-/// Longer than the service needs to notice a changed token file.
-const REREAD: Duration = Duration::from_secs(10);
-
-/// Makes a token in `file`.
-fn add(file: &str, name: &str, role: &str) -> String {
-    add_limited(file, name, role, &[])
-}
+use crate::command::{ask, ask_as, body, json, line, path, pilotfish, printed, run, said, status};
 
 /// Makes a token in `file`, limited by these flags.
-fn add_limited(file: &str, name: &str, role: &str, limits: &[&str]) -> String {
+fn add(file: &str, name: &str, role: &str, limits: &[&str]) -> String {
     let arguments = ["token", "add", name, "--role", role, "--tokens", file];
-    let made = run(&[&arguments, limits].concat());
-    printed(&made).trim().to_owned()
+    printed(&run(&[&arguments, limits].concat())).trim().to_owned()
 }
 
-/// The status that curl gets, and the answer's body.
-pub(crate) fn curl(arguments: &[&str]) -> (u16, String) {
-    let output = Command::new("curl")
-        .args(["-s", "--max-time", "20", "-w", "\n%{http_code}"])
-        .args(arguments)
-        .output()
-        .expect("curl is installed");
-    let text = String::from_utf8(output.stdout).expect("is text");
-    let (body, status) = text.rsplit_once('\n').expect("has a status");
-    (status.parse().expect("is a number"), body.to_owned())
-}
-
-/// The status of a call with a token, if any.
-fn call(server: &Server, method: &str, path: &str, token: Option<&str>) -> u16 {
-    let authorization = token.map(|token| format!("authorization: Bearer {token}"));
-    let url = format!("{}{path}", server.url());
-    let mut arguments = vec!["-X", method, &url];
-    if let Some(authorization) = &authorization {
-        arguments.extend(["-H", authorization]);
-    }
-    curl(&arguments).0
+/// A service with the tokens in `file` and the missions in `data`.
+fn serving(file: &str, data: &str) -> Server {
+    let mut program = pilotfish();
+    program.args(["--tokens", file, "--data", data]);
+    Server::start_on(program, 0)
 }
 
 #[test]
-fn each_role_has_its_permissions_and_a_revoked_token_none() {
+fn each_role_has_its_permissions() {
     let directory = tempdir().expect("there is room");
     let file = path(&directory, "tokens.json");
-    let mut program = pilotfish();
-    program.args(["--tokens", &file]);
-    let server = Server::start(program);
-    assert_eq!(
-        call(&server, "GET", "/v1/missions", None),
-        200,
-        "no token was made"
-    );
     let [reader, operator, admin] =
-        ["read-only", "operator", "admin"].map(|role| add(&file, &format!("the-{role}"), role));
-    let end = Instant::now() + REREAD;
-    while call(&server, "GET", "/v1/missions", None) == 200 {
-        assert!(Instant::now() < end, "the first token has no effect");
-        sleep(Duration::from_millis(100));
-    }
-
+        ["read-only", "operator", "admin"].map(|role| add(&file, &format!("the-{role}"), role, &[]));
+    let server = serving(&file, &path(&directory, "data"));
+    let call = |method, path, token| status(&ask_as(&server, token, method, path, ""));
     for public in ["/", "/livez", "/readyz", "/openapi.json"] {
-        assert_eq!(call(&server, "GET", public, None), 200, "{public}");
+        assert_eq!(call("GET", public, None), 200, "{public}");
     }
     for token in [None, Some("pf_wrong"), Some(&reader[1..])] {
-        assert_eq!(call(&server, "GET", "/v1/missions", token), 401);
-        assert_eq!(call(&server, "DELETE", "/v1/missions/m-1", token), 401);
+        assert_eq!(call("GET", "/v1/missions", token), 401);
+        assert_eq!(call("DELETE", "/v1/missions/m-1", token), 401);
     }
     // 404 and 415 are answers to those who may ask.
     for (token, list, run, delete) in [
@@ -84,67 +42,45 @@ fn each_role_has_its_permissions_and_a_revoked_token_none() {
         (&admin, 200, 404, 404),
     ] {
         let token = Some(token.as_str());
-        assert_eq!(call(&server, "GET", "/v1/missions", token), list);
-        assert_eq!(call(&server, "POST", "/v1/missions/m-1/run", token), run);
-        assert_eq!(call(&server, "DELETE", "/v1/missions/m-1", token), delete);
-        assert_eq!(call(&server, "POST", "/v1/plan", token), 415);
+        assert_eq!(call("GET", "/v1/missions", token), list);
+        assert_eq!(call("POST", "/v1/missions/m-1/run", token), run);
+        assert_eq!(call("DELETE", "/v1/missions/m-1", token), delete);
+        assert_eq!(call("POST", "/v1/plan", token), 415);
     }
-
-    let listed = run(&["token", "list", "--tokens", &file]);
-    assert!(said(&listed).contains("the-operator"), "{}", said(&listed));
-    assert!(!said(&listed).contains(&operator[3..]), "a token is shown once");
-    assert!(
-        run(&["token", "revoke", "the-operator", "--tokens", &file])
-            .status
-            .success()
-    );
-    let end = Instant::now() + REREAD;
-    while call(&server, "GET", "/v1/missions", Some(&operator)) == 200 {
-        assert!(Instant::now() < end, "the revoked token is still valid");
-        sleep(Duration::from_millis(100));
-    }
-    assert_eq!(call(&server, "GET", "/v1/missions", Some(&admin)), 200);
+    let listed = said(&run(&["token", "list", "--tokens", &file]));
+    assert!(listed.contains("the-operator"), "{listed}");
+    assert!(!listed.contains(&operator[3..]), "a token is shown once");
 }
 
 #[test]
 fn a_token_limited_to_craft_or_missions_sees_and_changes_only_those() {
     let directory = tempdir().expect("there is room");
     let file = path(&directory, "tokens.json");
-    let admin = add(&file, "admin", "admin");
-    let bridge = add_limited(&file, "bridge-1", "operator", &["--craft", "craft-1"]);
-    let mut program = pilotfish();
-    program.args(["--tokens", &file]);
-    let server = Server::start(program);
-    let ask = |token: &str, method: &str, path: &str, body: &str| {
-        let url = format!("{}{path}", server.url());
-        let bearer = format!("authorization: Bearer {token}");
-        let json = "content-type: application/json";
-        let mut arguments = vec!["-X", method, &url, "-H", &bearer];
-        if !body.is_empty() {
-            arguments.extend(["-H", json, "-d", body]);
-        }
-        curl(&arguments)
-    };
-    let create = |token: &str, craft: &str| {
-        let body = format!(
+    let data = path(&directory, "data");
+    let admin = add(&file, "admin", "admin", &[]);
+    let bridge = add(&file, "bridge-1", "operator", &["--craft", "craft-1"]);
+    let create = |server: &Server, token: &str, craft: &str| {
+        let mission = format!(
             r#"{{"schema_version":"1.0","metadata":{{"bridge":"{craft}"}},
                 "live":{{"auvs":[{{"id":"a"}}],"goal":{{"kind":"track","auv":"a"}}}}}}"#
         );
-        let (status, answer) = ask(token, "POST", "/v1/missions", &body);
-        let id = serde_json::from_str::<serde_json::Value>(&answer).expect("is JSON")["id"].clone();
-        (status, id.as_str().unwrap_or_default().to_owned())
+        let answer = ask_as(server, Some(token), "POST", "/v1/missions", &mission);
+        let id = json(body(&answer))["id"].as_str().unwrap_or_default().to_owned();
+        (status(&answer), id)
     };
-    let (status, own) = create(&bridge, "craft-1");
-    assert_eq!(status, 201);
-    assert_eq!(create(&bridge, "craft-2").0, 403);
-    let (_, other) = create(&admin, "craft-2");
-    // Read without a restart; limited by the mission's ID, and an admin of that alone.
-    let one = add_limited(&file, "one", "admin", &["--mission", &other]);
-    let end = Instant::now() + REREAD;
-    while ask(&one, "GET", "/v1/access", "").0 != 200 {
-        assert!(Instant::now() < end, "the new token has no effect");
-        sleep(Duration::from_millis(100));
-    }
+    let first = serving(&file, &data);
+    let (created, own) = create(&first, &bridge, "craft-1");
+    assert_eq!(created, 201);
+    assert_eq!(create(&first, &bridge, "craft-2").0, 403);
+    let (_, other) = create(&first, &admin, "craft-2");
+    drop(first);
+    // Limited by the mission's ID, and an admin of that alone.
+    let one = add(&file, "one", "admin", &["--mission", &other]);
+    let server = serving(&file, &data);
+    let ask = |token: &str, method: &str, path: &str, body: &str| {
+        let answer = ask_as(&server, Some(token), method, path, body);
+        (status(&answer), answer)
+    };
 
     for (token, theirs, not_theirs) in [(&bridge, &own, &other), (&one, &other, &own)] {
         let (_, listed) = ask(token, "GET", "/v1/missions", "");
@@ -179,7 +115,7 @@ fn a_token_limited_to_craft_or_missions_sees_and_changes_only_those() {
         "it names other missions"
     );
     assert_eq!(
-        create(&one, "craft-2").0,
+        create(&server, &one, "craft-2").0,
         403,
         "it is limited to an existing mission"
     );
@@ -191,7 +127,7 @@ fn a_token_limited_to_craft_or_missions_sees_and_changes_only_those() {
 }
 
 #[test]
-fn a_service_on_a_network_needs_tokens_and_tls_or_insecure() {
+fn a_service_on_a_network_needs_tokens_and_tls() {
     let directory = tempdir().expect("there is room");
     let file = path(&directory, "tokens.json");
     let data = path(&directory, "data");
@@ -202,46 +138,9 @@ fn a_service_on_a_network_needs_tokens_and_tls_or_insecure() {
     let refused = run(&away);
     assert_eq!(refused.status.code(), Some(1));
     assert!(said(&refused).contains("neither tokens"), "{}", said(&refused));
-    let token = add(&file, "bridge", "operator");
+    add(&file, "bridge", "operator", &[]);
     let refused = run(&away);
     assert!(said(&refused).contains("no TLS"), "{}", said(&refused));
-
-    let (certificate, key) = certificate(directory.path());
-    let mut program = pilotfish();
-    program.args(["--host", "0.0.0.0", "--tokens", &file]).args([
-        "--tls-certificate",
-        &certificate,
-        "--tls-key",
-        &key,
-    ]);
-    let server = Server::start(program);
-    let url = format!("https://localhost:{}/v1/missions", server.port());
-    let bearer = format!("authorization: Bearer {token}");
-    let trusted = ["--cacert", &certificate, "-H", &bearer, &url];
-    assert_eq!(curl(&trusted).0, 200);
-    assert_eq!(curl(&["--cacert", &certificate, &url]).0, 401);
-    assert_eq!(
-        curl(&["-H", &bearer, &url]).0,
-        0,
-        "the certificate is our own: curl does not trust it by itself"
-    );
-    let in_the_clear = url.replace("https", "http");
-    assert_eq!(curl(&["-H", &bearer, &in_the_clear]).0, 0);
-
-    // A renewed certificate is loaded without a restart.
-    let before = fs::read(&certificate).expect("is there");
-    let (renewed, _) = tests::server::certificate(directory.path());
-    assert_ne!(fs::read(&renewed).expect("is there"), before);
-    assert_eq!(curl(&trusted).0, 0, "the service still shows the old certificate");
-    let hang_up = Command::new("kill")
-        .args(["-HUP", &server.process.id().to_string()])
-        .status();
-    assert!(hang_up.expect("kill is installed").success());
-    let end = Instant::now() + REREAD;
-    while curl(&trusted).0 != 200 {
-        assert!(Instant::now() < end, "the new certificate is not loaded");
-        sleep(Duration::from_millis(100));
-    }
 }
 
 #[test]
@@ -346,7 +245,7 @@ fn flags_of_the_service_may_precede_or_follow_the_subcommand() {
         let mut program = pilotfish();
         program.args(arguments);
         let server = Server::start(program);
-        assert_eq!(call(&server, "GET", "/livez", None), 200);
+        assert!(ask(&server, "GET", "/livez", "").starts_with("HTTP/1.1 200"));
     }
     let data = tempdir().expect("there is room");
     let data = data.path().to_string_lossy().into_owned();

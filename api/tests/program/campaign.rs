@@ -1,12 +1,6 @@
-//! `pilotfish campaign` as its users run it: killed and gone on with, in parts, looked at, refused.
+//! `pilotfish campaign` as its users run it: in parts, looked at, refused.
 
-use std::{
-    fs,
-    path::Path,
-    process::{Command, Output, Stdio},
-    thread::sleep,
-    time::Duration,
-};
+use std::{fs, path::Path, process::Output};
 
 use tempfile::TempDir;
 
@@ -15,7 +9,7 @@ use crate::command::{path, pilotfish, printed};
 const FILE: &str = r#"
 schema_version = "1"
 name = "small"
-title = "a campaign that is killed"
+title = "a small campaign"
 scenarios = ["paper-tracking", "noisy-fixes"]
 duration_s = 90
 replicates = 8
@@ -29,14 +23,10 @@ name = "saturated_los"
 law = { name = "saturated_los" }
 "#;
 
-fn campaign(arguments: &[&str]) -> Command {
+fn run(arguments: &[&str]) -> Output {
     let mut command = pilotfish();
     command.arg("campaign").args(arguments);
-    command
-}
-
-fn run(arguments: &[&str]) -> Output {
-    campaign(arguments).output().expect("the program starts")
+    command.output().expect("the program starts")
 }
 
 #[test]
@@ -93,33 +83,13 @@ mod slow {
     use super::*;
 
     #[test]
-    fn a_campaign_that_is_killed_again_and_again_goes_on_to_the_same_rows() {
+    fn a_campaign_in_parts_has_the_same_rows_is_flown_again_and_reported() {
         let folder = TempDir::new().expect("is a folder");
         let file = path(&folder, "small.toml");
         fs::write(&file, FILE).expect("is written");
-        let (whole, killed) = (path(&folder, "whole"), path(&folder, "killed"));
+        let whole = path(&folder, "whole");
         printed(&run(&["run", &file, "--out", &whole, "--jobs", "2"]));
         let digest = printed(&run(&["digest", &whole]));
-
-        let mut kills = 0;
-        for after_ms in [150, 400, 900, 700, 300, 1_200] {
-            let mut flying = campaign(&["run", &file, "--out", &killed, "--jobs", "2"]);
-            let mut flying = flying
-                .stdout(Stdio::null())
-                .stderr(Stdio::null())
-                .spawn()
-                .expect("starts");
-            sleep(Duration::from_millis(after_ms));
-            kills += u32::from(flying.try_wait().expect("is ours").is_none());
-            flying.kill().expect("is ours");
-            flying.wait().expect("is ours");
-        }
-        assert!(2 <= kills, "it has to be killed to show anything: {kills}");
-        printed(&run(&["run", &file, "--out", &killed, "--jobs", "1"]));
-        assert_eq!(printed(&run(&["digest", &killed])), digest);
-        // What is done is not done again.
-        let again = printed(&run(&["run", &file, "--out", &killed]));
-        assert!(again.contains(digest.trim()), "{again}");
 
         let parts: Vec<String> = (1..=3).map(|i| path(&folder, &format!("part-{i}"))).collect();
         for (i, part) in (1..).zip(&parts) {

@@ -3,11 +3,9 @@
 use std::{
     collections::BTreeMap,
     fs,
-    io::{BufRead, Read, Write},
-    net::{TcpListener, TcpStream},
+    io::{BufRead, Write},
     path::Path,
     process::{Command, Output, Stdio},
-    time::Duration,
 };
 
 use planner::{craft::CraftDescription, los::LosLaw};
@@ -15,7 +13,7 @@ use record::Format;
 use serde_json::Value;
 use tests::server::Server;
 
-use crate::command::{ask, json, line, path, pilotfish, printed, run, stderr, stdout};
+use crate::command::{ask, body, has, json, line, path, pilotfish, printed, run, stderr, stdout};
 
 fn serving(arguments: &[&str]) -> Server {
     let mut program = pilotfish();
@@ -23,12 +21,11 @@ fn serving(arguments: &[&str]) -> Server {
     Server::start(program)
 }
 
-fn body(answer: &str) -> &str {
-    answer.split_once("\r\n\r\n").expect("has a body").1
-}
-
 #[test]
 fn the_command_that_the_server_prints_works_when_pasted() {
+    if !has("curl") {
+        return;
+    }
     let mut server = serving(&[]);
     let mut printed = server.printed.take().expect("has not ended");
     let mut command = String::new();
@@ -48,97 +45,25 @@ fn the_command_that_the_server_prints_works_when_pasted() {
 }
 
 #[test]
-fn a_server_runs_without_a_reader_of_its_output() {
-    let free = TcpListener::bind("127.0.0.1:0")
-        .and_then(|listener| listener.local_addr())
-        .expect("is free");
-    let data = tempfile::tempdir().expect("there is room");
-    let mut process = pilotfish()
-        .args(["--port", &free.port().to_string()])
-        .env("PILOTFISH_DATA", data.path())
-        .stdout(Stdio::piped())
-        .spawn()
-        .expect("starts");
-    drop(process.stdout.take());
-    let server = Server {
-        process,
-        printed: None,
-        address: free.to_string(),
-        data: Some(data),
-    };
-    let up = (0..200).any(|_| {
-        std::thread::sleep(Duration::from_millis(25));
-        TcpStream::connect(&server.address).is_ok()
-    });
-    assert!(up && ask(&server, "GET", "/livez", "").ends_with(r#"{"status":"live"}"#));
-}
-
-#[test]
-fn a_header_that_does_not_end_is_cut_off() {
-    let server = serving(&[]);
-    let mut socket = TcpStream::connect(&server.address).expect("listens");
-    socket
-        .write_all(b"GET /livez HTTP/1.1\r\nhost:")
-        .expect("takes it");
-    socket
-        .set_read_timeout(Some(Duration::from_secs(20)))
-        .expect("is a socket");
-    let mut answer = String::new();
-    socket.read_to_string(&mut answer).expect("hangs up");
-    assert!(!answer.contains("200 OK"), "{answer}");
-}
-
-#[test]
-fn a_stop_signal_lets_an_open_request_finish() {
-    let mut server = serving(&[]);
-    let mut socket = TcpStream::connect(&server.address).expect("listens");
-    let body = service::examples::EXAMPLES[0].body;
-    let head = format!(
-        "POST /v1/plan HTTP/1.1\r\nhost: localhost\r\ncontent-type: application/json\r\n\
-         content-length: {}\r\n\r\n",
-        body.len()
-    );
-    socket.write_all(head.as_bytes()).expect("takes it");
-    std::thread::sleep(Duration::from_millis(300));
-    send_stop(&server);
-    std::thread::sleep(Duration::from_millis(300));
-    socket.write_all(body.as_bytes()).expect("takes the rest");
-    let mut answer = String::new();
-    socket.read_to_string(&mut answer).expect("answers and hangs up");
-    assert!(answer.starts_with("HTTP/1.1 200 OK"), "{answer}");
-    assert!(server.process.wait().expect("ends").success());
-}
-
-fn send_stop(server: &Server) {
-    let id = server.process.id().to_string();
-    let stop = Command::new("kill").args(["-TERM", &id]).status();
-    assert!(stop.expect("there is a kill").success());
-}
-
-#[test]
-fn with_a_shutdown_delay_the_server_answers_but_is_not_ready() {
-    let mut server = serving(&["--shutdown-delay-s", "30"]);
-    assert!(ask(&server, "GET", "/readyz", "").starts_with("HTTP/1.1 200"));
-    send_stop(&server);
-    let not_ready = (0..100).any(|_| {
-        std::thread::sleep(Duration::from_millis(50));
-        let answer = ask(&server, "GET", "/readyz", "");
-        answer.starts_with("HTTP/1.1 503") && answer.contains("about to stop")
-    });
-    assert!(not_ready);
-    assert!(ask(&server, "GET", "/livez", "").starts_with("HTTP/1.1 200"));
-    // A second signal ends the delay.
-    send_stop(&server);
-    assert!(server.process.wait().expect("ends").success());
-}
-
-#[test]
 fn a_port_in_use_is_refused_with_advice() {
     let server = serving(&[]);
     let port = server.address.rsplit(':').next().expect("has a port");
     let output = run(&["serve", "--port", port]);
     assert!(!output.status.success());
     assert!(stderr(&output).contains("--port"), "{}", stderr(&output));
+}
+
+#[test]
+fn a_second_service_on_the_same_data_is_refused_and_the_first_continues() {
+    let first = serving(&[]);
+    let data = first.data.as_ref().expect("has a directory of its own").path();
+    let second = run(&["serve", "--port", "0", "--data", &data.display().to_string()]);
+    assert!(!second.status.success());
+    for part in ["in use by another pilotfish", "--data", "missions.sqlite3"] {
+        assert!(stderr(&second).contains(part), "{}", stderr(&second));
+    }
+    assert_eq!(stdout(&second), "", "it does not greet before it knows");
+    assert!(ask(&first, "GET", "/readyz", "").starts_with("HTTP/1.1 200"));
 }
 
 #[test]
@@ -246,33 +171,6 @@ fn one_mission_is_written_in_every_format() {
     assert_eq!(map["type"], "FeatureCollection");
     let names = fs::read_dir(directory).expect("is there").count();
     assert_eq!(names, Format::ALL.len(), "nothing else was left there");
-}
-
-#[test]
-fn an_older_record_stays_until_the_mission_ends() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let directory = folder.path();
-    let path = directory.join("record.csv");
-    fs::write(&path, "of before").expect("can be written");
-    let mut mission = pilotfish()
-        .args(["simulate", "paper-tracking", "--out"])
-        .arg(&path)
-        .stdout(Stdio::null())
-        .spawn()
-        .expect("starts");
-    std::thread::sleep(Duration::from_millis(300));
-    let running = mission.try_wait().expect("is ours").is_none();
-    let kept = fs::read_to_string(&path).expect("is there");
-    mission.kill().expect("is ours");
-    mission.wait().expect("is ours");
-    assert!(running, "the mission outlasts the look at its file");
-    assert_eq!(kept, "of before");
-    let names: Vec<_> = fs::read_dir(directory).expect("is there").collect();
-    assert_eq!(
-        names.len(),
-        1,
-        "a mission that was killed leaves nothing: {names:?}"
-    );
 }
 
 #[test]

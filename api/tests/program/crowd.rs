@@ -2,22 +2,19 @@
 
 use std::{
     collections::BTreeSet,
-    fmt::Write as _,
     io::{Read, Write},
     net::{Ipv4Addr, SocketAddr, TcpStream},
     os::unix::net::UnixDatagram,
     process::{Command, Stdio},
-    thread::sleep,
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 use rustix::net::{AddressFamily, SocketType, bind, connect, socket};
-use serde_json::{Value, json};
 use tests::server::Server;
 
-use crate::command::{ask, pilotfish, printed};
+use crate::command::{ask, metric, pilotfish};
 
-/// Longest wait for what must happen, on a busy machine.
+/// A longer wait fails the test.
 const PATIENCE: Duration = Duration::from_mins(1);
 
 /// Places for connections of a service that may open few files.
@@ -34,37 +31,6 @@ fn connected(from: [u8; 4], to: &Server) -> TcpStream {
     let stream = TcpStream::from(new);
     stream.set_read_timeout(Some(PATIENCE)).expect("is a socket");
     stream
-}
-
-fn metric(server: &Server, name: &str) -> f64 {
-    let metrics = ask(server, "GET", "/metrics", "");
-    let sample = metrics
-        .lines()
-        .find_map(|line| line.strip_prefix(name)?.strip_prefix(' '));
-    sample.expect("is counted").parse().expect("is a number")
-}
-
-/// Waits until it is so.
-fn until(what: &str, so: impl Fn() -> bool) {
-    let end = Instant::now() + PATIENCE;
-    while !so() {
-        assert!(Instant::now() < end, "{what}");
-        sleep(Duration::from_millis(200));
-    }
-}
-
-#[test]
-fn a_connection_that_takes_no_answer_is_closed() {
-    let server = Server::start(pilotfish());
-    let mut unread: Vec<_> = (0..4).map(|_| connected([127, 0, 0, 1], &server)).collect();
-    for socket in &mut unread {
-        let request = "GET /openapi.json HTTP/1.1\r\nhost: localhost\r\n\r\n".repeat(30);
-        socket.write_all(request.as_bytes()).expect("takes a request");
-    }
-    until("all are open", || metric(&server, "pilotfish_connections") >= 5.0);
-    until("one stays open", || {
-        metric(&server, "pilotfish_connections") == 1.0
-    });
 }
 
 #[test]
@@ -155,75 +121,4 @@ fn the_service_notifies_systemd_that_it_listens_and_that_its_planners_work() {
         let note = str::from_utf8(&note[..n]).expect("is text");
         assert!(awaited.remove(note) || note == "WATCHDOG=1", "{note}");
     }
-}
-
-#[test]
-fn the_stream_and_the_waiting_request_of_a_revoked_token_end() {
-    let directory = tempfile::tempdir().expect("there is room");
-    let file = directory.path().join("tokens.json");
-    let token = |arguments: &[&str]| {
-        let mut made = pilotfish();
-        made.arg("token").args(arguments).arg("--tokens").arg(&file);
-        let output = made.output().expect("starts");
-        printed(&output).trim().to_owned()
-    };
-    let [bridge, page] = ["bridge", "page"].map(|name| token(&["add", name, "--role", "operator"]));
-    let mut with_tokens = pilotfish();
-    with_tokens.arg("--tokens").arg(&file);
-    let server = Server::start(with_tokens);
-
-    let live = json!({ "schema_version": "1.0", "live": {
-        "auvs": [{ "id": "auv-1" }], "goal": { "kind": "track", "auv": "auv-1" }, "period_s": 1.0 } });
-    let call = |method: &str, path: &str, body: &Value, token: &str| {
-        let body = body.to_string();
-        let mut head =
-            format!("{method} {path} HTTP/1.1\r\nhost: localhost\r\nauthorization: Bearer {token}\r\n");
-        let _ = write!(
-            head,
-            "content-type: application/json\r\ncontent-length: {}\r\n\r\n",
-            body.len()
-        );
-        let mut socket = connected([127, 0, 0, 1], &server);
-        socket
-            .write_all((head + &body).as_bytes())
-            .expect("takes a request");
-        socket
-    };
-    let mut answer = [0; 4096];
-    let n = call("POST", "/v1/missions", &live, &page)
-        .read(&mut answer)
-        .expect("answers");
-    let answer = String::from_utf8_lossy(&answer[..n]).into_owned();
-    let path = answer
-        .lines()
-        .find_map(|line| line.strip_prefix("location: "))
-        .expect("is created");
-    let streams = [&bridge, &page].map(|token| {
-        let mut stream = call("GET", &format!("{path}/events?after=0"), &json!({}), token);
-        let mut head = [0; 12];
-        stream.read_exact(&mut head).expect("answers");
-        assert_eq!(&head, b"HTTP/1.1 200");
-        stream
-    });
-    let mut waiting = call(
-        "GET",
-        &format!("{path}/reference?wait_s=30&after=1000000"),
-        &json!({}),
-        &bridge,
-    );
-    token(&["revoke", "bridge"]);
-    let mut status = [0; 12];
-    waiting.read_exact(&mut status).expect("answers");
-    assert_eq!(&status, b"HTTP/1.1 401");
-    let [mut revoked, mut kept] = streams;
-    let mut events = vec![];
-    // Without a revocation the stream lasts as long as the mission.
-    revoked.read_to_end(&mut events).expect("ends");
-    assert!(String::from_utf8_lossy(&events).contains("event: created"));
-    assert!(!events.ends_with(b"0\r\n\r\n"), "is cut off, not complete");
-    kept.set_nonblocking(true).expect("is a socket");
-    let still_open = |read: std::io::Result<usize>| !matches!(read, Ok(0));
-    let mut rest = [0; 4096];
-    while let Ok(1..) = kept.read(&mut rest) {}
-    assert!(still_open(kept.read(&mut rest)));
 }

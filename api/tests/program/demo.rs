@@ -3,16 +3,14 @@
 use std::{
     fs,
     io::{BufRead as _, BufReader, Read as _},
-    os::unix::fs::PermissionsExt as _,
-    path::Path,
     process::{Command, Stdio},
-    time::Duration,
 };
 
+use rustix::process::Signal;
 use serde_json::Value;
 use tests::server::Server;
 
-use crate::command::{ask, json, pilotfish, printed, run, said, stderr};
+use crate::command::{ask, body, json, pilotfish, printed, run, said, signal, stderr};
 
 /// A demo, and the address of the page that it printed.
 fn demo(command: &mut Command) -> (Server, String) {
@@ -39,18 +37,12 @@ fn demo(command: &mut Command) -> (Server, String) {
 fn mission(server: &Server, page: &str) -> Value {
     let (_, id) = page.split_once("/#/mission/").expect("is a mission's page");
     let answer = ask(server, "GET", &format!("/v1/missions/{id}"), "");
-    json(answer.split_once("\r\n\r\n").expect("has a body").1)
+    json(body(&answer))
 }
 
-/// What the demo printed after the address, once Ctrl-C has ended it.
-fn end(server: Server) -> String {
-    end_by("-INT", server)
-}
-
-fn end_by(signal: &str, mut server: Server) -> String {
-    let id = server.process.id().to_string();
-    let stop = Command::new("kill").args([signal, &id]).status();
-    assert!(stop.expect("there is a kill").success());
+/// What the demo printed after the address, once a signal has ended it.
+fn end(mut server: Server, by: Signal) -> String {
+    signal(&server.process, by);
     let mut rest = String::new();
     let mut printed = server.printed.take().expect("is read here");
     printed.read_to_string(&mut rest).expect("is text");
@@ -58,28 +50,14 @@ fn end_by(signal: &str, mut server: Server) -> String {
     rest
 }
 
-/// A program of that name that does nothing but write its argument into `file`.
-fn writes_its_argument(program: &Path, file: &Path) {
-    let script = format!(
-        "#!/bin/sh\nprintf %s \"$1\" > '{0}.new' && mv '{0}.new' '{0}'\n",
-        file.display()
-    );
-    fs::write(program, script).expect("there is room");
-    fs::set_permissions(program, fs::Permissions::from_mode(0o755)).expect("is ours");
-}
-
 #[test]
-fn a_demo_runs_a_mission_opens_its_page_and_leaves_nothing() {
-    let folder = tempfile::tempdir().expect("there is room");
-    let (opened, temporary) = (folder.path().join("opened"), folder.path().join("tmp"));
-    fs::create_dir(&temporary).expect("there is room");
-    writes_its_argument(&folder.path().join("xdg-open"), &opened);
-    let path = std::env::var("PATH").expect("the kill of a test is there");
+fn a_demo_runs_a_mission_and_leaves_nothing() {
+    let temporary = tempfile::tempdir().expect("there is room");
+    let files = || fs::read_dir(&temporary).expect("is there").count();
     let (server, page) = demo(
         pilotfish()
-            .arg("demo")
-            .env("PATH", format!("{}:{path}", folder.path().display()))
-            .env("TMPDIR", &temporary),
+            .args(["demo", "--no-browser"])
+            .env("TMPDIR", temporary.path()),
     );
     let mission = mission(&server, &page);
     assert_eq!(
@@ -91,16 +69,11 @@ fn a_demo_runs_a_mission_opens_its_page_and_leaves_nothing() {
         )
     );
     assert!(ask(&server, "GET", "/", "").contains("<title>"));
-    let is_open = (0..400).any(|_| {
-        std::thread::sleep(Duration::from_millis(25));
-        fs::read_to_string(&opened).is_ok_and(|opened| opened == page)
-    });
-    assert!(is_open, "the browser was not sent to {page}");
-    assert_eq!(fs::read_dir(&temporary).expect("is there").count(), 1);
+    assert_eq!(files(), 1);
 
-    let rest = end(server);
+    let rest = end(server, Signal::INT);
     assert!(rest.contains("deletes the mission"), "{rest}");
-    assert_eq!(fs::read_dir(&temporary).expect("is there").count(), 0);
+    assert_eq!(files(), 0);
 }
 
 #[test]
@@ -126,7 +99,7 @@ fn a_demo_without_a_browser_says_so_and_keeps_its_mission_where_it_is_told_to() 
     while !rest.contains("No browser could be opened") {
         assert_ne!(printed.read_line(&mut rest).expect("prints"), 0, "{rest}");
     }
-    end(server);
+    end(server, Signal::INT);
     assert!(
         rest.contains(&format!("keeps the mission in {}", data.display())),
         "{rest}"
@@ -156,9 +129,9 @@ fn two_demos_run_side_by_side() {
         "{}",
         said(&third)
     );
-    end(one);
+    end(one, Signal::INT);
     // As when its terminal is closed.
-    end_by("-HUP", other);
+    end(other, Signal::HUP);
 }
 
 #[test]

@@ -1,25 +1,13 @@
 //! The examples, run against the program on a real socket.
 
-use std::{
-    collections::BTreeMap,
-    io::{BufRead as _, BufReader},
-};
-
-use ::examples::remote_missions::RemoteMissions;
 use clap::Parser as _;
-use service::missions::event::Event;
 use tests::server::Server;
-use wire::mission::Reports;
 
 use crate::command::pilotfish;
 
 #[path = "../../../examples/post_snapshot.rs"]
 #[expect(dead_code, reason = "its main is not called here")]
 mod post_snapshot;
-
-#[path = "../../../examples/live_mission.rs"]
-#[expect(dead_code, reason = "its main is not called here")]
-mod live_mission;
 
 fn server() -> Server {
     Server::start(pilotfish())
@@ -65,81 +53,4 @@ fn a_refused_snapshot_shows_which_member_is_wrong() {
     let error = post(&server, file.to_str().expect("is text")).expect_err("is refused");
     assert!(error.contains("/asc/heading_rad"), "{error}");
     std::fs::remove_file(&file).expect("can be removed");
-}
-
-/// The events of a mission, by number, as its record has them.
-fn recorded(url: &str, mission: &str) -> BTreeMap<u64, Event> {
-    let record = RemoteMissions::new(url)
-        .record(mission, "events_ndjson")
-        .expect("there is a record");
-    let event = |line: std::io::Result<String>| {
-        let line = line.expect("the record is whole");
-        let sequence = serde_json::from_str::<serde_json::Value>(&line).expect("is JSON")["sequence"]
-            .as_u64()
-            .expect("is numbered");
-        (sequence, serde_json::from_str(&line).expect("is an event"))
-    };
-    BufReader::new(record).lines().map(event).collect()
-}
-
-mod slow {
-    use super::*;
-
-    #[test]
-    fn a_live_mission_outlives_the_server_and_nothing_acknowledged_is_lost() {
-        // s of mission time: an AUV is silent from 210 to 390.
-        const KILLED: f64 = 280.0;
-        const STARTED: f64 = 300.0;
-        // Measured, also on a machine with thrice the work it can do: up to 1.5 m, 3.7 m, and 24 s, which are 9 until every
-        // AUV is heard, and the outage less the 10 for which the last reference is valid.
-        const SETTLED_RMS_MAX_M: f64 = 2.5;
-        const SILENCE_MAX_M: f64 = 6.0;
-        const UNGUIDED_MAX_S: u32 = 45;
-        let folder = tempfile::tempdir().expect("there is room");
-        let start_on = |port| {
-            let mut program = pilotfish();
-            program.args(["serve", "--data"]).arg(folder.path());
-            Server::start_on(program, port)
-        };
-        let first = start_on(0);
-        let (url, port) = (first.url(), first.port());
-        let mut server = Some(first);
-        let mut outage = |t: f64| {
-            if (KILLED..STARTED).contains(&t) {
-                server = None;
-            } else if STARTED <= t && server.is_none() {
-                server = Some(start_on(port));
-            }
-        };
-        let arguments =
-            live_mission::Arguments::parse_from(["live_mission", "--url", &url, "--duration", "600"]);
-        let summary = live_mission::fly(&arguments, &mut outage).expect("the mission comes to its end");
-
-        let events = recorded(&url, &summary.mission);
-        let origin = events.iter().find_map(|(_, event)| match event {
-            Event::Created { mission, .. } => mission.live.as_ref()?.origin,
-            _ => None,
-        });
-        let heard = |(sequence, event)| match event {
-            Event::Reported { heard, .. } => Some((sequence, *heard)),
-            _ => None,
-        };
-        let heard: BTreeMap<u64, Reports> = events.into_iter().filter_map(heard).collect();
-        // The service adds latitudes and longitudes, and nothing else.
-        let mut acknowledged = summary.acknowledged.clone();
-        for reports in acknowledged.values_mut() {
-            reports.complete(origin.expect("the mission has one"));
-        }
-        assert!(
-            heard == acknowledged,
-            "what was acknowledged is not what is stored"
-        );
-        assert!(
-            0 < summary.retries,
-            "the client did not notice that the server was away"
-        );
-        assert!(summary.settled_rms_m < SETTLED_RMS_MAX_M, "{summary}");
-        assert!(summary.silence_max_m < SILENCE_MAX_M, "{summary}");
-        assert!(summary.unguided_s < UNGUIDED_MAX_S, "{summary}");
-    }
 }

@@ -6,6 +6,7 @@ mod cli;
 mod command;
 mod crowd;
 mod demo;
+mod deployment;
 mod docs;
 mod examples;
 mod figures;
@@ -13,11 +14,3 @@ mod markdown;
 mod mistakes;
 mod readme;
 mod routes;
-
-/// Left out by `just test-fast`, like every other module of this name.
-mod slow {
-    mod bridge;
-    mod faults;
-    mod kill;
-    mod shared;
-}

@@ -7,6 +7,7 @@ use std::{
     sync::{
         Arc, Mutex,
         atomic::{AtomicBool, Ordering},
+        mpsc,
     },
     thread,
 };
@@ -216,8 +217,11 @@ fn a_law_that_gives_no_reference_ends_the_mission_with_its_fault() {
 
 #[test]
 fn a_law_that_is_too_slow_or_not_there_may_be_back_later_and_a_wrong_one_not() {
-    let slow = served_at(Arc::new(|_: &str| {
-        thread::sleep(Duration::from_secs(2));
+    // Its answer comes when the test ends.
+    let (_ends, end) = mpsc::channel::<()>();
+    let end = Mutex::new(end);
+    let slow = served_at(Arc::new(move |_: &str| {
+        let _ = end.lock().expect("is asked once at a time").recv();
         (200, String::new())
     }));
     let mut hasty = HttpGuide::within(&slow, Duration::from_millis(100));

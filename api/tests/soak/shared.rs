@@ -2,12 +2,12 @@
 //! acknowledged lost and the same plans.
 
 use std::{
-    process::Command,
     sync::atomic::{AtomicBool, AtomicU32, Ordering},
     thread,
     time::{Duration, Instant},
 };
 
+use rustix::process::Signal;
 use serde_json::Value;
 use tempfile::TempDir;
 use tests::{
@@ -157,10 +157,8 @@ impl Fleet {
         plans.filter_map(|plan| plan["t_s"].as_f64()).collect()
     }
 
-    fn signal(&self, service: usize, signal: &str) {
-        let id = self.services[service].process.id().to_string();
-        let sent = Command::new("kill").args([signal, &id]).status();
-        assert!(sent.expect("there is a kill").success());
+    fn signal(&self, service: usize, signal: Signal) {
+        command::signal(&self.services[service].process, signal);
     }
 }
 
@@ -193,9 +191,9 @@ fn a_service_that_was_stopped_for_a_while_neither_stores_nor_answers_as_the_owne
     let Some(mut fleet) = Fleet::start(2) else { return };
     let mut took = Duration::ZERO;
     let journals = fleet.meanwhile(|fleet, owner, other| {
-        fleet.signal(owner, "-STOP");
+        fleet.signal(owner, Signal::STOP);
         took = fleet.await_plan(other, unix_now());
-        fleet.signal(owner, "-CONT");
+        fleet.signal(owner, Signal::CONT);
         // From now on it forwards to the other one, whose plans are new.
         let mut n_answered = 0;
         for _ in 0..20 {

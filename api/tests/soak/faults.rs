@@ -1,6 +1,6 @@
 //! What no failure of the machine may do: lose what was acknowledged, run without tokens, delete by a clock that jumped.
 //!
-//! `faults.c` is the failing machine. `PILOTFISH_CUTS=100 cargo test -p pilotfish --test program faults -- --nocapture` cuts the
+//! `faults.c` is the failing machine. `PILOTFISH_CUTS=100 cargo test -p pilotfish --test soak faults -- --nocapture` cuts the
 //! power more often than the usual run.
 
 use std::{
@@ -18,7 +18,6 @@ use std::{
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use serde_json::Value;
 use tempfile::TempDir;
 use tests::server::Server;
 
@@ -26,10 +25,7 @@ use super::kill::{
     CLIENTS, Home, Journal, Lives, PATIENCE, StopAtLast, agent, answered, check_numbers, check_posts,
     check_replay, ended, pilotfish, post, terminate, unix_now,
 };
-use crate::{
-    command::{printed, said},
-    markdown::blocks,
-};
+use crate::command::{printed, said};
 
 /// Power cuts in one run, unless `PILOTFISH_CUTS` says otherwise.
 const CUTS: usize = 6;
@@ -47,7 +43,7 @@ const DAY_S: i64 = 86_400;
 static MACHINE: LazyLock<(TempDir, PathBuf)> = LazyLock::new(|| {
     let folder = tempfile::tempdir().expect("there is room");
     let library = folder.path().join("faults.so");
-    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/program/slow/faults.c");
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/soak/faults.c");
     let mut build = Command::new("cc");
     build
         .args(["-O1", "-shared", "-fPIC", "-o"])
@@ -415,52 +411,4 @@ fn a_service_that_had_tokens_does_not_run_without_them() {
     let _server = home.start();
     assert_eq!(call("DELETE", &url, None), 401);
     assert_eq!(call("DELETE", &url, Some(&admin)), 204);
-}
-
-#[test]
-fn the_steps_of_backup_and_restore_keep_the_tokens() {
-    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/deployment.md");
-    let page = fs::read_to_string(page).expect("the page is there");
-    let section = page
-        .split("\n## ")
-        .find(|section| section.starts_with("Backup and restore"));
-    let steps = blocks(section.expect("the page has it"));
-    let [backup, restore] = &steps[..] else {
-        panic!("one block for each");
-    };
-    let home = Home::new();
-    let admin = token(&home, &["admin", "--role", "admin"], None);
-    let mut server = home.start();
-    let created = agent()
-        .post(home.url(""))
-        .header("authorization", format!("Bearer {admin}"))
-        .content_type("application/json")
-        .send(super::kill::live_mission());
-    let mission: Value = answered(created, 201);
-    let url = home.url(&format!("/{}", mission["id"].as_str().expect("has a name")));
-    let bin = home.folder.path().join("bin");
-    fs::create_dir(&bin).expect("there is room");
-    std::os::unix::fs::symlink(env!("CARGO_BIN_EXE_pilotfish"), bin.join("pilotfish")).expect("is made");
-    let data = home.data().display().to_string();
-    let sh = |steps: &str| {
-        let steps = steps
-            .replace("/var/lib/private/pilotfish", &data)
-            .replace("/var/lib/pilotfish", &data)
-            .replace("/srv", &home.folder.path().display().to_string())
-            .replace("$(date +%F)", "2026-11-23");
-        let path = format!("{}:{}", bin.display(), env::var("PATH").expect("is set"));
-        // The test is not root, and starts the service itself.
-        let stubs = "set -e; sudo() { case $1 in systemctl|chown) ;; *) \"$@\";; esac; }\n";
-        run(Command::new("bash")
-            .args(["-c", &format!("{stubs}{steps}")])
-            .env("PATH", path))
-    };
-    sh(&backup.text);
-    assert_eq!(call("DELETE", &url, Some(&admin)), 204);
-    terminate(&server);
-    assert!(ended(&mut server).success());
-    sh(&restore.text);
-    let _server = home.start();
-    assert_eq!(call("DELETE", &url, None), 401);
-    assert_eq!(call("GET", &url, Some(&admin)), 200);
 }

@@ -2,7 +2,7 @@
 //! What was deleted stays deleted, and a backup taken at any moment can be served. After a stop signal the service does not
 //! wait for clients that only listen.
 //!
-//! `PILOTFISH_KILLS=200 PILOTFISH_STOPS=20 cargo test -p pilotfish --test program kill -- --nocapture` ends it more often than the
+//! `PILOTFISH_KILLS=200 PILOTFISH_STOPS=20 cargo test -p pilotfish --test soak kill -- --nocapture` ends it more often than the
 //! usual run.
 
 use std::{
@@ -20,6 +20,7 @@ use std::{
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use rustix::process::Signal;
 use serde_json::{Value, json};
 use tempfile::TempDir;
 use tests::server::Server;
@@ -192,9 +193,7 @@ pub(crate) fn unix_now() -> f64 {
 }
 
 pub(crate) fn terminate(server: &Server) {
-    let id = server.process.id().to_string();
-    let killed = Command::new("kill").args(["-TERM", &id]).status();
-    assert!(killed.expect("there is a kill").success());
+    command::signal(&server.process, Signal::TERM);
 }
 
 /// How it ended; it fails when it does not.
@@ -625,26 +624,6 @@ fn an_acknowledged_change_survives_a_kill_and_is_used_for_plans() {
     }
     assert_eq!(of_kind(&home.record(&mission), "changed").count(), 2);
     println!("{}", check_replay(&home.data(), &mission));
-}
-
-#[test]
-fn a_second_service_on_the_same_data_is_refused_and_the_first_continues() {
-    let home = Home::new();
-    let _first = home.start();
-    let mission = home.mission();
-    let second = home
-        .serve()
-        .args(["--port", "0"])
-        .output()
-        .expect("the program starts");
-    let said = String::from_utf8(second.stderr).expect("is text");
-    assert!(!second.status.success());
-    for part in ["in use by another pilotfish", "--data", "missions.sqlite3"] {
-        assert!(said.contains(part), "{said}");
-    }
-    assert_eq!(second.stdout, b"", "it does not greet before it knows");
-    let found = answered(agent().get(home.url(&format!("/{mission}"))).call(), 200);
-    assert_eq!(found["status"], "running");
 }
 
 #[test]

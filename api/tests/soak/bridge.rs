@@ -4,7 +4,7 @@
 //! `PILOTFISH_ARDUROVER` is the path of its simulator:
 //!
 //! ```text
-//! PILOTFISH_ARDUROVER=~/ardupilot/build/sitl/bin/ardurover cargo test -p pilotfish --test program bridge -- --nocapture
+//! PILOTFISH_ARDUROVER=~/ardupilot/build/sitl/bin/ardurover cargo test -p pilotfish --test soak bridge -- --nocapture
 //! ```
 
 use std::{

@@ -1,0 +1,83 @@
+//! Tokens and certificates that change while the service runs, and TLS as curl has it.
+
+use std::{fs, process::Command};
+
+use rustix::process::Signal;
+use tempfile::tempdir;
+use tests::server::{Server, certificate};
+
+use crate::{
+    command::{ask_as, path, pilotfish, printed, run, signal, status},
+    until,
+};
+
+fn add(file: &str, name: &str, role: &str) -> String {
+    let made = run(&["token", "add", name, "--role", role, "--tokens", file]);
+    printed(&made).trim().to_owned()
+}
+
+/// The status that curl gets, and the answer's body.
+pub(crate) fn curl(arguments: &[&str]) -> (u16, String) {
+    let output = Command::new("curl")
+        .args(["-s", "--max-time", "20", "-w", "\n%{http_code}"])
+        .args(arguments)
+        .output()
+        .expect("curl is installed");
+    let text = String::from_utf8(output.stdout).expect("is text");
+    let (body, status) = text.rsplit_once('\n').expect("has a status");
+    (status.parse().expect("is a number"), body.to_owned())
+}
+
+#[test]
+fn tokens_that_are_made_or_revoked_take_effect_while_the_service_runs() {
+    let directory = tempdir().expect("there is room");
+    let file = path(&directory, "tokens.json");
+    let mut program = pilotfish();
+    program.args(["--tokens", &file]);
+    let server = Server::start(program);
+    let list = |token| status(&ask_as(&server, token, "GET", "/v1/missions", ""));
+    assert_eq!(list(None), 200, "no token was made");
+    let [operator, admin] = ["operator", "admin"].map(|role| add(&file, role, role));
+    until("the first token has an effect", || list(None) == 401);
+    until("the second token is valid", || list(Some(&admin)) == 200);
+    assert_eq!(list(Some(&operator)), 200);
+    printed(&run(&["token", "revoke", "operator", "--tokens", &file]));
+    until("the revoked token is not valid", || list(Some(&operator)) == 401);
+    assert_eq!(list(Some(&admin)), 200);
+}
+
+#[test]
+fn curl_trusts_the_certificate_of_a_service_and_a_renewed_one_needs_no_restart() {
+    let directory = tempdir().expect("there is room");
+    let file = path(&directory, "tokens.json");
+    let token = add(&file, "bridge", "operator");
+    let (certificate, key) = certificate(directory.path());
+    let mut program = pilotfish();
+    program.args(["--host", "0.0.0.0", "--tokens", &file]).args([
+        "--tls-certificate",
+        &certificate,
+        "--tls-key",
+        &key,
+    ]);
+    let server = Server::start(program);
+    let url = format!("https://localhost:{}/v1/missions", server.port());
+    let bearer = format!("authorization: Bearer {token}");
+    let trusted = ["--cacert", &certificate, "-H", &bearer, &url];
+    assert_eq!(curl(&trusted).0, 200);
+    assert_eq!(curl(&["--cacert", &certificate, &url]).0, 401);
+    assert_eq!(
+        curl(&["-H", &bearer, &url]).0,
+        0,
+        "the certificate is our own: curl does not trust it by itself"
+    );
+    let in_the_clear = url.replace("https", "http");
+    assert_eq!(curl(&["-H", &bearer, &in_the_clear]).0, 0);
+
+    // A renewed certificate is loaded without a restart.
+    let before = fs::read(&certificate).expect("is there");
+    let (renewed, _) = tests::server::certificate(directory.path());
+    assert_ne!(fs::read(&renewed).expect("is there"), before);
+    assert_eq!(curl(&trusted).0, 0, "the service still shows the old certificate");
+    signal(&server.process, Signal::HUP);
+    until("the new certificate is loaded", || curl(&trusted).0 == 200);
+}

@@ -1,0 +1,33 @@
+//! What only real processes, sockets, disks and clocks show: `cargo test -p pilotfish --test soak`, or a part of it by its module, such as
+//! `-- kill`. These tests wait and measure; `cargo test` leaves them out, and `.ci/soak` runs them one after the other.
+
+use std::{
+    thread::sleep,
+    time::{Duration, Instant},
+};
+
+mod access;
+mod bridge;
+mod campaign;
+mod commands;
+mod connections;
+mod example;
+mod faults;
+mod kill;
+mod shared;
+
+#[path = "../program/command.rs"]
+#[expect(dead_code, reason = "the program tests need more of it")]
+mod command;
+
+/// Longest wait for what must happen, on a busy machine.
+const PATIENCE: Duration = Duration::from_mins(1);
+
+/// Waits until it is so.
+fn until(what: &str, mut so: impl FnMut() -> bool) {
+    let end = Instant::now() + PATIENCE;
+    while !so() {
+        assert!(Instant::now() < end, "{what}");
+        sleep(Duration::from_millis(50));
+    }
+}
