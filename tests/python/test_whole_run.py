@@ -14,6 +14,8 @@ from path_following import Path, wrap
 from program import pilotfish, read, rows_of
 from vehicles import SurfaceCraft, Thrusters, UnderwaterVehicle
 
+pytestmark = pytest.mark.soak
+
 THRUSTERS_OF_THE_SIMULATOR = Thrusters()
 STEPS_PER_ROW = 10  # a row a second, ten periods a second
 
