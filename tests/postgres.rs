@@ -131,7 +131,6 @@ fn start() -> Option<Server> {
         log()
     );
     Some(Server {
-        programs,
         port,
         certificate,
         _process: process,

@@ -31,6 +31,8 @@ const FIX_S: f64 = 5.0;
 const DELAY_MAX_S: f64 = 2.0;
 /// After a bad wire, old bytes may still arrive, s.
 const SETTLED_S: f64 = 8.0;
+/// A craft that is faster has way, m/s.
+const WAY: f64 = 0.45;
 /// A second receiver is that far away (north, east), m.
 const ELSEWHERE: [f64; 2] = [60.0, -45.0];
 
@@ -73,6 +75,8 @@ struct State {
 #[derive(Default)]
 struct Known {
     heartbeat_left_s: Option<f64>,
+    /// Since when the craft has way, s.
+    under_way_since_s: Option<f64>,
     /// Since when the craft is a person's, s.
     unguided_since_s: Option<f64>,
     wire_bad_s: Option<f64>,
@@ -220,6 +224,11 @@ impl Sea {
         if heartbeat && !now.has(Kind::WireCut) {
             state.known.heartbeat_left_s = Some(t_s);
         }
+        state.known.under_way_since_s = if state.boat.speed < WAY {
+            None
+        } else {
+            state.known.under_way_since_s.or(Some(t_s))
+        };
         let is_ours = state.boat.mode == GUIDED && state.boat.is_armed;
         state.known.unguided_since_s = if is_ours {
             None
@@ -339,19 +348,19 @@ impl Sea {
         let now = world.now();
         let lasts = |kind| now.since_s(kind).map_or(0.0, |since_s| t_s - since_s);
         let unknown = lasts(Kind::PositionUnknown);
-        let doubts: BTreeMap<Kind, f64> = [
-            (Kind::TwoReceivers, 8.0),
-            (Kind::TwoCompasses, 8.0),
-            (Kind::PositionFrozen, 40.0),
-        ]
-        .into_iter()
-        .filter(|(kind, after)| *after < lasts(*kind))
-        .collect();
+        let under_way = known.under_way_since_s.map_or(0.0, |since_s| t_s - since_s);
+        let frozen = lasts(Kind::PositionFrozen).min(under_way);
+        let doubts = [
+            ("positions", lasts(Kind::TwoReceivers), 8.0),
+            ("headings", lasts(Kind::TwoCompasses), 8.0),
+            ("a position that stays", frozen, 25.0),
+        ];
+        let doubt = doubts.into_iter().find(|(_, lasts, most)| most < lasts);
         drop(now);
         world.claim("position", !is_clean || unknown <= 1.4, || {
             format!("it has been unknown for {unknown:.2} s")
         });
-        world.claim("doubts", !is_clean || doubts.is_empty(), || format!("{doubts:?}"));
+        world.claim("doubts", !is_clean || doubt.is_none(), || format!("{doubt:?}"));
     }
 
     /// The bridge heard that answer.

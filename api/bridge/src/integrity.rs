@@ -346,12 +346,19 @@ impl Integrity {
             self.position_frozen_s = None;
         } else {
             let (travel, time) = ((travelled - still.travelled).norm(), t_s - still.since_s);
-            let is_way = |by: f64, least: f64| by >= least && by >= FROZEN_SPEED * time;
+            let has_pace = |by: f64| by >= FROZEN_SPEED * time;
+            let is_way = |by: f64, least: f64| by >= least && has_pace(by);
             let is_asked = is_way(still.asked, ASKED_M);
             has_no_way = is_asked;
             if is_way(travel, FROZEN_TRAVEL_M) && time >= STILL_MIN_S || is_asked && time >= ASKED_S {
                 self.position_frozen_s = Some(t_s);
                 // The next evidence must be new.
+                self.still = Some(Still {
+                    place: still.place,
+                    ..start
+                });
+            } else if !has_pace(travel) && !has_pace(still.asked) {
+                // What came at rest is no evidence: a receiver may have frozen at the berth.
                 self.still = Some(Still {
                     place: still.place,
                     ..start

@@ -257,6 +257,26 @@ fn a_position_that_stays_while_the_craft_moves_is_no_position() {
 }
 
 #[test]
+fn a_receiver_that_froze_at_the_berth_is_found_when_the_craft_leaves() {
+    for sensors in ALL {
+        let mut voyage = Voyage::new(sensors, 1);
+        voyage.asked.speed = 0.0;
+        voyage.asked_until_s = f64::INFINITY;
+        voyage.nominal(30);
+        let frozen = place(&voyage.position);
+        let mut stays = |_: &Voyage, measured| match measured {
+            CraftMeasurement::Position(_) => Some(CraftMeasurement::Position(frozen)),
+            other => Some(other),
+        };
+        let at_rest = voyage.detection(600, Alarm::NoWay, &mut stays);
+        assert_eq!(at_rest, None, "{sensors:?}");
+        voyage.asked.speed = 1.0;
+        let after = voyage.detection(60, Alarm::PositionFrozen, &mut stays);
+        assert!(after.is_some_and(|after| after <= 12.0), "{sensors:?}: {after:?}");
+    }
+}
+
+#[test]
 fn a_receiver_that_stands_still_altogether_is_found_by_the_references() {
     let mut voyage = Voyage::new(Sensors::Filter, 2);
     voyage.nominal(30);
