@@ -1,7 +1,6 @@
 //! The boat with its autopilot, the AUV, the wire to the bridge, and what may come over it.
 
 use std::{
-    collections::BTreeMap,
     sync::{Arc, Mutex},
     time::Duration,
 };

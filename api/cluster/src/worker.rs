@@ -146,8 +146,12 @@ impl Worker {
                 }
                 Some(Ok(message)) => {
                     idle = Duration::ZERO;
-                    if let Err(error) =
-                        with_heartbeat(&message, &self.broker.clock, self.take(&message, notify)).await
+                    if let Err(error) = with_heartbeat(
+                        &message,
+                        &self.broker.clock,
+                        Box::pin(self.take(&message, notify)),
+                    )
+                    .await
                     {
                         notify(WorkerEvent::Trouble(error.to_string()));
                         // Another worker may succeed.

@@ -1,5 +1,7 @@
 //! Campaigns over a broker that is started here: NATS_SERVER names its program. `.ci/nats` runs these with two versions of it.
 
+#![expect(clippy::disallowed_methods, reason = "a real broker lives in real time")]
+
 use std::{
     net::TcpListener,
     path::Path,

@@ -8,10 +8,10 @@ use std::{
     path::Path,
     process::{Command, Stdio},
     sync::mpsc::channel,
-    thread,
 };
 
 use clap::Args;
+use clock::Clock;
 use rustix::process::{Signal, getpid, kill_process};
 use serde_json::{Value, json};
 
@@ -81,13 +81,16 @@ pub(crate) fn demo(demo: &Demo, layers: &Layers, config: &Config) -> Result<(), 
     };
     let (failed, failure) = channel();
     serve_and(&own, HangUp::Stops, |address, _| {
-        thread::spawn(move || {
+        let shown = async move {
             if let Err(error) = show(address) {
                 // The receiver is there until the service has stopped.
                 let _ = failed.send(error);
                 let _ = kill_process(getpid(), Signal::INT);
             }
-        });
+        };
+        if let Err(error) = Clock::machine().spawn_thread("show", shown) {
+            tracing::error!(%error, "the mission does not begin");
+        }
     })?;
     failure
         .try_recv()

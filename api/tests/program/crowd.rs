@@ -1,5 +1,10 @@
 //! Clients that take places, memory or the log from others: the program must serve the others all the same.
 
+#![expect(
+    clippy::disallowed_methods,
+    reason = "a client that reads while the test writes"
+)]
+
 use std::{
     collections::BTreeSet,
     io::{Read, Write},

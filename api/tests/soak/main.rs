@@ -1,6 +1,8 @@
 //! What only real processes, sockets, disks and clocks show: `cargo test -p pilotfish --test soak`, or a part of it by its module, such as
 //! `-- kill`. These tests wait and measure; `cargo test` leaves them out, and `.ci/soak` runs them one after the other.
 
+#![expect(clippy::disallowed_methods, reason = "real processes live in real time")]
+
 use std::{
     thread::sleep,
     time::{Duration, Instant},

@@ -440,7 +440,8 @@ async fn a_backup_during_writes_is_a_complete_log() {
     });
     let to = directory.path().join("copy");
     let (reader, copy) = (store.reader().expect("opens"), to.clone());
-    let copied = tokio::task::spawn_blocking(move || {
+    let machine = clock();
+    let copied = machine.run_blocking(move || {
         assert_eq!(reader.back_up(&copy).expect("is copied"), [""; 0]);
         reader.back_up(&copy)
     });

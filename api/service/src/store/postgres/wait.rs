@@ -64,7 +64,7 @@ mod tests {
     async fn a_future_is_waited_for_within_a_runtime_and_given_up_at_its_end() {
         let (sender, receiver) = tokio::sync::oneshot::channel();
         thread::spawn(move || sender.send(7));
-        assert_eq!(wait_for(receiver, Duration::from_secs(600)), Some(Ok(7)));
+        assert_eq!(wait_for(receiver, Duration::from_mins(10)), Some(Ok(7)));
         assert_eq!(wait_for(pending::<()>(), Duration::from_millis(20)), None);
     }
 }
