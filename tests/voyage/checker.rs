@@ -144,7 +144,7 @@ impl Checker {
         let is_clear = |number: usize, fault: &Fault| {
             let quiet = faults[..number]
                 .iter()
-                .all(|before| before.ends_s + CLEAR_S < fault.begins_s);
+                .all(|before| before.ends_s + before.kind.doubted_s() + CLEAR_S < fault.begins_s);
             let paused = pauses
                 .iter()
                 .any(|[from, to]| *from < fault.ends_s && fault.begins_s < to + CLEAR_S);

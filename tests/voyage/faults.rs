@@ -137,6 +137,15 @@ pub(super) fn schedule(rng: &mut impl Rng, duration_s: f64) -> Vec<Fault> {
 }
 
 impl Kind {
+    /// How long a bridge may doubt position or heading after the fault, s: one that did not move is believed again after 60 s without
+    /// further evidence.
+    pub(super) fn doubted_s(self) -> f64 {
+        match self {
+            Self::TwoReceivers | Self::TwoCompasses | Self::PositionFrozen | Self::PositionJumped => 62.0,
+            _ => 0.0,
+        }
+    }
+
     /// Faults of the same number are not active at the same time.
     fn process(self) -> u8 {
         match self {
@@ -179,7 +188,8 @@ impl Now {
         } else {
             self.active.remove(&kind);
         }
-        self.quiet_since_s = t_s;
+        let doubted_s = if begins { 0.0 } else { kind.doubted_s() };
+        self.quiet_since_s = self.quiet_since_s.max(t_s + doubted_s);
     }
 
     pub(super) fn has(&self, kind: Kind) -> bool {

@@ -335,7 +335,7 @@ impl Host {
         let replayed = replay(&reader, &mission, &mut |_, _| {})
             .expect("is replayed")
             .expect("is there");
-        // A lie is made again by nobody.
+        // A planner that lied is another one now.
         let lied = planners::has_lied();
         self.world
             .claim("replay", lied || replayed.different.is_empty(), || {

@@ -50,7 +50,7 @@ impl Operator {
                 self.until_done(&mission, "run", json!({})).await;
                 let t_s = self.world.t_s();
                 let mut now = self.world.now();
-                (now.is_paused, now.quiet_since_s) = (false, t_s);
+                (now.is_paused, now.quiet_since_s) = (false, now.quiet_since_s.max(t_s));
                 now.pauses.push([begins_s, t_s]);
             } else {
                 let text = format!("operator {}", self.key);
