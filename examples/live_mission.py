@@ -221,8 +221,10 @@ class Bridge:
         reference = self.reference["plan"]["reference"]
         return reference["speed_mps"], reference["heading_rad"]
 
-    def keep(self, heard):
-        """Takes up what is to be posted."""
+    def keep(self, clock, heard):
+        """Takes up what is to be posted, with whether the craft is steered when the mission's clock shows `clock`."""
+        state = "steering" if self.steer(clock) else "not_steering"
+        heard["steering"] = [{"t_s": clock, "state": state}]
         self.waiting.append((f"{self.run}-{self.posts}", heard))
         self.posts += 1
 
@@ -322,7 +324,7 @@ def fly(url, duration, clock_rate, seed):
             if world.steps % STEPS_PER_S == 0:
                 tally.see(world, bridge)
         following = time.monotonic() + max(0.0, world.clock + 1.0 - clock()) / clock_rate
-        bridge.keep(world.heard())
+        bridge.keep(world.clock, world.heard())
         bridge.post(following)
         bridge.ask()
         time.sleep(max(0.0, following - time.monotonic()))

@@ -24,7 +24,7 @@ use examples::{
 };
 use wire::{
     CraftDescription, Forecast, Goal, Hold, Origin, Outcome, Task, VehicleId,
-    mission::{CurrentReference, Live, Mission, NewMission, Reports},
+    mission::{CurrentReference, Live, Mission, NewMission, Reports, Steering, SteeringState},
 };
 
 /// Longest silence of one AUV, s, in the middle of the mission.
@@ -139,7 +139,7 @@ pub(crate) fn fly(arguments: &Arguments, aside: &mut dyn FnMut(f64)) -> Result<S
             }
         }
         let next = clock.reaches(world.clock() + 1.0);
-        bridge.keep(world.heard());
+        bridge.keep(world.clock(), world.heard());
         bridge.post(next)?;
         bridge.ask()?;
         aside(world.time());
@@ -250,7 +250,14 @@ impl Bridge<'_> {
         })
     }
 
-    fn keep(&mut self, heard: Reports) {
+    /// Keeps a report of `time` for the service, with whether the craft is steered then.
+    fn keep(&mut self, time: f64, mut heard: Reports) {
+        let steer = self.steer(time);
+        heard.steering = vec![Steering {
+            t_s: time,
+            state: steer.map_or(SteeringState::NotSteering, |_| SteeringState::Steering),
+            why: String::new(),
+        }];
         self.waiting.push((format!("{}-{}", self.run, self.posts), heard));
         self.posts += 1;
     }

@@ -18,7 +18,8 @@ with pilotfish.Client(url, patience_s=60.0) as client, client.create_mission(liv
         now = time.time()
         fixes = {auv: [{"t_s": now, "north_m": n, "east_m": e, "sigma_m": 1.0}] for auv, (n, e) in places.items()}
         state = {"north_m": north, "east_m": east, "heading_rad": heading, "speed_mps": speed}
-        accepted = mission.report(auvs=fixes, asc=[{"t_s": now, "state": state}])
+        word = {"t_s": now, "state": "steering"}  # for the page: nobody else knows it
+        accepted = mission.report(auvs=fixes, asc=[{"t_s": now, "state": state}], steering=[word])
         plan = mission.reference(wait_s=2.0, after=accepted["sequence"])["plan"]
         print(f"{now - began:5.0f} s: {plan['schedule']['sentence']}", flush=True)
         time.sleep(max(0.0, now + 1.0 - time.time()))

@@ -1,4 +1,4 @@
-// What a page that is left open says of a mission: steering, degraded and why, not steering and why.
+// What a page that is left open says of a mission: steering; degraded, not steering or not known, and why; or that a person has the craft.
 
 import { expect, expected, test } from "./fixtures.mjs";
 
@@ -18,27 +18,45 @@ test("a mission that is steered says so, and one whose reports cease looks bad e
   await expect(heard).toHaveText(/auv-2 heard[01]\.\d\u00a0s ago/);
   // Reports cease after 12 s, and the service extrapolates the craft for ten more.
   await watched.pass(25);
-  await expect(state).toHaveText(/^not steering \d+\u00a0s: waits for reports of the surface craft$/);
+  await expect(state).toHaveText(/^steering not known \d+\u00a0s: no word of whoever steers; waits for reports of the surface craft$/);
   await expect(state).toHaveClass(/bad/);
   await expect(page.locator(".chip.good")).toHaveCount(0);
-  await expect(page).toHaveTitle(/^⚠ not steering \d+\u00a0s · recorded · Pilotfish$/);
+  await expect(page).toHaveTitle(/^⚠ steering not known \d+\u00a0s · recorded · Pilotfish$/);
   await expect(old.locator("div").first()).toHaveText(/last plan\d+\u00a0s ago/);
-  await expect(page.locator("p.unseen").first()).toHaveText(/^not steering, for more than \d+\u00a0s, waits for reports of the surface craft$/);
+  await expect(page.locator("p.unseen").first()).toHaveText(/^steering not known, for more than \d+\u00a0s, no word of whoever steers; waits for reports of the surface craft$/);
   const then = await heard.textContent();
   await watched.pass(1);
   expect(await heard.textContent()).not.toBe(then);
   await watched.open("");
   const row = page.locator("tr", { has: page.getByRole("link", { name: "recorded" }) });
-  await expect(row.locator(".chip.bad")).toHaveText(/^not steering \d+\u00a0s$/);
+  await expect(row.locator(".chip.bad")).toHaveText(/^steering not known \d+\u00a0s$/);
   await expect(row.locator(".chip.good")).toHaveCount(0);
-  await expect(page).toHaveTitle(/^⚠ not steering .* · recorded · Pilotfish$/);
+  await expect(page).toHaveTitle(/^⚠ steering not known .* · recorded · Pilotfish$/);
   await watched.open();
-  await expect(state).toHaveText(/^not steering/);
+  await expect(state).toHaveText(/^steering not known/);
   await watched.pass(36);
-  await expect(state).not.toHaveText(/^not steering/);
-  await expect(page).not.toHaveTitle(/not steering/);
+  await expect(state).not.toHaveText(/^steering not known/);
+  await expect(page).not.toHaveTitle(/not known/);
   await watched.pass(4);
   await expect(state).toHaveText("finished");
+});
+
+test("what is shown of the steering is what who steers says, and three seconds after the last word it is not known, though plans go on", async ({ page, played }) => {
+  const watched = await played("handed"), state = page.locator(".chip.state"), seen = [];
+  await watched.open();
+  for (let second = 0; second < 20; second += 1) {
+    await watched.pass(1);
+    const words = await state.textContent();
+    if (words !== seen.at(-1)) seen.push(words);
+    expect(/good/.test(await state.getAttribute("class"))).toBe(words === "steering");
+    expect(await page.locator(".chip.good").count()).toBe(words === "steering" ? 2 : 0);
+    expect(await page.title()).toMatch(/not (steering|known)/.test(words) ? /^⚠ (not steering|steering not known) · recorded/ : /^recorded/);
+  }
+  const person = "a person has the craft: the autopilot left its guided mode", dead = "not steering: no heartbeat of the autopilot";
+  expect(seen).toEqual(["steering", person, dead, "steering", "steering not known: no word of whoever steers"]);
+  await watched.open("");
+  const row = page.locator("tr", { has: page.getByRole("link", { name: "recorded" }) });
+  await expect(row.locator(".chip.bad")).toHaveText("steering not known");
 });
 
 test("a degraded plan says why, in the mission, its title and the list, and on a phone before the legend and not cut off", async ({ page, played }) => {
@@ -81,9 +99,9 @@ test("without a service the page does not claim to know, and goes on without a r
   watched.cut();
   await expect(page.locator(".chips")).toContainText(/connection lost: the (service does not answer|stream ended); trying again/);
   await watched.pass(8);
-  await expect(page.locator(".chip.state.bad")).toHaveText(/^state not known \d+\u00a0s: connection lost: .*; trying again$/);
+  await expect(page.locator(".chip.state.bad")).toHaveText(/^steering not known( \d+\u00a0s)?: connection lost: .*; trying again$/);
   await expect(page.locator(".chip.good")).toHaveCount(0);
-  await expect(page).toHaveTitle(/^⚠ state not known \d+\u00a0s · recorded/);
+  await expect(page).toHaveTitle(/^⚠ steering not known( \d+\u00a0s)? · recorded/);
   watched.mend();
   // The next attempt comes within ten seconds; the answer to it is waited for.
   const back = page.waitForResponse((answer) => answer.url().includes("/events?"));
@@ -122,7 +140,7 @@ test("the alarm sounds only if it is asked for, until it is acknowledged, and th
   await expect(page.locator(".chip.state")).toHaveText("steering");
   await expect(button).toHaveText("Alarm sound: off");
   await watched.pass(33);
-  await expect(page.locator(".chip.state")).toHaveText(/^not steering/);
+  await expect(page.locator(".chip.state")).toHaveText(/^steering not known/);
   expect(await rung()).toBe(0);
   await expect(acknowledge).toBeHidden();
   await button.click();
@@ -131,7 +149,7 @@ test("the alarm sounds only if it is asked for, until it is acknowledged, and th
   await expect(page.locator(".bell .said")).toBeEmpty();
   await watched.pass(1);
   expect(await rung()).toBe(2);
-  expect(await page.evaluate(() => [window.notified, window.noticed])).toEqual([1, "recorded: not steering: waits for reports of the surface craft"]);
+  expect(await page.evaluate(() => [window.notified, window.noticed])).toEqual([1, "recorded: steering not known: no word of whoever steers; waits for reports of the surface craft"]);
   await watched.pass(8);
   expect(await rung()).toBe(2);
   await watched.pass(3);
@@ -139,12 +157,12 @@ test("the alarm sounds only if it is asked for, until it is acknowledged, and th
   await acknowledge.click();
   await watched.pass(12);
   expect(await rung()).toBe(4);
-  await expect(page.locator(".log")).toContainText("alarm: not steering: waits for reports of the surface craft");
+  await expect(page.locator(".log")).toContainText("alarm: steering not known: no word of whoever steers; waits for reports of the surface craft");
   await watched.pass(12);
-  await expect(page.locator(".log")).toContainText(/alarm over: not steering, after \d+\u00a0s/);
+  await expect(page.locator(".log")).toContainText(/alarm over: steering not known, after \d+\u00a0s/);
   await page.reload();
   await watched.settled();
   await expect(button).toHaveText("Alarm sound: on");
   // What was not seen happen is in the log as well.
-  await expect(page.locator(".log")).toContainText(/alarm over: not steering, after \d+\u00a0s/);
+  await expect(page.locator(".log")).toContainText(/alarm over: no new plan, after \d+\u00a0s/);
 });

@@ -17,9 +17,23 @@ const MISSIONS = {
       await mission.stop();
       await wait(silent(45));
       const state = { north_m: 0, east_m: 0, heading_rad: 0, speed_mps: 0, sway_mps: 0, yaw_rate_radps: 0 };
-      await service.post(`${path}/reports`, { asc: [{ t_s: Date.now() / 1000, state }] });
+      await service.post(`${path}/reports`, { asc: [{ t_s: Date.now() / 1000, state }], steering: [{ t_s: Date.now() / 1000, state: "steering" }] });
       await wait(planned(2));
       await service.post(`${path}/finish`, {});
+    },
+  },
+  // A person takes the craft, gives it back, and takes the telemetry away: plans go on.
+  handed: {
+    how: {}, opened: planned(3), async then({ mission, wait }) {
+      await wait(planned(2));
+      mission.say({ state: "person", why: "the autopilot left its guided mode" });
+      await wait(planned(4));
+      mission.say({ state: "not_steering", why: "no heartbeat of the autopilot" });
+      await wait(planned(4));
+      mission.say({ state: "steering" });
+      await wait(planned(3));
+      mission.say(null);
+      await wait(planned(6));
     },
   },
   // Its goal is changed by the page, and it is paused by another client.

@@ -152,7 +152,7 @@ test("past visits are when the craft was as near as the goal says, and a long si
 test("time without plans is in the log as an alarm with its begin and end, unless the mission was paused", () => {
   const live = recording({ scene: { period_s: 1 } }), plan = (t_s) => take(live, { kind: "planned", t_s, reference: {}, method: "mpc", outcome: "ok" });
   [1, 2, 3, 40, 41].forEach(plan);
-  expect(live.journal.entries).toMatchObject([{ t_s: 7, kind: "alarm", text: "not steering" }, { t_s: 40, kind: "alarm over", text: "not steering, after 33\u00a0s" }]);
+  expect(live.journal.entries).toMatchObject([{ t_s: 7, kind: "alarm", text: "no new plan" }, { t_s: 40, kind: "alarm over", text: "no new plan, after 33\u00a0s" }]);
   const { length } = live.journal.entries;
   take(live, { kind: "paused", at_s: 42 });
   take(live, { kind: "ran", at_s: 90 });

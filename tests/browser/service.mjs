@@ -82,7 +82,8 @@ export async function posed(service, { ids = ["auv-1", "auv-2"], title = "posed"
 
 /**
  * A live mission of `ids`, whose AUVs go north beside each other, and a craft that does what its references say, reported once a second of the mission's
- * clock. A fix in ten is far off. Fixes are `fixAge` seconds old; a `stuck` craft does not move.
+ * clock. A fix in ten is far off. Fixes are `fixAge` seconds old; a `stuck` craft does not move. It says with each report that it is steered, or what it is to
+ * `say`.
  */
 export async function liveMission(service, { ids = ["auv-1", "auv-2"], clockRate = 1, title = "a live mission", origin, goal, fixAge = 0, stuck = false } = {}) {
   const live = { auvs: ids.map((id) => ({ id })), goal: goal ?? { kind: "track", auv: ids[0] }, clock_rate: clockRate, keep_outs: KEEP_OUTS, origin };
@@ -90,7 +91,7 @@ export async function liveMission(service, { ids = ["auv-1", "auv-2"], clockRate
   await service.post(`/v1/missions/${id}/run`, {});
   const clock = () => created_s + clockRate * (Date.now() / 1000 - created_s);
   const start = clock();
-  let craft = { ...CRAFT }, last = start, n = 0, stopped = false;
+  let craft = { ...CRAFT }, last = start, n = 0, stopped = false, word = { state: "steering" };
   const tick = async () => {
     const t_s = clock() - 0.05 * clockRate, step = Math.min(t_s - last, 5);
     last = t_s;
@@ -103,7 +104,7 @@ export async function liveMission(service, { ids = ["auv-1", "auv-2"], clockRate
       const north_m = 0.2 * (t_s - start) + Math.sin(n * 1.7 + i), east_m = 25 * i + Math.cos(n * 2.3 + i) + (n % 10 === 9 && i === 0 ? 60 : 0);
       return [name, [{ t_s: t_s - fixAge, north_m, east_m, depth_m: 8 + 6 * Math.sin((t_s - start) / 40 + i), sigma_m: 1 }]];
     }));
-    await service.post(`/v1/missions/${id}/reports`, { auvs, asc: [{ t_s, state: craft }] });
+    await service.post(`/v1/missions/${id}/reports`, { auvs, asc: [{ t_s, state: craft }], ...word && { steering: [{ t_s: clock(), ...word }] } });
   };
   const run = (async () => {
     while (!stopped) {
@@ -111,5 +112,5 @@ export async function liveMission(service, { ids = ["auv-1", "auv-2"], clockRate
       await new Promise((resume) => setTimeout(resume, Math.max(1000 / clockRate, 20)));
     }
   })();
-  return { id, stop: () => { stopped = true; return run; } };
+  return { id, say: (now) => { word = now; }, stop: () => { stopped = true; return run; } };
 }

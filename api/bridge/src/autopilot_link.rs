@@ -6,7 +6,10 @@ use ::mavlink::dialects::ardupilotmega::MavSeverity;
 
 use crate::{
     Measurement, Rejects,
-    mavlink::{Autopilot, AutopilotEvent, Control, Heartbeat, MavlinkReader, MavlinkWriter, Parameters},
+    mavlink::{
+        Autopilot, AutopilotEvent, Control, HEARTBEAT_AGE_MAX_S, Heartbeat, MavlinkReader, MavlinkWriter,
+        Parameters,
+    },
     nmea::{NmeaReader, heading_and_speed_sentences},
     reference::Reference,
     wire::{Endpoint, Output, Received},
@@ -39,6 +42,8 @@ pub(crate) enum AutopilotLink {
         writer: MavlinkWriter,
         /// The newest heartbeat, and when it arrived; none before the first.
         heartbeat: Option<(Heartbeat, f64)>,
+        /// The newest one that no longer let the craft be steered after others did, and when it arrived.
+        refused: Option<(Heartbeat, f64)>,
     },
     Nmea {
         send: Output,
@@ -62,6 +67,7 @@ impl AutopilotLink {
                 reader: MavlinkReader::new(system, auvs),
                 writer: MavlinkWriter::new(system.unwrap_or(SYSTEM)),
                 heartbeat: None,
+                refused: None,
             },
             AutopilotSettings::Nmea { connect } => Self::Nmea {
                 send: open(&connect),
@@ -77,6 +83,7 @@ impl AutopilotLink {
                 reader,
                 writer,
                 heartbeat,
+                refused,
                 ..
             } => {
                 let events = reader.push(&piece.bytes, unix_s);
@@ -85,6 +92,11 @@ impl AutopilotLink {
                         if heartbeat.is_none() {
                             tracing::info!(system, "autopilot found");
                             *writer = MavlinkWriter::new(system);
+                        }
+                        if !newest.may_be_steered()
+                            && heartbeat.is_some_and(|(before, _)| before.may_be_steered())
+                        {
+                            *refused = Some((*newest, t_s));
                         }
                         *heartbeat = Some((*newest, t_s));
                     }
@@ -98,11 +110,18 @@ impl AutopilotLink {
         }
     }
 
-    /// Who controls the craft, at `now` of the bridge's clock, s.
+    /// Who controls the craft, at `now` of the bridge's clock, s. Of heartbeats that contradict each other those count by which nothing
+    /// is sent: another sender uses the craft's number.
     pub(crate) fn control(&self, now: f64) -> Control {
         match self {
-            Self::Mavlink { heartbeat, .. } => {
-                Control::Reported(heartbeat.map(|(heartbeat, at)| (heartbeat, now - at)))
+            Self::Mavlink {
+                heartbeat, refused, ..
+            } => {
+                let refused = refused.filter(|(_, at)| now - at <= HEARTBEAT_AGE_MAX_S);
+                Control::Reported(heartbeat.map(|(newest, at)| {
+                    let counts = refused.map_or(newest, |(refused, _)| refused);
+                    (counts, now - at)
+                }))
             }
             Self::Nmea { .. } => Control::Unreported,
         }

@@ -130,9 +130,11 @@ pub struct Bridge {
     reported_s: f64,
     /// What was logged last about references; none before the first.
     logged: Option<Sending>,
-    /// Whether the craft was steered a second ago; and as the ground station was told, and when, s.
-    steering: Option<Steering>,
+    /// Whether the craft is steered, and since when, s; and as the ground station was told, and when, s.
+    steering: Option<(Steering, f64)>,
     told: Option<(Steering, f64)>,
+    /// The same as the mission was told: state and reason.
+    said: Option<((&'static str, String), f64)>,
     /// Whether there was a plan yet.
     has_planned: bool,
     is_steering: bool,
@@ -218,6 +220,7 @@ impl Bridge {
             logged: None,
             steering: None,
             told: None,
+            said: None,
             has_planned: false,
             is_steering: false,
             trouble: None,
@@ -425,6 +428,9 @@ impl Bridge {
             }
             AutopilotEvent::Parameter { name, value } => self.telemetry.parameters.note(&name, value),
             AutopilotEvent::Text(text) => tracing::info!("autopilot: {text}"),
+            AutopilotEvent::NoCraft { system, kind } => self.log(&format!(
+                "system {system} is no surface craft but {kind}: it is left alone"
+            )),
             AutopilotEvent::Acknowledged {
                 command,
                 is_accepted: false,
@@ -535,6 +541,7 @@ impl Bridge {
             }
             _ => {}
         }
+        self.tell(link);
     }
 
     /// Sends what the output limiter leaves of `reference`.
@@ -575,7 +582,6 @@ impl Bridge {
 
     fn each_second(&mut self, second: u64, link: &LinkStatus) {
         self.autopilot.send_heartbeat();
-        self.tell_ground_station(link);
         if second.is_multiple_of(LINE_INTERVAL_S) {
             // An autopilot that restarted has forgotten the requests.
             self.autopilot.request(&self.telemetry.parameters);

@@ -96,6 +96,9 @@ pub(crate) struct Reports {
     /// Notes for the mission's log.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(crate) notes: Vec<Value>,
+    /// Whether the craft is steered.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(crate) steering: Vec<Value>,
 }
 
 impl MissionClient {

@@ -3,11 +3,11 @@
 
 use std::{
     collections::{BTreeMap, VecDeque},
-    ops::RangeInclusive,
     sync::{Arc, Mutex, MutexGuard, PoisonError},
     time::Duration,
 };
 
+use planner::snapshot::ranges_by_shape;
 use serde_json::{Value, json};
 use sha2::{Digest as _, Sha256};
 use tokio::task::JoinSet;
@@ -103,6 +103,7 @@ struct Outbox {
     asc: Option<Value>,
     auvs: BTreeMap<String, VecDeque<Value>>,
     notes: VecDeque<Value>,
+    steering: Option<Value>,
 }
 
 impl MissionLink {
@@ -148,6 +149,12 @@ impl MissionLink {
         let report = auv_report(fix, self.shared.sigma_m, &mut lock(&self.shared.status).clamped);
         let mut outbox = lock(&self.shared.outbox);
         push(outbox.auvs.entry(fix.auv.clone()).or_default(), report);
+    }
+
+    /// Posts soon whether the craft is steered, with the time on the bridge's clock. A newer word replaces it.
+    pub(crate) fn report_steering(&self, t_s: f64, state: &str, why: &str) {
+        let said = json!({ "t_s": self.shared.clock.unix_s(t_s), "state": state, "why": why });
+        lock(&self.shared.outbox).steering = Some(said);
     }
 
     /// Writes into the mission's log soon, with the time on the bridge's clock.
@@ -326,7 +333,12 @@ struct Newest {
 
 impl Outbox {
     fn take(&mut self) -> Reports {
-        let Self { asc, auvs, notes } = std::mem::take(self);
+        let Self {
+            asc,
+            auvs,
+            notes,
+            steering,
+        } = std::mem::take(self);
         let auvs = auvs.into_iter();
         Reports {
             auvs: auvs
@@ -334,6 +346,7 @@ impl Outbox {
                 .collect(),
             asc: asc.into_iter().collect(),
             notes: notes.into_iter().collect(),
+            steering: steering.into_iter().collect(),
         }
     }
 }
@@ -350,35 +363,28 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// `value` within the API's `range` of `member`; counted in `counts` if it was outside.
-fn clamped(value: f64, range: &RangeInclusive<f64>, member: &'static str, counts: &mut Rejects) -> f64 {
-    if !range.contains(&value) {
-        counts.count(member);
-    }
+/// `value` within the API's range of a `member` of `shape`; counted in `counts` by its `name` for people if it was outside.
+fn clamped(value: f64, [shape, member]: [&str; 2], name: &'static str, counts: &mut Rejects) -> f64 {
+    let mut ranges = ranges_by_shape();
+    let known = ranges.find(|(of, (name, _))| (*of, *name) == (shape, member));
+    debug_assert!(known.is_some(), "{shape} has no {member}");
+    let Some((_, (_, range))) = known.filter(|(_, (_, range))| !range.contains(&value)) else {
+        return value;
+    };
+    counts.count(name);
     value.clamp(*range.start(), *range.end())
 }
 
-/// Ranges of the API, see `/openapi.json`.
-const CURRENT: RangeInclusive<f64> = -3.0..=3.0;
-const SURGE: RangeInclusive<f64> = -5.0..=20.0;
-const SWAY: RangeInclusive<f64> = -5.0..=5.0;
-const YAW_RATE: RangeInclusive<f64> = -3.0..=3.0;
-const GROUND: RangeInclusive<f64> = -25.0..=25.0;
-const SIGMA: RangeInclusive<f64> = 0.01..=1.0e4;
-const DEPTH: RangeInclusive<f64> = -10.0..=12_000.0;
-const AUV_SPEED: RangeInclusive<f64> = 0.0..=10.0;
-
 fn asc_report(t_s: f64, state: &MeasuredState, is_steered: bool, counts: &mut Rejects) -> Value {
-    let mut within = |value: f64, range, member| clamped(value, &range, member, counts);
+    let mut within = |value: f64, place, name| clamped(value, place, name, counts);
     let current = state.current.map(|current| {
         json!({
-            "north_mps": within(current.x, CURRENT, "current"),
-            "east_mps": within(current.y, CURRENT, "current"),
+            "north_mps": within(current.x, ["Current", "north_mps"], "current"),
+            "east_mps": within(current.y, ["Current", "east_mps"], "current"),
         })
     });
+    let mut asc = |value: f64, member, name| within(value, ["Asc", member], name);
     let ground = state.ground_velocity;
-    let ground =
-        ground.map(|velocity| [velocity.x, velocity.y].map(|part| within(part, GROUND, "ground velocity")));
     json!({
         "t_s": t_s,
         "steered": is_steered,
@@ -387,26 +393,26 @@ fn asc_report(t_s: f64, state: &MeasuredState, is_steered: bool, counts: &mut Re
             "lat_deg": state.position.lat_deg,
             "lon_deg": state.position.lon_deg,
             "heading_rad": state.heading,
-            "speed_mps": within(state.water_velocity.x, SURGE, "speed"),
-            "sway_mps": within(state.water_velocity.y, SWAY, "sway"),
-            "yaw_rate_radps": within(state.yaw_rate, YAW_RATE, "yaw rate"),
-            "ground_north_mps": ground.map(|[north, _]| north),
-            "ground_east_mps": ground.map(|[_, east]| east),
+            "speed_mps": asc(state.water_velocity.x, "speed_mps", "speed"),
+            "sway_mps": asc(state.water_velocity.y, "sway_mps", "sway"),
+            "yaw_rate_radps": asc(state.yaw_rate, "yaw_rate_radps", "yaw rate"),
+            "ground_north_mps": ground.map(|velocity| asc(velocity.x, "ground_north_mps", "ground velocity")),
+            "ground_east_mps": ground.map(|velocity| asc(velocity.y, "ground_east_mps", "ground velocity")),
         },
     })
 }
 
 fn auv_report(fix: &AuvFix, sigma_m: f64, counts: &mut Rejects) -> Value {
-    let mut within = |value: f64, range, member| clamped(value, &range, member, counts);
+    let mut within = |value: f64, member, name| clamped(value, ["Report", member], name, counts);
     let velocity = fix.ground_velocity;
     json!({
         "t_s": fix.t_s,
         "lat_deg": fix.position.lat_deg,
         "lon_deg": fix.position.lon_deg,
-        "sigma_m": within(fix.sigma_m.unwrap_or(sigma_m), SIGMA, "AUV's accuracy"),
-        "depth_m": fix.depth_m.map(|depth| within(depth, DEPTH, "AUV's depth")),
+        "sigma_m": within(fix.sigma_m.unwrap_or(sigma_m), "sigma_m", "AUV's accuracy"),
+        "depth_m": fix.depth_m.map(|depth| within(depth, "depth_m", "AUV's depth")),
         "course_rad": velocity.map(|velocity| velocity.y.atan2(velocity.x)),
-        "speed_mps": velocity.map(|velocity| within(velocity.norm(), AUV_SPEED, "AUV's speed")),
+        "speed_mps": velocity.map(|velocity| within(velocity.norm(), "speed_mps", "AUV's speed")),
     })
 }
 

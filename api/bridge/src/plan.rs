@@ -24,8 +24,8 @@ pub(crate) struct Plan {
     pub(crate) estimate: String,
     /// The vehicles that the mission waits for.
     pub(crate) waits_for: Vec<String>,
-    /// Warnings of the plan, by code.
-    pub(crate) warnings: Vec<String>,
+    /// Warnings of the plan: code, and detail for people.
+    pub(crate) warnings: Vec<[String; 2]>,
 }
 
 impl Plan {
@@ -75,8 +75,11 @@ impl Plan {
             reason: plan["reason"].as_str().map(str::to_owned),
             distance_m,
             estimate: estimate(craft, &current),
-            waits_for: texts(&answer["waits_for"], |name| name),
-            warnings: texts(&plan["warnings"], |warning| &warning["code"]),
+            waits_for: items(&answer["waits_for"], |name| Some(name.as_str()?.to_owned())),
+            warnings: items(&plan["warnings"], |warning| {
+                let [code, detail] = ["code", "detail"].map(|name| warning[name].as_str().map(str::to_owned));
+                Some([code?, detail.unwrap_or_default()])
+            }),
         })
     }
 }
@@ -95,14 +98,12 @@ fn reference(point: &Value) -> Option<Reference> {
     })
 }
 
-fn texts(list: &Value, text: impl Fn(&Value) -> &Value) -> Vec<String> {
+fn items<T>(list: &Value, item: impl Fn(&Value) -> Option<T>) -> Vec<T> {
     let items = list.as_array().into_iter().flatten();
-    items
-        .filter_map(|item| text(item).as_str().map(str::to_owned))
-        .collect()
+    items.filter_map(item).collect()
 }
 
-/// The planner's estimate of craft and current, for the status line.
+/// The planner's estimate of craft and current.
 fn estimate(craft: &Value, current: &Vector2<f64>) -> String {
     let value = |name: &str| {
         let [value, sigma] = ["value", "sigma"].map(|part| craft[name][part].as_f64().unwrap_or(0.0));

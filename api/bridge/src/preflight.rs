@@ -291,14 +291,19 @@ fn plans(bridge: &Bridge) -> Finding {
         "{}, {:.1} m from the goal, {}",
         plan.method, plan.distance_m, plan.estimate
     );
-    if plan.warnings.iter().any(|code| code == "craft_does_not_follow") {
+    if plan
+        .warnings
+        .iter()
+        .any(|[code, _]| code == "craft_does_not_follow")
+    {
         fails(format!(
             "{seen}; the craft does not follow its references: identify it (docs/commissioning.md)"
         ))
     } else if plan.warnings.is_empty() {
         passes(seen)
     } else {
-        warns(format!("{seen}; {}", plan.warnings.join(", ")))
+        let codes = plan.warnings.iter().map(|[code, _]| code.replace('_', " "));
+        warns(format!("{seen}; {}", codes.collect::<Vec<_>>().join(", ")))
     }
 }
 

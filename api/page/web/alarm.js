@@ -1,4 +1,4 @@
-// What a mission's craft is steered by now, in one state: steering, degraded and why, or not steering and why.
+// Whether a mission's craft is steered now, in one state: steering; degraded, not steering or not known, and why; or a person has it.
 
 import { duration, methodName } from "./format.js";
 
@@ -9,6 +9,9 @@ import { duration, methodName } from "./format.js";
 
 /** The plan of a running live mission is stale if it is older than so many periods. */
 const STALE_PERIODS = 4;
+
+/** For how long it is known whether a craft is steered, after whoever steers it has said so, s. */
+export const KNOWN_S = 3;
 
 /** Warnings that the craft does not do what is asked. */
 const CRAFT_ALARMS = {
@@ -40,24 +43,37 @@ export function isAlarm(code) {
 }
 
 /**
- * The state of a mission.
+ * The state of a mission. Whether the craft of a live one is steered says who steers it, and nobody else.
  * @param {MissionJson} mission
- * @param {{ age_s?: number, lost?: string }} [seen] age of the last plan, if the caller knows it better, and why the service is not heard
+ * @param {{ age_s?: number, said_s?: number, lost?: string }} [seen] ages of the last plan and of the last word of whoever steers the craft, if the caller
+ *   knows them better, and why the service is not heard
  * @returns {MissionState}
  */
-export function stateOf({ status, kind, plan, scene }, { age_s = plan?.age_s ?? Infinity, lost = "" } = {}) {
+export function stateOf({ status, kind, plan, scene, steering }, { age_s = plan?.age_s ?? Infinity, said_s = steering?.age_s ?? Infinity, lost = "" } = {}) {
   if (status === "failed") return { words: "failed", why: "", tone: "bad", alarm: true };
   if (status !== "running") return { words: status, why: "", tone: "", alarm: false };
-  if (kind === "live" && age_s === Infinity) return { words: "not steering", why: lost || "no plan yet", tone: "warn", alarm: false };
-  if (kind === "live" && age_s > ageMax(plan?.period_s ?? scene?.period_s)) {
-    if (lost) return { words: "state not known", why: lost, tone: "bad", alarm: true, age_s };
-    const { waits_for = [] } = plan ?? {};
-    return { words: "not steering", why: waits_for.length ? `waits for reports of ${waits_for.map((id) => (id === "asc" ? "the surface craft" : id)).join(", ")}` : "no new plan", tone: "bad", alarm: true, age_s };
+  if (kind !== "live") return planned(plan, []);
+  const { waits_for = [] } = plan ?? {}, isOld = Number.isFinite(age_s) && age_s > ageMax(plan?.period_s ?? scene?.period_s), old = isOld ? { age_s } : {};
+  const causes = isOld ? [waits_for.length ? `waits for reports of ${waits_for.map((id) => (id === "asc" ? "the surface craft" : id)).join(", ")}` : "no new plan"] : [];
+  const because = (/** @type {string} */ first) => [first, ...causes].filter(Boolean).join("; ");
+  if (steering && said_s <= KNOWN_S * (scene?.clock_rate ?? 1)) {
+    if (steering.state === "person") return { words: "a person has the craft", why: steering.why, tone: "warn", alarm: false, ...old };
+    if (steering.state === "waiting") return { words: "not steering", why: steering.why, tone: "warn", alarm: false, ...old };
+    if (steering.state === "not_steering") return { words: "not steering", why: because(steering.why), tone: "bad", alarm: true, ...old };
+    const { words, why, tone, alarm } = planned(plan, causes), isWorse = steering.state === "degraded" && !alarm;
+    return isWorse ? { words: "degraded", why: steering.why, tone: "bad", alarm: true } : { words, why, tone: lost && tone === "good" ? "warn" : tone, alarm, ...old };
   }
+  if (lost) return { words: "steering not known", why: lost, tone: "bad", alarm: true, ...old };
+  const unsaid = steering ? "no word of whoever steers" : "nobody says whether the craft is steered";
+  return { words: "steering not known", why: because(unsaid), tone: steering || isOld ? "bad" : "warn", alarm: Boolean(steering) || isOld, ...old };
+}
+
+/** What the plans amount to while they are followed, with what keeps new ones from being made. @param {MissionJson["plan"]} plan @param {string[]} causes @returns {MissionState} */
+function planned(plan, causes) {
   const craft = (plan?.warning_codes ?? []).filter(isAlarm).map((code) => CRAFT_ALARMS[/** @type {keyof typeof CRAFT_ALARMS} */ (code)]);
-  if (plan?.outcome === "degraded") return { words: "degraded", why: [degradedWords(plan.reason ?? ""), `${methodName(plan.method)} answers`, ...craft].filter(Boolean).join("; "), tone: "bad", alarm: true };
-  if (craft.length) return { words: craft[0], why: craft.slice(1).join(", "), tone: "bad", alarm: true };
-  return { words: "steering", why: "", tone: lost ? "warn" : "good", alarm: false };
+  const degraded = plan?.outcome === "degraded" ? [degradedWords(plan.reason ?? ""), `${methodName(plan.method)} answers`] : [];
+  const [words, ...others] = [...degraded.length || causes.length ? ["degraded"] : [], ...causes, ...degraded, ...craft].filter(Boolean);
+  return words ? { words, why: others.join("; "), tone: "bad", alarm: true } : { words: "steering", why: "", tone: "good", alarm: false };
 }
 
 /** @param {string} reason */

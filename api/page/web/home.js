@@ -88,25 +88,32 @@ function card(scenario, context) {
 /** @param {{ list: HTMLElement, state: HTMLElement, more: HTMLButtonElement, bell: Bell }} places @param {Context} context @param {AbortSignal} signal */
 async function pollMissions({ list, state, more, bell }, context, signal) {
   fill(list, el("p", { class: "loading" }, "Loading missions…"));
-  let all = false, lost = 0;
+  let all = false, lost = 0, asked = 0;
+  /** @type {any[]} */
+  let missions = [];
   more.onclick = () => { all = true; more.hidden = true; };
+  const show = () => {
+    const by = (performance.now() - asked) / 1000, seen = (/** @type {any} */ { plan, steering }) => ({
+      age_s: plan && plan.age_s + by, said_s: steering && steering.age_s + by, lost: lost ? "the service does not answer" : "",
+    });
+    const states = new Map(missions.map((mission) => [mission, stateOf(mission, seen(mission))]));
+    showMissions(list, all ? missions : missions.slice(0, SHOWN), states, context);
+    if (lost) return;
+    const alarms = missions.filter((mission) => mission.status === "running" && states.get(mission)?.alarm), age = (/** @type {any} */ mission) => states.get(mission)?.age_s ?? 0;
+    const [worst] = alarms.sort((a, b) => age(b) - age(a)), state = states.get(worst), name = worst?.title || worst?.id;
+    bell.hear(worst ? `${worst.id} ${state?.words}` : "", worst && `${name}: ${state?.words}`);
+    document.title = tabTitle(state, worst ? `${name} · Pilotfish` : "Pilotfish");
+  };
   while (!signal.aborted) {
-    let pages = 1;
     list.classList.toggle("outdated", lost > 0);
     // A hidden page sends no requests, unless it is to sound an alarm.
     while (document.hidden && !bell.on && !signal.aborted) await new Promise((resume) => setTimeout(resume, POLL_MS));
     try {
-      const missions = await everyMission(signal);
+      const now = performance.now();
+      missions = await everyMission(signal);
       if (signal.aborted) return;
-      lost = 0;
-      // A long list costs the service more, so it is requested less often.
-      pages = Math.ceil(missions.length / PAGE) || 1;
+      [asked, lost] = [now, 0];
       fill(state);
-      showMissions(list, all ? missions : missions.slice(0, SHOWN), context);
-      const alarms = missions.filter(({ status }) => status === "running").map((mission) => ({ mission, state: stateOf(mission) })).filter(({ state }) => state.alarm);
-      const [worst] = alarms.sort((a, b) => (b.state.age_s ?? 0) - (a.state.age_s ?? 0)), name = worst?.mission.title || worst?.mission.id;
-      bell.hear(worst ? `${worst.mission.id} ${worst.state.words}` : "", worst && `${name}: ${worst.state.words}`);
-      document.title = tabTitle(worst?.state, worst ? `${name} · Pilotfish` : "Pilotfish");
       more.hidden = all || missions.length <= SHOWN;
       more.textContent = `Show all ${missions.length}`;
     } catch (error) {
@@ -116,7 +123,11 @@ async function pollMissions({ list, state, more, bell }, context, signal) {
       document.title = `⚠ no answer ${ageWords((Date.now() - lost) / 1000)} · Pilotfish`;
       fill(state, error instanceof Refusal ? refusalWords(error) : `The service has not answered for ${duration((Date.now() - lost) / 1000)}; the list is out of date. Trying again.`);
     }
-    await new Promise((resume) => setTimeout(resume, pages * POLL_MS));
+    // A long list costs the service more, so it is requested less often; what it says ages meanwhile.
+    for (let parts = 4 * (Math.ceil(missions.length / PAGE) || 1); parts && !signal.aborted; parts -= 1) {
+      if (asked) show();
+      await new Promise((resume) => setTimeout(resume, POLL_MS / 4));
+    }
   }
 }
 
@@ -136,8 +147,14 @@ async function everyMission(signal) {
 /** Columns of the list of missions. */
 const COLUMNS = ["mission", "state", "answered by", "lag", "last heard", "warnings", "created"];
 
-/** Shows the missions. In existing rows only changed cells are replaced. @param {HTMLElement} list @param {any[]} missions @param {Context} context */
-function showMissions(list, missions, context) {
+/**
+ * Shows the missions. In existing rows only changed cells are replaced.
+ * @param {HTMLElement} list
+ * @param {any[]} missions
+ * @param {Map<any, import("./types.js").MissionState>} states
+ * @param {Context} context
+ */
+function showMissions(list, missions, states, context) {
   if (!missions.length) return fill(list, el("p", { class: "empty panel" }, "No missions yet. Run a scenario below, or create one through the API."));
   let body = list.querySelector("tbody");
   if (!body) {
@@ -148,7 +165,7 @@ function showMissions(list, missions, context) {
   const rows = new Map(Array.from(body.rows, (row) => [row.dataset.id, row]));
   const wanted = missions.map((mission) => {
     const row = rows.get(mission.id) ?? newRow(mission, context);
-    fillRow(row, mission);
+    fillRow(row, mission, states.get(mission) ?? stateOf(mission));
     return row;
   });
   // A row in its place is not moved, so that it keeps the focus and its open details.
@@ -165,15 +182,15 @@ function newRow(mission, context) {
   return row;
 }
 
-/** @param {HTMLTableRowElement} row @param {any} mission */
-function fillRow(row, mission) {
+/** @param {HTMLTableRowElement} row @param {any} mission @param {import("./types.js").MissionState} state */
+function fillRow(row, mission, state) {
   const { status } = mission, running = status === "running";
   // The plan of a finished mission may still be in memory; it is not shown.
   const plan = running || status === "paused" ? mission.plan : null;
   // The clock runs on between plans.
   const now = plan ? mission.t_s + (mission.kind === "live" ? plan.age_s : 0) : NaN;
   const ages = running && plan ? Object.entries(plan.heard_s).map(([id, t]) => ({ id, age: now - Number(t) })).sort((a, b) => b.age - a.age) : [];
-  const [oldest] = ages, state = stateOf(mission), { words, why, tone, age_s } = state;
+  const [oldest] = ages, { words, why, tone, age_s } = state;
   const notes = running && plan ? [...plan.waits_for.map((/** @type {string} */ id) => `waits for ${id}`), ...plan.warnings] : [];
   const cells = [
     [el("span", { class: `chip ${tone}` }, words, age_s !== undefined && ` ${ageWords(age_s)}`), why && el("span", { class: "why" }, " ", named(why))],

@@ -2,7 +2,7 @@
 
 import { el, fill, named } from "./dom.js";
 import { day, number } from "./format.js";
-import { ageMax, ageWords, stateOf, tabTitle } from "./alarm.js";
+import { ageMax, ageWords, KNOWN_S, stateOf, tabTitle } from "./alarm.js";
 import { ask, askJson, follow, lines, Patience, Refusal } from "./service.js";
 import { Recording } from "./recording.js";
 import { MissionView } from "./mission.js";
@@ -50,12 +50,14 @@ class LiveMission {
     this.link = { name: "loading", detail: "" };
     /** Age of the last plan, s of the mission's clock, and when it had that age, ms of the page's clock: the two may differ. */
     this.freshest = { age: Infinity, at: -Infinity };
+    /** The same of the last word of whoever steers the craft. */
+    this.said = { age: Infinity, at: -Infinity };
     /** The mission's clock by the last answer, and when the page had that, ms. */
     this.heard = { t_s: NaN, at: NaN };
     /** When the state was looked at last, and whether the page slept since and does not know yet. */
     this.ticked = performance.now();
     this.waking = this.unanswered = this.wasOld = false;
-    this.said = el("p", { class: "unseen", role: "status" });
+    this.spoken = el("p", { class: "unseen", role: "status" });
     this.title = el("h1", {}, named(mission.title || mission.id));
     this.state = el("p", { class: "chips" });
     this.about = el("p", { class: "about" });
@@ -64,7 +66,7 @@ class LiveMission {
     this.notice = el("div", { class: "notice", role: "alert" });
     this.orders = ordersOf(mission, context, { done: (changed) => this.became(changed), redraw: () => this.view?.draw() });
     this.body = el("div");
-    fill(root, el("header", { class: "mission-head" }, el("a", { href: "#/", class: "back" }, "All missions"), this.title, this.said, this.state, this.progress, el("div", { class: "row under" }, this.about, this.bell.element)), this.notice, this.body);
+    fill(root, el("header", { class: "mission-head" }, el("a", { href: "#/", class: "back" }, "All missions"), this.title, this.spoken, this.state, this.progress, el("div", { class: "row under" }, this.about, this.bell.element)), this.notice, this.body);
     /** @type {MissionView} */
     this.view = this.viewOf(this.recording);
     this.became(mission);
@@ -83,8 +85,18 @@ class LiveMission {
   }
 
   sincePlan() {
-    const { age, at } = this.freshest;
+    return this.since(this.freshest);
+  }
+
+  /** What is now the age of something that had an age at a moment, s of the mission's clock. @param {{ age: number, at: number }} then */
+  since({ age, at }) {
     return age + ((performance.now() - at) / 1000) * this.clockRate();
+  }
+
+  /** The age of what happened at `t_s`, now. After a break the stream begins with what is old. @param {number} t_s @param {number} least */
+  ageOf(t_s, least) {
+    const now = this.since({ age: this.heard.t_s, at: this.heard.at });
+    return { age: Math.max(least, now - t_s || 0), at: performance.now() };
   }
 
   clockRate() {
@@ -99,7 +111,7 @@ class LiveMission {
   /** The state now, by what was heard last. */
   now() {
     const lost = this.link.name === "lost" ? this.link.detail : this.unanswered ? "the service does not answer" : "";
-    return stateOf(this.mission, { age_s: this.planAge(), lost: lost && `connection lost: ${lost}; trying again` });
+    return stateOf(this.mission, { age_s: this.planAge(), said_s: this.since(this.said), lost: lost && `connection lost: ${lost}; trying again` });
   }
 
   /** Browsers let a hidden page sleep for up to a minute: what it knows then is too old to tell, and is asked first. */
@@ -116,7 +128,7 @@ class LiveMission {
 
   async start() {
     const tick = setInterval(() => this.tick(), TICK_MS), look = setInterval(() => this.look(), LOOK_MS);
-    this.signal.addEventListener("abort", () => { clearInterval(tick); clearInterval(look); });
+    this.signal.addEventListener("abort", () => { clearInterval(tick); clearInterval(look); clearTimeout(this.forgetting); });
     try {
       await Promise.all([this.preview(), this.loadHistory()]);
       if (this.signal.aborted) return;
@@ -187,15 +199,29 @@ class LiveMission {
     this.recording.takeEvent(sequence, event, (unix) => this.clock(unix));
     this.unanswered = false;
     if (event.kind === "planned") {
-      const { t_s, at } = this.heard, now = performance.now();
-      // After a break the stream begins with old plans.
-      this.freshest = { age: Math.max(event.late_s || 0, t_s + ((now - at) / 1000) * this.clockRate() - event.t_s || 0), at: now };
+      this.freshest = this.ageOf(event.t_s, event.late_s || 0);
       this.mission.plan = summaryOf(event, this.mission);
       this.drawState();
     }
     else if (event.kind === "gap") this.fillGap(event);
     else if (event.kind !== "reported") this.look();
+    else this.hear(event.heard.steering ?? []);
     this.view.changed();
+  }
+
+  /** What whoever steers the craft says is drawn anew as soon as it is too old. @param {{ t_s: number, state: string, why?: string }[]} said */
+  hear(said) {
+    const last = said.at(-1);
+    if (!last) return;
+    this.said = this.ageOf(last.t_s, 0);
+    this.mission.steering = { state: last.state, why: last.why ?? "", age_s: this.said.age };
+    this.forgetInTime();
+    this.drawState();
+  }
+
+  forgetInTime() {
+    clearTimeout(this.forgetting);
+    this.forgetting = setTimeout(() => this.drawState(), Math.max(KNOWN_S - this.since(this.said) / this.clockRate(), 0) * 1000 + 1);
   }
 
   /** Fetches the paths that were changed. */
@@ -250,6 +276,8 @@ class LiveMission {
     const known = this.mission.scene, mission = { ...answer, scene: answer.scene ?? known };
     if (answer.plan && asked > this.freshest.at) this.freshest = { age: answer.plan.age_s, at: performance.now() };
     else mission.plan = this.mission.plan ?? answer.plan;
+    if (answer.steering && asked > this.said.at) this.said = { age: answer.steering.age_s, at: performance.now() };
+    else mission.steering = this.mission.steering ?? answer.steering;
     mission.origin ??= known?.origin;
     this.mission = this.recording.mission = mission;
     this.heard = { t_s: mission.t_s + (answer.plan?.age_s ?? 0), at: performance.now() };
@@ -282,7 +310,7 @@ class LiveMission {
     const fresh = el("p", {}, chips);
     if (fresh.innerHTML !== this.state.innerHTML) fill(this.state, ...fresh.childNodes);
     const said = [words, age_s !== undefined && `for more than ${ageWords(AGES_SAID_S.findLast((step) => step < age_s) ?? 0)}`, why].filter(Boolean).join(", ");
-    if (said !== this.said.textContent) fill(this.said, said);
+    if (said !== this.spoken.textContent) fill(this.spoken, said);
   }
 
   /** Alarms in the log, which has degraded plans by itself. @param {import("./types.js").MissionState} state */

@@ -191,7 +191,7 @@ export class Recording {
     const isSeen = !this.missing, since = Math.max(this.plans.last, this.journal.ranAt), due = since + ageMax(this.scene.period_s);
     if (plan.sequence > this.missing) this.missing = 0;
     if (this.live && isSeen && plan.t_s > due) {
-      if (!this.journal.alarm.words) this.journal.alarmed(due, "not steering");
+      if (!this.journal.alarm.words) this.journal.alarmed(due, "no new plan");
       this.journal.alarmed(plan.t_s, "");
     }
     this.plans.push(plan.t_s, plan.sequence, plan.reference.speed_mps, plan.reference.heading_rad, method, degraded ? 1 : 0, plan.solve_ms, plan.late_s, plan.rms_m);

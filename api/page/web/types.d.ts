@@ -25,12 +25,12 @@ export type Scene = { duration_s?: number, settled_after_s?: number, period_s?: 
   paths?: { [id: string]: [number, number][] }, goal?: VisitGoal };
 
 export type MissionJson = { id: string, title: string, kind: string, status: string, t_s: number, plan?: PlanSummary, created_s?: number, sequence?: number, revision?: number, speed_factor?: number,
-  origin?: { lat_deg: number, lon_deg: number }, setting?: any, scene?: Scene };
+  origin?: { lat_deg: number, lon_deg: number }, setting?: any, scene?: Scene, steering?: { state: string, why: string, age_s: number } };
 
 /** What the last plan of a mission amounts to. */
 export type PlanSummary = { outcome: string, reason?: string, method: string, age_s: number, period_s: number, waits_for: string[], warnings: string[], warning_codes?: string[] };
 
-/** `words` with `why` says what a mission's craft is steered by now; `age_s` is that of its last plan, where that is what matters. */
+/** `words` with `why` says whether a mission's craft is steered now; `age_s` is that of its last plan, where that is too old. */
 export type MissionState = { words: string, why: string, tone: "" | "good" | "warn" | "bad", alarm: boolean, age_s?: number };
 
 export type LogEntry = { t_s: number, kind: string, text: string };

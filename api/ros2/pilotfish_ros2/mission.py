@@ -55,6 +55,7 @@ class MissionLink:
         self._asc: dict[str, Any] | None = None
         self._auvs: dict[str, deque[dict[str, Any]]] = {}
         self._notes: deque[dict[str, Any]] = deque(maxlen=WAITING_MAX)
+        self._steering: dict[str, Any] | None = None
 
     def start(self) -> None:
         """Starts both threads."""
@@ -74,6 +75,11 @@ class MissionLink:
         """Writes into the mission's log soon."""
         with self._lock:
             self._notes.append({"t_s": t_s, "text": text})
+
+    def report_steering(self, word: dict[str, Any]) -> None:
+        """Posts soon whether the craft is steered; a newer word replaces it."""
+        with self._lock:
+            self._steering = word
 
     def _run(self) -> None:
         try:
@@ -140,16 +146,16 @@ class MissionLink:
     def _post(self, mission: Mission) -> None:
         with self._lock:
             auvs = {auv: list(reports) for auv, reports in self._auvs.items()}
-            asc, notes = self._asc, list(self._notes)
-            self._asc = None
+            asc, notes, steering = self._asc, list(self._notes), self._steering
+            self._asc = self._steering = None
             self._auvs.clear()
             self._notes.clear()
-        known = [asc] if asc else []
-        if not (auvs or known or notes):
+        known, said = [asc] if asc else [], [steering] if steering else []
+        if not (auvs or known or notes or said):
             return
         key = f"ros2-{time.time_ns()}"
         try:
-            accepted = self._insist(lambda: mission.report(auvs=auvs, asc=known, notes=notes, key=key))
+            accepted = self._insist(lambda: mission.report(auvs=auvs, asc=known, notes=notes, steering=said, key=key))
         except Refused as error:
             self._log(f"all reports rejected by the service: {error}")
             return

@@ -32,6 +32,8 @@ PLAN_QOS = QoSProfile(depth=1, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
 HEADING_AGE_MAX_S = 1.0
 # A state that is older is not reported, s.
 REPORT_AGE_MAX_S = 2.0
+# Between two words whether the craft is steered; after three that are missing it is not known any more.
+WORD_INTERVAL_S = 1.0
 STATUS_INTERVAL_S = 5.0
 # For an answer of the service, and for retries inside the client, s: a plan may be followed for 10 s.
 TIMEOUT_S, PATIENCE_S = 4.0, 4.0
@@ -78,6 +80,7 @@ class PilotfishNode(Node):
         self._reported_s = -math.inf
         self._is_steering = False
         self._said: str | None = "nothing yet"
+        self._word: tuple[tuple[str, str], float] = (("", ""), -math.inf)
         self._trouble = ""
         self._published_plan_s: float | None = None
 
@@ -167,6 +170,7 @@ class PilotfishNode(Node):
             self._said = silence
             sending = "references would be sent: dry run" if self._settings["dry_run"] else "references are sent"
             self._note(sending if silence is None else f"no references are sent: {silence}")
+        self._report_steering(now_s, silence)
         if plan is not None and plan.planned_s != self._published_plan_s:
             self._published_plan_s = plan.planned_s
             self._path.publish(conversion.path_message(plan, self._settings["map_frame"], time.time() - now_s))
@@ -198,6 +202,20 @@ class PilotfishNode(Node):
         north, east = map(float, self._observer.current)
         current = {"north_mps": north, "east_mps": east}
         self._link.report_craft({"t_s": motion.t_s, "state": state, "steered": self._is_steering, "current": current})
+
+    def _report_steering(self, now_s: float, silence: str | None) -> None:
+        """Says once a second, and as soon as it has changed, whether the craft is steered."""
+        if self._settings["dry_run"]:
+            word = ("waiting", "a dry run")
+        elif silence is None:
+            word = ("steering", "")
+        else:
+            is_meant = self._link.status != "running" or not self._link.has_planned
+            word = ("waiting" if is_meant else "not_steering", silence)
+        before, said_s = self._word
+        if word != before or now_s - said_s >= WORD_INTERVAL_S:
+            self._word = (word, now_s)
+            self._link.report_steering({"t_s": time.time(), "state": word[0], "why": word[1]})
 
     def _log_status(self) -> None:
         if self._link.trouble != self._trouble:

@@ -42,8 +42,14 @@ const LIVING: [(Method, &str); 2] = [
     (Method::GET, "/v1/missions/{id}/events"),
 ];
 
-/// Routes that are polled every few seconds.
-const PROBES: [&str; 3] = ["/livez", "/readyz", "/metrics"];
+/// Routes that are asked again and again, by probes and by each bridge several times a second: an answer as it should be is no news.
+const STEADY: [&str; 5] = [
+    "/livez",
+    "/readyz",
+    "/metrics",
+    "/v1/missions/{id}/reports",
+    "/v1/missions/{id}/reference",
+];
 
 /// The content security policy of every answer without its own. Pages load nothing from elsewhere.
 const POLICY: HeaderValue = HeaderValue::from_static(
@@ -235,7 +241,7 @@ fn log(route: &str, status: StatusCode, took: Duration, problem: Option<&Problem
         tracing::debug!(status, ms, "answered");
     } else if 500 <= status {
         tracing::warn!(status, ms, "answered");
-    } else if PROBES.contains(&route) {
+    } else if status < 300 && STEADY.contains(&route) {
         tracing::debug!(status, ms, "answered");
     } else {
         tracing::info!(status, ms, "answered");

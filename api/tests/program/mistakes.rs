@@ -139,7 +139,7 @@ fn the_warning_of_an_unknown_craft_names_what_is_missing() {
     let rates = r#""rate_max_radps": 0.2 }, "surge_loop": { "acceleration_max_mps2": 0.1"#;
     let detail = warning(&format!(r#"{{ "heading_loop": {{ {rates} }} }}"#)).expect("warns");
     assert!(
-        detail.starts_with("neither `heading_loop` nor `surge_loop` of the craft has a time constant")
+        detail.starts_with("how fast the craft answers is not declared")
             && detail.contains("at most 0.20 rad/s and 0.10 m/s²"),
         "{detail}"
     );

@@ -370,6 +370,9 @@ pub struct Reports {
     /// What happened aboard that the mission's log is to tell, at most 64. No plan depends on it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<Note>,
+    /// Whether the surface craft is steered, by whoever steers it, at most 64. The newest counts. No plan depends on it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub steering: Vec<Steering>,
 }
 
 impl Reports {
@@ -409,7 +412,7 @@ impl Reports {
     /// Whether there is no report.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.auvs.is_empty() && self.asc.is_empty() && self.notes.is_empty()
+        self.auvs.is_empty() && self.asc.is_empty() && self.notes.is_empty() && self.steering.is_empty()
     }
 
     /// Adds the reports of `others`.
@@ -419,6 +422,7 @@ impl Reports {
         }
         self.asc.extend(others.asc);
         self.notes.extend(others.notes);
+        self.steering.extend(others.steering);
     }
 }
 
@@ -431,6 +435,59 @@ pub struct Note {
     /// What, at most 500 bytes.
     #[schema(example = "a person has the craft")]
     pub text: String,
+}
+
+/// Whether the surface craft is steered, as only who steers it knows: a bridge says it once a second. Nobody else can.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Steering {
+    /// When it was so, Unix time, s: at most half an hour ago, and at most 1 s ahead.
+    pub t_s: f64,
+    /// What is so.
+    pub state: SteeringState,
+    /// Why, for people, at most 500 bytes.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    #[schema(example = "the autopilot left its guided mode")]
+    pub why: String,
+}
+
+impl Steering {
+    /// What this tells at `now` on the mission's clock, s.
+    #[must_use]
+    pub fn at(&self, now: f64) -> LastSteering {
+        LastSteering {
+            state: self.state,
+            why: self.why.clone(),
+            age_s: (now - self.t_s).max(0.0),
+        }
+    }
+}
+
+/// Who has the surface craft.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SteeringState {
+    /// The mission's references are sent to it.
+    Steering,
+    /// They are, and something is wrong with them or with how it follows them.
+    Degraded,
+    /// A person has it.
+    Person,
+    /// Nothing is sent to it yet, as is meant: there is no plan, it is not armed, or this is a dry run.
+    Waiting,
+    /// Nothing is sent to it, and somebody has to look why.
+    NotSteering,
+}
+
+/// What was said last of whether the surface craft is steered.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct LastSteering {
+    /// What was so.
+    pub state: SteeringState,
+    /// Why, for people.
+    pub why: String,
+    /// How long ago, s on the mission's clock. What is older than 3 s is no longer known.
+    pub age_s: f64,
 }
 
 /// A state of the surface craft.
@@ -537,6 +594,9 @@ pub struct Mission {
     /// The last plan, of a mission that was asked for or has run since the service was started.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub plan: Option<PlanSummary>,
+    /// Whether the craft of a live mission is steered, as was said last. None: nobody has said it since the mission was begun.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub steering: Option<LastSteering>,
 }
 
 /// What the last plan of a mission amounts to.

@@ -7,7 +7,7 @@ use crate::{
     FieldError,
     directions::WereInDegrees,
     json::{Json, Misfit, Node, Unread, parse, token},
-    mission::{AscReport, Note, Reports},
+    mission::{AscReport, Note, Reports, Steering},
     positions::Positions,
 };
 
@@ -65,6 +65,7 @@ enum Of {
     Auv(String),
     Asc,
     Note,
+    Steering,
 }
 
 /// Takes the items of all lists out of a body, in their order.
@@ -92,6 +93,7 @@ fn take_items<'a>(body: &mut Json<'a>) -> Vec<Item<'a>> {
             }
             ("asc", states) => take(Of::Asc, "/asc".to_owned(), states),
             ("notes", notes) => take(Of::Note, "/notes".to_owned(), notes),
+            ("steering", said) => take(Of::Steering, "/steering".to_owned(), said),
             _ => {}
         }
     }
@@ -110,7 +112,11 @@ fn check_lengths(rest: &Reports, items: &[Item<'_>]) -> Result<(), Misfit> {
         return Err(Misfit::new(member.to_owned(), "unexpected", detail));
     }
     if items.is_empty() && rest.auvs.is_empty() {
-        return Err(Misfit::new(String::new(), "missing", "give auvs, asc or notes"));
+        return Err(Misfit::new(
+            String::new(),
+            "missing",
+            "give auvs, asc, notes or steering",
+        ));
     }
     let too_long =
         |pointer: &str, given, most| Err(Misfit(Box::new(FieldError::too_long(pointer, given, most))));
@@ -162,6 +168,7 @@ impl Item<'_> {
             }),
             Of::Asc => AscReport::deserialize(whole).map(|state| one.asc.push(state)),
             Of::Note => Note::deserialize(whole).map(|note| one.notes.push(note)),
+            Of::Steering => Steering::deserialize(whole).map(|said| one.steering.push(said)),
         };
         read.map_err(|misfit| degrees.as_sent(misfit)).map(|()| one)
     }

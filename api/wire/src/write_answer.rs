@@ -276,7 +276,7 @@ fn warnings(snapshot: &Snapshot, plan: &Plan) -> Vec<Warning> {
                 format!("/auvs/{i}/reports")
             };
             let (id, age) = (&auv.id, estimate.state.age_s);
-            let detail = format!("{id} was last heard of {age} s ago; its forecast starts there");
+            let detail = format!("{id} was last heard of {age:.0} s ago; its forecast starts there");
             warning("stale_report", &pointer, detail)
         })
         .collect();
@@ -356,15 +356,20 @@ fn contradicted_claims(snapshot: &Snapshot) -> Vec<Warning> {
     warnings
 }
 
+/// A heading for people, degrees in [0, 360).
+fn bearing_deg(heading: f64) -> f64 {
+    // What is rounded to 360 is 0.
+    heading.to_degrees().round().rem_euclid(360.0)
+}
+
 /// What the craft is not known to do, does not do, or cannot do.
 fn about_the_craft(snapshot: &Snapshot, plan: &Plan) -> impl Iterator<Item = Warning> {
     let (prior, model) = (snapshot.craft_prior(), snapshot.craft_model());
     let unknown = (!prior.heading_declared && !prior.surge_declared).then(|| {
         let detail = format!(
-            "neither `heading_loop` nor `surge_loop` of the craft has a time constant: those of a cautious generic craft are \
-             assumed and learnt from (heading {:.1} s behind, at most {:.2} rad/s and {:.2} m/s²); GET /v1/crafts lists craft \
-             that are known by name",
-            model.heading_lag(), model.limits.turn_rate_max, model.limits.acceleration_max
+            "how fast the craft answers is not declared: a cautious craft is assumed, and learnt from (heading {:.1} s behind, at \
+             most {:.0}°/s and {:.2} m/s²); declare it, or name a known craft",
+            model.heading_lag(), model.limits.turn_rate_max.to_degrees(), model.limits.acceleration_max
         );
         warning("craft_unknown", "/craft", detail)
     });
@@ -372,19 +377,19 @@ fn about_the_craft(snapshot: &Snapshot, plan: &Plan) -> impl Iterator<Item = War
     let does_not_follow = monitor.alarm.then(|| {
         let asc = &snapshot.asc;
         let detail = format!(
-            "expected heading {:.2} rad and {:.2} m/s, seen {:.2} rad and {:.2} m/s: a slower craft is planned for; check \
+            "expected heading {:03.0}° and {:.2} m/s, seen {:03.0}° and {:.2} m/s: a slower craft is planned for; check \
              thrusters, rudder and autopilot",
-            planner::angle::wrap(asc.heading().radians() - monitor.heading_error),
+            bearing_deg(asc.heading().radians() - monitor.heading_error),
             asc.speed_mps - monitor.speed_error,
-            asc.heading().radians(),
+            bearing_deg(asc.heading().radians()),
             asc.speed_mps
         );
         warning("craft_does_not_follow", "/asc", detail)
     });
     let heading_does_not_respond = plan.craft.heading_effect.is_missing().then(|| {
         let detail = format!(
-            "the heading stays near {:.2} rad although turns are asked for: check rudder, steering thrusters, the autopilot's mode and the compass, or steer by hand; turns of half the rate are planned for",
-            snapshot.asc.heading().radians()
+            "the heading stays near {:03.0}° although turns are asked for: check rudder, steering thrusters, the autopilot's mode and the compass, or steer by hand; turns of half the rate are planned for",
+            bearing_deg(snapshot.asc.heading().radians())
         );
         warning("heading_does_not_respond", "/asc/heading_rad", detail)
     });

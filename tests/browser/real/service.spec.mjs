@@ -15,7 +15,7 @@ test("a mission is seen on after the service was killed and started again, witho
     await page.evaluate(() => { window.here = true; });
     await first.kill();
     await expect(page.locator(".chips")).toContainText("connection lost");
-    await expect(state).toHaveText(/^state not known \d+\u00a0s: connection lost: .*; trying again$/);
+    await expect(state).toHaveText(/^steering not known( \d+\u00a0s)?: connection lost: .*; trying again$/);
     second = await startService({ data: first.data, port: first.port });
     await expect(state).toHaveText("steering");
     await expect(page.locator(".chips")).toContainText("connected");

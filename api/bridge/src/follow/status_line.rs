@@ -5,7 +5,7 @@ use ::mavlink::dialects::ardupilotmega::MavSeverity;
 use super::{Bridge, Sending, steering::Steering};
 use crate::{
     Plan,
-    mavlink::{Control, HEARTBEAT_AGE_MAX_S},
+    mavlink::{Control, HEARTBEAT_AGE_MAX_S, Silence},
     mission_link::LinkStatus,
 };
 
@@ -19,13 +19,29 @@ const NOT_FOLLOWED: [&str; 3] = [
 /// The warning that an AUV has not been heard for a while. Lost messages alone bring it, so that it is told, and is no alarm.
 const NOT_HEARD: &str = "stale_report";
 
+/// Why there is no plan to follow, where the service is the reason.
+const SILENT_SERVICE: &str = "the service does not answer";
+
+/// Between two words to the mission, s. After three that are missing it is not known there whether the craft is steered.
+const WORD_INTERVAL_S: f64 = 1.0;
+
+/// For how long a state lasts before the ground station is told, s; and for how long an alarm must not return before its end is told:
+/// an alarm that comes and goes is one alarm (as in ISA-18.2).
+const CHANGED_S: f64 = 1.0;
+const CLEAR_S: f64 = 10.0;
+
 /// Between two texts to the ground station, s: of a lasting alarm, and of a cause that changes.
 const ALARM_INTERVAL_S: f64 = 30.0;
 const CAUSE_INTERVAL_S: f64 = 10.0;
 
-fn has_warning(link: &LinkStatus, code: &str) -> bool {
-    let plan = link.plan.as_ref();
-    plan.is_some_and(|plan| plan.warnings.iter().any(|given| given == code))
+/// The AUVs that have not been heard for a while, in words.
+fn not_heard(link: &LinkStatus) -> Option<String> {
+    let warnings = link.plan.iter().flat_map(|plan| &plan.warnings);
+    let details = warnings
+        .filter(|[code, _]| code == NOT_HEARD)
+        .map(|[_, detail]| cause(detail));
+    let details: Vec<_> = details.collect();
+    (!details.is_empty()).then(|| details.join("; "))
 }
 
 /// What `text` says before what follows from it.
@@ -43,31 +59,41 @@ impl Bridge {
         if self.settings.dry_run {
             return None;
         }
+        let mut is_a_persons = false;
         let (is_on, severity, cause) = match self.logged {
             None => (false, MAV_SEVERITY_NOTICE, "waiting for the craft".to_owned()),
             Some(Sending::Stopped(silence)) => {
                 let is_ours = match self.autopilot.control(self.now_s()) {
                     Control::Reported(heard) => {
-                        heard.is_some_and(|(heartbeat, _)| heartbeat.is_guided() && heartbeat.is_armed)
+                        heard.is_some_and(|(heartbeat, _)| heartbeat.may_be_steered())
                     }
                     Control::Unreported => true,
                 };
+                is_a_persons = matches!(silence, Silence::TakenOver | Silence::NotGuided);
                 let is_alarm = is_ours && !silence.is_meant();
                 let severity = if is_alarm {
                     MAV_SEVERITY_CRITICAL
                 } else {
                     MAV_SEVERITY_NOTICE
                 };
-                (false, severity, cause(&silence.to_string()))
+                let cause = match &link.trouble {
+                    // That is why.
+                    Some(_) if matches!(silence, Silence::NoPlan | Silence::PlanStale) => {
+                        SILENT_SERVICE.to_owned()
+                    }
+                    _ => cause(&silence.to_string()),
+                };
+                (false, severity, cause)
             }
-            Some(Sending::Active) => match self.causes(link) {
-                causes if !causes.is_empty() => (true, MAV_SEVERITY_WARNING, causes.join("; ")),
-                _ if has_warning(link, NOT_HEARD) => (true, MAV_SEVERITY_NOTICE, NOT_HEARD.replace('_', " ")),
+            Some(Sending::Active) => match (self.causes(link), not_heard(link)) {
+                (causes, _) if !causes.is_empty() => (true, MAV_SEVERITY_WARNING, causes.join("; ")),
+                (_, Some(details)) => (true, MAV_SEVERITY_NOTICE, details),
                 _ => (true, MAV_SEVERITY_INFO, String::new()),
             },
         };
         Some(Steering {
             is_on,
+            is_a_persons,
             severity,
             cause,
         })
@@ -78,7 +104,7 @@ impl Bridge {
         let alarms = self.telemetry.craft.alarms();
         let mut causes: Vec<_> = alarms.map(|alarm| cause(&alarm.to_string())).collect();
         if let Some(plan) = &link.plan {
-            let codes = plan.warnings.iter().map(String::as_str);
+            let codes = plan.warnings.iter().map(|[code, _]| code.as_str());
             let not_followed = codes.filter(|code| NOT_FOLLOWED.contains(code));
             let reason = plan.reason.as_deref().filter(|_| !self.settings.line_of_sight);
             causes.extend(not_followed.chain(reason).map(|code| code.replace('_', " ")));
@@ -86,22 +112,44 @@ impl Bridge {
         causes
     }
 
-    /// Tells the ground station whether the craft is steered once that has changed for a second, and again while it is an alarm.
-    pub(super) fn tell_ground_station(&mut self, link: &LinkStatus) {
+    /// Tells those who watch whether the craft is steered.
+    pub(super) fn tell(&mut self, link: &LinkStatus) {
         let (now, steering) = (self.now_s(), self.steering(link));
-        let before = self.steering.take();
-        self.steering.clone_from(&steering);
-        let Some(steering) = steering.filter(|now| {
-            before.is_some_and(|before| (before.is_on, before.severity) == (now.is_on, now.severity))
-        }) else {
-            return;
-        };
-        let is_due = self.told.as_ref().is_none_or(|(told, at)| {
-            let is_alarm = steering.severity == MavSeverity::MAV_SEVERITY_CRITICAL;
-            (told.is_on, told.severity) != (steering.is_on, steering.severity)
-                || *told != steering && CAUSE_INTERVAL_S <= now - at
-                || is_alarm && ALARM_INTERVAL_S <= now - at
+        self.tell_mission(now, steering.as_ref());
+        if let Some(steering) = steering {
+            self.tell_ground_station(now, steering);
+        }
+    }
+
+    /// Each second, and as soon as it has changed.
+    fn tell_mission(&mut self, now: f64, steering: Option<&Steering>) {
+        let Some(mission) = &self.link else { return };
+        let (state, why) = steering.map_or(("waiting", "a dry run"), |now| (now.state(), &now.cause));
+        let is_said = self.said.as_ref().is_some_and(|((before, because), at)| {
+            (*before, &**because) == (state, why) && now - at < WORD_INTERVAL_S
         });
+        if !is_said {
+            mission.report_steering(now, state, why);
+            self.said = Some(((state, why.to_owned()), now));
+        }
+    }
+
+    /// Once it has changed for a second, or has been better than an alarm for `CLEAR_S`, and again while it is an alarm.
+    fn tell_ground_station(&mut self, now: f64, steering: Steering) {
+        let is_same = |other: &Steering| (other.is_on, other.severity) == (steering.is_on, steering.severity);
+        let since = match &self.steering {
+            Some((before, since)) if is_same(before) => *since,
+            _ => now,
+        };
+        self.steering = Some((steering.clone(), since));
+        let is_due = match &self.told {
+            Some((told, at)) if is_same(told) => {
+                let is_alarm = steering.severity == MavSeverity::MAV_SEVERITY_CRITICAL;
+                *told != steering && CAUSE_INTERVAL_S <= now - at || is_alarm && ALARM_INTERVAL_S <= now - at
+            }
+            Some((told, _)) if told.is_alarm() && !steering.is_alarm() => CLEAR_S <= now - since,
+            _ => CHANGED_S <= now - since,
+        };
         if is_due {
             self.send_texts(&steering);
             self.told = Some((steering, now));
@@ -119,6 +167,7 @@ impl Bridge {
         if !self.settings.dry_run {
             self.send_texts(&Steering {
                 is_on: false,
+                is_a_persons: false,
                 severity,
                 cause: cause.to_owned(),
             });
@@ -176,9 +225,9 @@ impl Bridge {
                 format!("{:.1} m from the goal", plan.distance_m),
                 format!("plan {age:.1} s old"),
                 format!("{speed:.2} m/s {heading:03.0}°"),
-                plan.estimate.clone(),
             ]);
-            parts.extend(plan.warnings.iter().cloned());
+            let others = plan.warnings.iter().filter(|[code, _]| code != NOT_HEARD);
+            parts.extend(others.map(|[code, _]| code.replace('_', " ")));
         } else {
             parts.push(format!("last plan {age:.0} s ago"));
         }
@@ -191,6 +240,8 @@ impl Bridge {
 
 #[cfg(test)]
 mod tests {
+    use std::time::Duration;
+
     use clock::Clock;
     use serde_json::json;
 
@@ -244,8 +295,8 @@ mod tests {
             (
                 active,
                 "warnings",
-                warned("stale_report"),
-                "steering: stale report, mode unknown, ",
+                json!([{ "code": "stale_report", "detail": "auv-1 was last heard of 40 s ago; its forecast starts there" }]),
+                "steering: auv-1 was last heard of 40 s ago, mode unknown, ",
             ),
             (active, "reason", json!("deadline"), "DEGRADED: deadline, "),
             (
@@ -274,31 +325,35 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn the_ground_station_is_told_once_a_state_has_lasted_a_second() {
+    async fn the_ground_station_is_told_what_lasts_a_second_and_that_an_alarm_is_over_when_it_has_not_returned()
+     {
         let (mut bridge, link) = bridge_and_link(|_| {});
-        let mut told = |sending| {
-            bridge.logged = Some(sending);
-            bridge.tell_ground_station(&link);
-            bridge
-                .told
-                .as_ref()
-                .map(|(steering, _)| steering.texts().concat())
-        };
-        assert_eq!(told(Sending::Active), None);
-        let steering = Some("Pilotfish steering".to_owned());
-        assert_eq!(told(Sending::Active), steering);
-        // One second of silence is not told.
+        let clock = bridge.clock.machine.clone();
+        let mut texts = vec![];
         let stale = Sending::Stopped(Silence::PlanStale);
-        assert_eq!(told(stale), steering);
-        assert_eq!(told(Sending::Active), steering);
-        assert_eq!(told(stale), steering);
-        assert_eq!(told(stale), Some("Pilotfish off: the plan is too old".to_owned()));
-    }
-
-    #[tokio::test(start_paused = true)]
-    async fn the_speed_shown_is_one_that_may_be_sent() {
-        let (bridge, link) = bridge_and_link(|_| {});
-        let line = bridge.status_line(&link);
-        assert!(line.contains(", 1.20 m/s 000°"), "{line}");
+        // Tenths of a second; one second of silence is not told, and silence that comes and goes is told once in half a minute.
+        let comes_and_goes = [(stale, 13), (Sending::Active, 30)].repeat(14);
+        let course = [(Sending::Active, 12), (stale, 8), (Sending::Active, 20)];
+        for (sending, tenths) in course
+            .into_iter()
+            .chain(comes_and_goes)
+            .chain([(Sending::Active, 80)])
+        {
+            for _ in 0..tenths {
+                clock.sleep(Duration::from_millis(100)).await;
+                bridge.logged = Some(sending);
+                bridge.tell(&link);
+                let told = bridge
+                    .told
+                    .as_ref()
+                    .map(|(steering, at)| (steering.texts().concat(), *at));
+                if told != texts.last().cloned() {
+                    texts.extend(told);
+                }
+            }
+        }
+        let texts: Vec<_> = texts.iter().map(|(text, _)| text.as_str()).collect();
+        let (on, off) = ("Pilotfish steering", "Pilotfish off: the plan is too old");
+        assert_eq!(texts, [on, off, off, on]);
     }
 }

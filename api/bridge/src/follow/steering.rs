@@ -14,12 +14,33 @@ const GOES_ON: &str = "... ";
 pub(super) struct Steering {
     /// Whether references are sent.
     pub(super) is_on: bool,
+    /// Whether they are not because a person has the craft.
+    pub(super) is_a_persons: bool,
     pub(super) severity: MavSeverity,
     /// Why it is not, or not as it should be, or what may become a reason.
     pub(super) cause: String,
 }
 
 impl Steering {
+    /// The name of the state in the API.
+    pub(super) fn state(&self) -> &'static str {
+        match (self.is_on, self.severity) {
+            (true, MavSeverity::MAV_SEVERITY_WARNING) => "degraded",
+            (true, _) => "steering",
+            (false, MavSeverity::MAV_SEVERITY_CRITICAL) => "not_steering",
+            (false, _) if self.is_a_persons => "person",
+            (false, _) => "waiting",
+        }
+    }
+
+    /// Whether somebody has to look.
+    pub(super) fn is_alarm(&self) -> bool {
+        matches!(
+            self.severity,
+            MavSeverity::MAV_SEVERITY_CRITICAL | MavSeverity::MAV_SEVERITY_WARNING
+        )
+    }
+
     /// For the ground station: as many texts of `TEXT_BYTES` as there are words for, none with half a word.
     pub(super) fn texts(&self) -> Vec<String> {
         let state = match (self.is_on, self.severity) {
@@ -73,6 +94,7 @@ mod tests {
             "the position does not change although the reference speed is not zero; heading does not respond";
         let steering = Steering {
             is_on: true,
+            is_a_persons: false,
             severity: MavSeverity::MAV_SEVERITY_WARNING,
             cause: cause.to_owned(),
         };

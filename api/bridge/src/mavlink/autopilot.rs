@@ -53,6 +53,11 @@ impl Heartbeat {
         }
     }
 
+    /// Whether it follows references now.
+    pub(crate) fn may_be_steered(self) -> bool {
+        self.is_guided() && self.is_armed
+    }
+
     pub(crate) fn mode_name(self) -> String {
         let name = match (self.autopilot, self.mode) {
             (Autopilot::ArduPilot, 0) => "MANUAL",
@@ -120,7 +125,10 @@ impl Parameters {
 
     /// The value of one, if known.
     pub(crate) fn get(&self, name: &str) -> Option<f64> {
-        self.values.get(name).map(|value| f64::from(*value))
+        // By the decimal that a person has set: 1.2 and not 1.2000000476837158.
+        self.values
+            .get(name)
+            .and_then(|value| value.to_string().parse().ok())
     }
 
     /// Parameters without a value so far.

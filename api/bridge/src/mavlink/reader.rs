@@ -12,7 +12,7 @@ use ::mavlink::{
     MAVLinkMessageRaw, MavlinkReader as FrameReader, Message as _,
     dialects::ardupilotmega::{
         EkfStatusFlags, EstimatorStatusFlags, FOLLOW_TARGET_DATA, GLOBAL_POSITION_INT_DATA, GpsFixType,
-        HEARTBEAT_DATA, MavAutopilot, MavMessage, MavModeFlag, MavResult,
+        HEARTBEAT_DATA, MavAutopilot, MavMessage, MavModeFlag, MavResult, MavType,
     },
 };
 use nalgebra::Vector2;
@@ -39,6 +39,11 @@ pub(crate) enum AutopilotEvent {
         command: u32,
         is_accepted: bool,
     },
+    /// A vehicle that is no surface craft sends heartbeats: its system number and MAVLink's name of its type. Once of each.
+    NoCraft {
+        system: u8,
+        kind: String,
+    },
     /// Whether the craft's autopilot knows its position.
     PositionKnown(bool),
     /// Time on the clock of the craft's autopilot, s of Unix time.
@@ -62,6 +67,10 @@ pub(crate) struct MavlinkReader {
     pending: usize,
     framed: usize,
     craft: Option<u8>,
+    /// The type in the last heartbeat of each system's autopilot.
+    types: BTreeMap<u8, MavType>,
+    /// Systems that are no surface craft, as far as they were told.
+    others: BTreeSet<u8>,
     autopilot: Option<Autopilot>,
     /// The senders' own times of the newest positions, by system and message number.
     timed: BTreeMap<(u8, u32), u64>,
@@ -75,6 +84,8 @@ pub(crate) struct MavlinkReader {
 const FRAME_BYTES_MAX: usize = 280;
 /// Component number of an autopilot. Source: MAVLink, `MAV_COMP_ID_AUTOPILOT1`.
 const AUTOPILOT: u8 = 1;
+/// Types of vehicles that are steered: ArduPilot's Rover and PX4's rover give a boat either.
+const SURFACE_CRAFT: [MavType; 2] = [MavType::MAV_TYPE_GROUND_ROVER, MavType::MAV_TYPE_SURFACE_BOAT];
 /// Unknown heading in `GLOBAL_POSITION_INT`, centidegrees.
 const HEADING_UNKNOWN: u16 = u16::MAX;
 /// Units of the messages.
@@ -96,7 +107,7 @@ impl fmt::Debug for MavlinkReader {
 }
 
 impl MavlinkReader {
-    /// A reader for the craft `system`, or else the first autopilot with a heartbeat, and for AUVs by system number.
+    /// A reader for the craft `system`, or else the first surface craft with heartbeats, and for AUVs by system number.
     pub(crate) fn new(system: Option<u8>, auvs: BTreeMap<u8, String>) -> Self {
         let feed = Feed::default();
         Self {
@@ -105,6 +116,8 @@ impl MavlinkReader {
             pending: 0,
             framed: 0,
             craft: system,
+            types: BTreeMap::new(),
+            others: BTreeSet::new(),
             autopilot: None,
             timed: BTreeMap::new(),
             auvs,
@@ -163,10 +176,7 @@ impl MavlinkReader {
             return self.rejects.count("system number above 255");
         };
         if let MavMessage::HEARTBEAT(heartbeat) = message {
-            if let Some(heartbeat) = self.heartbeat(system, component, heartbeat) {
-                heard.push(AutopilotEvent::Heartbeat(heartbeat));
-            }
-            return;
+            return heard.extend(self.heartbeat(system, component, heartbeat));
         }
         let is_craft = self.craft == Some(system) && component == AUTOPILOT;
         if (is_craft || self.auvs.contains_key(&system)) && self.is_repeated(system, message) {
@@ -206,8 +216,9 @@ impl MavlinkReader {
         sent_ms != 0 && before == Some(sent_ms)
     }
 
-    /// A heartbeat of an autopilot: ground stations send them, too.
-    fn heartbeat(&mut self, system: u8, component: u8, heartbeat: &HEARTBEAT_DATA) -> Option<Heartbeat> {
+    /// A heartbeat of an autopilot: ground stations send them, too. A vehicle is what two of its heartbeats say: the first one after a
+    /// start may state another type.
+    fn heartbeat(&mut self, system: u8, component: u8, heartbeat: &HEARTBEAT_DATA) -> Option<AutopilotEvent> {
         let autopilot = match heartbeat.autopilot {
             MavAutopilot::MAV_AUTOPILOT_ARDUPILOTMEGA => Autopilot::ArduPilot,
             MavAutopilot::MAV_AUTOPILOT_PX4 => Autopilot::Px4,
@@ -216,18 +227,26 @@ impl MavlinkReader {
         if component != AUTOPILOT || self.auvs.contains_key(&system) {
             return None;
         }
+        let kind = heartbeat.mavtype;
+        if self.types.insert(system, kind) != Some(kind) {
+            return None;
+        }
+        if !SURFACE_CRAFT.contains(&kind) {
+            let kind = format!("{kind:?}");
+            return (self.others.insert(system)).then_some(AutopilotEvent::NoCraft { system, kind });
+        }
         if *self.craft.get_or_insert(system) != system {
             self.rejects.count("another craft's heartbeat");
             return None;
         }
         self.autopilot = Some(autopilot);
-        Some(Heartbeat {
+        Some(AutopilotEvent::Heartbeat(Heartbeat {
             autopilot,
             mode: heartbeat.custom_mode,
             is_armed: heartbeat
                 .base_mode
                 .contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED),
-        })
+        }))
     }
 
     fn craft_message(&mut self, message: &MavMessage, received_s: f64, heard: &mut Vec<AutopilotEvent>) {

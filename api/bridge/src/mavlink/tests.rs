@@ -7,14 +7,19 @@ use ::mavlink::{
     dialects::ardupilotmega::{
         ATTITUDE_DATA, EKF_STATUS_REPORT_DATA, ESTIMATOR_STATUS_DATA, EkfStatusFlags, EstimatorStatusFlags,
         FOLLOW_TARGET_DATA, GLOBAL_POSITION_INT_DATA, HEARTBEAT_DATA, MavAutopilot, MavFrame, MavMessage,
-        MavModeFlag, MavSeverity,
+        MavModeFlag, MavSeverity, MavType,
     },
 };
 use nalgebra::Vector2;
 use proptest::prelude::*;
 
 use super::*;
-use crate::{Alarm, CraftMeasurement, Geographic, Measurement, reference::Reference};
+use crate::{
+    Alarm, CraftMeasurement, Geographic, Measurement,
+    autopilot_link::{AutopilotLink, AutopilotSettings},
+    reference::Reference,
+    wire::Received,
+};
 
 fn frame(system_id: u32, component_id: u8, message: &MavMessage) -> Vec<u8> {
     let header = MavHeader {
@@ -28,7 +33,12 @@ fn frame(system_id: u32, component_id: u8, message: &MavMessage) -> Vec<u8> {
 }
 
 fn heartbeat(autopilot: MavAutopilot, custom_mode: u32) -> MavMessage {
+    heartbeat_of(MavType::MAV_TYPE_SURFACE_BOAT, autopilot, custom_mode)
+}
+
+fn heartbeat_of(mavtype: MavType, autopilot: MavAutopilot, custom_mode: u32) -> MavMessage {
     MavMessage::HEARTBEAT(HEARTBEAT_DATA {
+        mavtype,
         custom_mode,
         autopilot,
         base_mode: MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED,
@@ -52,7 +62,8 @@ fn place() -> MavMessage {
 fn reader() -> MavlinkReader {
     let mut reader = MavlinkReader::new(None, BTreeMap::from([(7, "auv-1".to_owned())]));
     let beat = heartbeat(MavAutopilot::MAV_AUTOPILOT_ARDUPILOTMEGA, 15);
-    let heard = reader.push(&frame(1, 1, &beat), 0.0);
+    assert_eq!(reader.push(&frame(1, 1, &beat), 0.0), []);
+    let heard = reader.push(&frame(1, 1, &beat), 1.0);
     assert!(matches!(heard[..], [AutopilotEvent::Heartbeat(beat)] if beat.is_guided() && beat.is_armed));
     reader
 }
@@ -87,6 +98,36 @@ fn the_craft_is_where_its_autopilot_says_in_degrees_and_metres_per_second() {
             CraftMeasurement::Heading(std::f64::consts::FRAC_PI_2),
         ]
     );
+}
+
+#[test]
+fn the_first_surface_craft_is_taken_by_its_second_heartbeat_and_what_is_none_is_named_once() {
+    let ardupilot = MavAutopilot::MAV_AUTOPILOT_ARDUPILOTMEGA;
+    let mut reader = MavlinkReader::new(None, BTreeMap::new());
+    let mut beat = |system, kind| reader.push(&frame(system, 1, &heartbeat_of(kind, ardupilot, 15)), 0.0);
+    let (aircraft, boat) = (MavType::MAV_TYPE_FIXED_WING, MavType::MAV_TYPE_SURFACE_BOAT);
+    assert_eq!(beat(5, aircraft), []);
+    let named = AutopilotEvent::NoCraft {
+        system: 5,
+        kind: "MAV_TYPE_FIXED_WING".to_owned(),
+    };
+    assert_eq!(beat(5, aircraft), [named]);
+    assert_eq!(beat(5, aircraft), []);
+    // After a start its autopilot states another type for a moment.
+    assert_eq!(beat(1, MavType::MAV_TYPE_GENERIC), []);
+    assert_eq!(beat(1, boat), []);
+    assert!(matches!(beat(1, boat)[..], [AutopilotEvent::Heartbeat(_)]));
+    // A craft whose type changes is steered no longer.
+    assert_eq!(beat(1, aircraft), []);
+    assert_eq!(reader.craft(), Some(1));
+    // The operator's word for a number is none for a kind.
+    let mut reader = MavlinkReader::new(Some(5), BTreeMap::new());
+    let beat = frame(5, 1, &heartbeat_of(aircraft, ardupilot, 15));
+    reader.push(&beat, 0.0);
+    assert!(matches!(
+        reader.push(&beat, 1.0)[..],
+        [AutopilotEvent::NoCraft { system: 5, .. }]
+    ));
 }
 
 #[test]
@@ -312,10 +353,46 @@ fn px4_takes_references_in_offboard_alone() {
     let mut reader = MavlinkReader::new(None, BTreeMap::new());
     let mut is_guided = |main_mode: u32| {
         let beat = heartbeat(MavAutopilot::MAV_AUTOPILOT_PX4, main_mode << 16);
-        matches!(reader.push(&frame(1, 1, &beat), 0.0)[..], [AutopilotEvent::Heartbeat(beat)] if beat.is_guided())
+        let twice = frame(1, 1, &beat).repeat(2);
+        matches!(reader.push(&twice, 0.0).last(), Some(AutopilotEvent::Heartbeat(beat)) if beat.is_guided())
     };
     assert!(is_guided(6));
     assert!(!is_guided(4));
+}
+
+#[test]
+fn of_heartbeats_that_contradict_each_other_those_count_that_forbid_references() {
+    let settings = AutopilotSettings::Mavlink {
+        connect: "tcp:autopilot:1".parse().expect("an endpoint"),
+        system: None,
+        auvs: BTreeMap::new(),
+    };
+    let mut link = AutopilotLink::open(settings, |_| Box::new(|_| ()));
+    let clock = clock::Clock::simulated(0.0);
+    let mut may_be_steered = |mode, t_s| {
+        let beat = heartbeat(MavAutopilot::MAV_AUTOPILOT_ARDUPILOTMEGA, mode);
+        let piece = Received {
+            wire: 0,
+            at: clock.now(),
+            bytes: frame(1, 1, &beat),
+            is_datagram: true,
+        };
+        link.push(&piece, t_s, t_s);
+        matches!(link.control(t_s), Control::Reported(Some((beat, _))) if beat.may_be_steered())
+    };
+    let [guided, manual] = [15, 0];
+    assert!(!may_be_steered(manual, 0.0));
+    // A person sets the mode: it counts at once.
+    assert!(!may_be_steered(manual, 1.0));
+    assert!(may_be_steered(guided, 2.0));
+    // Another sender says five times a second that the mode is still set.
+    for second in 3..8 {
+        let second = f64::from(second);
+        assert!(!may_be_steered(manual, second));
+        assert!((1..5).all(|fifth| !may_be_steered(guided, second + 0.2 * f64::from(fifth))));
+    }
+    assert!(!may_be_steered(guided, 9.9));
+    assert!(may_be_steered(guided, 10.1));
 }
 
 fn known(mode: u32, is_armed: bool) -> Conditions {

@@ -271,15 +271,26 @@ fn values_outside_the_ranges_of_the_api_are_clamped_and_counted() {
     assert_eq!(report["state"]["sway_mps"], -5.0);
     assert_eq!(report["current"]["east_mps"], 3.0);
     let carried = AuvFix {
-        sigma_m: Some(3e-3),
+        sigma_m: Some(3e-4),
         ground_velocity: Some(Vector2::new(0.0, 12.0)),
         ..fix("auv-1")
     };
     let report = auv_report(&carried, 1.0, &mut counts);
     assert_eq!(
         (report["speed_mps"].as_f64(), report["sigma_m"].as_f64()),
-        (Some(10.0), Some(0.01))
+        (Some(10.0), Some(0.001))
     );
+    // A receiver that knows its place to 5 mm is believed.
+    let sigma_m = Some(5e-3);
+    let report = auv_report(
+        &AuvFix {
+            sigma_m,
+            ..fix("auv-1")
+        },
+        1.0,
+        &mut counts,
+    );
+    assert_eq!(report["sigma_m"].as_f64(), sigma_m);
     assert_eq!(
         counts.to_string(),
         "AUV's accuracy: 1, AUV's speed: 1, current: 1, ground velocity: 1, speed: 1, sway: 1"

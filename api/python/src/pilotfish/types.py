@@ -573,6 +573,17 @@ class KeepOut(TypedDict):
     radius_m: float
 
 
+class LastSteering(TypedDict):
+    """What was said last of whether the surface craft is steered."""
+
+    # How long ago, s on the mission's clock. What is older than 3 s is no longer known.
+    age_s: float
+    # What was so.
+    state: SteeringState
+    # Why, for people.
+    why: str
+
+
 class LawGains(TypedDict):
     """Gains of a line-of-sight law."""
 
@@ -714,6 +725,9 @@ class Mission(TypedDict):
     started_s: NotRequired[float | None]
     # Where it is in its life.
     status: Status
+    # Whether the craft of a live mission is steered, as was said last. None: nobody has said it since the mission
+    # was begun.
+    steering: NotRequired[LastSteering | None]
     # When it was planned for last, on its own clock: s since the start of a simulated mission, Unix time of a live
     # one.
     t_s: float
@@ -1349,6 +1363,9 @@ class Reports(TypedDict):
     # The reports that were rejected: of each the first fault, with a pointer into the body as it was posted.
     # Written by the service.
     rejected: NotRequired[list[FieldError]]
+    # Whether the surface craft is steered, by whoever steers it, at most 64. The newest counts. No plan depends on
+    # it.
+    steering: NotRequired[list[Steering]]
 
 
 class Residuals(TypedDict):
@@ -1660,6 +1677,23 @@ class SteerBy(TypedDict):
     heading_rad: float
     # Speed through the water, m/s.
     speed_mps: float
+
+
+class Steering(TypedDict):
+    """Whether the surface craft is steered, as only who steers it knows: a bridge says it once a second. Nobody else
+    can.
+    """
+
+    # What is so.
+    state: SteeringState
+    # When it was so, Unix time, s: at most half an hour ago, and at most 1 s ahead.
+    t_s: float
+    # Why, for people, at most 500 bytes.
+    why: NotRequired[str]
+
+
+# Who has the surface craft.
+SteeringState: TypeAlias = Literal["steering", "degraded", "person", "waiting", "not_steering"]
 
 
 class Step(TypedDict):

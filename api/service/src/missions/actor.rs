@@ -34,7 +34,7 @@ use crate::{
 };
 use wire::{
     Origin,
-    mission::{Accepted, Live, Mission, Reports, Setting, Status},
+    mission::{Accepted, Live, Mission, Reports, Setting, Status, Steering},
 };
 
 pub(super) mod live;
@@ -125,6 +125,8 @@ pub(super) struct View {
     pub(super) plan: Option<Arc<StoredPlan>>,
     /// Vehicles whose recent reports the next plan needs and lacks.
     pub(super) waits_for: Vec<String>,
+    /// What was said last of whether the craft is steered.
+    pub(super) steering: Option<Steering>,
     /// Plans that were due and not made.
     pub(super) missed: u64,
     /// When the last report was stored, or the service was started.
@@ -322,6 +324,7 @@ impl Context {
             mission: mission.clone(),
             plan,
             waits_for: vec![],
+            steering: None,
             missed: 0,
             reported: planners.clock.now(),
         });

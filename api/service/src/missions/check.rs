@@ -155,15 +155,17 @@ pub(crate) fn report(config: &Live, heard: &Reports, now: f64) -> Vec<FieldError
             errors.extend(faults(wire::Report { t_s: now, ..*fix }.faults(&field, now)));
         }
     }
+    let too_long = |pointer: String, text: &str| {
+        (NOTE_BYTES_MAX < text.len()).then(|| FieldError::too_long(pointer, text.len(), NOTE_BYTES_MAX))
+    };
     for (i, note) in heard.notes.iter().enumerate() {
         errors.extend(time(format!("/notes/{i}/t_s"), note.t_s));
-        if NOTE_BYTES_MAX < note.text.len() {
-            errors.push(FieldError::too_long(
-                format!("/notes/{i}/text"),
-                note.text.len(),
-                NOTE_BYTES_MAX,
-            ));
-        }
+        errors.extend(too_long(format!("/notes/{i}/text"), &note.text));
+    }
+    for (i, said) in heard.steering.iter().enumerate() {
+        let pointer = format!("/steering/{i}/t_s");
+        errors.extend(off_the_clock(&pointer, said.t_s, now, STATE_AGE_MAX));
+        errors.extend(too_long(format!("/steering/{i}/why"), &said.why));
     }
     for (i, report) in heard.asc.iter().enumerate() {
         let pointer = format!("/asc/{i}/t_s");

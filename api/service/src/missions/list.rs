@@ -1,4 +1,4 @@
-//! What lists and single missions tell about the last plan, of missions that run here, and of others as they are stored.
+//! What lists and single missions tell about the last plan and whether the craft is steered, of missions that run here, and of others as they are stored.
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ use crate::{
     store::{EventReader, StoreError, StoredMission},
 };
 use clock::Clock;
-use wire::mission::{Mission, MissionList, PlanSummary, Status};
+use wire::mission::{LastSteering, Mission, MissionList, PlanSummary, Status};
 
 /// Longest list of missions, bytes of their stored form, except for a list of one.
 const LIST_BYTES_MAX: usize = 64 << 10;
@@ -33,15 +33,15 @@ impl Missions {
         let missions = self.clone();
         let page = move |reader: &EventReader| {
             let (stored, more) = reader.missions(after, most, LIST_BYTES_MAX)?;
-            let plans = stored
+            let known = stored
                 .iter()
-                .map(|stored| match missions.stored_plan(reader, stored) {
+                .map(|stored| match missions.stored_last(reader, stored) {
                     Err(StoreError::Damaged(_)) => Ok(None),
-                    plan => plan,
+                    last => last,
                 });
-            Ok((plans.collect::<Result<Vec<_>, _>>()?, stored, more))
+            Ok((known.collect::<Result<Vec<_>, _>>()?, stored, more))
         };
-        let (plans, stored, more) = self.read(page).await?;
+        let (known, stored, more) = self.read(page).await?;
         let missions = self.clone();
         let is_within = move |mission: &Mission| {
             let named =
@@ -52,8 +52,8 @@ impl Missions {
             next: stored.last().filter(|_| more).map(|last| last.number),
             missions: stored
                 .iter()
-                .zip(plans)
-                .filter_map(|(stored, plan)| missions.listed(stored, plan))
+                .zip(known)
+                .filter_map(|(stored, last)| missions.listed(stored, last))
                 .filter(is_within)
                 .collect(),
         };
@@ -61,40 +61,40 @@ impl Missions {
         self.planners.read_for_mission(Priority::Long, list).await
     }
 
-    /// A mission with a summary of its last plan; none if it is damaged.
-    fn listed(&self, stored: &StoredMission, plan: Option<PlanSummary>) -> Option<Mission> {
+    /// A mission with what is known of it last; none if it is damaged.
+    fn listed(&self, stored: &StoredMission, last: Option<Last>) -> Option<Mission> {
         let mission = stored.summary().and_then(parsed::<Mission>);
         let mission = mission.inspect_err(|error| self.store.note_damage(error.to_string()));
-        mission.ok().map(|mission| Mission {
-            plan: plan.or_else(|| self.last_plan(&stored.id)),
-            ..mission
-        })
+        mission.ok().map(|mission| self.with(last, mission))
     }
 
-    /// A summary of the last plan of the mission `id`, if the mission is active.
-    fn last_plan(&self, id: &str) -> Option<PlanSummary> {
+    /// The mission with what is known of it last.
+    fn with(&self, last: Option<Last>, mission: Mission) -> Mission {
+        let (plan, steering) = last.or_else(|| self.last(&mission.id)).unwrap_or_default();
+        Mission {
+            plan,
+            steering,
+            ..mission
+        }
+    }
+
+    /// The last plan of the mission `id` and whether its craft is steered, if the mission is active.
+    fn last(&self, id: &str) -> Option<Last> {
         let (view, live) = {
             let actors = self.actors();
             let handle = actors.as_ref()?.get(id)?;
             (handle.view.clone(), handle.live.clone())
         };
         let view = view.borrow();
-        let plan = view.plan.as_ref()?;
-        Some(summary(
-            plan,
-            live.as_deref(),
-            view.mission.t_s,
-            view.waits_for.clone(),
-            self.clock(),
-        ))
+        let (live, clock) = (live.as_deref(), self.clock());
+        let now = live.map_or(view.mission.t_s, |live| live.clock.now(clock));
+        let plan = view.plan.as_ref();
+        let plan = plan.map(|plan| summary(plan, live, view.mission.t_s, view.waits_for.clone(), clock));
+        Some((plan, view.steering.as_ref().map(|said| said.at(now))))
     }
 
     /// The same of a mission that runs at another service, as it is stored.
-    fn stored_plan(
-        &self,
-        reader: &EventReader,
-        stored: &StoredMission,
-    ) -> Result<Option<PlanSummary>, StoreError> {
+    fn stored_last(&self, reader: &EventReader, stored: &StoredMission) -> Result<Option<Last>, StoreError> {
         if !self.are_shared() || matches!(self.active(&stored.id), Ok(Some(_))) {
             return Ok(None);
         }
@@ -104,22 +104,16 @@ impl Missions {
             return Ok(None);
         };
         let Checkpoint { state, plan } = parsed(&body)?;
-        let live = state.as_ref().map(|state| LiveMission {
-            config: state.config().clone(),
-            clock: MissionClock::new(mission.created_s, Some(state.config())),
-        });
-        let waits_for = live.as_ref().zip(state.as_ref());
-        let waits_for = waits_for.map(|(live, state)| state.waits_for(live.clock.now(self.clock())));
-        let summary = |plan: Arc<StoredPlan>| {
-            summary(
-                &plan,
-                live.as_ref(),
-                mission.t_s,
-                waits_for.unwrap_or_default(),
-                self.clock(),
-            )
-        };
-        Ok(plan.map(summary))
+        let (mut live, mut waits_for, mut steering) = (None, vec![], None);
+        if let Some(state) = &state {
+            let clock = MissionClock::new(mission.created_s, Some(state.config()));
+            let now = clock.now(self.clock());
+            (waits_for, steering) = (state.waits_for(now), state.steering().map(|said| said.at(now)));
+            let config = state.config().clone();
+            live = Some(LiveMission { config, clock });
+        }
+        let summary = |plan: Arc<_>| summary(&plan, live.as_ref(), mission.t_s, waits_for, self.clock());
+        Ok(Some((plan.map(summary), steering)))
     }
 
     /// The mission `id` as stored last, and what is known of its last plan.
@@ -129,17 +123,16 @@ impl Missions {
             let Some(stored) = reader.mission(&name)? else {
                 return Ok(None);
             };
-            let plan = missions.stored_plan(reader, &stored)?;
-            Ok(Some((stored, plan)))
+            let last = missions.stored_last(reader, &stored)?;
+            Ok(Some((stored, last)))
         });
-        let (stored, plan) = found.await?.ok_or(Problem::NoMission)?;
-        let mission: Mission = parsed(stored.summary()?)?;
-        Ok(Mission {
-            plan: plan.or_else(|| self.last_plan(id)),
-            ..mission
-        })
+        let (stored, last) = found.await?.ok_or(Problem::NoMission)?;
+        Ok(self.with(last, parsed(stored.summary()?)?))
     }
 }
+
+/// The last plan, and whether the craft is steered.
+type Last = (Option<PlanSummary>, Option<LastSteering>);
 
 /// What a list tells about a plan of a mission whose clock shows `now` if it is simulated.
 fn summary(

@@ -240,6 +240,7 @@ impl Missions {
             origin: new.live.as_ref().and_then(|live| live.origin),
             metadata: new.metadata.clone(),
             plan: None,
+            steering: None,
             id,
         };
         let state = new.live.clone().map(MissionState::new);

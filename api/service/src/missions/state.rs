@@ -13,7 +13,7 @@ use super::{clock::MissionClock, event::Event};
 use wire::{
     Asc, Auv, CraftFrame, DeclaredLimits, FieldError, Origin, PlanRequest, PreviousPlan, Recount, Report,
     Task, VehicleId,
-    mission::{AscReport, Live, LiveAuv, Reports, Setting},
+    mission::{AscReport, Live, LiveAuv, Reports, Setting, Steering},
 };
 
 /// How long the surface craft's last state is extrapolated by its velocity, s. After that its position is unknown, and no plan
@@ -34,6 +34,9 @@ pub(super) struct MissionState {
     /// The newest reports of each vehicle, in order of time.
     reports: BTreeMap<String, Vec<Report>>,
     asc: Option<AscReport>,
+    /// What was said last of whether the craft is steered. No plan depends on it.
+    #[serde(default)]
+    steering: Option<Steering>,
     previous_plan: Option<PreviousPlan>,
 }
 
@@ -44,6 +47,7 @@ impl MissionState {
             config,
             reports: BTreeMap::new(),
             asc: None,
+            steering: None,
             previous_plan: None,
         }
     }
@@ -170,6 +174,14 @@ impl MissionState {
         {
             self.asc = Some(newest.clone());
         }
+        self.steering.take_if(|said| is_ahead(said.t_s, now));
+        let said = self.steering.iter().chain(&heard.steering);
+        self.steering = said.max_by(|a, b| a.t_s.total_cmp(&b.t_s)).cloned();
+    }
+
+    /// What was said last of whether the craft is steered.
+    pub(super) fn steering(&self) -> Option<&Steering> {
+        self.steering.as_ref()
     }
 
     /// The next request contains this plan.

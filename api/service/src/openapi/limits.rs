@@ -111,14 +111,15 @@ const RANGES: [(&str, RangeInclusive<f64>); 18] = [
 /// Lengths by the [`place`] of their schema: the least where there is one, and the most.
 type Lengths = (&'static str, Option<usize>, usize);
 
-const TEXTS: [Lengths; 4] = [
+const TEXTS: [Lengths; 5] = [
     ("Auv.id", Some(1), ID_LENGTH_MAX),
     ("LiveAuv.id", Some(1), ID_LENGTH_MAX),
     ("NewMission.title", None, check::TITLE_BYTES_MAX),
     ("Note.text", None, check::NOTE_BYTES_MAX),
+    ("Steering.why", None, check::NOTE_BYTES_MAX),
 ];
 
-const LISTS: [Lengths; 19] = [
+const LISTS: [Lengths; 20] = [
     ("Auv.reports", Some(1), REPORTS_MAX),
     ("Path.segments", Some(1), SEGMENTS_MAX),
     ("Tuning.steps_s", Some(*STEPS_COUNT.start()), *STEPS_COUNT.end()),
@@ -137,6 +138,7 @@ const LISTS: [Lengths; 19] = [
     ("Setting.area", CORNERS.0, CORNERS.1),
     ("Reports.asc", None, REPORTS_MAX),
     ("Reports.notes", None, REPORTS_MAX),
+    ("Reports.steering", None, REPORTS_MAX),
     ("Batch.requests", Some(1), BATCH_MAX),
 ];
 const CORNERS: (Option<usize>, usize) = (Some(*AREA_CORNERS.start()), *AREA_CORNERS.end());

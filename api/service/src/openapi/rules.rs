@@ -33,6 +33,7 @@ pub(super) fn write(document: &mut Value) {
         { "required": ["auvs"], "properties": { "auvs": { "minProperties": 1 } } },
         { "required": ["asc"], "properties": { "asc": { "minItems": 1 } } },
         { "required": ["notes"], "properties": { "notes": { "minItems": 1 } } },
+        { "required": ["steering"], "properties": { "steering": { "minItems": 1 } } },
     ] }]);
     let corners = schemas["PlanRequest"]["properties"]["area"]["items"].clone();
     for shape in ["PlanRequest", "Live"] {

@@ -55,7 +55,7 @@ impl Live {
             since_checkpoint: 0,
             does_not_follow: None,
         };
-        this.show_waits_for();
+        this.show_heard();
         this.count_does_not_follow();
         this
     }
@@ -113,7 +113,7 @@ impl Actor for Live {
         self.note_clock_set().await;
         let now = self.made.clock.now(self.context.clock());
         let Some(request) = self.state.request(now) else {
-            return self.show_waits_for();
+            return self.show_heard();
         };
         if !self.context.may_plan() {
             return self.miss(1);
@@ -193,7 +193,7 @@ impl Live {
         if stored.is_new {
             self.since_checkpoint = if is_due { 0 } else { self.since_checkpoint + 1 };
             self.state = state;
-            self.show_waits_for();
+            self.show_heard();
         }
         Ok(stored.answer)
     }
@@ -306,11 +306,12 @@ impl Live {
         self.context.view.send_modify(|view| view.missed += plans);
     }
 
-    fn show_waits_for(&self) {
+    fn show_heard(&self) {
         let waits_for = self.state.waits_for(self.made.clock.now(self.context.clock()));
         self.context.view.send_if_modified(|view| {
             let changed = view.waits_for != waits_for;
             view.waits_for = waits_for;
+            view.steering = self.state.steering().cloned();
             changed
         });
     }
