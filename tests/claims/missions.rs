@@ -1,6 +1,6 @@
 //! Missions, simulated and live, through the API: what is stored is what the clients saw, and a restart changes nothing.
 
-use std::{sync::Arc, time::Duration};
+use std::{fs, sync::Arc, time::Duration};
 
 use axum::{
     Router,
@@ -1104,6 +1104,22 @@ async fn a_mission_with_too_much_to_do_says_when_to_come_again_and_its_neighbour
     }
     // Nothing that was refused was stored, and nothing that was acknowledged was not.
     assert_eq!(service.ask(&flooded).await["sequence"], accepted + 1);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_service_whose_data_directory_is_gone_acknowledges_nothing_and_is_not_ready() {
+    let service = Service::start().await;
+    let (here, away) = (service.data.path(), service.data.path().with_extension("away"));
+    fs::rename(here, &away).expect("is there");
+    for answer in [
+        service.post("/v1/missions", &live()).await,
+        service.get("/readyz").await,
+    ] {
+        assert_eq!(answer.status, StatusCode::SERVICE_UNAVAILABLE);
+        let detail = answer.problem()["detail"].to_string();
+        assert!(detail.contains("deleted or replaced"), "{detail}");
+    }
+    fs::rename(&away, here).expect("is there");
 }
 
 #[tokio::test(start_paused = true)]

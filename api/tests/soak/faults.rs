@@ -8,10 +8,7 @@ use std::{
     env, fs,
     path::{Path, PathBuf},
     process::Command,
-    sync::{
-        LazyLock,
-        atomic::{AtomicBool, AtomicU32},
-    },
+    sync::LazyLock,
     thread,
     time::{Duration, Instant},
 };
@@ -22,8 +19,8 @@ use tempfile::TempDir;
 use tests::server::Server;
 
 use super::kill::{
-    CLIENTS, Home, Journal, Lives, PATIENCE, StopAtLast, agent, answered, check_numbers, check_posts,
-    check_replay, ended, pilotfish, post, terminate, unix_now,
+    Home, PATIENCE, agent, answered, check_numbers, check_posts, check_replay, ended, pilotfish, terminate,
+    unix_now, while_clients_post,
 };
 use crate::command::{printed, said};
 
@@ -139,32 +136,21 @@ fn cut_the_power(faults: &Faults, data: &Path, random: &mut ChaCha8Rng) {
 }
 
 /// Posts during `trouble`, which ends with a ready service, and checks that everything acknowledged is stored once.
-fn check_through(home: &Home, mission: &str, trouble: impl FnOnce(&mut Lives) -> Server) -> usize {
+fn check_through(home: &Home, mission: &str, trouble: impl FnOnce() -> Server) -> usize {
     let url = home.url(&format!("/{mission}/reports"));
-    let stop = AtomicBool::new(false);
-    let so_far: [AtomicU32; CLIENTS] = Default::default();
-    let mut lives = Lives::default();
-    let (mut server, journals) = thread::scope(|scope| {
-        let (url, stop, so_far) = (&url, &stop, &so_far);
-        let spawn = |client: usize| scope.spawn(move || post(url, client, stop, &so_far[client]));
-        let clients: Vec<_> = (0..CLIENTS).map(spawn).collect();
-        let at_last = StopAtLast(stop);
-        let server = trouble(&mut lives);
+    let (mut server, acknowledged) = while_clients_post(&url, |_| {
+        let server = trouble();
         home.await_plan(mission, unix_now());
-        drop(at_last);
-        let journals = clients
-            .into_iter()
-            .map(|client| client.join().expect("was answered well"));
-        (server, journals.collect::<Vec<Journal>>())
+        server
     });
     await_ready(&server);
     let events = home.record(mission);
     check_numbers(&events);
-    check_posts(&events, &journals, &lives);
+    check_posts(&events, &acknowledged);
     terminate(&server);
     assert!(ended(&mut server).success());
     println!("{}", check_replay(&home.data(), mission));
-    journals.iter().map(|journal| journal.acknowledged.len()).sum()
+    acknowledged.len()
 }
 
 fn await_ready(server: &Server) {
@@ -192,15 +178,13 @@ fn a_power_cut_loses_nothing_acknowledged() {
     let mut server = faults.start(&home);
     let mission = home.mission();
     let mut random = ChaCha8Rng::seed_from_u64(2);
-    let acknowledged = check_through(&home, &mission, |lives| {
+    let acknowledged = check_through(&home, &mission, || {
         for _ in 0..cuts {
             thread::sleep(Duration::from_millis(random.random_range(50..=1_500)));
             server.process.kill().expect("is ours");
             server.process.wait().expect("is ours");
-            lives.ended.push(unix_now());
             cut_the_power(&faults, &home.data(), &mut random);
             server = faults.start(&home);
-            lives.ready.push(unix_now());
         }
         server
     });
@@ -220,17 +204,15 @@ fn errors_of_the_disk_lose_nothing_acknowledged() {
         format!("write {FULL} 4\nsync {IO} 4\nread {IO} 50"),
         format!("sync {IO} 1"),
     ];
-    let acknowledged = check_through(&home, &mission, |lives| {
+    let acknowledged = check_through(&home, &mission, || {
         for rule in &rules {
             thread::sleep(Duration::from_millis(500));
             faults.disk(rule);
             thread::sleep(Duration::from_secs(1));
             server.process.kill().expect("is ours");
             server.process.wait().expect("is ours");
-            lives.ended.push(unix_now());
             faults.disk("");
             server = faults.start(&home);
-            lives.ready.push(unix_now());
         }
         // A disk that recovers needs no restart.
         faults.disk(&rules[0]);
@@ -241,35 +223,6 @@ fn errors_of_the_disk_lose_nothing_acknowledged() {
     println!(
         "{} kinds of errors: {acknowledged} posts acknowledged, none lost",
         rules.len() + 1
-    );
-}
-
-#[test]
-fn a_deleted_data_directory_ends_acknowledgements_and_readiness() {
-    let home = Home::new();
-    let server = home.start();
-    let url = home.url("");
-    let create = || {
-        let post = agent().post(&url).content_type("application/json");
-        post.send(super::kill::live_mission())
-    };
-    answered(create(), 201);
-    fs::rename(home.data(), home.data().with_extension("away")).expect("is there");
-    let refused = answered(create(), 503);
-    assert!(
-        refused["detail"].to_string().contains("deleted or replaced"),
-        "{refused}"
-    );
-    let begun = Instant::now();
-    let ready = format!("{}/readyz", server.url());
-    while agent().get(&ready).call().expect("answers").status() == 200 {
-        assert!(begun.elapsed() < PATIENCE, "it is still ready");
-        thread::sleep(Duration::from_millis(100));
-    }
-    let refused = answered(agent().get(&ready).call(), 503);
-    assert!(
-        refused["detail"].to_string().contains("deleted or replaced"),
-        "{refused}"
     );
 }
 

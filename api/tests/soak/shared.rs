@@ -2,7 +2,7 @@
 //! acknowledged lost and the same plans.
 
 use std::{
-    sync::atomic::{AtomicBool, AtomicU32, Ordering},
+    sync::atomic::Ordering,
     thread,
     time::{Duration, Instant},
 };
@@ -16,8 +16,8 @@ use tests::{
 };
 
 use super::kill::{
-    CLIENTS, Home, Journal, Lives, PATIENCE, StopAtLast, agent, answered, check_numbers, check_posts, ended,
-    live_mission, pilotfish, post, terminate, unix_now,
+    Acknowledged, Home, PATIENCE, agent, answered, check_numbers, check_posts, ended, live_mission,
+    pilotfish, terminate, unix_now, while_clients_post,
 };
 use crate::{access::curl, command};
 
@@ -119,39 +119,27 @@ impl Fleet {
         command::printed(&output)
     }
 
-    /// Has clients post through services that do not have the mission, while `disturb` disturbs the owner; it gets another one too.
-    /// Returns what the clients were told.
-    fn meanwhile(&mut self, disturb: impl FnOnce(&mut Self, usize, usize)) -> Vec<Journal> {
-        let stop = AtomicBool::new(false);
-        let so_far: [AtomicU32; CLIENTS] = Default::default();
+    /// Has clients post through a service that does not have the mission, while `disturb` disturbs the owner; it gets the other one too.
+    /// Returns what was acknowledged.
+    fn meanwhile(&mut self, disturb: impl FnOnce(&mut Self, usize, usize)) -> Vec<Acknowledged> {
         let owner = self.owner();
         let other = (owner + 1) % self.services.len();
         let url = format!("{}/reports", self.at(other));
-        thread::scope(|scope| {
-            let (stop, url) = (&stop, &url);
-            let clients = so_far.iter().enumerate();
-            let clients: Vec<_> = clients
-                .map(|(client, posts)| scope.spawn(move || post(url, client, stop, posts)))
-                .collect();
-            let at_last = StopAtLast(stop);
+        let ((), acknowledged) = while_clients_post(&url, |so_far| {
             while so_far.iter().any(|posts| posts.load(Ordering::SeqCst) == 0) {
                 thread::sleep(Duration::from_millis(5));
             }
             self.await_plan(other, unix_now());
             disturb(self, owner, other);
-            drop(at_last);
-            let journals = clients.into_iter().map(thread::ScopedJoinHandle::join);
-            journals
-                .map(|journal| journal.expect("was answered well"))
-                .collect()
-        })
+        });
+        acknowledged
     }
 
     /// Every acknowledged report is stored once and in order, and every plan can be made again. Returns the times of the plans.
-    fn check(&self, journals: &[Journal]) -> Vec<f64> {
+    fn check(&self, acknowledged: &[Acknowledged]) -> Vec<f64> {
         let events = self.record(self.owner());
         check_numbers(&events);
-        check_posts(&events, journals, &Lives::default());
+        check_posts(&events, acknowledged);
         println!("{}", self.replay().trim());
         let plans = events.iter().filter(|event| event["kind"] == "planned");
         plans.filter_map(|plan| plan["t_s"].as_f64()).collect()
@@ -172,12 +160,12 @@ fn longest_gap(plans: &[f64]) -> f64 {
 fn another_service_goes_on_when_the_owner_is_killed() {
     let Some(mut fleet) = Fleet::start(3) else { return };
     let mut took = Duration::ZERO;
-    let journals = fleet.meanwhile(|fleet, owner, other| {
+    let acknowledged = fleet.meanwhile(|fleet, owner, other| {
         fleet.services[owner].process.kill().expect("is ours");
         fleet.services[owner].process.wait().expect("is ours");
         took = fleet.await_plan(other, unix_now());
     });
-    let plans = fleet.check(&journals);
+    let plans = fleet.check(&acknowledged);
     println!(
         "{took:?} to the next plan, at most {:.2} s between two plans",
         longest_gap(&plans)
@@ -190,7 +178,7 @@ fn another_service_goes_on_when_the_owner_is_killed() {
 fn a_service_that_was_stopped_for_a_while_neither_stores_nor_answers_as_the_owner() {
     let Some(mut fleet) = Fleet::start(2) else { return };
     let mut took = Duration::ZERO;
-    let journals = fleet.meanwhile(|fleet, owner, other| {
+    let acknowledged = fleet.meanwhile(|fleet, owner, other| {
         fleet.signal(owner, Signal::STOP);
         took = fleet.await_plan(other, unix_now());
         fleet.signal(owner, Signal::CONT);
@@ -211,7 +199,7 @@ fn a_service_that_was_stopped_for_a_while_neither_stores_nor_answers_as_the_owne
         }
         assert!(0 < n_answered, "it forwards");
     });
-    fleet.check(&journals);
+    fleet.check(&acknowledged);
     println!("{took:?} to the next plan");
     assert!(took < REPLACED, "{took:?}");
 }
@@ -219,13 +207,13 @@ fn a_service_that_was_stopped_for_a_while_neither_stores_nor_answers_as_the_owne
 #[test]
 fn a_service_that_is_told_to_end_hands_its_missions_over() {
     let Some(mut fleet) = Fleet::start(2) else { return };
-    let journals = fleet.meanwhile(|fleet, owner, other| {
+    let acknowledged = fleet.meanwhile(|fleet, owner, other| {
         terminate(&fleet.services[owner]);
         fleet.await_plan(other, unix_now());
         assert!(ended(&mut fleet.services[owner]).success());
         fleet.await_plan(other, unix_now());
     });
-    let gap = longest_gap(&fleet.check(&journals));
+    let gap = longest_gap(&fleet.check(&acknowledged));
     println!("at most {gap:.2} s between two plans");
     assert!(gap < HANDED_OVER, "{gap} s");
 }
@@ -324,18 +312,10 @@ fn missions_move_to_a_database_and_back_with_the_same_plans() {
     let home = Home::new();
     let mut server = home.start();
     let mission = home.mission();
-    let (stop, so_far) = (AtomicBool::new(false), [const { AtomicU32::new(0) }; CLIENTS]);
-    let reports = home.url(&format!("/{mission}/reports"));
-    thread::scope(|scope| {
-        let (reports, stop) = (&reports, &stop);
-        for (client, posts) in so_far.iter().enumerate() {
-            scope.spawn(move || post(reports, client, stop, posts));
-        }
-        let at_last = StopAtLast(stop);
+    while_clients_post(&home.url(&format!("/{mission}/reports")), |_| {
         for _ in 0..5 {
             home.await_plan(&mission, unix_now());
         }
-        drop(at_last);
     });
     let events = home.record(&mission).len();
     terminate(&server);
