@@ -47,6 +47,16 @@ impl Answer {
         serde_json::from_str(&self.text).expect("the answer is JSON")
     }
 
+    /// The body as JSON, of an answer that must have that status.
+    ///
+    /// # Panics
+    /// Where it has another one: the test's finding.
+    #[must_use]
+    pub fn expected(&self, status: u16) -> Value {
+        assert_eq!(self.status.as_u16(), status, "{}", self.text);
+        self.json()
+    }
+
     /// The content type.
     #[must_use]
     pub fn content_type(&self) -> &str {

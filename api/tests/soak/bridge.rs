@@ -25,13 +25,15 @@ use mavlink::{
     types::CharArray,
 };
 use nalgebra::Vector2;
-use serde_json::Value;
 use tests::{
     autopilot::{Boat, GUIDED, HOLD, ORIGIN, SYSTEM, frame, place},
     server::Server,
 };
 
-use crate::command::pilotfish;
+use crate::{
+    command::{ask, pilotfish},
+    kill::record_at,
+};
 
 /// The AUV's speed to the north, m/s, and where it starts (north, east), m.
 const AUV_SPEED: f64 = 0.6;
@@ -209,8 +211,8 @@ fn for_seconds(craft: &mut dyn Craft, start: Instant, seconds: f64) {
 }
 
 /// Names of the missions, newest first.
-fn missions(address: &str) -> Vec<String> {
-    let list: Value = get(address, "").read_json().expect("is JSON");
+fn missions(server: &Server) -> Vec<String> {
+    let list = ask(server, "GET", "/v1/missions", "").json();
     let missions = list["missions"].as_array().expect("a list");
     missions
         .iter()
@@ -218,23 +220,11 @@ fn missions(address: &str) -> Vec<String> {
         .collect()
 }
 
-fn get(address: &str, path: &str) -> ureq::Body {
-    let url = format!("http://{address}/v1/missions{path}");
-    let limited = ureq::get(url).config().timeout_global(Some(PATIENCE)).build();
-    limited.call().expect("is answered").into_body()
-}
-
 /// What the bridge wrote into the mission's log.
-fn notes(address: &str, mission: &str) -> Vec<String> {
-    let events = get(address, &format!("/{mission}/record?format=events_ndjson"))
-        .into_with_config()
-        .limit(64 << 20)
-        .read_to_string()
-        .expect("is text");
-    let events = events
-        .lines()
-        .map(|line| serde_json::from_str::<Value>(line).expect("is JSON"));
+fn notes(server: &Server, mission: &str) -> Vec<String> {
+    let events = record_at(&format!("{}/v1/missions/{mission}", server.url()));
     events
+        .iter()
         .flat_map(|event| {
             let notes = event["heard"]["notes"].as_array().cloned().unwrap_or_default();
             notes
@@ -275,7 +265,7 @@ fn follow_through_a_take_over_and_a_kill(craft: &mut dyn Craft, server: &Server)
     );
 
     says_in_the_log(
-        address,
+        server,
         &[
             "the guided mode is ordered",
             "references are sent",
@@ -286,10 +276,10 @@ fn follow_through_a_take_over_and_a_kill(craft: &mut dyn Craft, server: &Server)
 }
 
 /// Restarts make no second mission, and the bridge wrote all of that into its log.
-fn says_in_the_log(address: &str, texts: &[&str]) {
-    let missions = missions(address);
+fn says_in_the_log(server: &Server, texts: &[&str]) {
+    let missions = missions(server);
     assert_eq!(missions.len(), 1, "a restart made a mission of its own");
-    let notes = notes(address, &missions[0]);
+    let notes = notes(server, &missions[0]);
     for what in texts {
         assert!(
             notes.iter().any(|note| note.contains(what)),
@@ -319,7 +309,7 @@ fn a_boat_follows_its_auv_through_a_take_over_and_outlives_its_bridge_and_its_se
         "it does not follow when the service is back"
     );
     says_in_the_log(
-        &server.address,
+        &server,
         &[
             "the service does not answer",
             "the service answers again",

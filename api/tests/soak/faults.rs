@@ -19,10 +19,13 @@ use tempfile::TempDir;
 use tests::server::Server;
 
 use super::kill::{
-    Home, PATIENCE, agent, answered, check_numbers, check_posts, check_replay, ended, pilotfish, terminate,
-    unix_now, while_clients_post,
+    Home, PATIENCE, check_numbers, check_posts, check_replay, ended, pilotfish, terminate, unix_now,
+    while_clients_post,
 };
-use crate::command::{printed, said};
+use crate::{
+    ask_at,
+    command::{ask, ask_as, printed, said},
+};
 
 /// Power cuts in one run, unless `PILOTFISH_CUTS` says otherwise.
 const CUTS: usize = 6;
@@ -156,15 +159,11 @@ fn check_through(home: &Home, mission: &str, trouble: impl FnOnce() -> Server) -
 fn await_ready(server: &Server) {
     let begun = Instant::now();
     loop {
-        let mut answer = agent()
-            .get(format!("{}/readyz", server.url()))
-            .call()
-            .expect("the service answers");
-        if answer.status() == 200 {
+        let answer = ask(server, "GET", "/readyz", "");
+        if answer.status == 200 {
             return;
         }
-        let text = answer.body_mut().read_to_string().expect("the answer ends");
-        assert!(begun.elapsed() < PATIENCE, "{text}");
+        assert!(begun.elapsed() < PATIENCE, "{}", answer.text);
         thread::sleep(Duration::from_millis(100));
     }
 }
@@ -229,10 +228,7 @@ fn errors_of_the_disk_lose_nothing_acknowledged() {
 /// A finished mission.
 fn finished(home: &Home) -> String {
     let mission = home.mission();
-    answered(
-        agent().post(home.url(&format!("/{mission}/finish"))).send_empty(),
-        200,
-    );
+    let _ = ask_at("POST", &home.url(&format!("/{mission}/finish")), "").expected(200);
     mission
 }
 
@@ -253,7 +249,7 @@ fn a_clock_that_jumps_a_year_ahead_deletes_no_mission() {
     let server = keep();
     // The service looks at once after its start.
     thread::sleep(Duration::from_secs(3));
-    answered(agent().get(home.url(&format!("/{mission}"))).call(), 200);
+    let _ = ask_at("GET", &home.url(&format!("/{mission}")), "").expected(200);
     drop(server);
     let retain = |more: &[&str]| {
         let mut retain = pilotfish();
@@ -292,16 +288,6 @@ fn token(home: &Home, arguments: &[&str], faults: Option<&Faults>) -> String {
     run(&mut add)
 }
 
-/// The status of a call with a token, if any.
-fn call(method: &str, url: &str, token: Option<&str>) -> u16 {
-    let mut curl = Command::new("curl");
-    curl.args(["-s", "-o", "/dev/null", "-w", "%{http_code}", "-X", method, url]);
-    if let Some(token) = token {
-        curl.args(["-H", &format!("authorization: Bearer {token}")]);
-    }
-    run(&mut curl).parse().expect("is a number")
-}
-
 #[test]
 fn a_clock_that_is_set_back_makes_no_expired_token_valid() {
     let (home, faults) = (Home::new(), Faults::new());
@@ -315,8 +301,9 @@ fn a_clock_that_is_set_back_makes_no_expired_token_valid() {
     for clock in [0, -2 * DAY_S] {
         faults.clock(clock);
         let mut server = faults.start(&home);
-        assert_eq!(call("GET", &home.url(""), Some(&forever)), 200);
-        assert_eq!(call("GET", &home.url(""), Some(&expired)), 401, "{clock}");
+        let list = |token: &str| ask_as(&server, Some(token), "GET", "/v1/missions", "").status;
+        assert_eq!(list(&forever), 200);
+        assert_eq!(list(&expired), 401, "{clock}");
         terminate(&server);
         assert!(ended(&mut server).success());
     }
@@ -327,11 +314,11 @@ fn a_service_that_had_tokens_does_not_run_without_them() {
     let home = Home::new();
     let mut server = home.start();
     let mission = finished(&home);
-    let url = home.url(&format!("/{mission}"));
+    let path = format!("/v1/missions/{mission}");
     // The first token comes while it runs.
     let admin = token(&home, &["admin", "--role", "admin"], None);
     let begun = Instant::now();
-    while call("GET", &url, None) != 401 {
+    while ask(&server, "GET", &path, "").status != 401 {
         assert!(begun.elapsed() < PATIENCE, "the token has no effect");
         thread::sleep(Duration::from_millis(100));
     }
@@ -361,7 +348,8 @@ fn a_service_that_had_tokens_does_not_run_without_them() {
         "{refused}"
     );
     fs::write(&tokens, text).expect("is written");
-    let _server = home.start();
-    assert_eq!(call("DELETE", &url, None), 401);
-    assert_eq!(call("DELETE", &url, Some(&admin)), 204);
+    let server = home.start();
+    let delete = |token| ask_as(&server, token, "DELETE", &path, "").status;
+    assert_eq!(delete(None), 401);
+    assert_eq!(delete(Some(&admin)), 204);
 }

@@ -26,7 +26,10 @@ use tempfile::TempDir;
 use tests::server::Server;
 use ureq::Agent;
 
-use crate::command;
+use crate::{
+    ask_at,
+    command::{self, agent, json, try_ask},
+};
 
 /// Kills in one run, unless `PILOTFISH_KILLS` says otherwise.
 const KILLS: usize = 5;
@@ -52,8 +55,6 @@ const PAUSE: Duration = Duration::from_millis(3);
 pub(crate) const PATIENCE: Duration = Duration::from_secs(30);
 /// Time for open requests after a stop signal.
 const DRAIN: Duration = Duration::from_secs(10);
-/// Longest record read, bytes: that of an hour of kills.
-const RECORD_BYTES_MAX: u64 = 1 << 30;
 /// Ports below those of outgoing connections: an outgoing connection to a port where no service listens can connect to
 /// itself, and then the service finds its port in use.
 const PORTS: RangeInclusive<u16> = 20_000..=29_999;
@@ -96,18 +97,7 @@ impl Home {
 
     /// The id of a new running live mission.
     pub(crate) fn mission(&self) -> String {
-        let made = answered(
-            agent()
-                .post(self.url(""))
-                .content_type("application/json")
-                .send(live_mission()),
-            201,
-        );
-        let id = made["id"].as_str().expect("it has a name").to_owned();
-        let run = self.url(&format!("/{id}/run"));
-        let running = answered(agent().post(run).content_type("application/json").send("{}"), 200);
-        assert_eq!(running["status"], "running");
-        id
+        running_mission(&self.url(""))
     }
 
     /// Waits for a plan made after `time`, Unix time, s.
@@ -115,15 +105,11 @@ impl Home {
         let begun = Instant::now();
         let reference = self.url(&format!("/{mission}/reference?wait_s=5"));
         loop {
-            let mut answer = agent().get(&reference).call().expect("the service answers");
-            let text = answer.body_mut().read_to_string().expect("the answer ends");
-            let made = (answer.status() == 200)
-                .then(|| parsed(&text)["t_s"].as_f64())
-                .flatten();
-            if made.is_some_and(|made| time < made) {
+            let answer = ask_at("GET", &reference, "").json();
+            if answer["t_s"].as_f64().is_some_and(|made| time < made) {
                 return;
             }
-            assert!(begun.elapsed() < PATIENCE, "no plan after {time}: {text}");
+            assert!(begun.elapsed() < PATIENCE, "no plan after {time}: {answer}");
             thread::sleep(PAUSE);
         }
     }
@@ -134,16 +120,20 @@ impl Home {
     }
 }
 
+/// The id of a new running live mission at the service with these missions.
+pub(crate) fn running_mission(url: &str) -> String {
+    let made = ask_at("POST", url, &live_mission()).expected(201);
+    let id = made["id"].as_str().expect("it has a name").to_owned();
+    let running = ask_at("POST", &format!("{url}/{id}/run"), "{}").expected(200);
+    assert_eq!(running["status"], "running");
+    id
+}
+
 /// All events of the mission at `url`.
 pub(crate) fn record_at(url: &str) -> Vec<Value> {
-    let mut answer = agent()
-        .get(format!("{url}/record?format=events_ndjson"))
-        .call()
-        .expect("the service answers");
-    let body = answer.body_mut().with_config().limit(RECORD_BYTES_MAX);
-    let text = body.read_to_string().expect("the record ends");
-    assert_eq!(answer.status(), 200, "{text}");
-    text.lines().map(parsed).collect()
+    let answer = ask_at("GET", &format!("{url}/record?format=events_ndjson"), "");
+    assert_eq!(answer.status, 200, "{}", answer.text);
+    answer.text.lines().map(json).collect()
 }
 
 fn serve_in(data: &Path) -> Command {
@@ -168,23 +158,6 @@ pub(crate) fn pilotfish() -> Command {
     // Every start and stop would be logged.
     command.env("RUST_LOG", "error");
     command
-}
-
-pub(crate) fn agent() -> Agent {
-    let config = Agent::config_builder().http_status_as_error(false).proxy(None);
-    config.timeout_global(Some(PATIENCE)).build().new_agent()
-}
-
-/// The JSON of an answer with that status.
-pub(crate) fn answered(answer: Result<ureq::http::Response<ureq::Body>, ureq::Error>, status: u16) -> Value {
-    let mut answer = answer.expect("the service answers");
-    let text = answer.body_mut().read_to_string().expect("the answer ends");
-    assert_eq!(answer.status().as_u16(), status, "{text}");
-    parsed(&text)
-}
-
-fn parsed(text: &str) -> Value {
-    serde_json::from_str(text).expect("is JSON")
 }
 
 pub(crate) fn unix_now() -> f64 {
@@ -327,23 +300,24 @@ fn make_and_delete(url: &str, stop: &AtomicBool) -> Beside {
         }
         let key = format!("beside-{counter}");
         let id = until_some(|| {
-            let request = agent.post(url).header("Idempotency-Key", &key);
-            let mut answer = request
-                .content_type("application/json")
-                .send(live_mission())
-                .ok()?;
-            let text = answer.body_mut().read_to_string().ok()?;
-            match answer.status().as_u16() {
-                201 => Some(parsed(&text)["id"].as_str().expect("it has a name").to_owned()),
+            let headers = [("idempotency-key", &*key)];
+            let answer = try_ask(&agent, "POST", url, &headers, &live_mission()).ok()?;
+            match answer.status.as_u16() {
                 503 => None,
-                other => panic!("{key} is answered with {other}: {text}"),
+                _ => Some(
+                    answer.expected(201)["id"]
+                        .as_str()
+                        .expect("it has a name")
+                        .to_owned(),
+                ),
             }
         });
         if counter % KEPT_ONE_OF == 0 {
             beside.kept.push(id);
         } else {
             until_some(|| {
-                match agent.delete(format!("{url}/{id}")).call().ok()?.status().as_u16() {
+                let answer = try_ask(&agent, "DELETE", &format!("{url}/{id}"), &[], "").ok()?;
+                match answer.status.as_u16() {
                     // Gone already: by a try whose answer a kill took away.
                     204 | 404 => Some(()),
                     503 => None,
@@ -393,14 +367,15 @@ fn back_up_and_restore(home: &Home, mission: &str, so_far: &[AtomicU32], stop: &
 
 /// The acknowledged sequence number, if any.
 fn try_once(agent: &Agent, url: &str, key: &str, body: &str) -> Option<u64> {
-    let request = agent.post(url).header("Idempotency-Key", key);
-    let mut answer = request.content_type("application/json").send(body).ok()?;
     // A service that dies while it answers has not acknowledged.
-    let text = answer.body_mut().read_to_string().ok()?;
-    match answer.status().as_u16() {
-        200 => Some(parsed(&text)["sequence"].as_u64().expect("it has a number")),
+    let answer = try_ask(agent, "POST", url, &[("idempotency-key", key)], body).ok()?;
+    match answer.status.as_u16() {
         503 | 504 | 507 => None,
-        other => panic!("{key} is answered with {other}: {text}"),
+        _ => Some(
+            answer.expected(200)["sequence"]
+                .as_u64()
+                .expect("it has a number"),
+        ),
     }
 }
 
@@ -471,11 +446,12 @@ fn a_killed_service_loses_nothing_acknowledged_and_stores_nothing_twice() {
             })
         });
     let events = home.record(&mission);
-    let found = answered(agent().get(home.url(&format!("/{mission}"))).call(), 200);
+    let found = ask_at("GET", &home.url(&format!("/{mission}")), "").expected(200);
     assert_eq!(found["status"], "running");
     for (ids, status) in [(&beside.kept, 200), (&beside.deleted, 404)] {
         for id in ids {
-            answered(agent().get(home.url(&format!("/{id}"))).call(), status);
+            let found = ask_at("GET", &home.url(&format!("/{id}")), "");
+            assert_eq!(found.status, status, "{}", found.text);
         }
     }
     terminate(&server);

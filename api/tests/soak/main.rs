@@ -8,6 +8,10 @@ use std::{
     time::{Duration, Instant},
 };
 
+use tests::client::Answer;
+
+use command::{agent, try_ask};
+
 mod access;
 mod bridge;
 mod campaign;
@@ -32,4 +36,9 @@ fn until(what: &str, mut so: impl FnMut() -> bool) {
         assert!(Instant::now() < end, "{what}");
         sleep(Duration::from_millis(50));
     }
+}
+
+/// The answer to a request on a connection of its own.
+fn ask_at(method: &str, url: &str, body: &str) -> Answer {
+    try_ask(&agent(), method, url, &[], body).expect("the service answers")
 }

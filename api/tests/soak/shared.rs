@@ -16,10 +16,14 @@ use tests::{
 };
 
 use super::kill::{
-    Acknowledged, Home, PATIENCE, agent, answered, check_numbers, check_posts, ended, live_mission,
-    pilotfish, terminate, unix_now, while_clients_post,
+    Acknowledged, Home, PATIENCE, check_numbers, check_posts, ended, live_mission, pilotfish,
+    running_mission, terminate, unix_now, while_clients_post,
 };
-use crate::{access::curl, command};
+use crate::{
+    access::curl,
+    ask_at,
+    command::{self, agent, try_ask},
+};
 
 /// Longest time from the end of an owner to the first plan of the next: 3 s and a period at the default lease, and as much again
 /// for a busy machine.
@@ -49,16 +53,7 @@ impl Fleet {
             Server::start_on(serve, 0)
         };
         let services: Vec<Server> = (0..n_services).map(serve).collect();
-        let post = |path: &str, body: String, status| {
-            let url = format!("{}/v1/missions{path}", services[0].url());
-            answered(
-                agent().post(url).content_type("application/json").send(body),
-                status,
-            )
-        };
-        let made = post("", live_mission(), 201);
-        let mission = made["id"].as_str().expect("it has a name").to_owned();
-        post(&format!("/{mission}/run"), "{}".to_owned(), 200);
+        let mission = running_mission(&format!("{}/v1/missions", services[0].url()));
         Some(Self {
             url,
             _data: data,
@@ -95,9 +90,8 @@ impl Fleet {
         let begun = Instant::now();
         loop {
             let url = format!("{}/reference?wait_s=1", self.at(service));
-            let answer = agent().get(url).call();
-            let text = answer.and_then(|mut answer| answer.body_mut().read_to_string());
-            let plan: Value = serde_json::from_str(&text.unwrap_or_default()).unwrap_or_default();
+            let answer = try_ask(&agent(), "GET", &url, &[], "");
+            let plan = answer.map_or(Value::Null, |answer| answer.json());
             if plan["t_s"].as_f64().is_some_and(|made| time < made) {
                 return begun.elapsed();
             }
@@ -186,12 +180,9 @@ fn a_service_that_was_stopped_for_a_while_neither_stores_nor_answers_as_the_owne
         let mut n_answered = 0;
         for _ in 0..20 {
             let asked = unix_now();
-            let url = format!("{}/reference", fleet.at(owner));
-            let mut answer = agent().get(url).call().expect("the service answers");
-            if answer.status() == 200 {
-                let text = answer.body_mut().read_to_string().expect("ends");
-                let plan: Value = serde_json::from_str(&text).expect("is JSON");
-                let age = asked - plan["t_s"].as_f64().expect("has a time");
+            let answer = ask_at("GET", &format!("{}/reference", fleet.at(owner)), "");
+            if answer.status == 200 {
+                let age = asked - answer.json()["t_s"].as_f64().expect("has a time");
                 assert!(age < 2.0, "a reference of {age} s ago");
                 n_answered += 1;
             }
@@ -296,12 +287,11 @@ fn nothing_is_acknowledged_that_the_database_does_not_store() {
     let Some(fleet) = Fleet::start(1) else { return };
     let _ = psql(&fleet.url, "ALTER TABLE events RENAME TO elsewhere");
     let url = format!("{}/finish", fleet.at(0));
-    let answer = agent().post(&url).content_type("application/json").send("");
-    assert_eq!(answer.expect("the service answers").status().as_u16(), 503);
+    assert_eq!(ask_at("POST", &url, "").status, 503);
     let _ = psql(&fleet.url, "ALTER TABLE elsewhere RENAME TO events");
     // A mission that is over has no owner: it can be finished again.
     for _ in 0..2 {
-        answered(agent().post(&url).content_type("application/json").send(""), 200);
+        let _ = ask_at("POST", &url, "").expected(200);
     }
     check_numbers(&fleet.record(0));
 }
