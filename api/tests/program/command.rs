@@ -19,6 +19,24 @@ const PATIENCE: Duration = Duration::from_mins(1);
 /// Longest answer read, bytes: the record of an hour of kills.
 const ANSWER_BYTES_MAX: u64 = 1 << 30;
 
+/// A campaign of 32 runs.
+pub(crate) const SMALL_CAMPAIGN: &str = r#"
+schema_version = "1"
+name = "small"
+title = "a small campaign"
+scenarios = ["paper-tracking", "noisy-fixes"]
+duration_s = 90
+replicates = 8
+[tuning]
+replicates = 1
+[[controllers]]
+name = "mpc auto"
+planner = {}
+[[controllers]]
+name = "saturated_los"
+law = { name = "saturated_los" }
+"#;
+
 /// The program with no setting of the machine's.
 pub(crate) fn pilotfish() -> Command {
     let mut program = Command::new(env!("CARGO_BIN_EXE_pilotfish"));
