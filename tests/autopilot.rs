@@ -1,8 +1,8 @@
 //! A small autopilot and its boat, as ArduPilot's Rover answers a bridge: messages in, a step in simulated time, messages out.
 //!
-//! What it keeps of the real one: references count in mode GUIDED alone and while armed; the velocity's length is the speed ahead, over
-//! ground, clipped at `WP_SPEED`; the yaw is the heading; three seconds without a reference stop it; commands set the mode and arm;
-//! parameters are answered by name.
+//! Like the real one, it follows references only in mode GUIDED and while armed: the velocity's length is the speed ahead over ground,
+//! clipped at `WP_SPEED`, the yaw is the heading. Three seconds without a reference stop it. Commands set the mode and arm; parameters
+//! are answered by name.
 
 use mavlink::{
     MAVLinkV2MessageRaw, MavHeader,

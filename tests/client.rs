@@ -12,11 +12,10 @@ use tower::ServiceExt;
 /// Longest answer read, bytes.
 const ANSWER_BYTES_MAX: usize = 32 << 20;
 
-/// When a simulated machine is switched on, Unix time, s.
+/// Unix time at the start of a simulated machine, s.
 pub const START_S: f64 = 1.8e9;
 
-/// A service on a simulated machine. Call it in a Tokio runtime whose time is paused: the same calls get the same answers on any
-/// processor.
+/// A service on a simulated machine. In a Tokio runtime whose time is paused, the same calls get the same answers on any processor.
 #[must_use]
 pub fn simulated_machine() -> Settings {
     Settings {

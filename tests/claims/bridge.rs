@@ -23,10 +23,10 @@ use tests::autopilot::{Boat, GUIDED, SYSTEM, frame};
 const SPEED_MAX: f64 = 1.2;
 const TURN_RATE_MAX: f64 = 0.3;
 const WANTED: (f64, f64) = (20.0, 3.0);
-/// For how long the service makes plans, s, and how long a plan is followed after its arrival.
+/// Time for which the service makes plans, and for which a plan is followed after its arrival, s.
 const PLANS_S: f64 = 30.0;
 const PLAN_AGE_MAX_S: f64 = 10.0;
-/// How long the service takes for an answer.
+/// Time that the service takes for an answer.
 const LATENCY: Duration = Duration::from_millis(20);
 /// Between two steps of the boat, s, and steps of [`Boat::messages`] in one of these.
 const STEP_S: f64 = 0.1;
@@ -35,7 +35,7 @@ const STEPS: u64 = 5;
 /// A boat, and what came to it and to the service.
 struct Sea {
     boat: Boat,
-    /// When references came, s, with speed and heading.
+    /// References: time of arrival, s, speed, m/s, heading, rad.
     references: Vec<(f64, f64, f64)>,
     /// All bytes from the bridge.
     bytes: Vec<u8>,
@@ -86,7 +86,7 @@ async fn sail(clock: Clock, sea: Arc<Mutex<Sea>>, wire: Input) {
     }
 }
 
-/// What a service answers at `now_s`: a mission, and a plan each second.
+/// The service's answer at `now_s`: a mission, and a new plan each second.
 fn answer(call: &Call, now_s: f64) -> (u16, Value) {
     if call.path.contains("/reference?") {
         let point = json!({
@@ -186,9 +186,9 @@ async fn references_keep_their_limits_and_stop_ten_seconds_after_the_last_plan()
     let (first_s, ..) = references.first().expect("are sent");
     let (last_s, speed, heading) = references.last().expect("are sent");
     assert!(*first_s < 15.0, "{first_s}");
-    // What the plans want, as far as it is allowed.
+    // As the plans want, within the limits.
     assert!((speed - SPEED_MAX).abs() < tolerance && (heading - WANTED.1).abs() < tolerance);
-    // Asked for before the service fell silent, or repeated since: the newest plan is a second older at most.
+    // The service repeats each plan for a second: the newest one may have arrived that much earlier.
     let end_s = PLANS_S + LATENCY.as_secs_f64() + PLAN_AGE_MAX_S;
     assert!((end_s - 1.5..=end_s).contains(last_s), "{last_s}");
 }

@@ -159,7 +159,7 @@ impl Service {
         planned
     }
 
-    /// How many plans of a mission are made again, all of them equal.
+    /// Makes every plan of a mission again, and asserts that all are equal. Returns their number.
     fn n_replayed(&self, mission: &str) -> u64 {
         let id = mission.rsplit('/').next().expect("has a name");
         let reader = EventReader::of(self.data.path()).expect("opens");
@@ -207,7 +207,7 @@ fn live() -> Value {
     } })
 }
 
-/// How exactly a clock ten times as fast shows Unix time in an `f64`, s, a few times over.
+/// A few times the resolution of Unix time in an `f64`, s, on a clock ten times as fast.
 const UNIX_RESOLUTION_S: f64 = 1e-5;
 
 fn fix(t_s: f64, north_m: f64, east_m: f64) -> Value {
@@ -466,7 +466,7 @@ async fn a_live_mission_plans_every_period_degrades_with_age_and_says_whom_it_wa
         fix(now - 1.0, 10.6, -20.0)] } });
     service.order(&mission, "reports", late).await;
 
-    // No more reports: the place of the surface craft is unknown after ten seconds of the mission, one of the service.
+    // Without reports the craft's position is unknown after ten seconds of the mission, which are one of the service.
     service.clock.sleep(Duration::from_millis(1_150)).await;
     let silent = service.ask(&reference).await;
     assert_eq!(silent["waits_for"], json!(["asc"]));

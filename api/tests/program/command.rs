@@ -92,7 +92,7 @@ pub(crate) fn agent() -> Agent {
     config.timeout_global(Some(PATIENCE)).build().new_agent()
 }
 
-/// The answer to a request with these headers, whatever its status; a body is JSON. Fails if none comes, or not all of it.
+/// The answer to a request with these headers and, unless it is empty, a JSON body. Fails only if no whole answer comes.
 pub(crate) fn try_ask(
     agent: &Agent,
     method: &str,
@@ -147,7 +147,7 @@ pub(crate) fn signal(process: &Child, signal: Signal) {
     kill_process(Pid::from_child(process), signal).expect("is ours");
 }
 
-/// Whether this machine has a program that a test needs; if not, the test is skipped, and says so.
+/// `true` if this machine has a program that a test needs. Otherwise it says that the test is skipped.
 pub(crate) fn has(program: &str) -> bool {
     let paths = env::var_os("PATH").unwrap_or_default();
     let found = env::split_paths(&paths).any(|folder| folder.join(program).is_file());

@@ -39,7 +39,7 @@ fn mission(server: &Server, page: &str) -> Value {
     ask(server, "GET", &format!("/v1/missions/{id}"), "").json()
 }
 
-/// What the demo printed after the address, once a signal has ended it.
+/// Ends the demo by a signal. Returns the output after the address.
 fn end(mut server: Server, by: Signal) -> String {
     signal(&server.process, by);
     let mut rest = String::new();

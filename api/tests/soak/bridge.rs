@@ -1,5 +1,5 @@
-//! The bridge as a process between sockets: what becomes of a boat when bridge or service is killed. What a bridge sends and when it is
-//! silent is claimed in simulated time (`tests/voyage.rs`).
+//! A boat whose bridge or service is killed, with real processes and sockets. Voyages (`tests/voyage.rs`) claim in simulated time what a
+//! bridge may send, and when.
 //!
 //! The same mission is sailed by a stand-in of the autopilot's rules ([`tests::autopilot`]), always, and by ArduPilot's Rover where
 //! `PILOTFISH_ARDUROVER` is the path of its simulator:
@@ -234,8 +234,8 @@ fn notes(server: &Server, mission: &str) -> Vec<String> {
         .collect()
 }
 
-/// The mission that both boats sail: approach, a person takes over and hands back, the bridge is killed and started again. Returns the
-/// second bridge, and when the mission began.
+/// The mission that both boats sail: the boat approaches, a person takes over and hands back, the bridge is killed and started again.
+/// Returns the second bridge and the start of the mission.
 fn follow_through_a_take_over_and_a_kill(craft: &mut dyn Craft, server: &Server) -> (Bridge, Instant) {
     let address = &server.address;
     let start = Instant::now();

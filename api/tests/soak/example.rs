@@ -18,8 +18,8 @@ fn a_live_mission_outlives_the_server_and_nothing_acknowledged_is_lost() {
     // s of mission time: an AUV is silent from 210 to 390.
     const KILLED: f64 = 280.0;
     const STARTED: f64 = 300.0;
-    // Measured, also on a machine with thrice the work it can do: up to 1.5 m, 3.7 m, and 24 s, which are 9 until every
-    // AUV is heard, and the outage less the 10 for which the last reference is valid.
+    // Measured at most, also on a machine with three times the work that it can do: 1.5 m, 3.7 m, 24 s. Of these 9 s pass until every AUV
+    // is heard; the rest is the outage less the 10 s for which the last reference is valid.
     const SETTLED_RMS_MAX_M: f64 = 2.5;
     const SILENCE_MAX_M: f64 = 6.0;
     const UNGUIDED_MAX_S: u32 = 45;

@@ -1,7 +1,7 @@
 //! What no failure of the machine may do: lose what was acknowledged, run without tokens, delete by a clock that jumped.
 //!
-//! `faults.c` is the failing machine. `PILOTFISH_CUTS=100 cargo test -p pilotfish --test soak faults -- --nocapture` cuts the
-//! power more often than the usual run.
+//! `faults.c` is the failing machine. More power cuts than usual: `PILOTFISH_CUTS=100 cargo test -p pilotfish --test soak faults --
+//! --nocapture`.
 
 use std::{
     collections::BTreeSet,

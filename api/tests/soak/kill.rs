@@ -2,8 +2,7 @@
 //! What was deleted stays deleted, and a backup taken at any moment can be served. After a stop signal the service does not
 //! wait for clients that only listen.
 //!
-//! `PILOTFISH_KILLS=200 PILOTFISH_STOPS=20 cargo test -p pilotfish --test soak kill -- --nocapture` ends it more often than the
-//! usual run.
+//! More kills than usual: `PILOTFISH_KILLS=200 PILOTFISH_STOPS=20 cargo test -p pilotfish --test soak kill -- --nocapture`.
 
 use std::{
     collections::{HashMap, HashSet},
@@ -235,8 +234,8 @@ fn mark(auv: &str, north_m: &Value) -> String {
 /// An acknowledged post, and its number.
 pub(crate) type Acknowledged = (Post, u64);
 
-/// Clients post to `url` while `trouble` lasts, each post until it is acknowledged. `trouble` gets how many are so far of each client.
-/// Returns what was acknowledged, too.
+/// Runs `trouble` while clients post to `url`, and repeat each post until it is acknowledged. `trouble` gets each client's number of
+/// acknowledged posts so far. Returns its result and all acknowledged posts.
 pub(crate) fn while_clients_post<T>(
     url: &str,
     trouble: impl FnOnce(&[AtomicU32]) -> T,
@@ -388,8 +387,8 @@ impl Drop for StopAtLast<'_> {
     }
 }
 
-/// Kills and stops the service so many times, and starts it again each time. Returns when it was ready again, Unix times, s, and the
-/// longest start.
+/// Kills and stops the service so many times, and starts it again each time. Returns the times at which it was ready again, Unix time,
+/// s, and the longest start.
 fn end_again_and_again(
     home: &Home,
     mission: &str,

@@ -1,5 +1,5 @@
-//! What only real processes, sockets, disks and clocks show: `cargo test -p pilotfish --test soak`, or a part of it by its module, such as
-//! `-- kill`. These tests wait and measure; `cargo test` leaves them out, and `.ci/soak` runs them one after the other.
+//! Claims that only real processes, sockets, disks and clocks can show. `cargo test -p pilotfish --test soak -- kill` runs one module.
+//! These tests wait and measure: `cargo test` leaves them out, and `.ci/soak` runs them one after the other.
 
 #![expect(clippy::disallowed_methods, reason = "real processes live in real time")]
 

@@ -113,8 +113,7 @@ impl Fleet {
         command::printed(&output)
     }
 
-    /// Has clients post through a service that does not have the mission, while `disturb` disturbs the owner; it gets the other one too.
-    /// Returns what was acknowledged.
+    /// Calls `disturb` with the mission's owner and another service, through which clients post meanwhile. Returns the acknowledged posts.
     fn meanwhile(&mut self, disturb: impl FnOnce(&mut Self, usize, usize)) -> Vec<Acknowledged> {
         let owner = self.owner();
         let other = (owner + 1) % self.services.len();
