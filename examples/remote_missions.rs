@@ -4,7 +4,6 @@
 //! request gets its first answer again and has no second effect.
 
 use std::{
-    io::Read,
     thread,
     time::{Duration, Instant},
 };
@@ -126,25 +125,13 @@ impl RemoteMissions {
 
     /// The current reference; none before the first plan.
     pub fn reference(&self, id: &str) -> Result<Option<CurrentReference>, NoAnswer> {
-        match self.get(&format!("/{id}/reference")) {
+        let url = format!("{}/{id}/reference", self.url);
+        let asked = self.agent.get(&url).call();
+        match answer(url, asked) {
             Ok(answer) => read(answer).map(Some),
             Err(error) if error.is_no_plan_yet() => Ok(None),
             Err(error) => Err(error),
         }
-    }
-
-    /// The record of all events in `format`.
-    pub fn record(&self, id: &str, format: &str) -> Result<impl Read + use<>, NoAnswer> {
-        let (_, response) = self.get(&format!("/{id}/record?format={format}"))?;
-        Ok(response.into_body().into_reader())
-    }
-
-    /// A record of a long mission takes longer than [`ANSWER_TIME`] to arrive.
-    fn get(&self, path: &str) -> Result<(String, Response<Body>), NoAnswer> {
-        let url = format!("{}{path}", self.url);
-        let request = self.agent.get(&url).config().timeout_global(None);
-        let request = request.timeout_recv_response(Some(ANSWER_TIME)).build();
-        answer(url, request.call())
     }
 
     fn post<T: DeserializeOwned>(&self, path: &str, body: &Value, key: &str) -> Result<T, NoAnswer> {

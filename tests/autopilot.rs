@@ -1,20 +1,11 @@
-//! A small autopilot and its boat, as ArduPilot's Rover answers a bridge: MAVLink over TCP, on a thread of its own.
+//! A small autopilot and its boat, as ArduPilot's Rover answers a bridge: messages in, a step in simulated time, messages out.
 //!
-//! What it keeps of the real one: references count in mode GUIDED alone and while armed; the velocity's length is the speed ahead, over
-//! ground, clipped at `WP_SPEED`; the yaw is the heading; three seconds without a reference stop it; commands set the mode and arm;
-//! parameters are answered by name. Messages of other systems on the wire are forwarded.
-
-use std::{
-    collections::VecDeque,
-    io::{self, Write as _},
-    net::{SocketAddr, TcpListener, TcpStream},
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
-    thread,
-    time::{Duration, Instant},
-};
+//! Like the real one, it follows references only in mode GUIDED and while armed: the velocity's length is the speed ahead over ground,
+//! clipped at `WP_SPEED`, the yaw is the heading. Three seconds without a reference stop it. Commands set the mode and arm; parameters
+//! are answered by name.
 
 use mavlink::{
-    MAVLinkV2MessageRaw, MavHeader, MavlinkReader,
+    MAVLinkV2MessageRaw, MavHeader,
     dialects::ardupilotmega::{
         ATTITUDE_DATA, COMMAND_ACK_DATA, EKF_STATUS_REPORT_DATA, EkfStatusFlags, GLOBAL_POSITION_INT_DATA,
         HEARTBEAT_DATA, MavAutopilot, MavCmd, MavMessage, MavModeFlag, MavResult, MavState, MavType,
@@ -28,8 +19,6 @@ pub const HOLD: u32 = 4;
 /// As above.
 pub const GUIDED: u32 = 15;
 
-/// Time between two steps.
-const STEP: Duration = Duration::from_millis(20);
 /// Where (0, 0) is, degrees.
 pub const ORIGIN: [f64; 2] = [38.41, -9.11];
 /// Metres in a degree of latitude, near enough over a few hundred metres.
@@ -71,62 +60,11 @@ pub struct Boat {
     pub has_heartbeat: bool,
     /// Whether it knows its position.
     pub has_position: bool,
-    /// References received.
-    pub references: u64,
     /// Orders received: of a mode, or to arm.
     pub orders: u64,
     /// Speed, m/s, heading, rad, and when they came, s.
     reference: Option<(f64, f64, f64)>,
     yaw_rate: f64,
-}
-
-/// The boat on its thread.
-#[derive(Debug)]
-pub struct StandIn {
-    boat: Arc<Mutex<Boat>>,
-    others: Arc<Mutex<VecDeque<Vec<u8>>>>,
-    address: SocketAddr,
-}
-
-impl StandIn {
-    /// A boat at (0, 0) that heads east, in mode HOLD and disarmed, in a current (north, east), m/s.
-    ///
-    /// # Panics
-    /// Without a free port: the test's finding.
-    #[must_use]
-    pub fn start(current: Vector2<f64>) -> Self {
-        let boat = Arc::new(Mutex::new(Boat::moored()));
-        let others = Arc::new(Mutex::new(VecDeque::new()));
-        let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
-        let address = listener.local_addr().expect("it listens");
-        let (shared, relayed) = (Arc::clone(&boat), Arc::clone(&others));
-        thread::spawn(move || sail(&listener, &shared, &relayed, current));
-        Self {
-            boat,
-            others,
-            address,
-        }
-    }
-
-    /// Where a bridge connects to.
-    #[must_use]
-    pub fn endpoint(&self) -> String {
-        format!("tcp:{}", self.address)
-    }
-
-    /// The boat now; changes are those of a person aboard.
-    pub fn boat(&self) -> MutexGuard<'_, Boat> {
-        lock(&self.boat)
-    }
-
-    /// Forwards a message of another system: position and velocity (north, east), m and m/s.
-    pub fn hear(&self, system: u32, position: &Vector2<f64>, velocity: &Vector2<f64>) {
-        let mut waiting = lock(&self.others);
-        waiting.push_back(frame(system, &place(position, velocity, None)));
-        if waiting.len() > 64 {
-            waiting.pop_front();
-        }
-    }
 }
 
 /// A frame of `system`'s autopilot.
@@ -164,59 +102,6 @@ pub fn place(position: &Vector2<f64>, velocity: &Vector2<f64>, heading: Option<f
     })
 }
 
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-/// Runs forever, with one client at a time.
-fn sail(
-    listener: &TcpListener,
-    boat: &Mutex<Boat>,
-    others: &Mutex<VecDeque<Vec<u8>>>,
-    current: Vector2<f64>,
-) {
-    listener.set_nonblocking(true).expect("the listener can be asked");
-    let mut client: Option<(TcpStream, MavlinkReader<TcpStream>)> = None;
-    let mut step: u64 = 0;
-    let began = Instant::now();
-    let mut next = began;
-    loop {
-        if let Ok((stream, _)) = listener.accept() {
-            stream
-                .set_read_timeout(Some(Duration::from_millis(1)))
-                .expect("a time-out");
-            let reader = MavlinkReader::new(stream.try_clone().expect("a second handle"));
-            client = Some((stream, reader));
-        }
-        let mut answers = vec![];
-        if let Some((_, reader)) = &mut client {
-            while let Ok((header, message)) = reader.read_any_message::<MavMessage>() {
-                if header.component_id != 1 {
-                    lock(boat).take(&message, began.elapsed().as_secs_f64(), &mut answers);
-                }
-            }
-        }
-        lock(boat).step(began.elapsed().as_secs_f64(), STEP.as_secs_f64(), &current);
-        let mut frames = lock(boat).messages(step, &current);
-        frames.append(&mut answers);
-        let mut bytes: Vec<u8> = frames.iter().flat_map(|message| frame(SYSTEM, message)).collect();
-        bytes.extend(lock(others).drain(..).flatten());
-        if let Some((stream, _)) = &mut client
-            && is_gone(stream.write_all(&bytes))
-        {
-            client = None;
-        }
-        step += 1;
-        // A loop that is late catches up: a boat that is slower than it says never comes near its AUV.
-        next += STEP;
-        thread::sleep(next.saturating_duration_since(Instant::now()));
-    }
-}
-
-fn is_gone(written: io::Result<()>) -> bool {
-    written.is_err_and(|error| error.kind() != io::ErrorKind::WouldBlock)
-}
-
 impl Boat {
     /// At (0, 0), heading east, in mode HOLD and disarmed.
     #[must_use]
@@ -229,7 +114,6 @@ impl Boat {
             is_armed: false,
             has_heartbeat: true,
             has_position: true,
-            references: 0,
             orders: 0,
             reference: None,
             yaw_rate: 0.0,
@@ -239,12 +123,11 @@ impl Boat {
     /// Takes a message at `t_s`, s; adds its answers.
     pub fn take(&mut self, message: &MavMessage, t_s: f64, answers: &mut Vec<MavMessage>) {
         match message {
-            MavMessage::SET_POSITION_TARGET_LOCAL_NED(target) => {
-                self.references += 1;
-                if self.mode == GUIDED && target.type_mask.bits() == 0x9C7 {
-                    let speed = f64::from(target.vx.hypot(target.vy).min(WP_SPEED));
-                    self.reference = Some((speed, f64::from(target.yaw), t_s));
-                }
+            MavMessage::SET_POSITION_TARGET_LOCAL_NED(target)
+                if self.mode == GUIDED && target.type_mask.bits() == 0x9C7 =>
+            {
+                let speed = f64::from(target.vx.hypot(target.vy).min(WP_SPEED));
+                self.reference = Some((speed, f64::from(target.yaw), t_s));
             }
             MavMessage::COMMAND_LONG(order) => {
                 match order.command {

@@ -12,11 +12,10 @@ use tower::ServiceExt;
 /// Longest answer read, bytes.
 const ANSWER_BYTES_MAX: usize = 32 << 20;
 
-/// When a simulated machine is switched on, Unix time, s.
+/// Unix time at the start of a simulated machine, s.
 pub const START_S: f64 = 1.8e9;
 
-/// A service on a simulated machine. Call it in a Tokio runtime whose time is paused: the same calls get the same answers on any
-/// processor.
+/// A service on a simulated machine. In a Tokio runtime whose time is paused, the same calls get the same answers on any processor.
 #[must_use]
 pub fn simulated_machine() -> Settings {
     Settings {
@@ -45,6 +44,16 @@ impl Answer {
     #[must_use]
     pub fn json(&self) -> Value {
         serde_json::from_str(&self.text).expect("the answer is JSON")
+    }
+
+    /// The body as JSON, of an answer that must have that status.
+    ///
+    /// # Panics
+    /// Where it has another one: the test's finding.
+    #[must_use]
+    pub fn expected(&self, status: u16) -> Value {
+        assert_eq!(self.status.as_u16(), status, "{}", self.text);
+        self.json()
     }
 
     /// The content type.

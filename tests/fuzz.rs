@@ -1,4 +1,4 @@
-//! Requests of any kind, valid and broken, and the answers to them handed back, each case by its number.
+//! Numbered cases: requests of any kind, valid and broken, whose answers are handed back.
 
 use std::{collections::BTreeMap, f64::consts::TAU, time::Duration};
 
@@ -19,7 +19,7 @@ use crate::{
     random,
 };
 
-/// How many answers are handed back one after the other.
+/// Number of answers that are handed back one after the other.
 const CHAIN_MAX: usize = 3;
 
 /// Ends of accepted ranges, and where arithmetic changes its ways.
@@ -33,13 +33,13 @@ const EDGES: [f64; 40] = [
 #[derive(Debug, Default)]
 pub struct Fuzzer {
     workspace: Workspace,
-    /// How many bodies were planned for, or refused for what reason.
+    /// Number of answered bodies, and of refused ones by reason.
     pub tally: BTreeMap<String, u64>,
 }
 
 impl Fuzzer {
-    /// Answers the body of a case, then the same facts a little later with the answer handed back, and so on. `until` hands the signal
-    /// to stop to the work that it is given.
+    /// Answers the body of a case, then the same facts a little later with the answer handed back, and so on. `until` runs the planning
+    /// that it gets with a stop signal.
     ///
     /// # Panics
     /// Where an answer has a number that is not finite, or is not taken back: the test's finding.
@@ -213,7 +213,7 @@ fn assert_finite(answer: &Value) {
     assert!(nulls.is_empty(), "no numbers: {nulls:?} of {answer}");
 }
 
-/// The request again with the answer as its previous plan, most of the time when the craft has followed that for a while.
+/// The request again with the answer as its previous plan, mostly at a later time, to which the craft has followed it.
 fn later(request: &PlanRequest, answer: &Value, rng: &mut ChaCha8Rng) -> Value {
     let mut later = json!(request);
     later["previous_plan"] = answer.clone();

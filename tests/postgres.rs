@@ -19,8 +19,8 @@ use crate::server::certificate;
 /// Where Debian has the programs of the server.
 const DEBIAN: &str = "/usr/lib/postgresql";
 
-/// Runs the server until its input ends, which it does with the test's program, and then removes its directory. Prints a line once
-/// the server answers, or does not start. The server refuses to run as root, and to read a key that others may read.
+/// Runs the server until its input ends, at latest with the test's program, and then removes its directory. Prints a line once the server
+/// answers or fails to start. The server refuses to run as root, or with a key that others may read.
 const SCRIPT: &str = r#"
 cd "$1"
 : >log

@@ -15,7 +15,7 @@ pub fn event(sequence: u64, body: &str) -> StoredEvent {
     }
 }
 
-/// Appends `events` to `mission`, which they begin; those that begin nothing continue the first mission of the store.
+/// Appends `events` to `mission`: a new one if they begin with event 1, else the first mission of the store.
 #[must_use]
 pub fn append(mission: &str, events: Vec<StoredEvent>) -> Append {
     Append {

@@ -1,5 +1,5 @@
-//! How long after its deadline an answer comes at worst, for requests of any kind: reading, estimating from a thousand reports, the
-//! law's rollout and writing heed no deadline.
+//! Longest time from the deadline to the answer, over requests of any kind. Reading, estimating from a thousand reports, the law's
+//! rollout and writing ignore the deadline.
 
 use std::time::Duration;
 
@@ -12,7 +12,7 @@ const CASES: u64 = 5_000;
 /// Times until the planner is to stop, ms.
 const DEADLINES_MS: [f64; 4] = [1.0, 5.0, 20.0, 100.0];
 
-/// Time that this thread has had a processor, ms: a deadline by it comes as on a machine with nothing else to do.
+/// Processor time of this thread, ms. Deadlines by it come as on an idle machine.
 fn busy_ms() -> f64 {
     let time = clock_gettime(ClockId::ThreadCPUTime);
     1e3 * Duration::try_from(time).expect("is not negative").as_secs_f64()

@@ -4,8 +4,7 @@
 //! `target/criterion/*/*/new/sample.json`.
 
 use std::{
-    io::{BufRead, BufReader, Read, Write},
-    net::{Ipv4Addr, TcpListener, TcpStream},
+    net::{Ipv4Addr, TcpListener},
     time::Duration,
 };
 
@@ -121,47 +120,22 @@ fn over_http(criterion: &mut Criterion) {
             axum::serve(listener, service::app(service::Settings::default())).await
         })
     });
-    let mut connection = BufReader::new(TcpStream::connect(address).expect("listening"));
-    connection.get_ref().set_nodelay(true).expect("a TCP socket");
+    let (agent, url) = (
+        ureq::Agent::new_with_defaults(),
+        format!("http://{address}/v1/plan"),
+    );
     let mut group = group(criterion, "post_plan");
     for (name, goal) in NAMES.into_iter().zip(goals()) {
         let request = observation(goal);
         let body = serde_json::to_vec(&request).expect("a request is JSON");
-        group.bench_function(name, |bencher| bencher.iter(|| post(&mut connection, &body)));
+        let post = || {
+            let request = agent.post(&url).content_type("application/json");
+            let mut answer = request.send(&body).expect("the service answers");
+            answer.body_mut().read_to_vec().expect("the answer ends").len()
+        };
+        group.bench_function(name, |bencher| bencher.iter(post));
     }
     group.finish();
-}
-
-/// One exchange; answers the length of the body read.
-fn post(connection: &mut BufReader<TcpStream>, body: &[u8]) -> usize {
-    let head = format!(
-        "POST /v1/plan HTTP/1.1\r\nhost: localhost\r\ncontent-type: application/json\r\ncontent-length: {}\r\n\r\n",
-        body.len()
-    );
-    let request = [head.as_bytes(), body].concat();
-    connection
-        .get_mut()
-        .write_all(&request)
-        .expect("the service reads");
-    let mut length = 0;
-    let mut line = String::new();
-    let mut first = true;
-    loop {
-        line.clear();
-        connection.read_line(&mut line).expect("the service answers");
-        assert!(!first || line.starts_with("HTTP/1.1 200"), "{line}");
-        first = false;
-        let header = line.trim_end().to_ascii_lowercase();
-        if let Some(value) = header.strip_prefix("content-length:") {
-            length = value.trim().parse().expect("a length");
-        }
-        if header.is_empty() {
-            break;
-        }
-    }
-    let mut answer = vec![0; length];
-    connection.read_exact(&mut answer).expect("as long as it says");
-    answer.len()
 }
 
 criterion_group!(benches, in_the_library, with_a_route, over_http);

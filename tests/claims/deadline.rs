@@ -138,7 +138,7 @@ fn assert_degraded_by_the_deadline(answer: &Answer) {
     assert_eq!(plan["reference"]["speed_mps"], plan["baseline"]["speed_mps"]);
 }
 
-/// With the threads of the machine: the verdict is the same however fast they are, for the planner waits for the test.
+/// On real threads: their speed does not change the verdict, because the planner waits for the test.
 #[tokio::test]
 async fn a_planner_that_does_not_stop_holds_up_no_answer_and_no_other_request() {
     let service = app(Settings {
@@ -166,8 +166,8 @@ async fn a_planner_that_does_not_stop_holds_up_no_answer_and_no_other_request() 
     );
 }
 
-/// A service that answers within `limit`, whose work waits `lag` for a thread: a request is read after that time, and planned for
-/// after twice that time.
+/// A service that answers within `limit` and whose work waits `lag` for a thread: it reads a request after `lag`, and plans after twice
+/// that.
 fn slow_service(lag: Duration, limit: Duration) -> (Clock, axum::Router) {
     let settings = Settings {
         deadline: limit,
@@ -191,14 +191,14 @@ async fn the_sooner_of_both_deadlines_counts() {
         request["deadline_ms"] = json!(deadline_ms);
         let answer = send_to(service, post("/v1/plan", request.to_string())).await;
         assert_degraded_by_the_deadline(&answer);
-        // The lower levels wait for a thread, too.
+        // The lower levels also wait for a thread.
         assert_eq!(clock.since(start), Duration::from_millis(500) + LAG);
     }
 }
 
 #[tokio::test(start_paused = true)]
 async fn an_explanation_for_which_no_time_is_left_keeps_no_comparison_waiting_and_spoils_none() {
-    // Planned for after 1.8 s: half of what is left of two seconds is too short for the wait for a thread.
+    // The plan is made after 1.8 s. Half of the 0.2 s that are left is shorter than the wait for a thread.
     for (lag_ms, took_ms, is_explained) in [(900, 1_900, false), (0, 0, true)] {
         let (clock, service) = slow_service(Duration::from_millis(lag_ms), Duration::from_mins(1));
         let start = clock.now();

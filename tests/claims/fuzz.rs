@@ -1,5 +1,5 @@
-//! From bytes to an answer: whatever arrives is read and planned for without a panic, every number of the answer is finite, and the
-//! answer is taken back as `previous_plan`, whenever the planner is told to stop.
+//! From bytes to an answer: any body is read and answered without a panic, every number of the answer is finite, and the answer is
+//! accepted as `previous_plan`, at whatever moment the planner is stopped.
 //!
 //! `PILOTFISH_FUZZ_CASES=1000000 cargo test --release -p tests --test claims fuzz -- --nocapture` tries so many;
 //! `PILOTFISH_FUZZ_FIRST=N` begins with case N. How long an answer takes after its deadline: `cargo bench -p tests --bench overrun`.
@@ -8,9 +8,9 @@ use tests::{broken::pick, fuzz::Fuzzer};
 
 use crate::deadline::due_at;
 
-/// How many cases without `PILOTFISH_FUZZ_CASES`.
+/// Number of cases without `PILOTFISH_FUZZ_CASES`.
 const CASES: u64 = 150;
-/// At which look the planner is told to stop: before anything, within the first program, after some, never.
+/// Number of looks at the stop signal before it says stop: at once, in the first program, after some, never.
 const LOOKS: [usize; 5] = [0, 3, 12, 50, usize::MAX];
 
 /// What an environment variable says, if it is there.

@@ -3,6 +3,7 @@
 //! Tests that start the program are in `api/tests/program`: only a package's own tests know where its binary is.
 
 mod any_snapshot;
+mod bridge;
 mod deadline;
 mod fallback_levels;
 mod fuzz;

@@ -1,6 +1,6 @@
 //! Missions, simulated and live, through the API: what is stored is what the clients saw, and a restart changes nothing.
 
-use std::{sync::Arc, time::Duration};
+use std::{fs, sync::Arc, time::Duration};
 
 use axum::{
     Router,
@@ -159,7 +159,7 @@ impl Service {
         planned
     }
 
-    /// How many plans of a mission are made again, all of them equal.
+    /// Makes every plan of a mission again, and asserts that all are equal. Returns their number.
     fn n_replayed(&self, mission: &str) -> u64 {
         let id = mission.rsplit('/').next().expect("has a name");
         let reader = EventReader::of(self.data.path()).expect("opens");
@@ -207,7 +207,7 @@ fn live() -> Value {
     } })
 }
 
-/// How exactly a clock ten times as fast shows Unix time in an `f64`, s, a few times over.
+/// A few times the resolution of Unix time in an `f64`, s, on a clock ten times as fast.
 const UNIX_RESOLUTION_S: f64 = 1e-5;
 
 fn fix(t_s: f64, north_m: f64, east_m: f64) -> Value {
@@ -466,7 +466,7 @@ async fn a_live_mission_plans_every_period_degrades_with_age_and_says_whom_it_wa
         fix(now - 1.0, 10.6, -20.0)] } });
     service.order(&mission, "reports", late).await;
 
-    // No more reports: the place of the surface craft is unknown after ten seconds of the mission, one of the service.
+    // Without reports the craft's position is unknown after ten seconds of the mission, which are one of the service.
     service.clock.sleep(Duration::from_millis(1_150)).await;
     let silent = service.ask(&reference).await;
     assert_eq!(silent["waits_for"], json!(["asc"]));
@@ -1104,6 +1104,22 @@ async fn a_mission_with_too_much_to_do_says_when_to_come_again_and_its_neighbour
     }
     // Nothing that was refused was stored, and nothing that was acknowledged was not.
     assert_eq!(service.ask(&flooded).await["sequence"], accepted + 1);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_service_whose_data_directory_is_gone_acknowledges_nothing_and_is_not_ready() {
+    let service = Service::start().await;
+    let (here, away) = (service.data.path(), service.data.path().with_extension("away"));
+    fs::rename(here, &away).expect("is there");
+    for answer in [
+        service.post("/v1/missions", &live()).await,
+        service.get("/readyz").await,
+    ] {
+        assert_eq!(answer.status, StatusCode::SERVICE_UNAVAILABLE);
+        let detail = answer.problem()["detail"].to_string();
+        assert!(detail.contains("deleted or replaced"), "{detail}");
+    }
+    fs::rename(&away, here).expect("is there");
 }
 
 #[tokio::test(start_paused = true)]

@@ -737,7 +737,7 @@ async fn a_body_announced_as_too_long_is_refused_before_it_is_read() {
     assert_eq!(answer.status, StatusCode::PAYLOAD_TOO_LARGE, "{}", answer.text);
 }
 
-/// What a service with these settings says to the bytes of `request` before it closes the connection.
+/// All bytes that a service with these settings answers to those of `request` before it closes the connection.
 async fn said(settings: Settings, request: &str) -> String {
     let (mut client, connection) = duplex(1 << 17);
     let service = TowerToHyperService::new(app(settings));

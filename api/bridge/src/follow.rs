@@ -146,9 +146,9 @@ pub struct Bridge {
 const AUTOPILOT_WIRE: usize = 0;
 /// Pieces that may wait for the loop.
 const PIECES_MAX: usize = 1024;
-/// How long to listen before the next look at what was heard.
+/// Time of reading bytes between two looks at the result.
 const LISTEN: Duration = Duration::from_millis(100);
-/// How long to wait for parameters after the first heartbeat, s.
+/// Longest wait for parameters after the first heartbeat, s.
 const PARAMETERS_WAIT_S: f64 = 5.0;
 /// How long to wait for positions that agree, of which one becomes the origin of a new mission.
 const ORIGIN_WAIT: Duration = Duration::from_secs(20);
@@ -171,7 +171,7 @@ impl fmt::Debug for Bridge {
 }
 
 impl Bridge {
-    /// A bridge on the machine of `clock`, whose wires `open` opens: with [`crate::wire::open`], or as a test wants.
+    /// A bridge on the machine of `clock`. `open` opens its wires: [`crate::wire::open`], or a function of a test.
     #[must_use]
     pub fn open(
         clock: &Clock,

@@ -212,7 +212,8 @@ impl MissionClient {
         self.answered(path, Some(Posted { key, body })).await
     }
 
-    /// The answer to what is asked or posted at this path of the missions. After none the caller's next try goes to the next service.
+    /// The answer to a GET, or to a POST of `posted`, at this path of the missions. If a service does not answer, the next call goes to
+    /// the next one.
     async fn answered<T: for<'de> Deserialize<'de>>(
         &self,
         path: &str,
@@ -232,7 +233,7 @@ impl MissionClient {
         answer
     }
 
-    /// The answer to `call`; that to another one if its token is rejected and the file has another token.
+    /// The answer to `call`. If its token is rejected and the file has another one, the call is made again with that.
     async fn authorised<T: for<'de> Deserialize<'de>>(&self, mut call: Call) -> Result<T, ServiceError> {
         match (self.ask(call.clone()).await, &self.token, &call.token) {
             (Err(ServiceError::Unauthorised), Some(file), Some(token)) => {

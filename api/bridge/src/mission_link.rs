@@ -1,5 +1,5 @@
-//! A live mission beside the craft's loop: tasks of its own send reports and wait for plans, so that a slow service never delays
-//! the craft's messages.
+//! A live mission beside the craft's loop. Its own tasks send reports and wait for plans, so that a slow service never delays the
+//! craft's messages.
 
 use std::{
     collections::{BTreeMap, VecDeque},

@@ -1,7 +1,7 @@
 //! Sockets and serial ports: bytes in as they arrive, bytes out while the wire is open.
 //!
-//! A bridge gets each wire as an [`Input`], to which its bytes come, and an [`Output`]: of a socket or port from [`open`], or of a
-//! test.
+//! Each wire of a bridge is an [`Input`], which receives its bytes, and an [`Output`]. [`open`] makes both for a socket or port; a test
+//! makes its own.
 
 #![expect(
     clippy::disallowed_methods,
@@ -93,7 +93,7 @@ pub(crate) struct Received {
     pub(crate) at: Instant,
 }
 
-/// Where the bytes of one wire go.
+/// Receives the bytes of one wire.
 #[derive(Clone, Debug)]
 pub struct Input {
     pub(crate) wire: usize,
@@ -102,8 +102,8 @@ pub struct Input {
 }
 
 impl Input {
-    /// Hands over the bytes of a datagram, or a piece of a stream, which arrive now; waits while too many wait for the bridge. Returns
-    /// whether there is still a bridge.
+    /// Hands over a datagram, or a piece of a stream, that arrives now. Waits while the bridge's queue is full. Returns `false` once the
+    /// bridge is gone.
     pub async fn arrived(&self, bytes: Vec<u8>, is_datagram: bool) -> bool {
         let piece = self.piece(bytes, is_datagram);
         self.received.send(piece).await.is_ok()
@@ -124,7 +124,7 @@ pub type Output = Box<dyn FnMut(&[u8]) + Send>;
 
 /// Between two attempts to open.
 const RETRY: Duration = Duration::from_secs(1);
-/// How long a read waits: then a closed line is noticed.
+/// Longest wait of a read, after which a closed line is noticed.
 const READ_TIMEOUT: Duration = Duration::from_millis(500);
 /// References come ten times a second: a write that takes longer is out of date.
 const WRITE_TIMEOUT: Duration = Duration::from_millis(100);

@@ -47,16 +47,16 @@ pub struct Clock(Option<Arc<Simulated>>);
 /// A machine whose time is that of Tokio's paused clock.
 #[derive(Debug)]
 struct Simulated {
-    /// When the simulated machine was switched on.
+    /// Start of the simulated machine.
     start: Instant,
     settings: Mutex<Settings>,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Settings {
-    /// What the wall clock showed at the start, with all that it was set by since, Unix time, s.
+    /// Unix time at the start, s, plus every change by which the wall clock was set since.
     unix_s: f64,
-    /// How long blocking work waits for a thread.
+    /// Time that blocking work waits for a thread.
     lag: Duration,
 }
 
@@ -79,8 +79,8 @@ impl Clock {
         Self(None)
     }
 
-    /// The clock of a simulated machine, which shows `unix_s` now, Unix time, s. Call it in a Tokio runtime of one thread whose
-    /// time is paused.
+    /// The clock of a simulated machine, whose Unix time is now `unix_s`, s. Call it in a Tokio runtime of one thread whose time is
+    /// paused.
     #[must_use]
     pub fn simulated(unix_s: f64) -> Self {
         let lag = Duration::ZERO;
@@ -156,7 +156,7 @@ impl Clock {
         time::timeout_at(end.into(), future).await
     }
 
-    /// What `poll` returns, asked for until `end`, more exactly than the resolution of timers.
+    /// Calls `poll` until it returns something, at latest at `end`, which is kept more exactly than a timer could.
     pub async fn by<T: Send + 'static>(
         &self,
         end: Instant,
@@ -180,7 +180,7 @@ impl Clock {
         self.run_blocking(stepwise).await.unwrap_or(None)
     }
 
-    /// When to stop waiting with a timer for what is due at `end`, and ask with [`Self::by`].
+    /// Time until which to wait with a timer for an event that is due at `end`; after it, [`Self::by`] is more exact.
     #[must_use]
     pub fn last_stretch(&self, end: Instant) -> Instant {
         match &self.0 {
@@ -232,7 +232,7 @@ impl Clock {
         thread.spawn(move || runtime.block_on(future)).map(drop)
     }
 
-    /// Whether the machine is simulated: it has no threads.
+    /// `true` for a simulated machine, which has no threads.
     #[must_use]
     pub fn is_simulated(&self) -> bool {
         self.0.is_some()

@@ -1,4 +1,4 @@
-//! When an answer is due, and how long the solver may take.
+//! The deadline of an answer, and the time that the solver gets.
 
 use std::time::{Duration, Instant};
 

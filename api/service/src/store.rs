@@ -309,7 +309,7 @@ impl EventStore {
         self.ask(|writer| writer.vacuum()).await
     }
 
-    /// Lets the store's file grow by so many pages at most from now on, as on a disk that is full; none: without limit. For tests.
+    /// Limits the growth of the store's file to so many pages from now on, as a full disk does. For tests.
     #[doc(hidden)]
     pub async fn limit_growth(&self, pages: Option<u32>) -> Result<(), StoreError> {
         self.ask(move |writer| writer.limit_growth(pages)).await

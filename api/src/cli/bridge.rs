@@ -206,7 +206,7 @@ pub(crate) fn preflight(arguments: &Preflight, config: &Config) -> Result<(), Bo
     run(look(arguments, config, &Clock::machine()))
 }
 
-/// Runs the loop of a bridge on this thread. The mission's tasks, which a service may keep busy, run on another one.
+/// Runs a bridge's loop on this thread. The mission's tasks run on another one, since a service may keep them busy.
 fn run(bridge: impl Future<Output = Result<(), Box<dyn Error>>>) -> Result<(), Box<dyn Error>> {
     let mut runtime = runtime::Builder::new_multi_thread();
     let runtime = runtime.worker_threads(1).enable_time().build()?;

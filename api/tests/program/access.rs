@@ -5,7 +5,7 @@ use std::fs;
 use tempfile::tempdir;
 use tests::server::Server;
 
-use crate::command::{ask, ask_as, body, json, line, path, pilotfish, printed, run, said, status};
+use crate::command::{ask, ask_as, line, path, pilotfish, printed, run, said};
 
 /// Makes a token in `file`, limited by these flags.
 fn add(file: &str, name: &str, role: &str, limits: &[&str]) -> String {
@@ -27,7 +27,7 @@ fn each_role_has_its_permissions() {
     let [reader, operator, admin] =
         ["read-only", "operator", "admin"].map(|role| add(&file, &format!("the-{role}"), role, &[]));
     let server = serving(&file, &path(&directory, "data"));
-    let call = |method, path, token| status(&ask_as(&server, token, method, path, ""));
+    let call = |method, path, token| ask_as(&server, token, method, path, "").status;
     for public in ["/", "/livez", "/readyz", "/openapi.json"] {
         assert_eq!(call("GET", public, None), 200, "{public}");
     }
@@ -65,8 +65,8 @@ fn a_token_limited_to_craft_or_missions_sees_and_changes_only_those() {
                 "live":{{"auvs":[{{"id":"a"}}],"goal":{{"kind":"track","auv":"a"}}}}}}"#
         );
         let answer = ask_as(server, Some(token), "POST", "/v1/missions", &mission);
-        let id = json(body(&answer))["id"].as_str().unwrap_or_default().to_owned();
-        (status(&answer), id)
+        let id = answer.json()["id"].as_str().unwrap_or_default().to_owned();
+        (answer.status.as_u16(), id)
     };
     let first = serving(&file, &data);
     let (created, own) = create(&first, &bridge, "craft-1");
@@ -79,7 +79,7 @@ fn a_token_limited_to_craft_or_missions_sees_and_changes_only_those() {
     let server = serving(&file, &data);
     let ask = |token: &str, method: &str, path: &str, body: &str| {
         let answer = ask_as(&server, Some(token), method, path, body);
-        (status(&answer), answer)
+        (answer.status.as_u16(), answer.text)
     };
 
     for (token, theirs, not_theirs) in [(&bridge, &own, &other), (&one, &other, &own)] {
@@ -245,7 +245,7 @@ fn flags_of_the_service_may_precede_or_follow_the_subcommand() {
         let mut program = pilotfish();
         program.args(arguments);
         let server = Server::start(program);
-        assert!(ask(&server, "GET", "/livez", "").starts_with("HTTP/1.1 200"));
+        assert!(ask(&server, "GET", "/livez", "").status == 200);
     }
     let data = tempdir().expect("there is room");
     let data = data.path().to_string_lossy().into_owned();

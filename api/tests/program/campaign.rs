@@ -4,29 +4,10 @@ use std::{fs, path::Path, process::Output};
 
 use tempfile::TempDir;
 
-use crate::command::{path, pilotfish, printed};
-
-const FILE: &str = r#"
-schema_version = "1"
-name = "small"
-title = "a small campaign"
-scenarios = ["paper-tracking", "noisy-fixes"]
-duration_s = 90
-replicates = 8
-[tuning]
-replicates = 1
-[[controllers]]
-name = "mpc auto"
-planner = {}
-[[controllers]]
-name = "saturated_los"
-law = { name = "saturated_los" }
-"#;
+use crate::command::{self, SMALL_CAMPAIGN, path, printed};
 
 fn run(arguments: &[&str]) -> Output {
-    let mut command = pilotfish();
-    command.arg("campaign").args(arguments);
-    command.output().expect("the program starts")
+    command::run(&[&["campaign"], arguments].concat())
 }
 
 #[test]
@@ -41,12 +22,12 @@ fn a_campaign_that_cannot_be_flown_says_what_to_do() {
             "{words}\nshould say {says}"
         );
     };
-    fs::write(&file, FILE.replace("replicates = 8", "replicates = 0")).expect("is written");
+    fs::write(&file, SMALL_CAMPAIGN.replace("replicates = 8", "replicates = 0")).expect("is written");
     refused(
         &["run", &file],
         "small.toml:7: replicates: 0 is outside 1 to 1000000",
     );
-    fs::write(&file, FILE).expect("is written");
+    fs::write(&file, SMALL_CAMPAIGN).expect("is written");
     refused(
         &["run", &file, "--shard", "4/3"],
         "is not a shard: write 1/3 for the first of three",
@@ -86,7 +67,7 @@ mod slow {
     fn a_campaign_in_parts_has_the_same_rows_is_flown_again_and_reported() {
         let folder = TempDir::new().expect("is a folder");
         let file = path(&folder, "small.toml");
-        fs::write(&file, FILE).expect("is written");
+        fs::write(&file, SMALL_CAMPAIGN).expect("is written");
         let whole = path(&folder, "whole");
         printed(&run(&["run", &file, "--out", &whole, "--jobs", "2"]));
         let digest = printed(&run(&["digest", &whole]));

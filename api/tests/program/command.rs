@@ -2,8 +2,7 @@
 
 use std::{
     env,
-    io::{self, Read as _, Write as _},
-    net::TcpStream,
+    io::{self, Write as _},
     process::{Child, Command, Output},
     time::Duration,
 };
@@ -11,7 +10,32 @@ use std::{
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use tempfile::TempDir;
-use tests::server::Server;
+use tests::{client::Answer, server::Server};
+use ureq::{Agent, http};
+
+/// A longer wait for an answer fails the test.
+const PATIENCE: Duration = Duration::from_mins(1);
+
+/// Longest answer read, bytes: the record of an hour of kills.
+const ANSWER_BYTES_MAX: u64 = 1 << 30;
+
+/// A campaign of 32 runs.
+pub(crate) const SMALL_CAMPAIGN: &str = r#"
+schema_version = "1"
+name = "small"
+title = "a small campaign"
+scenarios = ["paper-tracking", "noisy-fixes"]
+duration_s = 90
+replicates = 8
+[tuning]
+replicates = 1
+[[controllers]]
+name = "mpc auto"
+planner = {}
+[[controllers]]
+name = "saturated_los"
+law = { name = "saturated_los" }
+"#;
 
 /// The program with no setting of the machine's.
 pub(crate) fn pilotfish() -> Command {
@@ -62,53 +86,56 @@ pub(crate) fn path(folder: &TempDir, name: &str) -> String {
     folder.path().join(name).display().to_string()
 }
 
-/// Sends a request, with a token if there is one, on a connection of its own.
-pub(crate) fn sent(server: &Server, token: Option<&str>, method: &str, path: &str, body: &str) -> TcpStream {
-    let mut socket = TcpStream::connect(&server.address).expect("listens");
-    socket
-        .set_read_timeout(Some(Duration::from_mins(1)))
-        .expect("is a socket");
-    let authorization = token.map_or_else(String::new, |token| format!("authorization: Bearer {token}\r\n"));
-    let content = if body.is_empty() {
-        String::new()
-    } else {
-        let length = body.len();
-        format!("content-type: application/json\r\ncontent-length: {length}\r\n")
-    };
-    let request = format!(
-        "{method} {path} HTTP/1.1\r\nhost: localhost\r\nconnection: close\r\n{authorization}{content}\r\n{body}"
-    );
-    socket.write_all(request.as_bytes()).expect("takes a request");
-    socket
+/// A client that keeps its connections.
+pub(crate) fn agent() -> Agent {
+    let config = Agent::config_builder().http_status_as_error(false).proxy(None);
+    config.timeout_global(Some(PATIENCE)).build().new_agent()
 }
 
-/// The answer of a running program to one request, as it comes.
-pub(crate) fn ask(server: &Server, method: &str, path: &str, body: &str) -> String {
+/// The answer to a request with these headers and, unless it is empty, a JSON body. Fails only if no whole answer comes.
+pub(crate) fn try_ask(
+    agent: &Agent,
+    method: &str,
+    url: &str,
+    headers: &[(&str, &str)],
+    body: &str,
+) -> Result<Answer, ureq::Error> {
+    let mut request = http::Request::builder().method(method).uri(url);
+    for (name, value) in headers {
+        request = request.header(*name, *value);
+    }
+    if !body.is_empty() {
+        request = request.header("content-type", "application/json");
+    }
+    let answer = agent.run(request.body(body)?)?;
+    let (http::response::Parts { status, headers, .. }, mut body) = answer.into_parts();
+    let text = body.with_config().limit(ANSWER_BYTES_MAX).read_to_string()?;
+    Ok(Answer {
+        status,
+        headers,
+        text,
+    })
+}
+
+/// The answer of a running program to one request.
+pub(crate) fn ask(server: &Server, method: &str, path: &str, body: &str) -> Answer {
     ask_as(server, None, method, path, body)
 }
 
 /// The same with a token, if there is one.
-pub(crate) fn ask_as(server: &Server, token: Option<&str>, method: &str, path: &str, body: &str) -> String {
-    let mut answer = String::new();
-    let mut socket = sent(server, token, method, path, body);
-    socket.read_to_string(&mut answer).expect("answers and closes");
-    answer
-}
-
-/// The status of an answer.
-pub(crate) fn status(answer: &str) -> u16 {
-    let status = answer.split(' ').nth(1).expect("has a status");
-    status.parse().expect("is a number")
-}
-
-/// What stands below an answer's head.
-pub(crate) fn body(answer: &str) -> &str {
-    answer.split_once("\r\n\r\n").expect("has a body").1
+pub(crate) fn ask_as(server: &Server, token: Option<&str>, method: &str, path: &str, body: &str) -> Answer {
+    let bearer = token.map(|token| format!("Bearer {token}"));
+    let headers: Vec<_> = bearer
+        .iter()
+        .map(|bearer| ("authorization", bearer.as_str()))
+        .collect();
+    let url = server.url() + path;
+    try_ask(&agent(), method, &url, &headers, body).expect("the service answers")
 }
 
 /// A number of `/metrics`.
 pub(crate) fn metric(server: &Server, name: &str) -> f64 {
-    let metrics = ask(server, "GET", "/metrics", "");
+    let metrics = ask(server, "GET", "/metrics", "").text;
     let sample = metrics
         .lines()
         .find_map(|line| line.strip_prefix(name)?.strip_prefix(' '));
@@ -120,7 +147,7 @@ pub(crate) fn signal(process: &Child, signal: Signal) {
     kill_process(Pid::from_child(process), signal).expect("is ours");
 }
 
-/// Whether this machine has a program that a test needs; if not, the test is skipped, and says so.
+/// `true` if this machine has a program that a test needs. Otherwise it says that the test is skipped.
 pub(crate) fn has(program: &str) -> bool {
     let paths = env::var_os("PATH").unwrap_or_default();
     let found = env::split_paths(&paths).any(|folder| folder.join(program).is_file());

@@ -10,7 +10,7 @@ use rustix::process::Signal;
 use serde_json::Value;
 use tests::server::Server;
 
-use crate::command::{ask, body, json, pilotfish, printed, run, said, signal, stderr};
+use crate::command::{ask, pilotfish, printed, run, said, signal, stderr};
 
 /// A demo, and the address of the page that it printed.
 fn demo(command: &mut Command) -> (Server, String) {
@@ -36,11 +36,10 @@ fn demo(command: &mut Command) -> (Server, String) {
 /// The mission that a page shows, as the service has it.
 fn mission(server: &Server, page: &str) -> Value {
     let (_, id) = page.split_once("/#/mission/").expect("is a mission's page");
-    let answer = ask(server, "GET", &format!("/v1/missions/{id}"), "");
-    json(body(&answer))
+    ask(server, "GET", &format!("/v1/missions/{id}"), "").json()
 }
 
-/// What the demo printed after the address, once a signal has ended it.
+/// Ends the demo by a signal. Returns the output after the address.
 fn end(mut server: Server, by: Signal) -> String {
     signal(&server.process, by);
     let mut rest = String::new();
@@ -68,7 +67,7 @@ fn a_demo_runs_a_mission_and_leaves_nothing() {
             &"switching, seed 1".into()
         )
     );
-    assert!(ask(&server, "GET", "/", "").contains("<title>"));
+    assert!(ask(&server, "GET", "/", "").text.contains("<title>"));
     assert_eq!(files(), 1);
 
     let rest = end(server, Signal::INT);

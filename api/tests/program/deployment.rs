@@ -6,7 +6,7 @@ use rustix::process::Signal;
 use tests::server::Server;
 
 use crate::{
-    command::{ask_as, body, has, json, path, pilotfish, printed, run, signal, status},
+    command::{ask_as, has, path, pilotfish, printed, run, signal},
     docs::root,
     markdown::blocks,
 };
@@ -57,17 +57,16 @@ fn the_steps_of_backup_and_restore_keep_the_tokens() {
     let mission =
         r#"{"schema_version":"1.0","live":{"auvs":[{"id":"a"}],"goal":{"kind":"track","auv":"a"}}}"#;
     let created = ask_as(&server, admin, "POST", "/v1/missions", mission);
-    let mission = json(body(&created))["id"]
-        .as_str()
-        .expect("has a name")
-        .to_owned();
-    let mission = format!("/v1/missions/{mission}");
+    let mission = format!(
+        "/v1/missions/{}",
+        created.json()["id"].as_str().expect("has a name")
+    );
     sh(&backup.text);
-    assert_eq!(status(&ask_as(&server, admin, "DELETE", &mission, "")), 204);
+    assert_eq!(ask_as(&server, admin, "DELETE", &mission, "").status, 204);
     signal(&server.process, Signal::TERM);
     assert!(server.process.wait().expect("is ours").success());
     sh(&restore.text);
     let server = serve();
-    assert_eq!(status(&ask_as(&server, None, "DELETE", &mission, "")), 401);
-    assert_eq!(status(&ask_as(&server, admin, "GET", &mission, "")), 200);
+    assert_eq!(ask_as(&server, None, "DELETE", &mission, "").status, 401);
+    assert_eq!(ask_as(&server, admin, "GET", &mission, "").status, 200);
 }

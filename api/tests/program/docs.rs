@@ -17,7 +17,7 @@ use tests::{
 use toml::{Table, map::Entry};
 
 use crate::{
-    command::has,
+    command::{ask, has},
     markdown::{blocks, spans, table_rows, titles, without_blocks},
 };
 
@@ -292,10 +292,6 @@ fn json_examples_are_accepted() {
     let mut program = Command::new(env!("CARGO_BIN_EXE_pilotfish"));
     program.arg("serve");
     let server = Server::start(program);
-    let agent: ureq::Agent = ureq::Agent::config_builder()
-        .http_status_as_error(false)
-        .build()
-        .into();
     let words = words_of_the_code(&tracked());
     let pages = pages();
     let mut found = vec![];
@@ -327,10 +323,9 @@ fn json_examples_are_accepted() {
                     found.extend(unknown.map(|name| (page, format!("the member {name}"))));
                     continue;
                 };
-                let request = agent.post(server.url() + route).content_type("application/json");
-                let mut answer = request.send(value.to_string()).expect("the server answers");
-                if !answer.status().is_success() {
-                    found.push((page, answer.body_mut().read_to_string().expect("the answer ends")));
+                let answer = ask(&server, "POST", route, &value.to_string());
+                if !answer.status.is_success() {
+                    found.push((page, answer.text));
                 }
             }
         }

@@ -7,7 +7,7 @@ use tempfile::tempdir;
 use tests::server::{Server, certificate};
 
 use crate::{
-    command::{ask_as, path, pilotfish, printed, run, signal, status},
+    command::{ask_as, path, pilotfish, printed, run, signal},
     until,
 };
 
@@ -35,7 +35,7 @@ fn tokens_that_are_made_or_revoked_take_effect_while_the_service_runs() {
     let mut program = pilotfish();
     program.args(["--tokens", &file]);
     let server = Server::start(program);
-    let list = |token| status(&ask_as(&server, token, "GET", "/v1/missions", ""));
+    let list = |token| ask_as(&server, token, "GET", "/v1/missions", "").status;
     assert_eq!(list(None), 200, "no token was made");
     let [operator, admin] = ["operator", "admin"].map(|role| add(&file, role, role));
     until("the first token has an effect", || list(None) == 401);

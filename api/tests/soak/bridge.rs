@@ -1,4 +1,5 @@
-//! The bridge between an autopilot and a live mission: what it sends, when it is silent, and what becomes of the boat.
+//! A boat whose bridge or service is killed, with real processes and sockets. Voyages (`tests/voyage.rs`) claim in simulated time what a
+//! bridge may send, and when.
 //!
 //! The same mission is sailed by a stand-in of the autopilot's rules ([`tests::autopilot`]), always, and by ArduPilot's Rover where
 //! `PILOTFISH_ARDUROVER` is the path of its simulator:
@@ -10,7 +11,7 @@
 use std::{
     env,
     io::Write as _,
-    net::TcpStream,
+    net::{TcpListener, TcpStream},
     process::{Child, Command, Stdio},
     thread,
     time::{Duration, Instant},
@@ -24,13 +25,15 @@ use mavlink::{
     types::CharArray,
 };
 use nalgebra::Vector2;
-use serde_json::Value;
 use tests::{
-    autopilot::{GUIDED, HOLD, ORIGIN, StandIn, frame, place},
+    autopilot::{Boat, GUIDED, HOLD, ORIGIN, SYSTEM, frame, place},
     server::Server,
 };
 
-use crate::command::pilotfish;
+use crate::{
+    command::{ask, pilotfish},
+    kill::record_at,
+};
 
 /// The AUV's speed to the north, m/s, and where it starts (north, east), m.
 const AUV_SPEED: f64 = 0.6;
@@ -52,34 +55,89 @@ trait Craft {
     fn set_mode(&mut self, mode: u32);
     /// Whether the boat is in that mode, and armed.
     fn is_guided_and_armed(&mut self) -> bool;
-    /// Takes up what an AUV says.
+    /// Takes up what an AUV says, ten times a second.
     fn hear(&mut self, position: &Vector2<f64>, velocity: &Vector2<f64>);
+}
+
+/// The boat of [`tests::autopilot`] behind a socket, with one client at a time.
+struct StandIn {
+    boat: Boat,
+    current: Vector2<f64>,
+    listener: TcpListener,
+    client: Option<(TcpStream, MavlinkReader<TcpStream>)>,
+    began: Instant,
+    sailed: Instant,
+    step: u64,
+}
+
+impl StandIn {
+    /// In a current (north, east), m/s.
+    fn moored(current: Vector2<f64>) -> Self {
+        let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
+        listener.set_nonblocking(true).expect("the listener can be asked");
+        Self {
+            boat: Boat::moored(),
+            current,
+            listener,
+            client: None,
+            began: Instant::now(),
+            sailed: Instant::now(),
+            step: 0,
+        }
+    }
 }
 
 impl Craft for StandIn {
     fn endpoint(&self) -> String {
-        StandIn::endpoint(self)
+        format!("tcp:{}", self.listener.local_addr().expect("it listens"))
     }
 
     fn position(&mut self) -> Vector2<f64> {
-        self.boat().position
+        self.boat.position
     }
 
     fn speed(&mut self) -> f64 {
-        self.boat().speed
+        self.boat.speed
     }
 
     fn set_mode(&mut self, mode: u32) {
-        self.boat().mode = mode;
+        self.boat.mode = mode;
     }
 
     fn is_guided_and_armed(&mut self) -> bool {
-        let boat = self.boat();
-        boat.mode == GUIDED && boat.is_armed
+        self.boat.mode == GUIDED && self.boat.is_armed
     }
 
+    /// Sails until now, and says so.
     fn hear(&mut self, position: &Vector2<f64>, velocity: &Vector2<f64>) {
-        StandIn::hear(self, AUV, position, velocity);
+        if let Ok((stream, _)) = self.listener.accept() {
+            stream
+                .set_read_timeout(Some(Duration::from_millis(1)))
+                .expect("a time-out");
+            let reader = MavlinkReader::new(stream.try_clone().expect("a second handle"));
+            self.client = Some((stream, reader));
+        }
+        let (now, mut answers) = (Instant::now(), vec![]);
+        let t_s = now.duration_since(self.began).as_secs_f64();
+        if let Some((_, reader)) = &mut self.client {
+            while let Ok((header, message)) = reader.read_any_message::<MavMessage>() {
+                if header.component_id != 1 {
+                    self.boat.take(&message, t_s, &mut answers);
+                }
+            }
+        }
+        let dt = now.duration_since(self.sailed).as_secs_f64();
+        self.boat.step(t_s, dt, &self.current);
+        let mut said = self.boat.messages(STEPS * self.step, &self.current);
+        said.append(&mut answers);
+        let mut bytes: Vec<u8> = said.iter().flat_map(|message| frame(SYSTEM, message)).collect();
+        bytes.extend(frame(AUV, &place(position, velocity, None)));
+        if let Some((stream, _)) = &mut self.client
+            && stream.write_all(&bytes).is_err()
+        {
+            self.client = None;
+        }
+        (self.sailed, self.step) = (now, self.step + 1);
     }
 }
 
@@ -87,6 +145,8 @@ impl Craft for StandIn {
 const ARDUROVER: &str = "PILOTFISH_ARDUROVER";
 /// The AUV's system.
 const AUV: u32 = 101;
+/// Steps of [`Boat::messages`] between two calls of [`Craft::hear`].
+const STEPS: u64 = 5;
 
 /// `pilotfish bridge`, killed when dropped.
 struct Bridge(Child);
@@ -151,8 +211,8 @@ fn for_seconds(craft: &mut dyn Craft, start: Instant, seconds: f64) {
 }
 
 /// Names of the missions, newest first.
-fn missions(address: &str) -> Vec<String> {
-    let list: Value = get(address, "").read_json().expect("is JSON");
+fn missions(server: &Server) -> Vec<String> {
+    let list = ask(server, "GET", "/v1/missions", "").json();
     let missions = list["missions"].as_array().expect("a list");
     missions
         .iter()
@@ -160,23 +220,11 @@ fn missions(address: &str) -> Vec<String> {
         .collect()
 }
 
-fn get(address: &str, path: &str) -> ureq::Body {
-    let url = format!("http://{address}/v1/missions{path}");
-    let limited = ureq::get(url).config().timeout_global(Some(PATIENCE)).build();
-    limited.call().expect("is answered").into_body()
-}
-
 /// What the bridge wrote into the mission's log.
-fn notes(address: &str, mission: &str) -> Vec<String> {
-    let events = get(address, &format!("/{mission}/record?format=events_ndjson"))
-        .into_with_config()
-        .limit(64 << 20)
-        .read_to_string()
-        .expect("is text");
-    let events = events
-        .lines()
-        .map(|line| serde_json::from_str::<Value>(line).expect("is JSON"));
+fn notes(server: &Server, mission: &str) -> Vec<String> {
+    let events = record_at(&format!("{}/v1/missions/{mission}", server.url()));
     events
+        .iter()
         .flat_map(|event| {
             let notes = event["heard"]["notes"].as_array().cloned().unwrap_or_default();
             notes
@@ -186,8 +234,9 @@ fn notes(address: &str, mission: &str) -> Vec<String> {
         .collect()
 }
 
-/// The mission that both boats sail: approach, a person takes over and hands back, the bridge is killed and started again.
-fn follow_through_a_take_over_and_a_kill(craft: &mut dyn Craft, server: &Server) {
+/// The mission that both boats sail: the boat approaches, a person takes over and hands back, the bridge is killed and started again.
+/// Returns the second bridge and the start of the mission.
+fn follow_through_a_take_over_and_a_kill(craft: &mut dyn Craft, server: &Server) -> (Bridge, Instant) {
     let address = &server.address;
     let start = Instant::now();
     let first = bridge(&craft.endpoint(), address, &["--take-control"]);
@@ -209,83 +258,29 @@ fn follow_through_a_take_over_and_a_kill(craft: &mut dyn Craft, server: &Server)
     drop(first);
     for_seconds(craft, start, 8.0);
     assert!(craft.speed() < 0.5, "nothing stops it, at {} m/s", craft.speed());
-    let _second = bridge(&craft.endpoint(), address, &[]);
+    let second = bridge(&craft.endpoint(), address, &[]);
     assert!(
         sail(craft, start, PATIENCE, is_near(start)),
         "a second bridge does not continue"
     );
 
-    let missions = missions(address);
-    assert_eq!(
-        missions.len(),
-        1,
-        "a second bridge of the same name made a mission of its own"
+    says_in_the_log(
+        server,
+        &[
+            "the guided mode is ordered",
+            "references are sent",
+            "a person or a failsafe has the craft",
+        ],
     );
-    let notes = notes(address, &missions[0]);
-    let says = |what: &str| notes.iter().any(|note| note.contains(what));
-    for what in [
-        "the guided mode is ordered",
-        "references are sent",
-        "a person or a failsafe has the craft",
-    ] {
-        assert!(says(what), "no note says {what:?}: {notes:#?}");
-    }
+    (second, start)
 }
 
-#[test]
-fn a_boat_follows_its_auv_through_a_take_over_and_a_kill() {
-    let server = Server::start(pilotfish());
-    let mut boat = StandIn::start(Vector2::new(-0.1, 0.2));
-    follow_through_a_take_over_and_a_kill(&mut boat, &server);
-    assert_eq!(
-        boat.boat().orders,
-        2,
-        "one order for the mode, one to arm, and none after them"
-    );
-}
-
-#[test]
-fn nothing_is_sent_without_heartbeat_position_or_guided_mode_and_nothing_is_ordered_unasked() {
-    let server = Server::start(pilotfish());
-    let mut boat = StandIn::start(Vector2::zeros());
-    let start = Instant::now();
-    let _bridge = bridge(&boat.endpoint(), &server.address, &[]);
-    let references = |boat: &StandIn| boat.boat().references;
-    let is_sent = |boat: &mut StandIn| {
-        let before = references(boat);
-        for_seconds(boat, start, 1.5);
-        references(boat) > before
-    };
-    for_seconds(&mut boat, start, 8.0);
-    assert_eq!(
-        (references(&boat), boat.boat().orders),
-        (0, 0),
-        "the boat is on hold"
-    );
-    boat.boat().mode = GUIDED;
-    assert!(!is_sent(&mut boat), "the boat is not armed");
-    boat.boat().is_armed = true;
-    for_seconds(&mut boat, start, 2.0);
-    assert!(is_sent(&mut boat), "guided, armed, a plan");
-
-    boat.boat().has_heartbeat = false;
-    for_seconds(&mut boat, start, 4.5);
-    assert!(!is_sent(&mut boat), "no heartbeat");
-    boat.boat().has_heartbeat = true;
-    for_seconds(&mut boat, start, 1.5);
-    assert!(is_sent(&mut boat), "the heartbeat is back");
-
-    boat.boat().has_position = false;
-    for_seconds(&mut boat, start, 1.5);
-    assert!(!is_sent(&mut boat), "the position is not known");
-    boat.boat().has_position = true;
-    for_seconds(&mut boat, start, 1.5);
-    assert!(is_sent(&mut boat), "the position is known again");
-
-    assert_eq!(boat.boat().orders, 0);
-    let mission = &missions(&server.address)[0];
-    let notes = notes(&server.address, mission);
-    for what in ["no heartbeat", "no recent position", "references are sent"] {
+/// Restarts make no second mission, and the bridge wrote all of that into its log.
+fn says_in_the_log(server: &Server, texts: &[&str]) {
+    let missions = missions(server);
+    assert_eq!(missions.len(), 1, "a restart made a mission of its own");
+    let notes = notes(server, &missions[0]);
+    for what in texts {
         assert!(
             notes.iter().any(|note| note.contains(what)),
             "no note says {what:?}: {notes:#?}"
@@ -294,52 +289,18 @@ fn nothing_is_sent_without_heartbeat_position_or_guided_mode_and_nothing_is_orde
 }
 
 #[test]
-fn a_dry_run_moves_nothing() {
-    let server = Server::start(pilotfish());
-    let mut boat = StandIn::start(Vector2::zeros());
-    boat.boat().mode = GUIDED;
-    boat.boat().is_armed = true;
-    let start = Instant::now();
-    let _bridge = bridge(
-        &boat.endpoint(),
-        &server.address,
-        &["--dry-run", "--take-control"],
-    );
-    let is_kept = |_: &mut dyn Craft| !missions(&server.address).is_empty();
-    assert!(
-        sail(&mut boat, start, PATIENCE, is_kept),
-        "the mission is kept all the same"
-    );
-    for_seconds(&mut boat, start, 3.0);
-    let (references, orders) = {
-        let boat = boat.boat();
-        (boat.references, boat.orders)
-    };
-    assert_eq!((references, orders), (0, 0));
-}
-
-#[test]
-fn a_boat_outlives_its_service() {
+fn a_boat_follows_its_auv_through_a_take_over_and_outlives_its_bridge_and_its_service() {
     let mut server = Server::start(pilotfish());
     let (port, data) = (
         server.port(),
         server.data.take().expect("has a directory of its own"),
     );
-    let mut boat = StandIn::start(Vector2::zeros());
-    let start = Instant::now();
-    let _bridge = bridge(&boat.endpoint(), &server.address, &["--take-control"]);
-    assert!(
-        sail(&mut boat, start, PATIENCE, is_near(start)),
-        "it does not approach"
-    );
+    let mut boat = StandIn::moored(Vector2::new(-0.1, 0.2));
+    let (_bridge, start) = follow_through_a_take_over_and_a_kill(&mut boat, &server);
     drop(server);
     // A plan may be followed for ten seconds; then the autopilot's own time-out stops the boat.
     for_seconds(&mut boat, start, 17.0);
-    assert!(
-        boat.boat().speed < 0.1,
-        "{} m/s without a plan",
-        boat.boat().speed
-    );
+    assert!(boat.speed() < 0.1, "{} m/s without a plan", boat.speed());
     let mut program = pilotfish();
     program.arg("--data").arg(data.path());
     let server = Server::start_on(program, port);
@@ -347,18 +308,18 @@ fn a_boat_outlives_its_service() {
         sail(&mut boat, start, PATIENCE, is_near(start)),
         "it does not follow when the service is back"
     );
-    let mission = &missions(&server.address)[0];
-    let notes = notes(&server.address, mission);
-    for what in [
-        "the service does not answer",
-        "the service answers again",
-        "the plan is too old",
-    ] {
-        assert!(
-            notes.iter().any(|note| note.contains(what)),
-            "no note says {what:?}: {notes:#?}"
-        );
-    }
+    says_in_the_log(
+        &server,
+        &[
+            "the service does not answer",
+            "the service answers again",
+            "the plan is too old",
+        ],
+    );
+    assert_eq!(
+        boat.boat.orders, 2,
+        "one order for the mode, one to arm, and none after them"
+    );
 }
 
 /// ArduPilot's Rover in its own simulator.

@@ -4,30 +4,13 @@ use std::{fs, process::Stdio, thread::sleep, time::Duration};
 
 use tempfile::TempDir;
 
-use crate::command::{path, pilotfish, printed, run};
-
-const FILE: &str = r#"
-schema_version = "1"
-name = "small"
-title = "a campaign that is killed"
-scenarios = ["paper-tracking", "noisy-fixes"]
-duration_s = 90
-replicates = 8
-[tuning]
-replicates = 1
-[[controllers]]
-name = "mpc auto"
-planner = {}
-[[controllers]]
-name = "saturated_los"
-law = { name = "saturated_los" }
-"#;
+use crate::command::{SMALL_CAMPAIGN, path, pilotfish, printed, run};
 
 #[test]
 fn a_campaign_that_is_killed_again_and_again_goes_on_to_the_same_rows() {
     let folder = TempDir::new().expect("is a folder");
     let file = path(&folder, "small.toml");
-    fs::write(&file, FILE).expect("is written");
+    fs::write(&file, SMALL_CAMPAIGN).expect("is written");
     let (whole, killed) = (path(&folder, "whole"), path(&folder, "killed"));
     printed(&run(&["campaign", "run", &file, "--out", &whole, "--jobs", "2"]));
     let digest = printed(&run(&["campaign", "digest", &whole]));

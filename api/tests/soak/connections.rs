@@ -10,7 +10,8 @@ use serde_json::json;
 use tests::server::Server;
 
 use crate::{
-    command::{ask_as, metric, path, pilotfish, printed, run, sent},
+    PATIENCE,
+    command::{ask_as, metric, path, pilotfish, printed, run},
     until,
 };
 
@@ -61,19 +62,25 @@ fn the_stream_and_the_waiting_request_of_a_revoked_token_end() {
     let live = json!({ "schema_version": "1.0", "live": {
         "auvs": [{ "id": "auv-1" }], "goal": { "kind": "track", "auv": "auv-1" }, "period_s": 1.0 } });
     let answer = ask_as(&server, Some(&page), "POST", "/v1/missions", &live.to_string());
-    let path = answer
-        .lines()
-        .find_map(|line| line.strip_prefix("location: "))
-        .expect("is created");
+    let path = answer.headers["location"].to_str().expect("is text");
+    let sent = |token: &str, path: &str| {
+        let mut socket = TcpStream::connect(&server.address).expect("listens");
+        let request = format!(
+            "GET {path} HTTP/1.1\r\nhost: localhost\r\nconnection: close\r\nauthorization: Bearer {token}\r\n\r\n"
+        );
+        socket.write_all(request.as_bytes()).expect("takes a request");
+        socket.set_read_timeout(Some(PATIENCE)).expect("is a socket");
+        socket
+    };
     let streams = [&bridge, &page].map(|token| {
-        let mut stream = sent(&server, Some(token), "GET", &format!("{path}/events?after=0"), "");
+        let mut stream = sent(token, &format!("{path}/events?after=0"));
         let mut head = [0; 12];
         stream.read_exact(&mut head).expect("answers");
         assert_eq!(&head, b"HTTP/1.1 200");
         stream
     });
     let reference = format!("{path}/reference?wait_s=30&after=1000000");
-    let mut waiting = sent(&server, Some(&bridge), "GET", &reference, "");
+    let mut waiting = sent(&bridge, &reference);
     token(&["revoke", "bridge"]);
     let mut status = [0; 12];
     waiting.read_exact(&mut status).expect("answers");

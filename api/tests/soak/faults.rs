@@ -1,17 +1,14 @@
 //! What no failure of the machine may do: lose what was acknowledged, run without tokens, delete by a clock that jumped.
 //!
-//! `faults.c` is the failing machine. `PILOTFISH_CUTS=100 cargo test -p pilotfish --test soak faults -- --nocapture` cuts the
-//! power more often than the usual run.
+//! `faults.c` is the failing machine. More power cuts than usual: `PILOTFISH_CUTS=100 cargo test -p pilotfish --test soak faults --
+//! --nocapture`.
 
 use std::{
     collections::BTreeSet,
     env, fs,
     path::{Path, PathBuf},
     process::Command,
-    sync::{
-        LazyLock,
-        atomic::{AtomicBool, AtomicU32},
-    },
+    sync::LazyLock,
     thread,
     time::{Duration, Instant},
 };
@@ -22,10 +19,13 @@ use tempfile::TempDir;
 use tests::server::Server;
 
 use super::kill::{
-    CLIENTS, Home, Journal, Lives, PATIENCE, StopAtLast, agent, answered, check_numbers, check_posts,
-    check_replay, ended, pilotfish, post, terminate, unix_now,
+    Home, PATIENCE, check_numbers, check_posts, check_replay, ended, pilotfish, terminate, unix_now,
+    while_clients_post,
 };
-use crate::command::{printed, said};
+use crate::{
+    ask_at,
+    command::{ask, ask_as, printed, said},
+};
 
 /// Power cuts in one run, unless `PILOTFISH_CUTS` says otherwise.
 const CUTS: usize = 6;
@@ -139,46 +139,31 @@ fn cut_the_power(faults: &Faults, data: &Path, random: &mut ChaCha8Rng) {
 }
 
 /// Posts during `trouble`, which ends with a ready service, and checks that everything acknowledged is stored once.
-fn check_through(home: &Home, mission: &str, trouble: impl FnOnce(&mut Lives) -> Server) -> usize {
+fn check_through(home: &Home, mission: &str, trouble: impl FnOnce() -> Server) -> usize {
     let url = home.url(&format!("/{mission}/reports"));
-    let stop = AtomicBool::new(false);
-    let so_far: [AtomicU32; CLIENTS] = Default::default();
-    let mut lives = Lives::default();
-    let (mut server, journals) = thread::scope(|scope| {
-        let (url, stop, so_far) = (&url, &stop, &so_far);
-        let spawn = |client: usize| scope.spawn(move || post(url, client, stop, &so_far[client]));
-        let clients: Vec<_> = (0..CLIENTS).map(spawn).collect();
-        let at_last = StopAtLast(stop);
-        let server = trouble(&mut lives);
+    let (mut server, acknowledged) = while_clients_post(&url, |_| {
+        let server = trouble();
         home.await_plan(mission, unix_now());
-        drop(at_last);
-        let journals = clients
-            .into_iter()
-            .map(|client| client.join().expect("was answered well"));
-        (server, journals.collect::<Vec<Journal>>())
+        server
     });
     await_ready(&server);
     let events = home.record(mission);
     check_numbers(&events);
-    check_posts(&events, &journals, &lives);
+    check_posts(&events, &acknowledged);
     terminate(&server);
     assert!(ended(&mut server).success());
     println!("{}", check_replay(&home.data(), mission));
-    journals.iter().map(|journal| journal.acknowledged.len()).sum()
+    acknowledged.len()
 }
 
 fn await_ready(server: &Server) {
     let begun = Instant::now();
     loop {
-        let mut answer = agent()
-            .get(format!("{}/readyz", server.url()))
-            .call()
-            .expect("the service answers");
-        if answer.status() == 200 {
+        let answer = ask(server, "GET", "/readyz", "");
+        if answer.status == 200 {
             return;
         }
-        let text = answer.body_mut().read_to_string().expect("the answer ends");
-        assert!(begun.elapsed() < PATIENCE, "{text}");
+        assert!(begun.elapsed() < PATIENCE, "{}", answer.text);
         thread::sleep(Duration::from_millis(100));
     }
 }
@@ -192,15 +177,13 @@ fn a_power_cut_loses_nothing_acknowledged() {
     let mut server = faults.start(&home);
     let mission = home.mission();
     let mut random = ChaCha8Rng::seed_from_u64(2);
-    let acknowledged = check_through(&home, &mission, |lives| {
+    let acknowledged = check_through(&home, &mission, || {
         for _ in 0..cuts {
             thread::sleep(Duration::from_millis(random.random_range(50..=1_500)));
             server.process.kill().expect("is ours");
             server.process.wait().expect("is ours");
-            lives.ended.push(unix_now());
             cut_the_power(&faults, &home.data(), &mut random);
             server = faults.start(&home);
-            lives.ready.push(unix_now());
         }
         server
     });
@@ -220,17 +203,15 @@ fn errors_of_the_disk_lose_nothing_acknowledged() {
         format!("write {FULL} 4\nsync {IO} 4\nread {IO} 50"),
         format!("sync {IO} 1"),
     ];
-    let acknowledged = check_through(&home, &mission, |lives| {
+    let acknowledged = check_through(&home, &mission, || {
         for rule in &rules {
             thread::sleep(Duration::from_millis(500));
             faults.disk(rule);
             thread::sleep(Duration::from_secs(1));
             server.process.kill().expect("is ours");
             server.process.wait().expect("is ours");
-            lives.ended.push(unix_now());
             faults.disk("");
             server = faults.start(&home);
-            lives.ready.push(unix_now());
         }
         // A disk that recovers needs no restart.
         faults.disk(&rules[0]);
@@ -244,42 +225,10 @@ fn errors_of_the_disk_lose_nothing_acknowledged() {
     );
 }
 
-#[test]
-fn a_deleted_data_directory_ends_acknowledgements_and_readiness() {
-    let home = Home::new();
-    let server = home.start();
-    let url = home.url("");
-    let create = || {
-        let post = agent().post(&url).content_type("application/json");
-        post.send(super::kill::live_mission())
-    };
-    answered(create(), 201);
-    fs::rename(home.data(), home.data().with_extension("away")).expect("is there");
-    let refused = answered(create(), 503);
-    assert!(
-        refused["detail"].to_string().contains("deleted or replaced"),
-        "{refused}"
-    );
-    let begun = Instant::now();
-    let ready = format!("{}/readyz", server.url());
-    while agent().get(&ready).call().expect("answers").status() == 200 {
-        assert!(begun.elapsed() < PATIENCE, "it is still ready");
-        thread::sleep(Duration::from_millis(100));
-    }
-    let refused = answered(agent().get(&ready).call(), 503);
-    assert!(
-        refused["detail"].to_string().contains("deleted or replaced"),
-        "{refused}"
-    );
-}
-
 /// A finished mission.
 fn finished(home: &Home) -> String {
     let mission = home.mission();
-    answered(
-        agent().post(home.url(&format!("/{mission}/finish"))).send_empty(),
-        200,
-    );
+    let _ = ask_at("POST", &home.url(&format!("/{mission}/finish")), "").expected(200);
     mission
 }
 
@@ -300,7 +249,7 @@ fn a_clock_that_jumps_a_year_ahead_deletes_no_mission() {
     let server = keep();
     // The service looks at once after its start.
     thread::sleep(Duration::from_secs(3));
-    answered(agent().get(home.url(&format!("/{mission}"))).call(), 200);
+    let _ = ask_at("GET", &home.url(&format!("/{mission}")), "").expected(200);
     drop(server);
     let retain = |more: &[&str]| {
         let mut retain = pilotfish();
@@ -339,16 +288,6 @@ fn token(home: &Home, arguments: &[&str], faults: Option<&Faults>) -> String {
     run(&mut add)
 }
 
-/// The status of a call with a token, if any.
-fn call(method: &str, url: &str, token: Option<&str>) -> u16 {
-    let mut curl = Command::new("curl");
-    curl.args(["-s", "-o", "/dev/null", "-w", "%{http_code}", "-X", method, url]);
-    if let Some(token) = token {
-        curl.args(["-H", &format!("authorization: Bearer {token}")]);
-    }
-    run(&mut curl).parse().expect("is a number")
-}
-
 #[test]
 fn a_clock_that_is_set_back_makes_no_expired_token_valid() {
     let (home, faults) = (Home::new(), Faults::new());
@@ -362,8 +301,9 @@ fn a_clock_that_is_set_back_makes_no_expired_token_valid() {
     for clock in [0, -2 * DAY_S] {
         faults.clock(clock);
         let mut server = faults.start(&home);
-        assert_eq!(call("GET", &home.url(""), Some(&forever)), 200);
-        assert_eq!(call("GET", &home.url(""), Some(&expired)), 401, "{clock}");
+        let list = |token: &str| ask_as(&server, Some(token), "GET", "/v1/missions", "").status;
+        assert_eq!(list(&forever), 200);
+        assert_eq!(list(&expired), 401, "{clock}");
         terminate(&server);
         assert!(ended(&mut server).success());
     }
@@ -374,11 +314,11 @@ fn a_service_that_had_tokens_does_not_run_without_them() {
     let home = Home::new();
     let mut server = home.start();
     let mission = finished(&home);
-    let url = home.url(&format!("/{mission}"));
+    let path = format!("/v1/missions/{mission}");
     // The first token comes while it runs.
     let admin = token(&home, &["admin", "--role", "admin"], None);
     let begun = Instant::now();
-    while call("GET", &url, None) != 401 {
+    while ask(&server, "GET", &path, "").status != 401 {
         assert!(begun.elapsed() < PATIENCE, "the token has no effect");
         thread::sleep(Duration::from_millis(100));
     }
@@ -408,7 +348,8 @@ fn a_service_that_had_tokens_does_not_run_without_them() {
         "{refused}"
     );
     fs::write(&tokens, text).expect("is written");
-    let _server = home.start();
-    assert_eq!(call("DELETE", &url, None), 401);
-    assert_eq!(call("DELETE", &url, Some(&admin)), 204);
+    let server = home.start();
+    let delete = |token| ask_as(&server, token, "DELETE", &path, "").status;
+    assert_eq!(delete(None), 401);
+    assert_eq!(delete(Some(&admin)), 204);
 }

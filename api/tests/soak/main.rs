@@ -1,5 +1,5 @@
-//! What only real processes, sockets, disks and clocks show: `cargo test -p pilotfish --test soak`, or a part of it by its module, such as
-//! `-- kill`. These tests wait and measure; `cargo test` leaves them out, and `.ci/soak` runs them one after the other.
+//! Claims that only real processes, sockets, disks and clocks can show. `cargo test -p pilotfish --test soak -- kill` runs one module.
+//! These tests wait and measure: `cargo test` leaves them out, and `.ci/soak` runs them one after the other.
 
 #![expect(clippy::disallowed_methods, reason = "real processes live in real time")]
 
@@ -7,6 +7,10 @@ use std::{
     thread::sleep,
     time::{Duration, Instant},
 };
+
+use tests::client::Answer;
+
+use command::{agent, try_ask};
 
 mod access;
 mod bridge;
@@ -32,4 +36,9 @@ fn until(what: &str, mut so: impl FnMut() -> bool) {
         assert!(Instant::now() < end, "{what}");
         sleep(Duration::from_millis(50));
     }
+}
+
+/// The answer to a request on a connection of its own.
+fn ask_at(method: &str, url: &str, body: &str) -> Answer {
+    try_ask(&agent(), method, url, &[], body).expect("the service answers")
 }

@@ -2,7 +2,7 @@
 //! acknowledged lost and the same plans.
 
 use std::{
-    sync::atomic::{AtomicBool, AtomicU32, Ordering},
+    sync::atomic::Ordering,
     thread,
     time::{Duration, Instant},
 };
@@ -16,10 +16,14 @@ use tests::{
 };
 
 use super::kill::{
-    CLIENTS, Home, Journal, Lives, PATIENCE, StopAtLast, agent, answered, check_numbers, check_posts, ended,
-    live_mission, pilotfish, post, terminate, unix_now,
+    Acknowledged, Home, PATIENCE, check_numbers, check_posts, ended, live_mission, pilotfish,
+    running_mission, terminate, unix_now, while_clients_post,
 };
-use crate::{access::curl, command};
+use crate::{
+    access::curl,
+    ask_at,
+    command::{self, agent, try_ask},
+};
 
 /// Longest time from the end of an owner to the first plan of the next: 3 s and a period at the default lease, and as much again
 /// for a busy machine.
@@ -49,16 +53,7 @@ impl Fleet {
             Server::start_on(serve, 0)
         };
         let services: Vec<Server> = (0..n_services).map(serve).collect();
-        let post = |path: &str, body: String, status| {
-            let url = format!("{}/v1/missions{path}", services[0].url());
-            answered(
-                agent().post(url).content_type("application/json").send(body),
-                status,
-            )
-        };
-        let made = post("", live_mission(), 201);
-        let mission = made["id"].as_str().expect("it has a name").to_owned();
-        post(&format!("/{mission}/run"), "{}".to_owned(), 200);
+        let mission = running_mission(&format!("{}/v1/missions", services[0].url()));
         Some(Self {
             url,
             _data: data,
@@ -95,9 +90,8 @@ impl Fleet {
         let begun = Instant::now();
         loop {
             let url = format!("{}/reference?wait_s=1", self.at(service));
-            let answer = agent().get(url).call();
-            let text = answer.and_then(|mut answer| answer.body_mut().read_to_string());
-            let plan: Value = serde_json::from_str(&text.unwrap_or_default()).unwrap_or_default();
+            let answer = try_ask(&agent(), "GET", &url, &[], "");
+            let plan = answer.map_or(Value::Null, |answer| answer.json());
             if plan["t_s"].as_f64().is_some_and(|made| time < made) {
                 return begun.elapsed();
             }
@@ -119,39 +113,26 @@ impl Fleet {
         command::printed(&output)
     }
 
-    /// Has clients post through services that do not have the mission, while `disturb` disturbs the owner; it gets another one too.
-    /// Returns what the clients were told.
-    fn meanwhile(&mut self, disturb: impl FnOnce(&mut Self, usize, usize)) -> Vec<Journal> {
-        let stop = AtomicBool::new(false);
-        let so_far: [AtomicU32; CLIENTS] = Default::default();
+    /// Calls `disturb` with the mission's owner and another service, through which clients post meanwhile. Returns the acknowledged posts.
+    fn meanwhile(&mut self, disturb: impl FnOnce(&mut Self, usize, usize)) -> Vec<Acknowledged> {
         let owner = self.owner();
         let other = (owner + 1) % self.services.len();
         let url = format!("{}/reports", self.at(other));
-        thread::scope(|scope| {
-            let (stop, url) = (&stop, &url);
-            let clients = so_far.iter().enumerate();
-            let clients: Vec<_> = clients
-                .map(|(client, posts)| scope.spawn(move || post(url, client, stop, posts)))
-                .collect();
-            let at_last = StopAtLast(stop);
+        let ((), acknowledged) = while_clients_post(&url, |so_far| {
             while so_far.iter().any(|posts| posts.load(Ordering::SeqCst) == 0) {
                 thread::sleep(Duration::from_millis(5));
             }
             self.await_plan(other, unix_now());
             disturb(self, owner, other);
-            drop(at_last);
-            let journals = clients.into_iter().map(thread::ScopedJoinHandle::join);
-            journals
-                .map(|journal| journal.expect("was answered well"))
-                .collect()
-        })
+        });
+        acknowledged
     }
 
     /// Every acknowledged report is stored once and in order, and every plan can be made again. Returns the times of the plans.
-    fn check(&self, journals: &[Journal]) -> Vec<f64> {
+    fn check(&self, acknowledged: &[Acknowledged]) -> Vec<f64> {
         let events = self.record(self.owner());
         check_numbers(&events);
-        check_posts(&events, journals, &Lives::default());
+        check_posts(&events, acknowledged);
         println!("{}", self.replay().trim());
         let plans = events.iter().filter(|event| event["kind"] == "planned");
         plans.filter_map(|plan| plan["t_s"].as_f64()).collect()
@@ -172,12 +153,12 @@ fn longest_gap(plans: &[f64]) -> f64 {
 fn another_service_goes_on_when_the_owner_is_killed() {
     let Some(mut fleet) = Fleet::start(3) else { return };
     let mut took = Duration::ZERO;
-    let journals = fleet.meanwhile(|fleet, owner, other| {
+    let acknowledged = fleet.meanwhile(|fleet, owner, other| {
         fleet.services[owner].process.kill().expect("is ours");
         fleet.services[owner].process.wait().expect("is ours");
         took = fleet.await_plan(other, unix_now());
     });
-    let plans = fleet.check(&journals);
+    let plans = fleet.check(&acknowledged);
     println!(
         "{took:?} to the next plan, at most {:.2} s between two plans",
         longest_gap(&plans)
@@ -190,7 +171,7 @@ fn another_service_goes_on_when_the_owner_is_killed() {
 fn a_service_that_was_stopped_for_a_while_neither_stores_nor_answers_as_the_owner() {
     let Some(mut fleet) = Fleet::start(2) else { return };
     let mut took = Duration::ZERO;
-    let journals = fleet.meanwhile(|fleet, owner, other| {
+    let acknowledged = fleet.meanwhile(|fleet, owner, other| {
         fleet.signal(owner, Signal::STOP);
         took = fleet.await_plan(other, unix_now());
         fleet.signal(owner, Signal::CONT);
@@ -198,12 +179,9 @@ fn a_service_that_was_stopped_for_a_while_neither_stores_nor_answers_as_the_owne
         let mut n_answered = 0;
         for _ in 0..20 {
             let asked = unix_now();
-            let url = format!("{}/reference", fleet.at(owner));
-            let mut answer = agent().get(url).call().expect("the service answers");
-            if answer.status() == 200 {
-                let text = answer.body_mut().read_to_string().expect("ends");
-                let plan: Value = serde_json::from_str(&text).expect("is JSON");
-                let age = asked - plan["t_s"].as_f64().expect("has a time");
+            let answer = ask_at("GET", &format!("{}/reference", fleet.at(owner)), "");
+            if answer.status == 200 {
+                let age = asked - answer.json()["t_s"].as_f64().expect("has a time");
                 assert!(age < 2.0, "a reference of {age} s ago");
                 n_answered += 1;
             }
@@ -211,7 +189,7 @@ fn a_service_that_was_stopped_for_a_while_neither_stores_nor_answers_as_the_owne
         }
         assert!(0 < n_answered, "it forwards");
     });
-    fleet.check(&journals);
+    fleet.check(&acknowledged);
     println!("{took:?} to the next plan");
     assert!(took < REPLACED, "{took:?}");
 }
@@ -219,13 +197,13 @@ fn a_service_that_was_stopped_for_a_while_neither_stores_nor_answers_as_the_owne
 #[test]
 fn a_service_that_is_told_to_end_hands_its_missions_over() {
     let Some(mut fleet) = Fleet::start(2) else { return };
-    let journals = fleet.meanwhile(|fleet, owner, other| {
+    let acknowledged = fleet.meanwhile(|fleet, owner, other| {
         terminate(&fleet.services[owner]);
         fleet.await_plan(other, unix_now());
         assert!(ended(&mut fleet.services[owner]).success());
         fleet.await_plan(other, unix_now());
     });
-    let gap = longest_gap(&fleet.check(&journals));
+    let gap = longest_gap(&fleet.check(&acknowledged));
     println!("at most {gap:.2} s between two plans");
     assert!(gap < HANDED_OVER, "{gap} s");
 }
@@ -308,12 +286,11 @@ fn nothing_is_acknowledged_that_the_database_does_not_store() {
     let Some(fleet) = Fleet::start(1) else { return };
     let _ = psql(&fleet.url, "ALTER TABLE events RENAME TO elsewhere");
     let url = format!("{}/finish", fleet.at(0));
-    let answer = agent().post(&url).content_type("application/json").send("");
-    assert_eq!(answer.expect("the service answers").status().as_u16(), 503);
+    assert_eq!(ask_at("POST", &url, "").status, 503);
     let _ = psql(&fleet.url, "ALTER TABLE elsewhere RENAME TO events");
     // A mission that is over has no owner: it can be finished again.
     for _ in 0..2 {
-        answered(agent().post(&url).content_type("application/json").send(""), 200);
+        let _ = ask_at("POST", &url, "").expected(200);
     }
     check_numbers(&fleet.record(0));
 }
@@ -324,18 +301,10 @@ fn missions_move_to_a_database_and_back_with_the_same_plans() {
     let home = Home::new();
     let mut server = home.start();
     let mission = home.mission();
-    let (stop, so_far) = (AtomicBool::new(false), [const { AtomicU32::new(0) }; CLIENTS]);
-    let reports = home.url(&format!("/{mission}/reports"));
-    thread::scope(|scope| {
-        let (reports, stop) = (&reports, &stop);
-        for (client, posts) in so_far.iter().enumerate() {
-            scope.spawn(move || post(reports, client, stop, posts));
-        }
-        let at_last = StopAtLast(stop);
+    while_clients_post(&home.url(&format!("/{mission}/reports")), |_| {
         for _ in 0..5 {
             home.await_plan(&mission, unix_now());
         }
-        drop(at_last);
     });
     let events = home.record(&mission).len();
     terminate(&server);

@@ -198,6 +198,35 @@ fn place(position: &Vector2<f64>) -> Geographic {
     }
 }
 
+/// `measured`, but every position is that one.
+fn at(position: Geographic, measured: CraftMeasurement) -> CraftMeasurement {
+    match measured {
+        CraftMeasurement::Position(_) => CraftMeasurement::Position(position),
+        other => other,
+    }
+}
+
+/// The same with positions that far from the true one (north, east), m.
+fn off_by(off: Vector2<f64>, voyage: &Voyage, measured: CraftMeasurement) -> CraftMeasurement {
+    at(place(&(voyage.position + off)), measured)
+}
+
+/// The same with that velocity.
+fn moving(velocity: Vector2<f64>, measured: CraftMeasurement) -> CraftMeasurement {
+    match measured {
+        CraftMeasurement::GroundVelocity(_) => CraftMeasurement::GroundVelocity(velocity),
+        other => other,
+    }
+}
+
+/// The same with headings that far off, rad.
+fn turned(by: f64, measured: CraftMeasurement) -> CraftMeasurement {
+    match measured {
+        CraftMeasurement::Heading(heading) => CraftMeasurement::Heading(wrapped(heading + by)),
+        other => other,
+    }
+}
+
 const ALL: [Sensors; 2] = [Sensors::Filter, Sensors::Receiver(1.5)];
 
 /// A craft that turns steadily to starboard at 1 m/s from now on.
@@ -241,10 +270,7 @@ fn a_position_that_stays_while_the_craft_moves_is_no_position() {
             voyage.nominal(10);
         }
         let frozen = place(&voyage.position);
-        let mut stays = |_: &Voyage, measured| match measured {
-            CraftMeasurement::Position(_) => Some(CraftMeasurement::Position(frozen)),
-            other => Some(other),
-        };
+        let mut stays = |_: &Voyage, measured| Some(at(frozen, measured));
         let after = voyage.detection(30, Alarm::PositionFrozen, &mut stays);
         assert!(
             after.is_some_and(|after| after <= within_s),
@@ -264,10 +290,7 @@ fn a_receiver_that_froze_at_the_berth_is_found_when_the_craft_leaves() {
         voyage.asked_until_s = f64::INFINITY;
         voyage.nominal(30);
         let frozen = place(&voyage.position);
-        let mut stays = |_: &Voyage, measured| match measured {
-            CraftMeasurement::Position(_) => Some(CraftMeasurement::Position(frozen)),
-            other => Some(other),
-        };
+        let mut stays = |_: &Voyage, measured| Some(at(frozen, measured));
         let at_rest = voyage.detection(600, Alarm::NoWay, &mut stays);
         assert_eq!(at_rest, None, "{sensors:?}");
         voyage.asked.speed = 1.0;
@@ -282,11 +305,7 @@ fn a_receiver_that_stands_still_altogether_is_found_by_the_references() {
     voyage.nominal(30);
     voyage.asked_until_s = f64::INFINITY;
     let frozen = place(&voyage.position);
-    let mut stays = |_: &Voyage, measured| match measured {
-        CraftMeasurement::Position(_) => Some(CraftMeasurement::Position(frozen)),
-        CraftMeasurement::GroundVelocity(_) => Some(CraftMeasurement::GroundVelocity(Vector2::zeros())),
-        other => Some(other),
-    };
+    let mut stays = |_: &Voyage, measured| Some(moving(Vector2::zeros(), at(frozen, measured)));
     let after = voyage.detection(30, Alarm::NoWay, &mut stays);
     // 10 m at 1 m/s.
     assert!(after.is_some_and(|after| after <= 12.0), "{after:?}");
@@ -302,12 +321,11 @@ fn two_vehicles_with_one_number_are_no_position_until_one_is_silent() {
         let mut is_other = false;
         let mut two = |voyage: &Voyage, measured| {
             is_other ^= matches!(measured, CraftMeasurement::Position(_));
-            match measured {
-                CraftMeasurement::Position(_) if is_other => Some(CraftMeasurement::Position(place(
-                    &(voyage.position + Vector2::new(300.0, 0.0)),
-                ))),
-                other => Some(other),
-            }
+            Some(if is_other {
+                off_by(Vector2::new(300.0, 0.0), voyage, measured)
+            } else {
+                measured
+            })
         };
         let after = voyage.detection(20, Alarm::PositionJumps, &mut two);
         let most = if sensors == Sensors::Filter { 1.0 } else { 10.0 };
@@ -328,17 +346,12 @@ fn one_outlier_is_ignored_and_a_jump_for_good_is_followed_after_three_seconds() 
         let mut once = |voyage: &Voyage, measured| match measured {
             CraftMeasurement::Position(_) if outliers == 0 => {
                 outliers += 1;
-                Some(CraftMeasurement::Position(place(&(voyage.position + far))))
+                Some(off_by(far, voyage, measured))
             }
             other => Some(other),
         };
         assert_eq!(voyage.detection(10, Alarm::PositionJumps, &mut once), None);
-        let mut moved_away = |voyage: &Voyage, measured| match measured {
-            CraftMeasurement::Position(_) => {
-                Some(CraftMeasurement::Position(place(&(voyage.position + far))))
-            }
-            other => Some(other),
-        };
+        let mut moved_away = |voyage: &Voyage, measured| Some(off_by(far, voyage, measured));
         let after = voyage.detection(10, Alarm::PositionJumped, &mut moved_away);
         assert!(after.is_some_and(|after| after <= 5.0), "{sensors:?}: {after:?}");
         let there = voyage.state.newest().expect("the new place counts").position;
@@ -351,12 +364,7 @@ fn a_position_that_wanders_is_no_position() {
     let mut voyage = Voyage::new(Sensors::Filter, 5);
     voyage.nominal(60);
     let mut draw = Random(6);
-    let mut wanders = |voyage: &Voyage, measured| match measured {
-        CraftMeasurement::Position(_) => Some(CraftMeasurement::Position(place(
-            &(voyage.position + draw.normals() * 200.0),
-        ))),
-        other => Some(other),
-    };
+    let mut wanders = |voyage: &Voyage, measured| Some(off_by(draw.normals() * 200.0, voyage, measured));
     let after = voyage.detection(10, Alarm::PositionJumps, &mut wanders);
     assert!(after.is_some_and(|after| after <= 5.0), "{after:?}");
     assert!(voyage.state.newest().is_none());
@@ -367,11 +375,8 @@ fn impossible_speeds_and_turns_are_not_used() {
     let mut voyage = Voyage::new(Sensors::Filter, 10);
     voyage.nominal(30);
     let mut fast = |_: &Voyage, measured| match measured {
-        CraftMeasurement::GroundVelocity(_) => {
-            Some(CraftMeasurement::GroundVelocity(Vector2::new(60.0, 0.0)))
-        }
         CraftMeasurement::YawRate(_) => Some(CraftMeasurement::YawRate(30.0)),
-        other => Some(other),
+        other => Some(moving(Vector2::new(60.0, 0.0), other)),
     };
     for _ in 0..200 {
         voyage.step(&mut fast);
@@ -394,10 +399,7 @@ fn a_velocity_that_leads_elsewhere_than_the_positions_is_not_used() {
         let mut voyage = Voyage::new(sensors, 11);
         voyage.nominal(50);
         voyage.asked_until_s = f64::INFINITY;
-        let mut stuck = |_: &Voyage, measured| match measured {
-            CraftMeasurement::GroundVelocity(_) => Some(CraftMeasurement::GroundVelocity(wrong)),
-            other => Some(other),
-        };
+        let mut stuck = |_: &Voyage, measured| Some(moving(wrong, measured));
         let after = voyage.detection(40, Alarm::VelocityContradicts, &mut stuck);
         assert!(after.is_some_and(|after| after <= 20.0), "{sensors:?}: {after:?}");
         for _ in 0..30 {
@@ -416,12 +418,7 @@ fn two_seconds_of_a_wrong_velocity_cost_no_state() {
     for sensors in ALL {
         let mut voyage = Voyage::new(sensors, 12);
         voyage.nominal(100);
-        let mut wrong = |_: &Voyage, measured| match measured {
-            CraftMeasurement::GroundVelocity(_) => {
-                Some(CraftMeasurement::GroundVelocity(Vector2::new(-15.0, 9.0)))
-            }
-            other => Some(other),
-        };
+        let mut wrong = |_: &Voyage, measured| Some(moving(Vector2::new(-15.0, 9.0), measured));
         for _ in 0..20 {
             voyage.step(&mut wrong);
             assert!(voyage.state.newest().is_some());
@@ -523,16 +520,9 @@ fn headings_of_two_values_in_turn_are_no_heading() {
     let mut voyage = Voyage::new(Sensors::Filter, 15);
     voyage.nominal(60);
     let mut is_other = false;
-    let mut two = |_: &Voyage, measured| match measured {
-        CraftMeasurement::Heading(heading) => {
-            is_other = !is_other;
-            Some(CraftMeasurement::Heading(if is_other {
-                wrapped(heading + PI / 2.0)
-            } else {
-                heading
-            }))
-        }
-        other => Some(other),
+    let mut two = |_: &Voyage, measured| {
+        is_other ^= matches!(measured, CraftMeasurement::Heading(_));
+        Some(turned(if is_other { PI / 2.0 } else { 0.0 }, measured))
     };
     let after = voyage.detection(10, Alarm::HeadingJumps, &mut two);
     assert!(after.is_some_and(|after| after <= 1.0), "{after:?}");
@@ -544,10 +534,7 @@ fn a_compass_that_is_off_from_one_moment_to_the_next_is_named_twice() {
     let mut voyage = Voyage::new(Sensors::Filter, 16);
     voyage.nominal(50);
     voyage.asked_until_s = f64::INFINITY;
-    let mut off = |_: &Voyage, measured| match measured {
-        CraftMeasurement::Heading(heading) => Some(CraftMeasurement::Heading(wrapped(heading + 1.22))),
-        other => Some(other),
-    };
+    let mut off = |_: &Voyage, measured| Some(turned(1.22, measured));
     let jumped = voyage.detection(10, Alarm::HeadingJumped, &mut off);
     assert!(jumped.is_some_and(|after| after <= 3.5), "{jumped:?}");
     let named = voyage.detection(30, Alarm::CourseOffHeading, &mut off);
@@ -561,19 +548,11 @@ fn a_jump_of_little_more_than_the_gate_is_named_too() {
         let mut voyage = Voyage::new(Sensors::Filter, seed);
         voyage.nominal(60);
         // 40° and 22 m: the gates hold them once they have opened for a while.
-        let mut turned = |_: &Voyage, measured| match measured {
-            CraftMeasurement::Heading(heading) => Some(CraftMeasurement::Heading(wrapped(heading + 0.7))),
-            other => Some(other),
-        };
-        let after = voyage.detection(10, Alarm::HeadingJumped, &mut turned);
+        let mut off = |_: &Voyage, measured| Some(turned(0.7, measured));
+        let after = voyage.detection(10, Alarm::HeadingJumped, &mut off);
         assert!(after.is_some_and(|after| after <= 3.5), "{after:?}");
-        let mut moved_away = |voyage: &Voyage, measured| match measured {
-            CraftMeasurement::Heading(heading) => Some(CraftMeasurement::Heading(wrapped(heading + 0.7))),
-            CraftMeasurement::Position(_) => Some(CraftMeasurement::Position(place(
-                &(voyage.position + Vector2::new(0.0, 22.0)),
-            ))),
-            other => Some(other),
-        };
+        let mut moved_away =
+            |voyage: &Voyage, measured| Some(off_by(Vector2::new(0.0, 22.0), voyage, turned(0.7, measured)));
         let after = voyage.detection(10, Alarm::PositionJumped, &mut moved_away);
         assert!(after.is_some_and(|after| after <= 3.5), "{after:?}");
     }

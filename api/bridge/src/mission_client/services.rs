@@ -23,13 +23,13 @@ impl Services {
         }
     }
 
-    /// Which service to ask, and its URL.
+    /// The number and the URL of the service to ask.
     pub(super) fn asked(&self) -> (usize, &str) {
         let asked = self.asked.load(Ordering::Relaxed);
         (asked, &self.urls[asked])
     }
 
-    /// The service `silent` does not answer: the next one is asked from now on, unless another task has seen it before.
+    /// Moves on to the next service, because `silent` does not answer. Does nothing if another task has already moved on.
     pub(super) fn leave(&self, silent: usize) {
         let next = (silent + 1) % self.urls.len();
         let left = self

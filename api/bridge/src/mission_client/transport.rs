@@ -1,4 +1,4 @@
-//! How a request comes to a service, and its answer back: over HTTP, or within the process.
+//! Carries requests to a service and its answers back: over HTTP, or within the process.
 
 use std::{pin::Pin, time::Duration};
 
@@ -17,7 +17,7 @@ pub struct Call {
     pub path: String,
     /// The token.
     pub token: Option<String>,
-    /// What is posted; none for a GET.
+    /// Key and body of a POST; none for a GET.
     pub posted: Option<Posted>,
 }
 
@@ -70,7 +70,7 @@ impl Transport {
         })
     }
 
-    /// Services in the same process. An answer that takes no time lets none pass: a client that asks at once again never ends.
+    /// Services in the same process. Each answer must take some simulated time: a client that asks again at once would never end.
     pub fn in_process(clock: &Clock, services: impl Fn(Call) -> Answering + Send + Sync + 'static) -> Self {
         Self {
             clock: clock.clone(),

@@ -14,14 +14,14 @@ mod services;
 /// Calls, and when they came.
 type Calls = Arc<Mutex<Vec<(Duration, Call)>>>;
 
-/// What becomes of a call.
+/// The outcome of a call.
 enum Fate {
     Answered(u16, Value),
     Refused,
     Unanswered,
 }
 
-/// How long an answer takes: a slow satellite link.
+/// Time that an answer takes over a slow satellite link.
 const LATENCY: Duration = Duration::from_millis(600);
 
 /// Services in the process, and the calls that came to them.

@@ -1,12 +1,12 @@
-//! The last acknowledged event of each mission, in a file of its own. SQLite takes a write-ahead file that was cut, damaged or
-//! removed for one whose last commits were never finished, and an older copy of the store for the store; the list says what is
-//! missing. Since an event's digest continues that of the event before it, the last one stands for all.
+//! A list of the last acknowledged event of each mission, in a file of its own. SQLite cannot tell a write-ahead file that was cut,
+//! damaged or removed from one whose last commits were never finished, nor an older copy of the store from the store. The list names
+//! what is missing. An event's digest continues that of the event before it: the last one stands for all.
 //!
 //! ```text
 //! number mission sequence digest time_s check
 //! ```
-//! A line of [`LINE`] bytes for each mission, at its number, written over after each commit and before its acknowledgement. A
-//! deleted mission has the digest `deleted`. No line crosses a sector, and the check finds a damaged one.
+//! Each mission has a line of [`LINE`] bytes, at the place of its number, which is written over after each commit and before its
+//! acknowledgement. The digest of a deleted mission is `deleted`. No line crosses a sector, and `check` reveals damage.
 //!
 //! A kill leaves every line. The file is synced [`SYNC`] later, because a sync before each acknowledgement costs a third to a
 //! half of the posts per second; a power cut loses nothing of a write-ahead file, which is synced.
@@ -66,10 +66,10 @@ pub(super) struct Entry {
     digest: String,
 }
 
-/// What the list says of a store.
+/// A store, compared with the list.
 #[derive(Debug, Default)]
 pub(super) struct Compared {
-    /// What is missing, a line for each mission.
+    /// A text for each mission of which events are missing.
     pub(super) lost: Vec<String>,
     /// The entries that the list should have.
     pub(super) outdated: Vec<Entry>,
@@ -237,7 +237,7 @@ pub(super) fn compare(
 }
 
 impl Entry {
-    /// What is missing of the mission, of which the store has the events up to `stored`.
+    /// Says which events of the mission are missing, if the store has those up to `stored`.
     fn lost(&self, stored: i64) -> String {
         let Self {
             at_s,

@@ -46,7 +46,7 @@ pub(super) enum Command {
 pub(super) trait LogWriter {
     /// Most appends in one commit, so that the first does not wait long.
     fn commit_max(&self) -> usize;
-    /// How long to wait for a command before [`Self::upkeep`]; none: for as long as it takes.
+    /// Longest wait for a command before [`Self::upkeep`]; none: without limit.
     fn rest(&self) -> Option<Duration>;
     /// Does what is due when no command waits.
     fn upkeep(&mut self);
@@ -122,7 +122,7 @@ pub(super) async fn run(mut writer: impl LogWriter, mut commands: Receiver<Comma
     }
 }
 
-/// What `work` returns; none if it panicked. Fails if the writer cannot go on after that.
+/// Result of `work`; none if it panicked. Fails if the writer cannot continue after the panic.
 fn unless_panicked<W: LogWriter, T>(writer: &mut W, work: impl FnOnce(&mut W) -> T) -> Result<Option<T>, ()> {
     match catch_unwind(AssertUnwindSafe(|| work(writer))) {
         Ok(done) => Ok(Some(done)),
@@ -137,7 +137,7 @@ fn unless_panicked<W: LogWriter, T>(writer: &mut W, work: impl FnOnce(&mut W) ->
     }
 }
 
-/// Carries out `first`, and stores the appends that wait behind it in the same commit. Breaks after `Close`.
+/// Carries out `first`. If it is an append, those that wait behind it are stored in the same commit. Breaks after `Close`.
 fn carry_out(
     writer: &mut impl LogWriter,
     first: Command,

@@ -133,14 +133,14 @@ const TABLES: [Table; 7] = [
 /// Empties the tables that the schema fills.
 const WITH_ROW: &str = "DELETE FROM salts; DELETE FROM guards;";
 
-/// What a database has besides: the next numbers.
+/// Sets the next numbers, which only a database keeps.
 const COMPLETE: &str = "
     SELECT setval(pg_get_serial_sequence('missions', 'number'), coalesce((SELECT max(number) FROM missions), 1));
     SELECT setval(pg_get_serial_sequence('orders', 'number'), coalesce((SELECT max(number) FROM orders), 1));
 ";
 
-/// Copies everything to a store without missions, with its digests. What is there appears completely or not at all. Fails if
-/// something in `from` is not what was stored.
+/// Copies everything, with its digests, to a store without missions: all of it or nothing. Fails if something in `from` is not what was
+/// stored.
 pub fn copy(from: &StorePlace, to: &StorePlace, clock: &Clock) -> Result<Copied, StoreError> {
     if let StorePlace::Directory(path) = from
         && !path.join(FILE_NAME).exists()

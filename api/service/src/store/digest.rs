@@ -1,25 +1,25 @@
-//! Digests by which a mission's events hold together: each continues that of the event before it. A changed, lost, moved or
-//! exchanged event, checkpoint or summary is found when it is read.
+//! Digests of a mission's events, each of which continues that of the event before it. A changed, lost, moved or exchanged event,
+//! checkpoint or summary is found when it is read.
 //!
 //! ```text
 //! event       d_n = H(mission, n, kind, d_(n−1), body)    d_0 is empty
 //! checkpoint  H(mission, n, "checkpoint", d_n, body)      d_n: of the last event in it
 //! summary     H(mission, n, "STATUS ID", d_n, body)       d_n: of the mission's last event
 //! ```
-//! H is the first half of SHA-256: damage is found, not an adversary. A mission's number is the same in every copy of a store.
+//! H is the first half of SHA-256: it reveals damage, not an adversary. A mission's number is the same in every copy of a store.
 
 use rusqlite::{Connection, functions::FunctionFlags};
 use sha2::{Digest as _, Sha256};
 
 use super::{entry::Append, error::StoreError, sql::signed};
 
-/// What H takes for the kind of a checkpoint.
+/// Kind of a checkpoint, as H takes it.
 pub(super) const CHECKPOINT: &str = "checkpoint";
 
 /// Bytes of a digest.
 const BYTES: usize = 16;
 
-/// H of a text that follows what has the digest `before`.
+/// H of `body`, which follows an event with the digest `before`.
 pub(super) fn digest(mission: i64, sequence: i64, kind: &str, before: &[u8], body: &[u8]) -> Vec<u8> {
     let digest = Sha256::new()
         .chain_update(mission.to_be_bytes())
@@ -32,7 +32,7 @@ pub(super) fn digest(mission: i64, sequence: i64, kind: &str, before: &[u8], bod
     digest[..BYTES].to_vec()
 }
 
-/// What H takes for the kind of a summary.
+/// Kind of a summary, as H takes it.
 pub(super) fn summary_of(status: &str, id: &str) -> String {
     format!("{status} {id}")
 }
@@ -91,7 +91,7 @@ impl Head {
     }
 }
 
-/// What is wrong with a mission whose last event has another digest than the mission says.
+/// Fault of a mission whose last event has another digest than the mission's row says.
 pub(super) fn missing_head(sequence: i64) -> String {
     format!("its last event, {sequence}, is missing or is not what was stored")
 }
@@ -112,7 +112,8 @@ pub(super) fn register(connection: &Connection) -> rusqlite::Result<()> {
     })
 }
 
-/// Computes the digests of a store that has none, in either SQL. What follows a lost event gets none: its loss is named when it is read.
+/// SQL of both stores that computes the digests of a store that has none. Events after a lost one get no digest, so that readers name
+/// the loss.
 macro_rules! fill {
     () => {
         "

@@ -22,7 +22,7 @@ pub struct StoredMission {
     /// Its id in paths.
     pub id: String,
     pub(super) summary: Vec<u8>,
-    /// Whether the summary has its digest.
+    /// `true` if the summary has its digest.
     pub(super) is_whole: bool,
 }
 

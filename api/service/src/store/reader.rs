@@ -335,7 +335,7 @@ pub(super) fn stored_mission(row: &Row<'_>) -> Result<StoredMission, StoreError>
     })
 }
 
-/// Events of the mission `?1` that meet a condition. Those that are `first` have the digest of the event before them.
+/// SQL for the events of mission `?1` that meet `condition`. Events that meet `first` come with the digest of the event before them.
 fn select_events(first: &str, condition: &str) -> String {
     format!(
         "SELECT mission, sequence, kind, body, digest, CASE WHEN {first} THEN (SELECT digest FROM events AS earlier
@@ -368,7 +368,7 @@ impl Linked {
         })
     }
 
-    /// What is wrong with it.
+    /// Says how the event differs from the stored one.
     fn fault(&self) -> Option<String> {
         let StoredEvent { sequence, kind, body } = &self.event;
         if self.before.is_none() && 1 < *sequence {

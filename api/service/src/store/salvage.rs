@@ -81,8 +81,7 @@ impl EventReader {
         }
     }
 
-    /// A line for each mission of which something is not what was stored: what is found first, as readers find it. Events before the last
-    /// one are read if `every_event`.
+    /// The first fault of each damaged mission, in the words of its readers. Only with `every_event` are events before the last one read.
     pub(super) fn damage(&self, every_event: bool) -> Result<Vec<String>, StoreError> {
         let (mut found, mut after, mut more) = (vec![], 0, true);
         while more {

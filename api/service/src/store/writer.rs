@@ -109,7 +109,7 @@ impl Writer {
         }
     }
 
-    /// Brings the list to what is stored at the start. Events of a deleted mission are removed once its deletion is listed.
+    /// Brings the list up to date at the start. A deleted mission's events are removed once its deletion is listed.
     pub(super) fn list(&mut self, outdated: Vec<Entry>) {
         self.merge();
         let listed = self.confirm(outdated).and_then(|()| self.sync_list());
@@ -134,7 +134,7 @@ impl Writer {
         Ok(())
     }
 
-    /// How long to wait for commands before more is removed, if there is more.
+    /// Time to wait for commands before more is removed; none if nothing is left to remove.
     fn purge_in(&self) -> Option<Duration> {
         match (self.purge.is_empty(), self.stuck) {
             (true, _) => self.free_pages.then_some(Duration::ZERO),
@@ -387,12 +387,12 @@ fn taken(row: &Row<'_>, first: usize) -> rusqlite::Result<Taken> {
     })
 }
 
-/// When something is stored, Unix time, s.
+/// Time of a commit, Unix time, s.
 #[derive(Clone, Copy)]
 struct Times {
-    /// By the trusted time.
+    /// According to the trusted time.
     trusted_s: f64,
-    /// By the machine's clock.
+    /// According to the machine's clock.
     unix_s: f64,
 }
 
@@ -515,7 +515,7 @@ fn store(
     Ok(Appended::Stored)
 }
 
-/// The last event of the mission, as the mission says, the mission's owner, and whether that event is there.
+/// From the mission's row: its last event and its owner; and `true` if that event is there.
 fn stored_head(transaction: &Transaction<'_>, number: i64) -> rusqlite::Result<Option<(Head, String, bool)>> {
     let mut last = transaction.prepare_cached(
         "SELECT sequence, head, owner, coalesce((SELECT digest FROM events WHERE mission = number

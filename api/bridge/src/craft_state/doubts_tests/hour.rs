@@ -71,30 +71,20 @@ impl Fault {
         start: &Vector2<f64>,
         draw: &mut Random,
     ) -> Option<CraftMeasurement> {
-        let at = |position: Vector2<f64>| Some(CraftMeasurement::Position(place(&position)));
-        let there = voyage.position;
         let is_even = voyage.tenths.is_multiple_of(2);
-        match (self, measured) {
-            (Self::NothingArrives, _) => None,
-            (Self::PositionStays, CraftMeasurement::Position(_)) => at(*start),
-            (Self::TwoPlaces, CraftMeasurement::Position(_)) if is_even => {
-                at(there + Vector2::new(0.0, 300.0))
+        Some(match self {
+            Self::NothingArrives => return None,
+            Self::PositionStays => at(place(start), measured),
+            Self::TwoPlaces if is_even => off_by(Vector2::new(0.0, 300.0), voyage, measured),
+            Self::PositionWanders => off_by(draw.normals() * 150.0, voyage, measured),
+            Self::Outliers if voyage.tenths.is_multiple_of(50) => {
+                off_by(draw.normals() * 500.0, voyage, measured)
             }
-            (Self::PositionWanders, CraftMeasurement::Position(_)) => at(there + draw.normals() * 150.0),
-            (Self::Outliers, CraftMeasurement::Position(_)) if voyage.tenths.is_multiple_of(50) => {
-                at(there + draw.normals() * 500.0)
-            }
-            (Self::TwoHeadings, CraftMeasurement::Heading(heading)) if is_even => {
-                Some(CraftMeasurement::Heading(wrapped(heading + 2.0)))
-            }
-            (Self::VelocityStays, CraftMeasurement::GroundVelocity(_)) => {
-                Some(CraftMeasurement::GroundVelocity(Vector2::zeros()))
-            }
-            (Self::ImpossibleVelocity, CraftMeasurement::GroundVelocity(_)) => {
-                Some(CraftMeasurement::GroundVelocity(Vector2::new(60.0, -60.0)))
-            }
-            (_, measured) => Some(measured),
-        }
+            Self::TwoHeadings if is_even => turned(2.0, measured),
+            Self::VelocityStays => moving(Vector2::zeros(), measured),
+            Self::ImpossibleVelocity => moving(Vector2::new(60.0, -60.0), measured),
+            _ => measured,
+        })
     }
 }
 

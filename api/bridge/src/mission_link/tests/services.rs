@@ -31,7 +31,7 @@ async fn a_service_that_does_not_answer_is_left_for_the_next_with_the_same_key()
     let key = |call: &Call| call.posted.as_ref().map(|posted| posted.key.clone());
     let first = reports.iter().filter(|(_, call)| key(call) == key(&reports[0].1));
     let asked: Vec<&String> = first.map(|(_, call)| &call.service).collect();
-    // The task that waits for plans leaves services, too.
+    // The task that waits for plans also moves on to other services.
     assert!(
         asked.is_sorted_by_key(|service| urls.iter().position(|url| url == *service)),
         "{asked:?}"

@@ -6,112 +6,87 @@ use std::{
     time::Duration,
 };
 
-use clock::Clock;
-use mavlink::{
-    MAVLinkV2MessageRaw, MavHeader, MavlinkReader,
-    dialects::ardupilotmega::{
-        GLOBAL_POSITION_INT_DATA, HEARTBEAT_DATA, MavAutopilot, MavMessage, MavModeFlag,
-    },
-};
-use pilotfish_bridge::{
+use bridge::{
     autopilot_link::AutopilotSettings,
     follow::{Bridge, Settings},
     mission_client::{Answer, Call, MissionClient, Transport},
     mission_link::MissionChoice,
     wire::Input,
 };
+use clock::Clock;
+use mavlink::{MavlinkReader, dialects::ardupilotmega::MavMessage};
+use nalgebra::Vector2;
 use serde_json::{Value, json};
+use tests::autopilot::{Boat, GUIDED, SYSTEM, frame};
 
 /// Limits of the mission, and what its plans want at once: too fast, and astern.
 const SPEED_MAX: f64 = 1.2;
 const TURN_RATE_MAX: f64 = 0.3;
 const WANTED: (f64, f64) = (20.0, 3.0);
-/// For how long the service makes plans, s, and how long a plan is followed after its arrival.
+/// Time for which the service makes plans, and for which a plan is followed after its arrival, s.
 const PLANS_S: f64 = 30.0;
 const PLAN_AGE_MAX_S: f64 = 10.0;
-/// How long the service takes for an answer.
+/// Time that the service takes for an answer.
 const LATENCY: Duration = Duration::from_millis(20);
-/// Source: ArduPilot, `Rover/mode.h`.
-const GUIDED: u32 = 15;
+/// Between two steps of the boat, s, and steps of [`Boat::messages`] in one of these.
+const STEP_S: f64 = 0.1;
+const STEPS: u64 = 5;
 
-/// A boat that does at once what it is told.
-#[derive(Default)]
-struct Boat {
-    metres_north: f64,
-    speed: f64,
-    heading: f64,
-    /// When references came, s, with speed and heading.
+/// A boat, and what came to it and to the service.
+struct Sea {
+    boat: Boat,
+    /// References: time of arrival, s, speed, m/s, heading, rad.
     references: Vec<(f64, f64, f64)>,
     /// All bytes from the bridge.
     bytes: Vec<u8>,
+    /// Reports of the craft at the service.
+    reports: u64,
 }
 
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+fn lock(sea: &Mutex<Sea>) -> MutexGuard<'_, Sea> {
+    sea.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-impl Boat {
+impl Sea {
+    fn of(boat: Boat) -> Self {
+        Self {
+            boat,
+            references: vec![],
+            bytes: vec![],
+            reports: 0,
+        }
+    }
+
     fn take(&mut self, now_s: f64, bytes: &[u8]) {
         self.bytes.extend(bytes);
         let mut frames = MavlinkReader::new(bytes);
         while let Ok((_, message)) = frames.read_any_message::<MavMessage>() {
+            self.boat.take(&message, now_s, &mut vec![]);
             if let MavMessage::SET_POSITION_TARGET_LOCAL_NED(target) = message {
-                (self.speed, self.heading) = (target.vx.into(), target.yaw.into());
-                self.references.push((now_s, self.speed, self.heading));
+                self.references.push((now_s, target.vx.into(), target.yaw.into()));
             }
         }
     }
-
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "the message's integers are that wide, and a heading is made positive"
-    )]
-    fn place(&mut self, dt: f64) -> MavMessage {
-        let north = self.speed * self.heading.cos();
-        self.metres_north += north * dt;
-        MavMessage::GLOBAL_POSITION_INT(GLOBAL_POSITION_INT_DATA {
-            lat: ((38.0 + self.metres_north / 111_000.0) * 1e7) as i32,
-            lon: -90_000_000,
-            vx: (north * 100.0) as i16,
-            hdg: (self.heading.to_degrees().rem_euclid(360.0) * 100.0) as u16,
-            ..GLOBAL_POSITION_INT_DATA::DEFAULT
-        })
-    }
 }
 
-fn frame(message: &MavMessage) -> Vec<u8> {
-    let header = MavHeader {
-        system_id: 1,
-        component_id: 1,
-        sequence: 0,
-    };
-    let mut raw = MAVLinkV2MessageRaw::new();
-    raw.serialize_message(header, message);
-    raw.raw_bytes().to_vec()
-}
-
-/// Says ten times a second where the boat is, and once that it is in its guided mode and armed.
-async fn sail(clock: Clock, boat: Arc<Mutex<Boat>>, wire: Input) {
-    let heartbeat = MavMessage::HEARTBEAT(HEARTBEAT_DATA {
-        custom_mode: GUIDED,
-        autopilot: MavAutopilot::MAV_AUTOPILOT_ARDUPILOTMEGA,
-        base_mode: MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED,
-        ..HEARTBEAT_DATA::DEFAULT
-    });
-    for tenth in 0_u64.. {
-        let mut bytes = frame(&lock(&boat).place(0.1));
-        if tenth.is_multiple_of(10) {
-            bytes.extend(frame(&heartbeat));
-        }
+/// Sails ten times a second, and says each time where the boat is.
+async fn sail(clock: Clock, sea: Arc<Mutex<Sea>>, wire: Input) {
+    let (start, still) = (clock.now(), Vector2::zeros());
+    for step in 0.. {
+        let said = {
+            let boat = &mut lock(&sea).boat;
+            boat.step(clock.since(start).as_secs_f64(), STEP_S, &still);
+            boat.messages(STEPS * step, &still)
+        };
+        let bytes = said.iter().flat_map(|message| frame(SYSTEM, message)).collect();
         if !wire.arrived(bytes, false).await {
             return;
         }
-        clock.sleep(Duration::from_millis(100)).await;
+        clock.sleep(Duration::from_secs_f64(STEP_S)).await;
     }
 }
 
-/// What a service answers at `now_s`: a mission, and a plan each second.
+/// The service's answer at `now_s`: a mission, and a new plan each second.
 fn answer(call: &Call, now_s: f64) -> (u16, Value) {
     if call.path.contains("/reference?") {
         let point = json!({
@@ -134,29 +109,26 @@ fn answer(call: &Call, now_s: f64) -> (u16, Value) {
     (200, json!({ "id": "m-1", "status": "running" }))
 }
 
-/// A minute of a bridge whose service falls silent after half of it.
-async fn voyage() -> Boat {
+/// A minute of `boat` and a bridge whose service falls silent after half of it.
+async fn voyage(boat: Boat, settings: Settings) -> Sea {
     let clock = Clock::simulated(1.8e9);
     let start = clock.now();
-    let boat = Arc::new(Mutex::new(Boat::default()));
+    let sea = Arc::new(Mutex::new(Sea::of(boat)));
     let autopilot = AutopilotSettings::Mavlink {
         connect: "tcp:boat:5760".parse().expect("an endpoint"),
         system: None,
         auvs: [(2, "auv-1".to_owned())].into(),
     };
-    let mut wires = vec![];
-    let mut bridge = Bridge::open(&clock, autopilot, Settings::default(), |_, input| {
-        wires.push(input);
-        let (clock, boat) = (clock.clone(), Arc::clone(&boat));
-        Box::new(move |bytes| lock(&boat).take(clock.since(start).as_secs_f64(), bytes))
+    let mut bridge = Bridge::open(&clock, autopilot, settings, |_, wire| {
+        tokio::spawn(sail(clock.clone(), Arc::clone(&sea), wire));
+        let (clock, sea) = (clock.clone(), Arc::clone(&sea));
+        Box::new(move |bytes| lock(&sea).take(clock.since(start).as_secs_f64(), bytes))
     });
-    for wire in wires {
-        tokio::spawn(sail(clock.clone(), Arc::clone(&boat), wire));
-    }
 
-    let timer = clock.clone();
+    let (timer, ashore) = (clock.clone(), Arc::clone(&sea));
     let service = Transport::in_process(&clock, move |call| {
         let timer = timer.clone();
+        lock(&ashore).reports += u64::from(call.path.ends_with("/reports"));
         Box::pin(async move {
             let now_s = timer.since(start).as_secs_f64();
             if PLANS_S <= now_s {
@@ -181,13 +153,19 @@ async fn voyage() -> Boat {
     // A future that can be spawned, as a harness with several bridges does.
     let run = tokio::spawn(async move { bridge.run(Some(Duration::from_mins(1))).await });
     run.await.expect("does not panic").expect("the mission is found");
-    std::mem::take(&mut *lock(&boat))
+    std::mem::replace(&mut *lock(&sea), Sea::of(Boat::moored()))
+}
+
+/// A boat that may be steered.
+fn guided() -> Boat {
+    let mut boat = Boat::moored();
+    (boat.mode, boat.is_armed) = (GUIDED, true);
+    boat
 }
 
 #[tokio::test(start_paused = true)]
 async fn references_keep_their_limits_and_stop_ten_seconds_after_the_last_plan() {
-    let boat = voyage().await;
-    let references = &boat.references;
+    let references = voyage(guided(), Settings::default()).await.references;
     // Within rounding of the message's single precision.
     let tolerance = 1e-6;
     assert!(
@@ -208,17 +186,32 @@ async fn references_keep_their_limits_and_stop_ten_seconds_after_the_last_plan()
     let (first_s, ..) = references.first().expect("are sent");
     let (last_s, speed, heading) = references.last().expect("are sent");
     assert!(*first_s < 15.0, "{first_s}");
-    // What the plans want, as far as it is allowed.
+    // As the plans want, within the limits.
     assert!((speed - SPEED_MAX).abs() < tolerance && (heading - WANTED.1).abs() < tolerance);
-    // Asked for before the service fell silent, or repeated since: the newest plan is a second older at most.
+    // The service repeats each plan for a second: the newest one may have arrived that much earlier.
     let end_s = PLANS_S + LATENCY.as_secs_f64() + PLAN_AGE_MAX_S;
     assert!((end_s - 1.5..=end_s).contains(last_s), "{last_s}");
 }
 
 #[tokio::test(start_paused = true)]
 async fn the_same_voyage_sends_the_same_bytes() {
-    let (once, again) = (voyage().await, voyage().await);
+    let [once, again] = [(); 2].map(|()| voyage(guided(), Settings::default()));
+    let (once, again) = (once.await, again.await);
     assert!(!once.bytes.is_empty());
     assert_eq!(once.bytes, again.bytes);
     assert_eq!(once.references, again.references);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_dry_run_reports_and_moves_nothing() {
+    for boat in [guided(), Boat::moored()] {
+        let settings = Settings {
+            take_control: true,
+            dry_run: true,
+            ..Settings::default()
+        };
+        let sailed = voyage(boat, settings).await;
+        assert!(0 < sailed.reports);
+        assert_eq!((sailed.references.len(), sailed.boat.orders), (0, 0));
+    }
 }
