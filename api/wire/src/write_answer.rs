@@ -305,6 +305,19 @@ fn about_visits(snapshot: &Snapshot, plan: &Plan) -> Vec<Warning> {
         let detail = format!("no visit to {id} is planned: {because}");
         warnings.push(warning("visit_unreachable", &format!("/goal/auvs/{i}"), detail));
     }
+    for (id, pointer, what) in visits
+        .next
+        .iter()
+        .map(|id| (id, "/goal/next".to_owned(), "it is not visited next"))
+        .chain(visits.serve_by_s.keys().map(|id| {
+            let pointer = format!("/goal/serve_by_s/{}", pointer_token(&id.0));
+            (id, pointer, "no visit is planned by its deadline")
+        }))
+        .filter(|(id, _, _)| visits.weight(id) == 0.0)
+    {
+        let detail = format!("{id} counts for nothing, by its weight of 0: {what}");
+        warnings.push(warning("visit_without_weight", &pointer, detail));
+    }
     for id in &schedule.deadlines_missed {
         let deadline = visits.serve_by_s.get(id).copied().unwrap_or(snapshot.t_s);
         let visit = schedule.visits.iter().find(|visit| visit.auv == *id);

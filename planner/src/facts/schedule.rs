@@ -33,6 +33,10 @@ pub struct Schedule {
     pub sentence: String,
     /// Whether the next visit is that of the schedule before.
     pub kept: bool,
+    /// The vehicle that the goal asks for as `next`, once that visit is over: the planner chooses again, until another one is asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>)]
+    pub next_visited: Option<VehicleId>,
 }
 
 impl Schedule {

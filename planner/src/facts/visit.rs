@@ -50,7 +50,7 @@ pub struct Visits {
     /// Costs now, where they are known better than by what the previous plan remembers.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub costs_now: BTreeMap<VehicleId, f64>,
-    /// The AUV that an operator wants visited next.
+    /// The AUV that an operator wants visited next. It counts until that visit is over, by what `previous_plan` says.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub next: Option<VehicleId>,
 }

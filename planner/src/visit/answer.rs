@@ -19,7 +19,7 @@ use crate::{
         fleet::Fleet,
         memory::Vehicle,
         search::{Found, Present},
-        sentence::sentence,
+        sentence::{Reason, sentence},
         state::Stay,
     },
 };
@@ -43,6 +43,8 @@ pub(crate) struct Answer<'a> {
     pub(crate) present: Option<Present>,
     /// The schedule before.
     pub(crate) previous: Option<&'a Schedule>,
+    /// The AUV that is asked for as the next one, if that visit is over.
+    pub(crate) visited: Option<VehicleId>,
 }
 
 impl Answer<'_> {
@@ -79,11 +81,33 @@ impl Answer<'_> {
             sentence: String::new(),
             kept: before.is_some() && before == stays.first().map(|stay| stay.candidate),
             costs: Vec::new(),
+            next_visited: self.visited.clone(),
         };
         let turns = self.turns(stays, forecasts);
+        let reason = self.reason(&schedule);
         schedule.costs = self.vehicles.into_iter().map(|vehicle| vehicle.served).collect();
-        schedule.sentence = sentence(&schedule, &self.visits.cost, self.snapshot.t_s, self.previous);
+        schedule.sentence = sentence(
+            &schedule,
+            &self.visits.cost,
+            self.snapshot.t_s,
+            reason,
+            self.previous,
+        );
         Scheduled { schedule, turns }
+    }
+
+    /// Why the first visit is the first, where costs do not decide that.
+    fn reason(&self, schedule: &Schedule) -> Option<Reason> {
+        let first = schedule.next()?;
+        if self.visits.next.as_ref() == Some(first) && self.visited.is_none() {
+            return Some(Reason::Asked);
+        }
+        let vehicle = self
+            .vehicles
+            .iter()
+            .find(|vehicle| vehicle.served.auv == *first)?;
+        let late = -vehicle.deadline?;
+        (0.0 < late).then_some(Reason::Late(late))
     }
 
     /// Where the AUV of a visit is expected at a time, s after now: m, (north, east).

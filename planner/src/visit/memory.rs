@@ -127,6 +127,20 @@ impl<'a> Memory<'a> {
         schedule.visits.iter().find(|visit| self.now < visit.leave_s)
     }
 
+    /// Whether the visit to `id`, that is asked for as the next, is over: it was before, or it has lasted the least time with the craft
+    /// `near`.
+    pub(crate) fn was_visited_next(&self, id: &VehicleId, near: bool, dwell_min: f64) -> bool {
+        let before = self
+            .heard
+            .map(|(elapsed, schedule)| (self.now - elapsed, schedule));
+        let has_lasted = before.is_some_and(|(then, schedule)| {
+            let on = schedule.visits.first();
+            on.is_some_and(|on| on.auv == *id && on.arrive_s <= then && on.arrive_s + dwell_min <= self.now)
+        });
+        before.is_some_and(|(_, schedule)| schedule.next_visited.as_ref() == Some(id))
+            || near && (dwell_min <= 0.0 || has_lasted)
+    }
+
     /// The visits that are not over, to those of `ids` that can be visited.
     pub(crate) fn visits_left(&self, ids: &[&VehicleId]) -> Vec<Planned> {
         let schedule = self.schedule();

@@ -49,8 +49,21 @@ impl Scheduler<'_> {
             .collect();
         let present = memory.present(&fleet, &ids);
         let left = memory.visits_left(&ids);
-        let found = self.of_each_first(&fleet, &ids, (present, &left), visits.next.as_ref());
-        let before = memory.next();
+        let visited = visits.next.as_ref().filter(|next| {
+            let near = ids
+                .iter()
+                .position(|id| id == next)
+                .is_some_and(|candidate| fleet.candidates[candidate].track.at(0.0).norm() <= fleet.within);
+            memory.was_visited_next(next, near, fleet.dwell_min)
+        });
+        let pinned = visits.next.as_ref().filter(|_| visited.is_none());
+        let found = self.of_each_first(&fleet, &ids, (present, &left), pinned);
+        // A visit that was ordered is not kept beyond its end because it was on.
+        let ends = visited.is_some()
+            && memory
+                .schedule()
+                .is_none_or(|schedule| schedule.next_visited.as_ref() != visited);
+        let before = memory.next().filter(|visit| !ends || Some(&visit.auv) != visited);
         let before = before.and_then(|visit| ids.iter().position(|id| **id == visit.auv));
         let chosen = chosen(&fleet, &found, before, self.parameters.keep_margin);
         Some(
@@ -62,6 +75,7 @@ impl Scheduler<'_> {
                 vehicles,
                 present,
                 previous: memory.schedule(),
+                visited: visited.cloned(),
             }
             .of(&found, chosen, before, forecasts),
         )

@@ -8,12 +8,39 @@ use crate::facts::{
     visit::VisitCost,
 };
 
-/// `auv-3 next: 41 m², growing 2 m²/min; auv-1 first would cost 180 m² more`, at the time `now`, s, and why it is not as the schedule `before`.
-pub(crate) fn sentence(schedule: &Schedule, law: &VisitCost, now: f64, before: Option<&Schedule>) -> String {
+/// Why a visit is the first, where costs do not decide that.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Reason {
+    /// The goal asks for it.
+    Asked,
+    /// Its deadline was so long ago, s.
+    Late(f64),
+}
+
+/// `auv-3 next: 41 m², growing 2 m²/min; auv-1 first would cost 180 m² more`, at the time `now`, s, for that `reason` if there is one, and
+/// why it is not as the schedule `before`.
+pub(crate) fn sentence(
+    schedule: &Schedule,
+    law: &VisitCost,
+    now: f64,
+    reason: Option<Reason>,
+    before: Option<&Schedule>,
+) -> String {
     let mut said = next(schedule, law, now);
+    let _ = match reason {
+        None => Ok(()),
+        Some(Reason::Asked) => write!(said, "; as the goal asks"),
+        Some(Reason::Late(late)) => write!(said, "; its deadline was {} s ago", short(late)),
+    };
+    if let Some(visited) = &schedule.next_visited {
+        let _ = write!(said, "; {visited} was visited as the goal asks");
+    }
     let changed = before.map_or_else(String::new, |before| changed(schedule, before, now));
     // Writing to a string does not fail.
-    let _ = write!(said, "{}{changed}", against_the_best_alternative(schedule));
+    if reason.is_none() {
+        said += &against_the_best_alternative(schedule);
+    }
+    said += &changed;
     for vehicle in &schedule.costs {
         let because = match vehicle.left_out {
             Some(LeftOut::Silent) => "is not heard any more",
@@ -179,13 +206,14 @@ mod tests {
             deadlines_missed: Vec::new(),
             sentence: String::new(),
             kept: false,
+            next_visited: None,
         }
     }
 
     #[test]
     fn a_schedule_says_who_is_next_why_and_what_it_would_cost_to_begin_otherwise() {
         let mut schedule = schedule();
-        let said = |schedule: &Schedule| sentence(schedule, &VARIANCE, 100.0, None);
+        let said = |schedule: &Schedule| sentence(schedule, &VARIANCE, 100.0, None, None);
         assert_eq!(
             said(&schedule),
             "auv-3 next: 41 m², growing 2.0 m²/min; auv-1 first would cost 180 m² more"
@@ -211,8 +239,8 @@ mod tests {
     #[test]
     fn a_schedule_that_changes_says_why() {
         let (before, mut after) = (schedule(), schedule());
-        let said = |after: &Schedule| sentence(after, &VARIANCE, 100.0, Some(&before));
-        assert_eq!(said(&after), sentence(&after, &VARIANCE, 100.0, None));
+        let said = |after: &Schedule| sentence(after, &VARIANCE, 100.0, None, Some(&before));
+        assert_eq!(said(&after), sentence(&after, &VARIANCE, 100.0, None, None));
         // Another one is better by a tenth.
         after.visits[0].auv = "auv-1".into();
         after.alternatives[0] = Alternative {
@@ -228,7 +256,7 @@ mod tests {
         assert!(said(&after).ends_with("; auv-4 is new; auv-3 is not in the goal any more"));
         let mut silent = schedule();
         silent.costs[0].left_out = Some(LeftOut::Silent);
-        let again = sentence(&schedule(), &VARIANCE, 100.0, Some(&silent));
+        let again = sentence(&schedule(), &VARIANCE, 100.0, None, Some(&silent));
         assert!(again.ends_with("; auv-3 is heard again"));
     }
 }

@@ -210,3 +210,63 @@ fn an_auv_that_is_added_changes_the_next_visit_in_one_plan_if_that_is_better_by_
     assert_eq!(next(100.0, 2000.0).0, "auv-2");
     assert_eq!(next(900.0, 100.0).0, "auv-0");
 }
+
+#[test]
+fn an_order_to_visit_an_auv_next_ends_with_that_visit_whatever_its_least_time() {
+    for dwell_min in [0.0, 30.0] {
+        let mut request = random(7, 2, 1.0);
+        for (auv, north) in request.auvs.iter_mut().zip([100.0, -112.0]) {
+            auv.state = Some(AuvState::new(
+                Vector2::new(north, 0.0),
+                5.0,
+                Course::new(0.0),
+                0.0,
+            ));
+        }
+        request.current = None;
+        *visits(&mut request) = Visits {
+            dwell_min_s: dwell_min,
+            next: Some("auv-0".into()),
+            ..Visits::new(vec!["auv-0".into(), "auv-1".into()])
+        };
+        let mut schedule = scheduled(&request);
+        assert!(
+            schedule.sentence.contains("as the goal asks"),
+            "{}",
+            schedule.sentence
+        );
+        let (begun, mut left) = (request.t_s, None);
+        while request.t_s < begun + 200.0 {
+            // The craft goes to the AUV that is visited first, and stays there.
+            let of_first = request.auvs.iter().find(|auv| auv.id == schedule.visits[0].auv);
+            let goal = of_first.and_then(|auv| auv.state).expect("is there").north_m;
+            let way = goal - request.asc.north_m;
+            request.asc.north_m += way.clamp(-SPEED, SPEED);
+            request.asc.heading_rad = if way < 0.0 { PI } else { 0.0 };
+            request = later(&request, &schedule, 1.0);
+            schedule = scheduled(&request);
+            let over = schedule.next_visited.is_some();
+            assert_eq!(over, schedule.sentence.contains("was visited as the goal asks"));
+            if over && left.is_none() {
+                left = Some(request.t_s - begun);
+            }
+        }
+        let left = left.expect("the visit is over");
+        let arrives = (100.0 - 20.0) / SPEED;
+        assert!(
+            (arrives..arrives + dwell_min + 3.0).contains(&left),
+            "{dwell_min}: {left}"
+        );
+        assert!(
+            request.asc.north_m < 0.0,
+            "{dwell_min}: the other one is not served"
+        );
+        // Asked for again after another order, it is visited again.
+        visits(&mut request).next = None;
+        let released = scheduled(&request);
+        assert_eq!(released.next_visited, None);
+        let mut again = later(&request, &released, 1.0);
+        visits(&mut again).next = Some("auv-0".into());
+        assert_eq!(scheduled(&again).visits[0].auv, "auv-0".into());
+    }
+}
