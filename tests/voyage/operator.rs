@@ -22,6 +22,8 @@ pub(super) struct Operator {
     host: Arc<Host>,
     rng: ChaCha8Rng,
     key: u64,
+    /// Which service is asked.
+    service: usize,
 }
 
 impl Operator {
@@ -31,6 +33,7 @@ impl Operator {
             host: Arc::clone(host),
             rng: rng(seed, 2),
             key: 0,
+            service: 0,
         }
     }
 
@@ -70,10 +73,13 @@ impl Operator {
             body: Some(body.to_string().into_bytes()),
         };
         loop {
-            match self.host.ask(request.clone()).await {
+            match self.host.ask(self.service, request.clone()).await {
                 // After a clock was set, its note is of another day: it is not worth a second one.
                 Ok((status, _)) if status < 500 && status != 429 => return,
-                Ok(_) | Err(_) => self.world.ashore.sleep(RETRY).await,
+                Ok(_) | Err(_) => {
+                    self.service = (self.service + 1) % self.host.n_services;
+                    self.world.ashore.sleep(RETRY).await;
+                }
             }
         }
     }
