@@ -109,8 +109,8 @@ impl Voyage {
 struct World {
     /// The clock of the boat's computer, where the bridge runs.
     aboard: Clock,
-    /// The clock of the service's machine.
-    ashore: Clock,
+    /// The clocks of the machines of the services.
+    ashore: [Clock; 2],
     start: std::time::Instant,
     course: Course,
     checker: Mutex<Checker>,
@@ -176,7 +176,7 @@ async fn sailed(seed: u64, course: Course) -> Voyage {
     let aboard = Clock::simulated(START_S);
     let world = Arc::new(World {
         start: aboard.now(),
-        ashore: Clock::simulated(START_S),
+        ashore: [(); 2].map(|()| Clock::simulated(START_S)),
         aboard,
         course,
         checker: Mutex::default(),
@@ -260,6 +260,7 @@ async fn suffer(
         if !replaced[number] {
             world.now().change(fault.kind, begins, world.t_s());
         }
+        let ashore = &world.ashore[fault.service];
         match (fault.kind, begins) {
             (Kind::ServiceKilled, true) => host.kill(fault.service, false).await,
             (Kind::ServiceStopped, true) => host.stop(fault.service).await,
@@ -277,10 +278,10 @@ async fn suffer(
             ) => host.trouble(fault, begins),
             (Kind::BridgeKilled, true) => bridge.kill(),
             (Kind::BridgeKilled, false) => bridge.start(),
-            (Kind::ClockSetAshore, _) => world.ashore.set_by(if begins { fault.size } else { -fault.size }),
+            (Kind::ClockSetAshore, _) => ashore.set_by(if begins { fault.size } else { -fault.size }),
             (Kind::ClockSetAboard, _) => world.aboard.set_by(if begins { fault.size } else { -fault.size }),
-            (Kind::SlowThreads, true) => world.ashore.delay_threads(Duration::from_secs_f64(fault.size)),
-            (Kind::SlowThreads, false) => world.ashore.delay_threads(Duration::ZERO),
+            (Kind::SlowThreads, true) => ashore.delay_threads(Duration::from_secs_f64(fault.size)),
+            (Kind::SlowThreads, false) => ashore.delay_threads(Duration::ZERO),
             (Kind::DirectoryAway, away) => host.move_directory(away),
             (Kind::DiskFull, full) => host.fill_disk(full).await,
             (kind, begins) => sea.change(kind, begins),

@@ -195,7 +195,8 @@ fn name_of(fault: &Fault, is_shared: bool) -> Option<&'static str> {
         Kind::PositionJumped => Some("the position jumped"),
         Kind::NetworkCut => Some("does not answer"),
         Kind::ServiceKilled | Kind::PowerLostAshore if 8.0 < takes && !is_shared => Some("does not answer"),
-        Kind::ClockSetAshore if 2.0 < fault.size.abs() => Some("clock_set"),
+        // The other one may have the mission.
+        Kind::ClockSetAshore if 2.0 < fault.size.abs() && !is_shared => Some("clock_set"),
         _ => None,
     }
 }

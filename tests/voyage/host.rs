@@ -136,7 +136,7 @@ impl Host {
     }
 
     pub(super) async fn start(self: &Arc<Self>, service: usize) {
-        let clock = &self.world.ashore;
+        let clock = &self.world.ashore[service];
         let store = match &self.database {
             None => EventStore::open(&self.directory(lock(&self.state).generation), clock),
             Some(database) => {
@@ -193,7 +193,7 @@ impl Host {
             let (old, new) = (self.directory(generation - 1), self.directory(generation));
             copy(&old, &new);
             if torn {
-                self.world.ashore.sleep(Duration::from_secs_f64(TORN_S)).await;
+                self.world.aboard.sleep(Duration::from_secs_f64(TORN_S)).await;
                 let (before, after) = (read(&new, WRITE_AHEAD), read(&old, WRITE_AHEAD));
                 if let Some(more) = after.strip_prefix(&before[..]) {
                     let kept = lock(&self.rng).random_range(0..=more.len());
@@ -255,7 +255,7 @@ impl Host {
         } else {
             TAKE_OVER
         };
-        self.world.ashore.sleep(within).await;
+        self.world.aboard.sleep(within).await;
         let Some(database) = &self.database else { return };
         // The other one may have been struck meanwhile.
         let quiet_s = self.world.now().quiet_s(self.world.t_s());
@@ -460,7 +460,7 @@ impl Host {
             }
         }
         // Commands that were sent are carried out.
-        self.world.ashore.sleep(Duration::from_secs(15)).await;
+        self.world.aboard.sleep(Duration::from_secs(15)).await;
         self.check_store();
         let Some(mission) = self.mission() else {
             return self
@@ -507,7 +507,7 @@ async fn forwarded(
     let host = host.upgrade().ok_or(MayHaveArrived(false))?;
     let to = (0..host.n_services).find(|service| request.uri().to_string().starts_with(&name(*service)));
     let to = to.ok_or(MayHaveArrived(false))?;
-    host.world.ashore.sleep(BETWEEN).await;
+    host.world.aboard.sleep(BETWEEN).await;
     if host.world.now().has(Kind::ServicesApart) {
         return std::future::pending().await;
     }
@@ -515,7 +515,7 @@ async fn forwarded(
         return Err(MayHaveArrived(false));
     }
     let (status, body) = host.answer(to, request).await.map_err(|_| MayHaveArrived(true))?;
-    host.world.ashore.sleep(BETWEEN).await;
+    host.world.aboard.sleep(BETWEEN).await;
     if host.world.now().has(Kind::ServicesApart) {
         return std::future::pending().await;
     }

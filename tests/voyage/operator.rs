@@ -40,7 +40,7 @@ impl Operator {
     pub(super) async fn run(mut self) {
         loop {
             let wait_s = self.rng.random_range(4.0..25.0);
-            self.world.ashore.sleep(Duration::from_secs_f64(wait_s)).await;
+            self.world.aboard.sleep(Duration::from_secs_f64(wait_s)).await;
             let Some(mission) = self.host.mission() else {
                 continue;
             };
@@ -49,7 +49,7 @@ impl Operator {
                 self.world.now().is_paused = true;
                 self.until_done(&mission, "pause", json!({})).await;
                 let wait_s = self.rng.random_range(2.0..15.0);
-                self.world.ashore.sleep(Duration::from_secs_f64(wait_s)).await;
+                self.world.aboard.sleep(Duration::from_secs_f64(wait_s)).await;
                 self.until_done(&mission, "run", json!({})).await;
                 let t_s = self.world.t_s();
                 let mut now = self.world.now();
@@ -57,7 +57,7 @@ impl Operator {
                 now.pauses.push([begins_s, t_s]);
             } else {
                 let text = format!("operator {}", self.key);
-                let note = json!({ "notes": [{ "t_s": self.world.ashore.unix_s() - 0.5, "text": text }] });
+                let note = json!({ "notes": [{ "t_s": self.world.ashore[0].unix_s() - 0.5, "text": text }] });
                 self.until_done(&mission, "reports", note).await;
             }
         }
@@ -78,7 +78,7 @@ impl Operator {
                 Ok((status, _)) if status < 500 && status != 429 => return,
                 Ok(_) | Err(_) => {
                     self.service = (self.service + 1) % self.host.n_services;
-                    self.world.ashore.sleep(RETRY).await;
+                    self.world.aboard.sleep(RETRY).await;
                 }
             }
         }
