@@ -191,6 +191,8 @@ async fn sailed(seed: u64, course: Course) -> Voyage {
     let mut bridge = BridgeProcess::new(&world, &sea, &host, seed);
     bridge.start();
     let operator = tokio::spawn(Operator::new(&world, &host, seed).run());
+    let reading = (1 < host.n_services)
+        .then(|| tokio::spawn(Operator::read(Arc::clone(&world), Arc::clone(&host), seed)));
     let sailing = tokio::spawn(Arc::clone(&sea).sail());
     let faults = if course.is_nominal {
         vec![]
@@ -203,6 +205,7 @@ async fn sailed(seed: u64, course: Course) -> Voyage {
     }
     suffer(&world, &host, &sea, &mut bridge, &faults).await;
     operator.abort();
+    reading.inspect(tokio::task::JoinHandle::abort);
     sailing.abort();
     bridge.kill();
     host.check_at_the_end().await;
@@ -270,6 +273,7 @@ async fn suffer(
             }
             (
                 Kind::ServiceCutOff
+                | Kind::LeaseNotRenewed
                 | Kind::DatabaseDown
                 | Kind::DatabaseFull
                 | Kind::ConnectionsLost

@@ -55,6 +55,8 @@ pub enum Kind {
     ServiceStopped,
     /// A service reaches the database no more.
     ServiceCutOff,
+    /// A service cannot renew its lease, and can do everything else.
+    LeaseNotRenewed,
     /// No service reaches the database.
     DatabaseDown,
     /// The database has no room.
@@ -96,12 +98,13 @@ const KINDS: [Drawn; 22] = [
 ];
 
 /// Of services that share a database, in place of [`NOT_SHARED`].
-const SHARED: [Drawn; 10] = [
+const SHARED: [Drawn; 11] = [
     (Kind::ServiceKilled, [0.5, 25.0], [0.0; 2]),
     (Kind::ServiceKilled, [0.5, 25.0], [0.0; 2]),
     (Kind::ServiceStopped, [0.5, 25.0], [0.0; 2]),
     (Kind::ServiceCutOff, [0.5, 25.0], [0.0; 2]),
     (Kind::ServiceCutOff, [0.5, 25.0], [0.0; 2]),
+    (Kind::LeaseNotRenewed, [0.5, 10.0], [0.0; 2]),
     (Kind::DatabaseDown, [0.5, 15.0], [0.0; 2]),
     (Kind::DatabaseFull, [5.0, 20.0], [0.0; 2]),
     (Kind::ConnectionsLost, [5.0, 20.0], [2.0, 40.0]),
@@ -203,7 +206,7 @@ impl Kind {
     pub(super) fn leaves_another(self) -> bool {
         matches!(
             self,
-            Self::ServiceKilled | Self::ServiceStopped | Self::ServiceCutOff
+            Self::ServiceKilled | Self::ServiceStopped | Self::ServiceCutOff | Self::LeaseNotRenewed
         )
     }
 
@@ -217,6 +220,7 @@ impl Kind {
             | Self::DiskFull => service,
             Self::DatabaseFull
             | Self::ServiceCutOff
+            | Self::LeaseNotRenewed
             | Self::DatabaseDown
             | Self::ConnectionsLost
             | Self::DatabaseAnswersLost => 2,

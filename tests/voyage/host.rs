@@ -87,8 +87,8 @@ struct State {
     mission: Option<String>,
     /// The highest number that a client knows.
     known_last: u64,
-    /// Answers to keys: the events' numbers.
-    acknowledged: BTreeMap<String, u64>,
+    /// Answers to keys: the events' numbers, and something that was reported in each.
+    acknowledged: BTreeMap<String, (u64, Option<Value>)>,
     /// References that clients saw, by the number of their plan.
     seen: BTreeMap<u64, Value>,
     /// Digests of events that are known, by number.
@@ -225,13 +225,14 @@ impl Host {
             Kind::DatabaseFull => Trouble::Full,
             Kind::ConnectionsLost => Trouble::Gone(each),
             Kind::DatabaseAnswersLost => Trouble::Unanswered(each),
+            Kind::LeaseNotRenewed => Trouble::NoBeat,
             _ => Trouble::Cut,
         };
         let trouble = begins.then_some(trouble);
-        let since_s = (trouble == Some(Trouble::Cut)).then(|| self.world.t_s());
+        let since_s = matches!(trouble, Some(Trouble::Cut | Trouble::NoBeat)).then(|| self.world.t_s());
         let mut state = lock(&self.state);
         for service in 0..self.n_services {
-            if fault.kind == Kind::ServiceCutOff && service != fault.service {
+            if fault.kind.leaves_another() && service != fault.service {
                 continue;
             }
             (state.troubles[service], state.cut_since_s[service]) = (trouble, since_s);
@@ -372,7 +373,11 @@ impl Host {
             state.seen.insert(sequence, answer["plan"]["reference"].clone());
         } else if let Some(key) = &request.key {
             state.known_last = state.known_last.max(sequence);
-            let first = *state.acknowledged.entry(key.clone()).or_insert(sequence);
+            let reported = || reported(request.body.as_deref()?, &answer);
+            let (first, _) = *state
+                .acknowledged
+                .entry(key.clone())
+                .or_insert_with(|| (sequence, reported()));
             drop(state);
             self.world.claim("repeated", first == sequence, || {
                 format!("{key} was event {first}, then {sequence}")
@@ -439,13 +444,19 @@ impl Host {
                 format!("event {sequence} is not the plan that a client saw")
             });
         }
-        for (key, &sequence) in &state.acknowledged {
-            let event = events.get(usize::try_from(sequence).expect("is small") - 1);
+        for (key, (sequence, reported)) in &state.acknowledged {
+            let event = events.get(usize::try_from(*sequence).expect("is small") - 1);
             let kind = event.map_or("missing", |event| event.kind.as_str());
             let reports = kind == "reported" || kind == "ran" || kind == "paused";
             world.claim("acknowledged", reports, || {
                 format!("event {sequence} of {key} is {kind}")
             });
+            if let Some((event, reported)) = event.zip(reported.as_ref()) {
+                let body: Value = serde_json::from_slice(&event.body).expect("events are JSON");
+                world.claim("acknowledged", is_within(&body, reported), || {
+                    format!("event {sequence} of {key} is without {reported}")
+                });
+            }
         }
     }
 
@@ -497,6 +508,17 @@ impl Host {
                 format!("plans {:?} have another answer", replayed.different)
             });
     }
+}
+
+/// A heading or a text of a request that was accepted.
+fn reported(request: &[u8], answer: &Value) -> Option<Value> {
+    let request: Value = serde_json::from_slice(request).ok()?;
+    let places = ["/asc/0/state/heading_rad", "/notes/0/text"];
+    let mut reported = places.iter().filter_map(|place| request.pointer(place));
+    reported
+        .next()
+        .filter(|_| answer.get("rejected").is_none())
+        .cloned()
 }
 
 /// The answer of another service to a forwarded call.

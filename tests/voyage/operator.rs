@@ -14,6 +14,8 @@ use super::{
 
 /// Between two tries.
 const RETRY: Duration = Duration::from_millis(500);
+/// Longest wait for a plan.
+const READ_TIME: Duration = Duration::from_secs(3);
 /// Share of the actions that pause the mission.
 const PAUSES: f64 = 0.15;
 
@@ -60,6 +62,25 @@ impl Operator {
                 let note = json!({ "notes": [{ "t_s": self.world.ashore[0].unix_s() - 0.5, "text": text }] });
                 self.until_done(&mission, "reports", note).await;
             }
+        }
+    }
+
+    /// Somebody else reads the plan, of one service or the other.
+    pub(super) async fn read(world: Arc<World>, host: Arc<Host>, seed: u64) {
+        let mut rng = rng(seed, 5);
+        loop {
+            let wait_s = rng.random_range(0.1..1.5);
+            world.aboard.sleep(Duration::from_secs_f64(wait_s)).await;
+            let service = rng.random_range(0..host.n_services);
+            let Some(mission) = host.mission() else { continue };
+            let wait_s = rng.random_range(0..2);
+            let request = Request {
+                path: format!("/v1/missions/{mission}/reference?wait_s={wait_s}"),
+                key: None,
+                body: None,
+            };
+            // The next one is asked whatever the answer is.
+            let _ = world.aboard.timeout(READ_TIME, host.ask(service, request)).await;
         }
     }
 

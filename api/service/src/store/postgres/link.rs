@@ -51,6 +51,8 @@ pub enum Trouble {
     Unanswered(u32),
     /// Nothing can be inserted.
     Full,
+    /// The lease cannot be renewed, and everything else can be done.
+    NoBeat,
 }
 
 /// The trouble, and the number of statements in it.
@@ -279,7 +281,7 @@ impl Link {
             Trouble::Cut => Some(Lost::Statement),
             Trouble::Gone(each) => number.is_multiple_of(each).then_some(Lost::Statement),
             Trouble::Unanswered(each) => number.is_multiple_of(each).then_some(Lost::Answer),
-            Trouble::Full => None,
+            Trouble::Full | Trouble::NoBeat => None,
         }
     }
 
@@ -304,8 +306,13 @@ impl Link {
 
     /// Executes a statement; the number of rows that it changed.
     pub(crate) fn execute(&self, query: &str, params: &[&(dyn ToSql + Sync)]) -> Result<u64, StoreError> {
-        if query.starts_with("INSERT") && matches!(*lock(&self.troubled), Some((Trouble::Full, _))) {
-            return Err(self.end(StoreError::Full));
+        let trouble = *lock(&self.troubled);
+        match trouble {
+            Some((Trouble::Full, _)) if query.starts_with("INSERT") => return Err(self.end(StoreError::Full)),
+            Some((Trouble::NoBeat, _)) if query.starts_with("UPDATE services") => {
+                return Err(StoreError::silent());
+            }
+            _ => {}
         }
         let statement = self.prepared(query)?;
         self.wait(self.client.execute(&statement, params))
