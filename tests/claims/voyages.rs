@@ -42,7 +42,8 @@ fn every_claim_holds_in_two_hundred_voyages_with_faults() {
 #[test]
 fn a_voyage_without_faults_has_no_alarm() {
     let is_nominal = true;
-    sail_all(1..5, Course { is_nominal, ..COURSE });
+    // In the last, two services share a database.
+    sail_all(2..6, Course { is_nominal, ..COURSE });
 }
 
 #[test]
