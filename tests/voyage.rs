@@ -57,7 +57,7 @@ pub struct Course {
     pub duration_s: f64,
     /// Whether nothing goes wrong.
     pub is_nominal: bool,
-    /// Whether two services share a database. None: those of every [`SHARED`]th seed. Without PostgreSQL none do.
+    /// Whether two services share a database. None: those of every fifth seed. Without PostgreSQL none do.
     pub is_shared: Option<bool>,
 }
 
