@@ -14,6 +14,8 @@ use super::{
 
 /// Between two tries.
 const RETRY: Duration = Duration::from_millis(500);
+/// Between two tries to read the plan.
+const READ_AGAIN: Duration = Duration::from_millis(100);
 /// Longest wait for a plan.
 const READ_TIME: Duration = Duration::from_secs(3);
 /// Share of the actions that pause the mission.
@@ -79,8 +81,16 @@ impl Operator {
                 key: None,
                 body: None,
             };
-            // The next one is asked whatever the answer is.
-            let _ = world.aboard.timeout(READ_TIME, host.ask(service, request)).await;
+            // As soon as it can be answered: who has just lost a mission may not know it yet.
+            loop {
+                let asked = world
+                    .aboard
+                    .timeout(READ_TIME, host.ask(service, request.clone()));
+                if matches!(asked.await, Ok(Ok((200, _)))) {
+                    break;
+                }
+                world.aboard.sleep(READ_AGAIN).await;
+            }
         }
     }
 
