@@ -202,6 +202,8 @@ impl Boat {
                 system_status: MavState::MAV_STATE_ACTIVE,
                 mavlink_version: 3,
             }));
+        }
+        if step.is_multiple_of(50) {
             let mut flags = EkfStatusFlags::empty();
             flags.set(EkfStatusFlags::EKF_POS_HORIZ_ABS, self.has_position);
             said.push(MavMessage::EKF_STATUS_REPORT(EKF_STATUS_REPORT_DATA {

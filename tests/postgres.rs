@@ -69,6 +69,18 @@ pub fn database() -> Option<String> {
     Some(format!("{server}/{name}"))
 }
 
+/// Removes the database of a URL that [`database`] has made, whatever is connected to it.
+///
+/// # Panics
+/// Where it fails: the test's finding.
+pub fn drop(url: &str) {
+    let (server, name) = url.rsplit_once('/').expect("is a URL");
+    let _ = psql(
+        &format!("{server}/postgres"),
+        &format!("DROP DATABASE {name} WITH (FORCE)"),
+    );
+}
+
 /// Has `psql` execute statements in the database of a URL; what it prints.
 ///
 /// # Panics

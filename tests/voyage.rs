@@ -1,4 +1,4 @@
-//! Voyages: a service with its store, a bridge, an autopilot with its boat, an AUV with a modem, and an operator, in one process
+//! Voyages: a service with its store, or two that share a database, a bridge, an autopilot with its boat, an AUV with a modem, and an operator, in one process
 //! and in simulated time. A seed decides what goes wrong and when, and what every part does.
 //!
 //! ```text
@@ -21,6 +21,7 @@ use tokio::runtime::Builder;
 
 mod bridge;
 mod checker;
+mod database;
 mod faults;
 mod host;
 mod operator;
@@ -30,6 +31,7 @@ mod sea;
 use bridge::BridgeProcess;
 use checker::Checker;
 pub use checker::{CLAIMS, Entry};
+use database::Database;
 pub use faults::Kind;
 use faults::{Fault, Now, schedule};
 use host::Host;
@@ -42,6 +44,12 @@ const START_S: f64 = 1.8e9;
 /// Time without faults after which everything works, s.
 const CLEAR_S: f64 = 30.0;
 
+/// A fault of a service that lasts longer has its missions taken by the other one, s.
+const TAKES_S: f64 = 4.0;
+
+/// Of so many seeds, one has two services.
+const SHARED: u64 = 5;
+
 /// How a voyage goes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Course {
@@ -49,6 +57,8 @@ pub struct Course {
     pub duration_s: f64,
     /// Whether nothing goes wrong.
     pub is_nominal: bool,
+    /// Whether two services share a database. None: those of every fifth seed. Without PostgreSQL none do.
+    pub is_shared: Option<bool>,
 }
 
 /// What became of a voyage.
@@ -99,8 +109,8 @@ impl Voyage {
 struct World {
     /// The clock of the boat's computer, where the bridge runs.
     aboard: Clock,
-    /// The clock of the service's machine.
-    ashore: Clock,
+    /// The clocks of the machines of the services.
+    ashore: [Clock; 2],
     start: std::time::Instant,
     course: Course,
     checker: Mutex<Checker>,
@@ -166,23 +176,28 @@ async fn sailed(seed: u64, course: Course) -> Voyage {
     let aboard = Clock::simulated(START_S);
     let world = Arc::new(World {
         start: aboard.now(),
-        ashore: Clock::simulated(START_S),
+        ashore: [(); 2].map(|()| Clock::simulated(START_S)),
         aboard,
         course,
         checker: Mutex::default(),
         now: Mutex::default(),
     });
-    let host = Arc::new(Host::new(&world, seed));
-    host.start().await;
+    let is_shared = course.is_shared.unwrap_or(seed.is_multiple_of(SHARED));
+    let host = Arc::new(Host::new(&world, seed, is_shared.then(Database::new).flatten()));
+    for service in 0..host.n_services {
+        host.start(service).await;
+    }
     let sea = Arc::new(Sea::new(&world, seed));
     let mut bridge = BridgeProcess::new(&world, &sea, &host, seed);
     bridge.start();
     let operator = tokio::spawn(Operator::new(&world, &host, seed).run());
+    let reading = (1 < host.n_services)
+        .then(|| tokio::spawn(Operator::read(Arc::clone(&world), Arc::clone(&host), seed)));
     let sailing = tokio::spawn(Arc::clone(&sea).sail());
     let faults = if course.is_nominal {
         vec![]
     } else {
-        schedule(&mut rng(seed, 0), course.duration_s)
+        schedule(&mut rng(seed, 0), course.duration_s, host.n_services)
     };
     let mut counts = BTreeMap::new();
     for fault in &faults {
@@ -190,11 +205,13 @@ async fn sailed(seed: u64, course: Course) -> Voyage {
     }
     suffer(&world, &host, &sea, &mut bridge, &faults).await;
     operator.abort();
+    reading.inspect(tokio::task::JoinHandle::abort);
     sailing.abort();
     bridge.kill();
     host.check_at_the_end().await;
     let pauses = std::mem::take(&mut world.now().pauses);
-    world.checker().expect_names(&faults, &pauses, course);
+    let is_shared = 1 < host.n_services;
+    world.checker().expect_names(&faults, &pauses, course, is_shared);
     let checker = std::mem::take(&mut *world.checker());
     Voyage {
         seed,
@@ -222,6 +239,8 @@ async fn suffer(
     }
     changes.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut changes = changes.into_iter().peekable();
+    // With the other service everything works on.
+    let mut replaced = vec![false; faults.len()];
     while world.t_s() < world.course.duration_s && !world.is_broken() {
         let next_s = changes.peek().map_or(f64::INFINITY, |(at_s, ..)| *at_s);
         // A broken claim ends a voyage within a second.
@@ -238,20 +257,41 @@ async fn suffer(
             "fault",
             format!("{} {}", if begins { "begins:" } else { "ends:" }, fault.kind),
         );
-        world.now().change(fault.kind, begins, world.t_s());
+        if begins && fault.kind.leaves_another() {
+            replaced[number] = world.now().is_quiet() && host.is_replaced(fault.service);
+        }
+        if !replaced[number] {
+            world.now().change(fault.kind, begins, world.t_s());
+        }
+        let ashore = &world.ashore[fault.service];
         match (fault.kind, begins) {
-            (Kind::ServiceKilled, true) => host.kill(false).await,
-            (Kind::PowerLostAshore, true) => host.kill(true).await,
-            (Kind::ServiceKilled | Kind::PowerLostAshore, false) => host.start().await,
+            (Kind::ServiceKilled, true) => host.kill(fault.service, false).await,
+            (Kind::ServiceStopped, true) => host.stop(fault.service).await,
+            (Kind::PowerLostAshore, true) => host.kill(fault.service, true).await,
+            (Kind::ServiceKilled | Kind::ServiceStopped | Kind::PowerLostAshore, false) => {
+                host.start(fault.service).await;
+            }
+            (
+                Kind::ServiceCutOff
+                | Kind::LeaseNotRenewed
+                | Kind::DatabaseDown
+                | Kind::DatabaseFull
+                | Kind::ConnectionsLost
+                | Kind::DatabaseAnswersLost,
+                begins,
+            ) => host.trouble(fault, begins),
             (Kind::BridgeKilled, true) => bridge.kill(),
             (Kind::BridgeKilled, false) => bridge.start(),
-            (Kind::ClockSetAshore, _) => world.ashore.set_by(if begins { fault.size } else { -fault.size }),
+            (Kind::ClockSetAshore, _) => ashore.set_by(if begins { fault.size } else { -fault.size }),
             (Kind::ClockSetAboard, _) => world.aboard.set_by(if begins { fault.size } else { -fault.size }),
-            (Kind::SlowThreads, true) => world.ashore.delay_threads(Duration::from_secs_f64(fault.size)),
-            (Kind::SlowThreads, false) => world.ashore.delay_threads(Duration::ZERO),
+            (Kind::SlowThreads, true) => ashore.delay_threads(Duration::from_secs_f64(fault.size)),
+            (Kind::SlowThreads, false) => ashore.delay_threads(Duration::ZERO),
             (Kind::DirectoryAway, away) => host.move_directory(away),
             (Kind::DiskFull, full) => host.fill_disk(full).await,
             (kind, begins) => sea.change(kind, begins),
+        }
+        if begins && replaced[number] && TAKES_S < fault.ends_s - fault.begins_s {
+            tokio::spawn(Arc::clone(host).expect_taken(fault.service, fault.kind));
         }
     }
 }

@@ -30,6 +30,9 @@ struct Arguments {
     /// Without faults.
     #[arg(long)]
     nominal: bool,
+    /// Whether two services share a PostgreSQL database; else in every fifth voyage.
+    #[arg(long)]
+    shared: Option<bool>,
     /// Ends after the first voyage that breaks a claim.
     #[arg(long)]
     until_broken: bool,
@@ -43,6 +46,7 @@ fn main() -> ExitCode {
     let course = Course {
         duration_s: arguments.duration,
         is_nominal: arguments.nominal,
+        is_shared: arguments.shared,
     };
     if let Some(seed) = arguments.seed {
         let voyage = sail(seed, course);

@@ -87,7 +87,7 @@ impl BridgeProcess {
             Box::new(move |bytes| sea.take(bytes))
         });
         let transport = Transport::in_process(&self.world.aboard, self.network());
-        let client = MissionClient::new(&["http://host".to_owned()], None, transport);
+        let client = MissionClient::new(&self.host.urls(), None, transport);
         let choice = MissionChoice::named("voyage".to_owned(), self.body.clone());
         let world = Arc::clone(&self.world);
         self.running = Some(tokio::spawn(async move {
@@ -127,6 +127,9 @@ impl BridgeProcess {
                 if fate == Fate::Lost || world.now().has(Kind::NetworkCut) {
                     return std::future::pending().await;
                 }
+                let urls = host.urls();
+                let service = urls.iter().position(|url| *url == call.service);
+                let service = service.expect("is one of them");
                 let request = Request {
                     path: call.path.clone(),
                     key: call.posted.as_ref().map(|posted| posted.key.clone()),
@@ -134,9 +137,9 @@ impl BridgeProcess {
                 };
                 if fate == Fate::Doubled {
                     let (host, request) = (Arc::clone(&host), request.clone());
-                    tokio::spawn(async move { host.ask(request).await });
+                    tokio::spawn(async move { host.ask(service, request).await });
                 }
-                let (status, mut body) = host.ask(request).await?;
+                let (status, mut body) = host.ask(service, request).await?;
                 world.aboard.sleep(back).await;
                 if fate == Fate::AnswerLost || world.now().has(Kind::NetworkCut) {
                     return std::future::pending().await;

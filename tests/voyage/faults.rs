@@ -51,10 +51,28 @@ pub enum Kind {
     ClockSetAboard,
     /// The AUV is not heard.
     AuvSilent,
+    /// A service is asked to stop, and started again at the end.
+    ServiceStopped,
+    /// A service reaches the database no more.
+    ServiceCutOff,
+    /// A service cannot renew its lease, and can do everything else.
+    LeaseNotRenewed,
+    /// No service reaches the database.
+    DatabaseDown,
+    /// The database has no room.
+    DatabaseFull,
+    /// Connections to the database are gone before a statement.
+    ConnectionsLost,
+    /// Statements are carried out, and their answers lost, those of commits too.
+    DatabaseAnswersLost,
+    /// Services reach each other no more.
+    ServicesApart,
 }
 
 /// With the shortest and longest time, s, and the smallest and largest size.
-const KINDS: [(Kind, [f64; 2], [f64; 2]); 22] = [
+type Drawn = (Kind, [f64; 2], [f64; 2]);
+
+const KINDS: [Drawn; 22] = [
     (Kind::BadWire, [5.0, 40.0], [0.0; 2]),
     (Kind::WireCut, [1.0, 15.0], [0.0; 2]),
     (Kind::NoHeartbeat, [6.0, 15.0], [0.0; 2]),
@@ -79,6 +97,28 @@ const KINDS: [(Kind, [f64; 2], [f64; 2]); 22] = [
     (Kind::AuvSilent, [10.0, 60.0], [0.0; 2]),
 ];
 
+/// Of services that share a database, in place of [`NOT_SHARED`].
+const SHARED: [Drawn; 11] = [
+    (Kind::ServiceKilled, [0.5, 25.0], [0.0; 2]),
+    (Kind::ServiceKilled, [0.5, 25.0], [0.0; 2]),
+    (Kind::ServiceStopped, [0.5, 25.0], [0.0; 2]),
+    (Kind::ServiceCutOff, [0.5, 25.0], [0.0; 2]),
+    (Kind::ServiceCutOff, [0.5, 25.0], [0.0; 2]),
+    (Kind::LeaseNotRenewed, [0.5, 10.0], [0.0; 2]),
+    (Kind::DatabaseDown, [0.5, 15.0], [0.0; 2]),
+    (Kind::DatabaseFull, [5.0, 20.0], [0.0; 2]),
+    (Kind::ConnectionsLost, [5.0, 20.0], [2.0, 40.0]),
+    (Kind::DatabaseAnswersLost, [5.0, 20.0], [2.0, 40.0]),
+    (Kind::ServicesApart, [5.0, 30.0], [0.0; 2]),
+];
+/// What happens to a service with a disk of its own.
+const NOT_SHARED: [Kind; 4] = [
+    Kind::ServiceKilled,
+    Kind::PowerLostAshore,
+    Kind::DirectoryAway,
+    Kind::DiskFull,
+];
+
 /// Time before the first fault, s: everything is under way.
 const FIRST_S: f64 = 40.0;
 /// Between two faults, s. The longest is enough to see that everything works again.
@@ -93,16 +133,24 @@ pub(super) struct Fault {
     pub(super) begins_s: f64,
     pub(super) ends_s: f64,
     pub(super) size: f64,
+    /// Which service it strikes.
+    pub(super) service: usize,
     /// Whether no other fault is active at any time of it, nor shortly before.
     pub(super) is_alone: bool,
 }
 
 /// The faults of a voyage, by their begin.
-pub(super) fn schedule(rng: &mut impl Rng, duration_s: f64) -> Vec<Fault> {
+pub(super) fn schedule(rng: &mut impl Rng, duration_s: f64, n_services: usize) -> Vec<Fault> {
     let mut faults: Vec<Fault> = vec![];
+    let mut kinds = KINDS.to_vec();
+    if 1 < n_services {
+        kinds.retain(|(kind, ..)| !NOT_SHARED.contains(kind));
+        // The others are drawn in every voyage.
+        kinds.extend([SHARED; 3].concat());
+    }
     let mut free_s = FIRST_S;
     loop {
-        let (kind, span, size) = KINDS[rng.random_range(0..KINDS.len())];
+        let (kind, span, size) = kinds[rng.random_range(0..kinds.len())];
         let overlaps = !faults.is_empty() && rng.random_bool(OVERLAPS);
         let begins_s = if overlaps {
             free_s - rng.random_range(0.0..PAUSE_S[0])
@@ -111,10 +159,17 @@ pub(super) fn schedule(rng: &mut impl Rng, duration_s: f64) -> Vec<Fault> {
         };
         let ends_s = begins_s + rng.random_range(span[0]..span[1]);
         let size = rng.random_range(size[0]..=size[1]);
+        let service = if 1 < n_services {
+            rng.random_range(0..n_services)
+        } else {
+            0
+        };
         if duration_s <= ends_s {
             return faults;
         }
-        let is_same = |fault: &Fault| fault.kind.process() == kind.process() && begins_s <= fault.ends_s;
+        let is_same = |fault: &Fault| {
+            fault.kind.process(fault.service) == kind.process(service) && begins_s <= fault.ends_s
+        };
         if faults.iter().any(is_same) {
             continue;
         }
@@ -124,6 +179,7 @@ pub(super) fn schedule(rng: &mut impl Rng, duration_s: f64) -> Vec<Fault> {
             begins_s,
             ends_s,
             size,
+            service,
             is_alone: true,
         });
         faults.sort_by(|a, b| a.begins_s.total_cmp(&b.begins_s));
@@ -146,13 +202,31 @@ impl Kind {
         }
     }
 
+    /// Whether the other one of two services can do everything.
+    pub(super) fn leaves_another(self) -> bool {
+        matches!(
+            self,
+            Self::ServiceKilled | Self::ServiceStopped | Self::ServiceCutOff | Self::LeaseNotRenewed
+        )
+    }
+
     /// Faults of the same number are not active at the same time.
-    fn process(self) -> u8 {
+    fn process(self, service: usize) -> usize {
         match self {
-            Self::ServiceKilled | Self::PowerLostAshore | Self::DirectoryAway | Self::DiskFull => 0,
-            Self::TakenOver | Self::Disarmed => 1,
-            Self::TwoReceivers | Self::PositionFrozen | Self::PositionJumped => 2,
-            other => 10 + other as u8,
+            Self::ServiceKilled
+            | Self::ServiceStopped
+            | Self::PowerLostAshore
+            | Self::DirectoryAway
+            | Self::DiskFull => service,
+            Self::DatabaseFull
+            | Self::ServiceCutOff
+            | Self::LeaseNotRenewed
+            | Self::DatabaseDown
+            | Self::ConnectionsLost
+            | Self::DatabaseAnswersLost => 2,
+            Self::TakenOver | Self::Disarmed => 3,
+            Self::TwoReceivers | Self::PositionFrozen | Self::PositionJumped => 4,
+            other => 10 + other as usize,
         }
     }
 }
@@ -199,6 +273,11 @@ impl Now {
     /// Since when that fault has been active, s.
     pub(super) fn since_s(&self, kind: Kind) -> Option<f64> {
         self.active.get(&kind).copied()
+    }
+
+    /// Whether nothing is wrong.
+    pub(super) fn is_quiet(&self) -> bool {
+        self.active.is_empty()
     }
 
     /// For how long nothing has been wrong, s.

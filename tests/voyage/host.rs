@@ -1,37 +1,57 @@
-//! The service's process and its disk.
+//! The processes of the services, and the disk of one or the database of two.
 
 use std::{
+    cell::Cell,
     collections::BTreeMap,
     fs,
     hash::{DefaultHasher, Hash as _, Hasher as _},
     path::{Path, PathBuf},
-    sync::{Arc, Mutex},
+    sync::{Arc, Mutex, Weak},
     time::Duration,
 };
 
 use axum::{
     Router,
     body::{Body, to_bytes},
-    http::{Request as HttpRequest, header},
+    http::{HeaderValue, Request as HttpRequest, Response as HttpResponse, header},
 };
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
 use service::{
-    Settings,
+    InProcess, MayHaveArrived, Settings,
     missions::{Missions, replay::replay},
-    store::{EventReader, EventStore},
+    store::{EventReader, EventStore, Member, Trouble},
 };
 use tempfile::TempDir;
 use tokio::sync::watch;
 use tower::ServiceExt as _;
 
-use super::{World, lock, planners, rng};
+use super::{
+    World,
+    database::{Database, name},
+    faults::{Fault, Kind},
+    lock, planners, rng,
+};
 
 /// Longest answer read, bytes.
 const ANSWER_BYTES_MAX: usize = 16 << 20;
 /// Files of a store: SQLite's, and the list of what was acknowledged.
 const WRITE_AHEAD: &str = "missions.sqlite3-wal";
+/// How long a service keeps its missions without an answer of the database: the default of `--lease-s`.
+const LEASE: Duration = Duration::from_secs(2);
+/// Between two turns of a service.
+const TURN: Duration = Duration::from_millis(250);
+/// Until missions without an owner have one: two eighths of a lease after the lease of a service that is gone, and a turn.
+const TAKE_OVER: Duration = Duration::from_millis(2_000 + 500 + 250);
+/// Between services, each way.
+const BETWEEN: Duration = Duration::from_millis(2);
+
+tokio::task_local! {
+    /// Whether the request that is being answered was forwarded.
+    static FORWARDED: Cell<bool>;
+}
+
 /// How long the writes go on that a power cut tears, s.
 const TORN_S: f64 = 1.2;
 
@@ -47,8 +67,11 @@ pub(super) struct Host {
     world: Arc<World>,
     /// On the memory disk: a sync costs nothing, and what a real disk does is tested by real processes.
     root: TempDir,
+    /// Where two services have their missions.
+    database: Option<Database>,
+    pub(super) n_services: usize,
     state: Mutex<State>,
-    killed: watch::Sender<u64>,
+    killed: [watch::Sender<u64>; 2],
     rng: Mutex<ChaCha8Rng>,
 }
 
@@ -56,12 +79,16 @@ pub(super) struct Host {
 struct State {
     /// Number of the directory of the store: a kill leaves the last one as it was.
     generation: u64,
-    running: Option<Running>,
+    running: [Option<Running>; 2],
+    /// What happens to the connections of each service to the database.
+    troubles: [Option<Trouble>; 2],
+    /// Since when each service has not reached the database, s.
+    cut_since_s: [Option<f64>; 2],
     mission: Option<String>,
     /// The highest number that a client knows.
     known_last: u64,
-    /// Answers to keys: the events' numbers.
-    acknowledged: BTreeMap<String, u64>,
+    /// Answers to keys: the events' numbers, and something that was reported in each.
+    acknowledged: BTreeMap<String, (u64, Option<Value>)>,
     /// References that clients saw, by the number of their plan.
     seen: BTreeMap<u64, Value>,
     /// Digests of events that are known, by number.
@@ -75,7 +102,7 @@ struct Running {
 }
 
 impl Host {
-    pub(super) fn new(world: &Arc<World>, seed: u64) -> Self {
+    pub(super) fn new(world: &Arc<World>, seed: u64, database: Option<Database>) -> Self {
         planners::begin();
         let memory = Path::new("/dev/shm");
         let root = if memory.is_dir() {
@@ -86,8 +113,10 @@ impl Host {
         Self {
             world: Arc::clone(world),
             root: root.expect("a directory can be made"),
+            n_services: 1 + usize::from(database.is_some()),
+            database,
             state: Mutex::default(),
-            killed: watch::Sender::new(0),
+            killed: Default::default(),
             rng: Mutex::new(rng(seed, 3)),
         }
     }
@@ -101,24 +130,48 @@ impl Host {
         lock(&self.state).mission.clone()
     }
 
-    pub(super) async fn start(&self) {
-        let generation = lock(&self.state).generation;
-        let directory = self.directory(generation);
-        let store = EventStore::open(&directory, &self.world.ashore).expect("the store opens");
+    /// URLs of the services.
+    pub(super) fn urls(&self) -> Vec<String> {
+        (0..self.n_services).map(name).collect()
+    }
+
+    pub(super) async fn start(self: &Arc<Self>, service: usize) {
+        let clock = &self.world.ashore[service];
+        let store = match &self.database {
+            None => EventStore::open(&self.directory(lock(&self.state).generation), clock),
+            Some(database) => {
+                let member = Member {
+                    url: name(service),
+                    lease: LEASE,
+                };
+                EventStore::open_database(&database.url_for(service), Some(member), u64::MAX, clock)
+            }
+        };
+        let store = store.expect("the store opens");
+        if let Some(database) = &self.database {
+            database.watch();
+        }
+        let others = Arc::downgrade(self);
         let settings = Settings {
-            clock: self.world.ashore.clone(),
+            clock: clock.clone(),
             plan: planners::plan,
             planners: 2,
+            others: Some(InProcess(Arc::new(move |request| {
+                let _ = FORWARDED.try_with(|forwarded| forwarded.set(true));
+                Box::pin(forwarded(Weak::clone(&others), request))
+            }))),
             ..Settings::default()
         };
         let started = service::service(settings, store.clone()).await;
         let (router, missions) = started.expect("the service starts");
-        self.world.note("host", "the service starts");
+        self.world.note("host", format!("service {service} starts"));
         let probed = store.probe().await;
         self.world
             .claim("no loss reported", probed.is_ok(), || format!("{probed:?}"));
-        self.check_store(&directory);
-        lock(&self.state).running = Some(Running {
+        self.check_store();
+        let mut state = lock(&self.state);
+        store.trouble(state.troubles[service]);
+        state.running[service] = Some(Running {
             router,
             missions,
             store,
@@ -126,29 +179,94 @@ impl Host {
     }
 
     /// Kills the service; with `torn`, in the middle of its next write. What comes to the disk later counts for nothing.
-    pub(super) async fn kill(&self, torn: bool) {
+    pub(super) async fn kill(&self, service: usize, torn: bool) {
         let (running, generation) = {
             let mut state = lock(&self.state);
-            state.generation += 1;
-            (state.running.take(), state.generation)
+            state.generation += u64::from(self.database.is_none());
+            (state.running[service].take(), state.generation)
         };
         let Some(running) = running else { return };
-        self.world.note("host", "the service is killed");
-        self.killed.send_modify(|number| *number += 1);
-        let (old, new) = (self.directory(generation - 1), self.directory(generation));
-        copy(&old, &new);
-        if torn {
-            self.world.ashore.sleep(Duration::from_secs_f64(TORN_S)).await;
-            let (before, after) = (read(&new, WRITE_AHEAD), read(&old, WRITE_AHEAD));
-            if let Some(more) = after.strip_prefix(&before[..]) {
-                let kept = lock(&self.rng).random_range(0..=more.len());
-                let torn = [&before[..], &more[..kept]].concat();
-                fs::write(new.join(WRITE_AHEAD), torn).expect("is written");
-                self.world
-                    .note("host", format!("{kept} of {} bytes reached the disk", more.len()));
+        self.world.note("host", format!("service {service} is killed"));
+        self.killed[service].send_modify(|number| *number += 1);
+        running.store.trouble(Some(Trouble::Cut));
+        if self.database.is_none() {
+            let (old, new) = (self.directory(generation - 1), self.directory(generation));
+            copy(&old, &new);
+            if torn {
+                self.world.aboard.sleep(Duration::from_secs_f64(TORN_S)).await;
+                let (before, after) = (read(&new, WRITE_AHEAD), read(&old, WRITE_AHEAD));
+                if let Some(more) = after.strip_prefix(&before[..]) {
+                    let kept = lock(&self.rng).random_range(0..=more.len());
+                    let torn = [&before[..], &more[..kept]].concat();
+                    fs::write(new.join(WRITE_AHEAD), torn).expect("is written");
+                    self.world
+                        .note("host", format!("{kept} of {} bytes reached the disk", more.len()));
+                }
             }
         }
         running.missions.close();
+    }
+
+    /// Has the service hand its missions over, and end.
+    pub(super) async fn stop(&self, service: usize) {
+        let running = lock(&self.state).running[service].take();
+        let Some(running) = running else { return };
+        self.world.note("host", format!("service {service} stops"));
+        running.missions.stop().await;
+        self.killed[service].send_modify(|number| *number += 1);
+        running.store.trouble(Some(Trouble::Cut));
+    }
+
+    /// A fault of the database, or of the way to it, begins or ends.
+    pub(super) fn trouble(&self, fault: &Fault, begins: bool) {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "is small")]
+        let each = fault.size as u32;
+        let trouble = match fault.kind {
+            Kind::DatabaseFull => Trouble::Full,
+            Kind::ConnectionsLost => Trouble::Gone(each),
+            Kind::DatabaseAnswersLost => Trouble::Unanswered(each),
+            Kind::LeaseNotRenewed => Trouble::NoBeat,
+            _ => Trouble::Cut,
+        };
+        let trouble = begins.then_some(trouble);
+        let since_s = matches!(trouble, Some(Trouble::Cut | Trouble::NoBeat)).then(|| self.world.t_s());
+        let mut state = lock(&self.state);
+        for service in 0..self.n_services {
+            if fault.kind.leaves_another() && service != fault.service {
+                continue;
+            }
+            (state.troubles[service], state.cut_since_s[service]) = (trouble, since_s);
+            if let Some(running) = &state.running[service] {
+                running.store.trouble(trouble);
+            }
+        }
+    }
+
+    /// Whether the other service can take the missions of this one at once.
+    pub(super) fn is_replaced(&self, service: usize) -> bool {
+        let state = lock(&self.state);
+        let other = 1 - service;
+        self.database.is_some() && state.running[other].is_some() && state.troubles[other].is_none()
+    }
+
+    /// Claims that the missions of this service have another owner in time.
+    pub(super) async fn expect_taken(self: Arc<Self>, service: usize, kind: Kind) {
+        let within = if kind == Kind::ServiceStopped {
+            TURN
+        } else {
+            TAKE_OVER
+        };
+        self.world.aboard.sleep(within).await;
+        let Some(database) = &self.database else { return };
+        // The other one may have been struck meanwhile.
+        let quiet_s = self.world.now().quiet_s(self.world.t_s());
+        if within.as_secs_f64() <= quiet_s && self.mission().is_some() {
+            let owner = database.owner();
+            let taken = owner == Some(name(1 - service));
+            self.world.claim("take-over", taken, || {
+                format!("{within:?} after {kind} ({service}) the owner is {owner:?}")
+            });
+        }
     }
 
     pub(super) fn move_directory(&self, away: bool) {
@@ -159,8 +277,7 @@ impl Host {
     }
 
     pub(super) async fn fill_disk(&self, full: bool) {
-        let store = lock(&self.state)
-            .running
+        let store = lock(&self.state).running[0]
             .as_ref()
             .map(|running| running.store.clone());
         if let Some(store) = store {
@@ -170,14 +287,8 @@ impl Host {
         }
     }
 
-    /// The answer of the service: status and body. Fails if there is none.
-    pub(super) async fn ask(&self, request: Request) -> Result<(u16, Vec<u8>), String> {
-        let mut killed = self.killed.subscribe();
-        let router = lock(&self.state)
-            .running
-            .as_ref()
-            .map(|running| running.router.clone());
-        let router = router.ok_or("connection refused")?;
+    /// The answer of a service: status and body. Fails if there is none.
+    pub(super) async fn ask(&self, service: usize, request: Request) -> Result<(u16, Vec<u8>), String> {
         let mut builder = HttpRequest::builder().uri(&request.path);
         if let Some(key) = &request.key {
             builder = builder.header("idempotency-key", key);
@@ -189,23 +300,53 @@ impl Host {
                 .header(header::CONTENT_TYPE, "application/json")
                 .body(Body::from(body.clone())),
         };
-        let built = built.expect("is a request");
-        let answered = async {
-            let response = router.oneshot(built).await.expect("a router always answers");
+        let (status, body) = self.answer(service, built.expect("is a request")).await?;
+        if (200..300).contains(&status) {
+            self.learn(&request, &body);
+        }
+        Ok((status, body))
+    }
+
+    async fn answer(&self, service: usize, request: HttpRequest<Body>) -> Result<(u16, Vec<u8>), String> {
+        let mut killed = self.killed[service].subscribe();
+        let router = lock(&self.state).running[service]
+            .as_ref()
+            .map(|running| running.router.clone());
+        let router = router.ok_or("connection refused")?;
+        let path = request
+            .uri()
+            .path()
+            .rsplit('/')
+            .next()
+            .unwrap_or_default()
+            .to_owned();
+        let answered = FORWARDED.scope(Cell::new(false), async {
+            let response = router.oneshot(request).await.expect("a router always answers");
             let status = response.status().as_u16();
             let body = to_bytes(response.into_body(), ANSWER_BYTES_MAX).await;
-            (status, body.expect("is read").to_vec())
-        };
-        let (status, body) = tokio::select! {
+            (status, body.expect("is read").to_vec(), FORWARDED.with(Cell::get))
+        });
+        let (status, body, forwarded) = tokio::select! {
             biased;
             _ = killed.changed() => return Err("connection reset".to_owned()),
             answered = answered => answered,
         };
-        let path = request.path.rsplit('/').next().unwrap_or_default();
-        let path = path.split('?').next().unwrap_or_default();
-        self.world.note("host", format!("{status} {path}"));
-        if (200..300).contains(&status) {
-            self.learn(&request, &body);
+        let by = if forwarded { "through" } else { "by" };
+        self.world.note("host", format!("{status} {path} {by} {service}"));
+        if let Some(database) = &self.database
+            && status == 200
+            && path == "reference"
+            && !forwarded
+        {
+            let owner = database.owner();
+            self.world.claim("one owner", owner == Some(name(service)), || {
+                format!("service {service} answers, and the owner is {owner:?}")
+            });
+            let cut_s =
+                lock(&self.state).cut_since_s[service].map_or(0.0, |since_s| self.world.t_s() - since_s);
+            self.world.claim("one owner", cut_s <= LEASE.as_secs_f64(), || {
+                format!("service {service} answers {cut_s:.2} s after its last answer of the database")
+            });
         }
         Ok((status, body))
     }
@@ -232,7 +373,11 @@ impl Host {
             state.seen.insert(sequence, answer["plan"]["reference"].clone());
         } else if let Some(key) = &request.key {
             state.known_last = state.known_last.max(sequence);
-            let first = *state.acknowledged.entry(key.clone()).or_insert(sequence);
+            let reported = || reported(request.body.as_deref()?, &answer);
+            let (first, _) = *state
+                .acknowledged
+                .entry(key.clone())
+                .or_insert_with(|| (sequence, reported()));
             drop(state);
             self.world.claim("repeated", first == sequence, || {
                 format!("{key} was event {first}, then {sequence}")
@@ -240,11 +385,19 @@ impl Host {
         }
     }
 
-    /// Compares what is stored in `directory` with what clients know.
-    fn check_store(&self, directory: &Path) {
+    fn reader(&self) -> EventReader {
+        let reader = match &self.database {
+            None => EventReader::of(&self.directory(lock(&self.state).generation)),
+            Some(database) => EventReader::of_database(database.url()),
+        };
+        reader.expect("the store can be read")
+    }
+
+    /// Compares what is stored with what clients know.
+    fn check_store(&self) {
         let Some(mission) = self.mission() else { return };
         let world = &self.world;
-        let reader = EventReader::of(directory).expect("the store can be read");
+        let reader = self.reader();
         let (listed, _) = reader.missions(0, 10, 0).expect("missions are listed");
         world.claim("one mission", listed.len() == 1, || {
             format!("{} missions", listed.len())
@@ -260,6 +413,12 @@ impl Host {
         world.claim("one history", numbers.eq(1..=events.len() as u64), || {
             "numbers have gaps".to_owned()
         });
+        if let Some(database) = &self.database {
+            let stranger = database.stranger();
+            world.claim("one owner", stranger.is_none(), || {
+                stranger.clone().unwrap_or_default()
+            });
+        }
         let mut state = lock(&self.state);
         let last = events.len() as u64;
         let known_last = state.known_last;
@@ -285,34 +444,41 @@ impl Host {
                 format!("event {sequence} is not the plan that a client saw")
             });
         }
-        for (key, &sequence) in &state.acknowledged {
-            let event = events.get(usize::try_from(sequence).expect("is small") - 1);
+        for (key, (sequence, reported)) in &state.acknowledged {
+            let event = events.get(usize::try_from(*sequence).expect("is small") - 1);
             let kind = event.map_or("missing", |event| event.kind.as_str());
             let reports = kind == "reported" || kind == "ran" || kind == "paused";
             world.claim("acknowledged", reports, || {
                 format!("event {sequence} of {key} is {kind}")
             });
+            if let Some((event, reported)) = event.zip(reported.as_ref()) {
+                let body: Value = serde_json::from_slice(&event.body).expect("events are JSON");
+                world.claim("acknowledged", is_within(&body, reported), || {
+                    format!("event {sequence} of {key} is without {reported}")
+                });
+            }
         }
     }
 
     /// What the store must hold after the voyage.
-    pub(super) async fn check_at_the_end(&self) {
+    pub(super) async fn check_at_the_end(self: &Arc<Self>) {
         if self.world.is_broken() {
             return;
         }
-        if lock(&self.state).running.is_none() {
-            self.start().await;
+        for service in 0..self.n_services {
+            if lock(&self.state).running[service].is_none() {
+                self.start(service).await;
+            }
         }
         // Commands that were sent are carried out.
-        self.world.ashore.sleep(Duration::from_secs(15)).await;
-        let directory = self.directory(lock(&self.state).generation);
-        self.check_store(&directory);
+        self.world.aboard.sleep(Duration::from_secs(15)).await;
+        self.check_store();
         let Some(mission) = self.mission() else {
             return self
                 .world
                 .claim("one mission", false, || "there is none".to_owned());
         };
-        let reader = EventReader::of(&directory).expect("the store can be read");
+        let reader = self.reader();
         let stored = reader.mission(&mission).expect("is read").expect("is there");
         let events = reader.events(stored.number, 0, usize::MAX).expect("are read");
         let mut log = vec![];
@@ -342,6 +508,45 @@ impl Host {
                 format!("plans {:?} have another answer", replayed.different)
             });
     }
+}
+
+/// A heading or a text of a request that was accepted.
+fn reported(request: &[u8], answer: &Value) -> Option<Value> {
+    let request: Value = serde_json::from_slice(request).ok()?;
+    let places = ["/asc/0/state/heading_rad", "/notes/0/text"];
+    let mut reported = places.iter().filter_map(|place| request.pointer(place));
+    reported
+        .next()
+        .filter(|_| answer.get("rejected").is_none())
+        .cloned()
+}
+
+/// The answer of another service to a forwarded call.
+async fn forwarded(
+    host: Weak<Host>,
+    request: HttpRequest<Body>,
+) -> Result<HttpResponse<Body>, MayHaveArrived> {
+    let host = host.upgrade().ok_or(MayHaveArrived(false))?;
+    let to = (0..host.n_services).find(|service| request.uri().to_string().starts_with(&name(*service)));
+    let to = to.ok_or(MayHaveArrived(false))?;
+    host.world.aboard.sleep(BETWEEN).await;
+    if host.world.now().has(Kind::ServicesApart) {
+        return std::future::pending().await;
+    }
+    if lock(&host.state).running[to].is_none() {
+        return Err(MayHaveArrived(false));
+    }
+    let (status, body) = host.answer(to, request).await.map_err(|_| MayHaveArrived(true))?;
+    host.world.aboard.sleep(BETWEEN).await;
+    if host.world.now().has(Kind::ServicesApart) {
+        return std::future::pending().await;
+    }
+    let mut response = HttpResponse::new(Body::from(body.clone()));
+    *response.status_mut() = status.try_into().expect("is a status");
+    let headers = response.headers_mut();
+    headers.insert(header::CONTENT_TYPE, HeaderValue::from_static("application/json"));
+    headers.insert(header::CONTENT_LENGTH, body.len().into());
+    Ok(response)
 }
 
 /// Texts of the notes in an event, at any depth.

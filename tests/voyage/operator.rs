@@ -14,6 +14,10 @@ use super::{
 
 /// Between two tries.
 const RETRY: Duration = Duration::from_millis(500);
+/// Between two tries to read the plan.
+const READ_AGAIN: Duration = Duration::from_millis(100);
+/// Longest wait for a plan.
+const READ_TIME: Duration = Duration::from_secs(3);
 /// Share of the actions that pause the mission.
 const PAUSES: f64 = 0.15;
 
@@ -22,6 +26,8 @@ pub(super) struct Operator {
     host: Arc<Host>,
     rng: ChaCha8Rng,
     key: u64,
+    /// Which service is asked.
+    service: usize,
 }
 
 impl Operator {
@@ -31,13 +37,14 @@ impl Operator {
             host: Arc::clone(host),
             rng: rng(seed, 2),
             key: 0,
+            service: 0,
         }
     }
 
     pub(super) async fn run(mut self) {
         loop {
             let wait_s = self.rng.random_range(4.0..25.0);
-            self.world.ashore.sleep(Duration::from_secs_f64(wait_s)).await;
+            self.world.aboard.sleep(Duration::from_secs_f64(wait_s)).await;
             let Some(mission) = self.host.mission() else {
                 continue;
             };
@@ -46,7 +53,7 @@ impl Operator {
                 self.world.now().is_paused = true;
                 self.until_done(&mission, "pause", json!({})).await;
                 let wait_s = self.rng.random_range(2.0..15.0);
-                self.world.ashore.sleep(Duration::from_secs_f64(wait_s)).await;
+                self.world.aboard.sleep(Duration::from_secs_f64(wait_s)).await;
                 self.until_done(&mission, "run", json!({})).await;
                 let t_s = self.world.t_s();
                 let mut now = self.world.now();
@@ -54,8 +61,35 @@ impl Operator {
                 now.pauses.push([begins_s, t_s]);
             } else {
                 let text = format!("operator {}", self.key);
-                let note = json!({ "notes": [{ "t_s": self.world.ashore.unix_s() - 0.5, "text": text }] });
+                let note = json!({ "notes": [{ "t_s": self.world.ashore[0].unix_s() - 0.5, "text": text }] });
                 self.until_done(&mission, "reports", note).await;
+            }
+        }
+    }
+
+    /// Somebody else reads the plan, of one service or the other.
+    pub(super) async fn read(world: Arc<World>, host: Arc<Host>, seed: u64) {
+        let mut rng = rng(seed, 5);
+        loop {
+            let wait_s = rng.random_range(0.1..1.5);
+            world.aboard.sleep(Duration::from_secs_f64(wait_s)).await;
+            let service = rng.random_range(0..host.n_services);
+            let Some(mission) = host.mission() else { continue };
+            let wait_s = rng.random_range(0..2);
+            let request = Request {
+                path: format!("/v1/missions/{mission}/reference?wait_s={wait_s}"),
+                key: None,
+                body: None,
+            };
+            // As soon as it can be answered: who has just lost a mission may not know it yet.
+            loop {
+                let asked = world
+                    .aboard
+                    .timeout(READ_TIME, host.ask(service, request.clone()));
+                if matches!(asked.await, Ok(Ok((200, _)))) {
+                    break;
+                }
+                world.aboard.sleep(READ_AGAIN).await;
             }
         }
     }
@@ -70,10 +104,13 @@ impl Operator {
             body: Some(body.to_string().into_bytes()),
         };
         loop {
-            match self.host.ask(request.clone()).await {
+            match self.host.ask(self.service, request.clone()).await {
                 // After a clock was set, its note is of another day: it is not worth a second one.
                 Ok((status, _)) if status < 500 && status != 429 => return,
-                Ok(_) | Err(_) => self.world.ashore.sleep(RETRY).await,
+                Ok(_) | Err(_) => {
+                    self.service = (self.service + 1) % self.host.n_services;
+                    self.world.aboard.sleep(RETRY).await;
+                }
             }
         }
     }

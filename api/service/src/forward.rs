@@ -2,7 +2,7 @@
 //!
 //! Reads of what is stored are answered here. A forwarded call is never forwarded again: while owners change, the client asks again.
 
-use std::time::Duration;
+use std::{fmt, pin::Pin, sync::Arc, time::Duration};
 
 use axum::{
     RequestExt as _,
@@ -76,17 +76,48 @@ const QUIET_MAX: Duration = Duration::from_secs(30);
 /// How often to ask whether the other service still has the mission, while it does not answer.
 const ASK_AGAIN: Duration = Duration::from_millis(500);
 
+/// The answer of another service, or whether the call may have reached it.
+pub type Answering = Pin<Box<dyn Future<Output = Result<Response, MayHaveArrived>> + Send>>;
+
+/// Whether a call without an answer may have been carried out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MayHaveArrived(pub bool);
+
+/// The other services in the same process, for tests.
+#[derive(Clone)]
+pub struct InProcess(pub Arc<dyn Fn(Request) -> Answering + Send + Sync>);
+
+impl fmt::Debug for InProcess {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("in process")
+    }
+}
+
 /// Forwards calls to the owners of missions.
 #[derive(Clone)]
 pub(crate) struct Forwarding {
     missions: Missions,
-    client: Client<HttpsConnector<HttpConnector>, Body>,
+    carrier: Carrier,
+}
+
+#[derive(Clone)]
+enum Carrier {
+    Http(Client<HttpsConnector<HttpConnector>, Body>),
+    InProcess(InProcess),
 }
 
 impl Forwarding {
     /// None if no other service shares the missions. With `tls` services can be called by HTTPS too.
-    pub(crate) fn of(missions: Option<&Missions>, tls: Option<ClientConfig>) -> Option<Self> {
+    pub(crate) fn of(
+        missions: Option<&Missions>,
+        tls: Option<ClientConfig>,
+        in_process: Option<InProcess>,
+    ) -> Option<Self> {
         let missions = missions.filter(|missions| missions.are_shared())?.clone();
+        if let Some(others) = in_process {
+            let carrier = Carrier::InProcess(others);
+            return Some(Self { missions, carrier });
+        }
         let mut connector = HttpConnector::new();
         connector.set_connect_timeout(Some(CONNECT_TIME));
         connector.set_nodelay(true);
@@ -97,8 +128,8 @@ impl Forwarding {
             .https_or_http()
             .enable_http1()
             .wrap_connector(connector);
-        let client = Client::builder(TokioExecutor::new()).build(connector);
-        Some(Self { missions, client })
+        let carrier = Carrier::Http(Client::builder(TokioExecutor::new()).build(connector));
+        Some(Self { missions, carrier })
     }
 
     /// Has the call answered by the owner of its mission.
@@ -128,21 +159,32 @@ impl Forwarding {
         };
         let answer = tokio::select! {
             biased;
-            answer = self.client.request(request) => answer,
+            answer = self.call(url, request) => answer,
             () = moved(&self.missions, id, url, false) => return silent().into_response(),
             () = self.missions.clock().sleep(HEAD_TIME) => return silent().into_response(),
         };
         match answer {
-            Ok(answer) => match self.handed_on(id, url, answer.map(Body::new)).await {
+            Ok(answer) => match self.handed_on(id, url, answer).await {
                 Ok(answer) => answer,
                 Err(_) => silent().into_response(),
             },
-            Err(error) => {
-                let cause = std::error::Error::source(&error).map(ToString::to_string);
-                tracing::warn!(%error, cause, url, "the other service did not answer");
-                let problem = if error.is_connect() { elsewhere() } else { silent() };
-                problem.into_response()
-            }
+            Err(MayHaveArrived(true)) => silent().into_response(),
+            Err(MayHaveArrived(false)) => elsewhere().into_response(),
+        }
+    }
+
+    async fn call(&self, url: &str, request: Request) -> Result<Response, MayHaveArrived> {
+        match &self.carrier {
+            Carrier::InProcess(others) => others.0(request).await,
+            Carrier::Http(client) => client
+                .request(request)
+                .await
+                .map(|answer| answer.map(Body::new))
+                .map_err(|error| {
+                    let cause = std::error::Error::source(&error).map(ToString::to_string);
+                    tracing::warn!(%error, cause, url, "the other service did not answer");
+                    MayHaveArrived(!error.is_connect())
+                }),
         }
     }
 

@@ -53,6 +53,8 @@ use app_state::AppState;
 use body::Bodies;
 pub use body_size::BODY_BYTES_MAX;
 use forward::Forwarding;
+#[doc(hidden)]
+pub use forward::{Answering, InProcess, MayHaveArrived};
 use health::Readiness;
 pub use hosts::Hosts;
 pub use metrics::{Connections, Counted};
@@ -105,7 +107,7 @@ fn routed(settings: Settings, planners: Planners, missions: Option<Missions>) ->
     if let Some((period, beat)) = settings.heartbeat {
         tokio::spawn(readiness.clone().beat(period, beat));
     }
-    let forwarding = Forwarding::of(missions.as_ref(), settings.between);
+    let forwarding = Forwarding::of(missions.as_ref(), settings.between, settings.others);
     let bodies = Bodies::new(settings.body_time_limit, metrics.clone(), planners.clock.clone());
     let state = AppState {
         planners,

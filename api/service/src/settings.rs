@@ -15,7 +15,7 @@ use planner::{
 };
 use tokio_rustls::rustls::ClientConfig;
 
-use crate::{access::Tokens, hosts::Hosts, metrics::Connections, trace::TraceFn};
+use crate::{access::Tokens, forward::InProcess, hosts::Hosts, metrics::Connections, trace::TraceFn};
 
 /// A function that plans: [`planner::plan::plan_until`], or in tests one that fails on purpose.
 pub type PlanFn = fn(&Snapshot, &Parameters, &mut Workspace, &Stop) -> Plan;
@@ -51,6 +51,9 @@ pub struct Settings {
     pub trace: TraceFn,
     /// How services that share missions call each other by HTTPS; none: by HTTP only.
     pub between: Option<ClientConfig>,
+    /// Takes the place of calls to other services. For tests.
+    #[doc(hidden)]
+    pub others: Option<InProcess>,
 }
 
 impl Default for Settings {
@@ -72,6 +75,7 @@ impl Default for Settings {
             log_lines_dropped: || 0,
             trace: |_, _, _| None,
             between: None,
+            others: None,
         }
     }
 }

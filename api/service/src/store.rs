@@ -57,6 +57,8 @@ use files::{configure, hide, make_private, note_lost, require_file_of_write_ahea
 pub use idempotency::{KeyedAnswer, PreviousAnswer};
 use place::{Place, lock};
 pub use postgres::lease::{Acquired, Lease, Owned, Turn};
+#[doc(hidden)]
+pub use postgres::link::Trouble;
 pub use postgres::member::Member;
 use postgres::{link::Database, writer::PostgresWriter};
 pub use reader::{EventReader, FILE_NAME};
@@ -313,6 +315,14 @@ impl EventStore {
     #[doc(hidden)]
     pub async fn limit_growth(&self, pages: Option<u32>) -> Result<(), StoreError> {
         self.ask(move |writer| writer.limit_growth(pages)).await
+    }
+
+    /// Lets that happen to the connections to the database from now on. For tests.
+    #[doc(hidden)]
+    pub fn trouble(&self, trouble: Option<Trouble>) {
+        if let Kept::Database { database, .. } = &self.shared.kept {
+            database.trouble(trouble);
+        }
     }
 
     /// Fails if damage was found or the store cannot be written.

@@ -40,6 +40,24 @@ const QUERIES_MAX: usize = 48;
 /// Of them, those that are kept for questions who owns a mission.
 const OWNING: usize = 8;
 
+/// What happens to the connections of a process, for tests.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Trouble {
+    /// No connection is made, and none answers.
+    Cut,
+    /// Each statement of so many finds its connection gone.
+    Gone(u32),
+    /// Each statement of so many is carried out, and its connection is gone before the answer.
+    Unanswered(u32),
+    /// Nothing can be inserted.
+    Full,
+    /// The lease cannot be renewed, and everything else can be done.
+    NoBeat,
+}
+
+/// The trouble, and the number of statements in it.
+type Troubled = Arc<Mutex<Option<(Trouble, u32)>>>;
+
 /// A database, reached through any of its hosts that can be written to. Clones share it.
 #[derive(Clone, Debug)]
 pub(crate) struct Database(Arc<Shared>);
@@ -53,6 +71,7 @@ struct Shared {
     spare: Mutex<Spare>,
     /// Notified when a connection comes back.
     returned: Condvar,
+    troubled: Troubled,
     /// Runs the connections. None once it is dropped.
     runtime: Option<runtime::Runtime>,
 }
@@ -99,6 +118,7 @@ impl Database {
             name,
             spare: Mutex::default(),
             returned: Condvar::new(),
+            troubled: Troubled::default(),
             runtime: Some(runtime),
         })))
     }
@@ -106,6 +126,11 @@ impl Database {
     /// Hosts and name of the database.
     pub(crate) fn name(&self) -> &str {
         &self.0.name
+    }
+
+    /// Lets that happen to all connections from now on.
+    pub(crate) fn trouble(&self, trouble: Option<Trouble>) {
+        *lock(&self.0.troubled) = trouble.map(|trouble| (trouble, 0));
     }
 
     /// A new connection to a host that can be written to.
@@ -116,8 +141,15 @@ impl Database {
     /// A new connection whose answers are waited for as long as `patience`.
     pub(crate) fn connect_for(&self, patience: Duration) -> Result<Link, StoreError> {
         let Shared {
-            hosts, tls, runtime, ..
+            hosts,
+            tls,
+            runtime,
+            troubled,
+            ..
         } = &*self.0;
+        if matches!(*lock(troubled), Some((Trouble::Cut, _))) {
+            return Err(StoreError::silent());
+        }
         let runtime = runtime.as_ref().ok_or(StoreError::Closed)?;
         let connecting = runtime.spawn(first_of(hosts.clone(), tls.clone()));
         let abort = connecting.abort_handle();
@@ -131,6 +163,7 @@ impl Database {
             statements: RefCell::default(),
             task,
             patience,
+            troubled: Arc::clone(troubled),
         })
     }
 
@@ -164,8 +197,12 @@ impl Database {
     }
 
     fn spare(&self) -> MutexGuard<'_, Spare> {
-        self.0.spare.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.0.spare)
     }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// A connection to whichever host can first be written to. They are tried at the same time: one of them may be silent.
@@ -192,12 +229,19 @@ async fn first_of(hosts: Vec<Config>, tls: Tls) -> Result<(Client, AbortHandle),
     Err(StoreError::Unavailable(faults.join("; ")))
 }
 
+#[derive(Clone, Copy, PartialEq)]
+enum Lost {
+    Statement,
+    Answer,
+}
+
 /// A connection.
 pub(crate) struct Link {
     pub(super) client: Client,
     statements: RefCell<HashMap<String, Statement>>,
     task: AbortHandle,
     patience: Duration,
+    troubled: Troubled,
 }
 
 impl fmt::Debug for Link {
@@ -215,10 +259,36 @@ impl Drop for Link {
 impl Link {
     /// Waits for the result of a query.
     pub(super) fn wait<T>(&self, work: impl Future<Output = Result<T, Error>>) -> Result<T, StoreError> {
-        match wait_for(work, self.patience) {
+        let lost = self.lost();
+        let result = (lost != Some(Lost::Statement))
+            .then(|| wait_for(work, self.patience))
+            .flatten();
+        if lost.is_some() {
+            return Err(self.end(StoreError::silent()));
+        }
+        match result {
             Some(result) => Ok(result?),
             None => Err(StoreError::silent()),
         }
+    }
+
+    /// What the trouble takes of the next statement.
+    fn lost(&self) -> Option<Lost> {
+        let mut troubled = lock(&self.troubled);
+        let (trouble, number) = troubled.as_mut()?;
+        *number += 1;
+        match *trouble {
+            Trouble::Cut => Some(Lost::Statement),
+            Trouble::Gone(each) => number.is_multiple_of(each).then_some(Lost::Statement),
+            Trouble::Unanswered(each) => number.is_multiple_of(each).then_some(Lost::Answer),
+            Trouble::Full | Trouble::NoBeat => None,
+        }
+    }
+
+    /// The server ends the transaction of a connection that is gone. Here at once: when it notices depends on the processor.
+    fn end(&self, error: StoreError) -> StoreError {
+        let _ = wait_for(self.client.batch_execute("ROLLBACK"), self.patience);
+        error
     }
 
     /// The prepared form of a query, which a connection prepares once.
@@ -236,6 +306,14 @@ impl Link {
 
     /// Executes a statement; the number of rows that it changed.
     pub(crate) fn execute(&self, query: &str, params: &[&(dyn ToSql + Sync)]) -> Result<u64, StoreError> {
+        let trouble = *lock(&self.troubled);
+        match trouble {
+            Some((Trouble::Full, _)) if query.starts_with("INSERT") => return Err(self.end(StoreError::Full)),
+            Some((Trouble::NoBeat, _)) if query.starts_with("UPDATE services") => {
+                return Err(StoreError::silent());
+            }
+            _ => {}
+        }
         let statement = self.prepared(query)?;
         self.wait(self.client.execute(&statement, params))
     }
