@@ -1,7 +1,7 @@
 //! From a snapshot to a plan.
 
 use crate::{
-    choose::select::{baseline_from_memory, baseline_of, select_answer},
+    choose::select::{baseline_from_memory, baselines_of_all, select_answer},
     los::{law::LosLaw, tracking_law::TrackingLaw},
     problem::parameters::Parameters,
     program::build::Program,
@@ -70,18 +70,24 @@ pub fn plan_until(
     select_answer(snapshot, parameters, &mut programs.by_shape, stop, solve)
 }
 
-/// What a line-of-sight law would do with `snapshot`, at the gains in `parameters`: [`Plan::baseline`] for each law.
+/// What each line-of-sight law would do with `snapshot`, at the gains in `parameters`: [`Plan::baseline`] for each of
+/// [`LosLaw::ALL`]. If `stop` cuts their schedule short, [`Baseline::degraded`] says so.
 ///
-/// The law starts here, whatever was answered before: an integral at zero, a box from one fix.
+/// The laws start here, whatever was answered before: an integral at zero, a box from one fix.
 #[must_use]
-pub fn baseline(snapshot: &Snapshot, parameters: &Parameters, law: LosLaw) -> Baseline {
-    baseline_of(snapshot, parameters, law)
+pub fn baselines(snapshot: &Snapshot, parameters: &Parameters, stop: &Stop) -> [Baseline; LosLaw::ALL.len()] {
+    baselines_of_all(snapshot, parameters, stop)
 }
 
-/// [`baseline`] of a law at work, with its gains and from what it remembers. Positions and times are those of the looks before.
+/// The same of a law at work, with its gains and from what it remembers. Positions and times are those of the looks before.
 #[must_use]
-pub fn baseline_from(snapshot: &Snapshot, parameters: &Parameters, law: &TrackingLaw) -> Baseline {
-    baseline_from_memory(snapshot, parameters, law)
+pub fn baseline_from(
+    snapshot: &Snapshot,
+    parameters: &Parameters,
+    law: &TrackingLaw,
+    stop: &Stop,
+) -> Baseline {
+    baseline_from_memory(snapshot, parameters, law, stop)
 }
 
 /// [`plan`] with another solver instead of Clarabel: a peer to compare with, or a failure to force.
