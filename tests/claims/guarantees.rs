@@ -10,13 +10,14 @@ use planner::{
     parameters::Parameters,
     path::{Path, Segment},
     plan::{
-        Plan, Programs, SoftLimit, Subject, Violation, Workspace, baseline, baseline_from, plan, plan_with,
+        Plan, Programs, SoftLimit, Subject, Violation, Workspace, baseline_from, baselines, plan, plan_with,
     },
     snapshot::{
         Acoustics, Asc, DeclaredPath, Dive, Forecast, Goal, KeepOut, Offset, PlanRequest, PreviousPlan,
         Snapshot,
     },
-    solve::{SHAPES_MAX, Solvers, TOLERANCE},
+    solve::{KEPT_BYTES_MAX, Solvers, TOLERANCE},
+    stop::Stop,
 };
 use tests::{goals, observation, offsets, place, snapshot, state};
 
@@ -257,7 +258,7 @@ fn a_workspace_remembers_no_more_than_it_may_and_forgets_without_a_trace() {
         let answer = plan_with(&scene, &Parameters::default(), &mut programs, &mut |program| {
             solvers.solve(program)
         });
-        assert!(programs.count() <= SHAPES_MAX);
+        assert!(programs.bytes() <= KEPT_BYTES_MAX && solvers.bytes() <= KEPT_BYTES_MAX);
         assert_eq!(
             answer,
             plan(&scene, &Parameters::default(), &mut Workspace::default())

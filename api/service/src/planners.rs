@@ -27,19 +27,22 @@ use crate::{
     admission::{Admission, Permit},
     body_size::SHORT_BYTES_MAX,
     deadline::{Arrival, Deadline},
-    metrics::{Metrics, Shed},
+    metrics::{Metrics, PlanFor, Shed},
     pool::{Caller, Pool, Priority},
     problem::Problem,
     settings::{PlanFn, Settings},
 };
+
+/// Most bytes that idle workspaces of requests take, and as many those of missions.
+const IDLE_BYTES_MAX: usize = 32 << 20;
 
 /// The planners, with their workspaces. Clones share them.
 #[derive(Clone, Debug)]
 pub(crate) struct Planners {
     plan: PlanFn,
     pub(crate) parameters: Arc<Parameters>,
-    /// Idle workspaces. The choice changes the time of a plan, never the answer.
-    idle: Arc<Mutex<Vec<Workspace>>>,
+    /// Idle workspaces, of requests and of missions: what strangers ask for costs no mission its own.
+    idle: Arc<[Mutex<Vec<Workspace>>; 2]>,
     /// Requests with short bodies, and those with long ones: neither kind crowds out the other.
     short: Admission,
     long: Admission,
@@ -173,7 +176,7 @@ impl Planners {
             let (made, _job) = self.planning.run(permit.priority, move |caller| {
                 permit.work(&planners.clock, || {
                     let stop = deadline.stop(&planners.clock, caller);
-                    answer(planners.plan_now(planned, &stop), &stop)
+                    answer(planners.plan_now(PlanFor::Request, planned, &stop), &stop)
                 })
             });
             let (planners, span) = (self.clone(), Span::current());
@@ -213,7 +216,7 @@ impl Planners {
             // Declared before the turn, so that it is dropped after it if the planner panics.
             let sender = sender;
             let turn = turn;
-            let planned = planners.plan_now(facts, &stop);
+            let planned = planners.plan_now(PlanFor::Live, facts, &stop);
             drop(turn);
             // The mission may be gone.
             let _ = sender.send(planned);
@@ -264,15 +267,23 @@ impl Planners {
         worked.await.map_err(|_| Problem::Panicked)
     }
 
-    fn plan_now(&self, snapshot: Arc<Snapshot>, stop: &Stop) -> Planned {
-        let idle = || self.idle.lock().unwrap_or_else(PoisonError::into_inner);
-        // After a panic, its workspace is not used again.
+    fn plan_now(&self, purpose: PlanFor, snapshot: Arc<Snapshot>, stop: &Stop) -> Planned {
+        let idle = &self.idle[usize::from(purpose == PlanFor::Live)];
+        let idle = || idle.lock().unwrap_or_else(PoisonError::into_inner);
+        // The choice changes the time of a plan, never the answer. After a panic, its workspace is not used again.
         let mut workspace = idle().pop().unwrap_or_default();
         let start = self.clock.now();
         let _solve = info_span!("solve").entered();
         let plan = (self.plan)(&snapshot, &self.parameters, &mut workspace, stop);
         let solve_time = self.clock.since(start);
-        idle().push(workspace);
+        workspace.shrink();
+        let mut idle = idle();
+        idle.push(workspace);
+        // The one given back last is the first that is used again.
+        while IDLE_BYTES_MAX < idle.iter().map(Workspace::bytes).sum() {
+            idle.remove(0);
+        }
+        drop(idle);
         Planned {
             snapshot,
             plan,

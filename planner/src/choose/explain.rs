@@ -13,6 +13,7 @@ use crate::{
     scp::predicted_cost::CostTerms,
     snapshot::build::Snapshot,
     solve::{
+        by_shape::ByShape,
         certificate::Residuals,
         clarabel::{Solution, SolverStatus, Solvers},
         stop::Stop,
@@ -102,7 +103,8 @@ pub fn explain(snapshot: &Snapshot, planned: CostTerms, parameters: &Parameters,
             Some(*time)
         })
         .collect();
-    let plan = select_answer(snapshot, parameters, &mut vec![], stop, &mut |program| {
+    let mut programs = ByShape::default();
+    let _plan = select_answer(snapshot, parameters, &mut programs, stop, &mut |program| {
         let solution = solvers.solve_until(program, stop);
         let is_whole = solution.primal.len() == program.layout.n_variables();
         explanation.log.push(SubproblemReport {

@@ -7,6 +7,7 @@ use crate::{
     program::build::Program,
     snapshot::build::Snapshot,
     solve::{
+        by_shape::{ByShape, KEPT_BYTES_MAX},
         clarabel::{Solution, Solvers},
         stop::Stop,
     },
@@ -36,15 +37,29 @@ pub struct Workspace {
 /// Programs that were stated, by shape: the part of a [`Workspace`] that is no solver's.
 #[derive(Debug, Default)]
 pub struct Programs {
-    by_shape: Vec<Program>,
+    by_shape: ByShape<Program>,
 }
 
 impl Programs {
-    /// How many are kept: one for each of the shapes used last, no more than
-    /// [`SHAPES_MAX`](crate::solve::SHAPES_MAX).
+    /// How many bytes they take.
     #[must_use]
-    pub fn count(&self) -> usize {
-        self.by_shape.len()
+    pub fn bytes(&self) -> usize {
+        self.by_shape.bytes()
+    }
+}
+
+impl Workspace {
+    /// About how many bytes it takes: programs and solvers of the shapes used last up to
+    /// [`KEPT_BYTES_MAX`](crate::solve::KEPT_BYTES_MAX) each, and the last one however large it is.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.programs.bytes() + self.solvers.bytes()
+    }
+
+    /// Forgets the last shape, too, if it is so large. For a workspace that is not in use.
+    pub fn shrink(&mut self) {
+        self.programs.by_shape.shrink_to(KEPT_BYTES_MAX);
+        self.solvers.shrink_to(KEPT_BYTES_MAX);
     }
 }
 

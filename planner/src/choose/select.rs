@@ -35,7 +35,7 @@ use crate::{
         result::{Candidate, Degraded, ScpResult, SolverReport},
     },
     snapshot::build::Snapshot,
-    solve::{clarabel::Solution, stop::Stop},
+    solve::{by_shape::ByShape, clarabel::Solution, stop::Stop},
     visit::schedule::Scheduler,
 };
 
@@ -58,7 +58,7 @@ struct Level {
 pub(crate) fn select_answer(
     snapshot: &Snapshot,
     parameters: &Parameters,
-    programs: &mut Vec<Program>,
+    programs: &mut ByShape<Program>,
     stop: &Stop,
     solve: &mut dyn FnMut(&Program) -> Solution,
 ) -> Plan {

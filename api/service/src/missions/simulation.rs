@@ -119,6 +119,7 @@ impl Simulation {
         let origin = self.mission.record().origin;
         let answer = answer(&made, origin.map(wire::Origin::from));
         let mut planned = planned(time, Duration::ZERO, &made, &answer);
+        self.workspace.shrink();
         self.mission.step(Some((&seen, guidance)));
         let rows = self.mission.take_rows();
         planned.truth = rows.last().and_then(|row| truth(row, &self.ids)).map(Box::new);
