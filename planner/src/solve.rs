@@ -1,7 +1,9 @@
 //! One program solved by Clarabel, and its solution certified by arithmetic that is not Clarabel's.
 
+pub(crate) mod by_shape;
 pub mod certificate;
 pub(crate) mod clarabel;
 pub mod stop;
 
-pub use clarabel::{SHAPES_MAX, Solution, SolverStatus, Solvers, TOLERANCE};
+pub use by_shape::KEPT_BYTES_MAX;
+pub use clarabel::{Solution, SolverStatus, Solvers, TOLERANCE};

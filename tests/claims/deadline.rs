@@ -11,8 +11,9 @@ use std::{
 use axum::http::StatusCode;
 use clock::Clock;
 use planner::{
+    los::LosLaw,
     parameters::Parameters,
-    plan::{Degraded, Method, Plan, SolverReport, Workspace, plan, plan_until},
+    plan::{Degraded, Method, Plan, SolverReport, Workspace, baselines, plan, plan_until},
     snapshot::Snapshot,
     solve::SolverStatus,
     stop::Stop,
@@ -198,8 +199,8 @@ async fn the_sooner_of_both_deadlines_counts() {
 
 #[tokio::test(start_paused = true)]
 async fn an_explanation_for_which_no_time_is_left_keeps_no_comparison_waiting_and_spoils_none() {
-    // The plan is made after 1.8 s. Half of the 0.2 s that are left is shorter than the wait for a thread.
-    for (lag_ms, took_ms, is_explained) in [(900, 1_900, false), (0, 0, true)] {
+    // Read after the first wait for a thread, planned for after the second; the lower levels wait for one, too.
+    for (lag_ms, took_ms, is_explained) in [(1_100, 3_100, false), (900, 1_800, true), (0, 0, true)] {
         let (clock, service) = slow_service(Duration::from_millis(lag_ms), Duration::from_mins(1));
         let start = clock.now();
         let mut request = example("track");
@@ -209,9 +210,145 @@ async fn an_explanation_for_which_no_time_is_left_keeps_no_comparison_waiting_an
         assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);
         assert_eq!(clock.since(start), Duration::from_millis(took_ms));
         let compared = answer.json();
-        assert_eq!(compared["plans"]["mpc"]["outcome"], "ok", "{compared}");
+        let mpc = &compared["plans"]["mpc"];
+        assert_eq!(mpc["outcome"] == "ok", is_explained, "{compared}");
         assert_eq!(compared["explanation"].is_object(), is_explained, "{compared}");
     }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_law_whose_schedule_the_deadline_cut_short_says_so_and_one_that_needs_none_is_whole() {
+    for (name, laws) in [("visit", "degraded"), ("track", "ok")] {
+        let (_, service) = slow_service(Duration::from_millis(600), Duration::from_secs(1));
+        let request = post("/v1/plan/compare", example(name).to_string());
+        let compared = send_to(service.clone(), request).await.json();
+        for law in LosLaw::ALL {
+            let plan = &compared["plans"][law.name()];
+            let reason = (laws == "degraded").then_some("deadline");
+            assert_eq!(
+                (&plan["outcome"], &plan["reason"]),
+                (&json!(laws), &json!(reason))
+            );
+            assert_eq!(plan["trajectory"].as_array().map(Vec::len), Some(31));
+        }
+        let mut strict = example(name);
+        strict["fallback"] = json!("none");
+        let refused = send_to(service, post("/v1/plan/compare", strict.to_string())).await;
+        assert_eq!(refused.status, StatusCode::GATEWAY_TIMEOUT);
+        assert_eq!(refused.problem()["code"], "timed_out");
+    }
+}
+
+#[test]
+fn laws_and_plan_have_one_schedule_and_look_at_the_time_as_they_make_it() {
+    let request = serde_json::from_value(example("visit")).expect("has the shape");
+    let (snapshot, parameters) = (snapshot(request), Parameters::default());
+    let (never, looks) = due_at(usize::MAX);
+    let whole = baselines(&snapshot, &parameters, &never);
+    let looks = looks.load(Ordering::Relaxed);
+    let plan = plan(&snapshot, &parameters, &mut Workspace::default());
+    assert_eq!(whole[0], plan.baseline);
+    assert!(whole.iter().all(|law| law.degraded.is_none()));
+    let tried = parameters.scheduling.visits_tried / 100;
+    assert!(
+        (tried..100 * tried).contains(&looks),
+        "{looks}: once for all laws"
+    );
+    for n in [0, 1, looks / 2, looks - 1] {
+        let (stop, looked) = due_at(n);
+        for law in baselines(&snapshot, &parameters, &stop) {
+            assert_eq!(law.degraded, Some(Degraded::Deadline));
+        }
+        assert!(
+            looked.load(Ordering::Relaxed) <= n + 40,
+            "each first visit is tried"
+        );
+    }
+}
+
+#[test]
+fn estimates_for_which_there_is_no_time_rest_on_the_newest_reports_and_forget_no_track() {
+    let mut request = tests::observation(goals()[0].clone());
+    let at = |k: u32| {
+        let (t_s, wrong) = (f64::from(k) * 10.0, if k < 40 { 900.0 } else { 0.0 });
+        json!({ "t_s": t_s, "north_m": 100.0 + wrong, "east_m": 0.3 * t_s, "sigma_m": 1.5 })
+    };
+    let reports: Vec<_> = (0..64).map(at).collect();
+    let auv = json!({ "id": request.auvs[0].id, "reports": reports });
+    request.t_s = 640.0;
+    request.auvs[0] = serde_json::from_value(auv).expect("has the shape");
+    let whole = Snapshot::try_from(request.clone()).expect("is valid");
+    let hasty = Snapshot::until(request, &|| true).expect("is valid");
+    assert!(hasty.cut_short() && !whole.cut_short());
+    let [whole, estimate] = [&whole, &hasty].map(|snapshot| &snapshot.estimates()[0]);
+    assert!((whole.state.position() - estimate.state.position()).norm() < 3.0);
+    assert!((whole.state.speed_mps - estimate.state.speed_mps).abs() < 0.1);
+    assert_eq!(estimate.rejected, (0..56).collect::<Vec<_>>());
+    assert!(!estimate.track.is_empty());
+    let plan = stopped_at(0, &hasty, &mut Workspace::default());
+    assert_eq!(plan.degraded, Some(Degraded::Deadline));
+    assert_eq!(plan.baseline.degraded, Some(Degraded::Deadline));
+}
+
+/// The planners of [`works_until_stopped`] that have begun, and those that have ended.
+static WORK: [AtomicUsize; 2] = [AtomicUsize::new(0), AtomicUsize::new(0)];
+
+fn works_until_stopped(
+    snapshot: &Snapshot,
+    parameters: &Parameters,
+    workspace: &mut Workspace,
+    stop: &Stop,
+) -> Plan {
+    WORK[0].fetch_add(1, Ordering::Relaxed);
+    while !stop.is_due() {
+        std::thread::yield_now();
+    }
+    WORK[1].fetch_add(1, Ordering::Relaxed);
+    plan_until(snapshot, parameters, workspace, stop)
+}
+
+/// With the threads of the machine, and a deadline that none waits for.
+#[tokio::test]
+async fn work_for_a_client_that_is_gone_ends() {
+    let service = app(Settings {
+        plan: works_until_stopped,
+        planners: 1,
+        waiting: 0,
+        deadline: Duration::from_hours(1),
+        ..Settings::default()
+    });
+    let batch = json!({ "requests": [example("track"), example("track")] });
+    let calls = [
+        ("/v1/plan", example("track")),
+        ("/v1/plan/compare", example("visit")),
+        ("/v1/plan/batch", batch),
+    ];
+    for (k, (path, body)) in calls.into_iter().enumerate() {
+        let call = tokio::spawn(send_to(service.clone(), post(path, body.to_string())));
+        let [begun, ended] = &WORK;
+        while begun.load(Ordering::Relaxed) <= k {
+            tokio::task::yield_now().await;
+        }
+        assert_eq!(ended.load(Ordering::Relaxed), k);
+        // Whatever a request wants computed, there is no room for it.
+        let refused = send_to(service.clone(), post("/v1/routes", "lat,lon\n1,1")).await;
+        assert_eq!(
+            refused.status,
+            StatusCode::SERVICE_UNAVAILABLE,
+            "{}",
+            refused.text
+        );
+        call.abort();
+        while ended.load(Ordering::Relaxed) <= k {
+            tokio::task::yield_now().await;
+        }
+    }
+    // The second of the batch was not begun.
+    let ready = send_to(service, post("/v1/plan/validate", EXAMPLES[0].body)).await;
+    assert_eq!(
+        (ready.status, WORK[0].load(Ordering::Relaxed)),
+        (StatusCode::OK, 3)
+    );
 }
 
 #[tokio::test(start_paused = true)]

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector2;
 use planner::{
+    los::LosLaw,
     parameters::Parameters,
     plan::{CostTerms, SoftLimit, Subject, Unit, Violation, Workspace, plan},
     program::Slack,
@@ -148,7 +149,7 @@ fn the_pointer_of_a_violation_leads_to_what_it_is_about_in_the_request() {
     let plan = plan(&snapshot, &parameters, &mut Workspace::default());
     let metadata = Map::new();
     let answer = Answer::new(&snapshot, &plan, std::time::Duration::ZERO, &metadata);
-    for response in [answer.planned(), answer.line_of_sight()] {
+    for response in [answer.planned(), answer.law(LosLaw::SaturatedLos, &plan.baseline)] {
         let text = serde_json::to_string(&response).expect("becomes JSON");
         let received: PlanResponse = serde_json::from_str(&text).expect("has the shape");
         assert_eq!(received.violations, response.violations);

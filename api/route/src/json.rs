@@ -1,11 +1,14 @@
 //! GeoJSON, and plans of QGroundControl.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, io::BufReader};
 
 use geojson::{Feature, GeoJson, GeometryValue, Position};
 use serde_json::{Value, value::RawValue};
 
-use crate::route::{Route, RoutePoint, Unread, lines_in};
+use crate::{
+    progress::{BYTES_MAX, Progress},
+    route::{Route, RoutePoint, Unread, lines_in},
+};
 
 /// MAVLink commands that go to a position: way-point, loiter (without end, turns, time), land, take-off, spline way-point.
 /// Source: MAVLink, MAV_CMD.
@@ -13,20 +16,54 @@ const GO_TO: [u64; 7] = [16, 17, 18, 19, 21, 22, 82];
 const JUMP: u64 = 177;
 const CHANGE_SPEED: u64 = 178;
 
-pub(crate) fn routes(text: &str) -> Result<Vec<Route>, Unread> {
+/// Most memory for the values of a file, bytes: four times the largest file.
+const VALUES_BYTES_MAX: usize = 4 * BYTES_MAX;
+
+/// What an array, an object and any value take in memory at least, bytes: room for four values, for eleven members, and itself.
+const ARRAY_BYTES: usize = 4 * VALUE_BYTES;
+const OBJECT_BYTES: usize = 11 * (size_of::<String>() + VALUE_BYTES);
+const VALUE_BYTES: usize = size_of::<Value>();
+
+pub(crate) fn routes(text: &str, mut progress: Progress<'_>) -> Result<Vec<Route>, Unread> {
     let broken = |error: serde_json::Error| {
         Unread::new(format!("line {}", error.line()), format!("is no JSON: {error}"))
     };
-    let value: Value = serde_json::from_str(text).map_err(broken)?;
+    weigh(text)?;
+    let watched = BufReader::new(progress.watched(text.as_bytes()));
+    let value: Value = serde_json::from_reader(watched).map_err(broken)?;
     let routes = if value["fileType"] == "Plan" {
-        plan(&value)
+        plan(&value, &mut progress)
     } else {
-        geojson(value)
+        geojson(value, &mut progress)
     };
     routes.map_err(|unread| Unread {
         place: located(text, &unread.place),
         ..unread
     })
+}
+
+/// Fails where the values of `text` take too much memory, before they take any.
+fn weigh(text: &str) -> Result<(), Unread> {
+    let (mut bytes, mut in_text, mut escaped) = (0, false, false);
+    for (at, byte) in text.bytes().enumerate() {
+        bytes += match byte {
+            _ if in_text => 1,
+            b'[' => ARRAY_BYTES,
+            b'{' => OBJECT_BYTES,
+            b',' => VALUE_BYTES,
+            _ => 0,
+        };
+        in_text ^= byte == b'"' && !escaped;
+        escaped = in_text && byte == b'\\' && !escaped;
+        if VALUES_BYTES_MAX < bytes {
+            let place = format!("line {}", 1 + lines_in(&text[..at]));
+            let fault = format!(
+                "has more lists and members until here than {VALUES_BYTES_MAX} bytes hold; thin it out"
+            );
+            return Err(Unread::new(place, fault));
+        }
+    }
+    Ok(())
 }
 
 /// The JSON pointer with its line, as far as it leads.
@@ -52,7 +89,7 @@ fn located(text: &str, pointer: &str) -> String {
     format!("line {line} ({pointer})")
 }
 
-fn geojson(mut value: Value) -> Result<Vec<Route>, Unread> {
+fn geojson(mut value: Value, progress: &mut Progress<'_>) -> Result<Vec<Route>, Unread> {
     let crs = value["crs"].to_string();
     if crs.contains("EPSG") && !crs.contains("4326") {
         return Err(Unread::new(
@@ -93,20 +130,21 @@ fn geojson(mut value: Value) -> Result<Vec<Route>, Unread> {
         let mut ring = false;
         match feature.geometry.as_ref().map(|geometry| &geometry.value) {
             Some(GeometryValue::Point { coordinates }) => {
-                loose.points.push(position(&coordinates_at, coordinates)?);
+                let point = position(&coordinates_at, coordinates)?;
+                progress.point(&mut loose, &coordinates_at, point)?;
                 continue;
             }
             Some(GeometryValue::LineString { coordinates } | GeometryValue::MultiPoint { coordinates }) => {
-                extend(&mut route, &coordinates_at, coordinates)?;
+                extend(progress, &mut route, &coordinates_at, coordinates)?;
             }
             Some(GeometryValue::MultiLineString { coordinates }) => {
                 for (k, part) in coordinates.iter().enumerate() {
-                    extend(&mut route, &format!("{coordinates_at}/{k}"), part)?;
+                    extend(progress, &mut route, &format!("{coordinates_at}/{k}"), part)?;
                 }
             }
             Some(GeometryValue::Polygon { coordinates }) => {
                 if let Some(outer) = coordinates.first() {
-                    extend(&mut route, &format!("{coordinates_at}/0"), outer)?;
+                    extend(progress, &mut route, &format!("{coordinates_at}/0"), outer)?;
                     ring = true;
                 }
             }
@@ -122,17 +160,24 @@ fn geojson(mut value: Value) -> Result<Vec<Route>, Unread> {
             point.speed_mps = speed;
             point.depth_m = depth.or(point.depth_m);
         }
-        routes.push(if ring { route.ring() } else { route });
+        let route = if ring { route.ring() } else { route };
+        progress.route(&mut routes, &coordinates_at, route)?;
     }
     if routes.is_empty() {
-        routes.push(loose);
+        progress.route(&mut routes, "", loose)?;
     }
     Ok(routes)
 }
 
-fn extend(route: &mut Route, place: &str, line: &[Position]) -> Result<(), Unread> {
+fn extend(
+    progress: &mut Progress<'_>,
+    route: &mut Route,
+    place: &str,
+    line: &[Position],
+) -> Result<(), Unread> {
     for (k, at) in line.iter().enumerate() {
-        route.points.push(position(&format!("{place}/{k}"), at)?);
+        let place = format!("{place}/{k}");
+        progress.point(route, &place, position(&place, at)?)?;
     }
     Ok(())
 }
@@ -144,7 +189,7 @@ fn position(place: &str, at: &Position) -> Result<RoutePoint, Unread> {
     }
 }
 
-fn plan(value: &Value) -> Result<Vec<Route>, Unread> {
+fn plan(value: &Value, progress: &mut Progress<'_>) -> Result<Vec<Route>, Unread> {
     let mission = &value["mission"];
     let Some(items) = mission["items"].as_array() else {
         return Err(Unread::new("/mission/items", "is missing"));
@@ -158,10 +203,10 @@ fn plan(value: &Value) -> Result<Vec<Route>, Unread> {
             (_, Some(inner)) => {
                 for (k, item) in inner.iter().enumerate() {
                     let place = format!("{place}/TransectStyleComplexItem/Items/{k}");
-                    simple(&mut route, &mut speed, &place, item)?;
+                    simple(&mut route, &mut speed, (&place, progress), item)?;
                 }
             }
-            (Some("SimpleItem"), None) => simple(&mut route, &mut speed, &place, item)?,
+            (Some("SimpleItem"), None) => simple(&mut route, &mut speed, (&place, progress), item)?,
             _ => {
                 let fault =
                     "is a pattern without its way-points; save the plan again, or draw it as way-points";
@@ -169,10 +214,17 @@ fn plan(value: &Value) -> Result<Vec<Route>, Unread> {
             }
         }
     }
-    Ok(vec![route])
+    let mut routes = Vec::new();
+    progress.route(&mut routes, "/mission/items", route)?;
+    Ok(routes)
 }
 
-fn simple(route: &mut Route, speed: &mut Option<f64>, place: &str, item: &Value) -> Result<(), Unread> {
+fn simple(
+    route: &mut Route,
+    speed: &mut Option<f64>,
+    place: (&str, &mut Progress<'_>),
+    item: &Value,
+) -> Result<(), Unread> {
     let param = |k: usize| item["params"][k].as_f64();
     let command = item["command"].as_u64().unwrap_or_default();
     let numbers = [param(0), param(1), param(4), param(5), param(6)];
@@ -183,7 +235,7 @@ fn simple(route: &mut Route, speed: &mut Option<f64>, place: &str, item: &Value)
 pub(crate) fn take(
     route: &mut Route,
     speed: &mut Option<f64>,
-    place: &str,
+    (place, progress): (&str, &mut Progress<'_>),
     command: u64,
     [first, second, lat, lon, height]: [Option<f64>; 5],
 ) -> Result<(), Unread> {
@@ -204,7 +256,7 @@ pub(crate) fn take(
             if lat != 0.0 || lon != 0.0 {
                 let mut point = RoutePoint::on_earth(place, lat, lon, height)?;
                 point.speed_mps = *speed;
-                route.points.push(point);
+                progress.point(route, place, point)?;
             }
         }
         _ => {}

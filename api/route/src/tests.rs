@@ -1,9 +1,10 @@
 use std::{
+    cell::Cell,
     fmt::Write as _,
     io::{Cursor, Write as _},
 };
 
-use crate::{BYTES_MAX, Place, Route, read, select};
+use crate::{BYTES_MAX, Place, Route, read, read_until, select};
 
 /// (latitude, longitude) of a small survey.
 const PLACES: [(f64, f64); 3] = [(38.7, -9.2), (38.701, -9.2), (38.701, -9.199)];
@@ -194,6 +195,97 @@ fn bombs_are_refused() {
     assert_eq!(read(entities.as_bytes()).expect("is KML")[0].name, "");
     assert!(read("<a>".repeat(1_000_000).as_bytes()).is_err());
     assert!(read("[".repeat(1_000_000).as_bytes()).is_err());
+}
+
+/// The dearest files of each kind: as long as files may be, of the shortest pieces of which something is kept or passed over.
+fn dear() -> Vec<(&'static str, String)> {
+    let filled = |before: &str, piece: &str, after: &str| {
+        let n = (BYTES_MAX - before.len() - after.len()) / piece.len();
+        format!("{before}{}{after}", piece.repeat(n))
+    };
+    let line = r#"{"type":"LineString","coordinates":["#;
+    let nested = format!("{}{},", "[".repeat(100), "]".repeat(100));
+    vec![
+        ("MOOS without points", filled("pts=0,0\n", "pts=\n", "")),
+        ("MOOS of one point", filled("", "pts=0,0\n", "")),
+        ("MOOS in one line", filled("pts={", "0,0:", "}")),
+        (
+            "lanes",
+            filled(
+                "",
+                "format=lawnmower,x=0,y=0,width=1,height=1e5,lane_width=1\n",
+                "",
+            ),
+        ),
+        (
+            "a way-point list",
+            filled("QGC WPL 110\n", "0 0 0 16 0 0 0 0 1 1 0 0\n", ""),
+        ),
+        ("a line of numbers", filled("QGC WPL 110\n", "0 ", "")),
+        ("columns", filled("lat,lon", ",", "\n1,1")),
+        ("columns of one line", filled("lat,lon\n1,1", ",", "")),
+        ("routes of a table", filled("lat,lon,name\n", "1,1,a\n1,1,\n", "")),
+        ("nested lists", filled("[", &nested, "0]")),
+        ("objects", filled("[", "{},", "0]")),
+        ("members", filled("{", "\"\":0,", "\"\":0}")),
+        ("a line of GeoJSON", filled(line, "[1,1],", "[1,1]]}")),
+        ("a text", filled("[\"", "\\n", "\"]")),
+        (
+            "a line of KML",
+            filled(
+                "<kml><Placemark><coordinates>",
+                "1,1 ",
+                "</coordinates></Placemark></kml>",
+            ),
+        ),
+        (
+            "one tuple of KML",
+            filled("<Placemark><coordinates>", "1,", "</coordinates></Placemark>"),
+        ),
+        ("a track", filled("<trk>", "<trkpt lat='1' lon='1'/>", "</trk>")),
+        (
+            "routes",
+            filled("<gpx>", "<rte><rtept lat='1' lon='1'/></rte>", "</gpx>"),
+        ),
+        (
+            "attributes",
+            filled("<gpx><wpt lat='1' ", "a='' ", "lon='1'/></gpx>"),
+        ),
+        ("elements", filled("<gpx>", "<a/>", "</gpx>")),
+        ("lines", filled("<gpx>", "\n", "</gpx>")),
+    ]
+}
+
+#[test]
+fn no_file_takes_more_than_eight_times_the_memory_of_the_largest() {
+    for (kind, file) in dear() {
+        let file = kmz(file.as_bytes());
+        let taken = allocation_counter::measure(|| drop(read(&file)));
+        let mib = taken.bytes_max >> 20;
+        println!("{kind}: {mib} MiB for {} bytes", file.len());
+        assert!(mib <= 64, "{kind}: {mib} MiB");
+    }
+}
+
+#[test]
+fn a_file_is_given_up_once_it_is_due() {
+    for (kind, file) in dear() {
+        let looks = Cell::new(0);
+        let n_looks = |due_at: u32| {
+            looks.set(0);
+            let due = || due_at <= looks.replace(looks.get() + 1);
+            let routes = read_until(file.as_bytes(), &due);
+            (looks.get(), routes.err())
+        };
+        let (whole, _) = n_looks(u32::MAX);
+        for due_at in [0, whole / 2] {
+            let (looks, error) = n_looks(due_at);
+            assert!(
+                whole == 0 || (looks <= due_at + 2 && error.is_some()),
+                "{kind}: {looks} of {whole}"
+            );
+        }
+    }
 }
 
 #[test]

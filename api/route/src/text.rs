@@ -1,54 +1,45 @@
 //! Way-point lists of MAVLink (QGC WPL), MOOS points, and CSV.
 
+use std::mem;
+
 use crate::{
     json,
     lawnmower::{LawnMower, lanes_over},
-    route::{POINTS_MAX, Route, RoutePoint, Unread, number, shortened},
+    progress::Progress,
+    route::{Route, RoutePoint, Unread, number, shortened},
 };
 
-pub(crate) fn routes(text: &str) -> Result<Vec<Route>, Unread> {
+pub(crate) fn routes(text: &str, mut progress: Progress<'_>) -> Result<Vec<Route>, Unread> {
     if text.trim_start().starts_with("QGC WPL") {
-        return wpl(text);
+        return wpl(text, &mut progress);
     }
     let first = text.lines().map(uncommented).find(|line| !line.is_empty());
     if first.is_some_and(is_moos) {
-        return moos(text);
+        return moos(text, &mut progress);
     }
-    csv(text)
+    csv(text, &mut progress)
 }
 
+/// Columns of an item of a way-point list.
+const WPL_COLUMNS: usize = 12;
+
 /// Source: MAVLink, "File formats": index, current, frame, command, seven parameters, autocontinue.
-fn wpl(text: &str) -> Result<Vec<Route>, Unread> {
-    let mut items = Vec::new();
-    for (k, line) in text
-        .lines()
-        .enumerate()
-        .skip(1)
-        .filter(|(_, line)| !line.trim().is_empty())
-    {
-        let place = format!("line {}", k + 1);
-        // Parameters that the command does not have may be NaN.
-        let parsed = |text: &str| {
-            text.parse::<f64>()
-                .map_err(|_| Unread::new(&*place, format!("{:?} is no number", shortened(text))))
-        };
-        let numbers = line.split_whitespace().map(parsed);
-        let numbers = numbers.collect::<Result<Vec<_>, _>>()?;
-        if numbers.len() != 12 {
-            return Err(Unread::new(
-                place,
-                format!("has {} columns, not 12", numbers.len()),
-            ));
-        }
-        items.push((place, numbers));
-    }
+fn wpl(text: &str, progress: &mut Progress<'_>) -> Result<Vec<Route>, Unread> {
+    let lines = || text.lines().enumerate().skip(1);
+    let mut items = lines().filter(|(_, line)| !line.trim().is_empty());
     // ArduPilot's tools write the home position first, in absolute height and nothing else so.
-    let is_home = match &items[..] {
-        [(_, home), rest @ ..] => home[2] == 0.0 && rest.iter().any(|(_, item)| item[2] != 0.0),
-        [] => false,
-    };
+    let home = items.next().map(wpl_item).transpose()?;
+    let mut is_home = false;
+    for item in items {
+        let (place, item) = wpl_item(item)?;
+        progress.look(&place)?;
+        is_home |= item[2] != 0.0;
+    }
+    is_home &= home.is_some_and(|(_, home)| home[2] == 0.0);
     let (mut route, mut speed) = (Route::default(), None);
-    for (place, item) in &items[usize::from(is_home)..] {
+    let items = lines().filter(|(_, line)| !line.trim().is_empty());
+    for item in items.skip(usize::from(is_home)) {
+        let (place, item) = wpl_item(item)?;
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
@@ -57,9 +48,27 @@ fn wpl(text: &str) -> Result<Vec<Route>, Unread> {
         let command = item[3] as u64;
         let given = |column: usize| Some(item[column]).filter(|number| number.is_finite());
         let numbers = [4, 5, 8, 9, 10].map(given);
-        json::take(&mut route, &mut speed, place, command, numbers)?;
+        json::take(&mut route, &mut speed, (&place, progress), command, numbers)?;
     }
-    Ok(vec![route])
+    let mut routes = Vec::new();
+    progress.route(&mut routes, "file", route)?;
+    Ok(routes)
+}
+
+/// An item of a numbered line, and its place.
+fn wpl_item((k, line): (usize, &str)) -> Result<(String, [f64; WPL_COLUMNS]), Unread> {
+    let place = format!("line {}", k + 1);
+    let n = line.split_whitespace().count();
+    if n != WPL_COLUMNS {
+        return Err(Unread::new(place, format!("has {n} columns, not {WPL_COLUMNS}")));
+    }
+    let mut item = [0.0; WPL_COLUMNS];
+    for (number, text) in item.iter_mut().zip(line.split_whitespace()) {
+        // Parameters that the command does not have may be NaN.
+        let parsed = text.parse();
+        *number = parsed.map_err(|_| Unread::new(&*place, format!("{:?} is no number", shortened(text))))?;
+    }
+    Ok((place, item))
 }
 
 fn uncommented(line: &str) -> &str {
@@ -81,11 +90,12 @@ fn is_moos(line: &str) -> bool {
 }
 
 /// Points of MOOS-IvP: x is east, y is north.
-fn moos(text: &str) -> Result<Vec<Route>, Unread> {
+fn moos(text: &str, progress: &mut Progress<'_>) -> Result<Vec<Route>, Unread> {
     let mut routes = Vec::new();
     let (mut single, mut bare) = (Route::default(), Route::default());
     for (k, line) in text.lines().map(uncommented).enumerate() {
         let place = format!("line {}", k + 1);
+        progress.look(&place)?;
         if line.is_empty() || !is_moos(line) {
             continue;
         }
@@ -95,30 +105,28 @@ fn moos(text: &str) -> Result<Vec<Route>, Unread> {
             }
             _ => (String::new(), line),
         };
-        if POINTS_MAX < routes.iter().map(|route: &Route| route.points.len()).sum() {
-            return Err(Unread::new(
-                place,
-                format!("more than {POINTS_MAX} points until here"),
-            ));
-        }
         if key == "format" || rest.contains("format=") || rest.contains("format =") {
             let whole = if key == "format" { line } else { rest };
-            routes.push(pattern(&place, whole)?);
+            let route = pattern(progress, &place, whole)?;
+            progress.route(&mut routes, &place, route)?;
         } else if key == "point" {
-            points(&mut single, &place, rest)?;
+            points(progress, &mut single, &place, rest)?;
         } else if key.is_empty() && !rest.contains('{') {
-            points(&mut bare, &place, rest)?;
+            points(progress, &mut bare, &place, rest)?;
         } else {
             let (list, after) = braced(if key == "pts" { line } else { rest });
             let label = members(after)
                 .find(|(key, _)| key == "label")
                 .map(|(_, value)| value);
             let mut route = Route::named(label.unwrap_or_default());
-            points(&mut route, &place, list)?;
-            routes.push(if key == "polygon" { route.ring() } else { route });
+            points(progress, &mut route, &place, list)?;
+            let route = if key == "polygon" { route.ring() } else { route };
+            progress.route(&mut routes, &place, route)?;
         }
     }
-    routes.extend([single, bare]);
+    for route in [single, bare] {
+        progress.route(&mut routes, "file", route)?;
+    }
     Ok(routes)
 }
 
@@ -130,15 +138,14 @@ fn braced(text: &str) -> (&str, &str) {
     }
 }
 
-fn points(route: &mut Route, place: &str, list: &str) -> Result<(), Unread> {
+fn points(progress: &mut Progress<'_>, route: &mut Route, place: &str, list: &str) -> Result<(), Unread> {
     for pair in list.split(':').map(str::trim).filter(|pair| !pair.is_empty()) {
         let mut numbers = pair.split(',');
         let (Some(x), Some(y)) = (numbers.next(), numbers.next()) else {
             return Err(Unread::new(place, format!("{:?} is no x,y", shortened(pair))));
         };
-        route
-            .points
-            .push(RoutePoint::local(place, number(place, y)?, number(place, x)?)?);
+        let point = RoutePoint::local(place, number(place, y)?, number(place, x)?)?;
+        progress.point(route, place, point)?;
     }
     Ok(())
 }
@@ -149,7 +156,7 @@ fn members(text: &str) -> impl Iterator<Item = (String, &str)> {
 }
 
 /// `format=lawnmower`: lanes over a rectangle about a centre, turned clockwise by `degs`.
-fn pattern(place: &str, text: &str) -> Result<Route, Unread> {
+fn pattern(progress: &mut Progress<'_>, place: &str, text: &str) -> Result<Route, Unread> {
     let value = |wanted: &str| {
         members(text)
             .find(|(key, _)| key == wanted)
@@ -192,18 +199,20 @@ fn pattern(place: &str, text: &str) -> Result<Route, Unread> {
     }
     let mut route = Route::named(value("label").unwrap_or_default());
     for [north, east] in lanes {
-        route.points.push(RoutePoint::local(place, north, east)?);
+        let point = RoutePoint::local(place, north, east)?;
+        progress.point(&mut route, place, point)?;
     }
     Ok(route)
 }
 
 /// Columns by their names, in any order. A column `route` begins a new route where it changes.
-fn csv(text: &str) -> Result<Vec<Route>, Unread> {
+fn csv(text: &str, progress: &mut Progress<'_>) -> Result<Vec<Route>, Unread> {
     let header = text.lines().next().unwrap_or_default();
     let delimiter = [b'\t', b';', b',']
         .into_iter()
         .find(|byte| header.as_bytes().contains(byte));
     let delimiter = delimiter.unwrap_or(b',');
+    progress.columns(text, delimiter)?;
     let mut reader = ::csv::ReaderBuilder::new()
         .delimiter(delimiter)
         .trim(::csv::Trim::All)
@@ -235,7 +244,7 @@ fn csv(text: &str) -> Result<Vec<Route>, Unread> {
     let depth = column(&["depth", "depth_m"]);
     let speed = column(&["speed", "speed_mps"]);
     let name = column(&["route", "name"]);
-    let mut routes: Vec<Route> = Vec::new();
+    let (mut routes, mut route) = (Vec::new(), Route::default());
     for record in reader.records() {
         let record = record.map_err(broken)?;
         let place = format!("line {}", record.position().map_or(0, ::csv::Position::line));
@@ -260,12 +269,12 @@ fn csv(text: &str) -> Result<Vec<Route>, Unread> {
         point.depth_m = given(depth).map(read).transpose()?;
         point.speed_mps = given(speed).map(read).transpose()?;
         let named = name.and_then(|column| record.get(column)).unwrap_or_default();
-        if routes.last().is_none_or(|route| route.name != named) {
-            routes.push(Route::named(named));
+        if route.name != named {
+            let before = mem::replace(&mut route, Route::named(named));
+            progress.route(&mut routes, &place, before)?;
         }
-        if let Some(route) = routes.last_mut() {
-            route.points.push(point);
-        }
+        progress.point(&mut route, &place, point)?;
     }
+    progress.route(&mut routes, "file", route)?;
     Ok(routes)
 }

@@ -6,7 +6,10 @@ use quick_xml::{
     events::{BytesStart, Event},
 };
 
-use crate::route::{Route, RoutePoint, Unread, lines_in, number, shortened};
+use crate::{
+    progress::Progress,
+    route::{Route, RoutePoint, Unread, lines_in, number, shortened},
+};
 
 /// Deepest nesting of elements.
 const DEPTH_MAX: usize = 64;
@@ -18,14 +21,23 @@ const KNOT_MPS: f64 = NAUTICAL_MILE_M / 3600.0;
 /// Elements that are a route each.
 const ROUTES: [&str; 4] = ["rte", "trk", "Placemark", "route"];
 
-pub(crate) fn routes(text: &str) -> Result<Vec<Route>, Unread> {
+pub(crate) fn routes(text: &str, progress: Progress<'_>) -> Result<Vec<Route>, Unread> {
     let mut reader = Reader::from_str(text);
     let mut found = Found {
+        progress,
         line: 1,
-        ..Found::default()
+        open: Vec::new(),
+        text: String::new(),
+        text_line: 0,
+        route: None,
+        routes: Vec::new(),
+        loose: Route::default(),
+        turn_radius_m: None,
+        default_radius_m: None,
     };
     let mut before = 0;
     loop {
+        found.progress.look("file")?;
         let event = reader
             .read_event()
             .map_err(|error| Unread::new(found.place(), format!("is no XML: {error}")))?;
@@ -51,7 +63,7 @@ pub(crate) fn routes(text: &str) -> Result<Vec<Route>, Unread> {
                     found.take("&");
                 }
             }
-            Event::Eof if found.open.is_empty() => return Ok(found.routes()),
+            Event::Eof if found.open.is_empty() => return found.routes(),
             Event::Eof => {
                 let open = found.open.last().cloned().unwrap_or_default();
                 return Err(Unread::new(
@@ -67,8 +79,8 @@ pub(crate) fn routes(text: &str) -> Result<Vec<Route>, Unread> {
     }
 }
 
-#[derive(Default)]
-struct Found {
+struct Found<'a> {
+    progress: Progress<'a>,
     /// Where the reader is.
     line: usize,
     /// Local names of the elements that are open.
@@ -87,7 +99,7 @@ struct Found {
     default_radius_m: Option<f64>,
 }
 
-impl Found {
+impl Found<'_> {
     fn place(&self) -> String {
         format!("line {}", self.line)
     }
@@ -103,7 +115,10 @@ impl Found {
         let place = self.place();
         let name = String::from_utf8_lossy(element.local_name().as_ref()).into_owned();
         let text = |wanted: &str| {
-            let found = element.try_get_attribute(wanted).ok().flatten();
+            // To look for names that stand twice takes the square of their number.
+            let mut attributes = element.attributes();
+            let mut given = attributes.with_checks(false).filter_map(Result::ok);
+            let found = given.find(|found| found.key.as_ref() == wanted.as_bytes());
             found.map(|found| String::from_utf8_lossy(&found.value).into_owned())
         };
         let value = |wanted: &str| text(wanted).map(|text| number(&place, &text)).transpose();
@@ -114,7 +129,7 @@ impl Found {
         self.text.clear();
         match name.as_str() {
             _ if ROUTES.contains(&name.as_str()) => {
-                self.close();
+                self.close()?;
                 self.route = Some(Route::default());
             }
             "routeInfo" => {
@@ -134,7 +149,7 @@ impl Found {
                 if name == "position" {
                     point.turn_radius_m = self.turn_radius_m;
                 }
-                self.route_or_loose(name == "wpt").points.push(point);
+                self.push(name == "wpt", &place, point)?;
             }
             "leg" => {
                 let speed_mps = scaled("speedMax", KNOT_MPS)?;
@@ -171,8 +186,8 @@ impl Found {
                 for (k, line) in text.lines().enumerate() {
                     let place = format!("line {}", self.text_line + k);
                     for tuple in line.split_whitespace() {
-                        let point = position(&place, &tuple.split(',').collect::<Vec<_>>())?;
-                        self.route_or_loose(loose).points.push(point);
+                        let point = position(&place, tuple, tuple.split(','))?;
+                        self.push(loose, &place, point)?;
                     }
                 }
                 if ring {
@@ -180,52 +195,54 @@ impl Found {
                 }
             }
             "coord" => {
-                let point = position(&self.place(), &text.split_whitespace().collect::<Vec<_>>())?;
-                self.route_or_loose(false).points.push(point);
+                let place = self.place();
+                let point = position(&place, &text, text.split_whitespace())?;
+                self.push(false, &place, point)?;
             }
-            _ if ROUTES.contains(&name.as_str()) => self.close(),
+            _ if ROUTES.contains(&name.as_str()) => self.close()?,
             _ => {}
         }
         Ok(())
     }
 
     /// Ends the open route.
-    fn close(&mut self) {
-        let route = self.route.take();
-        self.routes.extend(route.filter(|route| !route.points.is_empty()));
+    fn close(&mut self) -> Result<(), Unread> {
+        let (place, route) = (self.place(), self.route.take());
+        self.progress
+            .route(&mut self.routes, &place, route.unwrap_or_default())
     }
 
-    fn route_or_loose(&mut self, loose: bool) -> &mut Route {
-        match &mut self.route {
+    fn push(&mut self, loose: bool, place: &str, point: RoutePoint) -> Result<(), Unread> {
+        let route = match &mut self.route {
             Some(route) if !loose => route,
             _ => &mut self.loose,
-        }
+        };
+        self.progress.point(route, place, point)
     }
 
     fn last_point(&mut self) -> Option<&mut RoutePoint> {
         self.route.as_mut()?.points.last_mut()
     }
 
-    fn routes(mut self) -> Vec<Route> {
+    fn routes(mut self) -> Result<Vec<Route>, Unread> {
         if self.routes.is_empty() {
-            self.routes.push(self.loose);
+            self.progress.route(&mut self.routes, "file", self.loose)?;
         }
-        self.routes
+        Ok(self.routes)
     }
 }
 
 /// Longitude, latitude and, where it stands, height of KML.
-fn position(place: &str, numbers: &[&str]) -> Result<RoutePoint, Unread> {
-    let (lon, lat, height) = match numbers {
-        [lon, lat] => (lon, lat, None),
-        [lon, lat, height] => (lon, lat, Some(number(place, height)?)),
-        _ => {
-            let fault = format!(
-                "{:?} is no longitude,latitude[,height]",
-                shortened(&numbers.join(","))
-            );
-            return Err(Unread::new(place, fault));
-        }
+fn position<'t>(
+    place: &str,
+    text: &str,
+    mut numbers: impl Iterator<Item = &'t str>,
+) -> Result<RoutePoint, Unread> {
+    let given = [(); 4].map(|()| numbers.next());
+    let [Some(lon), Some(lat), height, None] = given else {
+        let fault = format!("{:?} is no longitude,latitude[,height]", shortened(text.trim()));
+        return Err(Unread::new(place, fault));
     };
+    let height = height.map(|height| number(place, height)).transpose()?;
     RoutePoint::on_earth(place, number(place, lat)?, number(place, lon)?, height)
 }

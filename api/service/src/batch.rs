@@ -2,19 +2,25 @@
 
 use std::sync::Arc;
 
-use axum::{Extension, Json, extract::State};
-use planner::snapshot::{AUVS_MAX, REPORTS_MAX};
+use axum::{
+    Extension, Json,
+    extract::State,
+    http::header,
+    response::{IntoResponse as _, Response},
+};
+use planner::{
+    snapshot::{AUVS_MAX, REPORTS_MAX},
+    stop::Stop,
+};
 use serde::{Deserialize, Serialize};
-use tokio::task::JoinHandle;
-use tracing::Instrument as _;
 use utoipa::ToSchema;
 
 use crate::{
     body::JsonBytes,
     body_size::BODY_BYTES_MAX,
-    deadline::Arrival,
-    planners::Planners,
-    planning::{ValidRequest, answer},
+    deadline::{Arrival, Deadline},
+    planners::{Planned, Planners},
+    planning::{Context, ValidRequest, answer, written},
     problem::{Problem, ProblemDocument, Refusals},
     request_id::RequestId,
 };
@@ -89,43 +95,56 @@ pub(crate) async fn plan_batch(
     Extension(arrival): Extension<Arrival>,
     Extension(id): Extension<RequestId>,
     body: JsonBytes,
-) -> Result<Json<BatchAnswer>, Problem> {
+) -> Result<Response, Problem> {
     let permit = planners.admit(body.bytes.len())?;
-    let read = planners.read(&permit, || {
+    let (clock, limit) = (planners.clock.clone(), planners.deadline);
+    let read = planners.read(&permit, move |caller| {
         let requests = body.read_each::<PlanRequest>("requests", BATCH_MAX)?;
-        let valid = requests.into_iter().map(|request| ValidRequest::new(request?));
-        Ok::<Vec<_>, Problem>(valid.collect())
-    });
-    // Concurrently, so that none uses the time of the others.
-    let mut plans: Vec<JoinHandle<Result<PlanResponse, Problem>>> = vec![];
-    for valid in read.await?? {
-        let (planners, permit) = (planners.clone(), Arc::clone(&permit));
-        let plan = async move {
-            let (planned, context) = valid?.planned(&planners, permit, arrival).await?;
-            Ok(answer(&planned, &context).planned())
-        };
-        plans.push(tokio::spawn(plan.in_current_span()));
-    }
-    let mut answers = Vec::with_capacity(plans.len());
-    for (i, plan) in plans.into_iter().enumerate() {
-        answers.push(match plan.await.map_err(|_| Problem::Panicked).flatten() {
-            Ok(plan) => BatchItem {
-                status: 200,
-                plan: Some(plan),
-                problem: None,
-            },
-            Err(problem) => {
-                let problem = problem.within(&format!("/requests/{i}"));
-                let document = problem.document("/v1/plan/batch", &id.0);
-                BatchItem {
-                    status: document.status,
-                    plan: None,
-                    problem: Some(document),
-                }
-            }
+        let n = requests.len();
+        let valid = requests.into_iter().enumerate().map(|(i, request)| {
+            let request = request?;
+            let deadline = Deadline::new(arrival, request.deadline_ms, limit);
+            // Half of the time is for the plans.
+            let share = deadline.share(&clock, 2 * n - i);
+            let valid = ValidRequest::new(request, &share.stop(&clock, caller.clone()))?;
+            Ok((valid, deadline))
         });
+        Ok::<Vec<Result<_, Problem>>, Problem>(valid.collect())
+    });
+    let read = read.await??;
+    let n = read.len();
+    let mut answers = b"{\"answers\":[".to_vec();
+    // One after the other, so that a batch takes no more threads than another request, and each with its share of the time.
+    for (i, valid) in read.into_iter().enumerate() {
+        let planned = async {
+            let (valid, deadline) = valid?;
+            let share = deadline.share(&planners.clock, n - i);
+            let permit = Arc::clone(&permit);
+            let item = |context: &Context, planned: &Planned, _, _: &Stop| {
+                let plan = Some(answer(planned, context).planned());
+                Ok(as_json(200, plan, None))
+            };
+            valid.planned(&planners, permit, share, item).await
+        };
+        let item = planned.await.unwrap_or_else(|problem| {
+            let problem = problem.within(&format!("/requests/{i}"));
+            let document = problem.document("/v1/plan/batch", &id.0);
+            as_json(document.status, None, Some(document))
+        });
+        answers.extend_from_slice(if 0 < i { b"," } else { b"" });
+        answers.extend_from_slice(&item);
     }
-    Ok(Json(BatchAnswer { answers }))
+    answers.extend_from_slice(b"]}");
+    Ok(([(header::CONTENT_TYPE, "application/json")], answers).into_response())
+}
+
+fn as_json(status: u16, plan: Option<PlanResponse>, problem: Option<ProblemDocument>) -> Vec<u8> {
+    let item = BatchItem {
+        status,
+        plan,
+        problem,
+    };
+    serde_json::to_vec(&item).expect("strings, numbers and lists only")
 }
 
 /// Validates a snapshot without planning: it refuses what a plan would be refused for.
@@ -134,17 +153,18 @@ pub(crate) async fn plan_batch(
 pub(crate) async fn validate_plan(
     State(planners): State<Planners>,
     body: JsonBytes,
-) -> Result<Json<Validation>, Problem> {
+) -> Result<Response, Problem> {
     let permit = planners.admit(body.bytes.len())?;
-    let read = planners.read(&permit, || {
+    let read = planners.read(&permit, |_| {
         let request: PlanRequest = body.read()?;
-        let ValidRequest { snapshot, .. } = ValidRequest::new(request.clone())?;
-        Ok(Validation {
+        // No estimate is needed.
+        let ValidRequest { snapshot, .. } = ValidRequest::new(request.clone(), &Stop::at_once())?;
+        Ok(written(|| Validation {
             plan_id: plan_id(&snapshot),
             request: wire::with_defaults(request, &snapshot),
-        })
+        }))
     });
-    read.await?.map(Json)
+    read.await?
 }
 
 /// Returns the limits of the service.

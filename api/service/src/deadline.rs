@@ -4,6 +4,9 @@ use std::time::{Duration, Instant};
 
 use clock::Clock;
 use planner::stop::Stop;
+use wire::DEADLINE_MS;
+
+use crate::pool::Caller;
 
 /// Time reserved after the solver stops: its current iteration, the check of its last answer, and the writing of the answer.
 const RESERVE: Duration = Duration::from_millis(1);
@@ -17,8 +20,9 @@ pub(crate) struct Arrival(pub(crate) Instant);
 pub(crate) struct Deadline(Instant);
 
 impl Deadline {
-    /// The earlier of the client's deadline, ms, and the service's limit.
+    /// The earlier of the client's deadline, ms, if it is one, and the service's limit.
     pub(crate) fn new(Arrival(arrival): Arrival, wish_ms: Option<f64>, limit: Duration) -> Self {
+        let wish_ms = wish_ms.filter(|ms| DEADLINE_MS.contains(ms));
         let wish = wish_ms.map_or(limit, |ms| Duration::from_secs_f64(1e-3 * ms));
         Self(arrival + wish.min(limit))
     }
@@ -28,16 +32,16 @@ impl Deadline {
         self.0
     }
 
-    /// The deadline of an optional part of the answer: half of the remaining time.
-    pub(crate) fn half_way(self, clock: &Clock) -> Self {
-        let now = clock.now();
-        Self(now + self.0.saturating_duration_since(now) / 2)
+    /// The deadline of one of so many parts of the work that are left: each may take as long as any other.
+    pub(crate) fn share(self, clock: &Clock, parts: usize) -> Self {
+        let (now, parts) = (clock.now(), u32::try_from(parts).unwrap_or(u32::MAX));
+        Self(now + self.0.saturating_duration_since(now) / parts)
     }
 
-    /// When the solver should stop.
-    pub(crate) fn stop(self, clock: &Clock) -> Stop {
+    /// When to stop working: in time, or once the caller is gone.
+    pub(crate) fn stop(self, clock: &Clock, caller: Caller) -> Stop {
         let at = self.0.checked_sub(RESERVE).unwrap_or(self.0);
         let clock = clock.clone();
-        Stop::when(move || at <= clock.now())
+        Stop::when(move || at <= clock.now() || caller.is_gone())
     }
 }

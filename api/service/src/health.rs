@@ -129,7 +129,7 @@ impl Readiness {
         let snapshot = wire::snapshot(request).map_err(Problem::Invalid)?;
         let now = Arrival(self.planners.clock.now());
         // As for a mission: refused requests do not affect missions.
-        let planned = self.planners.plan_in_turn(|| Ok(snapshot), now, limit).await?;
+        let planned = self.planners.plan_in_turn(|_| Ok(snapshot), now, limit).await?;
         match planned.plan.degraded {
             None => Ok(()),
             Some(Degraded::Deadline) => Err(Problem::TimedOut),

@@ -178,7 +178,7 @@ impl Shed {
     }
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum PlanFor {
     /// A request to `/v1/plan`.
     Request,

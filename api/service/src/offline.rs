@@ -17,9 +17,13 @@ use crate::{
     deadline::{Arrival, Deadline},
     planners::Planned,
     planning::{ValidRequest, answer, check_fallback},
+    pool::Caller,
     problem::Problem,
 };
-use wire::PlanResponse;
+use wire::{PlanRequest, PlanResponse};
+
+/// No limit: a day.
+const LIMIT: Duration = Duration::from_hours(24);
 
 /// The answer to `body`, with programs solved to `tolerance`. `watch` gets every program that was solved, in order. The only
 /// deadline is the request's.
@@ -33,15 +37,12 @@ pub fn plan(
     if BODY_BYTES_MAX < body.len() {
         return Err(Problem::TooLarge);
     }
-    let ValidRequest {
-        snapshot,
-        deadline_ms,
-        context,
-    } = ValidRequest::new(body::read(body)?)?;
-    let stop = match deadline_ms {
-        Some(wish) => Deadline::new(arrival, Some(wish), Duration::MAX).stop(&clock),
+    let request: PlanRequest = body::read(body)?;
+    let stop = match request.deadline_ms {
+        Some(wish) => Deadline::new(arrival, Some(wish), LIMIT).stop(&clock, Caller::STAYS),
         None => Stop::never(),
     };
+    let ValidRequest { snapshot, context } = ValidRequest::new(request, &stop)?;
     let mut solvers = Solvers::with_tolerance(tolerance);
     let start = clock.now();
     let mut plan = plan_with(
@@ -63,6 +64,6 @@ pub fn plan(
         snapshot: Arc::new(snapshot),
         plan,
     };
-    check_fallback(&planned)?;
+    check_fallback(&planned.snapshot, planned.plan.degraded)?;
     Ok(answer(&planned, &context).planned())
 }

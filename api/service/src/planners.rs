@@ -12,7 +12,6 @@ use std::{
 
 use clock::Clock;
 use planner::{
-    explain::{Explanation, explain},
     parameters::Parameters,
     plan::{Plan, Workspace, plan_until},
     snapshot::Snapshot,
@@ -28,19 +27,22 @@ use crate::{
     admission::{Admission, Permit},
     body_size::SHORT_BYTES_MAX,
     deadline::{Arrival, Deadline},
-    metrics::{Metrics, Shed},
-    pool::{Pool, Priority},
+    metrics::{Metrics, PlanFor, Shed},
+    pool::{Caller, Pool, Priority},
     problem::Problem,
     settings::{PlanFn, Settings},
 };
+
+/// Most bytes that idle workspaces of requests take, and as many those of missions.
+const IDLE_BYTES_MAX: usize = 32 << 20;
 
 /// The planners, with their workspaces. Clones share them.
 #[derive(Clone, Debug)]
 pub(crate) struct Planners {
     plan: PlanFn,
     pub(crate) parameters: Arc<Parameters>,
-    /// Idle workspaces. The choice changes the time of a plan, never the answer.
-    idle: Arc<Mutex<Vec<Workspace>>>,
+    /// Idle workspaces, of requests and of missions: what strangers ask for costs no mission its own.
+    idle: Arc<[Mutex<Vec<Workspace>>; 2]>,
     /// Requests with short bodies, and those with long ones: neither kind crowds out the other.
     short: Admission,
     long: Admission,
@@ -93,11 +95,6 @@ impl Planners {
         }
     }
 
-    /// The deadline of a request that asks for `deadline_ms`.
-    pub(crate) fn due(&self, arrival: Arrival, deadline_ms: Option<f64>) -> Deadline {
-        Deadline::new(arrival, deadline_ms, self.deadline)
-    }
-
     /// Admits a request whose body of `bytes` has arrived. Fails at once if the work before it leaves no time for it.
     pub(crate) fn admit(&self, bytes: usize) -> Result<Arc<Permit>, Problem> {
         let (admission, priority) = if bytes <= SHORT_BYTES_MAX {
@@ -110,15 +107,16 @@ impl Planners {
         admitted.inspect_err(|_| self.metrics.shed(Shed::Admission))
     }
 
-    /// Reads the body of an admitted request, within the deadline.
+    /// Reads the body of an admitted request, within the deadline. Reading that takes long asks whether its caller is gone.
     pub(crate) async fn read<T: Send + 'static>(
         &self,
         permit: &Arc<Permit>,
-        read: impl FnOnce() -> T + Send + 'static,
+        read: impl FnOnce(Caller) -> T + Send + 'static,
     ) -> Result<T, Problem> {
         let (priority, permit, clock) = (permit.priority, Arc::clone(permit), self.clock.clone());
         let read = async {
-            let (read, _job) = self.reading.run(priority, move || permit.work(&clock, read));
+            let work = move |caller| permit.work(&clock, || read(caller));
+            let (read, _job) = self.reading.run(priority, work);
             self.clock.timeout(self.deadline, read).await
         };
         let read = read.instrument(info_span!("read")).await;
@@ -145,7 +143,7 @@ impl Planners {
         read: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T, Problem> {
         let read = async {
-            let (read, _job) = self.reading.run(priority, read);
+            let (read, _job) = self.reading.run(priority, |_| read());
             read.await
         };
         let read = read.instrument(info_span!("read")).await;
@@ -158,63 +156,44 @@ impl Planners {
         Problem::Overloaded
     }
 
-    /// Plans for an admitted request, until the earlier of the service's deadline and `deadline_ms` after `arrival`. If no
-    /// planner is done by then, the lower fallback levels answer.
-    pub(crate) async fn plan(
+    /// Plans for an admitted request until `deadline`, and writes the `answer`, which may look at the time, too. If no planner is
+    /// done by then, the lower fallback levels answer. It ends if the caller goes.
+    pub(crate) async fn plan<T: Send + 'static>(
         &self,
         permit: Arc<Permit>,
         snapshot: Snapshot,
-        arrival: Arrival,
-        deadline_ms: Option<f64>,
-    ) -> Result<Planned, Problem> {
-        let deadline = self.due(arrival, deadline_ms);
+        deadline: Deadline,
+        answer: impl Fn(&Planned, &Stop) -> T + Send + Sync + 'static,
+    ) -> Result<(Planned, T), Problem> {
         let snapshot = Arc::new(snapshot);
-        let (planners, planned) = (self.clone(), Arc::clone(&snapshot));
+        let answered = Arc::new(move |planned: Planned, stop: &Stop| {
+            let answer = answer(&planned, stop);
+            (planned, answer)
+        });
+        let (planners, planned, answer) = (self.clone(), Arc::clone(&snapshot), Arc::clone(&answered));
         // A working thread holds the permit: a client that disconnects does not free a busy planner.
         let plan = async {
-            let (planned, _job) = self.planning.run(permit.priority, move || {
+            let (made, _job) = self.planning.run(permit.priority, move |caller| {
                 permit.work(&planners.clock, || {
-                    planners.plan_now(planned, &deadline.stop(&planners.clock))
+                    let stop = deadline.stop(&planners.clock, caller);
+                    answer(planners.plan_now(PlanFor::Request, planned, &stop), &stop)
                 })
             });
-            self.in_time(planned, snapshot, deadline).await
+            let (planners, span) = (self.clone(), Span::current());
+            let lower = move || {
+                let lower_levels = || answered(planners.lower_levels(snapshot), &Stop::at_once());
+                span.in_scope(lower_levels)
+            };
+            self.in_time(made, deadline, lower).await
         };
         plan.instrument(info_span!("plan")).await
     }
 
-    /// Explains the plan of an admitted request in half of the time that is left until `deadline`; none if that is too
-    /// short.
-    pub(crate) async fn explain(
-        &self,
-        permit: &Arc<Permit>,
-        planned: &Planned,
-        deadline: Deadline,
-    ) -> Option<Explanation> {
-        let deadline = deadline.half_way(&self.clock);
-        let (priority, permit) = (permit.priority, Arc::clone(permit));
-        let (snapshot, parameters, stop, clock) = (
-            Arc::clone(&planned.snapshot),
-            Arc::clone(&self.parameters),
-            deadline.stop(&self.clock),
-            self.clock.clone(),
-        );
-        let terms = planned.plan.cost_terms;
-        let found = async {
-            let (found, _job) = self.planning.run(priority, move || {
-                let found = permit.work(&clock, || explain(&snapshot, terms, &parameters, &stop));
-                // An explanation that was cut short belongs to a different plan.
-                (!stop.was_due()).then_some(found)
-            });
-            self.clock.timeout_at(deadline.instant(), found).await
-        };
-        found.instrument(info_span!("explain")).await.ok()?.ok()?
-    }
-
-    /// Plans for a mission, from the snapshot that `facts` makes, until `limit` after `due`. Waits behind other missions,
-    /// whose number is limited.
+    /// Plans for a mission, from the snapshot that `facts` makes, which may look at the time, until `limit` after `due`. Waits
+    /// behind other missions, whose number is limited.
     pub(crate) async fn plan_in_turn(
         &self,
-        facts: impl FnOnce() -> Result<Snapshot, Problem> + Send + 'static,
+        facts: impl FnOnce(&Stop) -> Result<Snapshot, Problem> + Send + 'static,
         due: Arrival,
         limit: Duration,
     ) -> Result<Planned, Problem> {
@@ -223,8 +202,10 @@ impl Planners {
         let turn = Arc::clone(&self.missions).acquire_owned();
         let turn = turn.instrument(info_span!("queue")).await;
         drop(waits);
-        let read = info_span!("read");
-        let facts = self.clock.run_blocking(move || (read.in_scope(facts), turn));
+        let (read, stop) = (info_span!("read"), deadline.stop(&self.clock, Caller::STAYS));
+        let until = stop.clone();
+        let facts = move || (read.in_scope(|| facts(&until)), turn);
+        let facts = self.clock.run_blocking(facts);
         let (snapshot, turn) = facts.await.map_err(|_| Problem::Panicked)?;
         let snapshot = Arc::new(snapshot?);
         let (sender, planned) = oneshot::channel();
@@ -235,21 +216,23 @@ impl Planners {
             // Declared before the turn, so that it is dropped after it if the planner panics.
             let sender = sender;
             let turn = turn;
-            let planned = planners.plan_now(facts, &deadline.stop(&planners.clock));
+            let planned = planners.plan_now(PlanFor::Live, facts, &stop);
             drop(turn);
             // The mission may be gone.
             let _ = sender.send(planned);
         });
-        self.in_time(planned, snapshot, deadline).await
+        let planners = self.clone();
+        let lower = move || planners.lower_levels(snapshot);
+        self.in_time(planned, deadline, lower).await
     }
 
-    /// The plan, if it comes by the deadline; otherwise that of the lower fallback levels.
-    async fn in_time(
+    /// The plan, if it comes by the deadline; otherwise that of the `lower` fallback levels.
+    async fn in_time<T: Send + 'static>(
         &self,
-        mut planned: Receiver<Planned>,
-        snapshot: Arc<Snapshot>,
+        mut planned: Receiver<T>,
         deadline: Deadline,
-    ) -> Result<Planned, Problem> {
+        lower: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<T, Problem> {
         let last_stretch = self.clock.last_stretch(deadline.instant());
         if let Ok(planned) = self.clock.timeout_at(last_stretch, &mut planned).await {
             return planned.map_err(|_| Problem::Panicked);
@@ -262,15 +245,14 @@ impl Planners {
         if let Some(planned) = self.clock.by(deadline.instant(), arrived).await {
             return planned;
         }
-        let planners = self.clone();
-        let lower = self.clock.run_blocking(move || planners.lower_levels(snapshot));
+        let lower = self.clock.run_blocking(lower);
         lower.await.map_err(|_| Problem::Panicked)
     }
 
     /// Waits until a thread of each pool for requests is free.
     pub(crate) async fn try_pools(&self) -> Result<(), Problem> {
         for pool in [&self.reading, &self.planning] {
-            let (done, _job) = pool.run(Priority::Mission, || ());
+            let (done, _job) = pool.run(Priority::Mission, |_| ());
             done.await.map_err(|_| Problem::Panicked)?;
         }
         Ok(())
@@ -281,19 +263,27 @@ impl Planners {
         &self,
         work: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T, Problem> {
-        let (worked, _job) = self.simulating.run(Priority::Long, work);
+        let (worked, _job) = self.simulating.run(Priority::Long, |_| work());
         worked.await.map_err(|_| Problem::Panicked)
     }
 
-    fn plan_now(&self, snapshot: Arc<Snapshot>, stop: &Stop) -> Planned {
-        let idle = || self.idle.lock().unwrap_or_else(PoisonError::into_inner);
-        // After a panic, its workspace is not used again.
+    fn plan_now(&self, purpose: PlanFor, snapshot: Arc<Snapshot>, stop: &Stop) -> Planned {
+        let idle = &self.idle[usize::from(purpose == PlanFor::Live)];
+        let idle = || idle.lock().unwrap_or_else(PoisonError::into_inner);
+        // The choice changes the time of a plan, never the answer. After a panic, its workspace is not used again.
         let mut workspace = idle().pop().unwrap_or_default();
         let start = self.clock.now();
         let _solve = info_span!("solve").entered();
         let plan = (self.plan)(&snapshot, &self.parameters, &mut workspace, stop);
         let solve_time = self.clock.since(start);
-        idle().push(workspace);
+        workspace.shrink();
+        let mut idle = idle();
+        idle.push(workspace);
+        // The one given back last is the first that is used again.
+        while IDLE_BYTES_MAX < idle.iter().map(Workspace::bytes).sum() {
+            idle.remove(0);
+        }
+        drop(idle);
         Planned {
             snapshot,
             plan,
@@ -341,10 +331,12 @@ mod tests {
         let gate = Arc::new(Mutex::new(gate));
         let held = [&planners.reading, &planners.planning].map(|pool| {
             let gate = Arc::clone(&gate);
-            pool.run(Priority::Short, move || drop(gate.lock().map(|gate| gate.recv())))
+            pool.run(Priority::Short, move |_| {
+                drop(gate.lock().map(|gate| gate.recv()))
+            })
         });
         let request = wire::read(EXAMPLES[0].body.as_bytes()).expect("is JSON");
-        let facts = || wire::snapshot(request).map_err(Problem::Invalid);
+        let facts = |_: &Stop| wire::snapshot(request).map_err(Problem::Invalid);
         let due = Arrival(planners.clock.now());
         let planned = planners.plan_in_turn(facts, due, Duration::from_hours(1)).await;
         assert_eq!(planned.expect("is planned for").plan.degraded, None);

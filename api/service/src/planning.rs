@@ -1,6 +1,6 @@
 //! The calls that plan for one snapshot.
 
-use std::sync::Arc;
+use std::{array, sync::Arc};
 
 use axum::{
     Extension, Json,
@@ -8,9 +8,11 @@ use axum::{
     response::{IntoResponse as _, Response},
 };
 use planner::{
+    explain::explain as explain_plan,
     los::LosLaw,
-    plan::Degraded,
+    plan::{Degraded, baselines},
     snapshot::{Fallback, Snapshot},
+    stop::Stop,
 };
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
@@ -20,7 +22,7 @@ use utoipa::IntoParams;
 use crate::{
     admission::Permit,
     body::JsonBytes,
-    deadline::Arrival,
+    deadline::{Arrival, Deadline},
     metrics::PlanFor,
     planners::{Planned, Planners},
     problem::{Problem, Refusals},
@@ -37,8 +39,10 @@ pub(crate) async fn plan(
     Extension(arrival): Extension<Arrival>,
     body: JsonBytes,
 ) -> Result<Response, Problem> {
-    let (planned, context) = planned(&planners, arrival, body).await?;
-    Ok(written(|| answer(&planned, &context).planned()))
+    planned(&planners, arrival, body, |context, planned, _, _| {
+        Ok(written(|| answer(planned, context).planned()))
+    })
+    .await
 }
 
 #[derive(Debug, Default, Deserialize, IntoParams)]
@@ -60,48 +64,64 @@ pub(crate) async fn compare(
     Extension(arrival): Extension<Arrival>,
     ValidQuery(CompareQuery { explain }): ValidQuery<CompareQuery>,
     body: JsonBytes,
-) -> Result<Json<Comparison>, Problem> {
-    let permit = planners.admit(body.bytes.len())?;
-    let read = planners
-        .read(&permit, || ValidRequest::new(body.read()?))
-        .await??;
-    let due = planners.due(arrival, read.deadline_ms);
-    let (planned, context) = read.planned(&planners, Arc::clone(&permit), arrival).await?;
-    let explanation = if explain {
-        planners.explain(&permit, &planned, due).await
-    } else {
-        None
-    };
-    let answer = answer(&planned, &context);
-    // A rollout for each law costs little beside the program, so they run where the answer is written.
-    let law = |law| answer.law(law, &planners.parameters);
-    Ok(Json(Comparison {
-        plans: Plans {
+) -> Result<Response, Problem> {
+    let (parameters, clock) = (Arc::clone(&planners.parameters), planners.clock.clone());
+    let compared = move |context: &Context, planned: &Planned, deadline: Deadline, stop: &Stop| {
+        let snapshot = &planned.snapshot;
+        let laws = baselines(snapshot, &parameters, stop);
+        let cut_short = laws.iter().find_map(|law| law.degraded);
+        check_fallback(snapshot, cut_short)?;
+        let explained = || {
+            let (half, stop, clock) = (deadline.share(&clock, 2).instant(), stop.clone(), clock.clone());
+            let stop = Stop::when(move || stop.is_due() || half <= clock.now());
+            let explanation = explain_plan(snapshot, planned.plan.cost_terms, &parameters, &stop);
+            // An explanation that was cut short belongs to a different plan.
+            (!stop.was_due()).then_some(explanation)
+        };
+        let wanted = explain && !stop.is_due();
+        let explanation = wanted.then(explained).flatten();
+        let answer = answer(planned, context);
+        let [
+            saturated_los,
+            saturated_los_tracker_frame,
+            integral_los,
+            waypoint_box,
+        ] = array::from_fn(|law| answer.law(LosLaw::ALL[law], &laws[law]));
+        let plans = Plans {
             mpc: answer.planned(),
-            saturated_los: answer.line_of_sight(),
-            saturated_los_tracker_frame: law(LosLaw::TrackerFrame),
-            integral_los: law(LosLaw::Integral),
-            waypoint_box: law(LosLaw::WaypointBox),
-        },
-        explanation,
-    }))
+            saturated_los,
+            saturated_los_tracker_frame,
+            integral_los,
+            waypoint_box,
+        };
+        Ok(written(|| Comparison { plans, explanation }))
+    };
+    planned(&planners, arrival, body, compared).await
 }
 
-async fn planned(
+/// The answer that `answer` makes of the plan for the snapshot in `body`.
+async fn planned<T: Send + 'static>(
     planners: &Planners,
     arrival: Arrival,
     body: JsonBytes,
-) -> Result<(Planned, Context), Problem> {
+    answer: impl Fn(&Context, &Planned, Deadline, &Stop) -> Result<T, Problem> + Send + Sync + 'static,
+) -> Result<T, Problem> {
     let permit = planners.admit(body.bytes.len())?;
-    let read = planners.read(&permit, || ValidRequest::new(body.read()?));
-    read.await??.planned(planners, permit, arrival).await
+    let (clock, limit) = (planners.clock.clone(), planners.deadline);
+    let read = planners.read(&permit, move |caller| {
+        let request: PlanRequest = body.read()?;
+        let deadline = Deadline::new(arrival, request.deadline_ms, limit);
+        let valid = ValidRequest::new(request, &deadline.stop(&clock, caller))?;
+        Ok::<_, Problem>((valid, deadline))
+    });
+    let (valid, deadline) = read.await??;
+    valid.planned(planners, permit, deadline, answer).await
 }
 
 /// A request to plan, whose snapshot is valid.
 #[derive(Debug)]
 pub(crate) struct ValidRequest {
     pub(crate) snapshot: Snapshot,
-    pub(crate) deadline_ms: Option<f64>,
     pub(crate) context: Context,
 }
 
@@ -113,11 +133,11 @@ pub(crate) struct Context {
 }
 
 impl ValidRequest {
-    pub(crate) fn new(request: PlanRequest) -> Result<Self, Problem> {
+    /// Checks the request, and estimates as long as there is time.
+    pub(crate) fn new(request: PlanRequest, stop: &Stop) -> Result<Self, Problem> {
         let origin = request.origin;
-        let snapshot = wire::snapshot(request).map_err(Problem::Invalid)?;
+        let snapshot = wire::snapshot_until(request, &|| stop.is_due()).map_err(Problem::Invalid)?;
         Ok(Self {
-            deadline_ms: snapshot.deadline_ms,
             context: Context {
                 origin,
                 metadata: snapshot.metadata.clone(),
@@ -126,30 +146,32 @@ impl ValidRequest {
         })
     }
 
-    /// Its plan, with its context.
-    pub(crate) async fn planned(
+    /// The answer that `answer` makes of its plan.
+    pub(crate) async fn planned<T: Send + 'static>(
         self,
         planners: &Planners,
         permit: Arc<Permit>,
-        arrival: Arrival,
-    ) -> Result<(Planned, Context), Problem> {
-        let Self {
-            snapshot,
-            deadline_ms,
-            context,
-        } = self;
-        let planned = planners.plan(permit, snapshot, arrival, deadline_ms).await?;
-        check_fallback(&planned)?;
-        let metrics = &planners.metrics;
-        metrics.plan(PlanFor::Request, &planned.plan, planned.solve_time);
-        Ok((planned, context))
+        deadline: Deadline,
+        answer: impl Fn(&Context, &Planned, Deadline, &Stop) -> Result<T, Problem> + Send + Sync + 'static,
+    ) -> Result<T, Problem> {
+        let Self { snapshot, context } = self;
+        let answered = move |planned: &Planned, stop: &Stop| {
+            check_fallback(&planned.snapshot, planned.plan.degraded)?;
+            answer(&context, planned, deadline, stop)
+        };
+        let planned = planners.plan(permit, snapshot, deadline, answered);
+        let (Planned { plan, solve_time, .. }, answer) = planned.await?;
+        if answer.is_ok() {
+            planners.metrics.plan(PlanFor::Request, &plan, solve_time);
+        }
+        answer
     }
 }
 
-/// Fails if the plan is of a lower fallback level and the request accepts only a solved program.
-pub(crate) fn check_fallback(planned: &Planned) -> Result<(), Problem> {
-    match planned.plan.degraded {
-        Some(_) if planned.snapshot.fallback != Fallback::None => Ok(()),
+/// Fails if an answer is `degraded` and the request accepts only a whole one.
+pub(crate) fn check_fallback(snapshot: &Snapshot, degraded: Option<Degraded>) -> Result<(), Problem> {
+    match degraded {
+        Some(_) if snapshot.fallback != Fallback::None => Ok(()),
         Some(Degraded::Deadline) => Err(Problem::TimedOut),
         Some(degraded) => Err(Problem::NoSolution(degraded.to_string())),
         None => Ok(()),
@@ -167,6 +189,6 @@ pub(crate) fn answer<'a>(planned: &'a Planned, context: &'a Context) -> Answer<'
 }
 
 /// The answer's JSON.
-fn written<T: Serialize>(answer: impl FnOnce() -> T) -> Response {
+pub(crate) fn written<T: Serialize>(answer: impl FnOnce() -> T) -> Response {
     info_span!("write").in_scope(|| Json(answer()).into_response())
 }

@@ -23,6 +23,10 @@ type Work = Box<dyn FnOnce() + Send>;
 /// empty entry until a thread comes by.
 pub(crate) struct Job(Mutex<Option<Work>>);
 
+/// Whoever waits for a job.
+#[derive(Clone, Debug)]
+pub(crate) struct Caller(Option<Weak<Job>>);
+
 /// The order in which jobs are served.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Priority {
@@ -82,21 +86,25 @@ impl Pool {
         }
     }
 
-    /// Has a thread do `work`, unless the job is dropped before it begins. The receiver fails if it panics.
+    /// Has a thread do `work`, unless the job is dropped before it begins. Work that takes long asks whether its caller is gone.
+    /// The receiver fails if it panics.
     pub(crate) fn run<T: Send + 'static>(
         &self,
         priority: Priority,
-        work: impl FnOnce() -> T + Send + 'static,
+        work: impl FnOnce(Caller) -> T + Send + 'static,
     ) -> (oneshot::Receiver<T>, Arc<Job>) {
         let (sender, receiver) = oneshot::channel();
         let (span, queued) = (Span::current(), info_span!("queue"));
-        let work = Box::new(move || {
-            drop(queued);
-            // What the work holds is dropped before its result is seen. The caller may be gone by then.
-            let done = span.in_scope(work);
-            let _ = sender.send(done);
+        let job = Arc::new_cyclic(|job| {
+            let caller = Caller(Some(Weak::clone(job)));
+            let work = move || {
+                drop(queued);
+                // What the work holds is dropped before its result is seen. The caller may be gone by then.
+                let done = span.in_scope(|| work(caller));
+                let _ = sender.send(done);
+            };
+            Job(Mutex::new(Some(Box::new(work))))
         });
-        let job = Arc::new(Job(Mutex::new(Some(work))));
         if self.clock.is_simulated() {
             let queued = Arc::downgrade(&job);
             self.clock.spawn_blocking(move || carry_out(&queued));
@@ -135,6 +143,16 @@ fn carry_out(job: &Weak<Job>) {
     }
 }
 
+impl Caller {
+    /// One that stays.
+    pub(crate) const STAYS: Self = Self(None);
+
+    /// Whether nobody holds the job any more.
+    pub(crate) fn is_gone(&self) -> bool {
+        self.0.as_ref().is_some_and(|job| job.strong_count() == 0)
+    }
+}
+
 impl Job {
     fn take(&self) -> Option<Work> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).take()
@@ -152,7 +170,7 @@ mod tests {
         let pool = Pool::new("test", 1, <[Gauge; 3]>::default(), &Clock::machine());
         let (open, gate) = mpsc::channel::<()>();
         let (begun, begins) = mpsc::channel();
-        let wait = move || {
+        let wait = move |_| {
             begun.send(()).expect("is heard");
             gate.recv()
         };
@@ -161,11 +179,11 @@ mod tests {
         let (order, done) = mpsc::channel();
         let tell = |what: &'static str| {
             let order = order.clone();
-            move || order.send(what).expect("is heard")
+            move |_| order.send(what).expect("is heard")
         };
         let (long, _long) = pool.run(Priority::Long, tell("long"));
         let (short, _short) = pool.run(Priority::Short, tell("short"));
-        let (panicked, _panicked) = pool.run(Priority::Short, || panic!("on purpose"));
+        let (panicked, _panicked) = pool.run(Priority::Short, |_| panic!("on purpose"));
         let (mission, _mission) = pool.run(Priority::Mission, tell("mission"));
         drop(pool.run(Priority::Mission, tell("given up")));
         open.send(()).expect("is waited for");
@@ -183,14 +201,31 @@ mod tests {
     }
 
     #[test]
+    fn work_sees_that_its_caller_is_gone() {
+        let pool = Pool::new("test", 1, <[Gauge; 3]>::default(), &Clock::machine());
+        let (open, gate) = mpsc::channel::<()>();
+        let (tell, told) = mpsc::channel();
+        let (_done, job) = pool.run(Priority::Short, move |caller| {
+            tell.send(caller.is_gone()).expect("is heard");
+            gate.recv().expect("is opened");
+            tell.send(caller.is_gone()).expect("is heard");
+        });
+        assert_eq!(told.recv(), Ok(false));
+        drop(job);
+        open.send(()).expect("is waited for");
+        assert_eq!(told.recv(), Ok(true));
+        assert!(!Caller::STAYS.is_gone());
+    }
+
+    #[test]
     fn a_dropped_job_holds_nothing() {
         let pool = Pool::new("test", 1, <[Gauge; 3]>::default(), &Clock::machine());
         let (open, gate) = mpsc::channel::<()>();
-        let (_held, _job) = pool.run(Priority::Short, move || gate.recv());
+        let (_held, _job) = pool.run(Priority::Short, move |_| gate.recv());
         let held = Arc::new(());
         for _ in 0..1000 {
             let holds = Arc::clone(&held);
-            drop(pool.run(Priority::Long, move || drop(holds)));
+            drop(pool.run(Priority::Long, move |_| drop(holds)));
         }
         assert_eq!(Arc::strong_count(&held), 1);
         open.send(()).expect("is waited for");

@@ -98,6 +98,11 @@ pub enum Problem {
          accept a lower fallback level"
     )]
     TimedOut,
+    /// The file was not read within this time.
+    #[error(
+        "the file was not read within the service's deadline, {0:?}; make it shorter, or try again after the time in Retry-After"
+    )]
+    FileTimedOut(Duration),
     /// No program was solved, for this reason, and the client accepts nothing else.
     #[error("{0}; with \"fallback\":\"los\" a lower fallback level would have answered")]
     NoSolution(String),
@@ -258,6 +263,7 @@ impl Problem {
             Self::Crowded { .. } => (503, "crowded", "The service is at its limit"),
             Self::NoMissions => (503, "no_missions", "The service keeps no missions"),
             Self::TimedOut => (504, "timed_out", "The plan took too long"),
+            Self::FileTimedOut(_) => (504, "timed_out", "The file took too long to read"),
             Self::Unanswered => (504, "mission_unanswered", "The mission has not answered in time"),
             Self::Log(StoreError::Full) => (507, "disk_full", "The disk is full"),
             Self::Log(_) => (503, "not_stored", "The mission log does not work"),
@@ -318,7 +324,10 @@ impl IntoResponses for Refusals {
                 503,
                 "Every planner is busy, or there is no solution and `fallback` is `none`.",
             ),
-            (504, "The deadline passed, and `fallback` is `none`."),
+            (
+                504,
+                "The deadline passed, and `fallback` is `none` or the body is a file.",
+            ),
         ]
         .map(refusal)
         .into()
@@ -422,6 +431,7 @@ impl IntoResponse for Problem {
         match self {
             Self::Overloaded
             | Self::TimedOut
+            | Self::FileTimedOut(_)
             | Self::Behind
             | Self::Unanswered
             | Self::Crowded { .. }

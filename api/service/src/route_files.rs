@@ -1,6 +1,6 @@
 //! Route files of planning tools, as way-points.
 
-use axum::{Json, extract::State};
+use axum::{Extension, extract::State, response::Response};
 use planner::path::{Leg, SEGMENTS_MAX};
 use route::{Place, RoutePoint, Unread};
 use serde::{Deserialize, Serialize};
@@ -8,8 +8,9 @@ use utoipa::{IntoParams, ToSchema};
 
 use crate::{
     body::AnyBytes,
+    deadline::{Arrival, Deadline},
     planners::Planners,
-    pool::Priority,
+    planning::written,
     problem::{Problem, Refusals},
     query::{ValidQuery, wrong_parameter},
 };
@@ -68,12 +69,22 @@ pub(crate) struct RouteQuery {
     responses((status = 200, description = "The route.", body = RouteOfFile), Refusals))]
 pub(crate) async fn read_route(
     State(planners): State<Planners>,
+    Extension(arrival): Extension<Arrival>,
     ValidQuery(RouteQuery { name }): ValidQuery<RouteQuery>,
     AnyBytes(body): AnyBytes,
-) -> Result<Json<RouteOfFile>, Problem> {
-    let read = move || {
+) -> Result<Response, Problem> {
+    let permit = planners.admit(body.bytes.len())?;
+    let (clock, limit) = (planners.clock.clone(), planners.deadline);
+    let read = move |caller| {
+        let stop = Deadline::new(arrival, None, limit).stop(&clock, caller);
         let fault = |error: Unread| FieldError::new("", "route_file", error.to_string());
-        let routes = route::read(&body.bytes).map_err(|error| Problem::Invalid(vec![fault(error)]))?;
+        let routes = route::read_until(&body.bytes, &|| stop.is_due()).map_err(|error| {
+            if stop.was_due() {
+                Problem::FileTimedOut(limit)
+            } else {
+                Problem::Invalid(vec![fault(error)])
+            }
+        })?;
         let route = route::select(routes, name.as_deref())
             .map_err(|error| wrong_parameter("name", "route_name", error.to_string()))?;
         if SEGMENTS_MAX < route.points.len() {
@@ -91,7 +102,7 @@ pub(crate) async fn read_route(
             speed_mps: end.speed_mps,
             depth_m: end.depth_m,
         };
-        Ok(RouteOfFile {
+        Ok(written(|| RouteOfFile {
             points: route.points.iter().map(|each| point(each.place)).collect(),
             closed: route.closed,
             speed_mps: route.speed_mps(),
@@ -99,7 +110,7 @@ pub(crate) async fn read_route(
             legs: route.ends_of_legs().into_iter().map(leg).collect(),
             notes: route.left_out(),
             name: route.name,
-        })
+        }))
     };
-    planners.read_for_mission(Priority::Long, read).await?.map(Json)
+    planners.read(&permit, read).await?
 }

@@ -7,14 +7,19 @@ use super::{DEADLINE_MS, METADATA_BYTES_MAX, field_pointers::length, positions::
 use crate::{CraftFrame, FieldError};
 
 /// The snapshot that `request` is, in the frame at the craft if it has an origin. Fails with every field that is wrong.
-pub fn snapshot(mut request: PlanRequest) -> Result<Snapshot, Vec<FieldError>> {
+pub fn snapshot(request: PlanRequest) -> Result<Snapshot, Vec<FieldError>> {
+    snapshot_until(request, &|| false)
+}
+
+/// [`snapshot`], whose estimates rest on the newest reports alone once it is `due`.
+pub fn snapshot_until(mut request: PlanRequest, due: &dyn Fn() -> bool) -> Result<Snapshot, Vec<FieldError>> {
     if request.origin.is_some() {
         // As it was given: in the other frame the numbers are others.
         check(&request)?;
         CraftFrame::enter(&mut request);
     }
     let envelope = envelope_faults(&request);
-    match Snapshot::try_from(request) {
+    match Snapshot::until(request, due) {
         Ok(snapshot) if envelope.is_empty() => Ok(snapshot),
         Ok(_) => Err(envelope),
         Err(invalid) => Err(with_fields(envelope, &invalid)),

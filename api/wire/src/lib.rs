@@ -26,7 +26,7 @@ mod reports;
 mod response;
 mod write_answer;
 
-pub use check::{check, snapshot, unsupported_version, with_defaults};
+pub use check::{check, snapshot, snapshot_until, unsupported_version, with_defaults};
 pub use craft_frame::CraftFrame;
 pub use digest::{plan_id, sha256};
 pub use directions::{DIRECTION_DEG, DIRECTIONS};

@@ -22,8 +22,8 @@ pub struct PlanResponse {
     pub outcome: Outcome,
     /// The fallback level that answered; in a comparison, the law.
     pub method: Method,
-    /// Why the outcome is `degraded`: `deadline` (it came before any program was solved), `solver_` and the status,
-    /// `certificate`, or `stale_report`.
+    /// Why the outcome is `degraded`: `deadline` (it came before any program was solved; in a comparison, before the schedule that the
+    /// law follows was whole), `solver_` and the status, `certificate`, or `stale_report`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
     /// The request's `origin`.

@@ -6,7 +6,6 @@ use geodesy::Datum;
 use nalgebra::Vector2;
 use planner::{
     los::{LosLaw, Reference as DomainReference},
-    parameters::Parameters,
     plan as domain,
     plan::{Method, Plan, PlannedTarget, Predicted, SolverReport},
     snapshot::{
@@ -89,14 +88,11 @@ impl<'a> Answer<'a> {
     #[must_use]
     pub fn planned(&self) -> PlanResponse {
         let plan = self.plan;
+        let (outcome, reason) = outcome(plan.degraded);
         PlanResponse {
-            outcome: if plan.degraded.is_some() {
-                Outcome::Degraded
-            } else {
-                Outcome::Ok
-            },
+            outcome,
             method: plan.method,
-            reason: plan.degraded.map(|degraded| degraded.to_string()),
+            reason,
             solver: Some(SolverReport {
                 solve_time_ms: Some(self.solve_time.as_secs_f64() * 1e3),
                 ..plan.solver
@@ -111,28 +107,18 @@ impl<'a> Answer<'a> {
         }
     }
 
-    /// The line-of-sight law's answer to the same snapshot, in the same shape.
+    /// A law's answer to the same snapshot, in the same shape. What it would remember starts from nothing, and a warning says so.
     #[must_use]
-    pub fn line_of_sight(&self) -> PlanResponse {
-        self.of_law(LosLaw::SaturatedLos, &self.plan.baseline)
-    }
-
-    /// Another law's answer to the same snapshot at the gains of `parameters`, in the same shape. What it would remember
-    /// starts from nothing, and a warning says so.
-    #[must_use]
-    pub fn law(&self, law: LosLaw, parameters: &Parameters) -> PlanResponse {
-        let mut answer = self.of_law(law, &domain::baseline(self.snapshot, parameters, law));
-        answer.warnings.extend(no_memory(law));
-        answer
-    }
-
-    fn of_law(&self, law: LosLaw, baseline: &domain::Baseline) -> PlanResponse {
+    pub fn law(&self, law: LosLaw, baseline: &domain::Baseline) -> PlanResponse {
         let reference = baseline.reference;
-        PlanResponse {
+        let mut answer = PlanResponse {
             method: Method::from(law),
             violations: baseline.violations.clone(),
             ..self.along(reference, reference, &baseline.trajectory, baseline.predicted)
-        }
+        };
+        (answer.outcome, answer.reason) = outcome(baseline.degraded);
+        answer.warnings.extend(no_memory(law));
+        answer
     }
 
     /// What all answers have in common, and line of sight's own outcome.
@@ -485,6 +471,15 @@ fn no_current(snapshot: &Snapshot) -> Option<Warning> {
 }
 
 /// What the law would know in a mission and does not know in a request.
+fn outcome(degraded: Option<domain::Degraded>) -> (Outcome, Option<String>) {
+    let outcome = if degraded.is_some() {
+        Outcome::Degraded
+    } else {
+        Outcome::Ok
+    };
+    (outcome, degraded.map(|degraded| degraded.to_string()))
+}
+
 fn no_memory(law: LosLaw) -> Option<Warning> {
     let detail = match law {
         LosLaw::Integral => {

@@ -397,6 +397,8 @@ impl From<&PlannedTarget> for PreviousTarget {
 /// A line-of-sight law on the same snapshot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Baseline {
+    /// Why this is not what it would do with more time.
+    pub degraded: Option<Degraded>,
     /// Its reference.
     pub reference: Reference,
     /// Where it leads, rolled out over the horizon.

@@ -6,13 +6,14 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::{
-    choose::select::{baseline_of, select_answer},
+    choose::select::{baselines_of_all, select_answer},
     los::law::LosLaw,
     problem::{parameters::Parameters, violation::Unit},
     program::{build::Program, layout::Slack, standard_form::Cone, units::SLACK_UNIT},
     scp::predicted_cost::CostTerms,
     snapshot::build::Snapshot,
     solve::{
+        by_shape::ByShape,
         certificate::Residuals,
         clarabel::{Solution, SolverStatus, Solvers},
         stop::Stop,
@@ -102,7 +103,8 @@ pub fn explain(snapshot: &Snapshot, planned: CostTerms, parameters: &Parameters,
             Some(*time)
         })
         .collect();
-    let plan = select_answer(snapshot, parameters, &mut vec![], stop, &mut |program| {
+    let mut programs = ByShape::default();
+    let _plan = select_answer(snapshot, parameters, &mut programs, stop, &mut |program| {
         let solution = solvers.solve_until(program, stop);
         let is_whole = solution.primal.len() == program.layout.n_variables();
         explanation.log.push(SubproblemReport {
@@ -118,13 +120,10 @@ pub fn explain(snapshot: &Snapshot, planned: CostTerms, parameters: &Parameters,
         };
         solution
     });
-    let laws = LosLaw::ALL.into_iter().map(|law| {
-        let terms = match law {
-            LosLaw::SaturatedLos => plan.baseline.cost_terms,
-            _ => baseline_of(snapshot, parameters, law).cost_terms,
-        };
-        (law.name().to_owned(), terms)
-    });
+    let laws = LosLaw::ALL
+        .iter()
+        .zip(baselines_of_all(snapshot, parameters, stop))
+        .map(|(law, baseline)| (law.name().to_owned(), baseline.cost_terms));
     let mpc = ("mpc".to_owned(), planned);
     explanation.cost_terms = [mpc].into_iter().chain(laws).collect();
     explanation

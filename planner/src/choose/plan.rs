@@ -1,12 +1,13 @@
 //! From a snapshot to a plan.
 
 use crate::{
-    choose::select::{baseline_from_memory, baseline_of, select_answer},
+    choose::select::{baseline_from_memory, baselines_of_all, select_answer},
     los::{law::LosLaw, tracking_law::TrackingLaw},
     problem::parameters::Parameters,
     program::build::Program,
     snapshot::build::Snapshot,
     solve::{
+        by_shape::{ByShape, KEPT_BYTES_MAX},
         clarabel::{Solution, Solvers},
         stop::Stop,
     },
@@ -36,15 +37,29 @@ pub struct Workspace {
 /// Programs that were stated, by shape: the part of a [`Workspace`] that is no solver's.
 #[derive(Debug, Default)]
 pub struct Programs {
-    by_shape: Vec<Program>,
+    by_shape: ByShape<Program>,
 }
 
 impl Programs {
-    /// How many are kept: one for each of the shapes used last, no more than
-    /// [`SHAPES_MAX`](crate::solve::SHAPES_MAX).
+    /// How many bytes they take.
     #[must_use]
-    pub fn count(&self) -> usize {
-        self.by_shape.len()
+    pub fn bytes(&self) -> usize {
+        self.by_shape.bytes()
+    }
+}
+
+impl Workspace {
+    /// About how many bytes it takes: programs and solvers of the shapes used last up to
+    /// [`KEPT_BYTES_MAX`](crate::solve::KEPT_BYTES_MAX) each, and the last one however large it is.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.programs.bytes() + self.solvers.bytes()
+    }
+
+    /// Forgets the last shape, too, if it is so large. For a workspace that is not in use.
+    pub fn shrink(&mut self) {
+        self.programs.by_shape.shrink_to(KEPT_BYTES_MAX);
+        self.solvers.shrink_to(KEPT_BYTES_MAX);
     }
 }
 
@@ -70,18 +85,24 @@ pub fn plan_until(
     select_answer(snapshot, parameters, &mut programs.by_shape, stop, solve)
 }
 
-/// What a line-of-sight law would do with `snapshot`, at the gains in `parameters`: [`Plan::baseline`] for each law.
+/// What each line-of-sight law would do with `snapshot`, at the gains in `parameters`: [`Plan::baseline`] for each of
+/// [`LosLaw::ALL`]. If `stop` cuts their schedule short, [`Baseline::degraded`] says so.
 ///
-/// The law starts here, whatever was answered before: an integral at zero, a box from one fix.
+/// The laws start here, whatever was answered before: an integral at zero, a box from one fix.
 #[must_use]
-pub fn baseline(snapshot: &Snapshot, parameters: &Parameters, law: LosLaw) -> Baseline {
-    baseline_of(snapshot, parameters, law)
+pub fn baselines(snapshot: &Snapshot, parameters: &Parameters, stop: &Stop) -> [Baseline; LosLaw::ALL.len()] {
+    baselines_of_all(snapshot, parameters, stop)
 }
 
-/// [`baseline`] of a law at work, with its gains and from what it remembers. Positions and times are those of the looks before.
+/// The same of a law at work, with its gains and from what it remembers. Positions and times are those of the looks before.
 #[must_use]
-pub fn baseline_from(snapshot: &Snapshot, parameters: &Parameters, law: &TrackingLaw) -> Baseline {
-    baseline_from_memory(snapshot, parameters, law)
+pub fn baseline_from(
+    snapshot: &Snapshot,
+    parameters: &Parameters,
+    law: &TrackingLaw,
+    stop: &Stop,
+) -> Baseline {
+    baseline_from_memory(snapshot, parameters, law, stop)
 }
 
 /// [`plan`] with another solver instead of Clarabel: a peer to compare with, or a failure to force.

@@ -35,7 +35,7 @@ use crate::{
         result::{Candidate, Degraded, ScpResult, SolverReport},
     },
     snapshot::build::Snapshot,
-    solve::{clarabel::Solution, stop::Stop},
+    solve::{by_shape::ByShape, clarabel::Solution, stop::Stop},
     visit::schedule::Scheduler,
 };
 
@@ -58,13 +58,14 @@ struct Level {
 pub(crate) fn select_answer(
     snapshot: &Snapshot,
     parameters: &Parameters,
-    programs: &mut Vec<Program>,
+    programs: &mut ByShape<Program>,
     stop: &Stop,
     solve: &mut dyn FnMut(&Program) -> Solution,
 ) -> Plan {
     let parameters = &*parameters.of(snapshot);
     // 1. The problem: goal and craft on the grid.
     let (goal, schedule) = scheduled_goal(snapshot, parameters, remembered_course(snapshot), stop);
+    let cut_short = cut_short(snapshot, schedule.as_ref(), stop);
     let horizon = Horizon::new(snapshot, parameters, &goal);
     // 2. The law: baseline, initial guess and fallback.
     let los_rollout = horizon.line_of_sight(snapshot, &goal, tuning(LosLaw::SaturatedLos, parameters));
@@ -126,6 +127,7 @@ pub(crate) fn select_answer(
         targets: PlannedTarget::all(snapshot, &horizon.times, goal.auvs()),
         position_covariances: goal.auvs().iter().map(covariances).collect(),
         baseline: Baseline {
+            degraded: cut_short,
             reference: snapshot.command(&law),
             trajectory: horizon.trajectory(&los.candidate.stages).collect(),
             predicted: los.candidate.predicted,
@@ -168,6 +170,12 @@ pub fn scheduled_goal(
     let turns = scheduled.as_ref().map_or(&[][..], |scheduled| &scheduled.turns);
     let goal = GoalForecast::scheduled(snapshot, auvs, held, turns);
     (goal, scheduled.map(|scheduled| scheduled.schedule))
+}
+
+/// Whether the deadline came before the estimates and the schedule that every law needs were whole.
+fn cut_short(snapshot: &Snapshot, schedule: Option<&Schedule>, stop: &Stop) -> Option<Degraded> {
+    let is_cut = snapshot.cut_short() || (schedule.is_some() && stop.was_due());
+    is_cut.then_some(Degraded::Deadline)
 }
 
 fn remembered_course(snapshot: &Snapshot) -> Option<Course> {
@@ -265,16 +273,26 @@ fn steered(level: Level, snapshot: &Snapshot, parameters: &Parameters, horizon: 
     }
 }
 
-/// What `law` would do from a start without memory.
-pub(crate) fn baseline_of(snapshot: &Snapshot, parameters: &Parameters, law: LosLaw) -> Baseline {
+/// What each of the laws would do from a start without memory. All have the same goal: a schedule is dear.
+pub(crate) fn baselines_of_all(
+    snapshot: &Snapshot,
+    parameters: &Parameters,
+    stop: &Stop,
+) -> [Baseline; LosLaw::ALL.len()] {
     let parameters = &*parameters.of(snapshot);
-    let (goal, _) = scheduled_goal(snapshot, parameters, remembered_course(snapshot), &Stop::never());
+    let (goal, schedule) = scheduled_goal(snapshot, parameters, remembered_course(snapshot), stop);
+    let degraded = cut_short(snapshot, schedule.as_ref(), stop);
     let horizon = Horizon::new(snapshot, parameters, &goal);
-    let tuning = tuning(law, parameters);
-    let rollout = horizon.line_of_sight(snapshot, &goal, tuning);
-    let mut tracking = TrackingLaw::new(tuning, Some(horizon.goal_course));
-    let through_water = tracking.steer(0.0, &AscNow::from(snapshot), &goal.at(0.0), snapshot.limits());
-    rolled_out_baseline(snapshot, &horizon, &rollout, &through_water)
+    LosLaw::ALL.map(|law| {
+        let tuning = tuning(law, parameters);
+        let rollout = horizon.line_of_sight(snapshot, &goal, tuning);
+        let mut tracking = TrackingLaw::new(tuning, Some(horizon.goal_course));
+        let through_water = tracking.steer(0.0, &AscNow::from(snapshot), &goal.at(0.0), snapshot.limits());
+        Baseline {
+            degraded,
+            ..rolled_out_baseline(snapshot, &horizon, &rollout, &through_water)
+        }
+    })
 }
 
 /// What `law` would do from what it remembers.
@@ -282,9 +300,10 @@ pub(crate) fn baseline_from_memory(
     snapshot: &Snapshot,
     parameters: &Parameters,
     law: &TrackingLaw,
+    stop: &Stop,
 ) -> Baseline {
     let parameters = &*parameters.of(snapshot);
-    let (goal, _) = scheduled_goal(snapshot, parameters, remembered_course(snapshot), &Stop::never());
+    let (goal, _) = scheduled_goal(snapshot, parameters, remembered_course(snapshot), stop);
     let horizon = Horizon::new(snapshot, parameters, &goal);
     let rollout = horizon.carried_on(snapshot, &goal, law.clone());
     let asc = AscNow::from(snapshot);
@@ -302,6 +321,7 @@ fn rolled_out_baseline(
 ) -> Baseline {
     let (predicted, cost_terms, violations) = predict(horizon, rollout, &horizon.weights);
     Baseline {
+        degraded: None,
         reference: snapshot.command(through_water),
         trajectory: horizon.trajectory(&rollout.stages).collect(),
         predicted,

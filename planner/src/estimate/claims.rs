@@ -57,14 +57,14 @@ pub(crate) struct Believed {
 }
 
 impl Believed {
-    /// Of `claimed` reports, at least one, in order of time.
-    pub(crate) fn new(claimed: Vec<(usize, Report)>) -> Self {
+    /// Of `claimed` reports, at least one, in order of time. Once it is `due`, no further inflation is tried.
+    pub(crate) fn new(claimed: Vec<(usize, Report)>, due: &dyn Fn() -> bool) -> Self {
         let claimed = without_echoes(claimed);
         let positions: Vec<_> = claimed
             .iter()
             .map(|(number, report)| (*number, report.with_ground_track(None)))
             .collect();
-        let (inflation, without) = inflated(&positions);
+        let (inflation, without) = inflated(&positions, due);
         let reports = with_inflation(&claimed, inflation);
         if claimed.iter().all(|(_, report)| report.ground_track().is_none()) {
             return Self {
@@ -104,7 +104,7 @@ fn without_echoes(mut claimed: Vec<(usize, Report)>) -> Vec<(usize, Report)> {
 }
 
 /// The inflation with which the positions of `reports` are the most likely, and the track with it.
-fn inflated(reports: &[(usize, Report)]) -> (f64, Track<Interacting>) {
+fn inflated(reports: &[(usize, Report)], due: &dyn Fn() -> bool) -> (f64, Track<Interacting>) {
     let track = |inflation: f64| Track::through(&with_inflation(reports, inflation), Interacting::start);
     let sigmas = reports.iter().map(|(_, report)| report.sigma_m);
     let smallest = sigmas.fold(f64::INFINITY, f64::min);
@@ -117,7 +117,7 @@ fn inflated(reports: &[(usize, Report)]) -> (f64, Track<Interacting>) {
         INFLATION_MAX.min(INFLATION_SHARE * mean_step(reports))
     };
     let mut inflation = INFLATION_MIN;
-    while inflation <= most {
+    while inflation <= most && !due() {
         // One that hardly changes any of the claims needs no trial.
         if 0.5 * smallest <= inflation {
             let tried = track(inflation);

@@ -121,7 +121,7 @@ fn before(reports: &[(usize, Report)]) -> Kalman {
 }
 
 fn after(reports: &[(usize, Report)]) -> Kalman {
-    Believed::new(reports.to_vec()).track.filter.combined()
+    Believed::new(reports.to_vec(), &|| false).track.filter.combined()
 }
 
 /// As if the accuracy were known and no velocity were reported.
@@ -161,7 +161,7 @@ fn a_speed_that_becomes_0_is_contradicted_by_the_third_fix_that_shows_it() {
                 report.speed_mps = Some(0.0);
             }
             flights += 1;
-            late += u32::from(!Believed::new(reports).velocity_contradicted);
+            late += u32::from(!Believed::new(reports, &|| false).velocity_contradicted);
         }
         println!("{speed} m/s, {interval} s: {late} of {flights} not within three fixes");
         assert!(late <= flights / 20, "{speed} m/s: {late} of {flights}");
@@ -176,7 +176,7 @@ fn one_fix_of_an_odd_accuracy_discards_no_other() {
             let (mut reports, _) = flight(TYPICAL, 30, seed);
             for place in [0, 12, 29] {
                 let claimed = std::mem::replace(&mut reports[place].1.sigma_m, odd);
-                let believed = Believed::new(reports.clone());
+                let believed = Believed::new(reports.clone(), &|| false);
                 rejected += reports.len() - believed.track.used.len();
                 reports[place].1.sigma_m = claimed;
             }
@@ -218,7 +218,7 @@ fn the_second_return_of_a_ping_widens_no_accuracy() {
             let echo = Report::new(report.t_s, report.position() + Vector2::new(40.0, 30.0), 1.5);
             [(2 * number, report), (2 * number + 1, echo)]
         });
-        let believed = Believed::new(echoed.collect());
+        let believed = Believed::new(echoed.collect(), &|| false);
         assert_eq!(believed.inflation, 0.0, "seed {seed}");
         let error = (believed.track.filter.combined().at(last).position() - truth).norm();
         assert!(error < 6.0, "seed {seed}: {error} m");
@@ -280,7 +280,7 @@ mod slow {
                         // Farther apart than a lane is long, fixes show no velocity at all.
                         let seeds = if speed * interval < 100.0 { N_FLIGHTS } else { 0 };
                         for seed in 0..seeds {
-                            let believed = Believed::new(flight(case, case.n(), seed).0);
+                            let believed = Believed::new(flight(case, case.n(), seed).0, &|| false);
                             flights += 1;
                             if believed.inflation > 0.0 || believed.velocity_contradicted {
                                 doubted += 1;

@@ -32,6 +32,9 @@ use crate::{
 /// `docs/rationale.md#estimating-the-auvs`.
 pub(crate) const TURN_RATE_AGE_MAX: f64 = 60.0;
 
+/// Newest reports of which an estimate is made for which there is no time: enough for a velocity, and for two outliers.
+const HASTY: usize = 8;
+
 /// Fastest that an estimate is, m/s: the fastest that a snapshot lets a vehicle say it is.
 const SPEED_MAX: f64 = 10.0;
 
@@ -106,7 +109,8 @@ const REPEATED_WITHIN: f64 = 0.1;
 impl Estimate {
     /// Of `auv` by what is known at time `now`, s, of a `current` (north, east), m/s, too; of a state that reports no rate of
     /// turn also by what the previous plan knew, and the time of the report that it knew it from. If the track `before` is given, what
-    /// the track repeats is taken for its path without one, and the sawtooth of its depths for its dive.
+    /// the track repeats is taken for its path without one, and the sawtooth of its depths for its dive. Once it is `due`, the newest
+    /// reports alone count, and no path.
     pub(crate) fn new(
         auv: &Auv,
         path: Option<&KnownPath>,
@@ -114,15 +118,15 @@ impl Estimate {
         current: &Vector2<f64>,
         previous: Option<(RememberedTarget, f64)>,
         before: Option<&[TrackPoint]>,
+        due: &dyn Fn() -> bool,
     ) -> Self {
         let Some(state) = &auv.state else {
             let reports = auv.reports.as_deref().unwrap_or_default();
-            let others = auv
-                .path
-                .as_ref()
-                .map_or_else(Vec::new, DeclaredPath::turned_otherwise);
+            let path = path.filter(|_| !due());
+            let declared = auv.path.as_ref().filter(|_| path.is_some());
+            let others = declared.map_or_else(Vec::new, DeclaredPath::turned_otherwise);
             let paths: Vec<_> = path.cloned().into_iter().chain(others).collect();
-            let found = from_reports(reports, &paths, now, current, before);
+            let found = from_reports(reports, &paths, (now, current), before, due);
             return Self {
                 dive: found.dive.filter(|_| auv.dive.is_none()),
                 ..found
@@ -162,9 +166,9 @@ impl Estimate {
 fn from_reports(
     reports: &[Report],
     paths: &[KnownPath],
-    now: f64,
-    current: &Vector2<f64>,
+    (now, current): (f64, &Vector2<f64>),
     before: Option<&[TrackPoint]>,
+    due: &dyn Fn() -> bool,
 ) -> Estimate {
     // What is older than anything that is forecast says only where a vehicle was of which nothing else is known.
     let newest = reports
@@ -183,17 +187,20 @@ fn from_reports(
         })
         .collect();
     numbered.sort_by(|(_, a), (_, b)| in_order(a, b));
+    if due() {
+        numbered.drain(..numbered.len().saturating_sub(HASTY));
+    }
     let Believed {
         reports: believed,
         track: free,
         inflation,
         velocity_contradicted,
-    } = Believed::new(without_repeated(&numbered));
+    } = Believed::new(without_repeated(&numbered), due);
     let infers = before.is_some();
     let before = before.filter(|_| paths.is_empty());
     let trail = before.map_or_else(Trail::default, |before| Trail::new(before, &free.used, current));
-    let repeats = trail.repeats();
-    let along = sailed(paths, repeats.as_ref(), current, &believed);
+    let repeats = if due() { None } else { trail.repeats() };
+    let along = sailed(paths, repeats.as_ref(), current, &believed, due);
     let route = along.as_ref().map(|along| Route {
         probability: match repeats {
             None => probability_of_following(&believed, along, &free, (usize::MAX, f64::INFINITY)),
@@ -235,6 +242,7 @@ fn sailed<'a>(
     repeats: Option<&'a Repeats>,
     current: &Vector2<f64>,
     reports: &[(usize, Report)],
+    due: &dyn Fn() -> bool,
 ) -> Option<Track<OnPath<'a>>> {
     let through = |sailing: Sailing<'a>| Track::through(reports, |report| OnPath::start(report, &sailing));
     let known = paths.iter().chain(repeats.map(|repeats| &repeats.path));
@@ -244,8 +252,8 @@ fn sailed<'a>(
         speed_density: SPEED_DENSITIES[0],
         roughness: repeats.map(|repeats| repeats.residual),
     });
-    let mut best = ways.map(through).reduce(likelier)?;
-    if repeats.is_none() && CURRENT_MIN <= current.norm() {
+    let mut best = ways.take_while(|_| !due()).map(through).reduce(likelier)?;
+    if !due() && repeats.is_none() && CURRENT_MIN <= current.norm() {
         let over_ground = Sailing {
             current: Vector2::zeros(),
             ..*best.filter.sailing()
@@ -253,7 +261,7 @@ fn sailed<'a>(
         best = likelier(best, through(over_ground));
     }
     for speed_density in &SPEED_DENSITIES[1..] {
-        if repeats.is_none() && !best.misfits() {
+        if due() || (repeats.is_none() && !best.misfits()) {
             break;
         }
         let less_steady = Sailing {

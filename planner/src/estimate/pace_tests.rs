@@ -30,7 +30,7 @@ fn a_minute_ahead(surge: f64) -> (f64, f64) {
             reports.push(Report::new(t, place(t) + random.normal() * SIGMA, SIGMA));
             let newest = reports[reports.len().saturating_sub(64)..].to_vec();
             let auv = Auv::reported("a", newest);
-            let found = Estimate::new(&auv, None, t, &Vector2::zeros(), None, Some(&track));
+            let found = Estimate::new(&auv, None, t, &Vector2::zeros(), None, Some(&track), &|| false);
             track.clone_from(&found.track);
             let followed = found.route.filter(Route::is_followed);
             let (Some(route), Some(known), true) = (followed, found.path, 800.0 <= t && k % 3 == 0) else {

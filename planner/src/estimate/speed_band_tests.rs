@@ -110,7 +110,7 @@ impl Flight {
 
     fn estimate(&self) -> Estimate {
         let auv = Auv::reported("a", self.reports.clone());
-        Estimate::new(&auv, None, self.now, &Vector2::zeros(), None, None)
+        Estimate::new(&auv, None, self.now, &Vector2::zeros(), None, None, &|| false)
     }
 
     /// The newest report, taken as it is.

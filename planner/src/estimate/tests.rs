@@ -102,7 +102,7 @@ fn flight(
 
 fn estimate(reports: &[Report], now: f64) -> Estimate {
     let auv = Auv::reported("a", reports.to_vec());
-    Estimate::new(&auv, None, now, &Vector2::zeros(), None, None)
+    Estimate::new(&auv, None, now, &Vector2::zeros(), None, None, &|| false)
 }
 
 /// The reports without what the vehicle says of itself.
@@ -368,7 +368,7 @@ fn lanes(random: &mut Random) -> (KnownPath, Vec<Report>, Vector2<f64>) {
 
 fn estimate_along(known: &KnownPath, reports: &[Report]) -> Estimate {
     let auv = Auv::reported("a", reports.to_vec());
-    Estimate::new(&auv, Some(known), 290.0, &Vector2::zeros(), None, None)
+    Estimate::new(&auv, Some(known), 290.0, &Vector2::zeros(), None, None, &|| false)
 }
 
 #[test]
@@ -441,7 +441,7 @@ fn route(path: &Path, speed: f64, reports: &[Report]) -> Route {
     };
     let auv = Auv::reported("a", reports.to_vec());
     let now = reports.last().expect("there are some").t_s;
-    let found = Estimate::new(&auv, Some(&known), now, &Vector2::zeros(), None, None);
+    let found = Estimate::new(&auv, Some(&known), now, &Vector2::zeros(), None, None, &|| false);
     found.route.expect("has a path")
 }
 
@@ -516,7 +516,17 @@ fn how_a_vehicle_turns_is_seen_where_its_way_points_do_not_say() {
             path: Some(declared.clone()),
             ..Auv::reported("a", reports)
         };
-        let new = |auv| Estimate::new(auv, Some(&known(&declared)), 630.0, &Vector2::zeros(), None, None);
+        let new = |auv| {
+            Estimate::new(
+                auv,
+                Some(&known(&declared)),
+                630.0,
+                &Vector2::zeros(),
+                None,
+                None,
+                &|| false,
+            )
+        };
         let unnamed = Auv {
             path: None,
             ..auv.clone()
@@ -562,7 +572,7 @@ fn a_speed_over_ground_is_told_from_one_through_the_water() {
             (0..60).map(report).collect::<Vec<_>>()
         };
         let auv = Auv::reported("a", reports(&mut Random(seed.into())));
-        let found = Estimate::new(&auv, Some(&known), 590.0, &current, None, None);
+        let found = Estimate::new(&auv, Some(&known), 590.0, &current, None, None, &|| false);
         let route = found.route.expect("has a path");
         assert!(route.is_followed(), "seed {seed}");
         right += u32::from(route.current == water);
@@ -594,7 +604,15 @@ fn one_fix_on_the_path_is_no_reason_to_doubt_it() {
     let only = Report::new(reports[3].t_s, reports[3].position(), SIGMA);
     let followed = |report: Report| {
         let auv = Auv::reported("a", vec![report]);
-        let found = Estimate::new(&auv, Some(&known), report.t_s, &Vector2::zeros(), None, None);
+        let found = Estimate::new(
+            &auv,
+            Some(&known),
+            report.t_s,
+            &Vector2::zeros(),
+            None,
+            None,
+            &|| false,
+        );
         found.route.expect("it has a path").is_followed()
     };
     assert!(followed(only));
@@ -662,7 +680,7 @@ fn turn_rates_from_states(rate: f64, interval: f64, n: u32, course_error: impl F
                 0.9,
             ),
         );
-        let state = Estimate::new(&auv, None, time, &Vector2::zeros(), remembered, None).state;
+        let state = Estimate::new(&auv, None, time, &Vector2::zeros(), remembered, None, &|| false).state;
         rates.push(state.turn_rate_radps);
         let target = RememberedTarget {
             model: crate::facts::options::ForecastModel::ConstantVelocity,
@@ -670,7 +688,16 @@ fn turn_rates_from_states(rate: f64, interval: f64, n: u32, course_error: impl F
             drift: Vector2::zeros(),
         };
         // The same state asked for again, with an answer in between that had nothing new, tells the same.
-        let again = Estimate::new(&auv, None, time, &Vector2::zeros(), Some((target, time)), None).state;
+        let again = Estimate::new(
+            &auv,
+            None,
+            time,
+            &Vector2::zeros(),
+            Some((target, time)),
+            None,
+            &|| false,
+        )
+        .state;
         assert_eq!(again.turn_rate_radps, state.turn_rate_radps);
         remembered = Some((target, time));
     }
@@ -738,7 +765,9 @@ fn reports_older_than_an_hour_count_where_there_is_no_other() {
     // Years are no trouble, with a path or without.
     let (known, ..) = lanes(&mut Random(1));
     let auv = Auv::reported("a", reports);
-    let ages = Estimate::new(&auv, Some(&known), 1.0e11, &Vector2::zeros(), None, None);
+    let ages = Estimate::new(&auv, Some(&known), 1.0e11, &Vector2::zeros(), None, None, &|| {
+        false
+    });
     assert!(ages.position_sigma().is_some_and(f64::is_finite));
 }
 

@@ -73,6 +73,17 @@ impl Program {
         program
     }
 
+    /// How many bytes it takes.
+    pub(crate) fn bytes(&self) -> usize {
+        let triplets = self.cost_triplets.capacity() + self.row_triplets.capacity();
+        let numbers = self.linear.capacity() + self.bounds.capacity();
+        self.quadratic.bytes()
+            + self.constraints.bytes()
+            + size_of::<f64>() * numbers
+            + size_of::<Cone>() * self.cones.capacity()
+            + size_of::<Triplet>() * triplets
+    }
+
     /// The same in the form that a solver takes.
     #[must_use]
     pub(crate) fn standard_form(&self) -> StandardForm<'_> {

@@ -52,6 +52,12 @@ impl Sparse {
         matrix
     }
 
+    /// How many bytes it takes.
+    pub(crate) fn bytes(&self) -> usize {
+        let indices = self.column_starts.capacity() + self.row_indices.capacity() + self.slots.capacity();
+        size_of::<usize>() * indices + size_of::<f64>() * self.values.capacity()
+    }
+
     /// Rewrites the values from triplets at the same places, in the same order, as at construction.
     pub(crate) fn fill(&mut self, triplets: &[Triplet]) {
         debug_assert_eq!(

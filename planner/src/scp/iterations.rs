@@ -26,8 +26,9 @@ use crate::{
     },
     snapshot::build::Snapshot,
     solve::{
+        by_shape::ByShape,
         certificate::Residuals,
-        clarabel::{SHAPES_MAX, Solution, SolverStatus},
+        clarabel::{Solution, SolverStatus},
         stop::Stop,
     },
 };
@@ -53,8 +54,8 @@ pub(crate) struct Scp<'a> {
     pub(crate) goal: &'a GoalForecast,
     pub(crate) stop: &'a Stop,
     pub(crate) solve: &'a mut dyn FnMut(&Program) -> Solution,
-    /// Programs stated before, one for each of the [`SHAPES_MAX`] shapes used last, to be restated in place.
-    pub(crate) programs: &'a mut Vec<Program>,
+    /// Programs stated before, to be restated in place.
+    pub(crate) programs: &'a mut ByShape<Program>,
 }
 
 /// What a subproblem is linearised about, and the facts within its reach, craft frame.
@@ -308,19 +309,16 @@ fn accept(
 }
 
 /// The program of the subproblem's shape, stated anew or restated in place.
-fn restated<'p>(programs: &'p mut Vec<Program>, subproblem: &Subproblem<'_>) -> &'p Program {
+fn restated<'p>(programs: &'p mut ByShape<Program>, subproblem: &Subproblem<'_>) -> &'p Program {
     let layout = subproblem.layout();
-    if let Some(index) = programs.iter().position(|program| program.layout == layout) {
-        programs[index..].rotate_left(1);
-        let last = programs.len() - 1;
-        programs[last].restate(subproblem);
-        return &programs[last];
+    if programs.is_kept(&layout) {
+        let kept = programs.last().into_iter();
+        kept.for_each(|program| program.restate(subproblem));
+    } else {
+        let program = Program::new(subproblem);
+        programs.insert(layout, program.bytes(), program);
     }
-    if programs.len() == SHAPES_MAX {
-        programs.remove(0);
-    }
-    programs.push(Program::new(subproblem));
-    &programs[programs.len() - 1]
+    programs.last().expect("is kept or was inserted")
 }
 
 fn vector_at(solution: &Solution, column: usize) -> Vector2<f64> {

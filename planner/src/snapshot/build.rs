@@ -51,9 +51,47 @@ pub struct Snapshot {
     craft_prior: Prior,
     craft_estimate: CraftEstimate,
     craft: CraftModel,
+    cut_short: bool,
 }
 
 impl Snapshot {
+    /// The snapshot of `request`. Once it is `due`, estimates rest on the newest reports alone.
+    ///
+    /// # Errors
+    /// With everything that is wrong with the request.
+    pub fn until(mut request: PlanRequest, due: &dyn Fn() -> bool) -> Result<Self, InvalidRequest> {
+        let paths = request.known_paths()?;
+        request.area = clockwise(request.area);
+        let (limits, craft) = (request.limits(), request.craft());
+        let craft_prior = Prior::from(&craft);
+        (request.limits, request.craft) = (Some(limits.into()), Some(craft));
+        let current = request.current();
+        let estimate = |(auv, path): (&Auv, &Option<KnownPath>)| {
+            let remembered = request.remembered(&auv.id);
+            let track = request.remembered_track(&auv.id);
+            Estimate::new(auv, path.as_ref(), request.t_s, &current, remembered, track, due)
+        };
+        let estimates = request.auvs.iter().zip(&paths).map(estimate).collect();
+        let craft_estimate = CraftEstimate::new(&request.of_the_craft(&limits), &craft_prior);
+        let craft = CraftModel::learnt(&craft_prior, &craft_estimate, &limits, &current);
+        Ok(Self {
+            request,
+            limits,
+            paths,
+            estimates,
+            craft_prior,
+            craft_estimate,
+            craft,
+            cut_short: due(),
+        })
+    }
+
+    /// Whether there was no time for all of the estimates.
+    #[must_use]
+    pub fn cut_short(&self) -> bool {
+        self.cut_short
+    }
+
     /// The command with which the craft moves through the water as `reference` says.
     #[must_use]
     pub fn command(&self, reference: &Reference) -> Reference {
@@ -188,29 +226,7 @@ impl Deref for Snapshot {
 impl TryFrom<PlanRequest> for Snapshot {
     type Error = InvalidRequest;
 
-    fn try_from(mut request: PlanRequest) -> Result<Self, InvalidRequest> {
-        let paths = request.known_paths()?;
-        request.area = clockwise(request.area);
-        let (limits, craft) = (request.limits(), request.craft());
-        let craft_prior = Prior::from(&craft);
-        (request.limits, request.craft) = (Some(limits.into()), Some(craft));
-        let current = request.current();
-        let estimate = |(auv, path): (&Auv, &Option<KnownPath>)| {
-            let remembered = request.remembered(&auv.id);
-            let track = request.remembered_track(&auv.id);
-            Estimate::new(auv, path.as_ref(), request.t_s, &current, remembered, track)
-        };
-        let estimates = request.auvs.iter().zip(&paths).map(estimate).collect();
-        let craft_estimate = CraftEstimate::new(&request.of_the_craft(&limits), &craft_prior);
-        let craft = CraftModel::learnt(&craft_prior, &craft_estimate, &limits, &current);
-        Ok(Self {
-            request,
-            limits,
-            paths,
-            estimates,
-            craft_prior,
-            craft_estimate,
-            craft,
-        })
+    fn try_from(request: PlanRequest) -> Result<Self, InvalidRequest> {
+        Self::until(request, &|| false)
     }
 }

@@ -11,11 +11,10 @@ use serde::{Deserialize, Serialize};
 use crate::{
     program::{
         build::Program,
-        layout::Layout,
         sparse::Sparse,
         standard_form::{Cone, StandardForm},
     },
-    solve::stop::Stop,
+    solve::{by_shape::ByShape, stop::Stop},
 };
 
 /// Optimality tolerance in production: moves the first planned velocity by less than 1 mm/s against 1e-9 (a test holds
@@ -26,9 +25,11 @@ pub const TOLERANCE: f64 = 1e-7;
 /// refinement; see `docs/rationale.md#solver`.
 const FEASIBILITY: f64 = 10.0;
 
-/// Most shapes of programs that a workspace remembers, those used last: the client chooses the shapes,
-/// and a solver of a large one takes megabytes.
-pub const SHAPES_MAX: usize = 16;
+/// What a solver takes in memory for each stored number of its program, for each variable or row, and for each stored number of its
+/// factor, bytes: fitted to what is allocated (tested).
+const PER_ENTRY: usize = 120;
+const PER_COLUMN: usize = 400;
+const PER_FACTOR_ENTRY: usize = 16;
 
 /// Most interior-point iterations of one subproblem: more than twice what the hardest took, see `docs/rationale.md#solver`.
 const ITERATIONS_MAX: u32 = 100;
@@ -116,7 +117,7 @@ fn solve_with_care(program: &StandardForm<'_>, settings: DefaultSettings<f64>, s
 /// replaced. Without equilibration a reused solver does exactly what a new one would.
 pub struct Solvers {
     tolerance: f64,
-    by_shape: Vec<(Layout, DefaultSolver<f64>)>,
+    by_shape: ByShape<DefaultSolver<f64>>,
 }
 
 impl Default for Solvers {
@@ -127,9 +128,7 @@ impl Default for Solvers {
 
 impl std::fmt::Debug for Solvers {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_list()
-            .entries(self.by_shape.iter().map(|(layout, _)| layout))
-            .finish()
+        f.debug_list().entries(self.by_shape.shapes()).finish()
     }
 }
 
@@ -139,8 +138,19 @@ impl Solvers {
     pub fn with_tolerance(tolerance: f64) -> Self {
         Self {
             tolerance,
-            by_shape: Vec::new(),
+            by_shape: ByShape::default(),
         }
+    }
+
+    /// Forgets the solvers used longest ago, until the others take no more than about so many bytes.
+    pub fn shrink_to(&mut self, bytes: usize) {
+        self.by_shape.shrink_to(bytes);
+    }
+
+    /// About how many bytes the solvers take.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.by_shape.bytes()
     }
 
     /// Solves `program` from a cold start.
@@ -177,14 +187,8 @@ impl Solvers {
     /// The solver for the program's shape, with the program's numbers; `None` where Clarabel refuses
     /// them, as it does for nothing that [`Program`] can state.
     fn prepared(&mut self, program: &Program) -> Option<&mut DefaultSolver<f64>> {
-        let known = self
-            .by_shape
-            .iter()
-            .position(|(layout, _)| *layout == program.layout);
-        if let Some(index) = known {
-            self.by_shape[index..].rotate_left(1);
-            let last = self.by_shape.len() - 1;
-            let solver = &mut self.by_shape[last].1;
+        if self.by_shape.is_kept(&program.layout) {
+            let solver = self.by_shape.last()?;
             solver.update_P(&program.quadratic.values).ok()?;
             solver.update_q(&program.linear).ok()?;
             solver.update_A(&program.constraints.values).ok()?;
@@ -194,13 +198,18 @@ impl Solvers {
                 &program.standard_form(),
                 settings(self.tolerance, FEASIBILITY * self.tolerance)?,
             )?;
-            if self.by_shape.len() == SHAPES_MAX {
-                self.by_shape.remove(0);
-            }
-            self.by_shape.push((program.layout, solver));
+            let bytes = bytes(program, &solver);
+            self.by_shape.insert(program.layout, bytes, solver);
         }
-        self.by_shape.last_mut().map(|(_, solver)| solver)
+        self.by_shape.last()
     }
+}
+
+/// About how much memory a solver of `program` takes.
+fn bytes(program: &Program, solver: &DefaultSolver<f64>) -> usize {
+    let entries = program.constraints.values.len() + program.quadratic.values.len();
+    let columns = program.layout.n_variables() + program.layout.n_rows();
+    PER_ENTRY * entries + PER_COLUMN * columns + PER_FACTOR_ENTRY * solver.info.linsolver.nnzL
 }
 
 /// Solves, given up at the first iteration that finds `stop` due.

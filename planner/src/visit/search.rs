@@ -77,7 +77,7 @@ struct Search<'a> {
 
 impl Fleet {
     /// The best schedule whose first visit is to `first`; none if the craft cannot reach it. `before` is what is left of the schedule
-    /// before: it is no worse than to go on with that.
+    /// before: it is no worse than to go on with that. Once `due`, it is the best so far, or a visit that does not end.
     pub(crate) fn best_first(
         &self,
         first: usize,
@@ -97,19 +97,24 @@ impl Fleet {
             exact: true,
         };
         let least = self.dwell_min.max(STAY_MIN);
-        for order in self.tours(first) {
-            for dwell in TOUR_DWELLS {
-                let times = if order.len() < 2 { 1 } else { TOUR_VISITS_MAX };
-                let again = order.iter().cycle().take(times);
-                search.sail(
-                    again.map(|to| (*to, (self.dwell_min + dwell).max(STAY_MIN))),
-                    present,
-                );
+        let tours = self.tours(first);
+        let tours = tours
+            .iter()
+            .flat_map(|order| TOUR_DWELLS.map(|dwell| (order, dwell)));
+        for (order, dwell) in tours {
+            let times = if order.len() < 2 { 1 } else { TOUR_VISITS_MAX };
+            let again = order.iter().cycle().take(times);
+            let visits = again.map(|to| (*to, (self.dwell_min + dwell).max(STAY_MIN)));
+            search.sail(visits, present, due);
+            if !search.exact {
+                break;
             }
         }
         let inserted = before.first().filter(|(to, _)| *to != first);
         let rest = before.iter().map(|(to, dwell)| (*to, dwell.max(least)));
-        search.sail(inserted.map(|_| (first, least)).into_iter().chain(rest), present);
+        let visits = inserted.map(|_| (first, least)).into_iter().chain(rest);
+        // What was scheduled goes on whatever the time: it is short.
+        search.sail(visits, present, &|| inserted.is_some() && due());
         search.visit(None, &self.start(), first, present);
         search.extend_all(width, due);
         search.found()
@@ -139,9 +144,15 @@ impl Search<'_> {
         }
     }
 
-    /// These visits one after the other, and the last to the end.
-    fn sail(&mut self, visits: impl Iterator<Item = Planned>, mut present: Option<Present>) {
+    /// These visits one after the other until it is `due`, at least one, and the last to the end.
+    fn sail(
+        &mut self,
+        visits: impl Iterator<Item = Planned>,
+        mut present: Option<Present>,
+        due: &dyn Fn() -> bool,
+    ) {
         let (mut before, mut state) = (None, self.fleet.start());
+        let start = self.nodes.len();
         for (to, dwell) in visits {
             let Some((arrive, there)) = self.arrival(&state, to) else {
                 break;
@@ -155,10 +166,18 @@ impl Search<'_> {
             if self.fleet.horizon <= state.time {
                 break;
             }
+            if due() {
+                self.exact = false;
+                break;
+            }
         }
         if let Some(last) = before {
             let Node { before, stay, state } = self.nodes[last];
             self.complete(before, &stay, &state);
+        }
+        // Nothing goes on from here.
+        if self.best.is_none_or(|(last, ..)| last < start) {
+            self.nodes.truncate(start);
         }
     }
 

@@ -91,8 +91,8 @@ impl Run {
                 let request = state
                     .request(logged.t_s)
                     .ok_or_else(|| damaged("the events before it have too few reports"))?;
-                let snapshot =
-                    facts(request).map_err(|_| damaged("the events before it make no valid snapshot"))?;
+                let snapshot = facts(request, &|| false)
+                    .map_err(|_| damaged("the events before it make no valid snapshot"))?;
                 let plan = plan(&snapshot, &Parameters::default(), workspace);
                 let made = planners::Planned {
                     snapshot: snapshot.into(),

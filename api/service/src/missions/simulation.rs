@@ -119,6 +119,7 @@ impl Simulation {
         let origin = self.mission.record().origin;
         let answer = answer(&made, origin.map(wire::Origin::from));
         let mut planned = planned(time, Duration::ZERO, &made, &answer);
+        self.workspace.shrink();
         self.mission.step(Some((&seen, guidance)));
         let rows = self.mission.take_rows();
         planned.truth = rows.last().and_then(|row| truth(row, &self.ids)).map(Box::new);
@@ -142,14 +143,15 @@ impl Simulation {
                 previous_plan: law.previous_plan(),
                 ..PlanRequest::clone(seen)
             })?;
-            // Forecasts and the law's trajectory need no solved program.
-            let plan = plan_until(&known, &self.parameters, &mut self.workspace, &Stop::at_once());
+            // Forecasts and the law's trajectory need no solved program, and the law has made the schedule.
+            let stop = Stop::at_once();
+            let plan = plan_until(&known, &self.parameters, &mut self.workspace, &stop);
             let Baseline {
                 trajectory,
                 predicted,
                 violations,
                 ..
-            } = baseline_from(&known, &self.parameters, law.tracking());
+            } = baseline_from(&known, &self.parameters, law.tracking(), &stop);
             let plan = Plan {
                 method: guidance.method.expect("a line-of-sight law is a method"),
                 degraded: None,

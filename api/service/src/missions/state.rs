@@ -272,10 +272,10 @@ fn learn_nothing(plan: &mut PreviousPlan, asc: &Asc) {
 
 /// The facts of a mission's request. A previous plan that makes no valid snapshot, such as one that leads beyond all
 /// coordinates, is left out.
-pub(super) fn facts(mut request: PlanRequest) -> Result<Snapshot, Vec<FieldError>> {
-    wire::snapshot(request.clone()).or_else(|_| {
+pub(super) fn facts(mut request: PlanRequest, due: &dyn Fn() -> bool) -> Result<Snapshot, Vec<FieldError>> {
+    wire::snapshot_until(request.clone(), due).or_else(|_| {
         request.previous_plan = None;
-        wire::snapshot(request)
+        wire::snapshot_until(request, due)
     })
 }
 
@@ -435,7 +435,7 @@ mod tests {
         let mut before = state();
         before.take_reports(&heard(10.0, 1.0), 10.0);
         before.config.limits = Some(DeclaredLimits::default());
-        let first = facts(before.request(9.0).expect("waits for no vehicle")).expect("is valid");
+        let first = facts(before.request(9.0).expect("waits for no vehicle"), &|| false).expect("is valid");
         let plan = plan(&first, &Parameters::default(), &mut Workspace::default());
         before.set_previous_plan(PreviousPlan::from(&plan));
         let mut after = before.clone();
@@ -476,8 +476,9 @@ mod tests {
     #[test]
     fn another_craft_is_known_by_what_is_said_of_it_alone_and_turns_on_from_where_it_was_asked_to() {
         let craft = json!({ "preset": "medusa", "relative_uncertainty": 0.0 });
-        let snapshots = before_and_after(json!({ "craft": craft }))
-            .map(|state| facts(state.request(10.0).expect("waits for no vehicle")).expect("is valid"));
+        let snapshots = before_and_after(json!({ "craft": craft })).map(|state| {
+            facts(state.request(10.0).expect("waits for no vehicle"), &|| false).expect("is valid")
+        });
         let lag = |snapshot: &Snapshot| {
             let (known, said) = (snapshot.craft_estimate(), snapshot.craft_prior());
             (known.heading.y, said.heading_lag.mean)
@@ -549,6 +550,6 @@ mod tests {
             "heading_rad": 0.0 }] });
         state.set_previous_plan(serde_json::from_value(beyond).expect("has the shape"));
         let request = state.request(10.0).expect("waits for no vehicle");
-        facts(request).expect("is made without it");
+        facts(request, &|| false).expect("is made without it");
     }
 }

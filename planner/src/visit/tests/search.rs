@@ -1,5 +1,7 @@
 //! The search against the enumeration of all sequences and tours by the clock; deadlines, pins and turns.
 
+use std::cell::Cell;
+
 use super::*;
 
 /// Times with each AUV, s, that a clock is tuned over.
@@ -249,5 +251,25 @@ fn a_pinned_auv_is_next_whatever_it_costs() {
         let pinned = scheduled(&request);
         assert_eq!(pinned.visits[0].auv, other);
         assert!(pinned.alternatives.is_empty() && free.cost <= pinned.cost + 1e-9);
+    }
+}
+
+#[test]
+fn once_it_is_time_a_schedule_of_many_visits_costs_a_few() {
+    for seed in 0..20 {
+        // All sixteen are near all the time, and need no stay: thousands of visits fit.
+        let mut request = random(seed, 16, 300.0);
+        let visits = visits(&mut request);
+        (visits.within_m, visits.dwell_min_s) = (5000.0, 0.0);
+        let fleet = fleet(&request, horizon(&request, 1800.0));
+        let first = fleet.candidates.len() - 1;
+        for n in [0, 7, 600] {
+            let looks = Cell::new(0);
+            let due = || n <= looks.replace(looks.get() + 1);
+            let found = fleet.best_first(first, (None, &[]), 24_000, &due);
+            let found = found.expect("is near");
+            assert!(!found.exact && found.stays[0].candidate == first);
+            assert!(looks.get() <= n + 5, "{} looks, due at {n}", looks.get());
+        }
     }
 }

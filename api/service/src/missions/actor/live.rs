@@ -205,7 +205,7 @@ impl Live {
             .context
             .planners
             .plan_in_turn(
-                || facts(request).map_err(Problem::Invalid),
+                |stop| facts(request, &|| stop.is_due()).map_err(Problem::Invalid),
                 Arrival(due),
                 self.period / 2,
             )

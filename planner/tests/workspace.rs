@@ -1,0 +1,106 @@
+//! What a workspace takes in memory.
+
+use allocation_counter::measure;
+use pilotfish_planner::{
+    Asc, Auv, AuvState, Goal, Parameters, Snapshot, VehicleId, Workspace,
+    angle::{Course, Heading},
+    nalgebra::Vector2,
+    plan::plan_until,
+    snapshot::{KeepOut, PlanRequest, Tuning},
+    solve::KEPT_BYTES_MAX,
+    stop::Stop,
+};
+
+/// A request with `n_auvs` to stay within range of, `n_discs` and `n_steps`.
+fn shape(n_auvs: usize, n_discs: usize, n_steps: usize) -> Snapshot {
+    let at = |k: usize| Vector2::new(30.0 * f64::from(u8::try_from(k).expect("small")), 40.0);
+    let auv = |k: usize| {
+        Auv::new(
+            format!("auv-{k}").as_str(),
+            AuvState::new(at(k), 8.0, Course::new(0.0), 0.3),
+        )
+    };
+    let auvs: Vec<_> = (0..n_auvs).map(auv).collect();
+    let ids: Vec<VehicleId> = auvs.iter().map(|auv: &Auv| auv.id.clone()).collect();
+    let craft = Asc::new(Vector2::zeros(), Heading::new(0.0), 1.0);
+    let mut request = PlanRequest::new(
+        0.0,
+        craft,
+        auvs,
+        Goal::Range {
+            auvs: ids,
+            range_m: 500.0,
+        },
+    );
+    request.keep_outs = (0..n_discs).map(|k| KeepOut::new(at(k) * -1.0, 3.0)).collect();
+    request.tuning = Some(Tuning {
+        steps_s: Some(vec![1.0; n_steps]),
+        ..Tuning::default()
+    });
+    Snapshot::try_from(request).expect("is valid")
+}
+
+fn planned(workspace: &mut Workspace, snapshot: &Snapshot) {
+    let looks = std::sync::atomic::AtomicU32::new(0);
+    // The subproblem is stated and its solver set up; how far it comes does not matter.
+    let stop = Stop::when(move || 4 < looks.fetch_add(1, std::sync::atomic::Ordering::Relaxed));
+    let _ = plan_until(snapshot, &Parameters::default(), workspace, &stop);
+}
+
+#[test]
+fn what_a_workspace_says_of_its_memory_is_what_it_takes() {
+    for (n_auvs, n_discs, n_steps) in [(1, 0, 30), (2, 3, 30), (16, 0, 30), (16, 32, 30), (16, 32, 120)] {
+        let snapshot = shape(n_auvs, n_discs, n_steps);
+        let mut workspace = Workspace::default();
+        planned(&mut Workspace::default(), &snapshot);
+        let taken = measure(|| planned(&mut workspace, &snapshot));
+        let (said, taken) = (
+            workspace.bytes(),
+            usize::try_from(taken.bytes_current).expect("takes memory"),
+        );
+        println!("{n_auvs} {n_discs} {n_steps}: {said} said, {taken} taken");
+        assert!(
+            3 * taken < 4 * said && 3 * said < 4 * taken,
+            "{said} said, {taken} taken"
+        );
+    }
+}
+
+#[test]
+fn a_workspace_keeps_no_more_bytes_than_it_may_however_large_and_many_the_shapes_are() {
+    let mut workspace = Workspace::default();
+    let mut most = 0;
+    for n_discs in 0..12 {
+        planned(&mut workspace, &shape(16, n_discs, 120));
+        most = most.max(workspace.bytes());
+        // One that is larger than all that is kept is there as long as it is in use.
+        assert!(workspace.bytes() <= 4 * KEPT_BYTES_MAX, "{}", workspace.bytes());
+    }
+    assert!(KEPT_BYTES_MAX < most);
+    let before = i64::try_from(workspace.bytes()).expect("is small");
+    let freed = measure(|| workspace.shrink());
+    assert!(workspace.bytes() <= 2 * KEPT_BYTES_MAX);
+    let left = i64::try_from(workspace.bytes()).expect("is small");
+    assert!(
+        3 * (before - left) <= 4 * -freed.bytes_current,
+        "{before} {left} {freed:?}"
+    );
+}
+
+#[test]
+fn ordinary_shapes_are_set_up_once() {
+    let shapes: Vec<_> = (0..8).map(|n_discs| shape(2, n_discs, 30)).collect();
+    let mut workspace = Workspace::default();
+    let mut round = || {
+        let taken = measure(|| {
+            for shape in &shapes {
+                planned(&mut workspace, shape);
+            }
+            workspace.shrink();
+        });
+        (taken.bytes_current, taken.bytes_total)
+    };
+    let (first, again) = (round(), round());
+    assert_eq!(again.0, 0, "nothing more is kept");
+    assert!(3 * again.1 < first.1, "{again:?} after {first:?}");
+}
