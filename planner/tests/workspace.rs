@@ -58,7 +58,6 @@ fn what_a_workspace_says_of_its_memory_is_what_it_takes() {
             workspace.bytes(),
             usize::try_from(taken.bytes_current).expect("takes memory"),
         );
-        println!("{n_auvs} {n_discs} {n_steps}: {said} said, {taken} taken");
         assert!(
             3 * taken < 4 * said && 3 * said < 4 * taken,
             "{said} said, {taken} taken"

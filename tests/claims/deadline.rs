@@ -18,7 +18,7 @@ use planner::{
     solve::SolverStatus,
     stop::Stop,
 };
-use serde_json::json;
+use serde_json::{Value, json};
 use service::{Settings, app, examples::EXAMPLES};
 use tests::{
     client::{Answer, example, post, send_to, simulated_machine},
@@ -285,7 +285,11 @@ fn estimates_for_which_there_is_no_time_rest_on_the_newest_reports_and_forget_no
     assert!((whole.state.speed_mps - estimate.state.speed_mps).abs() < 0.1);
     assert_eq!(estimate.rejected, (0..56).collect::<Vec<_>>());
     assert!(!estimate.track.is_empty());
-    let plan = stopped_at(0, &hasty, &mut Workspace::default());
+    let plan = plan(&hasty, &Parameters::default(), &mut Workspace::default());
+    assert!(
+        plan.solver.deadline_hit,
+        "no program is solved for less than what is known"
+    );
     assert_eq!(plan.degraded, Some(Degraded::Deadline));
     assert_eq!(plan.baseline.degraded, Some(Degraded::Deadline));
 }
@@ -307,64 +311,56 @@ fn works_until_stopped(
     plan_until(snapshot, parameters, workspace, stop)
 }
 
+/// Calls, and gives up once the planner has begun; what `meanwhile` is done before.
+async fn given_up(service: &axum::Router, path: &str, body: &Value, meanwhile: impl AsyncFnOnce()) {
+    let [begun, ended] = &WORK;
+    let before = begun.load(Ordering::Relaxed);
+    let call = tokio::spawn(send_to(service.clone(), post(path, body.to_string())));
+    while begun.load(Ordering::Relaxed) == before {
+        tokio::task::yield_now().await;
+    }
+    assert_eq!(ended.load(Ordering::Relaxed), before);
+    meanwhile().await;
+    call.abort();
+    while ended.load(Ordering::Relaxed) == before {
+        tokio::task::yield_now().await;
+    }
+}
+
 /// With the threads of the machine, and a deadline that none waits for.
 #[tokio::test]
-async fn work_for_a_client_that_is_gone_ends() {
-    let service = app(Settings {
+async fn work_for_a_client_that_is_gone_ends_and_all_work_is_admitted() {
+    let settings = Settings {
         plan: works_until_stopped,
         planners: 1,
-        waiting: 0,
         deadline: Duration::from_hours(1),
         ..Settings::default()
-    });
+    };
+    let service = app(settings.clone());
     let batch = json!({ "requests": [example("track"), example("track")] });
-    let calls = [
-        ("/v1/plan", example("track")),
-        ("/v1/plan/compare", example("visit")),
-        ("/v1/plan/batch", batch),
-    ];
-    for (k, (path, body)) in calls.into_iter().enumerate() {
-        let call = tokio::spawn(send_to(service.clone(), post(path, body.to_string())));
-        let [begun, ended] = &WORK;
-        while begun.load(Ordering::Relaxed) <= k {
-            tokio::task::yield_now().await;
-        }
-        assert_eq!(ended.load(Ordering::Relaxed), k);
-        // Whatever a request wants computed, there is no room for it.
-        let refused = send_to(service.clone(), post("/v1/routes", "lat,lon\n1,1")).await;
-        assert_eq!(
-            refused.status,
-            StatusCode::SERVICE_UNAVAILABLE,
-            "{}",
-            refused.text
-        );
-        call.abort();
-        while ended.load(Ordering::Relaxed) <= k {
-            tokio::task::yield_now().await;
-        }
-    }
+    given_up(&service, "/v1/plan", &example("track"), async || ()).await;
+    given_up(&service, "/v1/plan/compare", &example("visit"), async || ()).await;
+    given_up(&service, "/v1/plan/batch", &batch, async || ()).await;
     // The second of the batch was not begun.
     let ready = send_to(service, post("/v1/plan/validate", EXAMPLES[0].body)).await;
     assert_eq!(
         (ready.status, WORK[0].load(Ordering::Relaxed)),
         (StatusCode::OK, 3)
     );
-}
-
-#[tokio::test(start_paused = true)]
-async fn a_comparison_is_answered_whatever_the_deadline() {
-    for deadline_ms in [0.05, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0] {
-        let (_, service) = slow_service(Duration::from_millis(5), Duration::from_secs(1));
-        let mut hasty = example("intermittent");
-        hasty["deadline_ms"] = json!(deadline_ms);
-        let request = post("/v1/plan/compare?explain=true", hasty.to_string());
-        let answer = send_to(service, request).await;
-        assert_eq!(answer.status, StatusCode::OK, "{deadline_ms}: {}", answer.text);
-        let compared = answer.json();
-        let mpc = &compared["plans"]["mpc"];
-        assert!(mpc["reference"].is_object());
-        assert_eq!(mpc["outcome"] == "ok", 10.0 < deadline_ms, "{deadline_ms}: {mpc}");
-    }
+    let full = app(Settings {
+        waiting: 0,
+        ..settings
+    });
+    let route = async || {
+        let refused = send_to(full.clone(), post("/v1/routes", "lat,lon\n1,1")).await;
+        assert_eq!(
+            refused.status,
+            StatusCode::SERVICE_UNAVAILABLE,
+            "{}",
+            refused.text
+        );
+    };
+    given_up(&full, "/v1/plan", &example("track"), route).await;
 }
 
 #[tokio::test(start_paused = true)]

@@ -14,6 +14,9 @@ use crate::{
 /// Deepest nesting of elements.
 const DEPTH_MAX: usize = 64;
 
+/// Longest tag, with its attributes, bytes.
+const TAG_BYTES_MAX: usize = 64 << 10;
+
 /// Source: RTZ 1.0 (IEC 61174, annex S): radii in nautical miles, speeds in knots.
 const NAUTICAL_MILE_M: f64 = 1852.0;
 const KNOT_MPS: f64 = NAUTICAL_MILE_M / 3600.0;
@@ -113,6 +116,13 @@ impl Found<'_> {
 
     fn begin(&mut self, element: &BytesStart<'_>) -> Result<(), Unread> {
         let place = self.place();
+        if TAG_BYTES_MAX < element.len() {
+            let fault = format!(
+                "has a tag of {} bytes, at most {TAG_BYTES_MAX} are read",
+                element.len()
+            );
+            return Err(Unread::new(place, fault));
+        }
         let name = String::from_utf8_lossy(element.local_name().as_ref()).into_owned();
         let text = |wanted: &str| {
             // To look for names that stand twice takes the square of their number.

@@ -107,7 +107,8 @@ impl Planners {
         admitted.inspect_err(|_| self.metrics.shed(Shed::Admission))
     }
 
-    /// Reads the body of an admitted request, within the deadline. Reading that takes long asks whether its caller is gone.
+    /// Reads the body of an admitted request, if a thread is free within the deadline. Reading that takes long looks at the time, and
+    /// whether its caller is gone.
     pub(crate) async fn read<T: Send + 'static>(
         &self,
         permit: &Arc<Permit>,
@@ -116,11 +117,15 @@ impl Planners {
         let (priority, permit, clock) = (permit.priority, Arc::clone(permit), self.clock.clone());
         let read = async {
             let work = move |caller| permit.work(&clock, || read(caller));
-            let (read, _job) = self.reading.run(priority, work);
-            self.clock.timeout(self.deadline, read).await
+            let (mut read, job) = self.reading.run(priority, work);
+            match self.clock.timeout(self.deadline, &mut read).await {
+                Err(_) if job.give_up() => return Err(self.too_late()),
+                Err(_) => read.await,
+                Ok(read) => read,
+            }
+            .map_err(|_| Problem::Panicked)
         };
-        let read = read.instrument(info_span!("read")).await;
-        read.map_err(|_| self.too_late())?.map_err(|_| Problem::Panicked)
+        read.instrument(info_span!("read")).await
     }
 
     /// Reads a body of so many `bytes` of a request about missions: where it arrived, if it is short.
@@ -332,7 +337,7 @@ mod tests {
         let held = [&planners.reading, &planners.planning].map(|pool| {
             let gate = Arc::clone(&gate);
             pool.run(Priority::Short, move |_| {
-                drop(gate.lock().map(|gate| gate.recv()))
+                drop(gate.lock().map(|gate| gate.recv()));
             })
         });
         let request = wire::read(EXAMPLES[0].body.as_bytes()).expect("is JSON");

@@ -154,6 +154,11 @@ impl Caller {
 }
 
 impl Job {
+    /// Whether it has not begun, and never will.
+    pub(crate) fn give_up(&self) -> bool {
+        self.take().is_some()
+    }
+
     fn take(&self) -> Option<Work> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).take()
     }

@@ -85,6 +85,8 @@ pub(crate) fn select_answer(
     let stale = |auv: usize| parameters.is_stale(&snapshot.estimates()[auv]);
     let scp = if goal.needs_now().any(stale) {
         ScpResult::none(Degraded::StaleReport)
+    } else if snapshot.cut_short() {
+        ScpResult::none(Degraded::Deadline)
     } else {
         let mut scp = Scp {
             snapshot,
@@ -135,7 +137,7 @@ pub(crate) fn select_answer(
             violations: los.candidate.violations.into_iter().flatten().collect(),
         },
         solver: SolverReport {
-            deadline_hit: stop.was_due(),
+            deadline_hit: stop.was_due() || snapshot.cut_short(),
             ..scp.report
         },
         predicted: best.candidate.predicted,
