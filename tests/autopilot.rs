@@ -62,6 +62,12 @@ pub struct Boat {
     pub has_position: bool,
     /// Orders received: of a mode, or to arm.
     pub orders: u64,
+    /// Time constants of its loops, s; 0 where only the fastest turn limits it.
+    pub heading_time: f64,
+    /// See `heading_time`.
+    pub speed_time: f64,
+    /// Fastest turn, rad/s.
+    pub turn_rate_max: f64,
     /// Speed, m/s, heading, rad, and when they came, s.
     reference: Option<(f64, f64, f64)>,
     yaw_rate: f64,
@@ -115,6 +121,9 @@ impl Boat {
             has_heartbeat: true,
             has_position: true,
             orders: 0,
+            heading_time: HEADING_TIME,
+            speed_time: SPEED_TIME,
+            turn_rate_max: TURN_RATE_MAX,
             reference: None,
             yaw_rate: 0.0,
         }
@@ -173,9 +182,9 @@ impl Boat {
         let turn = (heading - self.heading)
             .sin()
             .atan2((heading - self.heading).cos());
-        self.yaw_rate = (turn / HEADING_TIME).clamp(-TURN_RATE_MAX, TURN_RATE_MAX);
+        self.yaw_rate = (turn / self.heading_time.max(dt)).clamp(-self.turn_rate_max, self.turn_rate_max);
         self.heading += self.yaw_rate * dt;
-        let faster = (speed - self.speed) / SPEED_TIME;
+        let faster = (speed - self.speed) / self.speed_time.max(dt);
         self.speed += faster.clamp(-ACCELERATION_MAX, ACCELERATION_MAX) * dt;
         self.position += self.velocity(current) * dt;
     }

@@ -183,6 +183,7 @@ async fn sailed(seed: u64, course: Course) -> Voyage {
         now: Mutex::default(),
     });
     let is_shared = course.is_shared.unwrap_or(seed.is_multiple_of(SHARED));
+    planners::begin(course.is_nominal);
     let host = Arc::new(Host::new(&world, seed, is_shared.then(Database::new).flatten()));
     for service in 0..host.n_services {
         host.start(service).await;

@@ -103,7 +103,6 @@ struct Running {
 
 impl Host {
     pub(super) fn new(world: &Arc<World>, seed: u64, database: Option<Database>) -> Self {
-        planners::begin();
         let memory = Path::new("/dev/shm");
         let root = if memory.is_dir() {
             tempfile::tempdir_in(memory)
@@ -492,6 +491,12 @@ impl Host {
                 }
                 log.push(text);
             }
+            let said = body.pointer("/heard/steering").and_then(Value::as_array);
+            let degraded = said
+                .into_iter()
+                .flatten()
+                .filter(|said| said["state"] == "degraded");
+            log.extend(degraded.map(|said| format!("warning: {}", said["why"])));
         }
         let twice = operators.iter().find(|(_, n)| **n != 1);
         self.world.claim("acknowledged", twice.is_none(), || {

@@ -24,6 +24,8 @@ pub(super) const AUV: u8 = 101;
 const STEP_S: f64 = 0.1;
 /// Steps of [`Boat::messages`] in one of these.
 const STEPS: u64 = 5;
+/// m/s.
+const AUV_SPEED: f64 = 0.5;
 /// Between two fixes of the AUV, s.
 const FIX_S: f64 = 5.0;
 /// Longest delay of a bad wire, s.
@@ -58,6 +60,8 @@ struct State {
     boat: Boat,
     /// Where the AUV is, (north, east), m, and where it goes, rad.
     auv: (Vector2<f64>, f64),
+    /// Whether it lies still for a while now and then.
+    stops: bool,
     fix_due_s: f64,
     step: u64,
     /// Bytes for the boat, and when they arrive, s.
@@ -87,8 +91,25 @@ struct Known {
     has_sent: bool,
 }
 
+/// A boat of its own: with the loops of the stand-in, without lags, or slow; and whether the AUV lies still now and then.
+fn hull_and_stops(seed: u64) -> (Boat, bool) {
+    let mut rng = rng(seed, 9);
+    let mut time = || {
+        if rng.random_bool(0.3) {
+            0.0
+        } else {
+            rng.random_range(0.0..6.0)
+        }
+    };
+    let mut boat = Boat::moored();
+    (boat.heading_time, boat.speed_time) = (time(), time());
+    boat.turn_rate_max = rng.random_range(0.3..2.0);
+    (boat, rng.random_bool(0.5))
+}
+
 impl Sea {
     pub(super) fn new(world: &Arc<World>, seed: u64) -> Self {
+        let (boat, stops) = hull_and_stops(seed);
         let mut rng = rng(seed, 4);
         Self {
             world: Arc::clone(world),
@@ -98,7 +119,8 @@ impl Sea {
                 acceleration_max: rng.random_range(0.05..0.6),
             },
             state: Mutex::new(State {
-                boat: Boat::moored(),
+                boat,
+                stops,
                 auv: (
                     Vector2::new(rng.random_range(-20.0..20.0), rng.random_range(10.0..30.0)),
                     rng.random_range(-3.0..3.0),
@@ -190,7 +212,12 @@ impl Sea {
         state.boat.step(t_s, STEP_S, &still);
         let (position, course) = &mut state.auv;
         *course += 0.02 * (0.05 * t_s).sin();
-        *position += 0.5 * STEP_S * Vector2::new(course.cos(), course.sin());
+        let speed = if state.stops && 130.0 < t_s % 200.0 {
+            0.0
+        } else {
+            AUV_SPEED
+        };
+        *position += speed * STEP_S * Vector2::new(course.cos(), course.sin());
 
         let mut shown = state.boat.clone();
         shown.position = state.frozen.unwrap_or(shown.position);
@@ -210,7 +237,7 @@ impl Sea {
         if state.fix_due_s <= t_s {
             state.fix_due_s = t_s + FIX_S;
             if !now.has(Kind::AuvSilent) {
-                let velocity = 0.5 * Vector2::new(state.auv.1.cos(), state.auv.1.sin());
+                let velocity = speed * Vector2::new(state.auv.1.cos(), state.auv.1.sin());
                 bytes.extend(frame(u32::from(AUV), &place(&state.auv.0, &velocity, None)));
             }
         }

@@ -120,6 +120,15 @@ const CLEAR_TURN_MAX: f64 = 2.7;
 /// Slower than this, m/s, a drift angle says nothing.
 pub(super) const SPEED_WITH_DRIFT: f64 = 0.15;
 
+/// Whether a craft that is `beyond` its reference is ahead of one that `moved`: who steers it along the trajectory of a plan sends
+/// references that go on between two plans, and ahead of its loop.
+fn leads(beyond: f64, moved: f64) -> bool {
+    0.0 < beyond * moved && beyond.abs() <= LEAD_MAX * moved.abs()
+}
+
+/// How many times as far as its reference moved between two plans a craft that follows is beyond it.
+const LEAD_MAX: f64 = 2.0;
+
 /// What one snapshot says of the craft.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CraftObservation<'a> {
@@ -210,7 +219,13 @@ impl CraftEstimate {
         next.update_mode_evidence(observation, prior, &craft, asked);
         next.learn_heading(observation.asc.heading().radians(), &craft, asked, prior);
         next.learn_surge(observation.asc.speed_mps, &craft, asked, prior);
-        next.look_for_effects(observation.asc, &prior.slowest(observation.limits), asked.elapsed);
+        let before = (self.followed_heading, self.followed_speed);
+        next.look_for_effects(
+            observation.asc,
+            &prior.slowest(observation.limits),
+            before,
+            asked.elapsed,
+        );
         next.unlearn_faults(observation, prior);
         next.learn_drift(observation, prior, asked);
         next.learn_current(observation, &self.position, asked);
@@ -230,15 +245,18 @@ impl CraftEstimate {
         next
     }
 
-    /// Compares what the craft did with what the `slowest` does that is believed.
-    fn look_for_effects(&mut self, asc: &Asc, slowest: &CraftModel, elapsed: f64) {
+    /// Compares what the craft did with what the `slowest` does that is believed; `before` are the references that were followed before
+    /// these.
+    fn look_for_effects(&mut self, asc: &Asc, slowest: &CraftModel, before: (f64, f64), elapsed: f64) {
         let (heading, speed) = (self.followed_heading, self.followed_speed);
         let seen = asc.heading().radians();
         let (turned, faster) = (|a: f64, b: f64| wrap(a - b), |a: f64, b: f64| a - b);
         self.heading_effect = if CLEAR_TURN_MAX < turned(heading, seen).abs() {
             // It may turn either way.
             self.heading_effect.anew(seen)
-        } else if asc.speed_mps < slowest.limits.speed_min {
+        } else if asc.speed_mps < slowest.limits.speed_min
+            || leads(turned(seen, heading), turned(heading, before.0))
+        {
             // Without way a rudder does nothing.
             self.heading_effect.paused(seen, turned)
         } else {
@@ -258,7 +276,7 @@ impl CraftEstimate {
         // In a hard turn thrusters serve the turn first. One that does nothing does not turn.
         let turns_hard =
             HARD_TURN < self.heading_effect.seen_change.abs() || HARD_YAW_RATE < asc.yaw_rate_radps.abs();
-        self.speed_effect = if turns_hard {
+        self.speed_effect = if turns_hard || leads(asc.speed_mps - speed, speed - before.1) {
             self.speed_effect.paused(asc.speed_mps, faster)
         } else {
             let response = |from| surge_after(from, 0.0, speed, slowest, elapsed).0;

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! ψ_o⁺ = response(ψ_o, ψ_ref)      ε = ψ − ψ_o⁺      ψ_o ← ψ_o⁺ + (1 − exp(−Δ/τ_o)) ε        the same for speed
-//! σ² = σ_0² + (κ turn of late)²
+//! σ² = σ_0² + (κ turn of late)²               of ε in the direction of the change, what exceeds (1 + τ/Δ) |change|
 //! J ← J + (1 − exp(−Δ/τ)) (max(ε_ψ²/σ_ψ², ε_u²/σ_u²) − J)
 //! ```
 //! A prediction that is corrected this slowly gathers over seconds what a lag, a lost thruster or a stuck rudder does to
@@ -107,9 +107,16 @@ impl Monitor {
         let speed_error = asc.speed_mps - expected_speed;
         let share = |time: f64| 1.0 - (-elapsed / time).exp();
         let turn = TURN_ERROR * turned;
-        let square = (heading_error / HEADING_SIGMA.hypot(CRAB_ERROR * crab).hypot(turn))
+        let wrong_heading = but_for_lead(heading_error, change, craft.heading_time, elapsed);
+        let wrong_speed = but_for_lead(
+            speed_error,
+            expected_speed - self.speed,
+            craft.surge_time,
+            elapsed,
+        );
+        let square = (wrong_heading / HEADING_SIGMA.hypot(CRAB_ERROR * crab).hypot(turn))
             .abs()
-            .max((speed_error / SPEED_SIGMA.hypot(turn)).abs())
+            .max((wrong_speed / SPEED_SIGMA.hypot(turn)).abs())
             .min(SQUARE_ROOT_MAX)
             .powi(2);
         let statistic = self.statistic + share(AVERAGING_TIME) * (square - self.statistic);
@@ -125,6 +132,18 @@ impl Monitor {
             heading_error,
             speed_error,
         }
+    }
+}
+
+/// What of an error is not the lead of a craft on its way: who steers it along the trajectory of a plan sends references that go on
+/// between two plans, ahead of its loop by the lag. `change` is expected in `elapsed` s, with the time constant `time` of the loop, s.
+fn but_for_lead(error: f64, change: f64, time: f64, elapsed: f64) -> f64 {
+    let rate = if 0.0 < elapsed { change / elapsed } else { 0.0 };
+    let lead = change.abs() + rate.abs() * time;
+    if 0.0 < error * change {
+        error.signum() * (error.abs() - lead).max(0.0)
+    } else {
+        error
     }
 }
 
