@@ -217,6 +217,7 @@ mod tests {
     }
 
     #[test]
+    #[expect(clippy::disallowed_methods, reason = "a server at a real socket")]
     fn a_redirect_is_named_and_not_followed() {
         let server = TcpListener::bind("127.0.0.1:0").expect("a port");
         let service = format!("http://{}", server.local_addr().expect("an address"));

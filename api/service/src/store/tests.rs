@@ -295,6 +295,7 @@ fn on_a_full_disk_a_log_is_migrated_completely_or_not_at_all() {
 #[tokio::test(start_paused = true)]
 async fn what_is_not_a_log_is_refused_and_keeps_its_content_and_mode() {
     use std::os::unix::fs::{PermissionsExt as _, symlink};
+    type Make<'a> = &'a dyn Fn(&Path);
     let directory = directory();
     let elsewhere = directory.path().join("elsewhere");
     let log = directory.path().join(FILE_NAME);
@@ -309,7 +310,7 @@ async fn what_is_not_a_log_is_refused_and_keeps_its_content_and_mode() {
         text(&elsewhere);
         symlink(&elsewhere, path).expect("is linked");
     };
-    let cases: [(&dyn Fn(&Path), &str); 3] = [
+    let cases: [(Make<'_>, &str); 3] = [
         (&text, "not a database"),
         (&database, "another program"),
         (&linked, "symbolic link"),
@@ -481,6 +482,7 @@ async fn closing_a_log_during_a_read_reports_that_the_write_ahead_file_stays() {
 }
 
 #[tokio::test(start_paused = true)]
+#[expect(clippy::disallowed_methods, reason = "SQLite waits by the machine's clock")]
 async fn a_lock_of_another_program_is_waited_for_and_a_lasting_one_is_named() {
     let directory = directory();
     let store = open(directory.path());
