@@ -58,15 +58,15 @@ def request(call: Call[Any], timeout_s: float) -> dict[str, Any]:
 def no_reply(error: httpx.RequestError) -> NoReply:
     """A call without an answer. A proxy that was asked instead is named."""
     connected = not isinstance(error, httpx.ConnectError | httpx.ConnectTimeout | httpx.ProxyError)
-    url = error.request.url
+    proxy = _proxy(error.request.url)
+    through = f" through the environment's proxy {proxy}" if proxy else ""
+    return NoReply(error, connected, url=f"{error.request.url}{through}")
+
+
+def _proxy(url: httpx.URL) -> str | None:
+    """Host and port of the environment's proxy for `url`, if any, without its password."""
     proxy = getproxies().get("https") or getproxies().get("all")
-    through = proxy and "https://" not in _direct(str(url)) and url.scheme == "https" and not proxy_bypass(url.host)
-    return NoReply(
-        error, connected, url=f"{url} through the environment's proxy {_place(proxy)}" if through else str(url)
-    )
-
-
-def _place(proxy: str) -> str:
-    """Host and port of a proxy, without its password."""
-    url = httpx.URL(proxy if "://" in proxy else f"http://{proxy}")
-    return url.host if url.port is None else f"{url.host}:{url.port}"
+    if not proxy or f"{url.scheme}://" in _direct(str(url)) or proxy_bypass(url.host):
+        return None
+    at = httpx.URL(proxy if "://" in proxy else f"http://{proxy}")
+    return at.host if at.port is None else f"{at.host}:{at.port}"
