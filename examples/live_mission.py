@@ -169,6 +169,8 @@ class Missions:
     def __init__(self, url):
         self.url = f"{url}/v1/missions"
         self.session = requests.Session()
+        # The environment's proxy does not lead to this machine.
+        self.session.trust_env = False
 
     def post(self, path, body, key):
         """The server's answer."""

@@ -39,6 +39,7 @@ pub(crate) fn ask(arguments: &Arguments) -> Result<String, Box<dyn Error>> {
     // A refusal has a problem document as its body, so it is read like any other answer.
     let agent: ureq::Agent = ureq::Agent::config_builder()
         .http_status_as_error(false)
+        .proxy(None)
         .build()
         .into();
     let post = agent

@@ -96,6 +96,7 @@ impl RemoteMissions {
         let config = ureq::Agent::config_builder()
             // A refusal has a problem document as its body.
             .http_status_as_error(false)
+            .proxy(None)
             .timeout_global(Some(ANSWER_TIME));
         Self {
             agent: config.build().into(),

@@ -30,7 +30,6 @@ mod token;
 mod trial;
 mod upkeep;
 
-pub(crate) use self::config::Config;
 use self::{
     backup::{Backup, back_up},
     bridge::{Bridge, Preflight, bridge, preflight},
@@ -50,6 +49,7 @@ use self::{
     token::{Token, token},
     upkeep::{Retain, retain, vacuum},
 };
+pub(crate) use self::{config::Config, out_file::visible};
 
 /// Formation planner for a surface craft that accompanies underwater vehicles.
 #[derive(Debug, Parser)]

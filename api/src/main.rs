@@ -5,7 +5,7 @@ use std::{error::Error, process::ExitCode};
 #[cfg(feature = "otlp")]
 use tracing_subscriber::Layer as _;
 
-use crate::cli::Arguments;
+use crate::cli::{Arguments, visible};
 
 mod cli;
 mod log;
@@ -46,10 +46,10 @@ fn main() -> ExitCode {
 }
 
 fn explain(error: &dyn Error) {
-    eprintln!("pilotfish: {error}");
+    eprintln!("pilotfish: {}", visible(&error.to_string()));
     let mut cause = error.source();
     while let Some(error) = cause {
-        eprintln!("  because: {error}");
+        eprintln!("  because: {}", visible(&error.to_string()));
         cause = error.source();
     }
 }

@@ -3,6 +3,7 @@
 use std::{env, fmt, io, time::Duration};
 
 use async_trait::async_trait;
+use bridge::mission_client::proxy_of;
 use opentelemetry::trace::{
     SpanContext, SpanId, TraceContextExt as _, TraceFlags, TraceId, TraceState, TracerProvider as _,
 };
@@ -125,7 +126,9 @@ impl Client {
 impl HttpClient for Client {
     async fn send_bytes(&self, request: Request<Bytes>) -> Result<Response<Bytes>, HttpError> {
         let (head, body) = request.into_parts();
-        let answer = self.0.run(Request::from_parts(head, body.to_vec()))?;
+        let proxy = proxy_of(&head.uri.to_string());
+        let request = self.0.configure_request(Request::from_parts(head, body.to_vec()));
+        let answer = self.0.run(request.proxy(proxy).build())?;
         let (head, mut body) = answer.into_parts();
         let body = body.with_config().limit(ANSWER_BYTES_MAX).read_to_vec();
         let body = body.map_err(io::Error::other)?;

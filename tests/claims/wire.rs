@@ -76,6 +76,35 @@ fn weights_mean_the_same_in_any_order() {
     assert_eq!(plan_id(&one), plan_id(&other));
 }
 
+/// Above an AUV that stands still against the current, way through the water is none over ground.
+#[test]
+fn a_reference_over_ground_below_the_slowest_speed_is_named() {
+    let station = |speed_held: &str| {
+        let request = json!({
+            "schema_version": "1.0", "t_s": 0.0,
+            "asc": { "north_m": 0.0, "east_m": 0.0, "heading_rad": 0.0, "speed_mps": 0.4, "sway_mps": 0.0, "yaw_rate_radps": 0.0 },
+            "auvs": [{ "id": "a", "state": { "north_m": 0.0, "east_m": 0.0, "depth_m": 9.5, "course_rad": 0.0, "speed_mps": 0.0, "age_s": 0.0 } }],
+            "goal": { "kind": "track", "auv": "a" },
+            "current": { "north_mps": -0.4, "east_mps": 0.0 },
+            "limits": { "speed_min_mps": 0.2 },
+            "craft": { "preset": "medusa", "speed_held": speed_held },
+        });
+        let request: PlanRequest = serde_json::from_value(request).expect("is a request");
+        let (snapshot, metadata) = (read(&request), serde_json::Map::new());
+        let plan = planned(&snapshot);
+        let answer = Answer::new(&snapshot, &plan, Duration::ZERO, &metadata).planned();
+        let codes = answer.warnings.into_iter().map(|warning| warning.code);
+        let is_named = codes
+            .collect::<Vec<_>>()
+            .contains(&"reference_below_speed_min".to_owned());
+        (plan.reference.speed, is_named)
+    };
+    let (over_ground, is_named) = station("over_ground");
+    assert!(over_ground < 0.2 && is_named, "{over_ground}");
+    let (through_water, is_named) = station("through_water");
+    assert!(0.2 <= through_water && !is_named, "{through_water}");
+}
+
 #[test]
 fn what_a_dive_leaves_out_is_unknown_or_the_default_vehicles() {
     let text = r#"{ "depth_min_m": 1.0, "depth_max_m": 23.0, "pitch_rad": 0.873 }"#;

@@ -12,7 +12,7 @@ mod transport;
 
 use services::Services;
 pub use token_file::TokenFile;
-pub use transport::{Answer, Answering, Call, Posted, Transport};
+pub use transport::{Answer, Answering, Call, Posted, Transport, proxy_of};
 
 /// A request without an answer is repeated after this time, with the same key. A plan may be followed for ten seconds: reports must
 /// arrive before that.

@@ -208,7 +208,12 @@ impl Shared {
                 }
                 Err(error) => {
                     let mut status = lock(&self.status);
-                    status.has_failed = !matches!(error, ServiceError::Unavailable(_));
+                    // A mission that the bridge would create can be lost on the way to it.
+                    status.has_failed = match error {
+                        ServiceError::Unavailable(_) => false,
+                        ServiceError::NoMission => matches!(mission, MissionChoice::Joined(_)),
+                        ServiceError::Unauthorised | ServiceError::Rejected { .. } => true,
+                    };
                     status.trouble = Some(error.to_string());
                 }
             }

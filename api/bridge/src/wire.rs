@@ -208,7 +208,8 @@ fn is_pause(error: &io::Error) -> bool {
 enum Line {
     Udp {
         socket: Arc<UdpSocket>,
-        peer: Option<SocketAddr>,
+        /// All addresses of a name, until one of them speaks.
+        peers: Vec<SocketAddr>,
     },
     Tcp(Arc<TcpStream>),
     Serial(Arc<SerialPort>),
@@ -217,18 +218,14 @@ enum Line {
 impl Line {
     fn open(endpoint: &Endpoint) -> io::Result<Self> {
         match endpoint {
-            Endpoint::Udp(address) => Self::udp(UdpSocket::bind(address.as_str())?, None),
+            Endpoint::Udp(address) => Self::udp(UdpSocket::bind(address.as_str())?, vec![]),
             Endpoint::UdpOut(address) => {
-                let peer = resolved(address)?;
-                let any: SocketAddr = if peer.is_ipv4() {
-                    ([0, 0, 0, 0], 0).into()
-                } else {
-                    ([0_u16; 8], 0).into()
-                };
-                Self::udp(UdpSocket::bind(any)?, Some(peer))
+                let addresses: Vec<SocketAddr> = address.to_socket_addrs()?.collect();
+                let (socket, peers) = socket_to(&addresses)?;
+                Self::udp(socket, peers)
             }
             Endpoint::Tcp(address) => {
-                let stream = TcpStream::connect_timeout(&resolved(address)?, CONNECT_TIMEOUT)?;
+                let stream = connected(address.to_socket_addrs()?)?;
                 stream.set_nodelay(true)?;
                 stream.set_read_timeout(Some(READ_TIMEOUT))?;
                 stream.set_write_timeout(Some(WRITE_TIMEOUT))?;
@@ -243,22 +240,22 @@ impl Line {
         }
     }
 
-    fn udp(socket: UdpSocket, peer: Option<SocketAddr>) -> io::Result<Self> {
+    fn udp(socket: UdpSocket, peers: Vec<SocketAddr>) -> io::Result<Self> {
         socket.set_read_timeout(Some(READ_TIMEOUT))?;
         socket.set_write_timeout(Some(WRITE_TIMEOUT))?;
         Ok(Self::Udp {
             socket: Arc::new(socket),
-            peer,
+            peers,
         })
     }
 
-    /// Reads; the sender of a datagram becomes the peer in `kept`.
+    /// Reads; the sender of a datagram becomes the one peer in `kept`.
     fn read(&mut self, into: &mut [u8], kept: &Mutex<Option<Self>>) -> io::Result<usize> {
         match self {
-            Self::Udp { socket, peer } => {
+            Self::Udp { socket, peers } => {
                 let (count, sender) = socket.recv_from(into)?;
-                if *peer != Some(sender) {
-                    *peer = Some(sender);
+                if *peers != [sender] {
+                    *peers = vec![sender];
                     *kept.lock().unwrap_or_else(PoisonError::into_inner) = Some(self.clone());
                 }
                 // An empty datagram is not the end of a stream.
@@ -274,22 +271,46 @@ impl Line {
 
     fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
         match self {
-            Self::Udp {
-                socket,
-                peer: Some(peer),
-            } => socket.send_to(bytes, *peer).map(drop),
-            Self::Udp { peer: None, .. } => Ok(()),
+            Self::Udp { socket, peers } => {
+                // One family of a name's addresses may have no route.
+                let sent = peers.iter().map(|peer| socket.send_to(bytes, peer).map(drop));
+                sent.reduce(Result::or).unwrap_or(Ok(()))
+            }
             Self::Tcp(stream) => stream.as_ref().write_all(bytes),
             Self::Serial(port) => port.write_all(bytes),
         }
     }
 }
 
-fn resolved(address: &str) -> io::Result<SocketAddr> {
-    address
-        .to_socket_addrs()?
-        .next()
-        .ok_or_else(|| io::ErrorKind::AddrNotAvailable.into())
+/// A connection to the first of a name's addresses that accepts one: a name may have an address of IPv6 where nothing listens.
+fn connected(addresses: impl Iterator<Item = SocketAddr>) -> io::Result<TcpStream> {
+    let tried = addresses.map(|address| TcpStream::connect_timeout(&address, CONNECT_TIMEOUT));
+    let mut failed = io::ErrorKind::AddrNotAvailable.into();
+    for result in tried {
+        match result {
+            Ok(stream) => return Ok(stream),
+            Err(error) => failed = error,
+        }
+    }
+    Err(failed)
+}
+
+/// A socket that reaches all of `addresses`, and these as it writes them; on a machine without IPv6, those of IPv4.
+fn socket_to(addresses: &[SocketAddr]) -> io::Result<(UdpSocket, Vec<SocketAddr>)> {
+    if addresses.iter().any(SocketAddr::is_ipv6)
+        && let Ok(socket) = UdpSocket::bind(SocketAddr::from(([0_u16; 8], 0)))
+    {
+        let mapped = |address: &SocketAddr| match address {
+            SocketAddr::V4(v4) => (v4.ip().to_ipv6_mapped(), v4.port()).into(),
+            SocketAddr::V6(_) => *address,
+        };
+        return Ok((socket, addresses.iter().map(mapped).collect()));
+    }
+    let peers: Vec<SocketAddr> = addresses.iter().copied().filter(SocketAddr::is_ipv4).collect();
+    if peers.is_empty() {
+        return Err(io::ErrorKind::AddrNotAvailable.into());
+    }
+    Ok((UdpSocket::bind(SocketAddr::from(([0, 0, 0, 0], 0)))?, peers))
 }
 
 #[cfg(test)]
@@ -362,6 +383,39 @@ mod tests {
             let count = craft.recv(&mut answer).expect("is answered");
             assert_eq!(&answer[..count], b"aye");
         }
+    }
+
+    #[test]
+    fn all_addresses_of_a_name_are_tried() {
+        let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
+        let here = listener.local_addr().expect("is bound");
+        // Nothing listens there.
+        let nowhere = SocketAddr::from(([0, 0, 0, 0, 0, 0, 0, 1], here.port()));
+        let stream = connected([nowhere, here].into_iter()).expect("the second accepts");
+        assert_eq!(stream.peer_addr().expect("is connected"), here);
+        assert!(connected([nowhere].into_iter()).is_err());
+
+        let craft = UdpSocket::bind("127.0.0.1:0").expect("a free port");
+        let here = craft.local_addr().expect("is bound");
+        let nowhere = SocketAddr::from(([0, 0, 0, 0, 0, 0, 0, 1], here.port()));
+        let (socket, peers) = socket_to(&[nowhere, here]).expect("a socket");
+        let mut line = Line::udp(socket, peers).expect("is open");
+        line.write(b"hello").expect("is sent");
+        let mut heard = [0; 8];
+        let (count, bridge) = craft.recv_from(&mut heard).expect("is heard");
+        assert_eq!(&heard[..count], b"hello");
+        craft.send_to(b"aye", bridge).expect("is answered");
+        line.read(&mut heard, &Mutex::new(None)).expect("is heard");
+        let Line::Udp { peers, .. } = line else {
+            unreachable!("is UDP");
+        };
+        assert_eq!(
+            peers
+                .iter()
+                .map(|peer| peer.ip().to_canonical())
+                .collect::<Vec<_>>(),
+            [here.ip()]
+        );
     }
 
     #[test]

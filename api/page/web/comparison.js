@@ -145,7 +145,7 @@ function scoresTable(runs, over, until) {
 
 /** @param {import("./types.js").Scene} scene */
 function gainWords({ controller = "mpc", gains }) {
-  if (controller === "mpc") return "–";
+  if (controller === "mpc" || gains === null) return "–";
   if (!gains) return "the service's, not tuned";
   const { look_ahead_m, along_track_gain_per_s, integral_gain_mps } = gains;
   return `look-ahead ${look_ahead_m} m, along-track ${along_track_gain_per_s} 1/s${integral_gain_mps ? `, integral ${integral_gain_mps} m/s` : ""}`;

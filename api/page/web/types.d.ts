@@ -20,7 +20,7 @@ export type Gains = { look_ahead_m: number, along_track_gain_per_s: number, inte
 
 export type Fault = { from_s: number, until_s?: number | null, what: string };
 
-export type Scene = { duration_s?: number, settled_after_s?: number, period_s?: number, scenario?: string, seed?: number, controller?: string, gains?: Gains, information?: string, faults?: Fault[], clock_rate?: number, auvs?: string[], origin?: { lat_deg: number, lon_deg: number },
+export type Scene = { duration_s?: number, settled_after_s?: number, period_s?: number, scenario?: string, seed?: number, controller?: string, gains?: Gains | null, information?: string, faults?: Fault[], clock_rate?: number, auvs?: string[], origin?: { lat_deg: number, lon_deg: number },
   keep_outs?: { north_m: number, east_m: number, radius_m: number }[], area?: [number, number][], range_max_m?: number,
   paths?: { [id: string]: [number, number][] }, goal?: VisitGoal };
 

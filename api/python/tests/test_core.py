@@ -136,6 +136,31 @@ def test_a_stream_ends_with_the_mission_and_with_its_refusal():
         EventStream("/m", 0, 60.0).ended(Reply(404, {}, b'{"code": "no_mission"}'))
 
 
+@pytest.mark.parametrize("proxy", ["HTTP_PROXY", "HTTPS_PROXY", "ALL_PROXY"])
+@pytest.mark.parametrize(
+    ("url", "is_proxied"),
+    [
+        ("http://127.0.0.1:8080", False),
+        ("http://plans.ship:8080", False),
+        ("https://localhost:8443", False),
+        ("https://[::1]:8443", False),
+        ("https://plans.ship", True),
+    ],
+)
+def test_a_proxy_carries_https_to_other_machines_alone(url, is_proxied, proxy, monkeypatch):
+    for name in ("HTTP_PROXY", "HTTPS_PROXY", "ALL_PROXY", "NO_PROXY"):
+        monkeypatch.delenv(name, raising=False)
+        monkeypatch.delenv(name.lower(), raising=False)
+    monkeypatch.setenv(proxy, "http://captain:secret@127.0.0.1:9")
+    with Client(url, patience_s=0.0) as client:
+        direct = client._http._transport
+        is_used = client._http._transport_for_url(httpx.URL(url)) is not direct
+        assert is_used == (is_proxied and proxy != "HTTP_PROXY")
+        if is_used:
+            with pytest.raises(Unreachable, match=r"through the environment's proxy 127\.0\.0\.1:9: "):
+                client.limits()
+
+
 def test_what_is_no_problem_document_is_quoted():
     refused = Refused.of(502, {}, b"<html>bad gateway</html>")
     assert str(refused) == "502: Bad Gateway: <html>bad gateway</html>"

@@ -6,14 +6,13 @@ Source: REP 103 (units and axes), REP 105 (frames), `nav_msgs/Odometry`.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from nav_msgs.msg import Odometry, Path
 
-from .following import Plan, Reference, wrap
+from .following import Motion, Plan, Reference, wrap
 
 # How far the square of a quaternion's length may be from one: `QUATERNION_NORMALIZATION_TOLERANCE` of tf2.
 QUATERNION_TOLERANCE = 0.01
@@ -27,24 +26,6 @@ AGE_MAX_S, AHEAD_MAX_S = 60.0, 0.5
 
 class Rejected(ValueError):
     """Odometry that cannot be used, and why."""
-
-
-@dataclass(frozen=True)
-class Motion:
-    """Position and motion of a vehicle."""
-
-    t_s: float
-    """Unix time."""
-    north_m: float
-    east_m: float
-    depth_m: float
-    heading_rad: float
-    ground_velocity: np.ndarray | None
-    """(north, east), m/s; None where the twist is empty."""
-    yaw_rate_radps: float
-    """Positive to starboard."""
-    sigma_m: float | None
-    """Standard deviation of the horizontal position in its worst direction; None where the covariance is empty."""
 
 
 def motion(odometry: Odometry, map_frame: str, received_s: float) -> tuple[Motion, bool]:

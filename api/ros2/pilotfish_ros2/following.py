@@ -1,4 +1,4 @@
-"""What the craft is asked for between two plans, and when nothing may be published. No clock, no input, no output."""
+"""How vehicles move, what the craft is asked for, and when nothing may be published. No clock, no input, no output."""
 
 from __future__ import annotations
 
@@ -10,6 +10,24 @@ import numpy as np
 
 # A craft that has not reported its position for this long gets no reference, s.
 STATE_AGE_MAX_S = 3.0
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Position and motion of a vehicle."""
+
+    t_s: float
+    """Unix time."""
+    north_m: float
+    east_m: float
+    depth_m: float
+    heading_rad: float
+    ground_velocity: np.ndarray | None
+    """(north, east), m/s; None where the twist is empty."""
+    yaw_rate_radps: float
+    """Positive to starboard."""
+    sigma_m: float | None
+    """Standard deviation of the horizontal position in its worst direction; None where the covariance is empty."""
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,8 @@ from rclpy.parameter import Parameter
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
 
 from . import conversion
-from .following import CurrentObserver, why_silent
+from .doubts import Alarm, Doubts
+from .following import CurrentObserver, Motion, why_silent
 from .mission import MissionLink
 
 # Best effort matches every publisher; 0.3 s of a filter that publishes at 100 Hz.
@@ -75,8 +76,10 @@ class PilotfishNode(Node):
         self._loop = (p["heading_loop.time_constant_s"], p["heading_loop.rate_max_radps"])
         self._rejected: Counter[str] = Counter()
         self._observer = CurrentObserver()
+        self._doubts = Doubts()
+        self._alarms: set[Alarm] = set()
         # The craft's newest motion, and when it was measured on the monotonic clock.
-        self._craft: tuple[conversion.Motion, float] | None = None
+        self._craft: tuple[Motion, float] | None = None
         self._reported_s = -math.inf
         self._is_steering = False
         self._said: str | None = "nothing yet"
@@ -84,7 +87,7 @@ class PilotfishNode(Node):
         self._trouble = ""
         self._published_plan_s: float | None = None
 
-        token = File(p["token_file"]).read_text().strip() if p["token_file"] else None
+        token = File(p["token_file"]).read_text("utf-8-sig").strip() if p["token_file"] else None
         client = Client(p["url"], token, timeout_s=TIMEOUT_S, patience_s=PATIENCE_S)
         self._link = MissionLink(
             client, p["name"], mission_body(p), p["mission"], p["report_interval_s"], self.get_logger().info
@@ -118,7 +121,7 @@ class PilotfishNode(Node):
         if self._settings["map_frame"].endswith("_ned"):
             raise ValueError("parameter map_frame must name an east-north-up frame")
 
-    def _motion(self, odometry: Odometry) -> conversion.Motion | None:
+    def _motion(self, odometry: Odometry) -> Motion | None:
         try:
             motion, is_plausible = conversion.motion(odometry, self._settings["map_frame"], time.time())
         except conversion.Rejected as rejected:
@@ -132,9 +135,24 @@ class PilotfishNode(Node):
         if (motion := self._motion(odometry)) is None:
             return
         t_s = time.monotonic() - (time.time() - motion.t_s)
+        motion = self._doubts.admit(t_s, motion)
+        self._note_alarms()
+        if motion is None:
+            self._rejected["position or heading jumps"] += 1
+            return
         self._craft = (motion, t_s)
-        if motion.ground_velocity is not None:
+        if self._doubts.is_measured:
             self._observer.update(t_s, motion.heading_rad, motion.yaw_rate_radps, motion.ground_velocity)
+
+    def _note_alarms(self) -> None:
+        """Says once what contradicts, and when it is over."""
+        alarms = set(self._doubts.alarms)
+        for alarm in sorted(alarms ^ self._alarms, key=list(Alarm).index):
+            self._note(alarm.value if alarm in alarms else f"over: {alarm.value}")
+        if Alarm.VELOCITY_CONTRADICTS in alarms - self._alarms:
+            # It was learnt from a wrong velocity.
+            self._observer = CurrentObserver()
+        self._alarms = alarms
 
     def _take_auv(self, auv: str, odometry: Odometry) -> None:
         if (motion := self._motion(odometry)) is None:
@@ -165,6 +183,7 @@ class PilotfishNode(Node):
         silence = why_silent(age_s, reference, self._link.status, self._link.has_planned)
         if silence is None and age_s > HEADING_AGE_MAX_S:
             silence = "the heading of the craft is too old"
+        silence = silence or self._doubts.distrusted()
         self._is_steering = silence is None and not self._settings["dry_run"]
         if silence != self._said:
             self._said = silence
@@ -178,10 +197,11 @@ class PilotfishNode(Node):
             heading = self._craft[0].heading_rad
             base_frame = self._settings["base_frame"]
             self._twist.publish(conversion.twist_message(reference, heading, self._loop, base_frame, time.time()))
+            self._doubts.sent(reference.speed_mps, 1.0 / self._settings["rate_hz"])
 
     def _report_craft(self, now_s: float) -> None:
-        """Posts the newest state, once, if it has a velocity."""
-        if self._craft is None:
+        """Posts the newest state, once, if it has a velocity and is trustworthy."""
+        if self._craft is None or self._doubts.distrusted():
             return
         motion, t_s = self._craft
         velocity = motion.ground_velocity
@@ -224,6 +244,7 @@ class PilotfishNode(Node):
                 f"the service does not answer: {self._trouble}" if self._trouble else "the service answers again"
             )
         parts = [self._link.plan.status if self._link.plan else "no plan", self._said or "references are sent"]
+        parts += [alarm.value for alarm in Alarm if alarm in self._alarms and alarm.value != self._said]
         parts += [f"rejected: {reason}: {count}" for reason, count in self._rejected.items()]
         self.get_logger().info("; ".join(parts))
 

@@ -11,7 +11,7 @@ class Service:
     def __init__(self, lost=0):
         self.lost, self.posted = lost, []
 
-    def report(self, *, auvs=None, asc=None, notes=None, steering=None, key=None):
+    def report(self, *, auvs=None, asc=None, notes=None, key=None, **_):
         self.posted.append((bool(auvs), bool(asc), bool(notes), key))
         if len(self.posted) <= self.lost:
             raise Unreachable("no answer")

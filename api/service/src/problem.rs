@@ -437,7 +437,9 @@ impl IntoResponse for Problem {
             | Self::Crowded { .. }
             | Self::Share { .. }
             | Self::Elsewhere(_)
-            | Self::Log(StoreError::Busy | StoreError::Unavailable(_) | StoreError::Lapsed) => {
+            | Self::Log(
+                StoreError::Busy | StoreError::Locked | StoreError::Unavailable(_) | StoreError::Lapsed,
+            ) => {
                 response.headers_mut().insert(header::RETRY_AFTER, RETRY_AFTER);
             }
             Self::Unauthenticated => {

@@ -115,6 +115,13 @@ impl EventStore {
         let refused = |error: io::Error| StoreError::open(&path, &error);
         let database = make_private(directory, &path).map_err(refused)?;
         lock(&database, &path)?;
+        require_file_of_write_ahead(&path)?;
+        let refused = |error| StoreError::open(&path, &error);
+        let mut connection = Connection::open(&path).map_err(refused)?;
+        schema::require_log(&connection, &path)?;
+        configure(&connection).map_err(refused)?;
+        schema::migrate(&mut connection, &path)?;
+        // What is no log keeps its mode.
         for name in [
             FILE_NAME.to_owned(),
             format!("{FILE_NAME}-wal"),
@@ -122,11 +129,6 @@ impl EventStore {
         ] {
             hide(&directory.join(name));
         }
-        require_file_of_write_ahead(&path)?;
-        let mut connection = Connection::open(&path)
-            .and_then(|connection| configure(&connection).map(|()| connection))
-            .map_err(|error| StoreError::open(&path, &error))?;
-        schema::migrate(&mut connection, &path)?;
         Self::start(connection, &path, database, share, clock)
     }
 

@@ -408,7 +408,8 @@ async fn own_service(config: &Config, clock: &Clock) -> Result<String, NoBridge>
 
 fn json_of(file: &Path) -> Result<Value, NoBridge> {
     let text = fs::read_to_string(file).map_err(|error| NoBridge::Unreadable(file.to_owned(), error))?;
-    serde_json::from_str(&text).map_err(|error| NoBridge::NoJson(file.to_owned(), error))
+    serde_json::from_str(text.trim_start_matches('\u{feff}'))
+        .map_err(|error| NoBridge::NoJson(file.to_owned(), error))
 }
 
 fn named_system(text: &str) -> Result<(u8, String), &'static str> {

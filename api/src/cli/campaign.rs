@@ -18,7 +18,7 @@ use lab::{
     report::ReportedRun,
 };
 
-use crate::cli::out_file::{OutFile, print, print_rows};
+use crate::cli::out_file::{OutFile, print, print_rows, visible};
 
 #[cfg(feature = "nats")]
 mod cluster;
@@ -222,6 +222,7 @@ fn fly_again(arguments: &Replay) -> Result<(), Box<dyn Error>> {
     let flown = replay(&campaign, &directory.rows()?, number)?;
     let reported = ReportedRun {
         information: flown.information.clone(),
+        gains: flown.gains,
         ..ReportedRun::from(&flown.record)
     };
     file.write_text(&lab::report::report(&[reported]))?;
@@ -307,7 +308,7 @@ impl Watch {
         let due = self.said.is_none_or(|said| LINE_EVERY <= self.clock.since(said)) || done == of;
         if self.in_lines && due {
             self.said = Some(self.clock.now());
-            eprintln!("{words}");
+            eprintln!("{}", visible(&words));
         }
     }
 

@@ -44,10 +44,12 @@ impl DeclaredCraft {
             json!({ "preset": given })
         } else {
             match fs::read(&given) {
-                Ok(text) => match serde_json::from_slice(&text) {
-                    Ok(json) => json,
-                    Err(source) => return Err(NoDeclaredCraft::NotACraft { given, source }),
-                },
+                Ok(text) => {
+                    match serde_json::from_slice(text.strip_prefix("\u{feff}".as_bytes()).unwrap_or(&text)) {
+                        Ok(json) => json,
+                        Err(source) => return Err(NoDeclaredCraft::NotACraft { given, source }),
+                    }
+                }
                 Err(source) => return Err(NoDeclaredCraft::Read { given, source }),
             }
         };

@@ -1,8 +1,10 @@
 //! Output: files that appear complete or not at all, and standard output.
 
 use std::{
+    borrow::Cow,
     error::Error,
     ffi::OsString,
+    fmt::Write as _,
     fs::{self, File},
     io::{self, BufWriter, Write as _},
     path::{Path, PathBuf},
@@ -120,9 +122,27 @@ pub(crate) fn directory(path: &Path) -> Result<(), NotWritten> {
     fs::create_dir_all(path).map_err(|error| NotWritten::new(path, error))
 }
 
+/// `text` with its control characters, but ends of lines and tabs, as JSON escapes them: names and errors from outside do not command the
+/// terminal, and JSON stays JSON.
+pub(crate) fn visible(text: &str) -> Cow<'_, str> {
+    let is_hidden = |c: char| c.is_control() && c != '\n' && c != '\t';
+    if !text.contains(is_hidden) {
+        return text.into();
+    }
+    let mut escaped = String::with_capacity(text.len());
+    for c in text.chars() {
+        if is_hidden(c) {
+            let _ = write!(escaped, "\\u{:04x}", u32::from(c));
+        } else {
+            escaped.push(c);
+        }
+    }
+    escaped.into()
+}
+
 /// Prints `text`.
 pub(crate) fn print(text: &str) -> Result<(), NotPrinted> {
-    match io::stdout().write_all(text.as_bytes()) {
+    match io::stdout().write_all(visible(text).as_bytes()) {
         // The reader has read enough, as `head` does.
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         result => Ok(result?),
@@ -141,4 +161,23 @@ pub(crate) fn print_rows(directory: &Path, n_rows: usize, digest: &str) -> Resul
 pub(crate) fn print_json(value: &impl Serialize) -> Result<(), NotPrinted> {
     let json = serde_json::to_string_pretty(value).expect("strings, numbers and lists only");
     print(&(json + "\n"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_from_outside_do_not_command_the_terminal() {
+        let name = "lane\u{1b}[2J\u{1b}]0;all is well\u{7}\r\u{9b}1A\u{7f}";
+        let shown = visible(name);
+        assert_eq!(
+            shown,
+            r"lane\u001b[2J\u001b]0;all is well\u0007\u000d\u009b1A\u007f"
+        );
+        let json = serde_json::to_string(name).expect("is text");
+        let read: String = serde_json::from_str(&visible(&json)).expect("is JSON");
+        assert_eq!(read, name);
+        assert_eq!(visible("a\tb\nφ"), "a\tb\nφ");
+    }
 }

@@ -27,6 +27,9 @@ const REPORT_AGE_STALE: f64 = 30.0;
 /// A craft farther from the origin is worth a warning, m: headings are off by what good compasses are.
 const ORIGIN_FAR: f64 = 20e3;
 
+/// References are as exact as the solver, m/s.
+const SPEED_ROUNDING: f64 = 1e-3;
+
 /// A plan with all that its answer is made of.
 #[derive(Clone, Debug)]
 pub struct Answer<'a> {
@@ -408,6 +411,15 @@ fn about_the_craft(snapshot: &Snapshot, plan: &Plan) -> impl Iterator<Item = War
         );
         warning("current_exceeds_speed", "/current", detail)
     });
+    let (speed_min, reference) = (snapshot.limits().speed_min, plan.reference.speed);
+    let too_slow = (reference < speed_min - SPEED_ROUNDING).then(|| {
+        let detail = format!(
+            "the reference, {reference:.2} m/s over ground, is below limits.speed_min_mps, {speed_min:.2} m/s: against the current the \
+             craft then goes {:.2} m/s through the water; check that its speed loop keeps way at so small a reference",
+            plan.reference_through_water.speed
+        );
+        warning("reference_below_speed_min", "/limits/speed_min_mps", detail)
+    });
     let through_water = plan
         .goal
         .iter()
@@ -426,6 +438,7 @@ fn about_the_craft(snapshot: &Snapshot, plan: &Plan) -> impl Iterator<Item = War
         heading_does_not_respond,
         speed_does_not_respond,
         too_strong,
+        too_slow,
         outrun,
     ]
     .into_iter()

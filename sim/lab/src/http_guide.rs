@@ -4,7 +4,7 @@
 //! It needs no memory of its own: `metadata` of its answer comes back in the next snapshot of the same mission, and so does a whole
 //! plan, as `previous_plan`. So the planner behind `/v1/plan` flies the mission that it flies here.
 
-use std::{fmt, str::FromStr, time::Duration};
+use std::{fmt, io, str::FromStr, time::Duration};
 
 use planner::{
     angle::Heading,
@@ -78,6 +78,10 @@ pub struct NoGuidance {
 enum Why {
     #[error("no answer ({0}): start the law, correct the address, or read what the law wrote when it failed")]
     Away(HttpError),
+    #[error(
+        "no answer: it closed the connection of its last answer and a fresh one too ({0}): read what the law wrote when it failed"
+    )]
+    Closed(HttpError),
     #[error("no answer within {} s: answer sooner, or let it serve several missions at once", ANSWER_TIME.as_secs())]
     TooSlow,
     #[error("it answered with more than {ANSWER_BYTES_MAX} bytes: answer with speed_mps and heading_rad")]
@@ -98,7 +102,7 @@ impl NoGuidance {
     /// Whether it may be another time: the law was not there, or too slow.
     #[must_use]
     pub fn may_pass(&self) -> bool {
-        matches!(self.why, Why::Away(_) | Why::TooSlow)
+        matches!(self.why, Why::Away(_) | Why::Closed(_) | Why::TooSlow)
     }
 }
 
@@ -106,6 +110,7 @@ impl NoGuidance {
 #[derive(Debug)]
 pub struct HttpGuide {
     agent: Agent,
+    has_answered: bool,
     url: GuideUrl,
     metadata: Map<String, Value>,
     previous_plan: Option<Value>,
@@ -127,6 +132,7 @@ impl HttpGuide {
             .timeout_global(Some(answer_time));
         Self {
             agent: config.build().into(),
+            has_answered: false,
             url: url.clone(),
             metadata: Map::new(),
             previous_plan: None,
@@ -145,7 +151,23 @@ impl HttpGuide {
         request
     }
 
-    fn answer(&self, question: &Value) -> Result<Value, Why> {
+    /// Asks again on a fresh connection if the one of the last answer was closed: some servers close after each answer without a word.
+    fn answer(&mut self, question: &Value) -> Result<Value, Why> {
+        let answer = match self.ask(question) {
+            Err(Why::Away(error)) if self.has_answered && is_closed(&error) => {
+                self.agent = Agent::new_with_config(self.agent.config().clone());
+                self.ask(question).map_err(|why| match why {
+                    Why::Away(error) if is_closed(&error) => Why::Closed(error),
+                    why => why,
+                })
+            }
+            answer => answer,
+        };
+        self.has_answered |= answer.is_ok();
+        answer
+    }
+
+    fn ask(&self, question: &Value) -> Result<Value, Why> {
         let sent = self.agent.post(&self.url.0).send_json(question);
         let mut response = sent.map_err(why)?;
         let body = response.body_mut().with_config().limit(ANSWER_BYTES_MAX);
@@ -187,6 +209,12 @@ impl Guide for HttpGuide {
             NoGuidance { url, t_s, why }.into()
         })
     }
+}
+
+fn is_closed(error: &HttpError) -> bool {
+    use io::ErrorKind::{BrokenPipe, ConnectionAborted, ConnectionReset, UnexpectedEof};
+    matches!(error, HttpError::Io(error)
+        if matches!(error.kind(), BrokenPipe | ConnectionAborted | ConnectionReset | UnexpectedEof))
 }
 
 fn why(error: HttpError) -> Why {
@@ -263,11 +291,18 @@ fn wrong(answer: &Value, member: &'static str, is: String) -> Why {
     Why::Member { member, is, answer }
 }
 
-/// The beginning of a text, on one line.
+/// The beginning of a text, on one line, without control characters.
 fn quoted(bytes: &[u8]) -> String {
     let text = String::from_utf8_lossy(&bytes[..bytes.len().min(4 * QUOTED_MAX)]).into_owned();
     let words: Vec<&str> = text.split_whitespace().collect();
-    words.join(" ").chars().take(QUOTED_MAX).collect()
+    let visible = |c: char| {
+        if c.is_control() {
+            char::REPLACEMENT_CHARACTER
+        } else {
+            c
+        }
+    };
+    words.join(" ").chars().map(visible).take(QUOTED_MAX).collect()
 }
 
 #[cfg(test)]

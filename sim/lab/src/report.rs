@@ -4,6 +4,7 @@ use ::record::{
     ExportError, Source as _,
     table::{self, Cell, Column, Row},
 };
+use planner::los::LawGains;
 use serde_json::{Value, json};
 use sim::{fault::Fault, record::Record};
 use wire::Prediction;
@@ -19,6 +20,8 @@ pub struct ReportedRun<'a> {
     pub predictions: &'a [(f64, Prediction)],
     /// What the controller knew, in words; may be empty.
     pub information: String,
+    /// Gains of a law; none for another controller.
+    pub gains: Option<LawGains>,
 }
 
 impl<'a> From<&'a Record> for ReportedRun<'a> {
@@ -28,6 +31,7 @@ impl<'a> From<&'a Record> for ReportedRun<'a> {
             record,
             predictions: &[],
             information: String::new(),
+            gains: None,
         }
     }
 }
@@ -60,7 +64,7 @@ fn run(run: &ReportedRun<'_>) -> Value {
             "status": "finished",
             "t_s": record.rows.last().map_or(0.0, |row| row.time),
             "origin": record.origin.map(wire::Origin::from),
-            "scene": scene(record, &run.information),
+            "scene": scene(run),
         },
         "csv": table(record),
         "predictions": run.predictions,
@@ -134,7 +138,8 @@ fn fault(record: &Record, fault: &Fault) -> Value {
 }
 
 /// As `GET /v1/missions/{id}/scene` has it.
-fn scene(record: &Record, information: &str) -> Value {
+fn scene(run: &ReportedRun<'_>) -> Value {
+    let (record, information) = (run.record, &run.information);
     let thinned = |points: &Vec<nalgebra::Vector2<f64>>| -> Vec<[f64; 2]> {
         let step = points.len().div_ceil(PATH_POINTS_MAX).max(1);
         let kept = points.iter().step_by(step).chain(points.last());
@@ -149,6 +154,8 @@ fn scene(record: &Record, information: &str) -> Value {
         "scenario": record.scenario,
         "seed": record.seed,
         "controller": record.guide,
+        // Null where a controller has none: without the member, a law has the service's.
+        "gains": run.gains,
         "information": (!information.is_empty()).then_some(information),
         "faults": record.faults.iter().map(|each| fault(record, each)).collect::<Vec<_>>(),
         "auvs": record.auv_ids,
@@ -177,6 +184,24 @@ mod tests {
         let (_, rest) = page.split_once("id=\"data\">").expect("has data");
         let (json, _) = rest.split_once("</script>").expect("ends");
         serde_json::from_str(json).expect("is JSON")
+    }
+
+    #[test]
+    fn a_report_says_the_gains_of_a_law_and_that_another_controller_has_none() {
+        let record = record();
+        let gains = LawGains {
+            look_ahead_m: 4.0,
+            along_track_gain_per_s: 0.2,
+            integral_gain_mps: None,
+        };
+        let tuned = ReportedRun {
+            gains: Some(gains),
+            ..(&record).into()
+        };
+        let data = data(&report(&[tuned, (&record).into()]));
+        let said = |run: usize| data["runs"][run]["mission"]["scene"].get("gains").cloned();
+        assert_eq!(said(0), Some(json!(gains)));
+        assert_eq!(said(1), Some(Value::Null));
     }
 
     #[test]

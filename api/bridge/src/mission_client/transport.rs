@@ -1,10 +1,11 @@
 //! Carries requests to a service and its answers back: over HTTP, or within the process.
 
-use std::{pin::Pin, time::Duration};
+use std::{net::IpAddr, pin::Pin, time::Duration};
 
 use clock::Clock;
 use ureq::{
-    Agent, RequestBuilder,
+    Agent, Proxy, RequestBuilder,
+    http::{Uri, header::LOCATION},
     tls::{Certificate, RootCerts, TlsConfig},
 };
 
@@ -62,6 +63,8 @@ impl Transport {
         }
         let config = Agent::config_builder()
             .tls_config(tls.build())
+            // A service is where its URL says. A token goes nowhere else.
+            .max_redirects(0)
             // The body of an error says what is wrong.
             .http_status_as_error(false);
         Ok(Self {
@@ -83,7 +86,7 @@ impl Transport {
         match &self.carrier {
             Carrier::Http(agent) => {
                 let agent = agent.clone();
-                let work = move || over_http(&agent, &call, limit).map_err(|error| error.to_string());
+                let work = move || over_http(&agent, &call, limit);
                 let answered = self.clock.run_blocking(work).await;
                 answered.unwrap_or_else(|_| Err("the client panicked".to_owned()))
             }
@@ -95,20 +98,69 @@ impl Transport {
     }
 }
 
-fn over_http(agent: &Agent, call: &Call, limit: Duration) -> Result<Answer, ureq::Error> {
+/// The environment's proxy (`ALL_PROXY`, `HTTPS_PROXY`, `HTTP_PROXY`; `NO_PROXY`), if a request to `url` goes through it: only with HTTPS,
+/// since a proxy reads what is sent through it without, tokens too; and never to this machine.
+#[must_use]
+pub fn proxy_of(url: &str) -> Option<Proxy> {
+    proxied(url, Proxy::try_from_env())
+}
+
+fn proxied(url: &str, proxy: Option<Proxy>) -> Option<Proxy> {
+    let url: Uri = url.parse().ok()?;
+    let is_used = url.scheme_str() == Some("https") && !url.host().is_some_and(is_this_machine);
+    proxy.filter(|proxy| is_used && !proxy.is_no_proxy(&url))
+}
+
+fn is_this_machine(host: &str) -> bool {
+    let host = host.trim_matches(['[', ']']).to_ascii_lowercase();
+    match host.parse::<IpAddr>() {
+        Ok(address) => address.to_canonical().is_loopback() || address.is_unspecified(),
+        Err(_) => host == "localhost" || host.ends_with(".localhost"),
+    }
+}
+
+fn over_http(agent: &Agent, call: &Call, limit: Duration) -> Result<Answer, String> {
+    let environment = Proxy::try_from_env();
+    let proxy = proxied(&call.service, environment.clone());
+    // A proxy is set on a whole network, and forgotten: people look for the fault in the service.
+    let way = match (&proxy, environment) {
+        (Some(proxy), _) => format!(
+            " (through the environment's proxy {}:{})",
+            proxy.host(),
+            proxy.port()
+        ),
+        (None, Some(_)) => " (reached without the environment's proxy)".to_owned(),
+        (None, None) => String::new(),
+    };
+    asked(agent, call, limit, proxy).map_err(|why| format!("{why}{way}"))
+}
+
+fn asked(agent: &Agent, call: &Call, limit: Duration, proxy: Option<Proxy>) -> Result<Answer, String> {
+    let why = |error: ureq::Error| error.to_string();
     let url = format!("{}{}", call.service, call.path);
-    let mut answer = match &call.posted {
-        None => prepared(agent.get(url), call, limit).call(),
+    let answer = match &call.posted {
+        None => prepared(agent.get(url), call, limit, proxy).call(),
         Some(Posted { key, body }) => {
             let request = agent.post(url).content_type("application/json");
-            prepared(request.header("idempotency-key", key), call, limit).send(body.as_slice())
+            prepared(request.header("idempotency-key", key), call, limit, proxy).send(body.as_slice())
         }
-    }?;
+    };
+    let mut answer = answer.map_err(why)?;
     let status = answer.status();
+    if status.is_redirection() {
+        let to = answer.headers().get(LOCATION);
+        let to = to.map_or_else(String::new, |to| {
+            format!(" to {}", String::from_utf8_lossy(to.as_bytes()))
+        });
+        return Err(format!(
+            "{} redirects{to}: give the service's own URL",
+            call.service
+        ));
+    }
     let body = match answer.body_mut().read_to_vec() {
         // The status of a refusal says enough.
         Err(_) if !status.is_success() => vec![],
-        body => body?,
+        body => body.map_err(why)?,
     };
     Ok(Answer {
         status: status.as_u16(),
@@ -116,10 +168,82 @@ fn over_http(agent: &Agent, call: &Call, limit: Duration) -> Result<Answer, ureq
     })
 }
 
-fn prepared<T>(request: RequestBuilder<T>, call: &Call, limit: Duration) -> RequestBuilder<T> {
-    let request = request.config().timeout_global(Some(limit)).build();
+fn prepared<T>(
+    request: RequestBuilder<T>,
+    call: &Call,
+    limit: Duration,
+    proxy: Option<Proxy>,
+) -> RequestBuilder<T> {
+    let request = request.config().proxy(proxy).timeout_global(Some(limit)).build();
     match &call.token {
         Some(token) => request.header("authorization", format!("Bearer {token}")),
         None => request,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::{
+        io::{Read as _, Write as _},
+        net::TcpListener,
+    };
+
+    use super::*;
+
+    #[test]
+    fn a_proxy_carries_https_to_other_machines_alone() {
+        let proxy = || Some(Proxy::new("http://proxy.ship:3128").expect("a proxy"));
+        for direct in [
+            "http://127.0.0.1:8080",
+            "http://plans.ship:8080",
+            "https://127.8.0.1",
+            "https://[::1]:8443",
+            "https://[::ffff:127.0.0.1]",
+            "https://0.0.0.0:8443",
+            "https://LocalHost:8443",
+            "https://plans.localhost",
+        ] {
+            assert_eq!(proxied(direct, proxy()), None, "{direct}");
+        }
+        for url in ["https://plans.ship", "https://localhost.ship", "https://10.0.0.1"] {
+            assert_eq!(proxied(url, proxy()), proxy(), "{url}");
+            assert_eq!(proxied(url, None), None, "{url}");
+        }
+        let spared = Proxy::builder(ureq::ProxyProtocol::Http)
+            .host("proxy.ship")
+            .no_proxy("plans.ship")
+            .build();
+        assert_eq!(proxied("https://plans.ship", spared.ok()), None);
+    }
+
+    #[test]
+    #[expect(clippy::disallowed_methods, reason = "a server at a real socket")]
+    fn a_redirect_is_named_and_not_followed() {
+        let server = TcpListener::bind("127.0.0.1:0").expect("a port");
+        let service = format!("http://{}", server.local_addr().expect("an address"));
+        let answers = std::thread::spawn(move || {
+            let (mut socket, _) = server.accept().expect("a call");
+            let mut head = [0; 4096];
+            assert!(socket.read(&mut head).expect("a head") > 0);
+            let answer = "HTTP/1.1 302 Found\r\nlocation: http://127.0.0.1:9/\r\ncontent-length: 0\r\n\r\n";
+            socket.write_all(answer.as_bytes()).expect("is read");
+        });
+        let transport = Transport::http(&Clock::machine(), None).expect("no certificate");
+        let Carrier::Http(agent) = transport.carrier else {
+            unreachable!("is HTTP");
+        };
+        let call = Call {
+            service: service.clone(),
+            path: "/v1/missions".to_owned(),
+            token: Some("secret".to_owned()),
+            posted: None,
+        };
+        let answer = asked(&agent, &call, Duration::from_secs(5), None);
+        answers.join().expect("answered");
+        let why = answer.expect_err("is no answer");
+        assert_eq!(
+            why,
+            format!("{service} redirects to http://127.0.0.1:9/: give the service's own URL")
+        );
     }
 }

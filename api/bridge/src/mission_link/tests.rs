@@ -166,6 +166,31 @@ async fn a_mission_that_the_service_lost_is_created_again() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn a_service_that_has_no_missions_for_a_moment_is_asked_again_each_second() {
+    let clock = Clock::simulated(0.0);
+    let back = clock.now() + Duration::from_secs(10);
+    let timer = clock.clone();
+    let (transport, calls) = service(&clock, move |call| match call.path.as_str() {
+        path if path.starts_with("/v1/missions?") => (200, json!({ "missions": [], "next": null })),
+        _ if timer.now() < back => (404, problem("no_mission")),
+        _ if is_for_plan(call) => no_plan_yet(),
+        _ => (201, mission("m-1")),
+    });
+    let client = MissionClient::new(&["http://a".to_owned()], None, transport);
+    let choice = MissionChoice::named("craft".to_owned(), json!({ "live": {}, "metadata": {} }));
+    let link = opened(&clock, client, choice);
+    noted_for(&clock, &link, 9).await;
+    assert_eq!(
+        link.status().trouble.as_deref(),
+        Some("the service has no such mission")
+    );
+    assert!(!link.status().has_failed);
+    assert!(lock(&calls).len() <= 2 * 9);
+    noted_for(&clock, &link, 9).await;
+    assert_eq!(link.status().mission.as_deref(), Some("m-1"));
+}
+
+#[tokio::test(start_paused = true)]
 async fn a_joined_mission_that_is_gone_ends_the_bridge_with_the_reason() {
     let clock = Clock::simulated(0.0);
     let mut is_gone = false;

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import ssl
 from importlib.metadata import version
+from ipaddress import ip_address
 from typing import Any
+from urllib.request import getproxies, proxy_bypass
 
 import httpx
 
@@ -28,7 +30,17 @@ def settings(url: str, token: str | None, timeout_s: float, verify: ssl.SSLConte
     headers = {"user-agent": f"pilotfish-python/{version('pilotfish')}"}
     if token is not None:
         headers["authorization"] = f"Bearer {token}"
-    return {"base_url": url, "headers": headers, "timeout": timeout_s, "verify": verify}
+    return {"base_url": url, "headers": headers, "timeout": timeout_s, "verify": verify, "mounts": _direct(url)}
+
+
+def _direct(url: str) -> dict[str, None]:
+    """Schemes that go without the environment's proxy: http, since a proxy would read tokens; all to this machine."""
+    host = httpx.URL(url).host
+    try:
+        here = ip_address(host).is_loopback
+    except ValueError:
+        here = host == "localhost" or host.endswith(".localhost")
+    return {"http://": None, "https://": None} if here else {"http://": None}
 
 
 def request(call: Call[Any], timeout_s: float) -> dict[str, Any]:
@@ -44,6 +56,17 @@ def request(call: Call[Any], timeout_s: float) -> dict[str, Any]:
 
 
 def no_reply(error: httpx.RequestError) -> NoReply:
-    """A call without an answer."""
-    connected = not isinstance(error, httpx.ConnectError | httpx.ConnectTimeout)
-    return NoReply(error, connected, url=str(error.request.url))
+    """A call without an answer. A proxy that was asked instead is named."""
+    connected = not isinstance(error, httpx.ConnectError | httpx.ConnectTimeout | httpx.ProxyError)
+    proxy = _proxy(error.request.url)
+    through = f" through the environment's proxy {proxy}" if proxy else ""
+    return NoReply(error, connected, url=f"{error.request.url}{through}")
+
+
+def _proxy(url: httpx.URL) -> str | None:
+    """Host and port of the environment's proxy for `url`, if any, without its password."""
+    proxy = getproxies().get("https") or getproxies().get("all")
+    if not proxy or f"{url.scheme}://" in _direct(str(url)) or proxy_bypass(url.host):
+        return None
+    at = httpx.URL(proxy if "://" in proxy else f"http://{proxy}")
+    return at.host if at.port is None else f"{at.host}:{at.port}"

@@ -129,7 +129,8 @@ impl TokenFile {
     /// Reads the file at `path`; none if there is no such file.
     pub fn read(path: &Path) -> Result<Option<Self>, TokenError> {
         match fs::read(path) {
-            Ok(text) => serde_json::from_slice(&text)
+            // A person may have edited it.
+            Ok(text) => serde_json::from_slice(text.strip_prefix("\u{feff}".as_bytes()).unwrap_or(&text))
                 .map(Some)
                 .map_err(|error| TokenError::NoTokens(path.to_owned(), error)),
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),

@@ -90,6 +90,12 @@ pub enum StoreError {
     /// This service has not renewed its lease.
     #[error("this service may have lost the mission: its lease was not renewed in time")]
     Lapsed,
+    /// Another program holds a lock for longer than a write may wait.
+    #[error(
+        "another program has locked the mission log: nothing was stored; end what has it open (a database viewer with unsaved \
+         changes, a backup, a script) and try again"
+    )]
+    Locked,
     /// Too many writes wait for the disk.
     #[error("the mission log is overloaded: nothing was stored; try again in a moment")]
     Busy,
@@ -116,7 +122,7 @@ impl From<rusqlite::Error> for StoreError {
         match error.sqlite_error_code() {
             Some(ErrorCode::DiskFull) => Self::Full,
             Some(ErrorCode::DatabaseCorrupt | ErrorCode::NotADatabase) => Self::Damaged(text),
-            Some(ErrorCode::DatabaseBusy | ErrorCode::DatabaseLocked) => Self::Busy,
+            Some(ErrorCode::DatabaseBusy | ErrorCode::DatabaseLocked) => Self::Locked,
             _ => Self::Refused(text),
         }
     }

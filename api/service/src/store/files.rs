@@ -15,8 +15,12 @@ use super::{error::StoreError, sql::LOCK_TIME};
 const JOURNAL_BYTES: i64 = 16 << 20;
 
 /// Creates the directory and the file if missing, readable by the service's user only. SQLite gives its other files the
-/// same mode. Returns the file.
+/// same mode. Returns the file. A symbolic link is refused: SQLite's other files would be beside its target.
 pub(super) fn make_private(directory: &Path, path: &Path) -> io::Result<File> {
+    if fs::symlink_metadata(path).is_ok_and(|found| found.is_symlink()) {
+        let why = "it is a symbolic link: let --data name the directory of its target";
+        return Err(io::Error::other(why));
+    }
     DirBuilder::new().recursive(true).mode(0o700).create(directory)?;
     let database = private_file(path)?;
     File::open(directory)?.sync_all()?;

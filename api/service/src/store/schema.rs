@@ -7,6 +7,7 @@ use rusqlite::Connection;
 use super::{
     digest::{fill, register},
     error::StoreError,
+    writer::writing,
 };
 
 /// The migrations from each version to the next.
@@ -144,18 +145,32 @@ fn version(connection: &Connection, path: &Path) -> Result<u32, StoreError> {
     Ok(found)
 }
 
-/// Migrates the tables to the newest version, one transaction for each step.
+/// Fails for the database of another program: neither empty nor with this one's tables.
+pub(super) fn require_log(connection: &Connection, path: &Path) -> Result<(), StoreError> {
+    let found = version(connection, path)?;
+    let tables = "SELECT count(*), count(*) FILTER (WHERE name IN ('missions', 'events')) FROM sqlite_schema WHERE type = 'table'";
+    let (all, own): (u32, u32) = connection.query_row(tables, [], |row| row.try_into())?;
+    let is_ours = if found == 0 { all == 0 } else { own == 2 };
+    is_ours
+        .then_some(())
+        .ok_or_else(|| StoreError::open(path, &"it is the database of another program"))
+}
+
+/// Migrates the tables to the newest version, in one transaction: on a full disk the log stays as the older program reads it.
 pub(super) fn migrate(connection: &mut Connection, path: &Path) -> Result<(), StoreError> {
     let found = version(connection, path)?;
+    if found == newest() {
+        return Ok(());
+    }
     register(connection)?;
-    for (step, next) in STEPS.iter().zip(1_u32..).skip(found as usize) {
-        let transaction = connection.transaction()?;
+    let transaction = writing(connection)?;
+    for step in &STEPS[found as usize..] {
         transaction.execute_batch(step)?;
-        transaction.pragma_update(None, "user_version", next)?;
-        transaction.commit()?;
-        if 0 < found {
-            tracing::info!(path = %path.display(), version = next, "migrated the mission log");
-        }
+    }
+    transaction.pragma_update(None, "user_version", newest())?;
+    transaction.commit()?;
+    if 0 < found {
+        tracing::info!(path = %path.display(), version = newest(), "migrated the mission log");
     }
     Ok(())
 }

@@ -2,8 +2,9 @@
 
 use std::{borrow::Cow, time::Duration};
 
-/// How long a connection waits for a lock. Only a checkpoint takes one.
-pub(super) const LOCK_TIME: Duration = Duration::from_secs(5);
+/// How long a connection waits for a lock of a checkpoint, or of another program: a mission answers its caller within 10 s, and an append may
+/// wait behind two others.
+pub(super) const LOCK_TIME: Duration = Duration::from_secs(2);
 
 pub(super) fn limit(most: usize) -> i64 {
     i64::try_from(most).unwrap_or(i64::MAX)

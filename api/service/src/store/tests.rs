@@ -264,12 +264,68 @@ async fn a_log_of_the_first_schema_is_migrated_with_its_content() {
     add(&store, append("a", vec![event(3, "on")])).await;
 }
 
-#[tokio::test(start_paused = true)]
-async fn a_file_that_is_not_a_log_is_refused() {
+#[test]
+fn on_a_full_disk_a_log_is_migrated_completely_or_not_at_all() {
     let directory = directory();
-    fs::write(directory.path().join(FILE_NAME), [b'x'; 4096]).expect("is written");
-    let refused = EventStore::open(directory.path(), &clock()).expect_err("is no log");
-    assert!(refused.to_string().contains("not a database"), "{refused}");
+    let path = directory.path().join(FILE_NAME);
+    let mut connection = Connection::open(&path).expect("opens");
+    for version in 0..4 {
+        schema::step(&mut connection, version);
+    }
+    connection
+        .execute_batch("INSERT INTO missions VALUES (1, 'a', 'running', x'7b7d', x'')")
+        .expect("is written");
+    let limit = |connection: &Connection, pages: u32| {
+        let limited = connection.pragma_update_and_check(None, "max_page_count", pages, |_| Ok(()));
+        limited.expect("is a number");
+    };
+    let version = |connection: &Connection| {
+        let found = connection.pragma_query_value(None, "user_version", |row| row.get::<_, u32>(0));
+        found.expect("is a number")
+    };
+    // Not below the pages that there are.
+    limit(&connection, 1);
+    assert_eq!(schema::migrate(&mut connection, &path), Err(StoreError::Full));
+    assert_eq!(version(&connection), 4);
+    limit(&connection, u32::MAX - 1);
+    schema::migrate(&mut connection, &path).expect("has room");
+    assert_eq!(version(&connection), 8);
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_is_not_a_log_is_refused_and_keeps_its_content_and_mode() {
+    use std::os::unix::fs::{PermissionsExt as _, symlink};
+    type Make<'a> = &'a dyn Fn(&Path);
+    let directory = directory();
+    let elsewhere = directory.path().join("elsewhere");
+    let log = directory.path().join(FILE_NAME);
+    let text = |path: &Path| fs::write(path, [b'x'; 4096]).expect("is written");
+    let database = |path: &Path| {
+        let other = Connection::open(path).expect("opens");
+        other
+            .execute_batch("CREATE TABLE bookmarks (url)")
+            .expect("is SQL");
+    };
+    let linked = |path: &Path| {
+        text(&elsewhere);
+        symlink(&elsewhere, path).expect("is linked");
+    };
+    let cases: [(Make<'_>, &str); 3] = [
+        (&text, "not a database"),
+        (&database, "another program"),
+        (&linked, "symbolic link"),
+    ];
+    for (make, why) in cases {
+        make(&log);
+        fs::set_permissions(&log, fs::Permissions::from_mode(0o644)).expect("is set");
+        let before = fs::read(&log).expect("is there");
+        let refused = EventStore::open(directory.path(), &clock()).expect_err("is no log");
+        assert!(refused.to_string().contains(why), "{refused}");
+        assert_eq!(fs::read(&log).expect("is there"), before, "{why}");
+        let mode = fs::metadata(&log).expect("is there").permissions().mode();
+        assert_eq!(mode & 0o777, 0o644, "{why}");
+        fs::remove_file(&log).expect("is removed");
+    }
 }
 
 #[tokio::test(start_paused = true)]
@@ -426,6 +482,41 @@ async fn closing_a_log_during_a_read_reports_that_the_write_ahead_file_stays() {
 }
 
 #[tokio::test(start_paused = true)]
+#[expect(clippy::disallowed_methods, reason = "SQLite waits by the machine's clock")]
+async fn a_lock_of_another_program_is_waited_for_and_a_lasting_one_is_named() {
+    let directory = directory();
+    let store = open(directory.path());
+    add(&store, append("a", vec![event(1, "x")])).await;
+    let other = Connection::open(directory.path().join(FILE_NAME)).expect("opens");
+    other.execute_batch("BEGIN IMMEDIATE").expect("locks");
+    // Three wait, and wait once.
+    let start = std::time::Instant::now();
+    let (first, second, deleted) = tokio::join!(
+        store.append(append("a", vec![event(2, "y")])),
+        store.append(append("b", vec![event(1, "y")])),
+        store.delete("a".to_owned(), AuditEntry::default()),
+    );
+    assert_eq!(
+        [first, second],
+        [Err(StoreError::Locked), Err(StoreError::Locked)]
+    );
+    assert_eq!(deleted, Err(StoreError::Locked));
+    assert!(start.elapsed() < 3 * sql::LOCK_TIME);
+    assert!(
+        StoreError::Locked
+            .to_string()
+            .contains("another program has locked")
+    );
+    // One that is let go while an append waits costs nothing.
+    let released = std::thread::spawn(move || {
+        std::thread::sleep(Duration::from_millis(100));
+        other.execute_batch("ROLLBACK")
+    });
+    add(&store, append("a", vec![event(2, "y")])).await;
+    released.join().expect("ends").expect("unlocks");
+}
+
+#[tokio::test(start_paused = true)]
 async fn a_backup_during_writes_is_a_complete_log() {
     let directory = directory();
     let store = open(directory.path());
@@ -472,7 +563,7 @@ async fn a_vacuum_frees_space_that_an_older_log_keeps() {
     // A file whose first table was made without it has no incremental vacuum.
     let older = Connection::open(&file).expect("opens");
     older
-        .execute_batch("CREATE TABLE first (x); DROP TABLE first; CREATE TABLE older (x)")
+        .execute_batch("CREATE TABLE first (x); DROP TABLE first")
         .expect("is SQL");
     drop(older);
     let size = || fs::metadata(&file).expect("is there").len();

@@ -2,7 +2,7 @@
 
 use std::{sync::Arc, time::Duration};
 
-use rusqlite::{Connection, OptionalExtension as _, Row, Transaction, params};
+use rusqlite::{Connection, OptionalExtension as _, Row, Transaction, TransactionBehavior, params};
 
 use super::{
     acknowledged::{Acknowledged, Entry},
@@ -237,6 +237,11 @@ impl LogWriter for Writer {
                 self.unmerged += bytes + COMMIT_BYTES;
                 self.merge_much();
             }
+            // Each alone would wait as long again.
+            Err(StoreError::Locked) => {
+                let n = batch.len();
+                reply_to_each(batch, (0..n).map(|_| Err(StoreError::Locked)));
+            }
             // One bad append must not fail the others.
             Err(_) if 1 < batch.len() => {
                 for alone in batch {
@@ -252,7 +257,7 @@ impl LogWriter for Writer {
 
     fn delete(&mut self, id: &str, order: &AuditEntry) -> Result<bool, StoreError> {
         self.place.check()?;
-        let transaction = self.connection.transaction()?;
+        let transaction = writing(&mut self.connection)?;
         let hidden: Option<(i64, Taken)> = transaction
             .prepare_cached(
                 "UPDATE missions SET status = 'deleted', id = 'deleted ' || number WHERE id = ?1
@@ -332,6 +337,11 @@ impl LogWriter for Writer {
     }
 }
 
+/// A transaction that has the lock for writing: one that reads first does not wait for a lock that it needs later.
+pub(super) fn writing(connection: &mut Connection) -> rusqlite::Result<Transaction<'_>> {
+    connection.transaction_with_behavior(TransactionBehavior::Immediate)
+}
+
 /// Numbers of the deleted missions that still have events.
 fn deleted(connection: &Connection) -> rusqlite::Result<Vec<i64>> {
     let mut deleted = connection.prepare("SELECT number FROM missions WHERE status = 'deleted'")?;
@@ -403,7 +413,7 @@ fn commit(
     times: Times,
     entries: &mut Vec<Entry>,
 ) -> Result<Vec<Appended>, StoreError> {
-    let transaction = connection.transaction()?;
+    let transaction = writing(connection)?;
     let mut taken = vec![];
     let appended = appends
         .iter()

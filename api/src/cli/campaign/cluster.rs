@@ -8,7 +8,7 @@ use cluster::{Access, Broker, ClusterError, Progress, Worker, WorkerEvent, colle
 use lab::campaign::{Campaign, jobs};
 use tokio::{runtime::Runtime, signal, sync::watch};
 
-use crate::cli::out_file::{print, print_rows};
+use crate::cli::out_file::{print, print_rows, visible};
 
 /// Time between two checks of a campaign's progress.
 const LOOK_EVERY: Duration = Duration::from_secs(2);
@@ -109,18 +109,18 @@ pub(super) fn watch_until_over(arguments: &Submitted) -> Result<(), Box<dyn Erro
             let now = match progress(&broker, &arguments.id).await {
                 // A broker that restarts, or elects a leader, answers later.
                 Err(error @ ClusterError::Broker(..)) => {
-                    eprintln!("trying again: {error}");
+                    eprintln!("trying again: {}", visible(&error.to_string()));
                     Clock::machine().sleep(LOOK_EVERY).await;
                     continue;
                 }
                 progress => progress?,
             };
             if now != before {
-                eprintln!("{}", in_words(&now));
+                eprintln!("{}", visible(&in_words(&now)));
             }
             if now.is_over() {
                 for parked in &now.parked {
-                    eprintln!("given up: {parked}");
+                    eprintln!("given up: {}", visible(&parked.to_string()));
                 }
                 return if now.parked.is_empty() {
                     Ok(())
@@ -164,7 +164,7 @@ pub(super) fn fetch_all(arguments: &Collect) -> Result<(), Box<dyn Error>> {
 pub(crate) fn work(arguments: &WorkerFlags) -> Result<(), Box<dyn Error>> {
     let jobs = arguments.jobs.unwrap_or_else(jobs).get();
     Runtime::new()?.block_on(async {
-        let notify = |event| eprintln!("{}", event_in_words(&event));
+        let notify = |event| eprintln!("{}", visible(&event_in_words(&event)));
         let access = arguments.broker.access();
         let broker =
             Broker::connect_when_ready(&access, "pilotfish worker", &Clock::machine(), &notify).await?;

@@ -103,6 +103,7 @@ fn reported(comparison: &Comparison) -> Vec<ReportedRun<'_>> {
         };
         ReportedRun {
             information: format!("the same snapshots; uses {used}; current {current}"),
+            gains: controller.gains,
             ..ReportedRun::from(&controller.record)
         }
     });

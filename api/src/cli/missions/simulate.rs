@@ -165,6 +165,7 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Box<dyn Error>> {
     let page = page.map_or(Ok(()), |file| {
         let run = ReportedRun {
             predictions: &predictions,
+            gains: tuning.map(LawGains::from),
             ..ReportedRun::from(&record)
         };
         write_report(&file, &[run])

@@ -20,6 +20,8 @@ pub struct Replay {
     pub controller: String,
     /// What the controller knows.
     pub information: String,
+    /// Gains of its law; none for another controller.
+    pub gains: Option<LawGains>,
     /// Its record.
     pub record: Record,
     /// Whether its row is the same to the bit, except measured cells.
@@ -75,6 +77,7 @@ pub fn replay(campaign: &Campaign, rows: &Rows, number: u64) -> Result<Replay, R
         run,
         controller: controller.name.clone(),
         information: controller.information(),
+        gains: setting.gains,
         record,
         same: again.digest() == before.digest(),
     })

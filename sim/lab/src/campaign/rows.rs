@@ -249,6 +249,19 @@ impl Rows {
         }
     }
 
+    /// Whether two runs are the same mission: equal in all but their numbers and what was measured.
+    pub(super) fn are_same(&self, one: usize, other: usize) -> bool {
+        let is_own = |name: &str| ["run", "replicate", "seed"].contains(&name) || MEASURED.contains(&name);
+        let mut compared = self.columns.iter().filter(|column| !is_own(&column.name));
+        compared.all(|column| match &column.values {
+            Values::Numbers(numbers) => {
+                let bits = |row: usize| numbers[row].map(f64::to_bits);
+                bits(one) == bits(other)
+            }
+            Values::Words(words) => words[one] == words[other],
+        })
+    }
+
     /// SHA-256 of all cells except the measured ones, in the order of the runs. Equal results have equal digests.
     #[must_use]
     pub fn digest(&self) -> String {

@@ -161,6 +161,7 @@ fn a_law_that_gives_no_reference_ends_the_mission_with_its_fault() {
             "go\n  north",
             "(expected value at line 1 column 1): go north",
         ),
+        (200, "\u{1b}[2J\u{9b}1A", "\u{fffd}[2J\u{fffd}1A"),
         (
             200,
             r#"{"speed_mps": NaN, "heading_rad": 0}"#,
@@ -213,6 +214,37 @@ fn a_law_that_gives_no_reference_ends_the_mission_with_its_fault() {
         );
         assert!(error.len() < 500, "{} bytes", error.len());
     }
+}
+
+#[test]
+fn a_law_that_closes_each_connection_after_an_answer_is_asked_again_once() {
+    let asked = Arc::new(Mutex::new(0));
+    let (count, from) = (asked.clone(), Arc::new(Mutex::new(u32::MAX)));
+    let fails_from = from.clone();
+    let url = served_at(Arc::new(move |body: &str| {
+        let mut n = count.lock().expect("no law panics");
+        *n += 1;
+        // Each second question comes on a connection that had an answer.
+        if *n % 2 == 0 || *fails_from.lock().expect("no law panics") <= *n {
+            return (0, String::new());
+        }
+        pursuit(body)
+    }));
+    let here = flown(&mut HttpGuide::new(&served_at(Arc::new(pursuit)))).expect("flies");
+    let there = flown(&mut HttpGuide::new(&url)).expect("flies");
+    assert_eq!(there.rows, here.rows);
+    // 20 questions, and all but the first asked twice.
+    assert_eq!(*asked.lock().expect("no law panics"), 39);
+    // Gone after its first answer.
+    (
+        *asked.lock().expect("no law panics"),
+        *from.lock().expect("no law panics"),
+    ) = (0, 3);
+    let error = flown(&mut HttpGuide::new(&url)).expect_err("is gone").to_string();
+    assert!(
+        error.contains("closed the connection of its last answer and a fresh one"),
+        "{error}"
+    );
 }
 
 #[test]

@@ -7,7 +7,7 @@ use super::{
     compared::Worst,
     data::Data,
     learnt::{Alarms, Estimated},
-    overview::{About, CaseFlown, ControllerFlown, Failure, cases, failures},
+    overview::{About, CaseFlown, ControllerFlown, Failure, cases, failures, repeated},
     pareto::Point,
     scores::{Scores, Winner},
 };
@@ -72,6 +72,7 @@ impl Numbers {
                 n_failed: failures.len(),
                 digest: rows.digest(),
                 reference: reference.to_owned(),
+                repeated: repeated(&runs),
             },
             controllers: data.controllers(),
             claims: data.claims(),

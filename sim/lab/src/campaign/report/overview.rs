@@ -19,6 +19,8 @@ pub(super) struct About {
     /// SHA-256 of the rows without measured times.
     pub(super) digest: String,
     pub(super) reference: String,
+    /// Scenarios and craft whose replicates are all the same missions.
+    pub(super) repeated: Vec<String>,
 }
 
 /// A scenario with its craft.
@@ -113,5 +115,12 @@ pub(super) fn failures(runs: &RunTable) -> Vec<Failure> {
             craft: runs.word("craft", row).to_owned(),
             reason: runs.word("failure", row).to_owned(),
         })
+        .collect()
+}
+
+pub(super) fn repeated(runs: &RunTable) -> Vec<String> {
+    let groups = runs.repeated.iter().map(|&group| &runs.groups[group]);
+    groups
+        .map(|group| format!("{} ({})", group.scenario, group.craft))
         .collect()
 }

@@ -42,6 +42,18 @@ pub(super) fn introduction(numbers: &Numbers) -> String {
         integer(about.n_failed),
         about.reference,
         about.digest,
+    ) + &repeated(&about.repeated)
+}
+
+/// That replicates are no observations where nothing is drawn.
+fn repeated(cases: &[String]) -> String {
+    if cases.is_empty() {
+        return String::new();
+    }
+    let named = cases.iter().map(|case| code(case)).collect::<Vec<_>>().join(", ");
+    format!(
+        " **All replicates are the same mission** in {named}: nothing is drawn there, and only the first one counts. Give the scenario \
+         noise or distributions, or the campaign `[[parameters]]`, or ask for one replicate."
     )
 }
 

@@ -25,6 +25,9 @@ pub(crate) struct RunTable {
     controllers: Vec<String>,
     /// Rows of a group and replicate, each with its controller's number, in the order of the runs.
     conditions: BTreeMap<(usize, u64), Vec<NumberedRow>>,
+    /// Numbers of the groups whose replicates are all the same missions: nothing is drawn there. Their first replicate alone counts, as
+    /// the others are no further observations.
+    pub(crate) repeated: Vec<usize>,
 }
 
 /// A row, and its controller's number.
@@ -74,11 +77,19 @@ impl RunTable {
                 .or_default()
                 .push((i, controller));
         }
+        let repeated: Vec<usize> = (0..groups.len())
+            .filter(|&group| is_repeated(&rows, &conditions, group))
+            .collect();
+        for &group in &repeated {
+            let first = conditions.range((group, 0)..).next().map(|(&key, _)| key);
+            conditions.retain(|&key, _| key.0 != group || Some(key) == first);
+        }
         Self {
             rows,
             groups,
             controllers,
             conditions,
+            repeated,
         }
     }
 
@@ -214,6 +225,23 @@ pub(crate) fn objective(metric: &str) -> &'static str {
         }
         _ => "rms_m",
     }
+}
+
+/// Whether a group has several replicates, all the same.
+fn is_repeated(rows: &Rows, conditions: &BTreeMap<(usize, u64), Vec<NumberedRow>>, group: usize) -> bool {
+    let mut replicates = conditions
+        .range((group, 0)..=(group, u64::MAX))
+        .map(|(_, runs)| runs);
+    let Some(first) = replicates.next() else {
+        return false;
+    };
+    let is_same = |runs: &Vec<NumberedRow>| {
+        let mut both = runs.iter().zip(first);
+        runs.len() == first.len()
+            && both.all(|(one, other)| one.1 == other.1 && rows.are_same(one.0, other.0))
+    };
+    let mut others = replicates.peekable();
+    others.peek().is_some() && others.all(is_same)
 }
 
 /// The index of `item` in `all`; it is appended if missing.

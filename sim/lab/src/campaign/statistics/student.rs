@@ -17,7 +17,7 @@ const SAME: f64 = 1e-12;
 pub(crate) struct Interval {
     /// The estimate.
     pub(crate) centre: f64,
-    /// Ends of the interval; none of one value.
+    /// Ends of the interval; none of one value, and of equal ones, whose variance is not known.
     pub(crate) bounds: Option<[f64; 2]>,
 }
 
@@ -29,7 +29,8 @@ pub(crate) struct Interval {
 #[must_use]
 pub(crate) fn mean(values: &[f64]) -> Interval {
     let (centre, error) = centre_and_error(values);
-    let bounds = (1 < values.len()).then(|| {
+    // The error of one value is not a number.
+    let bounds = (SAME * centre.abs() < error).then(|| {
         let half = student_quantile(values.len() - 1) * error;
         [centre - half, centre + half]
     });
@@ -150,6 +151,9 @@ mod tests {
     #[test]
     fn one_seed_has_no_interval_and_nothing_has_no_ratio_to_nought() {
         assert_eq!(mean(&[3.0]).bounds, None);
+        // Nor have equal ones, up to rounding.
+        assert_eq!(mean(&[0.1 + 0.2, 0.3, 0.3]).bounds, None);
+        assert_eq!(mean(&[0.0, 0.0]).bounds, None);
         assert_eq!(paired_ratio(&[1.0, 0.0], &[1.0, 1.0]), None);
         assert_eq!(median(&[]), None);
         assert_eq!(median(&[4.0, 1.0, 2.0]), Some(2.0));

@@ -81,6 +81,42 @@ fn beside<'a>(metric: &'a str, scenario: Option<&'a str>) -> Question<'a> {
     }
 }
 
+#[test]
+fn replicates_of_one_mission_are_one_observation() {
+    let mut lines = vec![];
+    for replicate in 0..20 {
+        for scenario in ["still", "noisy"] {
+            let noise = if scenario == "noisy" {
+                0.01 * f64::from(replicate)
+            } else {
+                0.0
+            };
+            for (controller, rms_m) in [("a", 1.0 + noise), ("b", 2.0)] {
+                lines.push(Line {
+                    scenario,
+                    ..Line::new(controller, replicate, rms_m)
+                });
+            }
+        }
+    }
+    let runs = RunTable::of(&rows(&lines));
+    let repeated: Vec<_> = runs
+        .repeated
+        .iter()
+        .map(|&group| &runs.groups[group].scenario)
+        .collect();
+    assert_eq!(repeated, ["still"]);
+    let still = compare(&runs, beside("rms_m", Some("still")));
+    assert_eq!(
+        (still.n_pairs, still.n_clusters, still.estimate),
+        (1, 1, Some(0.5))
+    );
+    assert_eq!((still.student_95, still.p), (None, None));
+    let noisy = compare(&runs, beside("rms_m", Some("noisy")));
+    assert_eq!((noisy.n_pairs, noisy.n_clusters), (20, 20));
+    assert!(noisy.student_95.is_some_and(|[low, high]| low < high));
+}
+
 fn near(found: f64, expected: f64, tolerance: f64) {
     assert!((found - expected).abs() <= tolerance, "{found}, not {expected}");
 }
@@ -189,6 +225,7 @@ fn scenarios_and_craft_are_clusters_where_there_are_several() {
                 lines.push(Line {
                     scenario,
                     craft,
+                    drawn: f64::from(replicate),
                     ..Line::new(controller, replicate, rms)
                 });
             }
