@@ -11,7 +11,7 @@ pub use request::{Acoustics, PlanRequest, SCHEMA_VERSION};
 pub use crate::facts::{
     asc::{Asc, DeclaredLimits, Limits},
     auv::{Auv, Dive, VehicleId},
-    bounds::{KeepOut, bounds_faults},
+    bounds::{KeepOut, bounds_faults, clockwise},
     evidence::{AuvState, GroundTrack, Report},
     goal::{Goal, Offset, Task},
     invalid_field::{InvalidField, InvalidReason, pointer_token},

@@ -300,7 +300,10 @@ fn outside(area: &[Vector2<f64>], position: &Vector2<f64>) -> f64 {
     if n < 3 {
         return 0.0;
     }
-    let turn = (area[1] - area[0]).perp(&(area[2] - area[1])).signum();
+    let fan = area[1..]
+        .windows(2)
+        .map(|pair| (pair[0] - area[0]).perp(&(pair[1] - area[0])));
+    let turn = fan.sum::<f64>().signum();
     let beyond = |i: usize| {
         let side = (area[(i + 1) % n] - area[i]).normalize();
         -turn * side.perp(&(position - area[i]))

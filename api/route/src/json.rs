@@ -6,15 +6,10 @@ use geojson::{Feature, GeoJson, GeometryValue, Position};
 use serde_json::{Value, value::RawValue};
 
 use crate::{
+    mission::Mission,
     progress::{BYTES_MAX, Progress},
-    route::{Route, RoutePoint, Unread, lines_in},
+    route::{NAMES_TOLD, Route, RoutePoint, Unread, lines_in, number, shortened},
 };
-
-/// MAVLink commands that go to a position: way-point, loiter (without end, turns, time), land, take-off, spline way-point.
-/// Source: MAVLink, MAV_CMD.
-const GO_TO: [u64; 7] = [16, 17, 18, 19, 21, 22, 82];
-const JUMP: u64 = 177;
-const CHANGE_SPEED: u64 = 178;
 
 /// Most memory for the values of a file, bytes: four times the largest file.
 const VALUES_BYTES_MAX: usize = 4 * BYTES_MAX;
@@ -112,6 +107,7 @@ fn geojson(mut value: Value, progress: &mut Progress<'_>) -> Result<Vec<Route>, 
             let fault = format!("is neither GeoJSON nor a plan of QGroundControl: {error}");
             Unread::new(&*place, fault)
         };
+        let properties_at = format!("{place}/properties");
         let (feature, place) = match serde_json::from_value(item).map_err(no_geojson)? {
             GeoJson::Feature(feature) => (feature, format!("{place}/geometry")),
             GeoJson::Geometry(geometry) => (Feature::from(geometry), place),
@@ -124,13 +120,18 @@ fn geojson(mut value: Value, progress: &mut Progress<'_>) -> Result<Vec<Route>, 
             .property("name")
             .and_then(Value::as_str)
             .unwrap_or_default();
-        let speed = feature.property("speed_mps").and_then(Value::as_f64);
-        let depth = feature.property("depth_m").and_then(Value::as_f64);
+        let [speed, depth] = ["speed_mps", "depth_m"].map(|wanted| stated(&properties_at, &feature, wanted));
+        let (speed, depth) = (speed?, depth?);
         let mut route = Route::named(name);
+        let note = unused(&feature);
         let mut ring = false;
         match feature.geometry.as_ref().map(|geometry| &geometry.value) {
             Some(GeometryValue::Point { coordinates }) => {
-                let point = position(&coordinates_at, coordinates)?;
+                let mut point = position(&coordinates_at, coordinates)?;
+                (point.speed_mps, point.depth_m) = (speed, depth.or(point.depth_m));
+                loose
+                    .notes
+                    .extend(note.filter(|note| loose.notes.last() != Some(note)));
                 progress.point(&mut loose, &coordinates_at, point)?;
                 continue;
             }
@@ -160,6 +161,7 @@ fn geojson(mut value: Value, progress: &mut Progress<'_>) -> Result<Vec<Route>, 
             point.speed_mps = speed;
             point.depth_m = depth.or(point.depth_m);
         }
+        route.notes.extend(note);
         let route = if ring { route.ring() } else { route };
         progress.route(&mut routes, &coordinates_at, route)?;
     }
@@ -167,6 +169,33 @@ fn geojson(mut value: Value, progress: &mut Progress<'_>) -> Result<Vec<Route>, 
         progress.route(&mut routes, "", loose)?;
     }
     Ok(routes)
+}
+
+/// The number that a property states.
+fn stated(place: &str, feature: &Feature, wanted: &str) -> Result<Option<f64>, Unread> {
+    let place = || format!("{place}/{wanted}");
+    match feature.property(wanted) {
+        None | Some(Value::Null) => Ok(None),
+        Some(Value::String(text)) => number(&place(), text).map(Some),
+        Some(given) => match given.as_f64() {
+            None => Err(Unread::new(place(), "is no number")),
+            number => Ok(number),
+        },
+    }
+}
+
+/// The properties of which a route has nothing.
+fn unused(feature: &Feature) -> Option<String> {
+    let given = feature
+        .properties
+        .iter()
+        .flatten()
+        .filter(|(_, value)| !value.is_null());
+    let names = given.map(|(name, _)| name.as_str());
+    let names = names.filter(|name| !["name", "speed_mps", "depth_m"].contains(name));
+    let names: Vec<String> = names.take(NAMES_TOLD).map(shortened).collect();
+    let note = || format!("properties that are not used: {}", names.join(", "));
+    (!names.is_empty()).then(note)
 }
 
 fn extend(
@@ -190,12 +219,11 @@ fn position(place: &str, at: &Position) -> Result<RoutePoint, Unread> {
 }
 
 fn plan(value: &Value, progress: &mut Progress<'_>) -> Result<Vec<Route>, Unread> {
-    let mission = &value["mission"];
-    let Some(items) = mission["items"].as_array() else {
+    let Some(items) = value["mission"]["items"].as_array() else {
         return Err(Unread::new("/mission/items", "is missing"));
     };
-    let mut route = Route::default();
-    let mut speed = mission["cruiseSpeed"].as_f64();
+    // `cruiseSpeed` is what the ground station estimates durations with, not what the vehicle does.
+    let mut mission = Mission::default();
     for (k, item) in items.iter().enumerate() {
         let place = format!("/mission/items/{k}");
         let inner = &item["TransectStyleComplexItem"]["Items"];
@@ -203,10 +231,10 @@ fn plan(value: &Value, progress: &mut Progress<'_>) -> Result<Vec<Route>, Unread
             (_, Some(inner)) => {
                 for (k, item) in inner.iter().enumerate() {
                     let place = format!("{place}/TransectStyleComplexItem/Items/{k}");
-                    simple(&mut route, &mut speed, (&place, progress), item)?;
+                    simple(&mut mission, (&place, progress), item)?;
                 }
             }
-            (Some("SimpleItem"), None) => simple(&mut route, &mut speed, (&place, progress), item)?,
+            (Some("SimpleItem"), None) => simple(&mut mission, (&place, progress), item)?,
             _ => {
                 let fault =
                     "is a pattern without its way-points; save the plan again, or draw it as way-points";
@@ -215,51 +243,13 @@ fn plan(value: &Value, progress: &mut Progress<'_>) -> Result<Vec<Route>, Unread
         }
     }
     let mut routes = Vec::new();
-    progress.route(&mut routes, "/mission/items", route)?;
+    progress.route(&mut routes, "/mission/items", mission.route)?;
     Ok(routes)
 }
 
-fn simple(
-    route: &mut Route,
-    speed: &mut Option<f64>,
-    place: (&str, &mut Progress<'_>),
-    item: &Value,
-) -> Result<(), Unread> {
+fn simple(mission: &mut Mission, place: (&str, &mut Progress<'_>), item: &Value) -> Result<(), Unread> {
     let param = |k: usize| item["params"][k].as_f64();
-    let command = item["command"].as_u64().unwrap_or_default();
+    let whole = |member: &str| item[member].as_u64().unwrap_or_default();
     let numbers = [param(0), param(1), param(4), param(5), param(6)];
-    take(route, speed, place, command, numbers)
-}
-
-/// Takes a mission item of MAVLink: parameters 1, 2, 5, 6 and 7.
-pub(crate) fn take(
-    route: &mut Route,
-    speed: &mut Option<f64>,
-    (place, progress): (&str, &mut Progress<'_>),
-    command: u64,
-    [first, second, lat, lon, height]: [Option<f64>; 5],
-) -> Result<(), Unread> {
-    match command {
-        CHANGE_SPEED => *speed = second.filter(|speed| 0.0 < *speed).or(*speed),
-        JUMP if first.is_some_and(|to| to <= 2.0) => route.closed = true,
-        JUMP => {
-            return Err(Unread::new(
-                place,
-                "jumps into the middle of the route; write its legs out",
-            ));
-        }
-        _ if GO_TO.contains(&command) => {
-            let (Some(lat), Some(lon)) = (lat, lon) else {
-                return Err(Unread::new(place, "has no position"));
-            };
-            // Zeros stand for where the vehicle is.
-            if lat != 0.0 || lon != 0.0 {
-                let mut point = RoutePoint::on_earth(place, lat, lon, height)?;
-                point.speed_mps = *speed;
-                progress.point(route, place, point)?;
-            }
-        }
-        _ => {}
-    }
-    Ok(())
+    mission.take(place, (whole("doJumpId"), whole("command")), numbers)
 }

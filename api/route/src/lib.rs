@@ -12,6 +12,7 @@
 mod file;
 mod json;
 mod lawnmower;
+mod mission;
 mod progress;
 mod route;
 #[cfg(test)]

@@ -5,8 +5,8 @@ use serde::Serialize;
 /// Most points of all routes of a file.
 pub const POINTS_MAX: usize = 200_000;
 
-/// How many names of routes an error lists.
-const NAMES_TOLD: usize = 20;
+/// How many names an error or a note lists.
+pub(crate) const NAMES_TOLD: usize = 20;
 
 /// A route of a file.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -17,6 +17,8 @@ pub struct Route {
     pub points: Vec<RoutePoint>,
     /// Whether the last point leads back to the first.
     pub closed: bool,
+    /// What the file says and the route does not.
+    pub notes: Vec<String>,
 }
 
 /// A way-point, and what the file says of it.
@@ -94,7 +96,7 @@ impl Route {
         }
     }
 
-    /// What its points state and a path with one turn radius does not say.
+    /// What the file states and a path with one turn radius does not say.
     #[must_use]
     pub fn left_out(&self) -> Vec<String> {
         let stated = || self.points.iter().filter_map(|point| point.turn_radius_m);
@@ -102,7 +104,7 @@ impl Route {
         let most = stated().fold(least, f64::max);
         let first = stated().next().filter(|_| least < most);
         let note = |first| format!("turn radii are from {least} to {most} m; the first is taken, {first} m");
-        first.map(note).into_iter().collect()
+        self.notes.iter().cloned().chain(first.map(note)).collect()
     }
 
     pub(crate) fn named(name: impl Into<String>) -> Self {

@@ -125,7 +125,6 @@ fn depth_speed_radius_and_names_are_read_in_their_units() {
     let first = |file: &str| read(file.as_bytes()).expect(file)[0].points[0];
     assert_eq!(first(&kml()).depth_m, Some(5.0));
     assert_eq!(read(kml().as_bytes()).expect("is KML")[0].name, "a & b");
-    assert_eq!(first(&plan()).speed_mps, Some(1.5));
     assert_eq!(first(&plan()).depth_m, Some(4.0));
     assert_eq!(first(&gpx("trk", "trkpt")).depth_m, None);
     let point = first(&rtz());
@@ -133,28 +132,244 @@ fn depth_speed_radius_and_names_are_read_in_their_units() {
     assert!((point.speed_mps.expect("is given") - 1.543).abs() < 1e-3);
 }
 
+/// (north, east) of a route in metres.
+fn local(route: &Route) -> Vec<(f64, f64)> {
+    let each = route.points.iter().map(|point| match point.place {
+        Place::Local([north_m, east_m]) => (north_m, east_m),
+        Place::Earth { .. } => panic!("{point:?}"),
+    });
+    each.collect()
+}
+
+fn only(file: &str) -> Route {
+    select(read(file.as_bytes()).expect(file), None).expect(file)
+}
+
 #[test]
-fn points_of_moos_have_east_first_and_lawnmowers_their_lanes() {
-    let local = |route: &Route| -> Vec<(f64, f64)> {
-        let each = route.points.iter().map(|point| match point.place {
-            Place::Local([north_m, east_m]) => (north_m, east_m),
-            Place::Earth { .. } => panic!("{point:?}"),
-        });
-        each.collect()
-    };
-    let routes =
-        read(b"// survey\npoints = pts={0,1:10,2},label=a\npolygon = 0,0:5,0:5,5 // loiter\n").expect("MOOS");
+fn points_of_moos_have_east_first_and_their_labels() {
+    let text = b"// survey\npoints = pts={0,1:10,2},label=a\npolygon = 0,0:5,0:5,5 // loiter\n";
+    let routes = read(text).expect("MOOS");
     assert_eq!(local(&routes[0]), [(1.0, 0.0), (2.0, 10.0)]);
     assert!(routes[0].name == "a" && routes[1].closed);
-    let mower = "points = format=lawnmower, label=b, x=100, y=0, width=200, height=40, lane_width=20, rows=ew, degs=0";
-    let route = select(read(mower.as_bytes()).expect(mower), Some("b")).expect(mower);
-    let lanes = local(&route);
-    assert_eq!(lanes.len(), 4);
-    for (k, (north, east)) in lanes.iter().enumerate() {
-        assert!((north.abs() - 10.0).abs() < 1e-9, "{lanes:?}");
-        let expected = if k == 0 || k == 3 { 0.0 } else { 200.0 };
-        assert!((east - expected).abs() < 1e-9, "{lanes:?}");
+    for list in [
+        "label,a : 0,1 : 10,2 : active,true : vertex_size,3",
+        "points = label=a, pts={0,1:10,2}",
+    ] {
+        assert_eq!(only(list), routes[0], "{list}");
     }
+}
+
+#[test]
+fn a_behaviour_of_moos_says_how_its_points_are_sailed() {
+    let block = |more: &str| {
+        format!(
+            "initialize DEPLOY = false\n\nBehavior = BHV_Waypoint\n{{\n name = lanes\n pwt = 100\n speed = 1.4 // m/s\n {more}\n \
+             points = 10,-20 : 10,-140 : 30,-140\n}}\nBehavior = BHV_Loiter\n{{\n polygon = pts={{0,0:5,0:5,5}}\n}}\n"
+        )
+    };
+    let once = [(-20.0, 10.0), (-140.0, 10.0), (-140.0, 30.0)];
+    for (more, expected, closed) in [
+        ("repeat = 0", once.to_vec(), false),
+        ("repeat = 2", [once; 3].concat(), false),
+        ("repeat = forever", once.to_vec(), true),
+        ("order = reverse", [once[2], once[1], once[0]].to_vec(), false),
+    ] {
+        let routes = read(block(more).as_bytes()).expect("MOOS");
+        assert_eq!(routes.len(), 2);
+        assert_eq!(
+            (local(&routes[0]), routes[0].closed),
+            (expected, closed),
+            "{more}"
+        );
+        assert_eq!((&*routes[0].name, routes[0].speed_mps()), ("lanes", Some(1.4)));
+        assert_eq!((&*routes[1].name, routes[1].speed_mps()), ("", None));
+    }
+}
+
+#[test]
+fn lawnmowers_of_moos_have_a_lane_on_the_edge_and_begin_near_the_start() {
+    // East and west over 200 m by 40 m, entered at the corner nearest to the origin, the south-western one.
+    let mower =
+        "points = format=lawnmower, label=b, x=100, y=25, width=200, height=40, swath=20, rows=ew, degs=0";
+    let route = only(mower);
+    let lanes = [
+        (5.0, 0.0),
+        (5.0, 200.0),
+        (25.0, 200.0),
+        (25.0, 0.0),
+        (45.0, 0.0),
+        (45.0, 200.0),
+    ];
+    let off = |route: &Route, expected: &[(f64, f64)]| {
+        let pairs = local(route).into_iter().zip(expected.iter().copied());
+        assert_eq!(route.points.len(), expected.len());
+        pairs
+            .map(|(a, b)| (a.0 - b.0).hypot(a.1 - b.1))
+            .fold(0.0, f64::max)
+    };
+    assert!(route.name == "b" && off(&route, &lanes) < 1e-9, "{route:?}");
+    // From the other end of the last lane, the lanes are the same, backwards.
+    let mut back = lanes.to_vec();
+    back.reverse();
+    let from_the_far_corner = format!("{}, startx=210, starty=50", mower.replace("swath", "lane_width"));
+    assert!(off(&only(&from_the_far_corner), &back) < 1e-9);
+    // A quarter turn clockwise about the centre, of lanes to the north over the same rectangle laid across.
+    let turned =
+        "format=lawnmower,x=100,y=25,width=40,height=200,swath=20,rows=ns,degs=90,startx=-9,starty=0";
+    assert!(off(&only(turned), &lanes) < 1e-9, "{:?}", only(turned));
+    // Lanes that do not fit go beyond the edge, by 5 m here.
+    let wide = only(&mower.replace("height=40", "height=35"));
+    assert_eq!(wide.points.len(), 6);
+    assert!((local(&wide)[5].0 - local(&wide)[0].0 - 40.0).abs() < 1e-9);
+}
+
+/// A way-point list: home, three way-points numbered from 1, with these lines after the k-th.
+fn mission(after: [&str; 3]) -> String {
+    let mut text = String::from("QGC WPL 110\n0 1 0 16 0 0 0 0 38.6 -9.3 20 1\n");
+    for (k, (lat, lon)) in PLACES.iter().enumerate() {
+        let _ = writeln!(text, "{} 0 3 16 0 0 0 0 {lat} {lon} 0 1\n{}", k + 1, after[k]);
+    }
+    text
+}
+
+#[test]
+fn a_jump_is_taken_as_often_as_it_says() {
+    let sailed = |after: [&str; 3]| {
+        let route = only(&mission(after));
+        let place = |place| {
+            PLACES.iter().position(|(lat_deg, lon_deg)| {
+                place
+                    == Place::Earth {
+                        lat_deg: *lat_deg,
+                        lon_deg: *lon_deg,
+                    }
+            })
+        };
+        let points = route.points.iter();
+        let points: Vec<_> = points
+            .map(|point| (place(point.place).expect("is one"), point.speed_mps))
+            .collect();
+        (points, route.closed, route.left_out())
+    };
+    let of = |points: &[usize]| points.iter().map(|k| (*k, None)).collect::<Vec<_>>();
+    let jump = |to: u32, times: i32| format!("9 0 3 177 {to} {times} 0 0 0 0 0 1");
+    assert_eq!(sailed(["", "", &jump(1, 0)]), (of(&[0, 1, 2]), false, vec![]));
+    assert_eq!(
+        sailed(["", "", &jump(2, 2)]),
+        (of(&[0, 1, 2, 1, 2, 1, 2]), false, vec![])
+    );
+    assert_eq!(
+        sailed(["", &jump(1, 1), ""]),
+        (of(&[0, 1, 0, 1, 2]), false, vec![])
+    );
+    assert_eq!(sailed(["", "", &jump(1, -1)]), (of(&[0, 1, 2]), true, vec![]));
+    // Nothing comes after a jump without end, and what comes before its part is named.
+    assert_eq!(sailed(["", &jump(1, -1), ""]), (of(&[0, 1]), true, vec![]));
+    let (points, closed, notes) = sailed(["", "", &jump(2, -1)]);
+    assert!(
+        (points, closed) == (of(&[1, 2]), true) && notes[0].ends_with("left out: 1"),
+        "{notes:?}"
+    );
+    // A speed holds until the next one, also on the way back; one of climbing is none.
+    let speed = |kind: u32, speed: f64| format!("8 0 3 178 {kind} {speed} 0 0 0 0 0 1");
+    let (slow, fast) = (speed(1, 0.5), format!("{}\n{}", jump(1, 1), speed(2, 9.0)));
+    let (points, ..) = sailed([&slow, &speed(0, 1.5), &fast]);
+    let [slow, fast] = [Some(0.5), Some(1.5)];
+    assert_eq!(
+        points,
+        [(0, None), (1, slow), (2, fast), (0, fast), (1, slow), (2, fast)]
+    );
+    for (to, times) in [(7, 1), (9, 1)] {
+        let error = read(mission(["", "", &jump(to, times)]).as_bytes()).expect_err("is nowhere");
+        assert!(
+            error.place == "line 8" && error.fault.contains("write its legs out"),
+            "{error}"
+        );
+    }
+    assert!(read(mission(["", "", &jump(1, i32::MAX)]).as_bytes()).is_err());
+}
+
+#[test]
+fn a_plan_states_the_speeds_of_its_items_and_no_other() {
+    assert_eq!(only(&plan()).speed_mps(), None);
+    let changed = plan().replacen(
+        "[{",
+        r#"[{"type":"SimpleItem","command":178,"params":[1,1.2,-1]},{"#,
+        1,
+    );
+    assert_eq!(only(&changed).speed_mps(), Some(1.2));
+}
+
+#[test]
+fn way_points_with_names_of_their_own_are_one_route() {
+    for (names, n_routes) in [
+        (["WP1", "WP2", "WP3"], 1),
+        (["1", "", "1"], 1),
+        (["a", "a", "b"], 2),
+    ] {
+        let rows = PLACES
+            .iter()
+            .zip(names)
+            .map(|((lat, lon), name)| format!("{name},{lat},{lon}\n"));
+        let rows = rows.collect::<String>();
+        for (column, n_routes) in [("name", n_routes), ("id", 1)] {
+            let file = format!("{column},lat,lon\n{rows}");
+            assert_eq!(read(file.as_bytes()).expect(&file).len(), n_routes, "{file}");
+        }
+    }
+    let file = "route,lat,lon\na,1,2\nb,1,3\n";
+    assert_eq!(read(file.as_bytes()).expect(file).len(), 2);
+}
+
+#[test]
+fn blanks_beside_the_commas_of_kml_are_no_end_of_a_tuple() {
+    let expected = only(&kml());
+    for separator in [", ", " ,", " , ", ",  "] {
+        let line = list(|lat, lon| format!("{lon}{separator}{lat}{separator}-5"), " ");
+        let (before, rest) = kml()
+            .split_once("coordinates>")
+            .map(|(a, b)| (a.to_owned(), b.to_owned()))
+            .expect("has some");
+        let (_, after) = rest.split_once("</").expect("ends");
+        assert_eq!(
+            only(&format!("{before}coordinates>{line}</{after}")),
+            expected,
+            "{separator:?}"
+        );
+    }
+    let error = read(kml().replace("-9.2,38.7,-5 ", "-9.2,38.7,-5, ").as_bytes()).expect_err("runs on");
+    assert!(error.fault.contains("longitude,latitude"), "{error}");
+}
+
+#[test]
+fn properties_of_geojson_points_are_used_or_named() {
+    let points = |properties: &str| {
+        let each = |lat, lon| {
+            format!(
+                r#"{{"type":"Feature","properties":{properties},"geometry":{{"type":"Point","coordinates":[{lon},{lat}]}}}}"#
+            )
+        };
+        format!(
+            r#"{{"type":"FeatureCollection","features":[{}]}}"#,
+            list(each, ",")
+        )
+    };
+    let route = only(&points(
+        r#"{"name":"WP","speed_mps":1.5,"depth_m":"4","stroke":"red","fill":null}"#,
+    ));
+    let stated = |point: &crate::RoutePoint| (point.speed_mps, point.depth_m) == (Some(1.5), Some(4.0));
+    assert!(
+        route.points.len() == 3 && route.points.iter().all(stated),
+        "{route:?}"
+    );
+    assert_eq!(route.left_out(), ["properties that are not used: stroke"]);
+    let line = geojson("LineString", "[", "]").replace(r#""name":"a""#, r#""name":"a","speed":2"#);
+    assert_eq!(only(&line).left_out(), ["properties that are not used: speed"]);
+    let error = read(points(r#"{"speed_mps":"slow"}"#).as_bytes()).expect_err("is a word");
+    assert_eq!(
+        error.to_string(),
+        "line 1 (/features/0/properties/speed_mps): \"slow\" is no number"
+    );
 }
 
 #[test]
@@ -226,6 +441,19 @@ fn dear(bytes: usize) -> Vec<(&'static str, String)> {
             "a way-point list",
             filled("QGC WPL 110\n", "0 0 0 16 0 0 0 0 1 1 0 0\n", ""),
         ),
+        (
+            "changes of speed",
+            filled("QGC WPL 110\n", "0 0 0 178 0 1 0 0 0 0 0 0\n", ""),
+        ),
+        (
+            "a jump",
+            filled(
+                "QGC WPL 110\n",
+                "1 0 0 16 0 0 0 0 1 1 0 0\n9 0 0 177 1 9 0 0 0 0 0 0\n",
+                "",
+            ),
+        ),
+        ("behaviours", filled("", "behavior=\nrepeat=9\npts=0,0\n}\n", "")),
         ("a line of numbers", filled("QGC WPL 110\n", "0 ", "")),
         ("columns", filled("lat,lon", ",", "\n1,1")),
         ("columns of one line", filled("lat,lon\n1,1", ",", "")),
@@ -244,12 +472,24 @@ fn dear(bytes: usize) -> Vec<(&'static str, String)> {
         ),
         ("a text", filled("[\"", "\\n", "\"]")),
         (
+            "properties",
+            filled(
+                r#"{"type":"Feature","geometry":null,"properties":{"#,
+                "\"a\":1,",
+                "\"a\":1}}",
+            ),
+        ),
+        (
             "a line of KML",
             filled(
                 "<kml><Placemark><coordinates>",
                 "1,1 ",
                 "</coordinates></Placemark></kml>",
             ),
+        ),
+        (
+            "one tuple of KML with blanks",
+            filled("<Placemark><coordinates>", "1, ", "</coordinates></Placemark>"),
         ),
         (
             "one tuple of KML",

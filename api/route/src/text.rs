@@ -1,20 +1,24 @@
 //! Way-point lists of MAVLink (QGC WPL), MOOS points, and CSV.
 
-use std::mem;
+use std::{f64::consts::FRAC_PI_2, mem};
 
 use crate::{
-    json,
-    lawnmower::{LawnMower, lanes_over},
+    lawnmower::NoLanes,
+    mission::Mission,
     progress::Progress,
-    route::{Route, RoutePoint, Unread, number, shortened},
+    route::{POINTS_MAX, Route, RoutePoint, Unread, number, shortened},
 };
 
 pub(crate) fn routes(text: &str, mut progress: Progress<'_>) -> Result<Vec<Route>, Unread> {
     if text.trim_start().starts_with("QGC WPL") {
         return wpl(text, &mut progress);
     }
-    let first = text.lines().map(uncommented).find(|line| !line.is_empty());
-    if first.is_some_and(is_moos) {
+    let mut lines = text.lines().map(uncommented).filter(|line| !line.is_empty());
+    if lines
+        .next()
+        .is_some_and(|first| is_moos(first) || is_behavior(first))
+        || lines.any(is_behavior)
+    {
         return moos(text, &mut progress);
     }
     csv(text, &mut progress)
@@ -36,22 +40,22 @@ fn wpl(text: &str, progress: &mut Progress<'_>) -> Result<Vec<Route>, Unread> {
         is_home |= item[2] != 0.0;
     }
     is_home &= home.is_some_and(|(_, home)| home[2] == 0.0);
-    let (mut route, mut speed) = (Route::default(), None);
+    let mut mission = Mission::default();
     let items = lines().filter(|(_, line)| !line.trim().is_empty());
     for item in items.skip(usize::from(is_home)) {
         let (place, item) = wpl_item(item)?;
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
-            reason = "what is no command saturates, and is none"
+            reason = "what is no number or no command saturates, and is none"
         )]
-        let command = item[3] as u64;
+        let number_and_command = (item[0] as u64, item[3] as u64);
         let given = |column: usize| Some(item[column]).filter(|number| number.is_finite());
         let numbers = [4, 5, 8, 9, 10].map(given);
-        json::take(&mut route, &mut speed, (&place, progress), command, numbers)?;
+        mission.take((&place, progress), number_and_command, numbers)?;
     }
     let mut routes = Vec::new();
-    progress.route(&mut routes, "file", route)?;
+    progress.route(&mut routes, "file", mission.route)?;
     Ok(routes)
 }
 
@@ -75,137 +79,213 @@ fn uncommented(line: &str) -> &str {
     line.split("//").next().unwrap_or_default().trim()
 }
 
+/// The key of a line `key = value`, and the value.
+fn key_of(line: &str) -> (String, &str) {
+    match line.split_once('=') {
+        Some((key, value)) => (key.trim().to_ascii_lowercase(), value.trim()),
+        None => (String::new(), line),
+    }
+}
+
+fn is_behavior(line: &str) -> bool {
+    line.get(..8)
+        .is_some_and(|word| word.eq_ignore_ascii_case("behavior"))
+        && key_of(line).0 == "behavior"
+}
+
 fn is_moos(line: &str) -> bool {
-    let key = line
-        .split('=')
-        .next()
-        .unwrap_or_default()
-        .trim()
-        .to_ascii_lowercase();
-    matches!(
-        key.as_str(),
-        "points" | "pts" | "polygon" | "format" | "point" | "seglist"
-    ) || line.contains("pts={")
-        || (line.contains(':') && line.split(':').all(|pair| pair.split(',').count() >= 2))
+    let (key, _) = key_of(line);
+    let known = ["points", "pts", "polygon", "format", "point", "seglist"];
+    known.contains(&key.as_str())
+        || line.contains("pts={")
+        || (!line.contains('=') && line.contains(':') && line.split(':').all(|pair| pair.contains(',')))
+}
+
+/// What a block of a behaviour file says of its points.
+#[derive(Default)]
+struct Behaviour {
+    name: String,
+    speed_mps: Option<f64>,
+    /// How often they are sailed once more; infinite without end.
+    repeat: f64,
+    reversed: bool,
+    /// Points of lines of their own.
+    single: Route,
+    bare: Route,
+    /// Routes before the block.
+    n_before: usize,
 }
 
 /// Points of MOOS-IvP: x is east, y is north.
 fn moos(text: &str, progress: &mut Progress<'_>) -> Result<Vec<Route>, Unread> {
-    let mut routes = Vec::new();
-    let (mut single, mut bare) = (Route::default(), Route::default());
+    let (mut routes, mut behaviour) = (Vec::new(), Behaviour::default());
     for (k, line) in text.lines().map(uncommented).enumerate() {
         let place = format!("line {}", k + 1);
         progress.look(&place)?;
-        if line.is_empty() || !is_moos(line) {
-            continue;
-        }
-        let (key, rest) = match line.split_once('=') {
-            Some((key, rest)) if !key.contains(['{', ',', ':']) => {
-                (key.trim().to_ascii_lowercase(), rest.trim())
+        let (key, value) = key_of(line);
+        match key.as_str() {
+            "" if line == "}" => behaviour = behaviour.end(progress, &place, &mut routes)?,
+            "name" => value.clone_into(&mut behaviour.name),
+            "speed" => behaviour.speed_mps = Some(number(&place, value)?).filter(|speed| 0.0 < *speed),
+            "repeat" if value == "forever" => behaviour.repeat = f64::INFINITY,
+            "repeat" => behaviour.repeat = number(&place, value)?,
+            "order" => behaviour.reversed = value.starts_with("rev"),
+            _ if !is_moos(line) => {}
+            _ if member(line, "format").is_some() => {
+                let route = pattern(progress, &place, line)?;
+                progress.route(&mut routes, &place, route)?;
             }
-            _ => (String::new(), line),
-        };
-        if key == "format" || rest.contains("format=") || rest.contains("format =") {
-            let whole = if key == "format" { line } else { rest };
-            let route = pattern(progress, &place, whole)?;
-            progress.route(&mut routes, &place, route)?;
-        } else if key == "point" {
-            points(progress, &mut single, &place, rest)?;
-        } else if key.is_empty() && !rest.contains('{') {
-            points(progress, &mut bare, &place, rest)?;
-        } else {
-            let (list, after) = braced(if key == "pts" { line } else { rest });
-            let label = members(after)
-                .find(|(key, _)| key == "label")
-                .map(|(_, value)| value);
-            let mut route = Route::named(label.unwrap_or_default());
-            points(progress, &mut route, &place, list)?;
-            let route = if key == "polygon" { route.ring() } else { route };
-            progress.route(&mut routes, &place, route)?;
+            "point" => points(progress, &mut behaviour.single, &place, value)?,
+            "" => points(progress, &mut behaviour.bare, &place, value)?,
+            _ => {
+                let (list, before, after) = match (line.find('{'), line.find('}')) {
+                    (Some(open), Some(close)) if open < close => {
+                        (&line[open + 1..close], &line[..open], &line[close + 1..])
+                    }
+                    _ => (value, "", ""),
+                };
+                let label = member(after, "label").or(member(before, "label"));
+                let mut route = Route::named(label.unwrap_or_default());
+                points(progress, &mut route, &place, list)?;
+                let route = if key == "polygon" { route.ring() } else { route };
+                progress.route(&mut routes, &place, route)?;
+            }
         }
     }
-    for route in [single, bare] {
-        progress.route(&mut routes, "file", route)?;
-    }
+    behaviour.end(progress, "file", &mut routes)?;
     Ok(routes)
 }
 
-/// What `pts={…}` holds and what stands after it; without braces, the whole.
-fn braced(text: &str) -> (&str, &str) {
-    match (text.find('{'), text.find('}')) {
-        (Some(open), Some(close)) if open < close => (&text[open + 1..close], &text[close + 1..]),
-        _ => (text, ""),
+impl Behaviour {
+    /// Ends the block, whose points are in `routes`.
+    fn end(self, progress: &mut Progress<'_>, place: &str, routes: &mut Vec<Route>) -> Result<Self, Unread> {
+        for route in [self.single, self.bare] {
+            progress.route(routes, place, route)?;
+        }
+        for route in &mut routes[self.n_before..] {
+            if route.name.is_empty() {
+                route.name.clone_from(&self.name);
+            }
+            if self.reversed {
+                route.points.reverse();
+            }
+            let n_points = route.points.len();
+            for point in &mut route.points {
+                point.speed_mps = self.speed_mps;
+            }
+            route.closed |= self.repeat == f64::INFINITY;
+            let mut sailed = 0.0;
+            while !route.closed && sailed < self.repeat {
+                for k in 0..n_points {
+                    let point = route.points[k];
+                    progress.point(route, place, point)?;
+                }
+                sailed += 1.0;
+            }
+        }
+        Ok(Self {
+            n_before: routes.len(),
+            ..Self::default()
+        })
     }
 }
 
+/// Words of the older lists that say how one is drawn.
+const DRAWN: [&str; 6] = ["source", "active", "msg", "type", "id", "time"];
+
+/// Takes the points of a list such as `label,lanes : 10,15 : 20,25`.
 fn points(progress: &mut Progress<'_>, route: &mut Route, place: &str, list: &str) -> Result<(), Unread> {
     for pair in list.split(':').map(str::trim).filter(|pair| !pair.is_empty()) {
-        let mut numbers = pair.split(',');
-        let (Some(x), Some(y)) = (numbers.next(), numbers.next()) else {
-            return Err(Unread::new(place, format!("{:?} is no x,y", shortened(pair))));
+        let mut parts = pair.split(',').map(str::trim);
+        let (Some(x), Some(y)) = (parts.next(), parts.next()) else {
+            return Err(Unread::new(
+                place,
+                format!("{:?} is no x,y of MOOS", shortened(pair)),
+            ));
         };
-        let point = RoutePoint::local(place, number(place, y)?, number(place, x)?)?;
-        progress.point(route, place, point)?;
+        if x == "label" {
+            y.clone_into(&mut route.name);
+        } else if !DRAWN.contains(&x) && !x.ends_with("_color") && !x.ends_with("_size") {
+            let point = RoutePoint::local(place, number(place, y)?, number(place, x)?)?;
+            progress.point(route, place, point)?;
+        }
     }
     Ok(())
 }
 
-fn members(text: &str) -> impl Iterator<Item = (String, &str)> {
-    let pairs = text.split(',').filter_map(|pair| pair.split_once('='));
-    pairs.map(|(key, value)| (key.trim().to_ascii_lowercase(), value.trim()))
+/// Members `key=value`, also behind the key of their line.
+fn member<'t>(text: &'t str, wanted: &str) -> Option<&'t str> {
+    let mut pairs = text.split(',').filter_map(|pair| pair.rsplit_once('='));
+    let is_it = |key: &str| {
+        key.rsplit('=')
+            .next()
+            .is_some_and(|key| key.trim().eq_ignore_ascii_case(wanted))
+    };
+    pairs.find(|(key, _)| is_it(key)).map(|(_, value)| value.trim())
 }
 
-/// `format=lawnmower`: lanes over a rectangle about a centre, turned clockwise by `degs`.
+/// Part of a lane for which MOOS lays none: the rest of a rounding.
+const LANE_ROUNDING: f64 = 1e-5;
+
+/// `format=lawnmower`: lanes from edge to edge of a rectangle about a centre, turned clockwise by `degs`, from the corner nearest to
+/// the start.
 fn pattern(progress: &mut Progress<'_>, place: &str, text: &str) -> Result<Route, Unread> {
-    let value = |wanted: &str| {
-        members(text)
-            .find(|(key, _)| key == wanted)
-            .map(|(_, value)| value)
-    };
-    let format = value("format").unwrap_or_default();
+    let format = member(text, "format").unwrap_or_default();
     if format != "lawnmower" {
         let fault = format!("format={} is not read; write its points out", shortened(format));
         return Err(Unread::new(place, fault));
     }
+    let given = |wanted: &str| member(text, wanted).map(|text| number(place, text)).transpose();
     let needed = |wanted: &str| {
-        let found = value(wanted).ok_or_else(|| Unread::new(place, format!("lawnmower needs {wanted}")))?;
-        number(place, found)
+        let missing = || Unread::new(place, format!("lawnmower needs {wanted}"));
+        given(wanted)?.ok_or_else(missing)
     };
-    let or_zero = |wanted: &str| value(wanted).map_or(Ok(0.0), |text| number(place, text));
     let (x, y, width, height) = (needed("x")?, needed("y")?, needed("width")?, needed("height")?);
-    let turned = or_zero("degs")?.to_radians();
-    let along_north = value("rows").is_some_and(|rows| matches!(rows, "ns" | "north-south"));
-    let corners = [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)].map(|(n, e)| {
-        let (north, east) = (n * height, e * width);
-        let (sin, cos) = turned.sin_cos();
-        [y + north * cos - east * sin, x + north * sin + east * cos]
-    });
-    let heading = if along_north {
-        turned
+    let spacing = given("swath")?.map_or_else(|| needed("lane_width"), Ok)?;
+    let [turned, start_x, start_y] =
+        ["degs", "startx", "starty"].map(|wanted| Ok(given(wanted)?.unwrap_or(0.0)));
+    let (turned, start) = (turned?.to_radians(), [start_y?, start_x?]);
+    let along_north = member(text, "rows").is_some_and(|rows| matches!(rows, "ns" | "north-south"));
+    let (across, along, heading) = if along_north {
+        (width, height, turned)
     } else {
-        turned + std::f64::consts::FRAC_PI_2
+        (height, width, turned + FRAC_PI_2)
     };
-    let mower = LawnMower {
-        spacing_m: needed("lane_width")?,
-        heading_rad: heading,
-    };
-    let mut lanes = lanes_over(&corners, &mower).map_err(|fault| Unread::new(place, fault.to_string()))?;
-    if let (Some(start_x), Some(start_y)) = (value("startx"), value("starty")) {
-        let start = [number(place, start_y)?, number(place, start_x)?];
-        let from = |point: &[f64; 2]| (point[0] - start[0]).hypot(point[1] - start[1]);
-        if lanes.last().map(from) < lanes.first().map(from) {
-            lanes.reverse();
-        }
+    // The last lane lies on the far edge or beyond it.
+    let n_lanes = (across / spacing - LANE_ROUNDING).ceil() + 1.0;
+    #[expect(clippy::cast_precision_loss, reason = "200,000")]
+    let n_lanes_max = POINTS_MAX as f64 / 2.0;
+    if !(0.0 < spacing && 1.0 <= n_lanes && n_lanes <= n_lanes_max) {
+        return Err(Unread::new(place, NoLanes::Spacing(spacing).to_string()));
     }
-    let mut route = Route::named(value("label").unwrap_or_default());
-    for [north, east] in lanes {
-        let point = RoutePoint::local(place, north, east)?;
-        progress.point(&mut route, place, point)?;
+    let (sin, cos) = heading.sin_cos();
+    // Half a length ahead of the middle or behind it, this far to port.
+    let corner = |port: f64, ahead: f64| [y + ahead * cos + port * sin, x + ahead * sin - port * cos];
+    let far = 0.5 * across - (n_lanes - 1.0) * spacing;
+    let entries = [(0.5 * across, 0.5), (0.5 * across, -0.5), (far, 0.5), (far, -0.5)];
+    let away = |(port, end): &(f64, f64)| {
+        let [north, east] = corner(*port, end * along);
+        (north - start[0]).hypot(east - start[1])
+    };
+    let nearest = entries
+        .into_iter()
+        .min_by(|one, other| away(one).total_cmp(&away(other)));
+    let (first, mut end) = nearest.expect("there are four");
+    let step = if first == far { spacing } else { -spacing };
+    let mut route = Route::named(member(text, "label").unwrap_or_default());
+    let mut lane = 0.0;
+    while lane < n_lanes {
+        for end in [end, -end] {
+            let [north, east] = corner(first + lane * step, end * along);
+            progress.point(&mut route, place, RoutePoint::local(place, north, east)?)?;
+        }
+        (lane, end) = (lane + 1.0, -end);
     }
     Ok(route)
 }
 
-/// Columns by their names, in any order. A column `route` begins a new route where it changes.
+/// Columns by their names, in any order. A column `route` begins a new route where it changes, and so does one of names, unless each
+/// stands at one point: then they are the points' own.
 fn csv(text: &str, progress: &mut Progress<'_>) -> Result<Vec<Route>, Unread> {
     let header = text.lines().next().unwrap_or_default();
     let delimiter = [b'\t', b';', b',']
@@ -243,7 +323,8 @@ fn csv(text: &str, progress: &mut Progress<'_>) -> Result<Vec<Route>, Unread> {
     };
     let depth = column(&["depth", "depth_m"]);
     let speed = column(&["speed", "speed_mps"]);
-    let name = column(&["route", "name"]);
+    let named_route = column(&["route"]);
+    let name = named_route.or(column(&["name"]));
     let (mut routes, mut route) = (Vec::new(), Route::default());
     for record in reader.records() {
         let record = record.map_err(broken)?;
@@ -276,5 +357,12 @@ fn csv(text: &str, progress: &mut Progress<'_>) -> Result<Vec<Route>, Unread> {
         progress.point(&mut route, &place, point)?;
     }
     progress.route(&mut routes, "file", route)?;
+    if named_route.is_none() && 1 < routes.len() && routes.iter().all(|route| route.points.len() == 1) {
+        let points = routes.into_iter().flat_map(|route| route.points).collect();
+        return Ok(vec![Route {
+            points,
+            ..Route::default()
+        }]);
+    }
     Ok(routes)
 }

@@ -195,9 +195,17 @@ impl Found<'_> {
                 let (ring, loose) = (parent == "LinearRing", parent == "Point");
                 for (k, line) in text.lines().enumerate() {
                     let place = format!("line {}", self.text_line + k);
-                    for tuple in line.split_whitespace() {
-                        let point = position(&place, tuple, tuple.split(','))?;
-                        self.push(loose, &place, point)?;
+                    // Some write blanks beside the commas of a tuple.
+                    let mut tuple = String::new();
+                    for word in line.split_whitespace().chain([""]) {
+                        self.progress.look(&place)?;
+                        let goes_on = tuple.ends_with(',') && !word.is_empty() || word.starts_with(',');
+                        if !tuple.is_empty() && !goes_on {
+                            let point = position(&place, &tuple, tuple.split(','))?;
+                            self.push(loose, &place, point)?;
+                            tuple.clear();
+                        }
+                        tuple.push_str(word);
                     }
                 }
                 if ring {

@@ -61,7 +61,8 @@ impl Snapshot {
     /// With everything that is wrong with the request.
     pub fn until(mut request: PlanRequest, due: &dyn Fn() -> bool) -> Result<Self, InvalidRequest> {
         let paths = request.known_paths()?;
-        request.area = clockwise(request.area);
+        let corners: Vec<_> = request.area.iter().copied().map(Vector2::from).collect();
+        request.area = clockwise(&corners).into_iter().map(Into::into).collect();
         let (limits, craft) = (request.limits(), request.craft());
         let craft_prior = Prior::from(&craft);
         (request.limits, request.craft) = (Some(limits.into()), Some(craft));

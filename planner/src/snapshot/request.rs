@@ -72,7 +72,7 @@ pub struct PlanRequest {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub keep_outs: Vec<KeepOut>,
     /// Corners [north, east] of a convex area to stay in, m: 3 to 64, in order, either way round, every corner
-    /// once. Default: no limit.
+    /// once. A corner up to 0.2 m within its sides, where rounded degrees put it, is left out. Default: no limit.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[schema(example = json!([[-50.0, -50.0], [200.0, -50.0], [200.0, 150.0], [-50.0, 150.0]]))]
     pub area: Vec<[f64; 2]>,

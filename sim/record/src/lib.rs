@@ -21,11 +21,13 @@ pub mod mcap;
 pub mod parquet;
 #[cfg(test)]
 mod sample_for_tests;
+mod separators;
 mod source;
 pub mod table;
 
 pub use error::ExportError;
 pub use geodesy::Origin;
+pub use separators::with_commas;
 pub use source::{Disc, Entry, Scene, Source};
 
 use geodesy::Datum;

@@ -10,6 +10,7 @@ use std::{
     sync::Arc,
 };
 
+use ::record::with_commas;
 use geojson::{GeoJson, Geometry, GeometryValue, Position};
 
 use crate::{record::Origin, world::water::CurrentGrid};
@@ -63,7 +64,7 @@ impl Files {
     /// The grid of currents in the file called `name`.
     pub(super) fn grid(&self, name: &str) -> Result<Arc<CurrentGrid>, UnreadableFile> {
         let (bytes, path) = self.bytes(name, GRID_BYTES_MAX)?;
-        let grid = CurrentGrid::read(&bytes[..]);
+        let grid = CurrentGrid::read(&*with_commas(&bytes));
         grid.map(Arc::new)
             .map_err(|error| UnreadableFile(format!("{path}: {error}")))
     }

@@ -114,6 +114,51 @@ fn latitudes_and_longitudes_are_the_same_track() {
 }
 
 #[test]
+fn a_track_may_have_tabs_or_semicolons_and_decimal_commas() {
+    let text = csv("t,north,east,depth", &spiral());
+    let expected = flown(&scenario(&text, "auv-1").expect("is one"));
+    for separator in ["\t", ";"] {
+        let other = text.replace(',', separator);
+        for other in [other.replace('.', ","), other] {
+            let record = flown(&scenario(&format!("# one; two\n{other}"), "auv-1").expect("is one"));
+            assert_eq!(record.rows, expected.rows);
+        }
+    }
+}
+
+/// A track to the north at 0.2 m/s, of which `known` is the part of the way that is recorded after so many seconds.
+fn recorded(known: impl Fn(u32) -> f64) -> Result<Scenario, String> {
+    let rows = (0..120).map(|t| [f64::from(t), known(t), 0.0, 5.0]);
+    scenario(&csv("t,north,east,depth", &rows.collect::<Vec<_>>()), "auv-1")
+}
+
+#[test]
+fn a_fix_that_is_repeated_until_the_next_is_no_motion() {
+    let every = |period: u32| move |t: u32| 0.2 * f64::from(t - t % period);
+    for (period, line) in [(10, 32), (20, 62)] {
+        let refused = recorded(every(period)).expect_err("goes in bursts");
+        assert!(
+            refused.contains(&format!(
+                "line {line}: {}.0 m from the line before, which repeats",
+                period / 5
+            )),
+            "{refused}"
+        );
+    }
+    // An AUV at rest may leave, and rest again, and its last digit may change.
+    recorded(|t| 0.6 * f64::from(t.saturating_sub(60))).expect("leaves once");
+    recorded(|t| {
+        0.6 * f64::from(if t % 40 < 20 {
+            20 * (t / 40) + t % 40
+        } else {
+            20 * (t / 40) + 20
+        })
+    })
+    .expect("rests between legs");
+    recorded(|t| 0.1 * f64::from(t / 7)).expect("is rounded");
+}
+
+#[test]
 fn a_record_of_this_program_is_a_track_and_two_tracks_share_a_clock() {
     let toml = |second: &str| {
         let both = Scenario::text("paper-midpoint").expect("exists");

@@ -8,7 +8,7 @@ use parquet::{
     file::reader::{FileReader as _, SerializedFileReader},
     record::Field,
 };
-use record::mcap::ROWS;
+use record::{mcap::ROWS, with_commas};
 use serde_json::{Map, Value};
 
 use super::LogFileError;
@@ -54,7 +54,8 @@ impl Table {
 }
 
 pub(super) fn of_csv(bytes: &[u8]) -> Result<Table, LogFileError> {
-    let mut reader = csv::Reader::from_reader(bytes);
+    let bytes = with_commas(bytes);
+    let mut reader = csv::Reader::from_reader(&*bytes);
     let mut table = Table::new(reader.headers()?.iter());
     for record in reader.records() {
         let cell = |text: &str| match (text.trim(), text.trim().parse()) {

@@ -3,7 +3,7 @@
 use std::{f64::consts::TAU, ops::RangeInclusive};
 
 use nalgebra::Vector2;
-use planner::snapshot::{InvalidField, KeepOut, bounds_faults};
+use planner::snapshot::{InvalidField, KeepOut, bounds_faults, clockwise};
 
 use super::{
     draw::{Draw, Stream, check_count, stream},
@@ -216,7 +216,7 @@ pub(super) fn bounds(file: &BoundsFile, draw: &mut Draw) -> Result<Bounds, Inval
         )
     });
     let keep_outs = keep_outs.collect();
-    let bounds = Bounds {
+    let mut bounds = Bounds {
         keep_outs,
         area: draw.points(&file.area),
         range_max: file.range_max_m.as_ref().map(|range| draw.take(range)),
@@ -224,7 +224,10 @@ pub(super) fn bounds(file: &BoundsFile, draw: &mut Draw) -> Result<Bounds, Inval
     };
     // Snapshots contain them and have the same rules.
     match bounds_faults(&bounds.keep_outs, &bounds.area, bounds.range_max).first() {
-        None => Ok(bounds),
+        None => {
+            bounds.area = clockwise(&bounds.area);
+            Ok(bounds)
+        }
         Some(InvalidField { field, reason }) => Err(invalid(field_in_file(field), reason)),
     }
 }

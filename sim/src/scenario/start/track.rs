@@ -1,5 +1,6 @@
 //! Recorded tracks that AUVs repeat: CSV files beside the scenario file.
 
+use ::record::with_commas;
 use csv::{ReaderBuilder, StringRecord, Trim};
 use geodesy::Datum;
 use nalgebra::Vector2;
@@ -18,6 +19,11 @@ use crate::{
 const POINTS_MAX: usize = 100_000;
 /// Largest height above the surface that a pressure sensor may report, m; it counts as the surface.
 const HEIGHT_MAX: f64 = 5.0;
+/// A step after a fix that was repeated, m: smaller ones are what the last digit of a position makes of an AUV at rest.
+const STEP_MIN: f64 = 0.5;
+/// As many of them, each after repeats, are fixes of which each stands until the next. An AUV at rest leaves once.
+const STEPS_MAX: usize = 3;
+
 /// What some tools write before the text.
 const BYTE_ORDER_MARK: char = '\u{feff}';
 
@@ -125,10 +131,11 @@ fn given_too(auv: &AuvFile) -> Option<&'static str> {
 /// The rows of `text` about the vehicle `id`.
 fn read(text: &str, id: &str) -> Result<(Columns, Vec<Row>), String> {
     let text = text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(text);
+    let table = with_commas(text.as_bytes());
     let mut reader = ReaderBuilder::new()
         .trim(Trim::All)
         .comment(Some(b'#'))
-        .from_reader(text.as_bytes());
+        .from_reader(&*table);
     let columns = Columns::of(reader.headers().map_err(|error| error.to_string())?)?;
     let mut records = vec![];
     for record in reader.records() {
@@ -228,6 +235,7 @@ fn line_of(text: &str, record: &StringRecord) -> u64 {
 /// The points of `rows`, on a plane that touches the Earth at `datum` if they are latitudes and longitudes.
 fn points(rows: &[Row], datum: Option<&Datum>) -> Result<Vec<TrackPoint>, String> {
     let mut points: Vec<TrackPoint> = Vec::with_capacity(rows.len());
+    let (mut has_moved, mut n_steps) = (true, 0);
     for Row {
         line,
         time,
@@ -266,7 +274,20 @@ fn points(rows: &[Row], datum: Option<&Datum>) -> Result<Vec<TrackPoint>, String
             if duration <= 0.0 {
                 return Err(format!("line {line}: t {time} is not after {}", before.time));
             }
-            let speed = (position - before.position).norm() / duration;
+            let step = (position - before.position).norm();
+            n_steps = match (has_moved, 0.0 < step) {
+                (false, true) if STEP_MIN < step => n_steps + 1,
+                (_, true) => 0,
+                (_, false) => n_steps,
+            };
+            has_moved = 0.0 < step;
+            if STEPS_MAX <= n_steps {
+                return Err(format!(
+                    "line {line}: {step:.1} m from the line before, which repeats the position before it, as others do: \
+                     keep the first line of every position"
+                ));
+            }
+            let speed = step / duration;
             let descent = (point.depth - before.depth).abs() / duration;
             for (speed, what) in [(speed, ""), (descent, " of depth")] {
                 if Speed::MAX < speed {

@@ -1,0 +1,121 @@
+//! Items of MAVLink missions: of QGroundControl's plans and of way-point lists.
+
+use std::mem;
+
+use crate::{
+    progress::Progress,
+    route::{Route, RoutePoint, Unread},
+};
+
+/// Commands that go to a position: way-point, loiter (without end, turns, time), land, take-off, spline way-point.
+/// Source: MAVLink, MAV_CMD.
+const GO_TO: [u64; 7] = [16, 17, 18, 19, 21, 22, 82];
+const JUMP: u64 = 177;
+const CHANGE_SPEED: u64 = 178;
+
+/// Kinds of speed that `CHANGE_SPEED` sets along the route, below this: through air or water, over ground. Source: SPEED_TYPE.
+const CLIMB_SPEED: f64 = 2.0;
+/// The speed with which `CHANGE_SPEED` returns to the vehicle's own.
+const OWN_SPEED: f64 = -2.0;
+
+/// A mission, item by item.
+#[derive(Default)]
+pub(crate) struct Mission {
+    pub(crate) route: Route,
+    /// Speed at which the vehicle goes on, m/s.
+    speed: Option<f64>,
+    /// Items since the last jump.
+    items: Vec<Item>,
+}
+
+struct Item {
+    number: u64,
+    /// Way-points before it.
+    n_points: usize,
+    changes_speed: bool,
+}
+
+impl Mission {
+    /// Takes an item: its number, its command, and parameters 1, 2, 5, 6 and 7.
+    pub(crate) fn take(
+        &mut self,
+        (place, progress): (&str, &mut Progress<'_>),
+        (number, command): (u64, u64),
+        [first, second, lat, lon, height]: [Option<f64>; 5],
+    ) -> Result<(), Unread> {
+        progress.look(place)?;
+        // After a jump without end come items that no vehicle reaches.
+        if self.route.closed {
+            return Ok(());
+        }
+        if command == JUMP {
+            return self.jump((place, progress), first, second);
+        }
+        self.items.push(Item {
+            number,
+            n_points: self.route.points.len(),
+            changes_speed: command == CHANGE_SPEED,
+        });
+        match (command, lat, lon) {
+            (CHANGE_SPEED, ..) if first.is_none_or(|kind| kind < CLIMB_SPEED) => {
+                self.speed = match second {
+                    Some(OWN_SPEED) => None,
+                    given => given.filter(|speed| 0.0 < *speed).or(self.speed),
+                };
+            }
+            // Zeros stand for where the vehicle is.
+            (_, Some(0.0), Some(0.0)) => {}
+            (_, Some(lat), Some(lon)) if GO_TO.contains(&command) => {
+                let mut point = RoutePoint::on_earth(place, lat, lon, height)?;
+                point.speed_mps = self.speed;
+                progress.point(&mut self.route, place, point)?;
+            }
+            _ if GO_TO.contains(&command) => return Err(Unread::new(place, "has no position")),
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// Sails the items from number `to` on `times` times more; without end if that is negative.
+    fn jump(
+        &mut self,
+        (place, progress): (&str, &mut Progress<'_>),
+        to: Option<f64>,
+        times: Option<f64>,
+    ) -> Result<(), Unread> {
+        let items = mem::take(&mut self.items);
+        #[expect(clippy::cast_precision_loss, reason = "numbers of items are small")]
+        let at = items.iter().position(|item| Some(item.number as f64) == to);
+        let (Some(at), Some(times)) = (at, times) else {
+            let fault = "jumps to no item between the jump before and itself; write its legs out";
+            return Err(Unread::new(place, fault));
+        };
+        let (from, until) = (items[at].n_points, self.route.points.len());
+        if times < 0.0 {
+            if 0 < from {
+                self.route.points.drain(..from);
+                let note = format!(
+                    "way-points before the part that repeats without end, which are left out: {from}"
+                );
+                self.route.notes.push(note);
+            }
+            self.route.closed = true;
+            return Ok(());
+        }
+        // As far as no item changes it, the speed on the way is that of the end.
+        let change = items[at..].iter().find(|item| item.changes_speed);
+        let changed_from = change.map_or(until, |item| item.n_points);
+        let mut flown = 0.0;
+        while flown < times.trunc() && from < until {
+            for k in from..until {
+                let mut point = self.route.points[k];
+                if k < changed_from {
+                    point.speed_mps = self.speed;
+                }
+                progress.point(&mut self.route, place, point)?;
+            }
+            flown += 1.0;
+        }
+        Ok(())
+    }
+}
