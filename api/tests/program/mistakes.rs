@@ -139,8 +139,8 @@ fn the_warning_of_an_unknown_craft_names_what_is_missing() {
     let rates = r#""rate_max_radps": 0.2 }, "surge_loop": { "acceleration_max_mps2": 0.1"#;
     let detail = warning(&format!(r#"{{ "heading_loop": {{ {rates} }} }}"#)).expect("warns");
     assert!(
-        detail.starts_with("how fast the craft answers is not declared")
-            && detail.contains("at most 0.20 rad/s and 0.10 m/s²"),
+        detail.starts_with("the craft's heading and surge loops have no declared time constants")
+            && detail.contains("at most 11°/s and 0.10 m/s²"),
         "{detail}"
     );
     assert_eq!(warning(r#"{ "heading_loop": { "time_constant_s": 2.0 } }"#), None);

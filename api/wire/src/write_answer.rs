@@ -369,8 +369,8 @@ fn about_the_craft(snapshot: &Snapshot, plan: &Plan) -> impl Iterator<Item = War
     let (prior, model) = (snapshot.craft_prior(), snapshot.craft_model());
     let unknown = (!prior.heading_declared && !prior.surge_declared).then(|| {
         let detail = format!(
-            "how fast the craft answers is not declared: a cautious craft is assumed, and learnt from (heading {:.1} s behind, at \
-             most {:.0}°/s and {:.2} m/s²); declare it, or name a known craft",
+            "the craft's heading and surge loops have no declared time constants: those of a cautious craft are assumed and \
+             learnt from (heading {:.1} s behind, at most {:.0}°/s and {:.2} m/s²); declare them, or name a known craft",
             model.heading_lag(), model.limits.turn_rate_max.to_degrees(), model.limits.acceleration_max
         );
         warning("craft_unknown", "/craft", detail)
