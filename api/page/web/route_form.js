@@ -6,12 +6,13 @@ import { askJson } from "./service.js";
 
 /**
  * @typedef {[number, number] | { lat_deg: number, lon_deg: number }} WayPoint as a path takes it
- * @typedef {{ name: string, points: WayPoint[], closed: boolean, legs?: object[], speed_mps?: number, turn_radius_m?: number, notes?: string[] }} RouteOfFile
+ * @typedef {{ kind: string, points: WayPoint[], turn_radius_m?: number, legs?: object[] }} WayPoints
+ * @typedef {{ path: { segments: WayPoints[], closed: boolean, speed_mps?: number }, notes?: string[] }} RouteOfFile
  * @typedef {(what: string, action: () => Promise<any>, done?: (answer: any) => void) => void} Give
  */
 
 /** No way-points. @type {RouteOfFile} */
-const NO_ROUTE = { name: "", points: [], closed: false };
+const NO_ROUTE = { path: { segments: [{ kind: "waypoints", points: [] }], closed: false } };
 
 /** The form, and the route as it is so far. */
 export class RouteDraft {
@@ -53,31 +54,34 @@ export class RouteDraft {
 
   /** A click on the map. @param {number} north @param {number} east */
   place(north, east) {
-    this.take({ ...this.route, legs: undefined, points: [...this.route.points, [Number(north.toFixed(2)), Number(east.toFixed(2))]] });
+    const { path } = this.route, [segment] = path.segments;
+    const points = [...segment.points, /** @type {WayPoint} */ ([Number(north.toFixed(2)), Number(east.toFixed(2))])];
+    this.take({ ...this.route, path: { ...path, segments: [{ ...segment, points, legs: undefined }] } });
   }
 
   /** @param {RouteOfFile} route */
   take(route) {
     this.route = route;
-    if (route.speed_mps) this.speed.value = String(route.speed_mps);
-    fill(this.about, [`${route.points.length} way-points${route.closed ? ", closed" : ""}`, ...route.notes ?? []].join("; "));
+    const { segments, closed, speed_mps } = route.path;
+    if (speed_mps) this.speed.value = String(speed_mps);
+    fill(this.about, [`${segments[0].points.length} way-points${closed ? ", closed" : ""}`, ...route.notes ?? []].join("; "));
     this.changed();
   }
 
   /** The route as a mission takes it. */
   path() {
-    const { points, closed, turn_radius_m, legs } = this.route;
-    return { segments: [{ kind: "waypoints", points, turn_radius_m, legs }], closed, speed_mps: Number(this.speed.value) };
+    return { ...this.route.path, speed_mps: Number(this.speed.value) };
   }
 
   /** The route on the map. @param {{ lat_deg: number, lon_deg: number } | null | undefined} origin @returns {import("./types.js").Line[]} */
   lines(origin) {
     const plane = origin && tangentPlane(origin);
-    const points = this.route.points.flatMap((point) => {
+    const { segments, closed } = this.route.path;
+    const points = segments[0].points.flatMap((point) => {
       if (Array.isArray(point)) return [point];
       return plane ? [plane(point.lon_deg, point.lat_deg)] : [];
     });
-    return points.length ? [{ points, colour: "goal", style: "dashed", closed: this.route.closed, name: "route to send" }] : [];
+    return points.length ? [{ points, colour: "goal", style: "dashed", closed, name: "route to send" }] : [];
   }
 
   /** @param {string[]} auvs @param {boolean} disabled */

@@ -1,8 +1,10 @@
 //! Route files of planning tools, as way-points.
 
+use std::borrow::Cow;
+
 use axum::{Extension, extract::State, response::Response};
 use planner::path::{Leg, SEGMENTS_MAX};
-use route::{Place, RoutePoint, Unread};
+use route::{Place, Route, RoutePoint, Unread};
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
@@ -16,28 +18,79 @@ use crate::{
 };
 use wire::{FieldError, Origin};
 
-/// A route of a file. `closed` and `speed_mps` are members of a `path`; `points`, `legs` and `turn_radius_m` of its one segment of
-/// `waypoints`.
+/// A route of a file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct RouteOfFile {
     /// What the file calls it; empty if it has no name.
     pub name: String,
     /// Its way-points, in order.
     pub points: Vec<WayPoint>,
+    /// The first speed that the file states, m/s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub speed_mps: Option<f64>,
+    /// The `path` of an AUV, in a snapshot or a change of a mission.
+    pub path: PathOfFile,
+    /// What the file states and a path does not have.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
+}
+
+/// A `path`. If the file states no speed, `speed_mps` is missing: add it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct PathOfFile {
+    /// One segment of way-points.
+    pub segments: Vec<WayPointsOfFile>,
     /// Whether the last point leads back to the first.
     pub closed: bool,
     /// The first speed that the file states, m/s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speed_mps: Option<f64>,
+}
+
+/// A segment of `waypoints`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct WayPointsOfFile {
+    /// `waypoints`.
+    #[schema(value_type = String, example = "waypoints")]
+    pub kind: Cow<'static, str>,
+    /// The way-points, in order.
+    pub points: Vec<WayPoint>,
     /// The first turn radius that the file states, m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub turn_radius_m: Option<f64>,
-    /// Speed and depth of its legs, if the file states different ones.
+    /// Speed and depth of the legs, if the file states different ones.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub legs: Vec<Leg>,
-    /// What the file states and a path does not have.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub notes: Vec<String>,
+}
+
+impl From<&Route> for PathOfFile {
+    fn from(route: &Route) -> Self {
+        let point = |point: &RoutePoint| match point.place {
+            Place::Earth { lat_deg, lon_deg } => WayPoint::Earth(Origin { lat_deg, lon_deg }),
+            Place::Local(point) => WayPoint::Metres(point),
+        };
+        let segment = WayPointsOfFile {
+            kind: "waypoints".into(),
+            points: route.points.iter().map(point).collect(),
+            turn_radius_m: route.turn_radius_m(),
+            legs: legs(route),
+        };
+        Self {
+            segments: vec![segment],
+            closed: route.closed,
+            speed_mps: route.speed_mps(),
+        }
+    }
+}
+
+/// Speed and depth of the legs of `route`, if they differ.
+#[must_use]
+pub fn legs(route: &Route) -> Vec<Leg> {
+    let leg = |end: &RoutePoint| Leg {
+        speed_mps: end.speed_mps,
+        depth_m: end.depth_m,
+    };
+    route.ends_of_legs().into_iter().map(leg).collect()
 }
 
 /// A way-point: latitude and longitude, or north and east of a datum that the file does not name, m.
@@ -63,7 +116,7 @@ pub(crate) struct RouteQuery {
 /// or CSV with named columns.
 ///
 /// The content tells the format; the content type does not matter. A file that is no route is refused with its line and the reason. The
-/// service keeps nothing: PATCH a mission's `paths` with the answer.
+/// service keeps nothing: PATCH a mission's `paths` with the `path` of the answer.
 #[utoipa::path(post, path = "/v1/routes", tag = "missions", params(RouteQuery),
     request_body(content = String, content_type = "application/octet-stream", description = "The file."),
     responses((status = 200, description = "The route.", body = RouteOfFile), Refusals))]
@@ -94,22 +147,13 @@ pub(crate) async fn read_route(
                 SEGMENTS_MAX,
             )]));
         }
-        let point = |place: Place| match place {
-            Place::Earth { lat_deg, lon_deg } => WayPoint::Earth(Origin { lat_deg, lon_deg }),
-            Place::Local(point) => WayPoint::Metres(point),
-        };
-        let leg = |end: &RoutePoint| Leg {
-            speed_mps: end.speed_mps,
-            depth_m: end.depth_m,
-        };
+        let path = PathOfFile::from(&route);
         Ok(written(|| RouteOfFile {
-            points: route.points.iter().map(|each| point(each.place)).collect(),
-            closed: route.closed,
-            speed_mps: route.speed_mps(),
-            turn_radius_m: route.turn_radius_m(),
-            legs: route.ends_of_legs().into_iter().map(leg).collect(),
+            points: path.segments[0].points.clone(),
+            speed_mps: path.speed_mps,
             notes: route.left_out(),
             name: route.name,
+            path,
         }))
     };
     planners.read(&permit, read).await?

@@ -8,11 +8,12 @@ use std::{
 use clap::Args;
 use geodesy::Datum;
 use planner::{
-    path::{InvalidPath, Leg, Segment},
+    path::{InvalidPath, Segment},
     snapshot::{DeclaredPath, Origin},
 };
-use route::{Place, Route, RoutePoint, Unread};
+use route::{Place, Route, Unread};
 use serde_json::{Value, json};
+use service::route_files::{PathOfFile, legs};
 use sim::scenario::{Kind, OriginFile, PathFile, Point, Quantity, Scenario, ScenarioError, SegmentFile};
 
 /// Routes that the AUVs follow.
@@ -100,14 +101,6 @@ pub(crate) fn local(route: &Route, datum: Option<&Datum>) -> Result<Vec<[f64; 2]
     route.points.iter().map(|point| metres(point.place)).collect()
 }
 
-/// How the leg is sailed that ends at a point.
-fn leg(end: &RoutePoint) -> Leg {
-    Leg {
-        speed_mps: end.speed_mps,
-        depth_m: end.depth_m,
-    }
-}
-
 /// The path through these `points` (north, east), m, which are those of `route`.
 pub(crate) fn declared(route: &Route, points: Vec<[f64; 2]>, speed_mps: f64) -> DeclaredPath {
     let turn_radius_m = route.turn_radius_m();
@@ -116,7 +109,7 @@ pub(crate) fn declared(route: &Route, points: Vec<[f64; 2]>, speed_mps: f64) -> 
             points,
             fillet_m: None,
             turn_radius_m,
-            legs: route.ends_of_legs().into_iter().map(leg).collect(),
+            legs: legs(route),
         }],
         closed: route.closed,
         speed_mps,
@@ -154,21 +147,12 @@ impl DeclaredRoutes {
     pub(crate) fn put_into(&self, body: &mut Value) -> Result<(), NoRoute> {
         for read in self.read() {
             let (id, route, speed) = read?;
-            let points: Vec<Place> = route.points.iter().map(|point| point.place).collect();
-            let mut waypoints = json!({ "kind": "waypoints", "points": points });
-            if let Some(radius) = route.turn_radius_m() {
-                waypoints["turn_radius_m"] = json!(radius);
-            }
-            let legs: Vec<Leg> = route.ends_of_legs().into_iter().map(leg).collect();
-            if !legs.is_empty() {
-                waypoints["legs"] = json!(legs);
-            }
             let auvs = body.get_mut("auvs").and_then(Value::as_array_mut);
             let mut auvs = auvs.into_iter().flatten().filter_map(Value::as_object_mut);
             let auv = auvs.find(|auv| auv.get("id").is_some_and(|name| name == id));
             let auv = auv.ok_or_else(|| NoRoute::NoAuv(id.to_owned()))?;
-            let path = json!({ "segments": [waypoints], "closed": route.closed, "speed_mps": speed? });
-            auv.insert("path".to_owned(), path);
+            speed?;
+            auv.insert("path".to_owned(), json!(PathOfFile::from(&route)));
         }
         Ok(())
     }

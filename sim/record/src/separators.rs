@@ -19,3 +19,21 @@ pub fn with_commas(table: &[u8]) -> Cow<'_, [u8]> {
     };
     Cow::Owned(table.iter().map(byte).collect())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_a_table_with_other_separators_is_written_anew_and_its_lines_stay_as_long() {
+        let plain = b"# a; b\nt,north\n1.5,2;\n";
+        assert!(matches!(with_commas(plain), Cow::Borrowed(same) if same == plain));
+        for (table, expected) in [
+            ("# a, b\n\nt;north\n1,5;2\n", "# a. b\n\nt,north\n1.5,2\n"),
+            ("t\tnorth\n1.5\t2\n", "t,north\n1.5,2\n"),
+        ] {
+            assert_eq!(&*with_commas(table.as_bytes()), expected.as_bytes());
+        }
+        assert!(with_commas(b"").is_empty());
+    }
+}

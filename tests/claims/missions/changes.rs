@@ -429,17 +429,24 @@ async fn a_route_file_is_read_or_refused_by_line() {
     let answer = read("?name=a", file).await;
     assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);
     let points = [38.41, 38.42].map(|lat| json!({ "lat_deg": lat, "lon_deg": -9.12 }));
+    let segment = json!({ "kind": "waypoints", "points": points });
+    let path = json!({ "segments": [segment], "closed": false, "speed_mps": 1.5 });
     assert_eq!(
         answer.json(),
-        json!({ "name": "a", "points": points, "closed": false, "speed_mps": 1.5 })
+        json!({ "name": "a", "points": points, "speed_mps": 1.5, "path": path })
     );
+    // The path is one that a mission takes.
+    let mut body = live();
+    body["live"]["origin"] = json!({ "lat_deg": 38.41, "lon_deg": -9.12 });
+    body["live"]["auvs"][0]["path"] = path;
+    service.create(&body).await;
     assert_eq!(
         read("", "format=lawnmower,x=0,y=0,width=9,height=9,lane_width=3")
             .await
             .json()["points"]
             .as_array()
             .map(Vec::len),
-        Some(6)
+        Some(8)
     );
     for (query, file, detail) in [
         ("", file, "\"a\", \"b\""),

@@ -859,6 +859,17 @@ class Path(TypedDict):
     speed_mps: float
 
 
+class PathOfFile(TypedDict):
+    """A `path`. If the file states no speed, `speed_mps` is missing: add it."""
+
+    # Whether the last point leads back to the first.
+    closed: bool
+    # One segment of way-points.
+    segments: list[WayPointsOfFile]
+    # The first speed that the file states, m/s.
+    speed_mps: NotRequired[float | None]
+
+
 # What a repeated track looks like.
 Pattern: TypeAlias = Literal["lanes", "laps", "other"]
 
@@ -869,7 +880,7 @@ class PlanRequest(TypedDict):
     # What the acoustic link needs. Default: no limit.
     acoustics: NotRequired[Acoustics | None]
     # Corners [north, east] of a convex area to stay in, m: 3 to 64, in order, either way round, every corner once.
-    # Default: no limit.
+    # A corner up to 0.2 m within its sides, where rounded degrees put it, is left out. Default: no limit.
     area: NotRequired[list[list[float] | Origin]]
     # The surface craft.
     asc: Asc
@@ -946,8 +957,8 @@ class PlanResponse(TypedDict):
     plan_id: str
     # Predicted cost of the trajectory.
     predicted: Predicted
-    # Why the outcome is `degraded`: `deadline` (it came before any program was solved), `solver_` and the status,
-    # `certificate`, or `stale_report`.
+    # Why the outcome is `degraded`: `deadline` (it came before any program was solved; in a comparison, before the
+    # schedule that the law follows was whole), `solver_` and the status, `certificate`, or `stale_report`.
     reason: NotRequired[str | None]
     # What to steer now.
     reference: Reference
@@ -1406,24 +1417,18 @@ class Route(TypedDict):
 
 
 class RouteOfFile(TypedDict):
-    """A route of a file. `closed` and `speed_mps` are members of a `path`; `points`, `legs` and `turn_radius_m` of
-    its one segment of `waypoints`.
-    """
+    """A route of a file."""
 
-    # Whether the last point leads back to the first.
-    closed: bool
-    # Speed and depth of its legs, if the file states different ones.
-    legs: NotRequired[list[Leg]]
     # What the file calls it; empty if it has no name.
     name: str
     # What the file states and a path does not have.
     notes: NotRequired[list[str]]
+    # The `path` of an AUV, in a snapshot or a change of a mission.
+    path: PathOfFile
     # Its way-points, in order.
     points: list[WayPoint]
     # The first speed that the file states, m/s.
     speed_mps: NotRequired[float | None]
-    # The first turn radius that the file states, m.
-    turn_radius_m: NotRequired[float | None]
 
 
 class Run(TypedDict):
@@ -1508,6 +1513,9 @@ class Schedule(TypedDict):
     gap: float
     # Whether the next visit is that of the schedule before.
     kept: bool
+    # The vehicle that the goal asks for as `next`, once that visit is over: the planner chooses again, until
+    # another one is asked for.
+    next_visited: NotRequired[str | None]
     # The schedule in words.
     sentence: str
     # Unit of every cost.
@@ -1939,6 +1947,19 @@ class Warning(TypedDict):
 
 # A way-point: latitude and longitude, or north and east of a datum that the file does not name, m.
 WayPoint: TypeAlias = "Origin | list[float]"
+
+
+class WayPointsOfFile(TypedDict):
+    """A segment of `waypoints`."""
+
+    # `waypoints`.
+    kind: str
+    # Speed and depth of the legs, if the file states different ones.
+    legs: NotRequired[list[Leg]]
+    # The way-points, in order.
+    points: list[WayPoint]
+    # The first turn radius that the file states, m.
+    turn_radius_m: NotRequired[float | None]
 
 
 class EventCreated(TypedDict):
