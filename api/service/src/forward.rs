@@ -2,7 +2,7 @@
 //!
 //! Reads of what is stored are answered here. A forwarded call is never forwarded again: while owners change, the client asks again.
 
-use std::{fmt, pin::Pin, sync::Arc, time::Duration};
+use std::time::Duration;
 
 use axum::{
     RequestExt as _,
@@ -21,6 +21,7 @@ use hyper_util::{
 use tokio_rustls::rustls::ClientConfig;
 
 use crate::{
+    in_process::{InProcess, MayHaveArrived},
     missions::Missions,
     problem::Problem,
     request_id::{self, RequestId},
@@ -75,23 +76,6 @@ const QUIET_MAX: Duration = Duration::from_secs(30);
 
 /// How often to ask whether the other service still has the mission, while it does not answer.
 const ASK_AGAIN: Duration = Duration::from_millis(500);
-
-/// The answer of another service, or whether the call may have reached it.
-pub type Answering = Pin<Box<dyn Future<Output = Result<Response, MayHaveArrived>> + Send>>;
-
-/// Whether a call without an answer may have been carried out.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct MayHaveArrived(pub bool);
-
-/// The other services in the same process, for tests.
-#[derive(Clone)]
-pub struct InProcess(pub Arc<dyn Fn(Request) -> Answering + Send + Sync>);
-
-impl fmt::Debug for InProcess {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("in process")
-    }
-}
 
 /// Forwards calls to the owners of missions.
 #[derive(Clone)]

@@ -27,6 +27,7 @@ pub mod examples;
 mod forward;
 pub mod health;
 mod hosts;
+mod in_process;
 mod metrics;
 mod middleware;
 pub mod missions;
@@ -53,10 +54,10 @@ use app_state::AppState;
 use body::Bodies;
 pub use body_size::BODY_BYTES_MAX;
 use forward::Forwarding;
-#[doc(hidden)]
-pub use forward::{Answering, InProcess, MayHaveArrived};
 use health::Readiness;
 pub use hosts::Hosts;
+#[doc(hidden)]
+pub use in_process::{Answering, InProcess, MayHaveArrived};
 pub use metrics::{Connections, Counted};
 use metrics::{Metrics, StoreMetrics};
 use middleware::Middleware;

@@ -15,7 +15,7 @@ use planner::{
 };
 use tokio_rustls::rustls::ClientConfig;
 
-use crate::{access::Tokens, forward::InProcess, hosts::Hosts, metrics::Connections, trace::TraceFn};
+use crate::{access::Tokens, hosts::Hosts, in_process::InProcess, metrics::Connections, trace::TraceFn};
 
 /// A function that plans: [`planner::plan::plan_until`], or in tests one that fails on purpose.
 pub type PlanFn = fn(&Snapshot, &Parameters, &mut Workspace, &Stop) -> Plan;
