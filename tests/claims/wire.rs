@@ -106,6 +106,33 @@ fn a_reference_over_ground_below_the_slowest_speed_is_named() {
 }
 
 #[test]
+fn two_vehicles_under_one_name_are_named_and_a_fix_that_came_twice_is_one() {
+    let codes = |reports: Vec<Value>| {
+        let request = json!({
+            "schema_version": "1.0", "t_s": 1000.0, "auvs": [{ "id": "auv-1", "reports": reports }], "goal": { "kind": "track", "auv": "auv-1" },
+            "asc": { "north_m": 0.0, "east_m": 0.0, "heading_rad": 0.0, "speed_mps": 0.5, "sway_mps": 0.0, "yaw_rate_radps": 0.0 },
+        });
+        let snapshot = read(&serde_json::from_value(request).expect("is a request"));
+        let (plan, metadata) = (planned(&snapshot), serde_json::Map::new());
+        let answer = Answer::new(&snapshot, &plan, Duration::ZERO, &metadata).planned();
+        answer
+            .warnings
+            .into_iter()
+            .map(|warning| warning.code)
+            .collect::<Vec<_>>()
+    };
+    let fix = |second: u32, north_m: f64, later: f64| json!({ "t_s": 900.0 + f64::from(second) + later, "north_m": north_m, "east_m": 30.0, "sigma_m": 1.5 });
+    let contradict = &"reports_contradict".to_owned();
+    let seconds = || (0..100).step_by(5);
+    let two = seconds().flat_map(|t| [fix(t, 20.0, 0.0), fix(t, 300.0, 2.0)]);
+    assert!(codes(two.collect()).contains(contradict));
+    let twice = seconds().flat_map(|t| [fix(t, 20.0, 0.0), fix(t, 20.04, 0.3)]);
+    assert!(!codes(twice.collect()).contains(contradict));
+    let outliers = seconds().map(|t| fix(t, if t % 20 == 0 { 200.0 } else { 20.0 }, 0.0));
+    assert!(!codes(outliers.collect()).contains(contradict));
+}
+
+#[test]
 fn what_a_dive_leaves_out_is_unknown_or_the_default_vehicles() {
     let text = r#"{ "depth_min_m": 1.0, "depth_max_m": 23.0, "pitch_rad": 0.873 }"#;
     let mut request = plain();

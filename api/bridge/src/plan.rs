@@ -20,8 +20,10 @@ pub(crate) struct Plan {
     pub(crate) reason: Option<String>,
     /// From the craft to the goal, m.
     pub(crate) distance_m: f64,
-    /// Estimated lags of the craft, and the current, as text.
-    pub(crate) estimate: String,
+    /// Estimated lags of the craft, as text.
+    pub(crate) lags: String,
+    /// The current, as text.
+    pub(crate) current: String,
     /// The vehicles that the mission waits for.
     pub(crate) waits_for: Vec<String>,
     /// Warnings of the plan: code, and detail for people.
@@ -74,7 +76,8 @@ impl Plan {
             ),
             reason: plan["reason"].as_str().map(str::to_owned),
             distance_m,
-            estimate: estimate(craft, &current),
+            lags: lags(craft),
+            current: current_words(&current),
             waits_for: items(&answer["waits_for"], |name| Some(name.as_str()?.to_owned())),
             warnings: items(&plan["warnings"], |warning| {
                 let [code, detail] = ["code", "detail"].map(|name| warning[name].as_str().map(str::to_owned));
@@ -103,17 +106,20 @@ fn items<T>(list: &Value, item: impl Fn(&Value) -> Option<T>) -> Vec<T> {
     items.filter_map(item).collect()
 }
 
-/// The planner's estimate of craft and current.
-fn estimate(craft: &Value, current: &Vector2<f64>) -> String {
+/// The planner's estimate of the craft's lags.
+fn lags(craft: &Value) -> String {
     let value = |name: &str| {
         let [value, sigma] = ["value", "sigma"].map(|part| craft[name][part].as_f64().unwrap_or(0.0));
         format!("{value:.1}±{sigma:.1} s")
     };
     format!(
-        "heading lag {}, speed lag {}, current {:.2} m/s to {:03.0}°",
+        "heading lag {}, speed lag {}",
         value("heading_lag_s"),
-        value("surge_lag_s"),
-        current.norm(),
-        current.y.atan2(current.x).to_degrees().rem_euclid(360.0)
+        value("surge_lag_s")
     )
+}
+
+fn current_words(current: &Vector2<f64>) -> String {
+    let towards = current.y.atan2(current.x).to_degrees().rem_euclid(360.0);
+    format!("current {:.2} m/s to {towards:03.0}°", current.norm())
 }

@@ -288,8 +288,8 @@ fn plans(bridge: &Bridge) -> Finding {
         return fails("none yet: the mission needs the craft and every AUV of its goal");
     };
     let seen = format!(
-        "{}, {:.1} m from the goal, {}",
-        plan.method, plan.distance_m, plan.estimate
+        "{}, {:.1} m from the goal, {}, {}",
+        plan.method, plan.distance_m, plan.lags, plan.current
     );
     if plan
         .warnings

@@ -9,7 +9,7 @@ use planner::{
     plan as domain,
     plan::{Method, Plan, PlannedTarget, Predicted, SolverReport},
     snapshot::{
-        CURRENT_MAX, Goal, LeftOut, Origin, SCHEMA_VERSION, Snapshot, TrajectoryPoint, pointer_token,
+        CURRENT_MAX, Goal, LeftOut, Origin, Report, SCHEMA_VERSION, Snapshot, TrajectoryPoint, pointer_token,
     },
 };
 use serde_json::{Map, Value};
@@ -347,6 +347,14 @@ fn contradicted_claims(snapshot: &Snapshot) -> Vec<Warning> {
             );
             warnings.push(warning("auv_off_route", &format!("/auvs/{i}/path"), detail));
         }
+        let reports = auv.reports.as_deref().unwrap_or_default();
+        let (n_elsewhere, n_reports) = (elsewhere(reports, &estimate.rejected), reports.len());
+        if ELSEWHERE_MIN <= n_elsewhere && n_reports <= 2 * n_elsewhere {
+            let detail = format!(
+                "{n_elsewhere} of the {n_reports} fixes of {id} are elsewhere and not used: are two vehicles reported under its name?"
+            );
+            warnings.push(warning("reports_contradict", &pointer, detail));
+        }
         if estimate.inflation > 0.0 {
             let detail = format!(
                 "the fixes of {id} scatter more than their sigma_m: {} m is added to it, as the root of the sum of squares",
@@ -356,6 +364,25 @@ fn contradicted_claims(snapshot: &Snapshot) -> Vec<Warning> {
         }
     }
     warnings
+}
+
+/// Fewer fixes elsewhere are outliers.
+const ELSEWHERE_MIN: usize = 4;
+
+/// Within this time of each other, s, two fixes at about the same place are one that came twice.
+const TWICE_WITHIN: f64 = 1.0;
+
+/// How many of the `rejected` fixes are not a used one that came twice.
+fn elsewhere(reports: &[Report], rejected: &[usize]) -> usize {
+    let is_of_used = |fix: &Report| {
+        let mut used = (0..reports.len()).filter(|i| !rejected.contains(i));
+        used.any(|i| {
+            let used = &reports[i];
+            let apart = (used.north_m - fix.north_m).hypot(used.east_m - fix.east_m);
+            (used.t_s - fix.t_s).abs() <= TWICE_WITHIN && apart <= 3.0 * (used.sigma_m + fix.sigma_m)
+        })
+    };
+    rejected.iter().filter(|i| !is_of_used(&reports[**i])).count()
 }
 
 /// A heading for people, degrees in [0, 360).

@@ -225,6 +225,7 @@ impl Bridge {
                 format!("{:.1} m from the goal", plan.distance_m),
                 format!("plan {age:.1} s old"),
                 format!("{speed:.2} m/s {heading:03.0}°"),
+                plan.current.clone(),
             ]);
             let others = plan.warnings.iter().filter(|[code, _]| code != NOT_HEARD);
             parts.extend(others.map(|[code, _]| code.replace('_', " ")));
