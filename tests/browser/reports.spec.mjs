@@ -53,7 +53,7 @@ test("reports of an AUV alone, of a comparison and of a craft are drawn", async 
   await page.goto(pathToFileURL(file("comparison.html")).href);
   await expect(page.locator(".map-place canvas")).toHaveCount(5);
   await expect(page.locator(".scores").first()).toContainText("planner");
-  await expect(page.locator(".information").nth(1)).toContainText("tuned");
+  await expect(page.locator(".information").nth(1)).toContainText(/^look-ahead \d+ m, along-track [\d.]+ 1\/s/);
   await page.goto(pathToFileURL(file("craft.html")).href);
   await expect(page.locator(".sheet-canvas")).toHaveCount(6);
   await expect.poll(() => isDrawn(page.locator(".sheet-canvas").first())).toBe(true);
