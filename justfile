@@ -20,9 +20,9 @@ docs:
 test:
     cargo test --workspace
 
-# What a change needs, in 90 s after the build: without the modules called `slow`, such as campaigns, trials and comparisons
+# What a change needs, in 90 s after the build: without voyages and the modules called `slow`, such as campaigns, trials and comparisons
 test-fast:
-    SNAPSHOTS=40 cargo test --workspace --lib --bins --test claims --test program -- --skip slow::
+    SNAPSHOTS=40 cargo test --workspace --lib --bins --test claims --test program -- --skip slow:: --skip voyages::
 
 # What the gate leaves out: real processes, other servers, measurements. All of it, or steps such as `just soak failover`; `.ci/soak --list`
 soak *steps:
