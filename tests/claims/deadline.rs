@@ -199,7 +199,7 @@ async fn the_sooner_of_both_deadlines_counts() {
 
 #[tokio::test(start_paused = true)]
 async fn an_explanation_for_which_no_time_is_left_keeps_no_comparison_waiting_and_spoils_none() {
-    // Read after the first wait for a thread, planned for after the second; the lower levels wait for one, too.
+    // The request waits for a thread three times: to be read, to be planned for, and for the lower levels.
     for (lag_ms, took_ms, is_explained) in [(1_100, 3_100, false), (900, 1_800, true), (0, 0, true)] {
         let (clock, service) = slow_service(Duration::from_millis(lag_ms), Duration::from_mins(1));
         let start = clock.now();
@@ -379,4 +379,20 @@ async fn a_hung_planner_stops_the_heartbeat() {
     clock.delay_threads(Duration::MAX);
     clock.sleep(Duration::from_hours(1)).await;
     assert_eq!(BEATS.load(Ordering::Relaxed), 4);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_comparison_is_answered_whatever_the_deadline() {
+    for deadline_ms in [0.05, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0] {
+        let (_, service) = slow_service(Duration::from_millis(5), Duration::from_secs(1));
+        let mut hasty = example("intermittent");
+        hasty["deadline_ms"] = json!(deadline_ms);
+        let request = post("/v1/plan/compare?explain=true", hasty.to_string());
+        let answer = send_to(service, request).await;
+        assert_eq!(answer.status, StatusCode::OK, "{deadline_ms}: {}", answer.text);
+        let compared = answer.json();
+        let mpc = &compared["plans"]["mpc"];
+        assert!(mpc["reference"].is_object());
+        assert_eq!(mpc["outcome"] == "ok", 10.0 < deadline_ms, "{deadline_ms}: {mpc}");
+    }
 }

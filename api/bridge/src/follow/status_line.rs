@@ -357,4 +357,11 @@ mod tests {
         let (on, off) = ("Pilotfish steering", "Pilotfish off: the plan is too old");
         assert_eq!(texts, [on, off, off, on]);
     }
+
+    #[tokio::test(start_paused = true)]
+    async fn the_speed_shown_is_one_that_may_be_sent() {
+        let (bridge, link) = bridge_and_link(|_| {});
+        let line = bridge.status_line(&link);
+        assert!(line.contains(", 1.20 m/s 000°"), "{line}");
+    }
 }
