@@ -2,6 +2,7 @@
 
 import { test } from "node:test";
 import { expect } from "@playwright/test";
+import { stateOf } from "../../api/page/web/alarm.js";
 import { backgroundOf } from "../../api/page/web/background.js";
 import { Recording } from "../../api/page/web/recording.js";
 import { scores, worstStretch } from "../../api/page/web/scores.js";
@@ -301,4 +302,10 @@ test("AUVs with names of JavaScript, and of members of a goal, are words of thei
   draft.edit(withValue(draft.now, ["goal", "serve_by_s", "epoch_s"], 0));
   expect(draft.words().slice(1)).toEqual(["Goal, weight of constructor: 2; until now: 1", ...ids.slice(1).map((id) => `Goal, weight of ${id}: 2; until now: not set`), "Goal, serve by, for epoch_s: 00:00:00 UTC; until now: not set"]);
   expect(Object.keys(draft.patch().goal.weights)).toEqual(ids);
+});
+
+test("nothing is good while the service does not answer, of a simulated mission neither", () => {
+  const plan = { outcome: "ok", method: "mpc", age_s: 0, period_s: 1, waits_for: [], warnings: [] }, mission = { id: "m", title: "", status: "running", t_s: 0, plan };
+  const toneOf = (kind, seen) => stateOf({ ...mission, kind, steering: { state: "steering", why: "", age_s: 0 } }, seen).tone;
+  for (const kind of ["simulated", "live"]) expect([toneOf(kind, {}), toneOf(kind, { lost: "no answer" })]).toEqual(["good", "warn"]);
 });

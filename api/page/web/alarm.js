@@ -52,7 +52,9 @@ export function isAlarm(code) {
 export function stateOf({ status, kind, plan, scene, steering }, { age_s = plan?.age_s ?? Infinity, said_s = steering?.age_s ?? Infinity, lost = "" } = {}) {
   if (status === "failed") return { words: "failed", why: "", tone: "bad", alarm: true };
   if (status !== "running") return { words: status, why: "", tone: "", alarm: false };
-  if (kind !== "live") return planned(plan, []);
+  /** @param {MissionState} state what is told while the service does not answer is no good news @returns {MissionState} */
+  const unlessLost = (state) => (lost && state.tone === "good" ? { ...state, tone: "warn" } : state);
+  if (kind !== "live") return unlessLost(planned(plan, []));
   const { waits_for = [] } = plan ?? {}, isOld = Number.isFinite(age_s) && age_s > ageMax(plan?.period_s ?? scene?.period_s), old = isOld ? { age_s } : {};
   const causes = isOld ? [waits_for.length ? `waits for reports of ${waits_for.map((id) => (id === "asc" ? "the surface craft" : id)).join(", ")}` : "no new plan"] : [];
   const because = (/** @type {string} */ first) => [first, ...causes].filter(Boolean).join("; ");
@@ -60,8 +62,8 @@ export function stateOf({ status, kind, plan, scene, steering }, { age_s = plan?
     if (steering.state === "person") return { words: "a person has the craft", why: steering.why, tone: "warn", alarm: false, ...old };
     if (steering.state === "waiting") return { words: "not steering", why: steering.why, tone: "warn", alarm: false, ...old };
     if (steering.state === "not_steering") return { words: "not steering", why: because(steering.why), tone: "bad", alarm: true, ...old };
-    const { words, why, tone, alarm } = planned(plan, causes), isWorse = steering.state === "degraded" && !alarm;
-    return isWorse ? { words: "degraded", why: steering.why, tone: "bad", alarm: true } : { words, why, tone: lost && tone === "good" ? "warn" : tone, alarm, ...old };
+    const followed = planned(plan, causes), isWorse = steering.state === "degraded" && !followed.alarm;
+    return isWorse ? { words: "degraded", why: steering.why, tone: "bad", alarm: true } : unlessLost({ ...followed, ...old });
   }
   if (lost) return { words: "steering not known", why: lost, tone: "bad", alarm: true, ...old };
   const unsaid = steering ? "no word of whoever steers" : "nobody says whether the craft is steered";
