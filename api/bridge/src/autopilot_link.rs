@@ -42,7 +42,7 @@ pub(crate) enum AutopilotLink {
         writer: MavlinkWriter,
         /// The newest heartbeat, and when it arrived; none before the first.
         heartbeat: Option<(Heartbeat, f64)>,
-        /// The newest one that no longer let the craft be steered after others did, and when it arrived.
+        /// The newest heartbeat that took the permission to steer back, and when it arrived.
         refused: Option<(Heartbeat, f64)>,
     },
     Nmea {

@@ -130,10 +130,11 @@ pub struct Bridge {
     reported_s: f64,
     /// What was logged last about references; none before the first.
     logged: Option<Sending>,
-    /// Whether the craft is steered, and since when, s; and as the ground station was told, and when, s.
+    /// The state of the steering, and when it began, s.
     steering: Option<(Steering, f64)>,
+    /// The state that the ground station was told last, and when, s.
     told: Option<(Steering, f64)>,
-    /// The same as the mission was told: state and reason.
+    /// The state and reason that the mission was told last, and when, s.
     said: Option<((&'static str, String), f64)>,
     /// Whether there was a plan yet.
     has_planned: bool,

@@ -94,7 +94,7 @@ pub fn baselines(snapshot: &Snapshot, parameters: &Parameters, stop: &Stop) -> [
     baselines_of_all(snapshot, parameters, stop)
 }
 
-/// The same of a law at work, with its gains and from what it remembers. Positions and times are those of the looks before.
+/// The baseline of a law that has been running, with its gains and its memory of earlier positions and times.
 #[must_use]
 pub fn baseline_from(
     snapshot: &Snapshot,

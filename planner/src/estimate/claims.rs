@@ -57,7 +57,7 @@ pub(crate) struct Believed {
 }
 
 impl Believed {
-    /// Of `claimed` reports, at least one, in order of time. Once it is `due`, no further inflation is tried.
+    /// Believes the `claimed` reports, at least one, in order of time. After the deadline (`due`) no further inflation is tried.
     pub(crate) fn new(claimed: Vec<(usize, Report)>, due: &dyn Fn() -> bool) -> Self {
         let claimed = without_echoes(claimed);
         let positions: Vec<_> = claimed

@@ -69,7 +69,7 @@ pub(crate) struct MavlinkReader {
     craft: Option<u8>,
     /// The type in the last heartbeat of each system's autopilot.
     types: BTreeMap<u8, MavType>,
-    /// Systems that are no surface craft, as far as they were told.
+    /// Systems that were reported as no surface craft.
     others: BTreeSet<u8>,
     autopilot: Option<Autopilot>,
     /// The senders' own times of the newest positions, by system and message number.
