@@ -73,8 +73,8 @@ bench:
 
 # Every controller in every scenario, into target/scoreboard/report.md: half an hour on two cores; resumes if interrupted
 scoreboard:
-    cargo run --release -- campaign run examples/campaigns/scoreboard.toml --out target/scoreboard
-    cargo run --release -- campaign report target/scoreboard
+    cargo run --release --features full -- campaign run examples/campaigns/scoreboard.toml --out target/scoreboard
+    cargo run --release --features full -- campaign report target/scoreboard
 
 # The tables of figures in README.md and docs/, each by the commands in the comment above it: two minutes
 figures-in-docs:
@@ -89,7 +89,7 @@ scenario-keys:
 load *more:
     #!/usr/bin/env bash
     set -euo pipefail
-    cargo build --release -p pilotfish -p tests --bins
+    cargo build --release -p pilotfish -p tests --bins --features pilotfish/full
     # Not in /tmp, which on some machines is no disk: a commit costs what it costs there.
     target="${CARGO_TARGET_DIR:-target}/release"
     data=$(mktemp -d -p "$target")

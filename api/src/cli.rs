@@ -9,6 +9,7 @@ use clap::{
 
 mod backup;
 mod bridge;
+#[cfg(feature = "laboratory")]
 mod campaign;
 mod config;
 mod copy_store;
@@ -16,8 +17,10 @@ mod crafts;
 mod declared_craft;
 mod declared_routes;
 mod demo;
+#[cfg(feature = "laboratory")]
 mod identify;
 mod manual;
+#[cfg(feature = "laboratory")]
 mod missions;
 mod out_file;
 mod plan;
@@ -27,20 +30,18 @@ mod route;
 mod scenarios;
 mod serve;
 mod token;
+#[cfg(feature = "laboratory")]
 mod trial;
 mod upkeep;
 
 use self::{
     backup::{Backup, back_up},
     bridge::{Bridge, Preflight, bridge, preflight},
-    campaign::{CampaignCommand, campaign},
     config::{CommonFlags, ConfigError, Layers, ServeFlags, hidden_places, show},
     copy_store::{CopyStore, copy_store},
     crafts::{Crafts, crafts},
     demo::{Demo, demo},
-    identify::{Identify, identify},
     manual::{Completions, ManualPages, completions, manual_pages},
-    missions::{Compare, Simulate, compare, simulate},
     plan::{Plan, plan},
     replay::{Replay, replay},
     route::{Route, route},
@@ -48,6 +49,12 @@ use self::{
     serve::serve,
     token::{Token, token},
     upkeep::{Retain, retain, vacuum},
+};
+#[cfg(feature = "laboratory")]
+use self::{
+    campaign::{CampaignCommand, campaign},
+    identify::{Identify, identify},
+    missions::{Compare, Simulate, compare, simulate},
 };
 pub(crate) use self::{config::Config, out_file::visible};
 
@@ -81,12 +88,15 @@ enum Command {
     /// Print and draw the route of a planning tool's file; lay lanes over an area.
     Route(Route),
     /// Simulate one mission with one controller.
+    #[cfg(feature = "laboratory")]
     Simulate(Simulate),
     /// Simulate one mission with the planner and with each tuned line-of-sight law.
+    #[cfg(feature = "laboratory")]
     Compare(Compare),
     /// List the built-in scenarios; print a scenario file, or the JSON Schema of scenario files.
     Scenarios(Scenarios),
     /// Identify the parameters of a craft from the log of a sea trial.
+    #[cfg(feature = "laboratory")]
     Identify(Identify),
     /// List the built-in craft; print a craft file.
     Crafts(Crafts),
@@ -106,6 +116,7 @@ enum Command {
     /// Return the disk space of deleted missions (stop the service first).
     Vacuum,
     /// Simulate many missions with several controllers, and report the statistics.
+    #[cfg(feature = "laboratory")]
     #[command(subcommand)]
     Campaign(CampaignCommand),
     /// Run the campaigns of a broker until no work is left.
@@ -156,9 +167,12 @@ fn command_line() -> clap::Command {
 /// What brings a command that this program does not have.
 fn brought_by(command: &str) -> Option<&'static str> {
     match command {
-        "worker" | "submit" | "watch" | "collect" if !cfg!(feature = "nats") => Some(
-            "this build is without the feature `nats`, which brings it: cargo build --release --features nats",
-        ),
+        "simulate" | "compare" | "campaign" | "identify" if !cfg!(feature = "laboratory") => {
+            Some("the feature `laboratory` brings it: cargo build --release --features laboratory")
+        }
+        "worker" | "submit" | "watch" | "collect" if !cfg!(feature = "nats") => {
+            Some("the feature `nats` brings it: cargo build --release --features nats")
+        }
         "ros2" => Some("the ROS 2 package brings it: ros2 launch pilotfish_ros2 pilotfish.launch.py"),
         _ => None,
     }
@@ -217,9 +231,12 @@ impl Arguments {
             Some(Command::Token(arguments)) => token(&arguments, &config.tokens())?,
             Some(Command::Plan(arguments)) => plan(&arguments)?,
             Some(Command::Route(arguments)) => route(&arguments)?,
+            #[cfg(feature = "laboratory")]
             Some(Command::Simulate(arguments)) => simulate(&arguments)?,
+            #[cfg(feature = "laboratory")]
             Some(Command::Compare(arguments)) => compare(&arguments)?,
             Some(Command::Scenarios(arguments)) => scenarios(&arguments)?,
+            #[cfg(feature = "laboratory")]
             Some(Command::Identify(arguments)) => identify(&arguments)?,
             Some(Command::Crafts(arguments)) => crafts(&arguments)?,
             Some(Command::Bridge(arguments)) => bridge(arguments, config)?,
@@ -229,6 +246,7 @@ impl Arguments {
             Some(Command::CopyStore(arguments)) => copy_store(&arguments)?,
             Some(Command::Retention(arguments)) => retain(&arguments, config)?,
             Some(Command::Vacuum) => vacuum(&config.data)?,
+            #[cfg(feature = "laboratory")]
             Some(Command::Campaign(command)) => campaign(&command)?,
             #[cfg(feature = "nats")]
             Some(Command::Worker(arguments)) => campaign::work(&arguments)?,

@@ -1,15 +1,14 @@
 //! Bytes to text, and the text to the reader of its format.
 
-use std::{
-    borrow::Cow,
-    io::{Cursor, Read as _},
-};
+use std::borrow::Cow;
 
+#[cfg(feature = "xml")]
+use crate::xml;
 use crate::{
     json,
     progress::{BYTES_MAX, Progress},
     route::{Route, Unread},
-    text, xml,
+    text,
 };
 
 /// The routes of a file with at least one point each.
@@ -32,7 +31,7 @@ pub fn read_until(bytes: &[u8], due: &dyn Fn() -> bool) -> Result<Vec<Route>, Un
     }
     let unpacked;
     let bytes = if bytes.starts_with(b"PK\x03\x04") {
-        unpacked = kml_of(bytes, &progress)?;
+        unpacked = xml::unpacked(bytes, &progress)?;
         &unpacked
     } else {
         bytes
@@ -48,42 +47,6 @@ pub fn read_until(bytes: &[u8], due: &dyn Fn() -> bool) -> Result<Vec<Route>, Un
         return Err(Unread::new("file", "has no route, track, line or way-points"));
     }
     Ok(routes)
-}
-
-/// The KML file in a KMZ file.
-fn kml_of(bytes: &[u8], progress: &Progress<'_>) -> Result<Vec<u8>, Unread> {
-    let broken = |error: &dyn std::fmt::Display| Unread::new("ZIP archive", error.to_string());
-    let mut archive = zip::ZipArchive::new(Cursor::new(bytes)).map_err(|error| broken(&error))?;
-    let names: Vec<String> = archive
-        .file_names()
-        .filter_map(|name| name.ok().map(std::borrow::Cow::into_owned))
-        .collect();
-    let main = names.iter().find(|name| *name == "doc.kml");
-    let kml = || {
-        names
-            .iter()
-            .find(|name| name.to_ascii_lowercase().ends_with(".kml"))
-    };
-    let name = main
-        .or_else(kml)
-        .ok_or_else(|| Unread::new("ZIP archive", "has no .kml file"))?
-        .clone();
-    let file = archive.by_name(&name).map_err(|error| broken(&error))?;
-    let mut unpacked = Vec::new();
-    // What the archive says of its size is a claim.
-    let limit = u64::try_from(BYTES_MAX).expect("8 MiB fit") + 1;
-    progress
-        .watched(file)
-        .take(limit)
-        .read_to_end(&mut unpacked)
-        .map_err(|error| broken(&error))?;
-    if BYTES_MAX < unpacked.len() {
-        return Err(Unread::new(
-            name,
-            format!("is larger than {BYTES_MAX} bytes when unpacked"),
-        ));
-    }
-    Ok(unpacked)
 }
 
 /// The text without its byte order mark, of UTF-16 too. What is no Unicode becomes a replacement character.
@@ -102,5 +65,22 @@ fn decoded(bytes: &[u8]) -> Cow<'_, str> {
         [0xFE, 0xFF, ..] => utf16(u16::from_be_bytes),
         [0xEF, 0xBB, 0xBF, rest @ ..] => String::from_utf8_lossy(rest),
         _ => String::from_utf8_lossy(bytes),
+    }
+}
+
+/// In place of the reader of XML, where the program is built without it.
+#[cfg(not(feature = "xml"))]
+mod xml {
+    use super::{Progress, Route, Unread};
+
+    const LEFT_OUT: &str =
+        "this program is built without KML, KMZ, GPX and RTZ: cargo build --release --features xml-routes";
+
+    pub(super) fn unpacked(_bytes: &[u8], _progress: &Progress<'_>) -> Result<Vec<u8>, Unread> {
+        Err(Unread::new("file", LEFT_OUT))
+    }
+
+    pub(super) fn routes(_text: &str, _progress: Progress<'_>) -> Result<Vec<Route>, Unread> {
+        Err(Unread::new("file", LEFT_OUT))
     }
 }

@@ -18,6 +18,7 @@ mod route;
 #[cfg(test)]
 mod tests;
 mod text;
+#[cfg(feature = "xml")]
 mod xml;
 
 pub use file::{read, read_until};

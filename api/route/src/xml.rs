@@ -1,13 +1,18 @@
 //! KML, GPX and RTZ: elements by their local names, wherever they stand. Entities beyond those of XML itself are left out, so no
 //! text grows.
 
+use std::{
+    borrow::Cow,
+    io::{Cursor, Read as _},
+};
+
 use quick_xml::{
     Reader,
     events::{BytesStart, Event},
 };
 
 use crate::{
-    progress::Progress,
+    progress::{BYTES_MAX, Progress},
     route::{Route, RoutePoint, Unread, lines_in, number, shortened},
 };
 
@@ -23,6 +28,42 @@ const KNOT_MPS: f64 = NAUTICAL_MILE_M / 3600.0;
 
 /// Elements that are a route each.
 const ROUTES: [&str; 4] = ["rte", "trk", "Placemark", "route"];
+
+/// The KML file in a KMZ file.
+pub(crate) fn unpacked(bytes: &[u8], progress: &Progress<'_>) -> Result<Vec<u8>, Unread> {
+    let broken = |error: &dyn std::fmt::Display| Unread::new("ZIP archive", error.to_string());
+    let mut archive = zip::ZipArchive::new(Cursor::new(bytes)).map_err(|error| broken(&error))?;
+    let names: Vec<String> = archive
+        .file_names()
+        .filter_map(|name| name.ok().map(Cow::into_owned))
+        .collect();
+    let main = names.iter().find(|name| *name == "doc.kml");
+    let kml = || {
+        names
+            .iter()
+            .find(|name| name.to_ascii_lowercase().ends_with(".kml"))
+    };
+    let name = main
+        .or_else(kml)
+        .ok_or_else(|| Unread::new("ZIP archive", "has no .kml file"))?
+        .clone();
+    let file = archive.by_name(&name).map_err(|error| broken(&error))?;
+    let mut unpacked = Vec::new();
+    // What the archive says of its size is a claim.
+    let limit = u64::try_from(BYTES_MAX).expect("8 MiB fit") + 1;
+    progress
+        .watched(file)
+        .take(limit)
+        .read_to_end(&mut unpacked)
+        .map_err(|error| broken(&error))?;
+    if BYTES_MAX < unpacked.len() {
+        return Err(Unread::new(
+            name,
+            format!("is larger than {BYTES_MAX} bytes when unpacked"),
+        ));
+    }
+    Ok(unpacked)
+}
 
 pub(crate) fn routes(text: &str, progress: Progress<'_>) -> Result<Vec<Route>, Unread> {
     let mut reader = Reader::from_str(text);

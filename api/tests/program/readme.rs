@@ -137,10 +137,10 @@ fn the_two_commands_to_begin_with_stand_alone_on_a_line() {
     }
 }
 
-/// The arguments of every `cargo run --release -- …` in the README, in blocks and in running text.
+/// The arguments of every `cargo run --release --features full -- …` in the README, in blocks and in running text.
 fn invocations() -> Vec<Vec<String>> {
     let text = std::fs::read_to_string(root() + "/README.md").expect("there is a README");
-    let commands = text.split("cargo run --release -- ").skip(1);
+    let commands = text.split("cargo run --release --features full -- ").skip(1);
     let until_its_end = |rest: &str| rest.split(['`', '\n', '#']).next().unwrap_or_default().to_owned();
     commands
         .map(|rest| {

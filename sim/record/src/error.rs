@@ -4,6 +4,8 @@ use std::{io, path::PathBuf};
 
 use geodesy::NotOnEarth;
 
+use crate::Format;
+
 /// Why a record was not written.
 #[derive(Debug, thiserror::Error)]
 pub enum ExportError {
@@ -13,6 +15,9 @@ pub enum ExportError {
         /// The file.
         path: PathBuf,
     },
+    /// The program is built without the format.
+    #[error("this program is built without .{0} files: cargo build --release --features {0}")]
+    LeftOut(Format),
     /// The format requires positions on Earth, and the record has no origin.
     #[error("GeoJSON needs positions on Earth: give the scenario an [origin] with lat_deg and lon_deg")]
     NoOrigin,

@@ -8,6 +8,11 @@
 //! [`table`] defines the table; `docs/records.md` documents it for users. Writers stream: no format holds a record in memory.
 //! [`geodesy`] places the local frame (north, east, m) on Earth.
 
+#![cfg_attr(
+    not(all(feature = "mcap", feature = "parquet")),
+    expect(dead_code, reason = "the formats that are left out share it")
+)]
+
 use std::{
     fmt,
     io::{self, BufWriter, Write},
@@ -17,7 +22,9 @@ use std::{
 mod csv;
 mod error;
 mod geojson;
+#[cfg(feature = "mcap")]
 pub mod mcap;
+#[cfg(feature = "parquet")]
 pub mod parquet;
 #[cfg(test)]
 mod sample_for_tests;
@@ -66,7 +73,17 @@ impl Format {
             .find(|format| extension.is_some_and(|given| given.eq_ignore_ascii_case(format.extension())))
             .ok_or_else(|| ExportError::UnknownExtension {
                 path: path.to_owned(),
-            })
+            })?
+            .built()
+    }
+
+    /// This format, if the program is built with it.
+    pub fn built(self) -> Result<Self, ExportError> {
+        match self {
+            Self::Parquet if !cfg!(feature = "parquet") => Err(ExportError::LeftOut(self)),
+            Self::Mcap if !cfg!(feature = "mcap") => Err(ExportError::LeftOut(self)),
+            Self::Csv | Self::Parquet | Self::Geojson | Self::Mcap | Self::Ndjson => Ok(self),
+        }
     }
 
     /// The extension of its files, without the dot.
@@ -101,10 +118,14 @@ fn write_rows<S: Source>(source: &S, format: Format, out: &mut (impl Write + Sen
     let mut out = BufWriter::with_capacity(PIECE, out);
     match format {
         Format::Csv => csv::write(source, &mut out)?,
+        #[cfg(feature = "parquet")]
         Format::Parquet => parquet::write(source, &mut out)?,
         Format::Geojson => geojson::write(source, &mut out)?,
+        #[cfg(feature = "mcap")]
         Format::Mcap => mcap::write(source, &mut out)?,
         Format::Ndjson => ndjson(source, &mut out)?,
+        #[cfg(not(all(feature = "mcap", feature = "parquet")))]
+        left_out => return Err(ExportError::LeftOut(left_out).into()),
     }
     Ok(out.flush()?)
 }

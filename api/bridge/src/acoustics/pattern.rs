@@ -12,12 +12,12 @@
 //! and beside it `id`, `depth_m`, `sigma_m`, `travel_time_s`, and one of the times `age_s` (since arrival) and
 //! `t_s` (when the AUV sent, s of Unix time). A pattern without `id` is of the only name in `names`.
 //!
-//! The regex crate matches in time linear in the line, whatever the pattern.
+//! The regex-lite crate matches in time linear in the line, whatever the pattern.
 
 use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
-use regex::{Captures, Regex, RegexBuilder};
+use regex_lite::{Captures, Regex, RegexBuilder};
 
 use super::{
     observation::{Axes, Location, Observation, SignalTime, address, line_of_sight, optional},

@@ -46,7 +46,7 @@ pub(crate) enum ModemKind {
     Sentences,
     /// Any lines, by a regular expression.
     Pattern {
-        /// The expression, in the syntax of the regex crate, with named groups.
+        /// The expression, in the syntax of the regex-lite crate, with named groups.
         pattern: String,
     },
 }

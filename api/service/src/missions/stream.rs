@@ -11,6 +11,7 @@ use std::{
     time::Duration,
 };
 
+use ::record::ExportError;
 use axum::{
     body::{Body, Bytes},
     http::{StatusCode, header},
@@ -204,8 +205,8 @@ pub(super) async fn record(
     });
     // An error before the first chunk is answered as a problem.
     let first = match written.recv().await {
-        Some(Err(RecordError::NoOrigin)) => {
-            return Err(Problem::conflict(&RecordError::NoOrigin.to_string()));
+        Some(Err(error @ (RecordError::NoOrigin | RecordError::Export(ExportError::LeftOut(_))))) => {
+            return Err(Problem::conflict(&error.to_string()));
         }
         Some(Err(RecordError::Log(error))) => return Err(error.into()),
         Some(Err(error)) => {
