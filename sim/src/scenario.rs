@@ -6,7 +6,7 @@
 use std::{collections::BTreeMap, io, path::Path};
 
 use planner::snapshot::ranges_by_shape;
-use serde_json::json;
+use serde_json::{Value, json};
 
 mod file;
 mod files;
@@ -122,13 +122,18 @@ impl Scenario {
             file: file.to_owned(),
             text: text.to_owned(),
         };
-        let document =
-            toml::Deserializer::parse(text).map_err(|error| source.refused(&error, "syntax".to_owned()))?;
-        let mut scenario: Self = serde_path_to_error::deserialize(document).map_err(|error| {
+        // A tree between text and types: the types are then compiled for one reader, in half the time.
+        let tree: Value = toml::from_str(text).map_err(|error| source.unreadable(&error))?;
+        let mut scenario: Self = serde_path_to_error::deserialize(tree).map_err(|error| {
             let field = error.path().to_string();
             // The path of the whole file is a dot.
             let field = if field == "." { "file".to_owned() } else { field };
-            source.refused(error.inner(), field)
+            // TOML has no null: one of the tree was NaN or infinite.
+            let reason = error
+                .inner()
+                .to_string()
+                .replace("type: null", "value: not a finite number");
+            source.refused(field, reason)
         })?;
         scenario.files = files;
         scenario.source = source;
@@ -245,7 +250,7 @@ mod tests {
             (
                 "lane_length_m = 100",
                 "lane_length = 100",
-                "unexpected keys in table: lane_length",
+                "lawn_mower.lane_length: unknown field `lane_length`, expected one of",
             ),
             (
                 "contact_range_m = 30",

@@ -22,14 +22,20 @@ pub struct Source {
 }
 
 impl Source {
-    /// The error of a file that cannot be read as a scenario because of its member `field`.
-    pub(super) fn refused(&self, error: &toml::de::Error, field: String) -> ScenarioError {
-        if let Some((line, wrong)) = misshapen(&self.text, &field) {
-            return self.invalid(line, wrong);
-        }
+    /// The error of a file that is not TOML.
+    pub(super) fn unreadable(&self, error: &toml::de::Error) -> ScenarioError {
+        let field = "syntax".to_owned();
         let reason = error.message().to_owned();
         let line = error.span().map_or(1, |span| line_of(&self.text, span.start));
         self.invalid(line, InvalidScenario { field, reason })
+    }
+
+    /// The error of a file that cannot be read as a scenario because of its member `field`.
+    pub(super) fn refused(&self, field: String, reason: String) -> ScenarioError {
+        match misshapen(&self.text, &field) {
+            Some((line, wrong)) => self.invalid(line, wrong),
+            None => self.wrong(InvalidScenario { field, reason }),
+        }
     }
 
     /// The error of a scenario whose members do not fit together.

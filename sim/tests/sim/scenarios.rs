@@ -348,7 +348,7 @@ fn a_craft_table_that_contradicts_itself_is_refused() {
         (
             "[water]",
             "[surface_craft.craft]\nsurge_loop = {delay_s = {uniform = [5, inf]}}\n[water]",
-            "craft.surge_loop.delay_s: inf is outside 0 to 10 s",
+            "craft.surge_loop.delay_s.uniform[1]: invalid value: not a finite number",
         ),
         (
             "[water]",
