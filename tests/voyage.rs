@@ -48,7 +48,7 @@ const CLEAR_S: f64 = 30.0;
 const TAKES_S: f64 = 4.0;
 
 /// Of so many seeds, one has two services.
-const SHARED: u64 = 5;
+const SHARED: u64 = 10;
 
 /// How a voyage goes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,7 +57,7 @@ pub struct Course {
     pub duration_s: f64,
     /// Whether nothing goes wrong.
     pub is_nominal: bool,
-    /// Whether two services share a database. None: those of every fifth seed. Without PostgreSQL none do.
+    /// Whether two services share a database. None: those of every tenth seed. Without PostgreSQL none do.
     pub is_shared: Option<bool>,
 }
 

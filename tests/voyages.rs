@@ -30,7 +30,7 @@ struct Arguments {
     /// Without faults.
     #[arg(long)]
     nominal: bool,
-    /// Whether two services share a PostgreSQL database; else in every fifth voyage.
+    /// Whether two services share a PostgreSQL database; else in every tenth voyage.
     #[arg(long)]
     shared: Option<bool>,
     /// Ends after the first voyage that breaks a claim.
