@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use clock::Clock;
-use service::store::{Acquired, Append, Appended, AuditEntry, EventStore, Member, Room, StoredEvent};
+use store::{Acquired, Append, Appended, AuditEntry, EventStore, Member, Room, StoredEvent};
 
 /// An event of a live mission.
 #[must_use]

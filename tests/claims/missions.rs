@@ -17,13 +17,13 @@ use serde_json::{Value, json};
 use service::{
     Settings,
     missions::{Missions, replay::replay},
-    store::{EventReader, EventStore},
 };
 use sim::{
     guide::{LosGuide, MpcGuide},
     mission,
     scenario::Scenario,
 };
+use store::{EventReader, EventStore};
 use tempfile::TempDir;
 use tests::client::{Answer, get, post, send_to, simulated_machine};
 use tower::ServiceExt as _;

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use clock::Clock;
-use service::store::{
+use store::{
     Append, Appended, Copied, EventReader, EventStore, FILE_NAME, KeyedAnswer, Room, StoreError, StorePlace,
     StoredEvent, copy,
 };

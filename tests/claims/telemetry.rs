@@ -23,7 +23,8 @@ use planner::{
     stop::Stop,
 };
 use serde_json::{Value, json};
-use service::{Settings, examples::EXAMPLES, missions::Missions, store::EventStore};
+use service::{Settings, examples::EXAMPLES, missions::Missions};
+use store::EventStore;
 use tests::client::{Answer, get, post, send_to, simulated_machine};
 use tracing_subscriber::{filter::LevelFilter, fmt::MakeWriter};
 

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use clock::Clock;
-use service::store::{Appended, EventStore, StoreError};
+use store::{Appended, EventStore, StoreError};
 use tests::{
     postgres::{database, psql},
     store::{acquired, add, append, at_epoch, event, joined_for, order},

@@ -21,8 +21,8 @@ use serde_json::Value;
 use service::{
     InProcess, MayHaveArrived, Settings,
     missions::{Missions, replay::replay},
-    store::{EventReader, EventStore, Member, Trouble},
 };
+use store::{EventReader, EventStore, Member, Trouble};
 use tempfile::TempDir;
 use tokio::sync::watch;
 use tower::ServiceExt as _;

@@ -14,11 +14,12 @@ use clock::Clock;
 use serde::Serialize;
 use utoipa::ToSchema;
 
+use store::AuditEntry;
+
 use crate::{
     page,
     problem::{Problem, Refusals},
     request_id::RequestId,
-    store::AuditEntry,
 };
 
 mod tokens;

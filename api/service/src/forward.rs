@@ -20,13 +20,13 @@ use hyper_util::{
 };
 use tokio_rustls::rustls::ClientConfig;
 
+use store::{StoreError, roots::verified_by};
+
 use crate::{
     in_process::{InProcess, MayHaveArrived},
     missions::Missions,
     problem::Problem,
     request_id::{self, RequestId},
-    roots::verified_by,
-    store::StoreError,
 };
 
 /// Marks a forwarded call.

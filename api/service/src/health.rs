@@ -14,13 +14,14 @@ use serde::{Deserialize, Serialize};
 use tokio::sync::Mutex;
 use utoipa::ToSchema;
 
+use store::StoreError;
+
 use crate::{
     deadline::Arrival,
     examples::EXAMPLES,
     missions::Missions,
     planners::Planners,
     problem::{Problem, ProblemDocument},
-    store::StoreError,
 };
 use wire::{PlanRequest, SCHEMA_VERSION};
 

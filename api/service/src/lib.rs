@@ -4,7 +4,7 @@
 //! middleware (id, hosts, access) → body (in time) → admission → pool: wire → planners (in time) → wire → middleware (problems, headers)
 //! ```
 //! Every failure becomes a [`problem::Problem`], which alone chooses the status code. [`app`] is the service without a socket
-//! and without missions, [`service`] the same with missions, whose events are in the [`store`].
+//! and without missions, [`service`] the same with missions, whose events are in the [event store](store).
 
 use axum::{
     Router,
@@ -43,10 +43,8 @@ mod query;
 pub mod quota;
 mod request_id;
 mod role;
-pub mod roots;
 pub mod route_files;
 mod settings;
-pub mod store;
 mod trace;
 
 use answer::Room;
@@ -58,14 +56,14 @@ use health::Readiness;
 pub use hosts::Hosts;
 #[doc(hidden)]
 pub use in_process::{Answering, InProcess, MayHaveArrived};
+use metrics::Metrics;
 pub use metrics::{Connections, Counted};
-use metrics::{Metrics, StoreMetrics};
 use middleware::Middleware;
 use missions::Missions;
 use planners::Planners;
 use problem::Problem;
 pub use settings::{PlanFn, Settings};
-use store::{EventStore, StoreError};
+use store::{EventStore, StoreError, StoreMetrics};
 pub use trace::{TraceContext, TraceFn};
 
 /// The whole service without missions.

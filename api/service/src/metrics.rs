@@ -23,6 +23,7 @@ use prometheus_client::{
     registry::Registry,
 };
 use rustix::time::{ClockId, clock_gettime};
+use store::StoreMetrics;
 
 /// Times from that of a small plan to that after which clients have gone away, s.
 const SECONDS: [f64; 14] = [
@@ -103,18 +104,6 @@ metrics! {
         open: Gauge = "connections", Gauge::default();
         /// Connections refused
         turned_away: Counter = "connections_turned_away", Counter::default();
-    }
-}
-
-metrics! {
-    /// What the mission log counts. Clones share it.
-    pub(crate) struct StoreMetrics {
-        /// Time of a commit of the mission log
-        commits: Histogram = "store_commit_duration_seconds", Histogram::new(SECONDS);
-        /// Commits that failed
-        failures: Counter = "store_commit_failures", Counter::default();
-        /// Events stored
-        events: Counter = "store_events", Counter::default();
     }
 }
 
@@ -208,17 +197,6 @@ impl Connections {
     /// One was refused.
     pub fn turned_away(&self) {
         self.turned_away.inc();
-    }
-}
-
-impl StoreMetrics {
-    /// Counts a commit: its time, and how many events it stored; `None` if it failed.
-    pub(crate) fn committed(&self, took: Duration, n_events: Option<usize>) {
-        self.commits.observe(took.as_secs_f64());
-        let _before = match n_events {
-            Some(n) => self.events.inc_by(n as u64),
-            None => self.failures.inc(),
-        };
     }
 }
 

@@ -318,10 +318,7 @@ mod tests {
     use std::sync::mpsc;
 
     use super::*;
-    use crate::{
-        examples::EXAMPLES,
-        metrics::{Connections, StoreMetrics},
-    };
+    use crate::{examples::EXAMPLES, metrics::Connections};
 
     /// With the threads of the machine, and a deadline that no machine is too slow for.
     #[tokio::test]
@@ -330,7 +327,7 @@ mod tests {
             planners: 1,
             ..Settings::default()
         };
-        let metrics = Metrics::new(&Connections::default(), &StoreMetrics::default(), || 0);
+        let metrics = Metrics::new(&Connections::default(), &store::StoreMetrics::default(), || 0);
         let planners = Planners::new(&settings, metrics);
         let (open, gate) = mpsc::channel::<()>();
         let gate = Arc::new(Mutex::new(gate));

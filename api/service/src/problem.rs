@@ -17,10 +17,11 @@ use utoipa::{
 
 use wire::{FieldError, mission::Order, shortened};
 
+use store::StoreError;
+
 use crate::{
     body_size::BODY_BYTES_MAX,
     role::{Role, TokenLimit},
-    store::StoreError,
 };
 
 /// Most field errors in one document: a client corrects the first few and asks again.

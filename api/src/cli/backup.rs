@@ -6,10 +6,8 @@ use std::{
 };
 
 use clap::Args;
-use service::{
-    access::TokenFile,
-    store::{EventReader, StoreError},
-};
+use service::access::TokenFile;
+use store::{EventReader, StoreError};
 
 use crate::cli::{config::TOKENS, out_file::print, progress::with_spinner};
 

@@ -9,7 +9,8 @@ use std::{
 
 use rustix::fs::statvfs;
 use serde::Deserialize;
-use service::{access::TOKEN_PREFIX, missions::retention::Retention, store::FILE_NAME};
+use service::{access::TOKEN_PREFIX, missions::retention::Retention};
+use store::FILE_NAME;
 use toml::{Table, Value};
 
 mod flags;

@@ -4,7 +4,7 @@ use std::error::Error;
 
 use clap::Args;
 use clock::Clock;
-use service::store::{Copied, StorePlace, copy};
+use store::{Copied, StorePlace, copy};
 
 use crate::cli::{out_file::print, progress::with_spinner};
 

@@ -4,10 +4,8 @@ use std::error::Error;
 
 use clap::Args;
 use indicatif::ProgressBar;
-use service::{
-    missions::replay::{self, Replayed},
-    store::EventReader,
-};
+use service::missions::replay::{self, Replayed};
+use store::EventReader;
 
 use crate::cli::{config::Config, out_file::print};
 

@@ -14,10 +14,9 @@ use service::{
     Hosts, Settings,
     access::{TokenError, Tokens},
     examples::EXAMPLES,
-    roots::verified_by,
     service,
-    store::{EventStore, Member, StoreError},
 };
+use store::{EventStore, Member, StoreError, roots::verified_by};
 use tokio::{
     net::TcpListener,
     signal::unix::{Signal, SignalKind, signal},

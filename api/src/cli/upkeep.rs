@@ -4,10 +4,8 @@ use std::{error::Error, fs, path::Path, time::Duration};
 
 use clap::Args;
 use clock::Clock;
-use service::{
-    missions::retention::expire_order,
-    store::{EventStore, FILE_NAME},
-};
+use service::missions::retention::expire_order;
+use store::{EventStore, FILE_NAME};
 
 use crate::cli::{config::Config, out_file::print, progress::with_spinner};
 

@@ -4,7 +4,8 @@ use std::{net::Ipv4Addr, time::Duration};
 
 use axum::http::{HeaderValue, Method, StatusCode};
 use serde_json::{Value, json};
-use service::{access::Peer, missions::retention::Retention, store::EventReader};
+use service::{access::Peer, missions::retention::Retention};
+use store::EventReader;
 use tests::client::{Answer, get, post, send_to, simulated_machine};
 use tower::ServiceExt as _;
 

@@ -14,10 +14,9 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 use subtle::ConstantTimeEq as _;
 
-use crate::{
-    role::{Role, TokenLimit},
-    store::{EventStore, StoreError, TrustedClock},
-};
+use store::{EventStore, StoreError, TrustedClock};
+
+use crate::role::{Role, TokenLimit};
 
 /// Prefix of a token, by which people and secret scanners recognise one.
 pub const PREFIX: &str = "pf_";

@@ -26,12 +26,9 @@ use super::{
     if_match::IfMatch,
     state::MissionState,
 };
-use crate::{
-    metrics::Counted,
-    planners::Planners,
-    problem::Problem,
-    store::{Append, Appended, AuditEntry, EventStore, KeyedAnswer, Room, StoreError, StoredEvent},
-};
+use store::{Append, Appended, AuditEntry, EventStore, KeyedAnswer, Room, StoreError, StoredEvent};
+
+use crate::{metrics::Counted, planners::Planners, problem::Problem};
 use wire::{
     Origin,
     mission::{Accepted, Live, Mission, Reports, Setting, Status, Steering},

@@ -10,10 +10,9 @@ use serde_json::{
 };
 use utoipa::ToSchema;
 
-use crate::{
-    planners,
-    store::{EventReader, StoreError, StoredEvent},
-};
+use store::{EventReader, StoreError, StoredEvent};
+
+use crate::planners;
 use wire::{
     Answer, CraftFrame, Method, Origin, Outcome, PlanResponse, Prediction, PreviousPlan, Reference,
     mission::{NewMission, Reports, Setting, Truth},

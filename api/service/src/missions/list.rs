@@ -9,12 +9,9 @@ use super::{
     registry::Missions,
     simulation,
 };
-use crate::{
-    pool::Priority,
-    problem::Problem,
-    role::TokenLimit,
-    store::{EventReader, StoreError, StoredMission},
-};
+use store::{EventReader, StoreError, StoredMission};
+
+use crate::{pool::Priority, problem::Problem, role::TokenLimit};
 use clock::Clock;
 use wire::mission::{LastSteering, Mission, MissionList, PlanSummary, Status};
 

@@ -12,8 +12,8 @@ use serde_json::{Value, json};
 use utoipa::ToSchema;
 
 use super::{event::Event, simulation::scenario};
-use crate::store::{EventReader, StoreError, StoredEvent};
 use row::{Before, Timeline};
+use store::{EventReader, StoreError, StoredEvent};
 pub use stored::EventFilter;
 use stored::{PLANNED, StoredEvents};
 use wire::{Recount, mission::NewMission};

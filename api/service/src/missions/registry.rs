@@ -24,6 +24,11 @@ use super::{
     if_match::IfMatch,
     state::MissionState,
 };
+use store::{
+    Acquired, Append, Appended, AuditEntry, EventReader, EventStore, Lease, Owned, Room, StoreError,
+    StoredEvent, StoredMission,
+};
+
 use crate::{
     metrics::Shed,
     planners::Planners,
@@ -31,10 +36,6 @@ use crate::{
     problem::Problem,
     quota::{Quota, QuotaExceeded},
     request_id::new_id,
-    store::{
-        Acquired, Append, Appended, AuditEntry, EventReader, EventStore, Lease, Owned, Room, StoreError,
-        StoredEvent, StoredMission,
-    },
 };
 use wire::{
     Origin,

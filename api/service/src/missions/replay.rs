@@ -14,10 +14,9 @@ use super::{
     simulation::Simulation,
     state::{MissionState, facts},
 };
-use crate::{
-    planners,
-    store::{EventReader, StoreError},
-};
+use store::{EventReader, StoreError};
+
+use crate::planners;
 use wire::{PreviousPlan, mission::Mission};
 
 /// The result of a replay.

@@ -8,10 +8,9 @@ use clock::Clock;
 use futures_util::FutureExt as _;
 
 use super::{actor::Command, event::parsed, if_match::IfMatch, registry::Missions};
-use crate::{
-    problem::Problem,
-    store::{AuditEntry, EventReader, StoreError},
-};
+use store::{AuditEntry, EventReader, StoreError};
+
+use crate::problem::Problem;
 use wire::mission::{Mission, Status};
 
 /// Time between two checks for missions that are due.

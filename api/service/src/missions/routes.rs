@@ -28,6 +28,8 @@ use super::{
     registry::{Missions, with_paths_of_now},
     scene, stream,
 };
+use store::EventReader;
+
 use crate::{
     access::By,
     body::{JsonBody, JsonBytes, OptionalJsonBody},
@@ -35,7 +37,6 @@ use crate::{
     pool::Priority,
     problem::{MissionRefusals, Problem},
     query::{ValidQuery, out_of_range, wrong_parameter},
-    store::EventReader,
 };
 use wire::mission::{
     Accepted, CurrentReference, Mission, MissionList, NewMission, OrderList, Reports, Run, Scene, Setting,

@@ -6,10 +6,9 @@ use futures_util::stream::{self, StreamExt as _};
 use tokio::sync::broadcast;
 
 use super::{actor::Ownership, registry::Missions};
-use crate::{
-    problem::Problem,
-    store::{Lease, Owned, StoreError, StoredEvent, Turn},
-};
+use store::{Lease, Owned, StoreError, StoredEvent, Turn};
+
+use crate::problem::Problem;
 
 /// Longest time between two turns: in less than a plan, missions that were handed over have a new owner.
 const TURN_MAX: Duration = Duration::from_millis(250);

@@ -36,7 +36,9 @@ use super::{
     record::{self, EventFilter, RecordError, RecordFormat},
     registry::Missions,
 };
-use crate::{access::By, problem::Problem, quota::QuotaPermit, store::StoredEvent};
+use store::StoredEvent;
+
+use crate::{access::By, problem::Problem, quota::QuotaPermit};
 
 /// Time between two keep-alive comments when nothing happens.
 const HEARTBEAT: Duration = Duration::from_secs(15);

@@ -11,6 +11,8 @@ use clock::Clock;
 use super::{
     Actor, Checkpoint, Command, Context, FIXED_SETTING, IdempotencyKey, NO_REPORTS, Stored, StoredPlan,
 };
+use store::StoreError;
+
 use crate::{
     metrics::PlanFor,
     missions::{
@@ -18,7 +20,6 @@ use crate::{
         simulation::{Simulation, Tick},
     },
     problem::Problem,
-    store::StoreError,
 };
 use wire::mission;
 

@@ -2,7 +2,7 @@
 
 use std::vec;
 
-use crate::store::{EventReader, StoreError, StoredEvent};
+use store::{EventReader, StoreError, StoredEvent};
 
 /// Events read at once. With 64 fixes of each of 16 vehicles an event has about 0.2 MB, and a page 13 MB.
 const PAGE: usize = 64;

@@ -11,10 +11,9 @@ use sim::record::method_name;
 use tempfile::TempDir;
 
 use super::{row::outcome, *};
-use crate::{
-    missions::event::Planned,
-    store::{Append, EventStore},
-};
+use store::{Append, EventStore};
+
+use crate::missions::event::Planned;
 use wire::{
     Method, Outcome, Reference,
     mission::{Reports, TrueVehicle, Truth},

@@ -6,6 +6,7 @@
 //! service measures by its own machine's running time, and a set clock changes nothing.
 
 use std::{
+    hash::{BuildHasher as _, RandomState},
     sync::{Arc, Mutex, PoisonError},
     time::Duration,
 };
@@ -24,7 +25,6 @@ use super::{
     link::{Database, PATIENCE},
     member::{BEATS, Member, Shared},
 };
-use crate::request_id::new_id;
 
 /// Most free missions that are taken at once, so that several services take some.
 const TAKEN_MAX: i64 = 128;
@@ -70,7 +70,8 @@ impl Lease {
             clock: clock.clone(),
             database,
             member,
-            id: new_id(),
+            // Unlike those of other processes; it is no secret.
+            id: format!("{:016x}", RandomState::new().hash_one(())),
             state: Mutex::default(),
             beating: Mutex::default(),
         });

@@ -24,8 +24,6 @@ use tokio::sync::{
     oneshot,
 };
 
-use crate::metrics::StoreMetrics;
-
 mod acknowledged;
 mod command;
 mod copy;
@@ -34,9 +32,11 @@ mod entry;
 mod error;
 mod files;
 mod idempotency;
+mod metrics;
 mod place;
 mod postgres;
 mod reader;
+pub mod roots;
 mod rows;
 mod salvage;
 mod schema;
@@ -55,6 +55,7 @@ pub use entry::{Append, Appended, AuditEntry, Room, StoredEvent, StoredMission};
 pub use error::StoreError;
 use files::{configure, hide, make_private, note_lost, require_file_of_write_ahead, require_no_loss};
 pub use idempotency::{KeyedAnswer, PreviousAnswer};
+pub use metrics::StoreMetrics;
 use place::{Place, lock};
 pub use postgres::lease::{Acquired, Lease, Owned, Turn};
 #[doc(hidden)]
@@ -257,7 +258,9 @@ impl EventStore {
         }
     }
 
-    pub(crate) fn metrics(&self) -> &StoreMetrics {
+    /// What it counts.
+    #[must_use]
+    pub fn metrics(&self) -> &StoreMetrics {
         &self.shared.metrics
     }
 
@@ -281,7 +284,8 @@ impl EventStore {
     }
 
     /// The machine's clock.
-    pub(crate) fn machine(&self) -> &Clock {
+    #[must_use]
+    pub fn machine(&self) -> &Clock {
         &self.shared.clock.machine
     }
 
