@@ -2,19 +2,27 @@
 
 use std::time::Duration;
 
+use axum::http::HeaderValue;
 use clock::Clock;
-use service::store::{
-    Append, Appended, Copied, EventReader, EventStore, FILE_NAME, KeyedAnswer, Room, StoreError, StorePlace,
-    StoredEvent, copy,
+use service::{
+    Settings, service,
+    store::{
+        Append, Appended, Copied, EventReader, EventStore, FILE_NAME, KeyedAnswer, Room, StoreError,
+        StorePlace, StoredEvent, copy,
+    },
 };
 use tempfile::TempDir;
 use tests::{
-    client::START_S,
+    client::{START_S, post, send_to},
     postgres::{authority, database, psql},
     server::certificate,
     store::{acquired, add, append, at_epoch, event, joined_for, order},
 };
-use tokio::task::yield_now;
+use tokio::{
+    io::{AsyncReadExt as _, AsyncWriteExt as _},
+    net::TcpListener,
+    task::yield_now,
+};
 
 /// A place for a store, which is opened again and again.
 enum Place {
@@ -499,6 +507,55 @@ async fn a_service_at_the_address_of_another_leaves_it_its_missions() {
     assert_eq!(acquired(&one), Ok(1));
     assert_eq!(acquired(&two), Err("http://same".to_owned()));
     add(&one, at_epoch(1, 2)).await;
+}
+
+/// A stranger that is among the services of the database, and answers with a redirect.
+#[tokio::test]
+async fn a_client_s_token_goes_to_no_address_that_only_the_database_names() {
+    let Some(url) = database() else { return };
+    let stranger = TcpListener::bind("127.0.0.1:0").await.expect("has a port");
+    let address = format!("http://{}", stranger.local_addr().expect("listens"));
+    let heard = tokio::spawn(async move {
+        let (mut client, _) = stranger.accept().await.expect("is called");
+        let mut head = vec![];
+        while !head.ends_with(b"\r\n\r\n") {
+            head.push(client.read_u8().await.expect("goes on"));
+        }
+        let redirect = "HTTP/1.1 307 Elsewhere\r\nlocation: http://127.0.0.1:1/\r\ncontent-length: 0\r\n\r\n";
+        client.write_all(redirect.as_bytes()).await.expect("listens");
+        String::from_utf8_lossy(&head).into_owned()
+    });
+    let paused = Append {
+        status: "paused".to_owned(),
+        ..append("a", vec![event(1, "made")])
+    };
+    add(&joined(&url, "one"), paused).await;
+    let _ = psql(
+        &url,
+        &format!(
+            "INSERT INTO services (id, url, lease_ms, beat) VALUES ('stranger', '{address}', 3600000, 0);
+             UPDATE missions SET owner_service = 'stranger'"
+        ),
+    );
+    let pause = async |peers| {
+        let settings = Settings {
+            peers,
+            ..Settings::default()
+        };
+        let (router, _missions) = service(settings, joined(&url, "two")).await.expect("starts");
+        let mut request = post("/v1/missions/a/pause", "{}");
+        let token = HeaderValue::from_static("Bearer secret");
+        request.headers_mut().insert("authorization", token);
+        send_to(router, request).await
+    };
+    let refused = pause(vec![]).await;
+    assert_eq!(refused.problem()["code"], "mission_elsewhere");
+    assert!(!heard.is_finished());
+    // The operator names it.
+    let redirected = pause(vec![address]).await;
+    assert!(heard.await.expect("ends").contains("Bearer secret"));
+    assert_eq!(redirected.problem()["code"], "mission_unanswered");
+    assert!(!redirected.headers.contains_key("location"));
 }
 
 #[tokio::test]
