@@ -100,6 +100,8 @@ of_both_stores! {
     a_closed_store_stores_nothing
     ages_are_by_a_time_that_is_kept
     whatever_is_not_as_it_was_stored_is_named
+    a_store_that_is_set_back_while_it_is_open_stores_nothing_more
+    a_store_whose_count_of_probes_falls_was_set_back
 }
 
 /// As of a caller with a token.
@@ -456,6 +458,67 @@ async fn whatever_is_not_as_it_was_stored_is_named(place: Place) {
         reader.last_sequence(1).expect_err("is damaged").to_string(),
         named[0]
     );
+}
+
+async fn a_store_that_is_set_back_while_it_is_open_stores_nothing_more(place: Place) {
+    let store = place.open().await;
+    add(&store, append("a", (1..=3).map(|k| event(k, "x")).collect())).await;
+    store.probe().await.expect("is whole");
+    // As it was after event 2.
+    place.change(
+        "DELETE FROM events WHERE sequence = 3; DELETE FROM snapshots;
+         UPDATE missions SET sequence = 2, head = (SELECT digest FROM events WHERE sequence = 2)",
+    );
+    let refused = store
+        .append(append("a", vec![event(4, "on")]))
+        .await
+        .expect_err("it was set back");
+    let named = "mission a has events up to 2, and 3 was acknowledged";
+    assert!(refused.to_string().contains(named), "{refused}");
+    for (mission, sequence) in [("a", 3), ("b", 1)] {
+        let on = store.append(append(mission, vec![event(sequence, "on")])).await;
+        assert_eq!(on, Err(refused.clone()));
+    }
+    assert_eq!(store.probe().await, Err(refused));
+}
+
+/// As a service finds it that has none of the missions.
+async fn a_store_whose_count_of_probes_falls_was_set_back(place: Place) {
+    let store = place.open().await;
+    store.probe().await.expect("is whole");
+    place.change("UPDATE probes SET count = 0");
+    let refused = store.probe().await.expect_err("it was set back");
+    assert!(matches!(refused, StoreError::SetBack(_)), "{refused}");
+}
+
+/// The server refuses each new event, as on a full disk, where rows that are there can be changed.
+#[tokio::test]
+async fn a_database_without_room_for_events_is_not_ready_until_it_has() {
+    let Some(url) = database() else { return };
+    let place = Place::Database(url);
+    let store = place.open().await;
+    add(&store, append("a", vec![event(1, "x")])).await;
+    place.change(
+        "CREATE FUNCTION full_disk() RETURNS trigger LANGUAGE plpgsql AS
+            $$ BEGIN RAISE EXCEPTION 'could not extend file' USING ERRCODE = '53100'; END $$;
+         CREATE TRIGGER full_disk BEFORE INSERT ON events FOR EACH ROW EXECUTE FUNCTION full_disk()",
+    );
+    store.probe().await.expect("nothing was refused yet");
+    let more = || append("a", vec![event(2, "y")]);
+    assert_eq!(store.append(more()).await, Err(StoreError::Full));
+    for _ in 0..2 {
+        assert_eq!(store.probe().await, Err(StoreError::Full));
+    }
+    place.change("DROP TRIGGER full_disk ON events");
+    store.probe().await.expect("has room");
+    add(&store, more()).await;
+    // What was tried out is not there.
+    let (missions, _) = store
+        .reader()
+        .expect("opens")
+        .missions(0, 9, 1 << 10)
+        .expect("reads");
+    assert_eq!((missions.len(), bodies(&store, "a").len()), (1, 2));
 }
 
 /// The database computes what this program checks.

@@ -34,6 +34,7 @@ mod entry;
 mod error;
 mod files;
 mod idempotency;
+mod known;
 mod place;
 mod postgres;
 mod reader;
