@@ -115,6 +115,10 @@ metrics! {
         failures: Counter = "store_commit_failures", Counter::default();
         /// Events stored
         events: Counter = "store_events", Counter::default();
+        /// Bytes of what was stored and stays: events and answers
+        bytes: Counter = "store_bytes", Counter::default();
+        /// Bytes that are free on the disk of the mission log, if it is this machine's
+        free: Gauge = "store_free_bytes", Gauge::default();
     }
 }
 
@@ -212,13 +216,21 @@ impl Connections {
 }
 
 impl StoreMetrics {
-    /// Counts a commit: its time, and how many events it stored; `None` if it failed.
-    pub(crate) fn committed(&self, took: Duration, n_events: Option<usize>) {
+    /// Counts a commit: its time, and how many events and bytes it stored; `None` if it failed.
+    pub(crate) fn committed(&self, took: Duration, stored: Option<(usize, u64)>) {
         self.commits.observe(took.as_secs_f64());
-        let _before = match n_events {
-            Some(n) => self.events.inc_by(n as u64),
-            None => self.failures.inc(),
+        let Some((n_events, n_bytes)) = stored else {
+            self.failures.inc();
+            return;
         };
+        self.events.inc_by(n_events as u64);
+        self.bytes.inc_by(n_bytes);
+    }
+
+    /// Takes how many bytes are free; how many were stored so far.
+    pub(crate) fn free(&self, bytes: u64) -> u64 {
+        self.free.set(i64::try_from(bytes).unwrap_or(i64::MAX));
+        self.bytes.get()
     }
 }
 

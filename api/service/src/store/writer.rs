@@ -6,7 +6,7 @@ use rusqlite::{Connection, OptionalExtension as _, Row, Transaction, Transaction
 
 use super::{
     acknowledged::{Acknowledged, Entry},
-    command::{LogWriter, Waiting, n_stored, reply_to_each},
+    command::{LogWriter, Waiting, reply_to_each, stored},
     digest::Head,
     entry::{Append, Appended, AuditEntry, StoredEvent},
     error::StoreError,
@@ -241,8 +241,8 @@ impl LogWriter for Writer {
                 }
                 Ok(appended)
             });
-        let n_events = committed.as_ref().ok().map(|done| n_stored(&appends, done));
-        self.metrics.committed(self.clock.machine.since(start), n_events);
+        let counts = committed.as_ref().ok().map(|done| stored(&appends, done));
+        self.metrics.committed(self.clock.machine.since(start), counts);
         let bytes = appends.iter().map(|append| size(append)).sum::<usize>();
         match committed {
             Ok(appended) => {

@@ -7,7 +7,7 @@ use std::{
 
 use super::{
     super::{
-        command::{LogWriter, Waiting, n_stored, reply_to_each},
+        command::{LogWriter, Waiting, reply_to_each, stored},
         entry::{Append, Appended, AuditEntry, StoredEvent},
         error::StoreError,
         idempotency::KeyedAnswer,
@@ -264,8 +264,8 @@ impl LogWriter for PostgresWriter {
                 // Another service may have stored the same request just now: then its key has an answer.
                 committed = self.commit(&appends);
             }
-            let n_events = committed.as_ref().ok().map(|done| n_stored(&appends, done));
-            self.metrics.committed(self.clock.machine.since(start), n_events);
+            let counts = committed.as_ref().ok().map(|done| stored(&appends, done));
+            self.metrics.committed(self.clock.machine.since(start), counts);
             match committed {
                 Ok(appended) => reply_to_each(batch, appended.into_iter().map(Ok)),
                 // One bad append must not fail the others.
