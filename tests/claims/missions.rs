@@ -23,7 +23,7 @@ use sim::{
     mission,
     scenario::Scenario,
 };
-use store::{EventReader, EventStore};
+use store::{EventReader, EventStore, FILE_NAME};
 use tempfile::TempDir;
 use tests::client::{Answer, get, post, send_to, simulated_machine};
 use tower::ServiceExt as _;
@@ -298,6 +298,26 @@ async fn every_plan_says_what_it_predicts_and_a_part_of_a_record_is_that_part() 
         "{}",
         answer.text
     );
+}
+
+/// Four plans a page of the log, and their whole JSON when they are read.
+#[tokio::test(start_paused = true)]
+async fn a_plan_takes_less_than_a_kilobyte_of_the_disk() {
+    let service = Service::start().await;
+    let mission = service.create(&simulated("paper-intermittent")).await;
+    service.order(&mission, "step", json!({ "ticks": 30 })).await;
+    let log = rusqlite::Connection::open(service.data.path().join(FILE_NAME)).expect("opens");
+    let bytes = |query: &str| {
+        log.query_row(query, [], |row| row.get::<_, i64>(0))
+            .expect("reads")
+    };
+    let plan = bytes("SELECT CAST(avg(length(body)) AS INTEGER) FROM events WHERE kind = 'planned'");
+    let checkpoint = bytes("SELECT length(body) FROM snapshots");
+    assert!(plan < 1_000 && checkpoint < 10_000, "{plan}, {checkpoint}");
+    let read = service
+        .get(&format!("{mission}/record?format=events_ndjson&kinds=planned"))
+        .await;
+    assert!(read.text.lines().count() == 30 && 30 * 2_000 < read.text.len());
 }
 
 #[tokio::test(start_paused = true)]

@@ -2,19 +2,25 @@
 
 use std::time::Duration;
 
+use axum::http::HeaderValue;
 use clock::Clock;
+use service::{Settings, service};
 use store::{
     Append, Appended, Copied, EventReader, EventStore, FILE_NAME, KeyedAnswer, Room, StoreError, StorePlace,
     StoredEvent, copy,
 };
 use tempfile::TempDir;
 use tests::{
-    client::START_S,
+    client::{START_S, post, send_to},
     postgres::{authority, database, psql},
     server::certificate,
     store::{acquired, add, append, at_epoch, event, joined_for, order},
 };
-use tokio::task::yield_now;
+use tokio::{
+    io::{AsyncReadExt as _, AsyncWriteExt as _},
+    net::TcpListener,
+    task::yield_now,
+};
 
 /// A place for a store, which is opened again and again.
 enum Place {
@@ -92,6 +98,8 @@ of_both_stores! {
     a_closed_store_stores_nothing
     ages_are_by_a_time_that_is_kept
     whatever_is_not_as_it_was_stored_is_named
+    a_store_that_is_set_back_while_it_is_open_stores_nothing_more
+    a_store_whose_count_of_probes_falls_was_set_back
 }
 
 /// As of a caller with a token.
@@ -450,6 +458,67 @@ async fn whatever_is_not_as_it_was_stored_is_named(place: Place) {
     );
 }
 
+async fn a_store_that_is_set_back_while_it_is_open_stores_nothing_more(place: Place) {
+    let store = place.open().await;
+    add(&store, append("a", (1..=3).map(|k| event(k, "x")).collect())).await;
+    store.probe().await.expect("is whole");
+    // As it was after event 2.
+    place.change(
+        "DELETE FROM events WHERE sequence = 3; DELETE FROM snapshots;
+         UPDATE missions SET sequence = 2, head = (SELECT digest FROM events WHERE sequence = 2)",
+    );
+    let refused = store
+        .append(append("a", vec![event(4, "on")]))
+        .await
+        .expect_err("it was set back");
+    let named = "mission a has events up to 2, and 3 was acknowledged";
+    assert!(refused.to_string().contains(named), "{refused}");
+    for (mission, sequence) in [("a", 3), ("b", 1)] {
+        let on = store.append(append(mission, vec![event(sequence, "on")])).await;
+        assert_eq!(on, Err(refused.clone()));
+    }
+    assert_eq!(store.probe().await, Err(refused));
+}
+
+/// As a service finds it that has none of the missions.
+async fn a_store_whose_count_of_probes_falls_was_set_back(place: Place) {
+    let store = place.open().await;
+    store.probe().await.expect("is whole");
+    place.change("UPDATE probes SET count = 0");
+    let refused = store.probe().await.expect_err("it was set back");
+    assert!(matches!(refused, StoreError::SetBack(_)), "{refused}");
+}
+
+/// The server refuses each new event, as on a full disk, where rows that are there can be changed.
+#[tokio::test]
+async fn a_database_without_room_for_events_is_not_ready_until_it_has() {
+    let Some(url) = database() else { return };
+    let place = Place::Database(url);
+    let store = place.open().await;
+    add(&store, append("a", vec![event(1, "x")])).await;
+    place.change(
+        "CREATE FUNCTION full_disk() RETURNS trigger LANGUAGE plpgsql AS
+            $$ BEGIN RAISE EXCEPTION 'could not extend file' USING ERRCODE = '53100'; END $$;
+         CREATE TRIGGER full_disk BEFORE INSERT ON events FOR EACH ROW EXECUTE FUNCTION full_disk()",
+    );
+    store.probe().await.expect("nothing was refused yet");
+    let more = || append("a", vec![event(2, "y")]);
+    assert_eq!(store.append(more()).await, Err(StoreError::Full));
+    for _ in 0..2 {
+        assert_eq!(store.probe().await, Err(StoreError::Full));
+    }
+    place.change("DROP TRIGGER full_disk ON events");
+    store.probe().await.expect("has room");
+    add(&store, more()).await;
+    // What was tried out is not there.
+    let (missions, _) = store
+        .reader()
+        .expect("opens")
+        .missions(0, 9, 1 << 10)
+        .expect("reads");
+    assert_eq!((missions.len(), bodies(&store, "a").len()), (1, 2));
+}
+
 /// The database computes what this program checks.
 #[tokio::test]
 async fn a_database_of_the_first_schema_gets_the_digests_of_its_events() {
@@ -499,6 +568,55 @@ async fn a_service_at_the_address_of_another_leaves_it_its_missions() {
     assert_eq!(acquired(&one), Ok(1));
     assert_eq!(acquired(&two), Err("http://same".to_owned()));
     add(&one, at_epoch(1, 2)).await;
+}
+
+/// A stranger that is among the services of the database, and answers with a redirect.
+#[tokio::test]
+async fn a_client_s_token_goes_to_no_address_that_only_the_database_names() {
+    let Some(url) = database() else { return };
+    let stranger = TcpListener::bind("127.0.0.1:0").await.expect("has a port");
+    let address = format!("http://{}", stranger.local_addr().expect("listens"));
+    let heard = tokio::spawn(async move {
+        let (mut client, _) = stranger.accept().await.expect("is called");
+        let mut head = vec![];
+        while !head.ends_with(b"\r\n\r\n") {
+            head.push(client.read_u8().await.expect("goes on"));
+        }
+        let redirect = "HTTP/1.1 307 Elsewhere\r\nlocation: http://127.0.0.1:1/\r\ncontent-length: 0\r\n\r\n";
+        client.write_all(redirect.as_bytes()).await.expect("listens");
+        String::from_utf8_lossy(&head).into_owned()
+    });
+    let paused = Append {
+        status: "paused".to_owned(),
+        ..append("a", vec![event(1, "made")])
+    };
+    add(&joined(&url, "one"), paused).await;
+    let _ = psql(
+        &url,
+        &format!(
+            "INSERT INTO services (id, url, lease_ms, beat) VALUES ('stranger', '{address}', 3600000, 0);
+             UPDATE missions SET owner_service = 'stranger'"
+        ),
+    );
+    let pause = async |peers| {
+        let settings = Settings {
+            peers,
+            ..Settings::default()
+        };
+        let (router, _missions) = service(settings, joined(&url, "two")).await.expect("starts");
+        let mut request = post("/v1/missions/a/pause", "{}");
+        let token = HeaderValue::from_static("Bearer secret");
+        request.headers_mut().insert("authorization", token);
+        send_to(router, request).await
+    };
+    let refused = pause(vec![]).await;
+    assert_eq!(refused.problem()["code"], "mission_elsewhere");
+    assert!(!heard.is_finished());
+    // The operator names it.
+    let redirected = pause(vec![address]).await;
+    assert!(heard.await.expect("ends").contains("Bearer secret"));
+    assert_eq!(redirected.problem()["code"], "mission_unanswered");
+    assert!(!redirected.headers.contains_key("location"));
 }
 
 #[tokio::test]

@@ -1,8 +1,11 @@
 //! Calls about a mission that another service has: they are forwarded to it, and its answer is the answer.
 //!
 //! Reads of what is stored are answered here. A forwarded call is never forwarded again: while owners change, the client asks again.
+//!
+//! A call has the client's token, and the database says where it goes. Who can write the database must not learn tokens: calls go only to
+//! addresses that the operator has named, or that prove who they are by a certificate of the operator's authority.
 
-use std::time::Duration;
+use std::{net::IpAddr, time::Duration};
 
 use axum::{
     RequestExt as _,
@@ -52,12 +55,11 @@ const OWN: [HeaderName; 8] = [
 ];
 
 /// Headers of an answer that are handed on; this service adds its own.
-const ANSWERED: [HeaderName; 6] = [
+const ANSWERED: [HeaderName; 5] = [
     header::CONTENT_TYPE,
     header::CONTENT_LENGTH,
     header::CONTENT_DISPOSITION,
     header::ETAG,
-    header::LOCATION,
     header::RETRY_AFTER,
 ];
 
@@ -81,7 +83,30 @@ const ASK_AGAIN: Duration = Duration::from_millis(500);
 #[derive(Clone)]
 pub(crate) struct Forwarding {
     missions: Missions,
+    peers: Peers,
     carrier: Carrier,
+}
+
+/// The services to which calls may be forwarded.
+#[derive(Clone, Debug, Default)]
+struct Peers {
+    /// Their addresses, scheme and authority.
+    named: Vec<String>,
+    /// Whether an authority of the operator's own vouches for services that are called by HTTPS.
+    are_certified: bool,
+}
+
+impl Peers {
+    /// Where the service at `url` is called; none if it may be a stranger. Without a token there is nothing to learn on this machine.
+    fn address(&self, url: &str, has_token: bool) -> Option<String> {
+        let uri = url.parse::<Uri>().ok()?;
+        let address = format!("{}://{}", uri.scheme_str()?, uri.authority()?);
+        let is_certified = self.are_certified && uri.scheme_str() == Some("https");
+        let host = uri.host()?.trim_start_matches('[').trim_end_matches(']');
+        let is_here = host.parse().is_ok_and(|host: IpAddr| host.is_loopback());
+        let may = self.named.contains(&address) || is_certified || (is_here && !has_token);
+        may.then_some(address)
+    }
 }
 
 #[derive(Clone)]
@@ -91,16 +116,25 @@ enum Carrier {
 }
 
 impl Forwarding {
-    /// None if no other service shares the missions. With `tls` services can be called by HTTPS too.
+    /// None if no other service shares the missions. With `tls` services can be called by HTTPS too; `named` are the addresses of others.
     pub(crate) fn of(
         missions: Option<&Missions>,
         tls: Option<ClientConfig>,
+        named: Vec<String>,
         in_process: Option<InProcess>,
     ) -> Option<Self> {
         let missions = missions.filter(|missions| missions.are_shared())?.clone();
+        let peers = Peers {
+            named,
+            are_certified: tls.is_some(),
+        };
         if let Some(others) = in_process {
             let carrier = Carrier::InProcess(others);
-            return Some(Self { missions, carrier });
+            return Some(Self {
+                missions,
+                peers,
+                carrier,
+            });
         }
         let mut connector = HttpConnector::new();
         connector.set_connect_timeout(Some(CONNECT_TIME));
@@ -113,7 +147,11 @@ impl Forwarding {
             .enable_http1()
             .wrap_connector(connector);
         let carrier = Carrier::Http(Client::builder(TokioExecutor::new()).build(connector));
-        Some(Self { missions, carrier })
+        Some(Self {
+            missions,
+            peers,
+            carrier,
+        })
     }
 
     /// Has the call answered by the owner of its mission.
@@ -137,8 +175,17 @@ impl Forwarding {
         // The other service may have carried out a command before it fell silent.
         let reads = request.method() == Method::GET;
         let silent = || if reads { elsewhere() } else { Problem::Unanswered };
-        let Some(request) = to(url, request) else {
-            tracing::error!(url, "the other service cannot be called at this URL");
+        let has_token = request.headers().contains_key(header::AUTHORIZATION);
+        let address = match &self.carrier {
+            Carrier::InProcess(_) => Some(url.to_owned()),
+            Carrier::Http(_) => self.peers.address(url, has_token),
+        };
+        let Some(request) = address.and_then(|address| to(&address, request)) else {
+            tracing::error!(
+                url,
+                "the database says that a service is at this URL, which is neither in --peers nor certified by --advertise-ca: it is not \
+                 called"
+            );
             return elsewhere().into_response();
         };
         let answer = tokio::select! {
@@ -181,6 +228,10 @@ impl Forwarding {
         answer: HttpResponse<Body>,
     ) -> Result<Response, axum::Error> {
         let (head, body) = answer.into_parts();
+        if head.status.is_redirection() {
+            tracing::error!(url, "the other service redirects, which no service does");
+            return Err(axum::Error::new("the other service redirects"));
+        }
         let body = if head.headers.contains_key(header::CONTENT_LENGTH) {
             tokio::select! {
             biased;
@@ -214,12 +265,10 @@ async fn mission_of(request: &mut Request) -> Option<String> {
     id.map(|(_, id)| id.to_owned())
 }
 
-/// The call for the service at `url`.
-fn to(url: &str, mut request: Request) -> Option<Request> {
+/// The call for the service at `address`.
+fn to(address: &str, mut request: Request) -> Option<Request> {
     let path = request.uri().path_and_query().map_or("/", |path| path.as_str());
-    *request.uri_mut() = format!("{}{path}", url.trim_end_matches('/'))
-        .parse::<Uri>()
-        .ok()?;
+    *request.uri_mut() = format!("{address}{path}").parse::<Uri>().ok()?;
     let id = request.extensions().get().map(|RequestId(id)| id.clone());
     let headers = request.headers_mut();
     for name in OWN {
@@ -267,4 +316,35 @@ fn until_moved(
             () = clock.sleep(QUIET_MAX) => Some((Err(axum::Error::new("the other service fell silent")), None)),
         }
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_token_goes_only_to_named_and_certified_services() {
+        let named = vec!["http://ship-a:8080".to_owned()];
+        let named = |are_certified| Peers {
+            named: named.clone(),
+            are_certified,
+        };
+        for (url, certified, has_token, goes) in [
+            ("http://ship-a:8080", false, true, true),
+            ("http://ship-a:8080/elsewhere", false, true, true),
+            ("http://ship-a:8081", false, true, false),
+            ("http://stranger@ship-a:8080", false, true, false),
+            ("https://ship-a:8080", false, true, false),
+            ("https://stranger:8080", true, true, true),
+            ("http://stranger:8080", true, false, false),
+            ("http://127.0.0.1:9", false, true, false),
+            ("http://127.0.0.1:9", false, false, true),
+            ("http://[::1]:9", false, false, true),
+            ("no URL", true, false, false),
+        ] {
+            let address = named(certified).address(url, has_token);
+            assert_eq!(address.is_some(), goes, "{url}");
+            assert!(address.is_none_or(|address| !address.ends_with("elsewhere")));
+        }
+    }
 }

@@ -154,14 +154,16 @@ pub(crate) async fn livez() -> Json<Health> {
 /// Tests whether the service can plan and store. The result is kept for a second.
 #[utoipa::path(get, path = "/readyz", tag = "service", responses(
     (status = 200, description = "The service is ready.", body = Health),
-    (status = 503, description = "The service cannot plan, is about to stop, is busy, or the mission log is damaged or cannot be written.", body = ProblemDocument,
+    (status = 503, description = "The service cannot plan, is about to stop, is busy, or the mission log is damaged, cannot be written, or its disk is full.", body = ProblemDocument,
         content_type = "application/problem+json"),
     (status = 504, description = "The test took too long.", body = ProblemDocument,
-        content_type = "application/problem+json"),
-    (status = 507, description = "The disk is full.", body = ProblemDocument,
         content_type = "application/problem+json")))]
 pub(crate) async fn readyz(State(readiness): State<Readiness>) -> Result<Json<Health>, Problem> {
-    readiness.check().await?;
+    // Whoever probes knows 503.
+    readiness.check().await.map_err(|problem| match problem {
+        Problem::Log(StoreError::Full) => Problem::NotReady(problem.to_string()),
+        other => other,
+    })?;
     Ok(Json(Health {
         status: "ready".to_owned(),
     }))

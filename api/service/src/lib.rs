@@ -106,7 +106,12 @@ fn routed(settings: Settings, planners: Planners, missions: Option<Missions>) ->
     if let Some((period, beat)) = settings.heartbeat {
         tokio::spawn(readiness.clone().beat(period, beat));
     }
-    let forwarding = Forwarding::of(missions.as_ref(), settings.between, settings.others);
+    let forwarding = Forwarding::of(
+        missions.as_ref(),
+        settings.between,
+        settings.peers,
+        settings.others,
+    );
     let bodies = Bodies::new(settings.body_time_limit, metrics.clone(), planners.clock.clone());
     let state = AppState {
         planners,

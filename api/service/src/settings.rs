@@ -51,6 +51,9 @@ pub struct Settings {
     pub trace: TraceFn,
     /// How services that share missions call each other by HTTPS; none: by HTTP only.
     pub between: Option<ClientConfig>,
+    /// Where the other services are, as scheme and authority: calls with tokens go there alone, and to those that [`Self::between`]
+    /// certifies.
+    pub peers: Vec<String>,
     /// Takes the place of calls to other services. For tests.
     #[doc(hidden)]
     pub others: Option<InProcess>,
@@ -75,6 +78,7 @@ impl Default for Settings {
             log_lines_dropped: || 0,
             trace: |_, _, _| None,
             between: None,
+            peers: vec![],
             others: None,
         }
     }

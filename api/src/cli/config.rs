@@ -50,6 +50,7 @@ pub(crate) struct Config {
     client_gib: f64,
     pub(crate) advertise: Option<String>,
     pub(crate) advertise_ca: Option<PathBuf>,
+    pub(crate) peers: Vec<String>,
     pub(crate) lease_s: f64,
     pub(crate) shutdown_delay_s: f64,
 }

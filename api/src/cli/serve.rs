@@ -64,7 +64,7 @@ pub(crate) enum ServeError {
         "the other services' certificates are verified: add --advertise-ca FILE, the certificate of their authority (PEM)"
     )]
     NoAuthority,
-    #[error("--advertise {0} is no URL of a service: give http://HOST:PORT or https://HOST:PORT")]
+    #[error("{0} is no URL of a service: give --advertise and --peers http://HOST:PORT or https://HOST:PORT")]
     Advertised(String),
     #[error("cannot use --advertise-ca: {0}")]
     Authority(String),
@@ -104,7 +104,13 @@ pub(crate) fn serve_and(
         check_exposed(address.ip(), tokens.are_made(), tls.is_some(), config.insecure)?;
     }
     let advertised = config.advertise.as_deref().filter(|_| config.store.is_some());
-    let advertised = advertised.map(advertised_name).transpose()?;
+    let advertised = advertised
+        .map(|url| Ok::<_, ServeError>(advertised_name(url)?.1))
+        .transpose()?;
+    let peers = config.peers.iter().map(|url| {
+        let (scheme, name) = advertised_name(url)?;
+        Ok::<_, ServeError>(format!("{scheme}://{name}"))
+    });
     let names = [Some(host.to_owned()), advertised]
         .into_iter()
         .flatten()
@@ -116,6 +122,7 @@ pub(crate) fn serve_and(
         tokens: Some(tokens),
         heartbeat: systemd::heartbeat(),
         log_lines_dropped: crate::log::lines_dropped,
+        peers: peers.collect::<Result<_, _>>()?,
         between: config.advertise_ca.as_deref().map(trusting).transpose()?,
         #[cfg(feature = "otlp")]
         trace: crate::otlp::place,
@@ -210,12 +217,13 @@ async fn run(
     Ok(())
 }
 
-/// The host, and the port if any, of the URL at which a service is reached.
-fn advertised_name(url: &str) -> Result<String, ServeError> {
+/// The scheme, and the host with the port if any, of the URL at which a service is reached.
+fn advertised_name(url: &str) -> Result<(String, String), ServeError> {
     let uri = url.parse::<Uri>().ok();
     let uri = uri.filter(|uri| matches!(uri.scheme_str(), Some("http" | "https")));
-    let name = uri.and_then(|uri| Some(uri.authority()?.as_str().to_owned()));
-    name.ok_or_else(|| ServeError::Advertised(url.to_owned()))
+    let parts =
+        uri.and_then(|uri| Some((uri.scheme_str()?.to_owned(), uri.authority()?.as_str().to_owned())));
+    parts.ok_or_else(|| ServeError::Advertised(url.to_owned()))
 }
 
 /// How services are called whose certificates are signed by the authority of the PEM file `path`.

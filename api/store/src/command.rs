@@ -18,6 +18,7 @@ use tokio::{
 use super::{
     entry::{Append, Appended, AuditEntry},
     error::StoreError,
+    shares::Shares,
     trusted_time::TrustedTime,
 };
 
@@ -164,11 +165,13 @@ fn carry_out(
     ControlFlow::Continue(())
 }
 
-/// Number of events that a commit stored.
-pub(super) fn n_stored(appends: &[&Append], appended: &[Appended]) -> usize {
+/// Number of events that a commit stored, and of bytes.
+pub(super) fn stored(appends: &[&Append], appended: &[Appended]) -> (usize, u64) {
     let each = appends.iter().zip(appended);
     let stored = each.filter(|(_, appended)| matches!(appended, Appended::Stored));
-    stored.map(|(append, _)| append.events.len()).sum()
+    stored.fold((0, 0), |(n_events, n_bytes), (append, _)| {
+        (n_events + append.events.len(), n_bytes + Shares::bytes_of(append))
+    })
 }
 
 pub(super) fn reply_to_each(

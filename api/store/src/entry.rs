@@ -62,6 +62,13 @@ pub struct Append {
     pub room: Room,
 }
 
+impl Append {
+    /// Whether the mission is over after these events.
+    pub(super) fn is_over(&self) -> bool {
+        ["finished", "failed"].contains(&&*self.status)
+    }
+}
+
 /// How full a client's share of the disk may be after an append.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Room {

@@ -75,6 +75,12 @@ pub enum StoreError {
     /// The events are stored, but could not be added to the list of acknowledged ones.
     #[error("cannot write the list of acknowledged events: {0}; send the request again with the same key")]
     Unconfirmed(String),
+    /// The store has less than what was acknowledged: an older state of it was put in its place.
+    #[error(
+        "the mission log was set back to an older state while the service was running: {0}. Nothing more is stored: stop all services of \
+         this log, restore its newest state, and start them again"
+    )]
+    SetBack(String),
     /// The file is damaged.
     #[error("the mission log is damaged: {0}")]
     Damaged(String),

@@ -15,10 +15,12 @@ use std::{
     io,
     path::{Path, PathBuf},
     sync::{Arc, Mutex, MutexGuard, PoisonError},
+    time::{Duration, Instant},
 };
 
 use clock::Clock;
 use rusqlite::Connection;
+use rustix::fs::statvfs;
 use tokio::sync::{
     mpsc::{Sender, channel, error::TrySendError},
     oneshot,
@@ -32,7 +34,9 @@ mod entry;
 mod error;
 mod files;
 mod idempotency;
+mod known;
 mod metrics;
+mod packed;
 mod place;
 mod postgres;
 mod reader;
@@ -56,6 +60,7 @@ pub use error::StoreError;
 use files::{configure, hide, make_private, note_lost, require_file_of_write_ahead, require_no_loss};
 pub use idempotency::{KeyedAnswer, PreviousAnswer};
 pub use metrics::StoreMetrics;
+use packed::pack;
 use place::{Place, lock};
 pub use postgres::lease::{Acquired, Lease, Owned, Turn};
 #[doc(hidden)]
@@ -258,6 +263,23 @@ impl EventStore {
         }
     }
 
+    /// How long the disk lasts at the rate since the last call; none if that is unknown. Another machine's disk is.
+    #[must_use]
+    pub fn disk_lasts(&self, before: &mut Option<(Instant, u64)>) -> Option<Duration> {
+        let Kept::File { path, .. } = &self.shared.kept else {
+            return None;
+        };
+        let disk = statvfs(path).ok()?;
+        let free = disk.f_bavail.saturating_mul(disk.f_frsize);
+        let now = (self.machine().now(), self.shared.metrics.free(free));
+        let (then, stored) = before.replace(now)?;
+        let seconds = now.0.saturating_duration_since(then).as_secs();
+        let left = free
+            .saturating_mul(seconds)
+            .checked_div(now.1.saturating_sub(stored))?;
+        Some(Duration::from_secs(left))
+    }
+
     /// What it counts.
     #[must_use]
     pub fn metrics(&self) -> &StoreMetrics {
@@ -265,7 +287,17 @@ impl EventStore {
     }
 
     /// Appends. After `Ok` the events are on the disk, from this or an earlier request with the same key.
-    pub async fn append(&self, append: Append) -> Result<Appended, StoreError> {
+    pub async fn append(&self, mut append: Append) -> Result<Appended, StoreError> {
+        for event in &mut append.events {
+            if let Some(packed) = pack(&event.body, packed::KEPT) {
+                event.body = packed.into();
+            }
+        }
+        let packed = append
+            .snapshot
+            .as_deref()
+            .and_then(|body| pack(body, packed::OVERWRITTEN));
+        append.snapshot = packed.or(append.snapshot);
         self.send(|reply| Command::Append(append, reply)).await
     }
 

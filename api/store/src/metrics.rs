@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use prometheus_client::{
-    metrics::{counter::Counter, histogram::Histogram},
+    metrics::{counter::Counter, gauge::Gauge, histogram::Histogram},
     registry::Registry,
 };
 
@@ -18,6 +18,8 @@ pub struct StoreMetrics {
     commits: Histogram,
     failures: Counter,
     events: Counter,
+    bytes: Counter,
+    free: Gauge,
 }
 
 impl Default for StoreMetrics {
@@ -26,6 +28,8 @@ impl Default for StoreMetrics {
             commits: Histogram::new(SECONDS),
             failures: Counter::default(),
             events: Counter::default(),
+            bytes: Counter::default(),
+            free: Gauge::default(),
         }
     }
 }
@@ -37,6 +41,8 @@ impl StoreMetrics {
             commits,
             failures,
             events,
+            bytes,
+            free,
         } = self.clone();
         registry.register(
             "store_commit_duration_seconds",
@@ -45,14 +51,32 @@ impl StoreMetrics {
         );
         registry.register("store_commit_failures", "Commits that failed", failures);
         registry.register("store_events", "Events stored", events);
+        registry.register(
+            "store_bytes",
+            "Bytes of what was stored and stays: events and answers",
+            bytes,
+        );
+        registry.register(
+            "store_free_bytes",
+            "Bytes that are free on the disk of the mission log, if it is this machine's",
+            free,
+        );
     }
 
-    /// Counts a commit: its time, and the number of events it stored; `None` if it failed.
-    pub(crate) fn committed(&self, took: Duration, n_events: Option<usize>) {
+    /// Counts a commit: its time, and how many events and bytes it stored; `None` if it failed.
+    pub(crate) fn committed(&self, took: Duration, stored: Option<(usize, u64)>) {
         self.commits.observe(took.as_secs_f64());
-        let _before = match n_events {
-            Some(n) => self.events.inc_by(n as u64),
-            None => self.failures.inc(),
+        let Some((n_events, n_bytes)) = stored else {
+            self.failures.inc();
+            return;
         };
+        self.events.inc_by(n_events as u64);
+        self.bytes.inc_by(n_bytes);
+    }
+
+    /// Takes how many bytes are free; how many were stored so far.
+    pub(crate) fn free(&self, bytes: u64) -> u64 {
+        self.free.set(i64::try_from(bytes).unwrap_or(i64::MAX));
+        self.bytes.get()
     }
 }

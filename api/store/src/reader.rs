@@ -10,6 +10,7 @@ use super::{
     entry::{StoredEvent, StoredMission},
     error::StoreError,
     idempotency::{self, PreviousAnswer},
+    packed::unpack,
     place::Place,
     postgres::{self, link::Pooled},
     rows::{Param, Row, Rows},
@@ -196,7 +197,8 @@ impl EventReader {
                 mission,
                 &format!("its checkpoint at event {sequence} is not what was stored"),
             )),
-            found => Ok(found.map(|(sequence, body, _)| (sequence, body))),
+            Some((sequence, body, true)) => Ok(Some((sequence, unpack(body)?))),
+            None => Ok(None),
         }
     }
 
@@ -235,13 +237,10 @@ impl EventReader {
             .map(|(mut linked, next)| {
                 linked.before = before.take().or(linked.before);
                 before = Some(linked.digest.clone());
-                match linked.fault() {
-                    _ if linked.event.sequence != next => {
-                        Err(self.damaged(mission, &format!("event {next} is missing")))
-                    }
-                    Some(fault) => Err(self.damaged(mission, &fault)),
-                    None => Ok(linked.event),
+                if linked.event.sequence != next {
+                    return Err(self.damaged(mission, &format!("event {next} is missing")));
                 }
+                linked.whole().map_err(|fault| self.damaged(mission, &fault))
             });
         events.collect()
     }
@@ -260,10 +259,8 @@ impl EventReader {
         let found = self
             .0
             .first(&last, &[&signed(mission), &kind, &signed(sequence)], Linked::read)?;
-        match found.as_ref().and_then(Linked::fault) {
-            Some(fault) => Err(self.damaged(mission, &fault)),
-            None => Ok(found.map(|linked| linked.event)),
-        }
+        let whole = found.map(Linked::whole).transpose();
+        whole.map_err(|fault| self.damaged(mission, &fault))
     }
 
     /// The error for missing data of a mission: damage, unless the mission is being deleted. A deletion marks the mission
@@ -368,14 +365,22 @@ impl Linked {
         })
     }
 
-    /// Says how the event differs from the stored one.
-    fn fault(&self) -> Option<String> {
-        let StoredEvent { sequence, kind, body } = &self.event;
-        if self.before.is_none() && 1 < *sequence {
-            return Some(format!("event {} is missing", sequence - 1));
+    /// The event, or how it differs from the stored one.
+    fn whole(self) -> Result<StoredEvent, String> {
+        let StoredEvent { sequence, kind, body } = self.event;
+        if self.before.is_none() && 1 < sequence {
+            return Err(format!("event {} is missing", sequence - 1));
         }
         let before = self.before.as_deref().unwrap_or_default();
-        let expected = digest(self.mission, signed(*sequence), kind, before, body);
-        (self.digest != expected).then(|| format!("event {sequence} is not what was stored"))
+        let expected = digest(self.mission, signed(sequence), &kind, before, &body);
+        let body = (self.digest == expected)
+            .then(|| unpack(body.to_vec()).ok())
+            .flatten();
+        let body = body.ok_or_else(|| format!("event {sequence} is not what was stored"))?;
+        Ok(StoredEvent {
+            sequence,
+            kind,
+            body: body.into(),
+        })
     }
 }

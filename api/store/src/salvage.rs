@@ -13,6 +13,7 @@ use super::{
     entry::StoredMission,
     error::StoreError,
     files::{make_private, private_file},
+    packed::unpack,
     reader::{EventReader, FILE_NAME},
     schema,
     sql::signed,
@@ -265,6 +266,7 @@ impl LogFile<'_> {
                 }
                 continue;
             };
+            let body = unpack(body).unwrap_or_default();
             let body = String::from_utf8_lossy(&body);
             let line = json!({ "mission": id, "sequence": sequence, "kind": kind, "body": body });
             writeln!(to, "{line}")?;

@@ -11,7 +11,7 @@ use super::{
 };
 
 /// The migrations from each version to the next.
-const STEPS: [&str; 8] = [
+const STEPS: [&str; 9] = [
     FIRST,
     PROBES,
     SALTS,
@@ -20,6 +20,7 @@ const STEPS: [&str; 8] = [
     WITHOUT_DIGESTS,
     GUARDS,
     DIGESTS,
+    PACKED,
 ];
 
 /// Missions, their events, a snapshot of each, and the requests that were answered.
@@ -125,6 +126,9 @@ ALTER TABLE missions ADD COLUMN digest BLOB NOT NULL DEFAULT x'';
 ",
     fill!()
 );
+
+/// Bodies may be packed, which an older program does not read.
+const PACKED: &str = "";
 
 /// The newest version.
 fn newest() -> u32 {

@@ -1,6 +1,10 @@
 //! Constants and conversions of the store's reader and writer.
 
-use std::{borrow::Cow, time::Duration};
+use std::{
+    borrow::Cow,
+    hash::{BuildHasher as _, RandomState},
+    time::Duration,
+};
 
 /// How long a connection waits for a lock of a checkpoint, or of another program: a mission answers its caller within 10 s, and an append may
 /// wait behind two others.
@@ -8,6 +12,11 @@ pub(super) const LOCK_TIME: Duration = Duration::from_secs(2);
 
 pub(super) fn limit(most: usize) -> i64 {
     i64::try_from(most).unwrap_or(i64::MAX)
+}
+
+/// An id that no other process has. It is no secret.
+pub(super) fn new_id() -> String {
+    format!("{:016x}", RandomState::new().hash_one(()))
 }
 
 /// SQLite has signed integers; numbers here are far below their maximum.

@@ -6,11 +6,12 @@ use rusqlite::{Connection, OptionalExtension as _, Row, Transaction, Transaction
 
 use super::{
     acknowledged::{Acknowledged, Entry},
-    command::{LogWriter, Waiting, n_stored, reply_to_each},
+    command::{LogWriter, Waiting, reply_to_each, stored},
     digest::Head,
     entry::{Append, Appended, AuditEntry, StoredEvent},
     error::StoreError,
     idempotency::{self, KeyedAnswer},
+    known::Known,
     place::Place,
     shares::{Shares, Taken},
     sql::{limit, signed},
@@ -51,6 +52,7 @@ pub(super) struct Writer {
     /// Size of the largest append that failed, bytes. The store is ready again when it could store as much.
     refused: Option<usize>,
     shares: Shares,
+    known: Known,
     metrics: StoreMetrics,
     clock: TrustedClock,
     acknowledged: Acknowledged,
@@ -73,6 +75,7 @@ impl Writer {
     ) -> rusqlite::Result<Self> {
         Ok(Self {
             shares: Shares::read(&connection, share)?,
+            known: Known::default(),
             purge: deleted(&connection)?,
             connection,
             free_pages: true,
@@ -211,21 +214,35 @@ impl LogWriter for Writer {
         let appends: Vec<&Append> = batch.iter().map(|(append, _)| append).collect();
         let start = self.clock.machine.now();
         let mut entries = vec![];
-        let committed = self.place.check().and_then(|()| {
-            let times = Times {
-                trusted_s: self.clock.now_s(),
-                unix_s: self.clock.machine.unix_s(),
-            };
-            commit(
-                &mut self.connection,
-                &mut self.shares,
-                &appends,
-                times,
-                &mut entries,
-            )
-        });
-        let n_events = committed.as_ref().ok().map(|done| n_stored(&appends, done));
-        self.metrics.committed(self.clock.machine.since(start), n_events);
+        let committed = self
+            .place
+            .check()
+            .and_then(|()| self.known.check())
+            .and_then(|()| {
+                let times = Times {
+                    trusted_s: self.clock.now_s(),
+                    unix_s: self.clock.machine.unix_s(),
+                };
+                let mut batch = Batch {
+                    shares: &self.shares,
+                    known: &self.known,
+                    times,
+                    taken: vec![],
+                    heads: vec![],
+                };
+                let appended = batch.commit(&mut self.connection, &appends)?;
+                let Batch { taken, heads, .. } = batch;
+                for taken in taken {
+                    self.shares.take(taken);
+                }
+                for (append, head) in heads {
+                    entries.push(Entry::of(times.unix_s, head.clone(), &append.mission));
+                    self.known.add(&append.mission, head, append.is_over());
+                }
+                Ok(appended)
+            });
+        let counts = committed.as_ref().ok().map(|done| stored(&appends, done));
+        self.metrics.committed(self.clock.machine.since(start), counts);
         let bytes = appends.iter().map(|append| size(append)).sum::<usize>();
         match committed {
             Ok(appended) => {
@@ -249,6 +266,9 @@ impl LogWriter for Writer {
                 }
             }
             Err(error) => {
+                if let StoreError::SetBack(what) = &error {
+                    self.known.note(what);
+                }
                 self.refused = self.refused.max(Some(bytes));
                 reply_to_each([batch.remove(0)], [Err(error)]);
             }
@@ -257,6 +277,7 @@ impl LogWriter for Writer {
 
     fn delete(&mut self, id: &str, order: &AuditEntry) -> Result<bool, StoreError> {
         self.place.check()?;
+        self.known.check()?;
         let transaction = writing(&mut self.connection)?;
         let hidden: Option<(i64, Taken)> = transaction
             .prepare_cached(
@@ -298,6 +319,7 @@ impl LogWriter for Writer {
     /// Writes as much as the largest failed append: a disk may be full for one append and not
     /// for another.
     fn probe(&mut self) -> Result<(), StoreError> {
+        self.known.check()?;
         self.confirm(vec![])?;
         let mut try_out = self
             .connection
@@ -308,7 +330,13 @@ impl LogWriter for Writer {
             self.refused = None;
         }
         try_out.execute([0])?;
-        Ok(())
+        let count = "SELECT count FROM probes";
+        let counted = self.connection.query_row(count, [], |row| row.get(0))?;
+        let counted = self.known.count(counted);
+        if let Err(StoreError::SetBack(what)) = &counted {
+            self.known.note(what);
+        }
+        counted
     }
 
     fn limit_growth(&mut self, pages: Option<u32>) -> Result<(), StoreError> {
@@ -406,123 +434,123 @@ struct Times {
     unix_s: f64,
 }
 
-fn commit(
-    connection: &mut Connection,
-    shares: &mut Shares,
-    appends: &[&Append],
+/// Appends in one commit.
+struct Batch<'a, 'b> {
+    shares: &'b Shares,
+    known: &'b Known,
     times: Times,
-    entries: &mut Vec<Entry>,
-) -> Result<Vec<Appended>, StoreError> {
-    let transaction = writing(connection)?;
-    let mut taken = vec![];
-    let appended = appends
-        .iter()
-        .map(|append| store(&transaction, shares, append, times, &mut taken, entries))
-        .collect::<Result<_, _>>()?;
-    transaction.commit()?;
-    for taken in taken {
-        shares.take(taken);
-    }
-    Ok(appended)
+    /// Sizes of what is stored.
+    taken: Vec<Taken>,
+    /// The last events of the missions, after each append that is stored.
+    heads: Vec<(&'a Append, Head)>,
 }
 
-/// Stores an append; adds its size to `taken` and its events to `entries`.
-fn store(
-    transaction: &Transaction<'_>,
-    shares: &Shares,
-    append: &Append,
-    times: Times,
-    taken: &mut Vec<Taken>,
-    entries: &mut Vec<Entry>,
-) -> Result<Appended, StoreError> {
-    #[cfg(test)]
-    assert_ne!(append.mission, super::tests::PANICS, "a test wants this panic");
-    if let Some(KeyedAnswer { key, request, .. }) = &append.answered
-        && let Some((asked, answer)) = idempotency::find(transaction, &append.mission, key)?
-    {
-        let is_same = asked == *request;
-        return Ok(if is_same {
-            Appended::AnsweredBefore(answer)
-        } else {
-            Appended::KeyTaken
-        });
+impl<'a> Batch<'a, '_> {
+    fn commit(
+        &mut self,
+        connection: &mut Connection,
+        appends: &[&'a Append],
+    ) -> Result<Vec<Appended>, StoreError> {
+        let transaction = writing(connection)?;
+        let appended = appends
+            .iter()
+            .map(|append| self.store(&transaction, append))
+            .collect::<Result<_, _>>()?;
+        transaction.commit()?;
+        Ok(appended)
     }
-    let bytes = Shares::bytes_of(append);
-    let room = limit(usize::try_from(bytes).unwrap_or(usize::MAX));
-    let has_room = |owner: &str| shares.has_room(owner, bytes, append.room);
-    let (head, owner) = match append.number {
-        None => {
-            let owner = append.order.as_ref().map(|order| order.caller.clone());
-            let owner = owner.unwrap_or_default();
-            if !has_room(&owner) {
-                return Ok(Appended::ShareUsed);
-            }
-            let mut made = transaction.prepare_cached(
+
+    fn store(&mut self, transaction: &Transaction<'_>, append: &'a Append) -> Result<Appended, StoreError> {
+        #[cfg(test)]
+        assert_ne!(append.mission, super::tests::PANICS, "a test wants this panic");
+        if let Some(KeyedAnswer { key, request, .. }) = &append.answered
+            && let Some((asked, answer)) = idempotency::find(transaction, &append.mission, key)?
+        {
+            let is_same = asked == *request;
+            return Ok(if is_same {
+                Appended::AnsweredBefore(answer)
+            } else {
+                Appended::KeyTaken
+            });
+        }
+        let bytes = Shares::bytes_of(append);
+        let room = limit(usize::try_from(bytes).unwrap_or(usize::MAX));
+        let has_room = |owner: &str| self.shares.has_room(owner, bytes, append.room);
+        let (head, owner) = match append.number {
+            None => {
+                let owner = append.order.as_ref().map(|order| order.caller.clone());
+                let owner = owner.unwrap_or_default();
+                if !has_room(&owner) {
+                    return Ok(Appended::ShareUsed);
+                }
+                let mut made = transaction.prepare_cached(
                 "INSERT INTO missions (id, status, summary, owner) VALUES (?1, '', x'', ?2) RETURNING number",
             )?;
-            let number = made.query_row(params![append.mission, owner], |row| row.get(0))?;
-            (Head::of_new(number), owner)
-        }
-        Some(number) => {
-            let Some((head, owner, is_whole)) = stored_head(transaction, signed(number))? else {
-                return Ok(Appended::MissionGone);
-            };
-            let first = append.events.first();
-            if first.is_some_and(|event| signed(event.sequence) != head.sequence + 1) {
-                return Ok(Appended::OutOfSequence);
+                let number = made.query_row(params![append.mission, owner], |row| row.get(0))?;
+                (Head::of_new(number), owner)
             }
-            if !is_whole {
-                return Err(head.missing(&append.mission));
+            Some(number) => {
+                let Some((head, owner, is_whole)) = stored_head(transaction, signed(number))? else {
+                    return Ok(Appended::MissionGone);
+                };
+                self.known.compare(&head)?;
+                let first = append.events.first();
+                if first.is_some_and(|event| signed(event.sequence) != head.sequence + 1) {
+                    return Ok(Appended::OutOfSequence);
+                }
+                if !is_whole {
+                    return Err(head.missing(&append.mission));
+                }
+                if !has_room(&owner) {
+                    return Ok(Appended::ShareUsed);
+                }
+                (head, owner)
             }
-            if !has_room(&owner) {
-                return Ok(Appended::ShareUsed);
-            }
-            (head, owner)
-        }
-    };
-    taken.push(Taken { owner, bytes });
-    let links = head.extend(append);
-    let Head {
-        mission,
-        sequence,
-        digest,
-    } = &links.head;
-    let mut became = transaction.prepare_cached(
+        };
+        self.taken.push(Taken { owner, bytes });
+        let links = head.extend(append);
+        let Head {
+            mission,
+            sequence,
+            digest,
+        } = &links.head;
+        let mut became = transaction.prepare_cached(
         "UPDATE missions SET status = ?2, summary = ?3, bytes = bytes + ?4, sequence = ?5, head = ?6, digest = ?7,
          over_s = CASE WHEN ?2 IN ('finished', 'failed') THEN coalesce(over_s, ?8) END WHERE number = ?1",
     )?;
-    became.execute(params![
-        mission,
-        append.status,
-        append.summary,
-        room,
-        sequence,
-        digest,
-        links.summary,
-        times.trusted_s
-    ])?;
-    let mut event = transaction.prepare_cached(
-        "INSERT INTO events (mission, sequence, kind, body, digest) VALUES (?1, ?2, ?3, ?4, ?5)",
-    )?;
-    for (StoredEvent { sequence, kind, body }, digest) in append.events.iter().zip(&links.events) {
-        event.execute(params![mission, signed(*sequence), kind, body, digest])?;
-    }
-    if let Some((snapshot, digest)) = append.snapshot.as_ref().zip(links.checkpoint.as_ref()) {
-        let mut kept = transaction.prepare_cached(
-            "INSERT INTO snapshots (mission, sequence, body, digest) VALUES (?1, ?2, ?3, ?4)
-             ON CONFLICT (mission) DO UPDATE SET sequence = ?2, body = ?3, digest = ?4",
+        became.execute(params![
+            mission,
+            append.status,
+            append.summary,
+            room,
+            sequence,
+            digest,
+            links.summary,
+            self.times.trusted_s
+        ])?;
+        let mut event = transaction.prepare_cached(
+            "INSERT INTO events (mission, sequence, kind, body, digest) VALUES (?1, ?2, ?3, ?4, ?5)",
         )?;
-        kept.execute(params![mission, sequence, snapshot, digest])?;
+        for (StoredEvent { sequence, kind, body }, digest) in append.events.iter().zip(&links.events) {
+            event.execute(params![mission, signed(*sequence), kind, body, digest])?;
+        }
+        if let Some((snapshot, digest)) = append.snapshot.as_ref().zip(links.checkpoint.as_ref()) {
+            let mut kept = transaction.prepare_cached(
+                "INSERT INTO snapshots (mission, sequence, body, digest) VALUES (?1, ?2, ?3, ?4)
+             ON CONFLICT (mission) DO UPDATE SET sequence = ?2, body = ?3, digest = ?4",
+            )?;
+            kept.execute(params![mission, sequence, snapshot, digest])?;
+        }
+        let number = *mission;
+        self.heads.push((append, links.head));
+        if let Some(answered) = &append.answered {
+            idempotency::keep(transaction, number, answered)?;
+        }
+        if let Some(order) = &append.order {
+            keep_order(transaction, &append.mission, order)?;
+        }
+        Ok(Appended::Stored)
     }
-    let number = *mission;
-    entries.push(Entry::of(times.unix_s, links.head, &append.mission));
-    if let Some(answered) = &append.answered {
-        idempotency::keep(transaction, number, answered)?;
-    }
-    if let Some(order) = &append.order {
-        keep_order(transaction, &append.mission, order)?;
-    }
-    Ok(Appended::Stored)
 }
 
 /// From the mission's row: its last event and its owner; and `true` if that event is there.

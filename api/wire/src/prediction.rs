@@ -15,7 +15,7 @@ use super::{
 
 /// Times at most: a picture of some hundred pixels shows no more.
 const TIMES_MAX: usize = 13;
-/// Positions and depths are kept to a centimetre, covariances to that of a centimetre or so, angles and speeds to 1/10,000.
+/// Positions and depths are kept to a centimetre, covariances to three digits, angles and speeds to 1/10,000.
 const CENTI: f64 = 100.0;
 const TEN_THOUSANDTH: f64 = 10_000.0;
 
@@ -205,7 +205,7 @@ impl PredictedAuv {
                 .collect(),
             depths_m: depths.copied().map(rounded_to(CENTI)).collect(),
             covariances_m2: covariances
-                .map(|of| [of.m11, of.m12, of.m22].map(rounded_to(TEN_THOUSANDTH)))
+                .map(|of| [of.m11, of.m12, of.m22].map(three_digits))
                 .collect(),
             age_s: rounded(estimate.age_s, CENTI),
             heard: newest.map(|report| {
@@ -264,6 +264,12 @@ fn few_digits(mut schedule: Schedule) -> Schedule {
     schedule
 }
 
+/// To three significant digits: an ellipse is drawn to half a percent.
+fn three_digits(value: f64) -> f64 {
+    let written = format!("{value:.2e}");
+    written.parse().expect("is a number")
+}
+
 /// To the nearest of `per_unit` parts of one. No zero is negative.
 fn rounded(value: f64, per_unit: f64) -> f64 {
     (value * per_unit).round() / per_unit + 0.0
@@ -292,6 +298,10 @@ mod tests {
         assert_eq!(
             serde_json::to_string(&rounded(-0.001, CENTI)).expect("is a number"),
             "0.0"
+        );
+        assert_eq!(
+            [252.715_5, -0.016_649, 0.0].map(three_digits),
+            [253.0, -0.0166, 0.0]
         );
     }
 }

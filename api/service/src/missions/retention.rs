@@ -16,6 +16,9 @@ use wire::mission::{Mission, Status};
 /// Time between two checks for missions that are due.
 const CHECK: Duration = Duration::from_mins(10);
 
+/// A disk that lasts no longer is warned of.
+const SHORT: Duration = Duration::from_hours(7 * 24);
+
 /// The caller of these orders in the audit list.
 const CALLER: &str = "the service";
 
@@ -38,7 +41,19 @@ struct Expired {
 impl Missions {
     /// Follows the machine's clocks, and finishes and deletes missions that are due, again and again.
     pub async fn keep_for(self, retention: Retention) {
+        let mut measured = None;
         loop {
+            if let Some(lasts) = self
+                .store
+                .disk_lasts(&mut measured)
+                .filter(|lasts| *lasts < SHORT)
+            {
+                let hours = lasts.as_secs() / 3600;
+                tracing::warn!(
+                    hours,
+                    "at the present rate the disk of the mission log is full after so many hours"
+                );
+            }
             if let Err(error) = self.store.read_clocks().await {
                 tracing::warn!(%error, "the trusted time was not stored");
             }

@@ -161,6 +161,13 @@ pub(crate) const SERVE: &[Setting] = &[
         help: "With --store, if services call each other by HTTPS: certificate of the authority (PEM) that signed theirs",
     },
     Setting {
+        name: "peers",
+        kind: Kind::List,
+        default: Some(""),
+        value_name: "URL",
+        help: "With --store: where the other services are, http://HOST:PORT or https://HOST:PORT, separated by commas: besides services certified by --advertise-ca, calls with a client's token are forwarded to these alone",
+    },
+    Setting {
         name: "lease_s",
         kind: Kind::Number(|| 0.5..=60.0),
         default: Some("2"),

@@ -7,6 +7,7 @@ use super::{
         digest::{Head, Links},
         entry::{Append, Appended, AuditEntry},
         error::StoreError,
+        known::Known,
         shares::{Shares, Taken},
         sql::{signed, without_nul},
     },
@@ -49,37 +50,53 @@ struct Locked {
 }
 
 /// Appends of different missions, and what became of each.
-pub(super) struct Batch<'a> {
+pub(super) struct Batch<'a, 'b> {
     appends: &'a [&'a Append],
     /// This service; none if the store is not shared at the moment.
-    service: Option<&'a str>,
-    shares: &'a Shares,
+    service: Option<&'b str>,
+    shares: &'b Shares,
+    known: &'b Known,
     /// Trusted time, Unix time, s.
     now_s: f64,
     /// In the order of the appends.
     pub(super) appended: Vec<Appended>,
     pub(super) taken: Vec<Taken>,
+    /// The last events of the missions, after each append that is stored.
+    pub(super) heads: Vec<(&'a Append, Head)>,
 }
 
-impl<'a> Batch<'a> {
+impl<'a, 'b> Batch<'a, 'b> {
     pub(super) fn new(
         appends: &'a [&'a Append],
-        service: Option<&'a str>,
-        shares: &'a Shares,
+        service: Option<&'b str>,
+        (shares, known): (&'b Shares, &'b Known),
         now_s: f64,
     ) -> Self {
         Self {
             appends,
             service,
             shares,
+            known,
             now_s,
             appended: vec![],
             taken: vec![],
+            heads: vec![],
         }
     }
 
     /// Stores what can be stored, and commits. After an error nothing is stored, except where it says that this is unknown.
     pub(super) fn store(&mut self, link: &Link) -> Result<(), StoreError> {
+        self.prepare(link)?;
+        end(link)
+    }
+
+    /// Stores what can be stored, and takes it back.
+    pub(super) fn try_out(&mut self, link: &Link) -> Result<(), StoreError> {
+        self.prepare(link)?;
+        link.batch("ROLLBACK")
+    }
+
+    fn prepare(&mut self, link: &Link) -> Result<(), StoreError> {
         link.batch("BEGIN")?;
         let locked = self.lock(link)?;
         let answered = self.answered(link)?;
@@ -90,8 +107,7 @@ impl<'a> Batch<'a> {
             };
             self.appended.push(appended);
         }
-        self.write(link, &locked)?;
-        end(link)
+        self.write(link, &locked)
     }
 
     fn lock(&self, link: &Link) -> Result<HashMap<u64, Locked>, StoreError> {
@@ -162,6 +178,7 @@ impl<'a> Batch<'a> {
                 if mission.epoch != append.epoch || mission.service.as_deref() != self.service {
                     return Ok(Appended::NotOwner);
                 }
+                self.known.compare(&mission.head)?;
                 let first = append.events.first();
                 if first.is_some_and(|event| signed(event.sequence) != mission.head.sequence + 1) {
                     return Ok(Appended::OutOfSequence);
@@ -181,8 +198,8 @@ impl<'a> Batch<'a> {
     }
 
     /// Writes what was decided to be stored.
-    fn write(&self, link: &Link, locked: &HashMap<u64, Locked>) -> Result<(), StoreError> {
-        let stored = self.appends.iter().zip(&self.appended);
+    fn write(&mut self, link: &Link, locked: &HashMap<u64, Locked>) -> Result<(), StoreError> {
+        let stored = self.appends.iter().copied().zip(&self.appended);
         let stored = stored.filter(|(_, appended)| **appended == Appended::Stored);
         if stored
             .clone()
@@ -190,21 +207,25 @@ impl<'a> Batch<'a> {
         {
             number_in_order(link)?;
         }
-        let mut rows = Columns::default();
+        let (mut rows, mut heads) = (Columns::default(), vec![]);
         for (append, _) in stored {
             if let Some(number) = append.number {
                 let links = locked[&number].head.extend(append);
+                heads.push((append, links.head.clone()));
                 rows.change(append, &links);
                 rows.add(append, links);
             } else {
                 let links = self.create(link, append)?;
+                heads.push((append, links.head.clone()));
                 rows.add(append, links);
             }
             if let Some(order) = &append.order {
                 keep_order(link, &append.mission, order)?;
             }
         }
-        rows.write(link, self.now_s, self.service)
+        rows.write(link, self.now_s, self.service)?;
+        self.heads = heads;
+        Ok(())
     }
 
     /// Stores a new mission; the digests of what it stores.
@@ -212,8 +233,7 @@ impl<'a> Batch<'a> {
         let given = link.query(NUMBER, &[])?;
         let links = Head::of_new(given[0].try_get(0)?).extend(append);
         let bytes = signed(Shares::bytes_of(append));
-        let is_over = ["finished", "failed"].contains(&&*append.status);
-        let over_s = is_over.then_some(self.now_s);
+        let over_s = append.is_over().then_some(self.now_s);
         let (id, status, summary) = (&append.mission, &append.status, &append.summary);
         let Head {
             mission,

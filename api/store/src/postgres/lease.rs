@@ -6,7 +6,6 @@
 //! service measures by its own machine's running time, and a set clock changes nothing.
 
 use std::{
-    hash::{BuildHasher as _, RandomState},
     sync::{Arc, Mutex, PoisonError},
     time::Duration,
 };
@@ -19,7 +18,7 @@ use super::{
         error::StoreError,
         reader::{MISSION, stored_mission},
         rows::Row,
-        sql::without_nul,
+        sql::{new_id, without_nul},
     },
     keeper::Keeper,
     link::{Database, PATIENCE},
@@ -70,8 +69,7 @@ impl Lease {
             clock: clock.clone(),
             database,
             member,
-            // Unlike those of other processes; it is no secret.
-            id: format!("{:016x}", RandomState::new().hash_one(())),
+            id: new_id(),
             state: Mutex::default(),
             beating: Mutex::default(),
         });

@@ -6,7 +6,7 @@ use super::{
 };
 
 /// The migrations from each version to the next.
-const STEPS: [&str; 2] = [FIRST, DIGESTS];
+const STEPS: [&str; 3] = [FIRST, DIGESTS, PACKED];
 
 /// The tables of SQLite's newest version, the services that share them, and which of them owns each mission.
 ///
@@ -97,6 +97,9 @@ $$;
 DROP FUNCTION digest_of(BIGINT, BIGINT, TEXT, BYTEA, BYTEA);
 "
 );
+
+/// Bodies may be packed, as in SQLite's version 9.
+const PACKED: &str = "";
 
 /// Services that start at the same time migrate one after the other: the number is this program's own.
 const LOCK: &str = "SELECT pg_advisory_xact_lock(7083212650463)";

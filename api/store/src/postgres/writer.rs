@@ -7,11 +7,13 @@ use std::{
 
 use super::{
     super::{
-        command::{LogWriter, Waiting, n_stored, reply_to_each},
-        entry::{Append, Appended, AuditEntry},
+        command::{LogWriter, Waiting, reply_to_each, stored},
+        entry::{Append, Appended, AuditEntry, StoredEvent},
         error::StoreError,
+        idempotency::KeyedAnswer,
+        known::Known,
         shares::{Shares, Taken},
-        sql::without_nul,
+        sql::{new_id, signed, without_nul},
         trusted_time::{TrustedClock, TrustedTime},
     },
     batch::{Batch, end, keep_order, number_in_order},
@@ -42,6 +44,9 @@ pub(crate) struct PostgresWriter {
     most: u64,
     shares: Shares,
     shares_read: Option<Instant>,
+    known: Known,
+    /// The largest append that failed. The store is ready again when it could store as much.
+    refused: Option<Append>,
     clock: TrustedClock,
     metrics: StoreMetrics,
 }
@@ -55,7 +60,7 @@ impl PostgresWriter {
         metrics: StoreMetrics,
     ) -> Result<Self, StoreError> {
         let link = database.connect()?;
-        Ok(Self {
+        let mut writer = Self {
             database,
             lease,
             link: Some(link),
@@ -63,9 +68,13 @@ impl PostgresWriter {
             most,
             shares: Shares::new(most, HashMap::new()),
             shares_read: None,
+            known: Known::default(),
+            refused: None,
             clock,
             metrics,
-        })
+        };
+        writer.count()?;
+        Ok(writer)
     }
 
     /// Has the connection do something. After an error another connection is made.
@@ -81,21 +90,86 @@ impl PostgresWriter {
 
     /// Stores appends of different missions in one commit.
     fn commit(&mut self, appends: &[&Append]) -> Result<Vec<Appended>, StoreError> {
+        self.known.check()?;
+        let numbers = appends.iter().filter_map(|append| append.number.map(signed));
+        if numbers.into_iter().any(|number| !self.known.has(number)) {
+            // Of missions that others had, this service knows no event.
+            self.count()?;
+        }
         self.read_shares()?;
         let now_s = self.clock.now_s();
         let service = self.lease.as_ref().map(|lease| lease.id().to_owned());
         let shares = std::mem::replace(&mut self.shares, Shares::new(self.most, HashMap::new()));
+        let known = std::mem::take(&mut self.known);
         let stored = self.with(|link| {
-            let mut batch = Batch::new(appends, service.as_deref(), &shares, now_s);
+            let mut batch = Batch::new(appends, service.as_deref(), (&shares, &known), now_s);
             batch.store(link)?;
-            Ok((batch.appended, batch.taken))
+            Ok((batch.appended, batch.taken, batch.heads))
         });
-        self.shares = shares;
-        let (appended, taken) = stored.inspect_err(|_| self.shares_read = None)?;
+        (self.shares, self.known) = (shares, known);
+        let (appended, taken, heads) = stored.inspect_err(|_| self.shares_read = None)?;
         for taken in taken {
             self.shares.take(taken);
         }
+        for (append, head) in heads {
+            self.known.add(&append.mission, head, append.is_over());
+        }
+        if appended.contains(&Appended::MissionGone) {
+            // Deleted, or lost.
+            self.count()?;
+        }
         Ok(appended)
+    }
+
+    /// Counts on, and so finds whether the store was set back.
+    fn count(&mut self) -> Result<(), StoreError> {
+        const COUNT: &str = "UPDATE probes SET count = count + 1 RETURNING count";
+        let counted = self.with(|link| link.query(COUNT, &[])?[0].try_get(0).map_err(StoreError::from))?;
+        self.known.count(counted)
+    }
+
+    /// Remembers what the store refused, and that it was set back.
+    fn note(&mut self, error: &StoreError, appends: &[&Append]) {
+        match error {
+            StoreError::SetBack(what) if self.known.check().is_ok() => {
+                let lost = self.lost().unwrap_or_else(|error| vec![error.to_string()]);
+                self.known.note(&format!("{what} (lost: {})", lost.join(", ")));
+            }
+            StoreError::Full | StoreError::Refused(_) => {
+                let size = |append: &Append| Shares::bytes_of(append);
+                let largest = appends
+                    .iter()
+                    .copied()
+                    .chain(&self.refused)
+                    .max_by_key(|append| size(append));
+                self.refused = largest.cloned();
+            }
+            _ => {}
+        }
+    }
+
+    /// Which acknowledged events of unfinished missions the store lacks. A deleted mission has left its order.
+    fn lost(&mut self) -> Result<Vec<String>, StoreError> {
+        const LOST: &str = "SELECT asked.id, coalesce(missions.sequence, 0), asked.sequence
+            FROM unnest(?1::bigint[], ?2::bigint[], ?3::bytea[], ?4::text[]) AS asked(number, sequence, digest, id)
+            LEFT JOIN missions ON missions.number = asked.number
+            LEFT JOIN events ON events.mission = asked.number AND events.sequence = asked.sequence
+            WHERE events.digest IS DISTINCT FROM asked.digest AND coalesce(status, '') <> 'deleted' AND NOT EXISTS
+                (SELECT 1 FROM orders WHERE orders.mission = asked.id AND action IN ('delete', 'expire'))
+            ORDER BY asked.number LIMIT 32";
+        let (mut numbers, mut sequences, mut digests, mut ids) = (vec![], vec![], vec![], vec![]);
+        for (id, head) in self.known.heads.values().filter(|(_, head)| 0 < head.sequence) {
+            numbers.push(head.mission);
+            sequences.push(head.sequence);
+            digests.push(head.digest.clone());
+            ids.push(id.clone());
+        }
+        let rows = self.with(|link| link.query(LOST, &[&numbers, &sequences, &digests, &ids]))?;
+        let named = rows.iter().map(|row| {
+            let (id, stored, known): (String, i64, i64) = (row.try_get(0)?, row.try_get(1)?, row.try_get(2)?);
+            Ok(format!("events of mission {id} after {stored} up to {known}"))
+        });
+        named.collect()
     }
 
     fn read_shares(&mut self) -> Result<(), StoreError> {
@@ -190,8 +264,8 @@ impl LogWriter for PostgresWriter {
                 // Another service may have stored the same request just now: then its key has an answer.
                 committed = self.commit(&appends);
             }
-            let n_events = committed.as_ref().ok().map(|done| n_stored(&appends, done));
-            self.metrics.committed(self.clock.machine.since(start), n_events);
+            let counts = committed.as_ref().ok().map(|done| stored(&appends, done));
+            self.metrics.committed(self.clock.machine.since(start), counts);
             match committed {
                 Ok(appended) => reply_to_each(batch, appended.into_iter().map(Ok)),
                 // One bad append must not fail the others.
@@ -201,6 +275,8 @@ impl LogWriter for PostgresWriter {
                     }
                 }
                 Err(error) => {
+                    self.note(&error, &appends);
+                    let error = self.known.check().err().unwrap_or(error);
                     let errors = vec![Err(error); batch.len()];
                     reply_to_each(batch.drain(..), errors);
                 }
@@ -212,6 +288,7 @@ impl LogWriter for PostgresWriter {
         const HIDE: &str =
             "UPDATE missions SET status = 'deleted', id = 'deleted ' || number, owner_service = NULL
             WHERE id = ?1 RETURNING number, owner, bytes";
+        self.known.check()?;
         let hidden = self.with(|link| {
             link.batch("BEGIN")?;
             let hidden = link.query(HIDE, &[&without_nul(id)])?;
@@ -251,9 +328,40 @@ impl LogWriter for PostgresWriter {
             .map(drop)
     }
 
+    /// Stores once more the largest append that failed, and takes it back: a row that is changed needs no room on the disk.
     fn probe(&mut self) -> Result<(), StoreError> {
-        self.with(|link| link.execute("UPDATE probes SET count = count + 1", &[]))
-            .map(drop)
+        self.known.check()?;
+        if let Err(error) = self.count() {
+            self.note(&error, &[]);
+            return Err(self.known.check().err().unwrap_or(error));
+        }
+        let Some(refused) = self.refused.take() else {
+            return Ok(());
+        };
+        // Its bytes, as a mission of its own: what else was in the append may be the reason, and fail for ever.
+        let id = new_id();
+        let events = (1..).zip(&refused.events).map(|(sequence, event)| StoredEvent {
+            sequence,
+            ..event.clone()
+        });
+        let again = Append {
+            events: events.collect(),
+            status: "finished".to_owned(),
+            summary: refused.summary.clone(),
+            snapshot: refused.snapshot.clone(),
+            answered: refused.answered.clone().map(|answered| KeyedAnswer {
+                key: id.clone(),
+                ..answered
+            }),
+            mission: id,
+            ..Append::default()
+        };
+        let (shares, known) = (Shares::new(u64::MAX, HashMap::new()), Known::default());
+        let tried = self.with(|link| Batch::new(&[&again], None, (&shares, &known), 0.0).try_out(link));
+        if tried.is_err() {
+            self.refused = Some(refused);
+        }
+        tried
     }
 
     fn vacuum(&mut self) -> Result<(), StoreError> {
