@@ -19,7 +19,7 @@ use crate::{
 /// (s, e) = R(ψ_d)ᵀ (p − p_d)                     along-track and cross-track error
 /// χ_r    = atan(−e / Δ)          χ = ψ_d + χ_r    course over ground
 /// u      = clamp(u_d cos χ_r − k₃ s, u_min, u_max) speed over ground
-/// |v_w    = u [cos χ, sin χ] − v_c                 the reference: its length and its direction
+/// v_w    = u [cos χ, sin χ] − v_c                 the reference: its length and its direction
 /// ```
 /// Source: D. O. Akanji, *Cooperative Motion Control of Autonomous Marine Vehicles for Ocean
 /// Observation*, eqs. (34)–(42), (49). Departures: (s, e) are rotated by the target's course; k₃ s

@@ -24,7 +24,7 @@ const HALVINGS: u32 = 53;
 /// course is relative to the frame that it defines, so it is the root of an equation:
 ///
 /// ```text
-/// |(s, e) = R(χ)ᵀ (p − p_d)                         errors along and across the tracker's course
+/// (s, e) = R(χ)ᵀ (p − p_d)                         errors along and across the tracker's course
 /// χ      = ψ_d + χ_r,    χ_r = atan(−e(χ_r) / Δ)     course over ground
 /// u      = clamp(u_d cos χ_r − k₃ s, u_min, u_max)   speed over ground
 /// v_w    = u [cos χ, sin χ] − v_c
