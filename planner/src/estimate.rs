@@ -1,7 +1,7 @@
-//! Where each AUV was when it was last heard of: from its reports, or as the client says.
+//! Estimates of each AUV at its last report, from its reports or its given state.
 //!
-//! A pure function of the request: a client that remembers nothing gets the same answer from every replica. The price,
-//! filters run again over a few dozen reports, is a tenth of a millisecond to one.
+//! A pure function of the request: every replica answers a client without memory alike. The filters
+//! run again over a few dozen reports, which takes a tenth of a millisecond to one.
 
 mod claims;
 pub(crate) mod corners;

@@ -1,4 +1,5 @@
-//! Claims from 3 mm to 20 km of fixes of every rate, true and false: vehicles on lanes with half-circle turns.
+//! Claims of 3 mm to 20 km for fixes at all rates, true and false: vehicles on lanes with
+//! half-circle turns.
 
 #![expect(
     clippy::disallowed_macros,
@@ -18,17 +19,17 @@ const CLAIMS: [f64; 10] = [0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 30.0, 300.0, 2
 const INTERVALS: [f64; 7] = [0.2, 1.0, 3.0, 10.0, 30.0, 60.0, 120.0];
 const N_FLIGHTS: u64 = 40;
 
-/// What a vehicle says of its velocity.
+/// Telemetered velocity of a vehicle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Says {
     Nothing,
     /// σ 0.05 rad of the course, 0.03 m/s of the speed.
     Truth,
-    /// Speed 0, as one that does not know it.
+    /// Speed 0, from a vehicle that does not know it.
     Zero,
     /// Speed in knots.
     Knots,
-    /// Course 90° off.
+    /// Course off by 90°.
     OtherCourse,
 }
 
@@ -42,14 +43,14 @@ struct Case {
 }
 
 impl Case {
-    /// Reports of ten minutes, from 6 to as many as a request may have.
+    /// Reports of ten minutes, from 6 to the most in a request.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "6 to 64")]
     fn n(&self) -> u32 {
         (600.0 / self.interval).clamp(6.0, 64.0) as u32
     }
 }
 
-/// Reports, and position at the last.
+/// Reports, and the position at the last one.
 fn flight(case: Case, n: u32, seed: u64) -> (Vec<(usize, Report)>, Vector2<f64>) {
     let mut random = Random(seed);
     let path = Path::lawn_mower(
@@ -115,7 +116,7 @@ fn outcome(case: Case, estimate: impl Fn(&[(usize, Report)]) -> Kalman) -> Outco
     }
 }
 
-/// Without what is done about claims.
+/// The estimate from unscreened reports.
 fn before(reports: &[(usize, Report)]) -> Kalman {
     Track::through(reports, Interacting::start).filter.combined()
 }
@@ -124,7 +125,7 @@ fn after(reports: &[(usize, Report)]) -> Kalman {
     Believed::new(reports.to_vec(), &|| false).track.filter.combined()
 }
 
-/// As if the accuracy were known and no velocity were reported.
+/// The estimate with known accuracy and no velocities.
 fn knowing(actual: f64) -> impl Fn(&[(usize, Report)]) -> Kalman {
     move |reports| {
         let known = |(number, report): &(usize, Report)| {
@@ -147,7 +148,7 @@ const TYPICAL: Case = Case {
 };
 
 #[test]
-fn a_speed_that_becomes_0_is_contradicted_by_the_third_fix_that_shows_it() {
+fn a_speed_that_becomes_0_is_contradicted_by_the_third_fix() {
     for (speed, interval) in [(0.5, 20.0), (0.9, 10.0), (1.5, 10.0), (3.0, 5.0)] {
         let (mut late, mut flights) = (0_u32, 0_u32);
         for seed in 0..200 {
@@ -169,7 +170,7 @@ fn a_speed_that_becomes_0_is_contradicted_by_the_third_fix_that_shows_it() {
 }
 
 #[test]
-fn one_fix_of_an_odd_accuracy_discards_no_other() {
+fn a_fix_of_unusual_accuracy_discards_no_other() {
     for odd in [0.001, 0.003, 2.0e4, 1.0e5] {
         let mut rejected = 0;
         for seed in 0..100 {
@@ -188,7 +189,7 @@ fn one_fix_of_an_odd_accuracy_discards_no_other() {
 }
 
 #[test]
-fn a_vehicle_that_is_carried_at_12_metres_a_second_is_where_its_fixes_are() {
+fn a_vehicle_carried_at_12_metres_per_second_is_at_its_fixes() {
     let reports: Vec<_> = (0..20_u32)
         .map(|k| {
             let time = 10.0 * f64::from(k);
@@ -203,7 +204,7 @@ fn a_vehicle_that_is_carried_at_12_metres_a_second_is_where_its_fixes_are() {
 }
 
 #[test]
-fn the_second_return_of_a_ping_widens_no_accuracy() {
+fn a_second_return_of_a_ping_inflates_no_accuracy() {
     let case = Case {
         speed: 1.0,
         interval: 10.0,
@@ -229,7 +230,7 @@ mod slow {
     use super::*;
 
     #[test]
-    fn fixes_that_claim_too_much_are_worth_what_they_are() {
+    fn overconfident_fixes_get_their_true_weight() {
         for (says, speed) in [
             (Says::Nothing, 0.05),
             (Says::Nothing, 0.2),
@@ -252,7 +253,8 @@ mod slow {
                         old.rms, new.rms, old.nees, new.nees
                     );
                     assert!(new.rms < 1.01 * old.rms, "{case:?}: {old:?}, {new:?}");
-                    // Between fixes 30 s apart a vehicle moves by more than they err, and no innovation shows that.
+                    // Between fixes 30 s apart the motion exceeds the error, which no innovation
+                    // shows.
                     if claimed < 1.0 && interval <= 10.0 {
                         assert!(new.nees < 2.2, "{case:?}: {new:?}");
                         let known = outcome(Case { claimed: 1.0, ..case }, before);
@@ -264,7 +266,7 @@ mod slow {
     }
 
     #[test]
-    fn claims_that_are_true_are_left_alone() {
+    fn true_claims_are_kept() {
         let (mut flights, mut doubted) = (0_u32, 0_u32);
         for says in [Says::Nothing, Says::Truth] {
             for sigma in CLAIMS {
@@ -277,7 +279,7 @@ mod slow {
                             actual: sigma,
                             says,
                         };
-                        // Farther apart than a lane is long, fixes show no velocity at all.
+                        // Fixes farther apart than a lane show no velocity.
                         let seeds = if speed * interval < 100.0 { N_FLIGHTS } else { 0 };
                         for seed in 0..seeds {
                             let believed = Believed::new(flight(case, case.n(), seed).0, &|| false);
@@ -302,7 +304,7 @@ mod slow {
     }
 
     #[test]
-    fn a_velocity_that_fixes_contradict_counts_for_nothing() {
+    fn a_contradicted_velocity_is_unused() {
         for says in [Says::Zero, Says::Knots, Says::OtherCourse] {
             for sigma in [0.01, 0.3, 1.0, 3.0] {
                 println!("σ {sigma} m, says {says:?}:");
@@ -317,7 +319,7 @@ mod slow {
                     let (old, new) = (outcome(case, before), outcome(case, after));
                     println!("  {interval} s {:.2} → {:.2} m", old.rms, new.rms);
                     let known = outcome(case, knowing(sigma));
-                    // Speeds in knots at one fix in 0.2 s are found out for most flights only.
+                    // At one fix in 0.2 s, speeds in knots are detected in most flights only.
                     assert!(new.rms < 1.45 * known.rms + 0.05, "{case:?}: {new:?}, {known:?}");
                 }
             }

@@ -1,4 +1,4 @@
-//! Where an AUV was when it was last heard of: from its reports, or as the client says.
+//! Estimates of AUVs at their last report, from reports or a given state.
 
 use std::cmp::Ordering;
 
@@ -25,92 +25,94 @@ use crate::{
     },
 };
 
-/// A telemetered rate of turn older than this is no longer taken for so, s.
+/// Largest age of a telemetered rate of turn, s.
 ///
-/// Six of the ten-second slots in which an acoustic network usually hears of a vehicle, a third of a lawn-mower's
-/// turn. With a longer one, a vehicle that falls silent in a turn would be forecast to circle; see
-/// `docs/rationale.md#estimating-the-auvs`.
+/// Six of the ten-second slots in which an acoustic network usually hears of a vehicle, a third of
+/// a lawn-mower's turn. With a longer one, a vehicle that falls silent in a turn would be forecast
+/// to circle; see `docs/rationale.md#estimating-the-auvs`.
 pub(crate) const TURN_RATE_AGE_MAX: f64 = 60.0;
 
-/// Newest reports of which an estimate is made for which there is no time: enough for a velocity, and for two outliers.
+/// Newest reports of a hasty estimate: enough for a velocity, with two outliers.
 const HASTY: usize = 8;
 
-/// Fastest that an estimate is, m/s: the fastest that a snapshot lets a vehicle say it is.
+/// Largest estimated speed, m/s: the largest that a snapshot accepts.
 const SPEED_MAX: f64 = 10.0;
 
-/// Where an AUV is taken to have been when it was last heard of.
+/// Estimate of an AUV at its last report.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Estimate {
-    /// Its state at the time of the newest report that the estimate rests on. With a covariance where it is made of
+    /// State at the time of the newest report used; with a covariance if it is estimated from
     /// reports.
     pub state: AuvState,
-    /// The reports that the estimate does not rest on, by their place in the request, ascending: outliers, those
-    /// before a jump, and what was said twice.
+    /// Indices in the request of unused reports, ascending: outliers, reports before a jump, and
+    /// repetitions.
     pub rejected: Vec<usize>,
-    /// By how much the fixes are less accurate than reported, m: their variances are taken to be larger by its square. 0
-    /// where the reported accuracies are borne out.
+    /// Standard deviation to add to the fixes, m: their variances are larger by its square. 0 if
+    /// the reported accuracies are consistent.
     pub inflation: f64,
-    /// Whether the fixes contradict the courses and speeds that the vehicle reports, so that these are not used.
+    /// `true` if the fixes contradict the reported courses and speeds, which are then unused.
     pub velocity_contradicted: bool,
-    /// How the vehicle follows its path. None without a path or without reports.
+    /// Fit to its path. `None` without a path or without reports.
     pub route: Option<Route>,
-    /// What its track repeats, if it declares no path.
+    /// Pattern that its track repeats, if it declares no path.
     pub repeats: Option<Repeats>,
-    /// The path that its reports were held against: what repeats, or the one declared, turned as it is seen to turn. None without
-    /// either, and without reports.
+    /// Path that its reports were compared with: the repeated track, or the declared path with the
+    /// observed turns. `None` without either, and without reports.
     pub path: Option<KnownPath>,
-    /// The sawtooth that its reported depths show.
+    /// Sawtooth in its reported depths.
     pub dive: Option<Dive>,
-    /// Where it was, as far as the next request needs to know it.
+    /// Its past track, as the next request needs it.
     pub track: Vec<TrackPoint>,
 }
 
-/// How a vehicle follows its path.
+/// Fit of a vehicle to its path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Route {
-    /// Probability that it does.
+    /// Probability that it follows the path.
     pub probability: f64,
-    /// Where it is on the path, if it does.
+    /// Its place on the path, if it follows it.
     pub fit: PathFit,
-    /// The turn that it comes to next, if it does.
+    /// Its next turn, if it follows the path.
     pub next_turn: Option<NextTurn>,
-    /// The current that it sails in (north, east), m/s: none where the declared speed turns out to be over ground.
+    /// Current along the path (north, east), m/s; 0 if the declared speed turns out to be over
+    /// ground.
     pub current: Vector2<f64>,
 }
 
 impl Route {
-    /// Whether it is taken to follow its path.
+    /// `true` if it probably follows its path.
     #[must_use]
     pub fn is_followed(&self) -> bool {
         0.5 <= self.probability
     }
 }
 
-/// Probability that a vehicle follows its path at its first report.
+/// Probability at the first report that a vehicle follows its path.
 const FOLLOWS_AT_FIRST: f64 = 0.9;
 
-/// Time after which a vehicle usually leaves its path, s.
+/// Mean time until a vehicle leaves its path, s.
 const LEAVES_AFTER: f64 = 3600.0;
 
-/// Time after which one that left it usually returns, s.
+/// Mean time until it returns, s.
 const RETURNS_AFTER: f64 = 600.0;
 
-/// Newest reports that tell whether a vehicle goes on to repeat its track, and how much each counts against that: the older ones made
-/// the path, and a turn of which fixes saw little is metres off. Three in a row that do not fit end it.
+/// Number of newest reports that test whether a vehicle still repeats its track: older ones made
+/// the path. Misfits of three in a row end the repetition; the weight of each is limited, since a
+/// turn with few fixes is metres off.
 const TELLING: usize = 3;
 const ODDS_MAX: f64 = 3.0;
 
-/// A current that moves a vehicle by no more than its own speed is uncertain, m/s.
+/// Least current for the hypothesis of a declared speed over ground, m/s; less is uncertain anyway.
 const CURRENT_MIN: f64 = 0.05;
 
-/// Two fixes of one time that are nearer to each other than this are one message over two links, m.
+/// Largest distance of two simultaneous fixes that are one message over two links, m.
 const REPEATED_WITHIN: f64 = 0.1;
 
 impl Estimate {
-    /// Of `auv` by what is known at time `now`, s, of a `current` (north, east), m/s, too; of a state that reports no rate of
-    /// turn also by what the previous plan knew, and the time of the report that it knew it from. If the track `before` is given, what
-    /// the track repeats is taken for its path without one, and the sawtooth of its depths for its dive. Once it is `due`, the newest
-    /// reports alone count, and no path.
+    /// Estimates `auv` at `now`, s, in a `current` (north, east), m/s. A state without a rate of
+    /// turn takes it from the previous plan, given with the time of its report. Given the track
+    /// `before`, an AUV without a path or a dive may get them from its track and depths. Once
+    /// `due`, only the newest reports count, without a path.
     pub(crate) fn new(
         auv: &Auv,
         path: Option<&KnownPath>,
@@ -133,7 +135,7 @@ impl Estimate {
             };
         };
         let mut state = *state;
-        // A gyroscope never reads exactly 0: it is what stands for a rate that is left out.
+        // A gyroscope never reads exactly 0, which stands for an omitted rate.
         if let (0.0, Some((earlier, reported))) = (state.turn_rate_radps, previous) {
             let between = now - state.age_s - reported;
             state.turn_rate_radps = remembered_turn_rate(&earlier.estimate, &state, between);
@@ -151,8 +153,9 @@ impl Estimate {
         }
     }
 
-    /// Root mean square distance between estimate and vehicle now, m, if it went straight on since: the square root
-    /// of the trace of the position's covariance. None where the client gave a state without covariance.
+    /// Root-mean-square distance between estimate and vehicle now, m, on a straight course since:
+    /// the square root of the trace of the position covariance. `None` for a state without
+    /// covariance.
     #[must_use]
     pub fn position_sigma(&self) -> Option<f64> {
         let state = &self.state;
@@ -162,7 +165,7 @@ impl Estimate {
     }
 }
 
-/// Filters `reports`, at least one, in order of time. Of several `paths` the vehicle is on one.
+/// Filters `reports`, at least one, in order of time. The vehicle is on one of `paths`.
 fn from_reports(
     reports: &[Report],
     paths: &[KnownPath],
@@ -170,7 +173,7 @@ fn from_reports(
     before: Option<&[TrackPoint]>,
     due: &dyn Fn() -> bool,
 ) -> Estimate {
-    // What is older than anything that is forecast says only where a vehicle was of which nothing else is known.
+    // Reports older than any forecast count only if there are no others.
     let newest = reports
         .iter()
         .map(|report| report.t_s)
@@ -181,7 +184,7 @@ fn from_reports(
         .enumerate()
         .filter(|(_, report)| oldest <= report.t_s)
         .map(|(number, report)| {
-            // What is dated into the future can only be taken for new.
+            // A report from the future counts as from now.
             let time = report.t_s.min(now);
             (number, Report { t_s: time, ..*report })
         })
@@ -235,8 +238,9 @@ fn from_reports(
     }
 }
 
-/// The track through `reports` of a vehicle that is on one of `paths`, or on what its own track `repeats`: the likeliest way to sail
-/// them. Its speed may be over ground. One that declares no path, or does not fit, may change its pace.
+/// The likeliest track through `reports` on one of `paths`, or on the pattern that its own track
+/// `repeats`. Speeds may be over ground. Without a declared path, or if it does not fit, the pace
+/// may vary.
 fn sailed<'a>(
     paths: &'a [KnownPath],
     repeats: Option<&'a Repeats>,
@@ -273,7 +277,7 @@ fn sailed<'a>(
     Some(best)
 }
 
-/// The likelier of two tracks; of equals the first.
+/// The likelier of two tracks; the first of equals.
 fn likelier<'a>(one: Track<OnPath<'a>>, other: Track<OnPath<'a>>) -> Track<OnPath<'a>> {
     if one.log_likelihood() < other.log_likelihood() {
         other
@@ -282,8 +286,8 @@ fn likelier<'a>(one: Track<OnPath<'a>>, other: Track<OnPath<'a>>) -> Track<OnPat
     }
 }
 
-/// Of each message that is there more than once, the one that comes last [`in_order`]: one over two links, or sent again, is
-/// no second measurement.
+/// Keeps the last of repeated messages, [`in_order`]: one over two links, or sent again, is no
+/// second measurement.
 fn without_repeated(numbered: &[(usize, Report)]) -> Vec<(usize, Report)> {
     let again = |first: &Report, later: &Report| {
         first.t_s == later.t_s && (first.position() - later.position()).norm() <= REPEATED_WITHIN
@@ -301,8 +305,9 @@ fn without_repeated(numbered: &[(usize, Report)]) -> Vec<(usize, Report)> {
     last.map(|(_, numbered)| *numbered).collect()
 }
 
-/// Probability that a vehicle follows its path as `along` has it, after the `newest` of its `reports`: of two states, in one of which it
-/// goes freely along `free`. No report counts for more than `odds_max` against the path.
+/// Probability that a vehicle follows its path as in `along`, after the `newest` of its `reports`,
+/// in a two-state model; in the other state it moves as in `free`. `odds_max` bounds each report's
+/// weight against the path.
 fn probability_of_following(
     reports: &[(usize, Report)],
     along: &Track<OnPath<'_>>,
@@ -310,7 +315,7 @@ fn probability_of_following(
     (newest, odds_max): (usize, f64),
 ) -> f64 {
     let moves = match reports {
-        // One fix says nothing of motion.
+        // One fix has no information on motion.
         [(_, only)] if only.ground_track().is_none() => true,
         _ => SPEED_AT_REST <= free.filter.combined().velocity().norm(),
     };
@@ -334,8 +339,8 @@ fn probability_of_following(
         })
 }
 
-/// By time, then by everything else, so that no order in which reports are given can show; what depends on where north
-/// is comes last.
+/// Orders by time, then by all other members, so that the given order has no effect; members that
+/// depend on north are last.
 pub(crate) fn in_order(a: &Report, b: &Report) -> Ordering {
     let numbers = |report: &Report| {
         let or_none = |value: Option<f64>| value.unwrap_or(f64::NEG_INFINITY);
@@ -357,7 +362,7 @@ pub(crate) fn in_order(a: &Report, b: &Report) -> Ordering {
         .unwrap_or(Ordering::Equal)
 }
 
-/// What a filter holds after its last report.
+/// State of a filter after its last report.
 struct Filtered {
     time: f64,
     position: Vector2<f64>,
@@ -388,7 +393,8 @@ impl From<&OnPath<'_>> for Filtered {
 }
 
 impl Filtered {
-    /// When and how fast it turned by the courses of the two newest reports, of which neither reports it.
+    /// Time and rate of turn between the courses of the two newest reports, neither of which
+    /// reports a rate.
     fn turning(used: &[(usize, Report)]) -> Option<(f64, f64)> {
         let [.., (_, before), (_, after)] = used else {
             return None;
@@ -398,13 +404,13 @@ impl Filtered {
         Some((after.t_s, clear(rate)))
     }
 
-    /// The state, with what the newest of the reports in the filter say of depth and turn.
+    /// The state, with the newest depth and turn among the used reports.
     fn state(&self, used: &[(usize, Report)], now: f64) -> AuvState {
         let newest_first = || used.iter().rev().map(|(_, report)| report);
         let reported =
             newest_first().find_map(|report| report.turn_rate_radps.map(|rate| (report.t_s, rate)));
         let turning = reported.or_else(|| Self::turning(used));
-        // A vehicle that never reports its depth is taken to be at the surface.
+        // Without any reported depth the vehicle is at the surface.
         let depth = newest_first().find_map(|report| report.depth_m).unwrap_or(0.0);
         let (course, speed) = (Course::of(&self.velocity), self.velocity.norm().min(SPEED_MAX));
         AuvState {

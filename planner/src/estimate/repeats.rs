@@ -1,4 +1,4 @@
-//! The path of a vehicle that declares none: its own track, and after it what repeats.
+//! The path of a vehicle that declares none: its past track, continued by the repeated pattern.
 
 use std::sync::Arc;
 
@@ -17,80 +17,83 @@ use crate::{
     },
 };
 
-/// Most places of a track that are remembered, the newest: a lane of a lawn-mower and its turn need five or six.
+/// Most points of a stored track, the newest ones; a lane of a lawn-mower with its turn needs five
+/// or six.
 pub(crate) const TRACK_POINTS_MAX: usize = 96;
 
-/// Places nearer to the line between their neighbours than this are not remembered, in standard deviations of a fix.
+/// Distance from the line between their neighbours below which points are dropped, in standard
+/// deviations of a fix.
 const STRAIGHT: f64 = 0.7;
 
-/// Fewest places of a track that has turned.
+/// Fewest points of a track with a turn.
 const POINTS_MIN: usize = 4;
 
-/// Distance between the places at which two pieces of a track are compared, in standard deviations of a fix.
+/// Distance between compared points of two pieces of a track, in standard deviations of a fix.
 const SPACING: f64 = 2.7;
 
-/// A piece of track tells little unless its course changes by so much, rad: nearly a half turn. At 2.5, 5 of 200 tracks through
-/// random way-points repeated something, at 3.0 at most one.
+/// Least change of course of a compared piece, rad: nearly a half turn. At 2.5, 5 of 200 tracks
+/// through random way-points had a pattern, at 3.0 at most one.
 const TURN_MIN: f64 = 3.0;
 
-/// What repeats turns by so much, rad, or it is a piece of a line or of a curve, which is like any other piece of it. One corner is enough:
-/// between the two of a turn, a lane ago was between two others.
+/// Least change of course of a pattern, rad; pieces of lines and wide curves are all alike. One
+/// corner is enough: between the two of a turn, a lane ago was between two others.
 const LAG_TURN_MIN: f64 = 1.2;
 
-/// By how much the lag is refined, in distances between places, and as a share of it.
+/// Range of the lag's refinement, in distances between points, and as a share of the lag.
 const REFINED_BY: f64 = 2.0;
 const REFINED_SHARE: f64 = 0.2;
 
-/// Largest root mean square distance between two pieces that are taken for the same, in standard deviations of a fix.
+/// Largest root-mean-square distance of equal pieces, in standard deviations of a fix.
 const RESIDUAL_MAX: f64 = 2.3;
 
-/// The same as a share of the piece's radius of gyration: a piece that is as small as its noise is like any other.
+/// The same as a share of the piece's radius of gyration; a piece as small as its noise resembles
+/// any other.
 const RESIDUAL_SHARE_MAX: f64 = 0.1;
 
-/// How far ahead a path is continued, s: more than any plan looks.
+/// Time by which a path is continued, s; longer than any plan.
 const AHEAD: f64 = 180.0;
 
-/// Points after which it is not continued any more.
+/// Number of points that ends the continuation.
 const PATH_POINTS_MAX: usize = 512;
 
-/// Fastest that a vehicle is carried, m/s: what moves faster between two places is not the same track.
+/// Largest speed between two points of one track, m/s.
 const TRACK_SPEED_MAX: f64 = 15.0;
 
-/// Fastest that a declared path is followed, m/s.
+/// Largest speed along a declared path, m/s.
 const SPEED_MAX: f64 = 10.0;
 
 /// Longest time on one leg, s: a day.
 const LEG_TIME_MAX: f64 = 86_400.0;
 
-/// Silence after which a track begins anew, s.
+/// Silence after which a track restarts, s.
 const SILENCE_MAX: f64 = 1800.0;
 
-/// What a vehicle's track repeats.
+/// Pattern that a vehicle's track repeats.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Repeats {
-    /// Where it was, and where it goes if the track repeats once more.
+    /// Past track, and its continuation by one more repetition.
     pub path: KnownPath,
-    /// What it looks like.
+    /// Kind of pattern.
     pub pattern: Pattern,
-    /// How often it was sailed, as far as the track is remembered.
+    /// Number of repetitions in the stored track.
     pub times: f64,
-    /// Length of what repeats, m.
+    /// Length of the pattern, m.
     pub period: f64,
     /// Length of its longest leg, m.
     pub leg: f64,
-    /// Distance between lanes, m; 0 where there are none.
+    /// Distance between lanes, m; 0 without lanes.
     pub spacing: f64,
-    /// Root mean square distance between one time and the next, m.
+    /// Root-mean-square distance between repetitions, m.
     pub residual: f64,
 }
 
-/// Where a vehicle was, as straight legs.
+/// Past track of a vehicle, as straight legs.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Trail {
     pub(crate) points: Vec<TrackPoint>,
     /// Standard deviation of its fixes, m.
     sigma: f64,
-    /// Its speed through the water where it moved, m/s.
+    /// Its speed through the water in motion, m/s.
     speed: f64,
     /// Current (north, east), m/s.
     current: Vector2<f64>,
@@ -99,7 +102,8 @@ pub(crate) struct Trail {
 }
 
 impl Trail {
-    /// Through `reports`, in order of time, in a `current` (north, east), m/s, after what an earlier answer `remembered`.
+    /// Through `reports`, in order of time, in a `current` (north, east), m/s, after the
+    /// `remembered` track of an earlier answer.
     pub(crate) fn new(
         remembered: &[TrackPoint],
         reports: &[(usize, Report)],
@@ -138,8 +142,8 @@ impl Trail {
         }
     }
 
-    /// What the track repeats, if it does: its newest piece, at least as long as the period, against the piece a period before, as it
-    /// is or mirrored.
+    /// The pattern that the track repeats, if any: compares the newest piece, at least a period
+    /// long, with the piece a period before, as it is or mirrored.
     pub(crate) fn repeats(&self) -> Option<Repeats> {
         if !(SPEED_AT_REST..=SPEED_MAX).contains(&self.speed) || self.points.len() < POINTS_MIN {
             return None;
@@ -157,7 +161,7 @@ impl Trail {
         self.fixes.iter().map(off).sum::<f64>() / number(self.fixes.len())
     }
 
-    /// Way-points turned at a `radius`, m, with the speeds of the legs that end at them.
+    /// Way-points with turns of `radius`, m, and the speeds of the legs that end at them.
     fn rounded(&self, corners: &[SailedTo], radius: f64) -> Option<Path> {
         let leg = |corner: &SailedTo| Leg {
             speed_mps: corner
@@ -182,7 +186,7 @@ impl Trail {
         declared.path().ok()
     }
 
-    /// The same for a vehicle that turns at a `radius`, m, and by how much the fixes miss it.
+    /// The pattern for turns of `radius`, m, and the mean squared distance of the fixes.
     fn repeats_turning_at(&self, radius: f64) -> Option<(f64, Repeats)> {
         let track = Polyline::new(self.corners(radius));
         if track.points.len() < POINTS_MIN {
@@ -195,7 +199,7 @@ impl Trail {
         // The shortest piece that turns enough.
         let [enough, least] =
             [TURN_MIN, LAG_TURN_MIN].map(|enough| turned.partition_point(|turned| *turned < enough) * CHORD);
-        // The shortest lag at which the track repeats, and its neighbours: twice that lag fits as well.
+        // The shortest lag with a match, and its neighbours; twice that lag fits as well.
         let mut best: Option<Match> = None;
         for lag in least..n / 2 {
             let span = lag.max(enough);
@@ -244,12 +248,12 @@ impl Trail {
         Some((misfit, repeats))
     }
 
-    /// The corners of the track of a vehicle that turns at a `radius`, m, up to the end of its last long leg. Two fixes in a turn cut it
-    /// by metres. What is known well are the legs, and when it was on them: a corner is where two legs meet, and a way back reaches as
-    /// far as the time between its legs says.
+    /// Corners of the track for turns of `radius`, m, to the end of the last long leg. Two fixes in
+    /// a turn cut it by metres, while legs and their times are accurate: corners are intersections
+    /// of legs, and the reach of a reversal follows from the time between its legs.
     fn corners(&self, radius: f64) -> Vec<SailedTo> {
         let edges: Vec<_> = self.points.windows(2).map(Edge::new).collect();
-        // Only the newest legs count: a long transit may have come before the lanes.
+        // Only the newest legs count: a long transit may precede the lanes.
         let newest = &edges[edges.len().saturating_sub(NEWEST)..];
         let longest = newest.iter().map(Edge::length).fold(0.0, f64::max);
         let enough = (LONG_SHARE * longest).max(LONG * self.sigma).max(4.0 * radius);
@@ -287,7 +291,7 @@ impl Trail {
         motion.residual <= most
     }
 
-    /// The same match at the lag that fits best between two places, over as much of the track as it holds for.
+    /// The match at the best lag between two points, over the longest piece for which it holds.
     fn refined(&self, track: &Polyline, places: &[Complex<f64>], spacing: f64, coarse: Match) -> Match {
         let (mirrored, lag) = (coarse.motion.mirrored, coarse.lag);
         let most = (REFINED_BY * spacing).min(REFINED_SHARE * lag);
@@ -316,12 +320,13 @@ impl Trail {
         best
     }
 
-    /// The track up to its last corner, and after it what repeats; and by how much the fixes miss it.
+    /// The track to its last corner, continued by the pattern, and the mean squared distance of the
+    /// fixes.
     fn path(&self, track: &Polyline, best: &Match, radius: f64) -> Option<(f64, Path)> {
         let (_, known) = track.points.split_last()?;
         let mut points = known.to_vec();
         let last = track.along[known.len() - 1];
-        // The corner that the last one repeats is the last one again.
+        // The corner that the last one repeats is the last one itself.
         let start = last - best.lag + 0.5 * best.lag.min(radius + 3.0 * self.sigma);
         let mut period: Vec<_> = track
             .corners_after(start)
@@ -339,7 +344,7 @@ impl Trail {
         };
         points.extend(repeat());
         let misfit = self.misfit(&self.rounded(&points, radius)?);
-        // As far again as it went: on a lap it may be taken to be one lap further on.
+        // Continues by the past length too: on a lap the vehicle may be placed one lap ahead.
         let mut ahead = best.lag;
         while ahead < AHEAD * self.speed + 2.0 * best.lag + track.length() && points.len() < PATH_POINTS_MAX {
             points.extend(repeat());
@@ -349,14 +354,14 @@ impl Trail {
     }
 }
 
-/// Newest legs that say what a long one is.
+/// Number of newest legs that define a long one.
 const NEWEST: usize = 24;
 
-/// A leg is long if it is so many standard deviations of a fix, and such a share of the longest.
+/// Least length of a long leg, in standard deviations of a fix, and as a share of the longest.
 const LONG: f64 = 8.0;
 const LONG_SHARE: f64 = 0.2;
 
-/// What was remembered from before the `first` report; nothing if the two cannot be one track.
+/// The stored track before the `first` report; empty if the two cannot be one track.
 fn before(remembered: &[TrackPoint], first: &Report) -> Vec<TrackPoint> {
     let newest = &remembered[remembered.len().saturating_sub(TRACK_POINTS_MAX)..];
     let is_silent = newest.last().is_none_or(|last| SILENCE_MAX < first.t_s - last[0]);
@@ -367,7 +372,7 @@ fn before(remembered: &[TrackPoint], first: &Report) -> Vec<TrackPoint> {
     let is_one_track = points.windows(2).all(|pair| {
         let elapsed = pair[1][0] - pair[0][0];
         let moved = (place(&pair[1]) - place(&pair[0])).norm();
-        // A place at which two legs meet may stand twice.
+        // A corner of two legs may occur twice.
         (0.0..=LEG_TIME_MAX).contains(&elapsed) && moved <= TRACK_SPEED_MAX * elapsed + 6.0 * first.sigma_m
     });
     points.pop();
@@ -378,10 +383,10 @@ fn before(remembered: &[TrackPoint], first: &Report) -> Vec<TrackPoint> {
     }
 }
 
-/// Places in a chord over which courses are compared: shorter ones are noise.
+/// Points in a chord for the comparison of courses; shorter chords are noise.
 const CHORD: usize = 3;
 
-/// By how much the course changes, rad, over the last chord and more and more chords before it.
+/// Change of course, rad, over the last chord and increasing numbers of earlier ones.
 fn turned(places: &[Complex<f64>]) -> Vec<f64> {
     let chords: Vec<_> = places
         .rchunks(CHORD)
@@ -397,10 +402,10 @@ fn turned(places: &[Complex<f64>]) -> Vec<f64> {
     turned
 }
 
-/// A piece of a track that is like the one a lag before.
+/// A piece of a track that matches the one a lag before.
 #[derive(Clone)]
 struct Match {
-    /// Places in it but one.
+    /// Number of its points minus one.
     span: usize,
     /// The lag, m.
     lag: f64,
@@ -415,8 +420,8 @@ mod tests {
     const SIGMA: f64 = 1.5;
     const SPEED: f64 = 0.9;
 
-    /// Fixes every ten seconds of a vehicle that has gone along `path` for a `time`, s, and those of its last 640 s after the track that
-    /// earlier answers left of the others.
+    /// Past track of a vehicle that followed `path` for a `time`, s: fixes every ten seconds, of
+    /// which those before the last 640 s are in the stored track of earlier answers.
     fn trail(path: &Path, time: f64, seed: u64) -> Trail {
         let mut random = Random(seed);
         let fix = |k: u32| {
@@ -440,7 +445,7 @@ mod tests {
         Path::lawn_mower(Vector2::new(7.0, -3.0), 0.4, 200.0, 30.0, 12)
     }
 
-    /// Through way-points.
+    /// A path through way-points.
     fn through(points: Vec<[f64; 2]>) -> Path {
         let segments = vec![Segment::Waypoints {
             points,
@@ -456,7 +461,7 @@ mod tests {
         declared.path().expect("can be sailed")
     }
 
-    /// How far a vehicle is, 60 s after a `time`, from where its repeated track leads, m.
+    /// Distance, 60 s after a `time`, of a vehicle from the continuation of its track, m.
     fn off(path: &Path, time: f64, repeats: &Repeats) -> f64 {
         let inferred = &repeats.path.path;
         let now = inferred.closest_near(&path.at(SPEED * time).position, SPEED * time, 60.0);
@@ -465,7 +470,7 @@ mod tests {
     }
 
     #[test]
-    fn lanes_are_found_in_the_third_and_lead_round_the_next_turn() {
+    fn lanes_are_found_in_the_third_and_predict_the_next_turn() {
         let path = lanes();
         let (mut squares, mut n) = (0.0, 0.0);
         for seed in 0..10 {
@@ -475,7 +480,7 @@ mod tests {
                 let repeats = trail(&path, time, seed).repeats().expect("was sailed twice");
                 assert_eq!(repeats.pattern, Pattern::Lanes);
                 assert!((repeats.spacing - 30.0).abs() < 2.0, "{}", repeats.spacing);
-                // From corner to corner: the half circles reach 15 m farther than the lanes.
+                // From corner to corner: the half circles extend the lanes by 15 m.
                 assert!((220.0 - repeats.leg).abs() < 20.0, "{}", repeats.leg);
                 squares += off(&path, time, &repeats).powi(2);
                 n += 1.0;
@@ -486,7 +491,7 @@ mod tests {
     }
 
     #[test]
-    fn laps_and_ways_there_and_back_are_found() {
+    fn laps_and_returns_are_found() {
         let corners = [[0.0, 0.0], [120.0, 0.0], [120.0, 80.0], [0.0, 80.0]];
         let ends = [[0.0, 0.0], [150.0, 20.0]];
         for path in [through(corners.repeat(5)), through(ends.repeat(8))] {
@@ -498,7 +503,7 @@ mod tests {
     }
 
     #[test]
-    fn way_points_without_a_pattern_repeat_nothing() {
+    fn way_points_without_a_pattern_have_no_repeats() {
         let mut found = 0;
         for seed in 1000..1200 {
             let mut random = Random(100 + seed);
@@ -515,8 +520,8 @@ mod tests {
     }
 
     #[test]
-    fn a_piece_of_a_line_or_a_wide_curve_repeats_nothing() {
-        // Each piece is like the one before it, however short the lag.
+    fn lines_and_wide_curves_have_no_repeats() {
+        // Each piece matches the previous one at any lag.
         for (seed, radius) in (0..60).zip([200.0, 400.0, 1.0e4].into_iter().cycle()) {
             let point = |k: u32| {
                 let angle = 60.0 * f64::from(k) / radius;
@@ -529,7 +534,7 @@ mod tests {
     }
 
     #[test]
-    fn what_repeats_turns_and_moves_with_the_track() {
+    fn a_pattern_rotates_and_moves_with_the_track() {
         let trail = trail(&lanes(), 900.0, 3);
         let turned = |point: &TrackPoint| {
             let (sin, cos) = f64::sin_cos(1.1);
@@ -556,7 +561,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fix_that_weighs_nothing_beside_the_others_leaves_every_place_a_number() {
+    fn a_fix_of_negligible_weight_keeps_all_points_finite() {
         let fix = |k: u32| {
             let t_s = 10.0 * f64::from(k);
             let report = if k < 5 {
@@ -571,7 +576,7 @@ mod tests {
     }
 
     #[test]
-    fn a_long_leg_and_what_came_before_it_are_one_track() {
+    fn a_long_leg_and_the_track_before_it_are_one_track() {
         // Half an hour on one leg leaves no corner among the reports.
         let fixes: Vec<_> = (0..20_u32)
             .map(|k| {
@@ -585,7 +590,7 @@ mod tests {
     }
 
     #[test]
-    fn a_remembered_track_that_is_none_is_left_out() {
+    fn an_impossible_stored_track_is_dropped() {
         let fixes: Vec<_> = (0..20_u32)
             .map(|k| {
                 (
