@@ -11,8 +11,7 @@ const AGREEING_TO_TAKE_OVER: usize = 3;
 /// The same if the second is reached from the first with the track's velocity: the vehicle
 /// corrected its position when it surfaced.
 ///
-/// Two such outliers are within 8 m in one of 25 pairs, or for one refused report in sixty
-/// thousand.
+/// Two such outliers are within 8 m in one of 25 pairs: one refused report in sixty thousand.
 const AGREEING_TO_BE_MOVED: usize = 2;
 
 /// Largest share of fixes outside the gate on a track that fits.

@@ -1,4 +1,4 @@
-//! From the chosen schedule to what an answer says of it, and to the AUVs that the goal follows.
+//! The answer of the chosen schedule, and the AUVs that the goal follows.
 
 use nalgebra::Vector2;
 
@@ -24,7 +24,7 @@ use crate::{
     },
 };
 
-/// A schedule, and the AUVs that the goal follows by it.
+/// A schedule, and the AUVs that the goal follows.
 #[derive(Clone, Debug)]
 pub(crate) struct Scheduled {
     pub(crate) schedule: Schedule,
@@ -32,7 +32,7 @@ pub(crate) struct Scheduled {
     pub(crate) turns: Vec<Turn>,
 }
 
-/// What an answer is made of.
+/// Inputs of an answer.
 pub(crate) struct Answer<'a> {
     pub(crate) snapshot: &'a Snapshot,
     pub(crate) visits: &'a Visits,
@@ -41,14 +41,15 @@ pub(crate) struct Answer<'a> {
     pub(crate) ids: &'a [&'a VehicleId],
     pub(crate) vehicles: Vec<Vehicle>,
     pub(crate) present: Option<Present>,
-    /// The schedule before.
+    /// The previous schedule.
     pub(crate) previous: Option<&'a Schedule>,
-    /// The AUV that is asked for as the next one, if that visit is over.
+    /// The requested next AUV, if its visit is over.
     pub(crate) visited: Option<VehicleId>,
 }
 
 impl Answer<'_> {
-    /// The answer with the one of `found` that was `chosen`, `before` being the candidate of the schedule before.
+    /// The answer with the `chosen` one of `found`; `before` is the candidate of the previous
+    /// schedule.
     pub(crate) fn of(
         self,
         found: &[(usize, Found)],
@@ -96,7 +97,7 @@ impl Answer<'_> {
         Scheduled { schedule, turns }
     }
 
-    /// Why the first visit is the first, where costs do not decide that.
+    /// The reason for the first visit, if it is not the cost.
     fn reason(&self, schedule: &Schedule) -> Option<Reason> {
         let first = schedule.next()?;
         if self.visits.next.as_ref() == Some(first) && self.visited.is_none() {
@@ -110,7 +111,7 @@ impl Answer<'_> {
         (0.0 < late).then_some(Reason::Late(late))
     }
 
-    /// Where the AUV of a visit is expected at a time, s after now: m, (north, east).
+    /// Expected position of a visit's AUV at a time, s after now: m, (north, east).
     fn place(&self, stay: &Stay, time: f64) -> Vector2<f64> {
         let asc = &self.snapshot.asc;
         let ahead = self.fleet.candidates[stay.candidate].track.at(time.max(0.0));
@@ -132,13 +133,13 @@ impl Answer<'_> {
         }
     }
 
-    /// A visit that is on began when it did.
+    /// The present visit, which keeps its beginning.
     fn begun(&self, stay: &Stay) -> Option<Present> {
         self.present
             .filter(|present| stay.arrive <= 0.0 && present.candidate == stay.candidate)
     }
 
-    /// Who is not served by a deadline within the horizon.
+    /// AUVs that are not served by a deadline within the horizon.
     fn late(&self, missed: u32) -> Vec<VehicleId> {
         let late = |vehicle: &&Vehicle| {
             if vehicle.served.left_out.is_some() {
@@ -154,7 +155,7 @@ impl Answer<'_> {
         vehicles.map(|vehicle| vehicle.served.auv.clone()).collect()
     }
 
-    /// All but the chosen one, the cheapest first, a missed deadline being dearer than any cost.
+    /// All but the chosen one, the cheapest first; missed deadlines outweigh any cost.
     fn alternatives(&self, found: &[(usize, Found)], chosen: Option<usize>) -> Vec<Alternative> {
         let others = found.iter().enumerate();
         let mut others: Vec<_> = others
@@ -170,17 +171,17 @@ impl Answer<'_> {
         others.into_iter().map(alternative).collect()
     }
 
-    /// What the goal follows: the AUV of the first visit until it is left, then the way to the next one as the schedule goes it. A goal
-    /// that jumps to the next AUV, hundreds of metres away, would draw the craft away from this one as soon as the program sees it.
-    /// Where visits have no least time, the first one is over when the craft arrives: the goal goes on to the next when the craft would
-    /// be there, so that the craft turns in time. Without a visit, the goal is the nearest AUV that was heard.
+    /// The goal's targets: the AUV of the first visit until departure, then the leg to the next
+    /// one. A goal that jumped to a distant AUV would draw the craft away early. Without a least
+    /// visit time, the first visit ends on arrival: the goal continues so that the craft turns in
+    /// time. Without a visit, the goal is the nearest AUV that was heard.
     fn turns(&self, stays: &[Stay], forecasts: &[AuvForecast]) -> Vec<Turn> {
         let of = |stay: &Stay, until| Turn {
             until,
             auv: self.fleet.candidates[stay.candidate].auv,
             leg: None,
         };
-        // No faster than the craft, which need not go from one AUV's place to the other's, only from near the one to near the other.
+        // No faster than the craft, whose leg lasts from near the first AUV to near the second.
         let leg = |first: &Stay, second: &Stay| {
             let from = forecasts[self.fleet.candidates[first.candidate].auv]
                 .at(first.leave)

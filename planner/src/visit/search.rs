@@ -1,8 +1,10 @@
 //! The search over sequences of visits.
 //!
-//! Tours by the clock and the visits of the schedule before come first: no schedule is worse than they are. Then visits are tried in order of time, slot by slot. What cannot
-//! become better than the best schedule known is left out (branch and bound, of few AUVs); of what remains in a slot, the most promising go on (beam). While none is left out for that, the result is the best
-//! of all sequences. The work is bounded by counts, never by a clock, so that equal problems have equal results.
+//! Tours by the clock and the previous schedule come first, as upper bounds. Then visits are tried
+//! in order of time, slot by slot. Sequences that cannot become better than the best known schedule
+//! are dropped (branch and bound, for few AUVs); in each slot the most promising remain (beam). If
+//! the beam drops none, the result is optimal. Counts bound the work, never a clock, so equal
+//! problems have equal results.
 
 use smallvec::SmallVec;
 
@@ -15,48 +17,48 @@ use crate::visit::{
 /// Slots of time in which schedules are compared with each other.
 const SLOTS: usize = 60;
 
-/// Most candidates with which bounds are worth their time: each costs an arrival for every candidate.
+/// Most candidates with bounds: each bound costs an arrival for every candidate.
 const BOUNDED_MAX: usize = 4;
 
-/// Times of service that are tried with more candidates than that.
+/// Times of service per visit with more candidates.
 const DWELLS_OF_MANY: usize = 3;
 
-/// Times of service that a tour is tried with, s more than the least one.
+/// Times of service of a tour, s beyond the least one.
 const TOUR_DWELLS: [f64; 4] = [0.0, 30.0, 90.0, 210.0];
 
-/// Most visits of a tour: of AUVs that are served side by side, one would have thousands.
+/// Most visits of a tour; adjacent AUVs would allow thousands.
 const TOUR_VISITS_MAX: usize = 500;
 
-/// Shortest visit that is planned, s.
+/// Shortest planned visit, s.
 const STAY_MIN: f64 = 1.0;
 
-/// The craft with an AUV already, in the visit of the schedule before.
+/// The craft at an AUV, in a visit of the previous schedule.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Present {
     pub(crate) candidate: usize,
-    /// When that visit began, s after now, not positive.
+    /// Beginning of that visit, s after now, not positive.
     pub(crate) since: f64,
-    /// When it was to end.
+    /// Its planned end.
     pub(crate) leave: f64,
 }
 
-/// A visit to be tried: the candidate, and for how long, s.
+/// A visit to try: the candidate, and its duration, s.
 pub(crate) type Planned = (usize, f64);
 
-/// A schedule that was found.
+/// A schedule of the search.
 #[derive(Clone, Debug)]
 pub(crate) struct Found {
     pub(crate) stays: Vec<Stay>,
-    /// What it costs, missed deadlines apart, and with them.
+    /// Its cost without and with missed deadlines.
     pub(crate) cost: f64,
     pub(crate) value: f64,
-    /// The candidates whose deadlines it misses, as bits.
+    /// Candidates with missed deadlines, as bits.
     pub(crate) missed: u32,
-    /// Whether no sequence of these visits is better.
+    /// `true` if no sequence of these visits is better.
     pub(crate) exact: bool,
 }
 
-/// A sequence of visits so far, as its last one.
+/// A sequence of visits, represented by its last one.
 #[derive(Clone, Copy)]
 struct Node {
     before: Option<usize>,
@@ -68,7 +70,7 @@ struct Node {
 struct Search<'a> {
     fleet: &'a Fleet,
     nodes: Vec<Node>,
-    /// Nodes by the slot in which they leave.
+    /// Nodes by the slot of their departure.
     slots: Vec<Vec<usize>>,
     /// The best complete schedule: its last node, its state at the end, and its value.
     best: Option<(usize, State, f64)>,
@@ -76,8 +78,9 @@ struct Search<'a> {
 }
 
 impl Fleet {
-    /// The best schedule whose first visit is to `first`; none if the craft cannot reach it. `before` is what is left of the schedule
-    /// before: it is no worse than to go on with that. Once `due`, it is the best so far, or a visit that does not end.
+    /// The best schedule whose first visit is to `first`; `None` if the craft cannot reach it. It
+    /// is at least as good as to continue with `before`, the rest of the previous schedule. Once
+    /// `due`, it is the best so far, or a visit without end.
     pub(crate) fn best_first(
         &self,
         first: usize,
@@ -113,7 +116,7 @@ impl Fleet {
         let inserted = before.first().filter(|(to, _)| *to != first);
         let rest = before.iter().map(|(to, dwell)| (*to, dwell.max(least)));
         let visits = inserted.map(|_| (first, least)).into_iter().chain(rest);
-        // What was scheduled goes on whatever the time: it is short.
+        // The previous schedule is always completed: it is short.
         search.sail(visits, present, &|| inserted.is_some() && due());
         search.visit(None, &self.start(), first, present);
         search.extend_all(width, due);
@@ -144,7 +147,7 @@ impl Search<'_> {
         }
     }
 
-    /// These visits one after the other until it is `due`, at least one, and the last to the end.
+    /// Follows these visits, at least one, until it is `due`; the last one continues to the end.
     fn sail(
         &mut self,
         visits: impl Iterator<Item = Planned>,
@@ -175,7 +178,7 @@ impl Search<'_> {
             let Node { before, stay, state } = self.nodes[last];
             self.complete(before, &stay, &state);
         }
-        // Nothing goes on from here.
+        // These nodes have no continuation.
         if self.best.is_none_or(|(last, ..)| last < start) {
             self.nodes.truncate(start);
         }
@@ -190,7 +193,7 @@ impl Search<'_> {
         let dwells = self.dwells(&there, to);
         let mut leaves: SmallVec<[f64; 6]> = dwells.iter().map(|dwell| arrive + dwell).collect();
         if let Some(present) = present {
-            // A visit that has begun: its rest, which may be none.
+            // The rest of a present visit may be empty.
             let rests = [present.since + self.fleet.dwell_min, present.leave];
             leaves.extend(rests.map(|leave| leave.max(arrive)));
         }
@@ -226,7 +229,8 @@ impl Search<'_> {
         dwells
     }
 
-    /// The visit to `to` that arrives with the costs `there` and ends when it should leave, or at the end of the horizon.
+    /// The visit to `to` that arrives with the costs `there` and ends at `leave`, or at the
+    /// horizon.
     fn node(&self, before: Option<usize>, to: usize, arrive: f64, (there, leave): (&State, f64)) -> Node {
         let leave = leave.min(self.fleet.horizon);
         let state = self.fleet.stayed(there, to, leave);
@@ -243,12 +247,13 @@ impl Search<'_> {
         }
     }
 
-    /// Whether bounds are used.
+    /// `true` if bounds are used.
     fn bounded(&self) -> bool {
         self.fleet.candidates.len() <= BOUNDED_MAX
     }
 
-    /// Compares the schedule that goes on with `stay`, at whose end all costs are `left`, until the end with the best.
+    /// Compares the best schedule with the one that ends with `stay`, where the costs are `left`,
+    /// extended to the horizon.
     fn complete(&mut self, before: Option<usize>, stay: &Stay, left: &State) {
         let end = self.fleet.stayed(left, stay.candidate, self.fleet.horizon);
         let value = self.fleet.value(&end);
@@ -268,7 +273,7 @@ impl Search<'_> {
         }
     }
 
-    /// The nodes of a slot from which to go on.
+    /// The nodes of a slot that are extended.
     fn promising(&mut self, slot: usize, width: usize) -> Vec<usize> {
         let fleet = self.fleet;
         let mut here = std::mem::take(&mut self.slots[slot]);
@@ -308,7 +313,7 @@ impl Search<'_> {
             at = self.nodes[node].before;
         }
         stays.reverse();
-        // A visit that has begun and need not go on is over.
+        // A present visit that need not continue is over.
         if 1 < stays.len() && stays[0].leave <= 0.0 {
             stays.remove(0);
         }

@@ -54,7 +54,7 @@ fn costs() -> [VisitCost; 3] {
     [VisitCost::Age, uncertainty, data]
 }
 
-/// A request with `n` AUVs up to `far` metres away, called `auv-0` and so on, whose costs are random.
+/// A request with `n` AUVs up to `far` metres away, `auv-0` and so on, with random costs.
 fn random(seed: u64, n: usize, far: f64) -> PlanRequest {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let auv = |i: usize, rng: &mut ChaCha8Rng| {
@@ -111,7 +111,7 @@ fn scheduled_with(request: &PlanRequest, parameters: &SchedulingParameters) -> S
     scheduled.expect("the goal visits").schedule
 }
 
-/// `request` a little later, with what was scheduled.
+/// `request` after `elapsed` s, with the schedule in its previous plan.
 fn later(request: &PlanRequest, schedule: &Schedule, elapsed: f64) -> PlanRequest {
     let mut later = request.clone();
     visits(&mut later).costs_now.clear();
@@ -153,7 +153,7 @@ fn fleet(request: &PlanRequest, horizon: f64) -> Fleet {
     )
 }
 
-/// A horizon that is short enough to enumerate all sequences, whose visits may have several lengths where the cost is a variance.
+/// A horizon short enough for enumeration, as variances allow visits of several lengths.
 fn horizon(request: &PlanRequest, of_one_length: f64) -> f64 {
     match &request.goal.goal {
         Goal::Visit(Visits {
@@ -164,7 +164,7 @@ fn horizon(request: &PlanRequest, of_one_length: f64) -> f64 {
     }
 }
 
-/// The least `worth` of all sequences of visits that go on from `state`.
+/// The least `worth` of all sequences of visits that continue `state`.
 fn enumerated(fleet: &Fleet, state: &State, only: Option<usize>, worth: fn(&Fleet, &State) -> f64) -> f64 {
     let mut best = f64::INFINITY;
     for to in (0..fleet.candidates.len()).filter(|to| only.is_none_or(|only| only == *to)) {
@@ -191,7 +191,8 @@ fn enumerated(fleet: &Fleet, state: &State, only: Option<usize>, worth: fn(&Flee
     best
 }
 
-/// `request` `step` seconds later, the craft having gone straight to the AUV of its `schedule`, after a turn on the spot.
+/// `request` after `step` seconds, in which the craft turned on the spot and went straight to the
+/// AUV of its `schedule`.
 fn sailed(request: &PlanRequest, schedule: &Schedule, step: f64) -> PlanRequest {
     let target = request.auv(&schedule.visits[0].auv).and_then(|auv| auv.state);
     let mut after = later(request, schedule, step);
