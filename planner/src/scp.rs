@@ -1,4 +1,5 @@
-//! Sequential convex programming (SCP): convex subproblems, each linearised about the solution of the one before.
+//! Sequential convex programming (SCP): convex subproblems, each linearised about the previous
+//! solution.
 
 pub(crate) mod detours;
 pub(crate) mod follower;

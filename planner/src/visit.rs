@@ -2,7 +2,7 @@
 //! hours.
 //!
 //! ```text
-//! minimise  (∫ Σ wᵢ cᵢ dt + θ Σ wᵢ cᵢ(H)) / (H + θ)     or the largest wᵢ cᵢ plus a hundredth of that
+//! minimise  (∫ Σ wᵢ cᵢ dt + θ Σ wᵢ cᵢ(H)) / (H + θ)     or the largest wᵢ cᵢ and 0.01 times that
 //! over sequences of (AUV, arrival, departure), with every arrival the earliest possible
 //! ```
 //! `cost` evolves a cost, `depth` forecasts depths, `fleet` holds the AUVs and the craft,

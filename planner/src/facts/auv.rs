@@ -98,10 +98,9 @@ pub struct Dive {
 }
 
 impl Dive {
-    /// Time that a MEDUSA-class vehicle takes to reverse from 50° down to 50° up, or back, s.
-    ///
-    /// Source: the simulated pitch loop. From 23 m on it takes 3.4 s to be back, from 1 m on 3.5 s, and a cycle
-    /// lasts 198.6 s, of which the legs, 22 m each at 0.3 m/s along the body, are 191.5 s.
+    /// Duration of a MEDUSA-class vehicle's reversal between 50° down and 50° up, s. Source: the
+    /// simulated pitch loop, 3.4 s from 23 m back to it and 3.5 s from 1 m; the legs, 22 m each at
+    /// 0.3 m/s along the body, are 191.5 s of a cycle of 198.6 s.
     pub const REVERSAL_MEDUSA: f64 = 3.6;
 
     /// Duration of a reversal, s.

@@ -85,24 +85,24 @@ impl Goal {
 pub enum Offset {
     /// In fixed directions.
     Ned {
-        /// How far north, m.
+        /// Distance north, m.
         north_m: f64,
-        /// How far east, m.
+        /// Distance east, m.
         east_m: f64,
     },
     /// Along the course over ground of the followed point; while that rests, its last course
     /// counts.
     Target {
-        /// How far ahead, m.
+        /// Distance ahead, m.
         ahead_m: f64,
-        /// How far to starboard, m.
+        /// Distance to starboard, m.
         starboard_m: f64,
     },
     /// Along the path tangent at the followed AUV.
     Path {
-        /// How far ahead, m.
+        /// Distance ahead, m.
         ahead_m: f64,
-        /// How far to starboard, m.
+        /// Distance to starboard, m.
         starboard_m: f64,
     },
     /// In a fixed direction.

@@ -1,4 +1,4 @@
-//! When to stop looking for a better plan.
+//! The stop signal of a search for a better plan.
 
 use std::{
     fmt,
@@ -8,19 +8,19 @@ use std::{
     },
 };
 
-/// A signal to stop, looked at once per interior-point iteration and once per SCP iteration. Clones share it.
+/// A stop signal, polled once per interior-point iteration and once per SCP iteration. Clones share
+/// it.
 ///
-/// The planner has no clock: the caller, who has one, says what a look finds. Once a look has found that it is time to
-/// stop, every later one does.
+/// The planner has no clock: the caller defines the result of a poll. Once due, it remains due.
 #[derive(Clone)]
 pub struct Stop {
-    /// None: there is always time.
+    /// `None`: there is always time.
     look: Option<Arc<dyn Fn() -> bool + Send + Sync>>,
     found: Arc<AtomicBool>,
 }
 
 impl Stop {
-    /// Never: the plan takes as long as it takes.
+    /// Never due.
     #[must_use]
     pub fn never() -> Self {
         Self {
@@ -29,7 +29,7 @@ impl Stop {
         }
     }
 
-    /// As soon as `look` says so.
+    /// Due once `look` returns `true`.
     #[must_use]
     pub fn when(look: impl Fn() -> bool + Send + Sync + 'static) -> Self {
         Self {
@@ -38,23 +38,23 @@ impl Stop {
         }
     }
 
-    /// Before the first program: a lower fallback level answers.
+    /// Due before the first program: a lower fallback level answers.
     #[must_use]
     pub fn at_once() -> Self {
         Self::when(|| true)
     }
 
-    /// Looks whether it is time to stop.
+    /// Polls the signal.
     #[must_use]
     pub fn is_due(&self) -> bool {
         let Some(look) = &self.look else { return false };
-        // One flag that nothing else hangs on.
+        // An independent flag.
         let due = self.was_due() || look();
         self.found.store(due, Ordering::Relaxed);
         due
     }
 
-    /// Whether a look has found that it is time to stop. Does not look again.
+    /// `true` if a poll found the signal due. Does not poll.
     #[must_use]
     pub fn was_due(&self) -> bool {
         self.found.load(Ordering::Relaxed)
@@ -77,10 +77,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn once_due_it_stays_due_for_every_clone_and_is_not_looked_at_again() {
+    fn a_due_signal_stays_due_for_every_clone_without_another_poll() {
         let looks = Arc::new(AtomicU32::new(0));
         let counted = Arc::clone(&looks);
-        // Due at the third look only.
+        // Due at the third poll only.
         let stop = Stop::when(move || counted.fetch_add(1, Ordering::Relaxed) == 2);
         let clone = stop.clone();
         assert!(!stop.is_due() && !clone.is_due() && !clone.was_due());
@@ -90,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn never_is_never_due_and_at_once_is_due_at_the_first_look() {
+    fn never_is_never_due_and_at_once_is_due_at_the_first_poll() {
         assert!(!Stop::never().is_due());
         let stop = Stop::at_once();
         assert!(!stop.was_due());

@@ -304,7 +304,8 @@ impl Legs {
 /// from the turn, by |θ| + 2 φ into it, and by φ away again.
 ///
 /// ```text
-/// centres, for r = 1, θ > 0 and ψ = 0:  C₁ = (0, −1)    C₂ = (cos θ/2 + √(4 − sin² θ/2)) [sin θ/2, −cos θ/2]
+/// centres, for r = 1, θ > 0 and ψ = 0:  C₁ = (0, −1),
+///     C₂ = (cos θ/2 + √(4 − sin² θ/2)) [sin θ/2, −cos θ/2]
 /// φ = π/2 − angle of C₂ − C₁
 /// ```
 fn looped(point: Vector2<f64>, tangent: f64, radius: f64, turn: f64) -> [Piece; 3] {
