@@ -1,5 +1,4 @@
-//! Visits: the AUV to serve next, the arrival and the departure, over the next half hour to two
-//! hours.
+//! Visits: next AUVs, arrivals and departures over the next half hour to two hours.
 //!
 //! ```text
 //! minimise  (∫ Σ wᵢ cᵢ dt + θ Σ wᵢ cᵢ(H)) / (H + θ)     or the largest wᵢ cᵢ and 0.01 times that

@@ -125,8 +125,7 @@ fn the_nearer_to_the_goal_of_two_incompatible_auvs_is_kept() {
 
 #[test]
 fn no_other_range_is_kept_at_the_goal_s_expense() {
-    // From out of range of both towards the goal, nearer to the other AUV and farther out of range
-    // of the goal.
+    // From out of range of both, nearer to the other AUV than to the goal's.
     for craft in [Vector2::new(420.0, 260.0), Vector2::new(0.0, 800.0)] {
         let broken = |others: &[f64]| {
             let answer = planned(&scene(craft, others));

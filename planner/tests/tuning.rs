@@ -148,16 +148,14 @@ fn a_horizon_of_another_length_continues_the_previous_plan_in_one_workspace() {
         assert!((last - now - steps.iter().sum::<f64>()).abs() < 1e-9);
         let (anew, shared) = (digits(&planned(&snapshot)), digits(&answer));
         assert_eq!(anew, shared, "the workspace shows");
-        // The reference turns from the previous plan's no faster than the craft: the trajectory
-        // continues.
+        // The reference turns from the previous one no faster than the craft.
         let turned = answer.reference.heading.radians() - before.reference.heading.radians();
         assert!(turned.abs() < 0.2, "{} steps: {turned}", steps.len());
         before = answer;
     }
 }
 
-/// Without iterations: more than a few may end in a linearisation with violated motion rows late in
-/// the horizon.
+/// Without iterations: more than a few may end with motion rows violated late in the horizon.
 #[test]
 fn every_weight_at_the_ends_of_its_range_keeps_the_limits_and_solves() {
     let levers = ranges_by_shape().filter(|(shape, _)| *shape == "Tuning");
@@ -199,8 +197,7 @@ fn first_program(snapshot: &Snapshot) -> (Program, Solution) {
 }
 
 /// The terms that the weights reduce, of the velocities through the water and the deviations at the
-/// stages of a solution. Columns: four a stage, as in docs/program.md, deviation in tens of metres
-/// and velocity.
+/// stages of a solution. Columns as in docs/program.md: deviation in tens of metres and velocity.
 fn terms(program: &Program, solution: &Solution, snapshot: &Snapshot) -> [f64; 3] {
     let parameters = Parameters::default();
     let steps = &parameters.of(snapshot).steps;
@@ -225,8 +222,7 @@ fn terms(program: &Program, solution: &Solution, snapshot: &Snapshot) -> [f64; 3
     [error, energy, acceleration]
 }
 
-/// If x minimises f + w g and x' minimises f + w' g with w < w', then g(x') ≤ g(x): add both
-/// inequalities.
+/// If x minimises f + w g and x' minimises f + w' g with w < w', g(x') ≤ g(x): add both.
 #[test]
 fn a_larger_weight_makes_its_term_smaller_at_the_convex_optimum() {
     let sweeps: [(&str, usize, &[f64]); 3] = [

@@ -4,10 +4,9 @@
 //! (north, east) = s (cos α, sin α)
 //! ```
 //!
-//! s and α are length and azimuth, at the datum, of the shortest line on the ellipsoid from the
-//! datum to the place: the azimuthal equidistant projection. Distances and directions from the
-//! datum are exact at any distance; transverse distances are too long by at most s²/(6 R²), 1 cm
-//! per kilometre at 50 km.
+//! s and α are length and azimuth, at the datum, of the geodesic from the datum to the place: the
+//! azimuthal equidistant projection. Distances and directions from the datum are exact at any
+//! distance; transverse distances are too long by at most s²/(6 R²), 1 cm per kilometre at 50 km.
 //!
 //! Source: C. F. F. Karney, Algorithms for geodesics, J. Geodesy 87 (2013),
 //! doi:10.1007/s00190-012-0578-z, section 13.
@@ -84,8 +83,7 @@ impl Datum {
         }
     }
 
-    /// Convergence at `position` (north, east), m: true minus local bearings there, rad, in (−π,
-    /// π].
+    /// Convergence at `position` (north, east), m: true minus local bearings, rad, in (−π, π].
     ///
     /// ```text
     /// γ = α₂ − α₁
@@ -229,8 +227,7 @@ mod tests {
     fn east_is_an_arc_of_the_prime_vertical() {
         for latitude in [-80.0_f64, -38.41, 0.0, 12.0, 65.0] {
             let across = radii(latitude.to_radians()).1;
-            // Over 100 m the series of the geodesic after its first two terms is tan²φ·s³/N² < 1
-            // µm.
+            // The geodesic's series over 100 m after two terms is tan²φ·s³/N² < 1 µm.
             let reached = datum(latitude, 20.0).from_local(&Vector2::new(0.0, 100.0));
             let turned = (reached.longitude - 20_f64.to_radians()) * across * latitude.to_radians().cos();
             assert!((turned - 100.0).abs() < 1e-6, "{latitude}: {turned}");

@@ -33,8 +33,8 @@ pub struct Plan {
     pub method: Method,
     /// Reason of a degraded answer; `None` if a program was solved, whichever level then answered.
     pub degraded: Option<Degraded>,
-    /// Present speed and heading for the inner loops, as they hold them: through water or over
-    /// ground, heading or course.
+    /// Present speed and heading for the inner loops: through water or over ground, heading or
+    /// course.
     pub reference: Reference,
     /// The same as speed through the water and heading; return it in the next request.
     pub reference_through_water: Reference,
@@ -46,8 +46,7 @@ pub struct Plan {
     pub trajectory: Vec<TrajectoryPoint>,
     /// The goal at the times of the trajectory.
     pub goal: Vec<GoalPoint>,
-    /// Last course of the followed point in motion, without the offset; return it in the next
-    /// request.
+    /// Last course of the followed point in motion; return it in the next request.
     pub goal_course: Course,
     /// Forecasts of the AUVs, in the snapshot's order.
     pub targets: Vec<PlannedTarget>,
@@ -181,9 +180,8 @@ pub struct PlannedTarget {
     pub estimate: TargetEstimate,
     /// The forecast model used, never `auto`.
     pub forecast: Forecast,
-    /// Velocity that reports and model do not explain, such as an unknown current: estimated from
-    /// successive `state`s without covariance, otherwise 0. The next request needs it in
-    /// `previous_plan`.
+    /// Velocity that reports and model do not explain, such as a current: estimated from successive
+    /// `state`s without covariance, otherwise 0. The next request needs it in `previous_plan`.
     pub drift: Drift,
     /// Past track of a vehicle without a `path`: corners as time, s, and position north and east,
     /// m, at most 96. The next request needs it in `previous_plan`.
@@ -242,14 +240,13 @@ pub struct TargetEstimate {
     /// m²/s and m²/s². Absent for a `state` without one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub covariance: Option<[[f64; 4]; 4]>,
-    /// Root-mean-square distance of the estimate, predicted to now, from the vehicle, m. Absent
-    /// without `covariance`.
+    /// Root-mean-square error of the position now, m. Absent without `covariance`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub position_sigma_m: Option<f64>,
     /// Indices of the unused `reports`, ascending: outliers, reports before a jump, and duplicates.
     pub rejected: Vec<usize>,
-    /// Fit of its reports to its `path`, or to the pattern of its track. Absent without either, and
-    /// without reports.
+    /// Fit of its reports to its `path`, or to its track's pattern. Absent without either or
+    /// reports.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub route: Option<RouteFit>,
     /// Sawtooth in its reported depths. Absent unless it reversed three times at the same depths,

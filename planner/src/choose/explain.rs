@@ -1,5 +1,4 @@
-//! Explanation of a plan: the size of its program, all subproblems, and the soft rows that gave
-//! way.
+//! Explanation of a plan: size of its program, all subproblems, and soft rows that gave way.
 
 use std::collections::BTreeMap;
 
@@ -30,8 +29,7 @@ pub struct Explanation {
     /// Size of the last convex subproblem.
     // Zeros without a subproblem.
     pub program: ProgramSize,
-    /// Terms of each predicted cost, by controller and term, m² s; they sum to its
-    /// `predicted.cost`.
+    /// Terms of each predicted cost, by controller and term, m² s; their sum is the cost.
     #[schema(value_type = BTreeMap<String, BTreeMap<String, f64>>)]
     pub cost_terms: BTreeMap<String, CostTerms>,
     /// Soft limits that the last subproblem violated at the price of its slacks.
@@ -70,8 +68,7 @@ pub struct SubproblemReport {
     pub status: SolverStatus,
     /// Interior-point iterations.
     pub iterations: u32,
-    /// Residuals of its optimality conditions, independent of the solver; absent without a
-    /// solution.
+    /// Residuals of its optimality conditions; absent without a solution.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub residuals: Option<Residuals>,
 }

@@ -26,8 +26,7 @@ pub use crate::{
     },
 };
 
-/// Memory of a caller between plans: programs and solvers by problem shape. It saves time and
-/// changes no answer.
+/// Programs and solvers by problem shape, which a caller keeps between plans to save time.
 #[derive(Debug, Default)]
 pub struct Workspace {
     programs: Programs,

@@ -39,8 +39,8 @@ use crate::{
     visit::schedule::Scheduler,
 };
 
-/// Difference of equal predicted costs, m² s; right above its goal a craft has 10⁻¹² m² s from the
-/// solver's tolerance.
+/// Difference of equal predicted costs, m² s; the solver's tolerance leaves 10⁻¹² m² s above the
+/// goal.
 const COST_TIE: f64 = 1e-6;
 
 /// Lead of a slow turn's heading reference, rad, to starboard.

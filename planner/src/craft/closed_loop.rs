@@ -20,8 +20,7 @@ pub struct Craft {
     pub heading: HeadingResponse,
     /// Response of the speed loop.
     pub surge: SurgeResponse,
-    /// Sway per surge and yaw rate k_β, s, positive if the craft drifts outwards in a turn: v =
-    /// −k_β u r.
+    /// Sway per surge and yaw rate k_β, s, positive for an outward drift in a turn: v = −k_β u r.
     #[doc(alias = "k_beta")]
     pub sway_per_yaw_rate: f64,
     /// Propulsion power at a steady speed.
@@ -153,8 +152,7 @@ impl HeadingDynamics {
 const SECOND_ORDER_DELAY: f64 = 0.4;
 
 impl HeadingResponse {
-    /// Time constant of the first-order loop that approximates this one after its effective delay,
-    /// s.
+    /// Time constant of the first-order loop that approximates this one after a delay, s.
     #[must_use]
     pub fn time_constant(&self) -> f64 {
         match self.dynamics {

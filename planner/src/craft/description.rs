@@ -19,8 +19,7 @@ use crate::{
     },
 };
 
-/// Closed-loop response of the surface craft. Omitted members have the preset's values or, without
-/// a preset, are learnt.
+/// Closed-loop response of the surface craft. Omitted members are the preset's, or learnt.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema, JsonSchema)]
 #[serde(
     deny_unknown_fields,
@@ -32,8 +31,7 @@ use crate::{
 #[schema(as = Craft)]
 #[schemars(rename = "Craft", bound = "N: JsonSchema + Default + PartialEq")]
 pub struct CraftDescription<N = f64> {
-    /// Name of a known craft (`GET /v1/crafts` lists them) whose values replace omitted members.
-    /// Default: none.
+    /// Name of a known craft (from `GET /v1/crafts`) for omitted members. Default: none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = "medusa")]
     pub preset: Option<String>,
@@ -89,8 +87,7 @@ pub struct HeadingLoop<N = f64> {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>, example = 1.6)]
     pub natural_frequency_radps: Option<N>,
-    /// Damping ratio of a second-order response. Needs `natural_frequency_radps`. Default: the
-    /// preset's.
+    /// Damping ratio; needs `natural_frequency_radps`. Default: the preset's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>, example = 0.8)]
     pub damping: Option<N>,
@@ -294,8 +291,7 @@ impl CraftDescription {
 
 impl<N> CraftDescription<N> {
     /// The same description with other numbers: `number` maps each one's name
-    /// (`heading_loop/delay_s`), range and value, in this order. Skips the numbers of an omitted
-    /// `power`.
+    /// (`heading_loop/delay_s`), range and value, in this order; skips an omitted `power`.
     pub fn map<M: Default>(
         &self,
         mut number: impl FnMut(&str, &RangeInclusive<f64>, Option<&N>) -> Option<M>,

@@ -7,9 +7,8 @@
 //! g ← clamp(g + Δ ((X² − 2 X Y′)/(2(σ² + κ²X²)) − f), 0, 2h)         no effect if h ≤ g
 //! ```
 //! The increment is the log-likelihood ratio of the measured change: no effect (mean 0) against the
-//! effect on the slowest craft (mean X). It is 0 for half of X. Constant offsets and steady turns
-//! do not change it, and without a change of references nothing is decided. Evidence fades at the
-//! rate f.
+//! effect on the slowest craft (mean X). It is 0 for half of X. Constant offsets, steady turns and
+//! constant references do not change it. Evidence fades at the rate f.
 //!
 //! Source: E. S. Page, "Continuous inspection schemes", 1954, doi:10.1093/biomet/41.1-2.100. Missed
 //! faults and false alarms: `docs/evidence.md#random-craft`.

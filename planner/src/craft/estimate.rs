@@ -21,8 +21,7 @@ pub(crate) const VARIANCE_MAX: f64 = 100.0;
 /// first-order lag. See `docs/rationale.md#learning-the-craft`.
 const LAG_MODEL_ERROR: f64 = 0.15;
 
-/// Estimate of the craft's loops from declaration and response. Each answer returns it to the next
-/// request.
+/// Estimate of the craft's loops from declaration and response; the next request returns it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CraftEstimate {
     /// Filtered heading, rad; logarithm of its time constant in s; offset from the reference, rad.
@@ -35,14 +34,12 @@ pub struct CraftEstimate {
     pub followed_heading: f64,
     /// Speed reference behind the loop's delay, m/s.
     pub followed_speed: f64,
-    /// Heading and speed of the command, as the loops hold them, behind the loops' delays, rad and
-    /// m/s.
+    /// Heading and speed of the command behind the loops' delays, rad and m/s.
     pub followed_command: Vector2<f64>,
     /// Log-likelihood ratios, bounded, 0 if unknown: the heading loop holds the course over ground;
     /// the speed loop holds the speed over ground.
     pub evidence: Vector2<f64>,
-    /// Filtered surge speed, m/s; logarithm of its time constant in s; acceleration disturbance,
-    /// m/s².
+    /// Filtered surge, m/s; logarithm of its time constant in s; acceleration disturbance, m/s².
     pub surge: Vector3<f64>,
     /// Covariance of the same.
     pub surge_covariance: Matrix3<f64>,

@@ -13,8 +13,7 @@
 //! Extended Kalman filters: the loops are nonlinear in their time constants, and unexcited
 //! parameters must keep their prior, which recursive least squares with a forgetting factor does
 //! not ensure. Logarithms keep time constants positive. Time constants and their variances return
-//! to their prior in [`FORGETTING_TIME`], so that estimates are bounded and follow a changing
-//! craft.
+//! to their prior in [`FORGETTING_TIME`], so estimates are bounded and adapt.
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
@@ -115,8 +114,7 @@ const HARD_TURN: f64 = 0.35;
 /// The same as a yaw rate, rad/s, for a craft without way, whose recent turns are not observed.
 const HARD_YAW_RATE: f64 = 0.04;
 
-/// Largest turn with an unambiguous sense, rad; references of plans are at most 2.6 rad from the
-/// bow.
+/// Largest turn of unambiguous sense, rad; plans' references are within 2.6 rad of the bow.
 const CLEAR_TURN_MAX: f64 = 2.7;
 
 /// Least speed for an observation of drift, m/s.
@@ -247,8 +245,7 @@ impl CraftEstimate {
         next
     }
 
-    /// Compares the craft with the `slowest` plausible one; `before` are the references followed
-    /// until now.
+    /// Compares the craft with the `slowest` plausible one; `before`: the previous references.
     fn look_for_effects(&mut self, asc: &Asc, slowest: &CraftModel, before: (f64, f64), elapsed: f64) {
         let (heading, speed) = (self.followed_heading, self.followed_speed);
         let seen = asc.heading().radians();
@@ -389,8 +386,7 @@ impl CraftEstimate {
         self.surge_covariance = sound(&(covariance - gain * covariance.row(0)));
     }
 
-    /// Uses the measured sway, else the velocity over ground across the bow minus a declared
-    /// current.
+    /// Uses the measured sway, else that of the velocity over ground minus a declared current.
     fn learn_drift(&mut self, observation: &CraftObservation<'_>, prior: &Prior, asked: PastReference) {
         let asc = observation.asc;
         let across = || {

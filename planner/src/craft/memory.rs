@@ -112,8 +112,7 @@ impl CraftEstimate {
         memory
     }
 
-    /// Inverse of [`Self::memory`]; none if a number is missing or out of range, or a covariance
-    /// has a negative eigenvalue.
+    /// Inverse of [`Self::memory`]; none for a missing or invalid number or covariance.
     #[must_use]
     pub fn from_memory(memory: &[f64]) -> Option<Self> {
         if ![MEMORY_LENGTH_WITHOUT_EFFECTS, MEMORY_LENGTH].contains(&memory.len()) {

@@ -24,12 +24,10 @@ const CORRECTION_TIME: f64 = 8.0;
 /// Averaging time of the test, s.
 const AVERAGING_TIME: f64 = 15.0;
 
-/// Standard deviation of a following craft's heading from its prediction, rad: compass, waves,
-/// model.
+/// Standard deviation of a following craft's heading, rad: compass, waves, model.
 const HEADING_SIGMA: f64 = 0.12;
 
-/// Relative error of the crab angle of a craft that holds its course, from errors of the current
-/// and the speed.
+/// Relative error of a course loop's crab angle, from errors of current and speed.
 const CRAB_ERROR: f64 = 0.5;
 
 /// Standard deviation of a following craft's speed from its prediction, m/s.
@@ -158,8 +156,7 @@ const SQUARE_ROOT_MAX: f64 = 6.0;
 pub struct Realised {
     /// Mean square distance while the planner steered, m².
     pub planner: f64,
-    /// Mean square distance while the law steered because the craft did not follow, m²; until then
-    /// the planner's.
+    /// Mean square distance while the law steered, m²; the planner's until then.
     pub law: f64,
     /// `true` if the law steers because the craft does not follow.
     pub law_steers: bool,
@@ -186,9 +183,8 @@ impl Realised {
         ]
     }
 
-    /// Its state after `elapsed` at `distance` from the goal, m. During an `alarm`, each steers for
-    /// at least a minute, and then while it is nearer than the other was; without an alarm, the
-    /// planner steers.
+    /// Its state after `elapsed` at `distance` from the goal, m. In an `alarm`, each steers for a
+    /// minute and then while it is nearer than the other was; else the planner steers.
     #[must_use]
     pub fn after(&self, distance: f64, elapsed: f64, alarm: bool) -> Self {
         let mut next = *self;

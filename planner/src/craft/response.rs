@@ -33,8 +33,7 @@ fn disturbance_after(dt: f64, bias: f64, acceleration: f64, craft: &CraftModel) 
     (bias + asked * (1.0 - (-dt / integral_time).exp())).clamp(-most, most)
 }
 
-/// The surge disturbance at the stages of a trajectory, m/s²: the craft's, then as the trajectory's
-/// accelerations change it.
+/// The surge disturbance at a trajectory's stages, m/s²: the craft's, then integrated.
 pub(crate) fn surge_disturbances(
     stages: &[Stage],
     steps: &[f64],
@@ -101,10 +100,9 @@ pub(crate) struct Response<'a> {
 }
 
 impl Response<'_> {
-    /// Stages 0 … N, and positions between, of the craft that starts at `start` on `heading` and
-    /// follows `law` over `steps`. The law runs once a second at most with the time since the
-    /// start, s, the craft, and its surge. Its heading reference passes the slew limiter of every
-    /// answer.
+    /// Stages 0 … N, and positions between, of a craft from `start` on `heading` that follows `law`
+    /// over `steps`. The law runs at most once a second, with the time since the start, s, the
+    /// craft, and its surge. Its heading reference passes the slew limiter of every answer.
     pub(crate) fn roll_out(
         &self,
         start: Stage,
@@ -181,8 +179,7 @@ impl Response<'_> {
     }
 }
 
-/// Largest angle of a heading reference from the bow, rad; beyond half a turn a heading loop turns
-/// the other way.
+/// Largest angle of a heading reference from the bow, rad; beyond π a loop reverses its turn.
 const REFERENCE_AHEAD_MAX: f64 = 2.6;
 
 /// The heading reference at most `slew`, rad, from `from` towards `asked`. It turns in the bow's

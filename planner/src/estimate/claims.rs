@@ -20,8 +20,7 @@ use crate::{
     facts::evidence::Report,
 };
 
-/// Least inflation that is tried, m, then by factors of two: a tenth of the most exact acoustic
-/// fix.
+/// Least tried inflation, m, then by factors of two: a tenth of the best acoustic fix.
 const INFLATION_MIN: f64 = 0.05;
 
 /// Largest inflation that is tried, m: a multipath.
@@ -59,8 +58,8 @@ pub(crate) struct Believed {
 }
 
 impl Believed {
-    /// Screens the `claimed` reports, at least one, in order of time. After the deadline (`due`) no
-    /// further inflation is tried.
+    /// Screens `claimed` reports, at least one, in order of time. Once `due`, no inflation is
+    /// tried.
     pub(crate) fn new(claimed: Vec<(usize, Report)>, due: &dyn Fn() -> bool) -> Self {
         let claimed = without_echoes(claimed);
         let positions: Vec<_> = claimed
@@ -92,8 +91,7 @@ impl Believed {
     }
 }
 
-/// Drops misfits among simultaneous fixes: of several returns of one ping one is direct. They do
-/// not contradict the accuracy.
+/// Drops misfits among simultaneous fixes: only one of a ping's returns is direct.
 fn without_echoes(mut claimed: Vec<(usize, Report)>) -> Vec<(usize, Report)> {
     if claimed.windows(2).all(|two| two[0].1.t_s < two[1].1.t_s) {
         return claimed;

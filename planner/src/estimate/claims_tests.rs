@@ -1,5 +1,4 @@
-//! Claims of 3 mm to 20 km for fixes at all rates, true and false: vehicles on lanes with
-//! half-circle turns.
+//! Claims of 3 mm to 20 km for fixes at all rates, true and false; vehicles on lanes.
 
 #![expect(
     clippy::disallowed_macros,
@@ -253,8 +252,8 @@ mod slow {
                         old.rms, new.rms, old.nees, new.nees
                     );
                     assert!(new.rms < 1.01 * old.rms, "{case:?}: {old:?}, {new:?}");
-                    // Between fixes 30 s apart the motion exceeds the error, which no innovation
-                    // shows.
+                    // Between fixes 30 s apart the motion exceeds the error: no innovation shows
+                    // it.
                     if claimed < 1.0 && interval <= 10.0 {
                         assert!(new.nees < 2.2, "{case:?}: {new:?}");
                         let known = outcome(Case { claimed: 1.0, ..case }, before);

@@ -122,8 +122,7 @@ fn dot(a: Complex<f64>, b: Complex<f64>) -> f64 {
     (a.conj() * b).re
 }
 
-/// A corner of a track (north + i east), m, with the speed through the water before it, m/s, if the
-/// leg was long enough.
+/// A corner of a track (north + i east), m, and the speed before it, m/s, after a long leg.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SailedTo {
     pub(crate) point: Complex<f64>,

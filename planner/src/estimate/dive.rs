@@ -7,19 +7,16 @@ use crate::{
     facts::{auv::Dive, evidence::Report},
 };
 
-/// Least height of a detected sawtooth, m. Assumption: gauge errors and swell are within a fortieth
-/// of it.
+/// Least height of a detected sawtooth, m. Assumption: gauge errors and swell are 2.5 % of it.
 const HEIGHT_MIN: f64 = 4.0;
 
 /// Depth change from the last extreme at which a vehicle has reversed, as a share of the height.
 const SWING: f64 = 0.3;
 
-/// Largest difference of the reversal depths, as a share of the height, and of the legs' rates, as
-/// a share of their mean.
+/// Largest relative difference of reversal depths (by the height) and of the legs' rates.
 const SPREAD_MAX: f64 = 0.1;
 
-/// Largest root-mean-square deviation of a leg from a straight line, as a share of the height;
-/// waves exceed it.
+/// Largest root-mean-square bend of a leg, as a share of the height; waves exceed it.
 const BENT_MAX: f64 = 0.03;
 
 /// Fewest reversals: the vehicle has repeated itself.
@@ -169,8 +166,7 @@ mod tests {
     use super::*;
     use crate::{estimate::tests::Random, predict::dive::DepthForecast};
 
-    /// Reports of `depth` over the last 640 s, every ten seconds, three in ten lost, with a gauge
-    /// of 0.1 m.
+    /// Reports of `depth` over 640 s, every ten seconds, three in ten lost, with a gauge of 0.1 m.
     fn reports(depth: impl Fn(f64) -> f64, random: &mut Random) -> Vec<(usize, Report)> {
         let mut report = |k: u32| {
             let t_s = 10.0 * f64::from(k);

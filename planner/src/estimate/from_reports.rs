@@ -25,11 +25,10 @@ use crate::{
     },
 };
 
-/// Largest age of a telemetered rate of turn, s.
-///
-/// Six of the ten-second slots in which an acoustic network usually hears of a vehicle, a third of
-/// a lawn-mower's turn. With a longer one, a vehicle that falls silent in a turn would be forecast
-/// to circle; see `docs/rationale.md#estimating-the-auvs`.
+/// Largest age of a telemetered rate of turn, s. Six of the ten-second slots in which an acoustic
+/// network usually hears of a vehicle, a third of a lawn-mower's turn. With a longer one, a vehicle
+/// that falls silent in a turn would be forecast to circle; see
+/// `docs/rationale.md#estimating-the-auvs`.
 pub(crate) const TURN_RATE_AGE_MAX: f64 = 60.0;
 
 /// Newest reports of a hasty estimate: enough for a velocity, with two outliers.
@@ -41,11 +40,9 @@ const SPEED_MAX: f64 = 10.0;
 /// Estimate of an AUV at its last report.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Estimate {
-    /// State at the time of the newest report used; with a covariance if it is estimated from
-    /// reports.
+    /// State at the time of the newest used report; with a covariance if from reports.
     pub state: AuvState,
-    /// Indices in the request of unused reports, ascending: outliers, reports before a jump, and
-    /// repetitions.
+    /// Indices of unused reports, ascending: outliers, reports before a jump, and repetitions.
     pub rejected: Vec<usize>,
     /// Standard deviation to add to the fixes, m: their variances are larger by its square. 0 if
     /// the reported accuracies are consistent.
@@ -74,8 +71,7 @@ pub struct Route {
     pub fit: PathFit,
     /// Its next turn, if it follows the path.
     pub next_turn: Option<NextTurn>,
-    /// Current along the path (north, east), m/s; 0 if the declared speed turns out to be over
-    /// ground.
+    /// Current along the path (north, east), m/s; 0 if the declared speed is over ground.
     pub current: Vector2<f64>,
 }
 
@@ -154,8 +150,7 @@ impl Estimate {
     }
 
     /// Root-mean-square distance between estimate and vehicle now, m, on a straight course since:
-    /// the square root of the trace of the position covariance. `None` for a state without
-    /// covariance.
+    /// √(tr P) of the position. `None` without a covariance.
     #[must_use]
     pub fn position_sigma(&self) -> Option<f64> {
         let state = &self.state;
@@ -239,8 +234,7 @@ fn from_reports(
 }
 
 /// The likeliest track through `reports` on one of `paths`, or on the pattern that its own track
-/// `repeats`. Speeds may be over ground. Without a declared path, or if it does not fit, the pace
-/// may vary.
+/// `repeats`. Speeds may be over ground; without a fitting declared path the pace may vary.
 fn sailed<'a>(
     paths: &'a [KnownPath],
     repeats: Option<&'a Repeats>,
@@ -286,8 +280,7 @@ fn likelier<'a>(one: Track<OnPath<'a>>, other: Track<OnPath<'a>>) -> Track<OnPat
     }
 }
 
-/// Keeps the last of repeated messages, [`in_order`]: one over two links, or sent again, is no
-/// second measurement.
+/// Keeps the last of repeated messages, [`in_order`]: they are no second measurement.
 fn without_repeated(numbered: &[(usize, Report)]) -> Vec<(usize, Report)> {
     let again = |first: &Report, later: &Report| {
         first.t_s == later.t_s && (first.position() - later.position()).norm() <= REPEATED_WITHIN
@@ -306,8 +299,7 @@ fn without_repeated(numbered: &[(usize, Report)]) -> Vec<(usize, Report)> {
 }
 
 /// Probability that a vehicle follows its path as in `along`, after the `newest` of its `reports`,
-/// in a two-state model; in the other state it moves as in `free`. `odds_max` bounds each report's
-/// weight against the path.
+/// in a two-state model with `free` motion. `odds_max` bounds a report's weight against the path.
 fn probability_of_following(
     reports: &[(usize, Report)],
     along: &Track<OnPath<'_>>,
@@ -339,8 +331,7 @@ fn probability_of_following(
         })
 }
 
-/// Orders by time, then by all other members, so that the given order has no effect; members that
-/// depend on north are last.
+/// Order by all members, time first and north-dependent ones last: the given order has no effect.
 pub(crate) fn in_order(a: &Report, b: &Report) -> Ordering {
     let numbers = |report: &Report| {
         let or_none = |value: Option<f64>| value.unwrap_or(f64::NEG_INFINITY);
@@ -393,8 +384,7 @@ impl From<&OnPath<'_>> for Filtered {
 }
 
 impl Filtered {
-    /// Time and rate of turn between the courses of the two newest reports, neither of which
-    /// reports a rate.
+    /// Time and rate of turn between the two newest courses, if neither report has a rate.
     fn turning(used: &[(usize, Report)]) -> Option<(f64, f64)> {
         let [.., (_, before), (_, after)] = used else {
             return None;

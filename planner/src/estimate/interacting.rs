@@ -22,8 +22,7 @@ const STRAIGHT_LENGTH: f64 = 100.0;
 /// Mean length of a manoeuvre, m: half a turn of 10 m radius.
 const MANOEUVRE_LENGTH: f64 = 30.0;
 
-/// Least speed in the manoeuvre model, m/s: half of the slowest cruise of known vehicles. A waiting
-/// vehicle may depart.
+/// Least speed in the manoeuvre model, m/s: half of the slowest cruise of known vehicles.
 const MANOEUVRE_SPEED_MIN: f64 = 0.1;
 
 /// Largest acceleration towards a telemetered speed, m/s². Assumption: from rest to 1 m/s within
@@ -115,8 +114,7 @@ impl Interacting {
             .max(MANOEUVRE_SPEED_MIN)
     }
 
-    /// `true` if a measurement is inside the gate of a model; the manoeuvre's includes possible
-    /// turns.
+    /// `true` if a measurement is inside a model's gate; the manoeuvre's includes turns.
     fn is_in_gate(&self, measurement: &Measurement) -> bool {
         self.models.iter().any(|model| model.is_in_gate(measurement))
     }
@@ -149,9 +147,8 @@ impl Interacting {
 
     /// Updates with the telemetered velocity, if it is inside the gate.
     ///
-    /// The velocity comes before the position: it tells which position to expect. In the other
-    /// order, an outlier after a long gap would resemble a fast vehicle, and its telemetered speed
-    /// a mistake.
+    /// The velocity comes first, as it predicts the position. In the other order, an outlier after
+    /// a long gap would resemble a fast vehicle, and its telemetered speed a mistake.
     fn take_velocity(&mut self, report: &Report) {
         let velocity = report.ground_track().as_ref().map(Measurement::of_velocity);
         if let Some(velocity) = velocity.filter(|velocity| self.is_in_gate(velocity)) {

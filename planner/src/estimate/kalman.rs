@@ -10,15 +10,13 @@ use crate::{
     },
 };
 
-/// White acceleration along north and along east, m²/s³, after the last report.
-///
-/// Tuned on simulated lawn-mowers, see `docs/rationale.md#estimating-the-auvs`.
+/// White acceleration along north and along east, m²/s³, after the last report. Tuned on simulated
+/// lawn-mowers, see `docs/rationale.md#estimating-the-auvs`.
 pub(crate) const ACCELERATION_DENSITY: f64 = 2.0e-4;
 
-/// Standard deviation of an unknown velocity, m/s, along either axis.
-///
-/// The largest accepted speed, 10 m/s, is inside the gate: (10/3)² = 11.1 is less than [`GATE`].
-/// With a smaller one the track of a fast vehicle without a reported speed would never start.
+/// Standard deviation of an unknown velocity, m/s, along either axis. The largest accepted speed,
+/// 10 m/s, is inside the gate: (10/3)² = 11.1 is less than [`GATE`]. With a smaller one the track
+/// of a fast vehicle without a reported speed would never start.
 const UNKNOWN_SPEED_SIGMA: f64 = 3.0;
 
 /// Standard deviation of a telemetered speed, m/s. Assumption: a quantised Doppler log or thruster
@@ -162,8 +160,7 @@ impl Kalman {
         self.misfit(measurement).1.sqrt()
     }
 
-    /// Squared Mahalanobis distance of a measurement, and the determinant of the innovation's
-    /// covariance.
+    /// Squared Mahalanobis distance and determinant of the innovation covariance of a measurement.
     fn misfit(&self, measurement: &Measurement) -> (f64, f64) {
         let Measurement { z, h, r } = measurement;
         let (y, s) = (z - h * self.mean, h * self.covariance * h.transpose() + r);

@@ -10,8 +10,8 @@ pub(crate) type TrackPoint = [f64; 3];
 /// Least standard deviation of a fix, m: vehicles move no straighter.
 pub(crate) const SIGMA_MIN: f64 = 0.7;
 
-/// Price of a leg, in squares of normalised residuals: 4 for its four numbers, the rest for its end
-/// anywhere among 64 reports.
+/// Price of a leg, in squares of normalised residuals: 4 for its numbers, the rest for its end
+/// among 64 reports.
 const LEG_PRICE: f64 = 14.0;
 
 /// Position (north, east), m.
@@ -76,8 +76,7 @@ pub(crate) fn legs(reports: &[(usize, Report)]) -> Vec<Leg> {
     // For each number of reports: the least price, the beginning of the last leg, and its sums.
     let mut cheapest = vec![(0.0, 0, Sums::default())];
     for end in 1..=reports.len() {
-        // Summed from the end: differences of sums would lose a report among far more accurate
-        // ones.
+        // Summed from the end: differences of sums would lose an inaccurate report.
         let last_legs = (0..end).rev().scan(Sums::default(), |sums, begin| {
             let report = &reports[begin].1;
             *sums = sums.and(
@@ -123,8 +122,7 @@ pub(crate) fn between_turns(track: &[TrackPoint]) -> Option<f64> {
     (0 < turns).then(|| (last[0] - first[0]) / turns as f64)
 }
 
-/// The fewest of `points` with no other farther than `tolerance`, m, from the line (Ramer, Douglas
-/// and Peucker).
+/// The fewest of `points` within `tolerance`, m, of all (Ramer, Douglas and Peucker).
 pub(crate) fn simplified(points: &[TrackPoint], tolerance: f64) -> Vec<TrackPoint> {
     let Some(last) = points.len().checked_sub(1) else {
         return Vec::new();
@@ -169,8 +167,7 @@ mod tests {
 
     #[test]
     fn only_sharp_bends_count_for_the_time_between_turns() {
-        // Lanes of 100 m, 20 m apart: each takes 240 s and ends in two turns. Bad fixes bend a lane
-        // by 10°.
+        // Lanes of 100 m, 20 m apart: each takes 240 s and two turns. Bad fixes bend a lane by 10°.
         let lanes = sailed(&[
             [0.0, 0.0],
             [50.0, 4.0],

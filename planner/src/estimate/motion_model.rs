@@ -24,11 +24,10 @@ const FORGETTING_LENGTH: f64 = 20.0;
 /// ```
 /// with north + i east as complex numbers, speed s and reported rate of turn ω, or 0. Under the
 /// manoeuvre a velocity decays over the distance ℓ towards any of that size: σ = s along either
-/// axis. A constant-turn model with an estimated rate is omitted: between two fixes a fast vehicle
-/// turns by more than half a circle, and the rate is ambiguous.
-/// Source: the integrated Ornstein-Uhlenbeck process; Y. Bar-Shalom, X. R. Li, T. Kirubarajan,
-/// *Estimation with Applications to Tracking and Navigation*, 2001, section 8.2 (Singer's model,
-/// one order lower).
+/// axis. A constant-turn model is omitted: between two fixes a fast vehicle turns by more than half
+/// a circle, and the rate is ambiguous. Source: the integrated Ornstein-Uhlenbeck process; Y.
+/// Bar-Shalom, X. R. Li, T. Kirubarajan, *Estimation with Applications to Tracking and Navigation*,
+/// 2001, section 8.2 (Singer's model, one order lower).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum MotionModel {
     /// White acceleration of a density q, m²/s³.
@@ -127,8 +126,7 @@ fn turned(by: Complex<f64>) -> Matrix2<f64> {
 mod tests {
     use super::*;
 
-    /// F and Q by integration of the moments' equation, Ṗ = A P + P Aᵀ + Q̇, with the midpoint
-    /// rule.
+    /// F and Q by integration of Ṗ = A P + P Aᵀ + Q̇ with the midpoint rule.
     fn integrated(model: &MotionModel, t: f64) -> Transition {
         let (a, q) = match *model {
             MotionModel::Straight { density } => (Matrix2::zeros(), density),

@@ -27,8 +27,7 @@ const ALONG_DENSITY: f64 = 0.002;
 /// of its mean speed of 1.8 m/s after 30 s, see `docs/rationale.md#estimating-the-auvs`.
 const PACE_TIME: f64 = 0.03;
 
-/// Standard deviation of the speed along the path from the declared one, m/s: a current that is
-/// unknown, or known elsewhere.
+/// Standard deviation of the speed along the path, m/s, from an unknown or remote current.
 const SPEED_SIGMA: f64 = 0.05;
 
 /// The same as a share of the declared speed. Assumption: accuracy of planned speeds.
@@ -95,8 +94,7 @@ const BACKWARDS: f64 = 0.02;
 /// Standard deviation of an unknown place along the path, m: negligible information beside any fix.
 const ANYWHERE: f64 = 1000.0;
 
-/// Largest distance of a path from the first report, m: three standard deviations of a poor
-/// navigation.
+/// Largest distance of a path from the first report, m: 3 σ of a poor navigation.
 const REACH: f64 = 60.0;
 
 /// Most initial places along the path, the closest ones.
@@ -183,8 +181,7 @@ pub struct Spread {
 /// Place of a vehicle on its path, its speed, and the path's offset.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathFit {
-    /// Place γ along the path, m; speed above the declared one, m/s; offset of the path (north,
-    /// east), m.
+    /// Place γ along the path, m; excess speed, m/s; offset of the path (north, east), m.
     pub state: Vector4<f64>,
     /// Covariance of these.
     pub covariance: Matrix4<f64>,
@@ -423,8 +420,7 @@ impl<'a> OnPath<'a> {
         filter
     }
 
-    /// A vehicle beside the place `gamma`, with a path displaced along itself by a `part` of the
-    /// navigation's error.
+    /// A vehicle beside `gamma`, with a path displaced along itself by a `part` of the error.
     fn begun(
         &self,
         gamma: f64,
@@ -521,8 +517,7 @@ impl<'a> OnPath<'a> {
         (covariance + covariance.transpose()) * 0.5
     }
 
-    /// Updates with a report, if it is inside the gate. The density covers the position, and the
-    /// course if reported.
+    /// Updates with a report inside the gate. The density covers position and reported course.
     fn take_in(&self, fit: &mut PathFit, report: &Report) -> Innovation {
         let point = self.sailing.known.path.at(fit.state.x);
         let h = PathFit::jacobian(point.tangent);

@@ -17,12 +17,10 @@ use crate::{
     },
 };
 
-/// Most points of a stored track, the newest ones; a lane of a lawn-mower with its turn needs five
-/// or six.
+/// Most points of a stored track, the newest ones; a lane with its turn needs five or six.
 pub(crate) const TRACK_POINTS_MAX: usize = 96;
 
-/// Distance from the line between their neighbours below which points are dropped, in standard
-/// deviations of a fix.
+/// Tolerance of the simplification of a track, in standard deviations of a fix.
 const STRAIGHT: f64 = 0.7;
 
 /// Fewest points of a track with a turn.
@@ -46,8 +44,7 @@ const REFINED_SHARE: f64 = 0.2;
 /// Largest root-mean-square distance of equal pieces, in standard deviations of a fix.
 const RESIDUAL_MAX: f64 = 2.3;
 
-/// The same as a share of the piece's radius of gyration; a piece as small as its noise resembles
-/// any other.
+/// The same as a share of the radius of gyration; pieces as small as their noise are alike.
 const RESIDUAL_SHARE_MAX: f64 = 0.1;
 
 /// Time by which a path is continued, s; longer than any plan.
@@ -320,8 +317,7 @@ impl Trail {
         best
     }
 
-    /// The track to its last corner, continued by the pattern, and the mean squared distance of the
-    /// fixes.
+    /// The track to its last corner, continued by the pattern; and its mean squared misfit.
     fn path(&self, track: &Polyline, best: &Match, radius: f64) -> Option<(f64, Path)> {
         let (_, known) = track.points.split_last()?;
         let mut points = known.to_vec();

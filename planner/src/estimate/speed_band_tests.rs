@@ -1,5 +1,4 @@
-//! Speeds from 0.05 to 3 m/s: vehicles on lanes with half-circle turns, a fix every ten seconds, 30
-//! % lost.
+//! Speeds from 0.05 to 3 m/s: vehicles on lanes, a fix every ten seconds, 30 % lost.
 
 #![expect(
     clippy::disallowed_macros,
@@ -135,8 +134,7 @@ impl Flight {
 /// Means over all flights of a band.
 #[derive(Debug, Default)]
 struct Outcome {
-    /// Normalised squared error of position and velocity at the newest report; its expectation is
-    /// 1.
+    /// Normalised squared error of position and velocity at the newest report; expected: 1.
     normalised: f64,
     /// Share of unused reports.
     rejected: f64,

@@ -846,8 +846,7 @@ proptest! {
         let there = estimate(&reports.iter().map(moved).collect::<Vec<_>>(), 500.0 + delay);
         prop_assert_eq!(&here.rejected, &there.rejected);
         let (here, there) = (here.state, there.state);
-        // Rounding of coordinates and times around a thousand, amplified by velocities between
-        // almost simultaneous fixes.
+        // Rounding of numbers around a thousand, amplified by almost simultaneous fixes.
         prop_assert!((turn * here.position() + shift - there.position()).norm() < 1e-6);
         prop_assert!((turn * here.velocity() - there.velocity()).norm() < 1e-6);
         let mut four = nalgebra::Matrix4::zeros();

@@ -2,16 +2,13 @@
 
 use crate::facts::evidence::Report;
 
-/// Number of agreeing reports in a row that the track refuses and that replace it: it was lost, or
-/// began with an outlier.
-///
+/// Number of successive agreeing refused reports that replace a track (lost, or from an outlier).
 /// With 2 % of outliers spread over 20 m, three agree by chance once in a million.
 const AGREEING_TO_TAKE_OVER: usize = 3;
 
 /// The same if the second is reached from the first with the track's velocity: the vehicle
-/// corrected its position when it surfaced.
-///
-/// Two such outliers are within 8 m in one of 25 pairs: one refused report in sixty thousand.
+/// corrected its position when it surfaced. Two such outliers are within 8 m in one of 25 pairs:
+/// one refused report in sixty thousand.
 const AGREEING_TO_BE_MOVED: usize = 2;
 
 /// Largest share of fixes outside the gate on a track that fits.

@@ -18,8 +18,7 @@ const TURNED_MAX: f64 = 2.0;
 /// Averaging time of the rate, s. Course errors of 0.05 rad, one a second, leave 0.01 rad/s.
 const MEMORY: f64 = 5.0;
 
-/// Least significant rate of turn, rad/s, given the error of courses: 22° over the default horizon
-/// of 78 s.
+/// Least significant rate of turn, rad/s: 22° over the default horizon of 78 s.
 const RATE_MIN: f64 = 0.005;
 
 /// Largest rate of turn that a snapshot accepts, rad/s.
@@ -33,8 +32,7 @@ pub(crate) fn turn_rate(before: &Vector2<f64>, after: &Vector2<f64>, between: f6
     (moving && BETWEEN.contains(&between) && turned.abs() <= TURNED_MAX).then(|| turned / between)
 }
 
-/// Rate of turn of a vehicle in `state`, `between` seconds after the previous plan's estimate,
-/// rad/s.
+/// Rate of turn of a vehicle in `state`, `between` seconds after the previous one, rad/s.
 ///
 /// ```text
 /// r = r⁻ + (1 − exp(−Δ/τ)) ((χ − χ⁻) / Δ − r⁻)          τ = 5 s

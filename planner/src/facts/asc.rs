@@ -25,7 +25,7 @@ pub struct Asc {
     pub north_m: f64,
     /// Position east of the datum, m.
     pub east_m: f64,
-    /// Latitude, degrees, positive north. Needs `origin` and `lon_deg`; replaces `north_m`, `east_m`.
+    /// Latitude, degrees, positive north. Needs `origin` and `lon_deg`; replaces `north_m`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lat_deg: Option<f64>,
     /// Longitude, degrees, positive east.
@@ -42,10 +42,10 @@ pub struct Asc {
     /// Yaw rate, rad/s, positive clockwise seen from above. Default: 0.
     #[serde(default)]
     pub yaw_rate_radps: f64,
-    /// Northward velocity over ground, m/s; together with `ground_east_mps` or not at all.
+    /// Northward velocity over ground, m/s. Needs `ground_east_mps`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ground_north_mps: Option<f64>,
-    /// Eastward velocity over ground, m/s; together with `ground_north_mps` or not at all.
+    /// Eastward velocity over ground, m/s. Needs `ground_north_mps`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ground_east_mps: Option<f64>,
 }
@@ -118,8 +118,7 @@ pub struct DeclaredLimits {
     /// Slowest speed reference through the water, m/s. Default: 0.05.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speed_min_mps: Option<f64>,
-    /// Fastest speed reference, m/s: through the water, or over ground if the craft holds that.
-    /// Default: 1.5.
+    /// Fastest speed reference, m/s: through the water, or over ground if held. Default: 1.5.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speed_max_mps: Option<f64>,
     /// Largest yaw rate, rad/s. Default: what the craft can do.

@@ -1,5 +1,4 @@
-//! Bounds of the craft's position: keep-outs, the area, the acoustic range, and the distance to
-//! AUVs at the surface.
+//! Bounds of the craft's position: keep-outs, area, acoustic range, distance to surfaced AUVs.
 
 use std::{
     f64::consts::{FRAC_PI_2, TAU},
@@ -35,8 +34,7 @@ pub struct KeepOut {
     pub north_m: f64,
     /// Its centre, east of the datum, m.
     pub east_m: f64,
-    /// Latitude of its centre, degrees, positive north. Needs `origin`; replaces `north_m`,
-    /// `east_m`.
+    /// Latitude of its centre, degrees, positive north. Needs `origin`; replaces `north_m`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lat_deg: Option<f64>,
     /// Longitude of its centre, degrees, positive east.

@@ -6,14 +6,12 @@ use utoipa::ToSchema;
 
 use crate::facts::angle::Course;
 
-/// An AUV slower than this over ground is at rest, m/s.
-///
-/// A quarter of the slowest horizontal speed of known vehicles (0.193 m/s); below it the course is
-/// noise.
+/// An AUV slower than this over ground is at rest, m/s. A quarter of known vehicles' slowest speed
+/// (0.193 m/s); below it the course is noise.
 pub const SPEED_AT_REST: f64 = 0.05;
 
 /// Oldest report for a forecast, s; older, the AUV is held at its last position. Assumption: in an
-/// hour an unknown current carries it as far as any forecast is long.
+/// hour an unknown current displaces it by the length of any forecast.
 pub(crate) const FORECAST_AGE_MAX: f64 = 3600.0;
 
 /// State of an underwater vehicle at the time of its last report.
@@ -24,7 +22,7 @@ pub struct AuvState {
     pub north_m: f64,
     /// Position east of the datum, m.
     pub east_m: f64,
-    /// Latitude, degrees, positive north. Needs `origin` and `lon_deg`; replaces `north_m`, `east_m`.
+    /// Latitude, degrees, positive north. Needs `origin` and `lon_deg`; replaces `north_m`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lat_deg: Option<f64>,
     /// Longitude, degrees, positive east.
@@ -106,7 +104,7 @@ pub struct Report {
     pub north_m: f64,
     /// Position east of the datum, m.
     pub east_m: f64,
-    /// Latitude, degrees, positive north. Needs `origin` and `lon_deg`; replaces `north_m`, `east_m`.
+    /// Latitude, degrees, positive north. Needs `origin` and `lon_deg`; replaces `north_m`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lat_deg: Option<f64>,
     /// Longitude, degrees, positive east.
@@ -115,10 +113,10 @@ pub struct Report {
     /// Standard deviation of the position along either axis, m, from 0.001 to 100,000. The
     /// estimator raises it if the fixes scatter more.
     pub sigma_m: f64,
-    /// Telemetered depth, m, positive down. Default: not reported; if no report states it, 0 is used.
+    /// Telemetered depth, m, positive down. Default: not reported; 0 if no report states it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub depth_m: Option<f64>,
-    /// Telemetered course over ground, rad, within ±2π; together with `speed_mps` or not at all.
+    /// Telemetered course over ground, rad, within ±2π. Needs `speed_mps`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub course_rad: Option<f64>,
     /// Telemetered horizontal speed over ground, m/s, never negative; together with `course_rad` or

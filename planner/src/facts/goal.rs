@@ -90,8 +90,7 @@ pub enum Offset {
         /// Distance east, m.
         east_m: f64,
     },
-    /// Along the course over ground of the followed point; while that rests, its last course
-    /// counts.
+    /// Along the course over ground of the followed point; at rest, its last course.
     Target {
         /// Distance ahead, m.
         ahead_m: f64,
@@ -197,14 +196,11 @@ members! {
     range_m: Option<f64>,
     /// `visit`: cost of an unserved vehicle. Default: its age.
     cost: Option<VisitCost>,
-    /// `visit`: horizontal distance within which a vehicle is served, m, from 1 to 5000. Default:
-    /// 20.
+    /// `visit`: largest horizontal distance of service, m, from 1 to 5000. Default: 20.
     within_m: Option<f64>,
-    /// `visit`: least time with a vehicle, s, from 0 to 3600. Default: 0 if the cost is `age`, else
-    /// 30.
+    /// `visit`: least time with a vehicle, s, from 0 to 3600. Default: 0 for `age`, else 30.
     dwell_min_s: Option<f64>,
-    /// `visit`: deadline for serving each vehicle, by name, s on the request's clock. Default:
-    /// none.
+    /// `visit`: deadlines of service by name, s on the request's clock. Default: none.
     #[schema(value_type = Option<BTreeMap<String, f64>>, example = json!({ "auv-2": 1800.0 }))]
     serve_by_s: Option<BTreeMap<VehicleId, f64>>,
     /// `visit`: the mean of the costs counts, or the largest. Default: `mean`.
@@ -214,8 +210,7 @@ members! {
     /// now, else that of a vehicle just served.
     #[schema(value_type = Option<BTreeMap<String, f64>>, example = json!({ "auv-2": 340.0 }))]
     costs_now: Option<BTreeMap<VehicleId, f64>>,
-    /// `visit`: the vehicle to visit next, and to stay with until this member is omitted. Default:
-    /// the vehicle of least cost.
+    /// `visit`: next vehicle, for as long as this member is given. Default: that of least cost.
     #[schema(value_type = Option<String>)]
     next: Option<VehicleId>,
     /// Any kind: desired position relative to the followed point. Default: right above it.
@@ -234,8 +229,7 @@ enum GoalKind {
     Midpoint,
     /// Stay above the weighted mean of several vehicles: `weights`.
     Weighted,
-    /// Stay within a slant range of all vehicles, where the largest range is least: `auvs`,
-    /// `range_m`.
+    /// Stay within a slant range of all vehicles, at the least largest range: `auvs`, `range_m`.
     Range,
     /// Serve several vehicles one after the other, in the order and at the times of least cost:
     /// `auvs`, and optionally `cost`, `weights`, `within_m`, `dwell_min_s`, `serve_by_s`, `reduce`,

@@ -171,8 +171,7 @@ pub enum InvalidReason {
         /// Largest distance from the first point, m.
         within: f64,
     },
-    /// A corner that no convex area has: it turns to the other side, or the previous corners
-    /// already completed a turn.
+    /// A corner that no convex area has: it turns to the other side, or beyond a full turn.
     #[error("turns by {given} rad: the corners, in order, must go once round a convex area")]
     NotConvex {
         /// Its turn, rad, positive to the side to which the area turns.

@@ -21,12 +21,10 @@ pub struct DeclaredPath {
     /// millimetre and a milliradian. At most 10,000; every way-point counts as one.
     pub segments: Vec<Segment>,
     /// `true` if the last segment leads to the first again; way-points alone return to their first
-    /// point without repeating it. An open path continues straight beyond its ends. Default:
-    /// `false`.
+    /// point by themselves. An open path continues straight. Default: `false`.
     #[serde(default)]
     pub closed: bool,
-    /// Horizontal speed of the vehicle through the water, m/s, from 0.01 to 10, on legs without
-    /// their own.
+    /// Horizontal speed through the water, m/s, from 0.01 to 10, on legs without their own.
     pub speed_mps: f64,
 }
 
@@ -34,8 +32,7 @@ pub struct DeclaredPath {
 /// observed. Assumption: survey AUVs of 1.5 m/s turn at 10 m, others at up to 27 m.
 pub(crate) const TURN_RATES: [f64; 3] = [0.15, 0.09, 0.055];
 
-/// Most way-points of a path that is tried at several rates: rounding 1,000 corners takes as long
-/// as a plan's filters.
+/// Most way-points of a path tried at several rates: 1,000 corners take as long as the filters.
 const OTHER_RATES_COUNT_MAX: usize = 1000;
 
 impl DeclaredPath {
@@ -61,8 +58,7 @@ impl DeclaredPath {
         self.speed_mps / TURN_RATES[0]
     }
 
-    /// The path, if its segments join. [`Self::turn_radius`] applies at way-points without a
-    /// radius.
+    /// The path, if its segments join; [`Self::turn_radius`] applies without a declared one.
     pub fn path(&self) -> Result<Path, InvalidPath> {
         self.turned_at(self.turn_radius())
     }
@@ -138,14 +134,12 @@ impl KnownPath {
 }
 
 /// Largest distance at which an AUV is on its path, m; beyond it, [`Forecast::Auto`] uses its
-/// motion alone.
-///
-/// Assumption: ten standard deviations of an acoustic fix (1.5 m); less than any lane is long.
+/// motion alone. Assumption: ten standard deviations of an acoustic fix (1.5 m); less than any lane
+/// is long.
 pub(crate) const OFFSET_FROM_PATH_MAX: f64 = 15.0;
 
-/// Position uncertainty in the search for the place on the path, m: two standard deviations of an
-/// acoustic fix (1.5 m), or a follower's offset in a current. Within it, the course says more than
-/// the distance.
+/// Position uncertainty in the search for the place, m: two standard deviations of an acoustic fix
+/// (1.5 m), or a follower's offset in a current. Within it, the course is decisive.
 const POSITION_UNCERTAINTY: f64 = 3.0;
 
 /// Ratio by which a place that leads against the reported course must be closer than one along it.

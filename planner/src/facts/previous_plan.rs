@@ -66,8 +66,7 @@ impl PreviousPlan {
         })
     }
 
-    /// Reference as speed through the water and heading; without an estimate of the craft, the
-    /// command.
+    /// Reference as speed through the water and heading; the command, without a craft's estimate.
     #[must_use]
     pub fn asked(&self) -> Option<Reference> {
         let asked = self.craft_estimate.as_ref().map(|craft| Reference {
@@ -78,16 +77,14 @@ impl PreviousPlan {
     }
 }
 
-/// The craft in the last answer. With the motion since, these members show its response to
-/// references.
+/// The craft in the last answer; with the motion since, it shows the response to references.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct PreviousCraft {
     /// Requested speed through the water, m/s.
     pub asked_speed_mps: f64,
     /// Requested heading, rad.
     pub asked_heading_rad: f64,
-    /// Memory of the filters, unchanged. A changed one is discarded, with the warning
-    /// `memory_not_used`.
+    /// Memory of the filters, unchanged; else it is discarded with the warning `memory_not_used`.
     pub memory: Vec<f64>,
 }
 

@@ -14,15 +14,13 @@ pub const COORDINATE_MAX: f64 = 1.0e6;
 /// Largest time, s: past the year 5000 on a Unix clock, with exact milliseconds.
 pub const TIME_MAX: f64 = 1.0e11;
 
-/// Least height of a sawtooth's leg, m. Assumption: less is below the resolution of a depth gauge
-/// and a pitch loop.
+/// Least height of a sawtooth's leg, m. Assumption: a depth gauge and a pitch loop need it.
 pub const LEG_HEIGHT_MIN: f64 = 0.5;
 
 /// Largest component of an offset, m; farther away, a craft accompanies no vehicle.
 pub const OFFSET_MAX: f64 = 1.0e3;
 
-/// Fastest current along an axis, m/s. Assumption: faster ones are tidal races, where AUVs do not
-/// operate.
+/// Fastest current along an axis, m/s. Assumption: AUVs do not operate in tidal races.
 pub const CURRENT_MAX: f64 = 3.0;
 
 /// Longest name of a vehicle, bytes.
@@ -34,12 +32,10 @@ pub const REPORTS_MAX: usize = 64;
 /// Oldest report, s: any that a clock can show. Age alone is not an error.
 pub const REPORT_AGE_MAX: f64 = 2.0 * TIME_MAX;
 
-/// Largest time of a report after now, s: the drift over a mission of clocks set at its start. The
-/// report counts as from now.
+/// Largest time of a report after now, s, which counts as now: a mission's clock drift.
 pub const REPORT_AHEAD_MAX: f64 = 1.0;
 
-/// Least standard deviation of a reported position, m: less than receivers claim, and numerically
-/// harmless for the estimator.
+/// Least standard deviation of a reported position, m: below receivers', and numerically harmless.
 pub const REPORT_SIGMA_MIN: f64 = 0.001;
 
 /// Largest standard deviation of a reported position, m; a larger one carries no information.
@@ -221,8 +217,7 @@ pub(crate) const LIMITS: [Range; 4] = [
 ];
 
 /// Tuning by clients. Weights are at most ten times their default (acceleration a hundred times),
-/// so the prices of limits exceed any goal's. The weight of position is positive: without it no
-/// goal is followed.
+/// so the prices of limits exceed any goal's; that of position is positive, to follow a goal.
 pub(crate) const TUNING: [Range; 7] = [
     ("position_weight_per_m2", 0.01..=10.0),
     ("velocity_weight_per_m2ps2", 0.0..=150.0),
@@ -237,15 +232,13 @@ pub(crate) const TUNING: [Range; 7] = [
 /// An interval of the horizon, s.
 pub const STEP: RangeInclusive<f64> = 0.1..=10.0;
 
-/// Number of intervals: at most four times the default, and fewer than the points of an earlier
-/// answer.
+/// Number of intervals: at most four times the default, and fewer than a trajectory's points.
 pub const STEPS_COUNT: RangeInclusive<usize> = 2..=120;
 
 /// The horizon, s: from the start of a slow heading loop's turn to the limit of any forecast.
 pub(crate) const HORIZON: RangeInclusive<f64> = 5.0..=600.0;
 
-/// Largest number of intervals times SCP iterations: five times the default's, so that no client
-/// delays others.
+/// Largest number of intervals times SCP iterations, which bounds the time: 5 × the default's.
 pub(crate) const STEPS_TIMES_ITERATIONS_MOST: usize = 300;
 
 /// Time constant of a loop, s: 0 follows at once; more than a minute is no closed loop.

@@ -15,16 +15,13 @@ pub struct Schedule {
     pub visits: Vec<Visit>,
     /// Every vehicle that the goal depends on.
     pub costs: Vec<ServedVehicle>,
-    /// Cost of the schedule: the mean or the largest, as the goal asks. Missed deadlines are not
-    /// included.
+    /// Cost of the schedule: the mean or the largest, as the goal asks; without missed deadlines.
     pub cost: f64,
-    /// A lower bound on the cost of any schedule: the craft serves one vehicle at a time and
-    /// travels between them.
+    /// A lower bound on the cost of any schedule: the craft serves one vehicle at a time.
     pub bound: f64,
     /// Upper bound on the avoidable part of the cost: 1 − `bound` / `cost`.
     pub gap: f64,
-    /// `true` if all sequences of visits were compared; with many vehicles, only the most promising
-    /// are.
+    /// `true` if all sequences of visits were compared, instead of the most promising ones.
     pub exact: bool,
     /// The other vehicles that could be visited first, by increasing cost.
     pub alternatives: Vec<Alternative>,
@@ -36,8 +33,7 @@ pub struct Schedule {
     pub sentence: String,
     /// `true` if the next visit is that of the previous schedule.
     pub kept: bool,
-    /// The requested `next` vehicle once its visit is over; the planner then chooses until another
-    /// one is requested.
+    /// The requested `next` vehicle, once its visit is over: the planner chooses again.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>)]
     pub next_visited: Option<VehicleId>,
@@ -75,8 +71,7 @@ pub struct Visit {
     pub arrive_s: f64,
     /// Time at which it leaves, s.
     pub leave_s: f64,
-    /// The vehicle's expected position at the craft's arrival, or its present one after it: north
-    /// of the datum, m.
+    /// The vehicle's position at the craft's arrival, or its present one: north of the datum, m.
     pub north_m: f64,
     /// East of the datum, m.
     pub east_m: f64,
@@ -113,11 +108,11 @@ pub struct ServedVehicle {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LeftOut {
-    /// It is no longer heard where it was heard before, or its last report is too old.
+    /// The craft no longer hears it at its former range, or its last report is too old.
     Silent,
     /// The craft cannot reach it in the planned time.
     OutOfReach,
-    /// It is too deep for an upload.
+    /// Its depth exceeds the range of an upload.
     TooDeep,
 }
 

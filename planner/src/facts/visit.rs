@@ -11,9 +11,8 @@ use crate::facts::{
     members::{members, needed},
 };
 
-/// Default horizontal distance within which an AUV is served, m.
-///
-/// Assumption: a craft that accompanies an AUV stays within this; far less than a modem's range.
+/// Default horizontal distance within which an AUV is served, m. Assumption: a craft that
+/// accompanies an AUV stays within this; far less than a modem's range.
 const WITHIN: f64 = 20.0;
 
 /// Default time with an AUV for fixes or data, s: three slots of a network with a period of 10 s.
@@ -22,8 +21,7 @@ const DWELL_MIN: f64 = 30.0;
 /// Default standard deviation of an acoustic fix at no distance, m.
 const SIGMA: f64 = 1.5;
 
-/// Default growth of the standard deviation with the slant range, rad: about one degree of an
-/// array's bearing.
+/// Default growth of the standard deviation with the slant range, rad: an array's bearing of 1°.
 const SIGMA_BEARING: f64 = 0.02;
 
 /// Default time between two fixes, s.
@@ -51,8 +49,7 @@ pub struct Visits {
     /// Present costs that are known better than from the previous plan.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub costs_now: BTreeMap<VehicleId, f64>,
-    /// The AUV that the operator wants visited next. It counts until `previous_plan` says that this
-    /// visit is over.
+    /// The operator's next AUV, until `previous_plan` says that its visit is over.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub next: Option<VehicleId>,
 }
@@ -87,8 +84,7 @@ impl Visits {
 pub enum VisitCost {
     /// Time since it was last served, s.
     Age,
-    /// Variance of its own navigation, m²; grows without aid and is reduced by fixes from the
-    /// craft.
+    /// Variance of its own navigation, m²; fixes from the craft reduce it.
     Uncertainty {
         /// Growth of the variance, m²/s.
         growth_m2ps: f64,
@@ -139,7 +135,8 @@ members! {
     kind: CostKind,
     /// `uncertainty`: growth of the variance without aid, m²/s, from 10⁻⁶ to 10⁶.
     growth_m2ps: Option<f64>,
-    /// `uncertainty`: standard deviation of a fix at no distance, m, from 0.001 to 100,000. Default: 1.5.
+    /// `uncertainty`: standard deviation of a fix at range 0, m, from 0.001 to 100,000. Default:
+    /// 1.5.
     sigma_m: Option<f64>,
     /// `uncertainty`: growth of `sigma_m` with the slant range, rad, from 0 to 1. Default: 0.02.
     sigma_rad: Option<f64>,
@@ -147,8 +144,7 @@ members! {
     interval_s: Option<f64>,
     /// `data`: rate of gathering, kbit/s, from 0 to 10⁶.
     growth_kbps: Option<f64>,
-    /// `data`: rate of upload at no distance, kbit/s, from 0.001 to 10⁶; falls linearly with the
-    /// slant range.
+    /// `data`: upload at range 0, kbit/s, from 0.001 to 10⁶; linear in the slant range.
     upload_kbps: Option<f64>,
     /// `data`: slant range at which the rate of upload is 0, m, from 1 to 20 000.
     range_max_m: Option<f64>,
@@ -160,7 +156,7 @@ members! {
 enum CostKind {
     /// Time since the vehicle was last served, s.
     Age,
-    /// Variance of its own navigation, m²: `growth_m2ps`, and the fixes' `sigma_m`, `sigma_rad` and
+    /// Variance of its navigation, m²: `growth_m2ps`, and fixes' `sigma_m`, `sigma_rad`,
     /// `interval_s`.
     Uncertainty,
     /// Data not uploaded, kbit: `growth_kbps`, `upload_kbps`, `range_max_m`.

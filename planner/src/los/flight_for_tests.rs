@@ -56,8 +56,7 @@ pub(crate) fn tuning(law: LosLaw) -> LosTuning {
     }
 }
 
-/// The craft's position relative to its target after `seconds`, (ahead, starboard), m. The law runs
-/// once a second.
+/// The craft's position relative to its target after `seconds`, (ahead, starboard), m.
 pub(crate) fn miss_after(seconds: u32, tuning: LosTuning, flight: &Flight) -> Vector2<f64> {
     /// Simulation steps in a second.
     const PARTS: u32 = 10;

@@ -9,8 +9,7 @@ use crate::{
     predict::motion::Motion,
 };
 
-/// Along-track and cross-track error of the craft, m, positive ahead of the target and to
-/// starboard.
+/// Along-track and cross-track error of the craft, m, positive ahead and to starboard.
 ///
 /// ```text
 /// (s, e) = R(ψ_d)ᵀ (p − p_d)

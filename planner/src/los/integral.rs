@@ -13,8 +13,7 @@ use crate::{
     predict::motion::Motion,
 };
 
-/// Longest interval over which the error is integrated, s: twice that of plans. In a longer gap the
-/// error is unknown.
+/// Longest interval of the error's integration, s: twice that of plans.
 const GAP_MAX: f64 = 2.0;
 
 /// The integral of the cross-track error, bounded in its rate.
@@ -30,15 +29,12 @@ pub struct IntegralState {
 /// finds the crab angle in an unknown current.
 ///
 /// ```text
-/// ```text
 /// χ = ψ_d − atan((e + σ z) / Δ)                    course, or heading if no current is known
 /// ż = Δ e / ((e + σ z)² + Δ²)                       bounded, which prevents windup far away
 /// u = clamp(u_d cos(atan(e / Δ)) − k₃ s, u_min, u_max)
 /// ```
 /// In a constant cross-track current v_c it settles at e = 0 with (σ z / Δ) = v_c / √(u² − v_c²).
-/// The speed has no integral: an unknown current leaves s = (u_d − u) / k₃, with u cos β + v_c∥ =
-/// u_d.
-///
+/// The speed has no integral: an unknown current leaves s = (u_d − u) / k₃, u cos β + v_c∥ = u_d.
 /// Source: E. Børhaug, A. Pavlov, K. Y. Pettersen, *Integral LOS control for path following of
 /// underactuated marine surface vessels in the presence of constant ocean currents*, IEEE CDC 2008;
 /// T. I. Fossen, *Handbook of Marine Craft Hydrodynamics and Motion Control*, 2nd ed., chapter 12.

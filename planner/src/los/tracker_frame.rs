@@ -39,8 +39,7 @@ const HALVINGS: u32 = 53;
 /// aims at the target (tan χ_r → e_d / s_d); near it, at a point Δ ahead. More than Δ ahead on the
 /// track it waits by crossing the track in turn.
 ///
-/// In this frame ṡ = r e + u − u_d cos χ_r and ė = −r s + u_d sin χ_r with r = χ̇, so that
-/// unsaturated and on course
+/// In this frame ṡ = r e + u − u_d cos χ_r and ė = −r s + u_d sin χ_r with r = χ̇; unsaturated
 ///
 /// ```text
 /// d/dt ½ (s² + e²) = −k₃ s² − u_d e² / √(e² + Δ²)
@@ -128,8 +127,7 @@ mod tests {
                 s_d * chi_r.cos() + e_d * chi_r.sin(),
                 -s_d * chi_r.sin() + e_d * chi_r.cos(),
             );
-            // Second route to the rate of ½ (s² + e²): unsaturated, from velocities in the target's
-            // frame.
+            // Second route to the rate of ½ (s² + e²): from velocities in the target's frame.
             let u = u_d * chi_r.cos() - k_3 * s;
             let rate = s_d * (u * chi_r.cos() - u_d) + e_d * u * chi_r.sin();
             let proved = -k_3 * s * s - u_d * e * e / e.hypot(delta);

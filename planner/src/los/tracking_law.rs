@@ -27,8 +27,7 @@ pub struct TrackingLaw {
 }
 
 impl TrackingLaw {
-    /// The law at its start: no integral, no box. `course`: the target's last one in motion, if
-    /// known.
+    /// The law at its start. `course`: the target's last one in motion, if known.
     #[must_use]
     pub fn new(tuning: LosTuning, course: Option<Course>) -> Self {
         Self {

@@ -25,12 +25,10 @@ const HALF_WIDTH: f64 = 15.0;
 /// Time between two fixes, s: an AUV's slot in an acoustic network.
 const FIX_INTERVAL: f64 = 10.0;
 
-/// Distance along the leg at which a way-point is reached, m. Assumption: two lengths of a MEDUSA
-/// and a turn.
+/// Distance at which a way-point is reached, m. Assumption: two MEDUSA lengths and a turn.
 const REACHED_WITHIN: f64 = 5.0;
 
-/// Fastest speed along the box, m/s: one lap in its time. Assumption: faster costs energy and stays
-/// no closer.
+/// Fastest speed along the box, m/s: one lap in its time. Assumption: faster is no closer.
 const SPEED_ROUND: f64 = 4.0 * (HALF_LENGTH + HALF_WIDTH) / BOX_PERIOD;
 
 /// The present box, and the fixes for the next.
@@ -200,8 +198,7 @@ mod tests {
         }
     }
 
-    /// Corners of the box after steps at `looks`, (time, north, east) of a target; the craft is at
-    /// the datum.
+    /// Corners of the box after steps at `looks`, (time, north, east) of a target.
     fn corners(looks: &[(f64, f64, f64)]) -> [Vector2<f64>; 4] {
         let mut following = WaypointBox::default();
         let gains = tuning(LosLaw::WaypointBox).gains;

@@ -22,17 +22,15 @@ use crate::{
 /// the vehicle, the place on an arc of 10 m is then right to a centimetre.
 const TURN_OF_A_STRETCH: f64 = 0.1;
 
-/// Most stretches, besides one for each line and arc; bounds the work on paths that wind without
-/// end.
+/// Most stretches, besides one for each line and arc; bounds the work on long paths.
 const STRETCHES_MAX: f64 = 1000.0;
 
 /// Time for which a path is followed, s; longer than any plan. Then the vehicle keeps its speed.
 const LOOKED_AHEAD: f64 = 1800.0;
 
-/// Least ratio of a vehicle's speed over ground to that of its foot on a bend of its path.
-///
-/// The foot of a vehicle far inside a bend is fast, at the centre infinitely so. At half the radius
-/// it has twice the vehicle's speed; farther inside, a vehicle does not follow the bend.
+/// Least ratio of a vehicle's speed over ground to that of its foot on a bend of its path. The foot
+/// of a vehicle far inside a bend is fast, at the centre infinitely so. At half the radius it has
+/// twice the vehicle's speed; farther inside, a vehicle does not follow the bend.
 const FOOT_FACTOR_MIN: f64 = 0.5;
 
 /// Distance of the approach to the steady offset, m: the course relative to the path decreases by a
@@ -89,8 +87,8 @@ struct Stretch {
 }
 
 impl AlongPath {
-    /// The future of an AUV in `state` on its known path, in a `current` (north, east), m/s, with
-    /// the `fit` of its reports.
+    /// The future of an AUV in `state` on its known path, in a `current`, m/s, by its reports'
+    /// `fit`.
     pub(crate) fn new(
         state: &AuvState,
         known: &KnownPath,
@@ -150,8 +148,7 @@ impl AlongPath {
 
     /// Motion `elapsed` seconds after the report, with a `lead` over the horizontal speed.
     ///
-    /// The lead counts along the path; the effect of a cross current on it (a sixth, at 0.1 m/s) is
-    /// omitted.
+    /// The lead counts along the path, without a cross current (a sixth of it, at 0.1 m/s).
     pub(crate) fn at(&self, elapsed: f64, lead: Lead) -> Motion {
         let (gamma, rate) = self.foot(elapsed);
         let sense = self.sense();
@@ -168,8 +165,7 @@ impl AlongPath {
         }
     }
 
-    /// Tangent angle of the path beside the vehicle, rad, and its rate, rad/s, `elapsed` seconds
-    /// after the report.
+    /// Tangent angle of the path beside the vehicle, rad, and its rate, rad/s, after `elapsed` s.
     pub(crate) fn tangent(&self, elapsed: f64, lead: Lead) -> (f64, f64) {
         let (gamma, rate) = self.foot(elapsed);
         let sense = self.sense();
@@ -292,8 +288,7 @@ impl<F: Fn(f64, f64) -> f64> Schedule<'_, F> {
         }
     }
 
-    /// Adds a piece of constant curvature in parts of a small turn; `true` if the vehicle reaches
-    /// the end.
+    /// Adds a piece of constant curvature in small turns; `true` if the vehicle reaches the end.
     fn over(&mut self, start: f64, end: f64, curvature: f64) -> bool {
         let parts = ((end - start) * curvature / self.turn).abs().ceil().max(1.0);
         let length = (end - start).abs() / parts;
@@ -357,8 +352,7 @@ impl<F: Fn(f64, f64) -> f64> Schedule<'_, F> {
     }
 }
 
-/// Largest turn of a stretch, rad; unlimited in still water, where the speed along an arc is
-/// constant.
+/// Largest turn of a stretch, rad; unlimited in still water, with its constant speed.
 fn turn_of_a_stretch(path: &Path, current: &Vector2<f64>) -> f64 {
     if *current == Vector2::zeros() {
         return f64::INFINITY;

@@ -11,10 +11,8 @@ const POSITION_SIGMA: f64 = 1.5;
 /// [`super::SPEED_AT_REST`].
 const VELOCITY_SIGMA: f64 = 0.05;
 
-/// Spectral density of the acceleration of an AUV with unknown plans, along either axis, m²/s³.
-///
-/// It reproduces the error of a constant velocity on a lawn-mower, see
-/// `docs/rationale.md#forecasts`.
+/// Spectral density of the acceleration of an AUV with unknown plans, along either axis, m²/s³. It
+/// reproduces the error of a constant velocity on a lawn-mower, see `docs/rationale.md#forecasts`.
 const ACCELERATION_DENSITY: f64 = 6.0e-5;
 
 /// Speed of that lawn-mower, m/s. On the same lanes, accelerations grow with the square of the
@@ -22,12 +20,10 @@ const ACCELERATION_DENSITY: f64 = 6.0e-5;
 const LAWN_MOWER_SPEED: f64 = 0.193;
 
 /// Standard deviation of the speed along a known path, as a share of the speed through the water.
-///
 /// Assumption: accuracy of planned speeds in a current known to 0.02 m/s.
 const PATH_SPEED_SHARE: f64 = 0.1;
 
 /// Standard deviation of the cross-track offset that a follower acquires besides the forecast, m.
-///
 /// Measured on the simulated follower, see `docs/rationale.md#forecasts`.
 const CROSS_TRACK_SIGMA: f64 = 0.7;
 
@@ -90,8 +86,7 @@ pub(crate) struct OnPath {
     pub(crate) approached: f64,
 }
 
-/// Covariance of the position, m², `elapsed` seconds after a report with covariance `state`, on a
-/// path.
+/// Covariance of the position on a path, m², `elapsed` s after a report with covariance `state`.
 ///
 /// ```text
 /// along    σ_s² + (0.1 u_h t)²              across   σ_y² + σ_∞² (1 − (1 − a)²)

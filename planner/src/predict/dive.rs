@@ -56,11 +56,9 @@ struct Cycle {
 }
 
 impl DepthForecast {
-    /// Along its sawtooth, if known and the AUV moves, at the horizontal speed `u_h` through the
-    /// water, m/s.
+    /// Along its sawtooth, if known, at the horizontal speed `u_h` through the water, m/s.
     ///
-    /// Without a reported direction both are equally likely between the depths, and their mean is
-    /// least wrong.
+    /// Without a reported direction, the mean of the equally likely ones is least wrong.
     pub(crate) fn at_speed(depth: f64, dive: Option<Dive>, u_h: f64) -> Self {
         match dive {
             Some(dive) if SPEED_AT_REST <= u_h => {
@@ -78,8 +76,7 @@ impl DepthForecast {
         }
     }
 
-    /// Along its sawtooth, at the speed through the water of its report in a `current` (north,
-    /// east), m/s.
+    /// Along its sawtooth, at the reported speed, in a `current` (north, east), m/s.
     pub(crate) fn from_motion(state: &AuvState, dive: Option<Dive>, current: &Vector2<f64>) -> Self {
         Self::at_speed(state.depth_m, dive, (state.velocity() - current).norm())
     }

@@ -22,29 +22,23 @@ use crate::{
 
 pub use crate::{facts::evidence::SPEED_AT_REST, predict::motion::Motion};
 
-/// Rate of turn below which [`Forecast::Auto`] uses a straight course, rad/s.
-///
-/// It amounts to 9° over the default horizon of 78 s.
+/// Rate of turn below which [`Forecast::Auto`] uses a straight course, rad/s. It amounts to 9° over
+/// the default horizon of 78 s.
 const TURN_RATE_STRAIGHT: f64 = 0.002;
 
-/// Depth at or above which an AUV obstructs the surface craft, m.
-///
-/// Assumption: half a metre each for the craft's draught, the AUV's height, the error of its depth,
-/// and clearance.
+/// Depth at or above which an AUV obstructs the surface craft, m. Assumption: half a metre each for
+/// draught, the AUV's height, its depth error, and clearance.
 pub const SURFACED_DEPTH: f64 = 2.0;
 
-/// Longest interval between two reports for an estimate of drift, s; in longer ones a vehicle
-/// turns.
+/// Longest interval between two reports for an estimate of drift, s; vehicles turn.
 const BETWEEN_MAX: f64 = 60.0;
 
 /// Shortest interval between two reports, s; rounding separates equal times by less.
 pub(crate) const BETWEEN_MIN: f64 = 1e-3;
 
 /// Distance from the expected position at which a vehicle has jumped, m, unless the time between
-/// the reports explains it: it corrected its position, or was confused with another. A jump says
-/// nothing about the motion.
-///
-/// Assumption: two standard deviations of an acoustic fix (1.5 m).
+/// the reports explains it: it corrected its position, or was confused with another. Assumption:
+/// two standard deviations of an acoustic fix (1.5 m).
 const JUMP: f64 = 3.0;
 
 /// Drift that explains a distance, m/s. Assumption: a strong current in a working area.
@@ -100,8 +94,7 @@ struct Turning {
 }
 
 impl AuvForecast {
-    /// The forecast of an AUV from its `state` with the model of `choice`, in a `current` (north,
-    /// east), m/s.
+    /// The forecast of an AUV from its `state` by `choice`, in a `current` (north, east), m/s.
     #[must_use]
     pub fn new(state: &AuvState, intent: Intent<'_>, choice: Forecast, current: &Vector2<f64>) -> Self {
         let along_path = |known| AlongPath::new(state, known, intent.fit, current);
@@ -300,8 +293,7 @@ impl AuvForecast {
         self.drift
     }
 
-    /// The forecast from `state` with the drift of an earlier answer, whose report was `between`
-    /// seconds before.
+    /// The forecast from `state` with the drift of an answer from a report `between` s before.
     ///
     /// ```text
     /// d = d⁻ + (p − p⁻) / max(τ, Δ)          τ = 30 s
@@ -309,7 +301,7 @@ impl AuvForecast {
     /// with the position p of the newest report, the forecast p⁻ for its time from the previous
     /// report with the drift d⁻, and the time Δ between the two. The drift is unchanged if the
     /// newest report is no newer, Δ exceeds a minute, or p − p⁻ is a jump. Position noise mostly
-    /// cancels between reports.
+    /// cancels.
     ///
     /// Along paths a drift must fade, see `docs/rationale.md#forecasts`.
     pub(crate) fn after(

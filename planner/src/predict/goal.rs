@@ -123,8 +123,7 @@ impl GoalForecast {
         Self::holding(snapshot, previous.and_then(PreviousPlan::goal_course))
     }
 
-    /// The goal of `snapshot` with the followed point's last course in motion `held`: an earlier
-    /// [`GoalForecast::course`].
+    /// The goal of `snapshot` with the last course in motion `held`, as [`GoalForecast::course`].
     #[must_use]
     pub fn holding(snapshot: &Snapshot, held: Option<Course>) -> Self {
         Self::scheduled(snapshot, forecast_all(snapshot), held, &[])
@@ -194,8 +193,7 @@ impl GoalForecast {
         self.members.iter().map(|member| &self.auvs[member.auv])
     }
 
-    /// Indices in the snapshot of the AUVs that the goal needs now: the one in turn, else all
-    /// members.
+    /// Indices of the AUVs that the goal needs now: the one in turn, else all members.
     pub(crate) fn needs_now(&self) -> impl Iterator<Item = usize> {
         let turn = self.member_in_turn(0.0);
         let members = self.members.iter().enumerate();
@@ -263,8 +261,7 @@ impl GoalForecast {
         Axes::along_course(velocity, self.speed_at_rest(ahead), ahead, held)
     }
 
-    /// Speed below which the point followed at the time `turn` is at rest, m/s; a slower course is
-    /// noise.
+    /// Speed below which the point followed at the time `turn` is at rest, m/s.
     fn speed_at_rest(&self, turn: f64) -> f64 {
         let variances = || self.members().map(AuvForecast::velocity_variance);
         let variance = match (self.member_in_turn(turn), &self.rule) {
@@ -306,8 +303,7 @@ pub(crate) fn forecast_all(snapshot: &Snapshot) -> Vec<AuvForecast> {
             dive: auv.dive.or(known.estimate.dive),
         };
         match (&auv.state, snapshot.remembered(&auv.id)) {
-            // A client that declares a covariance has a filter, whose velocity matches its
-            // positions.
+            // A client with a covariance has a filter, whose velocity matches its positions.
             (Some(AuvState { covariance: None, .. }), Some((earlier, reported))) => {
                 let between = snapshot.t_s - state.age_s - reported;
                 AuvForecast::after(&earlier, between, state, (intent, snapshot.forecast, &current))

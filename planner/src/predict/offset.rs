@@ -37,8 +37,8 @@ impl Axes {
     };
 
     /// Along the course of a `velocity` over time, `ahead` seconds after the snapshot. At rest,
-    /// below `slowest`, m/s, the axes are those at the beginning of the rest, or `held` if it began
-    /// before the snapshot.
+    /// below `slowest`, m/s, the axes are those when the rest began, or `held` if before the
+    /// snapshot.
     pub(crate) fn along_course(
         velocity: impl Fn(f64) -> Vector2<f64>,
         slowest: f64,

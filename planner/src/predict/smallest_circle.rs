@@ -41,8 +41,7 @@ pub struct Nearest {
 /// farthest: a vehicle farther than the best point for the previous ones belongs to the answer.
 ///
 /// Source: E. Welzl, *Smallest enclosing disks (balls and ellipsoids)*, 1991, for the order of the
-/// steps. Departures: the depths, and the given order instead of a random one, which suffices for
-/// sixteen.
+/// steps. Departures: the depths, and the given order, which suffices for sixteen.
 ///
 /// # Panics
 /// If `vehicles` is empty.
@@ -207,8 +206,7 @@ mod tests {
         ranges.fold(0.0, f64::max)
     }
 
-    /// Asserts the optimality condition of a convex minimax: a mean of the active gradients
-    /// vanishes.
+    /// Asserts a convex minimax's optimality condition: a mean of the active gradients vanishes.
     fn assert_least(vehicles: &[Below], size: f64) {
         let found = nearest_to_all(vehicles);
         let (place, worst) = (found.position, worst(&found.position, vehicles));
@@ -238,8 +236,7 @@ mod tests {
 
     #[test]
     fn the_deeper_of_two_vehicles_attracts_the_point_until_it_is_above() {
-        // 30 m of a triangle 40 m, 50 m: from 35.0625 m on the 60 m between them both are equally
-        // far.
+        // The squared ranges x² and (60 − x)² + depth² are equal at x = 60 `share`.
         let depth: f64 = 40.0;
         let share = |depth: f64| 0.5 + depth * depth / (2.0 * 60.0 * 60.0);
         let found = nearest_to_all(&[below(0.0, 0.0, 0.0), below(60.0, 0.0, depth)]);

@@ -31,8 +31,7 @@ pub(crate) fn have_a_common_point(discs: &[Place]) -> bool {
             .any(|point| in_all(&point))
 }
 
-/// Crossings of two circles. If they touch, up to rounding: twice the point nearest to both; if
-/// they do not meet: far away.
+/// Crossings of two circles; twice the same if they touch, far away if they do not meet.
 fn crossings((a, ra): &Place, (b, rb): &Place) -> [Vector2<f64>; 2] {
     let apart = b - a;
     let distance = apart.norm().max(f64::MIN_POSITIVE);
@@ -91,8 +90,7 @@ mod tests {
     }
 
     proptest! {
-        /// Second route: the largest excess of distance over radius is convex; subgradient steps
-        /// find its minimum.
+        /// Second route: subgradient steps to the minimum of the convex largest excess.
         #[test]
         fn a_common_point_exists_if_the_minimal_excess_is_not_positive(
             discs in proptest::collection::vec(

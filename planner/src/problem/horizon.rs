@@ -106,8 +106,7 @@ impl<'a> Horizon<'a> {
         self.roll_out(snapshot.craft_model(), law)
     }
 
-    /// Rollout of a line-of-sight law with its memory (NED, snapshot's clock) on the response
-    /// model.
+    /// Rollout of a line-of-sight law with its memory in NED and on the snapshot's clock.
     pub(crate) fn carried_on(
         &self,
         snapshot: &Snapshot,
@@ -125,8 +124,7 @@ impl<'a> Horizon<'a> {
         self.roll_out(snapshot.craft_model(), law)
     }
 
-    /// Acceleration through the water now, craft frame, m/s²: that of the yaw rate, across the
-    /// direction of travel.
+    /// Acceleration through the water now, craft frame, m/s²: that of the yaw rate.
     pub(crate) fn acceleration(&self) -> Vector2<f64> {
         let velocity = self.start.velocity;
         Vector2::new(-velocity.y, velocity.x) * self.yaw_rate
@@ -147,8 +145,7 @@ impl<'a> Horizon<'a> {
         response.roll_out(self.start, Heading::new(0.0), self.steps, law)
     }
 
-    /// Directions of travel, craft frame: the bow first, then those of `stages`. Slow stages repeat
-    /// the previous direction.
+    /// Directions of travel, craft frame: the bow's, then those of `stages`; slow ones repeat them.
     pub(crate) fn directions_of(stages: &[Stage]) -> impl Iterator<Item = Vector2<f64>> {
         let ahead = Vector2::new(1.0, 0.0);
         let later = stages[1..].iter().scan(ahead, |last, stage| {
@@ -174,8 +171,7 @@ impl<'a> Horizon<'a> {
         Course::new(self.frame.angle(self.goal_course.radians()))
     }
 
-    /// `stages` at a time in the interval after stage k, or just beyond it: a linear velocity and
-    /// its integral.
+    /// `stages` at a time in the interval after stage k: a linear velocity and its integral.
     pub(crate) fn between(&self, stages: &[Stage], k: usize, time: f64) -> Stage {
         let (from, to) = (&stages[k], &stages[k + 1]);
         let (dt, since) = (self.times[k + 1] - self.times[k], time - self.times[k]);

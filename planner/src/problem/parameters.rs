@@ -12,8 +12,7 @@ use crate::{
     visit::fleet::SchedulingParameters,
 };
 
-/// Standard deviations within which an error of the craft is indistinguishable from one of the
-/// goal.
+/// Standard deviations within which errors of craft and goal are indistinguishable.
 const UNCERTAINTY_DEVIATIONS: f64 = 2.0;
 
 /// Least gap between the least and the largest speed, m/s.
@@ -26,13 +25,11 @@ pub struct Parameters {
     pub steps: Vec<f64>,
     /// Weights of the program's cost.
     pub weights: Weights,
-    /// Gains of the line-of-sight law: the baseline, an initial guess of the first SCP iteration,
-    /// and a fallback level.
+    /// Gains of the line-of-sight law: baseline, initial guess and fallback level.
     pub los: LosGains,
     /// Default integral gain σ of integral line of sight, m/s.
     pub integral_gain: f64,
-    /// SCP iterations from one initial guess; each linearises about the previous directions of
-    /// travel.
+    /// SCP iterations from one guess; each linearises about the previous directions of travel.
     pub scp_iterations: u32,
     /// Largest age of a previous plan that is followed, s.
     pub previous_plan_age_max: f64,
@@ -40,8 +37,7 @@ pub struct Parameters {
     pub previous_plan_miss_max: f64,
     /// Oldest report that goals and limits may use, s.
     pub report_age_max: f64,
-    /// Least share of its weight that a distance to an uncertain goal keeps; 1 disables the
-    /// reduction.
+    /// Least share of the weight of a distance to an uncertain goal; 1 disables the reduction.
     pub uncertain_goal_share: f64,
     /// Back-off of acoustic ranges in standard deviations √(tr P) of an AUV's position: 95 % of a
     /// circular distribution are within 2.45 deviations of one axis.
@@ -58,8 +54,7 @@ pub struct Parameters {
     pub speed_share: f64,
     /// Distance that the program adds to a keep-out, m.
     pub keep_out_margin: f64,
-    /// Share of the largest planned speed above which a line-of-sight law that is preferred to a
-    /// plan is slew-limited.
+    /// Share of the largest planned speed above which a law that answers is slew-limited.
     pub hard_turn_share: f64,
     /// `true`: the fallback level of least predicted cost answers; `false`: the first available
     /// one, to measure the benefit of the choice.
@@ -87,8 +82,7 @@ pub struct Weights {
     pub terminal_velocity: f64,
     /// Propulsion energy, 1/J; 0 removes energy from the program.
     pub energy: f64,
-    /// Linear and quadratic price of leaving the acoustic range of an AUV that the goal names, per
-    /// metre, m² and stage.
+    /// Linear and quadratic price of leaving a named AUV's acoustic range, per m, m² and stage.
     pub range_slack: (f64, f64),
     /// The same for other AUVs. A metre towards one is at most a metre away from another, so a
     /// lower price per metre never breaks a named AUV's range.
@@ -187,7 +181,7 @@ impl Weights {
     /// w ← w max(least, e⁴ / (e⁴ + (2 d)⁴))      for both weights of position
     /// ```
     /// An error below the uncertainty is as likely the estimate's as the craft's, and the next
-    /// report removes part of it: a craft that chases it travels farther and is no nearer; see
+    /// report removes part of it: chasing it is longer and no nearer; see
     /// `docs/rationale.md#prices`.
     #[must_use]
     pub(crate) fn for_uncertain_goal(&self, distance: f64, sigma: f64, least: f64) -> Self {

@@ -214,8 +214,7 @@ impl StageConstraints {
         for edge in &mut near.edges {
             edge.offset = edge.offset.clamp(-far, far);
         }
-        // Distant members keep their directions from the goal, which decide where the largest range
-        // grows.
+        // Distant members keep their directions from the goal, along which the largest range grows.
         let spread = near
             .minimax
             .iter()
@@ -300,8 +299,7 @@ impl Sampling<'_> {
         }
     }
 
-    /// Largest horizontal distance to an AUV: √(R² − z²) minus the back-off, `deviations` times
-    /// √(tr P).
+    /// Largest horizontal distance to an AUV: √(R² − z²) minus `deviations` times √(tr P).
     fn acoustic_range(&self, forecast: &AuvForecast, range_max: f64, deviations: f64) -> AcousticRange {
         let radius = |time: &f64| {
             let (depth, sigma) = (forecast.depth_at(*time), forecast.position_variance(*time).sqrt());
@@ -330,8 +328,7 @@ impl Sampling<'_> {
     }
 }
 
-/// `true` if the goal is a minimax range that includes this AUV. With an offset, the goal is an
-/// ordinary position.
+/// `true` if the goal is a minimax range with this AUV; with an offset it is a position.
 fn is_minimax(snapshot: &Snapshot, id: &VehicleId) -> bool {
     let Goal::Range { .. } = &snapshot.goal.goal else {
         return false;

@@ -9,8 +9,7 @@ use utoipa::ToSchema;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Violation {
     /// `forward_speed`, `turn_rate`, `acoustic_range` (minus the back-off for the vehicle's
-    /// position uncertainty), `area`, `keep_out` or `surfacing_separation` (from a vehicle at the
-    /// surface).
+    /// position uncertainty), `area`, `keep_out` or `surfacing_separation`.
     #[schema(value_type = String)]
     pub limit: SoftLimit,
     /// Worst violator as a JSON pointer into the request: a keep-out (`/keep_outs/0`), an

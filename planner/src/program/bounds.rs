@@ -29,8 +29,7 @@ impl Program {
         }
     }
 
-    /// The craft stays in the area: n_gᵀ p_k ≤ b_g + ξ for every edge g; by convexity also between
-    /// stages.
+    /// The craft stays in the area: n_gᵀ p_k ≤ b_g + ξ for every edge g; convex between stages.
     pub(crate) fn area(&mut self, subproblem: &Subproblem<'_>) {
         for (g, edge) in subproblem.edges.iter().enumerate() {
             for k in self.stages() {

@@ -90,8 +90,7 @@ impl Program {
         self.constraints.fill(&self.row_triplets);
     }
 
-    /// The two columns of v_1, ahead and starboard, and their unit, m/s, for readers of the bare
-    /// numbers.
+    /// The two columns of v_1, ahead and starboard, and their unit, m/s.
     #[must_use]
     pub fn first_velocity(&self) -> ([usize; 2], f64) {
         let column = self.layout.velocity(1);

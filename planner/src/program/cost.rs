@@ -94,8 +94,7 @@ impl Program {
         }
     }
 
-    /// The batteries are spared: the propulsion energy Σ w_E Δt (c₁ σ_k + c₃ e_k), with e_k ≥ σ_k³
-    /// as two rotated cones:
+    /// The batteries are spared: Σ w_E Δt (c₁ σ_k + c₃ e_k), with e_k ≥ σ_k³ as two rotated cones:
     ///
     /// ```text
     /// σ² ≤ m       ⇔  ‖(σ, (m − 1)/2)‖ ≤ (m + 1)/2

@@ -91,7 +91,7 @@ impl Layout {
         self.slacks().take_while(|before| *before != slack).count()
     }
 
-    // Columns: d and v stage by stage, then the slacks stage by stage, the minimax ranges, σ, m and e.
+    // Columns: d and v by stage, then the slacks by stage, the minimax ranges, σ, m and e.
 
     /// First of the two columns of d_k, k = 1 … N.
     #[expect(

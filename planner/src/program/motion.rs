@@ -60,8 +60,7 @@ impl Program {
         }
     }
 
-    /// The craft moves ahead: c_kᵀ v_k ≥ u_min − ξ, the inner half-plane, which implies ‖v_k‖ ≥
-    /// u_min.
+    /// The craft moves ahead: c_kᵀ v_k ≥ u_min − ξ, which implies ‖v_k‖ ≥ u_min without slack.
     pub(crate) fn forward_speed(&mut self, subproblem: &Subproblem<'_>) {
         for k in self.stages() {
             let row = self.layout.forward_speed(k);
@@ -78,8 +77,7 @@ impl Program {
     /// with the rate ψ̇ + T ψ̈: the bracket over the speed. The bound r_max also bounds ψ̇ and the
     /// beginning of a turn. Δ is the time between the middles of both intervals.
     ///
-    /// The mean speed of the interval, instead of the initial one, lets a craft at rest begin to
-    /// turn.
+    /// The interval's mean speed, not its initial one, lets a craft at rest begin to turn.
     pub(crate) fn turn_rate(&mut self, subproblem: &Subproblem<'_>) {
         for k in self.stages() {
             let dt = subproblem.steps[k - 1];
@@ -118,10 +116,9 @@ impl Program {
     /// The plan never outruns the craft: ‖v_k‖ ≤ max(u_max, w_k), w_0 = ‖v_0‖, w_k = max(0, w_{k−1}
     /// − (a − |b|) Δt_k): a craft that starts too fast slows down at its limit.
     ///
-    /// With the weaker limit a of acceleration and deceleration, v_{k−1} shortened by as much
+    /// With the weaker limit a of acceleration and deceleration, v_{k−1} shortened by a Δt_k
     /// satisfies the acceleration rows for any directions; so does v_{k−1} + sgn(b) c̄ (|b| − a)
-    /// Δt_k if the interval's disturbance b exceeds the limits. The hard rows always have a common
-    /// point.
+    /// Δt_k if the disturbance b exceeds the limits. The hard rows always have a common point.
     pub(crate) fn top_speed(&mut self, subproblem: &Subproblem<'_>) {
         let weaker = subproblem
             .limits

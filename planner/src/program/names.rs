@@ -1,6 +1,5 @@
 //! Names of a program's columns and rows, for readers of its bare numbers: the [`Layout`] function,
-//! the stage, and the index. Stages count from 1; edges, discs and AUVs from 0, in the subproblem's
-//! order.
+//! the stage, and the index. Stages count from 1; edges, discs and AUVs from 0.
 
 use crate::program::layout::{Layout, Slack};
 

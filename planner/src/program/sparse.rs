@@ -1,7 +1,6 @@
 //! Sparse matrices with a fixed pattern, whose values are rewritten in place.
 
-/// A matrix in compressed sparse column form, filled from triplets in a fixed order, so that only
-/// the first filling sorts.
+/// A matrix in compressed sparse column form; only its first filling from triplets sorts.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sparse {
     /// Number of rows.
@@ -58,8 +57,7 @@ impl Sparse {
         size_of::<usize>() * indices + size_of::<f64>() * self.values.capacity()
     }
 
-    /// Rewrites the values from triplets at the same places and in the same order as at
-    /// construction.
+    /// Rewrites the values from triplets in the same order as at construction.
     pub(crate) fn fill(&mut self, triplets: &[Triplet]) {
         debug_assert_eq!(
             triplets.len(),

@@ -294,8 +294,7 @@ fn every_row_states_its_promise() {
             "forward speed",
         );
         let rate = limits.turn_rate_max * c_mean.dot(&(v[k] + v[k - 1])) / 2.0 + xi;
-        // Rate of the reference that leads the course by its lag: a + T ȧ, between the middles of
-        // both intervals.
+        // Rate of the leading reference: a + T ȧ, between the middles of both intervals.
         let (a_before, between) = if k == 1 {
             (subproblem.acceleration, subproblem.steps[0])
         } else {

@@ -1,10 +1,9 @@
 //! Units inside the program.
 
-/// Unit of length in the program, m: errors of metres and speeds of tenths of a m/s become similar
-/// numbers.
+/// Unit of length in the program, m: makes errors and speeds similar numbers.
 pub const LENGTH_UNIT: f64 = 10.0;
 
-/// Unit of a slack in the program, m/s, m/s² or m: saves a third of the iterations, see
+/// Unit of a slack in the program, m/s, m/s² or m: fewer iterations, see
 /// `docs/rationale.md#solver`.
 pub const SLACK_UNIT: f64 = 0.01;
 

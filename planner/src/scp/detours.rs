@@ -12,8 +12,7 @@ use crate::{
 /// Clearance of a detour from a disc, m.
 const CLEARANCE: f64 = 1.0;
 
-/// Largest turn of a detour around a wall from its goal, rad; beyond it, the wall surrounds the
-/// craft.
+/// Largest turn of a detour around a wall, rad; beyond it, the wall surrounds the craft.
 const DETOUR_MAX: f64 = 2.8;
 
 /// Overlapping discs without a passage: passed one by one they might require different sides.
@@ -63,8 +62,7 @@ impl Wall {
     }
 }
 
-/// The course from `from` towards `to` that clears the nearest wall on a side; `None` if the way is
-/// free.
+/// The course from `from` towards `to` that clears the nearest wall on a side, if any.
 ///
 /// ```text
 /// γ = side · max over discs of side · (β_i − β) + asin(R_i / |c_i − p|)
@@ -100,8 +98,7 @@ fn blocks(disc: &Disc, stages: &[Stage], k: usize) -> bool {
     (nearest - disc.centres[k]).norm() < disc.radii[k]
 }
 
-/// Adds the trajectory itself or, if it crosses a disc, the two that pass the first such disc on
-/// either side.
+/// Adds the trajectory or, if it crosses a disc, the two that pass the first one's sides.
 pub(crate) fn add(discs: &[Disc], stages: Vec<Stage>, guesses: &mut Vec<Vec<Stage>>) {
     let blocking = |k| discs.iter().find(|disc| blocks(disc, &stages, k));
     match (1..stages.len()).find_map(blocking) {

@@ -131,8 +131,7 @@ pub(crate) fn slew_limited(
     }
 }
 
-/// The heading of a reference, limited relative to the previous plan's by `rate`; `None` without
-/// such a plan.
+/// The heading of a reference, limited by `rate` relative to the previous plan's, if any.
 fn limited(asked: &Reference, snapshot: &Snapshot, horizon: &Horizon<'_>, rate: f64) -> Option<Heading> {
     let followed = horizon.followed?;
     let (before, bow) = (followed.heading, snapshot.asc.heading());

@@ -22,8 +22,7 @@ use crate::{
 /// Bearing error beyond which both sides of a turn are tried, rad: 115°.
 const TURN_TO_EITHER_SIDE: f64 = 2.0;
 
-/// Distance from the goal below which a craft steers by the goal's motion, m: a look-ahead
-/// distance.
+/// Distance from the goal below which a craft steers by its motion, m: a look-ahead distance.
 const NEAR: f64 = 10.0;
 
 /// Longest prediction of the goal's motion for steering, s.
@@ -32,8 +31,7 @@ const LEAD_MAX: f64 = 60.0;
 /// Least turn to the wrong side that is tried, rad.
 const TURN_WORTH_FORCING: f64 = 0.5;
 
-/// Rate of turn of a loiter, rad/s: a circle of 0.33 m at the least speed of the MEDUSA class, once
-/// in 42 s.
+/// Rate of turn of a loiter, rad/s: a circle of 0.33 m in 42 s at a MEDUSA's least speed.
 const LOITER_RATE: f64 = 0.15;
 
 /// Most new guesses: each costs two SCP iterations.
@@ -52,8 +50,7 @@ impl InitialGuesses<'_> {
     /// Guesses without an earlier plan; `los` is the line-of-sight law's trajectory.
     ///
     /// In order: both sides of a wall, both sides of a turn or circle, line of sight, straight to
-    /// the goal's end; each that crosses a disc is replaced by two that pass it. At most
-    /// [`GUESSES_MAX`] are kept.
+    /// the goal's end; each that crosses a disc becomes two that pass it. At most [`GUESSES_MAX`].
     pub(crate) fn anew(&self, los: &[Stage]) -> Vec<Vec<Stage>> {
         let discs = &self.horizon.constraints.discs;
         let direct = self.direct();

@@ -116,8 +116,7 @@ impl Scp<'_> {
             .unwrap_or_else(|| ScpResult::none(Degraded::Solver(SolverStatus::Unsolved)))
     }
 
-    /// Iterates from `guess` until the trajectory changes little. A failed iteration keeps the
-    /// previous result.
+    /// Iterates from `guess` until convergence. A failed iteration keeps the previous result.
     fn iterate(&mut self, guess: Vec<Stage>) -> ScpResult {
         let mut result = ScpResult::none(Degraded::Solver(SolverStatus::Unsolved));
         let mut about = guess;
@@ -144,8 +143,7 @@ impl Scp<'_> {
             let turned = cosine_of_turn(&about, &stages);
             let rollout = follow(self.horizon, &stages, self.snapshot, self.parameters);
             let (predicted, terms, violations) = predict(self.horizon, &rollout, &self.horizon.weights);
-            // 3. Keep the best. A later iteration may be worse: it is another linearisation, not a
-            //    descent step.
+            // 3. Keep the best. A later iteration is another linearisation, not a descent step.
             if predicted.cost <= result.cost() {
                 result.report.status = solved.solution.status;
                 result.report.residuals = solved.residuals;

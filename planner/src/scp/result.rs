@@ -11,12 +11,10 @@ use crate::{
     solve::{certificate::Residuals, clarabel::SolverStatus},
 };
 
-/// Relative difference of predicted cost below which two results tie; ties go to the first, to
-/// starboard.
+/// Relative difference of costs below which two results tie; the first, to starboard, wins.
 const TIE: f64 = 1e-6;
 
-/// Result of the iterations from one initial guess: a candidate trajectory, or the reason why there
-/// is none.
+/// Result of the iterations from one guess: a candidate trajectory, or the reason for none.
 pub(crate) struct ScpResult {
     pub(crate) candidate: Option<Candidate>,
     /// `true` if the last iteration kept the directions of its linearisation almost unchanged.

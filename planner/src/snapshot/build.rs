@@ -105,8 +105,7 @@ impl Snapshot {
         craft.command(reference, &self.current(), self.limits.speed_max)
     }
 
-    /// `reference` through the water, limited by a largest speed over ground, but no slower than
-    /// the craft steers.
+    /// `reference` through the water, within the largest speed over ground and the least speed.
     #[must_use]
     pub(crate) fn within_speed_max(&self, reference: &Reference) -> Reference {
         let (_, speed_held) = self.craft_estimate.modes(&self.craft_prior);
@@ -124,8 +123,7 @@ impl Snapshot {
     }
 
     /// [`Snapshot::command`] behind a slew-rate limit: the heading changes by no more than the
-    /// craft can turn, or than `reference` itself changed. New estimates of the current enter at
-    /// that rate.
+    /// craft can turn, or than `reference` changed. New currents enter at that rate.
     #[must_use]
     pub(crate) fn slew_limited_command(&self, reference: &Reference) -> Reference {
         let command = self.command(reference);

@@ -61,21 +61,19 @@ pub struct PlanRequest {
     /// speed through the water, else the current of `previous_plan`, else 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub current: Option<Current>,
-    /// Limits of the surface craft. Without `craft`, they also describe the craft. Default: as in
-    /// each member.
+    /// Limits of the surface craft; without `craft`, they describe it. Default: as in each member.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limits: Option<DeclaredLimits>,
-    /// Closed-loop response of the surface craft. Omitted members have the preset's values or,
-    /// without a preset, those of a cautious generic craft, and are learnt from the motion.
-    /// Default: unknown.
+    /// Closed-loop response of the surface craft. Omitted members are the preset's or, without a
+    /// preset, a cautious generic craft's, and are learnt. Default: unknown.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub craft: Option<CraftDescription>,
     /// Discs to keep out of, at most 32. Default: none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub keep_outs: Vec<KeepOut>,
     /// Corners [north, east] of a convex area to stay in, m: 3 to 64, in order, in either
-    /// direction, each once. A corner up to 0.2 m within the sides, as from rounded degrees, is
-    /// omitted. Default: no limit.
+    /// direction, each once. A corner up to 0.2 m within the sides (rounded degrees) is omitted.
+    /// Default: no limit.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[schema(example = json!([[-50.0, -50.0], [200.0, -50.0], [200.0, 150.0], [-50.0, 150.0]]))]
     pub area: Vec<[f64; 2]>,
@@ -126,8 +124,7 @@ pub struct Acoustics {
 impl PlanRequest {
     /// A request with these members; the others may be set afterwards. By default the limits are
     /// [`Limits::ANY`](super::Limits::ANY), the craft is generic until it is learnt, forecasts are
-    /// chosen for each AUV, and without a solved program the fallback levels answer, the last with
-    /// a slow turn.
+    /// chosen for each AUV, and the last fallback level is a slow turn.
     #[must_use]
     pub fn new(t_s: f64, asc: Asc, auvs: Vec<Auv>, goal: impl Into<Task>) -> Self {
         Self {
@@ -213,8 +210,7 @@ impl PlanRequest {
             .or_else(learnt)
     }
 
-    /// [`PlanRequest::known_current`] with `memory`: a time on the snapshot's clock, s, and its
-    /// current.
+    /// [`PlanRequest::known_current`] with `memory`: a time, s, and its current.
     ///
     /// ```text
     /// c = c⁻ + (1 − exp(−Δ/τ)) (v_ground − v_water − c⁻)
@@ -222,8 +218,7 @@ impl PlanRequest {
     /// Without the memory, sensor noise steers the craft.
     ///
     /// Velocities that leave more than [`CURRENT_MAX`] along an axis contradict each other and are
-    /// ignored: an unsettled speed log or compass must not spoil plans, even through the memory,
-    /// for a minute.
+    /// ignored: an unsettled speed log or compass must not spoil plans, nor the memory.
     #[must_use]
     pub fn current_after(&self, memory: Option<(f64, Vector2<f64>)>) -> Option<Vector2<f64>> {
         let measured = || {
@@ -266,8 +261,7 @@ impl PlanRequest {
         }
     }
 
-    /// The AUV `id` in the previous plan, and the time of its report then, s on the snapshot's
-    /// clock.
+    /// The AUV `id` in the previous plan, and the time of its report, s on the snapshot's clock.
     pub(crate) fn remembered(&self, id: &VehicleId) -> Option<(RememberedTarget, f64)> {
         let previous = self.previous_plan.as_ref()?;
         let then = previous.made_at()?;

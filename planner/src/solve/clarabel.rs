@@ -17,8 +17,7 @@ use crate::{
     solve::{by_shape::ByShape, stop::Stop},
 };
 
-/// Optimality tolerance: moves the first planned velocity by less than 1 mm/s against 1e-9
-/// (tested).
+/// Optimality tolerance: the first planned velocity is within 1 mm/s of that of 1e-9 (tested).
 pub const TOLERANCE: f64 = 1e-7;
 
 /// Feasibility tolerance of a kept solver as a multiple of its optimality tolerance: with 1, some
@@ -31,7 +30,7 @@ const PER_ENTRY: usize = 120;
 const PER_COLUMN: usize = 400;
 const PER_FACTOR_ENTRY: usize = 16;
 
-/// Most interior-point iterations of a subproblem: more than twice the hardest case, see
+/// Most interior-point iterations: more than twice the hardest case, see
 /// `docs/rationale.md#solver`.
 const ITERATIONS_MAX: u32 = 100;
 
@@ -101,8 +100,7 @@ impl Solution {
     }
 }
 
-/// Solves with refinement and Clarabel's own scaling: slower, for programs at the limit of the
-/// arithmetic.
+/// Solves with refinement and Clarabel's scaling: slower, for ill-conditioned programs.
 fn solve_with_care(program: &StandardForm<'_>, settings: DefaultSettings<f64>, stop: &Stop) -> Solution {
     let settings = DefaultSettings {
         iterative_refinement_enable: true,
@@ -255,7 +253,7 @@ fn settings(tolerance: f64, feasibility: f64) -> Option<DefaultSettings<f64>> {
         .tol_infeas_rel(0.0)
         .reduced_tol_infeas_rel(0.0)
         .max_threads(1)
-        // Refinement takes about half of the time; the certificate detects errors without it:
+        // Refinement takes half of the time; the certificate detects errors:
         // `docs/rationale.md#solver`.
         .iterative_refinement_enable(false)
         // Updates re-apply the first data's scaling, so a kept solver would depend on its past; the

@@ -8,8 +8,7 @@ use std::{
     },
 };
 
-/// A stop signal, polled once per interior-point iteration and once per SCP iteration. Clones share
-/// it.
+/// A stop signal, polled at each interior-point iteration and SCP iteration. Clones share it.
 ///
 /// The planner has no clock: the caller defines the result of a poll. Once due, it remains due.
 #[derive(Clone)]

@@ -48,8 +48,7 @@ pub(crate) struct Answer<'a> {
 }
 
 impl Answer<'_> {
-    /// The answer with the `chosen` one of `found`; `before` is the candidate of the previous
-    /// schedule.
+    /// The answer with the `chosen` one of `found`; `before`: the previous schedule's candidate.
     pub(crate) fn of(
         self,
         found: &[(usize, Found)],

@@ -23,8 +23,7 @@
 //! ```
 //! is a bound for schedules whose AUVs move straight between visits, as costs and distances assume.
 //! With n periods the times between, s₀ … sₙ, cost a s₀ + Σ sₖ²/2 + θ sₙ and sum to H − T: all have
-//! the same marginal cost, at most μ. The bound is concave in μ; golden-section search finds the
-//! best μ.
+//! the same marginal cost, at most μ. A golden-section search finds the best μ.
 
 use crate::{
     facts::visit::Reduce,
@@ -187,8 +186,7 @@ impl Relaxation {
         self.auvs.iter().map(cost).sum::<f64>() - price * self.time
     }
 
-    /// The least over n and T of the age's integral with its weighted end, and the craft's time at
-    /// `price`, s².
+    /// The least over n and T of the age's integral, its weighted end, and the priced time, s².
     ///
     /// It is convex in the number of periods from one on.
     fn of_periods(&self, auv: &Relaxed, travel: f64, price: f64) -> f64 {

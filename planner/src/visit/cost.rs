@@ -135,8 +135,7 @@ const DWELL_MOST: f64 = 1200.0;
 /// Least ratio of distinct times of service.
 const DWELL_RATIO: f64 = 1.2;
 
-/// A scalar Kalman–Bucy filter with the process noise `q`, m²/s, and the measurement noise `s` = R
-/// T, m² s.
+/// A scalar Kalman–Bucy filter with process noise `q`, m²/s, measurement noise `s` = R T, m² s.
 ///
 /// ```text
 /// Ṗ = q − P²/S,  P∞ = √(q S),  λ = √(q/S),  y₀ = P/P∞

@@ -17,12 +17,10 @@ const DEPTHS_MIN: usize = 6;
 /// Interval of the present rate, s.
 const RATE_TIME: f64 = 10.0;
 
-/// A depth that has risen and fallen, as a damped oscillation about its mean: the phase is known
-/// for about a period.
+/// A depth as a damped oscillation about its mean: its phase is known for about a period.
 #[derive(Clone, Copy, Debug)]
 struct Swing {
-    /// Second least and second greatest reported depth, and the mean, m; a single extreme may be an
-    /// error.
+    /// Second least and greatest reported depth, and the mean, m; one extreme may be an error.
     least: f64,
     most: f64,
     mean: f64,
@@ -135,8 +133,8 @@ mod tests {
 
     use super::*;
 
-    /// Depth of a glider that dives to `deepest`, m, rises, both at `rate`, m/s, and rests at the
-    /// surface for `rest`, s.
+    /// Depth of a glider that dives to `deepest`, m, at `rate`, m/s, rises, and rests for `rest`,
+    /// s.
     fn glider(time: f64, deepest: f64, rate: f64, rest: f64) -> f64 {
         let down = deepest / rate;
         let phase = time.rem_euclid(2.0 * down + rest);

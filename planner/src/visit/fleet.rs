@@ -25,8 +25,7 @@ pub struct SchedulingParameters {
     pub horizon_max: f64,
     /// Horizon as a multiple of the time for one visit to each AUV.
     pub horizon_tours: f64,
-    /// Largest number of visits in the search. If it covers all sequences of few AUVs, the schedule
-    /// is optimal.
+    /// Largest number of visits in the search; if it covers all sequences, it is optimal.
     pub visits_tried: usize,
     /// Share of its cost by which another next visit must be better than that of the previous
     /// schedule; twice that if not all sequences were compared.
@@ -42,8 +41,7 @@ impl Default for SchedulingParameters {
             horizon_max: 7200.0,
             horizon_tours: 3.0,
             visits_tried: 24_000,
-            // Exceeds the noise of costs between seconds, and is below an operator's notion of
-            // better.
+            // Exceeds the noise of costs, and is below an operator's notion of better.
             keep_margin: 0.03,
             // Exceeds any benefit of missing a deadline.
             deadline_price: 10.0,

@@ -6,12 +6,10 @@ use crate::{
     snapshot::build::Snapshot,
 };
 
-/// Silence in mean intervals between reports: with every second report lost, one in 65,000 is by
-/// chance.
+/// Silence in mean intervals between reports: by chance 1 in 65,000, with half of them lost.
 const INTERVALS: f64 = 8.0;
 
-/// Silence in longest gaps between reports: AUVs that report in bursts, as at the surface, pause as
-/// long again.
+/// Silence in longest gaps between reports: AUVs that report in bursts pause as long again.
 const GAPS: f64 = 2.0;
 
 /// Shortest silence, s.
@@ -20,8 +18,7 @@ const SILENCE_MIN: f64 = 60.0;
 /// Fewest reports for an estimate of their intervals.
 const REPORTS_MIN: usize = 5;
 
-/// Longest interval between plans that counts as listening, s: after an outage of the planner,
-/// reports are still due.
+/// Longest interval between plans that counts as listening, s; outages do not.
 const LISTENED_MAX: f64 = 10.0;
 
 /// Hearing of an AUV, from plan to plan.
@@ -43,8 +40,7 @@ pub struct Heard<'a> {
 }
 
 impl<'a> Heard<'a> {
-    /// Evidence of the snapshot's AUV with the index `auv`, at a horizontal `distance` from the
-    /// craft, m.
+    /// Evidence of the snapshot's AUV `auv`, at a horizontal `distance` from the craft, m.
     #[must_use]
     pub fn of(snapshot: &'a Snapshot, auv: usize, distance: f64) -> Self {
         Self {
@@ -54,8 +50,7 @@ impl<'a> Heard<'a> {
         }
     }
 
-    /// Mean and longest interval between its reports, s, if there are enough. Simultaneous ones
-    /// count once.
+    /// Mean and longest interval of its reports, s, if enough; simultaneous ones count once.
     fn intervals(&self) -> Option<[f64; 2]> {
         let mut times: Vec<_> = self.reports.iter().map(|report| report.t_s).collect();
         times.sort_by(f64::total_cmp);
@@ -78,8 +73,7 @@ impl<'a> Heard<'a> {
         reports.any(|report| newest - report.t_s < BETWEEN_MIN && at_surface(report))
     }
 
-    /// Time without a report until silence, s. An AUV last heard at the surface has dived and may
-    /// return at any time.
+    /// Time without a report until silence, s; endless for an AUV last heard at the surface.
     fn silence(&self) -> f64 {
         match self.intervals() {
             Some([mean, longest]) if !self.surfaced() => {
@@ -91,8 +85,7 @@ impl<'a> Heard<'a> {
 }
 
 impl Hearing {
-    /// The hearing `elapsed` s later. A distance without reports is not one at which the AUV is
-    /// heard.
+    /// The hearing `elapsed` s later. A distance without reports is not in range.
     #[must_use]
     pub fn later(mut self, elapsed: f64, heard: &Heard) -> Self {
         if heard.distance <= self.within {
@@ -105,8 +98,7 @@ impl Hearing {
         self
     }
 
-    /// `true` if the AUV is silent where it was heard before, or anywhere for longer than
-    /// `age_max`, s.
+    /// `true` if the AUV is silent where it was heard, or anywhere for longer than `age_max`, s.
     #[must_use]
     pub fn is_silent(&self, heard: &Heard, age_max: f64) -> bool {
         heard.silence() < self.unheard || age_max < heard.age

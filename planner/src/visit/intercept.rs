@@ -160,14 +160,13 @@ pub(crate) struct Arrival {
 
 impl Craft {
     /// The earliest time until `end`, s after now, at which the craft can be within `within` of the
-    /// AUV, without turning first.
+    /// AUV.
     ///
     /// ```text
     /// f(t) = ‖p(t) − p₀ − v_c (t − t₀)‖ − within − u max(0, t − t₀ − τ) ≤ 0
     /// ```
-    /// with the time τ of a turn. f changes no faster than u plus the AUV's speed through the
-    /// water, so a step of f over that passes no root. Between two samples of the track, f = 0 is
-    /// quadratic.
+    /// with the time τ of a turn. f changes no faster than u plus the AUV's speed, so a step of f
+    /// over that passes no root. Between two samples, f = 0 is quadratic.
     pub(crate) fn reach(&self, track: &Track, from: &Departure, within: f64, end: f64) -> Option<f64> {
         self.reach_after(track, from, (from.time, 0.0), within, end)
     }
@@ -198,8 +197,7 @@ impl Craft {
         track.at(time) - from.position - self.current * (time - from.time)
     }
 
-    /// The earliest time from `start`, before which there is no root, for a craft that turns for
-    /// `turning` seconds.
+    /// The earliest time from `start`, before any root, for a craft that turns for `turning` s.
     fn reach_after(
         &self,
         track: &Track,
@@ -289,8 +287,7 @@ mod tests {
         heading: 0.0,
     };
 
-    /// The earliest of times 0.05 s apart at which a constant heading, after a turn on the spot, is
-    /// near enough.
+    /// The earliest time, in steps of 0.05 s, at which a constant heading is near enough.
     fn scanned(craft: &Craft, auv: &AuvForecast, turns: bool) -> Option<f64> {
         let near = |time: f64| {
             let way = auv.at(time).position - craft.current * time;
@@ -324,8 +321,7 @@ mod tests {
                     reached += 1;
                 }
                 if let (Some(turned), Some(expected)) = (turned, scanned(&craft, &auv, true)) {
-                    // The scan turns to the meeting point; the solver's first guess misses half a
-                    // turn's motion.
+                    // The scan turns to the meeting point; the solver's guess misses half a turn.
                     assert!(
                         (turned.time - expected).abs() < 2.0,
                         "{turned:?}, expected {expected}"
@@ -409,8 +405,7 @@ mod tests {
         let auv = forecast(0.0, 0.0, 0.0, 0.5, 0.0);
         let track = |between| track(&auv, between, &Vector2::zeros());
         let (straight, turning) = (track(None), track(Some(120.0)));
-        // Mean of tracks whose legs end at random, each second with a probability of 1/120, in any
-        // new direction.
+        // Mean of tracks whose legs end at random, each second with a probability of 1/120.
         let mean = |until: u32| {
             (0..until)
                 .map(|t| 0.5 * (1.0_f64 - 1.0 / 120.0).powf(f64::from(t)))

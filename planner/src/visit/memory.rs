@@ -173,8 +173,7 @@ fn served<'a>(before: Option<(f64, &'a Schedule)>, id: &VehicleId) -> Option<(f6
     Some((elapsed, known))
 }
 
-/// Times in the next half hour at which an AUV may be shallow enough for service, s; a fraction of
-/// a sawtooth's period apart.
+/// Times in the next half hour, s, a fraction of a sawtooth's period apart.
 fn half_an_hour() -> impl Iterator<Item = f64> {
     (0..=90_u8).map(|i| 20.0 * f64::from(i))
 }

@@ -3,8 +3,8 @@
 //! Tours by the clock and the previous schedule come first, as upper bounds. Then visits are tried
 //! in order of time, slot by slot. Sequences that cannot become better than the best known schedule
 //! are dropped (branch and bound, for few AUVs); in each slot the most promising remain (beam). If
-//! the beam drops none, the result is optimal. Counts bound the work, never a clock, so equal
-//! problems have equal results.
+//! the beam drops none, the result is optimal. Counts bound the work, so equal problems have equal
+//! results.
 
 use smallvec::SmallVec;
 
@@ -229,8 +229,7 @@ impl Search<'_> {
         dwells
     }
 
-    /// The visit to `to` that arrives with the costs `there` and ends at `leave`, or at the
-    /// horizon.
+    /// The visit to `to` that arrives with the costs `there` and ends at `leave` or the horizon.
     fn node(&self, before: Option<usize>, to: usize, arrive: f64, (there, leave): (&State, f64)) -> Node {
         let leave = leave.min(self.fleet.horizon);
         let state = self.fleet.stayed(there, to, leave);
@@ -252,8 +251,7 @@ impl Search<'_> {
         self.fleet.candidates.len() <= BOUNDED_MAX
     }
 
-    /// Compares the best schedule with the one that ends with `stay`, where the costs are `left`,
-    /// extended to the horizon.
+    /// Compares the best schedule with the one whose last `stay` is extended to the horizon.
     fn complete(&mut self, before: Option<usize>, stay: &Stay, left: &State) {
         let end = self.fleet.stayed(left, stay.candidate, self.fleet.horizon);
         let value = self.fleet.value(&end);

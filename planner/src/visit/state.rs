@@ -127,8 +127,7 @@ impl Fleet {
         })
     }
 
-    /// The turn before the leg that ends with `arrival`, in which the craft moves on and may pass
-    /// AUVs.
+    /// The turn before the leg that ends with `arrival`, in which the craft may pass AUVs.
     fn turn(&self, state: &mut State, arrival: Arrival) {
         let angle = wrap(arrival.heading - state.heading);
         let radius = KEPT_IN_TURN * self.speed_now / self.craft.turn_rate;
@@ -200,8 +199,7 @@ impl Fleet {
         state.time = end;
     }
 
-    /// The interval in which the craft, on `way` between these times, is near `candidate`, which
-    /// moves straight.
+    /// The interval in which the craft, on `way` between these times, is near `candidate`.
     fn passed(
         &self,
         candidate: &Candidate,
@@ -256,8 +254,7 @@ impl Fleet {
         self.cost(state) + self.penalty(state)
     }
 
-    /// Order of states of similar times: the costs at `time` without visits until then, and the
-    /// missed deadlines.
+    /// Order of states of similar times: costs at `time` without visits, and missed deadlines.
     pub(crate) fn rank(&self, state: &State, time: f64) -> f64 {
         let mut later = *state;
         for (i, candidate) in self.candidates.iter().enumerate() {

@@ -191,8 +191,7 @@ fn enumerated(fleet: &Fleet, state: &State, only: Option<usize>, worth: fn(&Flee
     best
 }
 
-/// `request` after `step` seconds, in which the craft turned on the spot and went straight to the
-/// AUV of its `schedule`.
+/// `request` after `step` seconds of a turn on the spot and a leg to its `schedule`'s AUV.
 fn sailed(request: &PlanRequest, schedule: &Schedule, step: f64) -> PlanRequest {
     let target = request.auv(&schedule.visits[0].auv).and_then(|auv| auv.state);
     let mut after = later(request, schedule, step);

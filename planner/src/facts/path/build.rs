@@ -63,8 +63,8 @@ impl Path {
         Self::from_segments(&[waypoints], closed)
     }
 
-    /// A circle of `radius` metres around `centre`, turning to `side`, that begins at `bearing`
-    /// from the centre, rad.
+    /// A circle of `radius` metres to `side` around `centre`, from the `bearing`, rad, of its
+    /// start.
     ///
     /// Fails as [`Path::from_segments`].
     pub fn circle(centre: Vector2<f64>, radius: f64, side: Side, bearing: f64) -> Result<Self, InvalidPath> {
@@ -81,8 +81,7 @@ impl Path {
         Self::from_segments(&[circle], true)
     }
 
-    /// Checks its segments as [`Path::from_segments`] does. Paths from lengths and angles, such as
-    /// a lawn-mower, may fail.
+    /// Checks its segments like [`Path::from_segments`]; paths from lengths and angles may fail.
     pub fn check(&self) -> Result<(), InvalidPath> {
         Self::from_segments(&self.segments, self.closed).map(drop)
     }

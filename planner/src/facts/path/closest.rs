@@ -38,8 +38,7 @@ impl Candidate {
 impl Path {
     /// Arc length of the point closest to `position` (north, east), m; the first of equals.
     ///
-    /// If the position is beyond an end of an open path: the arc length of its foot on the straight
-    /// continuation.
+    /// Beyond an end of an open path: the arc length of the foot on the straight continuation.
     #[must_use]
     pub fn closest(&self, position: &Vector2<f64>) -> f64 {
         self.foot(position, self.closest_between(position, 0.0, self.length))

@@ -145,8 +145,7 @@ impl Path {
         self
     }
 
-    /// Lanes of `lane_length` metres, `lane_spacing` metres apart, joined by half circles; the
-    /// first turn is to starboard.
+    /// Lanes of `lane_length`, `lane_spacing` apart, m, with half circles, the first to starboard.
     #[must_use]
     pub fn lawn_mower(
         start: Vector2<f64>,

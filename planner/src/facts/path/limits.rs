@@ -16,8 +16,7 @@ pub const TURN_RADIUS: f64 = 10.0;
 /// Longest line or leg, and largest radius, m: the same as the largest coordinate.
 pub const LENGTH_MAX: f64 = COORDINATE_MAX;
 
-/// Shortest line or leg, and smallest radius, m; shorter ones lose their direction when rounded to
-/// millimetres.
+/// Shortest line or leg, and smallest radius, m; rounded to millimetres they keep a direction.
 pub const LENGTH_MIN: f64 = 1e-3;
 
 /// Largest gap between two segments, m: coordinates rounded to millimetres miss by up to 0.7 mm.

@@ -44,12 +44,10 @@ pub enum Segment {
     Waypoints {
         /// Points where the legs meet. Repeated points are omitted.
         points: Vec<[f64; 2]>,
-        /// Radius of every arc, m, for which all legs must have room; 0 if all points are on one
-        /// line.
+        /// Radius of every arc, m, for which all legs must have room; 0 for a straight line.
         #[serde(skip_serializing_if = "Option::is_none")]
         fillet_m: Option<f64>,
-        /// Without `fillet_m`: the vehicle's turn radius where its legs have room, m. Default:
-        /// [`TURN_RADIUS`].
+        /// Without `fillet_m`: turn radius if legs have room, m. Default: [`TURN_RADIUS`].
         #[serde(skip_serializing_if = "Option::is_none")]
         turn_radius_m: Option<f64>,
         /// Differences between legs: empty, or one for each leg, beginning at the first point.
@@ -74,8 +72,7 @@ members! {
     /// `waypoints`: points where the straight legs meet.
     points: Option<Vec<[f64; 2]>>,
     /// `waypoints`: radius of every corner, m, for which all legs must have room; 0 only if no leg
-    /// turns. Without it, corners have the `turn_radius_m`, or the largest radius for which their
-    /// legs have room.
+    /// turns. Without it, corners have the `turn_radius_m`, or the largest possible radius.
     fillet_m: Option<f64>,
     /// `waypoints` without `fillet_m`: the vehicle's turn radius, m. Default: its speed at 0.15
     /// rad/s; with `reports` also at 0.09 and 0.055 rad/s, and the best fit counts.

@@ -24,9 +24,8 @@ impl SpeedProfile {
         Self::new(vec![(0.0, speed)])
     }
 
-    /// From `knots` of arc length, m, and speed, m/s. Fails with the first knot whose arc length is
-    /// not finite or does not increase, or whose speed is not positive and finite; also without
-    /// knots.
+    /// From `knots` of arc length, m, and speed, m/s. Fails without knots, or with the first whose
+    /// arc length does not increase, or whose speed is not positive; both must be finite.
     pub fn new(knots: Vec<(f64, f64)>) -> Result<Self, InvalidPath> {
         if knots.is_empty() {
             let (given, least, most) = (0, 1, usize::MAX);

@@ -25,12 +25,10 @@ use crate::facts::{
 const LENGTH_OF_ROUNDING: f64 = 1e-9;
 
 /// Largest distance, m, at which a way-point without a prescribed radius repeats the previous one:
-/// a tenth of the position error of underwater vehicles, and more than plans in degrees are rounded
-/// by.
+/// a tenth of underwater vehicles' position error, and more than the rounding of degrees.
 pub const REPEATED_WITHIN: f64 = 0.1;
 
-/// Least turn of a corner that becomes a loop, rad: an arc would pass the way-point at three times
-/// its radius.
+/// Least turn of a corner that becomes a loop, rad; its arc would pass at three times its radius.
 pub const LOOP_FROM: f64 = PI * 5.0 / 6.0;
 
 /// Rounding of corners.

@@ -134,8 +134,7 @@ fn the_covariance_of_a_turn_is_an_upper_bound_tight_to_a_quarter_turn() {
 
 #[test]
 fn the_covariance_on_a_path_agrees_with_simulated_followers() {
-    // From a lane through an arc and along: followers with a speed error of a tenth and offsets of
-    // 0.7 m.
+    // From a lane through an arc: followers with a speed error of a tenth and offsets of 0.7 m.
     let path = Path::starting_at(Vector2::zeros(), 0.4)
         .line(3.0)
         .arc(Side::Starboard, 100.0, 0.3);
@@ -169,8 +168,7 @@ fn the_covariance_on_a_path_agrees_with_simulated_followers() {
 #[test]
 fn waiting_never_reduces_the_covariance() {
     let mut shrinking = filtered();
-    // A vehicle too far ahead is too slow: exact without accelerations, an estimate of no real
-    // filter.
+    // A vehicle too far ahead is too slow, which is exact without accelerations.
     let opposed = -0.9 * (filtered()[(0, 0)] * filtered()[(2, 2)]).sqrt();
     (shrinking[(0, 2)], shrinking[(2, 0)]) = (opposed, opposed);
     let mower = Path::lawn_mower(Vector2::zeros(), 0.4, 50.0, 20.0, 4);
@@ -220,8 +218,7 @@ fn the_covariance_of_an_older_report_is_that_of_waiting() {
 
 #[test]
 fn the_covariance_of_a_fast_vehicle_is_that_of_a_slow_one_with_scaled_time() {
-    // On the same lanes, a vehicle of 5 · 0.193 m/s does in 10 s what one of 0.193 m/s does in 50
-    // s.
+    // On equal lanes, a vehicle of 5 · 0.193 m/s does in 10 s what one of 0.193 m/s does in 50 s.
     let known = with_covariance(auv(0.0, None), Matrix4::identity() * 1e-12);
     let slow = forecast(&known, ForecastModel::ConstantVelocity);
     let mut fast = known;

@@ -48,8 +48,7 @@ fn times() -> impl Iterator<Item = f64> {
 
 #[test]
 fn horizontal_and_vertical_speed_combine_to_the_body_s_speed() {
-    // Second route: slopes by finite differences are two legs of a triangle whose third is the
-    // speed.
+    // Second route: finite differences are two legs of a triangle whose third is the speed.
     for (depth, descending) in [(10.0, true), (10.0, false), (23.1, true), (0.9, true)] {
         let forecast = forecast(&auv(sawtooth(Some(descending)), depth));
         let h = 1e-4;

@@ -8,8 +8,7 @@ const CURRENT: Vector2<f64> = Vector2::new(-0.03, 0.05);
 
 const STILL: Vector2<f64> = Vector2::new(0.0, 0.0);
 
-/// Report of a vehicle `at` a time, `age` seconds later: its position, and its velocity through the
-/// water.
+/// Report of a vehicle `at` a time, `age` seconds later, with its velocity through the water.
 fn reported(at: f64, age: f64) -> AuvState {
     let through_the_water = crate::facts::angle::direction(HEADING) * 0.29;
     AuvState {

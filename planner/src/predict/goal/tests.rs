@@ -151,8 +151,7 @@ fn a_range_goal_has_equal_largest_ranges_and_moves_with_a_formation() {
     assert_velocity_is_the_slope(&observation(formation, goal), &[0.0, 25.0, 78.0]);
 }
 
-/// Central differences over 2 ms: of second order; coordinates of 100 m leave rounding of 10⁻¹¹
-/// m/s.
+/// Central differences over 2 ms, of second order; rounding of 100 m leaves 10⁻¹¹ m/s.
 fn assert_velocity_is_the_slope(observation: &PlanRequest, times: &[f64]) {
     let (goal, h) = (forecast(observation), 1e-3);
     for ahead in times {
@@ -251,8 +250,8 @@ fn at_rest_the_axes_are_remembered_or_else_reported() {
 }
 
 /// A goal from fixes, one every ten seconds with σ 1.5 m: the AUV moves at `speed` for five minutes
-/// on a course of 1 rad, then rests. Returns the directions of the offset, second by second, after
-/// a rest of five minutes.
+/// on a course of 1 rad, then rests. Returns the offset's directions, second by second, after a
+/// rest of 300 s.
 fn directions_beside_a_vehicle_at_rest(seed: u64, speed: f64) -> Vec<f64> {
     let mut random = Random(seed);
     let moved = 300.0;
@@ -286,8 +285,7 @@ fn directions_beside_a_vehicle_at_rest(seed: u64, speed: f64) -> Vec<f64> {
 
 #[test]
 fn an_offset_beside_a_vehicle_at_rest_is_stable() {
-    // With a detectable speed, the offset rests ahead of it; if it never moved, at its first
-    // direction.
+    // With a detectable speed, the offset rests ahead, otherwise at its first direction.
     for (speed, ahead) in [(0.5, Some(1.0)), (0.0, None)] {
         let mut moves = 0;
         for seed in 0..20 {
@@ -314,8 +312,7 @@ fn a_mean_that_comes_to_rest_keeps_its_last_course() {
     let seen = observation(vec![auv("a", 0.0, 0.0, 0.0), turning], Task { goal, offset });
     let goal = forecast(&seen);
     let arm = |ahead: f64| goal.at(ahead).position - goal.followed(ahead).position;
-    // ‖v_m‖ = 0.193 cos(ω t / 2): first below 0.05 m/s when the mean has turned by
-    // acos(0.05/0.193).
+    // ‖v_m‖ = 0.193 cos(ω t / 2): first below 0.05 m/s at a turn of acos(0.05/0.193).
     let turned = (0.05_f64 / 0.193).acos();
     let stop = turned / 0.025;
     assert!((arm(stop - 1e-3) - direction(turned) * 10.0).norm() < 1e-3);

@@ -103,8 +103,7 @@ fn rows_of_an_interval_are_in_the_order_of_their_names() {
     let (x, _, v) = variables(&subproblem, 1.3);
     let s = row_slacks(&program, &x);
     let slack = |name: &str| s[rows.iter().position(|row| row == name).expect(name)];
-    // The two limits of a number sum to their interval; the nearer one is the limit that is
-    // approached.
+    // The two limits of a number sum to their interval; the smaller is approached.
     let acceleration = (v[2] - v[1]) / subproblem.steps[1];
     let ahead = (subproblem.directions[1] + subproblem.directions[2])
         .normalize()

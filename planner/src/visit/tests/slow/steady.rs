@@ -75,8 +75,7 @@ fn the_starboard_one_of_two_equal_auvs_is_next() {
     }
 }
 
-/// Changes of the next AUV before the least visit time, for a craft that follows its schedule with
-/// a plan every `step` seconds.
+/// Changes of the next AUV before the least visit time, with a plan every `step` seconds.
 fn changes_of_mind(mut request: PlanRequest, step: f64, n_plans: usize) -> usize {
     // The craft turns on the spot.
     request.asc.speed_mps = 0.0;
