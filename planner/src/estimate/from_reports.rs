@@ -6,13 +6,13 @@ use nalgebra::{Matrix4, Vector2};
 
 use crate::{
     estimate::{
-        claims::Believed,
         dive::sawtooth,
         interacting::Interacting,
         kalman::Kalman,
         legs::TrackPoint,
         on_path::{NextTurn, OnPath, PathFit, SPEED_DENSITIES, Sailing},
         repeats::{Repeats, Trail},
+        screening::ScreenedReports,
         track::Track,
         turn::{clear, remembered_turn_rate, turn_rate},
     },
@@ -188,21 +188,21 @@ fn from_reports(
     if due() {
         numbered.drain(..numbered.len().saturating_sub(HASTY));
     }
-    let Believed {
-        reports: believed,
+    let ScreenedReports {
+        reports: screened,
         track: free,
         inflation,
         velocity_contradicted,
-    } = Believed::new(without_repeated(&numbered), due);
+    } = ScreenedReports::new(without_repeated(&numbered), due);
     let infers = before.is_some();
     let before = before.filter(|_| paths.is_empty());
     let trail = before.map_or_else(Trail::default, |before| Trail::new(before, &free.used, current));
     let repeats = if due() { None } else { trail.repeats() };
-    let along = sailed(paths, repeats.as_ref(), current, &believed, due);
+    let along = sailed(paths, repeats.as_ref(), current, &screened, due);
     let route = along.as_ref().map(|along| Route {
         probability: match repeats {
-            None => probability_of_following(&believed, along, &free, (usize::MAX, f64::INFINITY)),
-            Some(_) => probability_of_following(&believed, along, &free, (TELLING, ODDS_MAX)),
+            None => probability_of_following(&screened, along, &free, (usize::MAX, f64::INFINITY)),
+            Some(_) => probability_of_following(&screened, along, &free, (TELLING, ODDS_MAX)),
         },
         fit: *along.filter.fit(),
         next_turn: match paths {

@@ -7,7 +7,9 @@
 
 use nalgebra::Vector2;
 
-use super::{claims::Believed, interacting::Interacting, kalman::Kalman, tests::Random, track::Track};
+use super::{
+    interacting::Interacting, kalman::Kalman, screening::ScreenedReports, tests::Random, track::Track,
+};
 use crate::facts::{
     angle::Course,
     evidence::{GroundTrack, Report},
@@ -121,7 +123,10 @@ fn before(reports: &[(usize, Report)]) -> Kalman {
 }
 
 fn after(reports: &[(usize, Report)]) -> Kalman {
-    Believed::new(reports.to_vec(), &|| false).track.filter.combined()
+    ScreenedReports::new(reports.to_vec(), &|| false)
+        .track
+        .filter
+        .combined()
 }
 
 /// The estimate with known accuracy and no velocities.
@@ -161,7 +166,7 @@ fn a_speed_that_becomes_0_is_contradicted_by_the_third_fix() {
                 report.speed_mps = Some(0.0);
             }
             flights += 1;
-            late += u32::from(!Believed::new(reports, &|| false).velocity_contradicted);
+            late += u32::from(!ScreenedReports::new(reports, &|| false).velocity_contradicted);
         }
         println!("{speed} m/s, {interval} s: {late} of {flights} not within three fixes");
         assert!(late <= flights / 20, "{speed} m/s: {late} of {flights}");
@@ -176,8 +181,8 @@ fn a_fix_of_unusual_accuracy_discards_no_other() {
             let (mut reports, _) = flight(TYPICAL, 30, seed);
             for place in [0, 12, 29] {
                 let claimed = std::mem::replace(&mut reports[place].1.sigma_m, odd);
-                let believed = Believed::new(reports.clone(), &|| false);
-                rejected += reports.len() - believed.track.used.len();
+                let screened = ScreenedReports::new(reports.clone(), &|| false);
+                rejected += reports.len() - screened.track.used.len();
                 reports[place].1.sigma_m = claimed;
             }
         }
@@ -218,9 +223,9 @@ fn a_second_return_of_a_ping_inflates_no_accuracy() {
             let echo = Report::new(report.t_s, report.position() + Vector2::new(40.0, 30.0), 1.5);
             [(2 * number, report), (2 * number + 1, echo)]
         });
-        let believed = Believed::new(echoed.collect(), &|| false);
-        assert_eq!(believed.inflation, 0.0, "seed {seed}");
-        let error = (believed.track.filter.combined().at(last).position() - truth).norm();
+        let screened = ScreenedReports::new(echoed.collect(), &|| false);
+        assert_eq!(screened.inflation, 0.0, "seed {seed}");
+        let error = (screened.track.filter.combined().at(last).position() - truth).norm();
         assert!(error < 6.0, "seed {seed}: {error} m");
     }
 }
@@ -281,13 +286,13 @@ mod slow {
                         // Fixes farther apart than a lane show no velocity.
                         let seeds = if speed * interval < 100.0 { N_FLIGHTS } else { 0 };
                         for seed in 0..seeds {
-                            let believed = Believed::new(flight(case, case.n(), seed).0, &|| false);
+                            let screened = ScreenedReports::new(flight(case, case.n(), seed).0, &|| false);
                             flights += 1;
-                            if believed.inflation > 0.0 || believed.velocity_contradicted {
+                            if screened.inflation > 0.0 || screened.velocity_contradicted {
                                 doubted += 1;
                                 println!(
                                     "{case:?}: {} {}",
-                                    believed.inflation, believed.velocity_contradicted
+                                    screened.inflation, screened.velocity_contradicted
                                 );
                             }
                         }

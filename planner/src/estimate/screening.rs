@@ -46,7 +46,7 @@ const VELOCITY_EVIDENCE: f64 = 8.0;
 const VELOCITY_EVIDENCE_AT_FIRST: f64 = 3.9;
 
 /// Reports with claims that are consistent with their fixes.
-pub(crate) struct Believed {
+pub(crate) struct ScreenedReports {
     /// Reports with inflated standard deviations, without courses and speeds that fixes contradict.
     pub(crate) reports: Vec<(usize, Report)>,
     /// The track through them.
@@ -57,7 +57,7 @@ pub(crate) struct Believed {
     pub(crate) velocity_contradicted: bool,
 }
 
-impl Believed {
+impl ScreenedReports {
     /// Screens `claimed` reports, at least one, in order of time. Once `due`, no inflation is
     /// tried.
     pub(crate) fn new(claimed: Vec<(usize, Report)>, due: &dyn Fn() -> bool) -> Self {
