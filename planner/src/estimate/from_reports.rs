@@ -11,7 +11,7 @@ use crate::{
         kalman::Kalman,
         legs::TrackPoint,
         on_path::{NextTurn, OnPath, PathFit, SPEED_DENSITIES, Sailing},
-        repeats::{Repeats, Trail},
+        repeats::{PastTrack, Repeats},
         screening::ScreenedReports,
         track::Track,
         turn::{clear, remembered_turn_rate, turn_rate},
@@ -196,8 +196,10 @@ fn from_reports(
     } = ScreenedReports::new(without_repeated(&numbered), due);
     let infers = before.is_some();
     let before = before.filter(|_| paths.is_empty());
-    let trail = before.map_or_else(Trail::default, |before| Trail::new(before, &free.used, current));
-    let repeats = if due() { None } else { trail.repeats() };
+    let past_track = before.map_or_else(PastTrack::default, |before| {
+        PastTrack::new(before, &free.used, current)
+    });
+    let repeats = if due() { None } else { past_track.repeats() };
     let along = sailed(paths, repeats.as_ref(), current, &screened, due);
     let route = along.as_ref().map(|along| Route {
         probability: match repeats {
@@ -229,7 +231,7 @@ fn from_reports(
         route,
         repeats,
         path,
-        track: trail.points,
+        track: past_track.points,
     }
 }
 

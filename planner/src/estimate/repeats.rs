@@ -86,7 +86,7 @@ pub struct Repeats {
 
 /// Past track of a vehicle, as straight legs.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Trail {
+pub(crate) struct PastTrack {
     pub(crate) points: Vec<TrackPoint>,
     /// Standard deviation of its fixes, m.
     sigma: f64,
@@ -98,7 +98,7 @@ pub(crate) struct Trail {
     fixes: Vec<Vector2<f64>>,
 }
 
-impl Trail {
+impl PastTrack {
     /// Through `reports`, in order of time, in a `current` (north, east), m/s, after the
     /// `remembered` track of an earlier answer.
     pub(crate) fn new(
@@ -418,7 +418,7 @@ mod tests {
 
     /// Past track of a vehicle that followed `path` for a `time`, s: fixes every ten seconds, of
     /// which those before the last 640 s are in the stored track of earlier answers.
-    fn trail(path: &Path, time: f64, seed: u64) -> Trail {
+    fn past_track(path: &Path, time: f64, seed: u64) -> PastTrack {
         let mut random = Random(seed);
         let fix = |k: u32| {
             let t_s = 10.0 * f64::from(k);
@@ -429,12 +429,12 @@ mod tests {
             .map(fix)
             .filter(|(_, report)| report.t_s <= time)
             .collect();
-        let mut trail = Trail::default();
+        let mut past_track = PastTrack::default();
         for end in (1..=fixes.len()).step_by(3).chain([fixes.len()]) {
             let window = &fixes[end.saturating_sub(64)..end];
-            trail = Trail::new(&trail.points, window, &Vector2::zeros());
+            past_track = PastTrack::new(&past_track.points, window, &Vector2::zeros());
         }
-        trail
+        past_track
     }
 
     fn lanes() -> Path {
@@ -471,9 +471,9 @@ mod tests {
         let (mut squares, mut n) = (0.0, 0.0);
         for seed in 0..10 {
             // The third lane begins after 552 s.
-            assert_eq!(trail(&path, 400.0, seed).repeats(), None, "{seed}");
+            assert_eq!(past_track(&path, 400.0, seed).repeats(), None, "{seed}");
             for time in [700.0, 750.0, 1000.0, 1900.0] {
-                let repeats = trail(&path, time, seed).repeats().expect("was sailed twice");
+                let repeats = past_track(&path, time, seed).repeats().expect("was sailed twice");
                 assert_eq!(repeats.pattern, Pattern::Lanes);
                 assert!((repeats.spacing - 30.0).abs() < 2.0, "{}", repeats.spacing);
                 // From corner to corner: the half circles extend the lanes by 15 m.
@@ -491,8 +491,8 @@ mod tests {
         let corners = [[0.0, 0.0], [120.0, 0.0], [120.0, 80.0], [0.0, 80.0]];
         let ends = [[0.0, 0.0], [150.0, 20.0]];
         for path in [through(corners.repeat(5)), through(ends.repeat(8))] {
-            let trail = trail(&path, 1100.0, 1);
-            let repeats = trail.repeats().expect("was sailed twice");
+            let past_track = past_track(&path, 1100.0, 1);
+            let repeats = past_track.repeats().expect("was sailed twice");
             assert_eq!(repeats.pattern, Pattern::Laps);
             assert!(off(&path, 1100.0, &repeats) < 8.0);
         }
@@ -510,7 +510,7 @@ mod tests {
                 place.into()
             };
             let path = through((0..20).map(point).collect());
-            found += u32::from(trail(&path, 1500.0, seed).repeats().is_some());
+            found += u32::from(past_track(&path, 1500.0, seed).repeats().is_some());
         }
         assert!(found <= 2, "{found}");
     }
@@ -523,15 +523,15 @@ mod tests {
                 let angle = 60.0 * f64::from(k) / radius;
                 [radius * angle.sin(), radius * (1.0 - angle.cos())]
             };
-            let trail = trail(&through((0..30).map(point).collect()), 1500.0, seed);
-            let lag = trail.repeats().map(|repeats| repeats.period);
+            let past_track = past_track(&through((0..30).map(point).collect()), 1500.0, seed);
+            let lag = past_track.repeats().map(|repeats| repeats.period);
             assert!(lag.is_none_or(|lag| lag > 100.0), "{seed}: {lag:?}");
         }
     }
 
     #[test]
     fn a_pattern_rotates_and_moves_with_the_track() {
-        let trail = trail(&lanes(), 900.0, 3);
+        let past_track = past_track(&lanes(), 900.0, 3);
         let turned = |point: &TrackPoint| {
             let (sin, cos) = f64::sin_cos(1.1);
             [
@@ -540,16 +540,17 @@ mod tests {
                 sin * point[1] + cos * point[2],
             ]
         };
-        let moved = Trail {
-            points: trail.points.iter().map(turned).collect(),
-            fixes: trail
+        let moved = PastTrack {
+            points: past_track.points.iter().map(turned).collect(),
+            fixes: past_track
                 .fixes
                 .iter()
                 .map(|fix| place(&turned(&[0.0, fix.x, fix.y])))
                 .collect(),
-            ..trail.clone()
+            ..past_track.clone()
         };
-        let [here, there] = [trail, moved].map(|trail| trail.repeats().expect("was sailed twice"));
+        let [here, there] =
+            [past_track, moved].map(|past_track| past_track.repeats().expect("was sailed twice"));
         assert!((here.residual - there.residual).abs() < 1.0e-9);
         let end = |repeats: &Repeats| repeats.path.path.at(repeats.path.path.length()).position;
         let expected = turned(&[0.0, end(&here).x, end(&here).y]);
@@ -567,8 +568,14 @@ mod tests {
             };
             (0, report)
         };
-        let trail = Trail::new(&[], &(0..8).map(fix).collect::<Vec<_>>(), &Vector2::zeros());
-        assert!(trail.points.iter().flatten().all(|number| number.is_finite()));
+        let past_track = PastTrack::new(&[], &(0..8).map(fix).collect::<Vec<_>>(), &Vector2::zeros());
+        assert!(
+            past_track
+                .points
+                .iter()
+                .flatten()
+                .all(|number| number.is_finite())
+        );
     }
 
     #[test]
@@ -581,8 +588,8 @@ mod tests {
             })
             .collect();
         let remembered = [[0.0, 0.0, 50.0], [50.0, 0.0, 0.0], [3.99e3, 3.99e3, 0.0]];
-        let trail = Trail::new(&remembered, &fixes, &Vector2::zeros());
-        assert_eq!(trail.points[..2], remembered[..2]);
+        let past_track = PastTrack::new(&remembered, &fixes, &Vector2::zeros());
+        assert_eq!(past_track.points[..2], remembered[..2]);
     }
 
     #[test]
@@ -599,7 +606,7 @@ mod tests {
                 )
             })
             .collect();
-        let new = |remembered: &[TrackPoint]| Trail::new(remembered, &fixes, &Vector2::zeros());
+        let new = |remembered: &[TrackPoint]| PastTrack::new(remembered, &fixes, &Vector2::zeros());
         let alone = new(&[]);
         for garbage in [
             [[990.0, 1.0e300, 0.0], [995.0, -1.0e300, 0.0]],
