@@ -124,12 +124,12 @@ fn dot(a: Complex<f64>, b: Complex<f64>) -> f64 {
 
 /// A corner of a track (north + i east), m, and the speed before it, m/s, after a long leg.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct SailedTo {
+pub(crate) struct TrackCorner {
     pub(crate) point: Complex<f64>,
     pub(crate) speed: Option<f64>,
 }
 
-impl From<Complex<f64>> for SailedTo {
+impl From<Complex<f64>> for TrackCorner {
     fn from(point: Complex<f64>) -> Self {
         Self { point, speed: None }
     }
@@ -137,13 +137,13 @@ impl From<Complex<f64>> for SailedTo {
 
 /// Straight lines between corners.
 pub(crate) struct Polyline {
-    pub(crate) points: Vec<SailedTo>,
+    pub(crate) points: Vec<TrackCorner>,
     /// Arc length at each, m.
     pub(crate) along: Vec<f64>,
 }
 
 impl Polyline {
-    pub(crate) fn new(points: Vec<SailedTo>) -> Self {
+    pub(crate) fn new(points: Vec<TrackCorner>) -> Self {
         let mut along = vec![0.0];
         for pair in points.windows(2) {
             along.push(along[along.len() - 1] + (pair[1].point - pair[0].point).norm());
@@ -166,7 +166,7 @@ impl Polyline {
         from + (to - from) * ((along - self.along[after - 1]) / length).clamp(0.0, 1.0)
     }
 
-    pub(crate) fn corners_after(&self, along: f64) -> impl Iterator<Item = (f64, SailedTo)> {
+    pub(crate) fn corners_after(&self, along: f64) -> impl Iterator<Item = (f64, TrackCorner)> {
         let corners = self.along.iter().copied().zip(self.points.iter().copied());
         corners.filter(move |(at, _)| along < *at)
     }

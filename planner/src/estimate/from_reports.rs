@@ -10,7 +10,7 @@ use crate::{
         interacting::Interacting,
         kalman::Kalman,
         legs::TrackPoint,
-        on_path::{NextTurn, OnPath, PathFit, SPEED_DENSITIES, Sailing},
+        on_path::{NextTurn, OnPath, PathFit, PathHypothesis, SPEED_DENSITIES},
         repeats::{PastTrack, Repeats},
         screening::ScreenedReports,
         track::Track,
@@ -200,7 +200,7 @@ fn from_reports(
         PastTrack::new(before, &free.used, current)
     });
     let repeats = if due() { None } else { past_track.repeats() };
-    let along = sailed(paths, repeats.as_ref(), current, &screened, due);
+    let along = on_likeliest_path(paths, repeats.as_ref(), current, &screened, due);
     let route = along.as_ref().map(|along| Route {
         probability: match repeats {
             None => probability_of_following(&screened, along, &free, (usize::MAX, f64::INFINITY)),
@@ -211,9 +211,9 @@ fn from_reports(
             [_] => along.filter.next_turn(),
             _ => along.filter.next_turn().map(NextTurn::of_any_radius),
         },
-        current: along.filter.sailing().current,
+        current: along.filter.assumed().current,
     });
-    let path = along.as_ref().map(|along| along.filter.sailing().known.clone());
+    let path = along.as_ref().map(|along| along.filter.assumed().known.clone());
     let followed = along.filter(|_| route.is_some_and(|route| route.is_followed()));
     let (filtered, used) = match &followed {
         Some(track) => (Filtered::from(&track.filter), &track.used),
@@ -237,26 +237,27 @@ fn from_reports(
 
 /// The likeliest track through `reports` on one of `paths`, or on the pattern that its own track
 /// `repeats`. Speeds may be over ground; without a fitting declared path the pace may vary.
-fn sailed<'a>(
+fn on_likeliest_path<'a>(
     paths: &'a [KnownPath],
     repeats: Option<&'a Repeats>,
     current: &Vector2<f64>,
     reports: &[(usize, Report)],
     due: &dyn Fn() -> bool,
 ) -> Option<Track<OnPath<'a>>> {
-    let through = |sailing: Sailing<'a>| Track::through(reports, |report| OnPath::start(report, &sailing));
+    let through =
+        |assumed: PathHypothesis<'a>| Track::through(reports, |report| OnPath::start(report, &assumed));
     let known = paths.iter().chain(repeats.map(|repeats| &repeats.path));
-    let ways = known.map(|known| Sailing {
+    let hypotheses = known.map(|known| PathHypothesis {
         known,
         current: *current,
         speed_density: SPEED_DENSITIES[0],
         roughness: repeats.map(|repeats| repeats.residual),
     });
-    let mut best = ways.take_while(|_| !due()).map(through).reduce(likelier)?;
+    let mut best = hypotheses.take_while(|_| !due()).map(through).reduce(likelier)?;
     if !due() && repeats.is_none() && CURRENT_MIN <= current.norm() {
-        let over_ground = Sailing {
+        let over_ground = PathHypothesis {
             current: Vector2::zeros(),
-            ..*best.filter.sailing()
+            ..*best.filter.assumed()
         };
         best = likelier(best, through(over_ground));
     }
@@ -264,9 +265,9 @@ fn sailed<'a>(
         if due() || (repeats.is_none() && !best.misfits()) {
             break;
         }
-        let less_steady = Sailing {
+        let less_steady = PathHypothesis {
             speed_density: *speed_density,
-            ..*best.filter.sailing()
+            ..*best.filter.assumed()
         };
         best = likelier(best, through(less_steady));
     }

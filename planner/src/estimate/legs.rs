@@ -113,10 +113,10 @@ const TURN: f64 = std::f64::consts::FRAC_PI_4;
 
 /// Mean time between the turns of a `track`, s; `None` without turns.
 pub(crate) fn between_turns(track: &[TrackPoint]) -> Option<f64> {
-    let ways = track.windows(2).map(|pair| place(&pair[1]) - place(&pair[0]));
-    let ways: Vec<_> = ways.filter(|way| 0.0 < way.norm()).collect();
+    let steps = track.windows(2).map(|pair| place(&pair[1]) - place(&pair[0]));
+    let steps: Vec<_> = steps.filter(|step| 0.0 < step.norm()).collect();
     let turned = |pair: &&[Vector2<f64>]| TURN < pair[0].angle(&pair[1]);
-    let turns = ways.windows(2).filter(turned).count();
+    let turns = steps.windows(2).filter(turned).count();
     let (first, last) = (track.first()?, track.last()?);
     #[expect(clippy::cast_precision_loss, reason = "a hundred places at most")]
     (0 < turns).then(|| (last[0] - first[0]) / turns as f64)
@@ -155,7 +155,7 @@ mod tests {
     use super::*;
 
     /// Positions at 0.5 m/s from one to the next.
-    fn sailed(places: &[[f64; 2]]) -> Vec<TrackPoint> {
+    fn track_through(places: &[[f64; 2]]) -> Vec<TrackPoint> {
         let mut track: Vec<TrackPoint> = Vec::new();
         for [north, east] in places {
             let before = track.last().copied().unwrap_or([0.0, *north, *east]);
@@ -168,7 +168,7 @@ mod tests {
     #[test]
     fn only_sharp_bends_count_for_the_time_between_turns() {
         // Lanes of 100 m, 20 m apart: each takes 240 s and two turns. Bad fixes bend a lane by 10°.
-        let lanes = sailed(&[
+        let lanes = track_through(&[
             [0.0, 0.0],
             [50.0, 4.0],
             [100.0, 0.0],

@@ -108,7 +108,7 @@ const PROBABILITY_MIN: f64 = 3.0e-3;
 
 /// A path hypothesis: the path that a vehicle follows, and the accuracy with which it does.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Sailing<'a> {
+pub(crate) struct PathHypothesis<'a> {
     pub(crate) known: &'a KnownPath,
     /// Current (north, east), m/s.
     pub(crate) current: Vector2<f64>,
@@ -128,7 +128,7 @@ pub(crate) struct Sailing<'a> {
 /// hypotheses, each with its own filter and probability.
 #[derive(Clone, Debug)]
 pub(crate) struct OnPath<'a> {
-    sailing: Sailing<'a>,
+    assumed: PathHypothesis<'a>,
     time: f64,
     /// The most probable hypothesis is first.
     hypotheses: [Hypothesis; HYPOTHESES_MAX],
@@ -396,13 +396,13 @@ impl PathFit {
 
 impl<'a> OnPath<'a> {
     /// Starts from one report, on each leg that is near enough.
-    pub(crate) fn start(report: &Report, sailing: &Sailing<'a>) -> Self {
+    pub(crate) fn start(report: &Report, assumed: &PathHypothesis<'a>) -> Self {
         let mut filter = Self {
-            sailing: *sailing,
+            assumed: *assumed,
             time: report.t_s,
             hypotheses: [Hypothesis::NONE; HYPOTHESES_MAX],
         };
-        let Sailing { known, roughness, .. } = sailing;
+        let PathHypothesis { known, roughness, .. } = assumed;
         let [good, _] = &NAVIGATIONS;
         for gamma in known.path.feet::<FEET_MAX>(&report.position(), REACH) {
             if roughness.is_some() {
@@ -429,13 +429,13 @@ impl<'a> OnPath<'a> {
         sense: f64,
         report: &Report,
     ) -> Hypothesis {
-        let turn = ned_from_body(self.sailing.known.path.at(gamma).tangent);
+        let turn = ned_from_body(self.assumed.known.path.at(gamma).tangent);
         let sigma = navigation.offset_sigma;
         let ahead = part * sigma;
         let offset = turn * Vector2::new(ahead, 0.0);
         let variances = Vector2::new((navigation.part_sigma * sigma).powi(2), sigma.powi(2));
         let speed_variance =
-            SPEED_SIGMA.powi(2) + (SPEED_SHARE * self.sailing.known.horizontal_speed).powi(2);
+            SPEED_SIGMA.powi(2) + (SPEED_SHARE * self.assumed.known.horizontal_speed).powi(2);
         let mut covariance =
             Matrix4::from_diagonal(&Vector4::new(ANYWHERE.powi(2), speed_variance, 0.0, 0.0));
         covariance
@@ -446,10 +446,10 @@ impl<'a> OnPath<'a> {
             covariance,
             sense,
             spread: Spread {
-                along_density: ALONG_DENSITY + PACE_TIME * self.sailing.known.horizontal_speed.powi(2),
-                speed_density: self.sailing.speed_density,
+                along_density: ALONG_DENSITY + PACE_TIME * self.assumed.known.horizontal_speed.powi(2),
+                speed_density: self.assumed.speed_density,
                 offset_density: navigation.offset_density,
-                path_variance: self.sailing.roughness.unwrap_or(0.0).powi(2),
+                path_variance: self.assumed.roughness.unwrap_or(0.0).powi(2),
             },
         };
         let innovation = self.take_in(&mut fit, report);
@@ -465,14 +465,14 @@ impl<'a> OnPath<'a> {
     }
 
     /// The path hypothesis.
-    pub(crate) fn sailing(&self) -> &Sailing<'a> {
-        &self.sailing
+    pub(crate) fn assumed(&self) -> &PathHypothesis<'a> {
+        &self.assumed
     }
 
     /// The next turn, if the vehicle is on the path.
     pub(crate) fn next_turn(&self) -> Option<NextTurn> {
         let fit = self.is_on_path().then(|| self.fit())?;
-        fit.next_turn(self.sailing.known, &self.sailing.current)
+        fit.next_turn(self.assumed.known, &self.assumed.current)
     }
 
     /// `true` if the path passes near the reports.
@@ -486,19 +486,19 @@ impl<'a> OnPath<'a> {
     }
 
     pub(crate) fn position(&self) -> Vector2<f64> {
-        self.fit().position(self.sailing.known)
+        self.fit().position(self.assumed.known)
     }
 
     pub(crate) fn velocity(&self) -> Vector2<f64> {
         let fit = self.fit();
-        direction(self.sailing.known.path.at(fit.state.x).tangent)
-            * fit.rate(self.sailing.known, &self.sailing.current)
+        direction(self.assumed.known.path.at(fit.state.x).tangent)
+            * fit.rate(self.assumed.known, &self.assumed.current)
     }
 
     /// Covariance of (north, east, north velocity, east velocity).
     pub(crate) fn covariance(&self) -> Matrix4<f64> {
         let fit = self.fit();
-        let tangent = self.sailing.known.path.at(fit.state.x).tangent;
+        let tangent = self.assumed.known.path.at(fit.state.x).tangent;
         let (along, h) = (direction(tangent), PathFit::jacobian(tangent));
         let across = Vector2::new(-along.y, along.x);
         let with_speed = h * fit.covariance.column(1) * along.transpose() * fit.sense;
@@ -519,7 +519,7 @@ impl<'a> OnPath<'a> {
 
     /// Updates with a report inside the gate. The density covers position and reported course.
     fn take_in(&self, fit: &mut PathFit, report: &Report) -> Innovation {
-        let point = self.sailing.known.path.at(fit.state.x);
+        let point = self.assumed.known.path.at(fit.state.x);
         let h = PathFit::jacobian(point.tangent);
         let error = report.position() - point.position - fit.offset();
         let noise = report.sigma_m.powi(2) + fit.spread.path_variance;
@@ -537,8 +537,8 @@ impl<'a> OnPath<'a> {
         if accepted {
             fit.update(&h, &error, &inverse, noise);
             if let Some(track) = &track {
-                let along = direction(self.sailing.known.path.at(fit.state.x).tangent) * fit.sense;
-                let forwards = fit.sense * fit.rate(self.sailing.known, &self.sailing.current);
+                let along = direction(self.assumed.known.path.at(fit.state.x).tangent) * fit.sense;
+                let forwards = fit.sense * fit.rate(self.assumed.known, &self.assumed.current);
                 fit.update_speed(track.velocity().dot(&along) - forwards);
             }
         }
@@ -569,7 +569,7 @@ impl<'a> OnPath<'a> {
         for hypothesis in then.hypotheses.iter_mut().take_while(|one| 0.0 < one.probability) {
             hypothesis
                 .fit
-                .carry_on(time - self.time, self.sailing.known, &self.sailing.current);
+                .carry_on(time - self.time, self.assumed.known, &self.assumed.current);
         }
         then
     }
@@ -631,7 +631,7 @@ impl Filter for OnPath<'_> {
             .take_while(|one| 0.0 < one.probability)
         {
             let fit = &mut hypothesis.fit;
-            let offset = report.position() - self.sailing.known.path.at(fit.state.x).position;
+            let offset = report.position() - self.assumed.known.path.at(fit.state.x).position;
             (fit.state.z, fit.state.w) = (offset.x, offset.y);
             for axis in 2..4 {
                 fit.covariance.fill_row(axis, 0.0);

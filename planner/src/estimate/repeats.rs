@@ -6,7 +6,7 @@ use nalgebra::{Complex, Vector2};
 
 use crate::{
     estimate::{
-        corners::{Edge, PLACES_MAX, Polyline, SailedTo},
+        corners::{Edge, PLACES_MAX, Polyline, TrackCorner},
         legs::{SIGMA_MIN, TrackPoint, legs, place, simplified},
         rigid_motion::{Pattern, RigidMotion, number},
     },
@@ -159,8 +159,8 @@ impl PastTrack {
     }
 
     /// Way-points with turns of `radius`, m, and the speeds of the legs that end at them.
-    fn rounded(&self, corners: &[SailedTo], radius: f64) -> Option<Path> {
-        let leg = |corner: &SailedTo| Leg {
+    fn rounded(&self, corners: &[TrackCorner], radius: f64) -> Option<Path> {
+        let leg = |corner: &TrackCorner| Leg {
             speed_mps: corner
                 .speed
                 .filter(|speed| (SPEED_AT_REST..=SPEED_MAX).contains(speed)),
@@ -248,7 +248,7 @@ impl PastTrack {
     /// Corners of the track for turns of `radius`, m, to the end of the last long leg. Two fixes in
     /// a turn cut it by metres, while legs and their times are accurate: corners are intersections
     /// of legs, and the reach of a reversal follows from the time between its legs.
-    fn corners(&self, radius: f64) -> Vec<SailedTo> {
+    fn corners(&self, radius: f64) -> Vec<TrackCorner> {
         let edges: Vec<_> = self.points.windows(2).map(Edge::new).collect();
         // Only the newest legs count: a long transit may precede the lanes.
         let newest = &edges[edges.len().saturating_sub(NEWEST)..];
@@ -260,7 +260,7 @@ impl PastTrack {
         let [first, .., last] = long[..] else {
             return Vec::new();
         };
-        let mut corners: Vec<SailedTo> = edges[..=first].iter().map(|edge| edge.from.into()).collect();
+        let mut corners: Vec<TrackCorner> = edges[..=first].iter().map(|edge| edge.from.into()).collect();
         for pair in long.windows(2) {
             let (before, after) = (&edges[pair[0]], &edges[pair[1]]);
             let seen: Vec<_> = edges[pair[0] + 1..=pair[1]]
@@ -271,12 +271,12 @@ impl PastTrack {
             let turned = before.turn(after, radius);
             let tolerance = radius + 3.0 * self.sigma;
             match turned.filter(|corners| before.can_turn(corners, after, &seen, tolerance)) {
-                Some(turned) => corners.extend(turned.into_iter().map(SailedTo::from)),
-                None => corners.extend(seen.into_iter().map(SailedTo::from)),
+                Some(turned) => corners.extend(turned.into_iter().map(TrackCorner::from)),
+                None => corners.extend(seen.into_iter().map(TrackCorner::from)),
             }
             corners[n].speed = Some(before.speed_through(&self.current));
         }
-        corners.push(SailedTo {
+        corners.push(TrackCorner {
             point: edges[last].to,
             speed: Some(edges[last].speed_through(&self.current)),
         });
@@ -454,7 +454,7 @@ mod tests {
             closed: false,
             speed_mps: SPEED,
         };
-        declared.path().expect("can be sailed")
+        declared.path().expect("is a path")
     }
 
     /// Distance, 60 s after a `time`, of a vehicle from the continuation of its track, m.
@@ -473,7 +473,7 @@ mod tests {
             // The third lane begins after 552 s.
             assert_eq!(past_track(&path, 400.0, seed).repeats(), None, "{seed}");
             for time in [700.0, 750.0, 1000.0, 1900.0] {
-                let repeats = past_track(&path, time, seed).repeats().expect("was sailed twice");
+                let repeats = past_track(&path, time, seed).repeats().expect("repeats");
                 assert_eq!(repeats.pattern, Pattern::Lanes);
                 assert!((repeats.spacing - 30.0).abs() < 2.0, "{}", repeats.spacing);
                 // From corner to corner: the half circles extend the lanes by 15 m.
@@ -492,7 +492,7 @@ mod tests {
         let ends = [[0.0, 0.0], [150.0, 20.0]];
         for path in [through(corners.repeat(5)), through(ends.repeat(8))] {
             let past_track = past_track(&path, 1100.0, 1);
-            let repeats = past_track.repeats().expect("was sailed twice");
+            let repeats = past_track.repeats().expect("repeats");
             assert_eq!(repeats.pattern, Pattern::Laps);
             assert!(off(&path, 1100.0, &repeats) < 8.0);
         }
@@ -549,8 +549,7 @@ mod tests {
                 .collect(),
             ..past_track.clone()
         };
-        let [here, there] =
-            [past_track, moved].map(|past_track| past_track.repeats().expect("was sailed twice"));
+        let [here, there] = [past_track, moved].map(|past_track| past_track.repeats().expect("repeats"));
         assert!((here.residual - there.residual).abs() < 1.0e-9);
         let end = |repeats: &Repeats| repeats.path.path.at(repeats.path.path.length()).position;
         let expected = turned(&[0.0, end(&here).x, end(&here).y]);

@@ -505,12 +505,12 @@ fn an_undeclared_turn_radius_is_estimated() {
             speed_mps: 1.0,
         }
     };
-    let known = |path: &DeclaredPath| path.known().expect("can be sailed");
+    let known = |path: &DeclaredPath| path.known().expect("is a path");
     let declared = lanes(None);
     let mut off = [0.0; 2];
     for (seed, radius) in (0..90_u32).zip([6.0, 10.0, 16.0].into_iter().cycle()) {
-        let sailed = known(&lanes(Some(radius))).path;
-        let place = |time: f64| sailed.at(5.0 + time).position;
+        let actual = known(&lanes(Some(radius))).path;
+        let place = |time: f64| actual.at(5.0 + time).position;
         let reports = reported_at(place, 64, &mut Random(seed.into()));
         let auv = Auv {
             path: Some(declared.clone()),
@@ -861,8 +861,8 @@ proptest! {
 fn the_next_turn_is_the_first_one_ahead_with_the_sense_of_motion() {
     // A square of 100 m to starboard, with corners of 10 m, from the middle of the first side.
     let corners = [(50.0, 0.0), (50.0, 100.0), (-50.0, 100.0), (-50.0, 0.0)].map(|(x, y)| Vector2::new(x, y));
-    let closed = Path::waypoints(&corners, 10.0, true).expect("can be sailed");
-    let open = Path::waypoints(&corners, 10.0, false).expect("can be sailed");
+    let closed = Path::waypoints(&corners, 10.0, true).expect("is a path");
+    let open = Path::waypoints(&corners, 10.0, false).expect("is a path");
     let next = |path: &Path, along: f64, sense: f64| {
         let known = KnownPath {
             path: Arc::new(path.clone()),
@@ -905,7 +905,7 @@ fn the_next_turn_is_the_first_one_ahead_with_the_sense_of_motion() {
             );
         }
     }
-    let circle = Path::circle(Vector2::zeros(), 30.0, Side::Starboard, 0.0).expect("can be sailed");
+    let circle = Path::circle(Vector2::zeros(), 30.0, Side::Starboard, 0.0).expect("is a path");
     assert_eq!(next(&circle, 10.0, 1.0), None);
     // Bends by 11° and 14°, then a corner.
     let bent = [
@@ -916,7 +916,7 @@ fn the_next_turn_is_the_first_one_ahead_with_the_sense_of_motion() {
         (300.0, 120.0),
     ];
     let bent = bent.map(|(x, y)| Vector2::new(x, y));
-    let bent = Path::waypoints(&bent, 10.0, false).expect("can be sailed");
+    let bent = Path::waypoints(&bent, 10.0, false).expect("is a path");
     let (distance, by) = next(&bent, 0.0, 1.0).expect("has a corner");
     assert!(
         (bent.length() - 90.0 - 16.0 - distance).abs() < 2.0 && by == 1.0,

@@ -119,8 +119,8 @@ pub struct Report {
     /// Telemetered course over ground, rad, within ±2π. Needs `speed_mps`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub course_rad: Option<f64>,
-    /// Telemetered horizontal speed over ground, m/s, never negative. Needs `course_rad`. Fixes that
-    /// contradict course and speed override them.
+    /// Telemetered horizontal speed over ground, m/s, never negative. Needs `course_rad`. Fixes
+    /// that contradict course and speed override them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speed_mps: Option<f64>,
     /// Telemetered rate of turn of the course, rad/s, positive clockwise. The newest is used for 60

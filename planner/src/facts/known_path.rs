@@ -73,10 +73,10 @@ impl DeclaredPath {
     }
 
     pub(crate) fn known(&self) -> Result<KnownPath, InvalidPath> {
-        Ok(self.sailed(self.path()?))
+        Ok(self.with_path(self.path()?))
     }
 
-    fn sailed(&self, path: Path) -> KnownPath {
+    fn with_path(&self, path: Path) -> KnownPath {
         KnownPath {
             path: Arc::new(path),
             horizontal_speed: self.speed_mps,
@@ -100,7 +100,7 @@ impl DeclaredPath {
         }
         let radii = TURN_RATES[1..].iter().map(|rate| self.speed_mps / rate);
         let paths = radii.flat_map(|radius| self.turned_at(radius));
-        paths.map(|path| self.sailed(path)).collect()
+        paths.map(|path| self.with_path(path)).collect()
     }
 }
 

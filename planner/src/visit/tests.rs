@@ -192,7 +192,7 @@ fn enumerated(fleet: &Fleet, state: &State, only: Option<usize>, worth: fn(&Flee
 }
 
 /// `request` after `step` seconds of a turn on the spot and a leg to its `schedule`'s AUV.
-fn sailed(request: &PlanRequest, schedule: &Schedule, step: f64) -> PlanRequest {
+fn after_leg(request: &PlanRequest, schedule: &Schedule, step: f64) -> PlanRequest {
     let target = request.auv(&schedule.visits[0].auv).and_then(|auv| auv.state);
     let mut after = later(request, schedule, step);
     let way = target.expect("is there").position() - request.asc.position();

@@ -205,7 +205,7 @@ impl Segment {
                 points,
                 fillet_m,
                 turn_radius_m,
-                legs: sailed,
+                legs: declared,
             } => {
                 let corners = match (*fillet_m, *turn_radius_m) {
                     (Some(radius), None) => Corners::Fillets { radius },
@@ -220,7 +220,7 @@ impl Segment {
                         ));
                     }
                 };
-                return legs(points, sailed, ring, corners, field);
+                return legs(points, declared, ring, corners, field);
             }
         }
         Ok(self.piece().into_iter().collect())

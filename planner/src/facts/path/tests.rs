@@ -46,7 +46,7 @@ fn turning(radius: f64, closed: bool) -> Path {
         (45.0, 0.0),
         (45.0, 40.0),
     ];
-    route(&points, radius, closed).expect("can be sailed")
+    route(&points, radius, closed).expect("is a path")
 }
 
 fn route(points: &[(f64, f64)], radius: f64, closed: bool) -> Result<Path, InvalidPath> {
@@ -357,7 +357,7 @@ fn invalid_numbers_are_refused_by_name() {
 #[test]
 fn corners_get_their_radius_or_the_largest_that_fits_their_legs() {
     let radii = |points: &[(f64, f64)], closed: bool| -> Vec<f64> {
-        let path = route(points, 10.0, closed).expect("can be sailed");
+        let path = route(points, 10.0, closed).expect("is a path");
         let arcs = path.pieces.iter().filter(|piece| piece.curvature != 0.0);
         arcs.map(|piece| 1.0 / piece.curvature.abs()).collect()
     };
@@ -389,7 +389,7 @@ fn corners_get_their_radius_or_the_largest_that_fits_their_legs() {
 
 #[test]
 fn a_reversal_at_a_way_point_is_a_loop() {
-    let path = route(&[(0.0, 0.0), (50.0, 0.0), (0.0, 0.0)], 6.0, false).expect("can be sailed");
+    let path = route(&[(0.0, 0.0), (50.0, 0.0), (0.0, 0.0)], 6.0, false).expect("is a path");
     // 60° away, a turn of 300°, 60° away.
     let expected = 100.0 + 6.0 * 7.0 * PI / 3.0;
     assert!((path.length() - expected).abs() < 1e-9);
@@ -397,7 +397,7 @@ fn a_reversal_at_a_way_point_is_a_loop() {
     assert!((there.position - back.position).norm() < 1e-9);
     assert!((back.tangent - there.tangent - PI).abs() < 1e-9);
     // To and fro for ever.
-    let ring = route(&[(0.0, 0.0), (50.0, 0.0)], 6.0, true).expect("can be sailed");
+    let ring = route(&[(0.0, 0.0), (50.0, 0.0)], 6.0, true).expect("is a path");
     assert!((ring.length() - 2.0 * expected + 100.0).abs() < 1e-9);
 }
 
@@ -409,7 +409,7 @@ fn any_ten_thousand_points_make_a_searchable_path() {
             (400.0 * a, 400.0 * b + f64::from(k % 2) * a)
         })
         .collect();
-    let path = route(&points, 5.0, false).expect("can be sailed");
+    let path = route(&points, 5.0, false).expect("is a path");
     for pair in path.pieces.windows(2) {
         let end = pair[0].at(pair[0].length);
         assert!((end.position - pair[1].start).norm() < 1e-6);
@@ -483,8 +483,8 @@ fn legs_keep_their_speeds_and_depths_at_repeated_points_and_back_to_the_first() 
         };
         Path::from_segments(&[waypoints], closed)
     };
-    let open = path(vec![leg(1.0), leg(2.0), leg(3.0)], false).expect("can be sailed");
-    let ring = path(vec![leg(1.0), leg(2.0), leg(3.0), leg(4.0)], true).expect("can be sailed");
+    let open = path(vec![leg(1.0), leg(2.0), leg(3.0)], false).expect("is a path");
+    let ring = path(vec![leg(1.0), leg(2.0), leg(3.0), leg(4.0)], true).expect("is a path");
     let middles = [([50.0, 0.0], 1.0), ([100.0, 50.0], 3.0), ([50.0, 50.0], 4.0)];
     for (path, middles) in [(&open, &middles[..2]), (&ring, &middles[..])] {
         for (place, speed) in middles {

@@ -40,21 +40,21 @@ pub(super) enum Corners {
     Turns { radius: f64 },
 }
 
-/// Legs and corners between `points`, and back to the first if `ring`. `sailed` describes each leg,
-/// or is empty. Repeated points are omitted.
+/// Legs and corners between `points`, and back to the first if `ring`. `declared` describes each
+/// leg, or is empty. Repeated points are omitted.
 pub(super) fn legs(
     points: &[[f64; 2]],
-    sailed: &[Leg],
+    declared: &[Leg],
     ring: bool,
     corners: Corners,
     field: &str,
 ) -> Result<Vec<Piece>, InvalidPath> {
     let legs = Legs::new(points, ring, corners, field)?;
-    if !sailed.is_empty() {
+    if !declared.is_empty() {
         let n = points.len() - usize::from(!ring);
-        require_count(format_args!("{field}/legs"), sailed.len(), n..=n, "legs")?;
+        require_count(format_args!("{field}/legs"), declared.len(), n..=n, "legs")?;
     }
-    for (k, leg) in sailed.iter().enumerate() {
+    for (k, leg) in declared.iter().enumerate() {
         let given = [leg.speed_mps, leg.depth_m];
         for ((name, range), value) in LEG.iter().zip(given) {
             let (least, most) = range.clone().into_inner();
@@ -78,7 +78,7 @@ pub(super) fn legs(
             legs.turns(radius)
         }
     };
-    Ok(legs.pieces(&corners, sailed))
+    Ok(legs.pieces(&corners, declared))
 }
 
 /// Straight legs between points.
@@ -268,7 +268,7 @@ impl Legs {
         corners
     }
 
-    fn pieces(&self, corners: &[Corner], sailed: &[Leg]) -> Vec<Piece> {
+    fn pieces(&self, corners: &[Corner], declared: &[Leg]) -> Vec<Piece> {
         let mut pieces = Vec::with_capacity(2 * self.n());
         for leg in 0..self.n() {
             let first = pieces.len();
@@ -288,10 +288,10 @@ impl Legs {
                 pieces.push(Piece::arc(start, tangent, corner.radius, corner.turn));
             }
             // The last given leg of those that end at this point.
-            let n_given = sailed.len().max(1);
+            let n_given = declared.len().max(1);
             let given = (self.given_at[(leg + 1) % self.points.len()] + n_given - 1) % n_given;
             for piece in &mut pieces[first..] {
-                piece.leg = sailed.get(given).copied().unwrap_or_default();
+                piece.leg = declared.get(given).copied().unwrap_or_default();
             }
         }
         pieces

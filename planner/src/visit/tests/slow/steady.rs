@@ -85,7 +85,7 @@ fn changes_of_mind(mut request: PlanRequest, step: f64, n_plans: usize) -> usize
         let next = schedule.visits[0].clone();
         let dwells = 0.0 < visits(&mut request).dwell_min_s;
         let over = if dwells { next.leave_s } else { next.arrive_s };
-        request = sailed(&request, &schedule, step);
+        request = after_leg(&request, &schedule, step);
         schedule = scheduled(&request);
         if next.auv != schedule.visits[0].auv && request.t_s < over {
             changes += 1;
@@ -145,7 +145,7 @@ fn noise_rarely_changes_the_next_visit_in_large_fleets() {
         let mut schedule = scheduled(&request);
         for _ in 0..30 {
             let next = schedule.visits[0].clone();
-            request = sailed(&request, &schedule, 1.0);
+            request = after_leg(&request, &schedule, 1.0);
             let mut measured = request.clone();
             for state in measured.auvs.iter_mut().filter_map(|auv| auv.state.as_mut()) {
                 state.north_m += rng.random_range(-3.0..3.0);
@@ -172,7 +172,7 @@ fn a_search_without_time_continues_the_previous_schedule() {
         let mut request = random(9000 + seed, 8, 1000.0);
         (request.current, request.asc.speed_mps) = (None, 0.0);
         let schedule = scheduled(&request);
-        let request = sailed(&request, &schedule, 1.0);
+        let request = after_leg(&request, &schedule, 1.0);
         let after = scheduled_with(&request, &hurried);
         assert!(after.kept || after.visits[0].arrive_s <= request.t_s, "{seed}");
         assert!(

@@ -95,7 +95,7 @@ fn a_craft_on_its_schedules_serves_as_often_as_the_best_tour() {
                 sum += schedule.costs.iter().map(|known| known.cost).sum::<f64>() / count(n);
                 plans += 1.0;
             }
-            request = sailed(&request, &schedule, STEP);
+            request = after_leg(&request, &schedule, STEP);
         }
         let (mean, best) = (sum / plans, best_tour(&places, longest));
         // On average half a step late at each visit.
