@@ -108,7 +108,7 @@ impl Fleet {
             let times = if order.len() < 2 { 1 } else { TOUR_VISITS_MAX };
             let again = order.iter().cycle().take(times);
             let visits = again.map(|to| (*to, (self.dwell_min + dwell).max(STAY_MIN)));
-            search.sail(visits, present, due);
+            search.follow(visits, present, due);
             if !search.exact {
                 break;
             }
@@ -117,7 +117,7 @@ impl Fleet {
         let rest = before.iter().map(|(to, dwell)| (*to, dwell.max(least)));
         let visits = inserted.map(|_| (first, least)).into_iter().chain(rest);
         // The previous schedule is always completed: it is short.
-        search.sail(visits, present, &|| inserted.is_some() && due());
+        search.follow(visits, present, &|| inserted.is_some() && due());
         search.visit(None, &self.start(), first, present);
         search.extend_all(width, due);
         search.found()
@@ -148,7 +148,7 @@ impl Search<'_> {
     }
 
     /// Follows these visits, at least one, until it is `due`; the last one continues to the end.
-    fn sail(
+    fn follow(
         &mut self,
         visits: impl Iterator<Item = Planned>,
         mut present: Option<Present>,
