@@ -20,7 +20,7 @@ use crate::{
         memory::Vehicle,
         search::{Found, Present},
         sentence::{Reason, sentence},
-        state::Stay,
+        state::VisitWindow,
     },
 };
 
@@ -57,7 +57,7 @@ impl Answer<'_> {
         forecasts: &[AuvForecast],
     ) -> Scheduled {
         let best = chosen.map(|chosen| &found[chosen].1);
-        let stays = best.map_or(&[][..], |best| &best.stays);
+        let windows = best.map_or(&[][..], |best| &best.windows);
         let cost = best.map_or(0.0, |best| best.cost);
         let bound = if best.is_some() {
             self.fleet.least_cost().min(cost)
@@ -67,10 +67,10 @@ impl Answer<'_> {
         let alternatives = self.alternatives(found, chosen);
         let mut schedule = Schedule {
             unit: self.visits.cost.unit(),
-            visits: stays
+            visits: windows
                 .iter()
                 .take(VISITS_MAX)
-                .map(|stay| self.visit(stay))
+                .map(|window| self.visit(window))
                 .collect(),
             cost,
             bound,
@@ -79,11 +79,11 @@ impl Answer<'_> {
             alternatives,
             deadlines_missed: self.late(best.map_or(0, |best| best.missed)),
             sentence: String::new(),
-            kept: before.is_some() && before == stays.first().map(|stay| stay.candidate),
+            kept: before.is_some() && before == windows.first().map(|window| window.candidate),
             costs: Vec::new(),
             next_visited: self.visited.clone(),
         };
-        let turns = self.turns(stays, forecasts);
+        let turns = self.turns(windows, forecasts);
         let reason = self.reason(&schedule);
         schedule.costs = self.vehicles.into_iter().map(|vehicle| vehicle.served).collect();
         schedule.sentence = sentence(
@@ -111,31 +111,31 @@ impl Answer<'_> {
     }
 
     /// Expected position of a visit's AUV at a time, s after now: m, (north, east).
-    fn place(&self, stay: &Stay, time: f64) -> Vector2<f64> {
+    fn place(&self, window: &VisitWindow, time: f64) -> Vector2<f64> {
         let asc = &self.snapshot.asc;
-        let ahead = self.fleet.candidates[stay.candidate].track.at(time.max(0.0));
+        let ahead = self.fleet.candidates[window.candidate].track.at(time.max(0.0));
         asc.position() + ned_from_body(asc.heading().radians()) * ahead
     }
 
-    fn visit(&self, stay: &Stay) -> Visit {
+    fn visit(&self, window: &VisitWindow) -> Visit {
         let now = self.snapshot.t_s;
-        let begun = self.begun(stay);
-        let place = self.place(stay, stay.arrive);
+        let begun = self.begun(window);
+        let place = self.place(window, window.arrive);
         Visit {
-            auv: self.ids[stay.candidate].clone(),
-            arrive_s: now + begun.map_or(stay.arrive, |present| present.since),
-            leave_s: now + stay.leave,
+            auv: self.ids[window.candidate].clone(),
+            arrive_s: now + begun.map_or(window.arrive, |present| present.since),
+            leave_s: now + window.leave,
             north_m: place.x,
             east_m: place.y,
-            cost_before: stay.cost_before,
-            cost_after: stay.cost_after,
+            cost_before: window.cost_before,
+            cost_after: window.cost_after,
         }
     }
 
     /// The present visit, which keeps its beginning.
-    fn begun(&self, stay: &Stay) -> Option<Present> {
+    fn begun(&self, window: &VisitWindow) -> Option<Present> {
         self.present
-            .filter(|present| stay.arrive <= 0.0 && present.candidate == stay.candidate)
+            .filter(|present| window.arrive <= 0.0 && present.candidate == window.candidate)
     }
 
     /// AUVs that are not served by a deadline within the horizon.
@@ -174,14 +174,14 @@ impl Answer<'_> {
     /// one. A goal that jumped to a distant AUV would draw the craft away early. Without a least
     /// visit time, the first visit ends on arrival: the goal continues so that the craft turns in
     /// time. Without a visit, the goal is the nearest AUV that was heard.
-    fn turns(&self, stays: &[Stay], forecasts: &[AuvForecast]) -> Vec<Turn> {
-        let of = |stay: &Stay, until| Turn {
+    fn turns(&self, windows: &[VisitWindow], forecasts: &[AuvForecast]) -> Vec<Turn> {
+        let of = |window: &VisitWindow, until| Turn {
             until,
-            auv: self.fleet.candidates[stay.candidate].auv,
+            auv: self.fleet.candidates[window.candidate].auv,
             leg: None,
         };
         // No faster than the craft, whose leg lasts from near the first AUV to near the second.
-        let leg = |first: &Stay, second: &Stay| {
+        let leg = |first: &VisitWindow, second: &VisitWindow| {
             let from = forecasts[self.fleet.candidates[first.candidate].auv]
                 .at(first.leave)
                 .position;
@@ -199,7 +199,7 @@ impl Answer<'_> {
                 ..of(second, arrive)
             }
         };
-        let mut turns: Vec<_> = match stays {
+        let mut turns: Vec<_> = match windows {
             [first, second, ..] if self.fleet.dwell_min <= 0.0 => {
                 vec![of(first, second.arrive), of(second, second.leave)]
             }

@@ -120,7 +120,7 @@ impl Scheduler<'_> {
         // After a completed visit, another one is first.
         let mut found: Vec<(usize, Found)> = Vec::new();
         for best in firsts.filter_map(best) {
-            let first = best.stays[0].candidate;
+            let first = best.windows[0].candidate;
             match found.iter_mut().find(|(known, _)| *known == first) {
                 Some((_, known)) if known.value <= best.value => {}
                 Some((_, known)) => *known = best,

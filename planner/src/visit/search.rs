@@ -11,7 +11,7 @@ use smallvec::SmallVec;
 use crate::visit::{
     cost::Dwells,
     fleet::Fleet,
-    state::{State, Stay, TIE},
+    state::{State, TIE, VisitWindow},
 };
 
 /// Slots of time in which schedules are compared with each other.
@@ -30,7 +30,7 @@ const TOUR_DWELLS: [f64; 4] = [0.0, 30.0, 90.0, 210.0];
 const TOUR_VISITS_MAX: usize = 500;
 
 /// Shortest planned visit, s.
-const STAY_MIN: f64 = 1.0;
+const VISIT_MIN: f64 = 1.0;
 
 /// The craft at an AUV, in a visit of the previous schedule.
 #[derive(Clone, Copy, Debug)]
@@ -48,7 +48,7 @@ pub(crate) type Planned = (usize, f64);
 /// A schedule of the search.
 #[derive(Clone, Debug)]
 pub(crate) struct Found {
-    pub(crate) stays: Vec<Stay>,
+    pub(crate) windows: Vec<VisitWindow>,
     /// Its cost without and with missed deadlines.
     pub(crate) cost: f64,
     pub(crate) value: f64,
@@ -62,7 +62,7 @@ pub(crate) struct Found {
 #[derive(Clone, Copy)]
 struct Node {
     before: Option<usize>,
-    stay: Stay,
+    window: VisitWindow,
     state: State,
 }
 
@@ -99,7 +99,7 @@ impl Fleet {
             best: None,
             exact: true,
         };
-        let least = self.dwell_min.max(STAY_MIN);
+        let least = self.dwell_min.max(VISIT_MIN);
         let tours = self.tours(first);
         let tours = tours
             .iter()
@@ -107,7 +107,7 @@ impl Fleet {
         for (order, dwell) in tours {
             let times = if order.len() < 2 { 1 } else { TOUR_VISITS_MAX };
             let again = order.iter().cycle().take(times);
-            let visits = again.map(|to| (*to, (self.dwell_min + dwell).max(STAY_MIN)));
+            let visits = again.map(|to| (*to, (self.dwell_min + dwell).max(VISIT_MIN)));
             search.follow(visits, present, due);
             if !search.exact {
                 break;
@@ -135,9 +135,13 @@ impl Search<'_> {
                         self.exact = false;
                         return;
                     }
-                    let Node { before, stay, state } = self.nodes[node];
+                    let Node {
+                        before,
+                        window,
+                        state,
+                    } = self.nodes[node];
                     if !self.bounded() {
-                        self.complete(before, &stay, &state);
+                        self.complete(before, &window, &state);
                     }
                     for to in (0..self.fleet.candidates.len()).filter(|to| state.with != Some(*to)) {
                         self.visit(Some(node), &state, to, None);
@@ -175,8 +179,12 @@ impl Search<'_> {
             }
         }
         if let Some(last) = before {
-            let Node { before, stay, state } = self.nodes[last];
-            self.complete(before, &stay, &state);
+            let Node {
+                before,
+                window,
+                state,
+            } = self.nodes[last];
+            self.complete(before, &window, &state);
         }
         // These nodes have no continuation.
         if self.best.is_none_or(|(last, ..)| last < start) {
@@ -201,7 +209,7 @@ impl Search<'_> {
         for leave in leaves {
             let node = self.node(before, to, arrive, (&there, leave));
             if self.bounded() || horizon <= leave {
-                self.complete(before, &node.stay, &node.state);
+                self.complete(before, &node.window, &node.state);
             }
             if leave < horizon {
                 let slot = self.slot(leave).max(earliest).min(SLOTS - 1);
@@ -221,7 +229,7 @@ impl Search<'_> {
 
     fn dwells(&self, there: &State, to: usize) -> Dwells {
         let range = self.fleet.candidates[to].track.depth_at(there.time);
-        let least = self.fleet.dwell_min.max(STAY_MIN);
+        let least = self.fleet.dwell_min.max(VISIT_MIN);
         let mut dwells = self.fleet.law.dwells(there.costs[to], range, least);
         if !self.bounded() {
             dwells.truncate(DWELLS_OF_MANY);
@@ -232,10 +240,10 @@ impl Search<'_> {
     /// The visit to `to` that arrives with the costs `there` and ends at `leave` or the horizon.
     fn node(&self, before: Option<usize>, to: usize, arrive: f64, (there, leave): (&State, f64)) -> Node {
         let leave = leave.min(self.fleet.horizon);
-        let state = self.fleet.stayed(there, to, leave);
+        let state = self.fleet.visited_until(there, to, leave);
         Node {
             before,
-            stay: Stay {
+            window: VisitWindow {
                 candidate: to,
                 arrive,
                 leave,
@@ -251,20 +259,22 @@ impl Search<'_> {
         self.fleet.candidates.len() <= BOUNDED_MAX
     }
 
-    /// Compares the best schedule with the one whose last `stay` is extended to the horizon.
-    fn complete(&mut self, before: Option<usize>, stay: &Stay, left: &State) {
-        let end = self.fleet.stayed(left, stay.candidate, self.fleet.horizon);
+    /// Compares the best schedule with the one whose last `window` is extended to the horizon.
+    fn complete(&mut self, before: Option<usize>, window: &VisitWindow, left: &State) {
+        let end = self
+            .fleet
+            .visited_until(left, window.candidate, self.fleet.horizon);
         let value = self.fleet.value(&end);
         let better = |best: &(usize, State, f64)| value < best.2 - TIE * best.2.abs();
         if self.best.as_ref().is_none_or(better) {
-            let stay = Stay {
+            let window = VisitWindow {
                 leave: self.fleet.horizon,
-                cost_after: end.costs[stay.candidate],
-                ..*stay
+                cost_after: end.costs[window.candidate],
+                ..*window
             };
             self.nodes.push(Node {
                 before,
-                stay,
+                window,
                 state: end,
             });
             self.best = Some((self.nodes.len() - 1, end, value));
@@ -304,19 +314,19 @@ impl Search<'_> {
 
     fn found(&self) -> Option<Found> {
         let (last, end, value) = self.best?;
-        let mut stays = Vec::new();
+        let mut windows = Vec::new();
         let mut at = Some(last);
         while let Some(node) = at {
-            stays.push(self.nodes[node].stay);
+            windows.push(self.nodes[node].window);
             at = self.nodes[node].before;
         }
-        stays.reverse();
+        windows.reverse();
         // A present visit that need not continue is over.
-        if 1 < stays.len() && stays[0].leave <= 0.0 {
-            stays.remove(0);
+        if 1 < windows.len() && windows[0].leave <= 0.0 {
+            windows.remove(0);
         }
         Some(Found {
-            stays,
+            windows,
             cost: self.fleet.cost(&end),
             value,
             missed: self.fleet.missed(&end).0,

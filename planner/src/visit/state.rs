@@ -52,7 +52,7 @@ pub(crate) struct State {
 
 /// A visit, in seconds after now.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Stay {
+pub(crate) struct VisitWindow {
     pub(crate) candidate: usize,
     pub(crate) arrive: f64,
     pub(crate) leave: f64,
@@ -144,7 +144,7 @@ impl Fleet {
     }
 
     /// The state after a visit to `with` until `leave`, s after now, in which the craft approaches.
-    pub(crate) fn stayed(&self, state: &State, with: usize, leave: f64) -> State {
+    pub(crate) fn visited_until(&self, state: &State, with: usize, leave: f64) -> State {
         let mut later = *state;
         let track = &self.candidates[with].track;
         let nearer = (self.craft.speed - track.fastest).max(0.0) * (leave - state.time);

@@ -181,8 +181,8 @@ fn enumerated(fleet: &Fleet, state: &State, only: Option<usize>, worth: fn(&Flee
             .law
             .dwells(there.costs[to], track.depth_at(arrival.time), fleet.dwell_min)
         {
-            let left = fleet.stayed(&there, to, fleet.horizon.min(arrival.time + dwell));
-            best = best.min(worth(fleet, &fleet.stayed(&left, to, fleet.horizon)));
+            let left = fleet.visited_until(&there, to, fleet.horizon.min(arrival.time + dwell));
+            best = best.min(worth(fleet, &fleet.visited_until(&left, to, fleet.horizon)));
             if left.time < fleet.horizon {
                 best = best.min(enumerated(fleet, &left, None, worth));
             }

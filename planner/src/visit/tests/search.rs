@@ -48,14 +48,14 @@ fn by_the_clock(fleet: &Fleet, order: &[usize], dwell: f64) -> f64 {
             .arrive(track, &fleet.departure(&state), fleet.within, fleet.horizon);
         let Some(arrival) = arrival else { break };
         let there = fleet.travelled(&state, *to, arrival);
-        state = fleet.stayed(&there, *to, fleet.horizon.min(arrival.time + dwell));
+        state = fleet.visited_until(&there, *to, fleet.horizon.min(arrival.time + dwell));
         if fleet.horizon <= state.time {
             break;
         }
     }
     let end = state
         .with
-        .map_or(state, |with| fleet.stayed(&state, with, fleet.horizon));
+        .map_or(state, |with| fleet.visited_until(&state, with, fleet.horizon));
     fleet.value(&end)
 }
 
@@ -267,7 +267,7 @@ fn after_the_deadline_few_of_many_visits_are_tried() {
             let due = || n <= looks.replace(looks.get() + 1);
             let found = fleet.best_first(first, (None, &[]), 24_000, &due);
             let found = found.expect("is near");
-            assert!(!found.exact && found.stays[0].candidate == first);
+            assert!(!found.exact && found.windows[0].candidate == first);
             assert!(looks.get() <= n + 5, "{} looks, due at {n}", looks.get());
         }
     }
