@@ -14,7 +14,7 @@ use std::{
 #[derive(Clone)]
 pub struct Stop {
     /// `None`: there is always time.
-    look: Option<Arc<dyn Fn() -> bool + Send + Sync>>,
+    poll: Option<Arc<dyn Fn() -> bool + Send + Sync>>,
     found: Arc<AtomicBool>,
 }
 
@@ -23,16 +23,16 @@ impl Stop {
     #[must_use]
     pub fn never() -> Self {
         Self {
-            look: None,
+            poll: None,
             found: Arc::default(),
         }
     }
 
-    /// Due once `look` returns `true`.
+    /// Due once `poll` returns `true`.
     #[must_use]
-    pub fn when(look: impl Fn() -> bool + Send + Sync + 'static) -> Self {
+    pub fn when(poll: impl Fn() -> bool + Send + Sync + 'static) -> Self {
         Self {
-            look: Some(Arc::new(look)),
+            poll: Some(Arc::new(poll)),
             found: Arc::default(),
         }
     }
@@ -46,9 +46,9 @@ impl Stop {
     /// Polls the signal.
     #[must_use]
     pub fn is_due(&self) -> bool {
-        let Some(look) = &self.look else { return false };
+        let Some(poll) = &self.poll else { return false };
         // An independent flag.
-        let due = self.was_due() || look();
+        let due = self.was_due() || poll();
         self.found.store(due, Ordering::Relaxed);
         due
     }
@@ -63,7 +63,7 @@ impl Stop {
 impl fmt::Debug for Stop {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Stop")
-            .field("ever", &self.look.is_some())
+            .field("ever", &self.poll.is_some())
             .field("found", &self.was_due())
             .finish()
     }
