@@ -56,7 +56,7 @@ pub fn nearest_to_all(vehicles: &[Below]) -> Nearest {
             square: vehicle.depth * vehicle.depth,
         })
         .collect();
-    let mut best = Place::above(&points, 0);
+    let mut best = Best::above(&points, 0);
     for i in 1..points.len() {
         if best.is_nearer_to(i, best.support[0], &points) {
             continue;
@@ -84,12 +84,12 @@ impl Lifted {
 
 /// A candidate and the vehicles that determine it.
 #[derive(Clone, Debug)]
-struct Place {
+struct Best {
     position: Vector2<f64>,
     support: SmallVec<[usize; 3]>,
 }
 
-impl Place {
+impl Best {
     fn above(points: &[Lifted], i: usize) -> Self {
         Self {
             position: points[i].position,
@@ -130,8 +130,8 @@ impl Place {
 }
 
 /// The best point among those from which the `i`-th, last, of `points` is farthest.
-fn farthest_is(i: usize, points: &[Lifted]) -> Place {
-    let mut best = Place::above(points, i);
+fn farthest_is(i: usize, points: &[Lifted]) -> Best {
+    let mut best = Best::above(points, i);
     for j in 0..i {
         if !best.is_nearer_to(j, i, points) {
             best = equally_far_are(i, j, points).unwrap_or(best);
@@ -148,7 +148,7 @@ fn farthest_is(i: usize, points: &[Lifted]) -> Place {
 /// c = p_i + m + τ e                   m = q_j (½ + (z_j² − z_i²) / 2‖q_j‖²)
 /// 2 e·q_k τ ≥ ‖q_k‖² + z_k² − z_i² − 2 m·q_k
 /// ```
-fn equally_far_are(i: usize, j: usize, points: &[Lifted]) -> Option<Place> {
+fn equally_far_are(i: usize, j: usize, points: &[Lifted]) -> Option<Best> {
     let from_i = |k: usize| points[k].position - points[i].position;
     let higher = |k: usize| points[k].square - points[i].square;
     let q_j = from_i(j);
@@ -178,7 +178,7 @@ fn equally_far_are(i: usize, j: usize, points: &[Lifted]) -> Option<Place> {
         (_, high) if high.0 < 0.0 => high,
         _ => (0.0, None),
     };
-    Some(Place {
+    Some(Best {
         position: points[i].position + m + along * tau,
         support: [i, j].into_iter().chain(third).collect(),
     })

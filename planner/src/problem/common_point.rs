@@ -6,13 +6,13 @@ use nalgebra::Vector2;
 const ROUNDING: f64 = 1.0e-6;
 
 /// Centre and radius, m, of a disc that includes its edge.
-pub(crate) type Place = (Vector2<f64>, f64);
+pub(crate) type Circle = (Vector2<f64>, f64);
 
 /// `true` if some point is in all of `discs`.
 ///
 /// A non-empty intersection of discs is convex. Its edge is either a whole circle, that of a disc
 /// inside all others, whose centre is then in all; or it has a corner, where two circles cross.
-pub(crate) fn have_a_common_point(discs: &[Place]) -> bool {
+pub(crate) fn have_a_common_point(discs: &[Circle]) -> bool {
     let in_all = |point: &Vector2<f64>| {
         discs
             .iter()
@@ -32,7 +32,7 @@ pub(crate) fn have_a_common_point(discs: &[Place]) -> bool {
 }
 
 /// Crossings of two circles; twice the same if they touch, far away if they do not meet.
-fn crossings((a, ra): &Place, (b, rb): &Place) -> [Vector2<f64>; 2] {
+fn crossings((a, ra): &Circle, (b, rb): &Circle) -> [Vector2<f64>; 2] {
     let apart = b - a;
     let distance = apart.norm().max(f64::MIN_POSITIVE);
     let along = (distance * distance + ra * ra - rb * rb) / (2.0 * distance);
@@ -49,28 +49,31 @@ mod tests {
 
     use super::*;
 
-    fn place(north: f64, east: f64, radius: f64) -> Place {
+    fn circle(north: f64, east: f64, radius: f64) -> Circle {
         (Vector2::new(north, east), radius)
     }
 
     #[test]
     fn touching_discs_have_a_common_point_and_separate_ones_have_none() {
         assert!(have_a_common_point(&[]));
-        assert!(have_a_common_point(&[place(0.0, 0.0, 0.0)]));
+        assert!(have_a_common_point(&[circle(0.0, 0.0, 0.0)]));
         assert!(have_a_common_point(&[
-            place(0.0, 0.0, 300.0),
-            place(600.0, 0.0, 300.0)
+            circle(0.0, 0.0, 300.0),
+            circle(600.0, 0.0, 300.0)
         ]));
         assert!(!have_a_common_point(&[
-            place(0.0, 0.0, 300.0),
-            place(600.1, 0.0, 300.0)
+            circle(0.0, 0.0, 300.0),
+            circle(600.1, 0.0, 300.0)
         ]));
         // One inside another, and two at one place.
         assert!(have_a_common_point(&[
-            place(0.0, 0.0, 50.0),
-            place(1.0, 2.0, 3.0)
+            circle(0.0, 0.0, 50.0),
+            circle(1.0, 2.0, 3.0)
         ]));
-        assert!(have_a_common_point(&[place(1.0, 2.0, 5.0), place(1.0, 2.0, 3.0)]));
+        assert!(have_a_common_point(&[
+            circle(1.0, 2.0, 5.0),
+            circle(1.0, 2.0, 3.0)
+        ]));
     }
 
     #[test]
@@ -94,7 +97,7 @@ mod tests {
         #[test]
         fn a_common_point_exists_if_the_minimal_excess_is_not_positive(
             discs in proptest::collection::vec(
-                (-100.0..100.0_f64, -100.0..100.0_f64, 0.0..150.0_f64).prop_map(|(n, e, r)| place(n, e, r)),
+                (-100.0..100.0_f64, -100.0..100.0_f64, 0.0..150.0_f64).prop_map(|(n, e, r)| circle(n, e, r)),
                 1..6,
             ),
         ) {

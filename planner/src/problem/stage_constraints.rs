@@ -17,7 +17,7 @@ use crate::{
     },
     predict::{forecast::AuvForecast, motion::Motion},
     problem::{
-        common_point::{Place, have_a_common_point},
+        common_point::{Circle, have_a_common_point},
         frame::Frame,
         limits::{AcousticRange, Disc, Edge, MinimaxRange},
         parameters::Parameters,
@@ -123,10 +123,10 @@ impl StageConstraints {
     /// Among the named AUVs, if no point is in range of all: those out of range at the goal. Among
     /// the others, from the nearest to the goal: each without a common point with all kept so far.
     fn give_up_unattainable_ranges(&mut self, goal: &Vector2<f64>) {
-        let place = |range: &AcousticRange| (range.centres[0], range.radii[0]);
+        let circle = |range: &AcousticRange| (range.centres[0], range.radii[0]);
         let distance = |range: &AcousticRange| (range.centres[0] - goal).norm();
         let n_named = self.ranges.iter().filter(|range| range.named).count();
-        let mut kept: SmallVec<[Place; AUVS_MAX]> = self.ranges[..n_named].iter().map(place).collect();
+        let mut kept: SmallVec<[Circle; AUVS_MAX]> = self.ranges[..n_named].iter().map(circle).collect();
         if !have_a_common_point(&kept) {
             let named = self.ranges[..n_named].iter().zip(&self.auvs);
             let out_of_range = named.filter(|(range, _)| range.radii[0] < distance(range));
@@ -135,7 +135,7 @@ impl StageConstraints {
         let mut others: SmallVec<[usize; AUVS_MAX]> = (n_named..self.ranges.len()).collect();
         others.sort_by(|a, b| distance(&self.ranges[*a]).total_cmp(&distance(&self.ranges[*b])));
         for i in others {
-            kept.push(place(&self.ranges[i]));
+            kept.push(circle(&self.ranges[i]));
             if !have_a_common_point(&kept) {
                 kept.pop();
                 self.range_unattainable.push(self.auvs[i]);
