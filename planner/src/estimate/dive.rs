@@ -27,7 +27,7 @@ const PITCH: RangeInclusive<f64> = 0.05..=1.4;
 
 /// A leg up or down, as a straight line through the depths between its ends.
 #[derive(Clone, Copy)]
-struct Leg {
+struct DepthLeg {
     /// Mean time, s, and mean depth, m.
     middle: [f64; 2],
     /// Rate of its depth, m/s.
@@ -43,7 +43,7 @@ struct Apex {
     is_lowest: bool,
 }
 
-impl Leg {
+impl DepthLeg {
     /// Least squares; `None` for fewer than two depths.
     fn through(depths: &[[f64; 2]]) -> Option<Self> {
         let sum = |of: &dyn Fn(&[f64; 2]) -> f64| depths.iter().map(of).sum::<f64>();
@@ -90,13 +90,13 @@ pub(crate) fn sawtooth(reports: &[(usize, Report)], u_h: f64) -> Option<Dive> {
     // Reversal points are on neither leg.
     let legs = ends
         .windows(2)
-        .map(|end| Leg::through(&depths[end[0] + 1..end[1]]));
+        .map(|end| DepthLeg::through(&depths[end[0] + 1..end[1]]));
     let legs: Vec<_> = legs.collect();
     let whole = legs.get(1..legs.len() - 1)?;
     let rates = whole.iter().flatten().map(|leg| leg.rate.abs());
     let rate = rates.sum::<f64>() / number(whole.len());
     let is_like_others =
-        |leg: &Leg| (leg.rate.abs() - rate).abs() <= SPREAD_MAX * rate && leg.bent <= BENT_MAX * height;
+        |leg: &DepthLeg| (leg.rate.abs() - rate).abs() <= SPREAD_MAX * rate && leg.bent <= BENT_MAX * height;
     let like_others: Vec<_> = legs.into_iter().map(|leg| leg.filter(is_like_others)).collect();
     // The oldest leg may be nearly over, and the newest may have just begun.
     let legs: Vec<_> = match &like_others[..] {

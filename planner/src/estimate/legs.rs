@@ -20,7 +20,7 @@ pub(crate) fn place(point: &TrackPoint) -> Vector2<f64> {
 }
 
 /// A piece of a track at constant velocity.
-pub(crate) struct Leg {
+pub(crate) struct TrackLeg {
     pub(crate) from: TrackPoint,
     pub(crate) to: TrackPoint,
 }
@@ -71,7 +71,7 @@ impl Sums {
 
 /// The legs of least price through `reports`, at least one, in order of time: optimal by dynamic
 /// programming over the beginning of the last leg.
-pub(crate) fn legs(reports: &[(usize, Report)]) -> Vec<Leg> {
+pub(crate) fn legs(reports: &[(usize, Report)]) -> Vec<TrackLeg> {
     let start = reports[0].1;
     // For each number of reports: the least price, the beginning of the last leg, and its sums.
     let mut cheapest = vec![(0.0, 0, Sums::default())];
@@ -98,7 +98,7 @@ pub(crate) fn legs(reports: &[(usize, Report)]) -> Vec<Leg> {
             let place = start.position() + position + velocity * (report.t_s - start.t_s - time);
             [report.t_s, place.x, place.y]
         };
-        legs.push(Leg {
+        legs.push(TrackLeg {
             from: at(&reports[begin].1),
             to: at(&reports[end - 1].1),
         });

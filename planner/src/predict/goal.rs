@@ -48,7 +48,7 @@ pub(crate) struct Turn {
     /// Index of the AUV in the snapshot.
     pub(crate) auv: usize,
     /// The leg to it, if the goal is on that instead of at the AUV.
-    pub(crate) leg: Option<Leg>,
+    pub(crate) leg: Option<GoalLeg>,
 }
 
 impl Turn {
@@ -64,14 +64,14 @@ impl Turn {
 
 /// A straight leg at constant speed: times in s after the snapshot, positions in m (north, east).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Leg {
+pub(crate) struct GoalLeg {
     pub(crate) depart: f64,
     pub(crate) arrive: f64,
     pub(crate) from: Vector2<f64>,
     pub(crate) to: Vector2<f64>,
 }
 
-impl Leg {
+impl GoalLeg {
     fn at(&self, ahead: f64) -> Motion {
         let velocity = (self.to - self.from) / (self.arrive - self.depart);
         Motion {

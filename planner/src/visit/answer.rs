@@ -12,7 +12,7 @@ use crate::{
     },
     predict::{
         forecast::AuvForecast,
-        goal::{Leg, Turn},
+        goal::{GoalLeg, Turn},
     },
     snapshot::build::Snapshot,
     visit::{
@@ -190,7 +190,7 @@ impl Answer<'_> {
                 .arrive
                 .max(first.leave + (to - from).norm() / self.fleet.craft.speed);
             Turn {
-                leg: Some(Leg {
+                leg: Some(GoalLeg {
                     depart: first.leave,
                     arrive,
                     from,
