@@ -262,7 +262,7 @@ fn on_likeliest_path<'a>(
         best = likelier(best, through(over_ground));
     }
     for speed_density in &SPEED_DENSITIES[1..] {
-        if due() || (repeats.is_none() && !best.misfits()) {
+        if due() || (repeats.is_none() && !best.is_inconsistent()) {
             break;
         }
         let less_steady = PathHypothesis {

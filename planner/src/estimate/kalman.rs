@@ -146,22 +146,22 @@ impl Kalman {
     }
 
     pub(crate) fn is_in_gate(&self, measurement: &Measurement) -> bool {
-        self.misfit(measurement).0 <= GATE
+        self.mahalanobis(measurement).0 <= GATE
     }
 
     /// Logarithm of the probability density of `measurement`, up to a constant.
     pub(crate) fn log_likelihood(&self, measurement: &Measurement) -> f64 {
-        let (distance, spread) = self.misfit(measurement);
+        let (distance, spread) = self.mahalanobis(measurement);
         -0.5 * (distance + spread.ln())
     }
 
     /// Geometric mean of the innovation variances of `measurement`.
     pub(crate) fn innovation_variance(&self, measurement: &Measurement) -> f64 {
-        self.misfit(measurement).1.sqrt()
+        self.mahalanobis(measurement).1.sqrt()
     }
 
     /// Squared Mahalanobis distance and determinant of the innovation covariance of a measurement.
-    fn misfit(&self, measurement: &Measurement) -> (f64, f64) {
+    fn mahalanobis(&self, measurement: &Measurement) -> (f64, f64) {
         let Measurement { z, h, r } = measurement;
         let (y, s) = (z - h * self.mean, h * self.covariance * h.transpose() + r);
         (y.dot(&(inverse(&s) * y)), s.determinant())
@@ -195,7 +195,7 @@ impl Measurement {
 
     /// Normalised square of the innovation.
     pub(crate) fn normalised_square(&self, expected: &Kalman) -> f64 {
-        expected.misfit(self).0
+        expected.mahalanobis(self).0
     }
 
     /// Square of the innovation.

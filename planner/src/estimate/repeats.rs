@@ -153,7 +153,7 @@ impl PastTrack {
     }
 
     /// Mean squared distance of the fixes from a path, m².
-    fn misfit(&self, path: &Path) -> f64 {
+    fn mean_square_distance(&self, path: &Path) -> f64 {
         let off = |fix: &Vector2<f64>| (path.at(path.closest(fix)).position - fix).norm_squared();
         self.fixes.iter().map(off).sum::<f64>() / number(self.fixes.len())
     }
@@ -224,7 +224,7 @@ impl PastTrack {
             }
         }
         let best = self.refined(&track, &places, spacing, best?);
-        let (misfit, path) = self.path(&track, &best, radius)?;
+        let (mean_square, path) = self.path(&track, &best, radius)?;
         let pattern = best.motion.pattern(RESIDUAL_MAX * self.sigma);
         let repeats = Repeats {
             path: KnownPath {
@@ -242,7 +242,7 @@ impl PastTrack {
             },
             residual: best.motion.residual,
         };
-        Some((misfit, repeats))
+        Some((mean_square, repeats))
     }
 
     /// Corners of the track for turns of `radius`, m, to the end of the last long leg. Two fixes in
@@ -317,7 +317,7 @@ impl PastTrack {
         best
     }
 
-    /// The track to its last corner, continued by the pattern; and its mean squared misfit.
+    /// The track to its last corner, continued by the pattern; and its mean squared mean_square.
     fn path(&self, track: &Polyline, best: &Match, radius: f64) -> Option<(f64, Path)> {
         let (_, known) = track.points.split_last()?;
         let mut points = known.to_vec();
@@ -339,14 +339,14 @@ impl PastTrack {
             period.clone()
         };
         points.extend(repeat());
-        let misfit = self.misfit(&self.rounded(&points, radius)?);
+        let mean_square = self.mean_square_distance(&self.rounded(&points, radius)?);
         // Continues by the past length too: on a lap the vehicle may be placed one lap ahead.
         let mut ahead = best.lag;
         while ahead < AHEAD * self.speed + 2.0 * best.lag + track.length() && points.len() < PATH_POINTS_MAX {
             points.extend(repeat());
             ahead += best.lag;
         }
-        Some((misfit, self.rounded(&points, radius)?))
+        Some((mean_square, self.rounded(&points, radius)?))
     }
 }
 

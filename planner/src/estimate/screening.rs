@@ -112,7 +112,7 @@ fn inflated(reports: &[(usize, Report)], due: &dyn Fn() -> bool) -> (f64, Track<
     let mut best = (0.0, track(0.0));
     let mut largest = best.1.log_likelihood();
     let least = largest + INFLATION_EVIDENCE;
-    let most = if best.1.misfits() {
+    let most = if best.1.is_inconsistent() {
         INFLATION_MAX
     } else {
         INFLATION_MAX.min(INFLATION_SHARE * mean_step(reports))

@@ -134,7 +134,7 @@ impl<F: Filter> Track<F> {
     }
 
     /// `true` if the reports contradict the motion, or their claimed accuracies.
-    pub(crate) fn misfits(&self) -> bool {
+    pub(crate) fn is_inconsistent(&self) -> bool {
         let accepted = self.innovations.iter().filter(|innovation| innovation.accepted);
         let normalised = mean(accepted.map(|innovation| 0.5 * innovation.normalised));
         REJECTED_MAX < self.rejected_share() || NORMALISED_MAX < normalised
