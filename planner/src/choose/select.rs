@@ -32,7 +32,7 @@ use crate::{
         follower::{follow, invert_response, slew_limited, speed_lead, stage_at},
         iterations::Scp,
         predicted_cost::predict,
-        result::{Candidate, Degraded, ScpResult, SolverReport},
+        result::{CandidateTrajectory, Degraded, ScpResult, SolverReport},
     },
     snapshot::build::Snapshot,
     solve::{by_shape::ByShape, clarabel::Solution, stop::Stop},
@@ -51,7 +51,7 @@ const SLOW_TURN_LEAD: f64 = 0.2;
 struct Level {
     method: Method,
     reference: Reference,
-    candidate: Candidate,
+    candidate: CandidateTrajectory,
 }
 
 /// Plans for `snapshot`: the available fallback level of least predicted cost answers.
@@ -344,7 +344,7 @@ fn tuning(law: LosLaw, parameters: &Parameters) -> LosTuning {
 /// The program's level.
 fn planned(
     horizon: &Horizon<'_>,
-    candidate: Candidate,
+    candidate: CandidateTrajectory,
     snapshot: &Snapshot,
     parameters: &Parameters,
 ) -> Level {
@@ -393,9 +393,9 @@ fn previous_plan(snapshot: &Snapshot, parameters: &Parameters, horizon: &Horizon
 }
 
 /// The candidate of `stages` with the prediction of `rollout`.
-fn rolled_out(horizon: &Horizon<'_>, stages: Vec<Stage>, rollout: &Rollout) -> Candidate {
+fn rolled_out(horizon: &Horizon<'_>, stages: Vec<Stage>, rollout: &Rollout) -> CandidateTrajectory {
     let (predicted, terms, violations) = predict(horizon, rollout, &horizon.weights);
-    Candidate {
+    CandidateTrajectory {
         stages,
         predicted,
         terms,

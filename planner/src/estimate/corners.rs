@@ -19,14 +19,14 @@ const SINE_MIN: f64 = 0.2;
 const LENGTH_TOLERANCE: f64 = 0.35;
 
 /// A straight piece of a track.
-pub(crate) struct Edge {
+pub(crate) struct TrackEdge {
     pub(crate) from: Complex<f64>,
     pub(crate) to: Complex<f64>,
     start: f64,
     end: f64,
 }
 
-impl Edge {
+impl TrackEdge {
     pub(crate) fn new(pair: &[TrackPoint]) -> Self {
         let point = |point: &TrackPoint| Complex::new(point[1], point[2]);
         Self {

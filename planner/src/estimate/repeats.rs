@@ -6,7 +6,7 @@ use nalgebra::{Complex, Vector2};
 
 use crate::{
     estimate::{
-        corners::{Edge, PLACES_MAX, Polyline, TrackCorner},
+        corners::{PLACES_MAX, Polyline, TrackCorner, TrackEdge},
         legs::{SIGMA_MIN, TrackPoint, legs, place, simplified},
         rigid_motion::{Pattern, RigidMotion, number},
     },
@@ -249,10 +249,10 @@ impl PastTrack {
     /// a turn cut it by metres, while legs and their times are accurate: corners are intersections
     /// of legs, and the reach of a reversal follows from the time between its legs.
     fn corners(&self, radius: f64) -> Vec<TrackCorner> {
-        let edges: Vec<_> = self.points.windows(2).map(Edge::new).collect();
+        let edges: Vec<_> = self.points.windows(2).map(TrackEdge::new).collect();
         // Only the newest legs count: a long transit may precede the lanes.
         let newest = &edges[edges.len().saturating_sub(NEWEST)..];
-        let longest = newest.iter().map(Edge::length).fold(0.0, f64::max);
+        let longest = newest.iter().map(TrackEdge::length).fold(0.0, f64::max);
         let enough = (LONG_SHARE * longest).max(LONG * self.sigma).max(4.0 * radius);
         let long: Vec<_> = (0..edges.len())
             .filter(|edge| enough <= edges[*edge].length())

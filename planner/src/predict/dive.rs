@@ -13,7 +13,7 @@ pub(crate) enum DepthForecast {
     /// Constant depth, m.
     Held(f64),
     /// Two equally likely flights; equal if the direction is known.
-    Sawtooth([Flight; 2]),
+    Sawtooth([SawtoothFlight; 2]),
 }
 
 /// Lead of a vehicle over one with its mean pitch: it moves level at each reversal.
@@ -27,7 +27,7 @@ pub(crate) struct Lead {
 
 /// A sawtooth from a known depth in a known direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Flight {
+pub(crate) struct SawtoothFlight {
     cycle: Cycle,
     /// Depth at the report, m.
     depth: f64,
@@ -66,7 +66,7 @@ impl DepthForecast {
                     dive,
                     speed: u_h / dive.pitch_rad.cos(),
                 };
-                let flight = |descending| Flight::new(cycle, depth, descending);
+                let flight = |descending| SawtoothFlight::new(cycle, depth, descending);
                 Self::Sawtooth(match dive.descending {
                     Some(descending) => [flight(descending); 2],
                     None => [flight(true), flight(false)],
@@ -114,7 +114,7 @@ impl DepthForecast {
     }
 }
 
-impl Flight {
+impl SawtoothFlight {
     /// From `depth`, m. A vehicle between the two depths continues; one beyond them is in a
     /// reversal, or approaches the sawtooth if it is farther out than any reversal.
     fn new(cycle: Cycle, depth: f64, descending: bool) -> Self {

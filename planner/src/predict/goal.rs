@@ -33,7 +33,7 @@ pub struct GoalForecast {
     /// Forecasts of all AUVs, in the snapshot's order.
     auvs: Vec<AuvForecast>,
     /// The AUVs that the goal depends on, in its order.
-    members: Vec<Member>,
+    members: Vec<GoalMember>,
     rule: Rule,
     offset: Option<Offset>,
     /// Last course of the followed point in motion.
@@ -83,7 +83,7 @@ impl GoalLeg {
 
 /// An AUV that the goal depends on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Member {
+struct GoalMember {
     /// Its index in the snapshot.
     auv: usize,
     /// Its weight in a mean; the sum over all members is 1.
@@ -315,7 +315,7 @@ pub(crate) fn forecast_all(snapshot: &Snapshot) -> Vec<AuvForecast> {
 }
 
 /// The AUVs that the goal depends on, in its order, with shares that sum to 1.
-fn members(snapshot: &Snapshot, forecasts: &[AuvForecast]) -> Vec<Member> {
+fn members(snapshot: &Snapshot, forecasts: &[AuvForecast]) -> Vec<GoalMember> {
     let member = |id: &VehicleId| {
         let mut auvs = snapshot.known_auvs().enumerate();
         let (auv, known) = auvs
@@ -329,7 +329,7 @@ fn members(snapshot: &Snapshot, forecasts: &[AuvForecast]) -> Vec<Member> {
             | Goal::Range { .. }
             | Goal::Visit(_) => 1.0,
         };
-        Member {
+        GoalMember {
             auv,
             share: weight,
             at_rest: AtRest::of(&known, &forecasts[auv]),
@@ -344,7 +344,7 @@ fn members(snapshot: &Snapshot, forecasts: &[AuvForecast]) -> Vec<Member> {
 }
 
 impl Rule {
-    fn of(snapshot: &Snapshot, members: &[Member], turns: &[Turn], auvs: &[AuvForecast]) -> Self {
+    fn of(snapshot: &Snapshot, members: &[GoalMember], turns: &[Turn], auvs: &[AuvForecast]) -> Self {
         match &snapshot.goal.goal {
             Goal::Track { .. } | Goal::Midpoint { .. } | Goal::Weighted { .. } => Self::Mean,
             Goal::Intermittent { dwell_s, epoch_s, .. } => Self::InTurn {
@@ -376,8 +376,8 @@ fn scheduled(turns: &[(Turn, usize)], ahead: f64) -> Option<&(Turn, usize)> {
 }
 
 /// The member nearest to the craft now.
-fn nearest(snapshot: &Snapshot, members: &[Member], auvs: &[AuvForecast]) -> usize {
-    let distance = |member: &Member| (auvs[member.auv].at(0.0).position - snapshot.asc.position()).norm();
+fn nearest(snapshot: &Snapshot, members: &[GoalMember], auvs: &[AuvForecast]) -> usize {
+    let distance = |member: &GoalMember| (auvs[member.auv].at(0.0).position - snapshot.asc.position()).norm();
     let distances = members.iter().map(distance).enumerate();
     let nearest = distances.min_by(|a, b| a.1.total_cmp(&b.1));
     nearest.map_or(0, |(member, _)| member)

@@ -22,7 +22,7 @@ use crate::{
         follower::follow,
         initial_guesses::InitialGuesses,
         predicted_cost::{Violations, predict},
-        result::{Candidate, Degraded, ScpResult},
+        result::{CandidateTrajectory, Degraded, ScpResult},
     },
     snapshot::build::Snapshot,
     solve::{
@@ -150,7 +150,7 @@ impl Scp<'_> {
                 result.degraded = None;
                 result.violations = solved.violations(self.horizon);
                 result.converged = turned > PRESSED_COSINE;
-                result.candidate = Some(Candidate {
+                result.candidate = Some(CandidateTrajectory {
                     stages: stages.clone(),
                     predicted,
                     terms,

@@ -16,7 +16,7 @@ const TIE: f64 = 1e-6;
 
 /// Result of the iterations from one guess: a candidate trajectory, or the reason for none.
 pub(crate) struct ScpResult {
-    pub(crate) candidate: Option<Candidate>,
+    pub(crate) candidate: Option<CandidateTrajectory>,
     /// `true` if the last iteration kept the directions of its linearisation almost unchanged.
     pub(crate) converged: bool,
     pub(crate) degraded: Option<Degraded>,
@@ -27,7 +27,7 @@ pub(crate) struct ScpResult {
 
 /// A candidate trajectory with the prediction of following it.
 #[derive(Clone, Debug)]
-pub(crate) struct Candidate {
+pub(crate) struct CandidateTrajectory {
     /// Its stages, craft frame.
     pub(crate) stages: Vec<Stage>,
     pub(crate) predicted: Predicted,

@@ -18,7 +18,7 @@ use crate::{
     visit::{
         fleet::Fleet,
         memory::Vehicle,
-        search::{Found, Present},
+        search::{Found, PresentVisit},
         sentence::{Reason, sentence},
         state::VisitWindow,
     },
@@ -33,21 +33,21 @@ pub(crate) struct Scheduled {
 }
 
 /// Inputs of an answer.
-pub(crate) struct Answer<'a> {
+pub(crate) struct ScheduleAnswer<'a> {
     pub(crate) snapshot: &'a Snapshot,
     pub(crate) visits: &'a Visits,
     pub(crate) fleet: &'a Fleet,
     /// Names of the candidates.
     pub(crate) ids: &'a [&'a VehicleId],
     pub(crate) vehicles: Vec<Vehicle>,
-    pub(crate) present: Option<Present>,
+    pub(crate) present: Option<PresentVisit>,
     /// The previous schedule.
     pub(crate) previous: Option<&'a Schedule>,
     /// The requested next AUV, if its visit is over.
     pub(crate) visited: Option<VehicleId>,
 }
 
-impl Answer<'_> {
+impl ScheduleAnswer<'_> {
     /// The answer with the `chosen` one of `found`; `before`: the previous schedule's candidate.
     pub(crate) fn of(
         self,
@@ -133,7 +133,7 @@ impl Answer<'_> {
     }
 
     /// The present visit, which keeps its beginning.
-    fn begun(&self, window: &VisitWindow) -> Option<Present> {
+    fn begun(&self, window: &VisitWindow) -> Option<PresentVisit> {
         self.present
             .filter(|present| window.arrive <= 0.0 && present.candidate == window.candidate)
     }

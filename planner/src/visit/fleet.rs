@@ -12,7 +12,7 @@ use crate::{
     snapshot::build::Snapshot,
     visit::{
         depth::DepthAhead,
-        intercept::{Craft, Track},
+        intercept::{Craft, SampledTrack},
     },
 };
 
@@ -54,7 +54,7 @@ impl Default for SchedulingParameters {
 pub(crate) struct Candidate {
     /// Its index in the snapshot.
     pub(crate) auv: usize,
-    pub(crate) track: Track,
+    pub(crate) track: SampledTrack,
     /// Weight of its cost; the sum over all is 1.
     pub(crate) share: f64,
     /// Its present cost.
@@ -89,7 +89,7 @@ pub(crate) struct Fleet {
 
 /// An AUV that the goal depends on, with its cost and deadline.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Member {
+pub(crate) struct ScheduledAuv {
     /// Its index in the snapshot.
     pub(crate) auv: usize,
     pub(crate) weight: f64,
@@ -104,7 +104,7 @@ impl Fleet {
     pub(crate) fn new(
         snapshot: &Snapshot,
         visits: &Visits,
-        members: &[Member],
+        members: &[ScheduledAuv],
         (forecasts, depths): (&[AuvForecast], &[DepthAhead]),
         (speed, turn_rate): (f64, f64),
         parameters: &SchedulingParameters,
@@ -118,14 +118,14 @@ impl Fleet {
         };
         let frame = |motion: &Motion| craft_from_ned * (motion.position - here);
         let mut members = members.to_vec();
-        let place = |member: &Member| frame(&forecasts[member.auv].at(0.0));
+        let place = |member: &ScheduledAuv| frame(&forecasts[member.auv].at(0.0));
         members.sort_by(|a, b| in_order(&place(a), &place(b)));
         let places: Vec<_> = members.iter().map(place).collect();
         let tour = tour(&places, &craft, visits.dwell_min_s);
         let horizon = (parameters.horizon_tours * tour).clamp(parameters.horizon_min, parameters.horizon_max);
-        let candidate = |member: &Member| {
+        let candidate = |member: &ScheduledAuv| {
             let between_turns = between_turns(&snapshot.estimates()[member.auv].track);
-            let track = Track::new(
+            let track = SampledTrack::new(
                 &forecasts[member.auv],
                 between_turns,
                 horizon,

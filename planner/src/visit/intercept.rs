@@ -18,7 +18,7 @@ const ARRIVED: f64 = 1e-3;
 
 /// Sampled forecast of an AUV. Positions are relative to the present craft, (ahead, starboard), m.
 #[derive(Clone, Debug)]
-pub(crate) struct Track {
+pub(crate) struct SampledTrack {
     /// Interval of the samples, s.
     step: f64,
     positions: Vec<Vector2<f64>>,
@@ -27,7 +27,7 @@ pub(crate) struct Track {
     pub(crate) fastest: f64,
 }
 
-impl Track {
+impl SampledTrack {
     /// The forecast of an AUV until `horizon`, s, in the craft's `frame`, in a `current` of that
     /// frame, m/s, at its `depth`, m. Without a path, a mean interval `between_turns`, s, predicts
     /// turns into random directions.
@@ -70,12 +70,12 @@ impl Track {
     }
 
     /// The straight piece of the track after a time.
-    fn piece(&self, time: f64) -> Piece {
+    fn piece(&self, time: f64) -> TrackPiece {
         let (before, _) = self.place(time);
         let last = before + 2 == self.positions.len();
         #[expect(clippy::cast_precision_loss, reason = "a few hundred samples")]
         let end = (before + 1) as f64 * self.step;
-        Piece {
+        TrackPiece {
             end: if last { f64::INFINITY } else { end },
             velocity: (self.positions[before + 1] - self.positions[before]) / self.step,
         }
@@ -119,7 +119,7 @@ impl Track {
 }
 
 /// A straight piece of a track.
-struct Piece {
+struct TrackPiece {
     /// End, s after now.
     end: f64,
     /// Velocity, m/s.
@@ -167,12 +167,18 @@ impl Craft {
     /// ```
     /// with the time τ of a turn. f changes no faster than u plus the AUV's speed, so a step of f
     /// over that passes no root. Between two samples, f = 0 is quadratic.
-    pub(crate) fn reach(&self, track: &Track, from: &Departure, within: f64, end: f64) -> Option<f64> {
+    pub(crate) fn reach(&self, track: &SampledTrack, from: &Departure, within: f64, end: f64) -> Option<f64> {
         self.reach_after(track, from, (from.time, 0.0), within, end)
     }
 
     /// The same for a craft that first turns on the spot, at its full rate, to the meeting point.
-    pub(crate) fn arrive(&self, track: &Track, from: &Departure, within: f64, end: f64) -> Option<Arrival> {
+    pub(crate) fn arrive(
+        &self,
+        track: &SampledTrack,
+        from: &Departure,
+        within: f64,
+        end: f64,
+    ) -> Option<Arrival> {
         let direct = self.reach(track, from, within, end)?;
         let bearing = |time: f64| angle_of(&self.way(track, from, time));
         if direct <= from.time {
@@ -193,14 +199,14 @@ impl Craft {
     }
 
     /// Displacement through the water to the AUV's position at `time`, m.
-    fn way(&self, track: &Track, from: &Departure, time: f64) -> Vector2<f64> {
+    fn way(&self, track: &SampledTrack, from: &Departure, time: f64) -> Vector2<f64> {
         track.at(time) - from.position - self.current * (time - from.time)
     }
 
     /// The earliest time from `start`, before any root, for a craft that turns for `turning` s.
     fn reach_after(
         &self,
-        track: &Track,
+        track: &SampledTrack,
         from: &Departure,
         (start, turning): (f64, f64),
         within: f64,
@@ -262,8 +268,8 @@ mod tests {
         )
     }
 
-    fn track(auv: &AuvForecast, between_turns: Option<f64>, current: &Vector2<f64>) -> Track {
-        Track::new(
+    fn track(auv: &AuvForecast, between_turns: Option<f64>, current: &Vector2<f64>) -> SampledTrack {
+        SampledTrack::new(
             auv,
             between_turns,
             HORIZON,

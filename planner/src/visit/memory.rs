@@ -12,7 +12,7 @@ use crate::{
         depth::DepthAhead,
         fleet::Fleet,
         hearing::{Heard, Hearing},
-        search::{Planned, Present},
+        search::{PlannedVisit, PresentVisit},
     },
 };
 
@@ -142,7 +142,7 @@ impl<'a> Memory<'a> {
     }
 
     /// The remaining visits to those of `ids` that can be visited.
-    pub(crate) fn visits_left(&self, ids: &[&VehicleId]) -> Vec<Planned> {
+    pub(crate) fn visits_left(&self, ids: &[&VehicleId]) -> Vec<PlannedVisit> {
         let schedule = self.schedule();
         let visits = schedule.iter().flat_map(|schedule| &schedule.visits);
         let left = visits.filter(|visit| self.now < visit.leave_s);
@@ -154,11 +154,11 @@ impl<'a> Memory<'a> {
     }
 
     /// The present visit, or the one that begins now as the craft is there.
-    pub(crate) fn present(&self, fleet: &Fleet, ids: &[&VehicleId]) -> Option<Present> {
+    pub(crate) fn present(&self, fleet: &Fleet, ids: &[&VehicleId]) -> Option<PresentVisit> {
         let visit = self.next()?;
         let candidate = ids.iter().position(|id| **id == visit.auv)?;
         let near = fleet.candidates[candidate].track.at(0.0).norm() <= fleet.within;
-        near.then_some(Present {
+        near.then_some(PresentVisit {
             candidate,
             since: (visit.arrive_s - self.now).min(0.0),
             leave: visit.leave_s - self.now,

@@ -5,11 +5,11 @@ use crate::{
     predict::forecast::AuvForecast,
     snapshot::build::Snapshot,
     visit::{
-        answer::{Answer, Scheduled},
+        answer::{ScheduleAnswer, Scheduled},
         depth::{DepthAhead, depths_ahead},
-        fleet::{Fleet, Member, SchedulingParameters},
+        fleet::{Fleet, ScheduledAuv, SchedulingParameters},
         memory::{Memory, Vehicle},
-        search::{Found, Planned, Present},
+        search::{Found, PlannedVisit, PresentVisit},
         state::TIE,
     },
 };
@@ -67,7 +67,7 @@ impl Scheduler<'_> {
         let before = before.and_then(|visit| ids.iter().position(|id| **id == visit.auv));
         let chosen = chosen(&fleet, &found, before, self.parameters.keep_margin);
         Some(
-            Answer {
+            ScheduleAnswer {
                 snapshot,
                 visits,
                 fleet: &fleet,
@@ -92,7 +92,7 @@ impl Scheduler<'_> {
             .iter()
             .filter(|vehicle| vehicle.served.left_out.is_none());
         let members: Vec<_> = visited
-            .map(|vehicle| Member {
+            .map(|vehicle| ScheduledAuv {
                 auv: vehicle.auv,
                 weight: visits.weight(&vehicle.served.auv),
                 cost: vehicle.served.cost,
@@ -108,7 +108,7 @@ impl Scheduler<'_> {
         &self,
         fleet: &Fleet,
         ids: &[&VehicleId],
-        (present, left): (Option<Present>, &[Planned]),
+        (present, left): (Option<PresentVisit>, &[PlannedVisit]),
         pinned: Option<&VehicleId>,
     ) -> Vec<(usize, Found)> {
         let pinned = pinned.and_then(|pinned| ids.iter().position(|id| *id == pinned));

@@ -11,7 +11,7 @@ use smallvec::SmallVec;
 use crate::visit::{
     cost::Dwells,
     fleet::Fleet,
-    state::{State, TIE, VisitWindow},
+    state::{CostState, TIE, VisitWindow},
 };
 
 /// Slots of time in which schedules are compared with each other.
@@ -34,7 +34,7 @@ const VISIT_MIN: f64 = 1.0;
 
 /// The craft at an AUV, in a visit of the previous schedule.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Present {
+pub(crate) struct PresentVisit {
     pub(crate) candidate: usize,
     /// Beginning of that visit, s after now, not positive.
     pub(crate) since: f64,
@@ -43,7 +43,7 @@ pub(crate) struct Present {
 }
 
 /// A visit to try: the candidate, and its duration, s.
-pub(crate) type Planned = (usize, f64);
+pub(crate) type PlannedVisit = (usize, f64);
 
 /// A schedule of the search.
 #[derive(Clone, Debug)]
@@ -63,7 +63,7 @@ pub(crate) struct Found {
 struct Node {
     before: Option<usize>,
     window: VisitWindow,
-    state: State,
+    state: CostState,
 }
 
 /// The search for the best schedule that begins with one candidate.
@@ -73,7 +73,7 @@ struct Search<'a> {
     /// Nodes by the slot of their departure.
     slots: Vec<Vec<usize>>,
     /// The best complete schedule: its last node, its state at the end, and its value.
-    best: Option<(usize, State, f64)>,
+    best: Option<(usize, CostState, f64)>,
     exact: bool,
 }
 
@@ -84,7 +84,7 @@ impl Fleet {
     pub(crate) fn best_first(
         &self,
         first: usize,
-        (present, before): (Option<Present>, &[Planned]),
+        (present, before): (Option<PresentVisit>, &[PlannedVisit]),
         tried_max: usize,
         due: &dyn Fn() -> bool,
     ) -> Option<Found> {
@@ -154,8 +154,8 @@ impl Search<'_> {
     /// Follows these visits, at least one, until it is `due`; the last one continues to the end.
     fn follow(
         &mut self,
-        visits: impl Iterator<Item = Planned>,
-        mut present: Option<Present>,
+        visits: impl Iterator<Item = PlannedVisit>,
+        mut present: Option<PresentVisit>,
         due: &dyn Fn() -> bool,
     ) {
         let (mut before, mut state) = (None, self.fleet.start());
@@ -193,7 +193,7 @@ impl Search<'_> {
     }
 
     /// Adds every visit to `to` after `state`.
-    fn visit(&mut self, before: Option<usize>, state: &State, to: usize, present: Option<Present>) {
+    fn visit(&mut self, before: Option<usize>, state: &CostState, to: usize, present: Option<PresentVisit>) {
         let horizon = self.fleet.horizon;
         let Some((arrive, there)) = self.arrival(state, to) else {
             return;
@@ -220,14 +220,14 @@ impl Search<'_> {
     }
 
     /// The earliest arrival at `to`, s after now, and all costs then.
-    fn arrival(&self, state: &State, to: usize) -> Option<(f64, State)> {
+    fn arrival(&self, state: &CostState, to: usize) -> Option<(f64, CostState)> {
         let fleet = self.fleet;
         let (track, from) = (&fleet.candidates[to].track, fleet.departure(state));
         let arrival = fleet.craft.arrive(track, &from, fleet.within, fleet.horizon)?;
         Some((arrival.time, fleet.travelled(state, to, arrival)))
     }
 
-    fn dwells(&self, there: &State, to: usize) -> Dwells {
+    fn dwells(&self, there: &CostState, to: usize) -> Dwells {
         let range = self.fleet.candidates[to].track.depth_at(there.time);
         let least = self.fleet.dwell_min.max(VISIT_MIN);
         let mut dwells = self.fleet.law.dwells(there.costs[to], range, least);
@@ -238,7 +238,7 @@ impl Search<'_> {
     }
 
     /// The visit to `to` that arrives with the costs `there` and ends at `leave` or the horizon.
-    fn node(&self, before: Option<usize>, to: usize, arrive: f64, (there, leave): (&State, f64)) -> Node {
+    fn node(&self, before: Option<usize>, to: usize, arrive: f64, (there, leave): (&CostState, f64)) -> Node {
         let leave = leave.min(self.fleet.horizon);
         let state = self.fleet.visited_until(there, to, leave);
         Node {
@@ -260,12 +260,12 @@ impl Search<'_> {
     }
 
     /// Compares the best schedule with the one whose last `window` is extended to the horizon.
-    fn complete(&mut self, before: Option<usize>, window: &VisitWindow, left: &State) {
+    fn complete(&mut self, before: Option<usize>, window: &VisitWindow, left: &CostState) {
         let end = self
             .fleet
             .visited_until(left, window.candidate, self.fleet.horizon);
         let value = self.fleet.value(&end);
-        let better = |best: &(usize, State, f64)| value < best.2 - TIE * best.2.abs();
+        let better = |best: &(usize, CostState, f64)| value < best.2 - TIE * best.2.abs();
         if self.best.as_ref().is_none_or(better) {
             let window = VisitWindow {
                 leave: self.fleet.horizon,

@@ -30,7 +30,7 @@ const TURN_PIECES: u8 = 6;
 
 /// The costs of all candidates after some visits.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct State {
+pub(crate) struct CostState {
     /// Time, s after now.
     pub(crate) time: f64,
     /// The candidate that the craft is with; `None` at its present position.
@@ -62,7 +62,7 @@ pub(crate) struct VisitWindow {
 
 impl Fleet {
     /// The present state.
-    pub(crate) fn start(&self) -> State {
+    pub(crate) fn start(&self) -> CostState {
         let mut costs = [0.0; AUVS_MAX];
         let (mut pending, mut peak) = (0, 0.0_f64);
         for (i, candidate) in self.candidates.iter().enumerate() {
@@ -70,7 +70,7 @@ impl Fleet {
             peak = peak.max(self.relative(candidate) * candidate.cost);
             pending |= u32::from(candidate.deadline.is_some()) << i;
         }
-        State {
+        CostState {
             time: 0.0,
             with: None,
             offset: Vector2::zeros(),
@@ -85,7 +85,7 @@ impl Fleet {
     }
 
     /// The craft at its departure after `state`.
-    pub(crate) fn departure(&self, state: &State) -> Departure {
+    pub(crate) fn departure(&self, state: &CostState) -> Departure {
         let with = state.with.map(|with| self.candidates[with].track.at(state.time));
         Departure {
             time: state.time,
@@ -95,7 +95,7 @@ impl Fleet {
     }
 
     /// The state after the leg to `to` with this arrival.
-    pub(crate) fn travelled(&self, state: &State, to: usize, arrival: Arrival) -> State {
+    pub(crate) fn travelled(&self, state: &CostState, to: usize, arrival: Arrival) -> CostState {
         let mut later = *state;
         let (start, auv) = (
             self.departure(state).position,
@@ -128,7 +128,7 @@ impl Fleet {
     }
 
     /// The turn before the leg that ends with `arrival`, in which the craft may pass AUVs.
-    fn turn(&self, state: &mut State, arrival: Arrival) {
+    fn turn(&self, state: &mut CostState, arrival: Arrival) {
         let angle = wrap(arrival.heading - state.heading);
         let radius = KEPT_IN_TURN * self.speed_now / self.craft.turn_rate;
         let at = |share: f64| {
@@ -144,7 +144,7 @@ impl Fleet {
     }
 
     /// The state after a visit to `with` until `leave`, s after now, in which the craft approaches.
-    pub(crate) fn visited_until(&self, state: &State, with: usize, leave: f64) -> State {
+    pub(crate) fn visited_until(&self, state: &CostState, with: usize, leave: f64) -> CostState {
         let mut later = *state;
         let track = &self.candidates[with].track;
         let nearer = (self.craft.speed - track.fastest).max(0.0) * (leave - state.time);
@@ -162,7 +162,7 @@ impl Fleet {
     /// Passed candidates are served.
     pub(crate) fn pass(
         &self,
-        state: &mut State,
+        state: &mut CostState,
         end: f64,
         with: Option<usize>,
         way: (Vector2<f64>, Vector2<f64>),
@@ -176,7 +176,7 @@ impl Fleet {
             };
             let (from, until) = served.unwrap_or((end, end));
             let relative = self.relative(candidate);
-            let take = |state: &mut State, later: Later| {
+            let take = |state: &mut CostState, later: Later| {
                 state.integral += candidate.share * later.integral;
                 state.peak = state.peak.max(relative * later.cost);
                 state.costs[i] = later.cost;
@@ -225,7 +225,7 @@ impl Fleet {
     }
 
     /// Records the service of a candidate at `time`, s after now.
-    fn note_service(&self, state: &mut State, candidate: usize, time: f64) {
+    fn note_service(&self, state: &mut CostState, candidate: usize, time: f64) {
         let bit = 1 << candidate;
         let Some(deadline) = self.candidates[candidate].deadline else {
             return;
@@ -245,17 +245,17 @@ impl Fleet {
     }
 
     /// Cost of a state at the horizon, without missed deadlines.
-    pub(crate) fn cost(&self, state: &State) -> f64 {
+    pub(crate) fn cost(&self, state: &CostState) -> f64 {
         self.reduced(state.integral, state.peak, self.sum(&state.costs), self.horizon)
     }
 
     /// Cost with missed deadlines. AUVs not yet served count as served at that time.
-    pub(crate) fn value(&self, state: &State) -> f64 {
+    pub(crate) fn value(&self, state: &CostState) -> f64 {
         self.cost(state) + self.penalty(state)
     }
 
     /// Order of states of similar times: costs at `time` without visits, and missed deadlines.
-    pub(crate) fn rank(&self, state: &State, time: f64) -> f64 {
+    pub(crate) fn rank(&self, state: &CostState, time: f64) -> f64 {
         let mut later = *state;
         for (i, candidate) in self.candidates.iter().enumerate() {
             let grown = self.law.unserved(state.costs[i], (time - state.time).max(0.0));
@@ -268,13 +268,13 @@ impl Fleet {
         self.reduced(later.integral, later.peak, sum, later.time) + self.penalty(&later)
     }
 
-    fn penalty(&self, state: &State) -> f64 {
+    fn penalty(&self, state: &CostState) -> f64 {
         let (missed, late) = self.missed(state);
         self.deadline_price * (f64::from(missed.count_ones()) + late / self.horizon)
     }
 
     /// Candidates whose deadlines passed before the time of `state`, and the total delay, s.
-    pub(crate) fn missed(&self, state: &State) -> (u32, f64) {
+    pub(crate) fn missed(&self, state: &CostState) -> (u32, f64) {
         let (mut missed, mut late) = (state.missed, state.late);
         for (i, candidate) in self.candidates.iter().enumerate() {
             let deadline = candidate.deadline.filter(|_| state.pending & (1 << i) != 0);
@@ -310,7 +310,7 @@ impl Fleet {
     /// served from the craft's first possible arrival to the end, at the least range.
     ///
     /// Costs increase with the previous cost and with the range, and decrease with earlier service.
-    pub(crate) fn bound(&self, state: &State) -> f64 {
+    pub(crate) fn bound(&self, state: &CostState) -> f64 {
         let from = self.departure(state);
         let (mut integral, mut peak, mut costs) = (state.integral, state.peak, state.costs);
         for (i, candidate) in self.candidates.iter().enumerate() {

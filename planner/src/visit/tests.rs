@@ -18,7 +18,7 @@ use super::{
     depth::depths_ahead,
     fleet::{Fleet, SchedulingParameters},
     schedule::Scheduler,
-    state::State,
+    state::CostState,
 };
 use crate::{
     facts::{
@@ -135,7 +135,7 @@ fn fleet(request: &PlanRequest, horizon: f64) -> Fleet {
         panic!("the goal visits")
     };
     let members: Vec<_> = (0..snapshot.auvs.len())
-        .map(|auv| super::fleet::Member {
+        .map(|auv| super::fleet::ScheduledAuv {
             auv,
             weight: 1.0,
             cost: visits.costs_now[&snapshot.auvs[auv].id],
@@ -165,7 +165,12 @@ fn horizon(request: &PlanRequest, of_one_length: f64) -> f64 {
 }
 
 /// The least `worth` of all sequences of visits that continue `state`.
-fn enumerated(fleet: &Fleet, state: &State, only: Option<usize>, worth: fn(&Fleet, &State) -> f64) -> f64 {
+fn enumerated(
+    fleet: &Fleet,
+    state: &CostState,
+    only: Option<usize>,
+    worth: fn(&Fleet, &CostState) -> f64,
+) -> f64 {
     let mut best = f64::INFINITY;
     for to in (0..fleet.candidates.len()).filter(|to| only.is_none_or(|only| only == *to)) {
         let track = &fleet.candidates[to].track;

@@ -18,12 +18,12 @@ const BLOCKS_LOOKED_AT: usize = 64;
 
 /// A point of a path and its cost; least is best.
 #[derive(Clone, Copy)]
-struct Candidate {
+struct Foot {
     gamma: f64,
     cost: f64,
 }
 
-impl Candidate {
+impl Foot {
     const NONE: Self = Self {
         gamma: 0.0,
         cost: f64::INFINITY,
@@ -56,7 +56,7 @@ impl Path {
             let over = (low + 2.0 * reach - self.length).max(0.0);
             let this = self.closest_between(position, low, low + 2.0 * reach - over);
             let next = self.closest_between(position, 0.0, over);
-            let next = Candidate {
+            let next = Foot {
                 gamma: next.gamma + self.length,
                 ..next
             };
@@ -71,7 +71,7 @@ impl Path {
             };
             candidate(&piece, position)
         };
-        let mut best = Candidate::NONE;
+        let mut best = Foot::NONE;
         if low < 0.0 {
             best = best.or(straight(low, high.min(0.0)));
         }
@@ -90,11 +90,11 @@ impl Path {
     #[must_use]
     pub(crate) fn closest_by(&self, position: &Vector2<f64>, cost: impl Fn(f64, &PathPoint) -> f64) -> f64 {
         let candidate = |piece: &Piece| match self.foot_on(piece, position) {
-            Some((gamma, distance, point)) => Candidate {
+            Some((gamma, distance, point)) => Foot {
                 gamma,
                 cost: cost(distance, &point),
             },
-            None => Candidate::NONE,
+            None => Foot::NONE,
         };
         let best = self.least(0..self.pieces.len(), position, |cost| cost, candidate);
         if best.cost < f64::INFINITY {
@@ -112,19 +112,19 @@ impl Path {
         position: &Vector2<f64>,
         reach: f64,
     ) -> impl Iterator<Item = f64> {
-        let mut feet = [Candidate::NONE; N];
+        let mut feet = [Foot::NONE; N];
         let blocks = self.boxes.iter().zip(self.pieces.chunks(BLOCK));
         let near = blocks.filter(|(block, _)| block.distance(position) <= reach);
         for piece in near.take(BLOCKS_LOOKED_AT).flat_map(|(_, pieces)| pieces) {
             let Some((gamma, cost, _)) = self.foot_on(piece, position) else {
                 continue;
             };
-            let gamma = self.foot(position, Candidate { gamma, cost });
+            let gamma = self.foot(position, Foot { gamma, cost });
             let cost = (self.at(gamma).position - position).norm();
             let place = feet.partition_point(|foot| foot.cost <= cost);
             if cost <= reach && place < N {
                 feet[place..].rotate_right(1);
-                feet[place] = Candidate { gamma, cost };
+                feet[place] = Foot { gamma, cost };
             }
         }
         let found = feet.into_iter().filter(|foot| foot.cost < f64::INFINITY);
@@ -145,7 +145,7 @@ impl Path {
     }
 
     /// The closest point between two arc lengths of the first lap.
-    fn closest_between(&self, position: &Vector2<f64>, low: f64, high: f64) -> Candidate {
+    fn closest_between(&self, position: &Vector2<f64>, low: f64, high: f64) -> Foot {
         let first = self.pieces.partition_point(|piece| piece.end() < low);
         let after = self.pieces.partition_point(|piece| piece.from <= high);
         self.least(first..after, position, f64::sqrt, |piece| {
@@ -162,14 +162,14 @@ impl Path {
         range: Range<usize>,
         position: &Vector2<f64>,
         distance_of: impl Fn(f64) -> f64,
-        candidate: impl Fn(&Piece) -> Candidate,
-    ) -> Candidate {
+        candidate: impl Fn(&Piece) -> Foot,
+    ) -> Foot {
         let Some(all) = self.pieces.get(range.clone()).filter(|all| !all.is_empty()) else {
-            return Candidate::NONE;
+            return Foot::NONE;
         };
-        let mut best = Candidate::NONE;
+        let mut best = Foot::NONE;
         if all.len() <= BLOCK {
-            return all.iter().map(candidate).fold(best, Candidate::or);
+            return all.iter().map(candidate).fold(best, Foot::or);
         }
         let blocks = range.start / BLOCK..range.end.div_ceil(BLOCK);
         let of_block =
@@ -185,7 +185,7 @@ impl Path {
         });
         for block in blocks {
             if self.boxes[block].distance(position) <= distance_of(limit) + GAP_MAX {
-                best = of_block(block).iter().map(&candidate).fold(best, Candidate::or);
+                best = of_block(block).iter().map(&candidate).fold(best, Foot::or);
                 limit = limit.min(best.cost);
             }
         }
@@ -193,7 +193,7 @@ impl Path {
     }
 
     /// Extends an end of an open path to the foot on its continuation.
-    fn foot(&self, position: &Vector2<f64>, candidate: Candidate) -> f64 {
+    fn foot(&self, position: &Vector2<f64>, candidate: Foot) -> f64 {
         let gamma = candidate.gamma;
         if self.closed {
             return gamma;
@@ -214,9 +214,9 @@ impl Path {
     }
 }
 
-fn candidate(piece: &Piece, position: &Vector2<f64>) -> Candidate {
+fn candidate(piece: &Piece, position: &Vector2<f64>) -> Foot {
     let length = piece.closest(position);
-    Candidate {
+    Foot {
         gamma: piece.from + length,
         cost: (position - piece.at(length).position).norm_squared(),
     }
