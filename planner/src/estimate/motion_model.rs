@@ -6,13 +6,11 @@ use nalgebra::{Complex, Matrix2, Matrix4, Vector4};
 const STRAIGHT_DENSITY: f64 = 1.5e-4;
 
 /// Its growth with the speed, m²/s³ per (m/s)². At 1 m/s the course wanders by 0.03 rad in 10 s;
-/// see
-/// `docs/rationale.md#estimating-the-auvs`.
+/// see `docs/rationale.md#estimating-the-auvs`.
 const STRAIGHT_DENSITY_OF_SPEED: f64 = 1.0e-4;
 
 /// Distance over which a manoeuvring vehicle loses its velocity, m: twice the radius of a usual
-/// turn; see
-/// `docs/rationale.md#estimating-the-auvs`.
+/// turn; see `docs/rationale.md#estimating-the-auvs`.
 const FORGETTING_LENGTH: f64 = 20.0;
 
 /// A motion model, linear in positions and velocities.

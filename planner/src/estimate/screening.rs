@@ -10,7 +10,6 @@
 //! Sources: E. S. Page, "Continuous inspection schemes" (the test for g), 1954,
 //! doi:10.1093/biomet/41.1-2.100; R. K. Mehra, "Approaches to adaptive filtering", 1972,
 //! doi:10.1109/TAC.1972.1100100.
-//! adaptive filtering", 1972, doi:10.1109/TAC.1972.1100100.
 
 use crate::{
     estimate::{
