@@ -57,8 +57,7 @@
 //! ```
 //!
 //! **Deliberately absent:** input and output, clocks, randomness, logging, threads, hidden memory.
-//! The
-//! [`plan::Workspace`] saves time and changes no answer.
+//! The [`plan::Workspace`] saves time and changes no answer.
 
 mod choose;
 pub mod craft;
