@@ -308,7 +308,7 @@ pub(crate) fn baseline_from_memory(
     let parameters = &*parameters.of(snapshot);
     let (goal, _) = scheduled_goal(snapshot, parameters, remembered_course(snapshot), stop);
     let horizon = Horizon::new(snapshot, parameters, &goal);
-    let rollout = horizon.carried_on(snapshot, &goal, law.clone());
+    let rollout = horizon.line_of_sight_with_memory(snapshot, &goal, law.clone());
     let asc = AscNow::from(snapshot);
     let through_water = law
         .clone()

@@ -126,7 +126,7 @@ impl Effect {
     }
 
     /// The same for a loop at `seen` whose changes restart.
-    pub(super) fn anew(&self, seen: f64) -> Self {
+    pub(super) fn restarted(&self, seen: f64) -> Self {
         Self {
             evidence: self.evidence,
             ..Self::new(seen)
@@ -138,7 +138,7 @@ impl Effect {
     pub(super) fn paused(&self, seen: f64, difference: impl Fn(f64, f64) -> f64) -> Self {
         Self {
             expected: difference(seen + difference(self.expected, self.seen), 0.0),
-            ..self.anew(seen)
+            ..self.restarted(seen)
         }
     }
 }

@@ -78,14 +78,14 @@ impl CraftEstimate {
     #[must_use]
     pub fn heading_lag(&self) -> (f64, f64) {
         let (time, sigma) = self.heading_time();
-        of_a_model(self.delays.x + time, sigma)
+        with_model_error(self.delays.x + time, sigma)
     }
 
     /// Lag behind a reference that rises steadily, s, and its standard deviation.
     #[must_use]
     pub fn surge_lag(&self) -> (f64, f64) {
         let (time, sigma) = self.surge_time();
-        of_a_model(self.delays.y + time, sigma)
+        with_model_error(self.delays.y + time, sigma)
     }
 
     /// Offset of the heading from its reference, rad, and its standard deviation.
@@ -108,7 +108,7 @@ impl CraftEstimate {
 }
 
 /// Adds the approximation error of delay and first-order lag to a lag's standard deviation.
-fn of_a_model(lag: f64, sigma: f64) -> (f64, f64) {
+fn with_model_error(lag: f64, sigma: f64) -> (f64, f64) {
     (lag, sigma.hypot(LAG_MODEL_ERROR * lag))
 }
 

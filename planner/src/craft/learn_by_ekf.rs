@@ -220,13 +220,13 @@ impl CraftEstimate {
         next.learn_heading(observation.asc.heading().radians(), &craft, asked, prior);
         next.learn_surge(observation.asc.speed_mps, &craft, asked, prior);
         let before = (self.followed_heading, self.followed_speed);
-        next.look_for_effects(
+        next.test_effects(
             observation.asc,
             &prior.slowest(observation.limits),
             before,
             asked.elapsed,
         );
-        next.unlearn_faults(observation, prior);
+        next.reset_faulty_loops(observation, prior);
         next.learn_drift(observation, prior, asked);
         next.learn_current(observation, &self.position, asked);
         let expected = next.monitored(prior, &craft);
@@ -246,13 +246,13 @@ impl CraftEstimate {
     }
 
     /// Compares the craft with the `slowest` plausible one; `before`: the previous references.
-    fn look_for_effects(&mut self, asc: &Asc, slowest: &CraftModel, before: (f64, f64), elapsed: f64) {
+    fn test_effects(&mut self, asc: &Asc, slowest: &CraftModel, before: (f64, f64), elapsed: f64) {
         let (heading, speed) = (self.followed_heading, self.followed_speed);
         let seen = asc.heading().radians();
         let (turned, faster) = (|a: f64, b: f64| wrap(a - b), |a: f64, b: f64| a - b);
         self.heading_effect = if CLEAR_TURN_MAX < turned(heading, seen).abs() {
             // Both senses are possible.
-            self.heading_effect.anew(seen)
+            self.heading_effect.restarted(seen)
         } else if asc.speed_mps < slowest.limits.speed_min
             || leads(turned(seen, heading), turned(heading, before.0))
         {
@@ -290,7 +290,7 @@ impl CraftEstimate {
     }
 
     /// Resets a loop whose references have no effect: it is as expected once it works again.
-    fn unlearn_faults(&mut self, observation: &CraftObservation<'_>, prior: &Prior) {
+    fn reset_faulty_loops(&mut self, observation: &CraftObservation<'_>, prior: &Prior) {
         let start = Self::start(observation, prior);
         if self.heading_effect.is_missing() {
             (self.heading, self.heading_covariance) = (start.heading, start.heading_covariance);

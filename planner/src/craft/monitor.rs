@@ -107,8 +107,8 @@ impl Monitor {
         let speed_error = asc.speed_mps - expected_speed;
         let share = |time: f64| 1.0 - (-elapsed / time).exp();
         let turn = TURN_ERROR * turned;
-        let wrong_heading = but_for_lead(heading_error, change, craft.heading_time, elapsed);
-        let wrong_speed = but_for_lead(
+        let wrong_heading = beyond_lead(heading_error, change, craft.heading_time, elapsed);
+        let wrong_speed = beyond_lead(
             speed_error,
             expected_speed - self.speed,
             craft.surge_time,
@@ -138,7 +138,7 @@ impl Monitor {
 /// The error beyond the lead of a craft on its way: a bridge sends references along a plan's
 /// trajectory between plans, ahead of its loop by the lag. `change` is expected in `elapsed` s;
 /// `time` is the loop's time constant, s.
-fn but_for_lead(error: f64, change: f64, time: f64, elapsed: f64) -> f64 {
+fn beyond_lead(error: f64, change: f64, time: f64, elapsed: f64) -> f64 {
     let rate = if 0.0 < elapsed { change / elapsed } else { 0.0 };
     let lead = change.abs() + rate.abs() * time;
     if 0.0 < error * change {

@@ -144,7 +144,7 @@ fn learnt(
         seen.current = Some(ship.current.into());
         seen.previous_plan =
             known.map(|(estimate, asked)| previous(f64::from(second) - 1.0, &estimate, asked));
-        let estimate = CraftEstimate::new(&seen.of_the_craft(&Limits::ANY), &prior);
+        let estimate = CraftEstimate::new(&seen.craft_observation(&Limits::ANY), &prior);
         look(&estimate);
         let (speed, heading) = law(second);
         let asked = Reference {
@@ -593,7 +593,7 @@ fn a_command_has_the_course_and_speed_over_ground_that_the_loops_hold() {
 fn without_a_ground_velocity_the_current_is_from_positions_else_from_memory() {
     let prior = Prior::from(&undeclared());
     let undeclared_craft = observation(&undeclared());
-    let start = CraftEstimate::new(&undeclared_craft.of_the_craft(&Limits::ANY), &prior);
+    let start = CraftEstimate::new(&undeclared_craft.craft_observation(&Limits::ANY), &prior);
     assert_eq!(start.current_from_positions(), None, "nothing has moved yet");
     let asked = Reference {
         speed: 0.6,
@@ -637,7 +637,7 @@ fn a_new_estimate_of_the_current_turns_a_command_no_faster_than_the_craft() {
         heading: Heading::new(0.0),
     };
     let estimate = CraftEstimate::new(
-        &observation(&craft).of_the_craft(&Limits::ANY),
+        &observation(&craft).craft_observation(&Limits::ANY),
         &Prior::from(&craft),
     );
     let mut later = observation(&craft);

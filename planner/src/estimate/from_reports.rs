@@ -122,7 +122,7 @@ impl Estimate {
             let reports = auv.reports.as_deref().unwrap_or_default();
             let path = path.filter(|_| !due());
             let declared = auv.path.as_ref().filter(|_| path.is_some());
-            let others = declared.map_or_else(Vec::new, DeclaredPath::turned_otherwise);
+            let others = declared.map_or_else(Vec::new, DeclaredPath::with_other_turn_radii);
             let paths: Vec<_> = path.cloned().into_iter().chain(others).collect();
             let found = from_reports(reports, &paths, (now, current), before, due);
             return Self {

@@ -78,7 +78,7 @@ impl Kalman {
 
     /// Updates with all of `report`, without a gate.
     #[cfg(test)]
-    pub(crate) fn accept_blindly(&mut self, report: &Report) {
+    pub(crate) fn accept_ungated(&mut self, report: &Report) {
         *self = self.at(report.t_s);
         if let Some(track) = &report.ground_track() {
             self.update(&Measurement::of_velocity(track));

@@ -205,7 +205,7 @@ impl PastTrack {
             }
             let (earlier, later) = (&places[n - 1 - span - lag..n - lag], &places[n - 1 - span..]);
             let motions = [true, false].map(|mirrored| RigidMotion::between(earlier, later, mirrored));
-            let same = motions.into_iter().filter(|motion| self.is_the_same(motion));
+            let same = motions.into_iter().filter(|motion| self.is_match(motion));
             let Some(motion) = same.min_by(|a, b| a.residual.total_cmp(&b.residual)) else {
                 if best.is_some() {
                     break;
@@ -283,7 +283,7 @@ impl PastTrack {
         corners
     }
 
-    fn is_the_same(&self, motion: &RigidMotion) -> bool {
+    fn is_match(&self, motion: &RigidMotion) -> bool {
         let most = (RESIDUAL_MAX * self.sigma).min(RESIDUAL_SHARE_MAX * motion.extent);
         motion.residual <= most
     }
@@ -309,7 +309,7 @@ impl PastTrack {
         let longest = places.len() - 1;
         while best.span < longest {
             let span = (best.span * 3 / 2 + 1).min(longest);
-            match near(&best, span).filter(|longer| self.is_the_same(&longer.motion)) {
+            match near(&best, span).filter(|longer| self.is_match(&longer.motion)) {
                 Some(longer) => best = longer,
                 None => break,
             }

@@ -184,7 +184,7 @@ fn the_gate_reduces_the_error_with_two_percent_of_outliers() {
                 let (first, later) = reports.split_first().expect("not empty");
                 let mut filter = Kalman::start(first);
                 for report in later {
-                    filter.accept_blindly(report);
+                    filter.accept_ungated(report);
                 }
                 filter.position()
             };

@@ -84,7 +84,7 @@ impl DeclaredPath {
     }
 
     /// The same path with the other turn radii; none if it declares its radii.
-    pub(crate) fn turned_otherwise(&self) -> Vec<KnownPath> {
+    pub(crate) fn with_other_turn_radii(&self) -> Vec<KnownPath> {
         let leaves_open = |segment: &Segment| {
             matches!(
                 segment,

@@ -88,7 +88,7 @@ impl WaypointBox {
             Some(lap) if !jumped && (0.0..BOX_PERIOD).contains(&(time - lap.drawn_at)) => lap,
             _ => Lap::new(time, asc, &self.centre(&target.position), target_course),
         };
-        let lap = lap.gone_on(asc);
+        let lap = lap.past_reached_corners(asc);
         let reference = lap.follow(asc, gains, limits);
         self.lap = Some(lap);
         reference
@@ -141,7 +141,7 @@ impl Lap {
     }
 
     /// Skips all corners that the craft has reached.
-    fn gone_on(mut self, asc: &AscNow) -> Self {
+    fn past_reached_corners(mut self, asc: &AscNow) -> Self {
         for _ in 0..self.corners.len() {
             let corner = self.corners[self.to];
             let to_go = (corner - asc.position).dot(&self.leg());

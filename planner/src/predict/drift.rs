@@ -22,7 +22,7 @@ impl Carried {
 }
 
 /// Displacement by a constant drift.
-pub(crate) fn for_ever(drift: Vector2<f64>, elapsed: f64) -> Carried {
+pub(crate) fn constant(drift: Vector2<f64>, elapsed: f64) -> Carried {
     Carried {
         by: drift * elapsed,
         at: drift,

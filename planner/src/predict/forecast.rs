@@ -16,7 +16,7 @@ use crate::{
         along_path::AlongPath,
         covariance::{self, Free, default_covariance, free},
         dive::DepthForecast,
-        drift::{MEMORY, fading, for_ever},
+        drift::{MEMORY, constant, fading},
     },
 };
 
@@ -161,7 +161,7 @@ impl AuvForecast {
     pub fn at(&self, ahead: f64) -> Motion {
         let elapsed = self.age + ahead;
         match &self.propagation {
-            Propagation::Turning(turning) => for_ever(self.drift, elapsed).beyond(turning.at(elapsed)),
+            Propagation::Turning(turning) => constant(self.drift, elapsed).beyond(turning.at(elapsed)),
             Propagation::AlongPath(along_path) => {
                 let lead = self.depth.lead(elapsed);
                 fading(self.drift, elapsed).beyond(along_path.at(elapsed, lead))

@@ -53,7 +53,7 @@ pub(crate) struct Turn {
 
 impl Turn {
     /// The only turn, at the AUV with this index in the snapshot.
-    pub(crate) fn for_ever(auv: usize) -> Self {
+    pub(crate) fn only(auv: usize) -> Self {
         Self {
             until: f64::INFINITY,
             auv,
@@ -361,7 +361,7 @@ impl Rule {
                 if turns.is_empty() {
                     let member = nearest(snapshot, members, auvs);
                     let auv = members[member].auv;
-                    turns.push((Turn::for_ever(auv), member));
+                    turns.push((Turn::only(auv), member));
                 }
                 Self::Scheduled(turns)
             }

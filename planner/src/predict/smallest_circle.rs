@@ -61,7 +61,7 @@ pub fn nearest_to_all(vehicles: &[Below]) -> Nearest {
         if best.is_nearer_to(i, best.support[0], &points) {
             continue;
         }
-        best = farthest_is(i, &points[..=i]);
+        best = best_with_farthest(i, &points[..=i]);
     }
     Nearest {
         position: best.position + origin,
@@ -130,11 +130,11 @@ impl Best {
 }
 
 /// The best point among those from which the `i`-th, last, of `points` is farthest.
-fn farthest_is(i: usize, points: &[Lifted]) -> Best {
+fn best_with_farthest(i: usize, points: &[Lifted]) -> Best {
     let mut best = Best::above(points, i);
     for j in 0..i {
         if !best.is_nearer_to(j, i, points) {
-            best = equally_far_are(i, j, points).unwrap_or(best);
+            best = best_with_equal_ranges(i, j, points).unwrap_or(best);
         }
     }
     best
@@ -148,7 +148,7 @@ fn farthest_is(i: usize, points: &[Lifted]) -> Best {
 /// c = p_i + m + τ e                   m = q_j (½ + (z_j² − z_i²) / 2‖q_j‖²)
 /// 2 e·q_k τ ≥ ‖q_k‖² + z_k² − z_i² − 2 m·q_k
 /// ```
-fn equally_far_are(i: usize, j: usize, points: &[Lifted]) -> Option<Best> {
+fn best_with_equal_ranges(i: usize, j: usize, points: &[Lifted]) -> Option<Best> {
     let from_i = |k: usize| points[k].position - points[i].position;
     let higher = |k: usize| points[k].square - points[i].square;
     let q_j = from_i(j);

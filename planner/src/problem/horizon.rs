@@ -107,7 +107,7 @@ impl<'a> Horizon<'a> {
     }
 
     /// Rollout of a line-of-sight law with its memory in NED and on the snapshot's clock.
-    pub(crate) fn carried_on(
+    pub(crate) fn line_of_sight_with_memory(
         &self,
         snapshot: &Snapshot,
         goal: &GoalForecast,

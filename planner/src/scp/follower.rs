@@ -33,7 +33,7 @@ const FOLLOW_GAIN: f64 = 0.15;
 const FOLLOW_GAIN_LAG: f64 = 0.5;
 
 /// Rounding between the times of stages and rollouts, s.
-const HALF_A_MICROSECOND: f64 = 5e-7;
+const TIME_ROUNDING: f64 = 5e-7;
 
 /// A craft that follows `stages`, rolled out on the response model: the planned velocity a second
 /// ahead, plus a share of its position error.
@@ -54,7 +54,7 @@ pub(crate) fn follow(
     let heading_lead = craft.heading_lag().max(FOLLOW_LEAD);
     let gain = FOLLOW_GAIN.min(FOLLOW_GAIN_LAG / heading_lead);
     let law = |time, asc: &AscNow, surge: Surge| {
-        while k + 2 < horizon.times.len() && horizon.times[k + 1] <= time + HALF_A_MICROSECOND {
+        while k + 2 < horizon.times.len() && horizon.times[k + 1] <= time + TIME_ROUNDING {
             k += 1;
         }
         let here = horizon.between(stages, k, time);

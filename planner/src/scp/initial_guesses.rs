@@ -51,7 +51,7 @@ impl InitialGuesses<'_> {
     ///
     /// In order: both sides of a wall, both sides of a turn or circle, line of sight, straight to
     /// the goal's end; each that crosses a disc becomes two that pass it. At most [`GUESSES_MAX`].
-    pub(crate) fn anew(&self, los: &[Stage]) -> Vec<Vec<Stage>> {
+    pub(crate) fn without_plan(&self, los: &[Stage]) -> Vec<Vec<Stage>> {
         let discs = &self.horizon.constraints.discs;
         let direct = self.direct();
         let mut guesses = Vec::new();
@@ -74,7 +74,7 @@ impl InitialGuesses<'_> {
     }
 
     /// Guesses besides an earlier plan's trajectory that does not circle, if the goal is at rest.
-    pub(crate) fn beside(&self, earlier: &[Stage]) -> Vec<Vec<Stage>> {
+    pub(crate) fn beside_plan(&self, earlier: &[Stage]) -> Vec<Vec<Stage>> {
         let directions = || Horizon::directions_of(earlier);
         let turned: f64 = directions()
             .zip(directions().skip(1))

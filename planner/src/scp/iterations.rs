@@ -95,14 +95,14 @@ impl Scp<'_> {
             goal: self.goal,
         };
         let Some(previous) = &self.horizon.previous else {
-            return self.best_of(None, guesses.anew(&los.stages));
+            return self.best_of(None, guesses.without_plan(&los.stages));
         };
         let previous = self.horizon.stages_along(previous);
         let first = self.iterate(previous.clone());
         let others = if first.converged && first.cost() <= los_cost + NEGLIGIBLE_COST {
-            guesses.beside(&previous)
+            guesses.beside_plan(&previous)
         } else {
-            guesses.anew(&los.stages)
+            guesses.without_plan(&los.stages)
         };
         self.best_of(Some(first), others)
     }

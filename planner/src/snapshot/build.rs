@@ -73,7 +73,7 @@ impl Snapshot {
             Estimate::new(auv, path.as_ref(), request.t_s, &current, remembered, track, due)
         };
         let estimates = request.auvs.iter().zip(&paths).map(estimate).collect();
-        let craft_estimate = CraftEstimate::new(&request.of_the_craft(&limits), &craft_prior);
+        let craft_estimate = CraftEstimate::new(&request.craft_observation(&limits), &craft_prior);
         let craft = CraftModel::learnt(&craft_prior, &craft_estimate, &limits, &current);
         Ok(Self {
             request,

@@ -240,7 +240,7 @@ impl PlanRequest {
     }
 
     /// The request's observation of the craft, which has these `limits`.
-    pub(crate) fn of_the_craft<'a>(&'a self, limits: &'a Limits) -> CraftObservation<'a> {
+    pub(crate) fn craft_observation<'a>(&'a self, limits: &'a Limits) -> CraftObservation<'a> {
         let previous = || {
             let previous = self.previous_plan.as_ref()?;
             let (reference, command) = (previous.asked()?, previous.command()?);

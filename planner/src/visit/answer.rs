@@ -222,7 +222,7 @@ impl ScheduleAnswer<'_> {
                 let (a, b) = (key(a), key(b));
                 a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
             });
-            turns.extend(nearest.map(|vehicle| Turn::for_ever(vehicle.auv)));
+            turns.extend(nearest.map(|vehicle| Turn::only(vehicle.auv)));
         }
         turns
     }

@@ -155,13 +155,13 @@ impl Fleet {
             deadline_price: 0.0,
             out_of_reach: Vec::new(),
         };
-        fleet.leave_out_who_is_out_of_reach();
+        fleet.drop_unreachable();
         fleet.deadline_price = parameters.deadline_price * fleet.without_visits();
         fleet
     }
 
     /// Drops the candidates out of reach and normalises the shares of the others.
-    fn leave_out_who_is_out_of_reach(&mut self) {
+    fn drop_unreachable(&mut self) {
         let from = self.departure(&self.start());
         let reached = |candidate: &Candidate| {
             let arrival = self

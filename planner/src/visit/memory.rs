@@ -99,7 +99,7 @@ impl<'a> Memory<'a> {
             let left_out = if silent {
                 Some(LeftOut::Silent)
             } else {
-                (!law.reaches(depths[auv].shallowest(half_an_hour()))).then_some(LeftOut::TooDeep)
+                (!law.reaches(depths[auv].shallowest(next_half_hour()))).then_some(LeftOut::TooDeep)
             };
             Vehicle {
                 auv,
@@ -174,6 +174,6 @@ fn served<'a>(before: Option<(f64, &'a Schedule)>, id: &VehicleId) -> Option<(f6
 }
 
 /// Times in the next half hour, s, a fraction of a sawtooth's period apart.
-fn half_an_hour() -> impl Iterator<Item = f64> {
+fn next_half_hour() -> impl Iterator<Item = f64> {
     (0..=90_u8).map(|i| 20.0 * f64::from(i))
 }

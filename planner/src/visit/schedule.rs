@@ -57,7 +57,7 @@ impl Scheduler<'_> {
             memory.was_visited_next(next, near, fleet.dwell_min)
         });
         let pinned = visits.next.as_ref().filter(|_| visited.is_none());
-        let found = self.of_each_first(&fleet, &ids, (present, &left), pinned);
+        let found = self.best_by_first(&fleet, &ids, (present, &left), pinned);
         // A requested visit does not continue beyond its end as the present one.
         let ends = visited.is_some()
             && memory
@@ -104,7 +104,7 @@ impl Scheduler<'_> {
     }
 
     /// The best schedule for each possible first candidate.
-    fn of_each_first(
+    fn best_by_first(
         &self,
         fleet: &Fleet,
         ids: &[&VehicleId],

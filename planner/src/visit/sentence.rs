@@ -38,7 +38,7 @@ pub(crate) fn sentence(
     let changed = before.map_or_else(String::new, |before| changed(schedule, before, now));
     // Writing to a string does not fail.
     if reason.is_none() {
-        said += &against_the_best_alternative(schedule);
+        said += &cost_of_alternative(schedule);
     }
     said += &changed;
     for vehicle in &schedule.costs {
@@ -127,7 +127,7 @@ fn changed(schedule: &Schedule, before: &Schedule, now: f64) -> String {
 }
 
 /// The additional cost of the best alternative.
-fn against_the_best_alternative(schedule: &Schedule) -> String {
+fn cost_of_alternative(schedule: &Schedule) -> String {
     let Some(other) = schedule.alternatives.first() else {
         return String::new();
     };

@@ -76,7 +76,7 @@ fn the_starboard_one_of_two_equal_auvs_is_next() {
 }
 
 /// Changes of the next AUV before the least visit time, with a plan every `step` seconds.
-fn changes_of_mind(mut request: PlanRequest, step: f64, n_plans: usize) -> usize {
+fn changes_of_next(mut request: PlanRequest, step: f64, n_plans: usize) -> usize {
     // The craft turns on the spot.
     request.asc.speed_mps = 0.0;
     let mut schedule = scheduled(&request);
@@ -116,7 +116,7 @@ fn the_next_visit_is_stable_between_auvs_of_equal_cost() {
             *cost = 100.0;
         }
         goal.dwell_min_s = if seed % 2 == 0 { 0.0 } else { 30.0 };
-        assert_eq!(changes_of_mind(request, 4.0, 25), 0, "seed {seed}");
+        assert_eq!(changes_of_next(request, 4.0, 25), 0, "seed {seed}");
     }
 }
 
@@ -127,7 +127,7 @@ fn the_next_visit_in_random_fleets_rarely_changes_before_it_is_made() {
         let n = 2 + usize::try_from(seed % 3).expect("small");
         let mut request = random(4500 + seed, n, 500.0);
         request.current = None;
-        changes += changes_of_mind(request, 5.0, 20);
+        changes += changes_of_next(request, 5.0, 20);
         plans += 20;
     }
     assert!(changes * 100 <= plans, "{changes} changes in {plans} plans");
