@@ -22,17 +22,18 @@ pub struct Tuning {
     /// Weight of the distance to the goal, 1/m², from 0.01 to 10. Default: 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub position_weight_per_m2: Option<f64>,
-    /// Weight of the velocity over ground relative to the goal's, 1/(m/s)², from 0 to 150. Default:
-    /// 15.
+    /// Weight of the velocity over ground relative to the goal's, 1/(m/s)², from 0 to 150.
+    /// Default: 15.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub velocity_weight_per_m2ps2: Option<f64>,
     /// Weight of the acceleration, 1/(m/s²)², from 0 to 10 000. Default: 100.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub acceleration_weight_per_m2ps4: Option<f64>,
-    /// Weight of the distance at the end of the horizon, 1/m², from 0 to 100. Default: 10.
+    /// Terminal weight of the distance, 1/m², not per second, from 0 to 100. Default: 10.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub terminal_position_weight_per_m2: Option<f64>,
-    /// Weight of the relative velocity at the end, 1/(m/s)², from 0 to 1500. Default: 150.
+    /// Terminal weight of the relative velocity, 1/(m/s)², not per second, from 0 to 1500.
+    /// Default: 150.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub terminal_velocity_weight_per_m2ps2: Option<f64>,
     /// Weight of propulsion energy, 1/J, from 0 to 10. Default: 0, which leaves energy out.

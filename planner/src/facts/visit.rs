@@ -135,8 +135,8 @@ members! {
     kind: CostKind,
     /// `uncertainty`: growth of the variance without aid, m²/s, from 10⁻⁶ to 10⁶.
     growth_m2ps: Option<f64>,
-    /// `uncertainty`: standard deviation of a fix at range 0, m, from 0.001 to 100,000. Default:
-    /// 1.5.
+    /// `uncertainty`: standard deviation of a fix at range 0, m, from 0.001 to 100,000.
+    /// Default: 1.5.
     sigma_m: Option<f64>,
     /// `uncertainty`: growth of `sigma_m` with the slant range, rad, from 0 to 1. Default: 0.02.
     sigma_rad: Option<f64>,
