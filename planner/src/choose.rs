@@ -1,4 +1,4 @@
-//! Choosing the answer: the fallback levels side by side, the best of them by predicted cost.
+//! Selection of the answer: the fallback level of least predicted cost.
 
 pub(crate) mod answer;
 pub mod explain;

@@ -1,15 +1,16 @@
-//! How a surface craft answers its references, loops closed: data, not code.
+//! Closed-loop response of a surface craft: data, not code.
 //!
 //! ```text
-//! heading   T ψ̇ = ψ_ref(t − t_d) − ψ,  |ψ̇| ≤ r_max      or    ψ̈ = ω²(ψ_ref(t − t_d) − ψ) − 2ζω ψ̇,  |ψ̇| ≤ r_max
+//! heading   T ψ̇ = ψ_ref(t − t_d) − ψ,  |ψ̇| ≤ r_max                       first order, or
+//!           ψ̈ = ω²(ψ_ref(t − t_d) − ψ) − 2ζω ψ̇,  |ψ̇| ≤ r_max          second order
 //! surge     u̇ = clamp((u_ref(t − t_d) − u)/T_u, −a_dec, a_acc) + b,   ḃ = (u̇ − b)/T_i
 //! drift     β = v/u = −k_β r
 //! power     P = c₁ u + c₃ u³
 //! ```
-//! Source of the heading and surge models: T. I. Fossen, *Handbook of Marine Craft Hydrodynamics and Motion Control*
-//! (2011), the closed loops of heading and speed autopilots; K. Nomoto's first-order model for the time constant.
+//! Source of the heading and surge models: T. I. Fossen, *Handbook of Marine Craft Hydrodynamics
+//! and Motion Control* (2011), closed loops of autopilots; K. Nomoto's first-order model.
 //!
-//! [`Limits`](crate::snapshot::Limits) say what the operator allows, a [`Craft`] what the hull does.
+//! [`Limits`](crate::snapshot::Limits) are the operator's, a [`Craft`] is the hull with its loops.
 
 pub(crate) mod closed_loop;
 mod covariance;

@@ -1,9 +1,8 @@
-//! Where each AUV was when it was last heard of: from its reports, or as the client says.
+//! Estimates of each AUV at its last report, from its reports or its given state.
 //!
-//! A pure function of the request: a client that remembers nothing gets the same answer from every replica. The price,
-//! filters run again over a few dozen reports, is a tenth of a millisecond to one.
+//! A pure function of the request: every replica answers a client without memory alike. The filters
+//! run again over a few dozen reports, which takes a tenth of a millisecond to one.
 
-mod claims;
 pub(crate) mod corners;
 pub(crate) mod dive;
 pub(crate) mod from_reports;
@@ -14,13 +13,14 @@ pub(crate) mod motion_model;
 pub(crate) mod on_path;
 pub(crate) mod repeats;
 pub(crate) mod rigid_motion;
+mod screening;
 pub(crate) mod track;
 pub(crate) mod turn;
 
 #[cfg(test)]
-mod claims_tests;
-#[cfg(test)]
 mod pace_tests;
+#[cfg(test)]
+mod screening_tests;
 #[cfg(test)]
 mod speed_band_tests;
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Facts: what is measured, declared or asked for, each with the range in which it is accepted.
+//! Facts: measurements, declarations and requests, each with its accepted range.
 
 pub mod angle;
 pub(crate) mod asc;

@@ -1,33 +1,32 @@
 //! Pure receding-horizon formation planner: facts in, plan out.
 //!
-//! A surface craft (ASC) accompanies underwater vehicles (AUVs). Given what is known now, [`plan::plan`]
-//! answers with a speed and a heading for the craft's inner loops, from a second-order cone program,
-//! and always beside what the saturated line-of-sight law would do.
+//! A surface craft (ASC) accompanies underwater vehicles (AUVs). From present knowledge,
+//! [`plan::plan`] computes a speed and a heading for the craft's inner loops with a second-order
+//! cone program, and always also the answer of the saturated line-of-sight law.
 //!
-//! **Frame.** Everything public is in one local north-east-down frame: positions and velocities are
-//! (north, east), depth is positive down, angles are 0 at north and positive clockwise. Heading is
-//! where the bow points, course where the craft goes; speed is through the water or over ground, and
-//! says which. SI units and radians throughout.
+//! **Frame.** All public quantities are in one local north-east-down frame: positions and
+//! velocities are (north, east), depth is positive down, angles are 0 at north and positive
+//! clockwise. Heading is the direction of the bow, course that of motion over ground; each speed is
+//! stated as through the water or over ground. SI units and radians throughout.
 //!
-//! **Folders**, in the order in which the data passes through them; each imports only folders above it:
+//! **Folders** in the order of the data flow; each imports only folders above it:
 //!
-//! | folder | what lives in it |
+//! | folder | contents |
 //! |---|---|
-//! | `facts/` | angles, paths, vehicles, goals, limits, and the ranges in which they are accepted |
-//! | `craft/` | the surface craft as data, its response model, and how that model is learnt |
-//! | `estimate/` | where each AUV was when it was last heard of, filtered from its reports |
-//! | `snapshot/` | all facts of one moment, checked, with the estimates that follow from them |
-//! | `predict/` | where the AUVs and the goal will be, and how surely |
-//! | `visit/` | which AUV to serve next, and when: schedules of visits |
-//! | `los/` | the line-of-sight laws: baseline, first initial guess and fallback |
-//! | `problem/` | the planning problem on its grid, in the craft's frame; [`parameters`] has every tuned number |
+//! | `facts/` | angles, paths, vehicles, goals and limits, with their accepted ranges |
+//! | `craft/` | the surface craft as data, its response model, and the learning of that model |
+//! | `estimate/` | each AUV's state at its last report, filtered from its reports |
+//! | `snapshot/` | all facts of one moment, checked, with the estimates from them |
+//! | `predict/` | forecasts of the AUVs and the goal, with uncertainty |
+//! | `visit/` | schedules of visits: the order and the times |
+//! | `los/` | line-of-sight laws: baseline, first initial guess and fallback |
+//! | `problem/` | the sampled problem in the craft's frame; [`parameters`] has the tuned numbers |
 //! | `program/` | one convex subproblem as a second-order cone program in standard form |
-//! | `solve/` | Clarabel, the certificate that checks it, and the signal to stop |
+//! | `solve/` | Clarabel, the certificate that checks it, and the stop signal |
 //! | `scp/` | sequential convex programming: initial guesses, iterations, predicted cost |
-//! | `choose/` | the fallback levels, the answer that is selected, and the front door [`plan::plan`] |
+//! | `choose/` | the fallback levels, the selected answer, and the entry point [`plan::plan`] |
 //!
-//!
-//! An AUV straight ahead, as a library user plans for it:
+//! A plan for an AUV straight ahead:
 //!
 //! ```
 //! use pilotfish_planner::{
@@ -45,10 +44,10 @@
 //!
 //! let snapshot = Snapshot::try_from(request.clone())?;
 //! let ahead = plan(&snapshot, &parameters, &mut workspace);
-//! // The craft is asked to close the distance, and has no reason to turn.
+//! The craft closes the distance and has no reason to turn.
 //! assert!(0.2 < ahead.reference.speed && ahead.reference.heading.radians().abs() < 0.01);
 //!
-//! // Memory is an input: the answer is handed back, and the next one follows it.
+//! Memory is an input: the next request returns the answer.
 //! request.t_s = 1.0;
 //! request.asc.north_m = 0.5;
 //! request.previous_plan = Some((&ahead).into());
@@ -57,8 +56,8 @@
 //! # Ok::<(), pilotfish_planner::snapshot::InvalidRequest>(())
 //! ```
 //!
-//! **Absent on purpose:** input and output, clocks, randomness, logging, threads, hidden memory. The
-//! [`plan::Workspace`] saves time and changes no answer.
+//! **Deliberately absent:** input and output, clocks, randomness, logging, threads, hidden memory.
+//! The [`plan::Workspace`] saves time and changes no answer.
 
 mod choose;
 pub mod craft;

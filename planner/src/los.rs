@@ -1,8 +1,8 @@
-//! Line-of-sight laws: analytic trackers that the program is compared with. The first of them is also its
-//! initial guess and a fallback level.
+//! Line-of-sight laws: analytic trackers for comparison with the program. The first is also the
+//! program's initial guess and a fallback level.
 //!
-//! Each law is a pure function in a file of its own. [`TrackingLaw`] holds what a law remembers from one look
-//! to the next, so that its owner (a simulated mission, a rollout) owns the memory.
+//! Each law is a pure function in its own file. [`TrackingLaw`] holds a law's memory between steps,
+//! so that the owner (a simulated mission, a rollout) owns the memory.
 
 #[cfg(test)]
 mod flight_for_tests;

@@ -1,4 +1,4 @@
-//! Prediction: where each AUV and the goal will be, and how surely.
+//! Prediction: forecasts of the AUVs and the goal, with uncertainty.
 
 pub(crate) mod along_path;
 pub(crate) mod covariance;

@@ -1,4 +1,4 @@
-//! The planning problem: goal, craft and limits sampled on the parameters' grid, in the craft's own frame.
+//! The planning problem: goal, craft and limits sampled on a grid of times, in the craft's frame.
 
 pub(crate) mod common_point;
 pub(crate) mod frame;

@@ -1,17 +1,17 @@
-//! The second-order cone program of one SCP iteration: what is promised, and where each number stands.
+//! The second-order cone program of one SCP iteration: its promises and its layout.
 //!
-//! Standard form, the one Clarabel solves:
+//! Clarabel's standard form:
 //!
 //! ```text
 //! minimise ½ xᵀ P x + qᵀ x   subject to   A x + s = b,  s ∈ K
 //! ```
-//! Variables, stage by stage k = 1 … N over intervals Δt_0 … Δt_{N−1}: deviation from the goal
-//! d_k = p_k − r_k, velocity through the water v_k, one slack for each kind of soft row; where the goal is a minimax
-//! range its excess τ_k, and where energy has a price a bound σ_k of the speed, m_k ≥ σ_k² and e_k ≥ σ_k³. The
-//! acceleration of an interval, a_k = (v_{k+1} − v_k) / Δt_k, is eliminated. The frame is the craft's own:
-//! origin and axes (ahead, starboard) are those of its position and heading now, so that a plan cannot depend on
-//! where north or the datum is. Positions are counted in units of [`LENGTH_UNIT`], slacks in units of
-//! [`SLACK_UNIT`], the cost in units of [`COST_UNIT`].
+//! Variables, by stage k = 1 … N over intervals Δt_0 … Δt_{N−1}: deviation from the goal d_k = p_k
+//! − r_k, velocity through the water v_k, one slack for each kind of soft row; for a minimax goal
+//! the excess τ_k of its range; with a price of energy a bound σ_k of the speed, m_k ≥ σ_k² and e_k
+//! ≥ σ_k³. The acceleration of an interval, a_k = (v_{k+1} − v_k) / Δt_k, is eliminated. The frame
+//! is the craft's: origin and axes (ahead, starboard) are its present position and heading, so that
+//! a plan is invariant to north and the datum. Positions are in units of [`LENGTH_UNIT`], slacks in
+//! units of [`SLACK_UNIT`], the cost in units of [`COST_UNIT`].
 
 pub(crate) mod bounds;
 pub(crate) mod build;

@@ -1,4 +1,4 @@
-//! Sequential convex programming (SCP): convex subproblems, each linearised about the solution of the one before.
+//! Sequential convex programming (SCP): subproblems linearised about the previous solution.
 
 pub(crate) mod detours;
 pub(crate) mod follower;

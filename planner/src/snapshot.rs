@@ -1,4 +1,4 @@
-//! What is known now, checked once: everything behind [`Snapshot`] may rely on it.
+//! The facts of one moment, checked once: users of [`Snapshot`] rely on it.
 
 pub(crate) mod build;
 pub(crate) mod check;

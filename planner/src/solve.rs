@@ -1,4 +1,4 @@
-//! One program solved by Clarabel, and its solution certified by arithmetic that is not Clarabel's.
+//! A program solved by Clarabel, with its solution certified by other arithmetic.
 
 pub(crate) mod by_shape;
 pub mod certificate;

@@ -1,12 +1,14 @@
-//! Visits: which AUV to serve next, when to arrive and when to leave, over the next half hour to two hours.
+//! Visits: next AUVs, arrivals and departures over the next half hour to two hours.
 //!
 //! ```text
-//! minimise  (∫ Σ wᵢ cᵢ dt + θ Σ wᵢ cᵢ(H)) / (H + θ)      or the largest wᵢ cᵢ and a hundredth of that
-//! over sequences of (AUV, arrival, departure), every arrival the earliest at which the craft can be there
+//! minimise  (∫ Σ wᵢ cᵢ dt + θ Σ wᵢ cᵢ(H)) / (H + θ)     or the largest wᵢ cᵢ and 0.01 times that
+//! over sequences of (AUV, arrival, departure), with every arrival the earliest possible
 //! ```
-//! `cost` is how a cost goes on, `depth` how deep an AUV will be, `fleet` the AUVs and the craft as this needs them, `intercept` the earliest arrival,
-//! `state` what a leg or a stay does to all costs, `search` the sequences, `orders` those of a clock, `bound` what no schedule
-//! costs less than, `memory` what the schedule before left, `hearing` which AUV is not heard any more, `schedule` the one that is chosen, `answer` what is said of it.
+//! `cost` evolves a cost, `depth` forecasts depths, `fleet` holds the AUVs and the craft,
+//! `intercept` finds the earliest arrival, `state` applies a leg or a stay to all costs, `search`
+//! tries sequences, `orders` lists tours by the clock, `bound` limits the cost from below, `memory`
+//! reads the previous schedule, `hearing` detects silent AUVs, `schedule` chooses, `answer` and
+//! `sentence` describe the choice.
 
 pub(crate) mod answer;
 pub(crate) mod bound;

@@ -1,4 +1,4 @@
-//! The vehicles that acoustic range is kept for, where it cannot be kept for all.
+//! Acoustic ranges that are kept, if all cannot be kept.
 
 use nalgebra::Vector2;
 use pilotfish_planner::{
@@ -9,7 +9,7 @@ use pilotfish_planner::{
 };
 
 const RANGE: f64 = 300.0;
-/// Back-off of a range now for a state without covariance, m: 1.73 · √2 · 1.5, and as much again.
+/// Present back-off of a range for a state without covariance, m: 1.73 · √2 · 1.5, doubled.
 const BACK_OFF: f64 = 8.0;
 
 fn auv(id: &str, east: f64) -> Auv {
@@ -19,7 +19,7 @@ fn auv(id: &str, east: f64) -> Auv {
     )
 }
 
-/// A craft that is to track the first AUV, at the datum; the others are that far east.
+/// A craft that tracks the first AUV, at the datum; the others are at these distances to the east.
 fn scene(craft: Vector2<f64>, others: &[f64]) -> PlanRequest {
     let ids = ["b", "c", "d"];
     let others = ids.into_iter().zip(others).map(|(id, east)| auv(id, *east));
@@ -46,7 +46,7 @@ fn planned(observation: &PlanRequest) -> Plan {
     plan(&snapshot, &Parameters::default(), &mut Workspace::default())
 }
 
-/// The craft after ten minutes that it follows its plans exactly, 4 s of each.
+/// The craft after ten minutes of exactly followed plans, 4 s of each.
 fn after_ten_minutes(mut observation: PlanRequest) -> (PlanRequest, Plan) {
     let mut answer = planned(&observation);
     for _ in 0..150 {
@@ -58,7 +58,7 @@ fn after_ten_minutes(mut observation: PlanRequest) -> (PlanRequest, Plan) {
         for auv in &mut observation.auvs {
             auv.state.as_mut().expect("is given").north_m = 0.2 * next.t_s;
         }
-        // A craft that is set on its plan answers no reference: there is nothing to learn of it.
+        // A craft set on its plan responds to no reference: nothing can be learnt.
         observation.previous_plan = Some(PreviousPlan {
             craft_estimate: None,
             ..PreviousPlan::from(&answer)
@@ -68,14 +68,14 @@ fn after_ten_minutes(mut observation: PlanRequest) -> (PlanRequest, Plan) {
     (observation, answer)
 }
 
-/// How far the craft is from an AUV, m.
+/// Distance of the craft from an AUV, m.
 fn apart(observation: &PlanRequest, auv: usize) -> f64 {
     let state = observation.auvs[auv].state.as_ref().expect("is given");
     (observation.asc.position() - state.position()).norm()
 }
 
 #[test]
-fn what_is_out_of_range_of_the_goal_changes_no_plan_and_is_reported() {
+fn an_auv_out_of_range_of_the_goal_changes_no_plan_and_is_reported() {
     for craft in [Vector2::new(0.0, 0.0), Vector2::new(-40.0, 200.0)] {
         let alone = planned(&scene(craft, &[]));
         let beside = planned(&scene(craft, &[2.0 * RANGE + 1.0]));
@@ -84,14 +84,14 @@ fn what_is_out_of_range_of_the_goal_changes_no_plan_and_is_reported() {
             (vec![], vec![1])
         );
         for (a, b) in alone.trajectory.iter().zip(&beside.trajectory) {
-            // Another shape of the program: the solver's tolerance, carried over 78 s.
+            // Another shape of the program: the solver's tolerance over 78 s.
             assert!((a.position() - b.position()).norm() < 0.05, "{a:?}, {b:?}");
         }
     }
 }
 
 #[test]
-fn a_craft_between_two_that_cannot_both_be_kept_goes_to_its_goal() {
+fn a_craft_between_two_incompatible_auvs_goes_to_its_goal() {
     let (observation, answer) = after_ten_minutes(scene(Vector2::new(0.0, RANGE), &[2.0 * RANGE]));
     assert_eq!(answer.range_unattainable, [1]);
     assert!(apart(&observation, 0) < 1.0, "{} m", apart(&observation, 0));
@@ -105,7 +105,7 @@ fn a_craft_between_two_that_cannot_both_be_kept_goes_to_its_goal() {
 }
 
 #[test]
-fn what_can_be_kept_beside_the_goal_is_kept() {
+fn a_range_compatible_with_the_goal_is_kept() {
     let (observation, answer) = after_ten_minutes(scene(Vector2::zeros(), &[1.5 * RANGE]));
     assert_eq!(answer.range_unattainable, [0; 0]);
     let (to_goal, to_other) = (apart(&observation, 0), apart(&observation, 1));
@@ -117,16 +117,15 @@ fn what_can_be_kept_beside_the_goal_is_kept() {
 }
 
 #[test]
-fn of_two_others_that_exclude_each_other_the_nearer_to_the_goal_is_kept() {
+fn the_nearer_to_the_goal_of_two_incompatible_auvs_is_kept() {
     let (observation, answer) = after_ten_minutes(scene(Vector2::zeros(), &[1.3 * RANGE, -1.2 * RANGE]));
     assert_eq!(answer.range_unattainable, [1]);
     assert!(apart(&observation, 2) < RANGE && apart(&observation, 0) < RANGE);
 }
 
 #[test]
-fn no_other_range_is_kept_at_the_price_of_the_goals() {
-    // On its way to where it is in range of both, from where it is in range of neither: nearer to the other, and by more
-    // out of range of the goal.
+fn no_other_range_is_kept_at_the_goal_s_expense() {
+    // From out of range of both, nearer to the other AUV than to the goal's.
     for craft in [Vector2::new(420.0, 260.0), Vector2::new(0.0, 800.0)] {
         let broken = |others: &[f64]| {
             let answer = planned(&scene(craft, others));
@@ -138,14 +137,14 @@ fn no_other_range_is_kept_at_the_price_of_the_goals() {
         };
         let (alone, beside) = (broken(&[]), broken(&[1.9 * RANGE]));
         for (alone, beside) in alone.iter().zip(&beside) {
-            // Both go as fast as the craft can; that they do not round the corner alike is worth a metre.
+            // Both move at the craft's limit; unequal corners make up to a metre.
             assert!(*beside < RANGE.max(alone + 1.0), "{beside} m, alone {alone} m");
         }
     }
 }
 
 #[test]
-fn named_alike_they_share_what_cannot_be_kept() {
+fn equally_named_auvs_share_the_violation() {
     let mut both = scene(Vector2::new(0.0, 200.0), &[2.2 * RANGE]);
     both.goal.goal = Goal::Midpoint {
         auvs: both.auvs.iter().map(|auv| auv.id.clone()).collect(),
@@ -162,7 +161,7 @@ fn named_alike_they_share_what_cannot_be_kept() {
 }
 
 #[test]
-fn one_that_was_not_heard_of_for_an_hour_binds_nothing_unless_the_goal_needs_it() {
+fn an_auv_silent_for_an_hour_binds_nothing_unless_the_goal_needs_it() {
     let mut scene = scene(Vector2::new(0.0, 100.0), &[1.5 * RANGE]);
     let fresh = planned(&scene);
     assert!(fresh.degraded.is_none());
@@ -181,7 +180,7 @@ fn one_that_was_not_heard_of_for_an_hour_binds_nothing_unless_the_goal_needs_it(
                 .iter()
                 .all(|sigma| sigma.is_finite())
         );
-        // And an answer to be handed back is accepted.
+        // The answer is accepted as a previous plan.
         scene.previous_plan = Some(PreviousPlan::from(&answer));
         assert!(Snapshot::try_from(scene.clone()).is_ok());
         scene.previous_plan = None;
@@ -193,7 +192,7 @@ fn one_that_was_not_heard_of_for_an_hour_binds_nothing_unless_the_goal_needs_it(
 }
 
 #[test]
-fn one_in_turn_that_was_not_heard_of_is_held_in_its_turn_alone() {
+fn a_silent_auv_in_turn_is_held_in_its_turn_alone() {
     let mut scene = scene(Vector2::new(0.0, 100.0), &[30.0]);
     scene.goal.goal = Goal::Intermittent {
         auvs: scene.auvs.iter().map(|auv| auv.id.clone()).collect(),

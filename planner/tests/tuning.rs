@@ -1,4 +1,4 @@
-//! The planner's levers in a request: they are the library's parameters, and each of them does what its name says.
+//! Tuning in a request: the library's parameters, each with its documented effect.
 
 use pilotfish_planner::{
     nalgebra::Vector2,
@@ -10,7 +10,7 @@ use pilotfish_planner::{
 };
 use serde_json::json;
 
-/// Examples, but for the one whose vehicles are visited by a schedule of its own horizon.
+/// All examples except the visits, whose schedule has its own horizon.
 const EXAMPLES: [(&str, &str); 8] = [
     (
         "about-face",
@@ -31,7 +31,7 @@ const EXAMPLES: [(&str, &str); 8] = [
     ("track", include_str!("../../examples/snapshots/track.json")),
 ];
 
-/// Relative to the largest: how far from its optimum the solver's tolerance leaves a term that is not the whole objective.
+/// Relative distance of a partial term from its optimum by the solver's tolerance.
 const FLATNESS: f64 = 1e-3;
 
 fn example(name: &str) -> PlanRequest {
@@ -64,13 +64,13 @@ fn horizon(steps: &[f64]) -> Tuning {
     }
 }
 
-/// Every digit of it.
+/// All digits of a plan.
 fn digits(plan: &Plan) -> String {
     format!("{plan:?}")
 }
 
 #[test]
-fn levers_on_the_wire_are_the_library_s_parameters_to_the_digit() {
+fn tuning_in_json_is_the_library_s_parameters_to_the_digit() {
     let tuning: Tuning = serde_json::from_value(json!({
         "position_weight_per_m2": 0.5,
         "velocity_weight_per_m2ps2": 20.0,
@@ -107,7 +107,7 @@ fn levers_on_the_wire_are_the_library_s_parameters_to_the_digit() {
 }
 
 #[test]
-fn without_levers_or_with_their_defaults_an_answer_has_the_same_digits() {
+fn default_tuning_and_none_give_identical_answers() {
     let usual = Parameters::default();
     let defaults = Tuning {
         position_weight_per_m2: Some(usual.weights.position),
@@ -129,12 +129,12 @@ fn without_levers_or_with_their_defaults_an_answer_has_the_same_digits() {
 }
 
 #[test]
-fn a_horizon_of_another_length_follows_the_plan_before_in_the_same_workspace() {
+fn a_horizon_of_another_length_continues_the_previous_plan_in_one_workspace() {
     let (mut workspace, mut request) = (Workspace::default(), example("intermittent"));
     let mut before = planned(&snapshot(request.clone()));
     let lengths: [&[f64]; 4] = [&[2.0; 40], &[4.0; 5], &[1.0; 120], &[10.0; 60]];
     for steps in lengths {
-        // A second later, where the plan before has led to.
+        // A second later, on the previous plan's trajectory.
         let now = before.trajectory[0].t_s + 1.0;
         let (from, to) = (&before.trajectory[0], &before.trajectory[1]);
         let place = from.position().lerp(&to.position(), 1.0 / (to.t_s - from.t_s));
@@ -148,16 +148,16 @@ fn a_horizon_of_another_length_follows_the_plan_before_in_the_same_workspace() {
         assert!((last - now - steps.iter().sum::<f64>()).abs() < 1e-9);
         let (anew, shared) = (digits(&planned(&snapshot)), digits(&answer));
         assert_eq!(anew, shared, "the workspace shows");
-        // The reference turns from that of the plan before no faster than the craft: it is the same way that is followed.
+        // The reference turns from the previous one no faster than the craft.
         let turned = answer.reference.heading.radians() - before.reference.heading.radians();
         assert!(turned.abs() < 0.2, "{} steps: {turned}", steps.len());
         before = answer;
     }
 }
 
-/// Iterations are no weights: more than a few may end in a linearisation whose motion rows are broken late in the horizon.
+/// Without iterations: more than a few may end with motion rows violated late in the horizon.
 #[test]
-fn every_weight_at_either_end_of_its_range_leaves_the_limits_as_they_are_kept_and_the_program_solved() {
+fn every_weight_at_the_ends_of_its_range_keeps_the_limits_and_solves() {
     let levers = ranges_by_shape().filter(|(shape, _)| *shape == "Tuning");
     let weights = levers.filter(|(_, (lever, _))| *lever != "scp_iterations");
     for (_, (lever, range)) in weights {
@@ -196,8 +196,8 @@ fn first_program(snapshot: &Snapshot) -> (Program, Solution) {
     first.expect("a program was solved")
 }
 
-/// What a lever is to make small, of the velocities through the water and deviations from the goal at the stages of a solution.
-/// Columns: four a stage, as docs/program.md has them, deviation in tens of metres and velocity.
+/// The terms that the weights reduce, of the velocities through the water and the deviations at the
+/// stages of a solution. Columns as in docs/program.md: deviation in tens of metres and velocity.
 fn terms(program: &Program, solution: &Solution, snapshot: &Snapshot) -> [f64; 3] {
     let parameters = Parameters::default();
     let steps = &parameters.of(snapshot).steps;
@@ -222,9 +222,9 @@ fn terms(program: &Program, solution: &Solution, snapshot: &Snapshot) -> [f64; 3
     [error, energy, acceleration]
 }
 
-/// If x minimises f + w g and x' minimises f + w' g with w < w', then g(x') ≤ g(x): add both inequalities.
+/// If x minimises f + w g and x' minimises f + w' g with w < w', g(x') ≤ g(x): add both.
 #[test]
-fn the_larger_a_weight_the_smaller_its_term_at_the_optimum_of_the_convex_program() {
+fn a_larger_weight_makes_its_term_smaller_at_the_convex_optimum() {
     let sweeps: [(&str, usize, &[f64]); 3] = [
         ("position_weight_per_m2", 0, &[0.01, 0.1, 1.0, 3.0, 10.0]),
         ("energy_weight_per_j", 1, &[0.001, 0.01, 0.1, 0.3, 1.0, 3.0, 10.0]),
@@ -236,7 +236,7 @@ fn the_larger_a_weight_the_smaller_its_term_at_the_optimum_of_the_convex_program
     ];
     for (lever, term, weights) in sweeps {
         for name in ["about-face", "cross-current", "crowded", "intermittent", "track"] {
-            // At rest on its heading: the acceleration before now is zero.
+            // At rest on its heading: the previous acceleration is zero.
             let mut request = example(name);
             request.asc.yaw_rate_radps = 0.0;
             let values: Vec<f64> = weights
@@ -261,9 +261,9 @@ fn the_larger_a_weight_the_smaller_its_term_at_the_optimum_of_the_convex_program
     }
 }
 
-/// The craft has a power without a cubic part, or none: there is nothing to run away with the bounds of the energy.
+/// Without cubic power the energy's bounds must not diverge.
 #[test]
-fn a_price_of_energy_is_solved_for_whatever_power_is_declared() {
+fn a_price_of_energy_is_solved_for_any_declared_power() {
     let tuning = |weight| Tuning {
         energy_weight_per_j: Some(weight),
         ..Tuning::default()
@@ -279,7 +279,7 @@ fn a_price_of_energy_is_solved_for_whatever_power_is_declared() {
             let answer = planned(&with(tuning(weight), &request));
             assert_eq!(answer.degraded, None, "{power} at {weight}/J");
         }
-        // Without a coefficient, energy costs nothing and changes nothing.
+        // Without coefficients, energy costs nothing and changes nothing.
         if power == json!({}) {
             let (free, priced) = (snapshot(request.clone()), with(tuning(1.0), &request));
             assert_eq!(planned(&free).reference, planned(&priced).reference);

@@ -1,4 +1,4 @@
-//! What a workspace takes in memory.
+//! Memory of a workspace.
 
 use allocation_counter::measure;
 use pilotfish_planner::{
@@ -11,7 +11,7 @@ use pilotfish_planner::{
     stop::Stop,
 };
 
-/// A request with `n_auvs` to stay within range of, `n_discs` and `n_steps`.
+/// A request with `n_auvs` in acoustic ranges, `n_discs` and `n_steps`.
 fn shape(n_auvs: usize, n_discs: usize, n_steps: usize) -> Snapshot {
     let at = |k: usize| Vector2::new(30.0 * f64::from(u8::try_from(k).expect("small")), 40.0);
     let auv = |k: usize| {
@@ -42,13 +42,13 @@ fn shape(n_auvs: usize, n_discs: usize, n_steps: usize) -> Snapshot {
 
 fn planned(workspace: &mut Workspace, snapshot: &Snapshot) {
     let looks = std::sync::atomic::AtomicU32::new(0);
-    // The subproblem is stated and its solver set up; how far it comes does not matter.
+    // The subproblem is stated and its solver set up; the result is irrelevant.
     let stop = Stop::when(move || 4 < looks.fetch_add(1, std::sync::atomic::Ordering::Relaxed));
     let _ = plan_until(snapshot, &Parameters::default(), workspace, &stop);
 }
 
 #[test]
-fn what_a_workspace_says_of_its_memory_is_what_it_takes() {
+fn the_stated_size_of_a_workspace_is_its_allocation() {
     for (n_auvs, n_discs, n_steps) in [(1, 0, 30), (2, 3, 30), (16, 0, 30), (16, 32, 30), (16, 32, 120)] {
         let snapshot = shape(n_auvs, n_discs, n_steps);
         let mut workspace = Workspace::default();
@@ -66,13 +66,13 @@ fn what_a_workspace_says_of_its_memory_is_what_it_takes() {
 }
 
 #[test]
-fn a_workspace_keeps_no_more_bytes_than_it_may_however_large_and_many_the_shapes_are() {
+fn a_workspace_respects_its_limit_for_any_shapes() {
     let mut workspace = Workspace::default();
     let mut most = 0;
     for n_discs in 0..12 {
         planned(&mut workspace, &shape(16, n_discs, 120));
         most = most.max(workspace.bytes());
-        // One that is larger than all that is kept is there as long as it is in use.
+        // A value larger than the limit remains while in use.
         assert!(workspace.bytes() <= 4 * KEPT_BYTES_MAX, "{}", workspace.bytes());
     }
     assert!(KEPT_BYTES_MAX < most);

@@ -1,15 +1,15 @@
-//! Where the local frame lies on Earth: latitude and longitude (WGS 84) from (north, east), and back.
+//! The local frame on Earth: latitude and longitude (WGS 84) from (north, east), and back.
 //!
 //! ```text
 //! (north, east) = s (cos α, sin α)
 //! ```
 //!
-//! s and α are length and azimuth, at the datum, of the shortest line on the ellipsoid from the datum to the
-//! place: the azimuthal equidistant projection. Distances and directions from the datum are true whatever
-//! the distance; distances across are too long by at most s²/(6 R²), 1 cm per kilometre at 50 km.
+//! s and α are length and azimuth, at the datum, of the geodesic from the datum to the place: the
+//! azimuthal equidistant projection. Distances and directions from the datum are exact at any
+//! distance; transverse distances are too long by at most s²/(6 R²), 1 cm per kilometre at 50 km.
 //!
-//! Source: C. F. F. Karney, Algorithms for geodesics, J. Geodesy 87 (2013), doi:10.1007/s00190-012-0578-z,
-//! section 13.
+//! Source: C. F. F. Karney, Algorithms for geodesics, J. Geodesy 87 (2013),
+//! doi:10.1007/s00190-012-0578-z, section 13.
 
 use std::f64::consts::{PI, TAU};
 
@@ -25,7 +25,7 @@ pub struct Origin {
     pub longitude: f64,
 }
 
-/// A local frame's place on Earth.
+/// Position of a local frame on Earth.
 #[derive(Clone, Copy, Debug)]
 pub struct Datum {
     latitude_deg: f64,
@@ -33,7 +33,7 @@ pub struct Datum {
     ellipsoid: Geodesic,
 }
 
-/// A latitude beyond a pole, or an angle that is no number.
+/// A latitude beyond a pole, or a non-finite angle.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
     "latitude {latitude_deg}° and longitude {longitude_deg}° are no place on Earth: latitudes lie in [-90, 90]"
@@ -46,7 +46,7 @@ pub struct NotOnEarth {
 }
 
 impl Datum {
-    /// The local frame at `origin`. Longitudes of any number of turns are taken.
+    /// The local frame at `origin`. Longitudes may have any number of turns.
     pub fn new(origin: &Origin) -> Result<Self, NotOnEarth> {
         let (latitude_deg, longitude_deg) = degrees(origin)?;
         Ok(Self {
@@ -68,7 +68,7 @@ impl Datum {
     /// Latitude and longitude of `position` (north, east), m; the longitude is in [−π, π].
     #[must_use]
     pub fn from_local(&self, position: &Vector2<f64>) -> Origin {
-        // `+ 0.0` turns −0.0 into 0.0, for which atan2 would otherwise answer −π on the southern ray.
+        // `+ 0.0` turns −0.0 into 0.0, for which atan2 would answer −π on the southern ray.
         let azimuth = (position.y + 0.0).atan2(position.x + 0.0);
         let azimuth_deg = azimuth.to_degrees();
         let (latitude_deg, longitude_deg): (f64, f64) = self.ellipsoid.direct(
@@ -83,14 +83,15 @@ impl Datum {
         }
     }
 
-    /// Convergence at `position` (north, east), m: true bearings there less bearings in the local frame, rad, in (−π, π].
+    /// Convergence at `position` (north, east), m: true minus local bearings, rad, in (−π, π].
     ///
     /// ```text
     /// γ = α₂ − α₁
     /// ```
     ///
-    /// α₁ and α₂ are the azimuths of the geodesic from the datum, at the datum and at the position. Bearings across the geodesic
-    /// differ by as much; those between the two by up to s²/(12 R²) less or more, because distances across are too long.
+    /// α₁ and α₂ are the azimuths of the geodesic from the datum, at the datum and at the position.
+    /// Bearings across the geodesic differ equally; those in between by up to s²/(12 R²) less or
+    /// more, since transverse distances are too long.
     #[must_use]
     pub fn convergence(&self, position: &Vector2<f64>) -> f64 {
         let [azimuth, azimuth_there, _] = self.along(position);
@@ -103,8 +104,8 @@ impl Datum {
     /// J = R(α₂) diag(1, m₁₂/s) R(−α₁)
     /// ```
     ///
-    /// s and m₁₂ are the geodesic's length and reduced length (Karney, section 3): geodesics that leave the datum dα apart are
-    /// m₁₂ dα apart there, and s dα in the local frame.
+    /// s and m₁₂ are the geodesic's length and reduced length (Karney, section 3): geodesics that
+    /// leave the datum dα apart are m₁₂ dα apart there, and s dα in the local frame.
     #[must_use]
     pub fn true_from_local(&self, position: &Vector2<f64>) -> Matrix2<f64> {
         let [azimuth, azimuth_there, across] = self.along(position);
@@ -115,7 +116,7 @@ impl Datum {
 
     /// α₁, α₂, rad, and m₁₂/s of the geodesic to `position`.
     fn along(&self, position: &Vector2<f64>) -> [f64; 3] {
-        /// The ratio is 1 to twelve digits; that of two tiny lengths would be rounding.
+        /// Up to here the ratio is 1 to twelve digits; for tiny lengths it would be rounding.
         const SHORT_M: f64 = 1.0;
         let azimuth = (position.y + 0.0).atan2(position.x + 0.0);
         let distance = position.norm();
@@ -186,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn positions_come_back_to_a_micrometre_at_every_latitude() {
+    fn positions_are_restored_to_a_micrometre_at_every_latitude() {
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         for (latitude, longitude) in [
             (0.0, 0.0),
@@ -226,7 +227,7 @@ mod tests {
     fn east_is_an_arc_of_the_prime_vertical() {
         for latitude in [-80.0_f64, -38.41, 0.0, 12.0, 65.0] {
             let across = radii(latitude.to_radians()).1;
-            // Over 100 m the series of the geodesic is left after its first two terms by tan²φ·s³/N² < 1 µm.
+            // The geodesic's series over 100 m after two terms is tan²φ·s³/N² < 1 µm.
             let reached = datum(latitude, 20.0).from_local(&Vector2::new(0.0, 100.0));
             let turned = (reached.longitude - 20_f64.to_radians()) * across * latitude.to_radians().cos();
             assert!((turned - 100.0).abs() < 1e-6, "{latitude}: {turned}");
@@ -315,7 +316,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_place_on_earth_is_refused_and_says_so() {
+    fn a_place_that_is_not_on_earth_is_refused_by_name() {
         for place in [
             origin(90.1, 0.0),
             origin(f64::NAN, 0.0),

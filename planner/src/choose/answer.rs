@@ -1,4 +1,4 @@
-//! What a plan says: the reference, what stands behind it, and what stands beside it.
+//! Members of a plan: the reference, its basis, and the alternatives.
 
 use nalgebra::{Matrix2, Vector2};
 use serde::{Deserialize, Serialize};
@@ -31,49 +31,50 @@ use crate::{
 pub struct Plan {
     /// The fallback level that answered.
     pub method: Method,
-    /// Why the answer is degraded; `None` when a program was solved, whichever level then answered.
+    /// Reason of a degraded answer; `None` if a program was solved, whichever level then answered.
     pub degraded: Option<Degraded>,
-    /// Speed and heading for the inner loops, now: what they hold, through water or over ground, heading or course.
+    /// Present speed and heading for the inner loops: through water or over ground, heading or
+    /// course.
     pub reference: Reference,
-    /// The same as speed through the water and heading; hand it back in the next request.
+    /// The same as speed through the water and heading; return it in the next request.
     pub reference_through_water: Reference,
-    /// What is known of the craft; hand it back in the next request.
+    /// Estimate of the craft; return it in the next request.
     pub craft: CraftEstimate,
-    /// Until when the reference and the trajectory may be followed without a newer plan, s.
+    /// End of the time for which reference and trajectory are valid without a newer plan, s.
     pub valid_until: f64,
-    /// The planned trajectory, from now on.
+    /// The planned trajectory, from now.
     pub trajectory: Vec<TrajectoryPoint>,
     /// The goal at the times of the trajectory.
     pub goal: Vec<GoalPoint>,
-    /// The course of what the goal follows, its offset apart, when that last moved; hand it back in the next request.
+    /// Last course of the followed point in motion; return it in the next request.
     pub goal_course: Course,
-    /// Where each AUV is expected, in the snapshot's order.
+    /// Forecasts of the AUVs, in the snapshot's order.
     pub targets: Vec<PlannedTarget>,
-    /// Covariances of the positions (north, east) of each of `targets` at the times of the trajectory, m².
+    /// Covariances of the positions (north, east) of `targets` at the times of the trajectory, m².
     pub position_covariances: Vec<Vec<Matrix2<f64>>>,
-    /// What the line-of-sight law would do.
+    /// Answer of the line-of-sight law.
     pub baseline: Baseline,
-    /// What the solver did.
+    /// Work of the solver.
     pub solver: SolverReport,
-    /// What the current was taken for, where it was known; hand it back in the next request.
+    /// The current, if known; return it in the next request.
     pub current: Option<Current>,
-    /// What the answer is predicted to lead to.
+    /// Prediction of the answer.
     pub predicted: Predicted,
-    /// What its predicted cost is made of.
+    /// Terms of its predicted cost.
     pub cost_terms: CostTerms,
-    /// Soft limits that the plan does not keep.
+    /// Soft limits that the plan violates.
     pub violations: Vec<Violation>,
-    /// The AUVs whose acoustic range cannot be kept now, by their place in the snapshot, ascending: of those that the goal
-    /// names, the ones out of range where it is met, if no place is in range of all; of the others, taken from the nearest
-    /// to the goal on, each that has no place in range of all kept so far. For these others the craft does nothing then;
-    /// that their limit is broken is reported.
+    /// Indices in the snapshot of the AUVs whose acoustic range cannot be kept now, ascending.
+    /// Among the named ones, if no point is in range of all: those out of range at the goal. Among
+    /// the others, from the nearest to the goal: each without a common point with all kept so far;
+    /// the plan ignores their limits and reports the violations.
     pub range_unattainable: Vec<usize>,
-    /// When each AUV is visited, of a goal that visits; hand it back in the next request.
+    /// Schedule of a visit goal; return it in the next request.
     pub schedule: Option<Schedule>,
 }
 
 impl From<&Plan> for PreviousPlan {
-    /// What the next request has to say of this answer.
+    /// The members that the next request returns.
     fn from(plan: &Plan) -> Self {
         let asked = &plan.reference_through_water;
         Self {
@@ -93,13 +94,13 @@ impl From<&Plan> for PreviousPlan {
     }
 }
 
-/// What gave the answer: a fallback level, or a law that is only compared with.
+/// Origin of an answer: a fallback level, or a comparison-only law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Method {
     /// The convex program, solved.
     Mpc,
-    /// The previous plan, followed further.
+    /// The previous plan, continued.
     PreviousPlan,
     /// The saturated line-of-sight law.
     SaturatedLos,
@@ -109,7 +110,7 @@ pub enum Method {
     SaturatedLosTrackerFrame,
     /// Integral line of sight; no fallback level.
     IntegralLos,
-    /// Way-points round a box; no fallback level.
+    /// Way-points around a box; no fallback level.
     WaypointBox,
 }
 
@@ -133,10 +134,10 @@ pub struct GoalPoint {
     pub north_m: f64,
     /// Position east of the datum, m.
     pub east_m: f64,
-    /// Its latitude, degrees, positive north, where the request names an `origin`.
+    /// Latitude, degrees, positive north, if the request has an `origin`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lat_deg: Option<f64>,
-    /// Its longitude, degrees, positive east, where the request names an `origin`.
+    /// Longitude, degrees, positive east, if the request has an `origin`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lon_deg: Option<f64>,
     /// Northward velocity over ground, m/s.
@@ -146,7 +147,7 @@ pub struct GoalPoint {
 }
 
 impl GoalPoint {
-    /// The goal that moves so at time `t_s`.
+    /// The goal with this `motion` at time `t_s`.
     pub(crate) fn new(t_s: f64, motion: Motion) -> Self {
         Self {
             t_s,
@@ -169,28 +170,28 @@ impl GoalPoint {
     }
 }
 
-/// Where an underwater vehicle is expected.
+/// Forecast of an underwater vehicle.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct PlannedTarget {
     /// The vehicle.
     #[schema(value_type = String)]
     pub id: VehicleId,
-    /// Its estimate at its last report, from which the forecast starts.
+    /// Estimate at its last report, from which the forecast starts.
     pub estimate: TargetEstimate,
     /// The forecast model used, never `auto`.
     pub forecast: Forecast,
-    /// Velocity that its reports and the model do not explain, such as a current that it does not know: estimated from
-    /// successive `state`s without covariance, otherwise zero. The next request needs it in `previous_plan`.
+    /// Velocity that reports and model do not explain, such as a current: estimated from successive
+    /// `state`s without covariance, otherwise 0. The next request needs it in `previous_plan`.
     pub drift: Drift,
-    /// Where it was, of a vehicle without a `path`: corners of its track, each as time, s, position north and east, m, at most 96. The next
-    /// request needs it in `previous_plan`.
+    /// Past track of a vehicle without a `path`: corners as time, s, and position north and east,
+    /// m, at most 96. The next request needs it in `previous_plan`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub track: Vec<[f64; 3]>,
-    /// One point for each of the plan's trajectory.
+    /// Depth at the times of the trajectory, m, positive down.
     pub trajectory: Vec<TargetPoint>,
-    /// Its depth at the times of the trajectory, m, positive down.
+    /// Depth at the times of the trajectory, m, positive down.
     pub depths_m: Vec<f64>,
-    /// Root mean square of its horizontal distance from the trajectory at these times, m.
+    /// Root-mean-square horizontal distance from the trajectory at these times, m.
     pub position_sigma_m: Vec<f64>,
 }
 
@@ -203,94 +204,95 @@ pub struct TargetPoint {
     pub north_m: f64,
     /// Position east of the datum, m.
     pub east_m: f64,
-    /// Its latitude, degrees, positive north, where the request names an `origin`.
+    /// Latitude, degrees, positive north, if the request has an `origin`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lat_deg: Option<f64>,
-    /// Its longitude, degrees, positive east, where the request names an `origin`.
+    /// Longitude, degrees, positive east, if the request has an `origin`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lon_deg: Option<f64>,
 }
 
-/// Estimate of an underwater vehicle at its last report: the request's `state`, or the filtered `reports`.
+/// Estimate of an underwater vehicle at its last report, from the request's `state` or `reports`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Estimate)]
 pub struct TargetEstimate {
     /// Age of the newest report that was used, s.
     pub age_s: f64,
-    /// Position north of the datum then, m.
+    /// Position north of the datum at that time, m.
     pub north_m: f64,
-    /// Position east of the datum then, m.
+    /// Position east of the datum at that time, m.
     pub east_m: f64,
-    /// Its latitude, degrees, positive north, where the request names an `origin`.
+    /// Latitude, degrees, positive north, if the request has an `origin`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lat_deg: Option<f64>,
-    /// Its longitude, degrees, positive east, where the request names an `origin`.
+    /// Longitude, degrees, positive east, if the request has an `origin`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lon_deg: Option<f64>,
-    /// Depth then, m, positive down.
+    /// Depth at that time, m, positive down.
     pub depth_m: f64,
-    /// Northward velocity over ground then, m/s.
+    /// Northward velocity over ground at that time, m/s.
     pub north_mps: f64,
-    /// Eastward velocity over ground then, m/s.
+    /// Eastward velocity over ground at that time, m/s.
     pub east_mps: f64,
-    /// Rate of turn of the course that the forecast starts with, rad/s, positive clockwise.
+    /// Rate of turn of the course at the start of the forecast, rad/s, positive clockwise.
     pub turn_rate_radps: f64,
-    /// Covariance of north, east, north velocity and east velocity then, row by row, in m², m²/s and m²/s². Absent
-    /// where the request gives a state without one.
+    /// Covariance of north, east, north velocity and east velocity at that time, row by row, in m²,
+    /// m²/s and m²/s². Absent for a `state` without one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub covariance: Option<[[f64; 4]; 4]>,
-    /// Root mean square distance between the estimate, carried to now, and the vehicle, m. Absent as `covariance` is.
+    /// Root-mean-square error of the position now, m. Absent without `covariance`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub position_sigma_m: Option<f64>,
-    /// Indices of the `reports` that were not used, ascending: outliers, reports before a jump, and duplicates.
+    /// Indices of the unused `reports`, ascending: outliers, reports before a jump, and duplicates.
     pub rejected: Vec<usize>,
-    /// How its reports fit its `path`, or what its track repeats. Absent without either, and without reports.
+    /// Fit of its reports to its `path`, or to its track's pattern. Absent without either or
+    /// reports.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub route: Option<RouteFit>,
-    /// The sawtooth in which it dives, by the depths that it reports. Absent unless it was seen to turn three times at the same depths,
-    /// and where it declares its `dive`.
+    /// Sawtooth in its reported depths. Absent unless it reversed three times at the same depths,
+    /// and if it declares its `dive`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dive: Option<Dive>,
 }
 
-/// How an underwater vehicle follows its path, by its reports. It follows the path where its own navigation takes that to be.
+/// Fit of an underwater vehicle's reports to its path, which its own navigation may displace.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Route)]
 pub struct RouteFit {
-    /// Probability that it follows its path. Below 0.5 it is forecast as if no path were known.
+    /// Probability that it follows its path. Below 0.5 it is forecast without a path.
     pub probability: f64,
-    /// How far along the path it is, m.
+    /// Its place along the path, m.
     pub along_m: f64,
-    /// By how much the path lies farther north than declared, m.
+    /// Displacement of the path north of the declared one, m.
     pub north_m: f64,
-    /// By how much the path lies farther east than declared, m.
+    /// Displacement of the path east of the declared one, m.
     pub east_m: f64,
-    /// By how much it goes faster along the path than declared, m/s.
+    /// Speed along the path above the declared one, m/s.
     pub faster_mps: f64,
-    /// Whether it sails the path from the end to the beginning.
+    /// `true` if it follows the path backwards.
     pub backwards: bool,
-    /// The turn of the path that it comes to next.
+    /// Its next turn on the path.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub next_turn: Option<NextTurn>,
-    /// What its track repeats, which is taken for its path. Absent where it declares one.
+    /// Pattern of its track, which serves as its path. Absent if it declares one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub repeats: Option<RepeatedTrack>,
 }
 
-/// What an underwater vehicle's track repeats.
+/// Pattern that an underwater vehicle's track repeats.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct RepeatedTrack {
-    /// What it looks like.
+    /// Kind of pattern.
     pub pattern: Pattern,
-    /// How often it was sailed, as far as the track is remembered: about twice or more.
+    /// Number of repetitions in the stored track: about two or more.
     pub times: f64,
-    /// Length of what repeats, m: of a lawn-mower's lane and turn, of a lap.
+    /// Length of the pattern, m: of a lawn-mower's lane and turn, or of a lap.
     pub period_m: f64,
     /// Length of its longest leg from corner to corner, m.
     pub leg_m: f64,
-    /// Distance between lanes, m; 0 where there are none.
+    /// Distance between lanes, m; 0 without lanes.
     pub spacing_m: f64,
-    /// Root mean square distance between one time and the next, laid over each other, m.
+    /// Root-mean-square distance between repetitions, m.
     pub residual_m: f64,
 }
 
@@ -373,7 +375,7 @@ impl From<&Estimate> for TargetEstimate {
 }
 
 impl From<&PlannedTarget> for PreviousTarget {
-    /// What the next request has to say of it.
+    /// The members that the next request returns.
     fn from(target: &PlannedTarget) -> Self {
         let estimate = &target.estimate;
         Self {
@@ -394,19 +396,19 @@ impl From<&PlannedTarget> for PreviousTarget {
     }
 }
 
-/// A line-of-sight law on the same snapshot.
+/// Answer of a line-of-sight law for the same snapshot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Baseline {
-    /// Why this is not what it would do with more time.
+    /// Reason why more time would change it.
     pub degraded: Option<Degraded>,
     /// Its reference.
     pub reference: Reference,
-    /// Where it leads, rolled out over the horizon.
+    /// Its rollout over the horizon.
     pub trajectory: Vec<TrajectoryPoint>,
-    /// What it is predicted to lead to.
+    /// Prediction of the rollout.
     pub predicted: Predicted,
-    /// What its predicted cost is made of.
+    /// Terms of its predicted cost.
     pub cost_terms: CostTerms,
-    /// Limits of position that it breaks on the way.
+    /// Limits of position that it violates.
     pub violations: Vec<Violation>,
 }

@@ -1,4 +1,4 @@
-//! What a plan was made by: the size of its program, every subproblem, and which soft rows gave way.
+//! Explanation of a plan: size of its program, all subproblems, and soft rows that gave way.
 
 use std::collections::BTreeMap;
 
@@ -20,21 +20,21 @@ use crate::{
     },
 };
 
-/// A slack below this is the solver's tolerance, m, m/s or m/s².
+/// Largest slack within the solver's tolerance, m, m/s or m/s².
 const NOTICEABLE: f64 = 1e-3;
 
-/// How the planner came to its plan. Equal requests have equal explanations: one that would be cut short is left out.
+/// Explanation of a plan. Equal requests have equal explanations; one cut short is omitted.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Explanation {
     /// Size of the last convex subproblem.
-    // Zeros where none was stated.
+    // Zeros without a subproblem.
     pub program: ProgramSize,
-    /// What each predicted cost is made of, by controller and term, m² s; the terms of one add up to its `predicted.cost`.
+    /// Terms of each predicted cost, by controller and term, m² s; their sum is the cost.
     #[schema(value_type = BTreeMap<String, BTreeMap<String, f64>>)]
     pub cost_terms: BTreeMap<String, CostTerms>,
-    /// Soft limits that the last subproblem could not keep at the price of its slacks.
+    /// Soft limits that the last subproblem violated at the price of its slacks.
     pub slack: Vec<UsedSlack>,
-    /// Every convex subproblem, in the order in which they were solved.
+    /// All convex subproblems, in the order of solving.
     pub log: Vec<SubproblemReport>,
 }
 
@@ -47,28 +47,28 @@ pub struct ProgramSize {
     pub variables: usize,
     /// Rows in all.
     pub rows: usize,
-    /// Rows whose s is 0.
+    /// Rows with s = 0.
     pub equalities: usize,
-    /// Rows whose s is at least 0.
+    /// Rows with s ≥ 0.
     pub inequalities: usize,
     /// Second-order cones.
     pub second_order_cones: usize,
-    /// Entries of A that are stored.
+    /// Stored entries of A.
     pub constraint_entries: usize,
-    /// Entries of the upper triangle of P that are stored.
+    /// Stored entries of the upper triangle of P.
     pub quadratic_entries: usize,
 }
 
-/// A convex subproblem, solved.
+/// A solved convex subproblem.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Subproblem)]
 pub struct SubproblemReport {
-    /// How the solver ended, in snake case.
+    /// Final status of the solver, in snake case.
     #[schema(value_type = String)]
     pub status: SolverStatus,
     /// Interior-point iterations.
     pub iterations: u32,
-    /// How well its optimality conditions hold, recomputed outside the solver; absent without a solution.
+    /// Residuals of its optimality conditions; absent without a solution.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub residuals: Option<Residuals>,
 }
@@ -76,20 +76,21 @@ pub struct SubproblemReport {
 /// A soft limit that gave way at a stage.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct UsedSlack {
-    /// Which limits share the slack: `motion`, `acoustic_range`, `other_range` (of AUVs that the goal does not name), `area` or `keep_out`.
+    /// Limits that share the slack: `motion`, `acoustic_range`, `other_range` (of AUVs that the
+    /// goal does not name), `area` or `keep_out`.
     #[schema(value_type = String)]
     pub limit: Slack,
-    /// How long after the request's time that is, s.
+    /// Time after the request's, s.
     pub after_s: f64,
-    /// By how much, in `unit`.
+    /// Amount of the slack, in `unit`.
     pub amount: f64,
     /// Unit of `amount`.
     #[schema(value_type = String)]
     pub unit: Unit,
 }
 
-/// Plans for `snapshot` again, as [`crate::plan::plan_until`] does, and keeps what was solved. `planned` has the cost terms of
-/// the plan to explain. If a deadline cut that plan short, the one made here differs.
+/// Repeats [`crate::plan::plan_until`] for `snapshot` and keeps the subproblems. `planned` has the
+/// cost terms of the plan to explain. If a deadline cut that plan short, this one differs.
 #[must_use]
 pub fn explain(snapshot: &Snapshot, planned: CostTerms, parameters: &Parameters, stop: &Stop) -> Explanation {
     let mut solvers = Solvers::default();

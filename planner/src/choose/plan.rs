@@ -1,4 +1,4 @@
-//! From a snapshot to a plan.
+//! Entry points of the planner.
 
 use crate::{
     choose::select::{baseline_from_memory, baselines_of_all, select_answer},
@@ -26,22 +26,21 @@ pub use crate::{
     },
 };
 
-/// Memory that a caller keeps between plans: programs and solvers by problem shape. It saves time and has no effect on
-/// any answer.
+/// Programs and solvers by problem shape, which a caller keeps between plans to save time.
 #[derive(Debug, Default)]
 pub struct Workspace {
     programs: Programs,
     solvers: Solvers,
 }
 
-/// Programs that were stated, by shape: the part of a [`Workspace`] that is no solver's.
+/// Programs by shape, the part of a [`Workspace`] besides the solvers.
 #[derive(Debug, Default)]
 pub struct Programs {
     by_shape: ByShape<Program>,
 }
 
 impl Programs {
-    /// How many bytes they take.
+    /// Size in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         self.by_shape.bytes()
@@ -49,14 +48,14 @@ impl Programs {
 }
 
 impl Workspace {
-    /// About how many bytes it takes: programs and solvers of the shapes used last up to
-    /// [`KEPT_BYTES_MAX`](crate::solve::KEPT_BYTES_MAX) each, and the last one however large it is.
+    /// Approximate size in bytes: programs and solvers of the last used shapes up to
+    /// [`KEPT_BYTES_MAX`](crate::solve::KEPT_BYTES_MAX) each, plus the last one of any size.
     #[must_use]
     pub fn bytes(&self) -> usize {
         self.programs.bytes() + self.solvers.bytes()
     }
 
-    /// Forgets the last shape, too, if it is so large. For a workspace that is not in use.
+    /// Drops a last shape above the limit too, for a workspace that is not in use.
     pub fn shrink(&mut self) {
         self.programs.by_shape.shrink_to(KEPT_BYTES_MAX);
         self.solvers.shrink_to(KEPT_BYTES_MAX);
@@ -71,8 +70,8 @@ pub fn plan(snapshot: &Snapshot, parameters: &Parameters, workspace: &mut Worksp
     plan_until(snapshot, parameters, workspace, &Stop::never())
 }
 
-/// [`plan`] that stops when `stop` is due: the last SCP iteration that was finished answers, or else a fallback level.
-/// An answer that was not stopped is the one of [`plan`], to the bit.
+/// [`plan`] that stops when `stop` is due: the last complete SCP iteration answers, or else a
+/// fallback level. Without an interruption the answer is [`plan`]'s, to the bit.
 #[must_use]
 pub fn plan_until(
     snapshot: &Snapshot,
@@ -85,16 +84,17 @@ pub fn plan_until(
     select_answer(snapshot, parameters, &mut programs.by_shape, stop, solve)
 }
 
-/// What each line-of-sight law would do with `snapshot`, at the gains in `parameters`: [`Plan::baseline`] for each of
-/// [`LosLaw::ALL`]. If `stop` cuts their schedule short, [`Baseline::degraded`] says so.
+/// The answers of all line-of-sight laws for `snapshot` with the gains in `parameters`:
+/// [`Plan::baseline`] for each of [`LosLaw::ALL`]. If `stop` cuts their schedule short,
+/// [`Baseline::degraded`] says so.
 ///
-/// The laws start here, whatever was answered before: an integral at zero, a box from one fix.
+/// The laws start without memory: an integral at zero, a box from one fix.
 #[must_use]
 pub fn baselines(snapshot: &Snapshot, parameters: &Parameters, stop: &Stop) -> [Baseline; LosLaw::ALL.len()] {
     baselines_of_all(snapshot, parameters, stop)
 }
 
-/// The baseline of a law that has been running, with its gains and its memory of earlier positions and times.
+/// The baseline of a running law, with its gains and its memory of earlier positions and times.
 #[must_use]
 pub fn baseline_from(
     snapshot: &Snapshot,
@@ -105,7 +105,7 @@ pub fn baseline_from(
     baseline_from_memory(snapshot, parameters, law, stop)
 }
 
-/// [`plan`] with another solver instead of Clarabel: a peer to compare with, or a failure to force.
+/// [`plan`] with another solver than Clarabel, for comparisons or forced failures.
 #[must_use]
 pub fn plan_with(
     snapshot: &Snapshot,

@@ -1,6 +1,6 @@
-//! Fallback levels, and the one that answers: one snapshot, one answer, never silence.
+//! Fallback levels and their selection: every snapshot has an answer.
 //!
-//! Solved program → previous plan, followed further → saturated line of sight → hold.
+//! Solved program → continued previous plan → saturated line of sight → hold.
 
 use crate::{
     choose::answer::{Baseline, GoalPoint, Method, Plan, PlannedTarget},
@@ -32,29 +32,29 @@ use crate::{
         follower::{follow, invert_response, slew_limited, speed_lead, stage_at},
         iterations::Scp,
         predicted_cost::predict,
-        result::{Candidate, Degraded, ScpResult, SolverReport},
+        result::{CandidateTrajectory, Degraded, ScpResult, SolverReport},
     },
     snapshot::build::Snapshot,
     solve::{by_shape::ByShape, clarabel::Solution, stop::Stop},
     visit::schedule::Scheduler,
 };
 
-/// Predicted costs that differ by less are as good, m² s: right above its goal a craft's is what the solver's tolerance
-/// leaves, 10⁻¹² m² s.
+/// Difference of equal predicted costs, m² s; the solver's tolerance leaves 10⁻¹² m² s above the
+/// goal.
 const COST_TIE: f64 = 1e-6;
 
-/// How far a slow turn's heading reference leads the craft, rad, starboard.
+/// Lead of a slow turn's heading reference, rad, to starboard.
 const SLOW_TURN_LEAD: f64 = 0.2;
 
-/// What one fallback level offers.
+/// Offer of one fallback level.
 #[derive(Clone)]
 struct Level {
     method: Method,
     reference: Reference,
-    candidate: Candidate,
+    candidate: CandidateTrajectory,
 }
 
-/// Plans for `snapshot`: of the fallback levels that are available, the one of least predicted cost answers.
+/// Plans for `snapshot`: the available fallback level of least predicted cost answers.
 pub(crate) fn select_answer(
     snapshot: &Snapshot,
     parameters: &Parameters,
@@ -81,7 +81,7 @@ pub(crate) fn select_answer(
         reference: law,
         candidate: rolled_out(&horizon, los_rollout.stages.clone(), &los_rollout),
     };
-    // 3. The program, unless the goal rests on a report that is too old.
+    // 3. The program, unless the goal depends on a report that is too old.
     let stale = |auv: usize| parameters.is_stale(&snapshot.estimates()[auv]);
     let scp = if goal.needs_now().any(stale) {
         ScpResult::none(Degraded::StaleReport)
@@ -151,7 +151,8 @@ pub(crate) fn select_answer(
     }
 }
 
-/// The goal of `snapshot`, and the schedule by which it visits AUVs, if it does; `held` as in [`GoalForecast::holding`].
+/// The goal of `snapshot`, and its schedule if it visits AUVs; `held` as in
+/// [`GoalForecast::holding`].
 #[must_use]
 pub fn scheduled_goal(
     snapshot: &Snapshot,
@@ -174,7 +175,7 @@ pub fn scheduled_goal(
     (goal, scheduled.map(|scheduled| scheduled.schedule))
 }
 
-/// Whether the deadline came before the estimates and the schedule that every law needs were whole.
+/// The reason, if the deadline cut the estimates or the schedule short, which all laws need.
 fn cut_short(snapshot: &Snapshot, schedule: Option<&Schedule>, stop: &Stop) -> Option<Degraded> {
     let is_cut = snapshot.cut_short() || (schedule.is_some() && stop.was_due());
     is_cut.then_some(Degraded::Deadline)
@@ -187,7 +188,7 @@ fn remembered_course(snapshot: &Snapshot) -> Option<Course> {
         .and_then(PreviousPlan::goal_course)
 }
 
-/// The command with which the craft does what was `asked`, and what that comes to through the water.
+/// The command for `asked`, and its effect through the water.
 fn commanded(asked: Reference, snapshot: &Snapshot) -> (Reference, Reference) {
     let asked = snapshot.within_speed_max(&without_heading_offset(asked, snapshot));
     let command = snapshot.slew_limited_command(&asked);
@@ -199,7 +200,7 @@ fn commanded(asked: Reference, snapshot: &Snapshot) -> (Reference, Reference) {
     (command, through_water)
 }
 
-/// The reference that makes the craft turn to that of `asked`: less what its heading stays off its reference.
+/// The reference corrected by the craft's heading offset.
 fn without_heading_offset(asked: Reference, snapshot: &Snapshot) -> Reference {
     Reference {
         heading: Heading::new(asked.heading.radians() - snapshot.craft_model().heading_offset),
@@ -207,7 +208,7 @@ fn without_heading_offset(asked: Reference, snapshot: &Snapshot) -> Reference {
     }
 }
 
-/// The level that answers: of those that are as good, the first.
+/// The level that answers; the first of equals.
 fn best_level(
     snapshot: &Snapshot,
     parameters: &Parameters,
@@ -239,7 +240,7 @@ fn best_level(
     steered(best, snapshot, parameters, horizon)
 }
 
-/// What is known of the craft, and of who keeps it how near to its goal, `distance` m being how near now.
+/// The estimate of the craft, updated with its present `distance` from the goal, m.
 fn answered(snapshot: &Snapshot, distance: f64) -> CraftEstimate {
     let estimate = *snapshot.craft_estimate();
     let previous = snapshot.previous_plan.as_ref();
@@ -252,11 +253,11 @@ fn answered(snapshot: &Snapshot, distance: f64) -> CraftEstimate {
     }
 }
 
-/// A level as it steers where another level may take over: the law's heading reference turns no faster than the craft, and at
-/// speed no faster than a plan's. What it is predicted to lead to stays that of the law itself.
+/// A level with its heading reference limited: the law's turns no faster than the craft, and at
+/// speed no faster than a plan's. Its prediction stays the law's.
 ///
-/// Asked for a hard turn at full speed, thrusters at their limits give neither, and the heading swings for 10 s.
-/// From rest the law may turn as fast as the craft can; see `docs/rationale.md#references`.
+/// In a hard turn at full speed, saturated thrusters achieve neither, and the heading swings for 10
+/// s. From rest the law may turn as fast as the craft can; see `docs/rationale.md#references`.
 fn steered(level: Level, snapshot: &Snapshot, parameters: &Parameters, horizon: &Horizon<'_>) -> Level {
     if level.method != Method::SaturatedLos {
         return level;
@@ -275,7 +276,7 @@ fn steered(level: Level, snapshot: &Snapshot, parameters: &Parameters, horizon: 
     }
 }
 
-/// What each of the laws would do from a start without memory. All have the same goal: a schedule is dear.
+/// Answers of all laws without memory. All have the same goal: a schedule is expensive.
 pub(crate) fn baselines_of_all(
     snapshot: &Snapshot,
     parameters: &Parameters,
@@ -297,7 +298,7 @@ pub(crate) fn baselines_of_all(
     })
 }
 
-/// What `law` would do from what it remembers.
+/// The answer of `law` with its memory.
 pub(crate) fn baseline_from_memory(
     snapshot: &Snapshot,
     parameters: &Parameters,
@@ -307,7 +308,7 @@ pub(crate) fn baseline_from_memory(
     let parameters = &*parameters.of(snapshot);
     let (goal, _) = scheduled_goal(snapshot, parameters, remembered_course(snapshot), stop);
     let horizon = Horizon::new(snapshot, parameters, &goal);
-    let rollout = horizon.carried_on(snapshot, &goal, law.clone());
+    let rollout = horizon.line_of_sight_with_memory(snapshot, &goal, law.clone());
     let asc = AscNow::from(snapshot);
     let through_water = law
         .clone()
@@ -340,10 +341,10 @@ fn tuning(law: LosLaw, parameters: &Parameters) -> LosTuning {
     }
 }
 
-/// The program's own level.
+/// The program's level.
 fn planned(
     horizon: &Horizon<'_>,
-    candidate: Candidate,
+    candidate: CandidateTrajectory,
     snapshot: &Snapshot,
     parameters: &Parameters,
 ) -> Level {
@@ -371,7 +372,7 @@ fn planned(
     }
 }
 
-/// The previous plan, followed further: its trajectory from now on, held at its end.
+/// The previous plan, continued: its trajectory from now, held at its end.
 fn previous_plan(snapshot: &Snapshot, parameters: &Parameters, horizon: &Horizon<'_>) -> Option<Level> {
     let previous = horizon.previous.as_ref()?;
     let stages = horizon.stages_along(previous);
@@ -391,10 +392,10 @@ fn previous_plan(snapshot: &Snapshot, parameters: &Parameters, horizon: &Horizon
     })
 }
 
-/// The candidate of `stages`, `rollout` being what following it leads to.
-fn rolled_out(horizon: &Horizon<'_>, stages: Vec<Stage>, rollout: &Rollout) -> Candidate {
+/// The candidate of `stages` with the prediction of `rollout`.
+fn rolled_out(horizon: &Horizon<'_>, stages: Vec<Stage>, rollout: &Rollout) -> CandidateTrajectory {
     let (predicted, terms, violations) = predict(horizon, rollout, &horizon.weights);
-    Candidate {
+    CandidateTrajectory {
         stages,
         predicted,
         terms,
@@ -402,7 +403,7 @@ fn rolled_out(horizon: &Horizon<'_>, stages: Vec<Stage>, rollout: &Rollout) -> C
     }
 }
 
-/// Nothing to follow: turn slowly on the spot, or stop, as the client chose.
+/// The last level: a slow turn or a stop, as the client chose.
 fn hold(snapshot: &Snapshot, horizon: &Horizon<'_>) -> Level {
     let law = |heading: Heading| match snapshot.hold {
         Hold::Stop => Reference { speed: 0.0, heading },

@@ -10,35 +10,35 @@ use crate::facts::{
     reference::Reference,
 };
 
-/// Slower than this over ground, a velocity has no course worth holding, m/s.
+/// Least speed over ground with a usable course, m/s.
 const SPEED_WITHOUT_COURSE: f64 = 0.05;
 
 /// Closed-loop response of a surface craft.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Craft {
-    /// How the heading loop answers.
+    /// Response of the heading loop.
     pub heading: HeadingResponse,
-    /// How the speed loop answers.
+    /// Response of the speed loop.
     pub surge: SurgeResponse,
-    /// Sway per surge and yaw rate k_β, s, positive where the craft drifts outwards in a turn: v = −k_β u r.
+    /// Sway per surge and yaw rate k_β, s, positive for an outward drift in a turn: v = −k_β u r.
     #[doc(alias = "k_beta")]
     pub sway_per_yaw_rate: f64,
-    /// Power that propulsion draws at a steady speed.
+    /// Propulsion power at a steady speed.
     pub power: Power,
-    /// What the speed reference is held against.
+    /// Quantity that the speed loop holds.
     pub speed_held: SpeedReference,
-    /// What the heading reference is held against.
+    /// Quantity that the heading loop holds.
     pub heading_held: HeadingReference,
 }
 
-/// How the heading loop answers a reference.
+/// Response of the heading loop to a reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeadingResponse {
     /// Its dynamics after the delay.
     pub dynamics: HeadingDynamics,
-    /// Time until a reference begins to act t_d, s.
+    /// Delay t_d before a reference acts, s.
     pub delay: f64,
-    /// Fastest turn that the loop makes r_max, rad/s.
+    /// Largest yaw rate of the loop r_max, rad/s.
     pub rate_max: f64,
 }
 
@@ -59,38 +59,38 @@ pub enum HeadingDynamics {
     },
 }
 
-/// How the speed loop answers a reference.
+/// Response of the speed loop to a reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurgeResponse {
-    /// Time constant of the answer to a small step T_u, s.
+    /// Time constant of the response to a small step T_u, s.
     pub time_constant: f64,
-    /// Time until a reference begins to act, s.
+    /// Delay before a reference acts, s.
     pub delay: f64,
     /// Largest acceleration ahead, m/s².
     pub acceleration_max: f64,
     /// Largest deceleration, m/s², positive.
     pub deceleration_max: f64,
-    /// Time T_i in which the loop's integrator gathers what its proportional part asks for, s; none where it has no
-    /// integrator or winds up not noticeably.
+    /// Integral time T_i, s: the integrator then equals the proportional part. `None` without an
+    /// integrator, or if it winds up negligibly.
     pub integral_time: Option<f64>,
 }
 
-/// Power that propulsion draws at a steady speed u through the water: linear · u + cubic · u³.
+/// Propulsion power at a steady speed u through the water: linear · u + cubic · u³.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "Power", bound = "N: JsonSchema + Default")]
 pub struct Power<N = f64> {
-    /// Linear coefficient, W/(m/s); 0 if left out.
+    /// Linear coefficient, W/(m/s). Default: 0.
     #[serde(default)]
     #[schema(value_type = f64)]
     pub linear_w_per_mps: N,
-    /// Cubic coefficient, W/(m/s)³; 0 if left out.
+    /// Cubic coefficient, W/(m/s)³. Default: 0.
     #[serde(default)]
     #[schema(value_type = f64, example = 27.5)]
     pub cubic_w_per_mps3: N,
 }
 
-/// What a speed reference means: the speed that the loop measures.
+/// Quantity that a speed loop measures and holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, ToSchema, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SpeedReference {
@@ -100,20 +100,20 @@ pub enum SpeedReference {
     OverGround,
 }
 
-/// What a heading reference means: the angle that the loop measures.
+/// Quantity that a heading loop measures and holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, ToSchema, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum HeadingReference {
-    /// Where the bow points ψ.
+    /// Direction of the bow ψ.
     Heading,
-    /// The direction of the velocity over ground χ.
+    /// Direction of the velocity over ground χ.
     Course,
 }
 
 impl Craft {
-    /// The command with which the craft moves through the water as `reference` says, in a `current`
-    /// (north, east), m/s: a loop that holds speed over ground gets the velocity over ground along the bow, up to `speed_max`,
-    /// m/s, one that holds a course the direction of that velocity.
+    /// The command that makes the craft move through the water as `reference` says, in a `current`
+    /// (north, east), m/s. A loop over ground gets the velocity over ground along the bow, up to
+    /// `speed_max`, m/s; a course loop gets the direction of that velocity.
     #[must_use]
     pub fn command(&self, reference: &Reference, current: &Vector2<f64>, speed_max: f64) -> Reference {
         let ahead = reference.heading.unit();
@@ -134,7 +134,7 @@ impl Craft {
 }
 
 impl HeadingDynamics {
-    /// By how much the heading is behind a reference that turns steadily, s: T, or 2ζ/ω.
+    /// Lag behind a reference that turns steadily, s: T, or 2ζ/ω.
     #[must_use]
     pub fn lag(self) -> f64 {
         match self {
@@ -147,12 +147,12 @@ impl HeadingDynamics {
     }
 }
 
-/// Part of the lag of a second-order loop that delays the beginning of its answer: the rest is the time constant of what
-/// follows. Of a critically damped loop, two equal lags after one another, it would be a half.
+/// Share of a second-order loop's lag that acts as a delay; the rest acts as a time constant. For a
+/// critically damped loop, two equal lags in series, it would be a half.
 const SECOND_ORDER_DELAY: f64 = 0.4;
 
 impl HeadingResponse {
-    /// Time constant of a first-order loop that answers like this one after its effective delay, s.
+    /// Time constant of the first-order loop that approximates this one after a delay, s.
     #[must_use]
     pub fn time_constant(&self) -> f64 {
         match self.dynamics {
@@ -161,13 +161,13 @@ impl HeadingResponse {
         }
     }
 
-    /// Time until a first-order loop begins to answer that answers like this one, s.
+    /// Delay of the first-order loop that approximates this one, s.
     #[must_use]
     pub(crate) fn effective_delay(&self) -> f64 {
         self.lag() - self.time_constant()
     }
 
-    /// By how much the heading is behind a reference that turns steadily, the delay included, s.
+    /// Lag behind a reference that turns steadily, with the delay, s.
     #[must_use]
     pub fn lag(&self) -> f64 {
         self.dynamics.lag() + self.delay
@@ -175,7 +175,7 @@ impl HeadingResponse {
 }
 
 impl SurgeResponse {
-    /// By how much the speed is behind a reference that rises steadily, the delay included, s.
+    /// Lag behind a reference that rises steadily, with the delay, s.
     #[must_use]
     pub fn lag(&self) -> f64 {
         self.time_constant + self.delay

@@ -1,16 +1,16 @@
-//! An extended Kalman filter's prediction of three states, and its covariance kept sound.
+//! Prediction step of an extended Kalman filter of three states, with a bounded covariance.
 
 use nalgebra::{Matrix3, Vector3};
 
 use crate::craft::estimate::VARIANCE_MAX;
 
-/// Step of a finite difference; the states are of the order of 1.
+/// Step of the finite differences; the states are of order 1.
 const STEP: f64 = 1e-5;
 
-/// Smallest variance that rounding leaves.
+/// Smallest variance.
 const VARIANCE_MIN: f64 = 1e-9;
 
-/// Mean and covariance after `predict`, by its finite differences.
+/// Mean and covariance after `predict`, linearised by finite differences.
 pub(super) fn propagated(
     predict: impl Fn(&Vector3<f64>) -> Vector3<f64>,
     state: &Vector3<f64>,
@@ -29,7 +29,7 @@ pub(super) fn propagated(
 /// The covariance nearest to `matrix`: symmetric, bounded, no eigenvalue negative.
 pub(super) fn sound(matrix: &Matrix3<f64>) -> Matrix3<f64> {
     let mut matrix = (matrix + matrix.transpose()) * 0.5;
-    // A covariance that has grown without bound knows nothing: all of it shrinks, so that it stays one.
+    // Scaling the whole matrix bounds it and keeps it a covariance.
     let largest = matrix.m11.max(matrix.m22).max(matrix.m33);
     if VARIANCE_MAX < largest {
         matrix *= VARIANCE_MAX / largest;
@@ -37,7 +37,7 @@ pub(super) fn sound(matrix: &Matrix3<f64>) -> Matrix3<f64> {
     for i in 0..3 {
         matrix[(i, i)] = matrix[(i, i)].max(VARIANCE_MIN);
     }
-    // Differences of large variances, and a linearisation that does not hold, can leave what is no covariance.
+    // Differences of large variances and a poor linearisation can leave a negative eigenvalue.
     if matrix.cholesky().is_none() {
         let mut eigen = matrix.symmetric_eigen();
         eigen

@@ -1,4 +1,4 @@
-//! What a client says of its craft, and the one place where that is checked.
+//! A client's description of its craft, and its checks.
 
 use std::ops::RangeInclusive;
 
@@ -19,8 +19,7 @@ use crate::{
     },
 };
 
-/// Closed-loop response of the surface craft. A member that is left out has the preset's value or, without a preset, is
-/// learnt.
+/// Closed-loop response of the surface craft. Omitted members are the preset's, or learnt.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema, JsonSchema)]
 #[serde(
     deny_unknown_fields,
@@ -32,12 +31,11 @@ use crate::{
 #[schema(as = Craft)]
 #[schemars(rename = "Craft", bound = "N: JsonSchema + Default + PartialEq")]
 pub struct CraftDescription<N = f64> {
-    /// Name of a known craft (`GET /v1/crafts` lists them) whose values replace the members that are left out; none if left
-    /// out.
+    /// Name of a known craft (from `GET /v1/crafts`) for omitted members. Default: none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = "medusa")]
     pub preset: Option<String>,
-    /// Response of the heading loop; the preset's if left out.
+    /// Response of the heading loop. Default: the preset's.
     #[serde(
         default,
         deserialize_with = "default_for_null",
@@ -45,7 +43,7 @@ pub struct CraftDescription<N = f64> {
     )]
     #[schema(value_type = Option<HeadingLoop>)]
     pub heading_loop: HeadingLoop<N>,
-    /// Response of the speed loop; the preset's if left out.
+    /// Response of the speed loop. Default: the preset's.
     #[serde(
         default,
         deserialize_with = "default_for_null",
@@ -53,23 +51,23 @@ pub struct CraftDescription<N = f64> {
     )]
     #[schema(value_type = Option<SurgeLoop>)]
     pub surge_loop: SurgeLoop<N>,
-    /// Sway per surge and yaw rate k_β, s, positive where the craft drifts outwards in a turn; the preset's if left out. Sway
-    /// is −`sway_per_yaw_rate_s` times surge times yaw rate.
+    /// Sway per surge and yaw rate k_β, s, positive if the craft drifts outwards in a turn: sway =
+    /// −`sway_per_yaw_rate_s` · surge · yaw rate. Default: the preset's.
     #[doc(alias = "k_beta")]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>, example = 0.9)]
     pub sway_per_yaw_rate_s: Option<N>,
-    /// Power that propulsion draws at a steady speed through the water; the preset's if left out.
+    /// Propulsion power at a steady speed through the water. Default: the preset's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<Power>)]
     pub power: Option<Power<N>>,
-    /// Kind of speed reference; the preset's if left out.
+    /// Kind of speed reference. Default: the preset's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speed_held: Option<SpeedReference>,
-    /// Kind of heading reference; the preset's if left out.
+    /// Kind of heading reference. Default: the preset's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub heading_held: Option<HeadingReference>,
-    /// Relative standard deviation of the given numbers, 0 if they are exact; 0.15 if left out.
+    /// Relative standard deviation of the given numbers; 0 if exact. Default: 0.15.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>, example = 0.1)]
     pub relative_uncertainty: Option<N>,
@@ -80,24 +78,24 @@ pub struct CraftDescription<N = f64> {
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "HeadingLoop")]
 pub struct HeadingLoop<N = f64> {
-    /// Time constant of a first-order response, s; the preset's if left out. Either this, or `natural_frequency_radps` and
-    /// `damping`.
+    /// Time constant of a first-order response, s. Excludes `natural_frequency_radps` and
+    /// `damping`. Default: the preset's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>)]
     pub time_constant_s: Option<N>,
-    /// Natural frequency of a second-order response, rad/s, together with `damping`; the preset's if left out.
+    /// Natural frequency of a second-order response, rad/s. Needs `damping`. Default: the preset's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>, example = 1.6)]
     pub natural_frequency_radps: Option<N>,
-    /// Damping ratio of a second-order response, together with `natural_frequency_radps`; the preset's if left out.
+    /// Damping ratio; needs `natural_frequency_radps`. Default: the preset's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>, example = 0.8)]
     pub damping: Option<N>,
-    /// Delay of a reference, s; the preset's if left out.
+    /// Delay of a reference, s. Default: the preset's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>, example = 0.1)]
     pub delay_s: Option<N>,
-    /// Largest yaw rate of the loop, rad/s; the preset's if left out.
+    /// Largest yaw rate of the loop, rad/s. Default: the preset's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>, example = 0.3)]
     pub rate_max_radps: Option<N>,
@@ -108,33 +106,33 @@ pub struct HeadingLoop<N = f64> {
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "SurgeLoop")]
 pub struct SurgeLoop<N = f64> {
-    /// Time constant of the response to a small step, s; the preset's if left out.
+    /// Time constant of the response to a small step, s. Default: the preset's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>, example = 2.5)]
     pub time_constant_s: Option<N>,
-    /// Delay of a reference, s; the preset's if left out.
+    /// Delay of a reference, s. Default: the preset's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>, example = 0.0)]
     pub delay_s: Option<N>,
-    /// Largest acceleration ahead, m/s²; the preset's if left out.
+    /// Largest acceleration ahead, m/s². Default: the preset's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>, example = 0.09)]
     pub acceleration_max_mps2: Option<N>,
-    /// Largest deceleration, m/s², positive; the preset's if left out.
+    /// Largest deceleration, m/s², positive. Default: the preset's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>, example = 0.09)]
     pub deceleration_max_mps2: Option<N>,
-    /// Whether the loop has an integrator that winds up noticeably. `false` says that it has none, `integral_time_s` that it
-    /// has one; the preset's or learnt if left out. `null` is the same as left out.
+    /// `false`: the loop has no integrator that winds up noticeably; `integral_time_s` declares
+    /// one. `null` means omitted. Default: the preset's, or learnt.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub integrates: Option<bool>,
-    /// Integral time of the loop k_p/k_i, s; the preset's if left out.
+    /// Integral time of the loop k_p/k_i, s. Default: the preset's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>, example = 8.7)]
     pub integral_time_s: Option<N>,
 }
 
-/// Clients may write `null` for an object that they leave out.
+/// Accepts `null` for an omitted object.
 fn default_for_null<'de, D: Deserializer<'de>, T: Deserialize<'de> + Default>(
     from: D,
 ) -> Result<T, D::Error> {
@@ -146,7 +144,7 @@ fn is_default<T: Default + PartialEq>(object: &T) -> bool {
 }
 
 impl From<&Craft> for CraftDescription {
-    /// Everything said, and nothing of how surely.
+    /// Declares all members, without an uncertainty.
     fn from(craft: &Craft) -> Self {
         let (heading, surge) = (&craft.heading, &craft.surge);
         let (time_constant_s, natural_frequency_radps, damping) = match heading.dynamics {
@@ -183,7 +181,7 @@ impl From<&Craft> for CraftDescription {
 }
 
 impl HeadingLoop {
-    /// The dynamics that are described, if they are.
+    /// The declared dynamics, if any.
     #[must_use]
     pub fn dynamics(&self) -> Option<HeadingDynamics> {
         match (self.time_constant_s, self.natural_frequency_radps, self.damping) {
@@ -198,7 +196,7 @@ impl HeadingLoop {
 }
 
 impl CraftDescription {
-    /// The known craft of that name, and nothing else.
+    /// The known craft of that name, without other members.
     #[must_use]
     pub fn of_preset(name: &str) -> Self {
         Self {
@@ -207,12 +205,12 @@ impl CraftDescription {
         }
     }
 
-    /// The preset that is named.
+    /// The named preset.
     pub(crate) fn preset(&self) -> Option<&'static Preset> {
         self.preset.as_deref().and_then(Preset::named)
     }
 
-    /// The craft that is described: what is not said is the preset's, or the generic craft's.
+    /// The described craft; omitted members are the preset's, or the generic craft's.
     #[must_use]
     pub fn craft(&self) -> Craft {
         let base = self.preset().map_or(Craft::GENERIC, |preset| preset.craft);
@@ -240,7 +238,7 @@ impl CraftDescription {
         }
     }
 
-    /// Everything that is wrong, by the names that the JSON has: `craft/heading_loop/delay_s`.
+    /// All faults, by their JSON names: `craft/heading_loop/delay_s`.
     #[must_use]
     pub fn faults(&self) -> Vec<InvalidField> {
         let mut faults = Vec::new();
@@ -292,8 +290,8 @@ impl CraftDescription {
 }
 
 impl<N> CraftDescription<N> {
-    /// The same description with other numbers: what `number` makes of each one's name (`heading_loop/delay_s`), range and
-    /// value, in this order. The numbers of a `power` that is left out are skipped.
+    /// The same description with other numbers: `number` maps each one's name
+    /// (`heading_loop/delay_s`), range and value, in this order; skips an omitted `power`.
     pub fn map<M: Default>(
         &self,
         mut number: impl FnMut(&str, &RangeInclusive<f64>, Option<&N>) -> Option<M>,
@@ -365,7 +363,7 @@ mod tests {
     }
 
     #[test]
-    fn every_preset_is_a_craft_that_a_client_may_describe() {
+    fn every_preset_is_a_valid_description() {
         for preset in PRESETS {
             let described = CraftDescription::from(&preset.craft);
             assert_eq!(described.faults(), [], "{}", preset.name);
@@ -375,12 +373,12 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_said_is_not_at_fault() {
+    fn an_empty_description_has_no_fault() {
         assert_eq!(CraftDescription::default().faults(), []);
     }
 
     #[test]
-    fn that_a_loop_does_not_integrate_is_said_and_not_left_out() {
+    fn integrates_false_differs_from_an_omitted_member() {
         let said = |integrates, integral_time_s| CraftDescription {
             surge_loop: SurgeLoop {
                 integrates,

@@ -1,19 +1,19 @@
-//! Learning the craft from how it answered: one small filter for each loop, from one snapshot to the next.
+//! Learning the craft from its responses: one small filter for each loop, updated by each snapshot.
 //!
 //! ```text
-//! heading   x = (ψ, ln T, δ)    ψ⁺ = ψ + ∫ clamp((ψ_ref′ + δ − ψ)/T, ±r_max)                z = ψ
-//! surge     x = (u, ln T_u, b)  u⁺ = u + ∫ clamp((u_ref′ − u)/T_u, −a_dec, a_acc) + b         z = u
+//! heading   x = (ψ, ln T, δ)    ψ⁺ = ψ + ∫ clamp((ψ_ref′ + δ − ψ)/T, ±r_max)             z = ψ
+//! surge     x = (u, ln T_u, b)  u⁺ = u + ∫ clamp((u_ref′ − u)/T_u, −a_dec, a_acc) + b      z = u
 //! drift     x = k_β             z = v = −k_β u r
-//! current   x = c               z = (p − p⁻)/Δ − v_w                                          where no ground velocity is given
+//! current   x = c               z = (p − p⁻)/Δ − v_w          without a ground velocity
 //! ```
-//! ψ_ref′ and u_ref′ are the references behind a first-order lag as long as the loop's delay, which stands for it: a delay
-//! itself would have to remember every reference. δ is what the heading stays off its reference: a loop without integrator,
-//! a compass that is not aligned, the crab angle of a loop that holds a course.
+//! ψ_ref′ and u_ref′ are the references behind a first-order lag that replaces the loop's delay: a
+//! true delay would need a memory of all references. δ is the heading's offset from its reference:
+//! a loop without integrator, a misaligned compass, the crab angle of a course loop.
 //!
-//! Extended Kalman filters: the loops are not linear in their time constants, and what a craft does not excite must keep
-//! its prior, which a covariance says by itself and recursive least squares with a forgetting factor does not. Logarithms
-//! keep time constants positive. Every time constant is pulled back to its prior in [`FORGETTING_TIME`], its variance
-//! with it, so that an estimate is bounded and follows a craft that changes.
+//! Extended Kalman filters: the loops are nonlinear in their time constants, and unexcited
+//! parameters must keep their prior, which recursive least squares with a forgetting factor does
+//! not ensure. Logarithms keep time constants positive. Time constants and their variances return
+//! to their prior in [`FORGETTING_TIME`], so estimates are bounded and adapt.
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
@@ -35,130 +35,130 @@ use crate::{
     },
 };
 
-/// Time in which an estimate that nothing feeds returns to its prior, s.
+/// Time in which an unexcited estimate returns to its prior, s.
 const FORGETTING_TIME: f64 = 1800.0;
 
-/// Longest time between two snapshots over which a response is predicted, s; older memories start anew.
+/// Longest interval between two snapshots for a prediction, s; older memories restart.
 const INTERVAL_MAX: f64 = 10.0;
 
-/// Shortest time between two snapshots from which anything is learnt, s.
+/// Shortest interval between two snapshots for learning, s.
 const INTERVAL_MIN: f64 = 0.05;
 
-/// Least and largest time constant that is learnt, s.
+/// Range of learnt time constants, s.
 const TIME_CONSTANT: std::ops::RangeInclusive<f64> = 0.2..=20.0;
 
 /// Largest magnitude of a learnt drift in a turn, s, unless a larger one is declared.
 const DRIFT_MAX: f64 = 5.0;
 
-/// Standard deviation of a heading about what the loop makes of its reference, rad: compass and waves.
+/// Standard deviation of a heading around the loop's prediction, rad: compass and waves.
 const HEADING_NOISE: f64 = 0.04;
 
-/// The same that stays from one second to the next, rad/√s.
+/// Its random walk, rad/√s.
 const HEADING_WALK: f64 = 0.02;
 
 /// Standard deviation of a speed through the water, m/s: speed log and waves.
 const SPEED_NOISE: f64 = 0.03;
 
-/// What moves the speed unforeseen, m/s/√s.
+/// Random walk of the speed, m/s/√s.
 const SPEED_WALK: f64 = 0.01;
 
-/// How a surge disturbance wanders, m/s²/√s: between following what a delay leaves and following a wound-up integrator
-/// late; see `docs/rationale.md#learning-the-craft`.
+/// Random walk of a surge disturbance, m/s²/√s: faster, it follows the residue of a delay; slower,
+/// it follows a wound-up integrator late; see `docs/rationale.md#learning-the-craft`.
 const DISTURBANCE_WALK: f64 = 0.002;
 
-/// Standard deviation of a disturbance of which nothing is known, m/s².
+/// Standard deviation of an unknown disturbance, m/s².
 const DISTURBANCE_SIGMA: f64 = 0.03;
 
 /// Standard deviation of a sway through the water, m/s.
 const SWAY_NOISE: f64 = 0.05;
 
-/// Standard deviation of a position, m: a GNSS receiver's.
+/// Standard deviation of a position, m, from a GNSS receiver.
 const POSITION_NOISE: f64 = 0.7;
 
-/// Standard deviation of a current of which nothing is known, along an axis, m/s.
+/// Standard deviation of an unknown current along an axis, m/s.
 const CURRENT_SIGMA: f64 = 0.3;
 
-/// How a current wanders, m/s/√s.
+/// Random walk of a current, m/s/√s.
 const CURRENT_WALK: f64 = 0.002;
 
-/// Innovations beyond this many variances are no noise.
+/// Squared innovation, in variances, that is no noise.
 const GATE: f64 = 25.0;
 
-/// Standard deviation of what a heading stays off its reference, of which nothing is known, rad.
+/// Standard deviation of an unknown heading offset, rad.
 pub(super) const OFFSET_SIGMA: f64 = 0.1;
 
-/// How that wanders, rad/√s.
+/// Random walk of the heading offset, rad/√s.
 const OFFSET_WALK: f64 = 0.004;
 
-/// Farthest that a heading is taken to stay off its reference, rad.
+/// Largest heading offset, rad.
 const OFFSET_MAX: f64 = 0.8;
 
-/// Farthest that a speed stays off its reference for a learnt disturbance before that is taken for a fault, m/s.
+/// Largest speed offset from a learnt disturbance, m/s; more is assumed a fault.
 const SPEED_OFFSET_BELIEVED: f64 = 0.05;
 
-/// Farthest that a filtered speed may be from a measured one, m/s.
+/// Largest difference of a filtered speed from a measured one, m/s.
 const FILTERED_SPEED_ERROR_MAX: f64 = 2.0;
 
-/// A craft that is farther from where it was than this, and than this speed leads, is another or was carried.
+/// Displacement, m, beyond which, and beyond [`SPEED_JUMP`], a craft is another one or was carried.
 const POSITION_JUMP: f64 = 20.0;
 
-/// As above, m/s.
+/// Speed of such a displacement, m/s.
 const SPEED_JUMP: f64 = 10.0;
 
-/// Largest crab angle that the heading of a craft that holds its course is allowed, rad.
+/// Largest crab angle of a craft that holds its course, rad.
 const CRAB_MAX: f64 = 1.0;
 
-/// Turn of late that took thrust which the speed lacks, rad.
+/// Recent turn whose thrust the speed lacks, rad.
 const HARD_TURN: f64 = 0.35;
 
-/// The same of a yaw rate, rad/s, for a craft without way, whose turns of late are not looked at.
+/// The same as a yaw rate, rad/s, for a craft without way, whose recent turns are not observed.
 const HARD_YAW_RATE: f64 = 0.04;
 
-/// Largest turn of which the sense is clear, rad: a plan's references are no more than 2.6 rad from the bow.
+/// Largest turn of unambiguous sense, rad; plans' references are within 2.6 rad of the bow.
 const CLEAR_TURN_MAX: f64 = 2.7;
 
-/// Slower than this, m/s, a drift angle says nothing.
+/// Least speed for an observation of drift, m/s.
 pub(super) const SPEED_WITH_DRIFT: f64 = 0.15;
 
-/// Whether a craft that is `beyond` its reference is ahead of one that `moved`: who steers it along the trajectory of a plan sends
-/// references that go on between two plans, and ahead of its loop.
+/// `true` for a craft `beyond` its reference but ahead of one that `moved`: a bridge sends
+/// references along a plan's trajectory between plans, ahead of its loop.
 fn leads(beyond: f64, moved: f64) -> bool {
     0.0 < beyond * moved && beyond.abs() <= LEAD_MAX * moved.abs()
 }
 
-/// How many times as far as its reference moved between two plans a craft that follows is beyond it.
+/// Largest ratio of a following craft's lead to the motion of its reference between two plans.
 const LEAD_MAX: f64 = 2.0;
 
-/// What one snapshot says of the craft.
+/// Observation of the craft in one snapshot.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CraftObservation<'a> {
     /// The craft now.
     pub(crate) asc: &'a Asc,
-    /// What the operator allows.
+    /// The operator's limits.
     pub(crate) limits: &'a Limits,
-    /// Current (north, east) as the client declares it, m/s.
+    /// Declared current (north, east), m/s.
     pub(crate) declared_current: Option<Vector2<f64>>,
-    /// Current (north, east) as far as it is known, m/s, else zero.
+    /// Known current (north, east), m/s, else zero.
     pub(crate) current: Vector2<f64>,
-    /// What the previous answer knew and asked for, if it is usable, and time since then, s.
+    /// Estimate and references of the previous answer, if usable.
     pub(crate) previous: Option<(CraftEstimate, PastReference)>,
 }
 
-/// What the loops were asked for since an earlier answer.
+/// References of the loops since an earlier answer.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PastReference {
     /// Heading reference through the water, rad.
     pub(crate) heading: f64,
     /// Speed reference through the water, m/s.
     pub(crate) speed: f64,
-    /// Heading, rad, and speed, m/s, of the command, whatever the loops hold.
+    /// Heading, rad, and speed, m/s, of the command, as the loops hold them.
     pub(crate) command: Vector2<f64>,
-    /// Time since then, s.
+    /// Time since that answer, s.
     pub(crate) elapsed: f64,
 }
 
 impl CraftEstimate {
-    /// What is known now: `observation` taken up into what the previous answer knew, or a start from the prior.
+    /// The present estimate: the previous one updated by `observation`, or a start from the prior.
     #[must_use]
     pub(crate) fn new(observation: &CraftObservation<'_>, prior: &Prior) -> Self {
         let start = || Self::start(observation, prior);
@@ -206,7 +206,7 @@ impl CraftEstimate {
         }
     }
 
-    /// The filters a snapshot later.
+    /// The filters one snapshot later.
     fn after(&self, observation: &CraftObservation<'_>, prior: &Prior, asked: PastReference) -> Self {
         let craft = CraftModel::new(&prior.craft, observation.limits);
         let mut next = *self;
@@ -220,13 +220,13 @@ impl CraftEstimate {
         next.learn_heading(observation.asc.heading().radians(), &craft, asked, prior);
         next.learn_surge(observation.asc.speed_mps, &craft, asked, prior);
         let before = (self.followed_heading, self.followed_speed);
-        next.look_for_effects(
+        next.test_effects(
             observation.asc,
             &prior.slowest(observation.limits),
             before,
             asked.elapsed,
         );
-        next.unlearn_faults(observation, prior);
+        next.reset_faulty_loops(observation, prior);
         next.learn_drift(observation, prior, asked);
         next.learn_current(observation, &self.position, asked);
         let expected = next.monitored(prior, &craft);
@@ -245,19 +245,18 @@ impl CraftEstimate {
         next
     }
 
-    /// Compares what the craft did with what the `slowest` does that is believed; `before` are the references that were followed before
-    /// these.
-    fn look_for_effects(&mut self, asc: &Asc, slowest: &CraftModel, before: (f64, f64), elapsed: f64) {
+    /// Compares the craft with the `slowest` plausible one; `before`: the previous references.
+    fn test_effects(&mut self, asc: &Asc, slowest: &CraftModel, before: (f64, f64), elapsed: f64) {
         let (heading, speed) = (self.followed_heading, self.followed_speed);
         let seen = asc.heading().radians();
         let (turned, faster) = (|a: f64, b: f64| wrap(a - b), |a: f64, b: f64| a - b);
         self.heading_effect = if CLEAR_TURN_MAX < turned(heading, seen).abs() {
-            // It may turn either way.
-            self.heading_effect.anew(seen)
+            // Both senses are possible.
+            self.heading_effect.restarted(seen)
         } else if asc.speed_mps < slowest.limits.speed_min
             || leads(turned(seen, heading), turned(heading, before.0))
         {
-            // Without way a rudder does nothing.
+            // Without way a rudder has no effect.
             self.heading_effect.paused(seen, turned)
         } else {
             let response = |from| {
@@ -273,7 +272,7 @@ impl CraftEstimate {
                 response,
             )
         };
-        // In a hard turn thrusters serve the turn first. One that does nothing does not turn.
+        // In a hard turn thrusters serve the turn first. A stuck craft does not turn.
         let turns_hard =
             HARD_TURN < self.heading_effect.seen_change.abs() || HARD_YAW_RATE < asc.yaw_rate_radps.abs();
         self.speed_effect = if turns_hard || leads(asc.speed_mps - speed, speed - before.1) {
@@ -290,8 +289,8 @@ impl CraftEstimate {
         };
     }
 
-    /// A loop whose references have no effect teaches nothing: it is as expected once it works again.
-    fn unlearn_faults(&mut self, observation: &CraftObservation<'_>, prior: &Prior) {
+    /// Resets a loop whose references have no effect: it is as expected once it works again.
+    fn reset_faulty_loops(&mut self, observation: &CraftObservation<'_>, prior: &Prior) {
         let start = Self::start(observation, prior);
         if self.heading_effect.is_missing() {
             (self.heading, self.heading_covariance) = (start.heading, start.heading_covariance);
@@ -301,7 +300,7 @@ impl CraftEstimate {
         }
     }
 
-    /// The craft that the monitor compares with: as it is declared, else as it is learnt.
+    /// The craft that the monitor compares with: the declared one, else the learnt one.
     fn monitored(&self, prior: &Prior, craft: &CraftModel) -> CraftModel {
         let lag = |declared: bool, prior: f64, learnt: f64| if declared { prior } else { learnt }.exp();
         let surge_time = lag(prior.surge_declared, prior.surge_lag.mean, self.surge.y);
@@ -314,7 +313,7 @@ impl CraftEstimate {
         }
     }
 
-    /// Pulls what is not excited back to its prior.
+    /// Pulls unexcited parameters back to their prior.
     fn forget(&mut self, prior: &Prior, elapsed: f64) {
         let share = 1.0 - (-elapsed / FORGETTING_TIME).exp();
         self.heading.y += share * (prior.heading_lag.mean - self.heading.y);
@@ -340,7 +339,7 @@ impl CraftEstimate {
         let innovation = wrap(measured - predicted.x);
         let variance = covariance.m11 + HEADING_NOISE * HEADING_NOISE;
         if innovation * innovation > GATE * variance {
-            // Turned by something else: the heading is accepted, the loop learns nothing.
+            // Turned by another cause: accept the heading, learn nothing.
             self.heading.x = measured;
             return;
         }
@@ -372,7 +371,7 @@ impl CraftEstimate {
         let innovation = measured - predicted.x;
         let variance = covariance.m11 + SPEED_NOISE * SPEED_NOISE;
         let gain = covariance.column(0) / variance;
-        // One wild reading of a speed log moves the filter by no more than a plausible one.
+        // A wild speed reading moves the filter no more than a plausible one.
         let most = (GATE * variance).sqrt();
         let state = predicted + gain * innovation.clamp(-most, most);
         let bias_most = craft.surge_disturbance_max();
@@ -387,7 +386,7 @@ impl CraftEstimate {
         self.surge_covariance = sound(&(covariance - gain * covariance.row(0)));
     }
 
-    /// Sway as measured; where it is not, as the velocity over ground across the bow says, less a known current.
+    /// Uses the measured sway, else that of the velocity over ground minus a declared current.
     fn learn_drift(&mut self, observation: &CraftObservation<'_>, prior: &Prior, asked: PastReference) {
         let asc = observation.asc;
         let across = || {
@@ -401,7 +400,7 @@ impl CraftEstimate {
             return;
         };
         let slope = -asc.speed_mps * asc.yaw_rate_radps;
-        // A reading a second is no independent one: drift errors last as long as a wave.
+        // Readings are correlated over a second: drift errors last as long as a wave.
         let noise = SWAY_NOISE * SWAY_NOISE / asked.elapsed.min(1.0);
         let variance = slope * slope * self.drift.variance + noise;
         let gain = self.drift.variance * slope / variance;
@@ -422,11 +421,11 @@ impl CraftEstimate {
         let asc = observation.asc;
         let over_ground = (asc.position() - before) / asked.elapsed;
         let sway = measured_sway(asc).unwrap_or(-self.drift.mean * asc.speed_mps * asc.yaw_rate_radps);
-        // The mean heading and speed of the interval: both ends as measured and as filtered then.
+        // Mean heading and speed of the interval: both ends, measured and filtered.
         let psi = asc.heading().radians() - 0.5 * asc.yaw_rate_radps * asked.elapsed;
         let seen = over_ground - ned_from_body(psi) * Vector2::new(asc.speed_mps, sway);
         let variance = self.current_variance + CURRENT_WALK * CURRENT_WALK * asked.elapsed;
-        // Errors of two positions after one another cancel over time; taken for independent, they are overrated.
+        // Errors of successive positions cancel over time; as independent noise they are overrated.
         let noise = 2.0 * (POSITION_NOISE / asked.elapsed).powi(2);
         let gain = variance / (variance + noise);
         let current = self.current + (seen - self.current) * gain;
@@ -435,12 +434,12 @@ impl CraftEstimate {
     }
 }
 
-/// Sway through the water, m/s. No sensor reads exactly 0: that stands for one that is left out.
+/// Sway through the water, m/s. An exact 0 is an omitted value: no sensor reads it.
 fn measured_sway(asc: &Asc) -> Option<f64> {
     (asc.sway_mps != 0.0).then_some(asc.sway_mps)
 }
 
-/// The share of a step of the reference that a lag of `delay` goes in `elapsed`.
+/// Share of a step that passes a lag of `delay` in `elapsed`.
 pub(super) fn behind(delay: f64, elapsed: f64) -> f64 {
     if delay > 0.0 {
         1.0 - (-elapsed / delay).exp()
@@ -449,7 +448,7 @@ pub(super) fn behind(delay: f64, elapsed: f64) -> f64 {
     }
 }
 
-/// A time constant's logarithm, no farther from its prior than that may be wrong.
+/// A time constant's logarithm, within the bounds of its prior.
 fn bounded_log_time(log_time: f64, prior: &Gaussian) -> f64 {
     let (least, largest) = TIME_CONSTANT.into_inner();
     prior.bounded(log_time).clamp(least.ln(), largest.ln())

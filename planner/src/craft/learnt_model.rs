@@ -1,4 +1,4 @@
-//! The response model as it is learnt: from what was declared of the craft, and from how it answered.
+//! The learnt response model, from declaration and responses.
 
 use nalgebra::Vector2;
 
@@ -10,15 +10,15 @@ use crate::{
 /// Least speed of a craft that holds a course, as a multiple of the current.
 const COURSE_SPEED_RATIO: f64 = 1.4;
 
-/// The most of its fastest speed that this may be.
+/// Largest share of the top speed for this least speed.
 const COURSE_SPEED_SHARE: f64 = 0.6;
 
-/// Part of its rates that a loop is planned with whose references have no effect: what a craft has left that half obeys, and
-/// enough to see whether it does again.
+/// Share of its rates that is planned for a loop whose references have no effect: a partial failure
+/// obeys it, and a recovery shows.
 const EFFECT_LEFT: f64 = 0.5;
 
 impl CraftModel {
-    /// What is known of the craft by now; of one that does not follow, a slower one than that.
+    /// The learnt craft; a slower one if it does not follow.
     #[must_use]
     pub(crate) fn learnt(
         prior: &Prior,
@@ -50,7 +50,7 @@ impl CraftModel {
         model.with_bounded_disturbance()
     }
 
-    /// A craft whose loop holds a course has none where the current is faster than itself: its least speed is above that.
+    /// A course loop fails in a current faster than the craft: raises the least speed above it.
     fn steerable(self, prior: &Prior, estimate: &CraftEstimate, current: &Vector2<f64>) -> Self {
         let (HeadingReference::Course, _) = estimate.modes(prior) else {
             return self;

@@ -1,4 +1,4 @@
-//! What the planner knows of its craft as numbers that a client hands back with its next request.
+//! The estimate of the craft as numbers, which a client returns with its next request.
 
 use std::ops::RangeInclusive;
 
@@ -14,33 +14,33 @@ use crate::{
     facts::{previous_plan::PreviousPlan, ranges::CURRENT_MAX},
 };
 
-/// How many numbers a [`CraftEstimate`] is.
+/// Length of a [`CraftEstimate`]'s memory.
 pub const MEMORY_LENGTH: usize = 53;
 
-/// Where in it the position begins that the craft had.
+/// Index of the craft's position in it.
 const POSITION: usize = 31;
 
-/// As many as an answer gave that did not look for effects of references: they are looked for from now on.
+/// Length of earlier answers' memories, without the tests for effects, which then start now.
 const MEMORY_LENGTH_WITHOUT_EFFECTS: usize = 43;
 
-/// Largest drift in a turn that may be declared, s, and its variance where that is twice as uncertain: memories begin with it.
+/// Largest declared drift in a turn, s; its variance at twice the uncertainty bounds a memory.
 const DRIFT_DECLARED_MAX: f64 = 20.0;
 
-/// As above, s².
+/// Largest variance of the drift, s².
 const DRIFT_VARIANCE_MAX: f64 = 4.0 * DRIFT_DECLARED_MAX * DRIFT_DECLARED_MAX;
 
-/// By how much an eigenvalue may be negative through rounding, relative to the largest element.
+/// Tolerance for a negative eigenvalue through rounding, relative to the largest element.
 const COVARIANCE_ROUNDING: f64 = 1.0e-9;
 
 impl PreviousPlan {
-    /// Whether it has a memory of the craft that cannot be used.
+    /// `true` if its memory of the craft cannot be used.
     #[must_use]
     pub fn has_unusable_memory(&self) -> bool {
         let memory = self.craft_estimate.as_ref().map(|craft| craft.memory.as_slice());
         memory.is_some_and(|memory| !memory.is_empty() && CraftEstimate::from_memory(memory).is_none())
     }
 
-    /// Replaces every position (north, east), m, by what `moved` makes of it.
+    /// Replaces every position (north, east), m, by `moved` of it.
     pub fn move_positions(&mut self, moved: impl Fn(Vector2<f64>) -> Vector2<f64>) {
         let put = |north: &mut f64, east: &mut f64| {
             let position = moved(Vector2::new(*north, *east));
@@ -77,7 +77,7 @@ impl PreviousPlan {
 }
 
 impl CraftEstimate {
-    /// All its numbers, in an order that only [`Self::from_memory`] knows.
+    /// All its numbers; only [`Self::from_memory`] knows their order.
     #[must_use]
     pub fn memory(&self) -> [f64; MEMORY_LENGTH] {
         let mut memory = [0.0; MEMORY_LENGTH];
@@ -112,8 +112,7 @@ impl CraftEstimate {
         memory
     }
 
-    /// The estimate of which `memory` is [`Self::memory`]; none if a number is missing or outside its range, or a
-    /// covariance has a negative eigenvalue.
+    /// Inverse of [`Self::memory`]; none for a missing or invalid number or covariance.
     #[must_use]
     pub fn from_memory(memory: &[f64]) -> Option<Self> {
         if ![MEMORY_LENGTH_WITHOUT_EFFECTS, MEMORY_LENGTH].contains(&memory.len()) {
@@ -197,7 +196,7 @@ fn upper(matrix: &Matrix3<f64>) -> impl Iterator<Item = f64> {
     [m.m11, m.m12, m.m13, m.m22, m.m23, m.m33].into_iter()
 }
 
-/// The matrix of an upper triangle, if it is a covariance: symmetric, no eigenvalue negative but by rounding.
+/// The matrix of an upper triangle, if it is a covariance: no eigenvalue negative beyond rounding.
 fn covariance(upper: [Option<f64>; 6]) -> Option<Matrix3<f64>> {
     let [m11, m12, m13, m22, m23, m33] = upper;
     let (m11, m12, m13, m22, m23, m33) = (m11?, m12?, m13?, m22?, m23?, m33?);

@@ -1,4 +1,4 @@
-//! What the planner takes the surface craft for: the numbers that its response model is made of.
+//! The planner's response model of the surface craft.
 
 use crate::{
     craft::closed_loop::{Craft, Power},
@@ -8,36 +8,37 @@ use crate::{
 /// Largest surge disturbance, as a multiple of the weaker acceleration limit.
 const SURGE_DISTURBANCE_MOST: f64 = 1.5;
 
-/// The most of the weaker acceleration limit that a disturbance takes of the plan's, of a loop whose integrator unwinds again.
+/// Largest share of the weaker acceleration limit that a disturbance takes in a plan, for a loop
+/// with an integrator, which unwinds.
 const DISTURBANCE_SHARE_OF_AN_INTEGRATOR: f64 = 0.9;
 
-/// The same of a loop without: what pushes it now, as thrust that goes into a turn, does not push it for long.
+/// The same without an integrator: a present push, as of thrust used in a turn, is brief.
 const DISTURBANCE_SHARE: f64 = 0.5;
 
-/// How many times its lags a craft that does not follow is taken to have.
+/// Factor on the lags of a craft that does not follow.
 const CAUTIOUS_LAG: f64 = 1.5;
 
-/// Part of its rates that is asked of a craft that does not follow.
+/// Share of its rates for a craft that does not follow.
 const CAUTIOUS_RATE: f64 = 0.6;
 
-/// Closed-loop response as the planner predicts it: what the craft does, within what the operator allows.
+/// Closed-loop response as the planner predicts it: the craft's, within the operator's limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CraftModel {
-    /// The tighter of what the operator allows and what the craft does.
+    /// The tighter of the operator's limits and the craft's.
     pub limits: Limits,
     /// Time constant of the heading loop, s.
     pub heading_time: f64,
-    /// By how much the heading loop is later than that, s.
+    /// Further delay of the heading loop, s.
     pub heading_delay: f64,
-    /// What the heading stays off its reference, rad.
+    /// Offset of the heading from its reference, rad.
     pub heading_offset: f64,
     /// Time constant of the speed loop, s.
     pub surge_time: f64,
-    /// By how much the speed loop is later than that, s.
+    /// Further delay of the speed loop, s.
     pub surge_delay: f64,
-    /// Acceleration that the speed loop gives unasked now, m/s².
+    /// Present acceleration disturbance of the speed loop, m/s².
     pub surge_disturbance: f64,
-    /// Time in which the speed loop's integrator gathers what its proportional part asks for, s.
+    /// Integral time of the speed loop, s: the integrator then equals the proportional part.
     pub integral_time: Option<f64>,
     /// Sway per surge and yaw rate k_β, s.
     pub sway_per_yaw_rate: f64,
@@ -68,8 +69,8 @@ impl CraftModel {
         }
     }
 
-    /// The same craft, whose disturbance leaves it something of its acceleration and deceleration. A plan for one that is
-    /// pushed for good beyond its limits is to stay where it is.
+    /// The same craft with some acceleration and deceleration left by its disturbance. A plan for a
+    /// craft pushed beyond its limits stays in place.
     pub(super) fn with_bounded_disturbance(self) -> Self {
         let share = match self.integral_time {
             Some(_) => DISTURBANCE_SHARE_OF_AN_INTEGRATOR,
@@ -98,26 +99,26 @@ impl CraftModel {
         }
     }
 
-    /// Largest disturbance of the speed loop, m/s²: beyond it an estimate is taken for an error.
+    /// Largest disturbance of the speed loop, m/s²; larger estimates are errors.
     #[must_use]
     pub(crate) fn surge_disturbance_max(&self) -> f64 {
         SURGE_DISTURBANCE_MOST * self.limits.acceleration_max.min(self.limits.deceleration_max)
     }
 
-    /// By how much the direction of travel is behind a heading reference that turns steadily, s: the heading's lag, and by
-    /// how much the craft drifts outwards in the turn.
+    /// Lag of the direction of travel behind a steadily turning heading reference, s: the heading's
+    /// lag plus the outward drift in the turn.
     #[must_use]
     pub fn course_lag(&self) -> f64 {
         (self.heading_lag() + self.sway_per_yaw_rate).max(0.0)
     }
 
-    /// By how much the heading is behind a reference that turns steadily, s.
+    /// Lag of the heading behind a reference that turns steadily, s.
     #[must_use]
     pub fn heading_lag(&self) -> f64 {
         self.heading_time + self.heading_delay
     }
 
-    /// By how much the speed is behind a reference that rises steadily, s.
+    /// Lag of the speed behind a reference that rises steadily, s.
     #[must_use]
     pub fn surge_lag(&self) -> f64 {
         self.surge_time + self.surge_delay

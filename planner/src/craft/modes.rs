@@ -1,4 +1,4 @@
-//! Whether the loops hold heading or course, speed through the water or over ground.
+//! Modes of the loops: heading or course, speed through the water or over ground.
 
 use nalgebra::Vector2;
 
@@ -13,17 +13,17 @@ use crate::{
     facts::angle::{angle_of, wrap},
 };
 
-/// What a heading or course is off its reference where a loop holds it, rad.
+/// Standard deviation of a heading or course from the reference of its loop, rad.
 const MODE_HEADING_SIGMA: f64 = 0.25;
-/// What a speed is off its reference where a loop holds it, m/s.
+/// Standard deviation of a speed from the reference of its loop, m/s.
 const MODE_SPEED_SIGMA: f64 = 0.08;
-/// Part of a log-likelihood that counts: errors of one second last for several.
+/// Weight of a log-likelihood: errors last for several seconds.
 const MODE_SHARE: f64 = 0.2;
-/// Log-likelihood ratio from which a mode is taken for known: odds of 55 to 1.
+/// Log-likelihood ratio at which a mode is assumed: odds of 55 to 1.
 const EVIDENCE_ENOUGH: f64 = 4.0;
 
 impl CraftEstimate {
-    /// What the loops hold: as declared, else as the evidence says.
+    /// The loops' modes: declared, else by the evidence.
     #[must_use]
     pub fn modes(&self, prior: &Prior) -> (HeadingReference, SpeedReference) {
         let heading = match prior.heading_held {
@@ -39,8 +39,9 @@ impl CraftEstimate {
         (heading, speed)
     }
 
-    /// Weighs what the loops hold, where that is not declared: is the heading or the course nearer to its command, the speed
-    /// through the water or the one over ground along the bow? In still water they cannot be distinguished, and none need be.
+    /// Updates the evidence of undeclared modes: heading or course, and speed through the water or
+    /// over ground along the bow, by the distance from the command. In still water they are
+    /// indistinguishable and equivalent.
     pub(super) fn update_mode_evidence(
         &mut self,
         observation: &CraftObservation<'_>,
@@ -73,7 +74,7 @@ impl CraftEstimate {
             (heading * heading - course * course) / (2.0 * MODE_HEADING_SIGMA * MODE_HEADING_SIGMA),
             (speed * speed - over_ground * over_ground) / (2.0 * MODE_SPEED_SIGMA * MODE_SPEED_SIGMA),
         );
-        // Errors of a second last for several: each counts for a part.
+        // Errors last for several seconds: each counts in part.
         let gain = gain.map(|gain| gain.clamp(-1.0, 1.0) * MODE_SHARE * asked.elapsed);
         self.evidence = (self.evidence + gain).map(|evidence| evidence.clamp(-EVIDENCE_MAX, EVIDENCE_MAX));
         let after = self.modes(prior);

@@ -1,13 +1,14 @@
-//! Whether the craft does what is predicted: a test on predictions that only references drive.
+//! Test of the craft against predictions driven by references alone.
 //!
 //! ```text
-//! ψ_o⁺ = response(ψ_o, ψ_ref)      ε = ψ − ψ_o⁺      ψ_o ← ψ_o⁺ + (1 − exp(−Δ/τ_o)) ε        the same for speed
-//! σ² = σ_0² + (κ turn of late)²               of ε in the direction of the change, what exceeds (1 + τ/Δ) |change|
+//! ψ_o⁺ = response(ψ_o, ψ_ref)   ε = ψ − ψ_o⁺   ψ_o ← ψ_o⁺ + (1 − exp(−Δ/τ_o)) ε    also for speed
+//! σ² = σ_0² + (κ recent turn)²  ε in the direction of change: its excess over (1 + τ/Δ) |change|
 //! J ← J + (1 − exp(−Δ/τ)) (max(ε_ψ²/σ_ψ², ε_u²/σ_u²) − J)
 //! ```
-//! A prediction that is corrected this slowly gathers over seconds what a lag, a lost thruster or a stuck rudder does to
-//! each of them; one step ahead they cannot be distinguished from waves. The alarm is raised above one threshold and withdrawn below
-//! another. Its false alarms and delays are measured over whole missions, see `docs/evidence.md#random-craft`.
+//! The slow correction accumulates the effect of a lag, a lost thruster or a stuck rudder over
+//! seconds; one step ahead it is indistinguishable from waves. The alarm has a threshold and a
+//! lower one to withdraw it. False alarms and delays over whole missions:
+//! `docs/evidence.md#random-craft`.
 
 use crate::{
     craft::{
@@ -17,51 +18,50 @@ use crate::{
     facts::{angle::wrap, asc::Asc},
 };
 
-/// Time τ_o in which the prediction is led back to what is measured, s.
+/// Time constant τ_o of the correction towards measurements, s.
 const CORRECTION_TIME: f64 = 8.0;
 
-/// Time over which the test averages, s.
+/// Averaging time of the test, s.
 const AVERAGING_TIME: f64 = 15.0;
 
-/// What a craft that follows is off its prediction, rad: compass, waves, and a response that is not quite first order.
+/// Standard deviation of a following craft's heading, rad: compass, waves, model.
 const HEADING_SIGMA: f64 = 0.12;
 
-/// Part by which the crab angle of a craft that holds its course may be wrong: by what is wrong with the current and with
-/// the speed.
+/// Relative error of a course loop's crab angle, from errors of current and speed.
 const CRAB_ERROR: f64 = 0.5;
 
-/// What a craft that follows is off its predicted speed, m/s.
+/// Standard deviation of a following craft's speed from its prediction, m/s.
 const SPEED_SIGMA: f64 = 0.14;
 
-/// Part of a turn by which its prediction may be wrong, and what a turn takes of the speed, m/s per rad: weak thrusters serve the
-/// turn first. A rudder that does nothing makes no turn.
+/// Relative error of a predicted turn, and speed lost in a turn, m/s per rad: weak thrusters serve
+/// the turn first. A stuck rudder makes no turn.
 const TURN_ERROR: f64 = 0.15;
 
-/// Mean square, in units of those, above which the craft is said not to follow.
+/// Mean square, in variances, above which the craft does not follow.
 const ALARM: f64 = 4.0;
 
-/// The same below which it follows again.
+/// Mean square below which it follows again.
 const ALL_CLEAR: f64 = 1.5;
 
-/// What the monitor remembers.
+/// Memory of the monitor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Monitor {
-    /// Heading that references alone lead to, rad.
+    /// Heading predicted from references alone, rad.
     pub heading: f64,
-    /// Speed that references alone lead to, m/s.
+    /// Speed predicted from references alone, m/s.
     pub speed: f64,
-    /// Mean square of what the craft is off them, in units of what one that follows is.
+    /// Mean square of the errors, in variances of a following craft.
     pub statistic: f64,
-    /// Whether the craft is taken not to follow.
+    /// `true` if the craft does not follow.
     pub alarm: bool,
-    /// Heading error now, seen less expected, rad.
+    /// Present heading error, measured minus predicted, rad.
     pub heading_error: f64,
-    /// Speed error now, seen less expected, m/s.
+    /// Present speed error, measured minus predicted, m/s.
     pub speed_error: f64,
 }
 
 impl Monitor {
-    /// Its numbers, in the order in which a memory has them.
+    /// Its numbers, in the order of the memory.
     pub(crate) fn memory(&self) -> [f64; 6] {
         [
             self.heading,
@@ -73,7 +73,7 @@ impl Monitor {
         ]
     }
 
-    /// A monitor of a craft that has done nothing yet.
+    /// The monitor of a craft at its start.
     #[must_use]
     pub(crate) fn new(asc: &Asc) -> Self {
         Self {
@@ -86,9 +86,9 @@ impl Monitor {
         }
     }
 
-    /// The monitor `elapsed` later, of a craft that was asked for a heading and a speed, both behind the loops' delays, that
-    /// `turned` of late, rad, and that holds a course with an angle of up to `crab` between heading and course, rad, 0 if it
-    /// holds the heading.
+    /// The monitor `elapsed` later, for references of heading and speed behind the loops' delays, a
+    /// recent turn `turned`, rad, and a largest angle `crab` between heading and course, rad, which
+    /// is 0 if the craft holds the heading.
     #[must_use]
     pub(crate) fn after(
         &self,
@@ -107,8 +107,8 @@ impl Monitor {
         let speed_error = asc.speed_mps - expected_speed;
         let share = |time: f64| 1.0 - (-elapsed / time).exp();
         let turn = TURN_ERROR * turned;
-        let wrong_heading = but_for_lead(heading_error, change, craft.heading_time, elapsed);
-        let wrong_speed = but_for_lead(
+        let wrong_heading = beyond_lead(heading_error, change, craft.heading_time, elapsed);
+        let wrong_speed = beyond_lead(
             speed_error,
             expected_speed - self.speed,
             craft.surge_time,
@@ -135,9 +135,10 @@ impl Monitor {
     }
 }
 
-/// What of an error is not the lead of a craft on its way: who steers it along the trajectory of a plan sends references that go on
-/// between two plans, ahead of its loop by the lag. `change` is expected in `elapsed` s, with the time constant `time` of the loop, s.
-fn but_for_lead(error: f64, change: f64, time: f64, elapsed: f64) -> f64 {
+/// The error beyond the lead of a craft on its way: a bridge sends references along a plan's
+/// trajectory between plans, ahead of its loop by the lag. `change` is expected in `elapsed` s;
+/// `time` is the loop's time constant, s.
+fn beyond_lead(error: f64, change: f64, time: f64, elapsed: f64) -> f64 {
     let rate = if 0.0 < elapsed { change / elapsed } else { 0.0 };
     let lead = change.abs() + rate.abs() * time;
     if 0.0 < error * change {
@@ -147,24 +148,24 @@ fn but_for_lead(error: f64, change: f64, time: f64, elapsed: f64) -> f64 {
     }
 }
 
-/// A single error counts as no more than this many of those of a craft that follows: one wild reading is no trend.
+/// Largest single error, in deviations of a following craft: one wild reading is no trend.
 const SQUARE_ROOT_MAX: f64 = 6.0;
 
-/// How near the planner and the law kept the craft to its goal, each while it steered.
+/// Distances to the goal under the planner and under the law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Realised {
     /// Mean square distance while the planner steered, m².
     pub planner: f64,
-    /// Mean square distance while the law steered because the craft did not follow, m²; the planner's until then.
+    /// Mean square distance while the law steered, m²; the planner's until then.
     pub law: f64,
-    /// Whether the law steers because the craft does not follow.
+    /// `true` if the law steers because the craft does not follow.
     pub law_steers: bool,
-    /// For how long the one that steers has done so, s.
+    /// Time since the last change between planner and law, s.
     pub since: f64,
 }
 
 impl Realised {
-    /// Nothing flown yet.
+    /// The start, before any motion.
     pub(crate) const START: Self = Self {
         planner: 0.0,
         law: 0.0,
@@ -172,7 +173,7 @@ impl Realised {
         since: 0.0,
     };
 
-    /// Its numbers, in the order in which a memory has them.
+    /// Its numbers, in the order of the memory.
     pub(crate) fn memory(&self) -> [f64; 4] {
         [
             self.planner,
@@ -182,8 +183,8 @@ impl Realised {
         ]
     }
 
-    /// What is known after `elapsed` at `distance` from the goal, m. While there is an `alarm`, each steers for
-    /// a minute at least, and then as long as it is nearer than the other was; without one, the planner does.
+    /// Its state after `elapsed` at `distance` from the goal, m. In an `alarm`, each steers for a
+    /// minute and then while it is nearer than the other was; else the planner steers.
     #[must_use]
     pub fn after(&self, distance: f64, elapsed: f64, alarm: bool) -> Self {
         let mut next = *self;
@@ -195,7 +196,7 @@ impl Realised {
         };
         let share = 1.0 - (-elapsed / REALISED_TIME).exp();
         *steering += share * (distance.min(DISTANCE_MAX).powi(2) - *steering);
-        // What the other did is forgotten: it is tried again in the end.
+        // The other's result fades, so that it is tried again.
         let fade = (-elapsed / TRIAL_MEMORY).exp();
         let resting = if self.law_steers {
             &mut next.planner
@@ -204,7 +205,7 @@ impl Realised {
         };
         *resting *= fade;
         if !alarm {
-            // The law is as good as the planner until it is tried.
+            // Until the law is tried, it counts as good as the planner.
             (next.law, next.law_steers) = (next.planner, false);
             next.since = 0.0;
         } else if TRIAL_TIME < next.since {
@@ -217,17 +218,17 @@ impl Realised {
     }
 }
 
-/// Time for which one steers at least while the craft does not follow, s.
+/// Least time for which planner or law steers during an alarm, s.
 const TRIAL_TIME: f64 = 60.0;
 
-/// Longest time that is counted, s.
+/// Longest counted time, s.
 pub(super) const SINCE_MAX: f64 = 1.0e12;
 
-/// Time over which a realised distance is averaged, s.
+/// Averaging time of a realised distance, s.
 const REALISED_TIME: f64 = 30.0;
 
-/// Time in which the distance of the one that rests is forgotten, s.
+/// Time in which the distance of the inactive one fades, s.
 const TRIAL_MEMORY: f64 = 900.0;
 
-/// Farthest that a distance counts, m.
+/// Largest counted distance, m.
 const DISTANCE_MAX: f64 = 1.0e4;

@@ -2,15 +2,15 @@
 
 use crate::craft::model::CraftModel;
 
-/// Steps in which a response is predicted over one interval.
+/// Integration steps of one interval.
 const SUBSTEPS: u32 = 4;
 
-/// By how much a heading changes in `elapsed` that is `error` from its reference, rad.
+/// Change in `elapsed` of a heading with this `error` from its reference, rad.
 pub(crate) fn heading_change(error: f64, lag: f64, rate_max: f64, elapsed: f64) -> f64 {
     let linear = rate_max * lag;
     let sign = error.signum();
     let error = error.abs();
-    // At the rate limit until the loop's linear range begins, then exponentially.
+    // At the rate limit down to the loop's linear range, then exponentially.
     let limited = ((error - linear) / rate_max).clamp(0.0, elapsed);
     let left = error - rate_max * limited;
     sign * (rate_max * limited + left * (1.0 - (-(elapsed - limited) / lag.max(1e-3)).exp()))

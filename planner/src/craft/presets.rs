@@ -1,4 +1,4 @@
-//! Craft that are known by name: the only place in the planner with numbers of a vessel.
+//! Known craft: the only vessel data in the planner.
 
 use crate::craft::closed_loop::{
     Craft, HeadingDynamics, HeadingReference, HeadingResponse, Power, SpeedReference, SurgeResponse,
@@ -7,10 +7,11 @@ use crate::craft::closed_loop::{
 impl Craft {
     /// MEDUSA class, drag feed-forward on.
     ///
-    /// Source: public parameters of the laboratory's craft (IST Lisbon), closed loops as simulated here. Heading: 2ζ/ω with
-    /// ω = 1.6 rad/s, ζ = 0.8. Surge: 63 % of a step from 0.3 to 0.7 m/s take 2.5 s; the clamped proportional part,
-    /// 26 N/(m/s) · 0.2 m/s, gives 50 kg 0.104 m/s² at rest and 0.085 m/s² at 1.4 m/s; the integrator gathers it in
-    /// k_p/k_i = 26/3 s. Drift: m_u/d_v = 50 kg / 55.1 kg/s. Power: quadratic surge drag, 27.5 N/(m/s)².
+    /// Source: public parameters of the laboratory's craft (IST Lisbon), closed loops as simulated
+    /// here. Heading: 2ζ/ω with ω = 1.6 rad/s, ζ = 0.8. Surge: 63 % of a step from 0.3 to 0.7 m/s
+    /// take 2.5 s; the clamped proportional part, 26 N/(m/s) · 0.2 m/s, gives 50 kg 0.104 m/s² at
+    /// rest and 0.085 m/s² at 1.4 m/s; integral time k_p/k_i = 26/3 s. Drift: m_u/d_v = 50 kg /
+    /// 55.1 kg/s. Power: quadratic surge drag, 27.5 N/(m/s)².
     pub const MEDUSA: Self = Self {
         heading: HeadingResponse {
             dynamics: HeadingDynamics::SecondOrder {
@@ -38,10 +39,11 @@ impl Craft {
 
     /// Maritime Robotics Otter, 80 kg, drag feed-forward on.
     ///
-    /// Source: `otter.py` of T. I. Fossen's Python Vehicle Simulator, closed loops as simulated here. Turn rate: 0.2 rad/s
-    /// take 27 N m, which leaves thrust for 2.0 m/s. Surge: ramps at 0.2 m/s² are followed 1.4 to 1.7 s behind, a step from
-    /// 0.3 to 0.7 m/s takes 1.9 s; 44.5 N/(m/s) · 0.4 m/s on 85.5 kg. Drift: 80 kg / 162.5 kg/s. Power: linear surge drag
-    /// of 77.6 N/(m/s), fitted at 1 and 2 m/s.
+    /// Source: `otter.py` of T. I. Fossen's Python Vehicle Simulator, closed loops as simulated
+    /// here. Turn rate: 0.2 rad/s take 27 N m, which leaves thrust for 2.0 m/s. Surge: ramps at 0.2
+    /// m/s² are followed 1.4 to 1.7 s behind, a step from 0.3 to 0.7 m/s takes 1.9 s; 44.5 N/(m/s)
+    /// · 0.4 m/s on 85.5 kg. Drift: 80 kg / 162.5 kg/s. Power: linear surge drag of 77.6 N/(m/s),
+    /// fitted at 1 and 2 m/s.
     pub const OTTER: Self = Self {
         heading: HeadingResponse {
             dynamics: HeadingDynamics::SecondOrder {
@@ -67,11 +69,11 @@ impl Craft {
         heading_held: HeadingReference::Heading,
     };
 
-    /// The craft that is assumed without a description: it turns and accelerates more slowly than most small craft, so that a
-    /// plan asks for less than it can do until it is learnt.
+    /// The default craft. It turns and accelerates more slowly than most small craft, so that a
+    /// plan asks for less than an unknown craft can do until it is learnt.
     ///
-    /// Source: chosen inside the range of the small craft that the simulator generates (heading lags of 0.5 to 8 s,
-    /// accelerations of 0.03 to 0.8 m/s²), on the cautious side of its middle.
+    /// Source: chosen among the small craft that the simulator generates (heading lags of 0.5 to 8
+    /// s, accelerations of 0.03 to 0.8 m/s²), on the cautious side of the middle.
     pub const GENERIC: Self = Self {
         heading: HeadingResponse {
             dynamics: HeadingDynamics::FirstOrder { time_constant: 2.0 },
@@ -95,7 +97,7 @@ impl Craft {
     };
 }
 
-/// Every craft that is known by name, the one first that stands for a craft without a description.
+/// All known craft; the first is the default.
 pub const PRESETS: &[Preset] = &[
     Preset {
         name: "generic",
@@ -117,16 +119,16 @@ pub const PRESETS: &[Preset] = &[
     },
 ];
 
-/// A craft that is known by name.
+/// A known craft.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Preset {
     /// Its name in requests.
     pub name: &'static str,
-    /// What it is.
+    /// Description.
     pub title: &'static str,
-    /// Where its numbers come from.
+    /// Source of its numbers.
     pub source: &'static str,
-    /// How it answers.
+    /// Its response.
     pub craft: Craft,
 }
 

@@ -1,4 +1,4 @@
-//! What is known of a craft before it moves.
+//! Prior knowledge of a craft before it moves.
 
 use nalgebra::Vector2;
 
@@ -11,7 +11,7 @@ use crate::{
     facts::asc::Limits,
 };
 
-/// A number that is known to within a standard deviation.
+/// A number with a standard deviation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gaussian {
     /// Its mean.
@@ -21,12 +21,12 @@ pub struct Gaussian {
 }
 
 impl Gaussian {
-    /// The largest logarithm of a lag that is believed where this is what was expected of it.
+    /// Largest plausible logarithm of a lag with this prior.
     pub(crate) fn largest(&self) -> f64 {
         self.mean + self.most()
     }
 
-    /// `log_lag`, no farther from what was expected than is believed.
+    /// `log_lag` within the plausible range.
     pub(crate) fn bounded(&self, log_lag: f64) -> f64 {
         log_lag.clamp(self.mean - self.most(), self.largest())
     }
@@ -36,35 +36,35 @@ impl Gaussian {
     }
 }
 
-/// Relative standard deviation of what a client says of its craft, where it does not say.
+/// Default relative standard deviation of a client's description.
 const DECLARED_UNCERTAINTY: f64 = 0.15;
 
-/// Standard deviation of the logarithm of a time constant that is not declared: a factor of two either way.
+/// Standard deviation of an undeclared time constant's logarithm: a factor of two.
 const DEFAULT_LAG_SIGMA: f64 = 0.7;
 
-/// Standard deviation of a drift in turns that is not declared, s.
+/// Standard deviation of an undeclared drift in turns, s.
 const DEFAULT_DRIFT_SIGMA: f64 = 0.7;
 
 /// Smallest standard deviation of a drift in turns, s.
 const DRIFT_SIGMA_MIN: f64 = 0.05;
 
-/// By how many standard deviations a time constant may turn out other than expected: an undeclared one by a factor of 4.
-/// Beyond that the craft has a fault, and not another parameter.
+/// Plausible deviation of a time constant in standard deviations: a factor of 4 for an undeclared
+/// one. Beyond it the craft has a fault.
 const LAG_DEVIATIONS: f64 = 2.0;
 
-/// The least of the same, as a logarithm: a factor of 2.2 for a declared one.
+/// Least plausible deviation as a logarithm: a factor of 2.2 for a declared one.
 const LOG_LAG_SPREAD_MIN: f64 = 0.8;
 
-/// Part of its declared rates that the slowest craft has which is believed.
+/// Share of its declared rates of the slowest plausible craft.
 const SLOWEST_RATE_DECLARED: f64 = 0.7;
 
-/// The same of rates that are not declared.
+/// The same for undeclared rates.
 const SLOWEST_RATE: f64 = 0.5;
 
-/// Shortest lag whose logarithm is taken, s.
+/// Shortest lag in a logarithm, s.
 const LAG_MIN: f64 = 0.2;
 
-/// What is declared of a craft, and how surely; what is not is the generic craft's.
+/// The declared craft with its uncertainty; undeclared members are the generic craft's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Prior {
     /// The craft.
@@ -75,13 +75,13 @@ pub struct Prior {
     pub surge_lag: Gaussian,
     /// Sway per surge and yaw rate, s.
     pub drift: Gaussian,
-    /// What the heading loop holds, where that is declared.
+    /// Declared mode of the heading loop.
     pub heading_held: Option<HeadingReference>,
-    /// What the speed loop holds, where that is declared.
+    /// Declared mode of the speed loop.
     pub speed_held: Option<SpeedReference>,
-    /// Whether the heading loop is declared.
+    /// `true` if the heading loop is declared.
     pub heading_declared: bool,
-    /// Whether the speed loop is declared.
+    /// `true` if the speed loop is declared.
     pub surge_declared: bool,
 }
 
@@ -91,7 +91,7 @@ impl Prior {
         Vector2::new(self.craft.heading.effective_delay(), self.craft.surge.delay)
     }
 
-    /// The slowest craft that is believed.
+    /// The slowest plausible craft.
     pub(crate) fn slowest(&self, limits: &Limits) -> CraftModel {
         let craft = CraftModel::new(&self.craft, limits);
         let share = |declared| {

@@ -1,5 +1,5 @@
-//! The surface craft with its inner loops closed, as the planner sees it: a first-order surge within
-//! its acceleration limits, and a heading that turns no faster than it can.
+//! The surface craft with closed inner loops: a first-order surge within its acceleration limits,
+//! and a heading with a limited rate.
 
 use nalgebra::Vector2;
 
@@ -12,14 +12,14 @@ use crate::{
     },
 };
 
-/// Longest interval at which a rolled-out law looks again, s: the rate at which plans are asked for.
+/// Longest interval between two steps of a rolled-out law, s: the period of plans.
 const LAW_INTERVAL: f64 = 1.0;
 
-/// Half of the time for which a reference is held, s: plans are asked for once a second.
+/// Half of the time for which a reference is held, s: the period of plans is a second.
 pub(crate) const HALF_HOLD: f64 = 0.5;
 
-/// The surge disturbance an interval later, m/s²: the loop's integral part gathers what its proportional part, `acceleration − bias`,
-/// asks for. Without an integrator it stays.
+/// The surge disturbance an interval later, m/s²: the integral of the loop's proportional part,
+/// `acceleration − bias`. Without an integrator it is constant.
 ///
 /// ```text
 /// ḃ = (a − b) / T_i
@@ -33,7 +33,7 @@ fn disturbance_after(dt: f64, bias: f64, acceleration: f64, craft: &CraftModel) 
     (bias + asked * (1.0 - (-dt / integral_time).exp())).clamp(-most, most)
 }
 
-/// The surge disturbance at the stages of a trajectory, m/s²: the craft's first, then what the trajectory's own accelerations make of it.
+/// The surge disturbance at a trajectory's stages, m/s²: the craft's, then integrated.
 pub(crate) fn surge_disturbances(
     stages: &[Stage],
     steps: &[f64],
@@ -59,51 +59,50 @@ pub(crate) struct Stage {
     pub(crate) velocity: Vector2<f64>,
 }
 
-/// Where a law leads.
+/// Trajectory of a law.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Rollout {
     /// The craft at the stages 0 … N.
     pub(crate) stages: Vec<Stage>,
-    /// Where it is after every second at most.
+    /// Positions at intervals of at most a second.
     pub(crate) waypoints: Vec<Waypoint>,
 }
 
-/// A place between two stages.
+/// A position between two stages.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Waypoint {
-    /// The stage k that the interval ends with.
+    /// The stage k at the end of the interval.
     pub(crate) stage: usize,
-    /// How much of the interval is over, in (0, 1].
+    /// Elapsed share of the interval, in (0, 1].
     pub(crate) share: f64,
     /// Position in the frame of the stages, m.
     pub(crate) position: Vector2<f64>,
 }
 
-/// A craft's surge.
+/// Surge of a craft.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Surge {
     /// Speed through the water, m/s.
     pub(crate) speed: f64,
-    /// Acceleration that the surge loop gives unasked, m/s².
+    /// Acceleration disturbance of the surge loop, m/s².
     pub(crate) bias: f64,
 }
 
-/// A craft that does what a guidance law asks, as far as it can.
+/// A craft that follows a guidance law within its limits.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Response<'a> {
-    /// How the craft answers.
+    /// The craft's response.
     pub(crate) craft: &'a CraftModel,
     /// Current, m/s, in the frame of the stages.
     pub(crate) current: Vector2<f64>,
-    /// Heading reference that the craft is following at the start, in the frame of the stages, where one is known.
+    /// Heading reference followed at the start, in the frame of the stages, if known.
     pub(crate) heading_reference: Option<Heading>,
 }
 
 impl Response<'_> {
-    /// Stages 0 … N of the craft that starts at `start` on `heading` and follows `law` over `steps`, and where it
-    /// is in between. The law is asked once a second at most; it gets the time
-    /// since the start, s, the craft, and its surge. Its heading reference reaches the craft through the slew limiter that
-    /// every answer passes: it turns no faster than the craft.
+    /// Stages 0 … N, and positions between, of a craft from `start` on `heading` that follows `law`
+    /// over `steps`. The law runs at most once a second, with the time since the start, s, the
+    /// craft, and its surge. Its heading reference passes the slew limiter of every answer.
     pub(crate) fn roll_out(
         &self,
         start: Stage,
@@ -154,7 +153,7 @@ impl Response<'_> {
         Rollout { stages, waypoints }
     }
 
-    /// The craft and its speed an interval later, midpoint in position.
+    /// The craft and its surge an interval later; the position by the midpoint rule.
     fn after(&self, dt: f64, asc: &AscNow, surge: Surge, reference: &Reference) -> (AscNow, Surge) {
         let (craft, limits) = (self.craft, &self.craft.limits);
         let Surge { speed, bias } = surge;
@@ -180,14 +179,14 @@ impl Response<'_> {
     }
 }
 
-/// Farthest that a heading reference may be from the bow, rad: beyond half a turn a heading loop takes the other way round.
+/// Largest angle of a heading reference from the bow, rad; beyond π a loop reverses its turn.
 const REFERENCE_AHEAD_MAX: f64 = 2.6;
 
-/// The heading reference that follows `from` on the way to `asked`, no farther than `slew`, rad. It turns the way that the
-/// bow has to turn, and stays on that side of it.
+/// The heading reference at most `slew`, rad, from `from` towards `asked`. It turns in the bow's
+/// sense of turn and stays on that side.
 ///
-/// Limited about the *reference before*, not about the bow: a craft whose loop lags must be asked for what lies ahead of
-/// its bow by rate times lag, or it never turns as fast as it can.
+/// The limit is relative to the *previous reference*, not to the bow: the reference of a lagging
+/// craft must lead its bow by rate times lag for the largest turn rate.
 pub(crate) fn limited_heading(asked: Heading, from: Heading, bow: Heading, slew: f64) -> Heading {
     let psi = bow.radians();
     let ahead = wrap(from.radians() - psi);

@@ -1,4 +1,4 @@
-//! Claims about what is learnt of a craft, against craft that are simulated here by equations of their own.
+//! Tests of the learnt craft against ships with their own equations.
 
 #![expect(
     clippy::disallowed_macros,
@@ -22,7 +22,7 @@ use crate::{
     snapshot::request::PlanRequest,
 };
 
-/// Numbers that look random, in [−1, 1): a linear congruence.
+/// Pseudo-random numbers in [−1, 1): a linear congruence.
 struct Noise(u64);
 
 impl Noise {
@@ -34,13 +34,13 @@ impl Noise {
         f64::from(u32::try_from(self.0 >> 33).expect("has 31 bits")) / f64::from(1_u32 << 30) - 1.0
     }
 
-    /// Of that standard deviation.
+    /// A number with standard deviation `sigma`.
     fn of(&mut self, sigma: f64) -> f64 {
         sigma * (0..12).map(|_| self.next()).sum::<f64>() / 2.0
     }
 }
 
-/// A craft whose loops are of first order, in steps of 10 ms.
+/// A craft with first-order loops, in steps of 10 ms.
 #[derive(Clone, Copy)]
 struct Ship {
     position: Vector2<f64>,
@@ -52,7 +52,7 @@ struct Ship {
     current: Vector2<f64>,
     holds_course: bool,
     holds_ground_speed: bool,
-    /// Seconds that it has been under way, and those after which its heading and its speed stay as they are.
+    /// Seconds under way, and those after which its heading and its speed are stuck.
     seconds: u32,
     heading_stuck_after: u32,
     speed_stuck_after: u32,
@@ -117,7 +117,7 @@ impl Ship {
     }
 }
 
-/// What is known of the ship after `seconds` of references that `law` gives, with noise of that size (rad, m/s).
+/// The estimate of the ship after `seconds` of references from `law`, with `noise` (rad, m/s).
 fn learnt(
     ship: &mut Ship,
     declared: &CraftDescription,
@@ -144,7 +144,7 @@ fn learnt(
         seen.current = Some(ship.current.into());
         seen.previous_plan =
             known.map(|(estimate, asked)| previous(f64::from(second) - 1.0, &estimate, asked));
-        let estimate = CraftEstimate::new(&seen.of_the_craft(&Limits::ANY), &prior);
+        let estimate = CraftEstimate::new(&seen.craft_observation(&Limits::ANY), &prior);
         look(&estimate);
         let (speed, heading) = law(second);
         let asked = Reference {
@@ -191,7 +191,7 @@ fn observation(declared: &CraftDescription) -> PlanRequest {
     }
 }
 
-/// Loops without delay, whose limits are known and whose time constants are not.
+/// Loops without delay, with known limits and unknown time constants.
 fn undeclared() -> CraftDescription {
     CraftDescription {
         heading_loop: HeadingLoop {
@@ -221,7 +221,7 @@ fn declared(lag: f64) -> CraftDescription {
     declared
 }
 
-/// 0.4 rad to either side, 0.4 m/s and 0.8 m/s, 20 s each, not at the same times.
+/// 0.4 rad to either side, 0.4 m/s and 0.8 m/s, 20 s each, alternating.
 fn zig_zag(second: u32) -> (f64, f64) {
     (
         if ((second + 10) / 20).is_multiple_of(2) {
@@ -253,7 +253,7 @@ fn lags_are_learnt_to_a_tenth_by_a_zig_zag() {
 }
 
 #[test]
-fn what_is_not_excited_stays_as_declared() {
+fn an_unexcited_parameter_keeps_its_prior() {
     let prior = Prior::from(&undeclared());
     let mut ship = Ship::new(6.0, 6.0);
     let known = learnt(&mut ship, &undeclared(), 600, (0.0, 0.0), |_| (0.6, 0.0), |_| ());
@@ -262,14 +262,14 @@ fn what_is_not_excited_stays_as_declared() {
         "{known:?}"
     );
     assert!((known.surge.y - prior.surge_lag.mean).abs() < 1e-3, "{known:?}");
-    // Nor is it taken for surer.
+    // Its uncertainty stays.
     assert!(known.heading_covariance.m22 > 0.9 * prior.heading_lag.variance);
     assert!(known.surge_covariance.m22 > 0.9 * prior.surge_lag.variance);
 }
 
-/// What a ship that holds something else shows over still water is what one that does not shows.
+/// In still water the modes are indistinguishable.
 #[test]
-fn what_the_loops_hold_is_found_in_a_current_and_not_in_still_water() {
+fn modes_of_the_loops_are_found_in_a_current_and_not_in_still_water() {
     let over_ground = (HeadingReference::Course, SpeedReference::OverGround);
     let through_water = (HeadingReference::Heading, SpeedReference::ThroughWater);
     for (holds, current, expected) in [
@@ -291,7 +291,7 @@ fn what_the_loops_hold_is_found_in_a_current_and_not_in_still_water() {
 }
 
 #[test]
-fn what_is_declared_of_the_loops_is_not_estimated() {
+fn declared_modes_are_not_estimated() {
     let mut ship = Ship {
         current: Vector2::new(0.2, -0.25),
         holds_course: true,
@@ -305,7 +305,7 @@ fn what_is_declared_of_the_loops_is_not_estimated() {
 }
 
 #[test]
-fn a_craft_that_does_as_declared_raises_no_alarm_in_ten_hours() {
+fn a_craft_as_declared_raises_no_alarm_in_ten_hours() {
     let mut alarms = 0;
     let mut ship = Ship::new(2.0, 2.0);
     let look = |known: &CraftEstimate| alarms += u32::from(known.monitor.alarm);
@@ -313,12 +313,12 @@ fn a_craft_that_does_as_declared_raises_no_alarm_in_ten_hours() {
     assert_eq!(alarms, 0);
 }
 
-/// Nothing declared, or a lag.
+/// A description with this lag, or without one.
 fn maybe_declared(lag: Option<f64>) -> CraftDescription {
     lag.map_or_else(undeclared, declared)
 }
 
-/// Second at which each alarm first came, of headings and of speeds, that references have no effect.
+/// Seconds of the first alarms for headings and speeds without effect.
 fn noticed(ship: &mut Ship, declared: &CraftDescription, noise: f64) -> [Option<u32>; 2] {
     let (mut second, mut at) = (0, [None; 2]);
     let look = |known: &CraftEstimate| {
@@ -365,7 +365,7 @@ fn references_without_effect_are_noticed_within_ten_seconds() {
     }
 }
 
-/// A speed loop a second later that is asked for `reference` and does nothing; the slowest goes half the way.
+/// A speed loop with `reference` that is stuck for a second; the slowest craft goes half the way.
 fn stuck(before: &Effect, reference: f64) -> Effect {
     let half = |from: f64| from + 0.5 * (reference - from);
     before.after(
@@ -378,7 +378,7 @@ fn stuck(before: &Effect, reference: f64) -> Effect {
 }
 
 #[test]
-fn a_step_of_any_size_may_be_answered_four_seconds_late() {
+fn a_response_four_seconds_late_is_no_fault_for_any_step() {
     for step in [0.1, 1.0, 100.0] {
         let mut effect = Effect::new(0.0);
         for second in 1..=10 {
@@ -390,7 +390,7 @@ fn a_step_of_any_size_may_be_answered_four_seconds_late() {
 }
 
 #[test]
-fn a_craft_beyond_a_reference_that_comes_nearer_is_asked_for_nothing() {
+fn a_craft_beyond_an_approaching_reference_adds_no_evidence() {
     let mut effect = Effect {
         expected: 1.7,
         ..Effect::new(1.95)
@@ -402,7 +402,7 @@ fn a_craft_beyond_a_reference_that_comes_nearer_is_asked_for_nothing() {
 }
 
 #[test]
-fn of_a_loop_whose_references_have_no_effect_nothing_is_learnt() {
+fn a_loop_without_effect_is_not_learnt() {
     let mut jammed = Ship {
         heading_stuck_after: 105,
         ..Ship::new(2.0, 2.0)
@@ -415,7 +415,7 @@ fn of_a_loop_whose_references_have_no_effect_nothing_is_learnt() {
         |estimate: &CraftEstimate| CraftModel::learnt(&prior, estimate, &Limits::ANY, &Vector2::zeros());
     let rate = model(&known).limits.turn_rate_max;
     assert_eq!(rate, 0.5 * Ship::RATE_MAX);
-    // It works again.
+    // The loop works again.
     jammed.heading_stuck_after = u32::MAX;
     let known = learnt(&mut jammed, &undeclared(), 120, (0.02, 0.02), zig_zag, |_| ());
     assert!(!known.heading_effect.is_missing() && model(&known).limits.turn_rate_max > rate);
@@ -433,7 +433,7 @@ fn references_with_an_effect_raise_no_alarm_in_ten_hours() {
     ] {
         let mut most = [0.0_f64; 2];
         let mut random = Noise(9);
-        // Steps to anywhere every 20 s, and references that swing in between.
+        // Random steps every 20 s, with an oscillation in between.
         let mut to = (0.6, 0.0);
         let law = |second: u32| {
             if second.is_multiple_of(20) {
@@ -460,8 +460,8 @@ fn references_with_an_effect_raise_no_alarm_in_ten_hours() {
     }
 }
 
-/// With 2 s declared, the largest value of the monitor's statistic and whether it raised the alarm in ten minutes of turns of twice
-/// `amplitude`, rad, every 20 s.
+/// Largest statistic of the monitor, and its alarm, in ten minutes of turns of twice `amplitude`,
+/// rad, every 20 s, with 2 s declared.
 fn monitored(lag: f64, amplitude: f64) -> (f64, bool) {
     let (mut worst, mut alarm) = (0.0_f64, false);
     let look = |known: &CraftEstimate| {
@@ -484,8 +484,8 @@ fn monitored(lag: f64, amplitude: f64) -> (f64, bool) {
 }
 
 #[test]
-fn a_craft_four_times_slower_than_declared_raises_the_alarm_where_it_turns_hard() {
-    // Turns of 0.8 rad do not distinguish them well enough: the statistic reaches 3.6 of the 6 that are needed.
+fn a_craft_four_times_slower_than_declared_raises_the_alarm_in_hard_turns() {
+    // Turns of 0.8 rad are insufficient: the statistic reaches 3.6 of the required 6.
     for amplitude in [0.8, 1.2, 1.5] {
         let (_, alarm) = monitored(8.0, amplitude);
         assert!(alarm, "{amplitude}");
@@ -495,7 +495,7 @@ fn a_craft_four_times_slower_than_declared_raises_the_alarm_where_it_turns_hard(
 }
 
 #[test]
-fn a_memory_comes_back_to_the_bit_and_garbage_is_none() {
+fn a_memory_is_restored_to_the_bit_and_invalid_ones_are_refused() {
     let mut ship = Ship::new(3.0, 2.0);
     let known = learnt(&mut ship, &undeclared(), 90, (0.02, 0.02), zig_zag, |_| ());
     let memory = known.memory();
@@ -503,7 +503,7 @@ fn a_memory_comes_back_to_the_bit_and_garbage_is_none() {
     assert_eq!(read.memory().map(f64::to_bits), memory.map(f64::to_bits));
     assert_eq!(read, known, "all of the estimate is in it");
     assert_eq!(CraftEstimate::from_memory(&[]), None);
-    // An earlier version looked for no effects.
+    // An earlier version had no tests for effects.
     let earlier = CraftEstimate::from_memory(&memory[..43]).expect("is one, too");
     assert_eq!((earlier.monitor, earlier.surge), (known.monitor, known.surge));
     assert_eq!(earlier.speed_effect, Effect::new(known.surge.x));
@@ -522,7 +522,7 @@ fn a_memory_comes_back_to_the_bit_and_garbage_is_none() {
 }
 
 #[test]
-fn a_heading_reference_goes_the_way_the_bow_turns_in_steps_no_larger_than_the_slew() {
+fn a_heading_reference_turns_with_the_bow_in_steps_within_the_slew() {
     let mut random = Noise(3);
     for _ in 0..20_000 {
         let [asked, from, bow] = [(); 3].map(|()| std::f64::consts::PI * random.next());
@@ -539,11 +539,11 @@ fn a_heading_reference_goes_the_way_the_bow_turns_in_steps_no_larger_than_the_sl
         if ahead.abs() <= 2.6 {
             assert!(wrap(given - from).abs() < slew + 1e-12, "{given} from {from}");
         }
-        // Never beyond what is asked, seen from the bow.
+        // Never beyond the request, seen from the bow.
         let (least, most) = (ahead.min(wanted), ahead.max(wanted));
         let within = |side: f64| (least.min(2.6) - 1e-12..=most.max(-2.6) + 1e-12).contains(&side);
         assert!(within(side), "{side} is not between {ahead} and {wanted}");
-        // One that is near enough is what is asked.
+        // A near request is met exactly.
         if (wanted - ahead).abs() < slew && wanted.abs() < 2.6 {
             assert!(wrap(given - asked).abs() < 1e-12);
         }
@@ -551,7 +551,7 @@ fn a_heading_reference_goes_the_way_the_bow_turns_in_steps_no_larger_than_the_sl
 }
 
 #[test]
-fn a_craft_is_commanded_the_course_and_speed_over_ground_that_its_loops_hold() {
+fn a_command_has_the_course_and_speed_over_ground_that_the_loops_hold() {
     let mut random = Noise(5);
     for _ in 0..1000 {
         let (psi, speed) = (3.0 * random.next(), 0.9 + 0.8 * random.next());
@@ -590,10 +590,10 @@ fn a_craft_is_commanded_the_course_and_speed_over_ground_that_its_loops_hold() {
 }
 
 #[test]
-fn without_a_ground_velocity_the_current_comes_from_positions_else_from_memory() {
+fn without_a_ground_velocity_the_current_is_from_positions_else_from_memory() {
     let prior = Prior::from(&undeclared());
     let undeclared_craft = observation(&undeclared());
-    let start = CraftEstimate::new(&undeclared_craft.of_the_craft(&Limits::ANY), &prior);
+    let start = CraftEstimate::new(&undeclared_craft.craft_observation(&Limits::ANY), &prior);
     assert_eq!(start.current_from_positions(), None, "nothing has moved yet");
     let asked = Reference {
         speed: 0.6,
@@ -626,7 +626,7 @@ fn without_a_ground_velocity_the_current_comes_from_positions_else_from_memory()
 }
 
 #[test]
-fn a_command_turns_no_faster_than_the_craft_where_only_the_current_is_found_out() {
+fn a_new_estimate_of_the_current_turns_a_command_no_faster_than_the_craft() {
     let craft = CraftDescription {
         heading_held: Some(HeadingReference::Course),
         speed_held: Some(SpeedReference::ThroughWater),
@@ -637,7 +637,7 @@ fn a_command_turns_no_faster_than_the_craft_where_only_the_current_is_found_out(
         heading: Heading::new(0.0),
     };
     let estimate = CraftEstimate::new(
-        &observation(&craft).of_the_craft(&Limits::ANY),
+        &observation(&craft).craft_observation(&Limits::ANY),
         &Prior::from(&craft),
     );
     let mut later = observation(&craft);

@@ -1,4 +1,4 @@
-//! Corners of a track: where its legs meet.
+//! Corners of a track, at the intersections of its legs.
 
 use std::f64::consts::PI;
 
@@ -6,27 +6,27 @@ use nalgebra::{Complex, Vector2};
 
 use crate::estimate::legs::TrackPoint;
 
-/// Most places at which a track is compared with itself.
+/// Most points at which a track is compared with itself.
 pub(crate) const PLACES_MAX: u16 = 256;
 
-/// Beyond this a turn leads back, rad: its legs meet nowhere.
+/// Least turn of a reversal, rad; its legs do not intersect.
 const BACK: f64 = 2.4;
 
-/// Sine of the least turn at which legs are made to meet.
+/// Sine of the least turn whose legs are intersected.
 const SINE_MIN: f64 = 0.2;
 
-/// By what share a turn may be longer or shorter than the vehicle sails at its usual speed in the time.
+/// Relative tolerance of a turn's length against usual speed times elapsed time.
 const LENGTH_TOLERANCE: f64 = 0.35;
 
 /// A straight piece of a track.
-pub(crate) struct Edge {
+pub(crate) struct TrackEdge {
     pub(crate) from: Complex<f64>,
     pub(crate) to: Complex<f64>,
     start: f64,
     end: f64,
 }
 
-impl Edge {
+impl TrackEdge {
     pub(crate) fn new(pair: &[TrackPoint]) -> Self {
         let point = |point: &TrackPoint| Complex::new(point[1], point[2]);
         Self {
@@ -49,19 +49,19 @@ impl Edge {
         self.length() / (self.end - self.start).max(f64::MIN_POSITIVE)
     }
 
-    /// Through the water of a `current` (north, east), m/s.
+    /// Speed through the water in a `current` (north, east), m/s.
     pub(crate) fn speed_through(&self, current: &Vector2<f64>) -> f64 {
         let elapsed = (self.end - self.start).max(f64::MIN_POSITIVE);
         ((self.to - self.from) / elapsed - Complex::new(current.x, current.y)).norm()
     }
 
-    /// The corners between it and the next leg, turned at a `radius`, m.
+    /// Corners between this leg and the next for a turn `radius`, m.
     pub(crate) fn turn(&self, next: &Self, radius: f64) -> Option<Vec<Complex<f64>>> {
         let (u, v) = (self.direction(), next.direction());
         let between = next.from - self.to;
         let sine = cross(u, v);
         if (v * u.conj()).arg().abs() < BACK {
-            // Legs that hardly turn meet anywhere; the track itself is as good then.
+            // Almost parallel legs intersect anywhere; the track itself is then as good.
             if sine.abs() < SINE_MIN {
                 return None;
             }
@@ -71,8 +71,8 @@ impl Edge {
         let side = cross(back, between).signum() * Complex::i() * back;
         let width = dot(side, between).max(WIDTH_MIN);
         let radius = radius.min(0.5 * width);
-        // From the ends of the legs to the line that both corners are on, at the legs' speeds, and along it at their mean, less
-        // what both arcs cut.
+        // From the ends of the legs to the line of both corners at the legs' speeds, and along it
+        // at their mean speed, shortened by both arcs.
         let (before, after) = (self.speed(), next.speed());
         let along = (width - (4.0 - PI) * radius) / (0.5 * (before + after));
         let ahead = dot(back, between);
@@ -83,8 +83,8 @@ impl Edge {
         Some(vec![first, second + side * (WIDTH_MIN - apart).max(0.0)])
     }
 
-    /// Whether a way to the `next` leg by `corners` is one that the vehicle can have gone: as long as its time allows, and by the
-    /// places where it was `seen`.
+    /// `true` if the vehicle can have reached the `next` leg by `corners`: in the elapsed time, and
+    /// near the points where it was `seen`.
     pub(crate) fn can_turn(
         &self,
         corners: &[Complex<f64>],
@@ -111,7 +111,7 @@ impl Edge {
     }
 }
 
-/// Least distance between the two corners of a turn back, m: two corners at one place would be one, of a half turn.
+/// Least distance between the two corners of a reversal, m; coincident ones would be one half turn.
 const WIDTH_MIN: f64 = 1.0;
 
 fn cross(a: Complex<f64>, b: Complex<f64>) -> f64 {
@@ -122,14 +122,14 @@ fn dot(a: Complex<f64>, b: Complex<f64>) -> f64 {
     (a.conj() * b).re
 }
 
-/// A corner of a track (north + i east), m, and how fast the vehicle came to it through the water, m/s, where it had long enough a leg.
+/// A corner of a track (north + i east), m, and the speed before it, m/s, after a long leg.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct SailedTo {
+pub(crate) struct TrackCorner {
     pub(crate) point: Complex<f64>,
     pub(crate) speed: Option<f64>,
 }
 
-impl From<Complex<f64>> for SailedTo {
+impl From<Complex<f64>> for TrackCorner {
     fn from(point: Complex<f64>) -> Self {
         Self { point, speed: None }
     }
@@ -137,13 +137,13 @@ impl From<Complex<f64>> for SailedTo {
 
 /// Straight lines between corners.
 pub(crate) struct Polyline {
-    pub(crate) points: Vec<SailedTo>,
+    pub(crate) points: Vec<TrackCorner>,
     /// Arc length at each, m.
     pub(crate) along: Vec<f64>,
 }
 
 impl Polyline {
-    pub(crate) fn new(points: Vec<SailedTo>) -> Self {
+    pub(crate) fn new(points: Vec<TrackCorner>) -> Self {
         let mut along = vec![0.0];
         for pair in points.windows(2) {
             along.push(along[along.len() - 1] + (pair[1].point - pair[0].point).norm());
@@ -166,7 +166,7 @@ impl Polyline {
         from + (to - from) * ((along - self.along[after - 1]) / length).clamp(0.0, 1.0)
     }
 
-    pub(crate) fn corners_after(&self, along: f64) -> impl Iterator<Item = (f64, SailedTo)> {
+    pub(crate) fn corners_after(&self, along: f64) -> impl Iterator<Item = (f64, TrackCorner)> {
         let corners = self.along.iter().copied().zip(self.points.iter().copied());
         corners.filter(move |(at, _)| along < *at)
     }
@@ -177,7 +177,7 @@ impl Polyline {
         legs.map(|ends| ends[1] - ends[0]).fold(0.0, f64::max)
     }
 
-    /// Points a `spacing` apart, m, the last at the end.
+    /// Points `spacing` apart, m, the last at the end.
     pub(crate) fn places(&self, spacing: f64) -> Vec<Complex<f64>> {
         let length = self.length();
         let mut places: Vec<_> = (0..PLACES_MAX)

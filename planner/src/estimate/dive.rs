@@ -1,4 +1,4 @@
-//! The sawtooth in which a vehicle dives, from the depths that it reports.
+//! Sawtooth dives, from reported depths.
 
 use std::ops::RangeInclusive;
 
@@ -7,19 +7,19 @@ use crate::{
     facts::{auv::Dive, evidence::Report},
 };
 
-/// Least height of a sawtooth that is seen, m. Assumption: pressure gauges and swell are within a fortieth of it.
+/// Least height of a detected sawtooth, m. Assumption: gauge errors and swell are 2.5 % of it.
 const HEIGHT_MIN: f64 = 4.0;
 
-/// A vehicle has turned up or down once it is so far from its last extreme depth, as a share of the height.
+/// Depth change from the last extreme at which a vehicle has reversed, as a share of the height.
 const SWING: f64 = 0.3;
 
-/// By how much the depths at which it turns may differ, as a share of the height; and the rates of its legs, as one of their mean.
+/// Largest relative difference of reversal depths (by the height) and of the legs' rates.
 const SPREAD_MAX: f64 = 0.1;
 
-/// Most that the depths of a leg may be off a straight line, root mean square, as a share of the height: waves are bent.
+/// Largest root-mean-square bend of a leg, as a share of the height; waves exceed it.
 const BENT_MAX: f64 = 0.03;
 
-/// Fewest depths at which it turned: it has repeated itself.
+/// Fewest reversals: the vehicle has repeated itself.
 const APEXES_MIN: usize = 3;
 
 /// Pitch of a sawtooth, rad.
@@ -27,24 +27,24 @@ const PITCH: RangeInclusive<f64> = 0.05..=1.4;
 
 /// A leg up or down, as a straight line through the depths between its ends.
 #[derive(Clone, Copy)]
-struct Leg {
-    /// In the middle of its depths: time, s, and depth, m.
+struct DepthLeg {
+    /// Mean time, s, and mean depth, m.
     middle: [f64; 2],
     /// Rate of its depth, m/s.
     rate: f64,
-    /// Root mean square of what the depths are off, m.
+    /// Root-mean-square deviation of the depths, m.
     bent: f64,
 }
 
-/// Where two legs would meet.
+/// Intersection of two legs.
 struct Apex {
     time: f64,
     depth: f64,
     is_lowest: bool,
 }
 
-impl Leg {
-    /// Least squares; none of fewer than two depths.
+impl DepthLeg {
+    /// Least squares; `None` for fewer than two depths.
     fn through(depths: &[[f64; 2]]) -> Option<Self> {
         let sum = |of: &dyn Fn(&[f64; 2]) -> f64| depths.iter().map(of).sum::<f64>();
         let n = sum(&|_| 1.0);
@@ -70,8 +70,8 @@ impl Leg {
     }
 }
 
-/// The sawtooth of a vehicle of horizontal speed `u_h` through the water, m/s, by the depths of its reports in order of time, if it has
-/// turned at the same depths before.
+/// The sawtooth of a vehicle with horizontal speed `u_h` through the water, m/s, from the depths of
+/// its reports in order of time, if its reversals repeat.
 pub(crate) fn sawtooth(reports: &[(usize, Report)], u_h: f64) -> Option<Dive> {
     let depth = |(_, report): &(usize, Report)| Some([report.t_s, report.depth_m?]);
     let mut depths: Vec<_> = reports.iter().filter_map(depth).collect();
@@ -87,18 +87,18 @@ pub(crate) fn sawtooth(reports: &[(usize, Report)], u_h: f64) -> Option<Dive> {
         return None;
     }
     let ends = ends(&depths, SWING * height);
-    // Where it turns it is on neither leg.
+    // Reversal points are on neither leg.
     let legs = ends
         .windows(2)
-        .map(|end| Leg::through(&depths[end[0] + 1..end[1]]));
+        .map(|end| DepthLeg::through(&depths[end[0] + 1..end[1]]));
     let legs: Vec<_> = legs.collect();
     let whole = legs.get(1..legs.len() - 1)?;
     let rates = whole.iter().flatten().map(|leg| leg.rate.abs());
     let rate = rates.sum::<f64>() / number(whole.len());
     let is_like_others =
-        |leg: &Leg| (leg.rate.abs() - rate).abs() <= SPREAD_MAX * rate && leg.bent <= BENT_MAX * height;
+        |leg: &DepthLeg| (leg.rate.abs() - rate).abs() <= SPREAD_MAX * rate && leg.bent <= BENT_MAX * height;
     let like_others: Vec<_> = legs.into_iter().map(|leg| leg.filter(is_like_others)).collect();
-    // The oldest may be nearly over, and in the newest it may just have turned.
+    // The oldest leg may be nearly over, and the newest may have just begun.
     let legs: Vec<_> = match &like_others[..] {
         [first, whole @ .., last] => {
             let whole = whole.iter().copied().collect::<Option<Vec<_>>>()?;
@@ -106,7 +106,7 @@ pub(crate) fn sawtooth(reports: &[(usize, Report)], u_h: f64) -> Option<Dive> {
         }
         _ => return None,
     };
-    // Between depths that do not alternate legs may run side by side, and meet nowhere.
+    // Legs of equal sign may be parallel and intersect nowhere.
     if legs.windows(2).any(|pair| 0.0 <= pair[0].rate * pair[1].rate) {
         return None;
     }
@@ -125,7 +125,7 @@ pub(crate) fn sawtooth(reports: &[(usize, Report)], u_h: f64) -> Option<Dive> {
     });
     let height = deep.0 - shallow.0;
     let pitch_rad = rate.atan2(u_h);
-    // Half of its turn is beyond the depth that ends the leg.
+    // Half of the reversal is beyond the depth that ends the leg.
     let turn = 0.5 * rate * Dive::REVERSAL_MEDUSA;
     let legs_since = (rate * (last - newest.time) / height).floor();
     (shallow.1.max(deep.1) <= SPREAD_MAX * height && PITCH.contains(&pitch_rad) && 2.0 * turn < height).then(
@@ -139,7 +139,7 @@ pub(crate) fn sawtooth(reports: &[(usize, Report)], u_h: f64) -> Option<Dive> {
     )
 }
 
-/// Where the depths turn by more than `swing`, m, with the first and one past the last.
+/// Indices where the depths reverse by more than `swing`, m, with the first, and one past the last.
 fn ends(depths: &[[f64; 2]], swing: f64) -> Vec<usize> {
     let (mut ends, mut extreme, mut sense) = (vec![0], 0, 0.0);
     for (k, [_, z]) in depths.iter().enumerate() {
@@ -166,7 +166,7 @@ mod tests {
     use super::*;
     use crate::{estimate::tests::Random, predict::dive::DepthForecast};
 
-    /// Reports of the last 640 s of `depth`, every ten seconds, three in ten lost, by a gauge of 0.1 m.
+    /// Reports of `depth` over 640 s, every ten seconds, three in ten lost, with a gauge of 0.1 m.
     fn reports(depth: impl Fn(f64) -> f64, random: &mut Random) -> Vec<(usize, Report)> {
         let mut report = |k: u32| {
             let t_s = 10.0 * f64::from(k);
@@ -186,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sawtooth_is_found_and_says_how_deep_the_vehicle_will_be() {
+    fn a_sawtooth_is_found_and_forecasts_the_depth() {
         let (mut found, mut held, mut n) = (0.0, 0.0, 0.0);
         for (seed, (height, pitch)) in
             (0..100_u32).zip([(20.0, 0.6), (40.0, 0.9), (15.0, 0.4)].into_iter().cycle())
@@ -220,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn whatever_the_depths_are_a_sawtooth_has_depths_that_a_vehicle_can_have() {
+    fn any_depths_give_a_sawtooth_with_possible_depths() {
         // Few different depths, so that legs often have the same rate.
         for seed in 0..20_000 {
             let mut random = Random(seed);
@@ -251,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn a_vehicle_over_rough_ground_dives_in_no_sawtooth() {
+    fn depths_over_rough_ground_are_no_sawtooth() {
         let mut n = 0;
         for seed in 0..200 {
             let mut random = Random(seed);

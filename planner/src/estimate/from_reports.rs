@@ -1,4 +1,4 @@
-//! Where an AUV was when it was last heard of: from its reports, or as the client says.
+//! Estimates of AUVs at their last report, from reports or a given state.
 
 use std::cmp::Ordering;
 
@@ -6,13 +6,13 @@ use nalgebra::{Matrix4, Vector2};
 
 use crate::{
     estimate::{
-        claims::Believed,
         dive::sawtooth,
         interacting::Interacting,
         kalman::Kalman,
         legs::TrackPoint,
-        on_path::{NextTurn, OnPath, PathFit, SPEED_DENSITIES, Sailing},
-        repeats::{Repeats, Trail},
+        on_path::{NextTurn, OnPath, PathFit, PathHypothesis, SPEED_DENSITIES},
+        repeats::{PastTrack, Repeats},
+        screening::ScreenedReports,
         track::Track,
         turn::{clear, remembered_turn_rate, turn_rate},
     },
@@ -25,92 +25,90 @@ use crate::{
     },
 };
 
-/// A telemetered rate of turn older than this is no longer taken for so, s.
-///
-/// Six of the ten-second slots in which an acoustic network usually hears of a vehicle, a third of a lawn-mower's
-/// turn. With a longer one, a vehicle that falls silent in a turn would be forecast to circle; see
+/// Largest age of a telemetered rate of turn, s. Six of the ten-second slots in which an acoustic
+/// network usually hears of a vehicle, a third of a lawn-mower's turn. With a longer one, a vehicle
+/// that falls silent in a turn would be forecast to circle; see
 /// `docs/rationale.md#estimating-the-auvs`.
 pub(crate) const TURN_RATE_AGE_MAX: f64 = 60.0;
 
-/// Newest reports of which an estimate is made for which there is no time: enough for a velocity, and for two outliers.
+/// Newest reports of a hasty estimate: enough for a velocity, with two outliers.
 const HASTY: usize = 8;
 
-/// Fastest that an estimate is, m/s: the fastest that a snapshot lets a vehicle say it is.
+/// Largest estimated speed, m/s: the largest that a snapshot accepts.
 const SPEED_MAX: f64 = 10.0;
 
-/// Where an AUV is taken to have been when it was last heard of.
+/// Estimate of an AUV at its last report.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Estimate {
-    /// Its state at the time of the newest report that the estimate rests on. With a covariance where it is made of
-    /// reports.
+    /// State at the time of the newest used report; with a covariance if from reports.
     pub state: AuvState,
-    /// The reports that the estimate does not rest on, by their place in the request, ascending: outliers, those
-    /// before a jump, and what was said twice.
+    /// Indices of unused reports, ascending: outliers, reports before a jump, and repetitions.
     pub rejected: Vec<usize>,
-    /// By how much the fixes are less accurate than reported, m: their variances are taken to be larger by its square. 0
-    /// where the reported accuracies are borne out.
+    /// Standard deviation to add to the fixes, m: their variances are larger by its square. 0 if
+    /// the reported accuracies are consistent.
     pub inflation: f64,
-    /// Whether the fixes contradict the courses and speeds that the vehicle reports, so that these are not used.
+    /// `true` if the fixes contradict the reported courses and speeds, which are then unused.
     pub velocity_contradicted: bool,
-    /// How the vehicle follows its path. None without a path or without reports.
+    /// Fit to its path. `None` without a path or without reports.
     pub route: Option<Route>,
-    /// What its track repeats, if it declares no path.
+    /// Pattern that its track repeats, if it declares no path.
     pub repeats: Option<Repeats>,
-    /// The path that its reports were held against: what repeats, or the one declared, turned as it is seen to turn. None without
-    /// either, and without reports.
+    /// Path that its reports were compared with: the repeated track, or the declared path with the
+    /// observed turns. `None` without either, and without reports.
     pub path: Option<KnownPath>,
-    /// The sawtooth that its reported depths show.
+    /// Sawtooth in its reported depths.
     pub dive: Option<Dive>,
-    /// Where it was, as far as the next request needs to know it.
+    /// Its past track, as the next request needs it.
     pub track: Vec<TrackPoint>,
 }
 
-/// How a vehicle follows its path.
+/// Fit of a vehicle to its path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Route {
-    /// Probability that it does.
+    /// Probability that it follows the path.
     pub probability: f64,
-    /// Where it is on the path, if it does.
+    /// Its place on the path, if it follows it.
     pub fit: PathFit,
-    /// The turn that it comes to next, if it does.
+    /// Its next turn, if it follows the path.
     pub next_turn: Option<NextTurn>,
-    /// The current that it sails in (north, east), m/s: none where the declared speed turns out to be over ground.
+    /// Current along the path (north, east), m/s; 0 if the declared speed is over ground.
     pub current: Vector2<f64>,
 }
 
 impl Route {
-    /// Whether it is taken to follow its path.
+    /// `true` if it probably follows its path.
     #[must_use]
     pub fn is_followed(&self) -> bool {
         0.5 <= self.probability
     }
 }
 
-/// Probability that a vehicle follows its path at its first report.
+/// Probability at the first report that a vehicle follows its path.
 const FOLLOWS_AT_FIRST: f64 = 0.9;
 
-/// Time after which a vehicle usually leaves its path, s.
+/// Mean time until a vehicle leaves its path, s.
 const LEAVES_AFTER: f64 = 3600.0;
 
-/// Time after which one that left it usually returns, s.
+/// Mean time until it returns, s.
 const RETURNS_AFTER: f64 = 600.0;
 
-/// Newest reports that tell whether a vehicle goes on to repeat its track, and how much each counts against that: the older ones made
-/// the path, and a turn of which fixes saw little is metres off. Three in a row that do not fit end it.
+/// Number of newest reports that test whether a vehicle still repeats its track: older ones made
+/// the path. Misfits of three in a row end the repetition; the weight of each is limited, since a
+/// turn with few fixes is metres off.
 const TELLING: usize = 3;
 const ODDS_MAX: f64 = 3.0;
 
-/// A current that moves a vehicle by no more than its own speed is uncertain, m/s.
+/// Least current for the hypothesis of a declared speed over ground, m/s; less is uncertain anyway.
 const CURRENT_MIN: f64 = 0.05;
 
-/// Two fixes of one time that are nearer to each other than this are one message over two links, m.
+/// Largest distance of two simultaneous fixes that are one message over two links, m.
 const REPEATED_WITHIN: f64 = 0.1;
 
 impl Estimate {
-    /// Of `auv` by what is known at time `now`, s, of a `current` (north, east), m/s, too; of a state that reports no rate of
-    /// turn also by what the previous plan knew, and the time of the report that it knew it from. If the track `before` is given, what
-    /// the track repeats is taken for its path without one, and the sawtooth of its depths for its dive. Once it is `due`, the newest
-    /// reports alone count, and no path.
+    /// Estimates `auv` at `now`, s, in a `current` (north, east), m/s. A state without a rate of
+    /// turn takes it from the previous plan, given with the time of its report. Given the track
+    /// `before`, an AUV without a path or a dive may get them from its track and depths. Once
+    /// `due`, only the newest reports count, without a path.
     pub(crate) fn new(
         auv: &Auv,
         path: Option<&KnownPath>,
@@ -124,7 +122,7 @@ impl Estimate {
             let reports = auv.reports.as_deref().unwrap_or_default();
             let path = path.filter(|_| !due());
             let declared = auv.path.as_ref().filter(|_| path.is_some());
-            let others = declared.map_or_else(Vec::new, DeclaredPath::turned_otherwise);
+            let others = declared.map_or_else(Vec::new, DeclaredPath::with_other_turn_radii);
             let paths: Vec<_> = path.cloned().into_iter().chain(others).collect();
             let found = from_reports(reports, &paths, (now, current), before, due);
             return Self {
@@ -133,7 +131,7 @@ impl Estimate {
             };
         };
         let mut state = *state;
-        // A gyroscope never reads exactly 0: it is what stands for a rate that is left out.
+        // A gyroscope never reads exactly 0, which stands for an omitted rate.
         if let (0.0, Some((earlier, reported))) = (state.turn_rate_radps, previous) {
             let between = now - state.age_s - reported;
             state.turn_rate_radps = remembered_turn_rate(&earlier.estimate, &state, between);
@@ -151,8 +149,8 @@ impl Estimate {
         }
     }
 
-    /// Root mean square distance between estimate and vehicle now, m, if it went straight on since: the square root
-    /// of the trace of the position's covariance. None where the client gave a state without covariance.
+    /// Root-mean-square distance between estimate and vehicle now, m, on a straight course since:
+    /// √(tr P) of the position. `None` without a covariance.
     #[must_use]
     pub fn position_sigma(&self) -> Option<f64> {
         let state = &self.state;
@@ -162,7 +160,7 @@ impl Estimate {
     }
 }
 
-/// Filters `reports`, at least one, in order of time. Of several `paths` the vehicle is on one.
+/// Filters `reports`, at least one, in order of time. The vehicle is on one of `paths`.
 fn from_reports(
     reports: &[Report],
     paths: &[KnownPath],
@@ -170,7 +168,7 @@ fn from_reports(
     before: Option<&[TrackPoint]>,
     due: &dyn Fn() -> bool,
 ) -> Estimate {
-    // What is older than anything that is forecast says only where a vehicle was of which nothing else is known.
+    // Reports older than any forecast count only if there are no others.
     let newest = reports
         .iter()
         .map(|report| report.t_s)
@@ -181,7 +179,7 @@ fn from_reports(
         .enumerate()
         .filter(|(_, report)| oldest <= report.t_s)
         .map(|(number, report)| {
-            // What is dated into the future can only be taken for new.
+            // A report from the future counts as from now.
             let time = report.t_s.min(now);
             (number, Report { t_s: time, ..*report })
         })
@@ -190,30 +188,32 @@ fn from_reports(
     if due() {
         numbered.drain(..numbered.len().saturating_sub(HASTY));
     }
-    let Believed {
-        reports: believed,
+    let ScreenedReports {
+        reports: screened,
         track: free,
         inflation,
         velocity_contradicted,
-    } = Believed::new(without_repeated(&numbered), due);
+    } = ScreenedReports::new(without_repeated(&numbered), due);
     let infers = before.is_some();
     let before = before.filter(|_| paths.is_empty());
-    let trail = before.map_or_else(Trail::default, |before| Trail::new(before, &free.used, current));
-    let repeats = if due() { None } else { trail.repeats() };
-    let along = sailed(paths, repeats.as_ref(), current, &believed, due);
+    let past_track = before.map_or_else(PastTrack::default, |before| {
+        PastTrack::new(before, &free.used, current)
+    });
+    let repeats = if due() { None } else { past_track.repeats() };
+    let along = on_likeliest_path(paths, repeats.as_ref(), current, &screened, due);
     let route = along.as_ref().map(|along| Route {
         probability: match repeats {
-            None => probability_of_following(&believed, along, &free, (usize::MAX, f64::INFINITY)),
-            Some(_) => probability_of_following(&believed, along, &free, (TELLING, ODDS_MAX)),
+            None => probability_of_following(&screened, along, &free, (usize::MAX, f64::INFINITY)),
+            Some(_) => probability_of_following(&screened, along, &free, (TELLING, ODDS_MAX)),
         },
         fit: *along.filter.fit(),
         next_turn: match paths {
             [_] => along.filter.next_turn(),
             _ => along.filter.next_turn().map(NextTurn::of_any_radius),
         },
-        current: along.filter.sailing().current,
+        current: along.filter.assumed().current,
     });
-    let path = along.as_ref().map(|along| along.filter.sailing().known.clone());
+    let path = along.as_ref().map(|along| along.filter.assumed().known.clone());
     let followed = along.filter(|_| route.is_some_and(|route| route.is_followed()));
     let (filtered, used) = match &followed {
         Some(track) => (Filtered::from(&track.filter), &track.used),
@@ -231,49 +231,50 @@ fn from_reports(
         route,
         repeats,
         path,
-        track: trail.points,
+        track: past_track.points,
     }
 }
 
-/// The track through `reports` of a vehicle that is on one of `paths`, or on what its own track `repeats`: the likeliest way to sail
-/// them. Its speed may be over ground. One that declares no path, or does not fit, may change its pace.
-fn sailed<'a>(
+/// The likeliest track through `reports` on one of `paths`, or on the pattern that its own track
+/// `repeats`. Speeds may be over ground; without a fitting declared path the pace may vary.
+fn on_likeliest_path<'a>(
     paths: &'a [KnownPath],
     repeats: Option<&'a Repeats>,
     current: &Vector2<f64>,
     reports: &[(usize, Report)],
     due: &dyn Fn() -> bool,
 ) -> Option<Track<OnPath<'a>>> {
-    let through = |sailing: Sailing<'a>| Track::through(reports, |report| OnPath::start(report, &sailing));
+    let through =
+        |assumed: PathHypothesis<'a>| Track::through(reports, |report| OnPath::start(report, &assumed));
     let known = paths.iter().chain(repeats.map(|repeats| &repeats.path));
-    let ways = known.map(|known| Sailing {
+    let hypotheses = known.map(|known| PathHypothesis {
         known,
         current: *current,
         speed_density: SPEED_DENSITIES[0],
         roughness: repeats.map(|repeats| repeats.residual),
     });
-    let mut best = ways.take_while(|_| !due()).map(through).reduce(likelier)?;
+    let mut best = hypotheses.take_while(|_| !due()).map(through).reduce(likelier)?;
     if !due() && repeats.is_none() && CURRENT_MIN <= current.norm() {
-        let over_ground = Sailing {
+        let over_ground = PathHypothesis {
             current: Vector2::zeros(),
-            ..*best.filter.sailing()
+            ..*best.filter.assumed()
         };
         best = likelier(best, through(over_ground));
     }
     for speed_density in &SPEED_DENSITIES[1..] {
-        if due() || (repeats.is_none() && !best.misfits()) {
+        if due() || (repeats.is_none() && !best.is_inconsistent()) {
             break;
         }
-        let less_steady = Sailing {
+        let less_steady = PathHypothesis {
             speed_density: *speed_density,
-            ..*best.filter.sailing()
+            ..*best.filter.assumed()
         };
         best = likelier(best, through(less_steady));
     }
     Some(best)
 }
 
-/// The likelier of two tracks; of equals the first.
+/// The likelier of two tracks; the first of equals.
 fn likelier<'a>(one: Track<OnPath<'a>>, other: Track<OnPath<'a>>) -> Track<OnPath<'a>> {
     if one.log_likelihood() < other.log_likelihood() {
         other
@@ -282,8 +283,7 @@ fn likelier<'a>(one: Track<OnPath<'a>>, other: Track<OnPath<'a>>) -> Track<OnPat
     }
 }
 
-/// Of each message that is there more than once, the one that comes last [`in_order`]: one over two links, or sent again, is
-/// no second measurement.
+/// Keeps the last of repeated messages, [`in_order`]: they are no second measurement.
 fn without_repeated(numbered: &[(usize, Report)]) -> Vec<(usize, Report)> {
     let again = |first: &Report, later: &Report| {
         first.t_s == later.t_s && (first.position() - later.position()).norm() <= REPEATED_WITHIN
@@ -301,8 +301,8 @@ fn without_repeated(numbered: &[(usize, Report)]) -> Vec<(usize, Report)> {
     last.map(|(_, numbered)| *numbered).collect()
 }
 
-/// Probability that a vehicle follows its path as `along` has it, after the `newest` of its `reports`: of two states, in one of which it
-/// goes freely along `free`. No report counts for more than `odds_max` against the path.
+/// Probability that a vehicle follows its path as in `along`, after the `newest` of its `reports`,
+/// in a two-state model with `free` motion. `odds_max` bounds a report's weight against the path.
 fn probability_of_following(
     reports: &[(usize, Report)],
     along: &Track<OnPath<'_>>,
@@ -310,7 +310,7 @@ fn probability_of_following(
     (newest, odds_max): (usize, f64),
 ) -> f64 {
     let moves = match reports {
-        // One fix says nothing of motion.
+        // One fix has no information on motion.
         [(_, only)] if only.ground_track().is_none() => true,
         _ => SPEED_AT_REST <= free.filter.combined().velocity().norm(),
     };
@@ -334,8 +334,7 @@ fn probability_of_following(
         })
 }
 
-/// By time, then by everything else, so that no order in which reports are given can show; what depends on where north
-/// is comes last.
+/// Order by all members, time first and north-dependent ones last: the given order has no effect.
 pub(crate) fn in_order(a: &Report, b: &Report) -> Ordering {
     let numbers = |report: &Report| {
         let or_none = |value: Option<f64>| value.unwrap_or(f64::NEG_INFINITY);
@@ -357,7 +356,7 @@ pub(crate) fn in_order(a: &Report, b: &Report) -> Ordering {
         .unwrap_or(Ordering::Equal)
 }
 
-/// What a filter holds after its last report.
+/// State of a filter after its last report.
 struct Filtered {
     time: f64,
     position: Vector2<f64>,
@@ -388,7 +387,7 @@ impl From<&OnPath<'_>> for Filtered {
 }
 
 impl Filtered {
-    /// When and how fast it turned by the courses of the two newest reports, of which neither reports it.
+    /// Time and rate of turn between the two newest courses, if neither report has a rate.
     fn turning(used: &[(usize, Report)]) -> Option<(f64, f64)> {
         let [.., (_, before), (_, after)] = used else {
             return None;
@@ -398,13 +397,13 @@ impl Filtered {
         Some((after.t_s, clear(rate)))
     }
 
-    /// The state, with what the newest of the reports in the filter say of depth and turn.
+    /// The state, with the newest depth and turn among the used reports.
     fn state(&self, used: &[(usize, Report)], now: f64) -> AuvState {
         let newest_first = || used.iter().rev().map(|(_, report)| report);
         let reported =
             newest_first().find_map(|report| report.turn_rate_radps.map(|rate| (report.t_s, rate)));
         let turning = reported.or_else(|| Self::turning(used));
-        // A vehicle that never reports its depth is taken to be at the surface.
+        // Without any reported depth the vehicle is at the surface.
         let depth = newest_first().find_map(|report| report.depth_m).unwrap_or(0.0);
         let (course, speed) = (Course::of(&self.velocity), self.velocity.norm().min(SPEED_MAX));
         AuvState {

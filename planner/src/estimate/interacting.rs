@@ -1,4 +1,4 @@
-//! Interacting multiple models: a vehicle that goes straight on, and the same vehicle in a manoeuvre.
+//! Interacting multiple models: straight motion and manoeuvre.
 
 use nalgebra::{Matrix4, Vector2, Vector4};
 
@@ -16,34 +16,33 @@ const N_MODELS: usize = 2;
 
 const MANOEUVRE: usize = 1;
 
-/// Usual distance that a vehicle goes straight before it manoeuvres, m. Assumption: lanes of a survey.
+/// Mean distance before a manoeuvre, m. Assumption: lanes of a survey.
 const STRAIGHT_LENGTH: f64 = 100.0;
 
-/// Usual length of a manoeuvre, m: half a turn of 10 m radius.
+/// Mean length of a manoeuvre, m: half a turn of 10 m radius.
 const MANOEUVRE_LENGTH: f64 = 30.0;
 
-/// Slowest speed at which a manoeuvre is reckoned with, m/s: half of the slowest cruise of the vehicles at hand. A
-/// vehicle that waits may set off.
+/// Least speed in the manoeuvre model, m/s: half of the slowest cruise of known vehicles.
 const MANOEUVRE_SPEED_MIN: f64 = 0.1;
 
-/// Acceleration with which a vehicle may have come to a telemetered speed, m/s². Assumption: from rest to 1 m/s within
+/// Largest acceleration towards a telemetered speed, m/s². Assumption: from rest to 1 m/s within
 /// the ten seconds between two fixes.
 const ACCELERATION_MAX: f64 = 0.1;
 
-/// Least probability that a model keeps, so that no measurement can rule it out for good.
+/// Least probability of a model, so that no measurement excludes it for good.
 const PROBABILITY_MIN: f64 = 1.0e-9;
 
-/// A Kalman filter for each motion model, and how probable each is.
+/// A Kalman filter and a probability for each motion model.
 ///
 /// ```text
-/// π_ij(t)           straight → manoeuvre at rate s/ℓ_s, back at s/ℓ_m: distances, so that all speeds are alike
-/// μ⁻_j = Σ_i π_ij μ_i                        mixed mean and covariance of model j: weights π_ij μ_i / μ⁻_j
+/// π_ij(t)                       straight → manoeuvre at rate s/ℓ_s, back at s/ℓ_m, by distance
+/// μ⁻_j = Σ_i π_ij μ_i           mixed mean and covariance of model j: weights π_ij μ_i / μ⁻_j
 /// μ_j ∝ μ⁻_j N(z − H x_j; 0, H P_j Hᵀ + R)
 /// ```
-/// The speed s that the models take is the root mean square of the velocity's, or the telemetered one where that is more and
-/// the vehicle can have come to it.
-/// Source: H. A. P. Blom, Y. Bar-Shalom, "The interacting multiple model algorithm for systems with Markovian switching
-/// coefficients", 1988, doi:10.1109/9.1299.
+/// The speed s is the root mean square of the velocity, or the telemetered one if that is larger
+/// and the acceleration is possible.
+/// Source: H. A. P. Blom, Y. Bar-Shalom, "The interacting multiple model algorithm for systems with
+/// Markovian switching coefficients", 1988, doi:10.1109/9.1299.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Interacting {
     models: [Kalman; N_MODELS],
@@ -53,7 +52,7 @@ pub(crate) struct Interacting {
 }
 
 impl Interacting {
-    /// From a report alone.
+    /// Starts from one report.
     pub(crate) fn start(report: &Report) -> Self {
         Self::of_one(Kalman::start(report), report)
     }
@@ -72,7 +71,7 @@ impl Interacting {
         mixture(&self.models, &self.probabilities)
     }
 
-    /// The same at the time of a report, before what that measures.
+    /// The prediction at the time of a report.
     fn predicted(&self, report: &Report) -> Self {
         let t = report.t_s - self.models[0].time();
         let speed = self.speed(report);
@@ -81,7 +80,7 @@ impl Interacting {
         let (begun, ended) = (settled * begin, settled * end);
         let transition = [[1.0 - begun, begun], [ended, 1.0 - ended]];
         let turn_rate = match (self.turn_rate, report.turn_rate_radps) {
-            // What it turned by in between is nearer to the mean than to either.
+            // The mean rate in between is nearer to this mean than to either rate.
             (Some(before), Some(now)) => 0.5 * (before + now),
             (None, _) | (_, None) => 0.0,
         };
@@ -104,7 +103,7 @@ impl Interacting {
         }
     }
 
-    /// Speed that a manoeuvre until `report` is reckoned with, m/s.
+    /// Speed of a manoeuvre until `report`, m/s.
     fn speed(&self, report: &Report) -> f64 {
         let t = report.t_s - self.models[0].time();
         let known = self.combined().mean_square_speed().sqrt();
@@ -115,13 +114,12 @@ impl Interacting {
             .max(MANOEUVRE_SPEED_MIN)
     }
 
-    /// Whether a measurement is inside the gate of one model at least: the manoeuvre's, which is as wide as the vehicle
-    /// may have turned.
+    /// `true` if a measurement is inside a model's gate; the manoeuvre's includes turns.
     fn is_in_gate(&self, measurement: &Measurement) -> bool {
         self.models.iter().any(|model| model.is_in_gate(measurement))
     }
 
-    /// How a position compares with the one expected.
+    /// Innovation of a position.
     fn innovation(&self, position: &Measurement) -> Innovation {
         let densities = self.models.iter().zip(&self.probabilities);
         let density: f64 = densities
@@ -147,11 +145,10 @@ impl Interacting {
         self.probabilities = self.probabilities.map(|probability| probability / sum);
     }
 
-    /// Takes in what the vehicle says of its velocity, where that can be.
+    /// Updates with the telemetered velocity, if it is inside the gate.
     ///
-    /// The velocity comes before the position: it says where the vehicle went since the last report, and so what
-    /// position to accept. The other way round, an outlier after a long gap would be taken for a fast vehicle, and
-    /// what the vehicle then says of its speed for a mistake.
+    /// The velocity comes first, as it predicts the position. In the other order, an outlier after
+    /// a long gap would resemble a fast vehicle, and its telemetered speed a mistake.
     fn take_velocity(&mut self, report: &Report) {
         let velocity = report.ground_track().as_ref().map(Measurement::of_velocity);
         if let Some(velocity) = velocity.filter(|velocity| self.is_in_gate(velocity)) {
@@ -173,7 +170,7 @@ impl Filter for Interacting {
         innovation
     }
 
-    /// With the velocity that a manoeuvre leaves.
+    /// Keeps the velocity of the manoeuvre model.
     fn found_at(&self, report: &Report) -> Self {
         let there = self.predicted(report).models[MANOEUVRE].found_at(&report.position(), report.sigma_m);
         let mut found = Self::of_one(there, report);
@@ -182,11 +179,11 @@ impl Filter for Interacting {
     }
 }
 
-/// The Gaussian of the same mean and covariance as a mixture, of weights that sum to 1.
+/// The Gaussian with the mean and covariance of a mixture, whose weights sum to 1.
 fn mixture(models: &[Kalman; N_MODELS], weights: &[f64; N_MODELS]) -> Kalman {
     let weighted = || models.iter().zip(weights);
     let first = models[0].mean();
-    // From the first, so that the mean of equals is theirs to the bit.
+    // Relative to the first, so that the mean of equals is exact.
     let mean: Vector4<f64> = first
         + weighted()
             .map(|(model, weight)| (model.mean() - first) * *weight)

@@ -10,27 +10,25 @@ use crate::{
     },
 };
 
-/// White acceleration along north and along east, m²/s³, with which an estimate is carried on from its last report.
-///
-/// Tuned on simulated lawn-mowers, see `docs/rationale.md#estimating-the-auvs`.
+/// White acceleration along north and along east, m²/s³, after the last report. Tuned on simulated
+/// lawn-mowers, see `docs/rationale.md#estimating-the-auvs`.
 pub(crate) const ACCELERATION_DENSITY: f64 = 2.0e-4;
 
-/// Standard deviation of a velocity of which nothing is known, m/s, along either axis.
-///
-/// The fastest vehicle that a snapshot accepts, 10 m/s, is inside its gate: (10/3)² = 11.1 is less than
-/// [`GATE`]. A smaller one would never take up the track of a fast vehicle that reports no speed.
+/// Standard deviation of an unknown velocity, m/s, along either axis. The largest accepted speed,
+/// 10 m/s, is inside the gate: (10/3)² = 11.1 is less than [`GATE`]. With a smaller one the track
+/// of a fast vehicle without a reported speed would never start.
 const UNKNOWN_SPEED_SIGMA: f64 = 3.0;
 
-/// Standard deviation of a telemetered speed, m/s. Assumption: a Doppler log or a thruster model, quantised, and what
-/// the speed of a sawtooth differs from its mean over a few seconds.
+/// Standard deviation of a telemetered speed, m/s. Assumption: a quantised Doppler log or thruster
+/// model, and the speed of a sawtooth around its mean.
 const SPEED_SIGMA: f64 = 0.03;
 
-/// Standard deviation of a telemetered course, rad. Assumption: 3°, a micro-mechanical compass under water and the
-/// vehicle's own guess of its drift.
+/// Standard deviation of a telemetered course, rad. Assumption: 3°, a micro-mechanical compass
+/// under water and the vehicle's estimate of its drift.
 const COURSE_SIGMA: f64 = 0.05;
 
-/// Largest squared Mahalanobis distance with which a measurement of two numbers is accepted: the 99.9 % quantile of χ²
-/// with two degrees of freedom, −2 ln 0.001.
+/// Largest squared Mahalanobis distance of an accepted measurement of two numbers: the 99.9 %
+/// quantile of χ² with two degrees of freedom, −2 ln 0.001.
 pub(crate) const GATE: f64 = 13.815_510_557_964_274;
 
 /// Mean and covariance of (north, east, north velocity, east velocity) at one time.
@@ -39,9 +37,9 @@ pub(crate) const GATE: f64 = 13.815_510_557_964_274;
 /// x ← F x    P ← F P Fᵀ + Q                             over a motion model
 /// K = P Hᵀ (H P Hᵀ + R)⁻¹    x ← x + K (z − H x)    P ← (I − K H) P (I − K H)ᵀ + K R Kᵀ
 /// ```
-/// Joseph's form of the covariance: a sum of squares stays positive definite in rounding.
-/// Source: Y. Bar-Shalom, X. R. Li, T. Kirubarajan, *Estimation with Applications to Tracking and Navigation*, 2001,
-/// sections 5.2 and 6.2.
+/// Joseph's form of the covariance is a sum of squares, which rounding keeps positive definite.
+/// Source: Y. Bar-Shalom, X. R. Li, T. Kirubarajan, *Estimation with Applications to Tracking and
+/// Navigation*, 2001, sections 5.2 and 6.2.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Kalman {
     time: f64,
@@ -63,7 +61,7 @@ impl Kalman {
         }
     }
 
-    /// From a report alone.
+    /// Starts from one report.
     pub(crate) fn start(report: &Report) -> Self {
         let (position, velocity) = (report.sigma_m.powi(2), UNKNOWN_SPEED_SIGMA.powi(2));
         let variances = Vector4::new(position, position, velocity, velocity);
@@ -78,9 +76,9 @@ impl Kalman {
         filter
     }
 
-    /// Takes `report` in whatever it says.
+    /// Updates with all of `report`, without a gate.
     #[cfg(test)]
-    pub(crate) fn accept_blindly(&mut self, report: &Report) {
+    pub(crate) fn accept_ungated(&mut self, report: &Report) {
         *self = self.at(report.t_s);
         if let Some(track) = &report.ground_track() {
             self.update(&Measurement::of_velocity(track));
@@ -88,7 +86,7 @@ impl Kalman {
         self.update(&Measurement::of_position(report));
     }
 
-    /// The same at a later time, s, of a vehicle that goes straight on but for [`ACCELERATION_DENSITY`].
+    /// The state at a later time, s, on a straight course with [`ACCELERATION_DENSITY`].
     pub(crate) fn at(&self, time: f64) -> Self {
         let straight = MotionModel::Straight {
             density: ACCELERATION_DENSITY,
@@ -96,7 +94,7 @@ impl Kalman {
         self.after(time, &straight)
     }
 
-    /// The same at a later time, s, of a vehicle that moves so.
+    /// The state at a later time, s, under a motion model.
     pub(crate) fn after(&self, time: f64, motion: &MotionModel) -> Self {
         let Transition { f, q } = motion.over(time - self.time);
         Self {
@@ -106,7 +104,7 @@ impl Kalman {
         }
     }
 
-    /// The same velocity of a vehicle that was found elsewhere, with a standard deviation `sigma`, m.
+    /// The same velocity at another position with a standard deviation `sigma`, m.
     pub(crate) fn found_at(&self, position: &Vector2<f64>, sigma: f64) -> Self {
         let mut found = self.clone();
         found.mean.fixed_rows_mut::<2>(0).copy_from(position);
@@ -148,22 +146,22 @@ impl Kalman {
     }
 
     pub(crate) fn is_in_gate(&self, measurement: &Measurement) -> bool {
-        self.misfit(measurement).0 <= GATE
+        self.mahalanobis(measurement).0 <= GATE
     }
 
-    /// Logarithm of the probability density of `measurement`, but for a constant.
+    /// Logarithm of the probability density of `measurement`, up to a constant.
     pub(crate) fn log_likelihood(&self, measurement: &Measurement) -> f64 {
-        let (distance, spread) = self.misfit(measurement);
+        let (distance, spread) = self.mahalanobis(measurement);
         -0.5 * (distance + spread.ln())
     }
 
-    /// Geometric mean of the variances of the innovation of `measurement`.
+    /// Geometric mean of the innovation variances of `measurement`.
     pub(crate) fn innovation_variance(&self, measurement: &Measurement) -> f64 {
-        self.misfit(measurement).1.sqrt()
+        self.mahalanobis(measurement).1.sqrt()
     }
 
-    /// Squared Mahalanobis distance of a measurement from what is expected, and the determinant of the innovation's covariance.
-    fn misfit(&self, measurement: &Measurement) -> (f64, f64) {
+    /// Squared Mahalanobis distance and determinant of the innovation covariance of a measurement.
+    fn mahalanobis(&self, measurement: &Measurement) -> (f64, f64) {
         let Measurement { z, h, r } = measurement;
         let (y, s) = (z - h * self.mean, h * self.covariance * h.transpose() + r);
         (y.dot(&(inverse(&s) * y)), s.determinant())
@@ -195,17 +193,17 @@ impl Measurement {
         }
     }
 
-    /// Square of the distance from what is expected, normalised.
+    /// Normalised square of the innovation.
     pub(crate) fn normalised_square(&self, expected: &Kalman) -> f64 {
-        expected.misfit(self).0
+        expected.mahalanobis(self).0
     }
 
-    /// Square of the distance from what is expected.
+    /// Square of the innovation.
     pub(crate) fn square_distance(&self, expected: &Kalman) -> f64 {
         (self.z - self.h * expected.mean).norm_squared()
     }
 
-    /// Along the course the speed errs, across it the course too.
+    /// The speed errs along the course, speed and course across it.
     pub(crate) fn of_velocity(track: &GroundTrack) -> Self {
         let (along, across) = (SPEED_SIGMA, SPEED_SIGMA.hypot(COURSE_SIGMA * track.speed));
         let ned_from_course = ned_from_body(track.course.radians());
@@ -219,7 +217,7 @@ impl Measurement {
     }
 }
 
-/// What rounding left unsymmetric, made so.
+/// Removes the asymmetry of rounding.
 fn symmetric(matrix: &Matrix4<f64>) -> Matrix4<f64> {
     (matrix + matrix.transpose()) * 0.5
 }

@@ -1,17 +1,17 @@
-//! A track as straight legs, each at constant velocity.
+//! Tracks as straight legs of constant velocity.
 
 use nalgebra::Vector2;
 
 use crate::facts::evidence::Report;
 
-/// A place on a track: time, s, position north and east, m.
+/// A point of a track: time, s, position north and east, m.
 pub(crate) type TrackPoint = [f64; 3];
 
-/// Standard deviation that a fix has at least, m: a vehicle sails no straighter than this.
+/// Least standard deviation of a fix, m: vehicles move no straighter.
 pub(crate) const SIGMA_MIN: f64 = 0.7;
 
-/// Price of one more leg in a track, in squares of normalised residuals: its four numbers cost 4, and that it ends anywhere among
-/// 64 reports the rest.
+/// Price of a leg, in squares of normalised residuals: 4 for its numbers, the rest for its end
+/// among 64 reports.
 const LEG_PRICE: f64 = 14.0;
 
 /// Position (north, east), m.
@@ -20,12 +20,12 @@ pub(crate) fn place(point: &TrackPoint) -> Vector2<f64> {
 }
 
 /// A piece of a track at constant velocity.
-pub(crate) struct Leg {
+pub(crate) struct TrackLeg {
     pub(crate) from: TrackPoint,
     pub(crate) to: TrackPoint,
 }
 
-/// Sums over some reports, with their weights: of 1, t, t², p, t p, p².
+/// Weighted sums over some reports: of 1, t, t², p, t p, p².
 #[derive(Clone, Copy, Default)]
 struct Sums {
     one: f64,
@@ -37,7 +37,7 @@ struct Sums {
 }
 
 impl Sums {
-    /// With a report at time `t`, s, and position `p`, m, more.
+    /// Adds a report at time `t`, s, and position `p`, m.
     fn and(mut self, t: f64, p: Vector2<f64>, sigma: f64) -> Self {
         let w = sigma.powi(-2);
         self.one += w;
@@ -69,14 +69,14 @@ impl Sums {
     }
 }
 
-/// The legs through `reports`, at least one, in order of time, that explain them at the least price: optimal by dynamic programming over
-/// where the last leg begins.
-pub(crate) fn legs(reports: &[(usize, Report)]) -> Vec<Leg> {
+/// The legs of least price through `reports`, at least one, in order of time: optimal by dynamic
+/// programming over the beginning of the last leg.
+pub(crate) fn legs(reports: &[(usize, Report)]) -> Vec<TrackLeg> {
     let start = reports[0].1;
-    // For the first `end` reports: the least price, where the last leg begins, and the sums of that leg.
+    // For each number of reports: the least price, the beginning of the last leg, and its sums.
     let mut cheapest = vec![(0.0, 0, Sums::default())];
     for end in 1..=reports.len() {
-        // Summed up from the end: differences of sums would lose a report beside others that are far more accurate.
+        // Summed from the end: differences of sums would lose an inaccurate report.
         let last_legs = (0..end).rev().scan(Sums::default(), |sums, begin| {
             let report = &reports[begin].1;
             *sums = sums.and(
@@ -98,7 +98,7 @@ pub(crate) fn legs(reports: &[(usize, Report)]) -> Vec<Leg> {
             let place = start.position() + position + velocity * (report.t_s - start.t_s - time);
             [report.t_s, place.x, place.y]
         };
-        legs.push(Leg {
+        legs.push(TrackLeg {
             from: at(&reports[begin].1),
             to: at(&reports[end - 1].1),
         });
@@ -108,21 +108,21 @@ pub(crate) fn legs(reports: &[(usize, Report)]) -> Vec<Leg> {
     legs
 }
 
-/// A bend that counts as a turn, rad: fixes bend a straight leg by less.
+/// Least bend that is a turn, rad; fixes bend a straight leg by less.
 const TURN: f64 = std::f64::consts::FRAC_PI_4;
 
-/// Mean time between the turns of a `track`, s; none where it has not turned.
+/// Mean time between the turns of a `track`, s; `None` without turns.
 pub(crate) fn between_turns(track: &[TrackPoint]) -> Option<f64> {
-    let ways = track.windows(2).map(|pair| place(&pair[1]) - place(&pair[0]));
-    let ways: Vec<_> = ways.filter(|way| 0.0 < way.norm()).collect();
+    let steps = track.windows(2).map(|pair| place(&pair[1]) - place(&pair[0]));
+    let steps: Vec<_> = steps.filter(|step| 0.0 < step.norm()).collect();
     let turned = |pair: &&[Vector2<f64>]| TURN < pair[0].angle(&pair[1]);
-    let turns = ways.windows(2).filter(turned).count();
+    let turns = steps.windows(2).filter(turned).count();
     let (first, last) = (track.first()?, track.last()?);
     #[expect(clippy::cast_precision_loss, reason = "a hundred places at most")]
     (0 < turns).then(|| (last[0] - first[0]) / turns as f64)
 }
 
-/// The fewest of `points` that leave none farther than `tolerance`, m, from the line (Ramer, Douglas and Peucker).
+/// The fewest of `points` within `tolerance`, m, of all (Ramer, Douglas and Peucker).
 pub(crate) fn simplified(points: &[TrackPoint], tolerance: f64) -> Vec<TrackPoint> {
     let Some(last) = points.len().checked_sub(1) else {
         return Vec::new();
@@ -154,8 +154,8 @@ pub(crate) fn simplified(points: &[TrackPoint], tolerance: f64) -> Vec<TrackPoin
 mod tests {
     use super::*;
 
-    /// Places at 0.5 m/s from one to the next.
-    fn sailed(places: &[[f64; 2]]) -> Vec<TrackPoint> {
+    /// Positions at 0.5 m/s from one to the next.
+    fn track_through(places: &[[f64; 2]]) -> Vec<TrackPoint> {
         let mut track: Vec<TrackPoint> = Vec::new();
         for [north, east] in places {
             let before = track.last().copied().unwrap_or([0.0, *north, *east]);
@@ -166,9 +166,9 @@ mod tests {
     }
 
     #[test]
-    fn the_time_between_turns_is_that_of_the_sharp_bends_alone() {
-        // Lanes of 100 m, 20 m apart: each takes 240 s and ends in two turns. A lane is bent by 10° where a fix was off.
-        let lanes = sailed(&[
+    fn only_sharp_bends_count_for_the_time_between_turns() {
+        // Lanes of 100 m, 20 m apart: each takes 240 s and two turns. Bad fixes bend a lane by 10°.
+        let lanes = track_through(&[
             [0.0, 0.0],
             [50.0, 4.0],
             [100.0, 0.0],

@@ -1,16 +1,16 @@
-//! How a free vehicle may move between two reports, as linear Gaussian models.
+//! Motion of a free vehicle between two reports, as linear Gaussian models.
 
 use nalgebra::{Complex, Matrix2, Matrix4, Vector4};
 
-/// White acceleration of a vehicle that goes straight, along either axis, m²/s³.
+/// White acceleration of a straight-moving vehicle, along either axis, m²/s³.
 const STRAIGHT_DENSITY: f64 = 1.5e-4;
 
-/// How much of it a speed adds, m²/s³ a (m/s)². At 1 m/s the course wanders by 0.03 rad in 10 s; see
-/// `docs/rationale.md#estimating-the-auvs`.
+/// Its growth with the speed, m²/s³ per (m/s)². At 1 m/s the course wanders by 0.03 rad in 10 s;
+/// see `docs/rationale.md#estimating-the-auvs`.
 const STRAIGHT_DENSITY_OF_SPEED: f64 = 1.0e-4;
 
-/// Distance along which a manoeuvring vehicle forgets its velocity, m: twice the radius of a usual turn; see
-/// `docs/rationale.md#estimating-the-auvs`.
+/// Distance over which a manoeuvring vehicle loses its velocity, m: twice the radius of a usual
+/// turn; see `docs/rationale.md#estimating-the-auvs`.
 const FORGETTING_LENGTH: f64 = 20.0;
 
 /// A motion model, linear in positions and velocities.
@@ -20,12 +20,12 @@ const FORGETTING_LENGTH: f64 = 20.0;
 /// straight    a = 0              q = q₀ + q₁ s²
 /// manoeuvre   a = s/ℓ − i ω      q = 2 s³ / ℓ
 /// ```
-/// with north + i east as complex numbers, s the vehicle's speed and ω its rate of turn as far as it is reported. Under the
-/// manoeuvre a velocity is forgotten over the distance ℓ, and may become any of that size: σ = s along either axis. A
-/// constant-turn model with an estimated rate is left out: between two fixes a fast vehicle turns by more than half a
-/// circle, and the rate is not unique.
-/// Source: the integrated Ornstein-Uhlenbeck process; Y. Bar-Shalom, X. R. Li, T. Kirubarajan, *Estimation with
-/// Applications to Tracking and Navigation*, 2001, section 8.2 (Singer's model, one order lower).
+/// with north + i east as complex numbers, speed s and reported rate of turn ω, or 0. Under the
+/// manoeuvre a velocity decays over the distance ℓ towards any of that size: σ = s along either
+/// axis. A constant-turn model is omitted: between two fixes a fast vehicle turns by more than half
+/// a circle, and the rate is ambiguous. Source: the integrated Ornstein-Uhlenbeck process; Y.
+/// Bar-Shalom, X. R. Li, T. Kirubarajan, *Estimation with Applications to Tracking and Navigation*,
+/// 2001, section 8.2 (Singer's model, one order lower).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum MotionModel {
     /// White acceleration of a density q, m²/s³.
@@ -33,7 +33,7 @@ pub(crate) enum MotionModel {
         /// q.
         density: f64,
     },
-    /// A velocity that is forgotten and renewed while it turns.
+    /// A velocity that decays and is renewed during a turn.
     Manoeuvre {
         /// s/ℓ, 1/s.
         forgetting: f64,
@@ -52,14 +52,14 @@ pub(crate) struct Transition {
 }
 
 impl MotionModel {
-    /// A vehicle of a speed, m/s, that goes straight.
+    /// Straight motion at a speed, m/s.
     pub(crate) fn straight(speed: f64) -> Self {
         Self::Straight {
             density: STRAIGHT_DENSITY + STRAIGHT_DENSITY_OF_SPEED * speed * speed,
         }
     }
 
-    /// A vehicle of a speed, m/s, above 0, that turns at a rate, rad/s, or at one that is not known.
+    /// A manoeuvre at a speed, m/s, above 0, with a rate of turn, rad/s, 0 if unknown.
     pub(crate) fn manoeuvre(speed: f64, turn_rate: f64) -> Self {
         Self::Manoeuvre {
             forgetting: speed / FORGETTING_LENGTH,
@@ -68,7 +68,7 @@ impl MotionModel {
         }
     }
 
-    /// Over `t` seconds.
+    /// The transition over `t` seconds.
     pub(crate) fn over(&self, t: f64) -> Transition {
         match *self {
             Self::Straight { density: q } => transition(
@@ -88,7 +88,7 @@ impl MotionModel {
                 let travelled = (Complex::from(1.0) - kept) / a;
                 // ∫ |exp(−a s)|² ds
                 let decay = -(-2.0 * forgetting * t).exp_m1() / (2.0 * forgetting);
-                // ∫ |(1 − exp(−a s)) / a|² ds; over a short time what is left of it is rounding.
+                // ∫ |(1 − exp(−a s)) / a|² ds; over a short time rounding dominates.
                 let spread = ((t - 2.0 * travelled.re + decay) / a.norm_sqr()).max(0.0);
                 let correlation = (travelled.conj() - decay) / a;
                 transition(travelled, kept, [q * spread, q * decay], correlation * q)
@@ -97,8 +97,8 @@ impl MotionModel {
     }
 }
 
-/// Put together: how far a velocity carries, what is kept of it, the variances of position and velocity, and their
-/// covariance.
+/// Combines the travelled distance per velocity, the kept velocity, the variances of position and
+/// velocity, and their covariance.
 fn transition(
     travelled: Complex<f64>,
     kept: Complex<f64>,
@@ -124,7 +124,7 @@ fn turned(by: Complex<f64>) -> Matrix2<f64> {
 mod tests {
     use super::*;
 
-    /// F and Q by steps of Euler and Maruyama's moments: Ṗ = A P + P Aᵀ + Q̇, by the midpoint rule.
+    /// F and Q by integration of Ṗ = A P + P Aᵀ + Q̇ with the midpoint rule.
     fn integrated(model: &MotionModel, t: f64) -> Transition {
         let (a, q) = match *model {
             MotionModel::Straight { density } => (Matrix2::zeros(), density),
@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn the_closed_forms_are_the_moments_integrated_step_by_step() {
+    fn the_closed_forms_agree_with_integrated_moments() {
         for model in [
             MotionModel::straight(0.9),
             MotionModel::manoeuvre(0.2, 0.02),
@@ -163,7 +163,7 @@ mod tests {
         ] {
             for t in [0.5, 10.0, 60.0] {
                 let (closed, stepped) = (model.over(t), integrated(&model, t));
-                // The midpoint rule's error: (|a| h)² of at most 2e-7, times the 60 s.
+                // Error of the midpoint rule: (|a| h)² of at most 2e-7, times the 60 s.
                 assert!((closed.f - stepped.f).amax() < 1e-5 * stepped.f.amax());
                 assert!(
                     (closed.q - stepped.q).amax() < 1e-5 * stepped.q.amax(),
@@ -174,18 +174,18 @@ mod tests {
     }
 
     #[test]
-    fn over_a_short_time_a_manoeuvre_is_white_acceleration() {
+    fn a_brief_manoeuvre_is_white_acceleration() {
         let (speed, t) = (0.9_f64, 1e-2);
         let short = MotionModel::manoeuvre(speed, 0.05).over(t).q;
         let density = 2.0 * speed.powi(3) / FORGETTING_LENGTH;
         let white = MotionModel::Straight { density }.over(t).q;
-        // The first term left out is of relative size t s/ℓ, 4.5e-4; rounding of what cancels is far less here.
+        // The first neglected term is of relative size t s/ℓ, 4.5e-4; rounding is far less.
         assert!((short[(2, 2)] / white[(2, 2)] - 1.0).abs() < 1e-3);
         assert!((short[(0, 2)] / white[(0, 2)] - 1.0).abs() < 1e-3);
     }
 
     #[test]
-    fn a_vehicle_that_manoeuvres_for_long_has_any_velocity_of_its_size() {
+    fn a_long_manoeuvre_leaves_any_velocity_of_its_size() {
         let transition = MotionModel::manoeuvre(0.7, 0.1).over(1.0e4);
         assert!((transition.q[(2, 2)] - 0.49).abs() < 1e-12 && transition.f[(2, 2)].abs() < 1e-12);
     }

@@ -1,4 +1,4 @@
-//! A filter for a vehicle that follows a path which is known, as its own navigation has it.
+//! Filter of a vehicle that follows a known path by its own navigation.
 
 use std::f64::consts::TAU;
 
@@ -19,41 +19,40 @@ use crate::{
     },
 };
 
-/// Spread of the place along the path beside what the speed's error does to it, m²/s. The surges of a sawtooth's
+/// Spread of the place along the path besides the speed's error, m²/s. The surges of a sawtooth's
 /// reversals, 0.4 m each, two in a cycle of 200 s, make 0.0016.
 const ALONG_DENSITY: f64 = 0.002;
 
-/// The same as a time, s, times the square of the vehicle's speed: a survey AUV on lanes was 1.7 m off the place that its mean speed of
-/// 1.8 m/s gives after 30 s, see `docs/rationale.md#estimating-the-auvs`.
+/// The same per square of the vehicle's speed, s: on lanes, a survey AUV was 1.7 m from the place
+/// of its mean speed of 1.8 m/s after 30 s, see `docs/rationale.md#estimating-the-auvs`.
 const PACE_TIME: f64 = 0.03;
 
-/// Standard deviation of the speed along the path from the one that is declared, m/s: a current that is not known, or known
-/// elsewhere.
+/// Standard deviation of the speed along the path, m/s, from an unknown or remote current.
 const SPEED_SIGMA: f64 = 0.05;
 
-/// The same as a share of the declared speed. Assumption: how well plans keep the speeds that they declare.
+/// The same as a share of the declared speed. Assumption: accuracy of planned speeds.
 const SPEED_SHARE: f64 = 0.2;
 
-/// Spreads of that difference, (m/s)²/s, that a vehicle may have. The first: between still water and an unknown current, see
-/// `docs/rationale.md#estimating-the-auvs`. The others: those whose speed changes by 0.1, 0.3 or 1 m/s in 100 s, as robot
-/// boats do within a leg.
+/// Spreads of that difference, (m/s)²/s. The first: between still water and an unknown current, see
+/// `docs/rationale.md#estimating-the-auvs`. The others: vehicles whose speed changes by 0.1, 0.3 or
+/// 1 m/s in 100 s, as robot boats' does within a leg.
 pub(crate) const SPEED_DENSITIES: [f64; 4] = [1.0e-5, 1.0e-4, 1.0e-3, 1.0e-2];
 
-/// Standard deviation of the velocity across the path, m/s: the offset's spread over ten seconds, by ten seconds.
+/// Standard deviation of the velocity across the path, m/s: the offset's spread in ten seconds.
 const ACROSS_SIGMA: f64 = 0.014;
 
-/// Standard deviation of a telemetered speed along the path, m/s: that of a moment, which may be a sawtooth's reversal.
-/// Half of what the reversal adds, 0.1 m/s; see `docs/rationale.md#estimating-the-auvs`.
+/// Standard deviation of a telemetered, momentary speed along the path, m/s: half of the 0.1 m/s
+/// that a sawtooth's reversal adds; see `docs/rationale.md#estimating-the-auvs`.
 const TELEMETRY_SIGMA: f64 = 0.05;
 
-/// Longest step in which the place along the path is carried on, s: at 0.3 m/s and 10 m radius a turn of 0.15 rad.
+/// Longest step of a prediction along the path, s: at 0.3 m/s and 10 m radius a turn of 0.15 rad.
 const STEP_MAX: f64 = 5.0;
 
-/// Most steps between two reports: a quarter of an hour, after which no goal rests on the earlier one. Across a longer
-/// silence steps are longer, so that no list of reports takes long to filter.
+/// Most steps between two reports: a quarter of an hour, after which no goal uses the earlier one.
+/// A longer silence has longer steps, which bounds the time of any filter.
 const STEPS_MAX: f64 = 180.0;
 
-/// How well a vehicle knows where it is: it follows the path where it takes that to be.
+/// Accuracy of a vehicle's own navigation, by which it follows the path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Navigation {
     /// Probability.
@@ -62,15 +61,16 @@ struct Navigation {
     offset_sigma: f64,
     /// Spread of the offset along either axis, m²/s.
     offset_density: f64,
-    /// Parts of the offset along the path that are hypotheses of their own, in deviations, and the deviation of each: a filter
-    /// is linear, and a turn at the wrong place is not.
+    /// Initial offsets along the path that are separate hypotheses, in deviations, and their
+    /// deviation: a filter is linear, and a turn at the wrong place is not.
     parts: &'static [f64],
     part_sigma: f64,
 }
 
-/// Assumptions: most vehicles are some metres off, as they are where a current is not known; those that navigate by dead reckoning
-/// are tens of metres off after an hour, and drift by a metre in a hundred seconds. Chosen on an Otter and a MEDUSA behind lawn-mowers
-/// of 0.2 to 0.9 m/s, see `docs/rationale.md#estimating-the-auvs`.
+/// Assumptions: most vehicles are some metres off, as in an unknown current; by dead reckoning they
+/// are tens of metres off after an hour, and drift by a metre in a hundred seconds. Chosen on an
+/// Otter and a MEDUSA behind lawn-mowers of 0.2 to 0.9 m/s, see
+/// `docs/rationale.md#estimating-the-auvs`.
 const NAVIGATIONS: [Navigation; 2] = [
     Navigation {
         share: 0.9,
@@ -88,75 +88,75 @@ const NAVIGATIONS: [Navigation; 2] = [
     },
 ];
 
-/// Prior probability that a vehicle sails its path from the end to the beginning.
+/// Prior probability that a vehicle follows its path backwards.
 const BACKWARDS: f64 = 0.02;
 
-/// Standard deviation of a place along the path of which nothing is known, m: it counts as none beside any fix.
+/// Standard deviation of an unknown place along the path, m: negligible information beside any fix.
 const ANYWHERE: f64 = 1000.0;
 
-/// Farthest that the path passes by the first report where a vehicle may be on it, m: three standard deviations of a poor navigation.
+/// Largest distance of a path from the first report, m: 3 σ of a poor navigation.
 const REACH: f64 = 60.0;
 
-/// Most places along the path at which a vehicle is looked for, the closest.
+/// Most initial places along the path, the closest ones.
 const FEET_MAX: usize = 4;
 
-/// Most hypotheses that are followed.
+/// Most hypotheses.
 const HYPOTHESES_MAX: usize = 16;
 
 /// Probability below which a hypothesis is dropped.
 const PROBABILITY_MIN: f64 = 3.0e-3;
 
-/// What a vehicle is taken to sail.
+/// A path hypothesis: the path that a vehicle follows, and the accuracy with which it does.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Sailing<'a> {
+pub(crate) struct PathHypothesis<'a> {
     pub(crate) known: &'a KnownPath,
     /// Current (north, east), m/s.
     pub(crate) current: Vector2<f64>,
-    /// How well it keeps its pace, (m/s)²/s.
+    /// Spread of its pace, (m/s)²/s.
     pub(crate) speed_density: f64,
-    /// How far a path that was made of reports is off them, m. It lies where they are, but for that.
+    /// Distance of a path made of reports from them, m; such a path has no other offset.
     pub(crate) roughness: Option<f64>,
 }
 
-/// A vehicle on a path that lies elsewhere than declared, by as much as its navigation is off.
+/// A vehicle on a path displaced by the error of its navigation.
 ///
 /// ```text
-/// x = (γ, b, o)    p = p_P(γ) + o    γ̇ = ±(u_P(γ) + b) + w_s    ḃ = w_b    ȯ = w_o        p measured, with the fix's σ
+/// x = (γ, b, o)   p = p_P(γ) + o (measured)   γ̇ = ±(u_P(γ) + b) + w_s   ḃ = w_b   ȯ = w_o
 /// ```
-/// u_P is the speed over ground that the declared speed and current give, o the offset (north, east). On a straight leg only what
-/// o is across the leg is seen; a turn shows the rest. Which leg it is on, how well it navigates and which way it sails are
-/// hypotheses, each with a filter of its own and a probability.
+/// u_P is the speed over ground from the declared speed and current, o the offset (north, east). A
+/// straight leg shows o across it; a turn shows the rest. The leg, the navigation and the sense are
+/// hypotheses, each with its own filter and probability.
 #[derive(Clone, Debug)]
 pub(crate) struct OnPath<'a> {
-    sailing: Sailing<'a>,
+    assumed: PathHypothesis<'a>,
     time: f64,
-    /// The most probable first.
+    /// The most probable hypothesis is first.
     hypotheses: [Hypothesis; HYPOTHESES_MAX],
 }
 
-/// The turn of its path that a vehicle comes to next.
+/// The next turn of a vehicle on its path.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct NextTurn {
-    /// After the newest report that fits the path, s.
+    /// Time after the newest report that fits the path, s.
     pub in_s: f64,
-    /// Standard deviation of that, s.
+    /// Standard deviation of `in_s`, s.
     pub sigma_s: f64,
-    /// By how much it turns, rad, positive to starboard.
+    /// Change of direction, rad, positive to starboard.
     pub by_rad: f64,
 }
 
-/// Arcs with no more between them than this are one turn, m.
+/// Longest straight piece inside one turn, m.
 const SAME_TURN: f64 = 1.0;
 
-/// A bend by less is no turn, rad: a leg that fixes of 1.5 m show as two bends by up to 0.2 rad.
+/// Least bend that is a turn, rad; fixes of 1.5 m bend a leg twice by up to 0.2 rad.
 const TURN_LEAST: f64 = 0.35;
 
-/// How well it is known when a turn begins whose radius is not, s: the arcs of the turn rates that vehicles may have begin up to 7 s
-/// before or after the middle one.
+/// Standard deviation of the beginning of a turn of unknown radius, s: with the possible turn rates
+/// it begins up to 7 s before or after the middle one.
 const TURN_BEGINS_SIGMA: f64 = 4.0;
 
 impl NextTurn {
-    /// The same on a path that does not say at which radius it turns.
+    /// The turn on a path of unknown radii.
     pub(crate) fn of_any_radius(self) -> Self {
         Self {
             sigma_s: self.sigma_s.hypot(TURN_BEGINS_SIGMA),
@@ -165,29 +165,29 @@ impl NextTurn {
     }
 }
 
-/// How what is known of a vehicle on its path becomes less certain.
+/// Growth of the uncertainty of a vehicle on its path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spread {
-    /// Growth of the variance of the place along the path, apart from what the error of the speed adds, m²/s.
+    /// Growth of the variance of the place along the path, without the speed's error, m²/s.
     pub along_density: f64,
     /// Growth of the variance of the speed along the path, (m/s)²/s.
     pub speed_density: f64,
     /// Growth of the variance of the path's offset along either axis, m²/s.
     pub offset_density: f64,
-    /// Variance of the path's places along either axis, m².
+    /// Variance of the path's points along either axis, m².
     pub path_variance: f64,
 }
 
-/// Where a vehicle is on its path, how fast, and how far its path is off.
+/// Place of a vehicle on its path, its speed, and the path's offset.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathFit {
-    /// Place γ along the path, m; speed beyond the declared one, m/s; offset of the path (north, east), m.
+    /// Place γ along the path, m; excess speed, m/s; offset of the path (north, east), m.
     pub state: Vector4<f64>,
     /// Covariance of these.
     pub covariance: Matrix4<f64>,
-    /// 1, or −1 for a vehicle that sails the path backwards.
+    /// 1, or −1 for a vehicle that follows the path backwards.
     pub sense: f64,
-    /// How all that becomes less certain.
+    /// Growth of the uncertainty.
     pub spread: Spread,
 }
 
@@ -223,7 +223,7 @@ impl PathFit {
         self.state.x
     }
 
-    /// Speed along the path beyond the declared one, m/s.
+    /// Speed along the path above the declared one, m/s.
     #[must_use]
     pub fn faster(&self) -> f64 {
         self.state.y
@@ -246,14 +246,14 @@ impl PathFit {
         foot_speed(known.speed_at(&point), current, point.tangent, self.sense) + self.sense * self.state.y
     }
 
-    /// The turn that begins next.
+    /// The next turn.
     pub(crate) fn next_turn(&self, known: &KnownPath, current: &Vector2<f64>) -> Option<NextTurn> {
         let (path, pieces) = (&known.path, known.path.pieces());
         let (_, gamma) = path.lap_of(self.state.x);
         let begun = pieces.partition_point(|piece| piece.from <= gamma);
         let forwards = 0.0 < self.sense;
         let under = pieces[..begun].last().filter(|piece| gamma <= piece.end());
-        // The pieces ahead in the order in which it comes to them, with the distances at which each begins and ends.
+        // The pieces ahead in the vehicle's order, with the distances of their ends.
         let (first, laps) = if forwards {
             (begun, 1.0)
         } else {
@@ -279,7 +279,7 @@ impl PathFit {
             let (from, to) = (piece.from + lap - gamma, piece.end() + lap - gamma);
             (if forwards { (from, to) } else { (-to, -from) }, piece)
         });
-        // What is left of the turn that it is in is not the next one.
+        // The rest of the present turn is not the next one.
         let mut turning_until = under.map_or(f64::NEG_INFINITY, |piece| match (piece.curvature, forwards) {
             (0.0, _) => f64::NEG_INFINITY,
             (_, true) => piece.end() - gamma,
@@ -324,13 +324,13 @@ impl PathFit {
         })
     }
 
-    /// How position and speed depend on the state: rows north, east.
+    /// Derivative of position and speed by the state: rows north, east.
     fn jacobian(tangent: f64) -> Matrix2x4<f64> {
         let along = direction(tangent);
         Matrix2x4::new(along.x, 0.0, 1.0, 0.0, along.y, 0.0, 0.0, 1.0)
     }
 
-    /// Covariance of the position where the tangent is `tangent`, m², `elapsed` seconds on.
+    /// Covariance of the position at `tangent`, m², after `elapsed` seconds.
     #[must_use]
     pub fn position_covariance(&self, tangent: f64, elapsed: f64) -> Matrix2<f64> {
         let mut jacobian = Self::jacobian(tangent);
@@ -344,13 +344,13 @@ impl PathFit {
             + Matrix2::identity() * anywhere
     }
 
-    /// Carries it on by `t` seconds.
+    /// Predicts by `t` seconds.
     fn carry_on(&mut self, t: f64, known: &KnownPath, current: &Vector2<f64>) {
         let steps = (t / STEP_MAX).ceil().min(STEPS_MAX);
         let step = if steps > 0.0 { t / steps } else { 0.0 };
         let mut done = 0.0;
         while done < steps {
-            // Half a step first: the speed in the middle of the step, to second order.
+            // Midpoint rule, accurate to second order.
             let start = self.state.x;
             self.state.x += 0.5 * step * self.rate(known, current);
             self.state.x = start + step * self.rate(known, current);
@@ -369,7 +369,7 @@ impl PathFit {
         self.covariance = f * self.covariance * f.transpose() + q;
     }
 
-    /// Takes a position in, in Joseph's form, as in [`super::kalman::Kalman`].
+    /// Updates with a position in Joseph's form, as in [`super::kalman::Kalman`].
     fn update(
         &mut self,
         h: &Matrix2x4<f64>,
@@ -384,7 +384,7 @@ impl PathFit {
         self.state += gain * innovation;
     }
 
-    /// Takes in that the speed along the path is more by `excess`.
+    /// Updates with a speed along the path that is higher by `excess`.
     fn update_speed(&mut self, excess: f64) {
         let column = self.covariance.column(1).into_owned();
         let gain = column / (column.y + TELEMETRY_SIGMA.powi(2));
@@ -395,14 +395,14 @@ impl PathFit {
 }
 
 impl<'a> OnPath<'a> {
-    /// From a report alone: on whatever legs of its path it may be.
-    pub(crate) fn start(report: &Report, sailing: &Sailing<'a>) -> Self {
+    /// Starts from one report, on each leg that is near enough.
+    pub(crate) fn start(report: &Report, assumed: &PathHypothesis<'a>) -> Self {
         let mut filter = Self {
-            sailing: *sailing,
+            assumed: *assumed,
             time: report.t_s,
             hypotheses: [Hypothesis::NONE; HYPOTHESES_MAX],
         };
-        let Sailing { known, roughness, .. } = sailing;
+        let PathHypothesis { known, roughness, .. } = assumed;
         let [good, _] = &NAVIGATIONS;
         for gamma in known.path.feet::<FEET_MAX>(&report.position(), REACH) {
             if roughness.is_some() {
@@ -420,7 +420,7 @@ impl<'a> OnPath<'a> {
         filter
     }
 
-    /// A vehicle beside the place `gamma`, whose path is off along itself by a `part` of what its navigation may be.
+    /// A vehicle beside `gamma`, with a path displaced along itself by a `part` of the error.
     fn begun(
         &self,
         gamma: f64,
@@ -429,13 +429,13 @@ impl<'a> OnPath<'a> {
         sense: f64,
         report: &Report,
     ) -> Hypothesis {
-        let turn = ned_from_body(self.sailing.known.path.at(gamma).tangent);
+        let turn = ned_from_body(self.assumed.known.path.at(gamma).tangent);
         let sigma = navigation.offset_sigma;
         let ahead = part * sigma;
         let offset = turn * Vector2::new(ahead, 0.0);
         let variances = Vector2::new((navigation.part_sigma * sigma).powi(2), sigma.powi(2));
         let speed_variance =
-            SPEED_SIGMA.powi(2) + (SPEED_SHARE * self.sailing.known.horizontal_speed).powi(2);
+            SPEED_SIGMA.powi(2) + (SPEED_SHARE * self.assumed.known.horizontal_speed).powi(2);
         let mut covariance =
             Matrix4::from_diagonal(&Vector4::new(ANYWHERE.powi(2), speed_variance, 0.0, 0.0));
         covariance
@@ -446,10 +446,10 @@ impl<'a> OnPath<'a> {
             covariance,
             sense,
             spread: Spread {
-                along_density: ALONG_DENSITY + PACE_TIME * self.sailing.known.horizontal_speed.powi(2),
-                speed_density: self.sailing.speed_density,
+                along_density: ALONG_DENSITY + PACE_TIME * self.assumed.known.horizontal_speed.powi(2),
+                speed_density: self.assumed.speed_density,
                 offset_density: navigation.offset_density,
-                path_variance: self.sailing.roughness.unwrap_or(0.0).powi(2),
+                path_variance: self.assumed.roughness.unwrap_or(0.0).powi(2),
             },
         };
         let innovation = self.take_in(&mut fit, report);
@@ -464,41 +464,41 @@ impl<'a> OnPath<'a> {
         self.time
     }
 
-    /// What it is taken to sail.
-    pub(crate) fn sailing(&self) -> &Sailing<'a> {
-        &self.sailing
+    /// The path hypothesis.
+    pub(crate) fn assumed(&self) -> &PathHypothesis<'a> {
+        &self.assumed
     }
 
-    /// The turn that it comes to next, if it is on the path.
+    /// The next turn, if the vehicle is on the path.
     pub(crate) fn next_turn(&self) -> Option<NextTurn> {
         let fit = self.is_on_path().then(|| self.fit())?;
-        fit.next_turn(self.sailing.known, &self.sailing.current)
+        fit.next_turn(self.assumed.known, &self.assumed.current)
     }
 
-    /// Whether the path passes by where the vehicle was found.
+    /// `true` if the path passes near the reports.
     pub(crate) fn is_on_path(&self) -> bool {
         0.0 < self.hypotheses[0].probability
     }
 
-    /// What is most probable.
+    /// The most probable fit.
     pub(crate) fn fit(&self) -> &PathFit {
         &self.hypotheses[0].fit
     }
 
     pub(crate) fn position(&self) -> Vector2<f64> {
-        self.fit().position(self.sailing.known)
+        self.fit().position(self.assumed.known)
     }
 
     pub(crate) fn velocity(&self) -> Vector2<f64> {
         let fit = self.fit();
-        direction(self.sailing.known.path.at(fit.state.x).tangent)
-            * fit.rate(self.sailing.known, &self.sailing.current)
+        direction(self.assumed.known.path.at(fit.state.x).tangent)
+            * fit.rate(self.assumed.known, &self.assumed.current)
     }
 
     /// Covariance of (north, east, north velocity, east velocity).
     pub(crate) fn covariance(&self) -> Matrix4<f64> {
         let fit = self.fit();
-        let tangent = self.sailing.known.path.at(fit.state.x).tangent;
+        let tangent = self.assumed.known.path.at(fit.state.x).tangent;
         let (along, h) = (direction(tangent), PathFit::jacobian(tangent));
         let across = Vector2::new(-along.y, along.x);
         let with_speed = h * fit.covariance.column(1) * along.transpose() * fit.sense;
@@ -517,10 +517,9 @@ impl<'a> OnPath<'a> {
         (covariance + covariance.transpose()) * 0.5
     }
 
-    /// Takes a report in, if it is inside the gate. The density of what it says is that of the position, and of the course as far as
-    /// the vehicle reports one.
+    /// Updates with a report inside the gate. The density covers position and reported course.
     fn take_in(&self, fit: &mut PathFit, report: &Report) -> Innovation {
-        let point = self.sailing.known.path.at(fit.state.x);
+        let point = self.assumed.known.path.at(fit.state.x);
         let h = PathFit::jacobian(point.tangent);
         let error = report.position() - point.position - fit.offset();
         let noise = report.sigma_m.powi(2) + fit.spread.path_variance;
@@ -538,8 +537,8 @@ impl<'a> OnPath<'a> {
         if accepted {
             fit.update(&h, &error, &inverse, noise);
             if let Some(track) = &track {
-                let along = direction(self.sailing.known.path.at(fit.state.x).tangent) * fit.sense;
-                let forwards = fit.sense * fit.rate(self.sailing.known, &self.sailing.current);
+                let along = direction(self.assumed.known.path.at(fit.state.x).tangent) * fit.sense;
+                let forwards = fit.sense * fit.rate(self.assumed.known, &self.assumed.current);
                 fit.update_speed(track.velocity().dot(&along) - forwards);
             }
         }
@@ -552,7 +551,7 @@ impl<'a> OnPath<'a> {
         }
     }
 
-    /// Takes a hypothesis in, in the order of their probabilities; of too many, the least probable is dropped.
+    /// Inserts a hypothesis by probability; drops the least probable if there are too many.
     fn insert(&mut self, hypothesis: Hypothesis) {
         let place = self
             .hypotheses
@@ -563,19 +562,19 @@ impl<'a> OnPath<'a> {
         }
     }
 
-    /// The same at a later time, s.
+    /// The prediction at a later time, s.
     fn carried_to(&self, time: f64) -> Self {
         let mut then = self.clone();
         then.time = time;
         for hypothesis in then.hypotheses.iter_mut().take_while(|one| 0.0 < one.probability) {
             hypothesis
                 .fit
-                .carry_on(time - self.time, self.sailing.known, &self.sailing.current);
+                .carry_on(time - self.time, self.assumed.known, &self.assumed.current);
         }
         then
     }
 
-    /// Makes probabilities sum to 1, and drops what is improbable.
+    /// Normalises the probabilities and drops improbable hypotheses.
     fn normalise(&mut self) {
         let sum: f64 = self
             .hypotheses
@@ -596,7 +595,7 @@ impl<'a> OnPath<'a> {
 /// Variance of a telemetered course about the path's, rad²: crab angles and turns.
 const COURSE_VARIANCE: f64 = 0.1;
 
-/// How probable any course is beside one along the path.
+/// Density of any course relative to one along the path.
 const COURSE_UNLIKE: f64 = 0.01;
 
 impl Filter for OnPath<'_> {
@@ -623,7 +622,7 @@ impl Filter for OnPath<'_> {
         }
     }
 
-    /// Where it is on the path is known, and its path is elsewhere: it found out where it is.
+    /// The place on the path is kept and the path moves: the vehicle corrected its position.
     fn found_at(&self, report: &Report) -> Self {
         let mut found = self.carried_to(report.t_s);
         for hypothesis in found
@@ -632,7 +631,7 @@ impl Filter for OnPath<'_> {
             .take_while(|one| 0.0 < one.probability)
         {
             let fit = &mut hypothesis.fit;
-            let offset = report.position() - self.sailing.known.path.at(fit.state.x).position;
+            let offset = report.position() - self.assumed.known.path.at(fit.state.x).position;
             (fit.state.z, fit.state.w) = (offset.x, offset.y);
             for axis in 2..4 {
                 fit.covariance.fill_row(axis, 0.0);

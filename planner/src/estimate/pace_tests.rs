@@ -1,4 +1,4 @@
-//! Vehicles that keep their pace, and vehicles that do not, are forecast as surely as they go.
+//! Forecast uncertainty of vehicles with a steady and with a varying pace.
 
 use std::f64::consts::TAU;
 
@@ -14,11 +14,12 @@ const SIGMA: f64 = 1.5;
 const SPEED: f64 = 0.9;
 const AHEAD: f64 = 60.0;
 
-/// A vehicle sails lanes, and its place swings by `surge`, m, about that of a steady one. Returns the median normalised square of the error
-/// of the forecast a minute ahead, 1.4 if the covariance is true, and median variance of that forecast, m².
+/// A vehicle on lanes whose place oscillates by `surge`, m, about that of a steady one. Returns
+/// medians for the forecast a minute ahead: of the normalised squared error, 1.4 for a true
+/// covariance, and of the variance, m².
 fn a_minute_ahead(surge: f64) -> (f64, f64) {
     let path = Path::lawn_mower(Vector2::new(7.0, -3.0), 0.4, 200.0, 30.0, 12);
-    // A period of 90 s is no part of the 230 s of a lane, so that nothing of the pace repeats.
+    // A period of 90 s does not divide the 230 s of a lane, so the pace does not repeat.
     let place = |t: f64| path.at(SPEED * t + surge * (TAU * t / 90.0).sin()).position;
     let (mut normalised, mut variances) = (Vec::new(), Vec::new());
     for seed in 0..3 {
@@ -56,7 +57,7 @@ fn median(mut numbers: Vec<f64>) -> f64 {
 }
 
 #[test]
-fn a_vehicle_that_changes_its_pace_is_forecast_less_surely() {
+fn a_varying_pace_makes_the_forecast_less_certain() {
     let [(steady, small), (surging, large)] = [0.0, 4.0].map(a_minute_ahead);
     assert!(steady < 2.8, "{steady}");
     assert!(surging < 2.8, "{surging}");

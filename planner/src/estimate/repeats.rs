@@ -1,4 +1,4 @@
-//! The path of a vehicle that declares none: its own track, and after it what repeats.
+//! The path of a vehicle that declares none: its past track, continued by the repeated pattern.
 
 use std::sync::Arc;
 
@@ -6,7 +6,7 @@ use nalgebra::{Complex, Vector2};
 
 use crate::{
     estimate::{
-        corners::{Edge, PLACES_MAX, Polyline, SailedTo},
+        corners::{PLACES_MAX, Polyline, TrackCorner, TrackEdge},
         legs::{SIGMA_MIN, TrackPoint, legs, place, simplified},
         rigid_motion::{Pattern, RigidMotion, number},
     },
@@ -17,80 +17,80 @@ use crate::{
     },
 };
 
-/// Most places of a track that are remembered, the newest: a lane of a lawn-mower and its turn need five or six.
+/// Most points of a stored track, the newest ones; a lane with its turn needs five or six.
 pub(crate) const TRACK_POINTS_MAX: usize = 96;
 
-/// Places nearer to the line between their neighbours than this are not remembered, in standard deviations of a fix.
+/// Tolerance of the simplification of a track, in standard deviations of a fix.
 const STRAIGHT: f64 = 0.7;
 
-/// Fewest places of a track that has turned.
+/// Fewest points of a track with a turn.
 const POINTS_MIN: usize = 4;
 
-/// Distance between the places at which two pieces of a track are compared, in standard deviations of a fix.
+/// Distance between compared points of two pieces of a track, in standard deviations of a fix.
 const SPACING: f64 = 2.7;
 
-/// A piece of track tells little unless its course changes by so much, rad: nearly a half turn. At 2.5, 5 of 200 tracks through
-/// random way-points repeated something, at 3.0 at most one.
+/// Least change of course of a compared piece, rad: nearly a half turn. At 2.5, 5 of 200 tracks
+/// through random way-points had a pattern, at 3.0 at most one.
 const TURN_MIN: f64 = 3.0;
 
-/// What repeats turns by so much, rad, or it is a piece of a line or of a curve, which is like any other piece of it. One corner is enough:
-/// between the two of a turn, a lane ago was between two others.
+/// Least change of course of a pattern, rad; pieces of lines and wide curves are all alike. One
+/// corner is enough: between the two of a turn, a lane ago was between two others.
 const LAG_TURN_MIN: f64 = 1.2;
 
-/// By how much the lag is refined, in distances between places, and as a share of it.
+/// Range of the lag's refinement, in distances between points, and as a share of the lag.
 const REFINED_BY: f64 = 2.0;
 const REFINED_SHARE: f64 = 0.2;
 
-/// Largest root mean square distance between two pieces that are taken for the same, in standard deviations of a fix.
+/// Largest root-mean-square distance of equal pieces, in standard deviations of a fix.
 const RESIDUAL_MAX: f64 = 2.3;
 
-/// The same as a share of the piece's radius of gyration: a piece that is as small as its noise is like any other.
+/// The same as a share of the radius of gyration; pieces as small as their noise are alike.
 const RESIDUAL_SHARE_MAX: f64 = 0.1;
 
-/// How far ahead a path is continued, s: more than any plan looks.
+/// Time by which a path is continued, s; longer than any plan.
 const AHEAD: f64 = 180.0;
 
-/// Points after which it is not continued any more.
+/// Number of points that ends the continuation.
 const PATH_POINTS_MAX: usize = 512;
 
-/// Fastest that a vehicle is carried, m/s: what moves faster between two places is not the same track.
+/// Largest speed between two points of one track, m/s.
 const TRACK_SPEED_MAX: f64 = 15.0;
 
-/// Fastest that a declared path is followed, m/s.
+/// Largest speed along a declared path, m/s.
 const SPEED_MAX: f64 = 10.0;
 
 /// Longest time on one leg, s: a day.
 const LEG_TIME_MAX: f64 = 86_400.0;
 
-/// Silence after which a track begins anew, s.
+/// Silence after which a track restarts, s.
 const SILENCE_MAX: f64 = 1800.0;
 
-/// What a vehicle's track repeats.
+/// Pattern that a vehicle's track repeats.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Repeats {
-    /// Where it was, and where it goes if the track repeats once more.
+    /// Past track, and its continuation by one more repetition.
     pub path: KnownPath,
-    /// What it looks like.
+    /// Kind of pattern.
     pub pattern: Pattern,
-    /// How often it was sailed, as far as the track is remembered.
+    /// Number of repetitions in the stored track.
     pub times: f64,
-    /// Length of what repeats, m.
+    /// Length of the pattern, m.
     pub period: f64,
     /// Length of its longest leg, m.
     pub leg: f64,
-    /// Distance between lanes, m; 0 where there are none.
+    /// Distance between lanes, m; 0 without lanes.
     pub spacing: f64,
-    /// Root mean square distance between one time and the next, m.
+    /// Root-mean-square distance between repetitions, m.
     pub residual: f64,
 }
 
-/// Where a vehicle was, as straight legs.
+/// Past track of a vehicle, as straight legs.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Trail {
+pub(crate) struct PastTrack {
     pub(crate) points: Vec<TrackPoint>,
     /// Standard deviation of its fixes, m.
     sigma: f64,
-    /// Its speed through the water where it moved, m/s.
+    /// Its speed through the water in motion, m/s.
     speed: f64,
     /// Current (north, east), m/s.
     current: Vector2<f64>,
@@ -98,8 +98,9 @@ pub(crate) struct Trail {
     fixes: Vec<Vector2<f64>>,
 }
 
-impl Trail {
-    /// Through `reports`, in order of time, in a `current` (north, east), m/s, after what an earlier answer `remembered`.
+impl PastTrack {
+    /// Through `reports`, in order of time, in a `current` (north, east), m/s, after the
+    /// `remembered` track of an earlier answer.
     pub(crate) fn new(
         remembered: &[TrackPoint],
         reports: &[(usize, Report)],
@@ -138,8 +139,8 @@ impl Trail {
         }
     }
 
-    /// What the track repeats, if it does: its newest piece, at least as long as the period, against the piece a period before, as it
-    /// is or mirrored.
+    /// The pattern that the track repeats, if any: compares the newest piece, at least a period
+    /// long, with the piece a period before, as it is or mirrored.
     pub(crate) fn repeats(&self) -> Option<Repeats> {
         if !(SPEED_AT_REST..=SPEED_MAX).contains(&self.speed) || self.points.len() < POINTS_MIN {
             return None;
@@ -152,14 +153,14 @@ impl Trail {
     }
 
     /// Mean squared distance of the fixes from a path, m².
-    fn misfit(&self, path: &Path) -> f64 {
+    fn mean_square_distance(&self, path: &Path) -> f64 {
         let off = |fix: &Vector2<f64>| (path.at(path.closest(fix)).position - fix).norm_squared();
         self.fixes.iter().map(off).sum::<f64>() / number(self.fixes.len())
     }
 
-    /// Way-points turned at a `radius`, m, with the speeds of the legs that end at them.
-    fn rounded(&self, corners: &[SailedTo], radius: f64) -> Option<Path> {
-        let leg = |corner: &SailedTo| Leg {
+    /// Way-points with turns of `radius`, m, and the speeds of the legs that end at them.
+    fn rounded(&self, corners: &[TrackCorner], radius: f64) -> Option<Path> {
+        let leg = |corner: &TrackCorner| Leg {
             speed_mps: corner
                 .speed
                 .filter(|speed| (SPEED_AT_REST..=SPEED_MAX).contains(speed)),
@@ -182,7 +183,7 @@ impl Trail {
         declared.path().ok()
     }
 
-    /// The same for a vehicle that turns at a `radius`, m, and by how much the fixes miss it.
+    /// The pattern for turns of `radius`, m, and the mean squared distance of the fixes.
     fn repeats_turning_at(&self, radius: f64) -> Option<(f64, Repeats)> {
         let track = Polyline::new(self.corners(radius));
         if track.points.len() < POINTS_MIN {
@@ -195,7 +196,7 @@ impl Trail {
         // The shortest piece that turns enough.
         let [enough, least] =
             [TURN_MIN, LAG_TURN_MIN].map(|enough| turned.partition_point(|turned| *turned < enough) * CHORD);
-        // The shortest lag at which the track repeats, and its neighbours: twice that lag fits as well.
+        // The shortest lag with a match, and its neighbours; twice that lag fits as well.
         let mut best: Option<Match> = None;
         for lag in least..n / 2 {
             let span = lag.max(enough);
@@ -204,7 +205,7 @@ impl Trail {
             }
             let (earlier, later) = (&places[n - 1 - span - lag..n - lag], &places[n - 1 - span..]);
             let motions = [true, false].map(|mirrored| RigidMotion::between(earlier, later, mirrored));
-            let same = motions.into_iter().filter(|motion| self.is_the_same(motion));
+            let same = motions.into_iter().filter(|motion| self.is_match(motion));
             let Some(motion) = same.min_by(|a, b| a.residual.total_cmp(&b.residual)) else {
                 if best.is_some() {
                     break;
@@ -223,7 +224,7 @@ impl Trail {
             }
         }
         let best = self.refined(&track, &places, spacing, best?);
-        let (misfit, path) = self.path(&track, &best, radius)?;
+        let (mean_square, path) = self.path(&track, &best, radius)?;
         let pattern = best.motion.pattern(RESIDUAL_MAX * self.sigma);
         let repeats = Repeats {
             path: KnownPath {
@@ -241,17 +242,17 @@ impl Trail {
             },
             residual: best.motion.residual,
         };
-        Some((misfit, repeats))
+        Some((mean_square, repeats))
     }
 
-    /// The corners of the track of a vehicle that turns at a `radius`, m, up to the end of its last long leg. Two fixes in a turn cut it
-    /// by metres. What is known well are the legs, and when it was on them: a corner is where two legs meet, and a way back reaches as
-    /// far as the time between its legs says.
-    fn corners(&self, radius: f64) -> Vec<SailedTo> {
-        let edges: Vec<_> = self.points.windows(2).map(Edge::new).collect();
-        // Only the newest legs count: a long transit may have come before the lanes.
+    /// Corners of the track for turns of `radius`, m, to the end of the last long leg. Two fixes in
+    /// a turn cut it by metres, while legs and their times are accurate: corners are intersections
+    /// of legs, and the reach of a reversal follows from the time between its legs.
+    fn corners(&self, radius: f64) -> Vec<TrackCorner> {
+        let edges: Vec<_> = self.points.windows(2).map(TrackEdge::new).collect();
+        // Only the newest legs count: a long transit may precede the lanes.
         let newest = &edges[edges.len().saturating_sub(NEWEST)..];
-        let longest = newest.iter().map(Edge::length).fold(0.0, f64::max);
+        let longest = newest.iter().map(TrackEdge::length).fold(0.0, f64::max);
         let enough = (LONG_SHARE * longest).max(LONG * self.sigma).max(4.0 * radius);
         let long: Vec<_> = (0..edges.len())
             .filter(|edge| enough <= edges[*edge].length())
@@ -259,7 +260,7 @@ impl Trail {
         let [first, .., last] = long[..] else {
             return Vec::new();
         };
-        let mut corners: Vec<SailedTo> = edges[..=first].iter().map(|edge| edge.from.into()).collect();
+        let mut corners: Vec<TrackCorner> = edges[..=first].iter().map(|edge| edge.from.into()).collect();
         for pair in long.windows(2) {
             let (before, after) = (&edges[pair[0]], &edges[pair[1]]);
             let seen: Vec<_> = edges[pair[0] + 1..=pair[1]]
@@ -270,24 +271,24 @@ impl Trail {
             let turned = before.turn(after, radius);
             let tolerance = radius + 3.0 * self.sigma;
             match turned.filter(|corners| before.can_turn(corners, after, &seen, tolerance)) {
-                Some(turned) => corners.extend(turned.into_iter().map(SailedTo::from)),
-                None => corners.extend(seen.into_iter().map(SailedTo::from)),
+                Some(turned) => corners.extend(turned.into_iter().map(TrackCorner::from)),
+                None => corners.extend(seen.into_iter().map(TrackCorner::from)),
             }
             corners[n].speed = Some(before.speed_through(&self.current));
         }
-        corners.push(SailedTo {
+        corners.push(TrackCorner {
             point: edges[last].to,
             speed: Some(edges[last].speed_through(&self.current)),
         });
         corners
     }
 
-    fn is_the_same(&self, motion: &RigidMotion) -> bool {
+    fn is_match(&self, motion: &RigidMotion) -> bool {
         let most = (RESIDUAL_MAX * self.sigma).min(RESIDUAL_SHARE_MAX * motion.extent);
         motion.residual <= most
     }
 
-    /// The same match at the lag that fits best between two places, over as much of the track as it holds for.
+    /// The match at the best lag between two points, over the longest piece for which it holds.
     fn refined(&self, track: &Polyline, places: &[Complex<f64>], spacing: f64, coarse: Match) -> Match {
         let (mirrored, lag) = (coarse.motion.mirrored, coarse.lag);
         let most = (REFINED_BY * spacing).min(REFINED_SHARE * lag);
@@ -308,7 +309,7 @@ impl Trail {
         let longest = places.len() - 1;
         while best.span < longest {
             let span = (best.span * 3 / 2 + 1).min(longest);
-            match near(&best, span).filter(|longer| self.is_the_same(&longer.motion)) {
+            match near(&best, span).filter(|longer| self.is_match(&longer.motion)) {
                 Some(longer) => best = longer,
                 None => break,
             }
@@ -316,12 +317,12 @@ impl Trail {
         best
     }
 
-    /// The track up to its last corner, and after it what repeats; and by how much the fixes miss it.
+    /// The track to its last corner, continued by the pattern; and its mean squared mean_square.
     fn path(&self, track: &Polyline, best: &Match, radius: f64) -> Option<(f64, Path)> {
         let (_, known) = track.points.split_last()?;
         let mut points = known.to_vec();
         let last = track.along[known.len() - 1];
-        // The corner that the last one repeats is the last one again.
+        // The corner that the last one repeats is the last one itself.
         let start = last - best.lag + 0.5 * best.lag.min(radius + 3.0 * self.sigma);
         let mut period: Vec<_> = track
             .corners_after(start)
@@ -338,25 +339,25 @@ impl Trail {
             period.clone()
         };
         points.extend(repeat());
-        let misfit = self.misfit(&self.rounded(&points, radius)?);
-        // As far again as it went: on a lap it may be taken to be one lap further on.
+        let mean_square = self.mean_square_distance(&self.rounded(&points, radius)?);
+        // Continues by the past length too: on a lap the vehicle may be placed one lap ahead.
         let mut ahead = best.lag;
         while ahead < AHEAD * self.speed + 2.0 * best.lag + track.length() && points.len() < PATH_POINTS_MAX {
             points.extend(repeat());
             ahead += best.lag;
         }
-        Some((misfit, self.rounded(&points, radius)?))
+        Some((mean_square, self.rounded(&points, radius)?))
     }
 }
 
-/// Newest legs that say what a long one is.
+/// Number of newest legs that define a long one.
 const NEWEST: usize = 24;
 
-/// A leg is long if it is so many standard deviations of a fix, and such a share of the longest.
+/// Least length of a long leg, in standard deviations of a fix, and as a share of the longest.
 const LONG: f64 = 8.0;
 const LONG_SHARE: f64 = 0.2;
 
-/// What was remembered from before the `first` report; nothing if the two cannot be one track.
+/// The stored track before the `first` report; empty if the two cannot be one track.
 fn before(remembered: &[TrackPoint], first: &Report) -> Vec<TrackPoint> {
     let newest = &remembered[remembered.len().saturating_sub(TRACK_POINTS_MAX)..];
     let is_silent = newest.last().is_none_or(|last| SILENCE_MAX < first.t_s - last[0]);
@@ -367,7 +368,7 @@ fn before(remembered: &[TrackPoint], first: &Report) -> Vec<TrackPoint> {
     let is_one_track = points.windows(2).all(|pair| {
         let elapsed = pair[1][0] - pair[0][0];
         let moved = (place(&pair[1]) - place(&pair[0])).norm();
-        // A place at which two legs meet may stand twice.
+        // A corner of two legs may occur twice.
         (0.0..=LEG_TIME_MAX).contains(&elapsed) && moved <= TRACK_SPEED_MAX * elapsed + 6.0 * first.sigma_m
     });
     points.pop();
@@ -378,10 +379,10 @@ fn before(remembered: &[TrackPoint], first: &Report) -> Vec<TrackPoint> {
     }
 }
 
-/// Places in a chord over which courses are compared: shorter ones are noise.
+/// Points in a chord for the comparison of courses; shorter chords are noise.
 const CHORD: usize = 3;
 
-/// By how much the course changes, rad, over the last chord and more and more chords before it.
+/// Change of course, rad, over the last chord and increasing numbers of earlier ones.
 fn turned(places: &[Complex<f64>]) -> Vec<f64> {
     let chords: Vec<_> = places
         .rchunks(CHORD)
@@ -397,10 +398,10 @@ fn turned(places: &[Complex<f64>]) -> Vec<f64> {
     turned
 }
 
-/// A piece of a track that is like the one a lag before.
+/// A piece of a track that matches the one a lag before.
 #[derive(Clone)]
 struct Match {
-    /// Places in it but one.
+    /// Number of its points minus one.
     span: usize,
     /// The lag, m.
     lag: f64,
@@ -415,9 +416,9 @@ mod tests {
     const SIGMA: f64 = 1.5;
     const SPEED: f64 = 0.9;
 
-    /// Fixes every ten seconds of a vehicle that has gone along `path` for a `time`, s, and those of its last 640 s after the track that
-    /// earlier answers left of the others.
-    fn trail(path: &Path, time: f64, seed: u64) -> Trail {
+    /// Past track of a vehicle that followed `path` for a `time`, s: fixes every ten seconds, of
+    /// which those before the last 640 s are in the stored track of earlier answers.
+    fn past_track(path: &Path, time: f64, seed: u64) -> PastTrack {
         let mut random = Random(seed);
         let fix = |k: u32| {
             let t_s = 10.0 * f64::from(k);
@@ -428,19 +429,19 @@ mod tests {
             .map(fix)
             .filter(|(_, report)| report.t_s <= time)
             .collect();
-        let mut trail = Trail::default();
+        let mut past_track = PastTrack::default();
         for end in (1..=fixes.len()).step_by(3).chain([fixes.len()]) {
             let window = &fixes[end.saturating_sub(64)..end];
-            trail = Trail::new(&trail.points, window, &Vector2::zeros());
+            past_track = PastTrack::new(&past_track.points, window, &Vector2::zeros());
         }
-        trail
+        past_track
     }
 
     fn lanes() -> Path {
         Path::lawn_mower(Vector2::new(7.0, -3.0), 0.4, 200.0, 30.0, 12)
     }
 
-    /// Through way-points.
+    /// A path through way-points.
     fn through(points: Vec<[f64; 2]>) -> Path {
         let segments = vec![Segment::Waypoints {
             points,
@@ -453,10 +454,10 @@ mod tests {
             closed: false,
             speed_mps: SPEED,
         };
-        declared.path().expect("can be sailed")
+        declared.path().expect("is a path")
     }
 
-    /// How far a vehicle is, 60 s after a `time`, from where its repeated track leads, m.
+    /// Distance, 60 s after a `time`, of a vehicle from the continuation of its track, m.
     fn off(path: &Path, time: f64, repeats: &Repeats) -> f64 {
         let inferred = &repeats.path.path;
         let now = inferred.closest_near(&path.at(SPEED * time).position, SPEED * time, 60.0);
@@ -465,17 +466,17 @@ mod tests {
     }
 
     #[test]
-    fn lanes_are_found_in_the_third_and_lead_round_the_next_turn() {
+    fn lanes_are_found_in_the_third_and_predict_the_next_turn() {
         let path = lanes();
         let (mut squares, mut n) = (0.0, 0.0);
         for seed in 0..10 {
             // The third lane begins after 552 s.
-            assert_eq!(trail(&path, 400.0, seed).repeats(), None, "{seed}");
+            assert_eq!(past_track(&path, 400.0, seed).repeats(), None, "{seed}");
             for time in [700.0, 750.0, 1000.0, 1900.0] {
-                let repeats = trail(&path, time, seed).repeats().expect("was sailed twice");
+                let repeats = past_track(&path, time, seed).repeats().expect("repeats");
                 assert_eq!(repeats.pattern, Pattern::Lanes);
                 assert!((repeats.spacing - 30.0).abs() < 2.0, "{}", repeats.spacing);
-                // From corner to corner: the half circles reach 15 m farther than the lanes.
+                // From corner to corner: the half circles extend the lanes by 15 m.
                 assert!((220.0 - repeats.leg).abs() < 20.0, "{}", repeats.leg);
                 squares += off(&path, time, &repeats).powi(2);
                 n += 1.0;
@@ -486,19 +487,19 @@ mod tests {
     }
 
     #[test]
-    fn laps_and_ways_there_and_back_are_found() {
+    fn laps_and_returns_are_found() {
         let corners = [[0.0, 0.0], [120.0, 0.0], [120.0, 80.0], [0.0, 80.0]];
         let ends = [[0.0, 0.0], [150.0, 20.0]];
         for path in [through(corners.repeat(5)), through(ends.repeat(8))] {
-            let trail = trail(&path, 1100.0, 1);
-            let repeats = trail.repeats().expect("was sailed twice");
+            let past_track = past_track(&path, 1100.0, 1);
+            let repeats = past_track.repeats().expect("repeats");
             assert_eq!(repeats.pattern, Pattern::Laps);
             assert!(off(&path, 1100.0, &repeats) < 8.0);
         }
     }
 
     #[test]
-    fn way_points_without_a_pattern_repeat_nothing() {
+    fn way_points_without_a_pattern_have_no_repeats() {
         let mut found = 0;
         for seed in 1000..1200 {
             let mut random = Random(100 + seed);
@@ -509,28 +510,28 @@ mod tests {
                 place.into()
             };
             let path = through((0..20).map(point).collect());
-            found += u32::from(trail(&path, 1500.0, seed).repeats().is_some());
+            found += u32::from(past_track(&path, 1500.0, seed).repeats().is_some());
         }
         assert!(found <= 2, "{found}");
     }
 
     #[test]
-    fn a_piece_of_a_line_or_a_wide_curve_repeats_nothing() {
-        // Each piece is like the one before it, however short the lag.
+    fn lines_and_wide_curves_have_no_repeats() {
+        // Each piece matches the previous one at any lag.
         for (seed, radius) in (0..60).zip([200.0, 400.0, 1.0e4].into_iter().cycle()) {
             let point = |k: u32| {
                 let angle = 60.0 * f64::from(k) / radius;
                 [radius * angle.sin(), radius * (1.0 - angle.cos())]
             };
-            let trail = trail(&through((0..30).map(point).collect()), 1500.0, seed);
-            let lag = trail.repeats().map(|repeats| repeats.period);
+            let past_track = past_track(&through((0..30).map(point).collect()), 1500.0, seed);
+            let lag = past_track.repeats().map(|repeats| repeats.period);
             assert!(lag.is_none_or(|lag| lag > 100.0), "{seed}: {lag:?}");
         }
     }
 
     #[test]
-    fn what_repeats_turns_and_moves_with_the_track() {
-        let trail = trail(&lanes(), 900.0, 3);
+    fn a_pattern_rotates_and_moves_with_the_track() {
+        let past_track = past_track(&lanes(), 900.0, 3);
         let turned = |point: &TrackPoint| {
             let (sin, cos) = f64::sin_cos(1.1);
             [
@@ -539,16 +540,16 @@ mod tests {
                 sin * point[1] + cos * point[2],
             ]
         };
-        let moved = Trail {
-            points: trail.points.iter().map(turned).collect(),
-            fixes: trail
+        let moved = PastTrack {
+            points: past_track.points.iter().map(turned).collect(),
+            fixes: past_track
                 .fixes
                 .iter()
                 .map(|fix| place(&turned(&[0.0, fix.x, fix.y])))
                 .collect(),
-            ..trail.clone()
+            ..past_track.clone()
         };
-        let [here, there] = [trail, moved].map(|trail| trail.repeats().expect("was sailed twice"));
+        let [here, there] = [past_track, moved].map(|past_track| past_track.repeats().expect("repeats"));
         assert!((here.residual - there.residual).abs() < 1.0e-9);
         let end = |repeats: &Repeats| repeats.path.path.at(repeats.path.path.length()).position;
         let expected = turned(&[0.0, end(&here).x, end(&here).y]);
@@ -556,7 +557,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fix_that_weighs_nothing_beside_the_others_leaves_every_place_a_number() {
+    fn a_fix_of_negligible_weight_keeps_all_points_finite() {
         let fix = |k: u32| {
             let t_s = 10.0 * f64::from(k);
             let report = if k < 5 {
@@ -566,12 +567,18 @@ mod tests {
             };
             (0, report)
         };
-        let trail = Trail::new(&[], &(0..8).map(fix).collect::<Vec<_>>(), &Vector2::zeros());
-        assert!(trail.points.iter().flatten().all(|number| number.is_finite()));
+        let past_track = PastTrack::new(&[], &(0..8).map(fix).collect::<Vec<_>>(), &Vector2::zeros());
+        assert!(
+            past_track
+                .points
+                .iter()
+                .flatten()
+                .all(|number| number.is_finite())
+        );
     }
 
     #[test]
-    fn a_long_leg_and_what_came_before_it_are_one_track() {
+    fn a_long_leg_and_the_track_before_it_are_one_track() {
         // Half an hour on one leg leaves no corner among the reports.
         let fixes: Vec<_> = (0..20_u32)
             .map(|k| {
@@ -580,12 +587,12 @@ mod tests {
             })
             .collect();
         let remembered = [[0.0, 0.0, 50.0], [50.0, 0.0, 0.0], [3.99e3, 3.99e3, 0.0]];
-        let trail = Trail::new(&remembered, &fixes, &Vector2::zeros());
-        assert_eq!(trail.points[..2], remembered[..2]);
+        let past_track = PastTrack::new(&remembered, &fixes, &Vector2::zeros());
+        assert_eq!(past_track.points[..2], remembered[..2]);
     }
 
     #[test]
-    fn a_remembered_track_that_is_none_is_left_out() {
+    fn an_impossible_stored_track_is_dropped() {
         let fixes: Vec<_> = (0..20_u32)
             .map(|k| {
                 (
@@ -598,7 +605,7 @@ mod tests {
                 )
             })
             .collect();
-        let new = |remembered: &[TrackPoint]| Trail::new(remembered, &fixes, &Vector2::zeros());
+        let new = |remembered: &[TrackPoint]| PastTrack::new(remembered, &fixes, &Vector2::zeros());
         let alone = new(&[]);
         for garbage in [
             [[990.0, 1.0e300, 0.0], [995.0, -1.0e300, 0.0]],

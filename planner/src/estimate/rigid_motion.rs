@@ -1,18 +1,18 @@
-//! How one piece of a track is moved onto another.
+//! Rigid motion of one piece of a track onto another.
 
 use nalgebra::Complex;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-/// What a repeated track looks like.
+/// Shape of a repeated track.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Pattern {
-    /// Lanes of a lawn-mower: each is the one before, mirrored and moved aside.
+    /// Lanes of a lawn-mower: each is the previous one, mirrored and shifted.
     Lanes,
-    /// A closed lap: a box, a racetrack, there and back.
+    /// A closed lap: a box, a racetrack, or to and fro.
     Laps,
-    /// Something else that comes again elsewhere.
+    /// Another pattern, repeated elsewhere.
     Other,
 }
 
@@ -21,21 +21,22 @@ pub(crate) fn number(count: usize) -> f64 {
     u32::try_from(count).map_or(f64::INFINITY, f64::from)
 }
 
-/// A turn and a shift, after a reflection if it is mirrored.
+/// A rotation and a translation, after a reflection if mirrored.
 #[derive(Clone)]
 pub(crate) struct RigidMotion {
     pub(crate) mirrored: bool,
     turn: Complex<f64>,
     from: Complex<f64>,
     to: Complex<f64>,
-    /// Root mean square distance that it leaves, m.
+    /// Remaining root-mean-square distance, m.
     pub(crate) residual: f64,
-    /// Radius of gyration of what it moves, m.
+    /// Radius of gyration of the moved piece, m.
     pub(crate) extent: f64,
 }
 
 impl RigidMotion {
-    /// That which brings `earlier` closest to `later`, in the mean square: the turn is the phase of Σ ā b, of both about their means.
+    /// The motion of `earlier` closest to `later` in the mean square: the rotation is the phase of
+    /// Σ ā b, both relative to their means.
     pub(crate) fn between(earlier: &[Complex<f64>], later: &[Complex<f64>], mirrored: bool) -> Self {
         let n = number(later.len());
         let reflected = |point: &Complex<f64>| if mirrored { point.conj() } else { *point };
@@ -63,17 +64,17 @@ impl RigidMotion {
         }
     }
 
-    /// How far it moves along its axis, m, if it is mirrored.
+    /// Translation along its axis, m, if mirrored.
     pub(crate) fn glide(&self) -> f64 {
         0.5 * (self.of(self.of(self.to)) - self.to).norm()
     }
 
-    /// What a track looks like that repeats by this motion. Places nearer to each other than `same`, m, count as one.
+    /// Shape of a track that repeats by this motion. Points nearer than `same`, m, coincide.
     pub(crate) fn pattern(&self, same: f64) -> Pattern {
         if self.mirrored && same < self.glide() {
             return Pattern::Lanes;
         }
-        // A lap may be made of up to eight turned pieces that are alike.
+        // A lap may consist of up to eight equal rotated pieces.
         let laps = (1..=8).scan(self.to, |place, _| {
             *place = self.of(*place);
             Some(*place)

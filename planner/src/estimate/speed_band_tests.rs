@@ -1,4 +1,4 @@
-//! From 0.05 to 3 m/s: vehicles on lanes with half-circle turns, a fix every ten seconds, 30 % of them lost.
+//! Speeds from 0.05 to 3 m/s: vehicles on lanes, a fix every ten seconds, 30 % lost.
 
 #![expect(
     clippy::disallowed_macros,
@@ -27,10 +27,10 @@ const INTERVAL: f64 = 10.0;
 
 const LOSS: f64 = 0.3;
 
-/// Fixes are known so late, s.
+/// Latency of fixes, s.
 const LATENCY: f64 = 2.0;
 
-/// How far back reports are kept, s.
+/// Age of the oldest reports, s.
 const HISTORY: f64 = 300.0;
 
 const N_FLIGHTS: u64 = 600;
@@ -51,7 +51,7 @@ enum Telemetry {
     Exact,
 }
 
-/// One vehicle, and what was heard of it.
+/// A vehicle with its reports.
 struct Flight {
     path: Path,
     speed: f64,
@@ -62,7 +62,7 @@ struct Flight {
 impl Flight {
     fn new(band: Band, seed: u64) -> Self {
         let mut random = Random(seed);
-        // A vehicle of 3 m/s does not turn within 10 m.
+        // A vehicle at 3 m/s does not turn within 10 m.
         let (radius, lane) = if band.speed > 2.0 {
             (20.0, 200.0)
         } else {
@@ -102,7 +102,7 @@ impl Flight {
         flight
     }
 
-    /// Position and velocity then.
+    /// True position and velocity.
     fn truth(&self, time: f64) -> (Vector2<f64>, Vector2<f64>) {
         let point = self.path.at(self.speed * time);
         (point.position, direction(point.tangent) * self.speed)
@@ -113,7 +113,7 @@ impl Flight {
         Estimate::new(&auv, None, self.now, &Vector2::zeros(), None, None, &|| false)
     }
 
-    /// The newest report, taken as it is.
+    /// The newest report as a state.
     fn newest(&self) -> Option<AuvState> {
         let report = self.reports.last()?;
         let track = report.ground_track()?;
@@ -124,7 +124,7 @@ impl Flight {
         })
     }
 
-    /// Square of the distance from where `state` is forecast now, m².
+    /// Squared distance of the forecast of `state` now from the vehicle, m².
     fn square_miss(&self, state: &AuvState) -> f64 {
         let forecast = AuvForecast::new(state, Intent::default(), Forecast::Auto, &Vector2::zeros());
         (forecast.at(0.0).position - self.truth(self.now).0).norm_squared()
@@ -134,11 +134,11 @@ impl Flight {
 /// Means over all flights of a band.
 #[derive(Debug, Default)]
 struct Outcome {
-    /// Normalised error squared of position and velocity at the newest report, of 1.
+    /// Normalised squared error of position and velocity at the newest report; expected: 1.
     normalised: f64,
-    /// Share of the reports that the estimate does not rest on.
+    /// Share of unused reports.
     rejected: f64,
-    /// Root mean square error of the position now, m: of the estimate, and of the newest report alone.
+    /// Root-mean-square position error now, m: of the estimate, and of the newest report alone.
     miss: f64,
     miss_of_newest: f64,
 }
@@ -149,7 +149,7 @@ fn outcome(band: Band) -> Outcome {
     for seed in 0..N_FLIGHTS {
         let flight = Flight::new(band, seed);
         let found = flight.estimate();
-        // What is silent for longer than a rate of turn is accepted is forecast by other rules.
+        // Longer silences are forecast by other rules.
         if found.state.age_s > TURN_RATE_AGE_MAX {
             continue;
         }
@@ -180,7 +180,7 @@ fn outcome(band: Band) -> Outcome {
 }
 
 #[test]
-fn at_every_speed_the_error_is_as_large_as_the_covariance_says_and_no_report_is_lost() {
+fn at_every_speed_the_error_matches_the_covariance_and_all_reports_are_used() {
     for speed in SPEEDS {
         for telemetry in [Telemetry::None, Telemetry::Noisy] {
             let outcome = outcome(Band {
@@ -188,8 +188,8 @@ fn at_every_speed_the_error_is_as_large_as_the_covariance_says_and_no_report_is_
                 sigma: 1.5,
                 telemetry,
             });
-            // Of 1. Lanes are straighter than the filter reckons with, the slower the more; its turns are rarer than
-            // those of fast vehicles here. Before there was a manoeuvre it was 3 at 0.5 m/s and 70 at 3 m/s.
+            // The expectation is 1. Slow lanes are straighter than the filter's model; its turns
+            // are rarer than those of the fast vehicles.
             assert!(
                 (0.4..=1.2).contains(&outcome.normalised),
                 "{speed} m/s: {outcome:?}"
@@ -200,14 +200,14 @@ fn at_every_speed_the_error_is_as_large_as_the_covariance_says_and_no_report_is_
 }
 
 #[test]
-fn of_exact_reports_the_estimate_is_as_near_as_the_newest_of_them() {
+fn an_estimate_from_exact_reports_is_as_near_as_the_newest() {
     for speed in &SPEEDS[1..] {
         let outcome = outcome(Band {
             speed: *speed,
             sigma: 0.0,
             telemetry: Telemetry::Exact,
         });
-        // The filter takes telemetry for less exact than it is here: 5 cm a few seconds later.
+        // The filter assumes noisier telemetry: 5 cm a few seconds later.
         assert!(
             outcome.miss < 1.05 * outcome.miss_of_newest + 0.05,
             "{speed} m/s: {outcome:?}"
@@ -216,7 +216,7 @@ fn of_exact_reports_the_estimate_is_as_near_as_the_newest_of_them() {
 }
 
 #[test]
-fn of_noisy_reports_the_estimate_is_nearer_than_the_newest_of_them() {
+fn an_estimate_from_noisy_reports_is_nearer_than_the_newest() {
     for (speed, gain) in [
         (0.05, 0.6),
         (0.2, 0.6),
@@ -230,7 +230,7 @@ fn of_noisy_reports_the_estimate_is_nearer_than_the_newest_of_them() {
             sigma: 1.5,
             telemetry: Telemetry::Noisy,
         });
-        // The faster, the more of the error is a turn that was not reported.
+        // At higher speeds unreported turns dominate the error.
         assert!(
             outcome.miss < gain * outcome.miss_of_newest,
             "{speed} m/s: {outcome:?}"
@@ -242,7 +242,7 @@ mod slow {
     use super::*;
 
     #[test]
-    fn exact_fixes_are_never_trusted_too_much() {
+    fn exact_fixes_are_not_overweighted() {
         for speed in SPEEDS {
             for telemetry in [Telemetry::None, Telemetry::Noisy, Telemetry::Exact] {
                 let outcome = outcome(Band {

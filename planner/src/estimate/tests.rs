@@ -1,4 +1,4 @@
-//! Reports in these tests are drawn from the filter's own model, unless a test says otherwise.
+//! Reports follow the filter's own model, unless a test says otherwise.
 
 #![expect(
     clippy::disallowed_macros,
@@ -30,7 +30,7 @@ use crate::{
     },
 };
 
-/// σ of a fix and time between two, as acoustic networks have them.
+/// Standard deviation of a fix and interval between two, typical of acoustic networks.
 const SIGMA: f64 = 1.5;
 
 const INTERVAL: f64 = 10.0;
@@ -41,7 +41,7 @@ const SPEED_SIGMA: f64 = 0.03;
 const COURSE_SIGMA: f64 = 0.05;
 
 /// SplitMix64: the planner has no random numbers, and its tests need few.
-/// Source: G. L. Steele, D. Lea, C. H. Flood, "Fast splittable pseudorandom number generators", 2014.
+/// Source: G. L. Steele et al., "Fast splittable pseudorandom number generators", 2014.
 pub(crate) struct Random(pub(crate) u64);
 
 impl Random {
@@ -60,8 +60,8 @@ impl Random {
     }
 }
 
-/// A vehicle that starts with `velocity`, and goes on as the filter is_in_gate: `n` reports of it, and its position and
-/// velocity at the last.
+/// Reports of a vehicle that starts with `velocity` and moves as the filter's model: `n` of them,
+/// with its position and velocity at the last.
 fn flight(
     random: &mut Random,
     n: usize,
@@ -81,7 +81,7 @@ fn flight(
             velocity += first * scale;
         }
         let telemetry = random.normal();
-        // Along the course σ_u; across it σ_u too, and what the course's error makes of the speed.
+        // σ_u along the course; across it σ_u and the course error times the speed.
         let (speed, course) = (velocity.norm(), angle_of(&velocity));
         let across = SPEED_SIGMA.hypot(COURSE_SIGMA * speed);
         let reported =
@@ -105,7 +105,7 @@ fn estimate(reports: &[Report], now: f64) -> Estimate {
     Estimate::new(&auv, None, now, &Vector2::zeros(), None, None, &|| false)
 }
 
-/// The reports without what the vehicle says of itself.
+/// The reports without telemetry.
 fn positions_alone(reports: &[Report]) -> Vec<Report> {
     let bare = |report: &Report| Report {
         depth_m: None,
@@ -118,10 +118,10 @@ fn positions_alone(reports: &[Report]) -> Vec<Report> {
 }
 
 #[test]
-fn of_a_vehicle_that_never_manoeuvres_the_error_is_no_larger_than_the_covariance_says() {
-    // The normalised error squared, eᵀ P⁻¹ e, is χ² with four degrees of freedom; the sum over 200 seeds with 800, of
-    // which 97.5 % lie below 880.3 (tabulated). It is less than 800, because these vehicles go straighter than those
-    // that the filter reckons with; without telemetry half, since a vehicle of 1.8 m/s might turn.
+fn the_error_of_a_straight_vehicle_is_within_the_covariance() {
+    // The normalised squared error, eᵀ P⁻¹ e, is χ² with four degrees of freedom; the sum over 200
+    // seeds has 800, and 97.5 % lie below 880.3 (tabulated). Here it is less, as these vehicles go
+    // straighter than the model; without telemetry half, since a vehicle of 1.8 m/s might turn.
     let run = |with_telemetry: bool| {
         let mut sum = 0.0;
         for seed in 0..200 {
@@ -151,7 +151,7 @@ fn of_a_vehicle_that_never_manoeuvres_the_error_is_no_larger_than_the_covariance
 }
 
 #[test]
-fn the_gate_pays_where_two_in_a_hundred_are_outliers() {
+fn the_gate_reduces_the_error_with_two_percent_of_outliers() {
     let rms = |gated: bool, with_telemetry: bool| {
         let (mut sum, mut caught, mut outliers) = (0.0, 0_u32, 0_u32);
         for seed in 0..200 {
@@ -184,7 +184,7 @@ fn the_gate_pays_where_two_in_a_hundred_are_outliers() {
                 let (first, later) = reports.split_first().expect("not empty");
                 let mut filter = Kalman::start(first);
                 for report in later {
-                    filter.accept_blindly(report);
+                    filter.accept_ungated(report);
                 }
                 filter.position()
             };
@@ -206,13 +206,13 @@ fn the_gate_pays_where_two_in_a_hundred_are_outliers() {
 }
 
 #[test]
-fn one_report_alone_is_the_estimate() {
+fn a_single_report_is_the_estimate() {
     let (reports, ..) = flight(&mut Random(1), 1, Vector2::new(0.2, 0.1));
     let only = estimate(&reports, 503.0);
     assert_eq!(only.rejected, [] as [usize; 0]);
     assert_eq!(only.state.position(), reports[0].position());
     assert_eq!((only.state.age_s, only.state.depth_m), (3.0, 5.0));
-    // What it says of its velocity outweighs not knowing anything of it, 3 m/s, ten thousand times.
+    // Its velocity outweighs the prior, 3 m/s, ten thousand times.
     let reported = reports[0].ground_track().expect("is reported").velocity();
     assert!((only.state.velocity() - reported).norm() < 1e-3 * reported.norm());
     let bare = estimate(&positions_alone(&reports), 503.0).state;
@@ -223,7 +223,7 @@ fn one_report_alone_is_the_estimate() {
 }
 
 #[test]
-fn two_fixes_at_one_time_are_worth_one_of_half_the_variance() {
+fn two_simultaneous_fixes_equal_one_of_half_the_variance() {
     let (reports, ..) = flight(&mut Random(2), 1, Vector2::new(0.2, 0.1));
     let first = positions_alone(&reports)[0];
     let second = Report {
@@ -239,7 +239,7 @@ fn two_fixes_at_one_time_are_worth_one_of_half_the_variance() {
 }
 
 #[test]
-fn what_is_said_twice_counts_once() {
+fn a_repeated_report_counts_once() {
     let (reports, ..) = flight(&mut Random(3), 8, Vector2::new(0.2, 0.1));
     let twice: Vec<_> = reports.iter().chain(&reports[2..5]).copied().collect();
     let (once, twice) = (estimate(&reports, 580.0), estimate(&twice, 580.0));
@@ -250,7 +250,7 @@ fn what_is_said_twice_counts_once() {
 #[test]
 fn one_message_over_two_links_counts_once() {
     let (reports, ..) = flight(&mut Random(3), 8, Vector2::new(0.2, 0.1));
-    // The other link rounds the position, leaves the depth out and claims less.
+    // The second link rounds the position, omits the depth and claims less.
     let other = |report: &Report| Report {
         north_m: report.north_m + 0.04,
         depth_m: None,
@@ -264,7 +264,7 @@ fn one_message_over_two_links_counts_once() {
 }
 
 #[test]
-fn a_vehicle_that_was_moved_is_found_again_by_the_second_report() {
+fn a_moved_vehicle_is_found_by_the_second_report() {
     let (reports, ..) = flight(&mut Random(4), 12, Vector2::new(0.2, 0.1));
     let moved = |n: usize| {
         let mut reports = reports[..n].to_vec();
@@ -284,14 +284,14 @@ fn a_vehicle_that_was_moved_is_found_again_by_the_second_report() {
 }
 
 #[test]
-fn an_outlier_at_the_beginning_is_not_followed() {
+fn an_initial_outlier_is_not_followed() {
     let (mut reports, ..) = flight(&mut Random(5), 3, Vector2::new(0.2, 0.1));
     [reports[0].north_m, reports[0].east_m] = (reports[0].position() + (Vector2::new(0.0, 60.0))).into();
     assert_eq!(estimate(&reports, 530.0).rejected, [0]);
 }
 
 #[test]
-fn the_fastest_vehicle_that_tells_no_speed_is_followed() {
+fn the_fastest_vehicle_is_followed_without_a_reported_speed() {
     let (reports, _, velocity) = flight(&mut Random(6), 10, Vector2::new(-7.0, 7.0));
     let found = estimate(&positions_alone(&reports), 595.0);
     assert_eq!(found.rejected, [] as [usize; 0]);
@@ -299,7 +299,7 @@ fn the_fastest_vehicle_that_tells_no_speed_is_followed() {
 }
 
 #[test]
-fn a_velocity_that_cannot_be_is_left_out_and_its_position_is_not() {
+fn an_impossible_velocity_is_dropped_and_its_position_is_used() {
     let (mut reports, ..) = flight(&mut Random(7), 10, Vector2::new(0.2, 0.1));
     let sane = estimate(&reports, 595.0);
     reports[9].speed_mps = Some(5.0);
@@ -310,7 +310,7 @@ fn a_velocity_that_cannot_be_is_left_out_and_its_position_is_not() {
 }
 
 #[test]
-fn a_turn_that_was_reported_a_minute_ago_does_not_count_any_more() {
+fn a_turn_reported_more_than_a_minute_ago_is_unused() {
     let (mut reports, ..) = flight(&mut Random(8), 2, Vector2::new(0.2, 0.1));
     reports[0].turn_rate_radps = Some(0.02);
     reports[1].turn_rate_radps = None;
@@ -319,7 +319,7 @@ fn a_turn_that_was_reported_a_minute_ago_does_not_count_any_more() {
 }
 
 #[test]
-fn sigma_now_is_that_of_the_filter_carried_on() {
+fn the_present_sigma_is_the_filter_s_prediction() {
     let (reports, ..) = flight(&mut Random(9), 5, Vector2::new(0.2, 0.1));
     let sigma = |now| estimate(&reports, now).position_sigma().expect("made of reports");
     let covariance = estimate(&reports, 540.0)
@@ -327,7 +327,7 @@ fn sigma_now_is_that_of_the_filter_carried_on() {
         .covariance
         .expect("made of reports");
     let t = 30.0_f64;
-    // p + v t with an error of its own: P_pp + 2 t P_pv + t² P_vv + q t³/3 along either axis.
+    // p + v t with independent errors: P_pp + 2 t P_pv + t² P_vv + q t³/3 along either axis.
     let variance: f64 = (0..2)
         .map(|i| {
             covariance[i][i]
@@ -340,7 +340,7 @@ fn sigma_now_is_that_of_the_filter_carried_on() {
     assert!(sigma(570.0) > sigma(540.0));
 }
 
-/// Reports of a vehicle that goes along lanes of 60 m at 0.193 m/s, 1 m to starboard of them, and where it is at the last.
+/// Reports of a vehicle on lanes of 60 m at 0.193 m/s, 1 m to starboard, and its last position.
 fn lanes(random: &mut Random) -> (KnownPath, Vec<Report>, Vector2<f64>) {
     let path = Path::lawn_mower(Vector2::new(3.0, -7.0), 0.4, 60.0, 20.0, 4);
     let place = |time: f64| {
@@ -372,7 +372,7 @@ fn estimate_along(known: &KnownPath, reports: &[Report]) -> Estimate {
 }
 
 #[test]
-fn a_path_that_is_known_and_followed_makes_the_estimate_better() {
+fn a_followed_path_improves_the_estimate() {
     for (with_telemetry, gain) in [(true, 1.0), (false, 0.7)] {
         let (mut along, mut free) = (0.0, 0.0);
         for seed in 0..200 {
@@ -390,9 +390,9 @@ fn a_path_that_is_known_and_followed_makes_the_estimate_better() {
 }
 
 #[test]
-fn along_a_path_the_error_is_no_larger_than_the_covariance_says() {
-    // As above, for the position alone: χ² with 400 degrees of freedom, 97.5 % quantile 457.3. It is less, because this
-    // vehicle goes at exactly its speed and keeps its offset.
+fn the_error_along_a_path_is_within_the_covariance() {
+    // As above, for the position alone: χ² with 400 degrees of freedom, 97.5 % quantile 457.3. Less
+    // here: the vehicle keeps its exact speed and its offset.
     let squared = (0..200).map(|seed| {
         let (known, reports, truth) = lanes(&mut Random(seed));
         let state = estimate_along(&known, &reports).state;
@@ -409,7 +409,7 @@ fn along_a_path_the_error_is_no_larger_than_the_covariance_says() {
 #[test]
 fn a_vehicle_that_leaves_its_path_is_estimated_from_its_motion() {
     let (known, mut reports, _) = lanes(&mut Random(1));
-    // It goes on straight where the path turns, 15 m ahead of it.
+    // It goes straight where the path turns, 15 m ahead of it.
     let start = reports[0].position() + crate::facts::angle::direction(0.4) * 40.0;
     for (k, report) in (0..30).zip(&mut reports) {
         [report.north_m, report.east_m] =
@@ -424,7 +424,7 @@ fn a_vehicle_that_leaves_its_path_is_estimated_from_its_motion() {
     assert_eq!(found.state, estimate(&reports, 290.0).state);
 }
 
-/// Reports of a vehicle that is at `place` at every time, every 10 s, positions alone.
+/// Reports every 10 s of a vehicle at `place`, positions alone.
 fn reported_at(place: impl Fn(f64) -> Vector2<f64>, n: u32, random: &mut Random) -> Vec<Report> {
     let report = |k: u32| {
         let time = INTERVAL * f64::from(k);
@@ -433,7 +433,7 @@ fn reported_at(place: impl Fn(f64) -> Vector2<f64>, n: u32, random: &mut Random)
     (0..n).map(report).collect()
 }
 
-/// How a vehicle of `speed` follows `path` by all of `reports`.
+/// Fit of a vehicle with `speed` to `path` by all of `reports`.
 fn route(path: &Path, speed: f64, reports: &[Report]) -> Route {
     let known = KnownPath {
         path: Arc::new(path.clone()),
@@ -446,12 +446,12 @@ fn route(path: &Path, speed: f64, reports: &[Report]) -> Route {
 }
 
 #[test]
-fn two_turns_show_where_the_path_lies_and_which_way_it_is_sailed() {
+fn two_turns_reveal_the_path_s_offset_and_sense() {
     let path = Path::lawn_mower(Vector2::zeros(), 0.4, 150.0, 30.0, 4);
     let (mut before, mut after, mut normalised) = (0.0, 0.0, 0.0);
     for seed in 0..40_u32 {
         let mut random = Random(seed.into());
-        // Backwards on lanes that lie elsewhere is forwards on their neighbours.
+        // Backwards on displaced lanes is forwards on their neighbours.
         for (backwards, distance) in [(false, 18.0), (true, 3.0)] {
             let shift = ned_from_body(f64::from(seed)) * Vector2::new(distance, 0.0);
             let place = |time: f64| {
@@ -487,7 +487,7 @@ fn two_turns_show_where_the_path_lies_and_which_way_it_is_sailed() {
 }
 
 #[test]
-fn how_a_vehicle_turns_is_seen_where_its_way_points_do_not_say() {
+fn an_undeclared_turn_radius_is_estimated() {
     let lanes = |turn_radius_m| {
         let row = |k: u32| {
             let (east, ends) = (40.0 * f64::from(k), [0.0, 200.0]);
@@ -505,12 +505,12 @@ fn how_a_vehicle_turns_is_seen_where_its_way_points_do_not_say() {
             speed_mps: 1.0,
         }
     };
-    let known = |path: &DeclaredPath| path.known().expect("can be sailed");
+    let known = |path: &DeclaredPath| path.known().expect("is a path");
     let declared = lanes(None);
     let mut off = [0.0; 2];
     for (seed, radius) in (0..90_u32).zip([6.0, 10.0, 16.0].into_iter().cycle()) {
-        let sailed = known(&lanes(Some(radius))).path;
-        let place = |time: f64| sailed.at(5.0 + time).position;
+        let actual = known(&lanes(Some(radius))).path;
+        let place = |time: f64| actual.at(5.0 + time).position;
         let reports = reported_at(place, 64, &mut Random(seed.into()));
         let auv = Auv {
             path: Some(declared.clone()),
@@ -531,7 +531,7 @@ fn how_a_vehicle_turns_is_seen_where_its_way_points_do_not_say() {
             path: None,
             ..auv.clone()
         };
-        // A minute on it has turned once more.
+        // A minute later it has turned again.
         for (off, found) in off.iter_mut().zip([new(&auv), new(&unnamed)]) {
             let (fit, path) = (
                 found.route.expect("has a path").fit,
@@ -547,7 +547,7 @@ fn how_a_vehicle_turns_is_seen_where_its_way_points_do_not_say() {
 }
 
 #[test]
-fn a_speed_over_ground_is_told_from_one_through_the_water() {
+fn a_speed_over_ground_is_distinguished_from_one_through_the_water() {
     let path = Path::lawn_mower(Vector2::zeros(), 0.0, 60.0, 20.0, 8);
     let current = Vector2::new(0.2, 0.1);
     let known = KnownPath {
@@ -599,7 +599,7 @@ fn a_vehicle_that_leaves_its_path_is_forecast_without_it_after_three_fixes() {
 }
 
 #[test]
-fn one_fix_on_the_path_is_no_reason_to_doubt_it() {
+fn one_fix_on_the_path_keeps_the_path() {
     let (known, reports, _) = lanes(&mut Random(5));
     let only = Report::new(reports[3].t_s, reports[3].position(), SIGMA);
     let followed = |report: Report| {
@@ -616,7 +616,7 @@ fn one_fix_on_the_path_is_no_reason_to_doubt_it() {
         found.route.expect("it has a path").is_followed()
     };
     assert!(followed(only));
-    // At rest it does not follow its path, and far from it neither.
+    // At rest, or far away, it does not follow its path.
     let still = GroundTrack {
         course: Course::new(0.0),
         speed: 0.0,
@@ -627,7 +627,7 @@ fn one_fix_on_the_path_is_no_reason_to_doubt_it() {
 }
 
 #[test]
-fn a_path_and_its_reports_in_another_place_give_the_same_estimate_there() {
+fn a_moved_path_with_its_reports_moves_the_estimate() {
     let (known, reports, _) = lanes(&mut Random(2));
     let (turn, shift) = (ned_from_body(2.0), Vector2::new(500.0, -300.0));
     let path = Path::lawn_mower(turn * Vector2::new(3.0, -7.0) + shift, 2.4, 60.0, 20.0, 4);
@@ -664,8 +664,8 @@ fn a_path_and_its_reports_in_another_place_give_the_same_estimate_there() {
     assert!((turn * position(&here) * turn.transpose() - position(&there)).amax() < 1e-9);
 }
 
-/// A vehicle that turns at a constant rate, reported by exact states without it, `interval` seconds apart: the estimates of
-/// its rate, each handed back with the next.
+/// Estimated rates of a vehicle with a constant rate of turn: exact states without the rate,
+/// `interval` seconds apart, each with the previous answer.
 fn turn_rates_from_states(rate: f64, interval: f64, n: u32, course_error: impl Fn(u32) -> f64) -> Vec<f64> {
     let mut remembered: Option<(RememberedTarget, f64)> = None;
     let mut rates = Vec::new();
@@ -687,7 +687,7 @@ fn turn_rates_from_states(rate: f64, interval: f64, n: u32, course_error: impl F
             estimate: PreviousEstimate::from(&state),
             drift: Vector2::zeros(),
         };
-        // The same state asked for again, with an answer in between that had nothing new, tells the same.
+        // Repeating the same state, with an answer in between, changes nothing.
         let again = Estimate::new(
             &auv,
             None,
@@ -705,21 +705,21 @@ fn turn_rates_from_states(rate: f64, interval: f64, n: u32, course_error: impl F
 }
 
 #[test]
-fn a_rate_of_turn_that_is_not_reported_is_estimated_from_successive_states() {
+fn an_unreported_rate_of_turn_is_estimated_from_successive_states() {
     for rate in [0.09, -0.03, 0.3] {
         for interval in [1.0, 5.0] {
             let rates = turn_rates_from_states(rate, interval, 21, |_| 0.0);
             assert_eq!(rates[0], 0.0);
-            // After n states exp(−n Δ/τ) of it is missing, but for what was too slow to tell.
+            // After n states a share exp(−n Δ/τ) is missing, without insignificant rates.
             assert!((rates[20] - rate).abs() < 0.05 * rate.abs(), "{rate}: {rates:?}");
         }
     }
-    // Straight on, it stays straight.
+    // A straight course stays straight.
     assert_eq!(turn_rates_from_states(0.0, 1.0, 30, |_| 0.0), [0.0; 30]);
 }
 
 #[test]
-fn courses_that_err_make_no_turn_worth_telling() {
+fn course_errors_make_no_significant_turn() {
     let mut random = Random(3);
     let errors: Vec<_> = (0..400).map(|_| 0.05 * random.normal().x).collect();
     let rates = turn_rates_from_states(0.0, 1.0, 400, |k| errors[usize::try_from(k).expect("few")]);
@@ -729,7 +729,7 @@ fn courses_that_err_make_no_turn_worth_telling() {
 }
 
 #[test]
-fn a_rate_of_turn_that_is_reported_is_not_estimated() {
+fn a_reported_rate_of_turn_is_not_estimated() {
     let (reports, ..) = flight(&mut Random(8), 3, Vector2::new(0.9, 0.1));
     let rate = |reported: [Option<f64>; 3], turned: f64| {
         let mut reports = reports.clone();
@@ -745,13 +745,13 @@ fn a_rate_of_turn_that_is_reported_is_not_estimated() {
         estimate(&reports, 525.0).state.turn_rate_radps
     };
     assert_eq!(rate([None, Some(0.02), None], 0.5), 0.02);
-    // Half a radian in ten seconds, where nothing is reported; a tenth of that is no turn.
+    // Half a radian in ten seconds without a reported rate; a tenth of that is no turn.
     assert!((rate([None; 3], 0.5) - 0.05).abs() < 1e-12);
     assert_eq!(rate([None; 3], 0.04), 0.0);
 }
 
 #[test]
-fn reports_older_than_an_hour_count_where_there_is_no_other() {
+fn reports_older_than_an_hour_count_if_there_are_no_others() {
     let (mut reports, ..) = flight(&mut Random(9), 5, Vector2::new(0.2, 0.1));
     for report in &mut reports[..3] {
         report.t_s -= 5000.0;
@@ -762,7 +762,7 @@ fn reports_older_than_an_hour_count_where_there_is_no_other() {
     let old = estimate(&reports[..3], 600.0);
     assert_eq!(old.rejected, [0, 1]);
     assert_eq!(old.state.position(), reports[2].position());
-    // Years are no trouble, with a path or without.
+    // Years of age work with and without a path.
     let (known, ..) = lanes(&mut Random(1));
     let auv = Auv::reported("a", reports);
     let ages = Estimate::new(&auv, Some(&known), 1.0e11, &Vector2::zeros(), None, None, &|| {
@@ -795,7 +795,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn no_order_of_the_reports_shows(
+    fn the_order_of_the_reports_has_no_effect(
         (reports, shuffled) in proptest::collection::vec(report(30.0), 1..20)
             .prop_flat_map(|reports| (Just(reports.clone()), Just(reports).prop_shuffle())),
     ) {
@@ -810,7 +810,7 @@ proptest! {
     }
 
     #[test]
-    fn whatever_is_reported_the_estimate_is_finite_and_its_covariance_positive_definite(
+    fn any_reports_give_a_finite_estimate_with_positive_definite_covariance(
         reports in prop_oneof![
             proptest::collection::vec(report(30.0), 1..=64),
             proptest::collection::vec(report(1.0e6), 1..=64),
@@ -829,7 +829,7 @@ proptest! {
     }
 
     #[test]
-    fn turning_and_moving_the_scene_turns_and_moves_the_estimate(
+    fn rotating_and_moving_the_scene_rotates_and_moves_the_estimate(
         reports in proptest::collection::vec(report(30.0), 1..20),
         angle in -3.1..3.1_f64,
         (north, east, delay) in (-1.0e3..1.0e3_f64, -1.0e3..1.0e3_f64, -1.0e3..1.0e3_f64),
@@ -846,8 +846,7 @@ proptest! {
         let there = estimate(&reports.iter().map(moved).collect::<Vec<_>>(), 500.0 + delay);
         prop_assert_eq!(&here.rejected, &there.rejected);
         let (here, there) = (here.state, there.state);
-        // Rounding of coordinates and times of a thousand, magnified by velocities between fixes that are almost
-        // simultaneous.
+        // Rounding of numbers around a thousand, amplified by almost simultaneous fixes.
         prop_assert!((turn * here.position() + shift - there.position()).norm() < 1e-6);
         prop_assert!((turn * here.velocity() - there.velocity()).norm() < 1e-6);
         let mut four = nalgebra::Matrix4::zeros();
@@ -859,11 +858,11 @@ proptest! {
 }
 
 #[test]
-fn the_next_turn_is_the_one_that_it_comes_to_and_to_the_side_that_it_sails() {
-    // A square of 100 m to starboard, with corners of 10 m, from the middle of the first side on.
+fn the_next_turn_is_the_first_one_ahead_with_the_sense_of_motion() {
+    // A square of 100 m to starboard, with corners of 10 m, from the middle of the first side.
     let corners = [(50.0, 0.0), (50.0, 100.0), (-50.0, 100.0), (-50.0, 0.0)].map(|(x, y)| Vector2::new(x, y));
-    let closed = Path::waypoints(&corners, 10.0, true).expect("can be sailed");
-    let open = Path::waypoints(&corners, 10.0, false).expect("can be sailed");
+    let closed = Path::waypoints(&corners, 10.0, true).expect("is a path");
+    let open = Path::waypoints(&corners, 10.0, false).expect("is a path");
     let next = |path: &Path, along: f64, sense: f64| {
         let known = KnownPath {
             path: Arc::new(path.clone()),
@@ -906,7 +905,7 @@ fn the_next_turn_is_the_one_that_it_comes_to_and_to_the_side_that_it_sails() {
             );
         }
     }
-    let circle = Path::circle(Vector2::zeros(), 30.0, Side::Starboard, 0.0).expect("can be sailed");
+    let circle = Path::circle(Vector2::zeros(), 30.0, Side::Starboard, 0.0).expect("is a path");
     assert_eq!(next(&circle, 10.0, 1.0), None);
     // Bends by 11° and 14°, then a corner.
     let bent = [
@@ -917,7 +916,7 @@ fn the_next_turn_is_the_one_that_it_comes_to_and_to_the_side_that_it_sails() {
         (300.0, 120.0),
     ];
     let bent = bent.map(|(x, y)| Vector2::new(x, y));
-    let bent = Path::waypoints(&bent, 10.0, false).expect("can be sailed");
+    let bent = Path::waypoints(&bent, 10.0, false).expect("is a path");
     let (distance, by) = next(&bent, 0.0, 1.0).expect("has a corner");
     assert!(
         (bent.length() - 90.0 - 16.0 - distance).abs() < 2.0 && by == 1.0,

@@ -1,43 +1,40 @@
-//! Which reports belong together.
+//! Association of reports to a track.
 
 use crate::facts::evidence::Report;
 
-/// So many reports in a row that the track refuses and that agree with each other are a track of their own: the
-/// vehicle is there, and the track was lost, or began with an outlier.
-///
-/// With 2 % of outliers that are spread over 20 m, three that agree by chance come once in a million.
+/// Number of successive agreeing refused reports that replace a track (lost, or from an outlier).
+/// With 2 % of outliers spread over 20 m, three agree by chance once in a million.
 const AGREEING_TO_TAKE_OVER: usize = 3;
 
-/// As many, where the second is where the vehicle gets to from the first with the velocity that it had: it found out
-/// where it is when it surfaced.
-///
-/// Two of those outliers are so near to each other, 8 m, once in 25 pairs; one refused report in sixty thousand.
+/// The same if the second is reached from the first with the track's velocity: the vehicle
+/// corrected its position when it surfaced. Two such outliers are within 8 m in one of 25 pairs:
+/// one refused report in sixty thousand.
 const AGREEING_TO_BE_MOVED: usize = 2;
 
-/// Share of fixes outside the gate above which a track does not fit them.
+/// Largest share of fixes outside the gate on a track that fits.
 pub(crate) const REJECTED_MAX: f64 = 0.1;
 
-/// Mean normalised innovation squared of an axis above which fixes contradict what they claim; 1 if that is true.
+/// Largest consistent mean normalised innovation squared of an axis; its expectation is 1.
 const NORMALISED_MAX: f64 = 1.5;
 
-/// What holds a vehicle's motion, and says which reports fit it.
+/// A filter of a vehicle's motion with a gate.
 pub(crate) trait Filter {
-    /// Takes `report`, not older than the one before, in, if its position is inside the gate.
+    /// Updates with `report`, not older than the previous one, if its position is inside the gate.
     fn accept(&mut self, report: &Report) -> Innovation;
 
-    /// The same vehicle, if it was found at `report`, which is not where it was taken to be.
+    /// The vehicle after a jump to `report`.
     #[must_use]
     fn found_at(&self, report: &Report) -> Self;
 }
 
-/// How a report's position compares with the one expected.
+/// Innovation of a report's position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Innovation {
-    /// Whether it is inside the gate.
+    /// `true` inside the gate.
     pub(crate) accepted: bool,
     /// Its square, normalised by its covariance.
     pub(crate) normalised: f64,
-    /// Its probability density, 1/m², if it is no outlier.
+    /// Its probability density without outliers, 1/m².
     pub(crate) density: f64,
     /// Its square, m².
     pub(crate) square: f64,
@@ -45,14 +42,14 @@ pub(crate) struct Innovation {
     pub(crate) variance: f64,
 }
 
-/// Share of fixes that are outliers, and their scale along an axis, m. Assumption: multipath in shallow water.
+/// Share of fixes that are outliers. Assumption: multipath in shallow water.
 const OUTLIER_SHARE: f64 = 0.02;
 
-/// As above.
+/// Scale of outliers along an axis, m.
 const OUTLIER_SCALE: f64 = 20.0;
 
 impl Innovation {
-    /// Of a report for which no hypothesis is left.
+    /// Innovation of a report without any remaining hypothesis.
     pub(crate) const REFUSED: Self = Self {
         accepted: false,
         normalised: f64::INFINITY,
@@ -63,8 +60,8 @@ impl Innovation {
 
     /// Logarithm of its probability density, 1/m².
     ///
-    /// Outliers have Student's distribution with two degrees of freedom: one that is far off is improbable, and no more so
-    /// than a few fixes of a wrong accuracy.
+    /// Outliers have Student's distribution with two degrees of freedom: a distant one is no less
+    /// probable than a few fixes of a wrong accuracy.
     pub(crate) fn log_likelihood(&self) -> f64 {
         let variance = OUTLIER_SCALE * OUTLIER_SCALE + self.variance;
         let student = (1.0 + 0.5 * self.square / variance).powi(-2) / (std::f64::consts::TAU * variance);
@@ -72,28 +69,28 @@ impl Innovation {
     }
 }
 
-/// A filter, and the reports that are in it, each with its number, in order of time.
+/// A filter with its accepted reports, numbered and in order of time.
 #[derive(Clone, Debug)]
 pub(crate) struct Track<F> {
     pub(crate) filter: F,
     pub(crate) used: Vec<(usize, Report)>,
-    /// Those of all reports but the first, each as it came, whether it is in the filter or not.
+    /// Innovations of all reports but the first, accepted or not.
     pub(crate) innovations: Vec<Innovation>,
 }
 
-/// What reports that a track refused come to.
+/// A candidate track of refused reports.
 struct Rival<F> {
-    /// Nothing known of the vehicle but these.
+    /// A new track of these alone.
     afresh: Track<F>,
-    /// From the last of them on, the vehicle of the track.
+    /// The vehicle of the track, moved to the last of them.
     moved: Track<F>,
 }
 
 impl<F: Filter> Track<F> {
-    /// The track through `reports`, at least one, in order of time, with filters that `start` makes of one report.
+    /// The track through `reports`, at least one, in order of time, with filters from `start`.
     ///
-    /// What the track refuses may be the beginning of another, which takes over once it holds enough reports with none
-    /// in between that the track took, or holds more than the track at the end.
+    /// Refused reports may begin a rival track. It takes over once it has enough reports without
+    /// one of the track in between, or more than the track at the end.
     pub(crate) fn through(reports: &[(usize, Report)], start: impl Fn(&Report) -> F) -> Self {
         let (first, later) = reports.split_first().expect("a snapshot's reports are not empty");
         let mut track = Self::of_one(start(&first.1), first);
@@ -131,19 +128,19 @@ impl<F: Filter> Track<F> {
         }
     }
 
-    /// Logarithm of the probability density of all reports but the first.
+    /// Log-likelihood of all reports but the first.
     pub(crate) fn log_likelihood(&self) -> f64 {
         self.innovations.iter().map(Innovation::log_likelihood).sum()
     }
 
-    /// Whether the reports contradict what holds the motion, or their claims of accuracy.
-    pub(crate) fn misfits(&self) -> bool {
+    /// `true` if the reports contradict the motion, or their claimed accuracies.
+    pub(crate) fn is_inconsistent(&self) -> bool {
         let accepted = self.innovations.iter().filter(|innovation| innovation.accepted);
         let normalised = mean(accepted.map(|innovation| 0.5 * innovation.normalised));
         REJECTED_MAX < self.rejected_share() || NORMALISED_MAX < normalised
     }
 
-    /// Share of the reports but the first that are outside the gate.
+    /// Share of the reports, without the first, outside the gate.
     pub(crate) fn rejected_share(&self) -> f64 {
         mean(
             self.innovations
@@ -152,7 +149,7 @@ impl<F: Filter> Track<F> {
         )
     }
 
-    /// `rival` instead of this track.
+    /// The `rival` in place of this track.
     fn followed_by(self, rival: Self) -> Self {
         Self {
             innovations: self.innovations,
@@ -177,7 +174,7 @@ impl<F: Filter> Track<F> {
     }
 }
 
-/// 0 of none.
+/// The mean, or 0 for an empty iterator.
 pub(crate) fn mean(numbers: impl Iterator<Item = f64>) -> f64 {
     let (count, sum) = numbers.fold((0.0, 0.0), |(count, sum), number| (count + 1.0, sum + number));
     if count > 0.0 { sum / count } else { 0.0 }

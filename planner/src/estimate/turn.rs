@@ -1,4 +1,4 @@
-//! How fast a vehicle turns that does not report it.
+//! Rate of turn of a vehicle that does not report it.
 
 use nalgebra::Vector2;
 
@@ -8,37 +8,36 @@ use crate::facts::{
     previous_plan::PreviousEstimate,
 };
 
-/// Times between two courses that show how fast the vehicle turned meanwhile, s. Assumption: in a shorter one the
-/// course's error is all that is seen, in a longer one a turn begins and ends.
+/// Interval between two courses for a rate of turn, s. Assumption: a shorter one shows only errors,
+/// and in a longer one a turn begins and ends.
 const BETWEEN: std::ops::RangeInclusive<f64> = 0.1..=30.0;
 
-/// Largest turn between two courses of which the sense is clear, rad.
+/// Largest turn between two courses with an unambiguous sense, rad.
 const TURNED_MAX: f64 = 2.0;
 
-/// How long the rate is averaged over, s. Of courses that err by 0.05 rad, one a second, it leaves 0.01 rad/s.
+/// Averaging time of the rate, s. Course errors of 0.05 rad, one a second, leave 0.01 rad/s.
 const MEMORY: f64 = 5.0;
 
-/// Slower than this a turn is not distinguished from the error of courses, rad/s. Over the default horizon of 78 s it amounts to
-/// 22°.
+/// Least significant rate of turn, rad/s: 22° over the default horizon of 78 s.
 const RATE_MIN: f64 = 0.005;
 
 /// Largest rate of turn that a snapshot accepts, rad/s.
 const RATE_MAX: f64 = 1.0;
 
-/// Rate of turn of a vehicle that reported its velocity `before`, `between` seconds earlier, and now `after`, rad/s, positive
-/// clockwise; none where they do not show it.
+/// Rate of turn from the velocity `before`, `between` seconds earlier, to `after`, rad/s, positive
+/// clockwise; `None` if undetermined.
 pub(crate) fn turn_rate(before: &Vector2<f64>, after: &Vector2<f64>, between: f64) -> Option<f64> {
     let moving = before.norm() >= SPEED_AT_REST && after.norm() >= SPEED_AT_REST;
     let turned = wrap(angle_of(after) - angle_of(before));
     (moving && BETWEEN.contains(&between) && turned.abs() <= TURNED_MAX).then(|| turned / between)
 }
 
-/// Rate of turn of a vehicle in `state`, `between` seconds after what the previous plan remembers, rad/s.
+/// Rate of turn of a vehicle in `state`, `between` seconds after the previous one, rad/s.
 ///
 /// ```text
 /// r = r⁻ + (1 − exp(−Δ/τ)) ((χ − χ⁻) / Δ − r⁻)          τ = 5 s
 /// ```
-/// r⁻ as it is, where the state is no newer.
+/// r⁻ is unchanged if the state is no newer.
 pub(crate) fn remembered_turn_rate(earlier: &PreviousEstimate, state: &AuvState, between: f64) -> f64 {
     if between.abs() < *BETWEEN.start() {
         return earlier.turn_rate_radps;
@@ -50,7 +49,7 @@ pub(crate) fn remembered_turn_rate(earlier: &PreviousEstimate, state: &AuvState,
     clear(earlier.turn_rate_radps + share * (rate - earlier.turn_rate_radps))
 }
 
-/// A rate that can be distinguished from none.
+/// The rate, or 0 if it is insignificant.
 pub(crate) fn clear(rate: f64) -> f64 {
     if rate.abs() < RATE_MIN {
         0.0

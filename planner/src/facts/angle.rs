@@ -1,4 +1,4 @@
-//! Angles on the circle, and the two that must never be confused: heading and course.
+//! Angles on the circle; heading and course are types of their own.
 
 use std::f64::consts::{PI, TAU};
 
@@ -36,7 +36,7 @@ pub fn angle_of(vector: &Vector2<f64>) -> f64 {
     wrap((vector.y + 0.0).atan2(vector.x + 0.0))
 }
 
-/// Where the bow points: 0 at north, positive clockwise, in (−π, π]. Unit: rad.
+/// Direction of the bow: 0 at north, positive clockwise, in (−π, π]. Unit: rad.
 #[doc(alias = "psi")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Heading(f64);
@@ -69,7 +69,7 @@ impl Heading {
     }
 }
 
-/// Where a vehicle moves over the ground: 0 at north, positive clockwise, in (−π, π]. Unit: rad.
+/// Direction of motion over ground: 0 at north, positive clockwise, in (−π, π]. Unit: rad.
 #[doc(alias = "chi")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Course(f64);
@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn due_south_is_plus_pi_whatever_the_sign_of_zero() {
+    fn due_south_is_plus_pi_for_both_signs_of_zero() {
         assert_eq!(angle_of(&Vector2::new(-1.0, -0.0)), PI);
         assert_eq!(angle_of(&Vector2::new(-1.0, 0.0)), PI);
         assert_eq!(angle_of(&Vector2::new(0.0, 0.0)), 0.0);

@@ -1,4 +1,4 @@
-//! The surface craft now, and what the operator allows it.
+//! State and limits of the surface craft.
 
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
@@ -6,7 +6,7 @@ use utoipa::ToSchema;
 
 use crate::facts::angle::{Heading, ned_from_body};
 
-/// What the law needs to know of the surface craft and its water.
+/// Inputs of a guidance law that describe the surface craft and its water.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AscNow {
     /// Position (north, east), m.
@@ -25,7 +25,7 @@ pub struct Asc {
     pub north_m: f64,
     /// Position east of the datum, m.
     pub east_m: f64,
-    /// Latitude, degrees, positive north: with `lon_deg` instead of `north_m` and `east_m`, where there is an `origin`.
+    /// Latitude, degrees, positive north. Needs `origin` and `lon_deg`; replaces `north_m`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lat_deg: Option<f64>,
     /// Longitude, degrees, positive east.
@@ -42,17 +42,17 @@ pub struct Asc {
     /// Yaw rate, rad/s, positive clockwise seen from above. Default: 0.
     #[serde(default)]
     pub yaw_rate_radps: f64,
-    /// Northward velocity over ground, m/s; together with `ground_east_mps` or not at all.
+    /// Northward velocity over ground, m/s. Needs `ground_east_mps`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ground_north_mps: Option<f64>,
-    /// Eastward velocity over ground, m/s; together with `ground_north_mps` or not at all.
+    /// Eastward velocity over ground, m/s. Needs `ground_north_mps`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ground_east_mps: Option<f64>,
 }
 
 impl Asc {
-    /// A craft at `position` (north, east), m, that moves ahead at `surge`, m/s, through the water. Its sway and yaw rate are 0,
-    /// and its velocity over ground is not known.
+    /// A craft at `position` (north, east), m, with `surge` speed through the water, m/s. Sway and
+    /// yaw rate are 0; the velocity over ground is unknown.
     #[must_use]
     pub fn new(position: Vector2<f64>, heading: Heading, surge: f64) -> Self {
         Self {
@@ -103,14 +103,14 @@ impl Asc {
         ned_from_body(self.heading().radians()) * Vector2::new(self.speed_mps, self.sway_mps)
     }
 
-    /// Current (north, east), m/s, that velocity over ground less velocity through the water leaves, possible or not.
+    /// Velocity over ground minus velocity through the water (north, east), m/s, unchecked.
     #[must_use]
     pub fn apparent_current(&self) -> Option<Vector2<f64>> {
         Some(self.ground_velocity()? - self.water_velocity())
     }
 }
 
-/// What the operator allows the surface craft.
+/// Limits that the operator sets for the surface craft.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = Limits)]
@@ -118,7 +118,7 @@ pub struct DeclaredLimits {
     /// Slowest speed reference through the water, m/s. Default: 0.05.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speed_min_mps: Option<f64>,
-    /// Fastest speed reference, m/s: through the water, and over ground where the craft holds that. Default: 1.5.
+    /// Fastest speed reference, m/s: through the water, or over ground if held. Default: 1.5.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speed_max_mps: Option<f64>,
     /// Largest yaw rate, rad/s. Default: what the craft can do.
@@ -130,7 +130,7 @@ pub struct DeclaredLimits {
     /// Largest deceleration, m/s², positive. Default: what the craft can do.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub deceleration_max_mps2: Option<f64>,
-    /// Time constant of the surge loop, s, where `craft` does not say it. Default: the craft's.
+    /// Time constant of the surge loop, s; `craft` overrides it. Default: the craft's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surge_lag_s: Option<f64>,
 }
@@ -148,12 +148,12 @@ impl From<Limits> for DeclaredLimits {
     }
 }
 
-/// What the surface craft may do: what is not declared is [`Limits::ANY`].
+/// Limits of the surface craft. Undeclared ones are those of [`Limits::ANY`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
-    /// Slowest speed reference through the water, m/s: below it the craft does not steer.
+    /// Slowest speed reference through the water, m/s; slower, the craft does not steer.
     pub speed_min: f64,
-    /// Fastest speed reference, m/s: through the water, and over ground where the craft holds that.
+    /// Fastest speed reference, m/s: through the water, or over ground if the craft holds that.
     pub speed_max: f64,
     /// Largest yaw rate, rad/s.
     pub turn_rate_max: f64,
@@ -177,7 +177,7 @@ impl From<&DeclaredLimits> for Limits {
 }
 
 impl Limits {
-    /// The speeds of a small craft; turns and accelerations are not limited.
+    /// Speeds of a small craft; turns and accelerations are not limited.
     pub const ANY: Self = Self {
         speed_min: 0.05,
         speed_max: 1.5,
@@ -186,7 +186,7 @@ impl Limits {
         deceleration_max: 5.0,
     };
 
-    /// What the simulated MEDUSA-class craft is allowed: all that its hull does.
+    /// Limits of the simulated MEDUSA-class craft: those of its hull.
     pub const MEDUSA: Self = Self {
         speed_min: 0.05,
         speed_max: 1.5,

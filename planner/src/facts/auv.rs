@@ -1,4 +1,4 @@
-//! An underwater vehicle: its name, its state or reports, its path, its dive.
+//! An underwater vehicle: its name, its state or reports, its path and its dive.
 
 use std::fmt;
 
@@ -10,7 +10,7 @@ use crate::facts::{
     known_path::DeclaredPath,
 };
 
-/// The name a client gave to a vehicle; unique within a snapshot.
+/// Name of a vehicle, chosen by the client and unique within a snapshot.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct VehicleId(pub String);
@@ -31,25 +31,25 @@ impl fmt::Display for VehicleId {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Auv {
-    /// Its name, unique in the request, 1 to 64 bytes.
+    /// Name, unique in the request, 1 to 64 bytes.
     #[schema(value_type = String, example = "auv-1")]
     pub id: VehicleId,
-    /// Its state as last heard of. Either this or `reports`.
+    /// Last known state. Exactly one of `state` and `reports` is given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub state: Option<AuvState>,
-    /// What was heard of it lately, 1 to 64 reports in any order: the planner filters them. Either this or `state`.
+    /// Recent reports, 1 to 64 in any order; the planner filters them. Excludes `state`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reports: Option<Vec<Report>>,
-    /// The path that it follows, where that is known.
+    /// Path that the vehicle follows, if known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub path: Option<DeclaredPath>,
-    /// The sawtooth in which it dives, where that is known. Without it, its depth is taken to stay what it was.
+    /// Sawtooth in which the vehicle dives, if known. Without it, its depth is assumed constant.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dive: Option<Dive>,
 }
 
 impl Auv {
-    /// An AUV in `state`, of which neither path nor dive is known.
+    /// An AUV in `state`, with unknown path and dive.
     #[must_use]
     pub fn new(id: impl Into<VehicleId>, state: AuvState) -> Self {
         Self {
@@ -61,7 +61,7 @@ impl Auv {
         }
     }
 
-    /// An AUV by its `reports`, of which neither path nor dive is known.
+    /// An AUV with `reports`, and unknown path and dive.
     #[must_use]
     pub fn reported(id: impl Into<VehicleId>, reports: Vec<Report>) -> Self {
         Self {
@@ -74,7 +74,7 @@ impl Auv {
     }
 }
 
-/// A sawtooth in which an underwater vehicle is known to dive: down until deep enough, up until shallow enough.
+/// A sawtooth dive: down to the largest depth, up to the least, and again.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Dive {
@@ -82,29 +82,28 @@ pub struct Dive {
     pub depth_min_m: f64,
     /// Depth at which a dive ends, m, at least 0.5 below `depth_min_m`, to 12000.
     pub depth_max_m: f64,
-    /// Pitch of both legs, rad, positive, from 0.05 to 1.4. With the horizontal speed through the water it gives
-    /// the speed along the body, which stays the same in the reversals.
+    /// Pitch of both legs, rad, positive, from 0.05 to 1.4. With the horizontal speed through the
+    /// water it gives the speed along the body, which is constant through reversals.
     #[doc(alias = "theta")]
     #[schema(example = 0.873)]
     pub pitch_rad: f64,
-    /// Time that a reversal takes, s, from passing the depth that ends a leg until passing it again, from 0.1 to
-    /// 120. Default: 3.6.
+    /// Duration of a reversal, s, from 0.1 to 120: from passing the depth that ends a leg to
+    /// passing it again. Default: 3.6.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reversal_s: Option<f64>,
-    /// Whether the vehicle was descending, nose down, at the time of its `state`. If this is not known, its depth is
-    /// forecast as the mean of both.
+    /// `true` if the vehicle was descending, nose down, at the time of its `state`. If unknown, its
+    /// depth is forecast as the mean of both cases.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub descending: Option<bool>,
 }
 
 impl Dive {
-    /// Time that a MEDUSA-class vehicle takes to reverse from 50° down to 50° up, or back, s.
-    ///
-    /// Source: the simulated pitch loop. From 23 m on it takes 3.4 s to be back, from 1 m on 3.5 s, and a cycle
-    /// lasts 198.6 s, of which the legs, 22 m each at 0.3 m/s along the body, are 191.5 s.
+    /// Duration of a MEDUSA-class vehicle's reversal between 50° down and 50° up, s. Source: the
+    /// simulated pitch loop, 3.4 s from 23 m back to it and 3.5 s from 1 m; the legs, 22 m each at
+    /// 0.3 m/s along the body, are 191.5 s of a cycle of 198.6 s.
     pub const REVERSAL_MEDUSA: f64 = 3.6;
 
-    /// Time that a reversal takes, s.
+    /// Duration of a reversal, s.
     #[must_use]
     pub fn reversal(&self) -> f64 {
         self.reversal_s.unwrap_or(Self::REVERSAL_MEDUSA)

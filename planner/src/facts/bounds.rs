@@ -1,5 +1,4 @@
-//! Where the craft is meant to stay: discs to keep out of, an area to stay in, an acoustic range to keep, and how far
-//! from AUVs at the surface.
+//! Bounds of the craft's position: keep-outs, area, acoustic range, distance to surfaced AUVs.
 
 use std::{
     f64::consts::{FRAC_PI_2, TAU},
@@ -15,15 +14,16 @@ use crate::facts::{
     ranges::{ACOUSTIC_RANGE, AREA_CORNERS, COORDINATE_MAX, KEEP_OUT, KEEP_OUTS_MAX, SURFACING_SEPARATION},
 };
 
-/// Shortest side of an area and its least width, m: what is smaller is a mistake.
+/// Shortest side and least width of an area, m; smaller values are mistakes.
 const AREA_SIZE_MIN: f64 = 0.1;
 
-/// How far a corner may turn to the wrong side, rad: corners on a straight side are welcome, however they were
-/// rounded. A side of a kilometre then leaves the area by a millimetre.
+/// Largest turn of a corner to the wrong side, rad: allows for rounded corners on a straight side.
+/// A side of a kilometre then leaves the area by a millimetre.
 const STRAIGHT: f64 = 1.0e-6;
 
-/// How far within its sides a corner of an area may lie, m; the area then goes without it. Degrees of six decimals, 0.11 m apart, put a
-/// corner of a straight side as far in as 0.16 m, and a side of 2 km along a parallel at 60° bends by 0.14 m.
+/// Largest distance of a corner within the sides of an area, m; the area then omits the corner.
+/// Degrees of six decimals are 0.11 m apart and move a corner of a straight side inwards by up to
+/// 0.16 m; a side of 2 km along a parallel at 60° bends by 0.14 m.
 const DENT_MAX: f64 = 0.2;
 
 /// A disc to keep out of.
@@ -34,11 +34,10 @@ pub struct KeepOut {
     pub north_m: f64,
     /// Its centre, east of the datum, m.
     pub east_m: f64,
-    /// Its centre's latitude, degrees, positive north: with `lon_deg` instead of `north_m` and `east_m`, where there is an
-    /// `origin`.
+    /// Latitude of its centre, degrees, positive north. Needs `origin`; replaces `north_m`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lat_deg: Option<f64>,
-    /// Its centre's longitude, degrees, positive east.
+    /// Longitude of its centre, degrees, positive east.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lon_deg: Option<f64>,
     /// Its radius, m, from 0.1 to 10 000.
@@ -65,7 +64,7 @@ impl KeepOut {
     }
 }
 
-/// Everything that is wrong with the bounds of a request, by field.
+/// All faults of the bounds of a request, by field.
 #[must_use]
 pub fn bounds_faults(
     keep_outs: &[KeepOut],
@@ -89,7 +88,7 @@ pub fn bounds_faults(
     faults
 }
 
-/// What is wrong with the distance to keep from an AUV at the surface.
+/// The fault of the distance to keep from AUVs at the surface, if any.
 pub(crate) fn separation_fault(separation: Option<f64>) -> Option<InvalidField> {
     outside(
         "surfacing_separation_m".to_owned(),
@@ -98,7 +97,8 @@ pub(crate) fn separation_fault(separation: Option<f64>) -> Option<InvalidField> 
     )
 }
 
-/// The corners (north, east) of a checked area without its dents, clockwise, seen from above, and from the first of them on.
+/// Corners (north, east) of a checked area without its dents, clockwise seen from above; begins
+/// with the first remaining corner.
 #[must_use]
 pub fn clockwise(area: &[Vector2<f64>]) -> Vec<Vector2<f64>> {
     let mut border: Vec<_> = border(area).into_iter().map(|i| area[i]).collect();
@@ -108,7 +108,7 @@ pub fn clockwise(area: &[Vector2<f64>]) -> Vec<Vector2<f64>> {
     border
 }
 
-/// Which corners of `area` remain without those that lie at most [`DENT_MAX`] within its sides.
+/// Indices of the corners of `area` without those at most [`DENT_MAX`] within its sides.
 fn border(area: &[Vector2<f64>]) -> Vec<usize> {
     let mut kept: Vec<usize> = (0..area.len()).collect();
     let orientation = doubled_area(area).signum();
@@ -121,7 +121,7 @@ fn border(area: &[Vector2<f64>]) -> Vec<usize> {
         let [before, after] = around(kept, k);
         let turn = orientation * turn(area[before], area[kept[k]], area[after]);
         let side = (area[after] - area[before]).normalize();
-        // Those that went before are within the new side too.
+        // Corners removed earlier are within the new side too.
         let mut between =
             (before + 1..after + area.len() * usize::from(after < before)).map(|i| area[i % area.len()]);
         (-FRAC_PI_2..-STRAIGHT).contains(&turn)
@@ -133,7 +133,7 @@ fn border(area: &[Vector2<f64>]) -> Vec<usize> {
     kept
 }
 
-/// By how much a border turns at `corner`, rad, positive clockwise seen from above.
+/// Change of direction of a border at `corner`, rad, positive clockwise seen from above.
 fn turn(before: Vector2<f64>, corner: Vector2<f64>, after: Vector2<f64>) -> f64 {
     let (before, after) = (corner - before, after - corner);
     before.perp(&after).atan2(before.dot(&after))
@@ -185,10 +185,10 @@ fn shape_fault(area: &[Vector2<f64>]) -> Option<InvalidField> {
     let mut turned = 0.0;
     for (k, &i) in kept.iter().enumerate() {
         let corner = |k: usize| area[kept[k % kept.len()]];
-        // Measured as a corner of an area turns that goes round it the way that this one does.
+        // The sign is relative to the direction in which this area goes round.
         let given = orientation * turn(corner(k + kept.len() - 1), area[i], corner(k + 1));
         turned += given;
-        // Rounding adds up to far less than the radian that tells one turn from two.
+        // Rounding adds up to far less than this radian, which tells one turn from two.
         if given < -STRAIGHT || TAU + 1.0 < turned {
             return fault(format!("area/{i}"), InvalidReason::NotConvex { given });
         }
@@ -203,9 +203,9 @@ fn width_from(area: &[Vector2<f64>], i: usize) -> f64 {
     across.fold(0.0, f64::max)
 }
 
-/// Twice the enclosed area, m², positive where the corners go clockwise seen from above.
+/// Twice the enclosed area, m², positive if the corners go clockwise seen from above.
 fn doubled_area(area: &[Vector2<f64>]) -> f64 {
-    // From one of the corners: far from the datum the differences would drown.
+    // Relative to a corner: far from the datum the differences would lose their digits.
     let fan = area
         .windows(2)
         .map(|pair| (pair[0] - area[0]).perp(&(pair[1] - area[0])));
@@ -240,7 +240,7 @@ mod tests {
         points.iter().map(|point| Vector2::from(*point)).collect()
     }
 
-    /// Where the area is at fault, and why.
+    /// The field and reason of the only fault of an area.
     fn fault(points: &[[f64; 2]]) -> Option<(String, InvalidReason)> {
         let faults = area_faults(&corners(points));
         assert!(faults.len() < 2, "{faults:?}");
@@ -250,12 +250,12 @@ mod tests {
     const SQUARE: [[f64; 2]; 4] = [[0.0, 0.0], [100.0, 0.0], [100.0, 50.0], [0.0, 50.0]];
 
     #[test]
-    fn a_convex_area_may_go_round_either_way_and_have_corners_on_its_sides() {
+    fn a_convex_area_may_go_in_either_direction_and_have_corners_on_its_sides() {
         let mut points = SQUARE.to_vec();
         assert_eq!(fault(&points), None);
         points.reverse();
         assert_eq!(fault(&points), None);
-        // A third of the way along two of the sides, as rounded as doubles are.
+        // A third along two of the sides, with the rounding of doubles.
         let (north, east) = (100.0 / 3.0, 50.0 / 3.0);
         let dense = [
             SQUARE[0],
@@ -269,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn a_corner_that_turns_the_other_way_is_named_whichever_way_the_area_goes_round() {
+    fn a_corner_that_turns_the_other_way_is_named_for_both_directions_of_the_area() {
         let mut points = vec![SQUARE[0], SQUARE[1], [40.0, 20.0], SQUARE[2], SQUARE[3]];
         let (field, reason) = fault(&points).expect("a notch");
         assert_eq!(field, "area/2");
@@ -279,9 +279,9 @@ mod tests {
     }
 
     #[test]
-    fn an_area_goes_without_the_corners_that_rounding_put_within_its_sides() {
+    fn an_area_omits_corners_that_rounding_put_within_its_sides() {
         let with = |inside: &[[f64; 2]]| [&[SQUARE[0]], inside, &SQUARE[1..]].concat();
-        // The largest dent is measured from the whole side, not from the corners that went before.
+        // The largest dent is measured from the whole side, not from corners removed earlier.
         let bent = |depth: f64| {
             let corner = |k: i32| {
                 let along = f64::from(k) / 10.0;
@@ -327,7 +327,7 @@ mod tests {
     }
 
     #[test]
-    fn no_number_that_is_not_finite_and_no_size_goes_unseen() {
+    fn non_finite_numbers_and_wrong_sizes_are_faults() {
         let disc = |radius| KeepOut::new(Vector2::new(1.0, f64::NAN), radius);
         let fields: Vec<_> = bounds_faults(
             &[disc(1.0), disc(0.05)],
@@ -359,7 +359,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stored_area_goes_clockwise_from_the_corner_that_was_first() {
+    fn a_stored_area_goes_clockwise_from_its_first_corner() {
         let listed = |order: [usize; 4]| corners(&order.map(|i| SQUARE[i]));
         let clock = listed([0, 1, 2, 3]);
         assert_eq!(clockwise(&clock), clock);

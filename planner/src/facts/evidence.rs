@@ -1,4 +1,4 @@
-//! What is known of where an AUV is: its state, or the reports that an estimate is made of.
+//! Evidence of an AUV's position: its state, or the reports from which it is estimated.
 
 use nalgebra::{Matrix4, Vector2};
 use serde::{Deserialize, Serialize};
@@ -6,14 +6,12 @@ use utoipa::ToSchema;
 
 use crate::facts::angle::Course;
 
-/// Slower than this over ground, an AUV counts as standing still, m/s.
-///
-/// A quarter of the slowest horizontal speed of the vehicles at hand (0.193 m/s): under it the
-/// course is noise.
+/// An AUV slower than this over ground is at rest, m/s. A quarter of known vehicles' slowest speed
+/// (0.193 m/s); below it the course is noise.
 pub const SPEED_AT_REST: f64 = 0.05;
 
-/// An AUV that was last heard of longer ago is not forecast: it is held where it was, s. Assumption: in an hour a current
-/// that is not known carries it as far as any forecast is long.
+/// Oldest report for a forecast, s; older, the AUV is held at its last position. Assumption: in an
+/// hour an unknown current displaces it by the length of any forecast.
 pub(crate) const FORECAST_AGE_MAX: f64 = 3600.0;
 
 /// State of an underwater vehicle at the time of its last report.
@@ -24,7 +22,7 @@ pub struct AuvState {
     pub north_m: f64,
     /// Position east of the datum, m.
     pub east_m: f64,
-    /// Latitude, degrees, positive north: with `lon_deg` instead of `north_m` and `east_m`, where there is an `origin`.
+    /// Latitude, degrees, positive north. Needs `origin` and `lon_deg`; replaces `north_m`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lat_deg: Option<f64>,
     /// Longitude, degrees, positive east.
@@ -36,23 +34,23 @@ pub struct AuvState {
     pub course_rad: f64,
     /// Horizontal speed over ground, m/s, never negative.
     pub speed_mps: f64,
-    /// Rate of turn of the course, rad/s, positive clockwise. Default, also for 0: from the courses of this state
-    /// and of the one in `previous_plan.targets`, else 0.
+    /// Rate of turn of the course, rad/s, positive clockwise. Default, also for 0: from the courses
+    /// of this state and of the one in `previous_plan.targets`, else 0.
     #[serde(default)]
     pub turn_rate_radps: f64,
-    /// Age of the report, s. From 15 minutes on a goal that needs this vehicle now is held, and limits about it no longer
-    /// count; from an hour on it is taken to stay where it was. Default: 0.
+    /// Age of the report, s. From 15 minutes a goal that needs this vehicle now is held, and limits
+    /// about it do not count; from an hour the vehicle is assumed at rest. Default: 0.
     #[serde(default)]
     pub age_s: f64,
-    /// Covariance of north, east, north velocity and east velocity then, row by row, in m², m²/s and m²/s²:
-    /// symmetric, no eigenvalue negative. Default: not known.
+    /// Covariance of north, east, north velocity and east velocity at that time, row by row, in m²,
+    /// m²/s and m²/s²; symmetric, no eigenvalue negative. Default: unknown.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub covariance: Option<[[f64; 4]; 4]>,
 }
 
 impl AuvState {
-    /// The present state of an AUV at `position` (north, east), m, and `depth`, m, that goes straight on at `speed`, m/s, over
-    /// ground. Its covariance is not known.
+    /// The present state of an AUV at `position` (north, east), m, and `depth`, m, on a straight
+    /// course at `speed` over ground, m/s. Its covariance is unknown.
     #[must_use]
     pub fn new(position: Vector2<f64>, depth: f64, course: Course, speed: f64) -> Self {
         Self {
@@ -69,7 +67,7 @@ impl AuvState {
         }
     }
 
-    /// Position (north, east) then, m.
+    /// Position (north, east) at the time of the report, m.
     #[must_use]
     pub fn position(&self) -> Vector2<f64> {
         Vector2::new(self.north_m, self.east_m)
@@ -87,7 +85,7 @@ impl AuvState {
         self.course().unit() * self.speed_mps
     }
 
-    /// Covariance of (north, east, north velocity, east velocity) then, where it is known.
+    /// Covariance of (north, east, north velocity, east velocity) at that time, if known.
     #[must_use]
     pub fn covariance(&self) -> Option<Matrix4<f64>> {
         self.covariance
@@ -95,44 +93,44 @@ impl AuvState {
     }
 }
 
-/// A measured position of an underwater vehicle, and what the vehicle reported of itself then.
+/// A measured position of an underwater vehicle, with the telemetry sent with it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Report {
-    /// When this was true, s on the request's clock: when the message was sent, not when it arrived. At most 1 s
-    /// ahead, which counts as now. If all reports are older than an hour, only the newest counts.
+    /// Time of sending, not of arrival, s on the request's clock; up to 1 s in the future counts as
+    /// now. If all reports are older than an hour, only the newest counts.
     pub t_s: f64,
     /// Position north of the datum, m.
     pub north_m: f64,
     /// Position east of the datum, m.
     pub east_m: f64,
-    /// Latitude, degrees, positive north: with `lon_deg` instead of `north_m` and `east_m`, where there is an `origin`.
+    /// Latitude, degrees, positive north. Needs `origin` and `lon_deg`; replaces `north_m`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lat_deg: Option<f64>,
     /// Longitude, degrees, positive east.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lon_deg: Option<f64>,
-    /// Standard deviation of the position along either axis, m, from 0.001 to 100,000. It is taken to be larger where the
-    /// fixes show that.
+    /// Standard deviation of the position along either axis, m, from 0.001 to 100,000. The
+    /// estimator raises it if the fixes scatter more.
     pub sigma_m: f64,
-    /// Telemetered depth, m, positive down. Default: not reported; if no report states it, 0 is used.
+    /// Telemetered depth, m, positive down. Default: not reported; 0 if no report states it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub depth_m: Option<f64>,
-    /// Telemetered course over ground, rad, within ±2π; together with `speed_mps` or not at all.
+    /// Telemetered course over ground, rad, within ±2π. Needs `speed_mps`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub course_rad: Option<f64>,
-    /// Telemetered horizontal speed over ground, m/s, never negative; together with `course_rad` or not at all. Neither
-    /// is used where the fixes contradict them.
+    /// Telemetered horizontal speed over ground, m/s, never negative. Needs `course_rad`. Fixes
+    /// that contradict course and speed override them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speed_mps: Option<f64>,
-    /// Telemetered rate of turn of the course, rad/s, positive clockwise. Default: not reported. The newest is used
-    /// for 60 s; without one, the courses of the two newest reports give the rate.
+    /// Telemetered rate of turn of the course, rad/s, positive clockwise. The newest is used for 60
+    /// s; without one, the courses of the two newest reports give the rate. Default: not reported.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub turn_rate_radps: Option<f64>,
 }
 
 impl Report {
-    /// A position (north, east), m, measured at time `t_s` with standard deviation `sigma_m`. The vehicle reported nothing else.
+    /// A position (north, east), m, at time `t_s` with standard deviation `sigma_m`; no telemetry.
     #[must_use]
     pub fn new(t_s: f64, position: Vector2<f64>, sigma_m: f64) -> Self {
         Self {
@@ -175,7 +173,7 @@ impl Report {
     }
 }
 
-/// How a vehicle says that it moves over ground.
+/// Telemetered motion of a vehicle over ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GroundTrack {
     /// Course over ground χ.

@@ -1,4 +1,4 @@
-//! What the surface craft is to do, and where it is to be, seen from what it follows.
+//! Goals of the surface craft, and its offset from the point that it follows.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +13,7 @@ use crate::facts::{
     visit::{Reduce, VisitCost, Visits},
 };
 
-/// What the surface craft is to do.
+/// The goal of the surface craft.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Goal {
@@ -22,33 +22,33 @@ pub enum Goal {
         /// The AUV to follow.
         auv: VehicleId,
     },
-    /// Follow each AUV in turn for a dwell time: the k-th from `epoch_s + k·dwell_s` on, half-open.
+    /// Follow each AUV in turn for a dwell time: the k-th from `epoch_s + k·dwell_s`, half-open.
     Intermittent {
         /// The AUVs to follow, in order.
         auvs: Vec<VehicleId>,
         /// Time spent with each, s.
         dwell_s: f64,
-        /// When the first dwell of the first AUV began, s on the snapshot's clock.
+        /// Start of the first dwell at the first AUV, s on the snapshot's clock.
         epoch_s: f64,
     },
     /// Stay above the mean of several AUVs.
     Midpoint {
-        /// The AUVs whose mean to follow.
+        /// The AUVs in the mean.
         auvs: Vec<VehicleId>,
     },
     /// Stay above the weighted mean of several AUVs.
     Weighted {
-        /// The AUVs whose mean to follow, and how much each counts, relative to the others; 0 is not at all.
+        /// The AUVs in the mean and their weights, of which only ratios count; 0 excludes an AUV.
         weights: BTreeMap<VehicleId, f64>,
     },
-    /// Stay within a slant range of every one of several AUVs, and where the worst range is least.
+    /// Stay within a slant range of all AUVs, where the largest range is least.
     Range {
         /// The AUVs to stay near.
         auvs: Vec<VehicleId>,
         /// The slant range to stay within, m.
         range_m: f64,
     },
-    /// Serve several AUVs one after the other, which of them and when as costs them least.
+    /// Serve several AUVs one after the other, in the order and at the times of least cost.
     Visit(Visits),
 }
 
@@ -66,7 +66,7 @@ impl Goal {
         listed.iter().chain(weighted.into_iter().flat_map(BTreeMap::keys))
     }
 
-    /// The AUVs that the goal depends on, in its order: those of weight 0 left out.
+    /// The AUVs that the goal depends on, in its order, without those of weight 0.
     pub fn vehicles(&self) -> impl Iterator<Item = &VehicleId> {
         self.named().filter(|id| match self {
             Self::Weighted { weights } => 0.0 < weights[*id],
@@ -78,43 +78,43 @@ impl Goal {
     }
 }
 
-/// Where the surface craft is to be, seen from what its goal follows: the AUV or, of several, their mean or the
-/// place nearest to all.
+/// Desired position of the surface craft relative to the followed point: one AUV, the mean of
+/// several, or the point of least largest range.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(tag = "frame", rename_all = "snake_case")]
 pub enum Offset {
     /// In fixed directions.
     Ned {
-        /// How far north, m.
+        /// Distance north, m.
         north_m: f64,
-        /// How far east, m.
+        /// Distance east, m.
         east_m: f64,
     },
-    /// Along the course over ground of what is followed, held while that rests.
+    /// Along the course over ground of the followed point; at rest, its last course.
     Target {
-        /// How far ahead, m.
+        /// Distance ahead, m.
         ahead_m: f64,
-        /// How far to starboard, m.
+        /// Distance to starboard, m.
         starboard_m: f64,
     },
-    /// Along the tangent of the path where the AUV is that is followed.
+    /// Along the path tangent at the followed AUV.
     Path {
-        /// How far ahead, m.
+        /// Distance ahead, m.
         ahead_m: f64,
-        /// How far to starboard, m.
+        /// Distance to starboard, m.
         starboard_m: f64,
     },
     /// In a fixed direction.
     Polar {
-        /// How far, m.
+        /// Distance, m.
         range_m: f64,
-        /// In which direction, rad, clockwise from north.
+        /// Bearing, rad, clockwise from north.
         bearing_rad: f64,
     },
 }
 
 impl Offset {
-    /// In fixed directions, (north, east), m.
+    /// An offset in fixed directions, (north, east), m.
     #[must_use]
     pub fn ned(by: Vector2<f64>) -> Self {
         Self::Ned {
@@ -123,7 +123,7 @@ impl Offset {
         }
     }
 
-    /// Along the course of what is followed, (ahead, starboard), m.
+    /// An offset along the course of the followed point, (ahead, starboard), m.
     #[must_use]
     pub fn target(by: Vector2<f64>) -> Self {
         Self::Target {
@@ -132,7 +132,7 @@ impl Offset {
         }
     }
 
-    /// Along the path of the AUV that is followed, (ahead, starboard), m.
+    /// An offset along the path of the followed AUV, (ahead, starboard), m.
     #[must_use]
     pub fn path(by: Vector2<f64>) -> Self {
         Self::Path {
@@ -160,7 +160,7 @@ pub struct Task {
     /// The goal.
     #[serde(flatten)]
     pub goal: Goal,
-    /// Offset from what the goal follows; without it the craft stays right above.
+    /// Offset from the followed point; without it the craft stays right above.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub offset: Option<Offset>,
 }
@@ -173,50 +173,51 @@ impl From<Goal> for Task {
 }
 
 members! {
-    /// What the surface craft is to do. Which members are needed depends on `kind`.
+    /// The goal of the surface craft. `kind` determines the other members.
     TaskMembers of Task as "Goal",
-    /// Which goal.
+    /// Kind of goal.
     kind: GoalKind,
     /// `track`: the vehicle to follow.
     #[schema(value_type = Option<String>)]
     auv: Option<VehicleId>,
-    /// `intermittent`: the vehicles to follow, in order. `midpoint`: those whose mean to follow. `range`: those to stay near.
-    /// `visit`: those to serve, in any order.
+    /// `intermittent`: the vehicles to follow, in order. `midpoint`: those in the mean. `range`:
+    /// those to stay near. `visit`: those to serve, in any order.
     #[schema(value_type = Option<Vec<String>>)]
     auvs: Option<Vec<VehicleId>>,
-    /// `intermittent`: time spent with each, s.
+    /// `intermittent`: time with each vehicle, s.
     dwell_s: Option<f64>,
-    /// `intermittent`: when the first dwell of the first vehicle began, s on the request's clock.
+    /// `intermittent`: start of the first dwell at the first vehicle, s on the request's clock.
     epoch_s: Option<f64>,
-    /// `weighted`: how much each vehicle counts in the mean, by name, relative to the others: from 0 to 10⁶,
-    /// at least one above 0. `visit`: how much the cost of each counts; 1 of those that are not named.
+    /// `weighted`: weight of each vehicle in the mean, by name, from 0 to 10⁶; only ratios count,
+    /// and at least one is above 0. `visit`: weight of each vehicle's cost; default: 1.
     #[schema(value_type = Option<BTreeMap<String, f64>>, example = json!({ "auv-1": 0.7, "auv-2": 0.3 }))]
     weights: Option<BTreeMap<VehicleId, f64>>,
-    /// `range`: slant range to stay within of each, m, from 1 to 20,000.
+    /// `range`: largest slant range to each vehicle, m, from 1 to 20,000.
     range_m: Option<f64>,
-    /// `visit`: what it costs not to serve a vehicle. Default: its age.
+    /// `visit`: cost of an unserved vehicle. Default: its age.
     cost: Option<VisitCost>,
-    /// `visit`: horizontal distance within which a vehicle counts as served, m, from 1 to 5000. Default: 20.
+    /// `visit`: largest horizontal distance of service, m, from 1 to 5000. Default: 20.
     within_m: Option<f64>,
-    /// `visit`: least time with a vehicle, s, from 0 to 3600. Default: 0 where the cost is `age`, else 30.
+    /// `visit`: least time with a vehicle, s, from 0 to 3600. Default: 0 for `age`, else 30.
     dwell_min_s: Option<f64>,
-    /// `visit`: until when each vehicle must have been served, by name, s on the request's clock. Default: no deadline.
+    /// `visit`: deadlines of service by name, s on the request's clock. Default: none.
     #[schema(value_type = Option<BTreeMap<String, f64>>, example = json!({ "auv-2": 1800.0 }))]
     serve_by_s: Option<BTreeMap<VehicleId, f64>>,
-    /// `visit`: whether the mean of the costs counts or the largest. Default: `mean`.
+    /// `visit`: the mean of the costs counts, or the largest. Default: `mean`.
     reduce: Option<Reduce>,
-    /// `visit`: costs now, by name, in the unit of the cost, from 0 to 10¹²: where they are known, as from a modem that counts what
-    /// was uploaded. Default: that of `previous_plan`, carried on, else that of a vehicle that was just served.
+    /// `visit`: known present costs, by name, in the unit of the cost, from 0 to 10¹²; for example,
+    /// from a modem that counts uploaded data. Default: the cost in `previous_plan`, advanced to
+    /// now, else that of a vehicle just served.
     #[schema(value_type = Option<BTreeMap<String, f64>>, example = json!({ "auv-2": 340.0 }))]
     costs_now: Option<BTreeMap<VehicleId, f64>>,
-    /// `visit`: the vehicle to visit next, and to stay with until this is left out. Default: the one that costs least.
+    /// `visit`: next vehicle, for as long as this member is given. Default: that of least cost.
     #[schema(value_type = Option<String>)]
     next: Option<VehicleId>,
-    /// Any kind: where to be, seen from what the goal follows. Default: right above it.
+    /// Any kind: desired position relative to the followed point. Default: right above it.
     offset: Option<Offset>,
 }
 
-/// The kinds of goals.
+/// Kinds of goals.
 #[derive(Clone, Copy, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 enum GoalKind {
@@ -228,10 +229,11 @@ enum GoalKind {
     Midpoint,
     /// Stay above the weighted mean of several vehicles: `weights`.
     Weighted,
-    /// Stay within a slant range of every vehicle, and where the worst is least: `auvs`, `range_m`.
+    /// Stay within a slant range of all vehicles, at the least largest range: `auvs`, `range_m`.
     Range,
-    /// Serve several vehicles one after the other, in the order and at the times that cost them least: `auvs`, and
-    /// optionally `cost`, `weights`, `within_m`, `dwell_min_s`, `serve_by_s`, `reduce`, `costs_now`, `next`.
+    /// Serve several vehicles one after the other, in the order and at the times of least cost:
+    /// `auvs`, and optionally `cost`, `weights`, `within_m`, `dwell_min_s`, `serve_by_s`, `reduce`,
+    /// `costs_now`, `next`.
     Visit,
 }
 
@@ -288,38 +290,38 @@ impl<'de> Deserialize<'de> for Task {
 }
 
 members! {
-    /// Where to be, seen from what the goal follows: a vehicle or, of several, their mean or the place nearest to all.
-    /// Which members are needed depends on `frame`.
+    /// Desired position relative to the followed point: a vehicle, the mean of several, or the
+    /// point of least largest range. `frame` determines the other members.
     OffsetMembers of Offset as "Offset",
-    /// Along which axes.
+    /// Axes of the offset.
     frame: OffsetFrame,
-    /// `ned`: how far north, m, within ±1000.
+    /// `ned`: distance north, m, within ±1000.
     north_m: Option<f64>,
-    /// `ned`: how far east, m, within ±1000.
+    /// `ned`: distance east, m, within ±1000.
     east_m: Option<f64>,
-    /// `target`, `path`: how far ahead, m, within ±1000.
+    /// `target`, `path`: distance ahead, m, within ±1000.
     ahead_m: Option<f64>,
-    /// `target`, `path`: how far to starboard, m, within ±1000.
+    /// `target`, `path`: distance to starboard, m, within ±1000.
     starboard_m: Option<f64>,
-    /// `polar`: how far, m, from 0 to 1000.
+    /// `polar`: distance, m, from 0 to 1000.
     range_m: Option<f64>,
-    /// `polar`: in which direction, rad, clockwise from north, within ±2π.
+    /// `polar`: bearing, rad, clockwise from north, within ±2π.
     bearing_rad: Option<f64>,
 }
 
-/// The axes that an offset is given in.
+/// Axes of an offset.
 #[derive(Clone, Copy, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 enum OffsetFrame {
     /// North and east: `north_m`, `east_m`.
     Ned,
-    /// Along the course over ground of what the goal follows, held while that rests: `ahead_m`, `starboard_m`. It
-    /// turns with it.
+    /// Along the course over ground of the followed point: `ahead_m`, `starboard_m`. The offset
+    /// turns with the course; while the point rests, its last course counts.
     Target,
-    /// Along the tangent of the path where the vehicle is on it: `ahead_m`, `starboard_m`. For a goal that follows
-    /// one vehicle at a time, whose `path` is given.
+    /// Along the path tangent at the vehicle: `ahead_m`, `starboard_m`. Needs a goal that follows
+    /// one vehicle at a time, with a declared `path`.
     Path,
-    /// North and east, given as `range_m` and `bearing_rad`.
+    /// North and east, as `range_m` and `bearing_rad`.
     Polar,
 }
 

@@ -1,4 +1,4 @@
-//! What is wrong with a field that came from outside.
+//! A fault of a field that came from outside.
 
 /// `name` as a token of a JSON pointer. Source: RFC 6901, section 3.
 #[must_use]
@@ -6,17 +6,17 @@ pub fn pointer_token(name: &str) -> String {
     name.replace('~', "~0").replace('/', "~1")
 }
 
-/// One reason why what was given cannot be used.
+/// A field that cannot be used, and one reason.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{field}: {reason}")]
 pub struct InvalidField {
-    /// Where, as slash-separated names that carry units: `auvs/0/state/speed_mps`.
+    /// Slash-separated names that carry units: `auvs/0/state/speed_mps`.
     pub field: String,
-    /// What is wrong.
+    /// The fault.
     pub reason: InvalidReason,
 }
 
-/// What is wrong with a field.
+/// The fault of a field.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum InvalidReason {
     /// Not finite, or outside its range.
@@ -29,7 +29,7 @@ pub enum InvalidReason {
         /// Largest value accepted.
         most: f64,
     },
-    /// Steps that make too short or too long a horizon, s.
+    /// Steps that add up to a horizon out of range, s.
     #[error("the steps add up to {given} s, which is not in [{least}, {most}]")]
     Horizon {
         /// The horizon.
@@ -44,12 +44,12 @@ pub enum InvalidReason {
     Effort {
         /// Intervals of the horizon.
         steps: usize,
-        /// SCP iterations.
+        /// Number of SCP iterations.
         iterations: usize,
         /// Largest product accepted.
         most: usize,
     },
-    /// A time that is too far from now, s.
+    /// A time too far from now, s.
     #[error("{given} is {} s from now and not in [{least}, {most}]", (.given - .now).abs())]
     OffTheClock {
         /// The time.
@@ -64,22 +64,22 @@ pub enum InvalidReason {
     /// Too few or too many items or bytes.
     #[error("must have {least} to {most} {unit}, has {given}")]
     Length {
-        /// What is counted, such as `points` or `bytes`.
+        /// The counted unit, such as `points` or `bytes`.
         unit: &'static str,
-        /// How many there are.
+        /// Number of items.
         given: usize,
         /// Fewest accepted.
         least: usize,
         /// Most accepted.
         most: usize,
     },
-    /// A name stands twice.
+    /// A repeated name.
     #[error("duplicate name {given:?}")]
     Duplicate {
         /// The name.
         given: String,
     },
-    /// A name with a character that no screen shows.
+    /// A name with a control character.
     #[error("the name {given:?} has a control character")]
     ControlCharacter {
         /// The name.
@@ -91,16 +91,16 @@ pub enum InvalidReason {
         /// The name.
         given: String,
     },
-    /// Left out, although a member that belongs with it is given.
+    /// A missing member that another given member requires.
     #[error("{detail}")]
     Incomplete {
-        /// Which members come together.
+        /// The members that require each other.
         detail: &'static str,
     },
-    /// A member that another one excludes.
+    /// A member that another given member excludes.
     #[error("{detail}")]
     Unexpected {
-        /// Which members exclude each other.
+        /// The members that exclude each other.
         detail: &'static str,
     },
     /// A name that no preset has.
@@ -114,48 +114,48 @@ pub enum InvalidReason {
     /// Weights of which none is positive.
     #[error("at least one weight must be above 0")]
     AllZero,
-    /// A path is needed, and a vehicle has none.
+    /// A vehicle without the path that the request needs.
     #[error("{given:?} has no path")]
     NoPath {
-        /// Of which vehicle.
+        /// The vehicle.
         given: String,
     },
-    /// A path is needed, and several vehicles that are followed together have none in common.
+    /// A path offset for vehicles that are followed together.
     #[error("an offset along a path needs a goal that follows one vehicle at a time")]
     NoCommonPath,
-    /// Times that do not increase, s, or arc lengths, m.
+    /// Times, s, or arc lengths, m, that do not increase.
     #[error("{given} must be greater than the previous value, {before}")]
     NotIncreasing {
-        /// The one that is not after the one before it.
+        /// The value.
         given: f64,
-        /// The one before it.
+        /// The previous value.
         before: f64,
     },
-    /// A covariance by which something would be known better than exactly.
+    /// A covariance with a negative eigenvalue.
     #[error("not a covariance: its smallest eigenvalue is {given}, and must not be negative")]
     NegativeVariance {
-        /// Its least eigenvalue.
+        /// Its smallest eigenvalue.
         given: f64,
     },
-    /// A segment that does not begin where the one before it ends.
+    /// A segment that does not begin where the previous one ends.
     #[error("starts {given} m from where the path is; at most {most} m is allowed")]
     Gap {
-        /// How far away it begins, m.
+        /// Distance of its beginning, m.
         given: f64,
-        /// Farthest accepted, m.
+        /// Largest distance accepted, m.
         most: f64,
     },
-    /// A path that changes its direction at a point.
+    /// A path with a change of direction at a point.
     #[error(
         "the direction changes by {given} rad at a point (at most {most} rad): insert an arc, or way-points with room to turn"
     )]
     Kink {
-        /// By how much, rad, never negative.
+        /// The change, rad, never negative.
         given: f64,
-        /// Most accepted, rad.
+        /// Largest change accepted, rad.
         most: f64,
     },
-    /// A fillet that its legs have no room for.
+    /// A fillet too large for its legs.
     #[error("the legs that meet here have no room for a fillet of {given} m, only for {most} m")]
     Fillet {
         /// Its radius, m.
@@ -163,33 +163,32 @@ pub enum InvalidReason {
         /// Largest radius for which all legs have room, m.
         most: f64,
     },
-    /// Way-points that are all at one place, or both ends of a line.
+    /// Way-points, or both ends of a line, at one place.
     #[error("{points} are within {within} m; give at least two places")]
     OnePlace {
-        /// Which points: `all points` or `both ends`.
+        /// The points: `all points` or `both ends`.
         points: &'static str,
-        /// How near to the first they all are, m.
+        /// Largest distance from the first point, m.
         within: f64,
     },
-    /// A corner that no convex area has: it turns to the other side than the area does, or the corners before it
-    /// have gone round once already.
+    /// A corner that no convex area has: it turns to the other side, or beyond a full turn.
     #[error("turns by {given} rad: the corners, in order, must go once round a convex area")]
     NotConvex {
-        /// By how much it turns, rad, positive to the side to which the area turns.
+        /// Its turn, rad, positive to the side to which the area turns.
         given: f64,
     },
-    /// A corner on the corner before it, or almost.
+    /// A corner too near the previous one.
     #[error("is {given} m from the corner before it, less than {least} m: give every corner once")]
     TooNear {
-        /// How far from it, m.
+        /// Its distance, m.
         given: f64,
         /// Least distance accepted, m.
         least: f64,
     },
-    /// An area that is hardly more than a line.
+    /// An area that is almost a line.
     #[error("the area is only {given} m wide, less than {least} m")]
     TooNarrow {
-        /// How wide it is, m.
+        /// Its width, m.
         given: f64,
         /// Least width accepted, m.
         least: f64,

@@ -1,4 +1,4 @@
-//! A path that an AUV is known to follow: where on it the AUV is, and how fast it goes along it.
+//! A path that an AUV is known to follow, the AUV's place on it, and its speed along it.
 
 use std::{f64::consts::PI, sync::Arc};
 
@@ -17,26 +17,26 @@ use crate::facts::{
 #[serde(deny_unknown_fields)]
 #[schema(as = Path)]
 pub struct DeclaredPath {
-    /// Its segments, in order: each begins where and in which direction the one before it ends, to a millimetre
-    /// and a milliradian. At most 10,000, every way-point counted as one.
+    /// Segments in order. Each begins where the previous one ends, in the same direction, to a
+    /// millimetre and a milliradian. At most 10,000; every way-point counts as one.
     pub segments: Vec<Segment>,
-    /// Whether the last segment leads to the first again. A closed path of way-points alone returns to its
-    /// first point by itself. An open path goes on straight beyond its ends. Default: no.
+    /// `true` if the last segment leads to the first again; way-points alone return to their first
+    /// point by themselves. An open path continues straight. Default: `false`.
     #[serde(default)]
     pub closed: bool,
-    /// Horizontal speed of the vehicle through the water, m/s, from 0.01 to 10, on legs that do not say theirs.
+    /// Horizontal speed through the water, m/s, from 0.01 to 10, on legs without their own.
     pub speed_mps: f64,
 }
 
-/// Rates at which vehicles turn that declare no radius, rad/s. The first is what counts until a vehicle was seen to turn. Assumption:
-/// survey AUVs of 1.5 m/s turn at 10 m, others at up to 27 m.
+/// Rates of turn of vehicles without a declared radius, rad/s. The first counts until a turn was
+/// observed. Assumption: survey AUVs of 1.5 m/s turn at 10 m, others at up to 27 m.
 pub(crate) const TURN_RATES: [f64; 3] = [0.15, 0.09, 0.055];
 
-/// Most way-points of a path whose turns are looked for at more than one rate: to round 1,000 corners takes as long as a plan's filters.
+/// Most way-points of a path tried at several rates: 1,000 corners take as long as the filters.
 const OTHER_RATES_COUNT_MAX: usize = 1000;
 
 impl DeclaredPath {
-    /// A `path` that is followed at a horizontal speed through the water, m/s.
+    /// A `path` followed at a horizontal speed through the water, m/s.
     #[must_use]
     pub fn new(path: &Path, speed_mps: f64) -> Self {
         Self {
@@ -46,24 +46,24 @@ impl DeclaredPath {
         }
     }
 
-    /// How many segments it has, every way-point counted as one, an empty list of them too.
+    /// Number of segments; every way-point counts as one, and so does an empty list.
     pub(crate) fn count(&self) -> usize {
         let of = |segment: &Segment| segment.count().max(1);
         self.segments.iter().map(of).sum()
     }
 
-    /// Radius at which way-points are turned that name none, m.
+    /// Radius of turns at way-points without their own, m.
     #[must_use]
     pub fn turn_radius(&self) -> f64 {
         self.speed_mps / TURN_RATES[0]
     }
 
-    /// The path that it is, if its segments join. Way-points that name no radius are turned at with that of its speed.
+    /// The path, if its segments join; [`Self::turn_radius`] applies without a declared one.
     pub fn path(&self) -> Result<Path, InvalidPath> {
         self.turned_at(self.turn_radius())
     }
 
-    /// The same with a `radius`, m, at way-points that name none.
+    /// The same with a `radius`, m, at way-points without their own.
     fn turned_at(&self, radius: f64) -> Result<Path, InvalidPath> {
         let mut segments = self.segments.clone();
         for unnamed in segments.iter_mut().filter_map(unnamed_radius) {
@@ -73,18 +73,18 @@ impl DeclaredPath {
     }
 
     pub(crate) fn known(&self) -> Result<KnownPath, InvalidPath> {
-        Ok(self.sailed(self.path()?))
+        Ok(self.with_path(self.path()?))
     }
 
-    fn sailed(&self, path: Path) -> KnownPath {
+    fn with_path(&self, path: Path) -> KnownPath {
         KnownPath {
             path: Arc::new(path),
             horizontal_speed: self.speed_mps,
         }
     }
 
-    /// The same path with the other radii at which it may be turned: none where it names its radii.
-    pub(crate) fn turned_otherwise(&self) -> Vec<KnownPath> {
+    /// The same path with the other turn radii; none if it declares its radii.
+    pub(crate) fn with_other_turn_radii(&self) -> Vec<KnownPath> {
         let leaves_open = |segment: &Segment| {
             matches!(
                 segment,
@@ -100,11 +100,11 @@ impl DeclaredPath {
         }
         let radii = TURN_RATES[1..].iter().map(|rate| self.speed_mps / rate);
         let paths = radii.flat_map(|radius| self.turned_at(radius));
-        paths.map(|path| self.sailed(path)).collect()
+        paths.map(|path| self.with_path(path)).collect()
     }
 }
 
-/// Where a segment of way-points would name the radius that it leaves open.
+/// The undeclared radius of a segment of way-points.
 fn unnamed_radius(segment: &mut Segment) -> Option<&mut Option<f64>> {
     match segment {
         Segment::Waypoints {
@@ -116,12 +116,12 @@ fn unnamed_radius(segment: &mut Segment) -> Option<&mut Option<f64>> {
     }
 }
 
-/// A path that an AUV follows, and how fast.
+/// A path that an AUV follows, and its speed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KnownPath {
     /// The path.
     pub path: Arc<Path>,
-    /// Horizontal speed through the water `u_h` where its legs do not say, m/s.
+    /// Horizontal speed through the water `u_h` on legs without their own, m/s.
     #[doc(alias = "u_h")]
     pub horizontal_speed: f64,
 }
@@ -133,25 +133,24 @@ impl KnownPath {
     }
 }
 
-/// Farther than this from its path, an AUV is not on it yet, and [`Forecast::Auto`] guesses from its motion
-/// alone, m.
-///
-/// Assumption: ten standard deviations of an acoustic fix (1.5 m); less than any lane is long.
+/// Largest distance at which an AUV is on its path, m; beyond it, [`Forecast::Auto`] uses its
+/// motion alone. Assumption: ten standard deviations of an acoustic fix (1.5 m); less than any lane
+/// is long.
 pub(crate) const OFFSET_FROM_PATH_MAX: f64 = 15.0;
 
-/// Position uncertainty in the search for the place on the path, m: two standard deviations of an acoustic fix (1.5 m),
-/// or what a follower is off its path in a current. Within it, the course says more than the distance.
+/// Position uncertainty in the search for the place, m: two standard deviations of an acoustic fix
+/// (1.5 m), or a follower's offset in a current. Within it, the course is decisive.
 const POSITION_UNCERTAINTY: f64 = 3.0;
 
-/// By how much a place on the path that leads against the reported course must be closer than one that leads
-/// along it. Assumption: lanes of a lawn-mower are distinguished up to four fifths of the way between them.
+/// Ratio by which a place that leads against the reported course must be closer than one along it.
+/// Assumption: lanes of a lawn-mower are distinguished up to four fifths of the way between them.
 const WRONG_WAY: f64 = 4.0;
 
-/// Arc length at which a vehicle in `state` is on the path that it is known to follow: the closest place, but a place
-/// that leads against the vehicle's course counts as farther away.
+/// Arc length of a vehicle in `state` on its known path: the closest place, where a place that
+/// leads against the vehicle's course counts as farther away.
 pub(crate) fn place_on_path(state: &AuvState, known: &KnownPath, current: &Vector2<f64>) -> f64 {
     known.path.closest_by(&state.position(), |distance, point| {
-        // Against a strong current the vehicle goes backwards along its path.
+        // Against a strong current the vehicle moves backwards along its path.
         let forward = speed_along(known.speed_at(point), current, point.tangent).signum();
         let agreement = if state.speed_mps < SPEED_AT_REST {
             1.0
@@ -162,8 +161,8 @@ pub(crate) fn place_on_path(state: &AuvState, known: &KnownPath, current: &Vecto
     })
 }
 
-/// Rate of the place on a path whose tangent is `tangent`, m/s, of such a vehicle that sails the path in a `sense`: 1, or −1 for
-/// backwards.
+/// Speed of the vehicle's place on a path with this `tangent`, m/s. `sense`: 1, or −1 for a vehicle
+/// that follows the path backwards.
 pub(crate) fn foot_speed(u_h: f64, current: &Vector2<f64>, tangent: f64, sense: f64) -> f64 {
     if sense < 0.0 {
         -speed_along(u_h, current, tangent + PI)
@@ -172,8 +171,8 @@ pub(crate) fn foot_speed(u_h: f64, current: &Vector2<f64>, tangent: f64, sense: 
     }
 }
 
-/// Speed over ground along a tangent, m/s, of a vehicle of horizontal speed `u_h` through the water that holds its
-/// course in a `current` (north, east), m/s.
+/// Speed over ground along a tangent, m/s, of a vehicle with horizontal speed `u_h` through the
+/// water that holds its course in a `current` (north, east), m/s.
 pub(crate) fn speed_along(u_h: f64, current: &Vector2<f64>, tangent: f64) -> f64 {
     let in_path_frame = ned_from_body(tangent).transpose() * current;
     let (along, across) = (in_path_frame.x, in_path_frame.y);

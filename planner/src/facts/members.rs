@@ -1,16 +1,16 @@
-//! Members of a JSON object of which a tag says which belong there.
+//! Members of a JSON object whose kind a tag selects.
 //!
-//! serde's own tagged enums buffer the object and lose where in it an error is. An object with all members, each of which
-//! may be left out, keeps that; these functions take the members of one kind out of it.
+//! serde's own tagged enums buffer the object and lose the place of an error. An object with all
+//! members, each optional, keeps the place; these functions take the members of one kind from it.
 
 use serde::de;
 
-/// A member that this kind needs.
+/// Takes a member that this kind needs.
 pub(crate) fn needed<T, E: de::Error>(member: &mut Option<T>, name: &'static str) -> Result<T, E> {
     member.take().ok_or_else(|| E::missing_field(name))
 }
 
-/// A member that may be left out.
+/// A member that may be omitted.
 pub(crate) trait Present {
     fn is_present(&self) -> bool;
 }
@@ -27,8 +27,8 @@ impl<T> Present for Vec<T> {
     }
 }
 
-/// Defines the members of every kind of `$choice`, which stands in the schema as `$name`: each may be left out but the tag, and
-/// `none_left` fails with the first that no kind took.
+/// Defines the members of all kinds of `$choice`, which is `$name` in the schema. All but the tag
+/// are optional; `none_left` fails with the first member that no kind took.
 macro_rules! members {
     (
         $(#[$about:meta])*
@@ -48,7 +48,7 @@ macro_rules! members {
         impl $members {
             fn none_left<E: serde::de::Error>(&self) -> Result<(), E> {
                 use crate::facts::members::Present as _;
-                // No known member is listed, which tells readers that another kind has it.
+                // The list of known members is empty: another kind has this member.
                 $(if self.$member.is_present() {
                     return Err(E::unknown_field(stringify!($member), &[]));
                 })*

@@ -1,26 +1,26 @@
-//! What a client chooses: how to forecast, and what to do without a solved program.
+//! Options of a client: the forecast model, and the fallback without a solved program.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-/// How an AUV's future is forecast from its state.
+/// Forecast model of an AUV.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ForecastModel {
-    /// It stays where it is.
+    /// It stays at its position.
     Hold,
-    /// It keeps its ground velocity, and its drift.
+    /// It keeps its ground velocity and its drift.
     ConstantVelocity,
-    /// It keeps its speed and its rate of turn, and its drift.
+    /// It keeps its speed, its rate of turn and its drift.
     ConstantTurn,
-    /// It follows its path at its speed through the water, with its present offset from the path. Its drift changes that
-    /// offset for half a minute.
+    /// It follows its path at its speed through the water and its present offset from the path. Its
+    /// drift changes the offset for half a minute.
     Path,
 }
 
 impl ForecastModel {
-    /// Its name wherever it leaves the program.
+    /// Its name in JSON and records.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -32,30 +32,30 @@ impl ForecastModel {
     }
 }
 
-/// How the underwater vehicles' future is forecast.
+/// Forecast of the underwater vehicles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Forecast {
-    /// The planner chooses for each vehicle: `hold` for one at rest; along its `path` if that is known and no more than
-    /// 15 m away; without a `path` along what its track repeats, such as lanes or laps, by its `reports` and the `track` of the
-    /// previous plan; else by its rate of turn.
+    /// The planner chooses for each vehicle: `hold` at rest; along its `path` if it is at most 15 m
+    /// away; without a `path`, along the lanes or laps that its `reports` and the previous plan's
+    /// `track` repeat; else with its rate of turn.
     #[default]
     Auto,
-    /// The same, but only paths that are declared are followed.
+    /// As `auto`, but only declared paths are followed.
     Declared,
-    /// Each stays where it is.
+    /// Each stays at its position.
     Hold,
     /// Each keeps its ground velocity.
     ConstantVelocity,
-    /// Each keeps its speed and its rate of turn.
+    /// Each keeps its speed and rate of turn.
     ConstantTurn,
-    /// Each vehicle with a `path` follows it, at its present offset from the path; the planner chooses for the others.
-    /// `auto` does the same, except for a vehicle that rests or is more than 15 m from its path.
+    /// Each vehicle with a `path` follows it at its present offset; the planner chooses for the
+    /// others. Unlike `auto`, this includes vehicles at rest or more than 15 m from their path.
     Path,
 }
 
 impl Forecast {
-    /// The model that is chosen for every vehicle; `None` if the planner chooses.
+    /// The model for all vehicles; `None` if the planner chooses.
     #[must_use]
     pub fn model(self) -> Option<ForecastModel> {
         match self {
@@ -79,22 +79,22 @@ impl From<ForecastModel> for Forecast {
     }
 }
 
-/// What to do if no program was solved, or if the goal rests on a report that is too old.
+/// Behaviour if no program was solved, or if the goal depends on a report that is too old.
 ///
-/// Otherwise the candidate of least predicted cost answers: the solved program, the previous plan followed further, or line of
-/// sight. The outcome is then `ok`.
+/// Otherwise the candidate of least predicted cost answers with the outcome `ok`: the solved
+/// program, the continued previous plan, or line of sight.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Fallback {
-    /// The better of the previous plan and line of sight answers, or `hold` if the report is too old. The outcome is
-    /// `degraded`.
+    /// The better of the previous plan and line of sight answers, or `hold` if the report is too
+    /// old. The outcome is `degraded`.
     #[default]
     Los,
-    /// Refuse with 503, or with 504 if the deadline was the reason.
+    /// Refuse with 503, or with 504 after the deadline.
     None,
 }
 
-/// What the last fallback level does.
+/// The last fallback level.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Hold {

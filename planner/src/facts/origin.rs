@@ -1,9 +1,9 @@
-//! Where the datum of all positions lies on Earth.
+//! Position of the datum on Earth.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-/// A place on Earth, WGS 84, such as where the datum lies.
+/// A place on Earth, WGS 84, such as the datum.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Origin {

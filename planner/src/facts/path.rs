@@ -1,8 +1,8 @@
 //! Horizontal paths made of lines and arcs, parametrised by arc length.
 //!
-//! A [`Path`] is put together from lengths and angles ([`Path::starting_at`], [`Path::lawn_mower`]), or from
-//! what comes from outside and is checked ([`Path::from_segments`], [`Path::waypoints`], [`Path::circle`]).
-//! A [`SpeedProfile`] says how fast to go along one.
+//! A [`Path`] is built from lengths and angles ([`Path::starting_at`], [`Path::lawn_mower`]), or
+//! from checked outside data ([`Path::from_segments`], [`Path::waypoints`], [`Path::circle`]). A
+//! [`SpeedProfile`] gives the speed along one.
 
 mod build;
 mod closest;

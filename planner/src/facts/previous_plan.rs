@@ -1,4 +1,4 @@
-//! What an earlier answer leaves to the next request: the planner itself remembers nothing.
+//! Members of an earlier answer that the next request returns; the planner has no memory.
 
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
@@ -14,37 +14,37 @@ use crate::facts::{
     water::{Current, Drift},
 };
 
-/// The last answer. The whole answer is accepted; these members are read.
+/// The last answer. The whole answer is accepted; only these members are read.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct PreviousPlan {
-    /// Where its datum lies on Earth; equal to the request's `origin` if both are given.
+    /// Position of its datum on Earth; equal to the request's `origin` if both are given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub origin: Option<Origin>,
     /// Its trajectory, in order of time, at most 256 points.
     pub trajectory: Vec<TrajectoryPoint>,
-    /// Course of what the goal follows when that last moved, rad, within ±2π.
+    /// Course of the followed point when it last moved, rad, within ±2π.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub goal_course_rad: Option<f64>,
-    /// Its estimate of the craft. Without it, learning starts anew.
+    /// Its estimate of the craft. Without it, learning restarts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub craft_estimate: Option<PreviousCraft>,
-    /// Its current. If the request has a ground velocity and no current, the current is averaged over half a minute, starting
-    /// from this one.
+    /// Its current. If the request has a ground velocity and no current, the estimate of the
+    /// current, averaged over half a minute, starts from this one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub current: Option<Current>,
-    /// The reference that it gave.
+    /// Its reference.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference: Option<PreviousReference>,
     /// Its underwater vehicles, at most 16.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub targets: Option<Vec<PreviousTarget>>,
-    /// Its schedule, of a goal of the kind `visit`. Without it, costs start anew.
+    /// Its schedule, for a goal of the kind `visit`. Without it, costs restart.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub schedule: Option<Schedule>,
 }
 
 impl PreviousPlan {
-    /// When it was made, s on the request's clock.
+    /// Time at which it was made, s on the request's clock.
     #[must_use]
     pub fn made_at(&self) -> Option<f64> {
         Some(self.trajectory.first()?.t_s)
@@ -66,7 +66,7 @@ impl PreviousPlan {
         })
     }
 
-    /// Reference as speed through the water and heading; the command if there is no estimate of the craft.
+    /// Reference as speed through the water and heading; the command, without a craft's estimate.
     #[must_use]
     pub fn asked(&self) -> Option<Reference> {
         let asked = self.craft_estimate.as_ref().map(|craft| Reference {
@@ -77,42 +77,41 @@ impl PreviousPlan {
     }
 }
 
-/// The craft in the last answer. Together with the motion since then, these members show how the craft answers its
-/// references.
+/// The craft in the last answer; with the motion since, it shows the response to references.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct PreviousCraft {
-    /// Speed through the water that the answer asked for, m/s.
+    /// Requested speed through the water, m/s.
     pub asked_speed_mps: f64,
-    /// Heading that it asked for, rad.
+    /// Requested heading, rad.
     pub asked_heading_rad: f64,
-    /// Memory of the filters, unchanged. Any other is discarded, with the warning `memory_not_used`.
+    /// Memory of the filters, unchanged; else it is discarded with the warning `memory_not_used`.
     pub memory: Vec<f64>,
 }
 
-/// An underwater vehicle in the last answer. Together with its position now, these members show how it drifts. If one is
-/// missing, the drift starts at zero.
+/// An underwater vehicle in the last answer. With its present position, these members show its
+/// drift; if one is missing, the drift starts at zero.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct PreviousTarget {
     /// The vehicle.
     #[schema(value_type = String)]
     pub id: VehicleId,
-    /// What it was forecast from.
+    /// Estimate from which it was forecast.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub estimate: Option<PreviousEstimate>,
     /// The forecast model used, never `auto`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub forecast: Option<Forecast>,
-    /// How it drifted. Beyond 0.5 m/s along either axis it counts as that.
+    /// Its drift, limited to ±0.5 m/s along each axis.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drift: Option<Drift>,
-    /// Corners of its track, in order: time, s, position north and east of the datum, m. The newest 96 count. Without it, what its
-    /// track repeats is looked for in its reports alone.
+    /// Corners of its track, in order: time, s, position north and east of the datum, m. The newest
+    /// 96 count. Without it, repeats are searched in the reports alone.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub track: Vec<[f64; 3]>,
 }
 
 impl PreviousTarget {
-    /// Its members; none unless all are there.
+    /// Its members, if all are given.
     pub(crate) fn whole(&self) -> Option<RememberedTarget> {
         Some(RememberedTarget {
             model: self.forecast?.model()?,
@@ -125,7 +124,7 @@ impl PreviousTarget {
 /// The estimate from which the last answer forecast an underwater vehicle.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct PreviousEstimate {
-    /// Its age then, s.
+    /// Age at the time of the answer, s.
     pub age_s: f64,
     /// Position north of the datum, m.
     pub north_m: f64,
@@ -133,9 +132,9 @@ pub struct PreviousEstimate {
     pub east_m: f64,
     /// Depth, m, positive down.
     pub depth_m: f64,
-    /// Northward velocity over ground, as it was reported, m/s.
+    /// Reported northward velocity over ground, m/s.
     pub north_mps: f64,
-    /// Eastward velocity over ground, as it was reported, m/s.
+    /// Reported eastward velocity over ground, m/s.
     pub east_mps: f64,
     /// Rate of turn of the course, rad/s, positive clockwise.
     pub turn_rate_radps: f64,
@@ -169,14 +168,14 @@ impl PreviousEstimate {
     }
 }
 
-/// A [`PreviousTarget`] of which everything is known.
+/// A complete [`PreviousTarget`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RememberedTarget {
-    /// The model that it was forecast by.
+    /// Its forecast model.
     pub(crate) model: ForecastModel,
-    /// What it was forecast from.
+    /// Estimate from which it was forecast.
     pub(crate) estimate: PreviousEstimate,
-    /// Velocity over ground (north, east) beyond what the model and the report explained, m/s.
+    /// Velocity over ground (north, east) that model and report do not explain, m/s.
     pub(crate) drift: Vector2<f64>,
 }
 
@@ -185,8 +184,8 @@ pub(crate) struct RememberedTarget {
 pub struct PreviousReference {
     /// Speed through the water, m/s.
     pub speed_mps: f64,
-    /// Heading, rad, within ±2π: the next one of `mpc` or `previous_plan` differs from it by no more than 9.7° a second,
-    /// unless a keep-out is ahead.
+    /// Heading, rad, within ±2π. The next one of `mpc` or `previous_plan` differs by at most 9.7°
+    /// per second, unless a keep-out is ahead.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub heading_rad: Option<f64>,
 }

@@ -1,4 +1,4 @@
-//! Ranges of the facts that are accepted: requests are checked by these tables, and the `OpenAPI` document states them.
+//! Accepted ranges of the facts, for the checks of requests and for the `OpenAPI` document.
 
 use std::{f64::consts::TAU, ops::RangeInclusive};
 
@@ -8,55 +8,53 @@ pub const AUVS_MAX: usize = 16;
 /// Most points in a previous plan's trajectory.
 pub const TRAJECTORY_POINTS_MAX: usize = 256;
 
-/// Largest coordinate, m: one local datum cannot serve a larger area as a plane.
+/// Largest coordinate, m; one local datum cannot serve a larger area as a plane.
 pub const COORDINATE_MAX: f64 = 1.0e6;
 
-/// Largest time, s: past the year 5000 on a Unix clock, and far from losing milliseconds.
+/// Largest time, s: past the year 5000 on a Unix clock, with exact milliseconds.
 pub const TIME_MAX: f64 = 1.0e11;
 
-/// Least height of a leg of a sawtooth, m. Assumption: below it, a depth gauge and a pitch loop make none.
+/// Least height of a sawtooth's leg, m. Assumption: a depth gauge and a pitch loop need it.
 pub const LEG_HEIGHT_MIN: f64 = 0.5;
 
-/// Largest component of an offset, m: from farther away, a craft accompanies no vehicle.
+/// Largest component of an offset, m; farther away, a craft accompanies no vehicle.
 pub const OFFSET_MAX: f64 = 1.0e3;
 
-/// Fastest current along an axis, m/s. Assumption: beyond it are a few tidal races, and no formation of AUVs.
+/// Fastest current along an axis, m/s. Assumption: AUVs do not operate in tidal races.
 pub const CURRENT_MAX: f64 = 3.0;
 
 /// Longest name of a vehicle, bytes.
 pub const ID_LENGTH_MAX: usize = 64;
 
-/// Most reports of one AUV: at one every ten seconds, ten minutes and more.
+/// Most reports of one AUV: more than ten minutes at one every ten seconds.
 pub const REPORTS_MAX: usize = 64;
 
-/// Oldest report, s: any that a clock can show. What is too old for the goal or for a forecast is no error.
+/// Oldest report, s: any that a clock can show. Age alone is not an error.
 pub const REPORT_AGE_MAX: f64 = 2.0 * TIME_MAX;
 
-/// Farthest that a report may be from the future, s: what clocks that are set once a mission differ by. It counts
-/// as from now.
+/// Largest time of a report after now, s, which counts as now: a mission's clock drift.
 pub const REPORT_AHEAD_MAX: f64 = 1.0;
 
-/// Smallest standard deviation of a reported position, m: less than receivers claim, and far from what would make an
-/// estimate's arithmetic stiff.
+/// Least standard deviation of a reported position, m: below receivers', and numerically harmless.
 pub const REPORT_SIGMA_MIN: f64 = 0.001;
 
-/// Largest, m: beyond it, a fix says nothing.
+/// Largest standard deviation of a reported position, m; a larger one carries no information.
 pub const REPORT_SIGMA_MAX: f64 = 1.0e5;
 
 /// Most discs to keep out of.
 pub const KEEP_OUTS_MAX: usize = 32;
 
-/// Radius of a disc to keep out of, m: from what a craft can distinguish from a point to a large harbour.
+/// Radius of a keep-out, m: from the resolution of a craft's position to a large harbour.
 pub const KEEP_OUT_RADIUS: RangeInclusive<f64> = 0.1..=1.0e4;
 
 /// Number of corners of an area.
 pub const AREA_CORNERS: RangeInclusive<usize> = 3..=64;
 
-/// Acoustic range, m: nearer than the least no craft stays, farther than the most no modem reaches.
+/// Acoustic range, m: from the least distance of a craft to the largest range of a modem.
 pub const ACOUSTIC_RANGE: RangeInclusive<f64> = 1.0..=2.0e4;
 
-/// Distance to keep from an AUV at the surface, m. Assumption: from half the length of a small craft to what a craft
-/// that looks after AUVs may still be asked for.
+/// Distance to keep from an AUV at the surface, m. Assumption: from half the length of a small
+/// craft to the most that a tending craft may be asked for.
 pub const SURFACING_SEPARATION: RangeInclusive<f64> = 0.5..=100.0;
 
 /// The range of a member of a JSON object, by its name.
@@ -68,13 +66,13 @@ const TURN_RATE: RangeInclusive<f64> = -1.0..=1.0;
 const AUV_SPEED: RangeInclusive<f64> = 0.0..=10.0;
 const CURRENT_SPEED: RangeInclusive<f64> = -CURRENT_MAX..=CURRENT_MAX;
 
-/// Deepest depth, m: of the oceans.
+/// Largest depth, m: the oceans' deepest.
 const DEPTH_MAX: f64 = 12_000.0;
 
-/// Largest coordinate of an earlier answer, m: it foresees what leaves the area that is accepted, and so may a filter.
+/// Coordinates in an earlier answer, m; forecasts and filters may leave the accepted area.
 const FORESEEN: RangeInclusive<f64> = -2.0 * COORDINATE_MAX..=2.0 * COORDINATE_MAX;
 
-/// Any angle that is given in radians, rad: more than a turn is a mistake, such as degrees.
+/// An angle, rad; more than a turn is a mistake, such as degrees.
 pub const ANGLE: RangeInclusive<f64> = -TAU..=TAU;
 
 /// Time on the client's clock, s.
@@ -117,7 +115,7 @@ pub(crate) const REPORT: [Range; 3] = [
     ("sigma_m", REPORT_SIGMA_MIN..=REPORT_SIGMA_MAX),
 ];
 
-/// What a vehicle reports of itself.
+/// Telemetry of a vehicle.
 pub(crate) const TELEMETRY: [Range; 4] = [
     ("depth_m", DEPTH),
     ("course_rad", ANGLE),
@@ -125,7 +123,7 @@ pub(crate) const TELEMETRY: [Range; 4] = [
     ("turn_rate_radps", TURN_RATE),
 ];
 
-/// Speed along a path: what is slower than the least does not follow one.
+/// Speed along a path; slower vehicles do not follow one.
 pub(crate) const PATH: [Range; 1] = [("speed_mps", 0.01..=10.0)];
 
 /// A leg of a path.
@@ -136,7 +134,7 @@ pub(crate) const DIVE: [Range; 4] = [
     // No vehicle flies.
     ("depth_min_m", 0.0..=DEPTH_MAX - LEG_HEIGHT_MIN),
     ("depth_max_m", LEG_HEIGHT_MIN..=DEPTH_MAX),
-    // From what is still no level flight to 80°, where a heading ends.
+    // From the least slope of a dive to 80°, where a heading loses its meaning.
     ("pitch_rad", 0.05..=1.4),
     // Assumption: from the quickest pitch loop to a large glider's.
     ("reversal_s", 0.1..=120.0),
@@ -145,13 +143,13 @@ pub(crate) const DIVE: [Range; 4] = [
 /// A goal that follows vehicles in turn.
 pub(crate) const GOAL_IN_TURN: [Range; 2] = [("dwell_s", 1.0..=1.0e6), ("epoch_s", TIME)];
 
-/// Slant range to stay within: what an acoustic modem may be asked for.
+/// Slant range to stay within: the ranges of acoustic modems.
 pub(crate) const GOAL_RANGE: [Range; 1] = [("range_m", 1.0..=2.0e4)];
 
 /// A goal that visits vehicles.
 pub(crate) const GOAL_VISIT: [Range; 2] = [("within_m", 1.0..=5.0e3), ("dwell_min_s", 0.0..=3600.0)];
 
-/// The cost of a vehicle that is not served. Every number is so small that no cost that grows for years overflows.
+/// Cost of an unserved vehicle. The bounds prevent overflow of costs that grow for years.
 pub(crate) const VISIT_UNCERTAINTY: [Range; 4] = [
     ("growth_m2ps", 1.0e-6..=1.0e6),
     ("sigma_m", REPORT_SIGMA_MIN..=REPORT_SIGMA_MAX),
@@ -159,17 +157,17 @@ pub(crate) const VISIT_UNCERTAINTY: [Range; 4] = [
     ("interval_s", 0.1..=3600.0),
 ];
 
-/// The same of data.
+/// The same for data.
 pub(crate) const VISIT_DATA: [Range; 3] = [
     ("growth_kbps", 0.0..=1.0e6),
     ("upload_kbps", 0.001..=1.0e6),
     ("range_max_m", ACOUSTIC_RANGE),
 ];
 
-/// A vehicle's cost now, s, m² or kbit.
+/// Present cost of a vehicle, s, m² or kbit.
 pub const VISIT_COST: RangeInclusive<f64> = 0.0..=1.0e12;
 
-/// Cost in an earlier answer: what a cost has grown to since, and what several of them add up to.
+/// Cost in an earlier answer: grown since, and possibly a sum over vehicles.
 pub(crate) const SCHEDULED_COST: RangeInclusive<f64> = 0.0..=1.0e24;
 
 /// Most visits of a schedule in an answer.
@@ -193,7 +191,7 @@ pub(crate) const SERVED_VEHICLE: [Range; 3] = [
     ("unheard_s", 0.0..=REPORT_AGE_MAX),
 ];
 
-/// Weight of an AUV in a mean: only ratios count, and the sum must not overflow.
+/// Weight of an AUV in a mean; only ratios count, and the sum cannot overflow.
 pub const WEIGHT: RangeInclusive<f64> = 0.0..=1.0e6;
 
 const OFFSET_BY: RangeInclusive<f64> = -OFFSET_MAX..=OFFSET_MAX;
@@ -201,16 +199,16 @@ const OFFSET_BY: RangeInclusive<f64> = -OFFSET_MAX..=OFFSET_MAX;
 /// An offset in fixed directions.
 pub(crate) const OFFSET_NED: [Range; 2] = [("north_m", OFFSET_BY), ("east_m", OFFSET_BY)];
 
-/// An offset that turns with what is followed.
+/// An offset that turns with the followed point.
 pub(crate) const OFFSET_AHEAD: [Range; 2] = [("ahead_m", OFFSET_BY), ("starboard_m", OFFSET_BY)];
 
 /// An offset by range and bearing.
 pub(crate) const OFFSET_POLAR: [Range; 2] = [("range_m", 0.0..=OFFSET_MAX), ("bearing_rad", ANGLE)];
 
-/// Fastest speed reference, m/s. The least depends on the slowest.
+/// Largest speed reference, m/s. The lower bound depends on the slowest speed.
 pub const SPEED_MAX_MOST: f64 = 20.0;
 
-/// What the operator allows, the largest speed apart.
+/// Limits of the operator, without the largest speed.
 pub(crate) const LIMITS: [Range; 4] = [
     ("speed_min_mps", 0.0..=2.0),
     ("turn_rate_max_radps", 0.01..=3.0),
@@ -218,15 +216,15 @@ pub(crate) const LIMITS: [Range; 4] = [
     ("deceleration_max_mps2", 0.001..=5.0),
 ];
 
-/// The planner's levers. A weight is at most ten times its default (acceleration a hundred times), so that prices of limits stay
-/// above what a goal may bid; without a weight of position, no goal is followed.
+/// Tuning by clients. Weights are at most ten times their default (acceleration a hundred times),
+/// so the prices of limits exceed any goal's; that of position is positive, to follow a goal.
 pub(crate) const TUNING: [Range; 7] = [
     ("position_weight_per_m2", 0.01..=10.0),
     ("velocity_weight_per_m2ps2", 0.0..=150.0),
     ("acceleration_weight_per_m2ps4", 0.0..=1.0e4),
     ("terminal_position_weight_per_m2", 0.0..=100.0),
     ("terminal_velocity_weight_per_m2ps2", 0.0..=1500.0),
-    // At 10/J every craft of the presets rather stays than goes.
+    // At 10/J every preset craft stays where it is.
     ("energy_weight_per_j", 0.0..=10.0),
     ("scp_iterations", 1.0..=10.0),
 ];
@@ -234,29 +232,29 @@ pub(crate) const TUNING: [Range; 7] = [
 /// An interval of the horizon, s.
 pub const STEP: RangeInclusive<f64> = 0.1..=10.0;
 
-/// Number of intervals of the horizon: at most four times the default's, and fewer than an earlier answer may have points.
+/// Number of intervals: at most four times the default, and fewer than a trajectory's points.
 pub const STEPS_COUNT: RangeInclusive<usize> = 2..=120;
 
-/// The horizon, s: from what a slow heading loop needs to begin a turn to where no forecast holds.
+/// The horizon, s: from the start of a slow heading loop's turn to the limit of any forecast.
 pub(crate) const HORIZON: RangeInclusive<f64> = 5.0..=600.0;
 
-/// Largest number of intervals times SCP iterations: five times that of the defaults, so that a client takes no other's time to plan.
+/// Largest number of intervals times SCP iterations, which bounds the time: 5 × the default's.
 pub(crate) const STEPS_TIMES_ITERATIONS_MOST: usize = 300;
 
-/// Time constant of a loop, s: 0 answers at once, beyond a minute no loop is closed.
+/// Time constant of a loop, s: 0 follows at once; more than a minute is no closed loop.
 pub const TIME_CONSTANT: RangeInclusive<f64> = 0.0..=60.0;
 
-/// Time in which a speed loop's integrator gathers what its proportional part asks for, s.
+/// Integral time of a speed loop, s: the integrator then equals the proportional part.
 pub const INTEGRAL_TIME: RangeInclusive<f64> = 0.5..=600.0;
 
 const LOOP_DELAY: RangeInclusive<f64> = 0.0..=10.0;
 const LOOP_ACCELERATION: RangeInclusive<f64> = 0.001..=10.0;
 const POWER_COEFFICIENT: RangeInclusive<f64> = 0.0..=1.0e6;
 
-/// A description of the craft, its loops and its power apart.
+/// A description of the craft, without its loops and power.
 pub(crate) const CRAFT: [Range; 2] = [
     ("sway_per_yaw_rate_s", -5.0..=20.0),
-    // From certain to hardly more than an order of magnitude.
+    // From certain to about an order of magnitude.
     ("relative_uncertainty", 0.0..=2.0),
 ];
 
@@ -296,16 +294,16 @@ pub(crate) const KEEP_OUT: [Range; 3] = [
 
 /// A point of an earlier trajectory.
 pub(crate) const TRAJECTORY_POINT: [Range; 5] = [
-    // It foresees what comes after now.
+    // Forecast points are later than now.
     ("t_s", -2.0 * TIME_MAX..=2.0 * TIME_MAX),
     ("north_m", FORESEEN),
     ("east_m", FORESEEN),
-    // That of a craft that was taken to go at 40 m/s and drifts in its fastest turn as much as may be declared.
+    // A craft at 40 m/s with the largest declared sideslip in its fastest turn.
     ("speed_mps", 0.0..=2.0e3),
     ("heading_rad", ANGLE),
 ];
 
-/// What an earlier answer knew of an AUV.
+/// Estimate of an AUV in an earlier answer.
 pub(crate) const PREVIOUS_ESTIMATE: [Range; 7] = [
     ("age_s", 0.0..=REPORT_AGE_MAX),
     ("north_m", FORESEEN),
@@ -319,10 +317,10 @@ pub(crate) const PREVIOUS_ESTIMATE: [Range; 7] = [
 /// The reference of an earlier answer.
 pub(crate) const PREVIOUS_REFERENCE: [Range; 2] = [("speed_mps", 0.0..=40.0), ("heading_rad", ANGLE)];
 
-/// What an earlier answer asked the craft for.
+/// Requested reference in an earlier answer.
 pub(crate) const PREVIOUS_ASKED: [Range; 2] = [("asked_speed_mps", 0.0..=40.0), ("asked_heading_rad", ANGLE)];
 
-/// The ranges of numbers by the name of their shape in `/openapi.json`. A shape may stand twice.
+/// Ranges of numbers by the name of their shape in `/openapi.json`. A shape may occur twice.
 pub fn ranges_by_shape() -> impl Iterator<Item = (&'static str, Range)> {
     let tables: [(&str, &'static [Range]); 35] = [
         (

@@ -6,7 +6,7 @@ use utoipa::ToSchema;
 
 use crate::facts::angle::Heading;
 
-/// What a guidance law asks of the inner loops.
+/// Reference of a guidance law for the inner loops.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reference {
     /// Speed through the water, m/s.
@@ -24,10 +24,10 @@ pub struct TrajectoryPoint {
     pub north_m: f64,
     /// Position east of the datum, m.
     pub east_m: f64,
-    /// Its latitude, degrees, positive north, where the request names an `origin`.
+    /// Latitude, degrees, positive north, if the request has an `origin`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lat_deg: Option<f64>,
-    /// Its longitude, degrees, positive east, where the request names an `origin`.
+    /// Longitude, degrees, positive east, if the request has an `origin`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lon_deg: Option<f64>,
     /// Speed through the water, m/s.
@@ -38,7 +38,7 @@ pub struct TrajectoryPoint {
 }
 
 impl TrajectoryPoint {
-    /// A point at time `t_s` and `position` (north, east), m. Its latitude and longitude are not known.
+    /// A point at time `t_s` and `position` (north, east), m, without latitude and longitude.
     #[must_use]
     pub fn new(t_s: f64, position: Vector2<f64>, speed_mps: f64, heading: Heading) -> Self {
         Self {

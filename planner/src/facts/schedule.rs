@@ -1,46 +1,46 @@
-//! When each AUV is visited, as an answer says it and the next request brings it back.
+//! Schedules of visits, in answers and in the requests that return them.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::facts::auv::VehicleId;
 
-/// Visits to underwater vehicles, of a goal of the kind `visit`. The next request needs it in `previous_plan`: without it, costs
-/// start anew and nothing keeps the schedule from changing.
+/// Visits to underwater vehicles, for a goal of the kind `visit`. The next request needs it in
+/// `previous_plan`: without it, costs restart and nothing stabilises the schedule.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Schedule {
     /// Unit of every cost.
     pub unit: CostUnit,
-    /// The visits, in order; the first may have begun. Of those that are planned, at most the first 32.
+    /// The visits in order, at most the first 32; the first may have begun.
     pub visits: Vec<Visit>,
     /// Every vehicle that the goal depends on.
     pub costs: Vec<ServedVehicle>,
-    /// Cost of the schedule: the mean or the largest, as the goal asks. Missed deadlines are not in it.
+    /// Cost of the schedule: the mean or the largest, as the goal asks; without missed deadlines.
     pub cost: f64,
-    /// No schedule costs less: one craft cannot be with all vehicles at once, and needs time from each to the next.
+    /// A lower bound on the cost of any schedule: the craft serves one vehicle at a time.
     pub bound: f64,
-    /// What the schedule may cost too much: 1 − `bound` / `cost`.
+    /// Upper bound on the avoidable part of the cost: 1 − `bound` / `cost`.
     pub gap: f64,
-    /// Whether all sequences of visits were compared; with many vehicles, only the most promising are.
+    /// `true` if all sequences of visits were compared, instead of the most promising ones.
     pub exact: bool,
-    /// Every other vehicle that could be visited first, the cheapest first.
+    /// The other vehicles that could be visited first, by increasing cost.
     pub alternatives: Vec<Alternative>,
-    /// Vehicles that are not served by a deadline in the time that is planned.
+    /// Vehicles whose deadline is missed within the planned time.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[schema(value_type = Vec<String>)]
     pub deadlines_missed: Vec<VehicleId>,
-    /// The schedule in words.
+    /// One sentence that explains the schedule to the operator.
     pub sentence: String,
-    /// Whether the next visit is that of the schedule before.
+    /// `true` if the next visit is that of the previous schedule.
     pub kept: bool,
-    /// The vehicle that the goal asks for as `next`, once that visit is over: the planner chooses again, until another one is asked for.
+    /// The requested `next` vehicle, once its visit is over: the planner chooses again.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>)]
     pub next_visited: Option<VehicleId>,
 }
 
 impl Schedule {
-    /// The vehicle of the visit that is on, or else of the next one.
+    /// The vehicle of the present visit, or else of the next one.
     #[must_use]
     pub fn next(&self) -> Option<&VehicleId> {
         self.visits.first().map(|visit| &visit.auv)
@@ -56,7 +56,7 @@ pub enum CostUnit {
     /// Variance of a vehicle's navigation, m².
     #[serde(rename = "m2")]
     SquareMetres,
-    /// Data that are not uploaded, kbit.
+    /// Data not yet uploaded, kbit.
     #[serde(rename = "kbit")]
     Kilobits,
 }
@@ -67,11 +67,11 @@ pub struct Visit {
     /// The vehicle.
     #[schema(value_type = String)]
     pub auv: VehicleId,
-    /// When the craft is near enough to serve it, s on the request's clock.
+    /// Time at which the craft is near enough to serve it, s on the request's clock.
     pub arrive_s: f64,
-    /// When it leaves, s.
+    /// Time at which it leaves, s.
     pub leave_s: f64,
-    /// Where the vehicle is expected when the craft arrives, or is if it is there: north of the datum, m.
+    /// The vehicle's position at the craft's arrival, or its present one: north of the datum, m.
     pub north_m: f64,
     /// East of the datum, m.
     pub east_m: f64,
@@ -81,7 +81,7 @@ pub struct Visit {
     pub cost_after: f64,
 }
 
-/// A vehicle that the schedule serves, or would.
+/// A vehicle that the goal depends on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct ServedVehicle {
     /// The vehicle.
@@ -89,40 +89,41 @@ pub struct ServedVehicle {
     pub auv: VehicleId,
     /// Its cost now, in `unit`.
     pub cost: f64,
-    /// The deadline by which it was last served, or late, s on the request's clock; none if it has no deadline, or is yet to be served.
+    /// The deadline by which it was last served, or late, s on the request's clock; absent without
+    /// a deadline or before the service.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub served_by_s: Option<f64>,
-    /// The farthest that it was from the craft while its reports came, horizontal, m. Default: 0.
+    /// Largest horizontal distance from the craft while its reports arrived, m. Default: 0.
     #[serde(default)]
     pub heard_within_m: f64,
-    /// Time that the craft was no farther from it since its newest report, s. Default: 0.
+    /// Time spent within that distance since its newest report, s. Default: 0.
     #[serde(default)]
     pub unheard_s: f64,
-    /// Why no visit is planned to it, if it can have none.
+    /// Reason why no visit is planned, if it cannot be visited.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub left_out: Option<LeftOut>,
 }
 
-/// Why no visit to a vehicle is planned.
+/// Reason why a vehicle is not visited.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LeftOut {
-    /// It is not heard any more where it was heard, or its last report is too old.
+    /// The craft no longer hears it at its former range, or its last report is too old.
     Silent,
-    /// The craft does not reach it in the time that is planned.
+    /// The craft cannot reach it in the planned time.
     OutOfReach,
-    /// It is deeper than data are uploaded from.
+    /// Its depth exceeds the range of an upload.
     TooDeep,
 }
 
 /// A schedule that begins with another vehicle.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Alternative {
-    /// The vehicle that is visited first.
+    /// The vehicle visited first.
     #[schema(value_type = String)]
     pub next: VehicleId,
-    /// What the best such schedule costs.
+    /// Cost of the best such schedule.
     pub cost: f64,
-    /// How many deadlines it misses.
+    /// Number of deadlines that it misses.
     pub deadlines_missed: usize,
 }

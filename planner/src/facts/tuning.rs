@@ -1,4 +1,4 @@
-//! The planner's levers, as a client may set them.
+//! Tuning of the planner by clients.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -9,45 +9,48 @@ use crate::facts::{
     ranges::{HORIZON, STEP, STEPS_COUNT, STEPS_TIMES_ITERATIONS_MOST, TUNING},
 };
 
-/// By how much a horizon may differ from its limits, s: what rounding makes of 120 steps.
+/// Tolerance of a horizon's limits, s: rounding of 120 steps.
 const ROUNDING: f64 = 1e-9;
 
 /// Weights of the planner's cost, its horizon and its iterations.
 ///
-/// Each weight is on a squared deviation per second unless it says otherwise. A member that is left out has the planner's default. Prices of limits are not among them.
+/// Each weight applies to a squared deviation per second unless stated otherwise. Omitted members
+/// have the planner's defaults. Prices of limits are not tunable.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Tuning {
     /// Weight of the distance to the goal, 1/m², from 0.01 to 10. Default: 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub position_weight_per_m2: Option<f64>,
-    /// Weight of the velocity over ground relative to the goal's, 1/(m/s)², from 0 to 150. Default: 15.
+    /// Weight of the velocity over ground relative to the goal's, 1/(m/s)², from 0 to 150.
+    /// Default: 15.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub velocity_weight_per_m2ps2: Option<f64>,
     /// Weight of the acceleration, 1/(m/s²)², from 0 to 10 000. Default: 100.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub acceleration_weight_per_m2ps4: Option<f64>,
-    /// Weight of the distance to the goal at the end of the horizon, 1/m², not per second, from 0 to 100. Default: 10.
+    /// Terminal weight of the distance, 1/m², not per second, from 0 to 100. Default: 10.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub terminal_position_weight_per_m2: Option<f64>,
-    /// Weight of the relative velocity at the end of the horizon, 1/(m/s)², not per second, from 0 to 1500. Default: 150.
+    /// Terminal weight of the relative velocity, 1/(m/s)², not per second, from 0 to 1500.
+    /// Default: 150.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub terminal_velocity_weight_per_m2ps2: Option<f64>,
-    /// Weight of propulsion energy, 1/J, from 0 to 10. Default: 0, and energy is not in the program.
+    /// Weight of propulsion energy, 1/J, from 0 to 10. Default: 0, which leaves energy out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub energy_weight_per_j: Option<f64>,
-    /// SCP iterations from one initial guess, from 1 to 10, times `steps_s` at most 300. Default: 2.
+    /// SCP iterations for each guess, from 1 to 10; times `steps_s`, at most 300. Default: 2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scp_iterations: Option<u32>,
-    /// Lengths of the horizon's intervals, s, in order: 2 to 120, each from 0.1 to 10, together from 5 to 600. Default: 6 of 1, 12 of
-    /// 2 and 12 of 4.
+    /// Lengths of the horizon's intervals, s, in order: 2 to 120, each from 0.1 to 10, together
+    /// from 5 to 600. Default: 6 of 1, 12 of 2 and 12 of 4.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = json!([1.0, 1.0, 2.0, 2.0, 4.0, 4.0]))]
     pub steps_s: Option<Vec<f64>>,
 }
 
 impl Tuning {
-    /// Everything that is wrong with it, by its members within `field`.
+    /// All its faults, by member within `field`.
     #[must_use]
     pub fn faults(&self, field: &str) -> Vec<InvalidField> {
         let fault = |member: String, reason| InvalidField {
@@ -55,7 +58,7 @@ impl Tuning {
             reason,
         };
         let n_steps = self.steps_s.as_ref().map(Vec::len);
-        // Too many steps are not checked one by one.
+        // A list that is too long is not checked step by step.
         if let Some(given) = n_steps.filter(|given| !STEPS_COUNT.contains(given)) {
             let (least, most) = STEPS_COUNT.into_inner();
             let unit = "items";
@@ -90,7 +93,7 @@ impl Tuning {
                 fault(member, InvalidReason::OutOfRange { given, least, most })
             })
             .collect();
-        // The horizon of steps that are wrong says nothing more.
+        // A horizon with wrong steps adds no information.
         if let Some(steps) = self.steps_s.as_ref().filter(|_| faults.is_empty()) {
             let (least, most) = HORIZON.into_inner();
             let given: f64 = steps.iter().sum();
@@ -98,7 +101,7 @@ impl Tuning {
                 let reason = InvalidReason::Horizon { given, least, most };
                 faults.push(fault("steps_s".to_owned(), reason));
             }
-            // With the default of one, no value of the other is too much.
+            // Without `scp_iterations`, every accepted number of steps is within the effort.
             let iterations = self.scp_iterations.map_or(1, |iterations| iterations as usize);
             if STEPS_TIMES_ITERATIONS_MOST < steps.len() * iterations {
                 let reason = InvalidReason::Effort {
@@ -123,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn an_error_names_the_member_its_value_and_its_limits() {
+    fn a_fault_names_the_member_its_value_and_its_limits() {
         let wrong = Tuning {
             position_weight_per_m2: Some(0.0),
             energy_weight_per_j: Some(10.5),
@@ -143,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn a_horizon_has_a_least_and_a_largest_length() {
+    fn a_horizon_has_a_shortest_and_a_longest_length() {
         let of = |steps: &[f64]| Tuning {
             steps_s: Some(steps.to_vec()),
             ..Tuning::default()

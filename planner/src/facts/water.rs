@@ -1,10 +1,10 @@
-//! Velocities over ground that come from the water.
+//! Velocities of water and vehicles over ground.
 
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-/// Both ways between a velocity in JSON and a vector (north, east), m/s.
+/// Conversions between a velocity in JSON and a vector (north, east), m/s.
 macro_rules! velocity {
     ($here:ty) => {
         impl From<Vector2<f64>> for $here {
@@ -37,7 +37,7 @@ pub struct Current {
     pub east_mps: f64,
 }
 
-/// A velocity over ground that a vehicle does not know of, such as a current's.
+/// A velocity over ground that a vehicle does not measure, such as a current's.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Drift {
     /// Northward, m/s.

@@ -1,4 +1,4 @@
-//! A craft that has its reference at once, for the tests of the laws.
+//! A craft that follows its reference at once, for tests of the laws.
 
 use nalgebra::Vector2;
 
@@ -17,17 +17,17 @@ use crate::{
 /// A target on a straight line, and the craft that follows it.
 #[derive(Clone, Copy)]
 pub(crate) struct Flight {
-    /// Where the target starts (north, east), m.
+    /// The target's start (north, east), m.
     pub(crate) datum: Vector2<f64>,
-    /// The craft's start from there (north, east), m.
+    /// The craft's start relative to the target's (north, east), m.
     pub(crate) start: Vector2<f64>,
     /// The target's course, rad.
     pub(crate) course: f64,
     /// The target's speed, m/s.
     pub(crate) target_speed: f64,
-    /// The current that there is, m/s.
+    /// The true current, m/s.
     pub(crate) current: Vector2<f64>,
-    /// The current that the law knows, m/s.
+    /// The law's current, m/s.
     pub(crate) known: Vector2<f64>,
 }
 
@@ -56,9 +56,9 @@ pub(crate) fn tuning(law: LosLaw) -> LosTuning {
     }
 }
 
-/// Where the craft is from its target after `seconds`, ahead and to starboard, m. The law looks once a second.
+/// The craft's position relative to its target after `seconds`, (ahead, starboard), m.
 pub(crate) fn miss_after(seconds: u32, tuning: LosTuning, flight: &Flight) -> Vector2<f64> {
-    /// Parts of a second in which the craft moves.
+    /// Simulation steps in a second.
     const PARTS: u32 = 10;
     let velocity = direction(flight.course) * flight.target_speed;
     let target = |time: f64| Motion {

@@ -13,8 +13,7 @@ use crate::{
     predict::motion::Motion,
 };
 
-/// Longest time between two looks over which the error is integrated, s: twice the interval at which plans are
-/// asked for. What the error was in a longer gap is not known.
+/// Longest interval of the error's integration, s: twice that of plans.
 const GAP_MAX: f64 = 2.0;
 
 /// The integral of the cross-track error, bounded in its rate.
@@ -22,26 +21,26 @@ const GAP_MAX: f64 = 2.0;
 pub struct IntegralState {
     /// The integral z, s: near the track, of the cross-track error in look-ahead distances.
     pub integral: f64,
-    /// Time of the last look, s.
+    /// Time of the last step, s.
     pub looked_at: Option<f64>,
 }
 
-/// Saturated line of sight in the target's frame with an integral of the cross-track error, by which it finds the
-/// crab angle against a current that is not known.
+/// Saturated line of sight in the target's frame with an integral of the cross-track error, which
+/// finds the crab angle in an unknown current.
 ///
 /// ```text
-/// χ = ψ_d − atan((e + σ z) / Δ)                    course, or heading where no current is known
-/// ż = Δ e / ((e + σ z)² + Δ²)                       bounded, so that it does not wind up far away
+/// χ = ψ_d − atan((e + σ z) / Δ)                    course, or heading if no current is known
+/// ż = Δ e / ((e + σ z)² + Δ²)                       bounded, which prevents windup far away
 /// u = clamp(u_d cos(atan(e / Δ)) − k₃ s, u_min, u_max)
 /// ```
-/// In a constant current across the track v_c it settles at e = 0 with (σ z / Δ) = v_c / √(u² − v_c²). The speed
-/// law has no integral: an unknown current leaves s = (u_d − u) / k₃, with u cos β + v_c∥ = u_d.
-///
-/// Source: E. Børhaug, A. Pavlov, K. Y. Pettersen, *Integral LOS control for path following of underactuated marine
-/// surface vessels in the presence of constant ocean currents*, IEEE CDC 2008; T. I. Fossen, *Handbook of Marine
-/// Craft Hydrodynamics and Motion Control*, 2nd ed., chapter 12. Departures: the path is the line through the target
-/// along its course, which turns with it; the speed is that of [`saturated_los`](super::saturated_los), slowed by the
-/// cross-track error alone, because a crab angle is no error; a known current is taken off first.
+/// In a constant cross-track current v_c it settles at e = 0 with (σ z / Δ) = v_c / √(u² − v_c²).
+/// The speed has no integral: an unknown current leaves s = (u_d − u) / k₃, u cos β + v_c∥ = u_d.
+/// Source: E. Børhaug, A. Pavlov, K. Y. Pettersen, *Integral LOS control for path following of
+/// underactuated marine surface vessels in the presence of constant ocean currents*, IEEE CDC 2008;
+/// T. I. Fossen, *Handbook of Marine Craft Hydrodynamics and Motion Control*, 2nd ed., chapter 12.
+/// Departures: the path is the line through the target along its course and turns with it; the
+/// speed is that of [`saturated_los`](super::saturated_los), reduced by the cross-track error
+/// alone, since a crab angle is no error; a known current is subtracted first.
 #[must_use]
 pub fn integral_los(
     time: f64,
@@ -60,7 +59,7 @@ pub fn integral_los(
     let elapsed = state.looked_at.map_or(0.0, |before| time - before);
     state.looked_at = Some(time);
     let shifted = e + sigma * state.integral;
-    // A clock that was set back integrates nothing.
+    // A clock set back integrates nothing.
     state.integral += elapsed.clamp(0.0, GAP_MAX) * delta * e / (shifted * shifted + delta * delta);
 
     let chi_r = -((e + sigma * state.integral) / delta).atan();
@@ -78,7 +77,7 @@ mod tests {
     use crate::los::law::LosLaw;
 
     #[test]
-    fn it_rejects_an_unknown_cross_current_where_the_same_law_without_integral_does_not() {
+    fn the_integral_rejects_an_unknown_cross_current() {
         let flight = Flight {
             current: Vector2::new(0.0, 0.12),
             ..Flight::default()

@@ -1,4 +1,4 @@
-//! The laws by name, and their gains.
+//! Names and gains of the laws.
 
 use std::{fmt, ops::RangeInclusive};
 
@@ -11,16 +11,16 @@ use utoipa::ToSchema;
 pub enum LosLaw {
     /// [`saturated_los`](super::saturated_los): errors in the target's frame.
     SaturatedLos,
-    /// [`saturated_los_tracker_frame`](super::saturated_los_tracker_frame): errors in the tracker's frame.
+    /// [`saturated_los_tracker_frame`](super::saturated_los_tracker_frame): in the tracker's frame.
     TrackerFrame,
     /// [`integral_los`](super::integral_los): with an integral of the cross-track error.
     Integral,
-    /// [`WaypointBox`](super::WaypointBox): round a box about the target's last fixes.
+    /// [`WaypointBox`](super::WaypointBox): around a box about the target's last fixes.
     WaypointBox,
 }
 
 impl LosLaw {
-    /// Every law, the one that is a fallback level first.
+    /// All laws; the fallback level first.
     pub const ALL: [Self; 4] = [
         Self::SaturatedLos,
         Self::TrackerFrame,
@@ -28,7 +28,7 @@ impl LosLaw {
         Self::WaypointBox,
     ];
 
-    /// Its name wherever it leaves the program.
+    /// Its name in JSON and records.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -56,9 +56,9 @@ pub struct LosGains {
 pub struct LosTuning {
     /// The law.
     pub law: LosLaw,
-    /// Gains that every law has.
+    /// Gains of all laws.
     pub gains: LosGains,
-    /// Integral gain σ, m/s, positive: [`LosLaw::Integral`]'s, and no other's.
+    /// Integral gain σ, m/s, positive; only for [`LosLaw::Integral`].
     #[doc(alias = "sigma")]
     pub integral_gain: f64,
 }
@@ -71,7 +71,7 @@ pub struct LawGains {
     pub look_ahead_m: f64,
     /// Along-track gain, 1/s.
     pub along_track_gain_per_s: f64,
-    /// Integral gain, m/s, of `integral_los`; the planner's default if left out.
+    /// Integral gain, m/s, of `integral_los`. Default: the planner's.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub integral_gain_mps: Option<f64>,
 }
@@ -94,7 +94,7 @@ impl LawGains {
         ]
     }
 
-    /// `law` with these gains; `integral_gain` is used if none is given, m/s.
+    /// `law` with these gains; `integral_gain`, m/s, replaces an undeclared one.
     #[must_use]
     pub fn tuning(self, law: LosLaw, integral_gain: f64) -> LosTuning {
         LosTuning {

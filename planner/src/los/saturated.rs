@@ -13,7 +13,7 @@ use crate::{
     predict::motion::Motion,
 };
 
-/// Saturated line of sight in the target's frame, current compensated.
+/// Saturated line of sight in the target's frame, with the current compensated.
 ///
 /// ```text
 /// (s, e) = R(ψ_d)ᵀ (p − p_d)                     along-track and cross-track error
@@ -22,9 +22,9 @@ use crate::{
 /// v_w    = u [cos χ, sin χ] − v_c                 the reference: its length and its direction
 /// ```
 /// Source: D. O. Akanji, *Cooperative Motion Control of Autonomous Marine Vehicles for Ocean
-/// Observation*, eqs. (34)–(42), (49). Departures: (s, e) are rotated by the target's course, the
-/// sign of k₃ s is negative (as printed the feedback is positive and diverges), and the current is
-/// taken off as a vector, because a course is not a heading.
+/// Observation*, eqs. (34)–(42), (49). Departures: (s, e) are rotated by the target's course; k₃ s
+/// is negative (as printed the feedback is positive and diverges); the current is subtracted as a
+/// vector, since a course is not a heading.
 #[must_use]
 pub fn saturated_los(
     asc: &AscNow,

@@ -15,16 +15,16 @@ use crate::{
     predict::motion::Motion,
 };
 
-/// Halvings of the quarter turn in which the relative course lies: as many as a double has bits.
+/// Bisections of the quarter turn with the relative course: the bits of a double.
 const HALVINGS: u32 = 53;
 
-/// Saturated line of sight in the tracker's frame, current compensated.
+/// Saturated line of sight in the tracker's frame, with the current compensated.
 ///
-/// The frame lies in the tracker, its first axis along the tracker's course over ground χ. The course is asked
-/// for in the frame that it defines, so it is the root of an equation:
+/// The frame's origin is the tracker, its first axis the tracker's course over ground χ. The law's
+/// course is relative to the frame that it defines, so it is the root of an equation:
 ///
 /// ```text
-/// (s, e) = R(χ)ᵀ (p − p_d)                         errors along and across the tracker's own course
+/// (s, e) = R(χ)ᵀ (p − p_d)                         errors along and across the tracker's course
 /// χ      = ψ_d + χ_r,    χ_r = atan(−e(χ_r) / Δ)     course over ground
 /// u      = clamp(u_d cos χ_r − k₃ s, u_min, u_max)   speed over ground
 /// v_w    = u [cos χ, sin χ] − v_c
@@ -34,22 +34,21 @@ const HALVINGS: u32 = 53;
 /// ```text
 /// Δ sin χ_r = cos χ_r (s_d sin χ_r − e_d cos χ_r)
 /// ```
-/// and has exactly one root in (−π/2, π/2) whose sign is opposite to e_d's, the one that turns to the track:
-/// from −e_d at 0 to Δ at π/2 the difference is concave or monotonous. Far behind, it aims at the target itself
-/// (tan χ_r → e_d / s_d); close by, at Δ ahead of it. More than Δ ahead on the track it crosses the track to and
-/// fro, which is how it waits.
+/// It has exactly one root in (−π/2, π/2) with the sign opposite to e_d's, which turns to the
+/// track: from −e_d at 0 to Δ at π/2 the difference is concave or monotonic. Far behind, the craft
+/// aims at the target (tan χ_r → e_d / s_d); near it, at a point Δ ahead. More than Δ ahead on the
+/// track it waits by crossing the track in turn.
 ///
-/// In this frame ṡ = r e + u − u_d cos χ_r and ė = −r s + u_d sin χ_r, r = χ̇, so that unsaturated and on
-/// course
+/// In this frame ṡ = r e + u − u_d cos χ_r and ė = −r s + u_d sin χ_r with r = χ̇; unsaturated
 ///
 /// ```text
 /// d/dt ½ (s² + e²) = −k₃ s² − u_d e² / √(e² + Δ²)
 /// ```
 /// The only equilibrium is s = e = 0, and there χ = ψ_d and u = u_d.
 ///
-/// Source: D. O. Akanji, *Cooperative Motion Control of Autonomous Marine Vehicles for Ocean Observation*,
-/// eqs. (44)–(49), whose rates are this frame's. Departures: one frame throughout, the sign of k₃ s in (49), and
-/// the current, as in [`saturated_los`](super::saturated_los).
+/// Source: D. O. Akanji, *Cooperative Motion Control of Autonomous Marine Vehicles for Ocean
+/// Observation*, eqs. (44)–(49), whose rates are this frame's. Departures: one frame throughout,
+/// the sign of k₃ s in (49), and the current, as in [`saturated_los`](super::saturated_los).
 #[must_use]
 pub fn saturated_los_tracker_frame(
     asc: &AscNow,
@@ -68,7 +67,7 @@ pub fn saturated_los_tracker_frame(
     through_water(asc, u, Course::new(psi_d + chi_r), limits)
 }
 
-/// The root χ_r, by halving the quarter turn on the other side of the track.
+/// The root χ_r, by bisection of the quarter turn on the other side of the track.
 fn relative_course(s_d: f64, e_d: f64, delta: f64) -> f64 {
     let offset = e_d.abs();
     // Mirrored to e_d ≥ 0 and χ_r = −t: positive before the root, negative after it.
@@ -105,7 +104,7 @@ mod tests {
     ];
 
     #[test]
-    fn the_course_is_the_look_ahead_course_in_the_frame_that_it_defines() {
+    fn the_course_is_the_look_ahead_course_in_its_own_frame() {
         for delta in [3.0, 20.0] {
             for (s_d, e_d) in POINTS {
                 let chi_r = relative_course(s_d, e_d, delta);
@@ -120,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn the_distance_shrinks_as_the_proof_says() {
+    fn the_distance_decreases_at_the_proved_rate() {
         let (delta, k_3, u_d) = (10.0, 0.1, 0.193);
         for (s_d, e_d) in POINTS {
             let chi_r = relative_course(s_d, e_d, delta);
@@ -128,7 +127,7 @@ mod tests {
                 s_d * chi_r.cos() + e_d * chi_r.sin(),
                 -s_d * chi_r.sin() + e_d * chi_r.cos(),
             );
-            // Unsaturated, by the velocities in the target's frame: a second route to the rate of ½ (s² + e²).
+            // Second route to the rate of ½ (s² + e²): from velocities in the target's frame.
             let u = u_d * chi_r.cos() - k_3 * s;
             let rate = s_d * (u * chi_r.cos() - u_d) + e_d * u * chi_r.sin();
             let proved = -k_3 * s * s - u_d * e * e / e.hypot(delta);
@@ -137,16 +136,16 @@ mod tests {
     }
 
     #[test]
-    fn far_behind_it_aims_at_the_target_and_close_by_ahead_of_it() {
+    fn a_craft_far_behind_aims_at_the_target_and_a_near_one_ahead_of_it() {
         let bearing = relative_course(-1e6, 5e5, 5.0);
         assert!((bearing + 0.5_f64.atan()).abs() < 1e-4, "{bearing}");
-        // Abreast by a little: as in the target's frame, where (s, e) differ in second order only.
+        // Just abreast: as in the target's frame, where (s, e) differ in second order only.
         let beside = relative_course(0.0, 1e-3, 5.0);
         assert!((beside + 1e-3 / 5.0).abs() < 1e-9);
     }
 
     #[test]
-    fn at_the_target_it_asks_for_the_target_s_own_motion() {
+    fn at_the_target_the_reference_is_the_target_s_motion() {
         let velocity = Vector2::new(-0.1, 0.15);
         let target = Motion {
             position: Vector2::new(7.0, -3.0),

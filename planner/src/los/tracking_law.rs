@@ -1,4 +1,4 @@
-//! A law at work: its gains, and what it remembers from one look to the next.
+//! A law with its gains and its memory between steps.
 
 use crate::{
     facts::{
@@ -16,18 +16,18 @@ use crate::{
     predict::motion::{Motion, target_course},
 };
 
-/// A law with its gains and its memory. Look about once a second.
+/// A law with its gains and its memory, for one step about every second.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrackingLaw {
     tuning: LosTuning,
-    /// The target's course when it last moved.
+    /// Last course of the moving target.
     course: Option<Course>,
     integral: IntegralState,
     waypoint_box: WaypointBox,
 }
 
 impl TrackingLaw {
-    /// The law at its start: no integral, no box. `course` is the target's when it last moved, where that is known.
+    /// The law at its start. `course`: the target's last one in motion, if known.
     #[must_use]
     pub fn new(tuning: LosTuning, course: Option<Course>) -> Self {
         Self {
@@ -38,13 +38,13 @@ impl TrackingLaw {
         }
     }
 
-    /// Which law it is.
+    /// The law.
     #[must_use]
     pub fn law(&self) -> LosLaw {
         self.tuning.law
     }
 
-    /// The reference at `time`, s on any clock. All positions are in one frame from look to look.
+    /// The reference at `time`, s on any clock. All steps use one frame.
     #[must_use]
     pub fn steer(&mut self, time: f64, asc: &AscNow, target: &Motion, limits: &Limits) -> Reference {
         let course = target_course(target, self.course);
@@ -78,7 +78,7 @@ mod tests {
     use crate::los::flight_for_tests::miss_after;
 
     #[test]
-    fn every_name_is_its_own() {
+    fn law_names_are_unique() {
         let mut names = LosLaw::ALL.map(LosLaw::name).to_vec();
         names.sort_unstable();
         names.dedup();
@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn no_law_cares_where_north_or_the_datum_is() {
+    fn every_law_is_invariant_to_north_and_datum() {
         let (turn, shift) = (2.1, Vector2::new(400.0, -90.0));
         for law in LosLaw::ALL {
             let flight = Flight {
@@ -132,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn a_standing_target_s_course_is_held() {
+    fn a_resting_target_keeps_its_course() {
         for law in LosLaw::ALL {
             let mut tracking = TrackingLaw::new(flight::tuning(law), Some(Course::new(1.0)));
             let asc = AscNow {

@@ -1,4 +1,4 @@
-//! Way-points round a box about the target's last fixes.
+//! Way-points around a box about the target's last fixes.
 
 use nalgebra::Vector2;
 
@@ -12,39 +12,39 @@ use crate::{
     predict::motion::Motion,
 };
 
-/// Time between two boxes, s. Source of this and of the box's size: practice at sea with the craft of the
-/// Institute for Systems and Robotics, Lisbon.
+/// Time between two boxes, s. Source of this and of the box's size: practice at sea with the craft
+/// of the Institute for Systems and Robotics, Lisbon.
 const BOX_PERIOD: f64 = 360.0;
 
-/// Half the box along the target's course, m.
+/// Half length of the box along the target's course, m.
 const HALF_LENGTH: f64 = 40.0;
 
-/// Half the box across it, m.
+/// Half width of the box, m.
 const HALF_WIDTH: f64 = 15.0;
 
-/// Time between two fixes, s: the slot in which an acoustic network hears of a vehicle.
+/// Time between two fixes, s: an AUV's slot in an acoustic network.
 const FIX_INTERVAL: f64 = 10.0;
 
-/// A way-point nearer than this along the leg is reached, m. Assumption: two lengths of a MEDUSA and a turn.
+/// Distance at which a way-point is reached, m. Assumption: two MEDUSA lengths and a turn.
 const REACHED_WITHIN: f64 = 5.0;
 
-/// Fastest speed along the box, m/s: once round in its time. Assumption: faster costs energy and keeps no closer.
+/// Fastest speed along the box, m/s: one lap in its time. Assumption: faster is no closer.
 const SPEED_ROUND: f64 = 4.0 * (HALF_LENGTH + HALF_WIDTH) / BOX_PERIOD;
 
-/// The box that is being followed, and the fixes for the next.
+/// The present box, and the fixes for the next.
 ///
 /// ```text
 /// every 360 s:  c = mean of the last two fixes,  corners c + R(ψ_d) (±40 m, ±15 m)
-/// on the leg from corner a to corner b:  saturated line of sight to b, at rest, on the course from a to b
+/// on the leg from corner a to b:  saturated line of sight to b, at rest, on the course from a to b
 /// ```
-/// Laps go clockwise round the corners, from the nearest. The legs are followed by
-/// [`saturated_los`], at 0.61 m/s at most; near a corner it slows down by k₃ times the distance. A fix is the
-/// target's position as known, taken every 10 s. A target that jumps by more than half the box's length between two
-/// fixes is another one, and gets a box of its own at once.
+/// Laps go clockwise from the nearest corner. [`saturated_los`] follows the legs at 0.61 m/s at
+/// most and slows down near a corner by k₃ times the distance. A fix is the target's known position
+/// every 10 s. A target that jumps by more than half the box's length between two fixes is another
+/// one, and gets its own box at once.
 ///
-/// Source: the practice at sea with such craft, in the form above; way-point following as in T. I. Fossen,
-/// *Handbook of Marine Craft Hydrodynamics and Motion Control*, 2nd ed., chapter 12. Without a second fix, the
-/// first box is centred on the first.
+/// Source: practice at sea with such craft, in the form above; way-point following as in T. I.
+/// Fossen, *Handbook of Marine Craft Hydrodynamics and Motion Control*, 2nd ed., chapter 12.
+/// Without a second fix, the first box is centred on the first.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct WaypointBox {
     fixes: Option<Fixes>,
@@ -60,19 +60,19 @@ struct Fixes {
     before: Option<Vector2<f64>>,
 }
 
-/// A box and the way round it.
+/// A box and the present leg.
 #[derive(Clone, Debug, PartialEq)]
 struct Lap {
     corners: [Vector2<f64>; 4],
     drawn_at: f64,
-    /// Where the leg begins.
+    /// Beginning of the leg.
     from: Vector2<f64>,
-    /// Index of the corner where it ends.
+    /// Index of the corner at its end.
     to: usize,
 }
 
 impl WaypointBox {
-    /// The reference at `time`, s. Of the target, only its position counts, and its course when a box is drawn.
+    /// The reference at `time`, s. Uses the target's position, and its course for a new box.
     #[must_use]
     pub fn steer(
         &mut self,
@@ -88,13 +88,13 @@ impl WaypointBox {
             Some(lap) if !jumped && (0.0..BOX_PERIOD).contains(&(time - lap.drawn_at)) => lap,
             _ => Lap::new(time, asc, &self.centre(&target.position), target_course),
         };
-        let lap = lap.gone_on(asc);
+        let lap = lap.past_reached_corners(asc);
         let reference = lap.follow(asc, gains, limits);
         self.lap = Some(lap);
         reference
     }
 
-    /// Whether the target is another one than at the last fix.
+    /// Stores a fix when due; `true` if the target is another one than at the last fix.
     fn take_fix(&mut self, time: f64, position: &Vector2<f64>) -> bool {
         let first = Fixes {
             last: *position,
@@ -140,8 +140,8 @@ impl Lap {
         }
     }
 
-    /// On the leg that the craft is on: past every corner that it has reached.
-    fn gone_on(mut self, asc: &AscNow) -> Self {
+    /// Skips all corners that the craft has reached.
+    fn past_reached_corners(mut self, asc: &AscNow) -> Self {
         for _ in 0..self.corners.len() {
             let corner = self.corners[self.to];
             let to_go = (corner - asc.position).dot(&self.leg());
@@ -157,7 +157,7 @@ impl Lap {
     /// Direction of the leg.
     fn leg(&self) -> Vector2<f64> {
         let leg = self.corners[self.to] - self.from;
-        // A leg of no length ends where it begins, whatever its direction.
+        // A leg of length 0 ends at once, in any direction.
         leg.try_normalize(f64::EPSILON).unwrap_or_else(Vector2::x)
     }
 
@@ -198,7 +198,7 @@ mod tests {
         }
     }
 
-    /// The box's corners after a look at each of `looks`, (time, north, east) of a target; the craft at the datum.
+    /// Corners of the box after steps at `looks`, (time, north, east) of a target.
     fn corners(looks: &[(f64, f64, f64)]) -> [Vector2<f64>; 4] {
         let mut following = WaypointBox::default();
         let gains = tuning(LosLaw::WaypointBox).gains;
@@ -221,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_box_lies_about_the_first_fix_and_along_the_target_s_course() {
+    fn the_first_box_is_centred_on_the_first_fix_along_the_target_s_course() {
         let drawn = corners(&[(0.0, 100.0, 50.0)]);
         for (corner, (north, east)) in
             drawn
@@ -233,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn it_stays_for_360_s_and_the_next_lies_about_the_mean_of_two_fixes() {
+    fn a_box_lasts_360_s_and_the_next_is_centred_on_the_mean_of_two_fixes() {
         let moving = |seconds: u32| {
             (0..=seconds)
                 .map(|t| (f64::from(t), 0.2 * f64::from(t), 0.0))
@@ -245,14 +245,14 @@ mod tests {
     }
 
     #[test]
-    fn a_hand_over_gets_a_box_at_once_and_a_wandering_fix_does_not() {
+    fn a_new_target_gets_a_box_at_once_and_a_scattered_fix_does_not() {
         let after = |east| centre(&corners(&[(0.0, 0.0, 0.0), (10.0, 2.0, 0.0), (11.0, 2.0, east)]));
         assert!((after(60.0) - Vector2::new(2.0, 60.0)).norm() < 1e-9);
         assert!(after(20.0).norm() < 1e-9);
     }
 
     #[test]
-    fn a_still_target_is_circled_on_the_box() {
+    fn a_resting_target_is_circled_on_the_box() {
         let flight = Flight {
             target_speed: 0.0,
             start: Vector2::new(-30.0, 5.0),
@@ -262,7 +262,7 @@ mod tests {
         for time in (360..720).step_by(5) {
             let miss = miss_after(time, tuning(LosLaw::WaypointBox), &flight);
             let (along, across) = (miss.x.abs() / HALF_LENGTH, miss.y.abs() / HALF_WIDTH);
-            // On the box, to within the corners that are cut or overrun.
+            // On the box, up to the corners that are cut or overrun.
             let cut = REACHED_WITHIN / HALF_WIDTH;
             assert!((along.max(across) - 1.0).abs() < cut, "{time} s: {miss}");
             quadrants[usize::from(miss.x < 0.0) + 2 * usize::from(miss.y < 0.0)] = true;

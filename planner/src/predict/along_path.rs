@@ -1,4 +1,4 @@
-//! Where an AUV will be that follows a path which is known.
+//! Forecast of an AUV that follows a known path.
 
 use std::sync::Arc;
 
@@ -18,53 +18,52 @@ use crate::{
     predict::{covariance::OnPath, dive::Lead, motion::Motion},
 };
 
-/// Largest turn over which the speed along an arc is taken to change linearly, rad. At it, in a current half as
-/// fast as the vehicle, the place on an arc of 10 m is right to a centimetre.
+/// Largest turn with a linear change of the speed along an arc, rad. In a current half as fast as
+/// the vehicle, the place on an arc of 10 m is then right to a centimetre.
 const TURN_OF_A_STRETCH: f64 = 0.1;
 
-/// Most stretches, apart from one for each line and arc: it bounds the work on paths that wind without end.
+/// Most stretches, besides one for each line and arc; bounds the work on long paths.
 const STRETCHES_MAX: f64 = 1000.0;
 
-/// How far ahead of now a path is followed, s: more than any plan looks. Later, a vehicle keeps the speed that it has then.
+/// Time for which a path is followed, s; longer than any plan. Then the vehicle keeps its speed.
 const LOOKED_AHEAD: f64 = 1800.0;
 
-/// Least part of its speed over ground that the foot of a vehicle is taken to have on a bend of its path.
-///
-/// The foot of one that is far inside a bend is fast, at the centre of the bend infinitely so. At half the radius
-/// it has twice the vehicle's speed, and a vehicle that is farther inside does not follow the bend.
+/// Least ratio of a vehicle's speed over ground to that of its foot on a bend of its path. The foot
+/// of a vehicle far inside a bend is fast, at the centre infinitely so. At half the radius it has
+/// twice the vehicle's speed; farther inside, a vehicle does not follow the bend.
 const FOOT_FACTOR_MIN: f64 = 0.5;
 
-/// Distance in which a vehicle that is not at its steady offset gets there, m: its course relative to the path falls
-/// off by a factor of e. Tuned on the simulated follower, see `docs/rationale.md#forecasts`.
+/// Distance of the approach to the steady offset, m: the course relative to the path decreases by a
+/// factor of e. Tuned on the simulated follower, see `docs/rationale.md#forecasts`.
 const APPROACH_LENGTH: f64 = 2.0;
 
-/// A vehicle that goes along a path with the offset that it has.
+/// A vehicle that follows a path at its present offset.
 ///
 /// ```text
 /// p(t) = p_P(γ) + y n(γ)        (1 − κ y) γ̇ = v_c∥ + √(u_h² − v_c⊥²)
 /// y(t) = y₁ + ℓ sin χ_e (1 − exp(−‖v‖ t / ℓ))
 /// ```
-/// n is 90° clockwise of the tangent; v_c∥ and v_c⊥ are the current's components along and across the tangent,
-/// the root 0 where the current across is faster than the vehicle; χ_e is the reported course relative to the
-/// tangent. A vehicle that follows a path in a current it does not know holds a steady offset, and its course
-/// shows that: the offset goes on as it does at the report and stays, and is not led to zero. On bends γ̇ is
-/// taken at the offset y₁.
+/// n is 90° clockwise of the tangent; v_c∥ and v_c⊥ are the current's components along and across
+/// the tangent; the root is 0 in a cross current faster than the vehicle; χ_e is the reported
+/// course relative to the tangent. A follower in an unknown current holds a steady offset, as its
+/// course shows: the offset continues from the report and settles, and is not led to zero. On bends
+/// γ̇ is taken at the offset y₁.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct AlongPath {
     path: Arc<Path>,
-    /// How its reports fit the path, if it has any.
+    /// Fit of its reports to the path, if it has any.
     fit: Option<Box<PathFit>>,
     /// Horizontal speed through the water, m/s.
     horizontal_speed: f64,
     /// Cross-track offset at the report y₁, m, positive to starboard.
     offset: f64,
-    /// What the offset changes by in the end, m.
+    /// Remaining change of the offset, m.
     approach: f64,
-    /// How fast it gets there, 1/s.
+    /// Rate of the approach to the steady offset, 1/s.
     approach_rate: f64,
     /// Tangent angle of the path at the report, rad.
     reported_tangent: f64,
-    /// Time and arc length of a whole round of a closed path.
+    /// Time and arc length of a lap of a closed path.
     lap: Option<(f64, f64)>,
     /// In order of time, at least one.
     stretches: Vec<Stretch>,
@@ -77,19 +76,19 @@ pub(crate) struct AlongPath {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Stretch {
-    /// When it begins, s after the report.
+    /// Beginning, s after the report.
     time: f64,
-    /// Arc length where it begins γ₀, m.
+    /// Arc length at the beginning γ₀, m.
     gamma: f64,
-    /// γ̇₀, m/s, negative for a vehicle that a current carries back.
+    /// γ̇₀, m/s, negative for a vehicle that a current carries backwards.
     rate: f64,
     /// λ = dγ̇/dγ, 1/s.
     growth: f64,
 }
 
 impl AlongPath {
-    /// The future of an AUV in `state` on the path it is known to follow, in a `current` (north, east), m/s, as its reports `fit`
-    /// the path.
+    /// The future of an AUV in `state` on its known path, in a `current`, m/s, by its reports'
+    /// `fit`.
     pub(crate) fn new(
         state: &AuvState,
         known: &KnownPath,
@@ -147,9 +146,9 @@ impl AlongPath {
         self.horizontal_speed
     }
 
-    /// Motion `elapsed` seconds after the report, of a vehicle that leads by so much over its horizontal speed.
+    /// Motion `elapsed` seconds after the report, with a `lead` over the horizontal speed.
     ///
-    /// The lead counts along the path: what a current across takes of it is left out (a sixth, at 0.1 m/s).
+    /// The lead counts along the path, without a cross current (a sixth of it, at 0.1 m/s).
     pub(crate) fn at(&self, elapsed: f64, lead: Lead) -> Motion {
         let (gamma, rate) = self.foot(elapsed);
         let sense = self.sense();
@@ -166,7 +165,7 @@ impl AlongPath {
         }
     }
 
-    /// Tangent angle of the path beside the vehicle, rad, and its rate, rad/s, `elapsed` seconds after the report.
+    /// Tangent angle of the path beside the vehicle, rad, and its rate, rad/s, after `elapsed` s.
     pub(crate) fn tangent(&self, elapsed: f64, lead: Lead) -> (f64, f64) {
         let (gamma, rate) = self.foot(elapsed);
         let sense = self.sense();
@@ -174,22 +173,22 @@ impl AlongPath {
         (point.tangent, point.curvature * (rate + sense * lead.speed))
     }
 
-    /// Depth of the leg that it is then on, m, if its path says.
+    /// Depth of the leg at that time, m, if declared.
     pub(crate) fn leg_depth(&self, elapsed: f64) -> Option<f64> {
         self.path.at(self.foot(elapsed).0).leg.depth_m
     }
 
-    /// How its reports fit the path, if it has any.
+    /// Fit of its reports to the path, if it has any.
     pub(crate) fn fit(&self) -> Option<&PathFit> {
         self.fit.as_deref()
     }
 
-    /// 1, or −1 for a vehicle that sails its path backwards.
+    /// 1, or −1 for a vehicle that follows its path backwards.
     fn sense(&self) -> f64 {
         self.fit.as_ref().map_or(1.0, |fit| fit.sense)
     }
 
-    /// What the covariance of the place depends on, `elapsed` seconds after the report.
+    /// Inputs of the position covariance, `elapsed` seconds after the report.
     pub(crate) fn on_path(&self, elapsed: f64, lead: Lead) -> OnPath {
         OnPath {
             reported: self.reported_tangent,
@@ -199,7 +198,7 @@ impl AlongPath {
         }
     }
 
-    /// Share of the approach to the steady offset that is left, from 1 to 0.
+    /// Remaining share of the approach to the steady offset, from 1 to 0.
     fn left_to_approach(&self, elapsed: f64) -> f64 {
         (-self.approach_rate * elapsed).exp()
     }
@@ -225,24 +224,24 @@ impl AlongPath {
     }
 }
 
-/// The stretches that are being laid one after the other.
+/// The stretches under construction.
 struct Schedule<'a, F> {
     known: &'a KnownPath,
     offset: f64,
     /// Rate of the foot, m/s, by horizontal speed through the water and tangent.
     ground_speed: F,
     turn: f64,
-    /// 1 for a vehicle that goes forward along its path, −1 for one that is carried back.
+    /// 1 for a vehicle that moves forwards along its path, −1 for one carried backwards.
     sense: f64,
     time: f64,
-    /// When no more stretches are needed, s after the report.
+    /// Time without need for further stretches, s after the report.
     time_max: f64,
     stretches: &'a mut Vec<Stretch>,
 }
 
 impl<F: Fn(f64, f64) -> f64> Schedule<'_, F> {
-    /// Lays stretches from `gamma` on: to where the vehicle stands or time is up, else out of the path's end, or once round
-    /// a closed path; of a round, time and signed length.
+    /// Adds stretches from `gamma`: to the vehicle's stop or `time_max`, else beyond the path's
+    /// end, or once round a closed path; returns time and signed length of such a lap.
     fn fill(&mut self, gamma: f64) -> Option<(f64, f64)> {
         let length = self.known.path.length();
         let (laps, start) = self.known.path.lap_of(gamma);
@@ -268,8 +267,8 @@ impl<F: Fn(f64, f64) -> f64> Schedule<'_, F> {
         (self.known.path.is_closed() && goes_on).then_some((self.time, self.sense * length))
     }
 
-    /// Over the path's pieces between two arc lengths of the first lap, `shift` added to each. Whether the
-    /// vehicle gets there.
+    /// Adds the path's pieces between two arc lengths of the first lap, each plus `shift`; `true`
+    /// if the vehicle reaches the end.
     fn over_pieces(&mut self, start: f64, end: f64, shift: f64) -> bool {
         let (low, high) = (start.min(end), start.max(end));
         let path = &self.known.path;
@@ -289,7 +288,7 @@ impl<F: Fn(f64, f64) -> f64> Schedule<'_, F> {
         }
     }
 
-    /// Over a piece of constant curvature, in parts of a small turn. Whether the vehicle gets there.
+    /// Adds a piece of constant curvature in small turns; `true` if the vehicle reaches the end.
     fn over(&mut self, start: f64, end: f64, curvature: f64) -> bool {
         let parts = ((end - start) * curvature / self.turn).abs().ceil().max(1.0);
         let length = (end - start).abs() / parts;
@@ -308,7 +307,7 @@ impl<F: Fn(f64, f64) -> f64> Schedule<'_, F> {
         if length <= 0.0 {
             return true;
         }
-        // The piece's own tangents, whichever piece `at` takes at a joint.
+        // Tangents of this piece, not of the neighbour at a joint.
         let middle = self.known.path.at(gamma + 0.5 * self.sense * length);
         let half_turn = 0.5 * self.sense * length * curvature;
         let [before, after] = [-half_turn, half_turn].map(|turn| {
@@ -327,7 +326,7 @@ impl<F: Fn(f64, f64) -> f64> Schedule<'_, F> {
             rate: self.sense * before,
             growth: if before > 0.0 { change } else { 0.0 },
         });
-        // Where the speed falls to nothing within, the vehicle comes ever closer and never there.
+        // If the speed vanishes within, the vehicle approaches that point for ever.
         if before <= 0.0 || after <= 0.0 {
             return false;
         }
@@ -353,7 +352,7 @@ impl<F: Fn(f64, f64) -> f64> Schedule<'_, F> {
     }
 }
 
-/// Largest turn of a stretch, rad; in still water the speed along an arc does not change at all.
+/// Largest turn of a stretch, rad; unlimited in still water, with its constant speed.
 fn turn_of_a_stretch(path: &Path, current: &Vector2<f64>) -> f64 {
     if *current == Vector2::zeros() {
         return f64::INFINITY;

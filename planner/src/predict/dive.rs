@@ -1,4 +1,4 @@
-//! How deep an AUV will be that dives in a sawtooth.
+//! Depth forecast of an AUV in a sawtooth dive.
 
 use nalgebra::Vector2;
 
@@ -10,13 +10,13 @@ use crate::facts::{
 /// Depth over time.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum DepthForecast {
-    /// It stays as deep as it is, m.
+    /// Constant depth, m.
     Held(f64),
-    /// Two flights, each as likely as the other; the same twice, where the direction is known.
-    Sawtooth([Flight; 2]),
+    /// Two equally likely flights; equal if the direction is known.
+    Sawtooth([SawtoothFlight; 2]),
 }
 
-/// How much farther a vehicle is than one that keeps its mean pitch: it goes on level at each reversal.
+/// Lead of a vehicle over one with its mean pitch: it moves level at each reversal.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Lead {
     /// Distance along its path, m.
@@ -25,28 +25,29 @@ pub(crate) struct Lead {
     pub(crate) speed: f64,
 }
 
-/// A sawtooth from a known depth on, in a known direction.
+/// A sawtooth from a known depth in a known direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Flight {
+pub(crate) struct SawtoothFlight {
     cycle: Cycle,
     /// Depth at the report, m.
     depth: f64,
     /// Rate of change of depth until the vehicle joins the sawtooth, m/s.
     rate: f64,
-    /// How long that takes, s; 0 for one that is on it.
+    /// Duration of that, s; 0 on the sawtooth.
     approach: f64,
-    /// Where in the cycle it joins, s.
+    /// Phase of the cycle at the join, s.
     phase: f64,
 }
 
-/// One leg down, a reversal, one leg up, a reversal, and again.
+/// One cycle: a leg down, a reversal, a leg up, a reversal.
 ///
 /// ```text
 /// leg        z = z_min + w t                      w = u sinθ, for (z_max − z_min) / w
 /// reversal   z = z_max + w t (1 − t / T)          sin of the pitch linear in time, for T
 /// ```
-/// and the same upwards. The depth that ends a leg is passed twice: the vehicle begins to turn there, and is back a time T
-/// later. Speed along the body is constant. How far simulated AUVs are from it is in `docs/rationale.md#forecasts`.
+/// and the same upwards. The vehicle begins to turn at the depth that ends a leg, and passes it
+/// again a time T later. The speed along the body is constant. Differences of simulated AUVs:
+/// `docs/rationale.md#forecasts`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Cycle {
     dive: Dive,
@@ -55,10 +56,9 @@ struct Cycle {
 }
 
 impl DepthForecast {
-    /// Along its sawtooth, where that is known and it moves, at the horizontal speed `u_h` through the water, m/s.
+    /// Along its sawtooth, if known, at the horizontal speed `u_h` through the water, m/s.
     ///
-    /// Where the report does not say whether it goes down or up, between the depths both are as likely, and the
-    /// mean of the two is least wrong.
+    /// Without a reported direction, the mean of the equally likely ones is least wrong.
     pub(crate) fn at_speed(depth: f64, dive: Option<Dive>, u_h: f64) -> Self {
         match dive {
             Some(dive) if SPEED_AT_REST <= u_h => {
@@ -66,7 +66,7 @@ impl DepthForecast {
                     dive,
                     speed: u_h / dive.pitch_rad.cos(),
                 };
-                let flight = |descending| Flight::new(cycle, depth, descending);
+                let flight = |descending| SawtoothFlight::new(cycle, depth, descending);
                 Self::Sawtooth(match dive.descending {
                     Some(descending) => [flight(descending); 2],
                     None => [flight(true), flight(false)],
@@ -76,7 +76,7 @@ impl DepthForecast {
         }
     }
 
-    /// Along its sawtooth, at the speed through the water that its report gives in a `current` (north, east), m/s.
+    /// Along its sawtooth, at the reported speed, in a `current` (north, east), m/s.
     pub(crate) fn from_motion(state: &AuvState, dive: Option<Dive>, current: &Vector2<f64>) -> Self {
         Self::at_speed(state.depth_m, dive, (state.velocity() - current).norm())
     }
@@ -89,7 +89,7 @@ impl DepthForecast {
         }
     }
 
-    /// Least depth that it may then have, m: of both flights, where its direction is not known.
+    /// Least possible depth at that time, m: of both flights, if the direction is unknown.
     pub(crate) fn shallowest(&self, elapsed: f64) -> f64 {
         match self {
             Self::Held(depth) => *depth,
@@ -97,9 +97,9 @@ impl DepthForecast {
         }
     }
 
-    /// Expected lead over one that keeps the horizontal speed of its legs, since the report.
+    /// Expected lead over a vehicle with the legs' horizontal speed, since the report.
     ///
-    /// What it is worth to a craft that follows the AUV is in `docs/rationale.md#forecasts`.
+    /// Its benefit to a craft that follows the AUV: `docs/rationale.md#forecasts`.
     pub(crate) fn lead(&self, elapsed: f64) -> Lead {
         match self {
             Self::Held(_) => Lead::default(),
@@ -114,9 +114,9 @@ impl DepthForecast {
     }
 }
 
-impl Flight {
-    /// From `depth` on, m. A vehicle between the two depths goes on as it does; one beyond them is in a reversal,
-    /// or on its way to the sawtooth if it is farther out than any reversal leads.
+impl SawtoothFlight {
+    /// From `depth`, m. A vehicle between the two depths continues; one beyond them is in a
+    /// reversal, or approaches the sawtooth if it is farther out than any reversal.
     fn new(cycle: Cycle, depth: f64, descending: bool) -> Self {
         let Dive {
             depth_min_m: depth_min,
@@ -132,7 +132,7 @@ impl Flight {
             approach: 0.0,
             phase,
         };
-        // By the symmetry of the two reversals: `beyond` the depth that ends a leg, still going there or back.
+        // By symmetry of the reversals: `beyond` the depth that ends a leg, outwards or back.
         let reversing = |beyond: f64, going: bool, leg_end: f64, inward: f64| {
             let root = 1.0 - 4.0 * beyond / (w * reversal);
             if root < 0.0 {
@@ -191,7 +191,7 @@ impl Cycle {
         self.leg() + self.dive.reversal()
     }
 
-    /// Half periods that are over, and the time since the last of them, s.
+    /// Completed half periods, and the time since, s.
     fn split(&self, phase: f64) -> (f64, f64) {
         let half = (phase / self.half_period()).floor();
         (half, phase - half * self.half_period())
@@ -206,7 +206,7 @@ impl Cycle {
         } else {
             self.dive.depth_max_m - self.dive.depth_min_m + w * in_reversal * (1.0 - in_reversal / reversal)
         };
-        // No vehicle flies.
+        // Vehicles do not fly.
         if half.rem_euclid(2.0) == 0.0 {
             self.dive.depth_min_m + travelled
         } else {
@@ -214,7 +214,7 @@ impl Cycle {
         }
     }
 
-    /// Lead since the beginning of the cycle over one that keeps the horizontal speed of its legs.
+    /// Lead since the beginning of the cycle over a vehicle with the legs' horizontal speed.
     ///
     /// ```text
     /// ∫ u (cosθ(t) − cosθ_leg) dt        sinθ(t) = sinθ_leg (1 − 2 t / T)
@@ -223,7 +223,7 @@ impl Cycle {
         let (half, since) = self.split(phase);
         let (sin, cos) = self.dive.pitch_rad.sin_cos();
         let reversal = self.dive.reversal();
-        // Antiderivative of √(1 − y²), which is the cosine of the pitch whose sine is y.
+        // Antiderivative of √(1 − y²), the cosine of the pitch with sine y.
         let primitive = |y: f64| 0.5 * (y * (1.0 - y * y).sqrt() + y.asin());
         let distance =
             |t: f64, y: f64| self.speed * (0.5 * reversal / sin * (primitive(sin) - primitive(y)) - cos * t);

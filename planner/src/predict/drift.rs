@@ -2,17 +2,17 @@ use nalgebra::Vector2;
 
 use crate::predict::motion::Motion;
 
-/// How long drift is averaged over, s: as long as the current is.
+/// Averaging time of drift, s, as of the current.
 pub(crate) const MEMORY: f64 = 30.0;
 
-/// How far a vehicle is carried, m, and how fast, m/s (north, east).
+/// Displacement by drift (north, east), m, and its rate, m/s.
 pub(crate) struct Carried {
     by: Vector2<f64>,
     at: Vector2<f64>,
 }
 
 impl Carried {
-    /// The motion that a model foresees, and this beyond it.
+    /// The modelled motion with this displacement.
     pub(crate) fn beyond(&self, modelled: Motion) -> Motion {
         Motion {
             position: modelled.position + self.by,
@@ -21,15 +21,15 @@ impl Carried {
     }
 }
 
-/// By a drift that stays as it is.
-pub(crate) fn for_ever(drift: Vector2<f64>, elapsed: f64) -> Carried {
+/// Displacement by a constant drift.
+pub(crate) fn constant(drift: Vector2<f64>, elapsed: f64) -> Carried {
     Carried {
         by: drift * elapsed,
         at: drift,
     }
 }
 
-/// By a drift that fades, since a vehicle that follows a path comes back to it.
+/// Displacement by a fading drift: a vehicle returns to its path.
 ///
 /// ```text
 /// d τ (1 − exp(−t/τ))

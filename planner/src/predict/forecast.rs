@@ -1,4 +1,4 @@
-//! Where each AUV will be: closed forms of time, so that any grid may sample them.
+//! Forecasts of AUVs in closed form, for any grid of times.
 
 use nalgebra::{Matrix2, Matrix4, Vector2};
 
@@ -16,47 +16,43 @@ use crate::{
         along_path::AlongPath,
         covariance::{self, Free, default_covariance, free},
         dive::DepthForecast,
-        drift::{MEMORY, fading, for_ever},
+        drift::{MEMORY, constant, fading},
     },
 };
 
 pub use crate::{facts::evidence::SPEED_AT_REST, predict::motion::Motion};
 
-/// A course that turns slower than this is forecast as straight by [`Forecast::Auto`], rad/s.
-///
-/// Over the default horizon of 78 s it amounts to 9°.
+/// Rate of turn below which [`Forecast::Auto`] uses a straight course, rad/s. It amounts to 9° over
+/// the default horizon of 78 s.
 const TURN_RATE_STRAIGHT: f64 = 0.002;
 
-/// An AUV that is no deeper than this is in the way of the surface craft, m.
-///
-/// Assumption: draught of the craft, height of an AUV, error of its depth, half a metre each, and as much again
-/// between them.
+/// Depth at or above which an AUV obstructs the surface craft, m. Assumption: half a metre each for
+/// draught, the AUV's height, its depth error, and clearance.
 pub const SURFACED_DEPTH: f64 = 2.0;
 
-/// Longest time between two reports that drift is estimated from, s. Over longer ones a vehicle turns.
+/// Longest interval between two reports for an estimate of drift, s; vehicles turn.
 const BETWEEN_MAX: f64 = 60.0;
 
-/// Reports nearer in time than this are one, s: their times come about by different sums.
+/// Shortest interval between two reports, s; rounding separates equal times by less.
 pub(crate) const BETWEEN_MIN: f64 = 1e-3;
 
-/// A vehicle farther than this from where it was expected has jumped, m, unless the time between the reports explains
-/// it: it surfaced and found out where it is, or was mistaken for another. That says nothing of how it goes on.
-///
-/// Assumption: two standard deviations of an acoustic fix (1.5 m).
+/// Distance from the expected position at which a vehicle has jumped, m, unless the time between
+/// the reports explains it: it corrected its position, or was confused with another. Assumption:
+/// two standard deviations of an acoustic fix (1.5 m).
 const JUMP: f64 = 3.0;
 
-/// Drift that explains a distance, m/s. Assumption: a strong current where AUVs work.
+/// Drift that explains a distance, m/s. Assumption: a strong current in a working area.
 const USUAL: f64 = 0.3;
 
-/// Fastest drift along an axis, m/s. Assumption: an AUV that stands more of it does not get home.
+/// Largest drift along an axis, m/s. Assumption: an AUV in a stronger one does not return.
 const DRIFT_MAX: f64 = 0.5;
 
-/// What is known of an AUV's plans.
+/// Known plans of an AUV.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Intent<'a> {
     /// The path that it follows.
     pub path: Option<&'a KnownPath>,
-    /// How its reports fit the path, if it has any.
+    /// Fit of its reports to the path, if it has any.
     pub fit: Option<&'a PathFit>,
     /// The sawtooth in which it dives.
     pub dive: Option<Dive>,
@@ -73,20 +69,20 @@ pub struct AuvForecast {
     depth: DepthForecast,
     /// Covariance of (north, east, north velocity, east velocity) at the report.
     covariance: Matrix4<f64>,
-    /// Variance of the velocity at the report, as far as a course depends on it, (m/s)².
+    /// Variance of the velocity at the report, for the decision on a course, (m/s)².
     velocity_variance: f64,
-    /// Velocity (north, east) beyond what its model explains, m/s.
+    /// Velocity (north, east) that its model does not explain, m/s.
     drift: Vector2<f64>,
 }
 
-/// How it goes on from the report.
+/// Motion after the report.
 #[derive(Clone, Debug, PartialEq)]
 enum Propagation {
     Turning(Turning),
     AlongPath(AlongPath),
 }
 
-/// At constant speed and rate of turn, either of which may be zero.
+/// Constant speed and rate of turn, either of which may be zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Turning {
     /// Position at the time of the report, m.
@@ -98,8 +94,7 @@ struct Turning {
 }
 
 impl AuvForecast {
-    /// The forecast of an AUV from its `state`, under the model that `choice` gives, in a `current` (north, east),
-    /// m/s.
+    /// The forecast of an AUV from its `state` by `choice`, in a `current` (north, east), m/s.
     #[must_use]
     pub fn new(state: &AuvState, intent: Intent<'_>, choice: Forecast, current: &Vector2<f64>) -> Self {
         let along_path = |known| AlongPath::new(state, known, intent.fit, current);
@@ -161,12 +156,12 @@ impl AuvForecast {
 
     /// Motion `ahead` seconds after the snapshot.
     ///
-    /// Along a path, a vehicle that dives is forecast to surge ahead where it goes level between two legs.
+    /// Along a path, a diving vehicle surges ahead in the level motion between two legs.
     #[must_use]
     pub fn at(&self, ahead: f64) -> Motion {
         let elapsed = self.age + ahead;
         match &self.propagation {
-            Propagation::Turning(turning) => for_ever(self.drift, elapsed).beyond(turning.at(elapsed)),
+            Propagation::Turning(turning) => constant(self.drift, elapsed).beyond(turning.at(elapsed)),
             Propagation::AlongPath(along_path) => {
                 let lead = self.depth.lead(elapsed);
                 fading(self.drift, elapsed).beyond(along_path.at(elapsed, lead))
@@ -174,16 +169,16 @@ impl AuvForecast {
         }
     }
 
-    /// Expected depth `ahead` seconds after the snapshot, m, positive down: along its sawtooth, where that is known
-    /// and the vehicle does not rest, else what it was. Where the report does not say whether the vehicle goes
-    /// down or up, the mean of both. One that does not dive changes its depth as the legs of its path do.
+    /// Expected depth `ahead` seconds after the snapshot, m, positive down: along its sawtooth if
+    /// known and the vehicle moves (the mean of both directions if that is unknown), else along the
+    /// legs of its path, else constant.
     #[must_use]
     pub fn depth_at(&self, ahead: f64) -> f64 {
         let elapsed = self.age + ahead;
         self.depth.at(elapsed) + self.descent(elapsed)
     }
 
-    /// Whether it is expected to stay as deep as it was, for want of a dive and of legs with depths.
+    /// `true` if its depth is constant, without a dive or legs with depths.
     pub(crate) fn holds_depth(&self) -> bool {
         let has_depth = |along_path: &AlongPath| along_path.leg_depth(0.0).is_some();
         let on_legs =
@@ -191,7 +186,7 @@ impl AuvForecast {
         matches!(self.depth, DepthForecast::Held(_)) && !on_legs
     }
 
-    /// How much deeper than at its report the legs of its path lead it, m.
+    /// Change of depth along the legs of its path since its report, m.
     fn descent(&self, elapsed: f64) -> f64 {
         match (&self.propagation, &self.depth) {
             (Propagation::AlongPath(along_path), DepthForecast::Held(depth)) => {
@@ -202,8 +197,8 @@ impl AuvForecast {
         }
     }
 
-    /// Whether the surface craft must keep clear of it `ahead` seconds after the snapshot: whether it may be as
-    /// shallow as [`SURFACED_DEPTH`], going down or up where the report does not say which.
+    /// `true` if the surface craft must keep clear of it `ahead` seconds after the snapshot: it may
+    /// be as shallow as [`SURFACED_DEPTH`] in one of the possible directions.
     #[must_use]
     pub fn surfaced(&self, ahead: f64) -> bool {
         let elapsed = self.age + ahead;
@@ -212,8 +207,8 @@ impl AuvForecast {
 
     /// Covariance of the position (north, east) `ahead` seconds after the snapshot, m².
     ///
-    /// Its trace never decreases. Along a path it grows with the variance of the speed along it, and across it only up to
-    /// what a follower strays; else with the variance of the velocity and with accelerations that are not foreseen.
+    /// Its trace never decreases. Along a path it grows with the variance of the speed, and across
+    /// it to a bound; else it grows with the variance of the velocity and unforeseen accelerations.
     #[must_use]
     pub fn position_covariance(&self, ahead: f64) -> Matrix2<f64> {
         let elapsed = self.age + ahead;
@@ -237,21 +232,20 @@ impl AuvForecast {
         }
     }
 
-    /// Variance of the velocity at the report along either axis, (m/s)². 0 where it is not known, and along a path, which
-    /// gives the course.
+    /// Variance of the velocity at the report along either axis, (m/s)²; 0 if unknown, and along a
+    /// path, which gives the course.
     pub(crate) fn velocity_variance(&self) -> f64 {
         self.velocity_variance
     }
 
-    /// Trace of [`AuvForecast::position_covariance`], m²: the mean square of the distance between where the vehicle
-    /// is and where it is forecast.
+    /// Trace of [`AuvForecast::position_covariance`], m²: the mean square error of the position.
     #[must_use]
     pub fn position_variance(&self, ahead: f64) -> f64 {
         self.position_covariance(ahead).trace()
     }
 
-    /// Tangent angle ψ_P of the path, rad, and its rate, rad/s, where the AUV is `ahead` seconds after the
-    /// snapshot; none of one that is not forecast along a path.
+    /// Tangent angle ψ_P of the path, rad, and its rate, rad/s, at the AUV `ahead` seconds after
+    /// the snapshot; `None` if its forecast is not along a path.
     #[must_use]
     pub fn tangent(&self, ahead: f64) -> Option<(f64, f64)> {
         match &self.propagation {
@@ -264,7 +258,7 @@ impl AuvForecast {
     }
 }
 
-/// What [`Forecast::Auto`] uses for an AUV whose path is not known.
+/// The model of [`Forecast::Auto`] for an AUV without a path.
 fn from_motion_alone(state: &AuvState) -> ForecastModel {
     if state.speed_mps < SPEED_AT_REST {
         ForecastModel::Hold
@@ -281,7 +275,7 @@ impl Turning {
     /// ```text
     /// p(t) = p + ‖v‖ t sinc(ω t / 2) [cos(χ + ω t / 2), sin(χ + ω t / 2)]
     /// ```
-    /// The chord of an arc: exact, and regular where the rate of turn ω vanishes.
+    /// The chord of an arc: exact, and regular at ω = 0.
     fn at(&self, elapsed: f64) -> Motion {
         let (speed, course) = (self.velocity.norm(), angle_of(&self.velocity));
         let half_turn = 0.5 * self.turn_rate * elapsed;
@@ -293,23 +287,23 @@ impl Turning {
 }
 
 impl AuvForecast {
-    /// Velocity over ground (north, east) beyond what the model and the report explain, m/s.
+    /// Velocity over ground (north, east) that model and report do not explain, m/s.
     #[must_use]
     pub fn drift(&self) -> Vector2<f64> {
         self.drift
     }
 
-    /// The forecast from `state` that also knows what an earlier answer knew from a report `between` seconds before: how
-    /// fast the AUV drifted, and where from.
+    /// The forecast from `state` with the drift of an answer from a report `between` s before.
     ///
     /// ```text
     /// d = d⁻ + (p − p⁻) / max(τ, Δ)          τ = 30 s
     /// ```
-    /// with p the position of the newest report, p⁻ the one forecast for its time from the report before, with the drift
-    /// d⁻, and Δ the time between the two; as it was, where the newest report is no newer, Δ is above a minute, or p − p⁻
-    /// is a jump. Noise of the positions mostly cancels from report to report.
+    /// with the position p of the newest report, the forecast p⁻ for its time from the previous
+    /// report with the drift d⁻, and the time Δ between the two. The drift is unchanged if the
+    /// newest report is no newer, Δ exceeds a minute, or p − p⁻ is a jump. Position noise mostly
+    /// cancels.
     ///
-    /// Along paths a drift that did not fade would do harm, see `docs/rationale.md#forecasts`.
+    /// Along paths a drift must fade, see `docs/rationale.md#forecasts`.
     pub(crate) fn after(
         earlier: &RememberedTarget,
         between: f64,
@@ -330,7 +324,7 @@ impl AuvForecast {
             Self { drift, ..forecast }.at(between).position
         });
         let mut forecast = Self::new(state, intent, choice, current);
-        // What a path does not explain says nothing of motion, nor the other way round.
+        // Drift along a path says nothing about other motion, nor the reverse.
         let along_path = |model| model == ForecastModel::Path;
         if forecast.model == ForecastModel::Hold || along_path(forecast.model) != along_path(earlier.model) {
             return forecast;
@@ -345,7 +339,7 @@ impl AuvForecast {
     }
 }
 
-/// An AUV, as the tests forecast it.
+/// An AUV of the tests.
 #[cfg(test)]
 #[derive(Clone)]
 struct Known {
@@ -412,14 +406,14 @@ mod tests {
     }
 
     #[test]
-    fn no_turn_is_the_limit_of_a_slow_turn() {
+    fn a_straight_course_is_the_limit_of_a_slow_turn() {
         let straight = forecast(&state(0.0, 2.0), Forecast::ConstantVelocity);
         let slow = forecast(&state(1e-9, 2.0), Forecast::ConstantTurn);
         assert!((straight.at(78.0).position - slow.at(78.0).position).norm() < 1e-6);
     }
 
     #[test]
-    fn an_old_report_is_carried_to_now() {
+    fn an_old_report_is_predicted_to_now() {
         let forecast = forecast(&state(0.0, 10.0), Forecast::Auto);
         let moved = forecast.at(0.0).position - Vector2::new(3.0, -4.0);
         assert!((moved.norm() - 1.93).abs() < 1e-12);

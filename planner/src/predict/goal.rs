@@ -1,4 +1,4 @@
-//! From the AUVs' forecasts to the motion that the surface craft is to match.
+//! The goal's motion, from the AUVs' forecasts.
 
 use nalgebra::Vector2;
 use smallvec::SmallVec;
@@ -23,37 +23,37 @@ use crate::{
     snapshot::build::{KnownAuv, Snapshot},
 };
 
-/// A velocity that is this many of its standard deviations or less may be that of a vehicle at rest: the 99 % quantile of
-/// χ² with two degrees of freedom is its square.
+/// Ratio of a velocity to its standard deviation below which a vehicle may be at rest: the square
+/// is the 99 % quantile of χ² with two degrees of freedom.
 const DEVIATIONS_AT_REST: f64 = 3.034_854_258_770_293;
 
-/// The goal's motion over time, and that of every AUV.
+/// The motion of the goal and of every AUV.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GoalForecast {
     /// Forecasts of all AUVs, in the snapshot's order.
     auvs: Vec<AuvForecast>,
     /// The AUVs that the goal depends on, in its order.
-    members: Vec<Member>,
+    members: Vec<GoalMember>,
     rule: Rule,
     offset: Option<Offset>,
-    /// Course of what is followed, when it last moved.
+    /// Last course of the followed point in motion.
     course: Course,
 }
 
-/// The AUV that a goal that visits follows for some time.
+/// The AUV that a visit goal follows for some time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Turn {
-    /// Until when, s after the snapshot, half-open.
+    /// Its end, s after the snapshot, half-open.
     pub(crate) until: f64,
-    /// Its place among the snapshot's AUVs.
+    /// Index of the AUV in the snapshot.
     pub(crate) auv: usize,
-    /// The way to it, if the goal is on that instead of at the AUV.
-    pub(crate) leg: Option<Leg>,
+    /// The leg to it, if the goal is on that instead of at the AUV.
+    pub(crate) leg: Option<GoalLeg>,
 }
 
 impl Turn {
-    /// The only turn, with the AUV at this place among the snapshot's.
-    pub(crate) fn for_ever(auv: usize) -> Self {
+    /// The only turn, at the AUV with this index in the snapshot.
+    pub(crate) fn only(auv: usize) -> Self {
         Self {
             until: f64::INFINITY,
             auv,
@@ -62,16 +62,16 @@ impl Turn {
     }
 }
 
-/// A straight way at an even speed: times in s after the snapshot, positions in m (north, east).
+/// A straight leg at constant speed: times in s after the snapshot, positions in m (north, east).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Leg {
+pub(crate) struct GoalLeg {
     pub(crate) depart: f64,
     pub(crate) arrive: f64,
     pub(crate) from: Vector2<f64>,
     pub(crate) to: Vector2<f64>,
 }
 
-impl Leg {
+impl GoalLeg {
     fn at(&self, ahead: f64) -> Motion {
         let velocity = (self.to - self.from) / (self.arrive - self.depart);
         Motion {
@@ -83,10 +83,10 @@ impl Leg {
 
 /// An AUV that the goal depends on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Member {
-    /// Its place among the snapshot's AUVs.
+struct GoalMember {
+    /// Its index in the snapshot.
     auv: usize,
-    /// How much it counts in a mean; the sum over all members is 1.
+    /// Its weight in a mean; the sum over all members is 1.
     share: f64,
     at_rest: AtRest,
 }
@@ -99,39 +99,38 @@ enum Rule {
         since_epoch: f64,
         dwell: f64,
     },
-    /// Turns in order of time, the last for ever; each with its member.
+    /// Turns in order of time, the last without end; each with its member.
     Scheduled(Vec<(Turn, usize)>),
     NearestToAll,
 }
 
-/// Axes of a member whose forecast gives it none.
+/// Axes of a member without a forecast of them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct AtRest {
-    /// The course that it reported.
+    /// Its reported course.
     course: Course,
-    /// Tangent angle of its path where that is closest to it now, rad; 0 without a path.
+    /// Tangent angle of the closest point of its path, rad; 0 without a path.
     tangent: f64,
 }
 
 impl GoalForecast {
-    /// The goal of `snapshot`, forecast as it asks; one that visits AUVs follows the nearest, because when it visits which is the
-    /// planner's choice ([`scheduled_goal`](crate::plan::scheduled_goal)). Where what it follows stands still, as far as its velocity is known, its
-    /// course is the one that the previous plan remembers.
+    /// The forecast goal of `snapshot`. A visit goal follows the nearest AUV, since the schedule is
+    /// the planner's choice ([`scheduled_goal`](crate::plan::scheduled_goal)). If the followed
+    /// point may be at rest, its course is the previous plan's.
     #[must_use]
     pub fn new(snapshot: &Snapshot) -> Self {
         let previous = snapshot.previous_plan.as_ref();
         Self::holding(snapshot, previous.and_then(PreviousPlan::goal_course))
     }
 
-    /// The goal of `snapshot`, `held` the course of what it follows when that last moved: an earlier forecast's
-    /// [`GoalForecast::course`].
+    /// The goal of `snapshot` with the last course in motion `held`, as [`GoalForecast::course`].
     #[must_use]
     pub fn holding(snapshot: &Snapshot, held: Option<Course>) -> Self {
         Self::scheduled(snapshot, forecast_all(snapshot), held, &[])
     }
 
-    /// The goal of `snapshot`, with the forecasts `auvs`. `turns` are the AUVs that a goal that visits follows, and until when: in order
-    /// of time, the last for ever. Without turns it follows the nearest.
+    /// The goal of `snapshot` with the forecasts `auvs`. `turns` are the AUVs that a visit goal
+    /// follows, in order of time, the last without end; without turns it follows the nearest.
     pub(crate) fn scheduled(
         snapshot: &Snapshot,
         auvs: Vec<AuvForecast>,
@@ -156,7 +155,7 @@ impl GoalForecast {
 
     /// The goal's motion `ahead` seconds after the snapshot.
     ///
-    /// Where an offset turns with what is followed, its velocity has the part ω × r.
+    /// The velocity of an offset that turns includes ω × r.
     #[must_use]
     pub fn at(&self, ahead: f64) -> Motion {
         let followed = self.followed(ahead);
@@ -171,31 +170,30 @@ impl GoalForecast {
         displaced(&followed, &offset.vector(), axes)
     }
 
-    /// Motion of what the goal follows, its offset apart, `ahead` seconds after the snapshot.
+    /// Motion of the followed point, without the offset, `ahead` seconds after the snapshot.
     ///
-    /// A mean moves with the mean of the velocities; headings are never averaged. Intervals of an
-    /// intermittent goal are half-open, [k T, (k+1) T), and go on backwards before the epoch. The place
-    /// nearest to all moves with the mean of those that hold it there, by their weights in it: exact where they
-    /// move as one body, never faster than the fastest of them, and continuous while they stay the same.
+    /// A mean moves with the mean velocity; headings are never averaged. Intervals of an
+    /// intermittent goal are half-open, [k T, (k+1) T), also before the epoch. The point nearest to
+    /// all moves with the weighted mean of the AUVs that determine it: exact for a rigid formation,
+    /// never faster than the fastest, and continuous while they are the same.
     #[must_use]
     pub fn followed(&self, ahead: f64) -> Motion {
         self.followed_in_turn(ahead, ahead)
     }
 
-    /// Course of what the goal follows, its offset apart, when that last moved: to be remembered for when it rests.
+    /// Last course of the followed point in motion, without the offset, for the next plan.
     #[must_use]
     pub fn course(&self) -> Course {
         self.course
     }
 
-    /// Forecasts of the AUVs that the goal depends on, in its order; those of weight 0 left out.
+    /// Forecasts of the AUVs that the goal depends on, in its order, without those of weight 0.
     #[must_use]
     pub fn members(&self) -> impl ExactSizeIterator<Item = &AuvForecast> {
         self.members.iter().map(|member| &self.auvs[member.auv])
     }
 
-    /// The AUVs without which there is no goal now, by their place in the snapshot: the one in turn, else all that the
-    /// goal depends on.
+    /// Indices of the AUVs that the goal needs now: the one in turn, else all members.
     pub(crate) fn needs_now(&self) -> impl Iterator<Item = usize> {
         let turn = self.member_in_turn(0.0);
         let members = self.members.iter().enumerate();
@@ -210,7 +208,7 @@ impl GoalForecast {
         &self.auvs
     }
 
-    /// Motion `ahead` seconds after the snapshot of what the goal follows at the time `turn`.
+    /// Motion `ahead` seconds after the snapshot of the point followed at the time `turn`.
     fn followed_in_turn(&self, turn: f64, ahead: f64) -> Motion {
         if let Rule::Scheduled(turns) = &self.rule
             && let Some(leg) = scheduled(turns, turn).and_then(|(turn, _)| turn.leg)
@@ -242,7 +240,7 @@ impl GoalForecast {
         }
     }
 
-    /// Who is followed `ahead` seconds after the snapshot, where that is one after the other.
+    /// The followed member `ahead` seconds after the snapshot, if members take turns.
     fn member_in_turn(&self, ahead: f64) -> Option<usize> {
         match &self.rule {
             Rule::InTurn { since_epoch, dwell } => {
@@ -263,7 +261,7 @@ impl GoalForecast {
         Axes::along_course(velocity, self.speed_at_rest(ahead), ahead, held)
     }
 
-    /// Speed below which what is followed at the time `turn` counts as standing still, m/s: below it a course is noise.
+    /// Speed below which the point followed at the time `turn` is at rest, m/s.
     fn speed_at_rest(&self, turn: f64) -> f64 {
         let variances = || self.members().map(AuvForecast::velocity_variance);
         let variance = match (self.member_in_turn(turn), &self.rule) {
@@ -305,7 +303,7 @@ pub(crate) fn forecast_all(snapshot: &Snapshot) -> Vec<AuvForecast> {
             dive: auv.dive.or(known.estimate.dive),
         };
         match (&auv.state, snapshot.remembered(&auv.id)) {
-            // A client that declares a covariance has a filter, whose velocity is that of its positions already.
+            // A client with a covariance has a filter, whose velocity matches its positions.
             (Some(AuvState { covariance: None, .. }), Some((earlier, reported))) => {
                 let between = snapshot.t_s - state.age_s - reported;
                 AuvForecast::after(&earlier, between, state, (intent, snapshot.forecast, &current))
@@ -316,8 +314,8 @@ pub(crate) fn forecast_all(snapshot: &Snapshot) -> Vec<AuvForecast> {
     snapshot.known_auvs().map(forecast).collect()
 }
 
-/// The AUVs that the goal depends on, in its order; their shares sum to 1.
-fn members(snapshot: &Snapshot, forecasts: &[AuvForecast]) -> Vec<Member> {
+/// The AUVs that the goal depends on, in its order, with shares that sum to 1.
+fn members(snapshot: &Snapshot, forecasts: &[AuvForecast]) -> Vec<GoalMember> {
     let member = |id: &VehicleId| {
         let mut auvs = snapshot.known_auvs().enumerate();
         let (auv, known) = auvs
@@ -331,7 +329,7 @@ fn members(snapshot: &Snapshot, forecasts: &[AuvForecast]) -> Vec<Member> {
             | Goal::Range { .. }
             | Goal::Visit(_) => 1.0,
         };
-        Member {
+        GoalMember {
             auv,
             share: weight,
             at_rest: AtRest::of(&known, &forecasts[auv]),
@@ -346,7 +344,7 @@ fn members(snapshot: &Snapshot, forecasts: &[AuvForecast]) -> Vec<Member> {
 }
 
 impl Rule {
-    fn of(snapshot: &Snapshot, members: &[Member], turns: &[Turn], auvs: &[AuvForecast]) -> Self {
+    fn of(snapshot: &Snapshot, members: &[GoalMember], turns: &[Turn], auvs: &[AuvForecast]) -> Self {
         match &snapshot.goal.goal {
             Goal::Track { .. } | Goal::Midpoint { .. } | Goal::Weighted { .. } => Self::Mean,
             Goal::Intermittent { dwell_s, epoch_s, .. } => Self::InTurn {
@@ -363,7 +361,7 @@ impl Rule {
                 if turns.is_empty() {
                     let member = nearest(snapshot, members, auvs);
                     let auv = members[member].auv;
-                    turns.push((Turn::for_ever(auv), member));
+                    turns.push((Turn::only(auv), member));
                 }
                 Self::Scheduled(turns)
             }
@@ -371,15 +369,15 @@ impl Rule {
     }
 }
 
-/// The turn of the time `ahead`.
+/// The turn at the time `ahead`.
 fn scheduled(turns: &[(Turn, usize)], ahead: f64) -> Option<&(Turn, usize)> {
     let now = turns.iter().find(|(turn, _)| ahead < turn.until);
     now.or(turns.last())
 }
 
-/// The member that is nearest to the craft now.
-fn nearest(snapshot: &Snapshot, members: &[Member], auvs: &[AuvForecast]) -> usize {
-    let distance = |member: &Member| (auvs[member.auv].at(0.0).position - snapshot.asc.position()).norm();
+/// The member nearest to the craft now.
+fn nearest(snapshot: &Snapshot, members: &[GoalMember], auvs: &[AuvForecast]) -> usize {
+    let distance = |member: &GoalMember| (auvs[member.auv].at(0.0).position - snapshot.asc.position()).norm();
     let distances = members.iter().map(distance).enumerate();
     let nearest = distances.min_by(|a, b| a.1.total_cmp(&b.1));
     nearest.map_or(0, |(member, _)| member)
@@ -410,7 +408,7 @@ fn weighted_mean(motions_and_shares: impl Iterator<Item = (Motion, f64)>) -> Mot
     })
 }
 
-/// Which of `n` members has the turn `elapsed` seconds after the epoch, also before it.
+/// The member, of `n`, in turn `elapsed` seconds after the epoch, also before it.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,

@@ -1,17 +1,16 @@
-//! Position and velocity of what is followed.
+//! Position and velocity of a target.
 
 use nalgebra::Vector2;
 
 use crate::facts::{angle::Course, evidence::SPEED_AT_REST};
 
-/// The target's course, held while the target stands still (slower than 0.05 m/s): the course of a
-/// vehicle at rest is noise. `held` is the course when it last moved.
+/// The target's course; below 0.05 m/s it is noise, and the last one, `held`, applies.
 #[must_use]
 pub fn target_course(target: &Motion, held: Option<Course>) -> Course {
     course_from(target, SPEED_AT_REST, held)
 }
 
-/// [`target_course`] of a target that stands still below the speed `slowest`, m/s.
+/// [`target_course`] of a target that rests below the speed `slowest`, m/s.
 pub(crate) fn course_from(target: &Motion, slowest: f64, held: Option<Course>) -> Course {
     match held {
         Some(course) if target.velocity.norm() < slowest => course,

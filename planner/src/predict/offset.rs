@@ -1,4 +1,4 @@
-//! Where the surface craft is to be, seen from what it follows.
+//! Desired position of the surface craft relative to the followed point.
 
 use nalgebra::Vector2;
 
@@ -7,24 +7,23 @@ use crate::{
     predict::motion::Motion,
 };
 
-/// Half the interval over which a course's rate is measured, s. The error, of second order in it, is below
-/// 10⁻⁹ rad/s for a vehicle that turns by a radian in a second, and rounding is four digits below that.
+/// Half interval of a course's difference quotient, s. For a vehicle that turns by a radian per
+/// second its error, of second order, is below 10⁻⁹ rad/s, and rounding is four digits smaller.
 const RATE_INTERVAL: f64 = 1e-4;
 
-/// Interval in which the time is looked for when what is followed came to rest, s: a stop and a start between two
-/// looks are no rest.
+/// Interval of the search for the beginning of a rest, s; shorter rests are missed.
 const REST_INTERVAL: f64 = 1.0;
 
-/// Farthest ahead that a rest is looked at, s: ten times a usual horizon.
+/// Longest search for a rest, s: ten times a usual horizon.
 const REST_AHEAD_MAX: f64 = 780.0;
 
-/// Halvings of that interval: to a microsecond.
+/// Bisections of that interval: to a microsecond.
 const REST_HALVINGS: u32 = 20;
 
-/// Axes that an offset is given in: first ahead, then to starboard.
+/// Axes of an offset: first ahead, then to starboard.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Axes {
-    /// Direction of the first, rad, clockwise from north.
+    /// Direction of the first axis, rad, clockwise from north.
     pub(crate) angle: f64,
     /// Its rate, rad/s.
     pub(crate) rate: f64,
@@ -37,8 +36,9 @@ impl Axes {
         rate: 0.0,
     };
 
-    /// Along the course of a `velocity` over time, `ahead` seconds after the snapshot. At rest, that is below `slowest`, m/s,
-    /// they stand as they stood when the rest began, where that was after the snapshot, else as `held`.
+    /// Along the course of a `velocity` over time, `ahead` seconds after the snapshot. At rest,
+    /// below `slowest`, m/s, the axes are those when the rest began, or `held` if before the
+    /// snapshot.
     pub(crate) fn along_course(
         velocity: impl Fn(f64) -> Vector2<f64>,
         slowest: f64,
@@ -72,7 +72,7 @@ impl Axes {
     }
 }
 
-/// The last time at which it `moves`, between one at which it does and one at which it does not.
+/// The last time at which it `moves`, by bisection.
 fn last_moving(moves: impl Fn(f64) -> bool, mut moving: f64, mut resting: f64) -> f64 {
     for _ in 0..REST_HALVINGS {
         let middle = 0.5 * (moving + resting);
@@ -81,7 +81,7 @@ fn last_moving(moves: impl Fn(f64) -> bool, mut moving: f64, mut resting: f64) -
     moving
 }
 
-/// The motion of a place at `by` from one that moves so.
+/// The motion of a point displaced by `by`.
 ///
 /// ```text
 /// p = p_d + R(α) o        v = v_d + α̇ × R(α) o

@@ -1,18 +1,18 @@
-//! The place at the surface from which the farthest of several vehicles is nearest.
+//! The point at the surface with the least largest range to several vehicles.
 
 use nalgebra::Vector2;
 use smallvec::{SmallVec, smallvec};
 
 use crate::facts::ranges::AUVS_MAX;
 
-/// By how much a squared distance may exceed the largest, relative to it, and still count as equal: some
-/// fifty roundings. The place is then right to the root of it, 10⁻⁷ of the distance, in the worst case.
+/// Relative difference of equal squared distances: fifty roundings. The point is then right to its
+/// root, 10⁻⁷ of the distance, in the worst case.
 const SQUARE_TOLERANCE: f64 = 1e-14;
 
-/// Twice the sine of the angle under which three vehicles count as in line: a hundred times what rounding leaves.
+/// Twice the sine of the angle at which three vehicles are collinear: a hundred roundings.
 const SINE_IN_LINE: f64 = 1e-12;
 
-/// A vehicle seen from the surface.
+/// A vehicle relative to the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Below {
     /// Position (north, east), m.
@@ -21,33 +21,33 @@ pub struct Below {
     pub depth: f64,
 }
 
-/// Where the worst slant range is least.
+/// The point with the least largest slant range.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Nearest {
-    /// The place (north, east), m.
+    /// The point (north, east), m.
     pub position: Vector2<f64>,
-    /// Its weights: the place is the mean of the vehicles' positions by these, none negative, their sum 1. At
-    /// most three are positive, those of vehicles that are all equally far, and none is farther.
+    /// Its weights, none negative, with the sum 1: the point is this mean of the vehicles'
+    /// positions. At most three are positive, those of equally far vehicles, and none is farther.
     pub weights: SmallVec<[f64; AUVS_MAX]>,
 }
 
-/// The place that is nearest to its farthest vehicle, in slant range.
+/// The point that minimises the largest slant range.
 ///
 /// ```text
 /// minimise over c   max_i  ‖c − p_i‖² + z_i²
 /// ```
-/// At equal depths it is the centre of the smallest circle around the vehicles. The squares differ by what is
-/// linear in c, so that each step projects a vehicle on the half-planes from which it is the farthest: the
-/// one that is farther than the best place for those before it belongs to the answer.
+/// At equal depths it is the centre of the smallest circle around the vehicles. Differences of the
+/// squares are linear in c, so each step projects a vehicle on the half-planes where it is the
+/// farthest: a vehicle farther than the best point for the previous ones belongs to the answer.
 ///
-/// Source: E. Welzl, *Smallest enclosing disks (balls and ellipsoids)*, 1991, for the order of the steps; the
-/// depths, and the vehicles in the order given and not a random one, are departures: sixteen need no luck.
+/// Source: E. Welzl, *Smallest enclosing disks (balls and ellipsoids)*, 1991, for the order of the
+/// steps. Departures: the depths, and the given order, which suffices for sixteen.
 ///
 /// # Panics
-/// Where `vehicles` is empty.
+/// If `vehicles` is empty.
 #[must_use]
 pub fn nearest_to_all(vehicles: &[Below]) -> Nearest {
-    // Differences to the first: coordinates of 10⁶ m leave few digits to squares.
+    // Relative to the first: coordinates of 10⁶ m leave few digits to squares.
     let origin = vehicles[0].position;
     let points: SmallVec<[Lifted; AUVS_MAX]> = vehicles
         .iter()
@@ -56,12 +56,12 @@ pub fn nearest_to_all(vehicles: &[Below]) -> Nearest {
             square: vehicle.depth * vehicle.depth,
         })
         .collect();
-    let mut best = Place::above(&points, 0);
+    let mut best = Best::above(&points, 0);
     for i in 1..points.len() {
         if best.is_nearer_to(i, best.support[0], &points) {
             continue;
         }
-        best = farthest_is(i, &points[..=i]);
+        best = best_with_farthest(i, &points[..=i]);
     }
     Nearest {
         position: best.position + origin,
@@ -69,7 +69,7 @@ pub fn nearest_to_all(vehicles: &[Below]) -> Nearest {
     }
 }
 
-/// A vehicle of which only the square of its depth matters.
+/// A vehicle with its squared depth.
 #[derive(Clone, Copy, Debug)]
 struct Lifted {
     position: Vector2<f64>,
@@ -82,14 +82,14 @@ impl Lifted {
     }
 }
 
-/// A candidate, and the vehicles that hold it there.
+/// A candidate and the vehicles that determine it.
 #[derive(Clone, Debug)]
-struct Place {
+struct Best {
     position: Vector2<f64>,
     support: SmallVec<[usize; 3]>,
 }
 
-impl Place {
+impl Best {
     fn above(points: &[Lifted], i: usize) -> Self {
         Self {
             position: points[i].position,
@@ -97,13 +97,13 @@ impl Place {
         }
     }
 
-    /// Whether `a` is no farther than `b`.
+    /// `true` if `a` is no farther than `b`.
     fn is_nearer_to(&self, a: usize, b: usize, points: &[Lifted]) -> bool {
         let [a, b] = [a, b].map(|i| points[i].square_range(&self.position));
         a <= b + SQUARE_TOLERANCE * a
     }
 
-    /// Barycentric coordinates of the place in its support.
+    /// Barycentric coordinates of the point in its support.
     fn weights(&self, points: &[Lifted]) -> SmallVec<[f64; AUVS_MAX]> {
         let p = |i: usize| points[i].position;
         let mut weights: SmallVec<[f64; AUVS_MAX]> = smallvec![0.0; points.len()];
@@ -120,7 +120,7 @@ impl Place {
             }
             _ => weights[self.support[0]] = 1.0,
         }
-        // Inside the support but for rounding.
+        // Inside the support, up to rounding.
         for weight in &mut weights {
             *weight = weight.max(0.0);
         }
@@ -129,25 +129,26 @@ impl Place {
     }
 }
 
-/// The best place among those from which none of `points` is farther than the `i`-th, the last.
-fn farthest_is(i: usize, points: &[Lifted]) -> Place {
-    let mut best = Place::above(points, i);
+/// The best point among those from which the `i`-th, last, of `points` is farthest.
+fn best_with_farthest(i: usize, points: &[Lifted]) -> Best {
+    let mut best = Best::above(points, i);
     for j in 0..i {
         if !best.is_nearer_to(j, i, points) {
-            best = equally_far_are(i, j, points).unwrap_or(best);
+            best = best_with_equal_ranges(i, j, points).unwrap_or(best);
         }
     }
     best
 }
 
-/// The best place on the line from which `i` and `j` are equally far, among those from which none of the
-/// vehicles before `j` is farther; none where `i` and `j` are one above the other.
+/// The best point on the line from which `i` and `j` are equally far, among those from which none
+/// of the vehicles before `j` is farther; `None` if `i` and `j` are above each other.
 ///
-/// With q = p − p_i, m the foot of the line as seen from p_i, and e along it:
+/// With q = p − p_i, the foot m of the line from p_i, and e along it:
 /// ```text
-/// c = p_i + m + τ e    m = q_j (½ + (z_j² − z_i²) / 2‖q_j‖²)    2 e·q_k τ ≥ ‖q_k‖² + z_k² − z_i² − 2 m·q_k
+/// c = p_i + m + τ e                   m = q_j (½ + (z_j² − z_i²) / 2‖q_j‖²)
+/// 2 e·q_k τ ≥ ‖q_k‖² + z_k² − z_i² − 2 m·q_k
 /// ```
-fn equally_far_are(i: usize, j: usize, points: &[Lifted]) -> Option<Place> {
+fn best_with_equal_ranges(i: usize, j: usize, points: &[Lifted]) -> Option<Best> {
     let from_i = |k: usize| points[k].position - points[i].position;
     let higher = |k: usize| points[k].square - points[i].square;
     let q_j = from_i(j);
@@ -161,7 +162,7 @@ fn equally_far_are(i: usize, j: usize, points: &[Lifted]) -> Option<Place> {
     for k in 0..j {
         let q_k = from_i(k);
         let slope = 2.0 * along.dot(&q_k);
-        // In line with the other two, it allows every place on the line or none.
+        // Collinear with the other two, it allows all points of the line or none.
         if slope.abs() <= SINE_IN_LINE * q_k.norm() {
             continue;
         }
@@ -177,7 +178,7 @@ fn equally_far_are(i: usize, j: usize, points: &[Lifted]) -> Option<Place> {
         (_, high) if high.0 < 0.0 => high,
         _ => (0.0, None),
     };
-    Some(Place {
+    Some(Best {
         position: points[i].position + m + along * tau,
         support: [i, j].into_iter().chain(third).collect(),
     })
@@ -205,8 +206,7 @@ mod tests {
         ranges.fold(0.0, f64::max)
     }
 
-    /// The conditions that are sufficient for the least maximum of convex functions: a mean of the gradients of
-    /// those that attain it vanishes.
+    /// Asserts a convex minimax's optimality condition: a mean of the active gradients vanishes.
     fn assert_least(vehicles: &[Below], size: f64) {
         let found = nearest_to_all(vehicles);
         let (place, worst) = (found.position, worst(&found.position, vehicles));
@@ -219,14 +219,14 @@ mod tests {
         let mean: Vector2<f64> = pairs().map(|(weight, vehicle)| vehicle.position * *weight).sum();
         assert!((mean - place).norm() <= 1e-7 * size, "{found:?} of {vehicles:?}");
         for (weight, vehicle) in pairs() {
-            // A squared range counts as equal within 1e-14 of itself, and a coordinate keeps 16 digits.
+            // Squared ranges are equal within 1e-14 of themselves, and a coordinate has 16 digits.
             let short = weight * (worst - range(&place, vehicle));
             assert!(short <= 1e-9 * size, "{short} at {vehicle:?} of {vehicles:?}");
         }
     }
 
     #[test]
-    fn one_vehicle_is_best_seen_from_above() {
+    fn the_best_point_of_one_vehicle_is_above_it() {
         let found = nearest_to_all(&[below(3.0, -4.0, 9.0)]);
         assert_eq!(
             (found.position, found.weights.as_slice()),
@@ -235,8 +235,8 @@ mod tests {
     }
 
     #[test]
-    fn the_deeper_of_two_draws_the_place_to_itself_until_it_is_right_above() {
-        // 30 m of a triangle 40 m, 50 m: from 35.0625 m on the 60 m between them both are equally far.
+    fn the_deeper_of_two_vehicles_attracts_the_point_until_it_is_above() {
+        // The squared ranges x² and (60 − x)² + depth² are equal at x = 60 `share`.
         let depth: f64 = 40.0;
         let share = |depth: f64| 0.5 + depth * depth / (2.0 * 60.0 * 60.0);
         let found = nearest_to_all(&[below(0.0, 0.0, 0.0), below(60.0, 0.0, depth)]);
@@ -250,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn coincident_collinear_and_cocircular_vehicles_have_one_best_place() {
+    fn coincident_collinear_and_cocircular_vehicles_have_one_best_point() {
         let circle = |n: u32| {
             (0..n)
                 .map(|k| crate::facts::angle::direction(f64::from(k) * 0.7) * 50.0)
@@ -283,7 +283,7 @@ mod tests {
     }
 
     fn any_vehicles() -> impl Strategy<Value = Vec<Below>> {
-        // A coarse grid brings ties, coincidences and lines.
+        // A coarse grid has ties, coincidences and lines.
         let fine = (-200.0..200.0, -200.0..200.0, 0.0..200.0);
         let coarse = (-3_i32..4, -3_i32..4, 0_i32..3)
             .prop_map(|(n, e, d)| (20.0 * f64::from(n), 20.0 * f64::from(e), 30.0 * f64::from(d)));
@@ -298,7 +298,7 @@ mod tests {
         #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..ProptestConfig::default() })]
 
         #[test]
-        fn no_place_is_better_than_the_one_found(
+        fn no_point_is_better_than_the_one_found(
             vehicles in any_vehicles(),
             steps in prop::collection::vec((-1.0..1.0, -1.0..1.0, -6_i32..3), 50),
         ) {

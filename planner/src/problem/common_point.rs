@@ -1,4 +1,4 @@
-//! Whether discs have a point in common: whether one place is in range of all.
+//! Test for a common point of discs: a position in range of several AUVs.
 
 use nalgebra::Vector2;
 
@@ -6,13 +6,13 @@ use nalgebra::Vector2;
 const ROUNDING: f64 = 1.0e-6;
 
 /// Centre and radius, m, of a disc that includes its edge.
-pub(crate) type Place = (Vector2<f64>, f64);
+pub(crate) type Circle = (Vector2<f64>, f64);
 
-/// Whether some point is in all of `discs`.
+/// `true` if some point is in all of `discs`.
 ///
-/// The discs' intersection, where there is one, is a convex region. Either its edge is a whole circle, the one of a disc
+/// A non-empty intersection of discs is convex. Its edge is either a whole circle, that of a disc
 /// inside all others, whose centre is then in all; or it has a corner, where two circles cross.
-pub(crate) fn have_a_common_point(discs: &[Place]) -> bool {
+pub(crate) fn have_a_common_point(discs: &[Circle]) -> bool {
     let in_all = |point: &Vector2<f64>| {
         discs
             .iter()
@@ -31,9 +31,8 @@ pub(crate) fn have_a_common_point(discs: &[Place]) -> bool {
             .any(|point| in_all(&point))
 }
 
-/// Where two circles cross; twice the point nearest to both where they touch, or fail to by rounding; far off where they
-/// do not meet.
-fn crossings((a, ra): &Place, (b, rb): &Place) -> [Vector2<f64>; 2] {
+/// Crossings of two circles; twice the same if they touch, far away if they do not meet.
+fn crossings((a, ra): &Circle, (b, rb): &Circle) -> [Vector2<f64>; 2] {
     let apart = b - a;
     let distance = apart.norm().max(f64::MIN_POSITIVE);
     let along = (distance * distance + ra * ra - rb * rb) / (2.0 * distance);
@@ -50,32 +49,35 @@ mod tests {
 
     use super::*;
 
-    fn place(north: f64, east: f64, radius: f64) -> Place {
+    fn circle(north: f64, east: f64, radius: f64) -> Circle {
         (Vector2::new(north, east), radius)
     }
 
     #[test]
-    fn discs_that_touch_have_a_point_in_common_and_discs_apart_have_none() {
+    fn touching_discs_have_a_common_point_and_separate_ones_have_none() {
         assert!(have_a_common_point(&[]));
-        assert!(have_a_common_point(&[place(0.0, 0.0, 0.0)]));
+        assert!(have_a_common_point(&[circle(0.0, 0.0, 0.0)]));
         assert!(have_a_common_point(&[
-            place(0.0, 0.0, 300.0),
-            place(600.0, 0.0, 300.0)
+            circle(0.0, 0.0, 300.0),
+            circle(600.0, 0.0, 300.0)
         ]));
         assert!(!have_a_common_point(&[
-            place(0.0, 0.0, 300.0),
-            place(600.1, 0.0, 300.0)
+            circle(0.0, 0.0, 300.0),
+            circle(600.1, 0.0, 300.0)
         ]));
         // One inside another, and two at one place.
         assert!(have_a_common_point(&[
-            place(0.0, 0.0, 50.0),
-            place(1.0, 2.0, 3.0)
+            circle(0.0, 0.0, 50.0),
+            circle(1.0, 2.0, 3.0)
         ]));
-        assert!(have_a_common_point(&[place(1.0, 2.0, 5.0), place(1.0, 2.0, 3.0)]));
+        assert!(have_a_common_point(&[
+            circle(1.0, 2.0, 5.0),
+            circle(1.0, 2.0, 3.0)
+        ]));
     }
 
     #[test]
-    fn three_discs_of_which_every_two_meet_need_not_have_a_point_in_common() {
+    fn three_discs_that_meet_in_pairs_need_not_have_a_common_point() {
         // An equilateral triangle of sides 2: its centre is 2/√3 = 1.1547 from the corners.
         let discs = |radius: f64| {
             [0.0, 1.0, 2.0].map(|i: f64| {
@@ -91,11 +93,11 @@ mod tests {
     }
 
     proptest! {
-        /// Second route: the largest excess of distance over radius is convex, and subgradient steps find its least.
+        /// Second route: subgradient steps to the minimum of the convex largest excess.
         #[test]
-        fn it_is_so_where_the_least_of_the_largest_excess_is_not_above_0(
+        fn a_common_point_exists_if_the_minimal_excess_is_not_positive(
             discs in proptest::collection::vec(
-                (-100.0..100.0_f64, -100.0..100.0_f64, 0.0..150.0_f64).prop_map(|(n, e, r)| place(n, e, r)),
+                (-100.0..100.0_f64, -100.0..100.0_f64, 0.0..150.0_f64).prop_map(|(n, e, r)| circle(n, e, r)),
                 1..6,
             ),
         ) {
@@ -114,7 +116,7 @@ mod tests {
                 point += (centre - point).cap_magnitude(step);
                 step *= 0.997;
             }
-            // The steps end below a millimetre; what is nearer to the edge than they get tells nothing.
+            // The steps end below a millimetre; a smaller excess is undecided.
             if least.abs() > 0.05 {
                 prop_assert_eq!(have_a_common_point(&discs), least < 0.0, "{}", least);
             }

@@ -1,4 +1,4 @@
-//! The craft's own frame: origin at its position, first axis along its bow, time 0 now.
+//! The craft's frame: origin at its position, first axis along its bow, time 0 now.
 
 use nalgebra::{Matrix2, Vector2};
 
@@ -13,7 +13,7 @@ use crate::{
     snapshot::build::Snapshot,
 };
 
-/// Slower than this, a velocity has no direction worth following, m/s.
+/// Least speed with a usable direction, m/s.
 pub(crate) const SPEED_WITHOUT_DIRECTION: f64 = 0.02;
 
 /// Transforms between north-east and (ahead, starboard) of the craft now.
@@ -37,7 +37,7 @@ impl Frame {
         }
     }
 
-    /// Time on the snapshot's clock of what is `ahead` seconds after the snapshot, s.
+    /// Time on the snapshot's clock, s, `ahead` seconds after the snapshot.
     pub(crate) fn time(&self, ahead: f64) -> f64 {
         self.now + ahead
     }
@@ -84,8 +84,8 @@ impl Frame {
         }
     }
 
-    /// `stages` at `times` after the snapshot, s, as a trajectory in NED. A stage too slow to have a direction keeps the
-    /// heading of the one before.
+    /// `stages` at `times` after the snapshot, s, as a trajectory in NED. A stage too slow for a
+    /// direction keeps the previous heading.
     pub(crate) fn trajectory(
         &self,
         stages: &[Stage],

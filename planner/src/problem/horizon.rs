@@ -1,4 +1,4 @@
-//! The planning problem in the craft's own frame, sampled on the parameters' grid.
+//! The planning problem in the craft's frame, sampled on a grid of times.
 
 use nalgebra::Vector2;
 
@@ -27,7 +27,7 @@ use crate::{
     snapshot::build::Snapshot,
 };
 
-/// Facts of one snapshot in the frame of the craft. A plan made of them cannot depend on where north or the datum is.
+/// Facts of one snapshot in the craft's frame, so that a plan is invariant to north and the datum.
 #[derive(Clone, Debug)]
 pub(crate) struct Horizon<'a> {
     pub(crate) frame: Frame,
@@ -37,21 +37,21 @@ pub(crate) struct Horizon<'a> {
     pub(crate) times: Vec<f64>,
     /// Goal at the stages, craft frame.
     pub(crate) goal: Vec<Motion>,
-    /// Goal's course when it last moved, NED.
+    /// Last course of the moving goal, NED.
     pub(crate) goal_course: Course,
     /// Current, craft frame, m/s.
     pub(crate) current: Vector2<f64>,
     /// The craft now, craft frame.
     pub(crate) start: Stage,
-    /// Yaw rate that the craft has now, rad/s.
+    /// Present yaw rate of the craft, rad/s.
     yaw_rate: f64,
     /// The previous plan's trajectory, if it is usable.
     pub(crate) previous: Option<PreviousTrajectory<'a>>,
-    /// What the craft has been turning to.
+    /// The heading that the craft has been following.
     pub(crate) followed: Option<FollowedHeading>,
     /// Propulsion power of the craft.
     pub(crate) power: Power,
-    /// Weights of the cost, as the goal is known.
+    /// Weights of the cost, given the goal's uncertainty.
     pub(crate) weights: Weights,
     /// Limits of position at the stages, craft frame.
     pub(crate) constraints: StageConstraints,
@@ -92,7 +92,7 @@ impl<'a> Horizon<'a> {
         }
     }
 
-    /// A line-of-sight law from a start without memory, rolled out on the response model.
+    /// Rollout of a line-of-sight law without memory on the response model.
     pub(crate) fn line_of_sight(
         &self,
         snapshot: &Snapshot,
@@ -106,8 +106,8 @@ impl<'a> Horizon<'a> {
         self.roll_out(snapshot.craft_model(), law)
     }
 
-    /// A line-of-sight law with its memory, which is in NED and of the snapshot's clock, rolled out on the response model.
-    pub(crate) fn carried_on(
+    /// Rollout of a line-of-sight law with its memory in NED and on the snapshot's clock.
+    pub(crate) fn line_of_sight_with_memory(
         &self,
         snapshot: &Snapshot,
         goal: &GoalForecast,
@@ -124,13 +124,13 @@ impl<'a> Horizon<'a> {
         self.roll_out(snapshot.craft_model(), law)
     }
 
-    /// Acceleration through the water until now, craft frame, m/s²: across the direction of travel, what the yaw rate makes.
+    /// Acceleration through the water now, craft frame, m/s²: that of the yaw rate.
     pub(crate) fn acceleration(&self) -> Vector2<f64> {
         let velocity = self.start.velocity;
         Vector2::new(-velocity.y, velocity.x) * self.yaw_rate
     }
 
-    /// A law that is asked in the craft's frame, rolled out on the response model.
+    /// Rollout of a `law` in the craft's frame on the response model.
     pub(crate) fn roll_out(
         &self,
         craft: &CraftModel,
@@ -145,8 +145,7 @@ impl<'a> Horizon<'a> {
         response.roll_out(self.start, Heading::new(0.0), self.steps, law)
     }
 
-    /// Directions of travel, craft frame: the bow first, then those of `stages`; where these are too
-    /// slow to have one, the direction before.
+    /// Directions of travel, craft frame: the bow's, then those of `stages`; slow ones repeat them.
     pub(crate) fn directions_of(stages: &[Stage]) -> impl Iterator<Item = Vector2<f64>> {
         let ahead = Vector2::new(1.0, 0.0);
         let later = stages[1..].iter().scan(ahead, |last, stage| {
@@ -167,13 +166,12 @@ impl<'a> Horizon<'a> {
         std::iter::once(self.start).chain(later).collect()
     }
 
-    /// The goal's course when it last moved, as an angle from the bow.
+    /// The goal's last course in motion, as an angle from the bow.
     pub(crate) fn local_goal_course(&self) -> Course {
         Course::new(self.frame.angle(self.goal_course.radians()))
     }
 
-    /// `stages` at a time in the interval that begins with stage k, or just beyond it: a linear velocity, and the
-    /// position that it leads to.
+    /// `stages` at a time in the interval after stage k: a linear velocity and its integral.
     pub(crate) fn between(&self, stages: &[Stage], k: usize, time: f64) -> Stage {
         let (from, to) = (&stages[k], &stages[k + 1]);
         let (dt, since) = (self.times[k + 1] - self.times[k], time - self.times[k]);
@@ -198,8 +196,8 @@ impl<'a> Horizon<'a> {
     }
 }
 
-/// Yaw rate now, rad/s: what the response model makes of the reference that the craft follows, which has no sensor's
-/// noise; else as measured. Never faster than the craft can turn.
+/// Yaw rate now, rad/s: the response model's for the followed reference, free of sensor noise, else
+/// the measured one. Limited to the craft's turn rate.
 fn yaw_rate(snapshot: &Snapshot, followed: Option<FollowedHeading>) -> f64 {
     let craft = snapshot.craft_model();
     let followed = followed.map(|followed| {

@@ -2,26 +2,26 @@
 
 use nalgebra::Vector2;
 
-/// Horizontal distance to keep within of an AUV, at stages 0 … N.
+/// Largest horizontal distance to an AUV, at stages 0 … N.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AcousticRange {
-    /// Where the AUV is, m.
+    /// Positions of the AUV, m.
     pub centres: Vec<Vector2<f64>>,
-    /// Farthest horizontal distance, m, never negative.
+    /// Largest horizontal distance, m, never negative.
     pub radii: Vec<f64>,
-    /// Whether the goal names the AUV.
+    /// `true` if the goal names the AUV.
     pub named: bool,
 }
 
-/// A disc to stay out of, at stages 0 … N; it may move, as an AUV that surfaces does.
+/// A disc to stay out of, at stages 0 … N; it may move, like a surfacing AUV.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Disc {
     /// Its centre, m.
     pub centres: Vec<Vector2<f64>>,
-    /// Distance to keep from the centre, m; negative where the disc is not there.
+    /// Distance to keep from the centre, m; negative while the disc is inactive.
     pub radii: Vec<f64>,
-    /// For each interval k − 1 → k at place k, the unit vector from the disc to the side on which the craft passes; at
-    /// place 0 none is used.
+    /// Element k ≥ 1, for interval k − 1 → k: the unit vector from the disc to the side on which
+    /// the craft passes. Element 0 is unused.
     pub normals: Vec<Vector2<f64>>,
 }
 
@@ -34,11 +34,11 @@ pub struct Edge {
     pub offset: f64,
 }
 
-/// An AUV whose slant range is one of those of which the largest is to be small (minimax), at stages 0 … N.
+/// An AUV in a minimax range (the largest slant range is minimised), at stages 0 … N.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MinimaxRange {
-    /// Where it is, m.
+    /// Positions, m.
     pub positions: Vec<Vector2<f64>>,
-    /// How deep, m.
+    /// Depths, m.
     pub depths: Vec<f64>,
 }

@@ -1,4 +1,4 @@
-//! Tuned numbers of the planner: those of the program here, those of visits in `visit/fleet.rs`.
+//! Tuned numbers of the program; those of visits are in `visit/fleet.rs`.
 
 use std::borrow::Cow;
 
@@ -12,70 +12,67 @@ use crate::{
     visit::fleet::SchedulingParameters,
 };
 
-/// Standard deviations within which an error of the craft's position cannot be distinguished from one of the goal's.
+/// Standard deviations within which errors of craft and goal are indistinguishable.
 const UNCERTAINTY_DEVIATIONS: f64 = 2.0;
 
 /// Least gap between the least and the largest speed, m/s.
 const SPEED_GAP: f64 = 0.05;
 
-/// How the planner plans: horizon, weights, gains, tolerances.
+/// Parameters of the planner: horizon, weights, gains, tolerances.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameters {
     /// Lengths of the horizon's intervals, s, in order.
     pub steps: Vec<f64>,
     /// Weights of the program's cost.
     pub weights: Weights,
-    /// Gains of the line-of-sight law: the baseline, an initial guess of the first SCP iteration, and a fallback level.
+    /// Gains of the line-of-sight law: baseline, initial guess and fallback level.
     pub los: LosGains,
-    /// Integral gain σ of integral line of sight, m/s, where it is not tuned.
+    /// Default integral gain σ of integral line of sight, m/s.
     pub integral_gain: f64,
-    /// SCP iterations from one initial guess; each linearises about the directions of travel of the one before.
+    /// SCP iterations from one guess; each linearises about the previous directions of travel.
     pub scp_iterations: u32,
-    /// Oldest previous plan that is still followed, s.
+    /// Largest age of a previous plan that is followed, s.
     pub previous_plan_age_max: f64,
-    /// Farthest that a previous plan may lead past the craft and still be its plan, m: what 10 s at full
-    /// speed on a wrong course amount to.
+    /// Largest distance of a previous plan from the craft, m: 10 s at full speed on a wrong course.
     pub previous_plan_miss_max: f64,
-    /// Oldest report of an AUV that the goal may rest on, and limits about it count, s.
+    /// Oldest report that goals and limits may use, s.
     pub report_age_max: f64,
-    /// Least share of its weight that a distance to the goal keeps, however uncertain the goal is; 1 leaves uncertainty without
-    /// weight.
+    /// Least share of the weight of a distance to an uncertain goal; 1 disables the reduction.
     pub uncertain_goal_share: f64,
-    /// Standard deviations √(tr P) of an AUV's position by which its acoustic range is taken to be shorter: 95 % of
-    /// a circular distribution are within 2.45 deviations of one axis.
+    /// Back-off of acoustic ranges in standard deviations √(tr P) of an AUV's position: 95 % of a
+    /// circular distribution are within 2.45 deviations of one axis.
     pub range_back_off: f64,
-    /// Smallest cosine between the directions that a subproblem was linearised about and those of its solution with which it
-    /// has converged, and no further SCP iteration is worth its time.
+    /// Smallest cosine between a subproblem's directions and those of its solution at convergence;
+    /// then no further SCP iteration is worth its time.
     pub converged_cosine: f64,
-    /// Fastest that a heading reference of the program or the previous plan turns, and a trajectory is planned to, where the craft
-    /// could turn faster, rad/s. A law at speed that is preferred to those turns no faster either.
+    /// Largest rate of planned headings and heading references, rad/s, for craft that could turn
+    /// faster; also of a law at speed that is preferred to them.
     pub heading_rate_max: f64,
-    /// Share of its fastest turn with which a craft is planned that turns so fast that this is more than `heading_rate_max`.
+    /// Planned share of the largest turn rate, if this share exceeds `heading_rate_max`.
     pub quick_craft_share: f64,
-    /// Share of the largest speed reference that is planned with, and asked for by all but a law that answers.
+    /// Planned share of the largest speed reference; only a law that answers exceeds it.
     pub speed_share: f64,
-    /// How much farther than asked the program stays from a keep-out, m.
+    /// Distance that the program adds to a keep-out, m.
     pub keep_out_margin: f64,
-    /// Share of the largest planned speed above which a line-of-sight law that is preferred to a plan is slew-limited
-    /// as one.
+    /// Share of the largest planned speed above which a law that answers is slew-limited.
     pub hard_turn_share: f64,
-    /// Whether the fallback level of least predicted cost answers, else the first that is available: only to see what the choice
-    /// is worth.
+    /// `true`: the fallback level of least predicted cost answers; `false`: the first available
+    /// one, to measure the benefit of the choice.
     pub cost_decides: bool,
-    /// Widest residual with which a solved or almost solved program counts.
+    /// Largest residual of an accepted solution, solved or almost solved.
     pub certificate_tolerance: f64,
-    /// How long the reference may be used when no newer one arrives, s.
+    /// Duration for which the reference may be used without a newer one, s.
     pub validity: f64,
-    /// How visits are scheduled.
+    /// Parameters of the scheduling of visits.
     pub scheduling: SchedulingParameters,
 }
 
-/// Weights of the cost, each on a squared deviation per second unless said otherwise.
+/// Weights of the cost, each on a squared deviation per second unless stated otherwise.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Weights {
     /// Distance to the goal, 1/m².
     pub position: f64,
-    /// Velocity over ground relative to the goal's, 1/(m/s)²: keeps the craft from circling a slow goal.
+    /// Velocity over ground relative to the goal's, 1/(m/s)²; prevents circling a slow goal.
     pub velocity: f64,
     /// Acceleration, 1/(m/s²)².
     pub acceleration: f64,
@@ -83,25 +80,25 @@ pub struct Weights {
     pub terminal_position: f64,
     /// Relative velocity at the end of the horizon, 1/(m/s)², not per second.
     pub terminal_velocity: f64,
-    /// Propulsion energy, 1/J; where it is 0, the program has no energy in it.
+    /// Propulsion energy, 1/J; 0 removes energy from the program.
     pub energy: f64,
-    /// Linear and quadratic price of being where no acoustic range is to an AUV that the goal names, per metre, m² and
-    /// stage.
+    /// Linear and quadratic price of leaving a named AUV's acoustic range, per m, m² and stage.
     pub range_slack: (f64, f64),
-    /// The same for the others. A metre towards one is at most a metre away from another, so that no range of these is
-    /// kept at the price of the first: whatever they are broken by, a metre costs less here.
+    /// The same for other AUVs. A metre towards one is at most a metre away from another, so a
+    /// lower price per metre never breaks a named AUV's range.
     pub other_range_slack: (f64, f64),
-    /// Of leaving the area.
+    /// Price of leaving the area.
     pub area_slack: (f64, f64),
-    /// Of entering a keep-out disc.
+    /// Price of entering a keep-out disc.
     pub keep_out_slack: (f64, f64),
-    /// Linear and quadratic price of breaking a soft row of motion (m/s or m/s²), per stage. The linear one is above
-    /// what a detour around a surfacing AUV bids at the planned rate of turn, see `docs/rationale.md#prices`.
+    /// Linear and quadratic price of breaking a soft row of motion (m/s or m/s²), per stage. The
+    /// linear one exceeds the bid of a detour around a surfacing AUV at the planned rate of turn,
+    /// see `docs/rationale.md#prices`.
     pub slack: (f64, f64),
 }
 
 impl Parameters {
-    /// These with the levers that `tuning` sets.
+    /// These with the members that `tuning` sets.
     #[must_use]
     pub fn tuned(&self, tuning: &Tuning) -> Self {
         let weights = &self.weights;
@@ -125,7 +122,7 @@ impl Parameters {
         }
     }
 
-    /// These with the levers that `snapshot` sets.
+    /// These with the tuning of `snapshot`.
     #[must_use]
     pub fn of(&self, snapshot: &Snapshot) -> Cow<'_, Self> {
         match &snapshot.tuning {
@@ -134,13 +131,13 @@ impl Parameters {
         }
     }
 
-    /// What is asked of `craft`: a little less than it can do.
+    /// `craft` as it is planned: with slightly reduced limits.
     #[must_use]
     pub fn planned(&self, craft: &CraftModel) -> CraftModel {
         let limits = &craft.limits;
         CraftModel {
             limits: Limits {
-                // The least gap that a request may leave stays.
+                // Keeps the least gap that a request may have.
                 speed_max: (self.speed_share * limits.speed_max)
                     .max(limits.speed_max.min(limits.speed_min + SPEED_GAP)),
                 turn_rate_max: limits.turn_rate_max.min(
@@ -153,20 +150,19 @@ impl Parameters {
         }
     }
 
-    /// Whether an AUV was last heard of so long ago that no goal may rest on it, and no limit needs to.
+    /// `true` if the AUV's report is too old for goals and limits.
     #[must_use]
     pub(crate) fn is_stale(&self, estimate: &Estimate) -> bool {
         estimate.state.age_s > self.report_age_max
     }
 
-    /// The weights for a plan on `snapshot` with `goal`: [`Parameters::weights`], reduced by the uncertainty of the goal.
-    ///
-    /// The uncertainty is that of the least known of the AUVs that the goal follows now: of AUVs in turn, the present one. An AUV whose
-    /// state brings no covariance is taken for known.
+    /// The weights for a plan on `snapshot` with `goal`: [`Parameters::weights`], reduced by the
+    /// goal's uncertainty, which is that of the least known AUV that the goal follows now (of AUVs
+    /// in turn, the present one). Without a covariance an AUV counts as exactly known.
     #[must_use]
     pub fn weights_for(&self, snapshot: &Snapshot, goal: &GoalForecast) -> Weights {
         let estimates = goal.needs_now().map(|auv| &snapshot.estimates()[auv]);
-        // Of one that is not heard of any more, there is no estimate that could be uncertain.
+        // A stale AUV has no estimate that could be uncertain.
         let sigma = estimates
             .filter(|estimate| !self.is_stale(estimate))
             .filter_map(Estimate::position_sigma)
@@ -178,14 +174,15 @@ impl Parameters {
 }
 
 impl Weights {
-    /// These weights at `distance` from a goal that is known to within `sigma`, the root mean square of how far it may
-    /// be from where it is taken to be, both m; they keep `least` of themselves.
+    /// These weights at `distance`, m, from a goal with the root-mean-square position error
+    /// `sigma`, m; at least a share `least` remains.
     ///
     /// ```text
     /// w ← w max(least, e⁴ / (e⁴ + (2 d)⁴))      for both weights of position
     /// ```
-    /// An error that is no larger than the uncertainty is as likely the estimate's as the craft's, and the next report takes
-    /// a part of it back: a craft that chases it travels farther, and is no nearer; see `docs/rationale.md#prices`.
+    /// An error below the uncertainty is as likely the estimate's as the craft's, and the next
+    /// report removes part of it: chasing it is longer and no nearer; see
+    /// `docs/rationale.md#prices`.
     #[must_use]
     pub(crate) fn for_uncertain_goal(&self, distance: f64, sigma: f64, least: f64) -> Self {
         let (error, sigma) = (distance.powi(4), (UNCERTAINTY_DEVIATIONS * sigma).powi(4));
@@ -218,17 +215,20 @@ impl Default for Parameters {
             previous_plan_age_max: 10.0,
             previous_plan_miss_max: 15.0,
             report_age_max: 900.0,
-            // The craft then takes 39 s over what it takes 4 s over when it is sure, √(velocity / position).
+            // The craft then takes 39 s instead of 4 s for a certain goal, √(velocity / position).
             uncertain_goal_share: 0.01,
             range_back_off: 1.73,
             converged_cosine: 0.94,
-            // Just under 10°/s: what a small twin-thruster craft follows without a jerk; `docs/rationale.md#references`.
+            // Just under 10°/s: a small twin-thruster craft follows without a jerk;
+            // `docs/rationale.md#references`.
             heading_rate_max: 0.17,
-            // A quick boat that goes about at 10°/s is 16 m behind an AUV that sets off the other way; `docs/rationale.md#references`.
+            // Turning at 10°/s, a quick boat falls 16 m behind an AUV that departs astern;
+            // `docs/rationale.md#references`.
             quick_craft_share: 0.2,
-            // The surge loop overshoots, and thrusters at their limits cannot hold a heading; `docs/rationale.md#references`.
+            // The surge loop overshoots, and saturated thrusters cannot hold a heading;
+            // `docs/rationale.md#references`.
             speed_share: 0.98,
-            // The least with which the craft is never inside; `docs/rationale.md#prices`.
+            // The least margin with which the craft never enters; `docs/rationale.md#prices`.
             keep_out_margin: 0.5,
             hard_turn_share: 0.5,
             cost_decides: true,
@@ -261,11 +261,11 @@ impl Default for Weights {
 mod tests {
     use super::*;
 
-    /// Share that a weight keeps at least.
+    /// Least remaining share of a weight.
     const LEAST: f64 = 0.01;
 
     #[test]
-    fn a_goal_that_is_known_is_worth_its_whole_weight() {
+    fn a_known_goal_keeps_its_whole_weight() {
         let weights = Weights::default();
         for distance in [0.0, 1e-3, 1e6] {
             assert_eq!(weights.for_uncertain_goal(distance, 0.0, LEAST), weights);
@@ -273,16 +273,16 @@ mod tests {
     }
 
     #[test]
-    fn the_nearer_and_the_more_uncertain_the_less_an_error_weighs() {
+    fn an_error_weighs_less_when_nearer_or_more_uncertain() {
         let weights = Weights::default();
         let share =
             |distance, sigma| weights.for_uncertain_goal(distance, sigma, LEAST).position / weights.position;
-        // As far as two deviations: as likely the one as the other.
+        // At two deviations the causes are equally likely.
         assert!((share(2.0, 1.0) - 0.5).abs() < 1e-12);
         let distances = [0.0, 0.5, 1.0, 2.0, 5.0, 50.0];
         assert!(distances.is_sorted_by(|a, b| share(*a, 1.0) <= share(*b, 1.0)));
         assert!(distances.is_sorted_by(|a, b| share(3.0, *a) >= share(3.0, *b)));
-        // Far from an uncertain goal it is the goal's error no more: 1 − (2/50)⁴.
+        // Far away the error is not the goal's: 1 − (2/50)⁴.
         assert!(share(50.0, 1.0) > 0.999);
         for (distance, sigma) in [(0.0, 1e6), (1e6, 1e6), (1e6, 1e-6)] {
             assert!((LEAST..=1.0).contains(&share(distance, sigma)));
@@ -290,7 +290,7 @@ mod tests {
     }
 
     #[test]
-    fn uncertainty_of_the_place_takes_nothing_from_velocity_acceleration_or_limits() {
+    fn position_uncertainty_keeps_the_weights_of_velocity_acceleration_and_limits() {
         let (weights, uncertain) = (
             Weights::default(),
             Weights::default().for_uncertain_goal(1.0, 1.0, LEAST),

@@ -1,4 +1,4 @@
-//! The previous plan, as far as it still leads the craft: its trajectory, and its heading reference.
+//! The previous plan while it still applies: its trajectory, and its heading reference.
 
 use crate::{
     facts::{
@@ -9,24 +9,24 @@ use crate::{
     snapshot::build::Snapshot,
 };
 
-/// A previous trajectory that is young enough, reaches into the future, and leads through where the craft is: the one
-/// of another mission does not.
+/// A previous trajectory that is young enough, reaches into the future, and passes near the craft;
+/// that of another mission does not.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PreviousTrajectory<'a> {
     points: &'a [TrajectoryPoint],
 }
 
-/// What the craft has been turning to since the previous plan, wherever that led it.
+/// The heading reference since the previous plan, independent of the trajectory.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FollowedHeading {
-    /// The reference, and what the craft stays off it.
+    /// The reference plus the craft's steady error.
     pub(crate) heading: Heading,
-    /// For how long, s.
+    /// Its age, s.
     pub(crate) age: f64,
 }
 
 impl FollowedHeading {
-    /// That of `snapshot`'s previous plan, if it is young enough.
+    /// The one of `snapshot`'s previous plan, if young enough.
     pub(crate) fn of(snapshot: &Snapshot, parameters: &Parameters) -> Option<Self> {
         let previous = snapshot.previous_plan.as_ref()?;
         let age = snapshot.t_s - previous.made_at()?;
@@ -53,8 +53,8 @@ impl<'a> PreviousTrajectory<'a> {
     }
 }
 
-/// A trajectory at a time between its points, linear in position and speed, along the shorter arc in
-/// heading; its ends beyond them.
+/// A trajectory at a time between its points: linear in position and speed, along the shorter arc
+/// in heading; beyond its ends, the end points.
 fn point_at(points: &[TrajectoryPoint], time: f64) -> TrajectoryPoint {
     let after = points.partition_point(|point| point.t_s <= time);
     if after == 0 {

@@ -1,5 +1,5 @@
-//! The limits of position at the stages of a horizon, in the craft's frame: acoustic ranges, discs, edges of the area, and
-//! the AUVs of a minimax range.
+//! Limits of position at the stages of a horizon, in the craft's frame: acoustic ranges, discs,
+//! edges of the area, and the AUVs of a minimax range.
 
 use std::iter::repeat_n;
 
@@ -17,7 +17,7 @@ use crate::{
     },
     predict::{forecast::AuvForecast, motion::Motion},
     problem::{
-        common_point::{Place, have_a_common_point},
+        common_point::{Circle, have_a_common_point},
         frame::Frame,
         limits::{AcousticRange, Disc, Edge, MinimaxRange},
         parameters::Parameters,
@@ -26,40 +26,39 @@ use crate::{
     snapshot::build::Snapshot,
 };
 
-/// Radius of a disc that is not there, m: with any other number below 0 a disc would come and go at another share of
-/// the interval in which it does.
+/// Radius of an inactive disc, m. Its value decides at which share of an interval a disc appears.
 const NOT_THERE: f64 = -1.0;
 
-/// Where the craft may go, and the AUVs of a minimax range.
+/// Limits of the craft's position, and the AUVs of a minimax range.
 #[derive(Clone, Debug)]
 pub(crate) struct StageConstraints {
     pub(crate) ranges: Vec<AcousticRange>,
     pub(crate) discs: Vec<Disc>,
     pub(crate) edges: Vec<Edge>,
     pub(crate) minimax: Vec<MinimaxRange>,
-    /// The keep-outs by their place in the snapshot, in the order of the discs, of which they are the first.
+    /// Snapshot indices of the keep-outs, which are the first discs, in their order.
     keep_outs: Vec<usize>,
-    /// The AUVs by their place in the snapshot, in the order of their ranges and of the discs after the keep-outs: those
-    /// that the goal names first.
+    /// Snapshot indices of the AUVs, in the order of their ranges and of the discs after the
+    /// keep-outs: those that the goal names first.
     auvs: Vec<usize>,
-    /// The AUVs whose range cannot be kept, by their place in the snapshot, ascending.
+    /// Snapshot indices of the AUVs whose range cannot be kept, ascending.
     pub(crate) range_unattainable: Vec<usize>,
 }
 
 /// Priority of a limit of acoustic range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum RangePriority {
-    /// About an AUV that the goal names.
+    /// For an AUV that the goal names.
     Named,
-    /// About another.
+    /// For another AUV.
     Other,
-    /// About another, which cannot be kept: it is reported as broken and costs nothing.
+    /// For another AUV, and unattainable: reported as violated, without cost.
     GivenUp,
 }
 
 impl StageConstraints {
-    /// The constraints at `times` after the snapshot, s; `goal` is the goal now, and `forecasts` those of all AUVs, in the
-    /// snapshot's order.
+    /// The constraints at `times` after the snapshot, s, for the present goal position `goal` and
+    /// the `forecasts` of all AUVs in the snapshot's order.
     pub(crate) fn new(
         snapshot: &Snapshot,
         parameters: &Parameters,
@@ -68,12 +67,12 @@ impl StageConstraints {
         goal: &Vector2<f64>,
         forecasts: &[AuvForecast],
     ) -> Self {
-        // In geometric order, so that nothing depends on who was named first.
+        // In geometric order, so that the order of names has no effect.
         let centres = snapshot.keep_outs.iter().map(KeepOut::centre);
         let keep_outs = sorted(centres, frame);
         let positions = forecasts.iter().map(|forecast| forecast.at(0.0).position);
         let mut auvs = sorted(positions, frame);
-        // No limit holds about an AUV that was not heard of for long.
+        // Stale AUVs impose no limits.
         auvs.retain(|auv| !parameters.is_stale(&snapshot.estimates()[*auv]));
         let named = |auv: usize| {
             let id = &snapshot.auvs[auv].id;
@@ -118,16 +117,16 @@ impl StageConstraints {
         constraints
     }
 
-    /// Finds out whose range cannot be kept now, and gives up the limits about those of them that the goal does not name:
-    /// half-way between what is out of range of either, a craft is of no use to either.
+    /// Finds the ranges that cannot be kept now, and gives up those of AUVs that the goal does not
+    /// name: half-way between two AUVs out of range, a craft serves neither.
     ///
-    /// Given up are, of those that the goal names, the ones out of range where the goal is met, if no place is in range of
-    /// all; of the others, taken from the nearest to the goal on, each that has no place in range of all kept so far.
+    /// Among the named AUVs, if no point is in range of all: those out of range at the goal. Among
+    /// the others, from the nearest to the goal: each without a common point with all kept so far.
     fn give_up_unattainable_ranges(&mut self, goal: &Vector2<f64>) {
-        let place = |range: &AcousticRange| (range.centres[0], range.radii[0]);
+        let circle = |range: &AcousticRange| (range.centres[0], range.radii[0]);
         let distance = |range: &AcousticRange| (range.centres[0] - goal).norm();
         let n_named = self.ranges.iter().filter(|range| range.named).count();
-        let mut kept: SmallVec<[Place; AUVS_MAX]> = self.ranges[..n_named].iter().map(place).collect();
+        let mut kept: SmallVec<[Circle; AUVS_MAX]> = self.ranges[..n_named].iter().map(circle).collect();
         if !have_a_common_point(&kept) {
             let named = self.ranges[..n_named].iter().zip(&self.auvs);
             let out_of_range = named.filter(|(range, _)| range.radii[0] < distance(range));
@@ -136,7 +135,7 @@ impl StageConstraints {
         let mut others: SmallVec<[usize; AUVS_MAX]> = (n_named..self.ranges.len()).collect();
         others.sort_by(|a, b| distance(&self.ranges[*a]).total_cmp(&distance(&self.ranges[*b])));
         for i in others {
-            kept.push(place(&self.ranges[i]));
+            kept.push(circle(&self.ranges[i]));
             if !have_a_common_point(&kept) {
                 kept.pop();
                 self.range_unattainable.push(self.auvs[i]);
@@ -162,19 +161,19 @@ impl StageConstraints {
         }
     }
 
-    /// The discs that a snapshot names.
+    /// The discs of the snapshot's keep-outs.
     pub(crate) fn keep_outs(&self) -> impl Iterator<Item = (Subject, &Disc)> {
         let keep_outs = self.keep_outs.iter().copied();
         keep_outs.map(Subject::KeepOut).zip(&self.discs)
     }
 
-    /// The discs about the AUVs that may be at the surface, where a distance is to be kept from them.
+    /// The discs about AUVs that may be at the surface, if a distance is to be kept.
     pub(crate) fn separations(&self) -> impl Iterator<Item = (Subject, &Disc)> {
         let moving = self.discs.iter().skip(self.keep_outs.len());
         self.auvs.iter().copied().map(Subject::Auv).zip(moving)
     }
 
-    /// Where the goal is a worst range: its square at stage k less the least possible, m².
+    /// For a minimax goal: the squared range at stage k minus the least possible one, m².
     pub(crate) fn minimax_excess(
         &self,
         k: usize,
@@ -190,8 +189,8 @@ impl StageConstraints {
         (!self.minimax.is_empty()).then(|| (worst(position) - worst(goal)).max(0.0))
     }
 
-    /// Makes the numbers fit for a program, for a craft that gets no farther than `reach` and a goal that is brought
-    /// nearer: what is out of reach stays there, but is not so far that rounding counts.
+    /// Bounds the numbers for a program whose craft gets no farther than `reach`, with a goal moved
+    /// nearer: distant objects remain out of reach without loss of precision.
     pub(crate) fn limit_to_reach(&mut self, reach: f64, goal: &[Motion], near_goal: &[Vector2<f64>]) {
         let far = 2.0 * reach;
         let near = self;
@@ -200,7 +199,7 @@ impl StageConstraints {
             for (centre, radius) in range.centres.iter_mut().zip(&mut range.radii) {
                 let beyond = (centre.norm() - far).max(0.0);
                 *centre = centre.cap_magnitude(far);
-                // A row that holds wherever the craft gets.
+                // A row that holds wherever the craft can be.
                 let at_least = if given_up { 2.0 * far } else { 0.0 };
                 *radius = (*radius - beyond).clamp(at_least, 2.0 * far);
             }
@@ -215,7 +214,7 @@ impl StageConstraints {
         for edge in &mut near.edges {
             edge.offset = edge.offset.clamp(-far, far);
         }
-        // Members that are far apart keep their directions from the goal, which say where the largest range grows.
+        // Distant members keep their directions from the goal, along which the largest range grows.
         let spread = near
             .minimax
             .iter()
@@ -241,10 +240,10 @@ impl StageConstraints {
         }
     }
 
-    /// Turns the discs' normals to the side on which `stages` pass each of them.
+    /// Points the discs' normals to the side on which `stages` pass.
     pub(crate) fn set_normals(&mut self, stages: &[Stage]) {
         for disc in &mut self.discs {
-            // The first is of no interval.
+            // Index 0 belongs to no interval.
             disc.normals.resize(stages.len(), Vector2::new(1.0, 0.0));
             for k in 1..stages.len() {
                 let (from, to) = (stages[k - 1].position, stages[k].position);
@@ -259,7 +258,7 @@ impl StageConstraints {
     }
 }
 
-/// Places in the snapshot, sorted by where what is there is in the craft's frame.
+/// Snapshot indices sorted by position in the craft's frame.
 fn sorted(positions: impl Iterator<Item = Vector2<f64>>, frame: &Frame) -> Vec<usize> {
     let local = positions.map(|position| frame.position(&position));
     let mut order: SmallVec<[(usize, Vector2<f64>); KEEP_OUTS_MAX]> = local.enumerate().collect();
@@ -300,7 +299,7 @@ impl Sampling<'_> {
         }
     }
 
-    /// Horizontal distance to keep within of an AUV: √(R² − z²) less the back-off, `deviations` times √(tr P).
+    /// Largest horizontal distance to an AUV: √(R² − z²) minus `deviations` times √(tr P).
     fn acoustic_range(&self, forecast: &AuvForecast, range_max: f64, deviations: f64) -> AcousticRange {
         let radius = |time: &f64| {
             let (depth, sigma) = (forecast.depth_at(*time), forecast.position_variance(*time).sqrt());
@@ -322,15 +321,14 @@ impl Sampling<'_> {
         }
     }
 
-    /// Where an AUV is forecast at the stages.
+    /// Forecast positions of an AUV at the stages.
     fn positions_of(&self, auv: &AuvForecast) -> Vec<Vector2<f64>> {
         let position = |time: &f64| self.frame.position(&auv.at(*time).position);
         self.times.iter().map(position).collect()
     }
 }
 
-/// Whether the goal is the worst range, and this AUV's is one of those. Beside the place where it is least, the goal
-/// is a place like any other.
+/// `true` if the goal is a minimax range with this AUV; with an offset it is a position.
 fn is_minimax(snapshot: &Snapshot, id: &VehicleId) -> bool {
     let Goal::Range { .. } = &snapshot.goal.goal else {
         return false;
@@ -343,7 +341,7 @@ fn edges(corners: &[[f64; 2]], frame: &Frame) -> impl Iterator<Item = Edge> {
     let corner = corners.iter().copied().map(Vector2::from);
     let after = corner.clone().cycle().skip(1);
     corner.zip(after).map(|(from, to)| {
-        // Clockwise seen from above, the area is to starboard of its edge.
+        // Seen from above, the area is to starboard of a clockwise edge.
         let along = (to - from).normalize();
         let normal = frame.vector(&-starboard_of(along));
         Edge {

@@ -1,38 +1,38 @@
-//! A soft limit that a plan does not keep.
+//! Soft limits that a plan violates.
 
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-/// A soft limit that a plan does not keep.
+/// A soft limit that a plan violates.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Violation {
-    /// Which: `forward_speed`, `turn_rate`, `acoustic_range` (less the back-off for the uncertainty of the vehicle's position),
-    /// `area`, `keep_out` (a disc) or `surfacing_separation` (an underwater vehicle at the surface).
+    /// `forward_speed`, `turn_rate`, `acoustic_range` (minus the back-off for the vehicle's
+    /// position uncertainty), `area`, `keep_out` or `surfacing_separation`.
     #[schema(value_type = String)]
     pub limit: SoftLimit,
-    /// What breaks it worst, as a JSON pointer into the request: the disc (`/keep_outs/0`), the underwater vehicle
-    /// (`/auvs/1`) or the `/area`. Absent for what the craft's own motion breaks.
+    /// Worst violator as a JSON pointer into the request: a keep-out (`/keep_outs/0`), an
+    /// underwater vehicle (`/auvs/1`) or the `/area`. Absent for limits of the craft's own motion.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>)]
     pub pointer: Option<Subject>,
-    /// When it is worst, s on the request's clock.
+    /// Time of the worst violation, s on the request's clock.
     pub t_s: f64,
-    /// By how much, in `unit`.
+    /// Amount of the worst violation, in `unit`.
     pub amount: f64,
     /// Unit of `amount`.
     #[schema(value_type = String)]
     pub unit: Unit,
 }
 
-/// What in a request a limit is about: written as a JSON pointer into it.
+/// Subject of a limit, written as a JSON pointer into the request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(into = "String", try_from = "String")]
 pub enum Subject {
-    /// A disc to keep out of, by its place in [`keep_outs`](crate::snapshot::PlanRequest::keep_outs).
+    /// A keep-out, by its index in [`keep_outs`](crate::snapshot::PlanRequest::keep_outs).
     KeepOut(usize),
-    /// An AUV, by its place in [`auvs`](crate::snapshot::PlanRequest::auvs).
+    /// An AUV, by its index in [`auvs`](crate::snapshot::PlanRequest::auvs).
     Auv(usize),
     /// The area to stay in.
     Area,
@@ -57,7 +57,7 @@ impl From<Subject> for String {
 impl TryFrom<String> for Subject {
     type Error = String;
 
-    /// Fails unless a violation can have this pointer.
+    /// Fails for pointers that no violation has.
     fn try_from(pointer: String) -> Result<Self, String> {
         let place = |list: &str| pointer.strip_prefix(list)?.parse().ok();
         let area = (pointer == "/area").then_some(Self::Area);
@@ -67,7 +67,7 @@ impl TryFrom<String> for Subject {
     }
 }
 
-/// Limits that may be broken at a price.
+/// Limits that may be violated at a price.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SoftLimit {
@@ -75,18 +75,18 @@ pub enum SoftLimit {
     ForwardSpeed,
     /// Turn rate, as lateral acceleration beyond speed × rate, m/s².
     TurnRate,
-    /// Acoustic range, less depth and back-off, m.
+    /// Acoustic range, minus depth and back-off, m.
     AcousticRange,
     /// Area to stay in, m.
     Area,
     /// Disc to keep out of, m.
     KeepOut,
-    /// Distance to keep from an AUV at the surface, m; its price is a disc's.
+    /// Distance to an AUV at the surface, m, priced as a keep-out.
     SurfacingSeparation,
 }
 
 impl SoftLimit {
-    /// The unit that it is broken in.
+    /// Unit of its violation.
     pub(crate) fn unit(self) -> Unit {
         match self {
             Self::ForwardSpeed => Unit::MetresPerSecond,
@@ -96,7 +96,7 @@ impl SoftLimit {
     }
 }
 
-/// The unit that a limit is broken in.
+/// Unit of a violation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Unit {
     /// m.

@@ -1,12 +1,13 @@
-//! Where the craft may go.
+//! Bounds of the craft's position.
 
 use nalgebra::Vector2;
 
 use crate::program::{build::Program, layout::Slack, subproblem::Subproblem, units::LENGTH_UNIT};
 
 impl Program {
-    /// The craft stays in acoustic range: ‖p_k − p_i,k‖ ≤ ρ_i,k + ξ for every AUV i: exact, as depth and covariance are forecast and their back-off is already in ρ. Those that the
-    /// goal names have a slack of their own, at a price above that of the others.
+    /// The craft stays in acoustic range: ‖p_k − p_i,k‖ ≤ ρ_i,k + ξ for every AUV i. Exact, as
+    /// depth and covariance are forecast and ρ includes their back-off. AUVs that the goal names
+    /// have their own slack, with a higher price.
     pub(crate) fn acoustic_ranges(&mut self, subproblem: &Subproblem<'_>) {
         for (i, range) in subproblem.ranges.iter().enumerate() {
             for k in self.stages() {
@@ -28,7 +29,7 @@ impl Program {
         }
     }
 
-    /// The craft stays in the area: n_gᵀ p_k ≤ b_g + ξ for every edge g. Convex: between stages it holds as well.
+    /// The craft stays in the area: n_gᵀ p_k ≤ b_g + ξ for every edge g; convex between stages.
     pub(crate) fn area(&mut self, subproblem: &Subproblem<'_>) {
         for (g, edge) in subproblem.edges.iter().enumerate() {
             for k in self.stages() {
@@ -40,14 +41,14 @@ impl Program {
         }
     }
 
-    /// The craft keeps out of the discs: n_oᵀ (p − c_o) ≥ R_o + Δt² ‖a‖_max / 8 − ξ at both ends of every interval, with one normal for both: the
-    /// chord stays out too, and by the last term the arc that sags from it. Where the disc is not there at either
-    /// end (R_o < 0), nothing.
+    /// The craft keeps out of the discs: n_oᵀ (p − c_o) ≥ R_o + Δt² ‖a‖_max / 8 − ξ at both ends of
+    /// every interval, with one normal: the chord stays out, and by the last term also the arc that
+    /// sags from it. No limit if the disc is inactive at both ends (R_o < 0).
     pub(crate) fn keep_outs(&mut self, subproblem: &Subproblem<'_>) {
         for (o, disc) in subproblem.discs.iter().enumerate() {
             for k in self.stages() {
                 let (end, start) = (self.layout.disc_at_end(k, o), k - 1);
-                // Of a disc that is not there, rows stay that hold everywhere: 0 ≥ −1 − ξ.
+                // Rows of an inactive disc hold everywhere: 0 ≥ −1 − ξ.
                 let there = disc.radii[start].max(disc.radii[k]) >= 0.0;
                 let normal = if there { disc.normals[k] } else { Vector2::zeros() };
                 let reach = |at: usize| {
@@ -88,8 +89,8 @@ impl Program {
     }
 }
 
-/// Farthest that the craft's trajectory over interval k is from its chord, m: Δt² ‖a‖ / 8 at constant acceleration, the
-/// hardest turn at full speed.
+/// Largest distance of the craft's trajectory over interval k from its chord, m: Δt² ‖a‖ / 8 at
+/// constant acceleration, that of the hardest turn at full speed.
 fn sag(subproblem: &Subproblem<'_>, k: usize) -> f64 {
     let dt = subproblem.steps[k - 1];
     let limits = subproblem.limits;

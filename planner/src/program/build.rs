@@ -1,17 +1,4 @@
-//! The second-order cone program of one subproblem: what is promised, and where each number stands.
-//!
-//! Standard form, the one Clarabel solves:
-//!
-//! ```text
-//! minimise ½ xᵀ P x + qᵀ x   subject to   A x + s = b,  s ∈ K
-//! ```
-//! Variables, stage by stage k = 1 … N over intervals Δt_0 … Δt_{N−1}: deviation from the goal
-//! d_k = p_k − r_k, velocity through the water v_k, one slack for each kind of soft row; where the goal is a worst
-//! range its excess τ_k, and where energy has a price a bound σ_k of the speed, m_k ≥ σ_k² and e_k ≥ σ_k³. The
-//! acceleration of an interval, a_k = (v_{k+1} − v_k) / Δt_k, is eliminated. The frame is the craft's own:
-//! origin and axes (ahead, starboard) are those of its position and heading now, so that a plan cannot depend on
-//! where north or the datum is. Positions are counted in units of [`LENGTH_UNIT`], slacks in units of
-//! [`SLACK_UNIT`], the cost in units of [`COST_UNIT`].
+//! The second-order cone program of one subproblem, in the form of [`program`](crate::program).
 
 use nalgebra::Vector2;
 
@@ -26,7 +13,7 @@ use crate::program::{
 /// One program in standard form.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Program {
-    /// Where each number stands.
+    /// Indices of variables and rows.
     pub layout: Layout,
     /// Quadratic cost, upper triangle.
     pub quadratic: Sparse,
@@ -43,7 +30,7 @@ pub struct Program {
 }
 
 impl Program {
-    /// States `subproblem` as a program.
+    /// The program of `subproblem`.
     #[must_use]
     pub fn new(subproblem: &Subproblem<'_>) -> Self {
         let layout = subproblem.layout();
@@ -73,7 +60,7 @@ impl Program {
         program
     }
 
-    /// How many bytes it takes.
+    /// Size in bytes.
     pub(crate) fn bytes(&self) -> usize {
         let triplets = self.cost_triplets.capacity() + self.row_triplets.capacity();
         let numbers = self.linear.capacity() + self.bounds.capacity();
@@ -84,7 +71,7 @@ impl Program {
             + size_of::<Triplet>() * triplets
     }
 
-    /// The same in the form that a solver takes.
+    /// The program in the form of a solver.
     #[must_use]
     pub(crate) fn standard_form(&self) -> StandardForm<'_> {
         StandardForm {
@@ -96,15 +83,14 @@ impl Program {
         }
     }
 
-    /// Rewrites the numbers for another subproblem of the same shape; allocates nothing.
+    /// Rewrites the numbers for another subproblem of the same shape, without allocation.
     pub(crate) fn restate(&mut self, subproblem: &Subproblem<'_>) {
         self.write(subproblem);
         self.quadratic.fill(&self.cost_triplets);
         self.constraints.fill(&self.row_triplets);
     }
 
-    /// The two columns of v_1, ahead and starboard, and what one unit of a variable there is, m/s: all that a reader
-    /// of the bare numbers needs to know what they steer.
+    /// The two columns of v_1, ahead and starboard, and their unit, m/s.
     #[must_use]
     pub fn first_velocity(&self) -> ([usize; 2], f64) {
         let column = self.layout.velocity(1);
@@ -160,7 +146,7 @@ impl Program {
         }
     }
 
-    /// Widens a row by the slack of its kind; `unit` is that of the row's own numbers.
+    /// Widens a row by the slack of its kind; `unit` is the row's.
     pub(super) fn soften(&mut self, row: usize, k: usize, slack: Slack, unit: f64) {
         self.row_triplets
             .push((row, self.layout.slack(k, slack), -SLACK_UNIT / unit));

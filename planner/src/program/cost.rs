@@ -1,4 +1,4 @@
-//! What the program minimises.
+//! The cost that the program minimises.
 
 use crate::{
     problem::parameters::Weights,
@@ -10,7 +10,7 @@ use crate::{
     },
 };
 
-/// Least cubic coefficient that is priced, W/(m/s)³: without a price, e_k is not bounded above.
+/// Least priced cubic coefficient, W/(m/s)³; without a price e_k has no upper bound.
 const CUBIC_MIN: f64 = 1e-3;
 
 impl Program {
@@ -26,9 +26,9 @@ impl Program {
         }
     }
 
-    /// The largest range stays small: Σ w_k (ρ_k + τ_k)² less its constant, with ‖(p_k − p_i,k, z_i,k)‖ ≤ ρ_k + τ_k for every AUV i. ρ_k is the
-    /// largest range from the goal, which is the point where it is least, so that the objective is small where the
-    /// goal is met.
+    /// The largest range stays small: Σ w_k (ρ_k + τ_k)² minus its constant, with ‖(p_k − p_i,k,
+    /// z_i,k)‖ ≤ ρ_k + τ_k for every AUV i. ρ_k is the largest range at the goal, its minimum, so
+    /// the objective is small at the goal.
     pub(crate) fn minimax_range_cost(&mut self, subproblem: &Subproblem<'_>) {
         let scale = cost_scale(subproblem);
         for k in self.stages() {
@@ -56,7 +56,7 @@ impl Program {
         }
     }
 
-    /// The craft moves with the goal: Σ w_k ‖v_k − v_goal,k‖², trapezoidal in time, with a terminal weight.
+    /// The craft moves with the goal: Σ w_k ‖v_k − v_goal,k‖², trapezoidal, with a terminal weight.
     pub(crate) fn velocity_cost(&mut self, subproblem: &Subproblem<'_>) {
         let scale = cost_scale(subproblem);
         for k in self.stages() {
@@ -94,7 +94,7 @@ impl Program {
         }
     }
 
-    /// The batteries are spared: Σ w_E Δt (c₁ σ_k + c₃ e_k), the propulsion power, with e_k ≥ σ_k³ as two rotated cones:
+    /// The batteries are spared: Σ w_E Δt (c₁ σ_k + c₃ e_k), with e_k ≥ σ_k³ as two rotated cones:
     ///
     /// ```text
     /// σ² ≤ m       ⇔  ‖(σ, (m − 1)/2)‖ ≤ (m + 1)/2
@@ -150,7 +150,7 @@ fn price(slack: Slack, weights: &Weights) -> (f64, f64) {
     }
 }
 
-/// The part of the horizon that stage k stands for, s: half of the intervals on either side.
+/// Duration of stage k, s: half of the intervals on either side.
 fn duration(subproblem: &Subproblem<'_>, k: usize) -> f64 {
     0.5 * (subproblem.steps[k - 1] + subproblem.steps.get(k).copied().unwrap_or(0.0))
 }
@@ -165,8 +165,8 @@ fn position_weight(subproblem: &Subproblem<'_>, k: usize) -> f64 {
     subproblem.weights.position * duration(subproblem, k) + terminal
 }
 
-/// Factor on all costs but the slacks' price: the further the goal, the smaller, so that no goal is
-/// far enough to buy its way through a soft row.
+/// Factor on all costs but the slacks' price. It decreases with the goal's distance, so that no
+/// distant goal outbids a soft row.
 pub(crate) fn cost_scale(subproblem: &Subproblem<'_>) -> f64 {
     let farthest =
         |points: &[nalgebra::Vector2<f64>]| points.iter().map(nalgebra::Vector2::norm).fold(0.0, f64::max);

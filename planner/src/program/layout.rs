@@ -1,28 +1,28 @@
-//! Where each number of a program stands: all index arithmetic, and nothing else.
+//! Indices of a program's numbers: all index arithmetic is here.
 
 use serde::{Deserialize, Serialize};
 
-/// Shape of a program: what its variables and rows are, and so where each stands. It depends on what is
-/// promised and to how many, never on the data, so that a solver set up once serves every program of its shape.
+/// Shape of a program: its variables and rows, and so their indices. It depends on the promises and
+/// their numbers, never on the data, so that one solver serves all programs of a shape.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Layout {
     /// Number of stages N.
     pub n_stages: usize,
     /// AUVs to stay within acoustic range of.
     pub n_ranges: usize,
-    /// How many of these, the last, the goal does not name.
+    /// Number of the last of these, which the goal does not name.
     pub n_other_ranges: usize,
     /// Discs to stay out of.
     pub n_discs: usize,
     /// Edges of the area to stay in.
     pub n_edges: usize,
-    /// AUVs whose largest range is to be small; none where the goal is a point.
+    /// AUVs in a minimax range; 0 if the goal is a point.
     pub n_minimax: usize,
-    /// Whether propulsion energy has a price.
+    /// `true` if propulsion energy has a price.
     pub energy: bool,
 }
 
-/// Soft rows of a stage. Rows of one kind share a slack: it is the largest of them.
+/// Soft rows of a stage. Rows of one kind share a slack, the largest of theirs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Slack {
@@ -67,7 +67,7 @@ impl Layout {
         self.energy_cones(self.n_stages + 1)
     }
 
-    /// The slacks that a stage has, in the order of their columns.
+    /// The slacks of a stage, in the order of their columns.
     pub(crate) fn slacks(self) -> impl Iterator<Item = Slack> {
         Slack::ALL.into_iter().filter(move |slack| self.has(*slack))
     }
@@ -91,7 +91,7 @@ impl Layout {
         self.slacks().take_while(|before| *before != slack).count()
     }
 
-    // Columns: d and v stage by stage, then the slacks stage by stage, the minimax ranges, σ, m and e.
+    // Columns: d and v by stage, then the slacks by stage, the minimax ranges, σ, m and e.
 
     /// First of the two columns of d_k, k = 1 … N.
     #[expect(
@@ -166,7 +166,7 @@ impl Layout {
         self.area(self.n_stages + 1, 0) + self.n_discs * (k - 1) + disc
     }
 
-    /// Row of the start of interval k = 2 … N outside a disc; interval 1 starts where the craft is.
+    /// Row of the start of interval k = 2 … N outside a disc; interval 1 starts at the craft.
     pub(crate) fn disc_at_start(&self, k: usize, disc: usize) -> usize {
         self.disc_at_end(self.n_stages + 1, 0) + self.n_discs * (k - 2) + disc
     }
@@ -198,7 +198,7 @@ impl Layout {
         self.range_cone(self.n_stages + 1, 0) + 4 * (self.n_minimax * (k - 1) + auv)
     }
 
-    /// First row of the two cones of stage k that make e_k ≥ σ_k³.
+    /// First row of the two cones of stage k for e_k ≥ σ_k³.
     pub(crate) fn energy_cones(&self, k: usize) -> usize {
         let per_stage = if self.energy { 6 } else { 0 };
         self.minimax_cone(self.n_stages + 1, 0) + per_stage * (k - 1)

@@ -1,4 +1,4 @@
-//! How the craft can move.
+//! Motion of the craft.
 
 use nalgebra::Vector2;
 
@@ -8,7 +8,8 @@ use crate::{
 };
 
 impl Program {
-    /// The craft moves as its velocity says: d_k − d_{k−1} − ½ Δt (v_{k−1} + v_k) = Δt v_c − (r_k − r_{k−1}).
+    /// The craft moves as its velocity says: d_k − d_{k−1} − ½ Δt (v_{k−1} + v_k) = Δt v_c − (r_k −
+    /// r_{k−1}).
     pub(crate) fn dynamics(&mut self, subproblem: &Subproblem<'_>) {
         for k in self.stages() {
             let dt = subproblem.steps[k - 1];
@@ -36,8 +37,9 @@ impl Program {
         }
     }
 
-    /// The surge loop can make the acceleration: b − a_dec ≤ c̄ᵀ a ≤ b + a_acc along the mean direction of the interval, b the surge disturbance.
-    /// Hard: [`Self::top_speed`] leaves room for what a disturbance beyond the limits forces.
+    /// The surge loop can make the acceleration: b − a_dec ≤ c̄ᵀ a ≤ b + a_acc along the mean
+    /// direction of the interval, with the surge disturbance b. Hard: [`Self::top_speed`] allows
+    /// for a disturbance beyond the limits.
     pub(crate) fn acceleration_limits(&mut self, subproblem: &Subproblem<'_>) {
         for k in self.stages() {
             let dt = subproblem.steps[k - 1];
@@ -58,7 +60,7 @@ impl Program {
         }
     }
 
-    /// The craft keeps moving ahead: c_kᵀ v_k ≥ u_min − ξ: the inner half-plane, which implies ‖v_k‖ ≥ u_min.
+    /// The craft moves ahead: c_kᵀ v_k ≥ u_min − ξ, which implies ‖v_k‖ ≥ u_min without slack.
     pub(crate) fn forward_speed(&mut self, subproblem: &Subproblem<'_>) {
         for k in self.stages() {
             let row = self.layout.forward_speed(k);
@@ -68,14 +70,14 @@ impl Program {
         }
     }
 
-    /// The heading reference turns no faster than the craft can: |n̄ᵀ (a_k + (T/Δ) (a_k − a_{k−1}))| ≤ r_max c̄ᵀ (v_{k−1} + v_k)/2 + ξ: lateral acceleration is speed times rate, and
-    /// the heading reference that makes it turns no faster than the craft.
+    /// The heading reference turns no faster than the craft can: |n̄ᵀ (a_k + (T/Δ) (a_k −
+    /// a_{k−1}))| ≤ r_max c̄ᵀ (v_{k−1} + v_k)/2 + ξ, as lateral acceleration is speed times rate.
     ///
-    /// A heading loop of lag T follows T ψ̇ = ψ_ref − ψ, so that a plan asks for ψ_ref = ψ + T ψ̇, which turns with
-    /// ψ̇ + T ψ̈: the term in the bracket, over the speed. Bounded by r_max it bounds ψ̇ as well, by which the plan turns
-    /// no faster than the craft can, and begins to turn no sooner. Δ is the time between the middles of both intervals.
+    /// A heading loop of lag T follows T ψ̇ = ψ_ref − ψ, so a plan's reference is ψ_ref = ψ + T ψ̇
+    /// with the rate ψ̇ + T ψ̈: the bracket over the speed. The bound r_max also bounds ψ̇ and the
+    /// beginning of a turn. Δ is the time between the middles of both intervals.
     ///
-    /// The mean speed of the interval, not the one at its start, lets a craft at rest begin to turn.
+    /// The interval's mean speed, not its initial one, lets a craft at rest begin to turn.
     pub(crate) fn turn_rate(&mut self, subproblem: &Subproblem<'_>) {
         for k in self.stages() {
             let dt = subproblem.steps[k - 1];
@@ -111,12 +113,12 @@ impl Program {
         }
     }
 
-    /// The plan never outruns the craft: ‖v_k‖ ≤ max(u_max, w_k), w_0 = ‖v_0‖, w_k = max(0, w_{k−1} − (a − |b|) Δt_k): a craft that starts too fast slows
-    /// down as hard as it can.
+    /// The plan never outruns the craft: ‖v_k‖ ≤ max(u_max, w_k), w_0 = ‖v_0‖, w_k = max(0, w_{k−1}
+    /// − (a − |b|) Δt_k): a craft that starts too fast slows down at its limit.
     ///
-    /// a is the weaker of acceleration and deceleration, so that v_k = v_{k−1} shortened by as much satisfies the
-    /// acceleration rows whatever the directions are; and so does v_{k−1} + sgn(b) c̄ (|b| − a) Δt_k where the disturbance b of
-    /// the interval is beyond them. The hard rows always have a common point.
+    /// With the weaker limit a of acceleration and deceleration, v_{k−1} shortened by a Δt_k
+    /// satisfies the acceleration rows for any directions; so does v_{k−1} + sgn(b) c̄ (|b| − a)
+    /// Δt_k if the disturbance b exceeds the limits. The hard rows always have a common point.
     pub(crate) fn top_speed(&mut self, subproblem: &Subproblem<'_>) {
         let weaker = subproblem
             .limits
@@ -149,6 +151,6 @@ impl Program {
 /// Unit vector halfway between the directions at both ends of interval k (from stage k − 1 to k).
 fn mean_direction(directions: &[Vector2<f64>], k: usize) -> Vector2<f64> {
     let sum = directions[k - 1] + directions[k];
-    // Opposite directions have no mean: the later one is where the craft is to go.
+    // Opposite directions have no mean: the later one is the craft's aim.
     sum.try_normalize(1e-3).unwrap_or(directions[k])
 }

@@ -1,5 +1,5 @@
-//! What each column and row of a program is called, for readers of its bare numbers: the name of its place in [`Layout`], its stage, and
-//! which of several it is. Stages count from 1; edges, discs and AUVs from 0, in the order of the subproblem's.
+//! Names of a program's columns and rows, for readers of its bare numbers: the [`Layout`] function,
+//! the stage, and the index. Stages count from 1; edges, discs and AUVs from 0.
 
 use crate::program::layout::{Layout, Slack};
 
@@ -8,7 +8,7 @@ const CONE: [&str; 3] = ["bound", "ahead", "starboard"];
 const CONE_WITH_DEPTH: [&str; 4] = ["bound", "ahead", "starboard", "depth"];
 
 impl Slack {
-    /// Its name wherever it leaves the program.
+    /// Its name in JSON.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -21,7 +21,7 @@ impl Slack {
     }
 }
 
-/// Names by place.
+/// Names by index.
 struct Names(Vec<String>);
 
 impl Names {
@@ -34,7 +34,7 @@ impl Names {
         self.0[place] = name;
     }
 
-    /// Consecutive places from `first`: `block` with each of `parts`.
+    /// Names consecutive indices from `first`: `block` with each of `parts`.
     fn put_each(&mut self, first: usize, block: &str, parts: &[&str]) {
         for (i, part) in parts.iter().enumerate() {
             self.put(first + i, format!("{block}.{part}"));

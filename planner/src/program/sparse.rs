@@ -1,28 +1,27 @@
-//! Sparse matrices whose pattern is found once and whose values are rewritten in place.
+//! Sparse matrices with a fixed pattern, whose values are rewritten in place.
 
-/// A matrix in compressed sparse column form, filled from triplets that come in the same order
-/// every time, so that only the first filling sorts.
+/// A matrix in compressed sparse column form; only its first filling from triplets sorts.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sparse {
     /// Number of rows.
     pub n_rows: usize,
     /// Number of columns.
     pub n_cols: usize,
-    /// Where each column starts in `row_indices`; `n_cols + 1` entries.
+    /// Start of each column in `row_indices`; `n_cols + 1` entries.
     pub column_starts: Vec<usize>,
     /// Row of each stored entry, increasing within a column.
     pub row_indices: Vec<usize>,
-    /// Stored values; explicit zeros are kept, so that the pattern never depends on the data.
+    /// Stored values with explicit zeros, so that the pattern is independent of the data.
     pub values: Vec<f64>,
     /// Position in `values` of each triplet, in the order of filling.
     slots: Vec<usize>,
 }
 
-/// Row, column, value. Triplets on the same place add up.
+/// Row, column, value. Triplets at one place are added.
 pub(crate) type Triplet = (usize, usize, f64);
 
 impl Sparse {
-    /// The matrix of the given shape that `triplets` fill.
+    /// The matrix of the given shape from `triplets`.
     #[must_use]
     pub(crate) fn new(n_rows: usize, n_cols: usize, triplets: &[Triplet]) -> Self {
         let mut order: Vec<usize> = (0..triplets.len()).collect();
@@ -52,13 +51,13 @@ impl Sparse {
         matrix
     }
 
-    /// How many bytes it takes.
+    /// Size in bytes.
     pub(crate) fn bytes(&self) -> usize {
         let indices = self.column_starts.capacity() + self.row_indices.capacity() + self.slots.capacity();
         size_of::<usize>() * indices + size_of::<f64>() * self.values.capacity()
     }
 
-    /// Rewrites the values from triplets at the same places, in the same order, as at construction.
+    /// Rewrites the values from triplets in the same order as at construction.
     pub(crate) fn fill(&mut self, triplets: &[Triplet]) {
         debug_assert_eq!(
             triplets.len(),

@@ -2,7 +2,7 @@
 
 use crate::program::sparse::Sparse;
 
-/// A cone program in standard form, the one that [`crate::program::build`] documents.
+/// A cone program in the standard form of [`crate::program`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct StandardForm<'a> {
     /// P, upper triangle.
@@ -13,11 +13,11 @@ pub(crate) struct StandardForm<'a> {
     pub constraints: &'a Sparse,
     /// b.
     pub bounds: &'a [f64],
-    /// K, block after block of rows.
+    /// K, by consecutive blocks of rows.
     pub cones: &'a [Cone],
 }
 
-/// A block of consecutive rows and the cone that their slacks s lie in.
+/// A block of consecutive rows, and the cone of their slacks s.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cone {
     /// s = 0.

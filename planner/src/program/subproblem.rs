@@ -19,9 +19,9 @@ pub struct Subproblem<'a> {
     pub steps: &'a [f64],
     /// Velocity through the water now, v_0, m/s.
     pub velocity: Vector2<f64>,
-    /// Acceleration through the water until now a_{−1}, m/s².
+    /// Acceleration through the water before now a_{−1}, m/s².
     pub acceleration: Vector2<f64>,
-    /// By how much the direction of travel is behind a heading reference that turns T, s.
+    /// Lag of the direction of travel behind a heading reference that turns, T, s.
     pub course_lag: f64,
     /// Current v_c, m/s.
     pub current: Vector2<f64>,
@@ -31,21 +31,21 @@ pub struct Subproblem<'a> {
     pub goal_velocity: &'a [Vector2<f64>],
     /// Directions of travel c_0 … c_N: unit vectors.
     pub directions: &'a [Vector2<f64>],
-    /// What the craft can do.
+    /// Limits of the craft.
     pub limits: &'a Limits,
-    /// Acceleration that the surge loop gives unasked at the start of each interval, m/s².
+    /// Acceleration disturbance of the surge loop at the start of each interval, m/s².
     pub surge_disturbance: &'a [f64],
-    /// AUVs to stay within acoustic range of, those that the goal names first.
+    /// AUVs with a limit of acoustic range; those that the goal names are first.
     pub ranges: &'a [AcousticRange],
     /// Discs to stay out of.
     pub discs: &'a [Disc],
     /// Edges of the area to stay in.
     pub edges: &'a [Edge],
-    /// AUVs whose largest range is to be small; none where the goal is a point.
+    /// AUVs in a minimax range; none if the goal is a point.
     pub minimax: &'a [MinimaxRange],
     /// Weights of the cost.
     pub weights: &'a Weights,
-    /// What energy there is a price for.
+    /// Propulsion power, for a price of energy.
     pub power: Power,
 }
 

@@ -1,4 +1,4 @@
-//! The program against its own words, written down a second time.
+//! The program against an independent statement of its promises.
 
 mod names;
 
@@ -19,7 +19,7 @@ use crate::{
 };
 
 #[test]
-fn every_variable_and_every_row_has_one_place() {
+fn every_variable_and_row_has_one_index() {
     for ((n_ranges, n_other_ranges), n_discs, n_edges, n_minimax, energy) in [
         ((0, 0), 0, 0, 0, false),
         ((2, 1), 3, 4, 2, true),
@@ -77,7 +77,7 @@ fn every_variable_and_every_row_has_one_place() {
     }
 }
 
-/// A scene with nothing aligned or zero, on four stages of three lengths.
+/// A scene without alignments or zeros, on four stages of three lengths.
 struct Scene {
     steps: Vec<f64>,
     goal: Vec<Vector2<f64>>,
@@ -106,7 +106,7 @@ impl Scene {
         }
     }
 
-    /// With bounds of every kind, a minimax range to keep small and a price of energy.
+    /// With bounds of every kind, a minimax range and a price of energy.
     fn bounded() -> Self {
         let at = |k: i32, a: f64, b: f64| Vector2::new(a + 0.4 * f64::from(k), b - 0.2 * f64::from(k));
         let way = |a, b| (0..5).map(|k| at(k, a, b)).collect::<Vec<_>>();
@@ -166,8 +166,7 @@ impl Scene {
     }
 }
 
-/// Velocities, and the deviations that the equations of motion make of them, written down
-/// independently of the program's rows.
+/// Velocities, and their deviations by the equations of motion, independent of the program's rows.
 fn variables(subproblem: &Subproblem<'_>, wiggle: f64) -> (Vec<f64>, Vec<Vector2<f64>>, Vec<Vector2<f64>>) {
     let layout = subproblem.layout();
     let mut x = vec![0.0; layout.n_variables()];
@@ -253,7 +252,7 @@ fn row_slacks(program: &Program, x: &[f64]) -> Vec<f64> {
 }
 
 #[test]
-fn every_row_says_what_its_promise_says() {
+fn every_row_states_its_promise() {
     let scene = Scene::new();
     let subproblem = scene.subproblem();
     let program = Program::new(&subproblem);
@@ -295,7 +294,7 @@ fn every_row_says_what_its_promise_says() {
             "forward speed",
         );
         let rate = limits.turn_rate_max * c_mean.dot(&(v[k] + v[k - 1])) / 2.0 + xi;
-        // What the reference that leads the course by its lag turns with: a + T ȧ, between the middles of both intervals.
+        // Rate of the leading reference: a + T ȧ, between the middles of both intervals.
         let (a_before, between) = if k == 1 {
             (subproblem.acceleration, subproblem.steps[0])
         } else {
@@ -319,7 +318,7 @@ fn every_row_says_what_its_promise_says() {
 }
 
 #[test]
-fn a_craft_without_lag_may_turn_as_fast_as_it_can_whatever_its_turn_was() {
+fn a_craft_without_lag_may_turn_at_its_limit_from_any_turn() {
     let scene = Scene::new();
     let prompt = Subproblem {
         course_lag: 0.0,
@@ -344,7 +343,7 @@ fn a_craft_without_lag_may_turn_as_fast_as_it_can_whatever_its_turn_was() {
 }
 
 #[test]
-fn every_bound_says_what_its_promise_says() {
+fn every_bound_states_its_promise() {
     let scene = Scene::bounded();
     let subproblem = scene.subproblem();
     let program = Program::new(&subproblem);
@@ -412,7 +411,7 @@ fn every_bound_says_what_its_promise_says() {
         close(s[speed], 0.9, "speed bound");
         close(s[speed + 1], v[k].x, "speed ahead");
         close(s[top], limits.speed_max - 0.9, "top speed");
-        // A rotated cone a² ≤ b c says b c − a² = s₀² − s₁² − s₂².
+        // A rotated cone a² ≤ b c is b c − a² = s₀² − s₁² − s₂².
         let product = |row: usize| s[row] * s[row] - s[row + 1] * s[row + 1] - s[row + 2] * s[row + 2];
         close(product(energy), 0.85 - 0.9 * 0.9, "square of the speed bound");
         close(
@@ -424,10 +423,10 @@ fn every_bound_says_what_its_promise_says() {
 }
 
 #[test]
-fn a_disc_that_is_not_there_binds_nothing_and_keeps_the_pattern() {
+fn an_inactive_disc_binds_nothing_and_keeps_the_pattern() {
     let mut scene = Scene::bounded();
     let there = Program::new(&scene.subproblem());
-    // Gone at stages 1 to 3, back at the last.
+    // Inactive at stages 1 to 3, active at the last.
     scene.discs[0].radii[1..4].fill(-1.0);
     let program = Program::new(&scene.subproblem());
     assert_eq!(program.constraints.row_indices, there.constraints.row_indices);
@@ -436,7 +435,7 @@ fn a_disc_that_is_not_there_binds_nothing_and_keeps_the_pattern() {
     let layout = program.layout;
     for k in [2, 3] {
         for row in [layout.disc_at_start(k, 0), layout.disc_at_end(k, 0)] {
-            // No slack is used, and wherever the craft is, the row holds by as much.
+            // Without any slack, the row holds everywhere by the same amount.
             assert!(row_slacks(&program, &x)[row] > 0.0);
             assert!((row_slacks(&program, &x)[row] - row_slacks(&program, &far)[row]).abs() < 1e-12);
         }
@@ -446,7 +445,7 @@ fn a_disc_that_is_not_there_binds_nothing_and_keeps_the_pattern() {
 }
 
 #[test]
-fn restating_gives_the_same_program_as_stating_anew() {
+fn restating_equals_a_new_program() {
     let scene = Scene::bounded();
     let mut other = Scene::bounded();
     other.goal.iter_mut().for_each(|r| *r *= -3.0);
@@ -456,9 +455,9 @@ fn restating_gives_the_same_program_as_stating_anew() {
     assert_eq!(program, Program::new(&scene.subproblem()));
 }
 
-/// Slowed down where the bias leaves room for it, and pushed where it is beyond the limits.
+/// Slowed down within the limits of the disturbance, and pushed beyond them.
 #[test]
-fn the_hard_rows_have_a_common_point_whatever_the_bias() {
+fn the_hard_rows_have_a_common_point_for_any_disturbance() {
     for beyond in [0.0, 0.07, 0.14, -0.13] {
         let scene = Scene::new();
         let biases: Vec<f64> = scene

@@ -1,4 +1,4 @@
-//! Trajectories around obstacles: on either side of one disc, or of a whole wall of them.
+//! Trajectories around obstacles: on either side of one disc, or of a wall of them.
 
 use nalgebra::Vector2;
 
@@ -9,22 +9,21 @@ use crate::{
     problem::{limits::Disc, stage_constraints::nearest_of_chord},
 };
 
-/// By how much a trajectory that is led around a disc clears it, m.
+/// Clearance of a detour from a disc, m.
 const CLEARANCE: f64 = 1.0;
 
-/// Farthest that a detour around a wall turns from its goal, rad: beyond, the wall is all around.
+/// Largest turn of a detour around a wall, rad; beyond it, the wall surrounds the craft.
 const DETOUR_MAX: f64 = 2.8;
 
-/// Discs that overlap, so that no trajectory leads between them: each alone has a side to be passed on, and together they
-/// need not be on the same one.
+/// Overlapping discs without a passage: passed one by one they might require different sides.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Wall {
-    /// A bit for each disc that belongs to it.
+    /// A bit for each of its discs.
     members: u64,
 }
 
 impl Wall {
-    /// Whether `stages` are stopped by more than one disc at once.
+    /// `true` if more than one disc at once stops `stages`.
     pub(crate) fn is_across(discs: &[Disc], stages: &[Stage]) -> bool {
         let stopped = |k: &usize| discs.iter().any(|disc| blocks(disc, stages, *k));
         let first = (1..stages.len()).find(stopped);
@@ -34,7 +33,7 @@ impl Wall {
         })
     }
 
-    /// The wall that a disc belongs to.
+    /// The wall of a disc.
     fn of(discs: &[Disc], stage: usize, disc: usize) -> Self {
         let mut wall = Self { members: 1 << disc };
         loop {
@@ -63,12 +62,12 @@ impl Wall {
     }
 }
 
-/// The course from `from` that clears the nearest wall on that side on the way to `to`; none where it is free.
+/// The course from `from` towards `to` that clears the nearest wall on a side, if any.
 ///
 /// ```text
 /// γ = side · max over discs of side · (β_i − β) + asin(R_i / |c_i − p|)
 /// ```
-/// β the bearing of the goal, β_i that of a disc's centre.
+/// with the bearing β of the goal and β_i of a disc's centre.
 pub(crate) fn clear_course(
     discs: &[Disc],
     stage: usize,
@@ -99,7 +98,7 @@ fn blocks(disc: &Disc, stages: &[Stage], k: usize) -> bool {
     (nearest - disc.centres[k]).norm() < disc.radii[k]
 }
 
-/// Adds the trajectory itself, or where it leads through a disc, the two that pass the first such disc on either side.
+/// Adds the trajectory or, if it crosses a disc, the two that pass the first one's sides.
 pub(crate) fn add(discs: &[Disc], stages: Vec<Stage>, guesses: &mut Vec<Vec<Stage>>) {
     let blocking = |k| discs.iter().find(|disc| blocks(disc, &stages, k));
     match (1..stages.len()).find_map(blocking) {
@@ -108,7 +107,7 @@ pub(crate) fn add(discs: &[Disc], stages: Vec<Stage>, guesses: &mut Vec<Vec<Stag
     }
 }
 
-/// The trajectory with what is in the disc pushed out of it on that side.
+/// The trajectory with its part inside the disc pushed out on that side.
 fn pushed_out(stages: &[Stage], disc: &Disc, side: Side) -> impl Iterator<Item = Stage> {
     let inside = |k: &usize| (stages[*k].position - disc.centres[*k]).norm() < disc.radii[*k] + CLEARANCE;
     let entry = (1..stages.len()).find(inside).unwrap_or(1);
@@ -116,7 +115,7 @@ fn pushed_out(stages: &[Stage], disc: &Disc, side: Side) -> impl Iterator<Item =
     let along = (stages[exit].position - stages[entry - 1].position)
         .try_normalize(1e-6)
         .unwrap_or(Vector2::new(1.0, 0.0));
-    // Passing on the starboard side of the disc, seen along the trajectory.
+    // Passing on the starboard side of the disc, along the trajectory.
     let out = starboard_of(along) * side.sign();
     let pushed = move |(k, stage): (usize, &Stage)| {
         let from_centre = stage.position - disc.centres[k];

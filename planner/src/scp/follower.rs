@@ -1,4 +1,4 @@
-//! Following a planned trajectory: what the inner loops are asked for, and where that leads.
+//! The follower of a planned trajectory: references for the inner loops, and the resulting rollout.
 
 use crate::{
     craft::{
@@ -14,35 +14,35 @@ use crate::{
     snapshot::build::Snapshot,
 };
 
-/// Nearest that a follower looks ahead, s: the time for which a reference is held.
+/// Least look-ahead of a follower, s: the time for which a reference is held.
 const FOLLOW_LEAD: f64 = 1.0;
 
-/// Nearest and farthest that a follower looks ahead for its speed, s.
+/// Least look-ahead of a follower for its speed, s.
 const SPEED_LEAD_MIN: f64 = 1.0;
 
-/// As above.
+/// Largest look-ahead for the speed, s.
 const SPEED_LEAD_MAX: f64 = 6.0;
 
-/// A keep-out that is nearer than this on a heading is worth a hard turn, s; see `docs/rationale.md#references`.
+/// Foresight of keep-outs that justify a hard turn, s; see `docs/rationale.md#references`.
 const KEEP_OUT_FORESIGHT: f64 = 10.0;
 
-/// Part of its error that a follower takes back in a second, 1/s.
+/// Share of its error that a follower removes per second, 1/s.
 const FOLLOW_GAIN: f64 = 0.15;
 
-/// Largest product of that part and the heading's lag: a loop that is closed about a lag keeps a phase margin of some 60°.
+/// Largest product of that gain and the heading's lag: leaves a phase margin of some 60°.
 const FOLLOW_GAIN_LAG: f64 = 0.5;
 
-/// Stages and rollouts reach the same time by different sums, s.
-const HALF_A_MICROSECOND: f64 = 5e-7;
+/// Rounding between the times of stages and rollouts, s.
+const TIME_ROUNDING: f64 = 5e-7;
 
-/// A craft that follows `stages`, rolled out on the response model: the planned velocity a second ahead, and a part
-/// of its error of position.
+/// A craft that follows `stages`, rolled out on the response model: the planned velocity a second
+/// ahead, plus a share of its position error.
 ///
 /// ```text
 /// v_ref = v(t + 1 s) + k (p(t) − p)
 /// ```
-/// A plan is made anew every second from where the craft is, which the second term stands for: without it, errors
-/// of the first turn would be carried to the end of the horizon.
+/// The second term represents the replanning every second from the craft's position; without it,
+/// errors of the first turn would last to the end of the horizon.
 pub(crate) fn follow(
     horizon: &Horizon<'_>,
     stages: &[Stage],
@@ -54,7 +54,7 @@ pub(crate) fn follow(
     let heading_lead = craft.heading_lag().max(FOLLOW_LEAD);
     let gain = FOLLOW_GAIN.min(FOLLOW_GAIN_LAG / heading_lead);
     let law = |time, asc: &AscNow, surge: Surge| {
-        while k + 2 < horizon.times.len() && horizon.times[k + 1] <= time + HALF_A_MICROSECOND {
+        while k + 2 < horizon.times.len() && horizon.times[k + 1] <= time + TIME_ROUNDING {
             k += 1;
         }
         let here = horizon.between(stages, k, time);
@@ -74,7 +74,7 @@ pub(crate) fn follow(
     horizon.roll_out(&craft, law)
 }
 
-/// `stages` at a time in the interval that begins with stage k or in a later one.
+/// `stages` at a time in the interval after stage k or in a later one.
 pub(crate) fn stage_at(horizon: &Horizon<'_>, stages: &[Stage], k: usize, time: f64) -> Stage {
     let k = (k..horizon.times.len() - 2)
         .find(|k| time < horizon.times[k + 1])
@@ -82,22 +82,22 @@ pub(crate) fn stage_at(horizon: &Horizon<'_>, stages: &[Stage], k: usize, time: 
     horizon.between(stages, k, time)
 }
 
-/// How far ahead the planned speed is looked at for the acceleration that is asked for, s: the lag of the speed loop.
+/// Look-ahead of the planned speed for the requested acceleration, s: the lag of the speed loop.
 ///
-/// The mean acceleration over the lag, not the one of the next second: what noise of a speed log makes of the first second
-/// of a plan is over by then, and the loop would answer it no sooner.
+/// The mean acceleration over the lag avoids noise of the speed log in the first second of a plan,
+/// to which the loop could not respond anyway.
 pub(crate) fn speed_lead(craft: &CraftModel) -> f64 {
     craft.surge_lag().clamp(SPEED_LEAD_MIN, SPEED_LEAD_MAX)
 }
 
-/// The inverse of the speed loop's response: the reference that makes a loop of lag T, delay included, and of time constant
-/// T_u and bias b accelerate as planned, held for one second.
+/// The inverse of the speed loop's response: the reference that makes a loop with the lag T, delay
+/// included, time constant T_u and bias b accelerate as planned, held for one second.
 ///
 /// ```text
 /// a = (u(t + lead) − u)/lead        u_ref = u + (T + ½ s) a − T_u b
 /// ```
-/// The whole lag leads, as the delay of a second-order loop is no dead time: a reference that foresees it as one brakes
-/// too late, see `docs/rationale.md#references`.
+/// The whole lag leads: the delay of a second-order loop is no dead time, and a reference that
+/// treats it as one brakes too late, see `docs/rationale.md#references`.
 pub(crate) fn invert_response(
     speed_now: f64,
     planned: &Reference,
@@ -106,7 +106,7 @@ pub(crate) fn invert_response(
 ) -> Reference {
     let limits = &craft.limits;
     let acceleration = (planned.speed - speed_now) / speed_lead(craft);
-    // A loop faster than the interval is over before it ends.
+    // A loop faster than the interval settles within it.
     let lead = craft.surge_lag().max(HALF_HOLD) + HALF_HOLD;
     let speed = speed_now + lead * acceleration - craft.surge_time * bias;
     Reference {
@@ -115,8 +115,8 @@ pub(crate) fn invert_response(
     }
 }
 
-/// The reference behind the slew limiter: its heading turns no faster than `rate` from the reference before, rad/s, unless
-/// that leads into a keep-out. Plans made anew every second may want another turn every second.
+/// The reference behind the slew limiter: its heading turns at most at `rate` from the previous
+/// one, rad/s, unless that leads into a keep-out. Successive plans may want opposite turns.
 pub(crate) fn slew_limited(
     asked: Reference,
     snapshot: &Snapshot,
@@ -131,15 +131,14 @@ pub(crate) fn slew_limited(
     }
 }
 
-/// The heading of a reference, no farther from that of the plan before than `rate` allows; none where there is no such
-/// plan.
+/// The heading of a reference, limited by `rate` relative to the previous plan's, if any.
 fn limited(asked: &Reference, snapshot: &Snapshot, horizon: &Horizon<'_>, rate: f64) -> Option<Heading> {
     let followed = horizon.followed?;
     let (before, bow) = (followed.heading, snapshot.asc.heading());
     Some(limited_heading(asked.heading, before, bow, rate * followed.age))
 }
 
-/// Whether a craft on `heading` would be in a keep-out within [`KEEP_OUT_FORESIGHT`].
+/// `true` if a craft on `heading` would enter a keep-out within [`KEEP_OUT_FORESIGHT`].
 fn leads_into_a_keep_out(heading: Heading, speed: f64, snapshot: &Snapshot) -> bool {
     let velocity = heading.unit() * speed.max(snapshot.asc.speed_mps) + snapshot.current();
     snapshot.keep_outs.iter().any(|disc| {

@@ -1,5 +1,5 @@
-//! Initial guesses: trajectories that the first SCP iteration is linearised about. A convex subproblem finds the best
-//! trajectory on its side of a disc or of a turn, and no other.
+//! Initial guesses: trajectories about which the first SCP iteration is linearised. A convex
+//! subproblem finds the best trajectory on the guess's side of a disc or turn only.
 
 use crate::{
     craft::response::{Stage, Surge},
@@ -19,25 +19,25 @@ use crate::{
     snapshot::build::Snapshot,
 };
 
-/// Bearing error beyond which it is open to which side to turn, rad: 115°.
+/// Bearing error beyond which both sides of a turn are tried, rad: 115°.
 const TURN_TO_EITHER_SIDE: f64 = 2.0;
 
-/// Nearer than this to its goal, a craft steers by its motion and not by its bearing, m: a look-ahead distance.
+/// Distance from the goal below which a craft steers by its motion, m: a look-ahead distance.
 const NEAR: f64 = 10.0;
 
-/// Longest time over which a goal's motion is led when it is steered for, s.
+/// Longest prediction of the goal's motion for steering, s.
 const LEAD_MAX: f64 = 60.0;
 
-/// A turn to the wrong side of less than this is not worth forcing, rad.
+/// Least turn to the wrong side that is tried, rad.
 const TURN_WORTH_FORCING: f64 = 0.5;
 
-/// Rate of turn of a loiter, rad/s: a circle of 0.33 m at the least speed of the MEDUSA class, once in 42 s.
+/// Rate of turn of a loiter, rad/s: a circle of 0.33 m in 42 s at a MEDUSA's least speed.
 const LOITER_RATE: f64 = 0.15;
 
-/// Most guesses that are tried anew: each costs two SCP iterations.
+/// Most new guesses: each costs two SCP iterations.
 const GUESSES_MAX: usize = 4;
 
-/// What initial guesses are made from.
+/// Inputs of initial guesses.
 #[derive(Clone, Copy)]
 pub(crate) struct InitialGuesses<'a> {
     pub(crate) snapshot: &'a Snapshot,
@@ -47,11 +47,11 @@ pub(crate) struct InitialGuesses<'a> {
 }
 
 impl InitialGuesses<'_> {
-    /// Guesses to begin with if nothing is known of an earlier plan; `los` is the line-of-sight law's trajectory.
+    /// Guesses without an earlier plan; `los` is the line-of-sight law's trajectory.
     ///
-    /// In order: both sides of a wall of discs, both sides of a turn or of a circle, line of sight, straight to the goal's
-    /// end; each that leads through a disc is replaced by two that pass it. No more than [`GUESSES_MAX`] are kept.
-    pub(crate) fn anew(&self, los: &[Stage]) -> Vec<Vec<Stage>> {
+    /// In order: both sides of a wall, both sides of a turn or circle, line of sight, straight to
+    /// the goal's end; each that crosses a disc becomes two that pass it. At most [`GUESSES_MAX`].
+    pub(crate) fn without_plan(&self, los: &[Stage]) -> Vec<Vec<Stage>> {
         let discs = &self.horizon.constraints.discs;
         let direct = self.direct();
         let mut guesses = Vec::new();
@@ -73,8 +73,8 @@ impl InitialGuesses<'_> {
         guesses
     }
 
-    /// Guesses to try beside an earlier plan's trajectory that does not circle, if the goal stands still.
-    pub(crate) fn beside(&self, earlier: &[Stage]) -> Vec<Vec<Stage>> {
+    /// Guesses besides an earlier plan's trajectory that does not circle, if the goal is at rest.
+    pub(crate) fn beside_plan(&self, earlier: &[Stage]) -> Vec<Vec<Stage>> {
         let directions = || Horizon::directions_of(earlier);
         let turned: f64 = directions()
             .zip(directions().skip(1))
@@ -92,7 +92,7 @@ impl InitialGuesses<'_> {
         let bearing_error = if to_goal.norm() > NEAR {
             angle_of(&to_goal)
         } else {
-            // Where the law has turned the craft to in the end.
+            // The law's final direction.
             angle_of(&los[los.len() - 1].velocity)
         };
         TURN_TO_EITHER_SIDE < bearing_error.abs()
@@ -102,7 +102,7 @@ impl InitialGuesses<'_> {
         loiters(self.horizon, self.snapshot.limits())
     }
 
-    /// At full speed for the goal, turning to that side however far it is, then as line of sight says.
+    /// At full speed for the goal, with the turn to that side, then by line of sight.
     fn turning(&self, side: Side) -> Vec<Stage> {
         let speed_max = self.snapshot.limits().speed_max;
         self.roll_out(|_, target, asc, los| {
@@ -119,7 +119,7 @@ impl InitialGuesses<'_> {
         })
     }
 
-    /// At full speed along the outline of whatever wall hides the goal, then for the goal.
+    /// At full speed along the outline of any wall before the goal, then for the goal.
     fn around_walls(&self, side: Side) -> Vec<Stage> {
         let (horizon, speed_max) = (self.horizon, self.snapshot.limits().speed_max);
         let discs = &horizon.constraints.discs;
@@ -135,8 +135,8 @@ impl InitialGuesses<'_> {
         })
     }
 
-    /// Straight to where the goal is at the end of the horizon, to be there then: what line of sight, which is
-    /// astern of a goal that hands over, never tries.
+    /// Straight to the goal at the end of the horizon, to arrive then: line of sight, astern of a
+    /// changing goal, never tries this.
     fn direct(&self) -> Vec<Stage> {
         let horizon = self.horizon;
         let duration = horizon.times[horizon.times.len() - 1];
@@ -159,7 +159,7 @@ impl InitialGuesses<'_> {
         horizon.roll_out(self.snapshot.craft_model(), law).stages
     }
 
-    /// Slowly around a goal that stands still.
+    /// Slowly around a resting goal.
     fn loitering(&self, side: Side) -> Vec<Stage> {
         let speed_min = self.snapshot.limits().speed_min;
         self.roll_out(|_, _, asc, _| Reference {
@@ -182,7 +182,7 @@ impl InitialGuesses<'_> {
     }
 }
 
-/// At full speed to where the goal will be; near it, as line of sight says.
+/// At full speed to the goal's predicted position; near it, by line of sight.
 fn for_the_goal(goal: &Motion, asc: &AscNow, los: Reference, speed_max: f64) -> Reference {
     let to_goal = goal.position - asc.position;
     if to_goal.norm() < NEAR {
@@ -195,7 +195,7 @@ fn for_the_goal(goal: &Motion, asc: &AscNow, los: Reference, speed_max: f64) -> 
     }
 }
 
-/// Whether the goal is near and slower through the water than the craft can go.
+/// `true` if the goal is near and slower through the water than the craft's least speed.
 fn loiters(horizon: &Horizon<'_>, limits: &Limits) -> bool {
     let goal = &horizon.goal[0];
     let through_water = goal.velocity - horizon.current;

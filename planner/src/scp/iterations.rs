@@ -1,5 +1,5 @@
-//! Sequential convex programming: each iteration solves a convex subproblem that is linearised about the directions of
-//! travel of the trajectory before.
+//! Sequential convex programming: each iteration solves a convex subproblem linearised about the
+//! previous trajectory's directions of travel.
 
 use nalgebra::Vector2;
 
@@ -22,7 +22,7 @@ use crate::{
         follower::follow,
         initial_guesses::InitialGuesses,
         predicted_cost::{Violations, predict},
-        result::{Candidate, Degraded, ScpResult},
+        result::{CandidateTrajectory, Degraded, ScpResult},
     },
     snapshot::build::Snapshot,
     solve::{
@@ -33,17 +33,17 @@ use crate::{
     },
 };
 
-/// Cosine of the turn, 45°, beyond which an iteration's solution was pressed against the cone of its linearisation.
+/// Cosine of the turn, 45°, beyond which a solution was at the limit of its linearisation's cone.
 const PRESSED_COSINE: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
-/// A slack below this is the solver's tolerance, not a broken limit, m/s or m/s².
+/// Largest slack within the solver's tolerance, m/s or m/s².
 const SLACK_NOTICEABLE: f64 = 1e-3;
 
-/// A goal beyond this multiple of the distance that the horizon allows, or faster than this multiple of the top speed,
-/// pulls no harder for being farther or faster: it bounds the cost's gradient, and with it the price at which soft limits hold.
+/// Multiple of the horizon's reach and of the top speed at which the goal's distance and speed are
+/// capped: bounds the cost's gradient, and with it the price of soft limits.
 const GOAL_REACH: f64 = 1.5;
 
-/// A predicted cost that no craft shows, m² s: a centimetre over a hundred seconds.
+/// Largest negligible predicted cost, m² s: a centimetre over a hundred seconds.
 const NEGLIGIBLE_COST: f64 = 0.01;
 
 /// Sequential convex programming on one snapshot.
@@ -54,39 +54,39 @@ pub(crate) struct Scp<'a> {
     pub(crate) goal: &'a GoalForecast,
     pub(crate) stop: &'a Stop,
     pub(crate) solve: &'a mut dyn FnMut(&Program) -> Solution,
-    /// Programs stated before, to be restated in place.
+    /// Earlier programs, to be restated in place.
     pub(crate) programs: &'a mut ByShape<Program>,
 }
 
-/// What a subproblem is linearised about, and the facts within its reach, craft frame.
+/// Linearisation of a subproblem, and the facts within its reach, craft frame.
 struct Linearisation {
     /// Directions of travel.
     directions: Vec<Vector2<f64>>,
-    /// The goal, within reach.
+    /// The goal, capped to the reach.
     goal: Vec<Vector2<f64>>,
     /// Velocity through the water that matches the goal's, m/s.
     goal_velocity: Vec<Vector2<f64>>,
-    /// Acceleration that the surge loop gives unasked, m/s².
+    /// Acceleration disturbance of the surge loop, m/s².
     surge_disturbance: Vec<f64>,
     constraints: StageConstraints,
 }
 
-/// A subproblem solved.
+/// A solved subproblem.
 struct Solved {
     layout: Layout,
-    /// The goal that the solution's deviations count from.
+    /// The goal to which the solution's deviations refer.
     goal: Vec<Vector2<f64>>,
     solution: Solution,
-    /// How good the solution is, where there is one.
+    /// Residuals of the solution, if any.
     residuals: Option<Residuals>,
 }
 
 impl Scp<'_> {
-    /// The best result from the previous plan's trajectory and, where that does not do, from guesses made anew.
+    /// The best result from the previous plan's trajectory and, if needed, from new guesses.
     ///
-    /// Guesses are made anew where there is no previous plan, where its trajectory led to something worse than line of
-    /// sight, and where the iterations still turn: if the goal has changed under a plan, two iterations cannot leave a
-    /// cone that points elsewhere.
+    /// New guesses are needed without a previous plan, if its trajectory is worse than line of
+    /// sight, and while the iterations still turn: if the goal changes, two iterations cannot leave
+    /// a cone that points elsewhere.
     pub(crate) fn run(&mut self, los: &Rollout, los_cost: f64) -> ScpResult {
         let guesses = InitialGuesses {
             snapshot: self.snapshot,
@@ -95,14 +95,14 @@ impl Scp<'_> {
             goal: self.goal,
         };
         let Some(previous) = &self.horizon.previous else {
-            return self.best_of(None, guesses.anew(&los.stages));
+            return self.best_of(None, guesses.without_plan(&los.stages));
         };
         let previous = self.horizon.stages_along(previous);
         let first = self.iterate(previous.clone());
         let others = if first.converged && first.cost() <= los_cost + NEGLIGIBLE_COST {
-            guesses.beside(&previous)
+            guesses.beside_plan(&previous)
         } else {
-            guesses.anew(&los.stages)
+            guesses.without_plan(&los.stages)
         };
         self.best_of(Some(first), others)
     }
@@ -116,8 +116,7 @@ impl Scp<'_> {
             .unwrap_or_else(|| ScpResult::none(Degraded::Solver(SolverStatus::Unsolved)))
     }
 
-    /// Iterates from `guess` until the trajectory changes little. An iteration that fails leaves the result of the one
-    /// before it.
+    /// Iterates from `guess` until convergence. A failed iteration keeps the previous result.
     fn iterate(&mut self, guess: Vec<Stage>) -> ScpResult {
         let mut result = ScpResult::none(Degraded::Solver(SolverStatus::Unsolved));
         let mut about = guess;
@@ -139,19 +138,19 @@ impl Scp<'_> {
                 }
                 break;
             }
-            // 2. Follow the solution on the response model, and predict what that costs.
+            // 2. Follow the solution on the response model, and predict its cost.
             let stages = solved.stages(self.horizon);
             let turned = cosine_of_turn(&about, &stages);
             let rollout = follow(self.horizon, &stages, self.snapshot, self.parameters);
             let (predicted, terms, violations) = predict(self.horizon, &rollout, &self.horizon.weights);
-            // 3. Keep the best. A later iteration may do worse: it is another linearisation, not a step of a descent.
+            // 3. Keep the best. A later iteration is another linearisation, not a descent step.
             if predicted.cost <= result.cost() {
                 result.report.status = solved.solution.status;
                 result.report.residuals = solved.residuals;
                 result.degraded = None;
                 result.violations = solved.violations(self.horizon);
                 result.converged = turned > PRESSED_COSINE;
-                result.candidate = Some(Candidate {
+                result.candidate = Some(CandidateTrajectory {
                     stages: stages.clone(),
                     predicted,
                     terms,
@@ -166,7 +165,7 @@ impl Scp<'_> {
         result
     }
 
-    /// States and solves the subproblem that is linearised about `stages`.
+    /// States and solves the subproblem linearised about `stages`.
     fn solve_subproblem(&mut self, stages: &[Stage]) -> Solved {
         let (horizon, parameters) = (self.horizon, self.parameters);
         let about = Linearisation::about(stages, horizon, self.snapshot, parameters);
@@ -203,7 +202,7 @@ impl Scp<'_> {
 }
 
 impl Solved {
-    /// The trajectory that the solution says.
+    /// The trajectory of the solution.
     fn stages(&self, horizon: &Horizon<'_>) -> Vec<Stage> {
         let Self {
             layout,
@@ -218,7 +217,7 @@ impl Solved {
         std::iter::once(horizon.start).chain(later).collect()
     }
 
-    /// The worst violation of each soft limit of motion, where it is noticeable.
+    /// Worst noticeable violation of each soft limit of motion.
     fn violations(&self, horizon: &Horizon<'_>) -> Violations<2> {
         let (layout, solution) = (self.layout, &self.solution);
         [SoftLimit::ForwardSpeed, SoftLimit::TurnRate].map(|limit| {
@@ -227,7 +226,7 @@ impl Solved {
                 _ => layout.forward_speed(k)..layout.forward_speed(k) + 1,
             };
             let amount = |k: usize| {
-                // s is what the row leaves, ξ included: ξ − s is by how much it is broken.
+                // s is the row's margin with ξ: ξ − s is its violation.
                 let least = solution.slack[rows(k)]
                     .iter()
                     .copied()
@@ -277,8 +276,8 @@ fn cosine_of_turn(before: &[Stage], after: &[Stage]) -> f64 {
         .fold(1.0, f64::min)
 }
 
-/// Whether a solution may be followed: one that a solver got to, however it names it, if the certificate holds.
-/// Every status by name: a new one must be thought about.
+/// Accepts a solution of any status with a result, if the certificate holds. Statuses are matched
+/// by name, so that a new one needs a decision.
 fn accept(
     solution: &Solution,
     residuals: Option<&Residuals>,
@@ -308,7 +307,7 @@ fn accept(
     }
 }
 
-/// The program of the subproblem's shape, stated anew or restated in place.
+/// The program of the subproblem's shape, new or restated in place.
 fn restated<'p>(programs: &'p mut ByShape<Program>, subproblem: &Subproblem<'_>) -> &'p Program {
     let layout = subproblem.layout();
     if programs.is_kept(&layout) {

@@ -1,4 +1,4 @@
-//! What a trajectory is predicted to cost when the craft follows it: one measure for every candidate, whatever led to it.
+//! Predicted cost of a followed trajectory: one measure for all candidates.
 
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
@@ -18,7 +18,7 @@ use crate::{
 /// Predicted cost of a trajectory over the horizon.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Predicted {
-    /// Predicted cost of the trajectory; less is better.
+    /// Predicted cost of the trajectory; lower is better.
     #[serde(alias = "merit")]
     pub cost: f64,
     /// Root mean square distance to the goal, m.
@@ -27,13 +27,12 @@ pub struct Predicted {
     pub energy_j: f64,
 }
 
-/// The terms of a predicted cost, m² s. Their sum is the cost, but for rounding.
-// By name: answers have had them in this order.
+/// The terms of a predicted cost, m² s, which sum to the cost up to rounding.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CostTerms {
     /// Acceleration.
     pub acceleration: f64,
-    /// Limits of position that are broken.
+    /// Violated limits of position.
     pub broken_limits: f64,
     /// Propulsion energy.
     pub energy: f64,
@@ -45,20 +44,20 @@ pub struct CostTerms {
     pub velocity: f64,
 }
 
-/// A violation below this is rounding, m.
+/// Largest violation that is rounding, m.
 const NOTICEABLE: f64 = 1e-3;
 
-/// The worst of each of several soft limits, where it is noticeably broken.
+/// Worst noticeable violation of each of several soft limits.
 pub(crate) type Violations<const N: usize> = [Option<Violation>; N];
 
-/// By how much a limit of position is broken, m, and by what.
+/// Violation of a limit of position, m, and its subject.
 type Excess = (f64, Option<Subject>);
 
-/// What `rollout` is predicted to lead to, and the limits of position that it breaks.
+/// Prediction of `rollout`, and the limits of position that it violates.
 ///
-/// The cost is the program's own cost in natural units, without its scale and its cap on far goals, and the
-/// program's price of every limit of position that is broken, by the worst of each interval on the way, not only at the
-/// stages alone. What the craft cannot do, a rollout does not do, so that nothing else can be broken.
+/// The cost is the program's in natural units, without its scale and its cap on far goals, plus the
+/// program's price of every violated limit of position, at the worst point of each interval. A
+/// rollout keeps the craft's own limits.
 pub(crate) fn predict(
     horizon: &Horizon<'_>,
     rollout: &Rollout,
@@ -82,14 +81,14 @@ pub(crate) fn predict(
     (predicted, terms, [range, area, keep_out, separation])
 }
 
-/// Limits of position, as they are priced.
+/// Priced limits of position.
 #[derive(Clone, Copy)]
 enum Limit {
     /// Ranges of the AUVs that the goal names.
     NamedRange,
     /// Ranges of the others.
     OtherRange,
-    /// Of these, ranges that cannot be kept.
+    /// Ranges of these that cannot be kept.
     RangeGivenUp,
     Area,
     KeepOut,
@@ -107,7 +106,7 @@ impl Limit {
     }
 }
 
-/// The one of two that is broken by more.
+/// The larger violation.
 fn worse(a: Option<Violation>, b: Option<Violation>) -> Option<Violation> {
     match (a, b) {
         (Some(first), Some(second)) if first.amount < second.amount => b,
@@ -116,7 +115,7 @@ fn worse(a: Option<Violation>, b: Option<Violation>) -> Option<Violation> {
     }
 }
 
-/// Adds the price of broken limits to a cost.
+/// Adds the price of violations to a cost.
 struct Pricing<'a> {
     horizon: &'a Horizon<'a>,
     rollout: &'a Rollout,
@@ -124,8 +123,8 @@ struct Pricing<'a> {
 }
 
 impl Pricing<'_> {
-    /// Adds the price of `limits`, and answers the worst of each. They share a slack, so that only the one of them
-    /// that is broken most has its price.
+    /// Adds the price of `limits`, and returns the worst violation of each. They share a slack, so
+    /// only the largest violation is priced.
     fn add<const N: usize>(&mut self, limits: [Limit; N], slack_price: (f64, f64)) -> Violations<N> {
         let (linear, quadratic) = slack_price;
         let mut broken: Violations<N> = [None; N];
@@ -152,7 +151,7 @@ impl Pricing<'_> {
     }
 }
 
-/// By how much a limit of position is broken at a place; 0 where it is kept.
+/// Violation of a limit of position at a point; 0 if it is kept.
 fn excess(horizon: &Horizon<'_>, limit: Limit, place: &Waypoint) -> Excess {
     let constraints = &horizon.constraints;
     let (k, share) = (place.stage, place.share);

@@ -1,4 +1,4 @@
-//! What SCP iterations lead to, and which of two results is better.
+//! Results of SCP iterations, and their order.
 
 use std::fmt;
 
@@ -11,34 +11,33 @@ use crate::{
     solve::{certificate::Residuals, clarabel::SolverStatus},
 };
 
-/// By how much the predicted cost of one result must be below that of another to be better, as a share of it: ties go to
-/// the first, which is the one to starboard.
+/// Relative difference of costs below which two results tie; the first, to starboard, wins.
 const TIE: f64 = 1e-6;
 
-/// What the iterations from one initial guess led to: a candidate trajectory, or the reason why there is none.
+/// Result of the iterations from one guess: a candidate trajectory, or the reason for none.
 pub(crate) struct ScpResult {
-    pub(crate) candidate: Option<Candidate>,
-    /// Whether the last iteration left the directions that it was linearised about almost as they were.
+    pub(crate) candidate: Option<CandidateTrajectory>,
+    /// `true` if the last iteration kept the directions of its linearisation almost unchanged.
     pub(crate) converged: bool,
     pub(crate) degraded: Option<Degraded>,
     pub(crate) report: SolverReport,
-    /// Limits of motion that the program's own stages do not keep.
+    /// Limits of motion that the program's stages violate.
     pub(crate) violations: Violations<2>,
 }
 
-/// A candidate trajectory, and what following it is predicted to lead to.
+/// A candidate trajectory with the prediction of following it.
 #[derive(Clone, Debug)]
-pub(crate) struct Candidate {
+pub(crate) struct CandidateTrajectory {
     /// Its stages, craft frame.
     pub(crate) stages: Vec<Stage>,
     pub(crate) predicted: Predicted,
     pub(crate) terms: CostTerms,
-    /// Limits of position that the craft breaks on it.
+    /// Limits of position that the craft violates on it.
     pub(crate) violations: Violations<4>,
 }
 
 impl ScpResult {
-    /// No candidate, and why.
+    /// No candidate, with the reason.
     pub(crate) fn none(reason: Degraded) -> Self {
         Self {
             candidate: None,
@@ -60,9 +59,9 @@ impl ScpResult {
         let scp_iterations = self.report.scp_iterations + other.report.scp_iterations;
         let iterations = self.report.iterations + other.report.iterations;
         let (cost, other_cost) = (self.cost(), other.cost());
-        // What a candidate that there was no time for would have cost is not known.
+        // The cost of a candidate that time did not suffice for is unknown.
         let stopped = [self.degraded, other.degraded].contains(&Some(Degraded::Deadline));
-        // Infinite costs: keep the first, and its reason.
+        // Infinite costs: keep the first, with its reason.
         let mut better = if other_cost < cost - TIE * cost.abs().min(f64::MAX) {
             other
         } else {
@@ -80,20 +79,20 @@ impl ScpResult {
     }
 }
 
-/// Why an answer is degraded.
+/// Reason of a degraded answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Degraded {
-    /// The solver ended in a status that proves nothing.
+    /// The solver ended in a status without a result.
     Solver(SolverStatus),
-    /// The solver was satisfied or almost, the certificate was not.
+    /// The solver succeeded or almost, and the certificate failed.
     Certificate,
-    /// The goal rests on a report too old to be forecast.
+    /// The goal depends on a report that is too old.
     StaleReport,
-    /// The deadline came before any program was solved, whatever failed before it.
+    /// The deadline passed before any program was solved, after any failures.
     Deadline,
 }
 
-/// Why an answer is degraded, as one word for programs.
+/// The reason as one word.
 impl fmt::Display for Degraded {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -105,26 +104,26 @@ impl fmt::Display for Degraded {
     }
 }
 
-/// What the solver did.
+/// Work of the solver.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Solver)]
 pub struct SolverReport {
-    /// Status of the SCP iteration that led to the answer, else of the one that failed, in snake case.
+    /// Status of the SCP iteration that led to the answer, else of the failed one, in snake case.
     #[schema(value_type = String)]
     pub status: SolverStatus,
-    /// Iterations of the sequential convex programming: convex subproblems solved.
+    /// SCP iterations: convex subproblems solved.
     #[serde(alias = "passes")]
     pub scp_iterations: usize,
     /// Interior-point iterations over all subproblems.
     pub iterations: u32,
-    /// Whether the deadline cut the work short. With the outcome `ok`, a program had been solved by then, and further
-    /// ones were not tried or not finished: the best of what there was answered, whatever its `method`.
+    /// `true` if the deadline cut the work short. With the outcome `ok`, a program had been solved
+    /// by then, and the best available candidate answered, of any `method`.
     pub deadline_hit: bool,
-    /// Time for the whole plan, ms: the one member that differs between two equal requests.
+    /// Time for the whole plan, ms; the only member that differs between equal requests.
     // The planner has no clock: its caller measures.
     #[schema(value_type = f64, required)]
     pub solve_time_ms: Option<f64>,
-    /// Residuals of that iteration's subproblem, recomputed outside the solver.
+    /// Residuals of that iteration's subproblem, independent of the solver.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub residuals: Option<Residuals>,
 }

@@ -1,4 +1,4 @@
-//! A checked request with the estimates that follow from it.
+//! A checked request with its estimates.
 
 use std::ops::Deref;
 
@@ -26,7 +26,7 @@ use crate::{
     },
 };
 
-/// Part of the sway that the yaw rate makes in the one that a plan starts from.
+/// Weight of the sway from the yaw rate, against the measured one, at the start of a plan.
 const DRIFT_SHARE: f64 = 0.8;
 
 impl From<&Snapshot> for AscNow {
@@ -39,8 +39,8 @@ impl From<&Snapshot> for AscNow {
     }
 }
 
-/// A checked [`PlanRequest`], its defaults spelled out, whose every number is finite and inside its range, whose names are unique,
-/// and whose goal names vehicles that are there; with the estimates that it leads to.
+/// A checked [`PlanRequest`] with its defaults and the estimates from it. Every number is finite
+/// and in its range, names are unique, and the goal names existing vehicles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Snapshot {
     request: PlanRequest,
@@ -55,10 +55,10 @@ pub struct Snapshot {
 }
 
 impl Snapshot {
-    /// The snapshot of `request`. Once it is `due`, estimates rest on the newest reports alone.
+    /// The snapshot of `request`. Once `due`, estimates use the newest reports alone.
     ///
     /// # Errors
-    /// With everything that is wrong with the request.
+    /// All faults of the request.
     pub fn until(mut request: PlanRequest, due: &dyn Fn() -> bool) -> Result<Self, InvalidRequest> {
         let paths = request.known_paths()?;
         let corners: Vec<_> = request.area.iter().copied().map(Vector2::from).collect();
@@ -73,7 +73,7 @@ impl Snapshot {
             Estimate::new(auv, path.as_ref(), request.t_s, &current, remembered, track, due)
         };
         let estimates = request.auvs.iter().zip(&paths).map(estimate).collect();
-        let craft_estimate = CraftEstimate::new(&request.of_the_craft(&limits), &craft_prior);
+        let craft_estimate = CraftEstimate::new(&request.craft_observation(&limits), &craft_prior);
         let craft = CraftModel::learnt(&craft_prior, &craft_estimate, &limits, &current);
         Ok(Self {
             request,
@@ -87,13 +87,13 @@ impl Snapshot {
         })
     }
 
-    /// Whether there was no time for all of the estimates.
+    /// `true` if time did not suffice for all estimates.
     #[must_use]
     pub fn cut_short(&self) -> bool {
         self.cut_short
     }
 
-    /// The command with which the craft moves through the water as `reference` says.
+    /// The command that makes the craft move through the water as `reference` says.
     #[must_use]
     pub fn command(&self, reference: &Reference) -> Reference {
         let (heading_held, speed_held) = self.craft_estimate.modes(&self.craft_prior);
@@ -105,8 +105,7 @@ impl Snapshot {
         craft.command(reference, &self.current(), self.limits.speed_max)
     }
 
-    /// `reference` through the water as far as the largest speed lets the craft do it, where that is one over ground, but no
-    /// slower than it steers.
+    /// `reference` through the water, within the largest speed over ground and the least speed.
     #[must_use]
     pub(crate) fn within_speed_max(&self, reference: &Reference) -> Reference {
         let (_, speed_held) = self.craft_estimate.modes(&self.craft_prior);
@@ -123,8 +122,8 @@ impl Snapshot {
         }
     }
 
-    /// [`Snapshot::command`] behind a slew-rate limit: its heading moves from the command before no faster than the craft turns, or
-    /// than `reference` itself has moved: what is learnt of the current meanwhile comes in at that rate.
+    /// [`Snapshot::command`] behind a slew-rate limit: the heading changes by no more than the
+    /// craft can turn, or than `reference` changed. New currents enter at that rate.
     #[must_use]
     pub(crate) fn slew_limited_command(&self, reference: &Reference) -> Reference {
         let command = self.command(reference);
@@ -149,11 +148,10 @@ impl Snapshot {
         }
     }
 
-    /// Velocity through the water (ahead, starboard) that a plan starts from, m/s: the filtered surge, and a sway between
-    /// the measured one and what the yaw rate makes of it.
+    /// Velocity through the water (ahead, starboard) at the start of a plan, m/s: the filtered
+    /// surge, and a mean of the measured sway and that from the yaw rate.
     ///
-    /// Waves, a log's noise and the swing of the bow in them are over before a plan could answer them; what a plan made
-    /// of them asks for is noise.
+    /// Waves, the log's noise and the swing of the bow in them end before a plan could react.
     #[must_use]
     pub fn velocity_now(&self, yaw_rate: f64) -> Vector2<f64> {
         let (surge, sway) = (self.craft_estimate.surge.x, self.asc.sway_mps);
@@ -167,7 +165,7 @@ impl Snapshot {
         &self.craft_prior
     }
 
-    /// What was learnt of the surface craft from its motion.
+    /// The estimate of the surface craft from its motion.
     #[must_use]
     pub fn craft_estimate(&self) -> &CraftEstimate {
         &self.craft_estimate
@@ -179,13 +177,13 @@ impl Snapshot {
         &self.craft
     }
 
-    /// What the surface craft may do.
+    /// Limits of the surface craft.
     #[must_use]
     pub fn limits(&self) -> &Limits {
         &self.limits
     }
 
-    /// The path of every AUV, where it is known, in the request's order.
+    /// The path of each AUV, if known, in the request's order.
     #[must_use]
     pub fn paths(&self) -> &[Option<KnownPath>] {
         &self.paths
@@ -208,7 +206,7 @@ impl Snapshot {
     }
 }
 
-/// An AUV, its path where that is declared or repeats what it did, and where it is taken to be.
+/// An AUV, its declared or repeated path, and its estimate.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct KnownAuv<'a> {
     pub(crate) auv: &'a Auv,

@@ -1,4 +1,4 @@
-//! The one place where a request is checked, field by field.
+//! The checks of a request, field by field.
 
 mod evidence;
 mod visit;
@@ -36,21 +36,22 @@ use crate::{
     snapshot::request::PlanRequest,
 };
 
-/// Every reason why a request is no snapshot, in the order of its fields.
+/// All faults of a request, in the order of its fields.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))]
 pub struct InvalidRequest(pub Vec<InvalidField>);
 
 impl PlanRequest {
-    /// Fails with everything that is wrong, in the order of the fields. Nothing is estimated.
+    /// Checks all fields; estimates nothing.
     ///
     /// # Errors
-    /// Where a list is too long, with that alone: the checks behind compare every name with every other.
+    /// All faults in the order of the fields. If a list is too long, that alone: later checks
+    /// compare every name with every other.
     pub fn check(&self) -> Result<(), InvalidRequest> {
         self.known_paths().map(drop)
     }
 
-    /// The path that each AUV is known to follow, if nothing is wrong with the request.
+    /// The known path of each AUV, if the request has no fault.
     pub(crate) fn known_paths(&self) -> Result<Vec<Option<KnownPath>>, InvalidRequest> {
         let mut check = Check::default();
         check.lengths(self);
@@ -66,7 +67,7 @@ impl PlanRequest {
     }
 }
 
-/// What `check` finds.
+/// The faults that `check` finds.
 fn found(check: impl FnOnce(&mut Check)) -> Vec<InvalidField> {
     let mut found = Check::default();
     check(&mut found);
@@ -74,7 +75,7 @@ fn found(check: impl FnOnce(&mut Check)) -> Vec<InvalidField> {
 }
 
 impl Report {
-    /// What is wrong with it at time `now`, s, by its members within `field`.
+    /// Its faults at time `now`, s, by member within `field`.
     #[must_use]
     pub fn faults(&self, field: &str, now: f64) -> Vec<InvalidField> {
         found(|check| check.report(field, self, now))
@@ -82,7 +83,7 @@ impl Report {
 }
 
 impl Asc {
-    /// What is wrong with it, by its members within `field`.
+    /// Its faults, by member within `field`.
     #[must_use]
     pub fn faults(&self, field: &str) -> Vec<InvalidField> {
         found(|check| check.asc(field, self))
@@ -90,7 +91,7 @@ impl Asc {
 }
 
 impl Current {
-    /// What is wrong with it, by its members within `field`.
+    /// Its faults, by member within `field`.
     #[must_use]
     pub fn faults(&self, field: &str) -> Vec<InvalidField> {
         found(|check| check.current(field, self))
@@ -202,7 +203,7 @@ impl Check {
         }
     }
 
-    /// Everything but the lengths of lists.
+    /// Checks everything but the lengths of lists.
     fn members(&mut self, request: &PlanRequest) -> Vec<Option<KnownPath>> {
         self.within(format_args!("t_s"), request.t_s, TIME);
         self.asc("asc", &request.asc);
@@ -229,7 +230,7 @@ impl Check {
         paths
     }
 
-    /// Each of `values` must be in the range at its place.
+    /// Checks each of `values` against its range.
     pub(crate) fn numbers<const N: usize>(&mut self, field: &str, ranges: &[Range; N], values: [f64; N]) {
         for ((name, range), value) in ranges.iter().zip(values) {
             self.within(format_args!("{field}/{name}"), value, range.clone());
@@ -307,7 +308,7 @@ impl Check {
 
     fn dive(&mut self, auv: usize, dive: &Dive) {
         let mut ranges = DIVE;
-        // Where the other depth is none, this one's range is still to be named.
+        // If the other depth is invalid, this one keeps its full range.
         if ranges[0].1.contains(&dive.depth_min_m) {
             ranges[1].1 = dive.depth_min_m + LEG_HEIGHT_MIN..=*DIVE[1].1.end();
         }
@@ -437,7 +438,7 @@ impl Check {
         let limits = Limits::from(declared);
         let [slowest, others @ ..] = LIMITS;
         self.numbers("limits", &[slowest], [limits.speed_min]);
-        // The least gap keeps the speed cone and the forward half-plane from closing on each other.
+        // The gap keeps the speed cone and the forward half-plane apart.
         let least_top_speed = if limits.speed_min.is_finite() {
             limits.speed_min + 0.05
         } else {
@@ -480,7 +481,7 @@ impl Check {
         }
     }
 
-    /// Also of one that is not whole and therefore not read: what is given is in its range.
+    /// Checks the given members, also those of an incomplete target, which is not used.
     fn previous_target(&mut self, field: &str, target: &PreviousTarget) {
         if let Some(known) = target.estimate {
             let values = [

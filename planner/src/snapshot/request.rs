@@ -1,4 +1,4 @@
-//! What clients post: everything that they know and want, unchecked.
+//! The request of a client, unchecked.
 
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
@@ -25,104 +25,106 @@ use crate::{
     },
 };
 
-/// The version of these shapes that requests must name and answers carry.
+/// Version of these shapes, in requests and answers.
 pub const SCHEMA_VERSION: &str = "1.0";
 
-/// How long the current is averaged over, where it is not declared, s.
+/// Averaging time of an undeclared current, s.
 const CURRENT_MEMORY: f64 = 30.0;
 
-/// Age of a previous plan up to which its current and the drift of its AUVs are remembered, s.
+/// Largest age of a previous plan whose current and drifts are remembered, s.
 pub(crate) const REMEMBERED_AGE_MAX: f64 = 60.0;
 
-/// A snapshot of what is known now, and what the surface craft is to do.
+/// The facts of one moment, and the goal of the surface craft.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PlanRequest {
     /// Version of this shape: `"1.0"`.
     #[schema(example = "1.0")]
     pub schema_version: String,
-    /// Now, s, on any clock that all times of the request share.
+    /// Present time, s, on any clock that all times of the request share.
     pub t_s: f64,
-    /// Where the datum of all positions lies on Earth. With it, any position may be given as `lat_deg` and `lon_deg`
-    /// instead of `north_m` and `east_m`, and a point of a list as an object of these two; answers have both. Headings, courses,
-    /// velocities and offsets are then from true north at the craft, else from the frame's north. Default: not known.
+    /// Position of the datum on Earth. With it, any position may be given as `lat_deg` and
+    /// `lon_deg` instead of `north_m` and `east_m`, and a point of a list as an object of these
+    /// two; answers have both. Headings, courses, velocities and offsets are then relative to true
+    /// north at the craft, else to the frame's north. Default: unknown.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub origin: Option<Origin>,
     /// The surface craft.
     pub asc: Asc,
     /// The underwater vehicles, 1 to 16, in any order.
     pub auvs: Vec<Auv>,
-    /// What to do.
+    /// The goal and its offset.
     pub goal: Task,
-    /// Current at the surface. Default: the surface craft's ground velocity less its velocity through the water; without a
-    /// ground velocity, the estimate from its positions and its speed through the water, else the current of
-    /// `previous_plan`, else still water. Velocities that differ by more than 3 m/s along an axis are ignored, with the
-    /// warning `velocities_contradict`.
+    /// Current at the surface. Velocities that differ by more than 3 m/s along an axis are ignored,
+    /// with the warning `velocities_contradict`. Default: the surface craft's ground velocity minus
+    /// its velocity through the water; without a ground velocity, the estimate from positions and
+    /// speed through the water, else the current of `previous_plan`, else 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub current: Option<Current>,
-    /// What the operator allows the surface craft. Default: as in each member. Without `craft`, `limits` also describe the
-    /// craft.
+    /// Limits of the surface craft; without `craft`, they describe it. Default: as in each member.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limits: Option<DeclaredLimits>,
-    /// Closed-loop response of the surface craft. A member that is left out has the preset's value or, without a preset, a
-    /// cautious generic craft's, and is learnt from the motion. Default: unknown.
+    /// Closed-loop response of the surface craft. Omitted members are the preset's or, without a
+    /// preset, a cautious generic craft's, and are learnt. Default: unknown.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub craft: Option<CraftDescription>,
     /// Discs to keep out of, at most 32. Default: none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub keep_outs: Vec<KeepOut>,
-    /// Corners [north, east] of a convex area to stay in, m: 3 to 64, in order, either way round, every corner
-    /// once. A corner up to 0.2 m within its sides, where rounded degrees put it, is left out. Default: no limit.
+    /// Corners [north, east] of a convex area to stay in, m: 3 to 64, in order, in either
+    /// direction, each once. A corner up to 0.2 m within the sides (rounded degrees) is omitted.
+    /// Default: no limit.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[schema(example = json!([[-50.0, -50.0], [200.0, -50.0], [200.0, 150.0], [-50.0, 150.0]]))]
     pub area: Vec<[f64; 2]>,
-    /// What the acoustic link needs. Default: no limit.
+    /// Limits of the acoustic link. Default: none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub acoustics: Option<Acoustics>,
-    /// Horizontal distance to keep from every underwater vehicle while it may be within 2 m of the surface, m, from
-    /// 0.5 to 100. Default: no limit.
+    /// Horizontal distance to keep from each underwater vehicle that may be within 2 m of the
+    /// surface, m, from 0.5 to 100. Default: no limit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = 5.0)]
     pub surfacing_separation_m: Option<f64>,
-    /// The planner's levers: weights, horizon, iterations. Default: as in each member.
+    /// Tuning of the planner: weights, horizon, iterations. Default: as in each member.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tuning: Option<Tuning>,
-    /// How to guess the underwater vehicles' future. Default: `auto`.
+    /// Forecast of the underwater vehicles. Default: `auto`.
     #[serde(default)]
     pub forecast: Forecast,
-    /// What to do when no program was solved, and for a goal of which the last report is too old. Default: `los`.
+    /// Behaviour without a solved program, or if the goal's last report is too old. Default: `los`.
     #[serde(default)]
     pub fallback: Fallback,
-    /// What the last fallback level does. Default: `slow_turn`.
+    /// The last fallback level. Default: `slow_turn`.
     #[serde(default)]
     pub hold: Hold,
-    /// Deadline of the answer, ms after the request's head arrived, from 0.05 to 60 000. If it comes before all programs
-    /// are solved, the solved ones compete for the answer; if none is solved, `fallback` applies. Default and maximum: the
-    /// service's deadline, 1000 unless configured.
+    /// Deadline of the answer, ms after the request's head arrived, from 0.05 to 60 000. Programs
+    /// solved by then compete for the answer; if there are none, `fallback` applies. Default and
+    /// maximum: the service's deadline, 1000 unless configured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub deadline_ms: Option<f64>,
-    /// The last answer, whole. The service keeps none.
+    /// The last answer, whole. The service does not store it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub previous_plan: Option<PreviousPlan>,
-    /// Anything; comes back in the answer. At most 4096 bytes.
+    /// Any object, returned in the answer. At most 4096 bytes.
     #[serde(default, skip_serializing_if = "Map::is_empty")]
     #[schema(value_type = Object)]
     pub metadata: Map<String, Value>,
 }
 
-/// What the acoustic link needs.
+/// Limits of the acoustic link.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Acoustics {
-    /// Largest slant range to every underwater vehicle, m, from 1 to 20 000. The planner keeps 1.73 times the vehicle's
-    /// `position_sigma_m` less in the horizontal, so that the range holds for nearly all positions where the vehicle may be.
+    /// Largest slant range to each underwater vehicle, m, from 1 to 20 000. Horizontally the
+    /// planner subtracts 1.73 times the vehicle's `position_sigma_m`, so that the range holds for
+    /// nearly all its possible positions.
     pub range_max_m: f64,
 }
 
 impl PlanRequest {
-    /// What must be stated; the rest may be changed afterwards. Nothing else is known or limited but a small craft's speeds
-    /// ([`Limits::ANY`](super::Limits::ANY)), the craft answers as the generic one until it is learnt, forecasts are chosen for
-    /// each AUV, and without a solved program the fallback levels answer, the last of which is a slow turn.
+    /// A request with these members; the others may be set afterwards. By default the limits are
+    /// [`Limits::ANY`](super::Limits::ANY), the craft is generic until it is learnt, forecasts are
+    /// chosen for each AUV, and the last fallback level is a slow turn.
     #[must_use]
     pub fn new(t_s: f64, asc: Asc, auvs: Vec<Auv>, goal: impl Into<Task>) -> Self {
         Self {
@@ -149,13 +151,13 @@ impl PlanRequest {
         }
     }
 
-    /// Slant range to every AUV to keep within, m.
+    /// Largest slant range to every AUV, m.
     #[must_use]
     pub fn range_max(&self) -> Option<f64> {
         self.acoustics.map(|acoustics| acoustics.range_max_m)
     }
 
-    /// What the surface craft may do.
+    /// Limits of the surface craft.
     #[must_use]
     pub(crate) fn limits(&self) -> Limits {
         self.limits.as_ref().map_or(Limits::ANY, Limits::from)
@@ -182,15 +184,15 @@ impl PlanRequest {
         craft
     }
 
-    /// Current (north, east), m/s, zero where it is not known.
+    /// Current (north, east), m/s; zero if unknown.
     #[must_use]
     pub fn current(&self) -> Vector2<f64> {
         self.known_current().unwrap_or_else(Vector2::zeros)
     }
 
-    /// Current (north, east), m/s: the one given; else what ground velocity less velocity through the water give,
-    /// smoothed with what the previous plan took it for; without a ground velocity, what positions and speed through the
-    /// water gave until then, else what the previous plan took it for.
+    /// Current (north, east), m/s: the declared one; else ground velocity minus velocity through
+    /// the water, smoothed with the previous plan's current; without a ground velocity, the
+    /// estimate from positions and speed through the water, else the previous plan's.
     #[must_use]
     pub fn known_current(&self) -> Option<Vector2<f64>> {
         let previous = self.previous_plan.as_ref();
@@ -208,16 +210,15 @@ impl PlanRequest {
             .or_else(learnt)
     }
 
-    /// [`PlanRequest::known_current`], the memory being a time on the snapshot's clock, s, and the current then.
+    /// [`PlanRequest::known_current`] with `memory`: a time, s, and its current.
     ///
     /// ```text
     /// c = c⁻ + (1 − exp(−Δ/τ)) (v_ground − v_water − c⁻)
     /// ```
-    /// Without the memory, noise of the sensors steers the craft.
+    /// Without the memory, sensor noise steers the craft.
     ///
-    /// Velocities that leave more than [`CURRENT_MAX`] along an axis contradict each other and say nothing: a speed
-    /// log that has not locked on yet, or a compass that has not settled, must cost the craft neither its plan nor,
-    /// clamped and remembered, a minute's worth of wrong ones.
+    /// Velocities that leave more than [`CURRENT_MAX`] along an axis contradict each other and are
+    /// ignored: an unsettled speed log or compass must not spoil plans, nor the memory.
     #[must_use]
     pub fn current_after(&self, memory: Option<(f64, Vector2<f64>)>) -> Option<Vector2<f64>> {
         let measured = || {
@@ -238,8 +239,8 @@ impl PlanRequest {
             })
     }
 
-    /// What the request says of the craft, which may do what `limits` say.
-    pub(crate) fn of_the_craft<'a>(&'a self, limits: &'a Limits) -> CraftObservation<'a> {
+    /// The request's observation of the craft, which has these `limits`.
+    pub(crate) fn craft_observation<'a>(&'a self, limits: &'a Limits) -> CraftObservation<'a> {
         let previous = || {
             let previous = self.previous_plan.as_ref()?;
             let (reference, command) = (previous.asked()?, previous.command()?);
@@ -260,8 +261,7 @@ impl PlanRequest {
         }
     }
 
-    /// What the previous plan knew of the AUV called `id`, and the time of the report that it knew it from, s on the
-    /// snapshot's clock.
+    /// The AUV `id` in the previous plan, and the time of its report, s on the snapshot's clock.
     pub(crate) fn remembered(&self, id: &VehicleId) -> Option<(RememberedTarget, f64)> {
         let previous = self.previous_plan.as_ref()?;
         let then = previous.made_at()?;
@@ -271,7 +271,7 @@ impl PlanRequest {
         young.then_some((target, then - target.estimate.age_s))
     }
 
-    /// Where the AUV called `id` was, as the previous plan has it; none if nothing is inferred from tracks.
+    /// Past track of the AUV `id` in the previous plan; none if tracks are not used.
     pub(crate) fn remembered_track(&self, id: &VehicleId) -> Option<&[TrackPoint]> {
         let previous = self.previous_plan.as_ref();
         let mut targets = previous
@@ -284,7 +284,7 @@ impl PlanRequest {
         (self.forecast == Forecast::Auto).then_some(track.unwrap_or_default())
     }
 
-    /// The AUV called `id`.
+    /// The AUV `id`.
     #[must_use]
     pub fn auv(&self, id: &VehicleId) -> Option<&Auv> {
         self.auvs.iter().find(|auv| auv.id == *id)

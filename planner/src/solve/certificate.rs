@@ -1,4 +1,4 @@
-//! A solution checked against its program by arithmetic that is not the solver's.
+//! A check of a solution against its program, independent of the solver.
 
 use faer::{
     Accum, ColMut, ColRef, Par,
@@ -12,24 +12,24 @@ use crate::{
     solve::clarabel::Solution,
 };
 
-/// How well a solution satisfies the optimality conditions, recomputed from the program's data.
+/// Violations of the optimality conditions, recomputed from the program's data.
 ///
-/// All are relative to the largest term they are the difference of, or to 1 where that is smaller.
+/// Each is relative to the largest term of its difference, or to 1 if that is smaller.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Residuals {
-    /// ‖A x + s − b‖∞, and how far s is outside its cones.
+    /// ‖A x + s − b‖∞, and the distance of s outside its cones.
     pub primal: f64,
-    /// ‖P x + q + Aᵀ z‖∞, and how far z is outside the dual cones.
+    /// ‖P x + q + Aᵀ z‖∞, and the distance of z outside the dual cones.
     pub dual: f64,
-    /// |xᵀ P x + qᵀ x + bᵀ z|: primal less dual objective.
+    /// |xᵀ P x + qᵀ x + bᵀ z|: primal minus dual objective.
     pub gap: f64,
 }
 
 impl Residuals {
-    /// Recomputes the residuals of `solution`; all NaN where it holds a number that is not finite.
+    /// Recomputes the residuals of `solution`; all NaN if a number is not finite.
     #[must_use]
     pub fn of(program: &Program, solution: &Solution) -> Self {
-        // `f64::max` drops NaN, so what is not finite is found before anything is compared.
+        // `f64::max` drops NaN, so non-finite numbers are detected first.
         let mut numbers = solution
             .primal
             .iter()
@@ -67,7 +67,7 @@ impl Residuals {
         let largest = |terms: &[f64]| terms.iter().copied().fold(1.0, f64::max);
         let primal_terms = [norm(&a_x), s.norm_max(), b.norm_max()];
         let dual_terms = [norm(&p_x), q.norm_max(), norm(&at_z)];
-        // From here on the products hold what is left of them.
+        // The products are now overwritten with their residuals.
         for ((left, s), b) in a_x.iter_mut().zip(&solution.slack).zip(&program.bounds) {
             *left = *left + s - b;
         }
@@ -86,7 +86,7 @@ impl Residuals {
         }
     }
 
-    /// Whether every residual is at most `tolerance`; NaN is not.
+    /// `true` if every residual is at most `tolerance`; NaN is not.
     #[must_use]
     pub fn within(&self, tolerance: f64) -> bool {
         [self.primal, self.dual, self.gap]
@@ -142,8 +142,8 @@ fn norm(column: &[f64]) -> f64 {
     ColRef::from_slice(column).norm_max()
 }
 
-/// Largest distance of a block of `v` outside its cone, relative to the block or 1. All cones here
-/// are their own dual but the zero cone, whose dual is everything.
+/// Largest distance of a block of `v` outside its cone, relative to the block or 1. All these cones
+/// are self-dual except the zero cone, whose dual is the whole space.
 fn outside(cones: &[Cone], v: &[f64], dual: bool) -> f64 {
     let mut rest = v;
     let mut worst: f64 = 0.0;

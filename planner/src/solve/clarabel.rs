@@ -1,4 +1,4 @@
-//! The only file that knows Clarabel: a program in, a solution out.
+//! The interface to Clarabel, which no other file knows.
 
 use std::fmt;
 
@@ -17,24 +17,24 @@ use crate::{
     solve::{by_shape::ByShape, stop::Stop},
 };
 
-/// Optimality tolerance in production: moves the first planned velocity by less than 1 mm/s against 1e-9 (a test holds
-/// it to that).
+/// Optimality tolerance: the first planned velocity is within 1 mm/s of that of 1e-9 (tested).
 pub const TOLERANCE: f64 = 1e-7;
 
-/// Feasibility tolerance of a kept solver as a multiple of its optimality tolerance: with 1, some programs stall without
-/// refinement; see `docs/rationale.md#solver`.
+/// Feasibility tolerance of a kept solver as a multiple of its optimality tolerance: with 1, some
+/// programs stall without refinement; see `docs/rationale.md#solver`.
 const FEASIBILITY: f64 = 10.0;
 
-/// What a solver takes in memory for each stored number of its program, for each variable or row, and for each stored number of its
-/// factor, bytes: fitted to what is allocated (tested).
+/// Bytes of a solver for each stored number of its program; per variable or row, and per stored
+/// number of its factor, the next two. Fitted to the allocation (tested).
 const PER_ENTRY: usize = 120;
 const PER_COLUMN: usize = 400;
 const PER_FACTOR_ENTRY: usize = 16;
 
-/// Most interior-point iterations of one subproblem: more than twice what the hardest took, see `docs/rationale.md#solver`.
+/// Most interior-point iterations: more than twice the hardest case, see
+/// `docs/rationale.md#solver`.
 const ITERATIONS_MAX: u32 = 100;
 
-/// How a solve ended.
+/// Final status of a solve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SolverStatus {
@@ -56,7 +56,7 @@ pub enum SolverStatus {
     MaxIterations,
     /// Out of time.
     MaxTime,
-    /// The arithmetic failed, or the data was not a program.
+    /// The arithmetic failed, or the data was invalid.
     NumericalError,
     /// Steps became too short.
     InsufficientProgress,
@@ -71,10 +71,10 @@ impl fmt::Display for SolverStatus {
     }
 }
 
-/// What a solver answers. `primal`, `dual` and `slack` mean nothing unless the status says so.
+/// Result of a solver. `primal`, `dual` and `slack` are valid only with a suitable status.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solution {
-    /// How it ended.
+    /// Final status.
     pub status: SolverStatus,
     /// Variables x.
     pub primal: Vec<f64>,
@@ -87,7 +87,7 @@ pub struct Solution {
 }
 
 impl Solution {
-    /// No solution, and why.
+    /// No solution, with the reason.
     #[must_use]
     pub fn none(status: SolverStatus) -> Self {
         Self {
@@ -100,7 +100,7 @@ impl Solution {
     }
 }
 
-/// Solves with refinement and Clarabel's own scaling: slower, and it gets through where the arithmetic is at its end.
+/// Solves with refinement and Clarabel's scaling: slower, for ill-conditioned programs.
 fn solve_with_care(program: &StandardForm<'_>, settings: DefaultSettings<f64>, stop: &Stop) -> Solution {
     let settings = DefaultSettings {
         iterative_refinement_enable: true,
@@ -113,8 +113,8 @@ fn solve_with_care(program: &StandardForm<'_>, settings: DefaultSettings<f64>, s
     solve_until_due(&mut solver, stop)
 }
 
-/// Solvers kept by problem shape: symbolic factorisation and memory are set up once, the numbers are
-/// replaced. Without equilibration a reused solver does exactly what a new one would.
+/// Solvers kept by problem shape: symbolic factorisation and memory are set up once, and numbers
+/// are replaced. Without equilibration a reused solver equals a new one.
 pub struct Solvers {
     tolerance: f64,
     by_shape: ByShape<DefaultSolver<f64>>,
@@ -133,7 +133,7 @@ impl std::fmt::Debug for Solvers {
 }
 
 impl Solvers {
-    /// Solvers that stop at another tolerance than [`TOLERANCE`], to check it by.
+    /// Solvers with another tolerance than [`TOLERANCE`], for checks of it.
     #[must_use]
     pub fn with_tolerance(tolerance: f64) -> Self {
         Self {
@@ -142,12 +142,12 @@ impl Solvers {
         }
     }
 
-    /// Forgets the solvers used longest ago, until the others take no more than about so many bytes.
+    /// Drops the least recently used solvers until the others take about `bytes` at most.
     pub fn shrink_to(&mut self, bytes: usize) {
         self.by_shape.shrink_to(bytes);
     }
 
-    /// About how many bytes the solvers take.
+    /// Approximate size of the solvers in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         self.by_shape.bytes()
@@ -158,12 +158,12 @@ impl Solvers {
         self.solve_until(program, &Stop::never())
     }
 
-    /// [`Solvers::solve`], given up at the first iteration that finds `stop` due.
+    /// [`Solvers::solve`], interrupted at the first iteration after `stop` is due.
     pub fn solve_until(&mut self, program: &Program, stop: &Stop) -> Solution {
         let Some(solver) = self.prepared(program) else {
             return Solution::none(SolverStatus::NumericalError);
         };
-        // The solver adds up its time over all solves otherwise.
+        // Otherwise the solver adds up its time over all solves.
         solver.timers = Some(clarabel::timers::Timers::default());
         let solution = solve_until_due(solver, stop);
         let gave_up = matches!(
@@ -173,7 +173,7 @@ impl Solvers {
         if !gave_up {
             return solution;
         }
-        // Rare: the numbers lie far apart, see `docs/rationale.md#solver`.
+        // Rare: numbers of very different size, see `docs/rationale.md#solver`.
         let Some(settings) = settings(self.tolerance, FEASIBILITY * self.tolerance) else {
             return solution;
         };
@@ -184,8 +184,8 @@ impl Solvers {
         }
     }
 
-    /// The solver for the program's shape, with the program's numbers; `None` where Clarabel refuses
-    /// them, as it does for nothing that [`Program`] can state.
+    /// The solver for the program's shape with the program's numbers; `None` if Clarabel refuses
+    /// them, which no [`Program`] causes.
     fn prepared(&mut self, program: &Program) -> Option<&mut DefaultSolver<f64>> {
         if self.by_shape.is_kept(&program.layout) {
             let solver = self.by_shape.last()?;
@@ -205,19 +205,19 @@ impl Solvers {
     }
 }
 
-/// About how much memory a solver of `program` takes.
+/// Approximate size of a solver of `program`.
 fn bytes(program: &Program, solver: &DefaultSolver<f64>) -> usize {
     let entries = program.constraints.values.len() + program.quadratic.values.len();
     let columns = program.layout.n_variables() + program.layout.n_rows();
     PER_ENTRY * entries + PER_COLUMN * columns + PER_FACTOR_ENTRY * solver.info.linsolver.nnzL
 }
 
-/// Solves, given up at the first iteration that finds `stop` due.
+/// Solves until the first iteration after `stop` is due.
 fn solve_until_due(solver: &mut DefaultSolver<f64>, stop: &Stop) -> Solution {
     let stop = stop.clone();
     solver.set_termination_callback(move |_: &DefaultInfo<f64>| stop.is_due());
     solver.solve();
-    // A kept solver must not hold on to what the caller put into the signal.
+    // A kept solver must not retain the caller's signal.
     solver.unset_termination_callback();
     let answer = &solver.solution;
     Solution {
@@ -248,14 +248,15 @@ fn settings(tolerance: f64, feasibility: f64) -> Option<DefaultSettings<f64>> {
         .tol_gap_abs(tolerance)
         .tol_gap_rel(tolerance)
         .tol_feas(feasibility)
-        // Every program has a solution and a bounded cost, by its slacks: what looks like a proof of the contrary is
-        // rounding, and no proof at a tolerance of 0 counts.
+        // Slacks give every program a solution and a bounded cost: apparent proofs of infeasibility
+        // are rounding, and the tolerance 0 accepts none.
         .tol_infeas_rel(0.0)
         .reduced_tol_infeas_rel(0.0)
         .max_threads(1)
-        // It takes about half of the time, and the certificate sees what its absence could spoil: `docs/rationale.md#solver`.
+        // Refinement takes half of the time; the certificate detects errors:
+        // `docs/rationale.md#solver`.
         .iterative_refinement_enable(false)
-        // Updates re-apply the first data's scaling, so a kept solver would depend on its past: the
+        // Updates re-apply the first data's scaling, so a kept solver would depend on its past; the
         // program scales itself instead.
         .equilibrate_enable(false)
         .presolve_enable(false)

@@ -1,4 +1,4 @@
-//! When to stop looking for a better plan.
+//! The stop signal of a search for a better plan.
 
 use std::{
     fmt,
@@ -8,53 +8,52 @@ use std::{
     },
 };
 
-/// A signal to stop, looked at once per interior-point iteration and once per SCP iteration. Clones share it.
+/// A stop signal, polled at each interior-point iteration and SCP iteration. Clones share it.
 ///
-/// The planner has no clock: the caller, who has one, says what a look finds. Once a look has found that it is time to
-/// stop, every later one does.
+/// The planner has no clock: the caller defines the result of a poll. Once due, it remains due.
 #[derive(Clone)]
 pub struct Stop {
-    /// None: there is always time.
-    look: Option<Arc<dyn Fn() -> bool + Send + Sync>>,
+    /// `None`: there is always time.
+    poll: Option<Arc<dyn Fn() -> bool + Send + Sync>>,
     found: Arc<AtomicBool>,
 }
 
 impl Stop {
-    /// Never: the plan takes as long as it takes.
+    /// Never due.
     #[must_use]
     pub fn never() -> Self {
         Self {
-            look: None,
+            poll: None,
             found: Arc::default(),
         }
     }
 
-    /// As soon as `look` says so.
+    /// Due once `poll` returns `true`.
     #[must_use]
-    pub fn when(look: impl Fn() -> bool + Send + Sync + 'static) -> Self {
+    pub fn when(poll: impl Fn() -> bool + Send + Sync + 'static) -> Self {
         Self {
-            look: Some(Arc::new(look)),
+            poll: Some(Arc::new(poll)),
             found: Arc::default(),
         }
     }
 
-    /// Before the first program: a lower fallback level answers.
+    /// Due before the first program: a lower fallback level answers.
     #[must_use]
     pub fn at_once() -> Self {
         Self::when(|| true)
     }
 
-    /// Looks whether it is time to stop.
+    /// Polls the signal.
     #[must_use]
     pub fn is_due(&self) -> bool {
-        let Some(look) = &self.look else { return false };
-        // One flag that nothing else hangs on.
-        let due = self.was_due() || look();
+        let Some(poll) = &self.poll else { return false };
+        // An independent flag.
+        let due = self.was_due() || poll();
         self.found.store(due, Ordering::Relaxed);
         due
     }
 
-    /// Whether a look has found that it is time to stop. Does not look again.
+    /// `true` if a poll found the signal due. Does not poll.
     #[must_use]
     pub fn was_due(&self) -> bool {
         self.found.load(Ordering::Relaxed)
@@ -64,7 +63,7 @@ impl Stop {
 impl fmt::Debug for Stop {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Stop")
-            .field("ever", &self.look.is_some())
+            .field("ever", &self.poll.is_some())
             .field("found", &self.was_due())
             .finish()
     }
@@ -77,10 +76,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn once_due_it_stays_due_for_every_clone_and_is_not_looked_at_again() {
+    fn a_due_signal_stays_due_for_every_clone_without_another_poll() {
         let looks = Arc::new(AtomicU32::new(0));
         let counted = Arc::clone(&looks);
-        // Due at the third look only.
+        // Due at the third poll only.
         let stop = Stop::when(move || counted.fetch_add(1, Ordering::Relaxed) == 2);
         let clone = stop.clone();
         assert!(!stop.is_due() && !clone.is_due() && !clone.was_due());
@@ -90,7 +89,7 @@ mod tests {
     }
 
     #[test]
-    fn never_is_never_due_and_at_once_is_due_at_the_first_look() {
+    fn never_is_never_due_and_at_once_is_due_at_the_first_poll() {
         assert!(!Stop::never().is_due());
         let stop = Stop::at_once();
         assert!(!stop.was_due());

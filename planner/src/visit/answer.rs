@@ -1,4 +1,4 @@
-//! From the chosen schedule to what an answer says of it, and to the AUVs that the goal follows.
+//! The answer of the chosen schedule, and the AUVs that the goal follows.
 
 use nalgebra::Vector2;
 
@@ -12,19 +12,19 @@ use crate::{
     },
     predict::{
         forecast::AuvForecast,
-        goal::{Leg, Turn},
+        goal::{GoalLeg, Turn},
     },
     snapshot::build::Snapshot,
     visit::{
         fleet::Fleet,
         memory::Vehicle,
-        search::{Found, Present},
+        search::{Found, PresentVisit},
         sentence::{Reason, sentence},
-        state::Stay,
+        state::VisitWindow,
     },
 };
 
-/// A schedule, and the AUVs that the goal follows by it.
+/// A schedule, and the AUVs that the goal follows.
 #[derive(Clone, Debug)]
 pub(crate) struct Scheduled {
     pub(crate) schedule: Schedule,
@@ -32,23 +32,23 @@ pub(crate) struct Scheduled {
     pub(crate) turns: Vec<Turn>,
 }
 
-/// What an answer is made of.
-pub(crate) struct Answer<'a> {
+/// Inputs of an answer.
+pub(crate) struct ScheduleAnswer<'a> {
     pub(crate) snapshot: &'a Snapshot,
     pub(crate) visits: &'a Visits,
     pub(crate) fleet: &'a Fleet,
     /// Names of the candidates.
     pub(crate) ids: &'a [&'a VehicleId],
     pub(crate) vehicles: Vec<Vehicle>,
-    pub(crate) present: Option<Present>,
-    /// The schedule before.
+    pub(crate) present: Option<PresentVisit>,
+    /// The previous schedule.
     pub(crate) previous: Option<&'a Schedule>,
-    /// The AUV that is asked for as the next one, if that visit is over.
+    /// The requested next AUV, if its visit is over.
     pub(crate) visited: Option<VehicleId>,
 }
 
-impl Answer<'_> {
-    /// The answer with the one of `found` that was `chosen`, `before` being the candidate of the schedule before.
+impl ScheduleAnswer<'_> {
+    /// The answer with the `chosen` one of `found`; `before`: the previous schedule's candidate.
     pub(crate) fn of(
         self,
         found: &[(usize, Found)],
@@ -57,7 +57,7 @@ impl Answer<'_> {
         forecasts: &[AuvForecast],
     ) -> Scheduled {
         let best = chosen.map(|chosen| &found[chosen].1);
-        let stays = best.map_or(&[][..], |best| &best.stays);
+        let windows = best.map_or(&[][..], |best| &best.windows);
         let cost = best.map_or(0.0, |best| best.cost);
         let bound = if best.is_some() {
             self.fleet.least_cost().min(cost)
@@ -67,10 +67,10 @@ impl Answer<'_> {
         let alternatives = self.alternatives(found, chosen);
         let mut schedule = Schedule {
             unit: self.visits.cost.unit(),
-            visits: stays
+            visits: windows
                 .iter()
                 .take(VISITS_MAX)
-                .map(|stay| self.visit(stay))
+                .map(|window| self.visit(window))
                 .collect(),
             cost,
             bound,
@@ -79,11 +79,11 @@ impl Answer<'_> {
             alternatives,
             deadlines_missed: self.late(best.map_or(0, |best| best.missed)),
             sentence: String::new(),
-            kept: before.is_some() && before == stays.first().map(|stay| stay.candidate),
+            kept: before.is_some() && before == windows.first().map(|window| window.candidate),
             costs: Vec::new(),
             next_visited: self.visited.clone(),
         };
-        let turns = self.turns(stays, forecasts);
+        let turns = self.turns(windows, forecasts);
         let reason = self.reason(&schedule);
         schedule.costs = self.vehicles.into_iter().map(|vehicle| vehicle.served).collect();
         schedule.sentence = sentence(
@@ -96,7 +96,7 @@ impl Answer<'_> {
         Scheduled { schedule, turns }
     }
 
-    /// Why the first visit is the first, where costs do not decide that.
+    /// The reason for the first visit, if it is not the cost.
     fn reason(&self, schedule: &Schedule) -> Option<Reason> {
         let first = schedule.next()?;
         if self.visits.next.as_ref() == Some(first) && self.visited.is_none() {
@@ -110,35 +110,35 @@ impl Answer<'_> {
         (0.0 < late).then_some(Reason::Late(late))
     }
 
-    /// Where the AUV of a visit is expected at a time, s after now: m, (north, east).
-    fn place(&self, stay: &Stay, time: f64) -> Vector2<f64> {
+    /// Expected position of a visit's AUV at a time, s after now: m, (north, east).
+    fn place(&self, window: &VisitWindow, time: f64) -> Vector2<f64> {
         let asc = &self.snapshot.asc;
-        let ahead = self.fleet.candidates[stay.candidate].track.at(time.max(0.0));
+        let ahead = self.fleet.candidates[window.candidate].track.at(time.max(0.0));
         asc.position() + ned_from_body(asc.heading().radians()) * ahead
     }
 
-    fn visit(&self, stay: &Stay) -> Visit {
+    fn visit(&self, window: &VisitWindow) -> Visit {
         let now = self.snapshot.t_s;
-        let begun = self.begun(stay);
-        let place = self.place(stay, stay.arrive);
+        let begun = self.begun(window);
+        let place = self.place(window, window.arrive);
         Visit {
-            auv: self.ids[stay.candidate].clone(),
-            arrive_s: now + begun.map_or(stay.arrive, |present| present.since),
-            leave_s: now + stay.leave,
+            auv: self.ids[window.candidate].clone(),
+            arrive_s: now + begun.map_or(window.arrive, |present| present.since),
+            leave_s: now + window.leave,
             north_m: place.x,
             east_m: place.y,
-            cost_before: stay.cost_before,
-            cost_after: stay.cost_after,
+            cost_before: window.cost_before,
+            cost_after: window.cost_after,
         }
     }
 
-    /// A visit that is on began when it did.
-    fn begun(&self, stay: &Stay) -> Option<Present> {
+    /// The present visit, which keeps its beginning.
+    fn begun(&self, window: &VisitWindow) -> Option<PresentVisit> {
         self.present
-            .filter(|present| stay.arrive <= 0.0 && present.candidate == stay.candidate)
+            .filter(|present| window.arrive <= 0.0 && present.candidate == window.candidate)
     }
 
-    /// Who is not served by a deadline within the horizon.
+    /// AUVs that are not served by a deadline within the horizon.
     fn late(&self, missed: u32) -> Vec<VehicleId> {
         let late = |vehicle: &&Vehicle| {
             if vehicle.served.left_out.is_some() {
@@ -154,7 +154,7 @@ impl Answer<'_> {
         vehicles.map(|vehicle| vehicle.served.auv.clone()).collect()
     }
 
-    /// All but the chosen one, the cheapest first, a missed deadline being dearer than any cost.
+    /// All but the chosen one, the cheapest first; missed deadlines outweigh any cost.
     fn alternatives(&self, found: &[(usize, Found)], chosen: Option<usize>) -> Vec<Alternative> {
         let others = found.iter().enumerate();
         let mut others: Vec<_> = others
@@ -170,18 +170,18 @@ impl Answer<'_> {
         others.into_iter().map(alternative).collect()
     }
 
-    /// What the goal follows: the AUV of the first visit until it is left, then the way to the next one as the schedule goes it. A goal
-    /// that jumps to the next AUV, hundreds of metres away, would draw the craft away from this one as soon as the program sees it.
-    /// Where visits have no least time, the first one is over when the craft arrives: the goal goes on to the next when the craft would
-    /// be there, so that the craft turns in time. Without a visit, the goal is the nearest AUV that was heard.
-    fn turns(&self, stays: &[Stay], forecasts: &[AuvForecast]) -> Vec<Turn> {
-        let of = |stay: &Stay, until| Turn {
+    /// The goal's targets: the AUV of the first visit until departure, then the leg to the next
+    /// one. A goal that jumped to a distant AUV would draw the craft away early. Without a least
+    /// visit time, the first visit ends on arrival: the goal continues so that the craft turns in
+    /// time. Without a visit, the goal is the nearest AUV that was heard.
+    fn turns(&self, windows: &[VisitWindow], forecasts: &[AuvForecast]) -> Vec<Turn> {
+        let of = |window: &VisitWindow, until| Turn {
             until,
-            auv: self.fleet.candidates[stay.candidate].auv,
+            auv: self.fleet.candidates[window.candidate].auv,
             leg: None,
         };
-        // No faster than the craft, which need not go from one AUV's place to the other's, only from near the one to near the other.
-        let leg = |first: &Stay, second: &Stay| {
+        // No faster than the craft, whose leg lasts from near the first AUV to near the second.
+        let leg = |first: &VisitWindow, second: &VisitWindow| {
             let from = forecasts[self.fleet.candidates[first.candidate].auv]
                 .at(first.leave)
                 .position;
@@ -190,7 +190,7 @@ impl Answer<'_> {
                 .arrive
                 .max(first.leave + (to - from).norm() / self.fleet.craft.speed);
             Turn {
-                leg: Some(Leg {
+                leg: Some(GoalLeg {
                     depart: first.leave,
                     arrive,
                     from,
@@ -199,7 +199,7 @@ impl Answer<'_> {
                 ..of(second, arrive)
             }
         };
-        let mut turns: Vec<_> = match stays {
+        let mut turns: Vec<_> = match windows {
             [first, second, ..] if self.fleet.dwell_min <= 0.0 => {
                 vec![of(first, second.arrive), of(second, second.leave)]
             }
@@ -222,7 +222,7 @@ impl Answer<'_> {
                 let (a, b) = (key(a), key(b));
                 a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
             });
-            turns.extend(nearest.map(|vehicle| Turn::for_ever(vehicle.auv)));
+            turns.extend(nearest.map(|vehicle| Turn::only(vehicle.auv)));
         }
         turns
     }

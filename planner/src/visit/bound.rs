@@ -1,25 +1,29 @@
-//! No schedule costs less, because one craft cannot be with all AUVs at once.
+//! A lower bound on the cost of any schedule: the craft serves one AUV at a time.
 //!
 //! ```text
 //! cᵢ(t) ≥ fᵢ + gᵢ aᵢ(t),   aᵢ the time since AUV i was last served
 //! Σᵢ (nᵢ τᵢ + Tᵢ) ≤ R
 //! ```
-//! with gᵢ the growth without service, fᵢ = min(cᵢ(0), the least cost that service can lead to), nᵢ the number of periods of service of AUV
-//! i, Tᵢ their length in all, and τᵢ the least time from any other AUV to it. This is a relaxation of every schedule:
+//! with the growth without service gᵢ, the floor fᵢ = min(cᵢ(0), the least cost after service), the
+//! number nᵢ and the total length Tᵢ of AUV i's periods of service, and the least time τᵢ from any
+//! other AUV to it. This relaxes every schedule:
 //!
-//! - Costs rise at gᵢ while not served, and service takes them at best to fᵢ.
-//! - The AUVs that share the craft's time (`sharing`) are always more than 2 `within` apart. So no two are served at the same time. Periods of the same AUV
-//!   with no other one between count as one, which costs no more. Between a period of j at t and the next of i at t + Δ the craft goes, through the water,
-//!   at least ‖pᵢ − pⱼ‖ − 2 `within`, at the speed u, and AUV i comes nearer at no more than vᵢ (seen from t) or AUV j goes away at no more than
-//!   vⱼ (seen from t + Δ): Δ ≥ (min ‖pᵢ − pⱼ‖ − 2 `within`) / (u + min(vᵢ, vⱼ)). All periods but the first have such a
-//!   Δ before them, and the first begins no earlier than the craft can be there, rᵢ: R = H + max(0, τᵢ − rᵢ), the largest of all i.
+//! - Costs rise at gᵢ while not served, and service reduces them at best to fᵢ.
+//! - The AUVs that share the craft's time (`sharing`) are always more than 2 `within` apart, so no
+//!   two are served at the same time. Adjacent periods of the same AUV count as one, which costs no
+//!   more. Between a period of j at t and the next of i at t + Δ the craft travels through the
+//!   water at least ‖pᵢ − pⱼ‖ − 2 `within` at the speed u, while AUV i approaches at vᵢ at most
+//!   (seen from t) or AUV j departs at vⱼ at most (seen from t + Δ): Δ ≥ (min ‖pᵢ − pⱼ‖ − 2
+//!   `within`) / (u + min(vᵢ, vⱼ)). All periods but the first follow such a Δ, and the first begins
+//!   no earlier than the arrival rᵢ: R = H + max(0, τᵢ − rᵢ), the largest of all i.
 //!
 //! For every price μ ≥ 0 of the craft's time (weak duality)
 //! ```text
 //! Σᵢ min over nᵢ, Tᵢ of (costᵢ(nᵢ, Tᵢ) + μ (nᵢ τᵢ + Tᵢ)) − μ R
 //! ```
-//! is a bound of schedules whose AUVs go straight between two visits: costs are served along straight ways, distances are those of the tracks. With n periods the times between, s₀ … sₙ, cost a s₀ + Σ sₖ²/2 + θ sₙ and sum to H − T: all of them have the same marginal cost, at
-//! most μ. The bound is concave in μ; the best μ is found by golden section.
+//! is a bound for schedules whose AUVs move straight between visits, as costs and distances assume.
+//! With n periods the times between, s₀ … sₙ, cost a s₀ + Σ sₖ²/2 + θ sₙ and sum to H − T: all have
+//! the same marginal cost, at most μ. A golden-section search finds the best μ.
 
 use crate::{
     facts::visit::Reduce,
@@ -30,14 +34,14 @@ use crate::{
     },
 };
 
-/// AUVs to which it takes less than this from the nearest other one do not share the craft's time, s: they would be visited without end.
+/// AUVs nearer to another one than this, s, do not share the craft's time: visits could be endless.
 const TRAVEL_MIN: f64 = 1.0;
 
-/// Steps of the search for a price, each 0.62 times as long, and by what ratio the least price is below the largest.
+/// Steps of the search for a price (each interval 0.62 of the last), and least price over largest.
 const PRICES: usize = 32;
 const PRICE_RATIO: f64 = 1e-4;
 
-/// More periods than of a second's travel fit in the longest horizon.
+/// Exceeds the periods of a second's travel in the longest horizon.
 const PERIODS_MAX: u32 = 1 << 14;
 
 /// Steps of the search for a largest cost.
@@ -45,19 +49,19 @@ const HALVINGS: usize = 40;
 
 /// An AUV in the relaxation.
 struct Relaxed {
-    /// fᵢ, gᵢ, in units of the cost, and of the cost per s.
+    /// fᵢ in units of the cost, and gᵢ in those per s.
     floor: f64,
     growth: f64,
-    /// Weights, as in [`Candidate::share`] and relative to their mean.
+    /// Weights: [`Candidate::share`], and relative to the mean weight.
     share: f64,
     relative: f64,
-    /// aᵢ(0), s; and what its cost is now.
+    /// aᵢ(0), s, and the present cost.
     age: f64,
     /// Earliest service, s after now.
     reach: f64,
-    /// τᵢ, s; none if it does not share the craft's time.
+    /// τᵢ, s; `None` if the AUV does not share the craft's time.
     travel: Option<f64>,
-    /// What it costs at least if the craft were with it alone, times s.
+    /// Least cost with the craft always near, times s.
     alone: f64,
 }
 
@@ -71,7 +75,7 @@ struct Relaxation {
 }
 
 impl Fleet {
-    /// No schedule has a lower [`Fleet::cost`].
+    /// A lower bound on [`Fleet::cost`] of any schedule.
     pub(crate) fn least_cost(&self) -> f64 {
         let relaxation = Relaxation::of(self);
         let mean = relaxation.mean();
@@ -88,7 +92,7 @@ impl Fleet {
 impl Relaxation {
     fn of(fleet: &Fleet) -> Self {
         let fastest = fleet.candidates.iter().map(|candidate| candidate.track.fastest);
-        // While it is with an AUV that is faster, a schedule's craft is as fast.
+        // With a faster AUV, a schedule's craft is assumed as fast.
         let craft = Craft {
             speed: fastest.fold(fleet.craft.speed, f64::max),
             ..fleet.craft
@@ -142,7 +146,7 @@ impl Relaxation {
         }
     }
 
-    /// Bound of the mean cost, at the best price.
+    /// Bound of the mean cost at the best price.
     fn mean(&self) -> f64 {
         let whole = self.horizon + self.afterwards;
         let marginal = |auv: &Relaxed| auv.share * auv.growth * (auv.age + whole);
@@ -168,7 +172,7 @@ impl Relaxation {
         best
     }
 
-    /// The bound at this price of the craft's time, in units of the cost, times s.
+    /// The bound at a price of the craft's time, in units of the cost, times s.
     fn priced(&self, price: f64) -> f64 {
         let cost = |auv: &Relaxed| match auv.travel {
             Some(travel) if 0.0 < auv.share => {
@@ -182,15 +186,15 @@ impl Relaxation {
         self.auvs.iter().map(cost).sum::<f64>() - price * self.time
     }
 
-    /// The least over n and T of the age's integral, its end weighed, and the craft's time at `price`, s².
+    /// The least over n and T of the age's integral, its weighted end, and the priced time, s².
     ///
-    /// From one period on it is convex in their number.
+    /// It is convex in the number of periods from one on.
     fn of_periods(&self, auv: &Relaxed, travel: f64, price: f64) -> f64 {
         let never =
             (auv.age + 0.5 * self.horizon) * self.horizon + self.afterwards * (auv.age + self.horizon);
         let cost = |n: u32| self.of_n_periods(auv, f64::from(n), price) + price * f64::from(n) * travel;
         let rises = |n: u32| cost(n) <= cost(n + 1);
-        // Doubled until it rises, then halved: that is the first number from which on it rises.
+        // Doubling, then bisection, to the first number from which the cost rises.
         let (mut below, mut above) = (0, 1);
         while !rises(above) && above < PERIODS_MAX {
             (below, above) = (above, 2 * above);
@@ -206,8 +210,8 @@ impl Relaxation {
         never.min(cost(above))
     }
 
-    /// The same for n periods, the time on the way apart. The sum of the times between is convex and piecewise linear in their marginal
-    /// cost m: Newton's method from above ends after its three pieces.
+    /// The same for n periods, without travel. The sum of the times between is convex and piecewise
+    /// linear in their marginal cost m: Newton's method from above ends after its three pieces.
     fn of_n_periods(&self, auv: &Relaxed, n: f64, price: f64) -> f64 {
         let between = |m: f64| ((m - auv.age).max(auv.reach), m, (m - self.afterwards).max(0.0));
         let sum = |m: f64| {
@@ -231,8 +235,8 @@ impl Relaxation {
             + price * (self.horizon - sum(m)).max(0.0)
     }
 
-    /// Bound of the largest relative cost: the least at which the craft has enough time to let none exceed it. Between the periods of
-    /// an AUV there are no more than m seconds: n ≥ (H − s₀ − T)/m of them.
+    /// Bound of the largest relative cost: the least one that the craft has time to maintain.
+    /// Periods of an AUV are at most m seconds apart: n ≥ (H − s₀ − T)/m of them.
     fn largest(&self) -> f64 {
         let enough = |cost: f64| {
             let needed = |auv: &Relaxed| {
@@ -261,7 +265,7 @@ impl Relaxation {
     }
 }
 
-/// The candidates that are far from each other, all the time: of those that are not, the first ones.
+/// Candidates that are always far from each other; the first ones of those that are not.
 fn sharing(fleet: &Fleet, craft: &Craft) -> Vec<usize> {
     let mut sharing: Vec<usize> = Vec::new();
     for place in 0..fleet.candidates.len() {
@@ -275,10 +279,10 @@ fn sharing(fleet: &Fleet, craft: &Craft) -> Vec<usize> {
     sharing
 }
 
-/// The least time from one candidate to another, s; negative if both can be served at once.
+/// Least time from one candidate to another, s; negative if both can be served at once.
 fn travel(fleet: &Fleet, craft: &Craft, a: usize, b: usize) -> f64 {
     let (a, b) = (&fleet.candidates[a].track, &fleet.candidates[b].track);
-    // By so much a schedule's picture of a turn may put the craft ahead: it drifts at once, and its arc ends where it began.
+    // Error of a schedule's model of a turn: immediate drift, and an arc that ends where it began.
     let turn = craft.current.norm() * std::f64::consts::PI / craft.turn_rate
         + 2.0 * KEPT_IN_TURN * fleet.speed_now / craft.turn_rate;
     let apart = a.nearest(b) - 2.0 * fleet.within - turn;

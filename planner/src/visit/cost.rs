@@ -1,4 +1,4 @@
-//! How the cost of one AUV goes on while it is served and while it is not, in closed form.
+//! Evolution of the cost of one AUV, with and without service, in closed form.
 
 use crate::facts::{
     schedule::CostUnit,
@@ -8,14 +8,14 @@ use crate::facts::{
 /// A cost after some time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Later {
-    /// What it is then.
+    /// The cost.
     pub(crate) cost: f64,
-    /// Its integral over that time, times s.
+    /// Its integral since the start, times s.
     pub(crate) integral: f64,
 }
 
 impl VisitCost {
-    /// The cost that was `cost` after `elapsed` seconds without service.
+    /// The cost after `elapsed` seconds without service, from `cost`.
     pub(crate) fn unserved(&self, cost: f64, elapsed: f64) -> Later {
         let growth = match *self {
             Age => 1.0,
@@ -28,7 +28,7 @@ impl VisitCost {
         }
     }
 
-    /// The cost that was `cost` after `elapsed` seconds of service at the slant range `range`, m.
+    /// The cost after `elapsed` seconds of service at the slant range `range`, m, from `cost`.
     pub(crate) fn served(&self, cost: f64, elapsed: f64, range: f64) -> Later {
         match *self {
             Age => Later {
@@ -40,12 +40,12 @@ impl VisitCost {
         }
     }
 
-    /// The cost of an AUV that has been served for long, and rises to the surface for it.
+    /// The cost of an AUV after long service at the surface.
     pub(crate) fn fresh(&self) -> f64 {
         self.steady(0.0)
     }
 
-    /// What service for long at the slant range `range`, m, leads to at best.
+    /// The least cost after long service at the slant range `range`, m.
     pub(crate) fn steady(&self, range: f64) -> f64 {
         match *self {
             Age | Data { .. } => 0.0,
@@ -53,11 +53,11 @@ impl VisitCost {
         }
     }
 
-    /// Times of service that may be worth choosing between, s, each once and in ascending order, of an AUV whose cost is
-    /// `cost` when it begins, at the slant range `range`, m: no shorter than `least`.
+    /// Candidate times of service, s, distinct and ascending, at least `least`, for an AUV with
+    /// `cost` at their beginning and the slant range `range`, m.
     ///
-    /// An age is 0 at once. A variance is nearly as small as it gets after √(S/q); where the way is long, longer visits are worth it. A
-    /// backlog is gone when all of it is uploaded.
+    /// An age is 0 at once. A variance is almost stationary after √(S/q), and longer visits pay
+    /// after a long leg. A backlog ends when it is uploaded.
     pub(crate) fn dwells(&self, cost: f64, range: f64, least: f64) -> Dwells {
         let whole = match *self {
             Age => 0.0,
@@ -84,7 +84,7 @@ impl VisitCost {
         dwells
     }
 
-    /// Whether an AUV at the slant range `range`, m, can be served at all.
+    /// `true` if an AUV at the slant range `range`, m, can be served.
     pub(crate) fn reaches(&self, range: f64) -> bool {
         match *self {
             Age | Uncertainty { .. } => true,
@@ -100,7 +100,7 @@ impl VisitCost {
         }
     }
 
-    /// Variance of the noise of fixes at `range`, as one that is measured all the time: R T, m² s.
+    /// Intensity of the fixes' noise at `range` as continuous measurements: R T, m² s.
     fn fix_noise(&self, range: f64) -> f64 {
         match *self {
             Uncertainty {
@@ -113,7 +113,7 @@ impl VisitCost {
         }
     }
 
-    /// What is uploaded at `range`, kbit/s.
+    /// Rate of upload at `range`, kbit/s.
     fn upload(&self, range: f64) -> f64 {
         match *self {
             Data {
@@ -129,13 +129,13 @@ impl VisitCost {
 /// Times of service to choose from.
 pub(crate) type Dwells = smallvec::SmallVec<[f64; 4]>;
 
-/// Longest time of service that is considered, s. Assumption: a craft that stays longer may decide that again.
+/// Longest considered time of service, s. Assumption: later plans may extend it.
 const DWELL_MOST: f64 = 1200.0;
 
-/// Times of service that differ by a smaller ratio are one.
+/// Least ratio of distinct times of service.
 const DWELL_RATIO: f64 = 1.2;
 
-/// A scalar Kalman–Bucy filter, `q` its process noise, m²/s, and `s` = R T its measurement noise, m² s.
+/// A scalar Kalman–Bucy filter with process noise `q`, m²/s, measurement noise `s` = R T, m² s.
 ///
 /// ```text
 /// Ṗ = q − P²/S,  P∞ = √(q S),  λ = √(q/S),  y₀ = P/P∞
@@ -148,7 +148,7 @@ fn aided(cost: f64, elapsed: f64, q: f64, s: f64) -> Later {
     let (y, x) = (cost / steady, rate * elapsed);
     let less = (-2.0 * x).exp_m1();
     let tanh = -less / (2.0 + less);
-    // ln(cosh x + y sinh x) without an overflow for long times.
+    // ln(cosh x + y sinh x) without overflow for long times.
     let growth = x + (-0.5 * (y - 1.0) * less).ln_1p();
     Later {
         cost: steady * (y + tanh) / (1.0 + y * tanh),
@@ -156,7 +156,7 @@ fn aided(cost: f64, elapsed: f64, q: f64, s: f64) -> Later {
     }
 }
 
-/// A backlog that grows at `rate`, kbit/s, or falls where that is negative, but never below 0.
+/// A backlog with the net `rate`, kbit/s, of either sign; never below 0.
 fn uploaded(backlog: f64, elapsed: f64, rate: f64) -> Later {
     let falling = if rate < 0.0 {
         elapsed.min(backlog / -rate)

@@ -1,4 +1,4 @@
-//! How deep an AUV will be that goes up and down in its own way, when no dive is declared or found.
+//! Depth forecast of an AUV that rises and falls without a declared or found dive.
 
 use std::f64::consts::PI;
 
@@ -8,34 +8,33 @@ use crate::{
     snapshot::build::Snapshot,
 };
 
-/// Least height of a rise and of a fall that count, m. Assumption: swell and gauges make less.
+/// Least height of a rise and of a fall, m. Assumption: swell and gauge errors are smaller.
 const HEIGHT_MIN: f64 = 4.0;
 
 /// Fewest reported depths.
 const DEPTHS_MIN: usize = 6;
 
-/// Time over which the present rate is taken, s.
+/// Interval of the present rate, s.
 const RATE_TIME: f64 = 10.0;
 
-/// A depth that has risen and fallen again, and swings about its mean as a damped oscillation: where in a swing the AUV is is known for
-/// about one period.
+/// A depth as a damped oscillation about its mean: its phase is known for about a period.
 #[derive(Clone, Copy, Debug)]
 struct Swing {
-    /// Second least and second greatest reported depth, and the mean, m. A single extreme may be a gauge's error.
+    /// Second least and greatest reported depth, and the mean, m; one extreme may be an error.
     least: f64,
     most: f64,
     mean: f64,
-    /// How far the newest depth is below the mean, m, at this age, s.
+    /// Distance of the newest depth below the mean, m, and its age, s.
     below: f64,
     age: f64,
-    /// Amplitude in quadrature, m: the rate now over the frequency.
+    /// Amplitude in quadrature, m: the present rate over the frequency.
     ahead: f64,
-    /// rad/s.
+    /// Angular frequency, rad/s.
     frequency: f64,
 }
 
 impl Swing {
-    /// By what the `reports` say until `now`, s.
+    /// From `reports` until `now`, s.
     fn seen(reports: &[Report], now: f64) -> Option<Self> {
         let depth = |report: &Report| Some([report.t_s, report.depth_m?]);
         let mut depths: Vec<[f64; 2]> = reports.iter().filter_map(depth).collect();
@@ -48,7 +47,7 @@ impl Swing {
         sorted.sort_by(f64::total_cmp);
         let (least, most) = (sorted[1], sorted[sorted.len() - 2]);
         let kept = |depth: f64| depth.clamp(least, most);
-        // The largest rise and the largest fall.
+        // Largest rise and largest fall.
         let (mut low, mut high, mut rise, mut fall) = (f64::INFINITY, f64::NEG_INFINITY, 0.0_f64, 0.0_f64);
         for [_, depth] in &depths {
             let depth = kept(*depth);
@@ -60,7 +59,7 @@ impl Swing {
         }
         let [newest, depth_now] = depths[depths.len() - 1];
         let before = depths.iter().rev().find(|[time, _]| RATE_TIME <= newest - time)?;
-        // Up and down once takes as long as twice the height at the mean rate, rests included.
+        // A period is twice the height at the mean rate, with rests.
         let steps = depths.windows(2);
         let gone: f64 = steps
             .map(|pair| (kept(pair[1][1]) - kept(pair[0][1])).abs())
@@ -89,7 +88,7 @@ impl Swing {
     }
 }
 
-/// How deep an AUV will be.
+/// Depth forecast of an AUV.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DepthAhead<'a> {
     forecast: &'a AuvForecast,
@@ -103,7 +102,7 @@ impl DepthAhead<'_> {
         self.swing.map_or_else(forecast, |swing| swing.at(ahead))
     }
 
-    /// The least depth that it is seen to come to, m, at `times` from now on, s.
+    /// Least depth, m, at `times` from now, s.
     pub(crate) fn shallowest(&self, times: impl Iterator<Item = f64>) -> f64 {
         match self.swing {
             Some(swing) => swing.least,
@@ -112,7 +111,8 @@ impl DepthAhead<'_> {
     }
 }
 
-/// The depths of all AUVs of the snapshot: as in their `forecasts`, or where their reported depths swing if no dive is declared or found.
+/// The depths of all AUVs of the snapshot: by the `forecasts`, or an oscillation of reported depths
+/// if no dive is declared or found.
 pub(crate) fn depths_ahead<'a>(snapshot: &Snapshot, forecasts: &'a [AuvForecast]) -> Vec<DepthAhead<'a>> {
     let depth = |(auv, forecast): (&Auv, &'a AuvForecast)| {
         let undeclared = auv.dive.is_none() && forecast.holds_depth();
@@ -133,7 +133,8 @@ mod tests {
 
     use super::*;
 
-    /// Depth of a glider that goes down to `deepest`, m, and up again at `rate`, m/s, and then rests at the surface for `rest`, s.
+    /// Depth of a glider that dives to `deepest`, m, at `rate`, m/s, rises, and rests for `rest`,
+    /// s.
     fn glider(time: f64, deepest: f64, rate: f64, rest: f64) -> f64 {
         let down = deepest / rate;
         let phase = time.rem_euclid(2.0 * down + rest);
@@ -152,16 +153,16 @@ mod tests {
     }
 
     #[test]
-    fn the_depth_of_a_glider_is_expected_better_than_if_it_stayed_there() {
+    fn the_depth_of_a_glider_is_forecast_better_than_a_constant() {
         let mut rng = ChaCha8Rng::seed_from_u64(35);
-        // Mean square errors of the swing and of the depth now, by the time ahead.
+        // Mean square errors of the oscillation and of a constant depth, by time ahead.
         let aheads = [30.0, 60.0, 120.0, 240.0, 600.0, 1500.0];
         let (mut errors, mut n_seen) = ([[0.0; 2]; 6], 0);
         for _ in 0..400 {
             let (deepest, rate) = (rng.random_range(20.0..60.0), rng.random_range(0.08..0.25));
             let (rest, now) = (rng.random_range(0.0..200.0), rng.random_range(0.0..2000.0));
             let depth = |time: f64| glider(time, deepest, rate, rest);
-            // 64 reports are half a swing of the slowest.
+            // 64 reports are half a period of the slowest.
             let Some(swing) = Swing::seen(&reports(depth, now, 64), now) else {
                 continue;
             };
@@ -180,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn a_depth_that_does_not_go_up_and_down_does_not_swing() {
+    fn a_monotonic_depth_does_not_oscillate() {
         let seen = |depth: &dyn Fn(f64) -> f64, n| Swing::seen(&reports(depth, 900.0, n), 900.0);
         let deep = |time: f64| glider(time, 30.0, 0.15, 60.0);
         assert!(seen(&deep, 64).is_some() && seen(&deep, 5).is_none() && seen(&deep, 0).is_none());
@@ -198,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn a_swing_stays_between_the_depths_that_were_reported() {
+    fn a_forecast_oscillation_stays_within_reported_depths() {
         let mut rng = ChaCha8Rng::seed_from_u64(36);
         let mut n_seen = 0;
         for _ in 0..300 {

@@ -1,4 +1,4 @@
-//! The AUVs that may be visited and the craft that visits them, seen from the craft now.
+//! The candidates for visits and the craft, in the frame of the present craft.
 
 use nalgebra::Vector2;
 
@@ -12,26 +12,25 @@ use crate::{
     snapshot::build::Snapshot,
     visit::{
         depth::DepthAhead,
-        intercept::{Craft, Track},
+        intercept::{Craft, SampledTrack},
     },
 };
 
-/// How schedules are made.
+/// Parameters of the scheduling.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SchedulingParameters {
-    /// Shortest time that is planned, s.
+    /// Shortest horizon, s.
     pub horizon_min: f64,
-    /// Longest, s.
+    /// Longest horizon, s.
     pub horizon_max: f64,
-    /// Time that is planned, as a multiple of what one visit to each AUV takes.
+    /// Horizon as a multiple of the time for one visit to each AUV.
     pub horizon_tours: f64,
-    /// Visits that the search may try in all. With so few AUVs that this is enough for all sequences the schedule is the best
-    /// there is.
+    /// Largest number of visits in the search; if it covers all sequences, it is optimal.
     pub visits_tried: usize,
-    /// By what share of its cost another next visit must be better than that of the schedule before; twice that where not all
-    /// sequences were compared.
+    /// Share of its cost by which another next visit must be better than that of the previous
+    /// schedule; twice that if not all sequences were compared.
     pub keep_margin: f64,
-    /// What a missed deadline costs, as a multiple of what it costs to serve no AUV at all.
+    /// Price of a missed deadline, as a multiple of the cost without any service.
     pub deadline_price: f64,
 }
 
@@ -42,70 +41,70 @@ impl Default for SchedulingParameters {
             horizon_max: 7200.0,
             horizon_tours: 3.0,
             visits_tried: 24_000,
-            // Above what noisy fixes change a cost by from one second to the next, below what an operator would call better.
+            // Exceeds the noise of costs, and is below an operator's notion of better.
             keep_margin: 0.03,
-            // Above anything that a deadline could be missed for.
+            // Exceeds any benefit of missing a deadline.
             deadline_price: 10.0,
         }
     }
 }
 
-/// An AUV that may be visited.
+/// An AUV that can be visited.
 #[derive(Clone, Debug)]
 pub(crate) struct Candidate {
-    /// Its place among the snapshot's AUVs.
+    /// Its index in the snapshot.
     pub(crate) auv: usize,
-    pub(crate) track: Track,
-    /// How much its cost counts; the sum over all is 1.
+    pub(crate) track: SampledTrack,
+    /// Weight of its cost; the sum over all is 1.
     pub(crate) share: f64,
-    /// Its cost now.
+    /// Its present cost.
     pub(crate) cost: f64,
-    /// The deadline by which it is yet to be served, s after now.
+    /// Its pending deadline, s after now.
     pub(crate) deadline: Option<f64>,
     /// Least slant range at which it can be served, m.
     pub(crate) shallowest: f64,
 }
 
-/// The problem of a schedule.
+/// The scheduling problem.
 #[derive(Clone, Debug)]
 pub(crate) struct Fleet {
     pub(crate) craft: Craft,
-    /// Its speed through the water now, m/s.
+    /// Present speed of the craft through the water, m/s.
     pub(crate) speed_now: f64,
-    /// From starboard to port, so that no name and no order of the request decides anything, and ties go to starboard.
+    /// From starboard to port, independent of names and order; ties go to starboard.
     pub(crate) candidates: Vec<Candidate>,
     pub(crate) law: VisitCost,
     pub(crate) within: f64,
     pub(crate) dwell_min: f64,
     pub(crate) reduce: Reduce,
-    /// Time that is planned, s.
+    /// Horizon, s.
     pub(crate) horizon: f64,
-    /// Time for which the costs at the end of the horizon count, s: that until an AUV is served again, on average.
+    /// Time for which the costs at the horizon count, s: the mean time to the next service.
     pub(crate) afterwards: f64,
-    /// What a deadline that is missed costs.
+    /// Price of a missed deadline.
     pub(crate) deadline_price: f64,
-    /// AUVs that the craft does not reach within the horizon, by their place among the snapshot's.
+    /// Indices in the snapshot of AUVs that the craft does not reach within the horizon.
     pub(crate) out_of_reach: Vec<usize>,
 }
 
-/// An AUV that the goal depends on, as the caller knows it.
+/// An AUV that the goal depends on, with its cost and deadline.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Member {
-    /// Its place among the snapshot's AUVs.
+pub(crate) struct ScheduledAuv {
+    /// Its index in the snapshot.
     pub(crate) auv: usize,
     pub(crate) weight: f64,
     pub(crate) cost: f64,
-    /// s after now.
+    /// Deadline, s after now.
     pub(crate) deadline: Option<f64>,
 }
 
 impl Fleet {
-    /// The `members` that can be visited by the craft of `snapshot`, which goes at most `speed`, m/s, through the water and turns
-    /// at `turn_rate`, rad/s.
+    /// The `members` that the craft of `snapshot` can visit at `speed`, m/s, through the water,
+    /// with the turn rate `turn_rate`, rad/s.
     pub(crate) fn new(
         snapshot: &Snapshot,
         visits: &Visits,
-        members: &[Member],
+        members: &[ScheduledAuv],
         (forecasts, depths): (&[AuvForecast], &[DepthAhead]),
         (speed, turn_rate): (f64, f64),
         parameters: &SchedulingParameters,
@@ -119,14 +118,14 @@ impl Fleet {
         };
         let frame = |motion: &Motion| craft_from_ned * (motion.position - here);
         let mut members = members.to_vec();
-        let place = |member: &Member| frame(&forecasts[member.auv].at(0.0));
+        let place = |member: &ScheduledAuv| frame(&forecasts[member.auv].at(0.0));
         members.sort_by(|a, b| in_order(&place(a), &place(b)));
         let places: Vec<_> = members.iter().map(place).collect();
         let tour = tour(&places, &craft, visits.dwell_min_s);
         let horizon = (parameters.horizon_tours * tour).clamp(parameters.horizon_min, parameters.horizon_max);
-        let candidate = |member: &Member| {
+        let candidate = |member: &ScheduledAuv| {
             let between_turns = between_turns(&snapshot.estimates()[member.auv].track);
-            let track = Track::new(
+            let track = SampledTrack::new(
                 &forecasts[member.auv],
                 between_turns,
                 horizon,
@@ -156,13 +155,13 @@ impl Fleet {
             deadline_price: 0.0,
             out_of_reach: Vec::new(),
         };
-        fleet.leave_out_who_is_out_of_reach();
+        fleet.drop_unreachable();
         fleet.deadline_price = parameters.deadline_price * fleet.without_visits();
         fleet
     }
 
-    /// Leaves out the candidates that the craft does not reach, and makes the shares of the others sum to 1.
-    fn leave_out_who_is_out_of_reach(&mut self) {
+    /// Drops the candidates out of reach and normalises the shares of the others.
+    fn drop_unreachable(&mut self) {
         let from = self.departure(&self.start());
         let reached = |candidate: &Candidate| {
             let arrival = self
@@ -179,7 +178,7 @@ impl Fleet {
         }
     }
 
-    /// What it costs to serve no AUV.
+    /// The cost without any service.
     fn without_visits(&self) -> f64 {
         let mut state = self.start();
         self.pass(
@@ -192,7 +191,7 @@ impl Fleet {
     }
 }
 
-/// About how long it takes to be at every place once, s: to the nearest other one from each, and the least stay there.
+/// Approximate time of a tour, s: from each point to the nearest other, and the least stay there.
 fn tour(places: &[Vector2<f64>], craft: &Craft, dwell: f64) -> f64 {
     let nearest = |from: &Vector2<f64>| {
         let others = places.iter().filter(|to| *to != from);
@@ -205,7 +204,7 @@ fn tour(places: &[Vector2<f64>], craft: &Craft, dwell: f64) -> f64 {
         .sum()
 }
 
-/// From starboard to port, and of those abeam of each other from ahead to astern.
+/// From starboard to port, then from ahead to astern.
 fn in_order(a: &Vector2<f64>, b: &Vector2<f64>) -> std::cmp::Ordering {
     b.y.total_cmp(&a.y).then(b.x.total_cmp(&a.x))
 }

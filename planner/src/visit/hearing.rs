@@ -1,4 +1,4 @@
-//! Whether an AUV is still heard: its silence counts while the craft is where it was heard before.
+//! Silence of AUVs, counted while the craft is where it heard them before.
 
 use crate::{
     facts::evidence::Report,
@@ -6,41 +6,41 @@ use crate::{
     snapshot::build::Snapshot,
 };
 
-/// Mean intervals between reports after which an AUV is silent: with every second report lost, one silence in 65,000 is by chance.
+/// Silence in mean intervals between reports: by chance 1 in 65,000, with half of them lost.
 const INTERVALS: f64 = 8.0;
 
-/// Longest gaps between reports after which it is: one that reports in bursts, as at the surface, pauses as long again.
+/// Silence in longest gaps between reports: AUVs that report in bursts pause as long again.
 const GAPS: f64 = 2.0;
 
-/// The shortest silence that counts, s.
+/// Shortest silence, s.
 const SILENCE_MIN: f64 = 60.0;
 
-/// Fewest reports that show at which intervals they come.
+/// Fewest reports for an estimate of their intervals.
 const REPORTS_MIN: usize = 5;
 
-/// The longest time between two plans that counts as listening, s: after an outage of the planner, no report has come yet.
+/// Longest interval between plans that counts as listening, s; outages do not.
 const LISTENED_MAX: f64 = 10.0;
 
-/// How an AUV was heard, from plan to plan.
+/// Hearing of an AUV, from plan to plan.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Hearing {
-    /// The farthest that it was from the craft while its reports came, horizontal, m.
+    /// Largest horizontal distance from the craft while its reports arrived, m.
     pub within: f64,
-    /// Time that the craft was no farther from it since its newest report, s.
+    /// Time spent within that distance since its newest report, s.
     pub unheard: f64,
 }
 
-/// What is heard of an AUV now.
+/// Present evidence of an AUV.
 #[derive(Clone, Copy, Debug)]
 pub struct Heard<'a> {
     reports: &'a [Report],
-    /// Age of its newest report, s, and how far it is from the craft, horizontal, m.
+    /// Age of its newest report, s, and its horizontal distance from the craft, m.
     age: f64,
     distance: f64,
 }
 
 impl<'a> Heard<'a> {
-    /// What is heard of the snapshot's AUV at the place `auv`, which is taken to be at a `distance` from the craft, horizontal, m.
+    /// Evidence of the snapshot's AUV `auv`, at a horizontal `distance` from the craft, m.
     #[must_use]
     pub fn of(snapshot: &'a Snapshot, auv: usize, distance: f64) -> Self {
         Self {
@@ -50,7 +50,7 @@ impl<'a> Heard<'a> {
         }
     }
 
-    /// Mean interval between its reports and the longest one, s, if they are enough to show it. Those of one time are one.
+    /// Mean and longest interval of its reports, s, if enough; simultaneous ones count once.
     fn intervals(&self) -> Option<[f64; 2]> {
         let mut times: Vec<_> = self.reports.iter().map(|report| report.t_s).collect();
         times.sort_by(f64::total_cmp);
@@ -64,7 +64,7 @@ impl<'a> Heard<'a> {
         Some([mean, gaps.fold(0.0, f64::max)])
     }
 
-    /// Whether its newest report says that it is at the surface.
+    /// `true` if its newest report is from the surface.
     fn surfaced(&self) -> bool {
         let times = self.reports.iter().map(|report| report.t_s);
         let newest = times.fold(f64::NEG_INFINITY, f64::max);
@@ -73,7 +73,7 @@ impl<'a> Heard<'a> {
         reports.any(|report| newest - report.t_s < BETWEEN_MIN && at_surface(report))
     }
 
-    /// Time without a report, s, after which it is not heard any more. One that was at the surface has dived: however long it is silent, it may come back.
+    /// Time without a report until silence, s; endless for an AUV last heard at the surface.
     fn silence(&self) -> f64 {
         match self.intervals() {
             Some([mean, longest]) if !self.surfaced() => {
@@ -85,7 +85,7 @@ impl<'a> Heard<'a> {
 }
 
 impl Hearing {
-    /// The same after `elapsed`, s. A distance at which no reports come is not one at which it is heard.
+    /// The hearing `elapsed` s later. A distance without reports is not in range.
     #[must_use]
     pub fn later(mut self, elapsed: f64, heard: &Heard) -> Self {
         if heard.distance <= self.within {
@@ -98,7 +98,7 @@ impl Hearing {
         self
     }
 
-    /// Whether the AUV is not heard any more: where it was heard before, or anywhere for longer than `age_max`, s.
+    /// `true` if the AUV is silent where it was heard, or anywhere for longer than `age_max`, s.
     #[must_use]
     pub fn is_silent(&self, heard: &Heard, age_max: f64) -> bool {
         heard.silence() < self.unheard || age_max < heard.age
@@ -112,10 +112,10 @@ mod tests {
     use super::*;
 
     const AGE_MAX: f64 = 900.0;
-    /// Between plans, s.
+    /// Interval between plans, s.
     const STEP: f64 = 1.0;
 
-    /// A report each 10 s until 0 s, but for those of which `lost` says that they were lost; the newest is number 0.
+    /// A report each 10 s until 0 s, without the `lost` ones; the newest is number 0.
     fn reports(depth_m: Option<f64>, lost: impl Fn(u32) -> bool) -> Vec<Report> {
         let kept = (0..40).filter(|k| !lost(*k));
         let at = |k| Report {
@@ -133,7 +133,7 @@ mod tests {
         }
     }
 
-    /// The first age, s, at which an AUV is silent, if the craft is at `distance` at each age.
+    /// First age, s, at which an AUV is silent, with the craft at `distance` at each age.
     fn silent_at(reports: &[Report], distance: impl Fn(f64) -> f64) -> f64 {
         let (mut hearing, mut age) = (Hearing::default(), 0.0);
         loop {
@@ -147,16 +147,16 @@ mod tests {
     }
 
     #[test]
-    fn an_auv_is_silent_after_eight_intervals_where_it_was_heard_and_after_the_largest_age_anywhere() {
+    fn an_auv_is_silent_after_eight_intervals_in_range_or_the_largest_age_anywhere() {
         let all = reports(Some(8.0), |_| false);
         assert_eq!(silent_at(&all, |_| 300.0), 81.0);
-        // While reports still come, it is heard as far away as the craft is.
+        // While reports arrive, the hearing range extends to the craft's distance.
         assert_eq!(silent_at(&all, |age| 300.0 + age.min(11.0)), AGE_MAX + STEP);
         assert_eq!(silent_at(&[], |_| 0.0), AGE_MAX + STEP);
     }
 
     #[test]
-    fn time_out_of_hearing_does_not_count() {
+    fn time_out_of_hearing_range_does_not_count() {
         let all = reports(Some(8.0), |_| false);
         // Away from an age of 21 s for ten minutes, then back: 61 s more make 81.
         let away = |age: f64| f64::from(u8::from((20.5..620.5).contains(&age)));
@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn one_that_is_silent_is_so_wherever_the_craft_goes_until_a_report_comes() {
+    fn a_silent_auv_stays_silent_until_a_report_arrives() {
         let all = reports(Some(8.0), |_| false);
         let (within, unheard) = (300.0, 81.0);
         let look = |age| {
@@ -179,7 +179,7 @@ mod tests {
     fn lost_reports_pauses_and_dives_are_no_silence() {
         let silent_at = |reports: &[Report]| silent_at(reports, |_| 10.0);
         assert_eq!(silent_at(&reports(Some(8.0), |k| k % 2 == 1)), 161.0);
-        // 200 s without a report are followed by as many without surprise.
+        // After 200 s without a report, as many are no silence.
         assert_eq!(silent_at(&reports(Some(8.0), |k| (10..29).contains(&k))), 401.0);
         let dived = silent_at(&reports(Some(1.0), |_| false));
         assert_eq!(dived, AGE_MAX + STEP);
@@ -188,14 +188,14 @@ mod tests {
     }
 
     #[test]
-    fn reports_of_one_time_are_one() {
+    fn simultaneous_reports_count_once() {
         let silent_at = |lost: fn(u32) -> bool| {
             let once = reports(Some(8.0), lost).into_iter();
             let twice: Vec<_> = once.flat_map(|report| [report; 2]).collect();
             silent_at(&twice, |_| 10.0)
         };
         assert_eq!(silent_at(|_| false), 81.0);
-        // Four show no interval.
+        // Four reports show no interval.
         assert_eq!(silent_at(|k| 3 < k), AGE_MAX + STEP);
     }
 }

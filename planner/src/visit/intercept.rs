@@ -1,4 +1,4 @@
-//! The earliest time at which the craft can be near an AUV that moves.
+//! Earliest arrival of the craft near a moving AUV.
 
 use nalgebra::Vector2;
 
@@ -10,26 +10,27 @@ use crate::{
     predict::{forecast::AuvForecast, motion::Motion},
 };
 
-/// Intervals in which a track is sampled: at two hours they are 40 s long, in which an AUV goes a few lengths of a craft.
+/// Samples of a track: at two hours they are 40 s apart, in which an AUV moves a few craft lengths.
 const SAMPLES: usize = 180;
 
-/// How far from the place where it counts as near the craft may be when it is said to have arrived, as time, s.
+/// Tolerance of an arrival, as time, s.
 const ARRIVED: f64 = 1e-3;
 
-/// Where an AUV will be, sampled. Positions are relative to the craft now, (ahead, starboard), m.
+/// Sampled forecast of an AUV. Positions are relative to the present craft, (ahead, starboard), m.
 #[derive(Clone, Debug)]
-pub(crate) struct Track {
-    /// Length of the intervals, s.
+pub(crate) struct SampledTrack {
+    /// Interval of the samples, s.
     step: f64,
     positions: Vec<Vector2<f64>>,
     depths: Vec<f64>,
-    /// The fastest that it moves through the water, m/s.
+    /// Largest speed through the water, m/s.
     pub(crate) fastest: f64,
 }
 
-impl Track {
-    /// The forecast of an AUV until `horizon`, s, its motions seen by the craft through `frame`, in `current`, of that frame, m/s, at its `depth`, m. One
-    /// without a path that turned every `between_turns`, s, until now is expected to turn anywhere as often.
+impl SampledTrack {
+    /// The forecast of an AUV until `horizon`, s, in the craft's `frame`, in a `current` of that
+    /// frame, m/s, at its `depth`, m. Without a path, a mean interval `between_turns`, s, predicts
+    /// turns into random directions.
     pub(crate) fn new(
         forecast: &AuvForecast,
         between_turns: Option<f64>,
@@ -42,7 +43,7 @@ impl Track {
         let step = horizon / SAMPLES as f64;
         #[expect(clippy::cast_precision_loss, reason = "a few hundred samples")]
         let times = || (0..=SAMPLES).map(|i| i as f64 * step);
-        // A velocity that is forgotten at the rate 1/τ moves the AUV by v τ (1 − e^(−t/τ)) on average.
+        // A velocity with the decay rate 1/τ displaces the AUV by v τ (1 − e^(−t/τ)) on average.
         let foreseen = |time: f64| match between_turns {
             Some(tau) if 0.0 < time && forecast.model != ForecastModel::Path => {
                 let here = frame(&forecast.at(0.0));
@@ -68,19 +69,19 @@ impl Track {
         from + (self.positions[before + 1] - from) * share
     }
 
-    /// The straight piece that it goes on with at that time.
-    fn piece(&self, time: f64) -> Piece {
+    /// The straight piece of the track after a time.
+    fn piece(&self, time: f64) -> TrackPiece {
         let (before, _) = self.place(time);
         let last = before + 2 == self.positions.len();
         #[expect(clippy::cast_precision_loss, reason = "a few hundred samples")]
         let end = (before + 1) as f64 * self.step;
-        Piece {
+        TrackPiece {
             end: if last { f64::INFINITY } else { end },
             velocity: (self.positions[before + 1] - self.positions[before]) / self.step,
         }
     }
 
-    /// Depth at that time, m.
+    /// Depth at a time, m.
     pub(crate) fn depth_at(&self, time: f64) -> f64 {
         let (before, share) = self.place(time);
         let from = self.depths[before];
@@ -92,7 +93,7 @@ impl Track {
         self.depths.iter().copied().fold(f64::INFINITY, f64::min)
     }
 
-    /// Least distance from `other`, a track of as many samples, m: between samples both go straight.
+    /// Least distance from `other`, a track of equal samples, m: both are straight between samples.
     pub(crate) fn nearest(&self, other: &Self) -> f64 {
         let apart = self.positions.iter().zip(&other.positions).map(|(a, b)| a - b);
         let apart: Vec<_> = apart.collect();
@@ -118,59 +119,66 @@ impl Track {
 }
 
 /// A straight piece of a track.
-struct Piece {
-    /// s after now.
+struct TrackPiece {
+    /// End, s after now.
     end: f64,
-    /// m/s.
+    /// Velocity, m/s.
     velocity: Vector2<f64>,
 }
 
-/// How the craft goes.
+/// Motion of the craft.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Craft {
     /// Largest speed through the water, m/s.
     pub(crate) speed: f64,
     /// Rate of turn, rad/s.
     pub(crate) turn_rate: f64,
-    /// Current, of the craft's frame now, m/s.
+    /// Current, in the craft's present frame, m/s.
     pub(crate) current: Vector2<f64>,
 }
 
-/// The craft when it sets off.
+/// The craft at departure.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Departure {
-    /// s after now.
+    /// Time, s after now.
     pub(crate) time: f64,
     pub(crate) position: Vector2<f64>,
-    /// rad, of the craft's frame now.
+    /// Heading, rad, in the craft's present frame.
     pub(crate) heading: f64,
 }
 
-/// The craft when it is near.
+/// The craft at arrival.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Arrival {
-    /// s after now.
+    /// Time, s after now.
     pub(crate) time: f64,
-    /// rad, of the craft's frame now.
+    /// Heading, rad, in the craft's present frame.
     pub(crate) heading: f64,
-    /// How long it turned before it set off, s.
+    /// Duration of the turn before departure, s.
     pub(crate) turning: f64,
 }
 
 impl Craft {
-    /// The earliest time until `end`, s after now, at which the craft can be within `within` of the AUV, if it need not turn.
+    /// The earliest time until `end`, s after now, at which the craft can be within `within` of the
+    /// AUV.
     ///
     /// ```text
     /// f(t) = ‖p(t) − p₀ − v_c (t − t₀)‖ − within − u max(0, t − t₀ − τ) ≤ 0
     /// ```
-    /// with τ the time that it turns. f changes no faster than u and the AUV's speed through the water together: a step of f over
-    /// that passes no root. Between two samples of the track, f = 0 is quadratic.
-    pub(crate) fn reach(&self, track: &Track, from: &Departure, within: f64, end: f64) -> Option<f64> {
+    /// with the time τ of a turn. f changes no faster than u plus the AUV's speed, so a step of f
+    /// over that passes no root. Between two samples, f = 0 is quadratic.
+    pub(crate) fn reach(&self, track: &SampledTrack, from: &Departure, within: f64, end: f64) -> Option<f64> {
         self.reach_after(track, from, (from.time, 0.0), within, end)
     }
 
-    /// The same for a craft that must turn first, at its full rate on the spot, to where it meets the AUV.
-    pub(crate) fn arrive(&self, track: &Track, from: &Departure, within: f64, end: f64) -> Option<Arrival> {
+    /// The same for a craft that first turns on the spot, at its full rate, to the meeting point.
+    pub(crate) fn arrive(
+        &self,
+        track: &SampledTrack,
+        from: &Departure,
+        within: f64,
+        end: f64,
+    ) -> Option<Arrival> {
         let direct = self.reach(track, from, within, end)?;
         let bearing = |time: f64| angle_of(&self.way(track, from, time));
         if direct <= from.time {
@@ -190,15 +198,15 @@ impl Craft {
         })
     }
 
-    /// What the craft must go through the water to be where the AUV is at `time`, m.
-    fn way(&self, track: &Track, from: &Departure, time: f64) -> Vector2<f64> {
+    /// Displacement through the water to the AUV's position at `time`, m.
+    fn way(&self, track: &SampledTrack, from: &Departure, time: f64) -> Vector2<f64> {
         track.at(time) - from.position - self.current * (time - from.time)
     }
 
-    /// The earliest time from `start` on, before which there is no root, for a craft that turns for `turning` seconds.
+    /// The earliest time from `start`, before any root, for a craft that turns for `turning` s.
     fn reach_after(
         &self,
-        track: &Track,
+        track: &SampledTrack,
         from: &Departure,
         (start, turning): (f64, f64),
         within: f64,
@@ -260,8 +268,8 @@ mod tests {
         )
     }
 
-    fn track(auv: &AuvForecast, between_turns: Option<f64>, current: &Vector2<f64>) -> Track {
-        Track::new(
+    fn track(auv: &AuvForecast, between_turns: Option<f64>, current: &Vector2<f64>) -> SampledTrack {
+        SampledTrack::new(
             auv,
             between_turns,
             HORIZON,
@@ -285,7 +293,7 @@ mod tests {
         heading: 0.0,
     };
 
-    /// The earliest of times 0.05 s apart at which some heading, held after a turn on the spot, is near enough.
+    /// The earliest time, in steps of 0.05 s, at which a constant heading is near enough.
     fn scanned(craft: &Craft, auv: &AuvForecast, turns: bool) -> Option<f64> {
         let near = |time: f64| {
             let way = auv.at(time).position - craft.current * time;
@@ -300,7 +308,7 @@ mod tests {
     }
 
     #[test]
-    fn the_earliest_arrival_is_that_of_a_dense_scan_in_any_current() {
+    fn the_earliest_arrival_agrees_with_a_dense_scan_in_any_current() {
         let mut reached = 0;
         for current in [(0.0, 0.0), (0.3, -0.4), (-0.5, 0.1), (0.0, 1.2)] {
             let current = Vector2::new(current.0, current.1);
@@ -319,7 +327,7 @@ mod tests {
                     reached += 1;
                 }
                 if let (Some(turned), Some(expected)) = (turned, scanned(&craft, &auv, true)) {
-                    // The scan turns to where it meets the AUV; the first guess of that is half a turn's motion off.
+                    // The scan turns to the meeting point; the solver's guess misses half a turn.
                     assert!(
                         (turned.time - expected).abs() < 2.0,
                         "{turned:?}, expected {expected}"
@@ -331,7 +339,7 @@ mod tests {
     }
 
     #[test]
-    fn a_vehicle_that_turns_is_met_as_if_its_track_were_not_sampled() {
+    fn sampling_does_not_change_the_arrival_at_a_turning_vehicle() {
         for turn_rate in [-0.02, 0.004, 0.01] {
             let auv = forecast(400.0, -250.0, 1.0, 0.4, turn_rate);
             let track = track(&auv, None, &Vector2::zeros());
@@ -345,7 +353,7 @@ mod tests {
     }
 
     #[test]
-    fn a_vehicle_that_flees_as_fast_as_the_craft_is_met_when_a_scan_meets_it_or_not_at_all() {
+    fn the_arrival_at_an_equally_fast_vehicle_agrees_with_a_scan() {
         let (mut met, mut lost) = (0, 0);
         for turn_rate in [0.0, 0.0005, 0.001, 0.002, 0.004] {
             let auv = forecast(25.0, 0.0, 0.0, 1.5, turn_rate);
@@ -367,7 +375,7 @@ mod tests {
     }
 
     #[test]
-    fn an_auv_that_flees_faster_is_not_reached_and_one_that_is_near_is_reached_now() {
+    fn a_faster_departing_auv_is_not_reached_and_a_near_one_is_reached_now() {
         let craft = craft(Vector2::zeros());
         let of = |auv: &AuvForecast| {
             let track = track(auv, None, &Vector2::zeros());
@@ -383,7 +391,7 @@ mod tests {
     }
 
     #[test]
-    fn an_auv_that_the_craft_has_just_left_is_reached_again_after_a_turn() {
+    fn an_auv_just_left_is_reached_again_after_a_turn() {
         let craft = craft(Vector2::zeros());
         for outside in [0.002, 0.01, 0.1, 0.5] {
             let auv = forecast(-WITHIN - outside, 0.0, 0.0, 0.0, 0.0);
@@ -399,11 +407,11 @@ mod tests {
     }
 
     #[test]
-    fn an_auv_that_turns_now_and_then_is_expected_where_the_mean_of_random_turns_takes_it() {
+    fn the_forecast_of_an_auv_that_turns_is_the_mean_of_random_turns() {
         let auv = forecast(0.0, 0.0, 0.0, 0.5, 0.0);
         let track = |between| track(&auv, between, &Vector2::zeros());
         let (straight, turning) = (track(None), track(Some(120.0)));
-        // The mean of flights whose legs end at random, each second with a probability of 1/120, in any new direction.
+        // Mean of tracks whose legs end at random, each second with a probability of 1/120.
         let mean = |until: u32| {
             (0..until)
                 .map(|t| 0.5 * (1.0_f64 - 1.0 / 120.0).powf(f64::from(t)))

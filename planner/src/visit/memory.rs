@@ -1,4 +1,4 @@
-//! What the schedule before says: costs that are carried on, deadlines that are met, the visit that is on.
+//! Memory of the previous schedule: costs advanced to now, met deadlines, the present visit.
 
 use crate::{
     facts::{
@@ -12,21 +12,21 @@ use crate::{
         depth::DepthAhead,
         fleet::Fleet,
         hearing::{Heard, Hearing},
-        search::{Planned, Present},
+        search::{PlannedVisit, PresentVisit},
     },
 };
 
 /// An AUV that the goal depends on.
 pub(crate) struct Vehicle {
-    /// Its place among the snapshot's AUVs.
+    /// Its index in the snapshot.
     pub(crate) auv: usize,
     pub(crate) served: ServedVehicle,
-    /// A deadline that is not met yet, s after now.
+    /// A pending deadline, s after now.
     pub(crate) deadline: Option<f64>,
 }
 
 impl ServedVehicle {
-    /// How it was heard.
+    /// Its hearing.
     fn hearing(&self) -> Hearing {
         Hearing {
             within: self.heard_within_m,
@@ -35,17 +35,17 @@ impl ServedVehicle {
     }
 }
 
-/// What the schedule before says.
+/// The previous schedule as memory.
 pub(crate) struct Memory<'a> {
     now: f64,
-    /// Time since it was made, s, and the schedule, if its costs are of the goal's kind.
+    /// Age of the schedule, s, and the schedule, if its costs are of the goal's kind.
     before: Option<(f64, &'a Schedule)>,
-    /// The same whatever its costs are: how each AUV was heard does not depend on them.
+    /// The same for costs of any kind: hearing does not depend on them.
     heard: Option<(f64, &'a Schedule)>,
 }
 
 impl<'a> Memory<'a> {
-    /// What the previous plan's schedule says; only how AUVs were heard if its costs are of another kind.
+    /// The memory in the previous plan; only the hearing if its costs are of another kind.
     pub(crate) fn of(snapshot: &'a Snapshot, visits: &Visits) -> Self {
         let previous = snapshot.previous_plan.as_ref();
         let heard = previous.and_then(|plan| {
@@ -59,8 +59,8 @@ impl<'a> Memory<'a> {
         }
     }
 
-    /// All that the goal depends on, in its order, their costs carried on until now. An AUV that the craft is near now counts as
-    /// served since the schedule before.
+    /// All AUVs that the goal depends on, in its order, with costs advanced to now. An AUV near the
+    /// craft counts as served since the previous schedule.
     pub(crate) fn vehicles(
         &self,
         snapshot: &Snapshot,
@@ -99,7 +99,7 @@ impl<'a> Memory<'a> {
             let left_out = if silent {
                 Some(LeftOut::Silent)
             } else {
-                (!law.reaches(depths[auv].shallowest(half_an_hour()))).then_some(LeftOut::TooDeep)
+                (!law.reaches(depths[auv].shallowest(next_half_hour()))).then_some(LeftOut::TooDeep)
             };
             Vehicle {
                 auv,
@@ -121,14 +121,14 @@ impl<'a> Memory<'a> {
         self.before.map(|(_, schedule)| schedule)
     }
 
-    /// The visit that is on, or else the next one.
+    /// The present visit, or else the next one.
     pub(crate) fn next(&self) -> Option<&'a Visit> {
         let (_, schedule) = self.before?;
         schedule.visits.iter().find(|visit| self.now < visit.leave_s)
     }
 
-    /// Whether the visit to `id`, that is asked for as the next, is over: it was before, or it has lasted the least time with the craft
-    /// `near`.
+    /// `true` if the visit to `id`, requested as the next, is over: it was before, or it has lasted
+    /// the least time with the craft `near`.
     pub(crate) fn was_visited_next(&self, id: &VehicleId, near: bool, dwell_min: f64) -> bool {
         let before = self
             .heard
@@ -141,8 +141,8 @@ impl<'a> Memory<'a> {
             || near && (dwell_min <= 0.0 || has_lasted)
     }
 
-    /// The visits that are not over, to those of `ids` that can be visited.
-    pub(crate) fn visits_left(&self, ids: &[&VehicleId]) -> Vec<Planned> {
+    /// The remaining visits to those of `ids` that can be visited.
+    pub(crate) fn visits_left(&self, ids: &[&VehicleId]) -> Vec<PlannedVisit> {
         let schedule = self.schedule();
         let visits = schedule.iter().flat_map(|schedule| &schedule.visits);
         let left = visits.filter(|visit| self.now < visit.leave_s);
@@ -153,12 +153,12 @@ impl<'a> Memory<'a> {
         planned.collect()
     }
 
-    /// The visit that is on, or that begins now because the craft is there.
-    pub(crate) fn present(&self, fleet: &Fleet, ids: &[&VehicleId]) -> Option<Present> {
+    /// The present visit, or the one that begins now as the craft is there.
+    pub(crate) fn present(&self, fleet: &Fleet, ids: &[&VehicleId]) -> Option<PresentVisit> {
         let visit = self.next()?;
         let candidate = ids.iter().position(|id| **id == visit.auv)?;
         let near = fleet.candidates[candidate].track.at(0.0).norm() <= fleet.within;
-        near.then_some(Present {
+        near.then_some(PresentVisit {
             candidate,
             since: (visit.arrive_s - self.now).min(0.0),
             leave: visit.leave_s - self.now,
@@ -166,14 +166,14 @@ impl<'a> Memory<'a> {
     }
 }
 
-/// What a schedule said of an AUV, and how long ago, s.
+/// An AUV in the previous schedule, and the age of that, s.
 fn served<'a>(before: Option<(f64, &'a Schedule)>, id: &VehicleId) -> Option<(f64, &'a ServedVehicle)> {
     let (elapsed, schedule) = before?;
     let known = schedule.costs.iter().find(|known| known.auv == *id)?;
     Some((elapsed, known))
 }
 
-/// Times of the next half hour at which an AUV may be shallow enough to be served, s: a fraction of the period of a sawtooth apart.
-fn half_an_hour() -> impl Iterator<Item = f64> {
+/// Times in the next half hour, s, a fraction of a sawtooth's period apart.
+fn next_half_hour() -> impl Iterator<Item = f64> {
     (0..=90_u8).map(|i| 20.0 * f64::from(i))
 }

@@ -1,13 +1,13 @@
-//! The orders in which a schedule by the clock may go round.
+//! Tours of a schedule by the clock.
 
 use crate::visit::fleet::Fleet;
 
-/// Most candidates of which all orders of a tour are tried: 24 that begin with one of five.
+/// Most candidates with all tours: 24 that begin with one of five.
 const ALL_TOURS_MAX: usize = 5;
 
 impl Fleet {
-    /// Orders in which all candidates may be visited again and again, beginning with `first`: all there are of few, of many the one
-    /// that goes to the nearest each time.
+    /// Tours of all candidates, to be repeated, beginning with `first`: all of them for few
+    /// candidates, else the nearest-neighbour tour.
     pub(crate) fn tours(&self, first: usize) -> Vec<Vec<usize>> {
         let others: Vec<_> = (0..self.candidates.len())
             .filter(|other| *other != first)

@@ -1,34 +1,34 @@
-//! The schedule that answers: the best of those that begin with each AUV, unless the one before is about as good.
+//! The selected schedule: the best over all first AUVs, unless the previous one is almost as good.
 
 use crate::{
     facts::{auv::VehicleId, goal::Goal, schedule::LeftOut, visit::Visits},
     predict::forecast::AuvForecast,
     snapshot::build::Snapshot,
     visit::{
-        answer::{Answer, Scheduled},
+        answer::{ScheduleAnswer, Scheduled},
         depth::{DepthAhead, depths_ahead},
-        fleet::{Fleet, Member, SchedulingParameters},
+        fleet::{Fleet, ScheduledAuv, SchedulingParameters},
         memory::{Memory, Vehicle},
-        search::{Found, Planned, Present},
+        search::{Found, PlannedVisit, PresentVisit},
         state::TIE,
     },
 };
 
-/// What a schedule needs to know beside the snapshot.
+/// Inputs of a schedule besides the snapshot.
 #[derive(Clone, Copy)]
 pub(crate) struct Scheduler<'a> {
     pub(crate) parameters: &'a SchedulingParameters,
-    /// Largest speed through the water that is planned, m/s, and rate of turn, rad/s.
+    /// Largest planned speed through the water, m/s, and turn rate, rad/s.
     pub(crate) speed: f64,
     pub(crate) turn_rate: f64,
-    /// Oldest report of an AUV that is visited, s.
+    /// Largest age of the last report of a visited AUV, s.
     pub(crate) report_age_max: f64,
-    /// Whether it is time to stop.
+    /// `true` after the deadline.
     pub(crate) due: &'a dyn Fn() -> bool,
 }
 
 impl Scheduler<'_> {
-    /// The schedule of `snapshot`; none if its goal does not visit. `forecasts` are those of all its AUVs.
+    /// The schedule of `snapshot`; `None` unless its goal visits. `forecasts` are of all its AUVs.
     pub(crate) fn schedule(&self, snapshot: &Snapshot, forecasts: &[AuvForecast]) -> Option<Scheduled> {
         let Goal::Visit(visits) = &snapshot.goal.goal else {
             return None;
@@ -57,8 +57,8 @@ impl Scheduler<'_> {
             memory.was_visited_next(next, near, fleet.dwell_min)
         });
         let pinned = visits.next.as_ref().filter(|_| visited.is_none());
-        let found = self.of_each_first(&fleet, &ids, (present, &left), pinned);
-        // A visit that was ordered is not kept beyond its end because it was on.
+        let found = self.best_by_first(&fleet, &ids, (present, &left), pinned);
+        // A requested visit does not continue beyond its end as the present one.
         let ends = visited.is_some()
             && memory
                 .schedule()
@@ -67,7 +67,7 @@ impl Scheduler<'_> {
         let before = before.and_then(|visit| ids.iter().position(|id| **id == visit.auv));
         let chosen = chosen(&fleet, &found, before, self.parameters.keep_margin);
         Some(
-            Answer {
+            ScheduleAnswer {
                 snapshot,
                 visits,
                 fleet: &fleet,
@@ -92,7 +92,7 @@ impl Scheduler<'_> {
             .iter()
             .filter(|vehicle| vehicle.served.left_out.is_none());
         let members: Vec<_> = visited
-            .map(|vehicle| Member {
+            .map(|vehicle| ScheduledAuv {
                 auv: vehicle.auv,
                 weight: visits.weight(&vehicle.served.auv),
                 cost: vehicle.served.cost,
@@ -103,24 +103,24 @@ impl Scheduler<'_> {
         Fleet::new(snapshot, visits, &members, forecasts, craft, self.parameters)
     }
 
-    /// The best schedule that begins with each candidate that may be first.
-    fn of_each_first(
+    /// The best schedule for each possible first candidate.
+    fn best_by_first(
         &self,
         fleet: &Fleet,
         ids: &[&VehicleId],
-        (present, left): (Option<Present>, &[Planned]),
+        (present, left): (Option<PresentVisit>, &[PlannedVisit]),
         pinned: Option<&VehicleId>,
     ) -> Vec<(usize, Found)> {
         let pinned = pinned.and_then(|pinned| ids.iter().position(|id| *id == pinned));
-        // No visit is shorter than asked for.
+        // A visit lasts at least the requested time.
         let begun = present.filter(|present| 0.0 < present.since + fleet.dwell_min);
         let only = pinned.or(begun.map(|present| present.candidate));
         let firsts = (0..ids.len()).filter(|first| only.is_none_or(|only| only == *first));
         let best = |first| fleet.best_first(first, (present, left), self.parameters.visits_tried, self.due);
-        // After a visit that is over, another one is first.
+        // After a completed visit, another one is first.
         let mut found: Vec<(usize, Found)> = Vec::new();
         for best in firsts.filter_map(best) {
-            let first = best.stays[0].candidate;
+            let first = best.windows[0].candidate;
             match found.iter_mut().find(|(known, _)| *known == first) {
                 Some((_, known)) if known.value <= best.value => {}
                 Some((_, known)) => *known = best,
@@ -131,8 +131,8 @@ impl Scheduler<'_> {
     }
 }
 
-/// The place in `found` of the schedule that answers: the best, unless the one that begins as `before` is about as good. An AUV that is
-/// passed as the craft turns to the next needs no visit.
+/// The index in `found` of the selected schedule: the best, unless the one that begins as `before`
+/// is almost as good. An AUV that the craft passes while it turns to the next needs no visit.
 fn chosen(fleet: &Fleet, found: &[(usize, Found)], before: Option<usize>, keep_margin: f64) -> Option<usize> {
     let value = |place: usize| found[place].1.value;
     let best = (0..found.len()).reduce(|best, next| {
@@ -146,7 +146,7 @@ fn chosen(fleet: &Fleet, found: &[(usize, Found)], before: Option<usize>, keep_m
     let exact = found.iter().all(|(_, found)| found.exact);
     let margin = if exact { keep_margin } else { 2.0 * keep_margin };
     let kept = found.iter().position(|(first, _)| Some(*first) == before);
-    // The margin is a share of the cost without the price of missed deadlines, which would dwarf it.
+    // The margin excludes the price of missed deadlines, which would dominate it.
     kept.filter(|kept| value(*kept) <= value(best) + margin * found[best].1.cost)
         .or(Some(best))
 }

@@ -1,87 +1,90 @@
 //! The search over sequences of visits.
 //!
-//! Tours by the clock and the visits of the schedule before come first: no schedule is worse than they are. Then visits are tried in order of time, slot by slot. What cannot
-//! become better than the best schedule known is left out (branch and bound, of few AUVs); of what remains in a slot, the most promising go on (beam). While none is left out for that, the result is the best
-//! of all sequences. The work is bounded by counts, never by a clock, so that equal problems have equal results.
+//! Tours by the clock and the previous schedule come first, as upper bounds. Then visits are tried
+//! in order of time, slot by slot. Sequences that cannot become better than the best known schedule
+//! are dropped (branch and bound, for few AUVs); in each slot the most promising remain (beam). If
+//! the beam drops none, the result is optimal. Counts bound the work, so equal problems have equal
+//! results.
 
 use smallvec::SmallVec;
 
 use crate::visit::{
     cost::Dwells,
     fleet::Fleet,
-    state::{State, Stay, TIE},
+    state::{CostState, TIE, VisitWindow},
 };
 
 /// Slots of time in which schedules are compared with each other.
 const SLOTS: usize = 60;
 
-/// Most candidates with which bounds are worth their time: each costs an arrival for every candidate.
+/// Most candidates with bounds: each bound costs an arrival for every candidate.
 const BOUNDED_MAX: usize = 4;
 
-/// Times of service that are tried with more candidates than that.
+/// Times of service per visit with more candidates.
 const DWELLS_OF_MANY: usize = 3;
 
-/// Times of service that a tour is tried with, s more than the least one.
+/// Times of service of a tour, s beyond the least one.
 const TOUR_DWELLS: [f64; 4] = [0.0, 30.0, 90.0, 210.0];
 
-/// Most visits of a tour: of AUVs that are served side by side, one would have thousands.
+/// Most visits of a tour; adjacent AUVs would allow thousands.
 const TOUR_VISITS_MAX: usize = 500;
 
-/// Shortest visit that is planned, s.
-const STAY_MIN: f64 = 1.0;
+/// Shortest planned visit, s.
+const VISIT_MIN: f64 = 1.0;
 
-/// The craft with an AUV already, in the visit of the schedule before.
+/// The craft at an AUV, in a visit of the previous schedule.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Present {
+pub(crate) struct PresentVisit {
     pub(crate) candidate: usize,
-    /// When that visit began, s after now, not positive.
+    /// Beginning of that visit, s after now, not positive.
     pub(crate) since: f64,
-    /// When it was to end.
+    /// Its planned end.
     pub(crate) leave: f64,
 }
 
-/// A visit to be tried: the candidate, and for how long, s.
-pub(crate) type Planned = (usize, f64);
+/// A visit to try: the candidate, and its duration, s.
+pub(crate) type PlannedVisit = (usize, f64);
 
-/// A schedule that was found.
+/// A schedule of the search.
 #[derive(Clone, Debug)]
 pub(crate) struct Found {
-    pub(crate) stays: Vec<Stay>,
-    /// What it costs, missed deadlines apart, and with them.
+    pub(crate) windows: Vec<VisitWindow>,
+    /// Its cost without and with missed deadlines.
     pub(crate) cost: f64,
     pub(crate) value: f64,
-    /// The candidates whose deadlines it misses, as bits.
+    /// Candidates with missed deadlines, as bits.
     pub(crate) missed: u32,
-    /// Whether no sequence of these visits is better.
+    /// `true` if no sequence of these visits is better.
     pub(crate) exact: bool,
 }
 
-/// A sequence of visits so far, as its last one.
+/// A sequence of visits, represented by its last one.
 #[derive(Clone, Copy)]
 struct Node {
     before: Option<usize>,
-    stay: Stay,
-    state: State,
+    window: VisitWindow,
+    state: CostState,
 }
 
 /// The search for the best schedule that begins with one candidate.
 struct Search<'a> {
     fleet: &'a Fleet,
     nodes: Vec<Node>,
-    /// Nodes by the slot in which they leave.
+    /// Nodes by the slot of their departure.
     slots: Vec<Vec<usize>>,
     /// The best complete schedule: its last node, its state at the end, and its value.
-    best: Option<(usize, State, f64)>,
+    best: Option<(usize, CostState, f64)>,
     exact: bool,
 }
 
 impl Fleet {
-    /// The best schedule whose first visit is to `first`; none if the craft cannot reach it. `before` is what is left of the schedule
-    /// before: it is no worse than to go on with that. Once `due`, it is the best so far, or a visit that does not end.
+    /// The best schedule whose first visit is to `first`; `None` if the craft cannot reach it. It
+    /// is at least as good as to continue with `before`, the rest of the previous schedule. Once
+    /// `due`, it is the best so far, or a visit without end.
     pub(crate) fn best_first(
         &self,
         first: usize,
-        (present, before): (Option<Present>, &[Planned]),
+        (present, before): (Option<PresentVisit>, &[PlannedVisit]),
         tried_max: usize,
         due: &dyn Fn() -> bool,
     ) -> Option<Found> {
@@ -96,7 +99,7 @@ impl Fleet {
             best: None,
             exact: true,
         };
-        let least = self.dwell_min.max(STAY_MIN);
+        let least = self.dwell_min.max(VISIT_MIN);
         let tours = self.tours(first);
         let tours = tours
             .iter()
@@ -104,8 +107,8 @@ impl Fleet {
         for (order, dwell) in tours {
             let times = if order.len() < 2 { 1 } else { TOUR_VISITS_MAX };
             let again = order.iter().cycle().take(times);
-            let visits = again.map(|to| (*to, (self.dwell_min + dwell).max(STAY_MIN)));
-            search.sail(visits, present, due);
+            let visits = again.map(|to| (*to, (self.dwell_min + dwell).max(VISIT_MIN)));
+            search.follow(visits, present, due);
             if !search.exact {
                 break;
             }
@@ -113,8 +116,8 @@ impl Fleet {
         let inserted = before.first().filter(|(to, _)| *to != first);
         let rest = before.iter().map(|(to, dwell)| (*to, dwell.max(least)));
         let visits = inserted.map(|_| (first, least)).into_iter().chain(rest);
-        // What was scheduled goes on whatever the time: it is short.
-        search.sail(visits, present, &|| inserted.is_some() && due());
+        // The previous schedule is always completed: it is short.
+        search.follow(visits, present, &|| inserted.is_some() && due());
         search.visit(None, &self.start(), first, present);
         search.extend_all(width, due);
         search.found()
@@ -132,9 +135,13 @@ impl Search<'_> {
                         self.exact = false;
                         return;
                     }
-                    let Node { before, stay, state } = self.nodes[node];
+                    let Node {
+                        before,
+                        window,
+                        state,
+                    } = self.nodes[node];
                     if !self.bounded() {
-                        self.complete(before, &stay, &state);
+                        self.complete(before, &window, &state);
                     }
                     for to in (0..self.fleet.candidates.len()).filter(|to| state.with != Some(*to)) {
                         self.visit(Some(node), &state, to, None);
@@ -144,11 +151,11 @@ impl Search<'_> {
         }
     }
 
-    /// These visits one after the other until it is `due`, at least one, and the last to the end.
-    fn sail(
+    /// Follows these visits, at least one, until it is `due`; the last one continues to the end.
+    fn follow(
         &mut self,
-        visits: impl Iterator<Item = Planned>,
-        mut present: Option<Present>,
+        visits: impl Iterator<Item = PlannedVisit>,
+        mut present: Option<PresentVisit>,
         due: &dyn Fn() -> bool,
     ) {
         let (mut before, mut state) = (None, self.fleet.start());
@@ -172,17 +179,21 @@ impl Search<'_> {
             }
         }
         if let Some(last) = before {
-            let Node { before, stay, state } = self.nodes[last];
-            self.complete(before, &stay, &state);
+            let Node {
+                before,
+                window,
+                state,
+            } = self.nodes[last];
+            self.complete(before, &window, &state);
         }
-        // Nothing goes on from here.
+        // These nodes have no continuation.
         if self.best.is_none_or(|(last, ..)| last < start) {
             self.nodes.truncate(start);
         }
     }
 
     /// Adds every visit to `to` after `state`.
-    fn visit(&mut self, before: Option<usize>, state: &State, to: usize, present: Option<Present>) {
+    fn visit(&mut self, before: Option<usize>, state: &CostState, to: usize, present: Option<PresentVisit>) {
         let horizon = self.fleet.horizon;
         let Some((arrive, there)) = self.arrival(state, to) else {
             return;
@@ -190,7 +201,7 @@ impl Search<'_> {
         let dwells = self.dwells(&there, to);
         let mut leaves: SmallVec<[f64; 6]> = dwells.iter().map(|dwell| arrive + dwell).collect();
         if let Some(present) = present {
-            // A visit that has begun: its rest, which may be none.
+            // The rest of a present visit may be empty.
             let rests = [present.since + self.fleet.dwell_min, present.leave];
             leaves.extend(rests.map(|leave| leave.max(arrive)));
         }
@@ -198,7 +209,7 @@ impl Search<'_> {
         for leave in leaves {
             let node = self.node(before, to, arrive, (&there, leave));
             if self.bounded() || horizon <= leave {
-                self.complete(before, &node.stay, &node.state);
+                self.complete(before, &node.window, &node.state);
             }
             if leave < horizon {
                 let slot = self.slot(leave).max(earliest).min(SLOTS - 1);
@@ -209,16 +220,16 @@ impl Search<'_> {
     }
 
     /// The earliest arrival at `to`, s after now, and all costs then.
-    fn arrival(&self, state: &State, to: usize) -> Option<(f64, State)> {
+    fn arrival(&self, state: &CostState, to: usize) -> Option<(f64, CostState)> {
         let fleet = self.fleet;
         let (track, from) = (&fleet.candidates[to].track, fleet.departure(state));
         let arrival = fleet.craft.arrive(track, &from, fleet.within, fleet.horizon)?;
         Some((arrival.time, fleet.travelled(state, to, arrival)))
     }
 
-    fn dwells(&self, there: &State, to: usize) -> Dwells {
+    fn dwells(&self, there: &CostState, to: usize) -> Dwells {
         let range = self.fleet.candidates[to].track.depth_at(there.time);
-        let least = self.fleet.dwell_min.max(STAY_MIN);
+        let least = self.fleet.dwell_min.max(VISIT_MIN);
         let mut dwells = self.fleet.law.dwells(there.costs[to], range, least);
         if !self.bounded() {
             dwells.truncate(DWELLS_OF_MANY);
@@ -226,13 +237,13 @@ impl Search<'_> {
         dwells
     }
 
-    /// The visit to `to` that arrives with the costs `there` and ends when it should leave, or at the end of the horizon.
-    fn node(&self, before: Option<usize>, to: usize, arrive: f64, (there, leave): (&State, f64)) -> Node {
+    /// The visit to `to` that arrives with the costs `there` and ends at `leave` or the horizon.
+    fn node(&self, before: Option<usize>, to: usize, arrive: f64, (there, leave): (&CostState, f64)) -> Node {
         let leave = leave.min(self.fleet.horizon);
-        let state = self.fleet.stayed(there, to, leave);
+        let state = self.fleet.visited_until(there, to, leave);
         Node {
             before,
-            stay: Stay {
+            window: VisitWindow {
                 candidate: to,
                 arrive,
                 leave,
@@ -243,32 +254,34 @@ impl Search<'_> {
         }
     }
 
-    /// Whether bounds are used.
+    /// `true` if bounds are used.
     fn bounded(&self) -> bool {
         self.fleet.candidates.len() <= BOUNDED_MAX
     }
 
-    /// Compares the schedule that goes on with `stay`, at whose end all costs are `left`, until the end with the best.
-    fn complete(&mut self, before: Option<usize>, stay: &Stay, left: &State) {
-        let end = self.fleet.stayed(left, stay.candidate, self.fleet.horizon);
+    /// Compares the best schedule with the one whose last `window` is extended to the horizon.
+    fn complete(&mut self, before: Option<usize>, window: &VisitWindow, left: &CostState) {
+        let end = self
+            .fleet
+            .visited_until(left, window.candidate, self.fleet.horizon);
         let value = self.fleet.value(&end);
-        let better = |best: &(usize, State, f64)| value < best.2 - TIE * best.2.abs();
+        let better = |best: &(usize, CostState, f64)| value < best.2 - TIE * best.2.abs();
         if self.best.as_ref().is_none_or(better) {
-            let stay = Stay {
+            let window = VisitWindow {
                 leave: self.fleet.horizon,
-                cost_after: end.costs[stay.candidate],
-                ..*stay
+                cost_after: end.costs[window.candidate],
+                ..*window
             };
             self.nodes.push(Node {
                 before,
-                stay,
+                window,
                 state: end,
             });
             self.best = Some((self.nodes.len() - 1, end, value));
         }
     }
 
-    /// The nodes of a slot from which to go on.
+    /// The nodes of a slot that are extended.
     fn promising(&mut self, slot: usize, width: usize) -> Vec<usize> {
         let fleet = self.fleet;
         let mut here = std::mem::take(&mut self.slots[slot]);
@@ -301,19 +314,19 @@ impl Search<'_> {
 
     fn found(&self) -> Option<Found> {
         let (last, end, value) = self.best?;
-        let mut stays = Vec::new();
+        let mut windows = Vec::new();
         let mut at = Some(last);
         while let Some(node) = at {
-            stays.push(self.nodes[node].stay);
+            windows.push(self.nodes[node].window);
             at = self.nodes[node].before;
         }
-        stays.reverse();
-        // A visit that has begun and need not go on is over.
-        if 1 < stays.len() && stays[0].leave <= 0.0 {
-            stays.remove(0);
+        windows.reverse();
+        // A present visit that need not continue is over.
+        if 1 < windows.len() && windows[0].leave <= 0.0 {
+            windows.remove(0);
         }
         Some(Found {
-            stays,
+            windows,
             cost: self.fleet.cost(&end),
             value,
             missed: self.fleet.missed(&end).0,

@@ -1,4 +1,4 @@
-//! A schedule in words, for who has no time to read its numbers.
+//! One sentence that explains a schedule to the operator.
 
 use std::fmt::Write;
 
@@ -8,17 +8,17 @@ use crate::facts::{
     visit::VisitCost,
 };
 
-/// Why a visit is the first, where costs do not decide that.
+/// The reason for a first visit, if it is not the cost.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Reason {
     /// The goal asks for it.
     Asked,
-    /// Its deadline was so long ago, s.
+    /// Its deadline passed this long ago, s.
     Late(f64),
 }
 
-/// `auv-3 next: 41 m², growing 2 m²/min; auv-1 first would cost 180 m² more`, at the time `now`, s, for that `reason` if there is one, and
-/// why it is not as the schedule `before`.
+/// `auv-3 next: 41 m², growing 2 m²/min; auv-1 first would cost 180 m² more`, at the time `now`, s,
+/// with the `reason`, if any, and the changes since the schedule `before`.
 pub(crate) fn sentence(
     schedule: &Schedule,
     law: &VisitCost,
@@ -38,7 +38,7 @@ pub(crate) fn sentence(
     let changed = before.map_or_else(String::new, |before| changed(schedule, before, now));
     // Writing to a string does not fail.
     if reason.is_none() {
-        said += &against_the_best_alternative(schedule);
+        said += &cost_of_alternative(schedule);
     }
     said += &changed;
     for vehicle in &schedule.costs {
@@ -79,8 +79,8 @@ fn next(schedule: &Schedule, law: &VisitCost, now: f64) -> String {
     said
 }
 
-/// Who can be visited now and could not be before, who left, and what it would cost to visit first who was to be next. That an AUV
-/// cannot be visited any more is said of all that cannot.
+/// AUVs that can be visited again or are gone, and the cost of the former next visit. All AUVs that
+/// cannot be visited any more are named.
 fn changed(schedule: &Schedule, before: &Schedule, now: f64) -> String {
     let mut said = String::new();
     let of =
@@ -105,7 +105,7 @@ fn changed(schedule: &Schedule, before: &Schedule, now: f64) -> String {
         .visits
         .iter()
         .find(|visit| now < visit.leave_s && !schedule.kept);
-    // One that has been served since then needs no visit.
+    // An AUV served since then needs no visit.
     let unserved = |auv: &VehicleId| {
         let costs = of(before, auv).zip(of(schedule, auv));
         costs.is_some_and(|(then, now)| then.cost <= now.cost)
@@ -126,8 +126,8 @@ fn changed(schedule: &Schedule, before: &Schedule, now: f64) -> String {
     said
 }
 
-/// What it would cost to begin otherwise.
-fn against_the_best_alternative(schedule: &Schedule) -> String {
+/// The additional cost of the best alternative.
+fn cost_of_alternative(schedule: &Schedule) -> String {
     let Some(other) = schedule.alternatives.first() else {
         return String::new();
     };
@@ -151,7 +151,7 @@ fn unit(unit: CostUnit) -> &'static str {
     }
 }
 
-/// Two digits or more of a number.
+/// A number with at least two digits.
 fn short(value: f64) -> String {
     if value.abs() < 0.995 {
         format!("{value:.2}")
@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn a_schedule_says_who_is_next_why_and_what_it_would_cost_to_begin_otherwise() {
+    fn a_sentence_names_the_next_auv_the_reason_and_the_cost_of_the_alternative() {
         let mut schedule = schedule();
         let said = |schedule: &Schedule| sentence(schedule, &VARIANCE, 100.0, None, None);
         assert_eq!(
@@ -237,7 +237,7 @@ mod tests {
         assert!(said(&schedule).starts_with("no vehicle can be visited"));
     }
     #[test]
-    fn a_schedule_that_changes_says_why() {
+    fn a_sentence_explains_a_change() {
         let (before, mut after) = (schedule(), schedule());
         let said = |after: &Schedule| sentence(after, &VARIANCE, 100.0, None, Some(&before));
         assert_eq!(said(&after), sentence(&after, &VARIANCE, 100.0, None, None));
@@ -249,7 +249,7 @@ mod tests {
             deadlines_missed: 0,
         };
         assert!(said(&after).ends_with("; auv-3, next until now, would cost 10 % more"));
-        // It was served on the way.
+        // The AUV was served on the way.
         after.costs[0].cost = 3.0;
         assert!(!said(&after).contains("next until now"));
         after.costs[0].auv = "auv-4".into();

@@ -1,4 +1,4 @@
-//! What a leg of the craft, or a stay, does to the costs of all AUVs.
+//! Effect of a leg or a visit on the costs of all AUVs.
 
 use nalgebra::Vector2;
 
@@ -11,48 +11,48 @@ use crate::{
     },
 };
 
-/// What the mean of the costs counts where the largest counts first.
+/// Weight of the mean cost beside the largest one.
 const MEAN_BESIDE_MAX: f64 = 0.01;
 
-/// What of its speed a craft keeps over a turn: a MEDUSA that turns back at 1.5 m/s and 0.17 rad/s goes on for 7 m, not for 8.8 m.
-/// Half of that is
-/// claimed: with more, some who were said to be passed were not, see `docs/rationale.md#visits`.
+/// Share of its speed that a craft keeps over a turn: a MEDUSA that reverses at 1.5 m/s and 0.17
+/// rad/s continues for 7 m of 8.8 m. Half of that is assumed: with more, some AUVs were not passed
+/// as predicted, see `docs/rationale.md#visits`.
 pub(crate) const KEPT_IN_TURN: f64 = 0.4;
 
-/// Relative differences of cost that are none: what sums in another order leave.
+/// Relative difference of equal costs, from sums in another order.
 pub(crate) const TIE: f64 = 1e-9;
 
-/// Shorter passages are rounding, and no service, s.
+/// Shortest passage that is a service, s; shorter ones are rounding.
 const PASSED_MIN: f64 = 1e-6;
 
-/// Pieces of a turn, straight.
+/// Straight pieces of a turn.
 const TURN_PIECES: u8 = 6;
 
 /// The costs of all candidates after some visits.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct State {
-    /// s after now.
+pub(crate) struct CostState {
+    /// Time, s after now.
     pub(crate) time: f64,
-    /// The candidate that the craft is with; none where it is now.
+    /// The candidate that the craft is with; `None` at its present position.
     pub(crate) with: Option<usize>,
-    /// Where it is relative to that, m, and its heading, rad, of its frame now.
+    /// Position relative to that, m, and heading, rad, in the craft's present frame.
     offset: Vector2<f64>,
     heading: f64,
     pub(crate) costs: [f64; AUVS_MAX],
     /// Integral over time of the weighted sum of the costs, in units of the cost times s.
     integral: f64,
-    /// Largest weighted cost until now, relative to the mean weight.
+    /// Largest weighted cost so far, relative to the mean weight.
     peak: f64,
-    /// Candidates with a deadline that have not been served.
+    /// Candidates with a pending deadline.
     pending: u32,
-    /// Candidates that were served after their deadline, and by how long in all, s.
+    /// Candidates served after their deadline, and the total delay, s.
     missed: u32,
     late: f64,
 }
 
 /// A visit, in seconds after now.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Stay {
+pub(crate) struct VisitWindow {
     pub(crate) candidate: usize,
     pub(crate) arrive: f64,
     pub(crate) leave: f64,
@@ -61,8 +61,8 @@ pub(crate) struct Stay {
 }
 
 impl Fleet {
-    /// Now.
-    pub(crate) fn start(&self) -> State {
+    /// The present state.
+    pub(crate) fn start(&self) -> CostState {
         let mut costs = [0.0; AUVS_MAX];
         let (mut pending, mut peak) = (0, 0.0_f64);
         for (i, candidate) in self.candidates.iter().enumerate() {
@@ -70,7 +70,7 @@ impl Fleet {
             peak = peak.max(self.relative(candidate) * candidate.cost);
             pending |= u32::from(candidate.deadline.is_some()) << i;
         }
-        State {
+        CostState {
             time: 0.0,
             with: None,
             offset: Vector2::zeros(),
@@ -84,8 +84,8 @@ impl Fleet {
         }
     }
 
-    /// The craft as it leaves where it is after `state`.
-    pub(crate) fn departure(&self, state: &State) -> Departure {
+    /// The craft at its departure after `state`.
+    pub(crate) fn departure(&self, state: &CostState) -> Departure {
         let with = state.with.map(|with| self.candidates[with].track.at(state.time));
         Departure {
             time: state.time,
@@ -94,8 +94,8 @@ impl Fleet {
         }
     }
 
-    /// After the leg to `to`, where the craft arrives so.
-    pub(crate) fn travelled(&self, state: &State, to: usize, arrival: Arrival) -> State {
+    /// The state after the leg to `to` with this arrival.
+    pub(crate) fn travelled(&self, state: &CostState, to: usize, arrival: Arrival) -> CostState {
         let mut later = *state;
         let (start, auv) = (
             self.departure(state).position,
@@ -115,7 +115,7 @@ impl Fleet {
         later
     }
 
-    /// Whether the craft surely passes `who` in the turn in which it sets off to `to`.
+    /// `true` if the craft surely passes `who` in the turn towards `to`.
     pub(crate) fn turns_past(&self, who: usize, to: usize) -> bool {
         let mut state = self.start();
         let (track, from) = (&self.candidates[to].track, self.departure(&state));
@@ -127,8 +127,8 @@ impl Fleet {
         })
     }
 
-    /// The turn before the leg that ends with `arrival`, from now on, over which the craft goes on: it may pass someone.
-    fn turn(&self, state: &mut State, arrival: Arrival) {
+    /// The turn before the leg that ends with `arrival`, in which the craft may pass AUVs.
+    fn turn(&self, state: &mut CostState, arrival: Arrival) {
         let angle = wrap(arrival.heading - state.heading);
         let radius = KEPT_IN_TURN * self.speed_now / self.craft.turn_rate;
         let at = |share: f64| {
@@ -143,8 +143,8 @@ impl Fleet {
         }
     }
 
-    /// After a stay with `with` until `leave`, s after now, in which the craft comes nearer.
-    pub(crate) fn stayed(&self, state: &State, with: usize, leave: f64) -> State {
+    /// The state after a visit to `with` until `leave`, s after now, in which the craft approaches.
+    pub(crate) fn visited_until(&self, state: &CostState, with: usize, leave: f64) -> CostState {
         let mut later = *state;
         let track = &self.candidates[with].track;
         let nearer = (self.craft.speed - track.fastest).max(0.0) * (leave - state.time);
@@ -158,10 +158,11 @@ impl Fleet {
         later
     }
 
-    /// Until `end`, s after now, on a straight way, with the candidate `with` or alone. A candidate that is passed on the way is served on the way.
+    /// Advances to `end`, s after now, on a straight `way`, with the candidate `with` or alone.
+    /// Passed candidates are served.
     pub(crate) fn pass(
         &self,
-        state: &mut State,
+        state: &mut CostState,
         end: f64,
         with: Option<usize>,
         way: (Vector2<f64>, Vector2<f64>),
@@ -175,7 +176,7 @@ impl Fleet {
             };
             let (from, until) = served.unwrap_or((end, end));
             let relative = self.relative(candidate);
-            let take = |state: &mut State, later: Later| {
+            let take = |state: &mut CostState, later: Later| {
                 state.integral += candidate.share * later.integral;
                 state.peak = state.peak.max(relative * later.cost);
                 state.costs[i] = later.cost;
@@ -198,7 +199,7 @@ impl Fleet {
         state.time = end;
     }
 
-    /// The time in which the craft, on `way` between these times, is near `candidate`, whose own way counts as straight.
+    /// The interval in which the craft, on `way` between these times, is near `candidate`.
     fn passed(
         &self,
         candidate: &Candidate,
@@ -223,8 +224,8 @@ impl Fleet {
         (at(first) + PASSED_MIN < at(last)).then(|| (at(first), at(last)))
     }
 
-    /// That the candidate is served from `time` on, s after now.
-    fn note_service(&self, state: &mut State, candidate: usize, time: f64) {
+    /// Records the service of a candidate at `time`, s after now.
+    fn note_service(&self, state: &mut CostState, candidate: usize, time: f64) {
         let bit = 1 << candidate;
         let Some(deadline) = self.candidates[candidate].deadline else {
             return;
@@ -236,26 +237,25 @@ impl Fleet {
         }
     }
 
-    /// The weight of a candidate relative to the mean weight.
+    /// Weight of a candidate relative to the mean weight.
     pub(crate) fn relative(&self, candidate: &Candidate) -> f64 {
         #[expect(clippy::cast_precision_loss, reason = "at most 16 candidates")]
         let n = self.candidates.len() as f64;
         candidate.share * n
     }
 
-    /// What a state at the end of the horizon has cost, missed deadlines apart.
-    pub(crate) fn cost(&self, state: &State) -> f64 {
+    /// Cost of a state at the horizon, without missed deadlines.
+    pub(crate) fn cost(&self, state: &CostState) -> f64 {
         self.reduced(state.integral, state.peak, self.sum(&state.costs), self.horizon)
     }
 
-    /// The same with missed deadlines. Those of AUVs that were not served count as if they were at that time.
-    pub(crate) fn value(&self, state: &State) -> f64 {
+    /// Cost with missed deadlines. AUVs not yet served count as served at that time.
+    pub(crate) fn value(&self, state: &CostState) -> f64 {
         self.cost(state) + self.penalty(state)
     }
 
-    /// By what a state is compared with others that are about as old: its costs at `time` without visits until then, and what was
-    /// missed.
-    pub(crate) fn rank(&self, state: &State, time: f64) -> f64 {
+    /// Order of states of similar times: costs at `time` without visits, and missed deadlines.
+    pub(crate) fn rank(&self, state: &CostState, time: f64) -> f64 {
         let mut later = *state;
         for (i, candidate) in self.candidates.iter().enumerate() {
             let grown = self.law.unserved(state.costs[i], (time - state.time).max(0.0));
@@ -268,13 +268,13 @@ impl Fleet {
         self.reduced(later.integral, later.peak, sum, later.time) + self.penalty(&later)
     }
 
-    fn penalty(&self, state: &State) -> f64 {
+    fn penalty(&self, state: &CostState) -> f64 {
         let (missed, late) = self.missed(state);
         self.deadline_price * (f64::from(missed.count_ones()) + late / self.horizon)
     }
 
-    /// The candidates whose deadlines were missed until the time of `state`, and by how long in all, s.
-    pub(crate) fn missed(&self, state: &State) -> (u32, f64) {
+    /// Candidates whose deadlines passed before the time of `state`, and the total delay, s.
+    pub(crate) fn missed(&self, state: &CostState) -> (u32, f64) {
         let (mut missed, mut late) = (state.missed, state.late);
         for (i, candidate) in self.candidates.iter().enumerate() {
             let deadline = candidate.deadline.filter(|_| state.pending & (1 << i) != 0);
@@ -293,7 +293,7 @@ impl Fleet {
         )
     }
 
-    /// What is minimised, of the largest relative cost and the mean.
+    /// The objective, from the largest relative cost and the mean.
     pub(crate) fn reduced_by(&self, peak: f64, mean: f64) -> f64 {
         match self.reduce {
             Reduce::Mean => mean,
@@ -306,11 +306,11 @@ impl Fleet {
         weighted.map(|(candidate, cost)| candidate.share * cost).sum()
     }
 
-    /// No schedule that goes on from `state` has a lower [`Fleet::cost`]: every candidate is served from when the craft could first
-    /// be near it, at the least range, until the end.
+    /// A lower bound on [`Fleet::cost`] of all schedules that continue `state`: every candidate is
+    /// served from the craft's first possible arrival to the end, at the least range.
     ///
-    /// All costs rise with the cost before and with the range, and are lower the earlier service begins.
-    pub(crate) fn bound(&self, state: &State) -> f64 {
+    /// Costs increase with the previous cost and with the range, and decrease with earlier service.
+    pub(crate) fn bound(&self, state: &CostState) -> f64 {
         let from = self.departure(state);
         let (mut integral, mut peak, mut costs) = (state.integral, state.peak, state.costs);
         for (i, candidate) in self.candidates.iter().enumerate() {

@@ -18,7 +18,7 @@ use super::{
     depth::depths_ahead,
     fleet::{Fleet, SchedulingParameters},
     schedule::Scheduler,
-    state::State,
+    state::CostState,
 };
 use crate::{
     facts::{
@@ -54,7 +54,7 @@ fn costs() -> [VisitCost; 3] {
     [VisitCost::Age, uncertainty, data]
 }
 
-/// A request with `n` AUVs up to `far` metres away, called `auv-0` and so on, whose costs are random.
+/// A request with `n` AUVs up to `far` metres away, `auv-0` and so on, with random costs.
 fn random(seed: u64, n: usize, far: f64) -> PlanRequest {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let auv = |i: usize, rng: &mut ChaCha8Rng| {
@@ -111,7 +111,7 @@ fn scheduled_with(request: &PlanRequest, parameters: &SchedulingParameters) -> S
     scheduled.expect("the goal visits").schedule
 }
 
-/// `request` a little later, with what was scheduled.
+/// `request` after `elapsed` s, with the schedule in its previous plan.
 fn later(request: &PlanRequest, schedule: &Schedule, elapsed: f64) -> PlanRequest {
     let mut later = request.clone();
     visits(&mut later).costs_now.clear();
@@ -135,7 +135,7 @@ fn fleet(request: &PlanRequest, horizon: f64) -> Fleet {
         panic!("the goal visits")
     };
     let members: Vec<_> = (0..snapshot.auvs.len())
-        .map(|auv| super::fleet::Member {
+        .map(|auv| super::fleet::ScheduledAuv {
             auv,
             weight: 1.0,
             cost: visits.costs_now[&snapshot.auvs[auv].id],
@@ -153,7 +153,7 @@ fn fleet(request: &PlanRequest, horizon: f64) -> Fleet {
     )
 }
 
-/// A horizon that is short enough to enumerate all sequences, whose visits may have several lengths where the cost is a variance.
+/// A horizon short enough for enumeration, as variances allow visits of several lengths.
 fn horizon(request: &PlanRequest, of_one_length: f64) -> f64 {
     match &request.goal.goal {
         Goal::Visit(Visits {
@@ -164,8 +164,13 @@ fn horizon(request: &PlanRequest, of_one_length: f64) -> f64 {
     }
 }
 
-/// The least `worth` of all sequences of visits that go on from `state`.
-fn enumerated(fleet: &Fleet, state: &State, only: Option<usize>, worth: fn(&Fleet, &State) -> f64) -> f64 {
+/// The least `worth` of all sequences of visits that continue `state`.
+fn enumerated(
+    fleet: &Fleet,
+    state: &CostState,
+    only: Option<usize>,
+    worth: fn(&Fleet, &CostState) -> f64,
+) -> f64 {
     let mut best = f64::INFINITY;
     for to in (0..fleet.candidates.len()).filter(|to| only.is_none_or(|only| only == *to)) {
         let track = &fleet.candidates[to].track;
@@ -181,8 +186,8 @@ fn enumerated(fleet: &Fleet, state: &State, only: Option<usize>, worth: fn(&Flee
             .law
             .dwells(there.costs[to], track.depth_at(arrival.time), fleet.dwell_min)
         {
-            let left = fleet.stayed(&there, to, fleet.horizon.min(arrival.time + dwell));
-            best = best.min(worth(fleet, &fleet.stayed(&left, to, fleet.horizon)));
+            let left = fleet.visited_until(&there, to, fleet.horizon.min(arrival.time + dwell));
+            best = best.min(worth(fleet, &fleet.visited_until(&left, to, fleet.horizon)));
             if left.time < fleet.horizon {
                 best = best.min(enumerated(fleet, &left, None, worth));
             }
@@ -191,8 +196,8 @@ fn enumerated(fleet: &Fleet, state: &State, only: Option<usize>, worth: fn(&Flee
     best
 }
 
-/// `request` `step` seconds later, the craft having gone straight to the AUV of its `schedule`, after a turn on the spot.
-fn sailed(request: &PlanRequest, schedule: &Schedule, step: f64) -> PlanRequest {
+/// `request` after `step` seconds of a turn on the spot and a leg to its `schedule`'s AUV.
+fn after_leg(request: &PlanRequest, schedule: &Schedule, step: f64) -> PlanRequest {
     let target = request.auv(&schedule.visits[0].auv).and_then(|auv| auv.state);
     let mut after = later(request, schedule, step);
     let way = target.expect("is there").position() - request.asc.position();

@@ -1,4 +1,4 @@
-//! Paths from segments, way-points or a circle, checked.
+//! Checked paths from segments, way-points or a circle.
 
 use std::f64::consts::TAU;
 
@@ -16,14 +16,14 @@ use crate::facts::{
 };
 
 impl Path {
-    /// A path of segments that join, each where and in which direction the one before it ends; if `closed`,
-    /// the first at the end of the last.
+    /// A path of joined segments: each begins where the previous one ends, in the same direction,
+    /// and if `closed` the first at the end of the last. A closed path of way-points alone returns
+    /// to its first point, rounded there too.
     ///
-    /// A closed path of way-points alone returns to its first point by itself, rounded there too.
-    ///
-    /// Fails with the first segment or point that is not finite, too short or too far ([`LENGTH_MIN`](super::LENGTH_MIN),
-    /// [`LENGTH_MAX`](super::LENGTH_MAX)), begins elsewhere ([`GAP_MAX`]), turns at a point ([`KINK_MAX`](super::KINK_MAX)), or has legs too short
-    /// for its `fillet_m`. Way-points without one have corners of any angle.
+    /// Fails with the first segment or point that is not finite, too short or too far
+    /// ([`LENGTH_MIN`](super::LENGTH_MIN), [`LENGTH_MAX`](super::LENGTH_MAX)), begins elsewhere
+    /// ([`GAP_MAX`]), turns at a point ([`KINK_MAX`](super::KINK_MAX)), or has legs too short for
+    /// its `fillet_m`. Without a `fillet_m`, corners may have any angle.
     pub fn from_segments(segments: &[Segment], closed: bool) -> Result<Self, InvalidPath> {
         let given = segments.iter().map(Segment::count).sum();
         require_count(format_args!("segments"), given, 1..=SEGMENTS_MAX, "segments")?;
@@ -47,9 +47,9 @@ impl Path {
         Ok(path)
     }
 
-    /// Straight legs between `points` (north, east), m, joined by fillets of `fillet_radius` metres, which may
-    /// be 0 where there is no corner; if `closed`, back to the first point, which is not repeated, with a
-    /// fillet there too. A closed path begins where the fillet at its first point ends.
+    /// Straight legs between `points` (north, east), m, joined by fillets of `fillet_radius`
+    /// metres, which may be 0 where there is no corner. If `closed`, the path returns to its first
+    /// point (not repeated), has a fillet there, and begins where that fillet ends.
     ///
     /// Fails as [`Path::from_segments`]; the corner at fault is a point of `segments/0`.
     pub fn waypoints(points: &[Vector2<f64>], fillet_radius: f64, closed: bool) -> Result<Self, InvalidPath> {
@@ -63,8 +63,8 @@ impl Path {
         Self::from_segments(&[waypoints], closed)
     }
 
-    /// A circle of `radius` metres around `centre`, turning to `side`, from its point in the direction
-    /// `bearing` of the centre on, rad.
+    /// A circle of `radius` metres to `side` around `centre`, from the `bearing`, rad, of its
+    /// start.
     ///
     /// Fails as [`Path::from_segments`].
     pub fn circle(centre: Vector2<f64>, radius: f64, side: Side, bearing: f64) -> Result<Self, InvalidPath> {
@@ -81,8 +81,7 @@ impl Path {
         Self::from_segments(&[circle], true)
     }
 
-    /// Whether its segments pass [`Path::from_segments`]: a path put together from lengths and angles, such as
-    /// a lawn-mower, may not.
+    /// Checks its segments like [`Path::from_segments`]; paths from lengths and angles may fail.
     pub fn check(&self) -> Result<(), InvalidPath> {
         Self::from_segments(&self.segments, self.closed).map(drop)
     }

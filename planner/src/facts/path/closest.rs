@@ -1,4 +1,4 @@
-//! The point of a path that is closest to a position, in closed form piece by piece.
+//! The point of a path closest to a position, in closed form for each piece.
 
 use std::ops::Range;
 
@@ -16,38 +16,37 @@ use crate::facts::{
 /// Most blocks of pieces that are searched for feet.
 const BLOCKS_LOOKED_AT: usize = 64;
 
-/// A point of a path and how good it is: the less the cost, the better.
+/// A point of a path and its cost; least is best.
 #[derive(Clone, Copy)]
-struct Candidate {
+struct Foot {
     gamma: f64,
     cost: f64,
 }
 
-impl Candidate {
+impl Foot {
     const NONE: Self = Self {
         gamma: 0.0,
         cost: f64::INFINITY,
     };
 
-    /// Keeps the first of equals.
+    /// The better one, or the first of equals.
     fn or(self, other: Self) -> Self {
         if other.cost < self.cost { other } else { self }
     }
 }
 
 impl Path {
-    /// Arc length of the point closest to `position` (north, east), m. Of equally close points, the first.
+    /// Arc length of the point closest to `position` (north, east), m; the first of equals.
     ///
-    /// Where that is an end of an open path with the position beyond it, the arc length is that of the
-    /// position's foot on the path's straight continuation.
+    /// Beyond an end of an open path: the arc length of the foot on the straight continuation.
     #[must_use]
     pub fn closest(&self, position: &Vector2<f64>) -> f64 {
         self.foot(position, self.closest_between(position, 0.0, self.length))
     }
 
-    /// Arc length of the closest point not farther than `reach` metres along the path from `gamma`: a path may
-    /// pass close to itself. Beyond the ends of an open path it looks on their straight continuations; on a
-    /// closed one the answer goes on past the seam and does not wrap.
+    /// Arc length of the closest point at most `reach` metres along the path from `gamma`, for
+    /// paths that pass close to themselves. Includes the continuations of an open path; on a closed
+    /// path the result does not wrap.
     #[must_use]
     pub fn closest_near(&self, position: &Vector2<f64>, gamma: f64, reach: f64) -> f64 {
         if self.closed {
@@ -57,7 +56,7 @@ impl Path {
             let over = (low + 2.0 * reach - self.length).max(0.0);
             let this = self.closest_between(position, low, low + 2.0 * reach - over);
             let next = self.closest_between(position, 0.0, over);
-            let next = Candidate {
+            let next = Foot {
                 gamma: next.gamma + self.length,
                 ..next
             };
@@ -72,7 +71,7 @@ impl Path {
             };
             candidate(&piece, position)
         };
-        let mut best = Candidate::NONE;
+        let mut best = Foot::NONE;
         if low < 0.0 {
             best = best.or(straight(low, high.min(0.0)));
         }
@@ -85,17 +84,17 @@ impl Path {
         best.gamma
     }
 
-    /// Arc length of the point of least `cost` (of the distance to `position`, m, and the point) among those
-    /// that are closer to `position` than their neighbours on the path; one for each line or arc at most.
-    /// Beyond the ends as [`Path::closest`]. No cost is less than its distance.
+    /// Arc length of the point of least `cost` (of distance to `position`, m, and point) among the
+    /// local minima of distance, at most one for each line or arc. No cost is less than its
+    /// distance. Beyond the ends as [`Path::closest`].
     #[must_use]
     pub(crate) fn closest_by(&self, position: &Vector2<f64>, cost: impl Fn(f64, &PathPoint) -> f64) -> f64 {
         let candidate = |piece: &Piece| match self.foot_on(piece, position) {
-            Some((gamma, distance, point)) => Candidate {
+            Some((gamma, distance, point)) => Foot {
                 gamma,
                 cost: cost(distance, &point),
             },
-            None => Candidate::NONE,
+            None => Foot::NONE,
         };
         let best = self.least(0..self.pieces.len(), position, |cost| cost, candidate);
         if best.cost < f64::INFINITY {
@@ -105,34 +104,34 @@ impl Path {
         }
     }
 
-    /// Arc lengths of the `N` closest of the points within `reach` metres of `position` that are closer to it than their neighbours
-    /// on the path. Beyond the ends as [`Path::closest`]. Of a path that winds about the position without end, only the first few
-    /// thousand pieces are looked at.
+    /// Arc lengths of the `N` closest local minima of the distance to `position` within `reach`
+    /// metres. Beyond the ends as [`Path::closest`]. If a path winds about the position, only its
+    /// first few thousand pieces are searched.
     pub(crate) fn feet<const N: usize>(
         &self,
         position: &Vector2<f64>,
         reach: f64,
     ) -> impl Iterator<Item = f64> {
-        let mut feet = [Candidate::NONE; N];
+        let mut feet = [Foot::NONE; N];
         let blocks = self.boxes.iter().zip(self.pieces.chunks(BLOCK));
         let near = blocks.filter(|(block, _)| block.distance(position) <= reach);
         for piece in near.take(BLOCKS_LOOKED_AT).flat_map(|(_, pieces)| pieces) {
             let Some((gamma, cost, _)) = self.foot_on(piece, position) else {
                 continue;
             };
-            let gamma = self.foot(position, Candidate { gamma, cost });
+            let gamma = self.foot(position, Foot { gamma, cost });
             let cost = (self.at(gamma).position - position).norm();
             let place = feet.partition_point(|foot| foot.cost <= cost);
             if cost <= reach && place < N {
                 feet[place..].rotate_right(1);
-                feet[place] = Candidate { gamma, cost };
+                feet[place] = Foot { gamma, cost };
             }
         }
         let found = feet.into_iter().filter(|foot| foot.cost < f64::INFINITY);
         found.map(|foot| foot.gamma)
     }
 
-    /// The point of a piece closest to `position`, if no neighbour on the path is closer: arc length, distance, point.
+    /// Arc length, distance and point of the local minimum on a piece, if it has one.
     fn foot_on(&self, piece: &Piece, position: &Vector2<f64>) -> Option<(f64, f64, PathPoint)> {
         let length = piece.closest(position);
         let point = piece.at(length);
@@ -140,13 +139,13 @@ impl Path {
         let along = miss.dot(&direction(point.tangent));
         let gamma = piece.from + length;
         let at_an_end = !self.closed && (gamma <= 0.0 || self.length <= gamma);
-        // At a joint that is no foot, the neighbour is closer, up to how well pieces join.
+        // At a joint that is no foot, a neighbour is closer, up to the tolerance of joints.
         let is_foot = at_an_end || along.abs() <= GAP_MAX + KINK_MAX * miss.norm();
         is_foot.then(|| (gamma, miss.norm(), point))
     }
 
     /// The closest point between two arc lengths of the first lap.
-    fn closest_between(&self, position: &Vector2<f64>, low: f64, high: f64) -> Candidate {
+    fn closest_between(&self, position: &Vector2<f64>, low: f64, high: f64) -> Foot {
         let first = self.pieces.partition_point(|piece| piece.end() < low);
         let after = self.pieces.partition_point(|piece| piece.from <= high);
         self.least(first..after, position, f64::sqrt, |piece| {
@@ -156,21 +155,21 @@ impl Path {
         })
     }
 
-    /// The first of those candidates of a range of pieces that cost least. Passes over pieces that are farther away than the
-    /// distance that the best cost stands for: of thousands of way-points it looks at tens.
+    /// The first candidate of least cost in a range of pieces. Skips pieces farther away than the
+    /// distance of the best cost: of thousands of way-points it evaluates tens.
     fn least(
         &self,
         range: Range<usize>,
         position: &Vector2<f64>,
         distance_of: impl Fn(f64) -> f64,
-        candidate: impl Fn(&Piece) -> Candidate,
-    ) -> Candidate {
+        candidate: impl Fn(&Piece) -> Foot,
+    ) -> Foot {
         let Some(all) = self.pieces.get(range.clone()).filter(|all| !all.is_empty()) else {
-            return Candidate::NONE;
+            return Foot::NONE;
         };
-        let mut best = Candidate::NONE;
+        let mut best = Foot::NONE;
         if all.len() <= BLOCK {
-            return all.iter().map(candidate).fold(best, Candidate::or);
+            return all.iter().map(candidate).fold(best, Foot::or);
         }
         let blocks = range.start / BLOCK..range.end.div_ceil(BLOCK);
         let of_block =
@@ -186,15 +185,15 @@ impl Path {
         });
         for block in blocks {
             if self.boxes[block].distance(position) <= distance_of(limit) + GAP_MAX {
-                best = of_block(block).iter().map(&candidate).fold(best, Candidate::or);
+                best = of_block(block).iter().map(&candidate).fold(best, Foot::or);
                 limit = limit.min(best.cost);
             }
         }
         best
     }
 
-    /// Goes on along an open path's continuation where the candidate is the path's end.
-    fn foot(&self, position: &Vector2<f64>, candidate: Candidate) -> f64 {
+    /// Extends an end of an open path to the foot on its continuation.
+    fn foot(&self, position: &Vector2<f64>, candidate: Foot) -> f64 {
         let gamma = candidate.gamma;
         if self.closed {
             return gamma;
@@ -215,9 +214,9 @@ impl Path {
     }
 }
 
-fn candidate(piece: &Piece, position: &Vector2<f64>) -> Candidate {
+fn candidate(piece: &Piece, position: &Vector2<f64>) -> Foot {
     let length = piece.closest(position);
-    Candidate {
+    Foot {
         gamma: piece.from + length,
         cost: (position - piece.at(length).position).norm_squared(),
     }

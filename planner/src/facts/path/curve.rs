@@ -1,4 +1,4 @@
-//! The path itself, by arc length.
+//! A path as a function of arc length.
 
 use std::f64::consts::{PI, TAU};
 
@@ -16,9 +16,9 @@ use crate::facts::{
 
 /// A path with a continuous tangent.
 ///
-/// An open path goes on straight before its beginning and after its end. A closed one goes round and round:
-/// positions repeat with its length, while the tangent angle grows on by the path's own turn each time, so
-/// that a vehicle that follows it sees no jump at the seam.
+/// An open path continues straight before its beginning and after its end. On a closed path,
+/// positions repeat after each lap while the tangent angle grows by the path's total turn, so a
+/// follower sees no jump at the seam.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Path {
     pub(super) segments: Vec<Segment>,
@@ -26,14 +26,14 @@ pub struct Path {
     pub(super) start: PathPoint,
     pub(super) end: PathPoint,
     pub(super) length: f64,
-    /// Sum of the sizes of its turns, rad.
+    /// Sum of the absolute turns, rad.
     turn: f64,
-    /// What each [`BLOCK`] of pieces lies in.
+    /// Bounding box of each [`BLOCK`] of pieces.
     pub(super) boxes: Vec<Extent>,
     pub(super) closed: bool,
 }
 
-/// Number of pieces whose [`Extent`] is kept: a search passes over them together.
+/// Number of pieces with one [`Extent`], which a search skips together.
 pub(super) const BLOCK: usize = 32;
 
 /// A box with its sides along north and east.
@@ -49,9 +49,9 @@ impl Extent {
         most: Vector2::new(f64::NEG_INFINITY, f64::NEG_INFINITY),
     };
 
-    /// Takes in a piece that ends at `end`.
+    /// Extends the box by a piece that ends at `end`.
     fn take_in(&mut self, piece: &Piece, end: &Vector2<f64>) {
-        // No point of an arc is farther from its beginning than its diameter.
+        // A point of an arc is at most a diameter from its beginning.
         let reach = if piece.curvature == 0.0 {
             0.0
         } else {
@@ -62,14 +62,14 @@ impl Extent {
         self.most = self.most.sup(&end.sup(&(piece.start + reach)));
     }
 
-    /// Distance from it to a position outside, m; 0 inside.
+    /// Distance from the box to a position outside, m; 0 inside.
     pub(super) fn distance(&self, position: &Vector2<f64>) -> f64 {
         let outside = (self.least - position).sup(&(position - self.most));
         outside.sup(&Vector2::zeros()).norm()
     }
 }
 
-/// To which side a path turns, seen in its own direction.
+/// Side of a turn, in the direction of the path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Side {
@@ -80,10 +80,10 @@ pub enum Side {
 }
 
 impl Side {
-    /// Starboard first: of two candidates that are as good, it is taken.
+    /// Starboard first: it wins between equal candidates.
     pub(crate) const BOTH: [Self; 2] = [Self::Starboard, Self::Port];
 
-    /// 1 to starboard, −1 to port, as angles count.
+    /// 1 to starboard, −1 to port.
     pub(crate) fn sign(self) -> f64 {
         match self {
             Self::Starboard => 1.0,
@@ -93,7 +93,7 @@ impl Side {
 }
 
 impl Path {
-    /// An open path of no length at `start` (north, east), m, that points along `tangent`, rad.
+    /// An open path of length 0 at `start` (north, east), m, along `tangent`, rad.
     #[must_use]
     pub fn starting_at(start: Vector2<f64>, tangent: f64) -> Self {
         let end = PathPoint {
@@ -114,7 +114,7 @@ impl Path {
         }
     }
 
-    /// Appends a line of `length` metres, positive; none where it is 0.
+    /// Appends a line of `length` metres, positive; 0 appends nothing.
     #[must_use]
     pub fn line(mut self, length: f64) -> Self {
         if length != 0.0 {
@@ -145,8 +145,7 @@ impl Path {
         self
     }
 
-    /// Lanes of `lane_length` metres, `lane_spacing` metres apart, joined by half circles; the first
-    /// turn is to starboard.
+    /// Lanes of `lane_length`, `lane_spacing` apart, m, with half circles, the first to starboard.
     #[must_use]
     pub fn lawn_mower(
         start: Vector2<f64>,
@@ -166,25 +165,25 @@ impl Path {
         })
     }
 
-    /// Length, m; of a closed path, once round.
+    /// Length, m; of one lap of a closed path.
     #[must_use]
     pub fn length(&self) -> f64 {
         self.length
     }
 
-    /// Whether the path leads from its end to its beginning again.
+    /// `true` if the path leads from its end to its beginning.
     #[must_use]
     pub fn is_closed(&self) -> bool {
         self.closed
     }
 
-    /// What it is made of: [`Path::from_segments`] makes the same path of them, to the bit.
+    /// Its segments; [`Path::from_segments`] restores the same path from them, to the bit.
     #[must_use]
     pub fn segments(&self) -> &[Segment] {
         &self.segments
     }
 
-    /// The lines and arcs along which it is sailed: those into which way-points are rounded.
+    /// Its lines and arcs, with way-points already rounded.
     pub fn lines_and_arcs(&self) -> impl Iterator<Item = Segment> {
         self.pieces.iter().map(|piece| {
             let from = piece.start.into();
@@ -219,7 +218,7 @@ impl Path {
         }
     }
 
-    /// Sum of the sizes of its turns, rad.
+    /// Sum of the absolute turns, rad.
     pub(crate) fn total_turn(&self) -> f64 {
         self.turn
     }
@@ -228,7 +227,7 @@ impl Path {
         &self.pieces
     }
 
-    /// How often a closed path was gone round before `gamma`, and how far since then.
+    /// Completed laps of a closed path before `gamma`, and the arc length since.
     pub(crate) fn lap_of(&self, gamma: f64) -> (f64, f64) {
         if self.closed {
             let laps = (gamma / self.length).floor();
@@ -244,7 +243,7 @@ impl Path {
         self.pieces[..after].last()
     }
 
-    /// Whole turns, whatever the rounding: 0 for a figure of eight.
+    /// Turn of one lap in whole turns, free of rounding: 0 for a figure of eight.
     fn turn_of_a_lap(&self) -> f64 {
         TAU * ((self.end.tangent - self.start.tangent) / TAU).round()
     }
@@ -256,7 +255,7 @@ impl Path {
         self.segments.push(segment);
     }
 
-    /// Appends a piece where it is, and carries its tangent angle on without a jump of 2π.
+    /// Appends a piece and continues the tangent angle without a jump of 2π.
     pub(super) fn append(&mut self, mut piece: Piece) {
         if !self.pieces.is_empty() {
             piece.tangent = self.end.tangent + wrap(piece.tangent - self.end.tangent);

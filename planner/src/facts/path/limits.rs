@@ -1,4 +1,4 @@
-//! What a path may be made of, and what is said of one that is not.
+//! Limits of a path's parts, and the error for violations.
 
 use std::{f64::consts::TAU, fmt};
 
@@ -10,29 +10,27 @@ use crate::facts::{
 /// Most segments of a path, every way-point counted as one.
 pub const SEGMENTS_MAX: usize = 10_000;
 
-/// Radius at which a vehicle turns of which nothing else is known, m: 1.5 m/s at 0.15 rad/s, as survey AUVs do.
+/// Radius of turn of an unknown vehicle, m: 1.5 m/s at 0.15 rad/s, as survey AUVs turn.
 pub const TURN_RADIUS: f64 = 10.0;
 
 /// Longest line or leg, and largest radius, m: the same as the largest coordinate.
 pub const LENGTH_MAX: f64 = COORDINATE_MAX;
 
-/// Shortest line or leg, and smallest radius, m: what is shorter has no direction once it was written down in
-/// millimetres.
+/// Shortest line or leg, and smallest radius, m; rounded to millimetres they keep a direction.
 pub const LENGTH_MIN: f64 = 1e-3;
 
-/// Farthest that a segment may begin from the end of the one before it, m: coordinates written down in
-/// millimetres miss by up to 0.7 mm.
+/// Largest gap between two segments, m: coordinates rounded to millimetres miss by up to 0.7 mm.
 pub const GAP_MAX: f64 = 1e-3;
 
-/// Largest change of direction between two segments, rad: a millimetre on a metre, 0.06°. A vehicle that turns
-/// at 0.3 rad/s makes it in 3 ms.
+/// Largest change of direction between two segments, rad: a millimetre on a metre, 0.06°. A vehicle
+/// that turns at 0.3 rad/s makes it in 3 ms.
 pub const KINK_MAX: f64 = 1e-3;
 
-/// Most of an arc, rad: full circle, and what rounding makes of it.
+/// Largest angle of an arc, rad: a full circle, with rounding.
 pub const ARC_ANGLE_MAX: f64 = TAU + KINK_MAX;
 
-/// Why segments make no path: the first field at fault, as slash-separated names (`segments/2/points/0/1` is
-/// the east of the first point of the third segment).
+/// The first field at fault, as slash-separated names (`segments/2/points/0/1` is the east of the
+/// first point of the third segment).
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{0}")]
 pub struct InvalidPath(pub InvalidField);

@@ -1,4 +1,4 @@
-//! Lines and arcs, and what can be said about them in closed form.
+//! Lines and arcs, in closed form.
 
 use std::f64::consts::TAU;
 
@@ -8,19 +8,19 @@ use utoipa::ToSchema;
 
 use crate::facts::angle::{angle_of, direction, sinc};
 
-/// How a vehicle sails a leg, up to the end of its turn at the point where the leg ends.
+/// A vehicle's motion on a leg, to the end of the turn at its last point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Leg {
-    /// Horizontal speed through the water, m/s, from 0.01 to 10. Default: that of the path.
+    /// Horizontal speed through the water, m/s, from 0.01 to 10. Default: the path's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speed_mps: Option<f64>,
-    /// Depth, m, positive down, to 12000. Default: what it was. A vehicle with a `dive` keeps to that.
+    /// Depth, m, positive down, to 12000. Default: unchanged. A `dive` overrides it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub depth_m: Option<f64>,
 }
 
-/// A point of a path, and how the path passes through it.
+/// A point of a path, with tangent and curvature.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathPoint {
     /// Position (north, east), m.
@@ -31,7 +31,7 @@ pub struct PathPoint {
     /// Signed curvature κ, 1/m, positive to starboard.
     #[doc(alias = "kappa")]
     pub curvature: f64,
-    /// How the leg is sailed that it is on.
+    /// Its leg.
     pub leg: Leg,
 }
 
@@ -40,15 +40,15 @@ pub struct PathPoint {
 pub(crate) struct Piece {
     /// Arc length of the path at its beginning, m.
     pub(crate) from: f64,
-    /// Where it begins (north, east), m.
+    /// Its beginning (north, east), m.
     pub(crate) start: Vector2<f64>,
-    /// Tangent angle where it begins, rad, not wrapped.
+    /// Tangent angle at its beginning, rad, not wrapped.
     pub(crate) tangent: f64,
     /// Signed curvature, 1/m, positive to starboard.
     pub(crate) curvature: f64,
     /// Its length, m.
     pub(crate) length: f64,
-    /// How it is sailed.
+    /// Its leg.
     pub(crate) leg: Leg,
 }
 
@@ -94,7 +94,7 @@ impl Piece {
         }
     }
 
-    /// What of it lies between two arc lengths of the path, `low` ≤ `high`, both inside.
+    /// The part between two arc lengths of the path, `low` ≤ `high`, both inside.
     pub(crate) fn cut(&self, low: f64, high: f64) -> Self {
         let point = self.at(low - self.from);
         Self {

@@ -1,4 +1,4 @@
-//! What paths are made of, checked: lines, arcs, and way-points with rounded corners.
+//! Checked segments of paths: lines, arcs, and way-points with rounded corners.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -26,63 +26,63 @@ use crate::facts::{
 pub enum Segment {
     /// A straight line.
     Line {
-        /// Where it begins.
+        /// Its beginning.
         from: [f64; 2],
-        /// Where it ends.
+        /// Its end.
         to: [f64; 2],
     },
     /// Part of a circle.
     Arc {
-        /// Where it begins.
+        /// Its beginning.
         from: [f64; 2],
         /// Centre of the circle.
         centre: [f64; 2],
-        /// How far it turns, rad, positive to starboard, up to a full circle.
+        /// Its turn, rad, positive to starboard, up to a full circle.
         angle_rad: f64,
     },
     /// Straight legs between points, joined by arcs that touch both legs.
     Waypoints {
-        /// Where the legs would meet. Points that repeat the one before are left out.
+        /// Points where the legs meet. Repeated points are omitted.
         points: Vec<[f64; 2]>,
-        /// Radius of every arc, m, for which all legs must have room; 0 where all points lie on one line.
+        /// Radius of every arc, m, for which all legs must have room; 0 for a straight line.
         #[serde(skip_serializing_if = "Option::is_none")]
         fillet_m: Option<f64>,
-        /// Without `fillet_m`: radius at which the vehicle turns where its legs have room, m. Default: [`TURN_RADIUS`].
+        /// Without `fillet_m`: turn radius if legs have room, m. Default: [`TURN_RADIUS`].
         #[serde(skip_serializing_if = "Option::is_none")]
         turn_radius_m: Option<f64>,
-        /// What differs from leg to leg: nothing, or one for each, the first from the first point to the second.
+        /// Differences between legs: empty, or one for each leg, beginning at the first point.
         #[serde(skip_serializing_if = "Vec::is_empty")]
         legs: Vec<Leg>,
     },
 }
 
 members! {
-    /// A segment of a path. Which members are needed depends on `kind`. Points are (north, east), m.
+    /// A segment of a path. `kind` determines the other members. Points are (north, east), m.
     SegmentMembers of Segment as "Segment",
-    /// Which segment.
+    /// Kind of segment.
     kind: SegmentKind,
-    /// `line`, `arc`: where it begins.
+    /// `line`, `arc`: beginning.
     from: Option<[f64; 2]>,
-    /// `line`: where it ends.
+    /// `line`: end.
     to: Option<[f64; 2]>,
     /// `arc`: centre of its circle.
     centre: Option<[f64; 2]>,
-    /// `arc`: how far it turns, rad, positive to starboard, up to a full circle.
+    /// `arc`: turn, rad, positive to starboard, up to a full circle.
     angle_rad: Option<f64>,
-    /// `waypoints`: where its straight legs would meet.
+    /// `waypoints`: points where the straight legs meet.
     points: Option<Vec<[f64; 2]>>,
-    /// `waypoints`: radius by which every corner is rounded, m, for which all legs must have room; 0 only where no leg
-    /// turns. Without it, corners have the `turn_radius_m`, or as much of it as their legs have room for.
+    /// `waypoints`: radius of every corner, m, for which all legs must have room; 0 only if no leg
+    /// turns. Without it, corners have the `turn_radius_m`, or the largest possible radius.
     fillet_m: Option<f64>,
-    /// `waypoints` without `fillet_m`: radius at which the vehicle turns, m. Default: that of its speed at 0.15 rad/s; with
-    /// `reports` also at 0.09 and 0.055 rad/s, whichever fits them best.
+    /// `waypoints` without `fillet_m`: the vehicle's turn radius, m. Default: its speed at 0.15
+    /// rad/s; with `reports` also at 0.09 and 0.055 rad/s, and the best fit counts.
     turn_radius_m: Option<f64>,
-    /// `waypoints`: speed and depth of every leg, the first from the first point to the second; of a closed path also of the leg back.
-    /// Empty where they do not differ.
+    /// `waypoints`: speed and depth of every leg, beginning at the first point; for a closed path
+    /// also of the leg back. Empty if they do not differ.
     legs: Vec<Leg>,
 }
 
-/// The kinds of segments.
+/// Kinds of segments.
 #[derive(Clone, Copy, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 enum SegmentKind {
@@ -90,7 +90,7 @@ enum SegmentKind {
     Line,
     /// Part of a circle: `from`, `centre`, `angle_rad`.
     Arc,
-    /// Straight legs with rounded corners: `points`; one of `fillet_m` and `turn_radius_m`, or neither.
+    /// Straight legs with rounded corners: `points`; at most one of `fillet_m` and `turn_radius_m`.
     Waypoints,
 }
 
@@ -120,7 +120,7 @@ impl<'de> Deserialize<'de> for Segment {
 }
 
 impl Segment {
-    /// How many segments it counts as: every way-point as one.
+    /// Number of segments; every way-point counts as one.
     #[must_use]
     pub fn count(&self) -> usize {
         match self {
@@ -141,7 +141,7 @@ impl Segment {
         points.iter_mut().chain(ends.into_iter().flatten())
     }
 
-    /// The piece that a line or arc is, unchecked; none of way-points.
+    /// The unchecked piece of a line or arc; `None` for way-points.
     pub(super) fn piece(&self) -> Option<Piece> {
         match self {
             Self::Line { from, to } => {
@@ -166,7 +166,7 @@ impl Segment {
         }
     }
 
-    /// What it is made of, checked; `ring` says whether way-points lead back to the first.
+    /// Its checked pieces; `ring`: way-points lead back to the first.
     pub(super) fn pieces(&self, field: &str, ring: bool) -> Result<Vec<Piece>, InvalidPath> {
         match self {
             Self::Line { from, to } => {
@@ -205,7 +205,7 @@ impl Segment {
                 points,
                 fillet_m,
                 turn_radius_m,
-                legs: sailed,
+                legs: declared,
             } => {
                 let corners = match (*fillet_m, *turn_radius_m) {
                     (Some(radius), None) => Corners::Fillets { radius },
@@ -220,7 +220,7 @@ impl Segment {
                         ));
                     }
                 };
-                return legs(points, sailed, ring, corners, field);
+                return legs(points, declared, ring, corners, field);
             }
         }
         Ok(self.piece().into_iter().collect())

@@ -1,4 +1,4 @@
-//! How fast to go along a path.
+//! Speed along a path.
 
 use crate::facts::{
     invalid_field::InvalidReason,
@@ -8,11 +8,10 @@ use crate::facts::{
 /// Fastest speed along a path, m/s: that of the fastest AUV that a snapshot accepts.
 const SPEED_MAX: f64 = 10.0;
 
-/// Slowest speed along a path, m/s: what is slower does not follow one.
+/// Slowest speed along a path, m/s; slower vehicles do not follow one.
 const SPEED_MIN: f64 = 1e-3;
 
-/// Speed along a path `U_d`(γ), m/s, over arc length γ, m: straight lines between knots, constant before the
-/// first and after the last.
+/// Speed `U_d`(γ), m/s, over arc length γ, m: piecewise linear between knots, constant outside.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpeedProfile {
     /// Arc length and speed, at least one, arc lengths increasing.
@@ -20,13 +19,13 @@ pub struct SpeedProfile {
 }
 
 impl SpeedProfile {
-    /// The same `speed` everywhere, m/s. Fails where it is not positive and finite.
+    /// The same `speed` everywhere, m/s. Fails unless positive and finite.
     pub fn constant(speed: f64) -> Result<Self, InvalidPath> {
         Self::new(vec![(0.0, speed)])
     }
 
-    /// Through `knots`: arc length, m, and speed, m/s. Fails where there is none, arc lengths do not increase
-    /// or are not finite, or a speed is not positive and finite; names the first.
+    /// From `knots` of arc length, m, and speed, m/s. Fails without knots, or with the first whose
+    /// arc length does not increase, or whose speed is not positive; both must be finite.
     pub fn new(knots: Vec<(f64, f64)>) -> Result<Self, InvalidPath> {
         if knots.is_empty() {
             let (given, least, most) = (0, 1, usize::MAX);

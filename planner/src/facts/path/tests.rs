@@ -33,7 +33,7 @@ fn zigzag() -> Path {
     Path::waypoints(&corners_of_zigzag(), 4.0, false).expect("fits")
 }
 
-/// Way-points as they stand in a plan: corners of any angle, short legs, a repeated point, straight back.
+/// Way-points of a real plan: corners of any angle, short legs, a repeated point, a reversal.
 fn turning(radius: f64, closed: bool) -> Path {
     let points = [
         (0.0, 0.0),
@@ -46,7 +46,7 @@ fn turning(radius: f64, closed: bool) -> Path {
         (45.0, 0.0),
         (45.0, 40.0),
     ];
-    route(&points, radius, closed).expect("can be sailed")
+    route(&points, radius, closed).expect("is a path")
 }
 
 fn route(points: &[(f64, f64)], radius: f64, closed: bool) -> Result<Path, InvalidPath> {
@@ -71,7 +71,7 @@ fn several() -> [Path; 6] {
     ]
 }
 
-/// Numbers in [0, 1) without a generator: the fractions of multiples of the golden ratio and of √2.
+/// Numbers in [0, 1): the fractions of multiples of the golden ratio and of √2.
 fn scattered(k: u32) -> (f64, f64) {
     let k = f64::from(k);
     ((k * 0.618_033_988_75).fract(), (k * 0.414_213_562_37).fract())
@@ -81,7 +81,7 @@ fn scattered(k: u32) -> (f64, f64) {
 fn arc_length_tangent_and_curvature_agree_with_finite_differences() {
     let h = 1e-4;
     for path in several() {
-        // Beyond both ends, which on a closed path is round again.
+        // Beyond both ends; a closed path continues its laps.
         for gamma in [-5.3, 10.1, 55.2, 70.4, 100.7, 140.9, 301.3] {
             let off_joints = |piece: &Piece| {
                 let (_, local) = path.lap_of(gamma);
@@ -105,7 +105,7 @@ fn arc_length_tangent_and_curvature_agree_with_finite_differences() {
 }
 
 #[test]
-fn the_path_and_its_tangent_have_no_jump_not_even_at_the_seam() {
+fn the_path_and_its_tangent_are_continuous_also_at_the_seam() {
     for path in several() {
         for piece in &path.pieces {
             for lap in [-2.0, 0.0, 1.0] {
@@ -121,7 +121,7 @@ fn the_path_and_its_tangent_have_no_jump_not_even_at_the_seam() {
 }
 
 #[test]
-fn a_closed_path_repeats_its_points_while_its_tangent_turns_on() {
+fn a_closed_path_repeats_its_points_while_its_tangent_keeps_growing() {
     for (path, turn) in [(square(6.0).expect("fits"), TAU), (several()[3].clone(), -TAU)] {
         for gamma in [-31.0, 0.0, 17.0, 60.0] {
             let (here, again) = (path.at(gamma), path.at(gamma + 3.0 * path.length()));
@@ -132,7 +132,7 @@ fn a_closed_path_repeats_its_points_while_its_tangent_turns_on() {
 }
 
 #[test]
-fn lanes_lie_their_spacing_apart_and_run_back_and_forth() {
+fn lanes_are_one_spacing_apart_and_alternate_in_direction() {
     let path = Path::lawn_mower(Vector2::zeros(), 0.0, 50.0, 20.0, 3);
     let second = path.at(50.0 + 10.0 * PI);
     assert!((second.position - Vector2::new(50.0, 20.0)).norm() < 1e-9);
@@ -168,7 +168,7 @@ fn a_fillet_touches_both_legs() {
 }
 
 #[test]
-fn the_closest_point_is_the_one_that_a_search_finds() {
+fn the_closest_point_agrees_with_a_search() {
     for path in several() {
         for k in 0..200 {
             let (a, b) = scattered(k);
@@ -179,7 +179,7 @@ fn the_closest_point_is_the_one_that_a_search_finds() {
             let searched = (0..20_000)
                 .map(|i| distance(f64::from(i) / 19_999.0 * path.length()))
                 .fold(f64::INFINITY, f64::min);
-            // The search stands at most half its step of 2 cm off the best point.
+            // The search misses the best point by at most half its step of 2 cm.
             assert!(
                 distance(inside) <= searched + 1e-9,
                 "{position} {gamma} {searched}"
@@ -191,7 +191,7 @@ fn the_closest_point_is_the_one_that_a_search_finds() {
 }
 
 #[test]
-fn the_closest_point_nearby_is_the_one_that_a_search_nearby_finds() {
+fn the_closest_point_nearby_agrees_with_a_search_nearby() {
     for path in several() {
         for k in 0..200 {
             let ((a, b), (c, d)) = (scattered(k), scattered(k + 1_000));
@@ -215,14 +215,14 @@ fn the_closest_point_nearby_is_the_one_that_a_search_nearby_finds() {
 }
 
 #[test]
-fn who_is_beyond_an_end_has_its_foot_on_the_continuation() {
+fn a_position_beyond_an_end_has_its_foot_on_the_continuation() {
     let path = Path::starting_at(Vector2::zeros(), 0.0).line(50.0);
     assert!((path.closest(&Vector2::new(-7.0, 2.0)) + 7.0).abs() < 1e-12);
     assert!((path.closest(&Vector2::new(58.0, -2.0)) - 58.0).abs() < 1e-12);
 }
 
 #[test]
-fn a_path_made_of_its_own_segments_is_the_same_to_the_bit() {
+fn a_path_from_its_own_segments_is_the_same_to_the_bit() {
     for path in several() {
         assert_eq!(
             Path::from_segments(path.segments(), path.is_closed()),
@@ -232,7 +232,7 @@ fn a_path_made_of_its_own_segments_is_the_same_to_the_bit() {
 }
 
 #[test]
-fn a_path_made_of_the_lines_and_arcs_that_it_is_sailed_along_is_the_same() {
+fn a_path_from_its_lines_and_arcs_is_the_same() {
     for path in several() {
         let pieces: Vec<Segment> = path.lines_and_arcs().collect();
         let again = Path::from_segments(&pieces, path.is_closed()).expect("they join");
@@ -250,7 +250,7 @@ fn refused(path: Result<Path, InvalidPath>) -> (String, InvalidReason) {
 }
 
 #[test]
-fn a_fillet_without_room_is_refused_with_the_largest_that_has() {
+fn a_fillet_without_room_is_refused_with_the_largest_possible_radius() {
     let (field, reason) = refused(square(15.1));
     // Two right angles on the leg of 30 m: 15 m each.
     let InvalidReason::Fillet { given, most } = reason else {
@@ -292,13 +292,13 @@ fn segments_that_do_not_join_are_refused_with_the_size_of_the_gap_or_kink() {
     let (field, reason) = refused(Path::from_segments(std::slice::from_ref(&first), true));
     assert_eq!(field, "segments/0");
     assert!(matches!(reason, InvalidReason::Gap { given: 10.0, .. }));
-    // What is rounded to millimetres joins.
+    // Coordinates rounded to millimetres join.
     let rounded = [first, line([10.0, 0.0004], [20.0, 0.0])];
     assert!(Path::from_segments(&rounded, false).is_ok());
 }
 
 #[test]
-fn strange_numbers_are_refused_by_name() {
+fn invalid_numbers_are_refused_by_name() {
     let origin = Vector2::zeros();
     for strange in [f64::NAN, f64::INFINITY, -f64::INFINITY, 1.1e6] {
         for (segment, at_fault) in [
@@ -355,9 +355,9 @@ fn strange_numbers_are_refused_by_name() {
 }
 
 #[test]
-fn corners_get_their_radius_or_what_their_legs_have_room_for() {
+fn corners_get_their_radius_or_the_largest_that_fits_their_legs() {
     let radii = |points: &[(f64, f64)], closed: bool| -> Vec<f64> {
-        let path = route(points, 10.0, closed).expect("can be sailed");
+        let path = route(points, 10.0, closed).expect("is a path");
         let arcs = path.pieces.iter().filter(|piece| piece.curvature != 0.0);
         arcs.map(|piece| 1.0 / piece.curvature.abs()).collect()
     };
@@ -368,14 +368,14 @@ fn corners_get_their_radius_or_what_their_legs_have_room_for() {
         }
     };
     near(&radii(&[(0.0, 0.0), (50.0, 0.0), (50.0, 50.0)], false), &[10.0]);
-    // Lanes 4 m apart: right angles share the 4 m, and make the half circle that a lawn-mower has.
+    // Lanes 4 m apart: two right angles share the 4 m and make a lawn-mower's half circle.
     near(
         &radii(&[(0.0, 0.0), (50.0, 0.0), (50.0, 4.0), (0.0, 4.0)], false),
         &[2.0; 2],
     );
-    // A quarter turn takes 1 m of a leg of 1 m, the other leg is long.
+    // A quarter turn takes 1 m of a leg of 1 m; the other leg is long.
     near(&radii(&[(0.0, 0.0), (50.0, 0.0), (50.0, 1.0)], false), &[1.0]);
-    // Points that repeat each other are one, also the last of a ring that repeats the first.
+    // Repeated points are merged, also the last of a ring that repeats the first.
     let square = [
         (0.0, 0.0),
         (50.0, 0.0),
@@ -388,34 +388,34 @@ fn corners_get_their_radius_or_what_their_legs_have_room_for() {
 }
 
 #[test]
-fn a_vehicle_that_is_to_go_straight_back_makes_a_loop_at_the_point() {
-    let path = route(&[(0.0, 0.0), (50.0, 0.0), (0.0, 0.0)], 6.0, false).expect("can be sailed");
-    // 60° away, 300° round, 60° away.
+fn a_reversal_at_a_way_point_is_a_loop() {
+    let path = route(&[(0.0, 0.0), (50.0, 0.0), (0.0, 0.0)], 6.0, false).expect("is a path");
+    // 60° away, a turn of 300°, 60° away.
     let expected = 100.0 + 6.0 * 7.0 * PI / 3.0;
     assert!((path.length() - expected).abs() < 1e-9);
     let (there, back) = (path.at(50.0), path.at(path.length() - 50.0));
     assert!((there.position - back.position).norm() < 1e-9);
     assert!((back.tangent - there.tangent - PI).abs() < 1e-9);
     // To and fro for ever.
-    let ring = route(&[(0.0, 0.0), (50.0, 0.0)], 6.0, true).expect("can be sailed");
+    let ring = route(&[(0.0, 0.0), (50.0, 0.0)], 6.0, true).expect("is a path");
     assert!((ring.length() - 2.0 * expected + 100.0).abs() < 1e-9);
 }
 
 #[test]
-fn any_ten_thousand_points_can_be_sailed_and_searched() {
+fn any_ten_thousand_points_make_a_searchable_path() {
     let points: Vec<(f64, f64)> = (0..10_000)
         .map(|k| {
             let (a, b) = scattered(k / 2);
             (400.0 * a, 400.0 * b + f64::from(k % 2) * a)
         })
         .collect();
-    let path = route(&points, 5.0, false).expect("can be sailed");
+    let path = route(&points, 5.0, false).expect("is a path");
     for pair in path.pieces.windows(2) {
         let end = pair[0].at(pair[0].length);
         assert!((end.position - pair[1].start).norm() < 1e-6);
         assert!(wrap(end.tangent - pair[1].tangent).abs() < 1e-9);
     }
-    // What is passed over changes nothing.
+    // The skipped blocks change nothing.
     for k in 0..20 {
         let (a, b) = scattered(k + 77);
         let position = Vector2::new(500.0 * a - 50.0, 500.0 * b - 50.0);
@@ -432,7 +432,7 @@ fn any_ten_thousand_points_can_be_sailed_and_searched() {
 }
 
 #[test]
-fn points_that_are_all_at_one_place_are_refused() {
+fn way_points_at_one_place_are_refused() {
     let (field, reason) = refused(route(&[(5.0, 0.0), (5.0, 0.05), (5.0, 0.0)], 5.0, false));
     assert_eq!(field, "segments/0/points");
     assert!(matches!(reason, InvalidReason::OnePlace { .. }));
@@ -469,7 +469,7 @@ fn a_speed_profile_is_straight_between_its_knots_and_constant_outside() {
 }
 
 #[test]
-fn legs_keep_their_speeds_and_depths_where_points_repeat_and_back_to_the_first() {
+fn legs_keep_their_speeds_and_depths_at_repeated_points_and_back_to_the_first() {
     let leg = |speed: f64| Leg {
         speed_mps: Some(speed),
         depth_m: Some(10.0 * speed),
@@ -483,8 +483,8 @@ fn legs_keep_their_speeds_and_depths_where_points_repeat_and_back_to_the_first()
         };
         Path::from_segments(&[waypoints], closed)
     };
-    let open = path(vec![leg(1.0), leg(2.0), leg(3.0)], false).expect("can be sailed");
-    let ring = path(vec![leg(1.0), leg(2.0), leg(3.0), leg(4.0)], true).expect("can be sailed");
+    let open = path(vec![leg(1.0), leg(2.0), leg(3.0)], false).expect("is a path");
+    let ring = path(vec![leg(1.0), leg(2.0), leg(3.0), leg(4.0)], true).expect("is a path");
     let middles = [([50.0, 0.0], 1.0), ([100.0, 50.0], 3.0), ([50.0, 50.0], 4.0)];
     for (path, middles) in [(&open, &middles[..2]), (&ring, &middles[..])] {
         for (place, speed) in middles {

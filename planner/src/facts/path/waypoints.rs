@@ -1,7 +1,8 @@
-//! Way-points: straight legs, and corners that a vehicle can sail.
+//! Way-points: straight legs, and corners that a vehicle can follow.
 //!
-//! A corner is an arc that touches both legs. At the tangent length t from the way-point its radius is t / tan(|θ| / 2), θ the
-//! turn. Where the legs turn back, no such arc comes near the way-point: there the vehicle makes a loop of three arcs.
+//! A corner is an arc that touches both legs. With tangent length t from the way-point and turn θ
+//! its radius is t / tan(|θ| / 2). Where the legs reverse, no such arc comes near the way-point;
+//! the vehicle makes a loop of three arcs.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -20,40 +21,40 @@ use crate::facts::{
     ranges::LEG,
 };
 
-/// Shorter than this, a piece between or inside fillets is nothing but rounding, m.
+/// Shorter pieces between or inside fillets are rounding, m.
 const LENGTH_OF_ROUNDING: f64 = 1e-9;
 
-/// Nearer than this to the way-point before it, one whose corner may have any radius repeats it, m: a tenth of what
-/// underwater vehicles know of their position, and more than plans in degrees are rounded by.
+/// Largest distance, m, at which a way-point without a prescribed radius repeats the previous one:
+/// a tenth of underwater vehicles' position error, and more than the rounding of degrees.
 pub const REPEATED_WITHIN: f64 = 0.1;
 
-/// Sharper than this a corner is turned by a loop, rad: an arc would pass the way-point at three times its radius.
+/// Least turn of a corner that becomes a loop, rad; its arc would pass at three times its radius.
 pub const LOOP_FROM: f64 = PI * 5.0 / 6.0;
 
-/// How corners are rounded.
+/// Rounding of corners.
 #[derive(Clone, Copy)]
 pub(super) enum Corners {
-    /// All by one radius, m, for which the legs must have room; 0 where there is no corner.
+    /// One radius for all, m, for which the legs must have room; 0 if there is no corner.
     Fillets { radius: f64 },
-    /// By this radius, m, or as much of it as the legs have room for.
+    /// This radius, m, or the largest for which the legs have room.
     Turns { radius: f64 },
 }
 
-/// Legs between `points`, `ring` from the last to the first too, and their corners, `sailed` each as it says where that is not empty.
-/// Points that repeat the one before are left out.
+/// Legs and corners between `points`, and back to the first if `ring`. `declared` describes each
+/// leg, or is empty. Repeated points are omitted.
 pub(super) fn legs(
     points: &[[f64; 2]],
-    sailed: &[Leg],
+    declared: &[Leg],
     ring: bool,
     corners: Corners,
     field: &str,
 ) -> Result<Vec<Piece>, InvalidPath> {
     let legs = Legs::new(points, ring, corners, field)?;
-    if !sailed.is_empty() {
+    if !declared.is_empty() {
         let n = points.len() - usize::from(!ring);
-        require_count(format_args!("{field}/legs"), sailed.len(), n..=n, "legs")?;
+        require_count(format_args!("{field}/legs"), declared.len(), n..=n, "legs")?;
     }
-    for (k, leg) in sailed.iter().enumerate() {
+    for (k, leg) in declared.iter().enumerate() {
         let given = [leg.speed_mps, leg.depth_m];
         for ((name, range), value) in LEG.iter().zip(given) {
             let (least, most) = range.clone().into_inner();
@@ -77,27 +78,27 @@ pub(super) fn legs(
             legs.turns(radius)
         }
     };
-    Ok(legs.pieces(&corners, sailed))
+    Ok(legs.pieces(&corners, declared))
 }
 
 /// Straight legs between points.
 struct Legs {
     points: Vec<Vector2<f64>>,
-    /// Where each point was given.
+    /// Index of each point in the given list.
     given_at: Vec<usize>,
-    /// Each leg's direction, rad. The k-th begins at the k-th point.
+    /// Direction of each leg, rad. The k-th leg begins at the k-th point.
     tangents: Vec<f64>,
     /// Change of direction at each point, rad, positive to starboard; 0 at the ends.
     turns: Vec<f64>,
-    /// Whether there is a leg from the last point to the first.
+    /// `true` if a leg leads from the last point to the first.
     ring: bool,
 }
 
-/// How a vehicle turns at a way-point.
+/// The turn of a vehicle at a way-point.
 #[derive(Clone, Copy, Default)]
 struct Corner {
     radius: f64,
-    /// What it takes of both legs, m.
+    /// Length that it takes of both legs, m.
     tangent_length: f64,
     /// Rad, positive to starboard.
     turn: f64,
@@ -204,7 +205,7 @@ impl Legs {
         Ok(self.turns.iter().zip(tangent_lengths).map(corner).collect())
     }
 
-    /// Both fillets of every leg must fit on it. Names the sharper corner of the leg that has the least room.
+    /// Checks that both fillets of every leg fit. Names the sharper corner of the tightest leg.
     fn check_room(&self, tangent_lengths: &[f64], radius: f64, field: &str) -> Result<(), InvalidPath> {
         let end = |leg: usize| (leg + 1) % self.points.len();
         let room = |leg: usize| self.length(leg) / (tangent_lengths[leg] + tangent_lengths[end(leg)]);
@@ -212,7 +213,7 @@ impl Legs {
         let Some((leg, most)) = tightest.min_by(|(_, a), (_, b)| a.total_cmp(b)) else {
             return Ok(());
         };
-        // A polygon whose fillets use up its legs is all right, whatever the rounding.
+        // A polygon whose fillets use up its legs is valid, up to rounding.
         if radius <= most * (1.0 + LENGTH_OF_ROUNDING) {
             return Ok(());
         }
@@ -228,7 +229,7 @@ impl Legs {
         ))
     }
 
-    /// Arcs of `radius`; where those at both ends of a leg do not fit on it, both take their share of it.
+    /// Arcs of `radius`, or of a shared fraction where those at both ends of a leg do not fit.
     fn turns(&self, radius: f64) -> Vec<Corner> {
         let n = self.points.len();
         let wanted = |point: usize| {
@@ -238,7 +239,7 @@ impl Legs {
             }
             let shorter = self.length(point).min(self.length(self.before(point)));
             if LOOP_FROM < turn.abs() {
-                // Straight back, rounding must not choose the side.
+                // In a reversal, rounding must not choose the side.
                 let back = PI - KINK_MAX < turn.abs();
                 return Corner {
                     radius: radius.min(0.5 * shorter),
@@ -267,7 +268,7 @@ impl Legs {
         corners
     }
 
-    fn pieces(&self, corners: &[Corner], sailed: &[Leg]) -> Vec<Piece> {
+    fn pieces(&self, corners: &[Corner], declared: &[Leg]) -> Vec<Piece> {
         let mut pieces = Vec::with_capacity(2 * self.n());
         for leg in 0..self.n() {
             let first = pieces.len();
@@ -286,22 +287,23 @@ impl Legs {
                 let start = end - direction(tangent) * after;
                 pieces.push(Piece::arc(start, tangent, corner.radius, corner.turn));
             }
-            // The leg that was given last of those that end at this point.
-            let n_given = sailed.len().max(1);
+            // The last given leg of those that end at this point.
+            let n_given = declared.len().max(1);
             let given = (self.given_at[(leg + 1) % self.points.len()] + n_given - 1) % n_given;
             for piece in &mut pieces[first..] {
-                piece.leg = sailed.get(given).copied().unwrap_or_default();
+                piece.leg = declared.get(given).copied().unwrap_or_default();
             }
         }
         pieces
     }
 }
 
-/// Three arcs from a point back to it, by which a vehicle that comes along `tangent` turns by `turn`: away from the turn by φ,
-/// round by |θ| + 2 φ, and away by φ again.
+/// Three arcs from a point back to it, by which a vehicle on `tangent` turns by `turn`: by φ away
+/// from the turn, by |θ| + 2 φ into it, and by φ away again.
 ///
 /// ```text
-/// centres, for r = 1, θ > 0 and ψ = 0:  C₁ = (0, −1)    C₂ = (cos θ/2 + √(4 − sin² θ/2)) [sin θ/2, −cos θ/2]
+/// centres, for r = 1, θ > 0 and ψ = 0:  C₁ = (0, −1),
+///     C₂ = (cos θ/2 + √(4 − sin² θ/2)) [sin θ/2, −cos θ/2]
 /// φ = π/2 − angle of C₂ − C₁
 /// ```
 fn looped(point: Vector2<f64>, tangent: f64, radius: f64, turn: f64) -> [Piece; 3] {

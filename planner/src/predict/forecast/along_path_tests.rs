@@ -38,7 +38,7 @@ impl Follower {
     }
 }
 
-/// An AUV that goes along `path` at `gamma` with an offset to starboard.
+/// An AUV that follows `path` from `gamma` with an offset to starboard.
 fn follower(path: Path, gamma: f64, offset: f64) -> Follower {
     let point = path.at(gamma);
     Follower {
@@ -66,7 +66,7 @@ fn forecast(auv: &Follower, current: Vector2<f64>) -> AuvForecast {
 }
 
 #[test]
-fn in_still_water_the_arc_length_grows_by_speed_times_time() {
+fn in_still_water_the_arc_length_is_speed_times_time() {
     for gamma in [5.0, 45.0, 60.0, 130.0] {
         let mut auv = follower(mower(), gamma, 0.0);
         auv.state.age_s = 3.0;
@@ -79,7 +79,7 @@ fn in_still_water_the_arc_length_grows_by_speed_times_time() {
 }
 
 #[test]
-fn position_and_velocity_agree_whatever_the_current_and_the_offset() {
+fn position_and_velocity_agree_for_any_current_and_offset() {
     for current in [
         STILL,
         Vector2::new(0.05, 0.1),
@@ -94,7 +94,7 @@ fn position_and_velocity_agree_whatever_the_current_and_the_offset() {
                 let ahead = f64::from(k) * 0.77;
                 let (before, after) = (forecast.at(ahead - h), forecast.at(ahead + h));
                 let slope = (after.position - before.position) / (2.0 * h);
-                // Within h of a joint the curvature, and with it the foot's speed, may jump.
+                // At a joint the curvature, and with it the foot's speed, may jump.
                 let jump = (after.velocity - before.velocity).norm();
                 assert!(
                     (slope - forecast.at(ahead).velocity).norm() < 1e-6 + jump,
@@ -106,7 +106,7 @@ fn position_and_velocity_agree_whatever_the_current_and_the_offset() {
 }
 
 #[test]
-fn the_speed_over_ground_closes_the_triangle_of_velocities() {
+fn the_speed_over_ground_satisfies_the_velocity_triangle() {
     for current in [
         Vector2::new(0.0, 0.12),
         Vector2::new(0.07, -0.1),
@@ -115,7 +115,7 @@ fn the_speed_over_ground_closes_the_triangle_of_velocities() {
         for gamma in [10.0, 60.0, 70.0, 100.0] {
             let auv = follower(mower(), gamma, 0.0);
             let ground = forecast(&auv, current).at(0.0).velocity;
-            // Through the water it goes as fast as ever, and over ground along the path.
+            // Through the water it keeps its speed, and over ground it moves along the path.
             assert!(((ground - current).norm() - U_H).abs() < 1e-12);
             assert!((angle_of(&ground) - crate::facts::angle::wrap(mower().at(gamma).tangent)).abs() < 1e-9);
         }
@@ -123,11 +123,11 @@ fn the_speed_over_ground_closes_the_triangle_of_velocities() {
 }
 
 #[test]
-fn a_current_that_is_faster_than_the_vehicle_leaves_what_is_along_the_path() {
+fn a_current_faster_than_the_vehicle_leaves_its_part_along_the_path() {
     let auv = follower(mower(), 10.0, 0.0);
     let velocity = forecast(&auv, Vector2::new(0.1, 0.5)).at(5.0).velocity;
     assert!((velocity - Vector2::new(0.1, 0.0)).norm() < 1e-12);
-    // Dead ahead and faster, it carries the vehicle back out of the path's beginning.
+    // An opposite, faster current carries it backwards beyond the path's beginning.
     let mut carried = auv;
     carried.state.course_rad = (Course::new(PI)).radians();
     let current = Vector2::new(-0.3, 0.0);
@@ -137,7 +137,7 @@ fn a_current_that_is_faster_than_the_vehicle_leaves_what_is_along_the_path() {
 }
 
 #[test]
-fn in_a_current_a_turn_takes_as_long_as_small_steps_say() {
+fn the_duration_of_a_turn_in_a_current_agrees_with_small_steps() {
     let (current, gamma, offset) = (Vector2::new(0.04, 0.09), 47.0, 1.2);
     let auv = follower(mower(), gamma, offset);
     let forecast = forecast(&auv, current);
@@ -164,7 +164,7 @@ fn in_a_current_a_turn_takes_as_long_as_small_steps_say() {
 }
 
 #[test]
-fn the_offset_is_kept_round_the_turn() {
+fn the_offset_is_kept_in_a_turn() {
     for offset in [-3.0, 1.0, 4.0] {
         let auv = follower(mower(), 48.0, offset);
         let forecast = forecast(&auv, Vector2::new(0.03, 0.05));
@@ -179,23 +179,23 @@ fn the_offset_is_kept_round_the_turn() {
 }
 
 #[test]
-fn an_offset_that_grows_or_shrinks_goes_on_to_and_then_stays() {
+fn a_changing_offset_settles() {
     for (offset, course) in [(0.0, 0.3), (-2.0, 0.4), (3.0, -0.6), (1.0, 0.0)] {
         let mut auv = follower(mower(), 5.0, offset);
         auv.state.course_rad = (Course::new(course)).radians();
         let forecast = forecast(&auv, STILL);
-        // As it is seen to at first,
+        // At first as observed,
         assert!((forecast.at(0.0).velocity.y - U_H * course.sin()).abs() < 1e-12);
         let (near, far) = (forecast.at(80.0).position.y, forecast.at(160.0).position.y);
-        // and by no more than the way in which a follower turns in.
+        // and by no more than a follower's approach.
         assert!((near - far).abs() < 1e-3, "{offset} m: {near}, {far}");
         assert!((near - offset).abs() < 2.0 && (near - offset) * course >= 0.0);
     }
 }
 
 #[test]
-fn the_course_tells_which_of_two_close_lanes_a_vehicle_is_on() {
-    // Lanes 6 m apart; a fix that is nearer to the neighbour by 0.4 m.
+fn the_course_distinguishes_two_close_lanes() {
+    // Lanes 6 m apart; a fix 0.4 m nearer to the neighbour.
     let path = Path::lawn_mower(Vector2::zeros(), 0.0, 50.0, 6.0, 4);
     let position = Vector2::new(25.0, 3.2);
     for (course, sign) in [(0.05, 1.0), (PI - 0.05, -1.0)] {
@@ -203,20 +203,20 @@ fn the_course_tells_which_of_two_close_lanes_a_vehicle_is_on() {
         [auv.state.north_m, auv.state.east_m] = position.into();
         auv.state.course_rad = course;
         let moved = forecast(&auv, STILL).at(30.0).position - position;
-        // Abeam, the course of 0.05 rad off the lane goes on for a metre or two.
+        // Abeam, the course of 0.05 rad continues for a metre or two.
         assert!((moved.x - sign * U_H * 30.0).abs() < 1e-9 && moved.y.abs() < 0.1);
     }
 }
 
 #[test]
-fn a_closed_path_is_gone_round_for_ever() {
+fn a_closed_path_is_followed_for_ever() {
     let circle = Path::circle(Vector2::new(1.0, 2.0), 10.0, Side::Port, 0.0).expect("is one");
     let current = Vector2::new(0.06, -0.02);
     for (current, period) in [(STILL, 20.0 * PI / U_H), (current, f64::NAN)] {
         let forecast = forecast(&follower(circle.clone(), 58.0, 0.5), current);
         for ahead in [0.0, 40.0, 5_000.0] {
             let radius = (forecast.at(ahead).position - Vector2::new(1.0, 2.0)).norm();
-            // Port side is the centre's: starboard is outside.
+            // The centre is to port, so starboard is outside.
             assert!((radius - 10.5).abs() < 1e-9);
             if period.is_finite() {
                 let again = forecast.at(ahead + 10.5 / 10.0 * period).position;
@@ -227,7 +227,7 @@ fn a_closed_path_is_gone_round_for_ever() {
 }
 
 #[test]
-fn a_vehicle_without_a_path_or_off_it_or_at_rest_is_forecast_from_its_motion() {
+fn a_vehicle_without_a_path_or_off_it_or_at_rest_is_forecast_by_motion() {
     let choice = Forecast::Path;
     let on_path = follower(mower(), 10.0, 0.0);
     assert_eq!(
@@ -246,7 +246,7 @@ fn a_vehicle_without_a_path_or_off_it_or_at_rest_is_forecast_from_its_motion() {
 }
 
 #[test]
-fn a_path_that_winds_without_end_is_forecast_with_finite_numbers() {
+fn an_endlessly_winding_path_gives_finite_forecasts() {
     let mut path = Path::starting_at(Vector2::zeros(), 0.0);
     for k in 0..128 {
         let side = if k % 2 == 0 { Side::Port } else { Side::Starboard };

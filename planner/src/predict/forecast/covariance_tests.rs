@@ -17,13 +17,13 @@ use crate::{
 
 const U_H: f64 = 0.193;
 
-/// Samples of a Monte Carlo: a variance is then known to 2 % (one standard deviation 1 %).
+/// Monte Carlo samples: one standard deviation of a variance is then 1 %.
 const SAMPLES: usize = 20_000;
 
 /// Four standard deviations of a sampled variance.
 const SAMPLED: f64 = 0.04;
 
-/// Spectral density of the acceleration, m²/s³, a second time.
+/// Spectral density of the acceleration, m²/s³, stated independently.
 const Q: f64 = 6.0e-5;
 
 fn auv(turn_rate: f64, path: Option<Path>) -> Known {
@@ -40,7 +40,7 @@ fn auv(turn_rate: f64, path: Option<Path>) -> Known {
     }
 }
 
-/// The same vehicle, known so well.
+/// The same vehicle with this covariance.
 fn with_covariance(mut auv: Known, covariance: Matrix4<f64>) -> Known {
     auv.state.covariance = Some(covariance.transpose().into());
     auv
@@ -50,7 +50,7 @@ fn forecast(auv: &Known, model: ForecastModel) -> AuvForecast {
     auv.forecast(Forecast::from(model), &Vector2::zeros())
 }
 
-/// A covariance without any symmetry, as a filter that has seen a course better than a speed leaves it.
+/// A covariance without symmetries, as from a filter that knows the course better than the speed.
 fn filtered() -> Matrix4<f64> {
     let root = Matrix4::new(
         1.2, 0.0, 0.0, 0.0, //
@@ -74,8 +74,8 @@ fn covariance(samples: impl Iterator<Item = Vector2<f64>>) -> Matrix2<f64> {
     sum / n
 }
 
-/// Errors of vehicles that accelerate at random, from states that are wrong as `filtered` says. The forecast's own
-/// rate of turn makes the true velocity turn too, as long as nothing else happens.
+/// Errors of randomly accelerating vehicles with initial errors as in `filtered`. The true velocity
+/// turns with the forecast's rate of turn.
 fn unforeseen_variance(turn_rate: f64, seconds: u32) -> Matrix2<f64> {
     let mut rng = ChaCha8Rng::seed_from_u64(7);
     let root = filtered().cholesky().expect("is positive definite").l();
@@ -97,7 +97,7 @@ fn unforeseen_variance(turn_rate: f64, seconds: u32) -> Matrix2<f64> {
 }
 
 #[test]
-fn the_covariance_of_a_straight_course_is_that_of_many_vehicles_that_stray() {
+fn the_covariance_of_a_straight_course_agrees_with_simulated_vehicles() {
     for (model, seconds) in [
         (ForecastModel::ConstantVelocity, 20),
         (ForecastModel::ConstantVelocity, 78),
@@ -114,7 +114,7 @@ fn the_covariance_of_a_straight_course_is_that_of_many_vehicles_that_stray() {
 }
 
 #[test]
-fn the_covariance_of_a_turn_is_an_upper_bound_and_a_near_one_up_to_a_quarter_turn() {
+fn the_covariance_of_a_turn_is_an_upper_bound_tight_to_a_quarter_turn() {
     for turned in [0.2, 1.5, 4.0] {
         let seconds = 60;
         let turn_rate = turned / f64::from(seconds);
@@ -133,8 +133,8 @@ fn the_covariance_of_a_turn_is_an_upper_bound_and_a_near_one_up_to_a_quarter_tur
 }
 
 #[test]
-fn the_covariance_on_a_path_is_that_of_many_followers() {
-    // Out of a lane, round an arc and along: followers that know their speed to a tenth and take up offsets of 0.7 m.
+fn the_covariance_on_a_path_agrees_with_simulated_followers() {
+    // From a lane through an arc: followers with a speed error of a tenth and offsets of 0.7 m.
     let path = Path::starting_at(Vector2::zeros(), 0.4)
         .line(3.0)
         .arc(Side::Starboard, 100.0, 0.3);
@@ -166,9 +166,9 @@ fn the_covariance_on_a_path_is_that_of_many_followers() {
 }
 
 #[test]
-fn waiting_never_tells_where_a_vehicle_is() {
+fn waiting_never_reduces_the_covariance() {
     let mut shrinking = filtered();
-    // A vehicle too far ahead is too slow: exact without accelerations, and an estimate that no filter trusts.
+    // A vehicle too far ahead is too slow, which is exact without accelerations.
     let opposed = -0.9 * (filtered()[(0, 0)] * filtered()[(2, 2)]).sqrt();
     (shrinking[(0, 2)], shrinking[(2, 0)]) = (opposed, opposed);
     let mower = Path::lawn_mower(Vector2::zeros(), 0.4, 50.0, 20.0, 4);
@@ -198,7 +198,7 @@ fn waiting_never_tells_where_a_vehicle_is() {
 }
 
 #[test]
-fn across_a_path_the_covariance_is_bounded_and_along_it_is_not() {
+fn the_covariance_is_bounded_across_a_path_and_not_along_it() {
     let straight = Path::starting_at(Vector2::new(3.0, -4.0), 0.4).line(1e5);
     let forecast = forecast(&auv(0.0, Some(straight)), ForecastModel::Path);
     let ned_from_path = ned_from_body(0.4);
@@ -208,7 +208,7 @@ fn across_a_path_the_covariance_is_bounded_and_along_it_is_not() {
 }
 
 #[test]
-fn the_covariance_of_an_older_report_is_that_after_waiting() {
+fn the_covariance_of_an_older_report_is_that_of_waiting() {
     let fresh = forecast(&auv(0.02, None), ForecastModel::ConstantTurn);
     let mut old = auv(0.02, None);
     old.state.age_s = 30.0;
@@ -217,8 +217,8 @@ fn the_covariance_of_an_older_report_is_that_after_waiting() {
 }
 
 #[test]
-fn the_covariance_of_a_faster_vehicle_is_that_of_a_slow_one_whose_time_goes_faster() {
-    // On the same lanes, what a vehicle of 5 · 0.193 m/s does in 10 s is what one of 0.193 m/s does in 50 s.
+fn the_covariance_of_a_fast_vehicle_is_that_of_a_slow_one_with_scaled_time() {
+    // On equal lanes, a vehicle of 5 · 0.193 m/s does in 10 s what one of 0.193 m/s does in 50 s.
     let known = with_covariance(auv(0.0, None), Matrix4::identity() * 1e-12);
     let slow = forecast(&known, ForecastModel::ConstantVelocity);
     let mut fast = known;
@@ -226,9 +226,9 @@ fn the_covariance_of_a_faster_vehicle_is_that_of_a_slow_one_whose_time_goes_fast
     fast.state.covariance = Some((Matrix4::identity() * 1e-12).transpose().into());
     let fast = forecast(&fast, ForecastModel::ConstantVelocity);
     let ratio = fast.position_variance(10.0) / slow.position_variance(50.0);
-    // q t³: 5³ times the density, 5⁻³ of the time cubed. The slow one's speed is 0.19302 m/s.
+    // q t³: 5³ times the density, 5⁻³ of the time cubed. The slow speed is 0.19302 m/s.
     assert!((ratio - 1.0).abs() < 1e-2, "{ratio}");
-    // It cannot be farther off than the other way round, however long it was not heard of.
+    // The error is at most that of the opposite course, for any silence.
     let longest = fast.position_variance(3000.0).sqrt();
     assert!(longest < 2.0 * 5.0 * 0.193 * 3000.0, "{longest} m");
 }

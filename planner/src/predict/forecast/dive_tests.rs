@@ -9,7 +9,7 @@ use crate::facts::{
     path::curve::Path,
 };
 
-/// The body's speed of the vehicles at hand, m/s.
+/// Speed along the body of known vehicles, m/s.
 const U_D: f64 = 0.3;
 
 const STILL: Vector2<f64> = Vector2::new(0.0, 0.0);
@@ -24,7 +24,7 @@ fn sawtooth(descending: Option<bool>) -> Dive {
     }
 }
 
-/// A vehicle on a straight path due north that dives in `dive` and is at `depth`.
+/// A vehicle on a straight path due north that dives in `dive`, now at `depth`.
 fn auv(dive: Dive, depth: f64) -> Known {
     let u_h = U_D * dive.pitch_rad.cos();
     Known {
@@ -47,15 +47,15 @@ fn times() -> impl Iterator<Item = f64> {
 }
 
 #[test]
-fn over_ground_and_down_it_is_never_faster_nor_slower_than_its_body() {
-    // Second route: slopes by finite differences must be the two legs of a triangle whose third is the speed.
+fn horizontal_and_vertical_speed_combine_to_the_body_s_speed() {
+    // Second route: finite differences are two legs of a triangle whose third is the speed.
     for (depth, descending) in [(10.0, true), (10.0, false), (23.1, true), (0.9, true)] {
         let forecast = forecast(&auv(sawtooth(Some(descending)), depth));
         let h = 1e-4;
         for t in times().skip(1) {
             let sink = (forecast.depth_at(t + h) - forecast.depth_at(t - h)) / (2.0 * h);
             let along = (forecast.at(t + h).position.x - forecast.at(t - h).position.x) / (2.0 * h);
-            // Curvature of the depth times h, where a reversal begins.
+            // Curvature of the depth times h at the beginning of a reversal.
             assert!((sink.hypot(along) - U_D).abs() < 1e-4, "{t} s: {sink}, {along}");
             assert!((forecast.at(t).velocity.x - along).abs() < 1e-4, "{t} s");
         }
@@ -63,19 +63,19 @@ fn over_ground_and_down_it_is_never_faster_nor_slower_than_its_body() {
 }
 
 #[test]
-fn it_begins_where_and_as_it_was_reported_and_repeats_after_a_cycle() {
+fn a_dive_begins_as_reported_and_repeats_after_a_cycle() {
     for descending in [true, false] {
         for k in 0..=240 {
             let depth = 0.85 + 0.093 * f64::from(k);
             let forecast = forecast(&auv(sawtooth(Some(descending)), depth));
             assert!((forecast.depth_at(0.0) - depth).abs() < 1e-12, "{depth} m");
             let deeper = forecast.depth_at(0.05) > depth;
-            // In the last instants before the deepest and the highest point the direction may change.
+            // Just before an extreme depth the direction may change.
             assert!(
                 deeper == descending || !(0.9..=23.1).contains(&depth),
                 "{depth} m"
             );
-            // Two legs and two reversals: 198.66 s, where the simulated AUV takes 198.6.
+            // Two legs and two reversals: 198.66 s; the simulated AUV takes 198.6.
             let cycle = 2.0 * (22.0 / (U_D * 50_f64.to_radians().sin()) + 3.6);
             assert!((forecast.depth_at(cycle) - depth).abs() < 1e-9);
         }
@@ -83,7 +83,7 @@ fn it_begins_where_and_as_it_was_reported_and_repeats_after_a_cycle() {
 }
 
 #[test]
-fn it_turns_a_little_beyond_the_depths_that_end_its_legs() {
+fn a_reversal_extends_beyond_the_depth_that_ends_a_leg() {
     let forecast = forecast(&auv(sawtooth(Some(true)), 10.0));
     let deepest = times().map(|t| forecast.depth_at(t)).fold(0.0, f64::max);
     let shallowest = times().map(|t| forecast.depth_at(t)).fold(99.0, f64::min);
@@ -94,7 +94,7 @@ fn it_turns_a_little_beyond_the_depths_that_end_its_legs() {
 }
 
 #[test]
-fn a_vehicle_beyond_its_sawtooth_goes_there_straight() {
+fn a_vehicle_beyond_its_sawtooth_approaches_it_straight() {
     let w = U_D * 50_f64.to_radians().sin();
     for descending in [Some(true), Some(false), None] {
         let deep = forecast(&auv(sawtooth(descending), 40.0));
@@ -107,7 +107,7 @@ fn a_vehicle_beyond_its_sawtooth_goes_there_straight() {
 }
 
 #[test]
-fn without_a_direction_it_is_the_mean_of_both_and_surfaced_if_either_is() {
+fn without_a_direction_the_depth_is_the_mean_and_surfaced_if_either_is() {
     let of = |descending| forecast(&auv(sawtooth(descending), 6.0));
     let (unknown, down, up) = (of(None), of(Some(true)), of(Some(false)));
     for t in times() {
@@ -118,7 +118,7 @@ fn without_a_direction_it_is_the_mean_of_both_and_surfaced_if_either_is() {
 }
 
 #[test]
-fn a_vehicle_that_does_not_dive_or_rests_stays_as_deep_as_it_is() {
+fn a_vehicle_without_a_dive_or_at_rest_keeps_its_depth() {
     let diving = auv(sawtooth(Some(true)), 10.0);
     let level = Known {
         dive: None,
@@ -134,7 +134,7 @@ fn a_vehicle_that_does_not_dive_or_rests_stays_as_deep_as_it_is() {
 }
 
 #[test]
-fn without_a_path_it_dives_at_the_speed_through_the_water_that_it_tells() {
+fn without_a_path_a_dive_uses_the_reported_speed_through_the_water() {
     let current = Vector2::new(-0.1, 0.2);
     let on_path = auv(sawtooth(Some(true)), 10.0);
     let ground = direction(0.0) * on_path.state.speed_mps + current;
@@ -152,7 +152,7 @@ fn without_a_path_it_dives_at_the_speed_through_the_water_that_it_tells() {
 }
 
 #[test]
-fn an_old_report_has_dived_on() {
+fn the_dive_of_an_old_report_is_predicted_to_now() {
     let mut old = auv(sawtooth(Some(true)), 10.0);
     old.state.age_s = 60.0;
     let fresh = auv(sawtooth(Some(true)), 10.0);
@@ -162,7 +162,7 @@ fn an_old_report_has_dived_on() {
 }
 
 #[test]
-fn whatever_a_snapshot_accepts_is_forecast_with_finite_numbers_under_water() {
+fn every_accepted_dive_gives_finite_depths_under_water() {
     for (depth_min, depth_max) in [(0.0, 0.5), (1.0, 23.0), (0.0, 12_000.0)] {
         for (pitch, reversal) in [(0.05, 0.1), (0.05, 120.0), (1.4, 0.1), (1.4, 120.0)] {
             for speed in [0.01, 0.05, 10.0] {

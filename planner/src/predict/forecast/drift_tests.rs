@@ -3,12 +3,12 @@ use crate::facts::{angle::Course, path::curve::Path};
 
 const HEADING: f64 = 0.4;
 
-/// A current that the vehicle does not know of, m/s.
+/// A current unknown to the vehicle, m/s.
 const CURRENT: Vector2<f64> = Vector2::new(-0.03, 0.05);
 
 const STILL: Vector2<f64> = Vector2::new(0.0, 0.0);
 
-/// What is reported of a vehicle `at` that time, `age` seconds later: where it is, and its velocity through the water.
+/// Report of a vehicle `at` a time, `age` seconds later, with its velocity through the water.
 fn reported(at: f64, age: f64) -> AuvState {
     let through_the_water = crate::facts::angle::direction(HEADING) * 0.29;
     AuvState {
@@ -22,7 +22,7 @@ fn reported(at: f64, age: f64) -> AuvState {
     }
 }
 
-/// Forecasts, one after the other: what is `reported` at each of `times`, s, and what the forecast before left.
+/// Successive forecasts from the states `reported` at `times`, s, each with the previous forecast.
 fn in_turn(
     choice: Forecast,
     path: Option<&KnownPath>,
@@ -52,7 +52,7 @@ fn in_turn(
     last.expect("a time at least")
 }
 
-/// What an answer leaves to the next.
+/// Memory of a forecast for the next answer.
 fn left(forecast: &AuvForecast, state: &AuvState) -> RememberedTarget {
     RememberedTarget {
         model: forecast.model,
@@ -66,11 +66,11 @@ fn seconds(n: u32) -> impl Iterator<Item = f64> {
 }
 
 #[test]
-fn a_velocity_through_the_water_is_found_out() {
+fn the_drift_of_a_velocity_through_the_water_is_estimated() {
     for model in [ForecastModel::ConstantVelocity, ForecastModel::ConstantTurn] {
         let drift = |n| in_turn(Forecast::from(model), None, seconds(n), |at| reported(at, 0.0)).drift();
         assert_eq!(drift(0), STILL);
-        // What is left of it falls by a thirtieth a second.
+        // The error decreases by a thirtieth per second.
         for n in [10, 60, 300] {
             let missing = CURRENT * (1.0 - 1.0_f64 / 30.0).powf(f64::from(n));
             assert!((drift(n) - (CURRENT - missing)).norm() < 1e-12, "{n}");
@@ -79,7 +79,7 @@ fn a_velocity_through_the_water_is_found_out() {
 }
 
 #[test]
-fn then_it_is_expected_where_it_will_be() {
+fn the_forecast_includes_the_drift() {
     let forecast = in_turn(Forecast::Auto, None, seconds(400), |at| reported(at, 0.0));
     for ahead in [0.0, 10.0, 78.0] {
         let motion = forecast.at(ahead);
@@ -91,14 +91,14 @@ fn then_it_is_expected_where_it_will_be() {
 }
 
 #[test]
-fn reports_that_are_late_or_rare_tell_the_same() {
-    // Every ten seconds, and seven seconds on its way.
+fn late_and_rare_reports_give_the_same_drift() {
+    // Every ten seconds, with a latency of seven seconds.
     let rare = in_turn(Forecast::Auto, None, seconds(400), |now| {
         let sent = ((now - 7.0) / 10.0).floor() * 10.0;
         reported(sent, now - sent)
     });
     assert!((rare.drift() - CURRENT).norm() < 1e-4, "{}", rare.drift());
-    // Every half minute: the whole of it is taken up at once. A minute tells it too.
+    // Every half minute: the whole drift is adopted at once. A minute works too.
     for interval in [30.0, 60.0] {
         let seldom = in_turn(Forecast::Auto, None, seconds(125), |now| {
             let sent = (now / interval).floor() * interval;
@@ -115,7 +115,7 @@ fn reports_that_are_late_or_rare_tell_the_same() {
 }
 
 #[test]
-fn a_strong_current_is_found_out_however_rare_the_reports() {
+fn a_strong_current_is_estimated_from_rare_reports() {
     for interval in [1.0, 10.0, 30.0, 60.0] {
         let strong = in_turn(Forecast::Auto, None, seconds(600), |now| {
             let sent = (now / interval).floor() * interval;
@@ -132,7 +132,7 @@ fn a_strong_current_is_found_out_however_rare_the_reports() {
 }
 
 #[test]
-fn a_report_that_is_not_renewed_changes_nothing() {
+fn an_unchanged_report_changes_nothing() {
     let before = in_turn(Forecast::Auto, None, seconds(60), |at| reported(at, 0.0));
     let silent = in_turn(Forecast::Auto, None, seconds(120), |at| {
         let heard = at.min(60.0);
@@ -142,8 +142,8 @@ fn a_report_that_is_not_renewed_changes_nothing() {
 }
 
 #[test]
-fn noise_of_positions_mostly_cancels() {
-    // A metre to the left and a metre to the right, in turn.
+fn position_noise_mostly_cancels() {
+    // A metre to the left and a metre to the right, alternating.
     let noisy = |at: f64| {
         let side = if at.rem_euclid(2.0) < 0.5 { 1.0 } else { -1.0 };
         let mut state = reported(at, 0.0);
@@ -152,12 +152,12 @@ fn noise_of_positions_mostly_cancels() {
         state
     };
     let drift = in_turn(Forecast::Auto, None, seconds(601), noisy).drift();
-    // The last of them, not all of them.
+    // The last error, not the sum.
     assert!((drift - CURRENT).norm() < 1.1 / 30.0, "{drift}");
 }
 
 #[test]
-fn a_jump_tells_nothing() {
+fn a_jump_changes_no_drift() {
     let jumps = |at: f64| {
         let mut state = reported(at, 0.0);
         if 300.0 <= at {
@@ -170,7 +170,7 @@ fn a_jump_tells_nothing() {
 }
 
 #[test]
-fn a_turn_seen_between_two_whole_seconds_is_no_drift() {
+fn a_turn_between_two_seconds_is_no_drift() {
     let circling = |at: f64| AuvState {
         north_m: (Vector2::new((0.02 * at).sin(), -(0.02 * at).cos()) * (0.29 / 0.02)).x,
         east_m: (Vector2::new((0.02 * at).sin(), -(0.02 * at).cos()) * (0.29 / 0.02)).y,
@@ -183,7 +183,7 @@ fn a_turn_seen_between_two_whole_seconds_is_no_drift() {
 }
 
 #[test]
-fn what_a_path_does_not_explain_says_nothing_of_motion() {
+fn a_drift_along_a_path_is_not_used_for_motion() {
     let (state, next) = (reported(60.0, 0.0), reported(61.0, 0.0));
     let before = left(
         &in_turn(Forecast::Auto, None, seconds(60), |at| reported(at, 0.0)),
@@ -211,7 +211,7 @@ fn an_older_report_changes_nothing() {
 }
 
 #[test]
-fn one_that_is_held_stays_where_it_is() {
+fn a_held_vehicle_keeps_its_position() {
     let choice = Forecast::Hold;
     let held = in_turn(choice, None, seconds(60), |at| reported(at, 0.0));
     assert_eq!(held.drift(), STILL);
@@ -219,7 +219,7 @@ fn one_that_is_held_stays_where_it_is() {
 }
 
 #[test]
-fn along_a_path_it_fades() {
+fn the_drift_fades_along_a_path() {
     let line = Path::starting_at(Vector2::zeros(), HEADING).line(900.0);
     let known = KnownPath {
         path: std::sync::Arc::new(line),
@@ -238,7 +238,7 @@ fn along_a_path_it_fades() {
         dive: None,
     };
     let without = AuvForecast::new(&reported(200.0, 0.0), intent, Forecast::Auto, &STILL);
-    // As far as thirty seconds of it, and no farther.
+    // By thirty seconds of drift, and no farther.
     let by = carried.at(900.0).position - without.at(900.0).position;
     assert!((by - carried.drift() * 30.0).norm() < 1e-9, "{by}");
 }

@@ -54,7 +54,7 @@ fn forecast(observation: &PlanRequest) -> GoalForecast {
     GoalForecast::new(&Snapshot::try_from(observation.clone()).expect("valid"))
 }
 
-/// Three AUVs that go different ways, one of them turning, at three depths.
+/// Three AUVs with different courses, one of them turning, at three depths.
 fn three() -> Vec<Auv> {
     let mut three = vec![
         auv("a", 0.0, 0.0, 0.3),
@@ -66,7 +66,7 @@ fn three() -> Vec<Auv> {
     three
 }
 
-/// On the first lane of a lawn-mower, 10 m before its turn of 10 m radius, 2 m to starboard of it.
+/// On the first lane of a lawn-mower, 10 m before its turn of 10 m radius, 2 m to starboard.
 fn mower() -> Auv {
     let path = Path::lawn_mower(Vector2::zeros(), 0.0, 50.0, 20.0, 3);
     Auv {
@@ -76,7 +76,7 @@ fn mower() -> Auv {
 }
 
 #[test]
-fn turns_are_half_open_and_go_on_before_the_epoch() {
+fn turns_are_half_open_also_before_the_epoch() {
     let at = |elapsed: [f64; 6], n| elapsed.map(|elapsed| in_turn(elapsed, 240.0, n));
     assert_eq!(
         at([-480.1, -240.0, -0.1, 0.0, 239.9, 240.0], 2),
@@ -86,7 +86,7 @@ fn turns_are_half_open_and_go_on_before_the_epoch() {
 }
 
 #[test]
-fn equal_weights_are_the_midpoint_and_no_weight_is_not_there() {
+fn equal_weights_give_the_midpoint_and_weight_0_excludes_an_auv() {
     let goal = |weights: &[f64]| Goal::Weighted {
         weights: ids(&["a", "b", "c"])
             .into_iter()
@@ -106,7 +106,7 @@ fn equal_weights_are_the_midpoint_and_no_weight_is_not_there() {
             assert!((weighted.velocity - plain.velocity).norm() < 1e-12);
         }
     }
-    // Seven parts and three lie three tenths along the way.
+    // The weights 0.7 and 0.3 are three tenths along the line.
     let (a, b) = (at(midpoint(&["a"]), 9.0), at(midpoint(&["b"]), 9.0));
     let between = at(goal(&[0.7, 0.3, 0.0]), 9.0);
     assert!((between.position - a.position.lerp(&b.position, 0.3)).norm() < 1e-12);
@@ -119,7 +119,7 @@ fn equal_weights_are_the_midpoint_and_no_weight_is_not_there() {
 }
 
 #[test]
-fn a_goal_in_range_is_as_far_from_its_farthest_and_moves_with_a_formation() {
+fn a_range_goal_has_equal_largest_ranges_and_moves_with_a_formation() {
     let goal = Goal::Range {
         auvs: ids(&["a", "b", "c"]),
         range_m: 90.0,
@@ -138,7 +138,7 @@ fn a_goal_in_range_is_as_far_from_its_farthest_and_moves_with_a_formation() {
     let farthest = slants.iter().filter(|slant| worst - **slant < 1e-9).count();
     assert!(2 <= farthest, "{slants:?}");
 
-    // All about one centre at one rate: each at its own speed, and the place as one of them.
+    // All rotate about one centre: each at its own speed, and the point likewise.
     let centre = Vector2::new(10.0, -30.0);
     let mut formation = three();
     for auv in &mut formation {
@@ -151,7 +151,7 @@ fn a_goal_in_range_is_as_far_from_its_farthest_and_moves_with_a_formation() {
     assert_velocity_is_the_slope(&observation(formation, goal), &[0.0, 25.0, 78.0]);
 }
 
-/// Central differences over 2 ms: of second order, and coordinates of 100 m leave 10⁻¹¹ m/s to rounding.
+/// Central differences over 2 ms, of second order; rounding of 100 m leaves 10⁻¹¹ m/s.
 fn assert_velocity_is_the_slope(observation: &PlanRequest, times: &[f64]) {
     let (goal, h) = (forecast(observation), 1e-3);
     for ahead in times {
@@ -165,7 +165,7 @@ fn assert_velocity_is_the_slope(observation: &PlanRequest, times: &[f64]) {
 }
 
 #[test]
-fn an_offset_adds_to_the_velocity_what_its_turning_does() {
+fn a_turning_offset_adds_to_the_velocity() {
     let by = Vector2::new(-12.0, 7.0);
     let mut turning = auv("a", 3.0, 4.0, 2.0);
     state(&mut turning).turn_rate_radps = -0.02;
@@ -173,7 +173,7 @@ fn an_offset_adds_to_the_velocity_what_its_turning_does() {
     for offset in [Offset::ned(by), Offset::target(by)] {
         assert_velocity_is_the_slope(&track(turning.clone(), offset), &times);
     }
-    // The path's arc begins after 20 s, at 0.5 m/s, and ends before 83 s.
+    // The path's arc lasts from 20 s, at 0.5 m/s, to less than 83 s.
     for offset in [Offset::ned(by), Offset::target(by), Offset::path(by)] {
         let mut drifting = track(mower(), offset);
         assert_velocity_is_the_slope(&drifting, &times);
@@ -197,7 +197,7 @@ fn an_offset_adds_to_the_velocity_what_its_turning_does() {
 }
 
 #[test]
-fn an_offset_is_laid_off_along_the_axes_that_it_names() {
+fn an_offset_is_along_its_axes() {
     let by = Vector2::new(10.0, 3.0);
     let vehicle = mower();
     let arm = |offset, ahead| {
@@ -216,13 +216,13 @@ fn an_offset_is_laid_off_along_the_axes_that_it_names() {
     ] {
         assert!((arm(offset, 100.0) - by * sign).norm() < 1e-9, "{offset:?}");
     }
-    // In still water the course is the path's tangent all the way.
+    // In still water the course is the path's tangent throughout.
     let apart = arm(Offset::target(by), 50.0) - arm(Offset::path(by), 50.0);
     assert!(apart.norm() < 1e-9);
 }
 
 #[test]
-fn a_path_that_the_auv_does_not_follow_still_gives_its_direction() {
+fn a_path_that_is_not_followed_still_gives_the_direction() {
     let mut resting = mower();
     (state(&mut resting).speed_mps, state(&mut resting).course_rad) = (0.0, 2.5);
     let by = Vector2::new(10.0, 3.0);
@@ -232,7 +232,7 @@ fn a_path_that_the_auv_does_not_follow_still_gives_its_direction() {
 }
 
 #[test]
-fn at_rest_the_axes_stay_as_they_are_remembered_or_else_reported() {
+fn at_rest_the_axes_are_remembered_or_else_reported() {
     let mut resting = auv("a", 0.0, 0.0, 1.0);
     state(&mut resting).speed_mps = 0.0;
     let mut seen = track(resting, Offset::target(Vector2::new(10.0, 0.0)));
@@ -249,8 +249,9 @@ fn at_rest_the_axes_stay_as_they_are_remembered_or_else_reported() {
     assert!((asked.at(0.0).position - direction(0.5) * 10.0).norm() < 1e-12);
 }
 
-/// A goal that a vehicle's fixes show, one every ten seconds with σ 1.5 m: it moves at `speed` for five minutes on a course of
-/// 1 rad, then rests. The directions in which the offset is laid off, second by second, once it has rested for five minutes.
+/// A goal from fixes, one every ten seconds with σ 1.5 m: the AUV moves at `speed` for five minutes
+/// on a course of 1 rad, then rests. Returns the offset's directions, second by second, after a
+/// rest of 300 s.
 fn directions_beside_a_vehicle_at_rest(seed: u64, speed: f64) -> Vec<f64> {
     let mut random = Random(seed);
     let moved = 300.0;
@@ -283,8 +284,8 @@ fn directions_beside_a_vehicle_at_rest(seed: u64, speed: f64) -> Vec<f64> {
 }
 
 #[test]
-fn an_offset_beside_a_vehicle_at_rest_stays_where_it_is() {
-    // At a speed that fixes show, the offset comes to rest ahead of it; of one that never moved, where it was first taken to be.
+fn an_offset_beside_a_vehicle_at_rest_is_stable() {
+    // With a detectable speed, the offset rests ahead, otherwise at its first direction.
     for (speed, ahead) in [(0.5, Some(1.0)), (0.0, None)] {
         let mut moves = 0;
         for seed in 0..20 {
@@ -293,15 +294,15 @@ fn an_offset_beside_a_vehicle_at_rest_stays_where_it_is() {
             let farthest = arms.iter().map(|arm| wrap(arm - stays).abs()).fold(0.0, f64::max);
             moves += usize::from(farthest > 0.3);
         }
-        // A velocity beyond its 99 % quantile comes now and then.
+        // A velocity beyond its 99 % quantile occurs occasionally.
         assert!(moves <= 2, "{moves} of 20");
     }
 }
 
 #[test]
-fn a_mean_that_comes_to_rest_keeps_the_course_that_it_came_with() {
-    // One goes straight on and the other turns to starboard until they go opposite ways, after 62.8 s: the mean
-    // slows down, and its course turns half as fast.
+fn a_mean_that_comes_to_rest_keeps_its_last_course() {
+    // One moves straight and the other turns to starboard until they are opposite, after 62.8 s:
+    // the mean slows down, and its course turns half as fast.
     let mut turning = auv("b", 0.0, 30.0, 0.0);
     state(&mut turning).turn_rate_radps = 0.05;
     let goal = Goal::Midpoint {
@@ -311,7 +312,7 @@ fn a_mean_that_comes_to_rest_keeps_the_course_that_it_came_with() {
     let seen = observation(vec![auv("a", 0.0, 0.0, 0.0), turning], Task { goal, offset });
     let goal = forecast(&seen);
     let arm = |ahead: f64| goal.at(ahead).position - goal.followed(ahead).position;
-    // ‖v_m‖ = 0.193 cos(ω t / 2): below 0.05 m/s where the mean has turned by acos(0.05/0.193), for the first time.
+    // ‖v_m‖ = 0.193 cos(ω t / 2): first below 0.05 m/s at a turn of acos(0.05/0.193).
     let turned = (0.05_f64 / 0.193).acos();
     let stop = turned / 0.025;
     assert!((arm(stop - 1e-3) - direction(turned) * 10.0).norm() < 1e-3);
@@ -319,7 +320,7 @@ fn a_mean_that_comes_to_rest_keeps_the_course_that_it_came_with() {
         assert!((arm(ahead) - direction(turned) * 10.0).norm() < 1e-5, "{ahead}");
         assert_eq!(goal.at(ahead).velocity, goal.followed(ahead).velocity);
     }
-    // On the far side of the rest it goes backwards.
+    // After the rest it moves backwards.
     let start = std::f64::consts::TAU / 0.05 - stop;
     let back = crate::facts::angle::angle_of(&arm(start + 1e-3));
     assert!(

@@ -1,10 +1,10 @@
-//! Names of columns and rows against the numbers that stand there.
+//! Names of columns and rows against their numbers.
 
 use std::collections::{HashMap, HashSet};
 
 use super::*;
 
-/// Columns whose names begin with these stand in a row whose name begins so; `k` is the row's stage, `j` the one before.
+/// Prefixes of columns in the rows of each prefix; `k` is the row's stage, `j` the previous one.
 const TOUCHES: [(&str, &[&str]); 13] = [
     (
         "dynamics[k]",
@@ -31,7 +31,7 @@ const TOUCHES: [(&str, &[&str]); 13] = [
 ];
 
 #[test]
-fn every_place_has_a_name_of_its_own_and_a_row_touches_what_its_name_says() {
+fn names_are_unique_and_rows_have_the_columns_of_their_names() {
     let (scene, plain) = (Scene::bounded(), Scene::new());
     for subproblem in [scene.subproblem(), plain.subproblem()] {
         let program = Program::new(&subproblem);
@@ -50,7 +50,7 @@ fn every_place_has_a_name_of_its_own_and_a_row_touches_what_its_name_says() {
         }
         for row in &rows {
             let Some(touched) = touched.get(row.as_str()) else {
-                // A number alone: a depth, or without a price of energy the largest speed.
+                // Rows without variables: depths, and the largest speed without a price of energy.
                 let is_a_speed = row.starts_with("speed_cone") && row.ends_with("].bound");
                 assert!(row.ends_with("].depth") || is_a_speed, "{row} touches nothing");
                 continue;
@@ -82,7 +82,7 @@ fn every_place_has_a_name_of_its_own_and_a_row_touches_what_its_name_says() {
                     "{row} touches {column}"
                 );
             }
-            // Along one axis, nothing of the other.
+            // A row of one axis has no column of the other.
             for (axis, other) in [(".ahead", ".starboard"), (".starboard", ".ahead")] {
                 let is_of_an_axis = row.ends_with(axis) && !row.starts_with("turn_rate");
                 assert!(
@@ -95,7 +95,7 @@ fn every_place_has_a_name_of_its_own_and_a_row_touches_what_its_name_says() {
 }
 
 #[test]
-fn rows_of_an_interval_come_in_the_order_that_the_names_say() {
+fn rows_of_an_interval_are_in_the_order_of_their_names() {
     let scene = Scene::bounded();
     let subproblem = scene.subproblem();
     let program = Program::new(&subproblem);
@@ -103,7 +103,7 @@ fn rows_of_an_interval_come_in_the_order_that_the_names_say() {
     let (x, _, v) = variables(&subproblem, 1.3);
     let s = row_slacks(&program, &x);
     let slack = |name: &str| s[rows.iter().position(|row| row == name).expect(name)];
-    // Two limits of one number leave together what lies between them, and the nearer one is the one it turns or speeds up to.
+    // The two limits of a number sum to their interval; the smaller is approached.
     let acceleration = (v[2] - v[1]) / subproblem.steps[1];
     let ahead = (subproblem.directions[1] + subproblem.directions[2])
         .normalize()

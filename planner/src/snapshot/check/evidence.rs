@@ -1,4 +1,4 @@
-//! What is known of where an AUV is, checked.
+//! Checks of AUV states and reports.
 
 use nalgebra::Matrix4;
 
@@ -12,7 +12,7 @@ use crate::{
     snapshot::check::Check,
 };
 
-/// By how much a covariance may fall short of one through rounding, relative to its largest element.
+/// Tolerance for a negative eigenvalue through rounding, relative to the largest element.
 const COVARIANCE_ROUNDING: f64 = 1.0e-9;
 
 const TOGETHER: InvalidReason = InvalidReason::Incomplete {
@@ -20,7 +20,7 @@ const TOGETHER: InvalidReason = InvalidReason::Incomplete {
 };
 
 impl Check {
-    /// Of AUV number `i`, declared at time `now`, s.
+    /// Checks AUV number `i` at time `now`, s.
     pub(crate) fn evidence(&mut self, i: usize, auv: &Auv, now: f64) {
         match (&auv.state, &auv.reports) {
             (Some(state), None) => self.state(i, state),
@@ -68,7 +68,7 @@ impl Check {
             (None, Some(_)) => self.fail(format_args!("{field}/course_rad"), TOGETHER),
             (Some(_), Some(_)) | (None, None) => {}
         }
-        // Where now is no number, that is said; here everything counts as from now.
+        // A `now` that is not finite is a fault of its own; here the report counts as from now.
         if now.is_finite() {
             let (given, least, most) = (report.t_s, now - REPORT_AGE_MAX, now + REPORT_AHEAD_MAX);
             if !(least..=most).contains(&given) {

@@ -1,4 +1,4 @@
-//! Checks of a goal that visits AUVs, and of the schedule that an earlier answer brings back.
+//! Checks of visit goals, and of returned schedules.
 
 use std::collections::BTreeMap;
 

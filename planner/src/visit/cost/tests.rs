@@ -1,4 +1,4 @@
-//! Costs against numerical integration, in pieces, for long and from large values.
+//! Costs against numerical integration, in parts, over long times and from large values.
 
 use super::*;
 
@@ -17,7 +17,7 @@ const ALL: [VisitCost; 3] = [
     },
 ];
 
-/// The right-hand side that each closed form solves.
+/// The differential equation of each closed form.
 fn rate(law: &VisitCost, cost: f64, range: f64) -> f64 {
     match *law {
         Age => 0.0,
@@ -38,7 +38,7 @@ fn rate(law: &VisitCost, cost: f64, range: f64) -> f64 {
     }
 }
 
-/// The cost and its integral by the midpoint rule, `n` steps.
+/// The cost and its integral by the midpoint rule with `n` steps.
 fn integrated(law: &VisitCost, from: f64, elapsed: f64, range: f64, n: u32) -> Later {
     let dt = elapsed / f64::from(n);
     let (mut cost, mut integral) = (from, 0.0);
@@ -51,7 +51,7 @@ fn integrated(law: &VisitCost, from: f64, elapsed: f64, range: f64, n: u32) -> L
 }
 
 #[test]
-fn served_costs_are_what_numerical_integration_of_their_equations_gives() {
+fn served_costs_agree_with_numerical_integration() {
     for law in &ALL[1..] {
         for (from, elapsed, range) in [
             (0.0, 300.0, 40.0),
@@ -62,7 +62,7 @@ fn served_costs_are_what_numerical_integration_of_their_equations_gives() {
         ] {
             let exact = law.served(from, elapsed, range);
             let expected = integrated(law, from, elapsed, range, 400_000);
-            // The midpoint rule errs where a backlog becomes empty, by a step of 5 ms at the fastest rate.
+            // The midpoint rule errs when a backlog empties, by a step of 5 ms at the fastest rate.
             let tolerance = |value: f64| 1e-5 * (1.0 + value.abs());
             assert!(
                 (exact.cost - expected.cost).abs() < 0.03
@@ -74,7 +74,7 @@ fn served_costs_are_what_numerical_integration_of_their_equations_gives() {
 }
 
 #[test]
-fn unserved_costs_grow_at_their_rates_and_their_integral_is_a_trapezium() {
+fn unserved_costs_grow_linearly_and_their_integral_is_a_trapezium() {
     for (law, growth) in ALL.iter().zip([1.0, 0.05, 0.4]) {
         let later = law.unserved(7.0, 90.0);
         assert!((later.cost - (7.0 + growth * 90.0)).abs() < 1e-12);
@@ -83,7 +83,7 @@ fn unserved_costs_grow_at_their_rates_and_their_integral_is_a_trapezium() {
 }
 
 #[test]
-fn time_may_be_cut_in_two_anywhere_while_served_and_unserved() {
+fn two_intervals_equal_their_union_with_and_without_service() {
     for law in &ALL {
         for (first, second) in [(0.0, 50.0), (12.0, 200.0), (700.0, 0.5)] {
             for served in [false, true] {
@@ -105,7 +105,7 @@ fn time_may_be_cut_in_two_anywhere_while_served_and_unserved() {
 }
 
 #[test]
-fn variances_go_to_the_steady_state_of_the_filter_however_large_they_were_and_for_however_long() {
+fn variances_converge_to_the_filter_s_steady_state_from_any_value() {
     let law = &ALL[1];
     // √(q R T) with R = 1.5² + (0.02 · 100)².
     let steady = (0.05_f64 * (2.25 + 4.0) * 10.0).sqrt();
@@ -128,7 +128,7 @@ fn nothing_is_uploaded_beyond_the_range() {
 }
 
 #[test]
-fn times_of_service_are_no_shorter_than_asked_for_and_empty_a_backlog() {
+fn times_of_service_respect_the_least_time_and_empty_a_backlog() {
     for law in &ALL {
         for (cost, range, least) in [(0.0, 0.0, 30.0), (900.0, 50.0, 30.0), (1e9, 240.0, 600.0)] {
             let dwells = law.dwells(cost, range, least);

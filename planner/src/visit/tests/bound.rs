@@ -1,9 +1,9 @@
-//! The bound against the enumeration of all sequences, and how close it is.
+//! The bound against the enumeration of all sequences, and its tightness.
 
 use super::*;
 
 #[test]
-fn no_sequence_of_visits_costs_less_than_the_bound() {
+fn no_sequence_costs_less_than_the_bound() {
     let mut tighter = 0;
     for seed in 0..90 {
         let n = 1 + usize::try_from(seed % 3).expect("small");
@@ -28,7 +28,7 @@ fn no_sequence_of_visits_costs_less_than_the_bound() {
 }
 
 #[test]
-fn of_auvs_that_stand_far_apart_the_gap_is_less_than_a_half() {
+fn the_gap_for_distant_auvs_at_rest_is_below_a_half() {
     let mut gaps = Vec::new();
     for seed in 0..40 {
         let n = 2 + usize::try_from(seed % 3).expect("small");

@@ -7,7 +7,7 @@ fn task(goal: Value) -> Result<Task, String> {
 }
 
 #[test]
-fn a_goal_comes_back_from_json_as_it_went_and_defaults_are_spelled_out() {
+fn a_goal_survives_json_with_explicit_defaults() {
     let short = task(json!({ "kind": "visit", "auvs": ["a", "b"] })).expect("valid");
     assert_eq!(short.goal, Goal::Visit(Visits::new(vec!["a".into(), "b".into()])));
     let spelled = serde_json::to_value(&short).expect("is JSON");
@@ -63,7 +63,7 @@ fn a_goal_comes_back_from_json_as_it_went_and_defaults_are_spelled_out() {
 }
 
 #[test]
-fn what_cannot_be_visited_is_refused_by_field_and_value() {
+fn an_invalid_visit_goal_is_refused_by_field_and_value() {
     type Change<'a> = &'a dyn Fn(&mut Visits);
     let changes: [(Change<'_>, &str); 12] = [
         (

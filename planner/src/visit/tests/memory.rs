@@ -1,9 +1,9 @@
-//! What is carried from plan to plan: costs, and how each AUV was heard.
+//! Memory from plan to plan: costs, and the hearing of each AUV.
 
 use super::*;
 
 #[test]
-fn an_auv_that_falls_silent_is_no_longer_visited_from_the_next_plan_on_and_who_comes_is() {
+fn the_next_plan_drops_a_silent_auv_and_visits_a_new_one() {
     for seed in 0..30 {
         let request = random(5000 + seed, 4, 500.0);
         let schedule = scheduled(&request);
@@ -36,7 +36,7 @@ fn an_auv_that_falls_silent_is_no_longer_visited_from_the_next_plan_on_and_who_c
     }
 }
 
-/// Reports of the AUV `id` each 10 s until `until`, s, from one place at a depth of 8 m.
+/// Reports of the AUV `id` each 10 s until `until`, s, from one position at a depth of 8 m.
 fn heard(id: &VehicleId, place: Vector2<f64>, until: f64) -> Auv {
     let at = |k: u32| Report {
         depth_m: Some(8.0),
@@ -46,8 +46,8 @@ fn heard(id: &VehicleId, place: Vector2<f64>, until: f64) -> Auv {
 }
 
 #[test]
-fn an_auv_whose_reports_cease_is_left_out_after_eight_of_their_intervals_until_it_is_heard() {
-    // The kind of cost changes in between, or not: what is known of reports stays.
+fn an_auv_without_reports_for_eight_intervals_is_left_out_until_heard() {
+    // The hearing is independent of changes of the cost's kind.
     for kinds in [[0, 0, 0, 0], [0, 1, 2, 1]] {
         let mut request = random(31, 3, 200.0);
         let lost = request.auvs[1].id.clone();
@@ -64,13 +64,13 @@ fn an_auv_whose_reports_cease_is_left_out_after_eight_of_their_intervals_until_i
         for (plan, age) in ages.enumerate() {
             request = later(&request, &schedule, last_heard + age - request.t_s);
             visits(&mut request).cost = costs()[kinds[plan.saturating_sub(6)]];
-            // The craft goes away at last: what was silent stays so.
+            // The craft finally departs; a silent AUV stays silent.
             request.asc.north_m += if age == 82.0 { 900.0 } else { 0.0 };
             schedule = scheduled(&request);
             let silent = (80.0 < age).then_some(LeftOut::Silent);
             assert_eq!(left_out(&schedule), silent, "{age}");
         }
-        // An older report that arrives now says nothing new.
+        // An older report that arrives now adds nothing.
         request = later(&request, &schedule, 1.0);
         let reports = request.auvs[1].reports.as_mut().expect("is known by reports");
         reports.push(Report::new(last_heard - 5.0, place, 1.5));
@@ -86,7 +86,7 @@ fn an_auv_whose_reports_cease_is_left_out_after_eight_of_their_intervals_until_i
 }
 
 #[test]
-fn costs_are_carried_from_plan_to_plan_by_whom_the_craft_is_near() {
+fn costs_continue_from_plan_to_plan_and_depend_on_the_near_auv() {
     let mut request = random(7, 2, 1.0);
     for (auv, north) in request.auvs.iter_mut().zip([5.0, 400.0]) {
         auv.state = Some(AuvState::new(
@@ -102,7 +102,7 @@ fn costs_are_carried_from_plan_to_plan_by_whom_the_craft_is_near() {
     let after = scheduled(&later(&request, &schedule, 12.0));
     assert!((after.costs[0].cost).abs() < 1e-12);
     assert!((after.costs[1].cost - before[1] - 12.0).abs() < 1e-9);
-    // Of another kind of cost, nothing is known.
+    // Costs of another kind are unknown.
     let mut other = later(&request, &schedule, 12.0);
     visits(&mut other).cost = costs()[2];
     let anew = scheduled(&other);
@@ -111,7 +111,7 @@ fn costs_are_carried_from_plan_to_plan_by_whom_the_craft_is_near() {
 }
 
 #[test]
-fn a_schedule_from_before_hearing_was_known_is_taken_and_an_impossible_one_is_refused() {
+fn a_schedule_without_hearing_is_accepted_and_an_impossible_one_is_refused() {
     type Change<'a> = &'a dyn Fn(&mut ServedVehicle);
     let request = random(0, 3, 100.0);
     let mut before = serde_json::to_value(scheduled(&request)).expect("is JSON");
@@ -146,7 +146,7 @@ fn a_schedule_from_before_hearing_was_known_is_taken_and_an_impossible_one_is_re
 }
 
 #[test]
-fn an_auv_that_comes_up_now_and_then_is_not_too_deep_while_it_is_down() {
+fn an_auv_that_surfaces_repeatedly_is_not_too_deep_while_down() {
     let left_out = |swings: bool| {
         let mut request = random(31, 2, 200.0);
         visits(&mut request).cost = VisitCost::Data {
@@ -175,7 +175,7 @@ fn an_auv_that_comes_up_now_and_then_is_not_too_deep_while_it_is_down() {
 }
 
 #[test]
-fn an_auv_that_is_added_changes_the_next_visit_in_one_plan_if_that_is_better_by_the_margin() {
+fn an_added_auv_changes_the_next_visit_at_once_if_better_by_the_margin() {
     let next = |far: f64, cost: f64| {
         let at = |north: f64, east: f64| AuvState::new(Vector2::new(north, east), 5.0, Course::new(0.0), 0.0);
         let mut request = random(7, 3, 1.0);
@@ -212,7 +212,7 @@ fn an_auv_that_is_added_changes_the_next_visit_in_one_plan_if_that_is_better_by_
 }
 
 #[test]
-fn an_order_to_visit_an_auv_next_ends_with_that_visit_whatever_its_least_time() {
+fn a_request_for_the_next_visit_ends_with_it_for_any_least_time() {
     for dwell_min in [0.0, 30.0] {
         let mut request = random(7, 2, 1.0);
         for (auv, north) in request.auvs.iter_mut().zip([100.0, -112.0]) {
@@ -237,7 +237,7 @@ fn an_order_to_visit_an_auv_next_ends_with_that_visit_whatever_its_least_time() 
         );
         let (begun, mut left) = (request.t_s, None);
         while request.t_s < begun + 200.0 {
-            // The craft goes to the AUV that is visited first, and stays there.
+            // The craft goes to the AUV of the first visit, and stays there.
             let of_first = request.auvs.iter().find(|auv| auv.id == schedule.visits[0].auv);
             let goal = of_first.and_then(|auv| auv.state).expect("is there").north_m;
             let way = goal - request.asc.north_m;
@@ -261,7 +261,7 @@ fn an_order_to_visit_an_auv_next_ends_with_that_visit_whatever_its_least_time() 
             request.asc.north_m < 0.0,
             "{dwell_min}: the other one is not served"
         );
-        // Asked for again after another order, it is visited again.
+        // After another request, a repeated one is visited again.
         visits(&mut request).next = None;
         let released = scheduled(&request);
         assert_eq!(released.next_visited, None);

@@ -1,21 +1,21 @@
-//! The search against the enumeration of all sequences and tours by the clock; deadlines, pins and turns.
+//! The search against enumerated sequences and tours by the clock; deadlines, pins and turns.
 
 use std::cell::Cell;
 
 use super::*;
 
-/// Times with each AUV, s, that a clock is tuned over.
+/// Times with each AUV, s, over which a clock is tuned.
 const DWELLS: [f64; 4] = [30.0, 60.0, 120.0, 240.0];
 
 #[test]
-fn of_up_to_three_auvs_the_search_finds_the_best_of_all_sequences() {
+fn the_search_is_optimal_for_up_to_three_auvs() {
     let mut n_compared = 0;
     for seed in 0..60 {
         let n = 1 + usize::try_from(seed % 3).expect("small");
         let request = random(seed, n, 400.0);
         let fleet = fleet(&request, horizon(&request, 900.0));
         for first in 0..fleet.candidates.len() {
-            // The search knows tours by the clock too, whose times of service are others.
+            // The search includes tours by the clock with other times of service.
             let candidates: Vec<_> = (0..fleet.candidates.len()).collect();
             let orders = orders(&candidates).into_iter().filter(|order| order[0] == first);
             let tours = orders.flat_map(|order| DWELLS.map(|dwell| by_the_clock(&fleet, &order, dwell)));
@@ -38,7 +38,7 @@ fn of_up_to_three_auvs_the_search_finds_the_best_of_all_sequences() {
     assert!(100 < n_compared);
 }
 
-/// What it costs to visit by the clock: the candidates in this order, again and again, each for `dwell` seconds.
+/// Cost of visits by the clock: the candidates in this order, repeated, each for `dwell` seconds.
 fn by_the_clock(fleet: &Fleet, order: &[usize], dwell: f64) -> f64 {
     let mut state = fleet.start();
     for to in order.iter().cycle() {
@@ -48,14 +48,14 @@ fn by_the_clock(fleet: &Fleet, order: &[usize], dwell: f64) -> f64 {
             .arrive(track, &fleet.departure(&state), fleet.within, fleet.horizon);
         let Some(arrival) = arrival else { break };
         let there = fleet.travelled(&state, *to, arrival);
-        state = fleet.stayed(&there, *to, fleet.horizon.min(arrival.time + dwell));
+        state = fleet.visited_until(&there, *to, fleet.horizon.min(arrival.time + dwell));
         if fleet.horizon <= state.time {
             break;
         }
     }
     let end = state
         .with
-        .map_or(state, |with| fleet.stayed(&state, with, fleet.horizon));
+        .map_or(state, |with| fleet.visited_until(&state, with, fleet.horizon));
     fleet.value(&end)
 }
 
@@ -73,8 +73,7 @@ fn orders(items: &[usize]) -> Vec<Vec<usize>> {
 }
 
 #[test]
-fn of_five_auvs_no_order_by_the_clock_at_its_best_dwell_is_better_and_a_quarter_of_them_cost_five_percent_more()
- {
+fn no_tour_of_five_auvs_by_the_clock_is_better_and_a_quarter_cost_five_percent_more() {
     let mut ratios = Vec::new();
     for seed in 0..48 {
         let fleet = fleet(&random(8000 + seed, 5, 600.0), 1800.0);
@@ -93,12 +92,12 @@ fn of_five_auvs_no_order_by_the_clock_at_its_best_dwell_is_better_and_a_quarter_
     }
     ratios.sort_by(f64::total_cmp);
     assert!(ratios.iter().all(|ratio| *ratio <= 1.0 + 1e-9));
-    // Even though each clock has the best of 120 orders and four dwells for its own fleet.
+    // Each clock has the best of 120 orders and four dwells for its own fleet.
     assert!(ratios[ratios.len() / 4] < 0.955, "{ratios:?}");
 }
 
 #[test]
-fn no_schedule_costs_less_than_its_bound_and_its_visits_are_in_order_and_long_enough() {
+fn schedules_respect_their_bound_and_the_order_and_length_of_visits() {
     for seed in 0..120 {
         let n = 1 + usize::try_from(seed % 6).expect("small");
         let request = random(1000 + seed, n, 900.0);
@@ -127,10 +126,10 @@ fn no_schedule_costs_less_than_its_bound_and_its_visits_are_in_order_and_long_en
 }
 
 #[test]
-fn a_visit_is_where_its_auv_goes_until_the_craft_arrives() {
+fn a_visit_is_at_the_forecast_position_of_its_auv() {
     for seed in 0..30 {
         let mut request = random(seed, 3, 900.0);
-        // Faster than what counts as at rest.
+        // Faster than the threshold of rest.
         for state in request.auvs.iter_mut().filter_map(|auv| auv.state.as_mut()) {
             state.speed_mps += 0.1;
         }
@@ -156,7 +155,7 @@ fn a_visit_is_where_its_auv_goes_until_the_craft_arrives() {
 }
 
 #[test]
-fn the_cost_before_a_visit_has_grown_until_the_arrival() {
+fn the_cost_before_a_visit_includes_the_growth_until_arrival() {
     let mut on_the_way = 0;
     for seed in 0..60 {
         let mut request = random(2200 + seed, 3, 900.0);
@@ -178,7 +177,7 @@ fn the_cost_before_a_visit_has_grown_until_the_arrival() {
 }
 
 #[test]
-fn a_deadline_that_the_craft_can_keep_is_kept_whatever_else_that_costs() {
+fn a_feasible_deadline_is_kept_at_any_cost() {
     let mut n_decided = 0;
     for seed in 0..40 {
         let mut request = random(6000 + seed, 3, 300.0);
@@ -197,7 +196,7 @@ fn a_deadline_that_the_craft_can_keep_is_kept_whatever_else_that_costs() {
         visits(&mut request).serve_by_s.insert(last.clone(), deadline);
         let schedule = scheduled(&request);
         assert!(schedule.deadlines_missed.is_empty(), "seed {seed}");
-        // One that has passed is kept no more, and is served as soon as that can be.
+        // A passed deadline is not kept; its AUV is served as soon as possible.
         let passed = request.t_s - 5.0;
         visits(&mut request).serve_by_s.insert(last.clone(), passed);
         let late = scheduled(&request);
@@ -206,15 +205,15 @@ fn a_deadline_that_the_craft_can_keep_is_kept_whatever_else_that_costs() {
             .iter()
             .find(|known| known.auv == last)
             .expect("is listed");
-        // Whom the craft is near already has been served.
+        // An AUV near the craft has already been served.
         assert!((late.deadlines_missed == [last.clone()]) != (known.served_by_s == Some(passed)));
     }
     assert!(20 < n_decided, "{n_decided} deadlines decide something");
 }
 
 #[test]
-fn whose_age_counts_is_left_when_the_craft_is_near_or_passes_it_as_it_turns() {
-    // The other one lies behind; the craft goes at full speed towards the first.
+fn an_auv_with_an_age_is_left_when_near_or_passed_in_a_turn() {
+    // The other one is astern; the craft moves at full speed towards the first.
     let next = |distance: f64, speed: f64| {
         let at = |north: f64| AuvState::new(Vector2::new(north, 0.0), 5.0, Course::new(0.0), 0.0);
         let auvs = vec![
@@ -233,14 +232,14 @@ fn whose_age_counts_is_left_when_the_craft_is_near_or_passes_it_as_it_turns() {
         scheduled(&request).visits[0].auv.0.clone()
     };
     assert_eq!(next(30.0, SPEED), "ahead");
-    // In its turn it comes 0.4 · 1.5 / 0.17 = 3.5 m nearer; one that turns on the spot does not.
+    // In its turn it advances 0.4 · 1.5 / 0.17 = 3.5 m; a turn on the spot does not.
     assert_eq!(next(22.5, SPEED), "behind");
     assert_eq!(next(22.5, 0.0), "ahead");
     assert_eq!(next(19.0, 0.0), "behind");
 }
 
 #[test]
-fn a_pinned_auv_is_next_whatever_it_costs() {
+fn a_pinned_auv_is_next_at_any_cost() {
     for seed in 0..20 {
         let mut request = random(7000 + seed, 4, 800.0);
         let free = scheduled(&request);
@@ -255,9 +254,9 @@ fn a_pinned_auv_is_next_whatever_it_costs() {
 }
 
 #[test]
-fn once_it_is_time_a_schedule_of_many_visits_costs_a_few() {
+fn after_the_deadline_few_of_many_visits_are_tried() {
     for seed in 0..20 {
-        // All sixteen are near all the time, and need no stay: thousands of visits fit.
+        // All sixteen are always near and need no stay: thousands of visits fit.
         let mut request = random(seed, 16, 300.0);
         let visits = visits(&mut request);
         (visits.within_m, visits.dwell_min_s) = (5000.0, 0.0);
@@ -268,7 +267,7 @@ fn once_it_is_time_a_schedule_of_many_visits_costs_a_few() {
             let due = || n <= looks.replace(looks.get() + 1);
             let found = fleet.best_first(first, (None, &[]), 24_000, &due);
             let found = found.expect("is near");
-            assert!(!found.exact && found.stays[0].candidate == first);
+            assert!(!found.exact && found.windows[0].candidate == first);
             assert!(looks.get() <= n + 5, "{} looks, due at {n}", looks.get());
         }
     }

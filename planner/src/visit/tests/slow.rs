@@ -1,4 +1,4 @@
-//! Tests that take seconds each: fleets that are served for hours.
+//! Tests of several seconds: fleets served for hours.
 
 use super::*;
 

@@ -1,9 +1,9 @@
-//! How the program follows a schedule: the goal from AUV to AUV, and the weights on the way.
+//! The goal along a schedule, and its weights on the way.
 
 use super::*;
 
 #[test]
-fn a_plan_follows_its_schedule_and_brings_it_back() {
+fn a_plan_follows_and_returns_its_schedule() {
     let mut request = random(12, 3, 120.0);
     request.acoustics = Some(Acoustics { range_max_m: 2000.0 });
     let (parameters, mut workspace) = (crate::Parameters::default(), crate::Workspace::default());
@@ -11,7 +11,7 @@ fn a_plan_follows_its_schedule_and_brings_it_back() {
     let plan = crate::plan(&snapshot, &parameters, &mut workspace);
     let schedule = plan.schedule.clone().expect("the goal visits");
     assert!(!schedule.kept);
-    // The AUV that the schedule serves now or next, until it is left.
+    // The AUV that the schedule serves now or next, until departure.
     let (next, leave) = (&schedule.visits[0].auv, schedule.visits[0].leave_s);
     for (at, place) in plan
         .goal
@@ -39,8 +39,8 @@ fn a_plan_follows_its_schedule_and_brings_it_back() {
 }
 
 #[test]
-fn a_visit_is_not_cut_short_by_the_far_away_auv_that_is_next() {
-    // 40 m before the first AUV, at full speed; the next one lies 600 m behind it.
+fn a_distant_next_auv_does_not_shorten_a_visit() {
+    // 40 m before the first AUV, at full speed; the next one is 600 m behind it.
     let at = |north: f64| AuvState::new(Vector2::new(north, 0.0), 5.0, Course::new(0.0), 0.0);
     let auvs = vec![Auv::new("here", at(40.0)), Auv::new("far", at(-560.0))];
     let mut goal = Visits::new(auvs.iter().map(|auv| auv.id.clone()).collect());
@@ -81,7 +81,7 @@ fn a_visit_is_not_cut_short_by_the_far_away_auv_that_is_next() {
 }
 
 #[test]
-fn the_goal_goes_from_one_auv_to_the_next_no_faster_than_the_craft_and_sets_off_where_the_first_one_is() {
+fn the_goal_departs_from_the_first_auv_no_faster_than_the_craft() {
     let mut n_legs = 0;
     for apart in [41.0, 45.0, 60.0, 300.0] {
         for (course, speed) in [(0.0, 0.0), (0.7, 0.4), (4.0, 0.3)] {
@@ -112,7 +112,7 @@ fn the_goal_goes_from_one_auv_to_the_next_no_faster_than_the_craft_and_sets_off_
 }
 
 #[test]
-fn how_well_the_others_are_known_takes_nothing_from_the_way_to_the_auv_that_is_next() {
+fn uncertainty_of_other_auvs_keeps_the_weight_of_the_next() {
     let weights = |sigma: f64, of_next: bool| {
         let mut request = random(12, 3, 300.0);
         let next = scheduled(&request).visits[0].auv.clone();

@@ -1,8 +1,8 @@
-//! What must not change a schedule: names, order, north, the datum, a second more.
+//! Invariance of a schedule: names, order, north, the datum, a second more.
 
 use super::*;
 
-/// That two schedules visit the same AUVs, `b` calling them `names[i]` where `a` has `auv-i`, at the same times within `tolerance`, s.
+/// Asserts equal visits within `tolerance`, s; `auv-i` of `a` is `names(auv-i)` in `b`.
 fn assert_same(a: &Schedule, b: &Schedule, names: impl Fn(&VehicleId) -> VehicleId, tolerance: f64) {
     assert_eq!(a.visits.len(), b.visits.len());
     for (a, b) in a.visits.iter().zip(&b.visits) {
@@ -13,13 +13,13 @@ fn assert_same(a: &Schedule, b: &Schedule, names: impl Fn(&VehicleId) -> Vehicle
 }
 
 #[test]
-fn the_same_request_has_the_same_schedule_whatever_its_auvs_are_called_and_however_they_are_ordered() {
+fn names_and_order_of_the_auvs_do_not_change_the_schedule() {
     for seed in 0..80 {
         let n = 2 + usize::try_from(seed % 5).expect("small");
         let request = random(2000 + seed, n, 700.0);
         let schedule = scheduled(&request);
         assert_eq!(schedule, scheduled(&request));
-        // auv-0 becomes z-n, and so on: both orders are turned round.
+        // auv-0 becomes z-100, and so on: both orders are reversed.
         let renamed = |id: &VehicleId| {
             let number: usize = id.0["auv-".len()..].parse().expect("a number");
             VehicleId(format!("z-{}", 100 - number))
@@ -41,7 +41,7 @@ fn the_same_request_has_the_same_schedule_whatever_its_auvs_are_called_and_howev
 }
 
 #[test]
-fn a_schedule_depends_neither_on_where_north_is_nor_on_the_datum() {
+fn a_schedule_is_invariant_to_north_and_datum() {
     for seed in 0..40_u32 {
         let request = random(3000 + u64::from(seed), 3, 600.0);
         let schedule = scheduled(&request);
@@ -57,13 +57,13 @@ fn a_schedule_depends_neither_on_where_north_is_nor_on_the_datum() {
         (other.asc.north_m, other.asc.east_m) = (by.x, by.y);
         other.asc.heading_rad = Heading::new(other.asc.heading_rad + turn).radians();
         other.current = Some((rotation * request.current()).into());
-        // Arrivals are found to a millisecond.
+        // Arrivals are exact to a millisecond.
         assert_same(&schedule, &scheduled(&other), VehicleId::clone, 0.05);
     }
 }
 
 #[test]
-fn of_two_alike_auvs_the_one_to_starboard_is_next() {
+fn the_starboard_one_of_two_equal_auvs_is_next() {
     for heading in [0.0, 0.9, -2.5] {
         let at =
             |bearing: f64| AuvState::new(direction(heading + bearing) * 150.0, 10.0, Course::new(0.0), 0.0);
@@ -75,10 +75,9 @@ fn of_two_alike_auvs_the_one_to_starboard_is_next() {
     }
 }
 
-/// How often the next AUV of a craft that follows its schedule, planned for every `step` seconds, changes although that before had not been
-/// visited for the least time.
-fn changes_of_mind(mut request: PlanRequest, step: f64, n_plans: usize) -> usize {
-    // It turns on the spot.
+/// Changes of the next AUV before the least visit time, with a plan every `step` seconds.
+fn changes_of_next(mut request: PlanRequest, step: f64, n_plans: usize) -> usize {
+    // The craft turns on the spot.
     request.asc.speed_mps = 0.0;
     let mut schedule = scheduled(&request);
     let mut changes = 0;
@@ -86,7 +85,7 @@ fn changes_of_mind(mut request: PlanRequest, step: f64, n_plans: usize) -> usize
         let next = schedule.visits[0].clone();
         let dwells = 0.0 < visits(&mut request).dwell_min_s;
         let over = if dwells { next.leave_s } else { next.arrive_s };
-        request = sailed(&request, &schedule, step);
+        request = after_leg(&request, &schedule, step);
         schedule = scheduled(&request);
         if next.auv != schedule.visits[0].auv && request.t_s < over {
             changes += 1;
@@ -96,13 +95,13 @@ fn changes_of_mind(mut request: PlanRequest, step: f64, n_plans: usize) -> usize
 }
 
 #[test]
-fn between_auvs_of_equal_cost_the_craft_does_not_change_its_mind() {
+fn the_next_visit_is_stable_between_auvs_of_equal_cost() {
     for seed in 0..200 {
         let mut rng = ChaCha8Rng::seed_from_u64(4000 + seed);
         let mut request = random(4000 + seed, 2, 1.0);
         request.current = None;
         let (bearing, apart) = (rng.random_range(-PI..PI), rng.random_range(0.3..1.5));
-        // Farther apart than what is served on the way.
+        // Farther apart than the passing distance.
         let distance = rng.random_range(100.0..500.0);
         for (auv, side) in request.auvs.iter_mut().zip([-apart, apart]) {
             let state = auv.state.as_mut().expect("has a state");
@@ -117,25 +116,25 @@ fn between_auvs_of_equal_cost_the_craft_does_not_change_its_mind() {
             *cost = 100.0;
         }
         goal.dwell_min_s = if seed % 2 == 0 { 0.0 } else { 30.0 };
-        assert_eq!(changes_of_mind(request, 4.0, 25), 0, "seed {seed}");
+        assert_eq!(changes_of_next(request, 4.0, 25), 0, "seed {seed}");
     }
 }
 
 #[test]
-fn of_random_fleets_the_next_visit_hardly_ever_changes_before_it_was_made() {
+fn the_next_visit_in_random_fleets_rarely_changes_before_it_is_made() {
     let (mut changes, mut plans) = (0, 0);
     for seed in 0..60 {
         let n = 2 + usize::try_from(seed % 3).expect("small");
         let mut request = random(4500 + seed, n, 500.0);
         request.current = None;
-        changes += changes_of_mind(request, 5.0, 20);
+        changes += changes_of_next(request, 5.0, 20);
         plans += 20;
     }
     assert!(changes * 100 <= plans, "{changes} changes in {plans} plans");
 }
 
 #[test]
-fn noise_hardly_ever_changes_the_next_visit_of_more_auvs_than_are_searched_exactly() {
+fn noise_rarely_changes_the_next_visit_in_large_fleets() {
     let (mut changes, mut plans) = (0, 0);
     for seed in 0..6 {
         let mut rng = ChaCha8Rng::seed_from_u64(8000 + seed);
@@ -146,7 +145,7 @@ fn noise_hardly_ever_changes_the_next_visit_of_more_auvs_than_are_searched_exact
         let mut schedule = scheduled(&request);
         for _ in 0..30 {
             let next = schedule.visits[0].clone();
-            request = sailed(&request, &schedule, 1.0);
+            request = after_leg(&request, &schedule, 1.0);
             let mut measured = request.clone();
             for state in measured.auvs.iter_mut().filter_map(|auv| auv.state.as_mut()) {
                 state.north_m += rng.random_range(-3.0..3.0);
@@ -163,7 +162,7 @@ fn noise_hardly_ever_changes_the_next_visit_of_more_auvs_than_are_searched_exact
 }
 
 #[test]
-fn a_search_with_no_time_goes_on_with_the_schedule_before() {
+fn a_search_without_time_continues_the_previous_schedule() {
     let hurried = SchedulingParameters {
         visits_tried: 1,
         ..SchedulingParameters::default()
@@ -173,7 +172,7 @@ fn a_search_with_no_time_goes_on_with_the_schedule_before() {
         let mut request = random(9000 + seed, 8, 1000.0);
         (request.current, request.asc.speed_mps) = (None, 0.0);
         let schedule = scheduled(&request);
-        let request = sailed(&request, &schedule, 1.0);
+        let request = after_leg(&request, &schedule, 1.0);
         let after = scheduled_with(&request, &hurried);
         assert!(after.kept || after.visits[0].arrive_s <= request.t_s, "{seed}");
         assert!(

@@ -1,8 +1,8 @@
-//! What a craft that follows its schedules costs for hours, against the best tour that repeats itself.
+//! Long-term cost of a craft that follows its schedules, against the best periodic tour.
 
 use super::*;
 
-/// AUVs that stand still, within a square kilometre.
+/// AUVs at rest within a square kilometre.
 fn places(seed: u64, n: usize) -> Vec<Vector2<f64>> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut place = || Vector2::new(rng.random_range(0.0..1000.0), rng.random_range(0.0..1000.0));
@@ -12,7 +12,8 @@ fn places(seed: u64, n: usize) -> Vec<Vector2<f64>> {
 /// Distance within which an AUV is served, m.
 const WITHIN: f64 = 20.0;
 
-/// Mean age of all AUVs in the third lap of `tour`. The craft turns on the spot, goes straight and serves every AUV within 20 m of its way.
+/// Mean age of all AUVs in the third lap of `tour`. The craft turns on the spot, goes straight and
+/// serves AUVs within 20 m of its way.
 fn mean_age(places: &[Vector2<f64>], tour: &[usize]) -> f64 {
     let (mut here, mut heading, mut time) = (places[tour[tour.len() - 1]], 0.0_f64, 0.0);
     let mut served: Vec<Vec<f64>> = vec![Vec::new(); places.len()];
@@ -74,7 +75,7 @@ fn best_tour(places: &[Vector2<f64>], longest: u32) -> f64 {
 }
 
 #[test]
-fn a_craft_that_follows_its_schedules_serves_as_often_as_the_best_tour() {
+fn a_craft_on_its_schedules_serves_as_often_as_the_best_tour() {
     const STEP: f64 = 6.0;
     for (seed, n, longest) in [(1, 3, 8), (2, 3, 8), (3, 4, 8)] {
         let places = places(seed, n);
@@ -94,10 +95,10 @@ fn a_craft_that_follows_its_schedules_serves_as_often_as_the_best_tour() {
                 sum += schedule.costs.iter().map(|known| known.cost).sum::<f64>() / count(n);
                 plans += 1.0;
             }
-            request = sailed(&request, &schedule, STEP);
+            request = after_leg(&request, &schedule, STEP);
         }
         let (mean, best) = (sum / plans, best_tour(&places, longest));
-        // Half a step late, on average, at each visit.
+        // On average half a step late at each visit.
         assert!(mean < 1.03 * best, "{seed}: {mean} s, the best tour {best} s");
     }
 }

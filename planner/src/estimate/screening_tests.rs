@@ -1,4 +1,4 @@
-//! Claims from 3 mm to 20 km of fixes of every rate, true and false: vehicles on lanes with half-circle turns.
+//! Claims of 3 mm to 20 km for fixes at all rates, true and false; vehicles on lanes.
 
 #![expect(
     clippy::disallowed_macros,
@@ -7,7 +7,9 @@
 
 use nalgebra::Vector2;
 
-use super::{claims::Believed, interacting::Interacting, kalman::Kalman, tests::Random, track::Track};
+use super::{
+    interacting::Interacting, kalman::Kalman, screening::ScreenedReports, tests::Random, track::Track,
+};
 use crate::facts::{
     angle::Course,
     evidence::{GroundTrack, Report},
@@ -18,17 +20,17 @@ const CLAIMS: [f64; 10] = [0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 30.0, 300.0, 2
 const INTERVALS: [f64; 7] = [0.2, 1.0, 3.0, 10.0, 30.0, 60.0, 120.0];
 const N_FLIGHTS: u64 = 40;
 
-/// What a vehicle says of its velocity.
+/// Telemetered velocity of a vehicle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Says {
     Nothing,
     /// σ 0.05 rad of the course, 0.03 m/s of the speed.
     Truth,
-    /// Speed 0, as one that does not know it.
+    /// Speed 0, from a vehicle that does not know it.
     Zero,
     /// Speed in knots.
     Knots,
-    /// Course 90° off.
+    /// Course off by 90°.
     OtherCourse,
 }
 
@@ -42,14 +44,14 @@ struct Case {
 }
 
 impl Case {
-    /// Reports of ten minutes, from 6 to as many as a request may have.
+    /// Reports of ten minutes, from 6 to the most in a request.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "6 to 64")]
     fn n(&self) -> u32 {
         (600.0 / self.interval).clamp(6.0, 64.0) as u32
     }
 }
 
-/// Reports, and position at the last.
+/// Reports, and the position at the last one.
 fn flight(case: Case, n: u32, seed: u64) -> (Vec<(usize, Report)>, Vector2<f64>) {
     let mut random = Random(seed);
     let path = Path::lawn_mower(
@@ -115,16 +117,19 @@ fn outcome(case: Case, estimate: impl Fn(&[(usize, Report)]) -> Kalman) -> Outco
     }
 }
 
-/// Without what is done about claims.
+/// The estimate from unscreened reports.
 fn before(reports: &[(usize, Report)]) -> Kalman {
     Track::through(reports, Interacting::start).filter.combined()
 }
 
 fn after(reports: &[(usize, Report)]) -> Kalman {
-    Believed::new(reports.to_vec(), &|| false).track.filter.combined()
+    ScreenedReports::new(reports.to_vec(), &|| false)
+        .track
+        .filter
+        .combined()
 }
 
-/// As if the accuracy were known and no velocity were reported.
+/// The estimate with known accuracy and no velocities.
 fn knowing(actual: f64) -> impl Fn(&[(usize, Report)]) -> Kalman {
     move |reports| {
         let known = |(number, report): &(usize, Report)| {
@@ -147,7 +152,7 @@ const TYPICAL: Case = Case {
 };
 
 #[test]
-fn a_speed_that_becomes_0_is_contradicted_by_the_third_fix_that_shows_it() {
+fn a_speed_that_becomes_0_is_contradicted_by_the_third_fix() {
     for (speed, interval) in [(0.5, 20.0), (0.9, 10.0), (1.5, 10.0), (3.0, 5.0)] {
         let (mut late, mut flights) = (0_u32, 0_u32);
         for seed in 0..200 {
@@ -161,7 +166,7 @@ fn a_speed_that_becomes_0_is_contradicted_by_the_third_fix_that_shows_it() {
                 report.speed_mps = Some(0.0);
             }
             flights += 1;
-            late += u32::from(!Believed::new(reports, &|| false).velocity_contradicted);
+            late += u32::from(!ScreenedReports::new(reports, &|| false).velocity_contradicted);
         }
         println!("{speed} m/s, {interval} s: {late} of {flights} not within three fixes");
         assert!(late <= flights / 20, "{speed} m/s: {late} of {flights}");
@@ -169,15 +174,15 @@ fn a_speed_that_becomes_0_is_contradicted_by_the_third_fix_that_shows_it() {
 }
 
 #[test]
-fn one_fix_of_an_odd_accuracy_discards_no_other() {
+fn a_fix_of_unusual_accuracy_discards_no_other() {
     for odd in [0.001, 0.003, 2.0e4, 1.0e5] {
         let mut rejected = 0;
         for seed in 0..100 {
             let (mut reports, _) = flight(TYPICAL, 30, seed);
             for place in [0, 12, 29] {
                 let claimed = std::mem::replace(&mut reports[place].1.sigma_m, odd);
-                let believed = Believed::new(reports.clone(), &|| false);
-                rejected += reports.len() - believed.track.used.len();
+                let screened = ScreenedReports::new(reports.clone(), &|| false);
+                rejected += reports.len() - screened.track.used.len();
                 reports[place].1.sigma_m = claimed;
             }
         }
@@ -188,7 +193,7 @@ fn one_fix_of_an_odd_accuracy_discards_no_other() {
 }
 
 #[test]
-fn a_vehicle_that_is_carried_at_12_metres_a_second_is_where_its_fixes_are() {
+fn a_vehicle_carried_at_12_metres_per_second_is_at_its_fixes() {
     let reports: Vec<_> = (0..20_u32)
         .map(|k| {
             let time = 10.0 * f64::from(k);
@@ -203,7 +208,7 @@ fn a_vehicle_that_is_carried_at_12_metres_a_second_is_where_its_fixes_are() {
 }
 
 #[test]
-fn the_second_return_of_a_ping_widens_no_accuracy() {
+fn a_second_return_of_a_ping_inflates_no_accuracy() {
     let case = Case {
         speed: 1.0,
         interval: 10.0,
@@ -218,9 +223,9 @@ fn the_second_return_of_a_ping_widens_no_accuracy() {
             let echo = Report::new(report.t_s, report.position() + Vector2::new(40.0, 30.0), 1.5);
             [(2 * number, report), (2 * number + 1, echo)]
         });
-        let believed = Believed::new(echoed.collect(), &|| false);
-        assert_eq!(believed.inflation, 0.0, "seed {seed}");
-        let error = (believed.track.filter.combined().at(last).position() - truth).norm();
+        let screened = ScreenedReports::new(echoed.collect(), &|| false);
+        assert_eq!(screened.inflation, 0.0, "seed {seed}");
+        let error = (screened.track.filter.combined().at(last).position() - truth).norm();
         assert!(error < 6.0, "seed {seed}: {error} m");
     }
 }
@@ -229,7 +234,7 @@ mod slow {
     use super::*;
 
     #[test]
-    fn fixes_that_claim_too_much_are_worth_what_they_are() {
+    fn overconfident_fixes_get_their_true_weight() {
         for (says, speed) in [
             (Says::Nothing, 0.05),
             (Says::Nothing, 0.2),
@@ -252,7 +257,8 @@ mod slow {
                         old.rms, new.rms, old.nees, new.nees
                     );
                     assert!(new.rms < 1.01 * old.rms, "{case:?}: {old:?}, {new:?}");
-                    // Between fixes 30 s apart a vehicle moves by more than they err, and no innovation shows that.
+                    // Between fixes 30 s apart the motion exceeds the error: no innovation shows
+                    // it.
                     if claimed < 1.0 && interval <= 10.0 {
                         assert!(new.nees < 2.2, "{case:?}: {new:?}");
                         let known = outcome(Case { claimed: 1.0, ..case }, before);
@@ -264,7 +270,7 @@ mod slow {
     }
 
     #[test]
-    fn claims_that_are_true_are_left_alone() {
+    fn true_claims_are_kept() {
         let (mut flights, mut doubted) = (0_u32, 0_u32);
         for says in [Says::Nothing, Says::Truth] {
             for sigma in CLAIMS {
@@ -277,16 +283,16 @@ mod slow {
                             actual: sigma,
                             says,
                         };
-                        // Farther apart than a lane is long, fixes show no velocity at all.
+                        // Fixes farther apart than a lane show no velocity.
                         let seeds = if speed * interval < 100.0 { N_FLIGHTS } else { 0 };
                         for seed in 0..seeds {
-                            let believed = Believed::new(flight(case, case.n(), seed).0, &|| false);
+                            let screened = ScreenedReports::new(flight(case, case.n(), seed).0, &|| false);
                             flights += 1;
-                            if believed.inflation > 0.0 || believed.velocity_contradicted {
+                            if screened.inflation > 0.0 || screened.velocity_contradicted {
                                 doubted += 1;
                                 println!(
                                     "{case:?}: {} {}",
-                                    believed.inflation, believed.velocity_contradicted
+                                    screened.inflation, screened.velocity_contradicted
                                 );
                             }
                         }
@@ -302,7 +308,7 @@ mod slow {
     }
 
     #[test]
-    fn a_velocity_that_fixes_contradict_counts_for_nothing() {
+    fn a_contradicted_velocity_is_unused() {
         for says in [Says::Zero, Says::Knots, Says::OtherCourse] {
             for sigma in [0.01, 0.3, 1.0, 3.0] {
                 println!("σ {sigma} m, says {says:?}:");
@@ -317,7 +323,7 @@ mod slow {
                     let (old, new) = (outcome(case, before), outcome(case, after));
                     println!("  {interval} s {:.2} → {:.2} m", old.rms, new.rms);
                     let known = outcome(case, knowing(sigma));
-                    // Speeds in knots at one fix in 0.2 s are found out for most flights only.
+                    // At one fix in 0.2 s, speeds in knots are detected in most flights only.
                     assert!(new.rms < 1.45 * known.rms + 0.05, "{case:?}: {new:?}, {known:?}");
                 }
             }
