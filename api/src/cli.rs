@@ -12,6 +12,7 @@ mod bridge;
 #[cfg(feature = "laboratory")]
 mod campaign;
 mod config;
+#[cfg(feature = "postgres")]
 mod copy_store;
 mod crafts;
 mod declared_craft;
@@ -34,11 +35,12 @@ mod token;
 mod trial;
 mod upkeep;
 
+#[cfg(feature = "postgres")]
+use self::copy_store::{CopyStore, copy_store};
 use self::{
     backup::{Backup, back_up},
     bridge::{Bridge, Preflight, bridge, preflight},
     config::{CommonFlags, ConfigError, Layers, ServeFlags, hidden_places, show},
-    copy_store::{CopyStore, copy_store},
     crafts::{Crafts, crafts},
     demo::{Demo, demo},
     manual::{Completions, ManualPages, completions, manual_pages},
@@ -110,6 +112,7 @@ enum Command {
     /// Copy the mission log and the tokens; the service may be running.
     Backup(Backup),
     /// Copy all missions from a data directory to a database, or back (stop the services first).
+    #[cfg(feature = "postgres")]
     CopyStore(CopyStore),
     /// Delete old finished missions (stop the service first; a running service has --keep-days).
     Retention(Retain),
@@ -169,6 +172,9 @@ fn brought_by(command: &str) -> Option<&'static str> {
     match command {
         "simulate" | "compare" | "campaign" | "identify" if !cfg!(feature = "laboratory") => {
             Some("the feature `laboratory` brings it: cargo build --release --features laboratory")
+        }
+        "copy-store" if !cfg!(feature = "postgres") => {
+            Some("the feature `postgres` brings it: cargo build --release --features postgres")
         }
         "worker" | "submit" | "watch" | "collect" if !cfg!(feature = "nats") => {
             Some("the feature `nats` brings it: cargo build --release --features nats")
@@ -243,6 +249,7 @@ impl Arguments {
             Some(Command::Preflight(arguments)) => preflight(&arguments, config)?,
             Some(Command::Replay(arguments)) => replay(&arguments, config)?,
             Some(Command::Backup(arguments)) => back_up(&arguments, &config.data, &config.tokens())?,
+            #[cfg(feature = "postgres")]
             Some(Command::CopyStore(arguments)) => copy_store(&arguments)?,
             Some(Command::Retention(arguments)) => retain(&arguments, config)?,
             Some(Command::Vacuum) => vacuum(&config.data)?,

@@ -18,7 +18,8 @@ export async function startService({ data, port = 0, token } = {}) {
   const directory = data ?? await mkdtemp(join(tmpdir(), "pilotfish-page-"));
   // No setting of the machine that the tests run on counts.
   const env = Object.fromEntries(Object.entries(process.env).filter(([name]) => !name.startsWith("PILOTFISH_")));
-  const child = spawn(PROGRAM, ["serve", "--port", String(port), "--data", directory, "--log", "warn"], { env, stdio: ["ignore", "pipe", "inherit"] });
+  // With a deadline that no machine misses: an answer in time is no matter of the page.
+  const child = spawn(PROGRAM, ["serve", "--port", String(port), "--data", directory, "--log", "warn", "--deadline-ms", "60000"], { env, stdio: ["ignore", "pipe", "inherit"] });
   const [greeting] = await Promise.race([once(createInterface({ input: child.stdout }), "line"), once(child, "exit").then(() => { throw new Error("the service did not start"); })]);
   const url = /http:\/\/[^ ]*[0-9]/.exec(greeting)[0];
   const headers = { "content-type": "application/json", ...(token && { authorization: `Bearer ${token}` }) };

@@ -10,6 +10,11 @@
 //!
 //! `postgres` has the same store in a database that several services share.
 
+#![cfg_attr(
+    not(feature = "postgres"),
+    expect(dead_code, reason = "the database that is left out uses it")
+)]
+
 use std::{
     fs::File,
     io,
@@ -28,6 +33,7 @@ use tokio::sync::{
 
 mod acknowledged;
 mod command;
+#[cfg(feature = "postgres")]
 mod copy;
 mod digest;
 mod entry;
@@ -36,8 +42,10 @@ mod files;
 mod idempotency;
 mod known;
 mod metrics;
+mod ownership;
 mod packed;
 mod place;
+#[cfg(feature = "postgres")]
 mod postgres;
 mod reader;
 pub mod roots;
@@ -49,10 +57,13 @@ mod sql;
 #[cfg(test)]
 mod tests;
 mod trusted_time;
+#[cfg(not(feature = "postgres"))]
+mod without_postgres;
 mod writer;
 
 use acknowledged::{Acknowledged, Compared, LIST_NAME};
 use command::{Command, LogWriter, Reply, run};
+#[cfg(feature = "postgres")]
 pub use copy::{Copied, StorePlace, copy};
 
 pub use entry::{Append, Appended, AuditEntry, Room, StoredEvent, StoredMission};
@@ -60,17 +71,23 @@ pub use error::StoreError;
 use files::{configure, hide, make_private, note_lost, require_file_of_write_ahead, require_no_loss};
 pub use idempotency::{KeyedAnswer, PreviousAnswer};
 pub use metrics::StoreMetrics;
+#[doc(hidden)]
+pub use ownership::Trouble;
+pub use ownership::{Acquired, Member, Owned, Turn};
 use packed::pack;
 use place::{Place, lock};
-pub use postgres::lease::{Acquired, Lease, Owned, Turn};
-#[doc(hidden)]
-pub use postgres::link::Trouble;
-pub use postgres::member::Member;
+#[cfg(feature = "postgres")]
+pub use postgres::lease::Lease;
+#[cfg(feature = "postgres")]
 use postgres::{link::Database, writer::PostgresWriter};
 pub use reader::{EventReader, FILE_NAME};
 pub use salvage::REST_NAME;
 pub use trusted_time::TrustedClock;
 use trusted_time::TrustedTime;
+#[cfg(not(feature = "postgres"))]
+pub use without_postgres::Lease;
+#[cfg(not(feature = "postgres"))]
+use without_postgres::{self as postgres, Database};
 use writer::Writer;
 
 /// Name of the file that says which acknowledged events were missing at a start. The service is not ready until a person
@@ -192,6 +209,7 @@ impl EventStore {
 
     /// Opens the store in the database of a URL, for a service that takes part as `member`, or for a program that appends nothing. The
     /// missions of one client may take at most `share` bytes.
+    #[cfg(feature = "postgres")]
     pub fn open_database(
         url: &str,
         member: Option<Member>,
@@ -230,6 +248,12 @@ impl EventStore {
             writer,
         );
         run.map_err(refused)
+    }
+
+    /// Fails: this program is built without databases.
+    #[cfg(not(feature = "postgres"))]
+    pub fn open_database(url: &str, _: Option<Member>, _: u64, _: &Clock) -> Result<Self, StoreError> {
+        match postgres::open(url)? {}
     }
 
     fn run(

@@ -12,11 +12,15 @@ use super::{
     idempotency::{self, PreviousAnswer},
     packed::unpack,
     place::Place,
-    postgres::{self, link::Pooled},
     rows::{Param, Row, Rows},
     schema,
     sql::{LOCK_TIME, limit, signed, unsigned},
 };
+
+#[cfg(feature = "postgres")]
+use super::postgres::{self, link::Pooled};
+#[cfg(not(feature = "postgres"))]
+use super::without_postgres::{self as postgres, Pooled};
 
 /// Name of the store's file in the data directory.
 pub const FILE_NAME: &str = "missions.sqlite3";

@@ -3,25 +3,27 @@
 use std::borrow::Cow;
 
 use rusqlite::Connection;
-use tokio_postgres::types::ToSql;
+#[cfg(feature = "postgres")]
+use tokio_postgres::{self as database, types::ToSql};
 
-use super::{error::StoreError, postgres::link::Pooled, sql::without_nul};
+#[cfg(feature = "postgres")]
+use super::postgres::link::Pooled;
+#[cfg(not(feature = "postgres"))]
+use super::without_postgres::{self as database, Pooled, types::ToSql};
+use super::{error::StoreError, sql::without_nul};
 
 /// A type of column that both stores have.
-pub(super) trait Column:
-    rusqlite::types::FromSql + for<'a> tokio_postgres::types::FromSql<'a>
-{
-}
-impl<T: rusqlite::types::FromSql + for<'a> tokio_postgres::types::FromSql<'a>> Column for T {}
+pub(super) trait Column: rusqlite::types::FromSql + for<'a> database::types::FromSql<'a> {}
+impl<T: rusqlite::types::FromSql + for<'a> database::types::FromSql<'a>> Column for T {}
 
 /// A value that both stores take.
-pub(super) trait Param: rusqlite::types::ToSql + tokio_postgres::types::ToSql + Sync {}
-impl<T: rusqlite::types::ToSql + tokio_postgres::types::ToSql + Sync> Param for T {}
+pub(super) trait Param: rusqlite::types::ToSql + database::types::ToSql + Sync {}
+impl<T: rusqlite::types::ToSql + database::types::ToSql + Sync> Param for T {}
 
 /// A row of a result.
 pub(super) enum Row<'a> {
     Sqlite(&'a rusqlite::Row<'a>),
-    Postgres(&'a tokio_postgres::Row),
+    Postgres(&'a database::Row),
 }
 
 impl Row<'_> {

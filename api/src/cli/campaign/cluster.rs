@@ -120,7 +120,7 @@ pub(super) fn watch_until_over(arguments: &Submitted) -> Result<(), Box<dyn Erro
             }
             if now.is_over() {
                 for parked in &now.parked {
-                    eprintln!("given up: {}", visible(&parked.to_string()));
+                    eprintln!("given up: {}", visible(parked));
                 }
                 return if now.parked.is_empty() {
                     Ok(())

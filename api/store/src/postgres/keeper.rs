@@ -9,9 +9,12 @@ use std::{
 use clock::Clock;
 
 use super::{
-    super::error::StoreError,
+    super::{
+        error::StoreError,
+        ownership::{BEATS, Member},
+    },
     link::Link,
-    member::{BEATS, Member, Shared},
+    member::Shared,
 };
 
 /// Renews the lease, on a thread and a connection of its own.

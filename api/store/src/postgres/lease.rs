@@ -14,48 +14,19 @@ use clock::Clock;
 
 use super::{
     super::{
-        entry::StoredMission,
         error::StoreError,
+        ownership::{Acquired, BEATS, Member, Owned, Turn},
         reader::{MISSION, stored_mission},
         rows::Row,
         sql::{new_id, without_nul},
     },
     keeper::Keeper,
     link::{Database, PATIENCE},
-    member::{BEATS, Member, Shared},
+    member::Shared,
 };
 
 /// Most free missions that are taken at once, so that several services take some.
 const TAKEN_MAX: i64 = 128;
-
-/// Who owns a mission that was asked for.
-#[derive(Clone, Debug)]
-pub enum Acquired {
-    /// This service, from now on.
-    Here(Owned),
-    /// The service at this URL.
-    At(String),
-    /// There is no such mission.
-    NoMission,
-}
-
-/// A mission that this service owns.
-#[derive(Clone, Debug)]
-pub struct Owned {
-    /// The mission after the last event of earlier owners.
-    pub mission: StoredMission,
-    /// With which this service appends.
-    pub epoch: u64,
-}
-
-/// What there is to do about running missions.
-#[derive(Clone, Debug, Default)]
-pub struct Turn {
-    /// Missions that had no owner, and are this service's now.
-    pub taken: Vec<Owned>,
-    /// All other running missions of this service.
-    pub running: Vec<String>,
-}
 
 /// The lease of this service. Clones share it.
 #[derive(Clone, Debug)]

@@ -17,7 +17,7 @@ use tokio::{
 use tokio_postgres::{Client, Config, Error, Statement, error::SqlState, types::ToSql};
 
 use super::{
-    super::error::StoreError,
+    super::{error::StoreError, ownership::Trouble},
     tls::Tls,
     wait::{wait_for, wait_while},
 };
@@ -39,21 +39,6 @@ const QUERIES_MAX: usize = 48;
 
 /// Of them, those that are kept for questions who owns a mission.
 const OWNING: usize = 8;
-
-/// What happens to the connections of a process, for tests.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Trouble {
-    /// No connection is made, and none answers.
-    Cut,
-    /// Each statement of so many finds its connection gone.
-    Gone(u32),
-    /// Each statement of so many is carried out, and its connection is gone before the answer.
-    Unanswered(u32),
-    /// Nothing can be inserted.
-    Full,
-    /// The lease cannot be renewed, and everything else can be done.
-    NoBeat,
-}
 
 /// The trouble, and the number of statements in it.
 type Troubled = Arc<Mutex<Option<(Trouble, u32)>>>;

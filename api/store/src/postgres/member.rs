@@ -1,4 +1,4 @@
-//! A service that takes part, and how long its lease lasts.
+//! What a service's lease and its keeper know.
 
 use std::{
     sync::{Mutex, MutexGuard, PoisonError},
@@ -7,19 +7,7 @@ use std::{
 
 use clock::Clock;
 
-use super::link::Database;
-
-/// Beats in a lease: a service is replaced at most two eighths of a lease after its lease has ended.
-pub(super) const BEATS: u32 = 8;
-
-/// How a service takes part.
-#[derive(Clone, Debug)]
-pub struct Member {
-    /// Where the other services reach it.
-    pub url: String,
-    /// How long it owns its missions without an answer of the database.
-    pub lease: Duration,
-}
+use super::{super::ownership::Member, link::Database};
 
 /// What the lease of a service and its keeper share.
 #[derive(Debug)]
