@@ -4,6 +4,8 @@
 //! become better than the best schedule known is left out (branch and bound, of few AUVs); of what remains in a slot, the most promising go on (beam). While none is left out for that, the result is the best
 //! of all sequences. The work is bounded by counts, never by a clock, so that equal problems have equal results.
 
+use std::cell::Cell;
+
 use smallvec::SmallVec;
 
 use crate::visit::{
@@ -26,6 +28,10 @@ const TOUR_DWELLS: [f64; 4] = [0.0, 30.0, 90.0, 210.0];
 
 /// Most visits of a tour: of AUVs that are served side by side, one would have thousands.
 const TOUR_VISITS_MAX: usize = 500;
+
+/// Most arrivals and stays that are computed, as a multiple of the visits tried. AUVs that are minutes apart need a tenth of them. Of AUVs
+/// side by side, whose visits take a second, a search would have thousands of times more.
+const WORK: usize = 8;
 
 /// Shortest visit that is planned, s.
 const STAY_MIN: f64 = 1.0;
@@ -73,11 +79,14 @@ struct Search<'a> {
     /// The best complete schedule: its last node, its state at the end, and its value.
     best: Option<(usize, State, f64)>,
     exact: bool,
+    /// Arrivals and stays that were computed.
+    work: &'a Cell<usize>,
 }
 
 impl Fleet {
     /// The best schedule whose first visit is to `first`; none if the craft cannot reach it. `before` is what is left of the schedule
-    /// before: it is no worse than to go on with that. Once `due`, it is the best so far, or a visit that does not end.
+    /// before: it is no worse than to go on with that. Once `due`, or after much work, it is the best so far, or a visit that does not
+    /// end.
     pub(crate) fn best_first(
         &self,
         first: usize,
@@ -89,12 +98,15 @@ impl Fleet {
         let children = (n - 1).max(1) * 2;
         let width = (tried_max / (n * SLOTS * children)).max(2);
         let present = present.filter(|present| present.candidate == first);
+        let (work, work_max) = (Cell::new(0), WORK * tried_max / n);
+        let spent = |most: usize| due() || most <= work.get();
         let mut search = Search {
             fleet: self,
             nodes: Vec::new(),
             slots: vec![Vec::new(); SLOTS],
             best: None,
             exact: true,
+            work: &work,
         };
         let least = self.dwell_min.max(STAY_MIN);
         let tours = self.tours(first);
@@ -105,7 +117,7 @@ impl Fleet {
             let times = if order.len() < 2 { 1 } else { TOUR_VISITS_MAX };
             let again = order.iter().cycle().take(times);
             let visits = again.map(|to| (*to, (self.dwell_min + dwell).max(STAY_MIN)));
-            search.sail(visits, present, due);
+            search.sail(visits, present, &|| spent(work_max / 2));
             if !search.exact {
                 break;
             }
@@ -116,7 +128,7 @@ impl Fleet {
         // What was scheduled goes on whatever the time: it is short.
         search.sail(visits, present, &|| inserted.is_some() && due());
         search.visit(None, &self.start(), first, present);
-        search.extend_all(width, due);
+        search.extend_all(width, &|| spent(work_max));
         search.found()
     }
 }
@@ -210,6 +222,7 @@ impl Search<'_> {
 
     /// The earliest arrival at `to`, s after now, and all costs then.
     fn arrival(&self, state: &State, to: usize) -> Option<(f64, State)> {
+        self.work.set(self.work.get() + 1);
         let fleet = self.fleet;
         let (track, from) = (&fleet.candidates[to].track, fleet.departure(state));
         let arrival = fleet.craft.arrive(track, &from, fleet.within, fleet.horizon)?;
@@ -228,6 +241,7 @@ impl Search<'_> {
 
     /// The visit to `to` that arrives with the costs `there` and ends when it should leave, or at the end of the horizon.
     fn node(&self, before: Option<usize>, to: usize, arrive: f64, (there, leave): (&State, f64)) -> Node {
+        self.work.set(self.work.get() + 1);
         let leave = leave.min(self.fleet.horizon);
         let state = self.fleet.stayed(there, to, leave);
         Node {
