@@ -171,7 +171,7 @@ impl Simulation {
         } else {
             let observation = PlanRequest {
                 previous_plan: self.previous.take(),
-                tuning: self.tuning.clone(),
+                tuning: self.tuning.clone().or_else(|| seen.tuning.clone()),
                 ..PlanRequest::clone(seen)
             };
             let snapshot = Snapshot::try_from(observation)?;
