@@ -8,6 +8,7 @@
 use std::{
     io::{self, Write},
     sync::Arc,
+    thread,
     time::Duration,
 };
 
@@ -35,7 +36,7 @@ use super::{
     record::{self, EventFilter, RecordError, RecordFormat},
     registry::Missions,
 };
-use crate::{access::By, problem::Problem, quota::QuotaPermit, store::StoredEvent};
+use crate::{access::By, pool::lower_priority, problem::Problem, quota::QuotaPermit, store::StoredEvent};
 
 /// Time between two keep-alive comments when nothing happens.
 const HEARTBEAT: Duration = Duration::from_secs(15);
@@ -185,7 +186,8 @@ pub(super) async fn record(
     let (number, _) = missions.find(id).await?;
     let (chunks, mut written) = mpsc::channel(CHUNKS);
     let runtime = runtime::Handle::current();
-    spawn_blocking(move || {
+    let is_simulated = missions.clock().is_simulated();
+    let write = move || {
         let _permit = permit;
         let mut out = ChunkWriter {
             client: chunks,
@@ -201,7 +203,18 @@ pub(super) async fn record(
         if let Err(error) = done.and_then(|()| Ok(out.finish()?)) {
             out.fail(error);
         }
-    });
+    };
+    if is_simulated {
+        spawn_blocking(write);
+    } else {
+        // A thread of its own, because Tokio's plan for missions, too.
+        let thread = thread::Builder::new().name("record".to_owned());
+        let started = thread.spawn(move || {
+            lower_priority();
+            write();
+        });
+        started.map_err(|_| Problem::Overloaded)?;
+    }
     // An error before the first chunk is answered as a problem.
     let first = match written.recv().await {
         Some(Err(RecordError::NoOrigin)) => {
