@@ -182,6 +182,11 @@ impl Mission {
     pub fn take_rows(&mut self) -> Vec<Row> {
         std::mem::take(&mut self.record.rows)
     }
+
+    /// Removes the paths from the record, for a caller that keeps many missions: they are most of what one takes.
+    pub fn forget_paths(&mut self) {
+        self.record.paths = vec![];
+    }
 }
 
 /// The underwater vehicles, and their estimates in `snapshot`.

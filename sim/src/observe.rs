@@ -11,7 +11,7 @@ use planner::{
     snapshot::{
         Acoustics as AcousticLink, Auv, AuvState, DeclaredPath, Dive, Forecast, Goal, GroundTrack,
         InvalidRequest, LEG_HEIGHT_MIN, Limits, Offset, PlanRequest, REPORT_SIGMA_MAX, REPORT_SIGMA_MIN,
-        Report, Snapshot, Task,
+        Report, Snapshot, Task, Tuning,
     },
 };
 
@@ -47,6 +47,8 @@ pub struct Briefing {
     pub limits: Limits,
     /// The craft description given to the planner.
     pub craft: CraftDescription,
+    /// The planner's levers.
+    pub tuning: Option<Tuning>,
     /// Whether snapshots contain the current at the craft.
     pub current: bool,
     /// Whether snapshots contain the paths, speeds and dives of the underwater vehicles.
@@ -228,6 +230,7 @@ impl Observer {
             current: briefing.current.then_some(current.into()),
             limits: Some(briefing.limits.into()),
             craft: Some(briefing.craft.clone()),
+            tuning: briefing.tuning.clone(),
             keep_outs: briefing.bounds.keep_outs.clone(),
             area: briefing.bounds.area.iter().copied().map(Into::into).collect(),
             forecast: briefing.forecast,

@@ -1231,3 +1231,19 @@ mod slow {
         }
     }
 }
+
+#[tokio::test(start_paused = true)]
+async fn a_simulated_mission_is_paused_before_its_job_has_its_turn_and_loses_no_plan() {
+    let service = Service::start().await;
+    let mission = service.create(&simulated("paper-tracking")).await;
+    let step = async || service.order(&mission, "step", json!({ "ticks": 1 })).await;
+    let first = step().await["t_s"].as_f64().expect("is a time");
+    // Simulations of others, which are before it.
+    service.clock.delay_threads(Duration::from_mins(1));
+    service.order(&mission, "run", json!({})).await;
+    let start = service.clock.now();
+    service.order(&mission, "pause", json!({})).await;
+    assert!(service.clock.since(start) < Duration::from_secs(1));
+    service.clock.delay_threads(Duration::ZERO);
+    assert_eq!(step().await["t_s"], first + 1.0);
+}

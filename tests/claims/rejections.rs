@@ -789,6 +789,17 @@ async fn a_body_that_takes_longer_than_an_answer_may_is_answered_by_a_lower_leve
 }
 
 #[tokio::test(start_paused = true)]
+async fn a_body_of_too_many_pieces_is_refused_however_short_they_are() {
+    for (n_pieces, status) in [(8_000, StatusCode::OK), (9_000, StatusCode::BAD_REQUEST)] {
+        let spaces = (1..n_pieces).map(|_| " ");
+        let pieces = spaces.chain([EXAMPLES[0].body]).map(Ok::<_, std::io::Error>);
+        let body = Body::from_stream(futures_util::stream::iter(pieces));
+        let answer = send(simulated_machine(), post("/v1/plan", body)).await;
+        assert_eq!(answer.status, status, "{}", answer.text);
+    }
+}
+
+#[tokio::test(start_paused = true)]
 async fn what_http_itself_refuses_has_a_status_and_no_body() {
     for (head, status) in [
         ("this is no HTTP\r\n\r\n".to_owned(), 400),

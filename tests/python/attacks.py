@@ -3,6 +3,9 @@
 
     python3 tests/python/attacks.py target/release/pilotfish            # all, a row each
     python3 tests/python/attacks.py target/release/pilotfish long-plans --seconds 30
+    python3 tests/python/attacks.py target/release/pilotfish everything --seconds 600 --memory-mib 512    # as root
+    python3 tests/python/attacks.py target/release/pilotfish none --missions 50 --seconds 3600            # does memory grow?
+    python3 tests/python/attacks.py target/release/pilotfish --dearest 100    # CPU and memory of each route's dearest request
 
 Everything comes from this machine, at a lower priority (nice 10) than the clients that are measured. The service has not
 been told anything but its port and its directory.
@@ -27,6 +30,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path as File
+
+import dear_requests
 
 EXAMPLES = File(__file__).resolve().parents[2] / "examples" / "snapshots"
 LIVE_MISSIONS = 20
@@ -81,9 +86,26 @@ def exchange(
 
 
 @contextmanager
-def started(program: File, with_tokens: bool) -> Iterator[Service]:
+def memory_limit(mib: int | None) -> Iterator[Callable[[], None] | None]:
+    """What a process does to be killed beyond that memory, by a control group (version 1 or 2), which needs root."""
+    if mib is None:
+        yield None
+        return
+    root = File("/sys/fs/cgroup")
+    first = (root / "memory").is_dir()
+    group = (root / "memory" if first else root) / f"pilotfish-{os.getpid()}"
+    group.mkdir()
+    (group / ("memory.limit_in_bytes" if first else "memory.max")).write_text(str(mib << 20))
+    try:
+        yield lambda: (group / "cgroup.procs").write_text(str(os.getpid()))
+    finally:
+        group.rmdir()
+
+
+@contextmanager
+def started(program: File, with_tokens: bool, mib: int | None = None) -> Iterator[Service]:
     """The service on a free port, with an empty directory."""
-    with tempfile.TemporaryDirectory() as data:
+    with memory_limit(mib) as limited, tempfile.TemporaryDirectory() as data:
         headers = {}
         if with_tokens:
             token = subprocess.run(
@@ -98,6 +120,7 @@ def started(program: File, with_tokens: bool) -> Iterator[Service]:
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
             text=True,
+            preexec_fn=limited,
         )
         try:
             greeting = process.stdout.readline()
@@ -250,6 +273,47 @@ def missions_beside_simulations(service: Service) -> Callable[[float], Counter]:
     return repeated(4, posted("/v1/missions", body))(service)
 
 
+def heavy_simulations(service: Service) -> Callable[[float], Counter]:
+    """Eight missions whose visits are dear to schedule, each paused and continued; beside them others are created."""
+    file = dear_requests.scenario({"within_m": 5_000, "spread_m": 1})
+    names = [service.made({"simulated": {"scenario_file": file, "seed": seed}}) for seed in range(8)]
+
+    def request(_service: Service, client: int, turn: int) -> tuple[str, str, str]:
+        if client == len(names):
+            small = {"simulated": {"scenario": "paper-tracking", "seed": turn}}
+            return "POST", "/v1/missions", json.dumps({"schema_version": "1.0"} | small)
+        return "POST", f"/v1/missions/{names[client]}/{('pause', 'run')[turn % 2]}", "{}"
+
+    return repeated(len(names) + 1, request)(service)
+
+
+def reads(service: Service) -> Callable[[float], Counter]:
+    name = service.made(live(16, 256))
+    for turn in range(50):
+        service.ask("POST", f"/v1/missions/{name}/reports", heard(16, 1e-3 * turn))
+    paths = [f"/v1/missions/{name}{rest}" for rest in ("", "/scene", "/record?format=parquet", "/record?format=events_ndjson")]
+    paths += ["/v1/missions?limit=100", "/v1/audit?limit=100"]
+    return repeated(8, lambda _s, _c, turn: ("GET", paths[turn % len(paths)], None))(service)
+
+
+def routes(service: Service) -> Callable[[float], Counter]:
+    files = [body for _, body in dear_requests.routes()]
+    return repeated(8, lambda _s, _c, turn: ("POST", "/v1/routes", files[turn % len(files)]))(service)
+
+
+def everything(service: Service) -> Callable[[float], Counter]:
+    """Eight clients of the worst of each kind."""
+    kinds = ("plans", "comparisons", "batches", "metadata", "routes", "reports", "changes", "reads", "heavy-simulations", "streams")
+    attacks = [ATTACKS[kind].prepare(service) for kind in kinds]
+
+    def attack(end: float) -> Counter:
+        statuses = Counter()
+        in_parallel([lambda run=run: statuses.update(run(end)) for run in attacks])
+        return statuses
+
+    return attack
+
+
 def unread_records(service: Service) -> Callable[[float], Counter]:
     name = service.made({"simulated": {"scenario": "paper-intermittent", "seed": 1}})
     begun = time.monotonic()
@@ -316,6 +380,14 @@ ATTACKS = {
     "slow-heads": Attack("1,000 requests, a header's byte each second", held(1_000, opening("GET /livez", "x: "), b"x")),
     "slow-bodies": Attack("200 bodies of 1 MiB, half sent, a byte each second", held(200, half_a_body, b" ")),
     "batches": Attack("8 clients post batches of 64 plans", repeated(8, posted("/v1/plan/batch", batch()))),
+    "comparisons": Attack(
+        "8 clients compare 16 AUVs side by side",
+        repeated(8, posted("/v1/plan/compare", json.dumps(dear_requests.snapshot(dear_requests.SIDE_BY_SIDE)))),
+    ),
+    "routes": Attack("8 clients post files of routes, as long as is accepted", routes),
+    "reads": Attack("8 clients read a mission of 16 AUVs, lists and records", reads),
+    "heavy-simulations": Attack("8 simulations of 16 AUVs side by side, paused and run", heavy_simulations),
+    "everything": Attack("8 clients of the worst of each kind", everything),
     "changes": Attack("8 clients change the goal of a mission of 16 AUVs", changes_of_a_mission),
     "openapi": Attack("16 clients get /openapi.json", repeated(16, lambda *_: ("GET", "/openapi.json", None))),
     "tokens": Attack("8 clients guess tokens", guessed_tokens, with_tokens=True),
@@ -361,10 +433,10 @@ def at_lower_priority(attack: Callable[[float], Counter], end: float, queue: mul
     queue.put(attack(end))
 
 
-def measured(program: File, attack: Attack, seconds: float) -> str:
+def measured(program: File, attack: Attack, seconds: float, n_missions: int, mib: int | None) -> str:
     """A row of the table."""
-    with started(program, attack.with_tokens) as service:
-        names = [service.made(live(2)) for _ in range(LIVE_MISSIONS)]
+    with started(program, attack.with_tokens, mib) as service:
+        names = [service.made(live(2)) for _ in range(n_missions)]
         for name in names:
             service.ask("POST", f"/v1/missions/{name}/reports", heard(2, 0.0))
         run = attack.prepare(service)
@@ -396,7 +468,7 @@ def measured(program: File, attack: Attack, seconds: float) -> str:
                 event = json.loads(line)
                 if event["kind"] == "planned" and unix_start <= event["t_s"] < unix_start + seconds:
                     plans[event["outcome"]] += 1
-        due = round(LIVE_MISSIONS * seconds / PERIOD)
+        due = round(n_missions * seconds / PERIOD)
         others = ", ".join(f"{outcome} {n}" for outcome, n in plans.items() if outcome != "ok")
         refused = ", ".join(f"{what} {n}" for what, n in beside.not_answered.items())
         answers = ", ".join(f"{status}: {n}" for status, n in sorted(did.items()))
@@ -413,13 +485,25 @@ def main() -> None:
     parser.add_argument("program", type=File, help="the service's binary")
     parser.add_argument("attacks", nargs="*", metavar="ATTACK", help=f"of {', '.join(ATTACKS)} [default: all]")
     parser.add_argument("--seconds", type=float, default=10.0, help="how long each goes on [default: 10]")
+    parser.add_argument("--missions", type=int, default=LIVE_MISSIONS, help="live missions [default: 20]")
+    parser.add_argument("--memory-mib", type=int, help="the service is killed beyond that memory")
+    parser.add_argument("--dearest", type=int, metavar="N", help="search the dearest request of each route, N tries")
+    parser.add_argument("--seed", type=int, default=1, help="of the search [default: 1]")
     arguments = parser.parse_args()
+    if arguments.dearest is not None:
+        print("| route | request | status | CPU, s | wall, s | MiB more | of what it may |\n|---|---|---|---|---|---|---|")
+        too_dear = 0
+        with started(arguments.program, False) as service:
+            for row in dear_requests.dearest(service, arguments.dearest, arguments.seed):
+                print(row, flush=True)
+                too_dear |= dear_requests.TOO_DEAR in row
+        sys.exit(too_dear)
     print("| attack | live plans solved of those due | /livez, ms | small plan, ms | report, ms | attacker's answers | MiB (peak) |")
     print("|---|---|---|---|---|---|---|")
     failed = 0
     for name in arguments.attacks or ATTACKS:
         try:
-            row = measured(arguments.program, ATTACKS[name], arguments.seconds)
+            row = measured(arguments.program, ATTACKS[name], arguments.seconds, arguments.missions, arguments.memory_mib)
         except Exception as error:  # the service of a version before may not answer at all
             row, failed = f"| {ATTACKS[name].what} | not measured: {error!r} |", 1
         print(row, flush=True)

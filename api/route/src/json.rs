@@ -8,7 +8,7 @@ use serde_json::{Value, value::RawValue};
 use crate::{
     mission::Mission,
     progress::{BYTES_MAX, Progress},
-    route::{NAMES_TOLD, Route, RoutePoint, Unread, lines_in, number, shortened},
+    route::{HOLES, NAMES_TOLD, Route, RoutePoint, Unread, lines_in, number, shortened},
 };
 
 /// Most memory for the values of a file, bytes: four times the largest file.
@@ -147,6 +147,9 @@ fn geojson(mut value: Value, progress: &mut Progress<'_>) -> Result<Vec<Route>, 
                 if let Some(outer) = coordinates.first() {
                     extend(progress, &mut route, &format!("{coordinates_at}/0"), outer)?;
                     ring = true;
+                    if 1 < coordinates.len() {
+                        route.note(HOLES);
+                    }
                 }
             }
             Some(GeometryValue::MultiPolygon { .. } | GeometryValue::GeometryCollection { .. }) => {

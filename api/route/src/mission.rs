@@ -10,6 +10,9 @@ use crate::{
 /// Commands that go to a position: way-point, loiter (without end, turns, time), land, take-off, spline way-point.
 /// Source: MAVLink, MAV_CMD.
 const GO_TO: [u64; 7] = [16, 17, 18, 19, 21, 22, 82];
+/// Of these, what a vehicle in the water does not do: land, take-off.
+const FLIES: [u64; 2] = [21, 22];
+const RETURN: u64 = 20;
 const JUMP: u64 = 177;
 const CHANGE_SPEED: u64 = 178;
 
@@ -63,9 +66,17 @@ impl Mission {
                     given => given.filter(|speed| 0.0 < *speed).or(self.speed),
                 };
             }
+            (RETURN, ..) => self
+                .route
+                .note("a return to where the vehicle was launched, which is left out"),
             // Zeros stand for where the vehicle is.
             (_, Some(0.0), Some(0.0)) => {}
             (_, Some(lat), Some(lon)) if GO_TO.contains(&command) => {
+                if FLIES.contains(&command) {
+                    self.route.note(
+                        "take-off or landing: the file is for an aircraft; their places are way-points here",
+                    );
+                }
                 let mut point = RoutePoint::on_earth(place, lat, lon, height)?;
                 point.speed_mps = self.speed;
                 progress.point(&mut self.route, place, point)?;

@@ -8,6 +8,9 @@ pub const POINTS_MAX: usize = 200_000;
 /// How many names an error or a note lists.
 pub(crate) const NAMES_TOLD: usize = 20;
 
+/// What is noted of an area with holes.
+pub(crate) const HOLES: &str = "holes of the area, which are left out";
+
 /// A route of a file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Route {
@@ -105,6 +108,13 @@ impl Route {
         let first = stated().next().filter(|_| least < most);
         let note = |first| format!("turn radii are from {least} to {most} m; the first is taken, {first} m");
         self.notes.iter().cloned().chain(first.map(note)).collect()
+    }
+
+    /// Notes something, once.
+    pub(crate) fn note(&mut self, note: &str) {
+        if !self.notes.iter().any(|known| known == note) {
+            self.notes.push(note.to_owned());
+        }
     }
 
     pub(crate) fn named(name: impl Into<String>) -> Self {

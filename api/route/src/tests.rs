@@ -233,6 +233,19 @@ fn mission(after: [&str; 3]) -> String {
 }
 
 #[test]
+fn what_an_aircraft_does_is_named() {
+    let items = "4 0 3 22 0 0 0 0 38.6 -9.3 20 1\n5 0 3 21 0 0 0 0 38.6 -9.3 0 1\n6 0 3 20 0 0 0 0 0 0 0 1";
+    let notes = only(&mission(["", "", items])).left_out();
+    let [flies, returns] = &notes[..] else {
+        panic!("{notes:?}")
+    };
+    assert!(
+        flies.contains("aircraft") && returns.contains("return"),
+        "{notes:?}"
+    );
+}
+
+#[test]
 fn a_jump_is_taken_as_often_as_it_says() {
     let sailed = |after: [&str; 3]| {
         let route = only(&mission(after));
@@ -365,6 +378,8 @@ fn properties_of_geojson_points_are_used_or_named() {
     assert_eq!(route.left_out(), ["properties that are not used: stroke"]);
     let line = geojson("LineString", "[", "]").replace(r#""name":"a""#, r#""name":"a","speed":2"#);
     assert_eq!(only(&line).left_out(), ["properties that are not used: speed"]);
+    let hole = r#"{"type":"Polygon","coordinates":[[[0,0],[1,0],[1,1],[0,0]],[[0.5,0.2],[0.6,0.2],[0.6,0.3],[0.5,0.2]]]}"#;
+    assert_eq!(only(hole).left_out(), ["holes of the area, which are left out"]);
     let error = read(points(r#"{"speed_mps":"slow"}"#).as_bytes()).expect_err("is a word");
     assert_eq!(
         error.to_string(),

@@ -13,7 +13,7 @@ use quick_xml::{
 
 use crate::{
     progress::{BYTES_MAX, Progress},
-    route::{Route, RoutePoint, Unread, lines_in, number, shortened},
+    route::{HOLES, Route, RoutePoint, Unread, lines_in, number, shortened},
 };
 
 /// Deepest nesting of elements.
@@ -230,6 +230,11 @@ impl Found<'_> {
                 let height = number(&self.place(), &text)?;
                 if let (true, Some(point)) = (height < 0.0, self.last_point()) {
                     point.depth_m = Some(-height);
+                }
+            }
+            "innerBoundaryIs" => {
+                if let Some(route) = &mut self.route {
+                    route.note(HOLES);
                 }
             }
             "coordinates" if !self.open.iter().any(|open| open == "innerBoundaryIs") => {

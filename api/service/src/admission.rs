@@ -36,6 +36,22 @@ const SHORT_WAIT: f64 = 0.6;
 /// Least mean time of work for these waits, s.
 const BUSY_MIN: f64 = 2e-3;
 
+/// What an admitted request asks for: a byte of one costs another time than a byte of the other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Work {
+    /// A plan.
+    Plan,
+    /// The plans of all laws.
+    Comparison,
+    /// The plans of a batch.
+    Batch,
+    /// A check of a snapshot, a route of a file or the scene of a mission.
+    Reading,
+}
+
+/// Kinds of [`Work`].
+const KINDS: usize = 4;
+
 /// Decides on admission. Clones share the state.
 #[derive(Clone, Debug)]
 pub(crate) struct Admission(Arc<Mutex<Load>>);
@@ -46,6 +62,7 @@ pub(crate) struct Permit {
     /// The queue of its work.
     pub(crate) priority: Priority,
     admission: Admission,
+    work: Work,
     cost: f64,
     busy: Mutex<Duration>,
 }
@@ -56,10 +73,10 @@ struct Load {
     n_max: usize,
     /// Admitted requests.
     n: usize,
-    /// Their cost, in bytes.
-    cost: f64,
-    /// Cost of a byte, s of a thread.
-    rate: f64,
+    /// Their cost, in bytes, by kind.
+    cost: [f64; KINDS],
+    /// Cost of a byte, s of a thread, by kind.
+    rate: [f64; KINDS],
     /// Mean time of work on a request, s.
     busy: f64,
     /// Since when the queue has been too long.
@@ -77,8 +94,8 @@ impl Admission {
             n_threads: float(n_threads),
             n_max: n_threads + n_waiting,
             n: 0,
-            cost: 0.0,
-            rate: 0.0,
+            cost: [0.0; KINDS],
+            rate: [0.0; KINDS],
             busy: 0.0,
             standing_since: None,
             cut_until: None,
@@ -86,17 +103,17 @@ impl Admission {
         })))
     }
 
-    /// Admits a request with a body of `bytes`, due at `due`, if the work before it leaves time for it.
+    /// Admits a request for `work` with a body of `bytes`, due at `due`, if the work before it leaves time for it.
     pub(crate) fn admit(
         &self,
         now: Instant,
-        bytes: usize,
+        (work, bytes): (Work, usize),
         priority: Priority,
         due: Instant,
     ) -> Result<Arc<Permit>, Problem> {
         let cost = COST_MIN + float(bytes);
         let mut load = self.load();
-        let waits = load.rate * load.cost / load.n_threads;
+        let waits = load.waits();
         let is_cut = load.cut_until.is_some_and(|until| now < until);
         let wait = if is_cut { SHORT_WAIT } else { LONG_WAIT };
         let stands = load.n_threads <= float(load.n) && (1.0 + wait) * load.busy.max(BUSY_MIN) < waits;
@@ -114,11 +131,12 @@ impl Admission {
         }
         load.n += 1;
         load.gauge.inc();
-        load.cost += cost;
+        load.cost[work as usize] += cost;
         drop(load);
         Ok(Arc::new(Permit {
             priority,
             admission: self.clone(),
+            work,
             cost,
             busy: Mutex::default(),
         }))
@@ -126,6 +144,14 @@ impl Admission {
 
     fn load(&self) -> MutexGuard<'_, Load> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Load {
+    /// Time until what is admitted is done, s.
+    fn waits(&self) -> f64 {
+        let costs = self.rate.iter().zip(&self.cost);
+        costs.map(|(rate, cost)| rate * cost).sum::<f64>() / self.n_threads
     }
 }
 
@@ -153,13 +179,13 @@ impl Drop for Permit {
         load.n -= 1;
         load.gauge.dec();
         // A sum of floats need not return to 0.
-        load.cost = if load.n == 0 {
-            0.0
-        } else {
-            (load.cost - self.cost).max(0.0)
-        };
+        let (kind, all_done) = (self.work as usize, load.n == 0);
+        load.cost[kind] = (load.cost[kind] - self.cost).max(0.0);
+        if all_done {
+            load.cost = [0.0; KINDS];
+        }
         if 0.0 < busy {
-            load.rate += NEWEST * (busy / self.cost - load.rate);
+            load.rate[kind] += NEWEST * (busy / self.cost - load.rate[kind]);
             load.busy += NEWEST * (busy - load.busy);
         }
     }
@@ -173,7 +199,7 @@ mod tests {
     fn slow() -> Admission {
         let admission = Admission::new(1, 64, Gauge::default());
         let mut load = admission.load();
-        load.rate = 10e-3 / (2.0 * COST_MIN);
+        load.rate[Work::Plan as usize] = 10e-3 / (2.0 * COST_MIN);
         load.busy = 10e-3;
         drop(load);
         admission
@@ -186,7 +212,7 @@ mod tests {
     #[tokio::test(start_paused = true)]
     async fn a_request_that_cannot_be_in_time_is_refused_and_one_with_more_time_is_not() {
         let (admission, now) = (slow(), Clock::simulated(0.0).now());
-        let admit = |due| admission.admit(now, 4096, Priority::Short, now + ms(due));
+        let admit = |due| admission.admit(now, (Work::Plan, 4096), Priority::Short, now + ms(due));
         let _working: Vec<_> = (0..3).map(|_| admit(1000).expect("has time")).collect();
         assert_eq!(admit(29).err(), Some(Problem::Overloaded));
         admit(31).expect("has time");
@@ -195,7 +221,14 @@ mod tests {
     #[tokio::test(start_paused = true)]
     async fn a_burst_waits_and_a_standing_queue_is_cut() {
         let (admission, start) = (slow(), Clock::simulated(0.0).now());
-        let admit = |at| admission.admit(start + ms(at), 4096, Priority::Short, start + ms(at + 1000));
+        let admit = |at| {
+            admission.admit(
+                start + ms(at),
+                (Work::Plan, 4096),
+                Priority::Short,
+                start + ms(at + 1000),
+            )
+        };
         let mut waiting: Vec<_> = (0..10).map(|_| admit(0).expect("is a burst")).collect();
         waiting.push(admit(90).expect("may still go away"));
         assert_eq!(admit(101).err(), Some(Problem::Overloaded));
@@ -206,7 +239,14 @@ mod tests {
     #[tokio::test(start_paused = true)]
     async fn a_queue_that_was_cut_stays_short_while_requests_are_refused() {
         let (admission, start) = (slow(), Clock::simulated(0.0).now());
-        let admit = |at| admission.admit(start + ms(at), 4096, Priority::Short, start + ms(at + 1000));
+        let admit = |at| {
+            admission.admit(
+                start + ms(at),
+                (Work::Plan, 4096),
+                Priority::Short,
+                start + ms(at + 1000),
+            )
+        };
         let mut waiting: Vec<_> = (0..10).map(|_| admit(0).expect("is a burst")).collect();
         assert_eq!(admit(101).err(), Some(Problem::Overloaded));
         waiting.clear();
@@ -220,13 +260,24 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
+    async fn what_one_kind_of_work_costs_says_nothing_of_another() {
+        let (admission, now) = (slow(), Clock::simulated(0.0).now());
+        let admit = |work, due| admission.admit(now, (work, 4096), Priority::Short, now + ms(due));
+        let _reading: Vec<_> = (0..3)
+            .map(|_| admit(Work::Reading, 1000).expect("has time"))
+            .collect();
+        let _plan = admit(Work::Plan, 1).expect("reading takes no time");
+        assert_eq!(admit(Work::Reading, 9).err(), Some(Problem::Overloaded));
+    }
+
+    #[tokio::test(start_paused = true)]
     async fn an_idle_service_admits_every_request() {
         let (admission, now) = (slow(), Clock::simulated(0.0).now());
         drop(
             admission
-                .admit(now, 1 << 20, Priority::Long, now + ms(1))
+                .admit(now, (Work::Plan, 1 << 20), Priority::Long, now + ms(1))
                 .expect("nothing is before it"),
         );
-        assert_eq!(admission.load().cost, 0.0);
+        assert_eq!(admission.load().cost, [0.0; KINDS]);
     }
 }

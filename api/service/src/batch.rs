@@ -16,6 +16,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::{
+    admission::Work,
     body::JsonBytes,
     body_size::BODY_BYTES_MAX,
     deadline::{Arrival, Deadline},
@@ -96,7 +97,7 @@ pub(crate) async fn plan_batch(
     Extension(id): Extension<RequestId>,
     body: JsonBytes,
 ) -> Result<Response, Problem> {
-    let permit = planners.admit(body.bytes.len())?;
+    let permit = planners.admit(Work::Batch, body.bytes.len())?;
     let (clock, limit) = (planners.clock.clone(), planners.deadline);
     let read = planners.read(&permit, move |caller| {
         let requests = body.read_each::<PlanRequest>("requests", BATCH_MAX)?;
@@ -154,7 +155,7 @@ pub(crate) async fn validate_plan(
     State(planners): State<Planners>,
     body: JsonBytes,
 ) -> Result<Response, Problem> {
-    let permit = planners.admit(body.bytes.len())?;
+    let permit = planners.admit(Work::Reading, body.bytes.len())?;
     let read = planners.read(&permit, |_| {
         let request: PlanRequest = body.read()?;
         // No estimate is needed.

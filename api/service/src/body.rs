@@ -26,6 +26,9 @@ use wire::Unread;
 /// Memory for bodies that are arriving or waiting to be read, KiB. It bounds what clients can use.
 const ROOM: usize = 256 << 10;
 
+/// Most pieces of a body: a longest one in pieces of half a packet has a quarter of them. Each costs microseconds, however short it is.
+const PIECES_MAX: usize = 8_192;
+
 /// How bodies are received.
 #[derive(Clone, Debug)]
 pub(crate) struct Bodies {
@@ -146,8 +149,12 @@ async fn whole(body: Body, room: &Arc<Semaphore>) -> Result<JsonBytes, Problem> 
         room: None,
     };
     let mut pieces = body.into_data_stream();
-    let mut taken = 0;
+    let (mut taken, mut n_pieces) = (0, 0);
     while let Some(piece) = pieces.next().await {
+        n_pieces += 1;
+        if PIECES_MAX < n_pieces {
+            return Err(Problem::InPieces(PIECES_MAX));
+        }
         let piece = piece.map_err(|_| Problem::BodyUnreadable)?;
         received.bytes.extend_from_slice(&piece);
         if BODY_BYTES_MAX < received.bytes.len() {

@@ -24,11 +24,11 @@ use tokio::sync::{
 use tracing::{Instrument as _, Span, info_span};
 
 use crate::{
-    admission::{Admission, Permit},
+    admission::{Admission, Permit, Work},
     body_size::SHORT_BYTES_MAX,
     deadline::{Arrival, Deadline},
     metrics::{Metrics, PlanFor, Shed},
-    pool::{Caller, Pool, Priority},
+    pool::{Caller, Job, Pool, Priority},
     problem::Problem,
     settings::{PlanFn, Settings},
 };
@@ -95,15 +95,15 @@ impl Planners {
         }
     }
 
-    /// Admits a request whose body of `bytes` has arrived. Fails at once if the work before it leaves no time for it.
-    pub(crate) fn admit(&self, bytes: usize) -> Result<Arc<Permit>, Problem> {
+    /// Admits a request for `work` whose body of `bytes` has arrived. Fails at once if the work before it leaves no time for it.
+    pub(crate) fn admit(&self, work: Work, bytes: usize) -> Result<Arc<Permit>, Problem> {
         let (admission, priority) = if bytes <= SHORT_BYTES_MAX {
             (&self.short, Priority::Short)
         } else {
             (&self.long, Priority::Long)
         };
         let now = self.clock.now();
-        let admitted = admission.admit(now, bytes, priority, now + self.deadline);
+        let admitted = admission.admit(now, (work, bytes), priority, now + self.deadline);
         admitted.inspect_err(|_| self.metrics.shed(Shed::Admission))
     }
 
@@ -263,24 +263,37 @@ impl Planners {
         Ok(())
     }
 
-    /// Simulates, after the simulations before it.
-    pub(crate) async fn simulate<T: Send + 'static>(
+    /// Simulates, after the simulations before it, as long as the job is held. Work of a [`Priority::Long`] is short all the same: others
+    /// wait for it.
+    pub(crate) fn simulate<T: Send + 'static>(
         &self,
+        priority: Priority,
         work: impl FnOnce() -> T + Send + 'static,
-    ) -> Result<T, Problem> {
-        let (worked, _job) = self.simulating.run(Priority::Long, |_| work());
-        worked.await.map_err(|_| Problem::Panicked)
+    ) -> (Receiver<T>, Arc<Job>) {
+        self.simulating.run(priority, |_| work())
     }
 
     fn plan_now(&self, purpose: PlanFor, snapshot: Arc<Snapshot>, stop: &Stop) -> Planned {
-        let idle = &self.idle[usize::from(purpose == PlanFor::Live)];
-        let idle = || idle.lock().unwrap_or_else(PoisonError::into_inner);
-        // The choice changes the time of a plan, never the answer. After a panic, its workspace is not used again.
-        let mut workspace = idle().pop().unwrap_or_default();
         let start = self.clock.now();
         let _solve = info_span!("solve").entered();
-        let plan = (self.plan)(&snapshot, &self.parameters, &mut workspace, stop);
-        let solve_time = self.clock.since(start);
+        let (plan, solve_time) = self.with_workspace(purpose, |workspace| {
+            let plan = (self.plan)(&snapshot, &self.parameters, workspace, stop);
+            (plan, self.clock.since(start))
+        });
+        Planned {
+            snapshot,
+            plan,
+            solve_time,
+        }
+    }
+
+    /// Does `work` in an idle workspace. The choice changes the time of a plan, never the answer.
+    pub(crate) fn with_workspace<T>(&self, purpose: PlanFor, work: impl FnOnce(&mut Workspace) -> T) -> T {
+        let idle = &self.idle[usize::from(purpose == PlanFor::Live)];
+        let idle = || idle.lock().unwrap_or_else(PoisonError::into_inner);
+        // After a panic, it is not used again.
+        let mut workspace = idle().pop().unwrap_or_default();
+        let done = work(&mut workspace);
         workspace.shrink();
         let mut idle = idle();
         idle.push(workspace);
@@ -288,12 +301,7 @@ impl Planners {
         while IDLE_BYTES_MAX < idle.iter().map(Workspace::bytes).sum() {
             idle.remove(0);
         }
-        drop(idle);
-        Planned {
-            snapshot,
-            plan,
-            solve_time,
-        }
+        done
     }
 
     /// The plan without a program: well under a millisecond.

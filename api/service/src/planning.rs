@@ -20,7 +20,7 @@ use tracing::info_span;
 use utoipa::IntoParams;
 
 use crate::{
-    admission::Permit,
+    admission::{Permit, Work},
     body::JsonBytes,
     deadline::{Arrival, Deadline},
     metrics::PlanFor,
@@ -39,10 +39,10 @@ pub(crate) async fn plan(
     Extension(arrival): Extension<Arrival>,
     body: JsonBytes,
 ) -> Result<Response, Problem> {
-    planned(&planners, arrival, body, |context, planned, _, _| {
+    let answer = |context: &Context, planned: &Planned, _, _: &Stop| {
         Ok(written(|| answer(planned, context).planned()))
-    })
-    .await
+    };
+    planned(&planners, (Work::Plan, arrival), body, answer).await
 }
 
 #[derive(Debug, Default, Deserialize, IntoParams)]
@@ -96,17 +96,17 @@ pub(crate) async fn compare(
         };
         Ok(written(|| Comparison { plans, explanation }))
     };
-    planned(&planners, arrival, body, compared).await
+    planned(&planners, (Work::Comparison, arrival), body, compared).await
 }
 
 /// The answer that `answer` makes of the plan for the snapshot in `body`.
 async fn planned<T: Send + 'static>(
     planners: &Planners,
-    arrival: Arrival,
+    (work, arrival): (Work, Arrival),
     body: JsonBytes,
     answer: impl Fn(&Context, &Planned, Deadline, &Stop) -> Result<T, Problem> + Send + Sync + 'static,
 ) -> Result<T, Problem> {
-    let permit = planners.admit(body.bytes.len())?;
+    let permit = planners.admit(work, body.bytes.len())?;
     let (clock, limit) = (planners.clock.clone(), planners.deadline);
     let read = planners.read(&permit, move |caller| {
         let request: PlanRequest = body.read()?;

@@ -119,10 +119,7 @@ impl Pool {
 
 /// Does one job after another, until the pool is dropped.
 fn work([mission, short, long]: &[Receiver<Weak<Job>>; 3], waiting: &[Gauge; 3]) {
-    // On Linux the priority is the thread's own.
-    if let Err(error) = rustix::process::nice(NICE) {
-        tracing::warn!(%error, "cannot lower the priority of requests: they compete with missions for the processors");
-    }
+    lower_priority();
     loop {
         let (job, priority) = select_biased! {
             recv(mission) -> job => (job, Priority::Mission),
@@ -132,6 +129,14 @@ fn work([mission, short, long]: &[Receiver<Weak<Job>>; 3], waiting: &[Gauge; 3])
         let Ok(job) = job else { return };
         waiting[priority as usize].dec();
         carry_out(&job);
+    }
+}
+
+/// Lowers the priority of this thread below that of missions.
+pub(crate) fn lower_priority() {
+    // On Linux the priority is the thread's own.
+    if let Err(error) = rustix::process::nice(NICE) {
+        tracing::warn!(%error, "cannot lower the priority of requests: they compete with missions for the processors");
     }
 }
 

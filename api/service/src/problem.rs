@@ -55,6 +55,9 @@ pub enum Problem {
     /// The body ended early.
     #[error("the connection ended before the body did")]
     BodyUnreadable,
+    /// The body came in more pieces than this.
+    #[error("send the body in at most {0} chunks")]
+    InPieces(usize),
     /// The body took longer than this to arrive.
     #[error("the whole body must arrive within {0:?}")]
     BodyTimedOut(Duration),
@@ -226,6 +229,7 @@ impl Problem {
         match self {
             Self::Syntax(_) => (400, "syntax", "The body is not JSON"),
             Self::BodyUnreadable => (400, "body_unreadable", "The body ended early"),
+            Self::InPieces(_) => (400, "body_in_pieces", "The body has too many chunks"),
             Self::HostHeader => (400, "host_header", "The request does not name one host"),
             Self::Unauthenticated => (401, "unauthenticated", "The service requires a token"),
             Self::Forbidden { .. } => (403, "forbidden", "The token does not allow this call"),

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
 use crate::{
+    admission::Work,
     body::AnyBytes,
     deadline::{Arrival, Deadline},
     planners::Planners,
@@ -126,7 +127,7 @@ pub(crate) async fn read_route(
     ValidQuery(RouteQuery { name }): ValidQuery<RouteQuery>,
     AnyBytes(body): AnyBytes,
 ) -> Result<Response, Problem> {
-    let permit = planners.admit(body.bytes.len())?;
+    let permit = planners.admit(Work::Reading, body.bytes.len())?;
     let (clock, limit) = (planners.clock.clone(), planners.deadline);
     let read = move |caller| {
         let stop = Deadline::new(arrival, None, limit).stop(&clock, caller);

@@ -355,6 +355,31 @@ fn a_scenario_without_a_surface_craft_is_simulated() {
 }
 
 #[test]
+fn a_number_of_a_scenario_is_set() {
+    let flown = |set: &str| {
+        line(&format!(
+            "simulate calm --duration-s 5 --untimed --out /dev/stdout{set}"
+        ))
+    };
+    let levers = "position_weight_per_m2=0.1 --set surface_craft.tuning.acceleration_weight_per_m2ps4=9000";
+    let (tuned, plain) = (flown(&format!(" --set surface_craft.tuning.{levers}")), flown(""));
+    let (tuned, plain) = (stdout(&tuned), stdout(&plain));
+    assert!(tuned.contains(',') && tuned != plain, "{tuned}");
+    for (set, says) in [
+        (
+            "surface_craft.tuning.position_weight_per_m2=11",
+            "is not in [0.01, 10]",
+        ),
+        ("surface_craft.tuning.scp_iterations=1.5", "is not a count"),
+        ("surface_craft.sped=1", "no number with this key"),
+        ("seed", "give a key"),
+    ] {
+        let refused = flown(&format!(" --set {set}"));
+        assert!(stderr(&refused).contains(says), "{}", stderr(&refused));
+    }
+}
+
+#[test]
 fn a_comparison_writes_the_record_of_every_controller() {
     let folder = tempfile::tempdir().expect("a folder");
     let (out, file) = (folder.path().join("a/b"), folder.path().join("file"));

@@ -6,6 +6,8 @@
 //! the beam drops none, the result is optimal. Counts bound the work, so equal problems have equal
 //! results.
 
+use std::cell::Cell;
+
 use smallvec::SmallVec;
 
 use crate::visit::{
@@ -28,6 +30,11 @@ const TOUR_DWELLS: [f64; 4] = [0.0, 30.0, 90.0, 210.0];
 
 /// Most visits of a tour; adjacent AUVs would allow thousands.
 const TOUR_VISITS_MAX: usize = 500;
+
+/// Most arrivals and visits computed, as a multiple of the visits tried. AUVs minutes apart need a
+/// tenth of them; a search among adjacent AUVs, with visits of a second, would need thousands of
+/// times more.
+const WORK: usize = 8;
 
 /// Shortest planned visit, s.
 const VISIT_MIN: f64 = 1.0;
@@ -75,12 +82,14 @@ struct Search<'a> {
     /// The best complete schedule: its last node, its state at the end, and its value.
     best: Option<(usize, CostState, f64)>,
     exact: bool,
+    /// Arrivals and stays that were computed.
+    work: &'a Cell<usize>,
 }
 
 impl Fleet {
     /// The best schedule whose first visit is to `first`; `None` if the craft cannot reach it. It
     /// is at least as good as to continue with `before`, the rest of the previous schedule. Once
-    /// `due`, it is the best so far, or a visit without end.
+    /// `due`, or after much work, it is the best so far, or a visit without end.
     pub(crate) fn best_first(
         &self,
         first: usize,
@@ -92,12 +101,15 @@ impl Fleet {
         let children = (n - 1).max(1) * 2;
         let width = (tried_max / (n * SLOTS * children)).max(2);
         let present = present.filter(|present| present.candidate == first);
+        let (work, work_max) = (Cell::new(0), WORK * tried_max / n);
+        let spent = |most: usize| due() || most <= work.get();
         let mut search = Search {
             fleet: self,
             nodes: Vec::new(),
             slots: vec![Vec::new(); SLOTS],
             best: None,
             exact: true,
+            work: &work,
         };
         let least = self.dwell_min.max(VISIT_MIN);
         let tours = self.tours(first);
@@ -108,7 +120,7 @@ impl Fleet {
             let times = if order.len() < 2 { 1 } else { TOUR_VISITS_MAX };
             let again = order.iter().cycle().take(times);
             let visits = again.map(|to| (*to, (self.dwell_min + dwell).max(VISIT_MIN)));
-            search.follow(visits, present, due);
+            search.follow(visits, present, &|| spent(work_max / 2));
             if !search.exact {
                 break;
             }
@@ -119,7 +131,7 @@ impl Fleet {
         // The previous schedule is always completed: it is short.
         search.follow(visits, present, &|| inserted.is_some() && due());
         search.visit(None, &self.start(), first, present);
-        search.extend_all(width, due);
+        search.extend_all(width, &|| spent(work_max));
         search.found()
     }
 }
@@ -221,6 +233,7 @@ impl Search<'_> {
 
     /// The earliest arrival at `to`, s after now, and all costs then.
     fn arrival(&self, state: &CostState, to: usize) -> Option<(f64, CostState)> {
+        self.work.set(self.work.get() + 1);
         let fleet = self.fleet;
         let (track, from) = (&fleet.candidates[to].track, fleet.departure(state));
         let arrival = fleet.craft.arrive(track, &from, fleet.within, fleet.horizon)?;
@@ -239,6 +252,7 @@ impl Search<'_> {
 
     /// The visit to `to` that arrives with the costs `there` and ends at `leave` or the horizon.
     fn node(&self, before: Option<usize>, to: usize, arrive: f64, (there, leave): (&CostState, f64)) -> Node {
+        self.work.set(self.work.get() + 1);
         let leave = leave.min(self.fleet.horizon);
         let state = self.fleet.visited_until(there, to, leave);
         Node {

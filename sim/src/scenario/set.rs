@@ -2,7 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use planner::craft::{CraftDescription, HeadingLoop, Power, SurgeLoop};
+use planner::{
+    craft::{CraftDescription, HeadingLoop, Power, SurgeLoop},
+    snapshot::Tuning,
+};
 
 use super::{
     InvalidScenario,
@@ -74,6 +77,39 @@ impl Part for Distribution {
     }
 }
 
+/// Its range shows at [`Scenario::start`].
+impl Part for f64 {
+    fn created() -> Option<Self> {
+        Some(0.0)
+    }
+
+    fn set(&mut self, key: &[&str], value: f64) -> Result<(), String> {
+        if !key.is_empty() {
+            return no_number();
+        }
+        *self = value;
+        Ok(())
+    }
+}
+
+/// Its range shows at [`Scenario::start`].
+impl Part for u32 {
+    fn created() -> Option<Self> {
+        Some(0)
+    }
+
+    fn set(&mut self, key: &[&str], value: f64) -> Result<(), String> {
+        if !key.is_empty() {
+            return no_number();
+        }
+        *self = value
+            .to_string()
+            .parse()
+            .map_err(|_| format!("{value} is not a count"))?;
+        Ok(())
+    }
+}
+
 impl<P: Part> Part for Option<P> {
     fn set(&mut self, key: &[&str], value: f64) -> Result<(), String> {
         if let Some(part) = self {
@@ -108,10 +144,12 @@ impl<P: Part> Part for Vec<P> {
 impl<P: Part> Part for BTreeMap<String, P> {
     fn set(&mut self, key: &[&str], value: f64) -> Result<(), String> {
         match key {
-            [name, rest @ ..] => match self.get_mut(*name) {
-                Some(part) => part.set(rest, value),
-                None => no_number(),
-            },
+            [name, rest @ ..] => {
+                let mut part = self.remove(*name);
+                let set = part.set(rest, value);
+                self.extend(part.map(|part| ((*name).to_owned(), part)));
+                set
+            }
             [] => no_number(),
         }
     }
@@ -144,7 +182,7 @@ tables! {
     KeepOutFile { north_m, east_m, radius_m }
     FaultFile { from_s, until_s, what }
     SurfaceCraftFile {
-        class, north_m, east_m, heading_rad, speed_mps, goal, goal_offset, contact_range_m, limits, craft
+        class, north_m, east_m, heading_rad, speed_mps, goal, goal_offset, contact_range_m, limits, craft, tuning
     }
     RandomCraftFile { mass_kg, heading_lag_s, surge_lag_s, acceleration_mps2, delay_s }
     LimitsFile {
@@ -156,6 +194,10 @@ tables! {
     HeadingLoop<Distribution> { time_constant_s, natural_frequency_radps, damping, delay_s, rate_max_radps }
     SurgeLoop<Distribution> { time_constant_s, delay_s, acceleration_max_mps2, deceleration_max_mps2, integral_time_s }
     Power<Distribution> = Some(Self::default()); { linear_w_per_mps, cubic_w_per_mps3 }
+    Tuning = Some(Self::default()); {
+        position_weight_per_m2, velocity_weight_per_m2ps2, acceleration_weight_per_m2ps4, terminal_position_weight_per_m2,
+        terminal_velocity_weight_per_m2ps2, energy_weight_per_j, scp_iterations, steps_s
+    }
     AuvFile {
         north_of_path_m, east_of_path_m, heading_off_path_rad, depth_m, speed_mps, speed_profile, dive, navigation_error,
         path
@@ -291,6 +333,7 @@ mod tests {
         for key in [
             "surface_craft.craft.heading_loop.time_constant_s",
             "surface_craft.limits.surge_lag_s",
+            "surface_craft.tuning.energy_weight_per_j",
         ] {
             scenario.set(key, 0.5).expect("is a number");
         }
@@ -302,6 +345,19 @@ mod tests {
             Some(Distribution::Fixed(0.5))
         );
         assert_eq!(response.surge_loop, SurgeLoop::default());
+        assert_eq!(
+            craft.tuning.and_then(|tuning| tuning.energy_weight_per_j),
+            Some(0.5)
+        );
+        let mut visits = Scenario::named("visit-five").expect("exists");
+        visits
+            .set("surface_craft.goal.visit.weights.auv-1", 3.0)
+            .expect("is a number");
+        visits.start(0).expect("visits it");
+        visits
+            .set("surface_craft.goal.visit.weights.auv-9", 3.0)
+            .expect("is a number");
+        visits.start(0).expect_err("there is no such AUV");
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use axum::http::{HeaderValue, Method, StatusCode, header};
 use serde_json::{Value, json};
+use sim::scenario::Scenario;
 use tests::client::{Answer, get, post, send_to};
 use tower::ServiceExt as _;
 
@@ -483,19 +484,35 @@ async fn the_levers_of_a_mission_make_its_plans_and_can_be_changed() {
     assert_eq!(refused.problem()["errors"][0]["pointer"], "/tuning/steps_s");
     service.change(&mission, json!({ "tuning": null })).await;
     assert_eq!(points(&service.next_plan(&mission).await), 31);
-    let plan_of = async |tuning: Option<&Value>| {
-        let mut body = simulated("switching");
-        if let Some(tuning) = tuning {
-            body["simulated"]["tuning"] = tuning.clone();
-        }
+    let plan_of = async |mut simulated: Value| {
+        simulated["seed"] = json!(1);
+        let body = json!({ "schema_version": "1.0", "simulated": simulated });
         let mission = service.create(&body).await;
         service.order(&mission, "step", json!({ "ticks": 1 })).await;
         service.ask(&format!("{mission}/reference")).await["plan"].clone()
     };
-    let (usual, tuned) = (plan_of(None).await, plan_of(Some(&steps)).await);
+    let usual = plan_of(json!({ "scenario": "switching" })).await;
+    let tuned = plan_of(json!({ "scenario": "switching", "tuning": steps })).await;
     assert_eq!((points(&usual), points(&tuned)), (31, 6));
     assert_ne!(
         usual["plan_id"], tuned["plan_id"],
         "they are asked for something else"
+    );
+    let file = |steps: &str| {
+        let text = Scenario::text("switching").expect("exists");
+        let (before, after) = text.split_once("[surface_craft]\n").expect("has a craft");
+        format!("{before}[surface_craft]\ntuning.steps_s = {steps}\n{after}")
+    };
+    let from_file = plan_of(json!({ "scenario_file": file("[1, 1, 2, 2, 4]") })).await;
+    assert_eq!(from_file["plan_id"], tuned["plan_id"]);
+    let replaced = json!({ "scenario_file": file("[2, 2, 2]"), "tuning": steps });
+    assert_eq!(plan_of(replaced).await["plan_id"], tuned["plan_id"]);
+    let wrong = json!({ "schema_version": "1.0", "simulated": { "scenario_file": file("[1, 1]") } });
+    let refused = service.post("/v1/missions", &wrong).await;
+    assert_eq!(refused.status, StatusCode::UNPROCESSABLE_ENTITY);
+    assert!(
+        refused.text.contains("surface_craft.tuning.steps_s"),
+        "{}",
+        refused.text
     );
 }

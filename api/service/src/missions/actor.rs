@@ -222,7 +222,7 @@ pub(super) trait Actor: Send {
 pub(super) async fn run(mut actor: impl Actor) {
     while !actor.context().superseded {
         // In turn, so that neither a flood of requests nor a slow plan delays the other.
-        match actor.context().requests.try_recv() {
+        match actor.context().try_next() {
             Ok(request) => serve(&mut actor, request).await,
             Err(TryRecvError::Empty) => {}
             Err(TryRecvError::Disconnected) => return,
@@ -283,6 +283,8 @@ async fn answer(
 #[derive(Debug)]
 pub(super) struct Context {
     requests: mpsc::Receiver<Request>,
+    /// A request that came while the mission was at work.
+    called: Option<Request>,
     /// Number of the mission in the store.
     number: u64,
     epoch: u64,
@@ -336,6 +338,7 @@ impl Context {
         let context = Self {
             counted: count(&planners, &mission),
             requests,
+            called: None,
             number,
             epoch: ownership.epoch,
             mission,
@@ -361,6 +364,18 @@ impl Context {
     fn may_plan(&self) -> bool {
         let lease = self.store.lease();
         lease.is_none_or(|lease| lease.incarnation().is_ok())
+    }
+
+    /// Waits for a request, which is then the next one, or until no handle is left.
+    async fn called(&mut self) {
+        if self.called.is_none() {
+            self.called = self.requests.recv().await;
+        }
+    }
+
+    /// The next request, if one waits.
+    fn try_next(&mut self) -> Result<Request, TryRecvError> {
+        self.called.take().map_or_else(|| self.requests.try_recv(), Ok)
     }
 
     /// The next request. None if no handle is left, or no request came for some time after the mission's end.

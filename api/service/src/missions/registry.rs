@@ -210,13 +210,12 @@ impl Missions {
         }
         let is_simulated = new.simulated.is_some();
         let check = move || check::new_mission(&new).map(|()| new);
-        // The check of a simulated mission starts its scenario, so it runs where simulations run.
+        // The check of a simulated mission starts its scenario, so it runs where simulations run, before what they have yet to do.
         let new = if is_simulated {
-            let checked = self
-                .clock()
-                .timeout(CHECK_TIME, self.planners.simulate(check))
-                .await;
-            checked.map_err(|_| self.planners.too_late())??
+            let (checked, _job) = self.planners.simulate(Priority::Short, check);
+            let checked = self.clock().timeout(CHECK_TIME, checked).await;
+            let checked = checked.map_err(|_| self.planners.too_late())?;
+            checked.map_err(|_| Problem::Panicked)?
         } else {
             self.planners.read_for_mission(Priority::Long, check).await?
         };

@@ -47,9 +47,10 @@ pub fn replay(
     let clock = MissionClock::new(mission.created_s, created.live.as_ref());
     let mut run = match (created.live, created.simulated) {
         (Some(config), _) => Run::Live(Box::new(MissionState::new(config)), Box::default()),
-        (None, Some(config)) => Run::Simulated(Box::new(
-            Simulation::new(&config, &Clock::machine()).map_err(StoreError::Damaged)?,
-        )),
+        (None, Some(config)) => {
+            let simulation = Simulation::new(&config, &Clock::machine()).map_err(StoreError::Damaged)?;
+            Run::Simulated(Box::new(simulation), Box::default())
+        }
         (None, None) => return Err(StoreError::Damaged(format!("{id} is neither live nor simulated"))),
     };
     let mut replayed = Replayed::default();
@@ -63,7 +64,7 @@ pub fn replay(
                 Some(_) => replayed.different.push(stored.sequence),
             },
             (event, Run::Live(state, _)) => state.apply(&event, &clock),
-            (_, Run::Simulated(_)) => {}
+            (_, Run::Simulated(..)) => {}
         }
         Ok(())
     })?;
@@ -73,7 +74,7 @@ pub fn replay(
 /// A mission during its replay.
 enum Run {
     Live(Box<MissionState>, Box<Workspace>),
-    Simulated(Box<Simulation>),
+    Simulated(Box<Simulation>, Box<Workspace>),
 }
 
 impl Run {
@@ -101,8 +102,8 @@ impl Run {
                 state.set_previous_plan(previous(&made, state.origin()));
                 Ok(Some(answer(&made, state.origin())))
             }
-            Self::Simulated(simulation) => {
-                let ticked = simulation.tick(Some(logged));
+            Self::Simulated(simulation, workspace) => {
+                let ticked = simulation.tick(Some(logged), workspace);
                 let tick = ticked.map_err(|error| StoreError::Damaged(error.to_string()))?;
                 Ok(Some(tick.answer))
             }

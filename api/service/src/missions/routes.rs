@@ -32,6 +32,7 @@ use store::EventReader;
 
 use crate::{
     access::By,
+    admission::Work,
     body::{JsonBody, JsonBytes, OptionalJsonBody},
     planners::Planners,
     pool::Priority,
@@ -200,9 +201,12 @@ pub(crate) async fn get_scene(
     let created = missions
         .read(move |reader| with_paths_of_now(reader, number, &mission))
         .await?;
-    // On a thread for long work: the scene of a simulated mission starts its scenario.
-    let scene = move || scene::scene(&created);
-    planners.read_for_mission(Priority::Long, scene).await.map(Json)
+    // The scene of a simulated mission starts its scenario.
+    let permit = planners.admit(Work::Reading, 0)?;
+    planners
+        .read(&permit, move |_| scene::scene(&created))
+        .await
+        .map(Json)
 }
 
 /// Changes what a live mission does, the paths of its AUVs, or where its datum lies, before it starts or while it runs. The next plan uses

@@ -32,7 +32,6 @@ pub(super) struct Simulation {
     ids: Vec<String>,
     parameters: Parameters,
     tuning: Option<Tuning>,
-    workspace: Workspace,
     previous: Option<PreviousPlan>,
     /// The controller, if it is not the planner.
     law: Option<LosGuide>,
@@ -82,8 +81,9 @@ impl Simulation {
             })
         });
         let name = law.as_ref().map_or("mpc", |law| law.name());
-        let mission = sim::mission::Mission::new(&scenario(config)?, name, config.seed)
+        let mut mission = sim::mission::Mission::new(&scenario(config)?, name, config.seed)
             .map_err(|error| error.to_string())?;
+        mission.forget_paths();
         Ok(Self {
             clock: clock.clone(),
             law,
@@ -91,7 +91,6 @@ impl Simulation {
             mission,
             parameters,
             tuning: config.tuning.clone(),
-            workspace: Workspace::default(),
             previous: None,
         })
     }
@@ -101,10 +100,14 @@ impl Simulation {
     }
 
     /// Makes a plan and simulates a second with it. A repeated simulation uses the `logged` reference instead.
-    pub(super) fn tick(&mut self, logged: Option<&Planned>) -> Result<Tick, GuideError> {
+    pub(super) fn tick(
+        &mut self,
+        logged: Option<&Planned>,
+        workspace: &mut Workspace,
+    ) -> Result<Tick, GuideError> {
         let time = self.mission.time();
         let seen = self.mission.observe()?.ok_or("there is no surface craft")?;
-        let made = self.steer(&seen, logged)?;
+        let made = self.steer(&seen, logged, workspace)?;
         let guidance = Guidance {
             reference: logged.map_or(made.plan.reference, |logged| reference(&logged.reference)),
             method: Some(made.plan.method),
@@ -119,7 +122,6 @@ impl Simulation {
         let origin = self.mission.record().origin;
         let answer = answer(&made, origin.map(wire::Origin::from));
         let mut planned = planned(time, Duration::ZERO, &made, &answer);
-        self.workspace.shrink();
         self.mission.step(Some((&seen, guidance)));
         let rows = self.mission.take_rows();
         planned.truth = rows.last().and_then(|row| truth(row, &self.ids)).map(Box::new);
@@ -133,7 +135,12 @@ impl Simulation {
 
 impl Simulation {
     /// The planner's plan for the snapshot `seen`, or the law's reference as a plan.
-    fn steer(&mut self, seen: &Snapshot, logged: Option<&Planned>) -> Result<planners::Planned, GuideError> {
+    fn steer(
+        &mut self,
+        seen: &Snapshot,
+        logged: Option<&Planned>,
+        workspace: &mut Workspace,
+    ) -> Result<planners::Planned, GuideError> {
         let start = self.clock.now();
         let (snapshot, plan) = if let Some(law) = &mut self.law {
             let guidance = law.guide(seen)?;
@@ -145,7 +152,7 @@ impl Simulation {
             })?;
             // Forecasts and the law's trajectory need no solved program, and the law has made the schedule.
             let stop = Stop::at_once();
-            let plan = plan_until(&known, &self.parameters, &mut self.workspace, &stop);
+            let plan = plan_until(&known, &self.parameters, workspace, &stop);
             let Baseline {
                 trajectory,
                 predicted,
@@ -171,11 +178,11 @@ impl Simulation {
         } else {
             let observation = PlanRequest {
                 previous_plan: self.previous.take(),
-                tuning: self.tuning.clone(),
+                tuning: self.tuning.clone().or_else(|| seen.tuning.clone()),
                 ..PlanRequest::clone(seen)
             };
             let snapshot = Snapshot::try_from(observation)?;
-            let plan = plan(&snapshot, &self.parameters, &mut self.workspace);
+            let plan = plan(&snapshot, &self.parameters, workspace);
             self.previous = Some(PreviousPlan::from(&plan));
             (snapshot, plan)
         };

@@ -8,6 +8,7 @@
 use std::{
     io::{self, Write},
     sync::Arc,
+    thread,
     time::Duration,
 };
 
@@ -38,7 +39,7 @@ use super::{
 };
 use store::StoredEvent;
 
-use crate::{access::By, problem::Problem, quota::QuotaPermit};
+use crate::{access::By, pool::lower_priority, problem::Problem, quota::QuotaPermit};
 
 /// Time between two keep-alive comments when nothing happens.
 const HEARTBEAT: Duration = Duration::from_secs(15);
@@ -188,7 +189,8 @@ pub(super) async fn record(
     let (number, _) = missions.find(id).await?;
     let (chunks, mut written) = mpsc::channel(CHUNKS);
     let runtime = runtime::Handle::current();
-    spawn_blocking(move || {
+    let is_simulated = missions.clock().is_simulated();
+    let write = move || {
         let _permit = permit;
         let mut out = ChunkWriter {
             client: chunks,
@@ -204,7 +206,18 @@ pub(super) async fn record(
         if let Err(error) = done.and_then(|()| Ok(out.finish()?)) {
             out.fail(error);
         }
-    });
+    };
+    if is_simulated {
+        spawn_blocking(write);
+    } else {
+        // A thread of its own, because Tokio's plan for missions, too.
+        let thread = thread::Builder::new().name("record".to_owned());
+        let started = thread.spawn(move || {
+            lower_priority();
+            write();
+        });
+        started.map_err(|_| Problem::Overloaded)?;
+    }
     // An error before the first chunk is answered as a problem.
     let first = match written.recv().await {
         Some(Err(error @ (RecordError::NoOrigin | RecordError::Export(ExportError::LeftOut(_))))) => {

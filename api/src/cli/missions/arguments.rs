@@ -21,12 +21,24 @@ pub(super) struct RunArguments {
     /// End the mission after this many seconds. If the settled metrics would begin later, they begin at once.
     #[arg(long, value_name = "S", value_parser = clap::value_parser!(u32).range(1..=86_400))]
     duration_s: Option<u32>,
+    /// Set a number of the scenario (docs/scenario-keys.md), such as surface_craft.tuning.energy_weight_per_j=1; may be repeated.
+    #[arg(long, value_name = "KEY=NUMBER", value_parser = assignment)]
+    set: Vec<(String, f64)>,
+}
+
+fn assignment(text: &str) -> Result<(String, f64), String> {
+    let (key, value) = text.split_once('=').ok_or("give a key, = and a number")?;
+    let value = value.parse().map_err(|_| format!("{value:?} is no number"))?;
+    Ok((key.to_owned(), value))
 }
 
 impl RunArguments {
     /// The named scenario, with the given duration and craft.
     pub(super) fn scenario(&self, name: &str) -> Result<Scenario, Box<dyn Error>> {
         let mut scenario = scenario(name)?;
+        for (key, value) in &self.set {
+            scenario.set(key, *value).map_err(|wrong| wrong.to_string())?;
+        }
         if let Some(duration) = self.duration_s {
             scenario = scenario.lasting(duration.into());
         }

@@ -49,7 +49,7 @@ pub(crate) struct Simulate {
     /// Simulate a sea trial (docs/commissioning.md) of the scenario's craft and write its log for `pilotfish identify`.
     #[arg(
         long, requires = "out",
-        conflicts_with_all = ["controller", "duration_s", "untimed", "report", "snapshots", "craft", "route", "tuned", "guide"]
+        conflicts_with_all = ["controller", "duration_s", "untimed", "report", "snapshots", "craft", "route", "tuned", "guide", "set"]
     )]
     trial: bool,
     #[command(flatten)]

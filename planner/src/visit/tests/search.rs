@@ -97,6 +97,29 @@ fn no_tour_of_five_auvs_by_the_clock_is_better_and_a_quarter_cost_five_percent_m
 }
 
 #[test]
+fn among_auvs_side_by_side_the_search_ends_soon() {
+    let request = random(7, 16, 10.0);
+    let fleet = Fleet {
+        law: VisitCost::Age,
+        within: 5000.0,
+        dwell_min: 0.0,
+        ..fleet(&request, 7200.0)
+    };
+    let tried = SchedulingParameters::default().visits_tried;
+    let looks = Cell::new(0);
+    let looked = || {
+        looks.set(looks.get() + 1);
+        false
+    };
+    for first in 0..fleet.candidates.len() {
+        let found = fleet.best_first(first, (None, &[]), tried, &looked);
+        assert!(!found.expect("is in reach").exact);
+    }
+    // A tour looks once for an arrival and a stay, which count, and may take half of the work.
+    assert!(looks.get() < 3 * tried, "{}", looks.get());
+}
+
+#[test]
 fn schedules_respect_their_bound_and_the_order_and_length_of_visits() {
     for seed in 0..120 {
         let n = 1 + usize::try_from(seed % 6).expect("small");

@@ -4,7 +4,7 @@ use planner::{
     craft::{CraftDescription, CraftEstimate},
     los::{LosLaw, LosTuning},
     parameters::Parameters,
-    snapshot::{Forecast, ForecastModel, Limits, Offset, PlanRequest, Snapshot},
+    snapshot::{Forecast, ForecastModel, Limits, Offset, PlanRequest, Snapshot, Tuning},
 };
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -77,6 +77,8 @@ pub enum ControlLaw {
     Planner {
         /// Its parameters.
         parameters: Box<Parameters>,
+        /// The levers that replace those of the scenario, if it sets any.
+        tuning: Option<Tuning>,
         /// The forecast model that it must use; its own choice if none.
         forecast: Option<ForecastModel>,
     },
@@ -229,6 +231,13 @@ impl Controller {
         if let Some(variation) = self.variation {
             variation.vary_start(start);
         }
+        if let ControlLaw::Planner {
+            tuning: Some(tuning), ..
+        } = &self.law
+            && let Some(observer) = &mut start.observer
+        {
+            observer.briefing.tuning = Some(tuning.clone());
+        }
         if self.craft == CraftKnowledge::Speeds
             && let Some(observer) = &mut start.observer
         {
@@ -252,9 +261,9 @@ impl Controller {
         let (guide, forecast): (Box<dyn Guide>, _) = match &self.law {
             ControlLaw::Fixed(tuning) => (Box::new(LosGuide::tuned(*tuning)), None),
             ControlLaw::Tuned(law) => (Box::new(LosGuide::tuned(gains(*law))), None),
-            ControlLaw::Planner { parameters, forecast } => {
-                (Box::new(MpcGuide::new(Parameters::clone(parameters))), *forecast)
-            }
+            ControlLaw::Planner {
+                parameters, forecast, ..
+            } => (Box::new(MpcGuide::new(Parameters::clone(parameters))), *forecast),
             ControlLaw::Guide(url) => (Box::new(HttpGuide::new(url)), None),
         };
         let guide = match (self.rule, setting.dwell_s) {

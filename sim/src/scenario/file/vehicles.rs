@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, sync::Arc};
 use planner::{
     craft::{CraftDescription, HeadingReference, SpeedReference},
     path::Side,
-    snapshot::{ID_LENGTH_MAX, Reduce},
+    snapshot::{ID_LENGTH_MAX, Reduce, Tuning},
 };
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -54,6 +54,8 @@ pub struct SurfaceCraftFile {
     pub limits: LimitsFile,
     /// Closed-loop response given to the planner; the true one if left out, none if empty.
     pub craft: Option<CraftDescription<Distribution>>,
+    /// Weights of the planner's cost, its horizon and its iterations; the planner's own if left out.
+    pub tuning: Option<Tuning>,
     /// A random craft that was drawn earlier, because a draw takes as long as a mission.
     #[serde(skip)]
     pub drawn: Option<Arc<RandomCraft>>,

@@ -7,7 +7,7 @@ use planner::{
     angle::direction,
     craft::CraftDescription,
     path::Path,
-    snapshot::{Forecast, Limits, VehicleId},
+    snapshot::{Forecast, Limits, Tuning, VehicleId},
 };
 
 use super::{
@@ -67,6 +67,7 @@ impl Scenario {
                 None => None,
             },
             limits: limits(&file.limits, &kind.limits, draw)?,
+            tuning: tuning(file.tuning.as_ref())?,
             craft: craft_description(file.craft.as_ref(), &file.limits, kind.craft, draw)?,
             current: self.knowledge.current == CurrentKnowledge::Known,
             paths: self.knowledge.paths,
@@ -250,6 +251,15 @@ fn constraints(file: &RandomCraftFile, draw: &mut Draw) -> CraftConstraints {
         delay: draw.take_optional(file.delay_s.as_ref()),
         speed_held: file.speed_held,
         heading_held: file.heading_held,
+    }
+}
+
+/// The same levers, in their ranges.
+fn tuning(file: Option<&Tuning>) -> Result<Option<Tuning>, InvalidScenario> {
+    let faults = file.map(|tuning| tuning.faults("surface_craft/tuning"));
+    match faults.into_iter().flatten().next() {
+        Some(fault) => Err(invalid(fault.field.replace('/', "."), fault.reason)),
+        None => Ok(file.cloned()),
     }
 }
 

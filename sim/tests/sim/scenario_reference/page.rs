@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use super::{Presence, Row};
 
 /// Tables whose members another page describes.
-const ELSEWHERE: [&str; 1] = ["surface_craft.craft."];
+const ELSEWHERE: [&str; 2] = ["surface_craft.craft.", "surface_craft.tuning."];
 
 /// The keys of the file, then those of each of its tables.
 pub(super) fn text(rows: &[Row]) -> String {

@@ -2,16 +2,18 @@
 
 use std::{
     collections::BTreeMap,
-    sync::Arc,
+    mem,
+    sync::{Arc, Mutex, PoisonError},
     time::{Duration, Instant},
 };
 
 use clock::Clock;
+use planner::plan::Workspace;
 
 use super::{
     Actor, Checkpoint, Command, Context, FIXED_SETTING, IdempotencyKey, NO_REPORTS, Stored, StoredPlan,
 };
-use store::StoreError;
+use store::{EventReader, StoreError};
 
 use crate::{
     metrics::PlanFor,
@@ -19,12 +21,19 @@ use crate::{
         event::Event,
         simulation::{Simulation, Tick},
     },
+    pool::Priority,
     problem::Problem,
 };
 use wire::mission;
 
 /// Plans that are stored together without a speed factor: some tens of milliseconds of work.
-const TICKS_AT_ONCE: u32 = 16;
+const TICKS_AT_ONCE: usize = 16;
+
+/// How long a job goes on before it makes no further plan: other simulations and the checks of new missions wait for it.
+const SLICE: Duration = Duration::from_millis(50);
+
+/// How long a request to the mission waits before a job that has not begun gives way.
+const GRACE: Duration = Duration::from_millis(100);
 
 /// Pause after a failure.
 const PATIENCE: Duration = Duration::from_secs(1);
@@ -35,16 +44,26 @@ pub(in crate::missions) struct Simulated {
     context: Context,
     config: mission::Simulated,
     /// None until it is needed: then it is simulated again up to the last stored event.
-    simulation: Option<Box<Simulation>>,
+    flown: Option<Flown>,
     due: Instant,
     patience: Duration,
+}
+
+/// The simulation, and how far it has come.
+struct Flown {
+    simulation: Box<Simulation>,
+    /// Number of the last stored event that it knows.
+    sequence: u64,
+    /// Plans after that event, which are not stored yet, and the event of the end, if it came.
+    ticks: Vec<Tick>,
+    end: Option<Event>,
 }
 
 impl Simulated {
     pub(in crate::missions) fn new(context: Context, config: mission::Simulated) -> Self {
         Self {
             config,
-            simulation: None,
+            flown: None,
             due: context.clock().now(),
             context,
             patience: PATIENCE,
@@ -69,7 +88,7 @@ impl Actor for Simulated {
             Command::Step(_) if self.context.is_running() => {
                 return Err(Problem::conflict("the mission is running: pause it first"));
             }
-            Command::Step(ticks) => return Ok(self.step(ticks, key).await?.answer),
+            Command::Step(ticks) => return Ok(self.step(ticks as usize, key).await?.answer),
             Command::Run(speed_factor) => {
                 self.due = self.context.clock().now();
                 Event::Ran { at_s, speed_factor }
@@ -80,47 +99,101 @@ impl Actor for Simulated {
         Ok(self.context.append(vec![event], key, None).await?.answer)
     }
 
-    /// Makes one plan, or several without a speed factor.
+    /// Makes one plan, or several without a speed factor, or simulates a part of what is stored again.
     async fn advance(&mut self) {
-        let ticks = match self.context.mission.speed_factor {
+        let (due, n_ticks) = match self.context.mission.speed_factor {
             Some(factor) => {
                 // A late plan delays the later ones: the simulation does not catch up.
-                self.due = self
-                    .context
-                    .clock()
-                    .now()
-                    .max(self.due + Duration::from_secs_f64(1.0 / factor));
-                1
+                let next = self.due + Duration::from_secs_f64(1.0 / factor);
+                (self.context.clock().now().max(next), 1)
             }
-            None => TICKS_AT_ONCE,
+            None => (self.due, TICKS_AT_ONCE),
         };
-        if let Err(problem) = self.step(ticks, None).await {
-            tracing::warn!(
-                mission = self.context.mission.id,
-                ?problem,
-                "the simulation did not advance"
-            );
-            self.due = self.context.clock().now() + self.patience;
-            self.patience = PATIENCE_MAX.min(2 * self.patience);
-        } else {
-            self.patience = PATIENCE;
+        match self.proceed(n_ticks).await {
+            Ok(has_made) => {
+                self.patience = PATIENCE;
+                if has_made {
+                    self.due = due;
+                }
+            }
+            Err(problem) => {
+                tracing::warn!(
+                    mission = self.context.mission.id,
+                    ?problem,
+                    "the simulation did not advance"
+                );
+                self.due = self.context.clock().now() + self.patience;
+                self.patience = PATIENCE_MAX.min(2 * self.patience);
+            }
         }
     }
 }
 
 impl Simulated {
-    /// Makes `ticks` plans, or fewer at the end. If their events are not stored, the simulation is dropped.
-    async fn step(&mut self, ticks: u32, key: Option<IdempotencyKey>) -> Result<Stored, Problem> {
-        let simulation = match self.simulation.take() {
-            Some(simulation) => simulation,
-            None => self.simulate_again().await?,
-        };
-        let clock = self.context.clock().clone();
-        let worked = self
-            .context
-            .planners
-            .simulate(move || simulate(simulation, ticks, &clock));
-        let (simulation, ticks, end) = worked.await?;
+    /// A job of at most `n_ticks` plans, which are stored. False if it made none: it simulated again what is stored, or a request came
+    /// first.
+    async fn proceed(&mut self, n_ticks: usize) -> Result<bool, Problem> {
+        self.fly(n_ticks, true).await?;
+        let made = self
+            .flown
+            .take_if(|flown| !flown.ticks.is_empty() || flown.end.is_some());
+        let Some(flown) = made else { return Ok(false) };
+        self.store(flown, None).await?;
+        Ok(true)
+    }
+
+    /// Makes `n_ticks` plans, or fewer at the end, in as many jobs as it takes.
+    async fn step(&mut self, n_ticks: usize, key: Option<IdempotencyKey>) -> Result<Stored, Problem> {
+        loop {
+            self.fly(n_ticks, false).await?;
+            if let Some(flown) = self.flown.take_if(|flown| flown.has_made(n_ticks)) {
+                return self.store(flown, key).await;
+            }
+        }
+    }
+
+    /// A job of the simulation, until there are `n_ticks` plans to be stored. If it `gives_way`, it is given up for a request that came
+    /// before it began. If it fails, the simulation is dropped.
+    async fn fly(&mut self, n_ticks: usize, gives_way: bool) -> Result<(), Problem> {
+        let (config, store) = (self.config.clone(), self.context.store.clone());
+        let (clock, number) = (self.context.clock().clone(), self.context.number);
+        let last = self.context.mission.sequence;
+        let waiting = Arc::new(Mutex::new(self.flown.take()));
+        let (begun, planners) = (Arc::clone(&waiting), self.context.planners.clone());
+        let (mut worked, job) = self.context.planners.simulate(Priority::Long, move || {
+            let flown = taken(&begun).map_or_else(|| Flown::new(&config, &clock), Ok)?;
+            let reader = || Ok((store.reader()?, number));
+            planners.with_workspace(PlanFor::Simulated, |workspace| {
+                flown.until(last, n_ticks, &clock, reader, workspace)
+            })
+        });
+        if gives_way {
+            let clock = self.context.clock().clone();
+            let called = async {
+                clock.sleep(GRACE).await;
+                self.context.called().await;
+            };
+            let worked = tokio::select! {
+                biased;
+                worked = &mut worked => Some(worked),
+                () = called => None,
+            };
+            if let Some(worked) = worked {
+                self.flown = Some(worked.map_err(|_| Problem::Panicked)??);
+                return Ok(());
+            }
+            if job.give_up() {
+                self.flown = taken(&waiting);
+                return Ok(());
+            }
+        }
+        self.flown = Some(worked.await.map_err(|_| Problem::Panicked)??);
+        Ok(())
+    }
+
+    /// Stores what was made. If it is not stored, the simulation is dropped.
+    async fn store(&mut self, mut flown: Flown, key: Option<IdempotencyKey>) -> Result<Stored, Problem> {
+        let ticks = mem::take(&mut flown.ticks);
         let n_plans = ticks.len() as u64;
         let plan = ticks.last().map(|tick| {
             Arc::new(StoredPlan {
@@ -137,57 +210,77 @@ impl Simulated {
             metrics.plan(PlanFor::Simulated, &made.plan, made.solve_time);
         }
         let planned = |tick: Tick| Event::Planned(Box::new(tick.planned));
-        let events = ticks.into_iter().map(planned).chain(end).collect();
+        let events = ticks.into_iter().map(planned).chain(flown.end.take()).collect();
         let checkpoint = plan.is_some().then(|| Checkpoint::json(None, plan.clone()));
         let stored = self.context.append(events, key, checkpoint).await?;
         if stored.is_new {
-            self.simulation = Some(simulation);
+            flown.sequence = self.context.mission.sequence;
+            self.flown = Some(flown);
             if plan.is_some() {
                 self.context.show(plan);
             }
         }
         Ok(stored)
     }
-
-    /// The simulation as it was after the last stored event.
-    async fn simulate_again(&self) -> Result<Box<Simulation>, Problem> {
-        let (store, config) = (self.context.store.clone(), self.config.clone());
-        let clock = self.context.clock().clone();
-        let (number, sequence) = (self.context.number, self.context.mission.sequence);
-        let again = self.context.planners.simulate(move || {
-            let mut simulation = Simulation::new(&config, &clock).map_err(StoreError::Damaged)?;
-            store.reader()?.each(number, 0, sequence, &mut |stored| {
-                if let Event::Planned(planned) = Event::read(stored)? {
-                    let ticked = simulation.tick(Some(&planned));
-                    ticked.map_err(|error| StoreError::Damaged(error.to_string()))?;
-                }
-                Ok(())
-            })?;
-            Ok::<_, StoreError>(Box::new(simulation))
-        });
-        Ok(again.await??)
-    }
 }
 
-/// Makes up to `n_ticks` plans. The event is that of the end, if it came.
-fn simulate(
-    mut simulation: Box<Simulation>,
-    n_ticks: u32,
-    clock: &Clock,
-) -> (Box<Simulation>, Vec<Tick>, Option<Event>) {
-    let mut ticks = vec![];
-    for _ in 0..n_ticks {
-        match simulation.tick(None) {
-            Ok(tick) => ticks.push(tick),
-            Err(error) => {
-                let reason = error.to_string();
-                let at_s = clock.unix_s();
-                return (simulation, ticks, Some(Event::Failed { at_s, reason }));
+fn taken(flown: &Mutex<Option<Flown>>) -> Option<Flown> {
+    flown.lock().unwrap_or_else(PoisonError::into_inner).take()
+}
+
+impl Flown {
+    fn new(config: &mission::Simulated, clock: &Clock) -> Result<Self, StoreError> {
+        Ok(Self {
+            simulation: Box::new(Simulation::new(config, clock).map_err(StoreError::Damaged)?),
+            sequence: 0,
+            ticks: vec![],
+            end: None,
+        })
+    }
+
+    fn has_made(&self, n_ticks: usize) -> bool {
+        self.ticks.len() == n_ticks || self.end.is_some()
+    }
+
+    /// Goes on for [`SLICE`]: with what is stored up to the event `last`, from the reader and by the mission's number, then with new plans
+    /// until there are `n_ticks`.
+    fn until(
+        mut self,
+        last: u64,
+        n_ticks: usize,
+        clock: &Clock,
+        stored: impl FnOnce() -> Result<(EventReader, u64), StoreError>,
+        workspace: &mut Workspace,
+    ) -> Result<Self, StoreError> {
+        let begun = clock.now();
+        let has_time = || clock.since(begun) < SLICE;
+        if self.sequence < last {
+            let (reader, number) = stored()?;
+            while self.sequence < last && has_time() {
+                reader.each(number, self.sequence, self.sequence + 1, &mut |stored| {
+                    if let Event::Planned(planned) = Event::read(stored)? {
+                        let ticked = self.simulation.tick(Some(&planned), workspace);
+                        ticked.map_err(|error| StoreError::Damaged(error.to_string()))?;
+                    }
+                    Ok(())
+                })?;
+                self.sequence += 1;
             }
         }
-        if simulation.is_over() {
-            return (simulation, ticks, Some(Event::Finished { at_s: clock.unix_s() }));
+        while self.sequence == last && !self.has_made(n_ticks) && has_time() {
+            match self.simulation.tick(None, workspace) {
+                Ok(tick) => self.ticks.push(tick),
+                Err(error) => {
+                    self.end = Some(Event::Failed {
+                        at_s: clock.unix_s(),
+                        reason: error.to_string(),
+                    });
+                }
+            }
+            if self.end.is_none() && self.simulation.is_over() {
+                self.end = Some(Event::Finished { at_s: clock.unix_s() });
+            }
         }
+        Ok(self)
     }
-    (simulation, ticks, None)
 }

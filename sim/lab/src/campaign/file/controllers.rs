@@ -3,7 +3,7 @@
 use planner::{
     los::{LawGains, LosGains, LosLaw, LosTuning},
     parameters::Parameters,
-    snapshot::InvalidField,
+    snapshot::{InvalidField, Tuning},
 };
 
 use super::{ControllerFile, LawFile, PlannerFile, RuleFile};
@@ -79,6 +79,7 @@ impl PlannerFile {
         parameters.cost_decides = self.cost_decides.unwrap_or(parameters.cost_decides);
         Ok(ControlLaw::Planner {
             parameters: Box::new(parameters),
+            tuning: (self.tuning != Tuning::default()).then(|| self.tuning.clone()),
             forecast: self.forecast,
         })
     }
