@@ -38,7 +38,7 @@ pub enum Goal {
     },
     /// Stay above the weighted mean of several AUVs.
     Weighted {
-        /// The AUVs in the mean and their weights, of which only ratios count; 0 excludes an AUV.
+        /// The AUVs in the mean with their relative weights; 0 excludes an AUV.
         weights: BTreeMap<VehicleId, f64>,
     },
     /// Stay within a slant range of all AUVs, where the largest range is least.
