@@ -44,10 +44,10 @@
 //!
 //! let snapshot = Snapshot::try_from(request.clone())?;
 //! let ahead = plan(&snapshot, &parameters, &mut workspace);
-//! The craft closes the distance and has no reason to turn.
+//! // The craft closes the distance and has no reason to turn.
 //! assert!(0.2 < ahead.reference.speed && ahead.reference.heading.radians().abs() < 0.01);
 //!
-//! Memory is an input: the next request returns the answer.
+//! // Memory is an input: the next request returns the answer.
 //! request.t_s = 1.0;
 //! request.asc.north_m = 0.5;
 //! request.previous_plan = Some((&ahead).into());

@@ -187,7 +187,7 @@ pub struct PlannedTarget {
     /// m, at most 96. The next request needs it in `previous_plan`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub track: Vec<[f64; 3]>,
-    /// Depth at the times of the trajectory, m, positive down.
+    /// One point for each of the plan's trajectory.
     pub trajectory: Vec<TargetPoint>,
     /// Depth at the times of the trajectory, m, positive down.
     pub depths_m: Vec<f64>,
@@ -216,7 +216,7 @@ pub struct TargetPoint {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Estimate)]
 pub struct TargetEstimate {
-    /// Age of the newest report that was used, s.
+    /// Age of the newest used report, s.
     pub age_s: f64,
     /// Position north of the datum at that time, m.
     pub north_m: f64,

@@ -80,11 +80,11 @@ pub struct SurgeResponse {
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "Power", bound = "N: JsonSchema + Default")]
 pub struct Power<N = f64> {
-    /// Linear coefficient, W/(m/s). Default: 0.
+    /// Linear coefficient, W/(m/s); 0 if left out.
     #[serde(default)]
     #[schema(value_type = f64)]
     pub linear_w_per_mps: N,
-    /// Cubic coefficient, W/(m/s)³. Default: 0.
+    /// Cubic coefficient, W/(m/s)³; 0 if left out.
     #[serde(default)]
     #[schema(value_type = f64, example = 27.5)]
     pub cubic_w_per_mps3: N,

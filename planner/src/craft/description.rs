@@ -31,11 +31,11 @@ use crate::{
 #[schema(as = Craft)]
 #[schemars(rename = "Craft", bound = "N: JsonSchema + Default + PartialEq")]
 pub struct CraftDescription<N = f64> {
-    /// Name of a known craft (from `GET /v1/crafts`) for omitted members. Default: none.
+    /// Name of a known craft (from `GET /v1/crafts`) for omitted members; none if left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = "medusa")]
     pub preset: Option<String>,
-    /// Response of the heading loop. Default: the preset's.
+    /// Response of the heading loop; the preset's if left out.
     #[serde(
         default,
         deserialize_with = "default_for_null",
@@ -43,7 +43,7 @@ pub struct CraftDescription<N = f64> {
     )]
     #[schema(value_type = Option<HeadingLoop>)]
     pub heading_loop: HeadingLoop<N>,
-    /// Response of the speed loop. Default: the preset's.
+    /// Response of the speed loop; the preset's if left out.
     #[serde(
         default,
         deserialize_with = "default_for_null",
@@ -52,22 +52,22 @@ pub struct CraftDescription<N = f64> {
     #[schema(value_type = Option<SurgeLoop>)]
     pub surge_loop: SurgeLoop<N>,
     /// Sway per surge and yaw rate k_β, s, positive if the craft drifts outwards in a turn: sway =
-    /// −`sway_per_yaw_rate_s` · surge · yaw rate. Default: the preset's.
+    /// −`sway_per_yaw_rate_s` · surge · yaw rate; the preset's if left out.
     #[doc(alias = "k_beta")]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>, example = 0.9)]
     pub sway_per_yaw_rate_s: Option<N>,
-    /// Propulsion power at a steady speed through the water. Default: the preset's.
+    /// Propulsion power at a steady speed through the water; the preset's if left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<Power>)]
     pub power: Option<Power<N>>,
-    /// Kind of speed reference. Default: the preset's.
+    /// Kind of speed reference; the preset's if left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speed_held: Option<SpeedReference>,
-    /// Kind of heading reference. Default: the preset's.
+    /// Kind of heading reference; the preset's if left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub heading_held: Option<HeadingReference>,
-    /// Relative standard deviation of the given numbers; 0 if exact. Default: 0.15.
+    /// Relative standard deviation of the given numbers; 0 if exact; 0.15 if left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>, example = 0.1)]
     pub relative_uncertainty: Option<N>,
@@ -79,23 +79,24 @@ pub struct CraftDescription<N = f64> {
 #[schemars(rename = "HeadingLoop")]
 pub struct HeadingLoop<N = f64> {
     /// Time constant of a first-order response, s. Excludes `natural_frequency_radps` and
-    /// `damping`. Default: the preset's.
+    /// `damping`; the preset's if left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>)]
     pub time_constant_s: Option<N>,
-    /// Natural frequency of a second-order response, rad/s. Needs `damping`. Default: the preset's.
+    /// Natural frequency of a second-order response, rad/s, with `damping`; the preset's if left
+    /// out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>, example = 1.6)]
     pub natural_frequency_radps: Option<N>,
-    /// Damping ratio; needs `natural_frequency_radps`. Default: the preset's.
+    /// Damping ratio; needs `natural_frequency_radps`; the preset's if left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>, example = 0.8)]
     pub damping: Option<N>,
-    /// Delay of a reference, s. Default: the preset's.
+    /// Delay of a reference, s; the preset's if left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>, example = 0.1)]
     pub delay_s: Option<N>,
-    /// Largest yaw rate of the loop, rad/s. Default: the preset's.
+    /// Largest yaw rate of the loop, rad/s; the preset's if left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>, example = 0.3)]
     pub rate_max_radps: Option<N>,
@@ -106,27 +107,27 @@ pub struct HeadingLoop<N = f64> {
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "SurgeLoop")]
 pub struct SurgeLoop<N = f64> {
-    /// Time constant of the response to a small step, s. Default: the preset's.
+    /// Time constant of the response to a small step, s; the preset's if left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>, example = 2.5)]
     pub time_constant_s: Option<N>,
-    /// Delay of a reference, s. Default: the preset's.
+    /// Delay of a reference, s; the preset's if left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>, example = 0.0)]
     pub delay_s: Option<N>,
-    /// Largest acceleration ahead, m/s². Default: the preset's.
+    /// Largest acceleration ahead, m/s²; the preset's if left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>, example = 0.09)]
     pub acceleration_max_mps2: Option<N>,
-    /// Largest deceleration, m/s², positive. Default: the preset's.
+    /// Largest deceleration, m/s², positive; the preset's if left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>, example = 0.09)]
     pub deceleration_max_mps2: Option<N>,
-    /// `false`: the loop has no integrator that winds up noticeably; `integral_time_s` declares
-    /// one. `null` means omitted. Default: the preset's, or learnt.
+    /// `false`: no integrator winds up noticeably (`integral_time_s` declares one); the preset's or
+    /// learnt if left out. `null` means omitted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub integrates: Option<bool>,
-    /// Integral time of the loop k_p/k_i, s. Default: the preset's.
+    /// Integral time of the loop k_p/k_i, s; the preset's if left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>, example = 8.7)]
     pub integral_time_s: Option<N>,

@@ -25,7 +25,7 @@ pub struct Asc {
     pub north_m: f64,
     /// Position east of the datum, m.
     pub east_m: f64,
-    /// Latitude, degrees, positive north. Needs `origin` and `lon_deg`; replaces `north_m`.
+    /// Latitude, degrees, positive north. Needs `origin`, `lon_deg`; replaces `north_m`, `east_m`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lat_deg: Option<f64>,
     /// Longitude, degrees, positive east.
@@ -121,13 +121,13 @@ pub struct DeclaredLimits {
     /// Fastest speed reference, m/s: through the water, or over ground if held. Default: 1.5.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speed_max_mps: Option<f64>,
-    /// Largest yaw rate, rad/s. Default: what the craft can do.
+    /// Largest yaw rate, rad/s. Default: the craft's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub turn_rate_max_radps: Option<f64>,
-    /// Largest acceleration ahead, m/s². Default: what the craft can do.
+    /// Largest acceleration ahead, m/s². Default: the craft's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub acceleration_max_mps2: Option<f64>,
-    /// Largest deceleration, m/s², positive. Default: what the craft can do.
+    /// Largest deceleration, m/s², positive. Default: the craft's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub deceleration_max_mps2: Option<f64>,
     /// Time constant of the surge loop, s; `craft` overrides it. Default: the craft's.

@@ -34,7 +34,7 @@ pub struct KeepOut {
     pub north_m: f64,
     /// Its centre, east of the datum, m.
     pub east_m: f64,
-    /// Latitude of its centre, degrees, positive north. Needs `origin`; replaces `north_m`.
+    /// Latitude of its centre, degrees, positive north. Needs `origin`, as in other positions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lat_deg: Option<f64>,
     /// Longitude of its centre, degrees, positive east.

@@ -22,7 +22,7 @@ pub struct AuvState {
     pub north_m: f64,
     /// Position east of the datum, m.
     pub east_m: f64,
-    /// Latitude, degrees, positive north. Needs `origin` and `lon_deg`; replaces `north_m`.
+    /// Latitude, degrees, positive north. Needs `origin`, `lon_deg`; replaces `north_m`, `east_m`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lat_deg: Option<f64>,
     /// Longitude, degrees, positive east.
@@ -104,7 +104,7 @@ pub struct Report {
     pub north_m: f64,
     /// Position east of the datum, m.
     pub east_m: f64,
-    /// Latitude, degrees, positive north. Needs `origin` and `lon_deg`; replaces `north_m`.
+    /// Latitude, degrees, positive north. Needs `origin`, `lon_deg`; replaces `north_m`, `east_m`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lat_deg: Option<f64>,
     /// Longitude, degrees, positive east.

@@ -38,7 +38,7 @@ pub enum Goal {
     },
     /// Stay above the weighted mean of several AUVs.
     Weighted {
-        /// The AUVs in the mean and their weights, of which only ratios count; 0 excludes an AUV.
+        /// The AUVs in the mean with their relative weights; 0 excludes an AUV.
         weights: BTreeMap<VehicleId, f64>,
     },
     /// Stay within a slant range of all AUVs, where the largest range is least.
@@ -210,7 +210,7 @@ members! {
     /// now, else that of a vehicle just served.
     #[schema(value_type = Option<BTreeMap<String, f64>>, example = json!({ "auv-2": 340.0 }))]
     costs_now: Option<BTreeMap<VehicleId, f64>>,
-    /// `visit`: next vehicle, for as long as this member is given. Default: that of least cost.
+    /// `visit`: the vehicle to visit next, until that visit is over. Default: that of least cost.
     #[schema(value_type = Option<String>)]
     next: Option<VehicleId>,
     /// Any kind: desired position relative to the followed point. Default: right above it.

@@ -34,7 +34,7 @@ pub struct Visits {
     pub auvs: Vec<VehicleId>,
     /// Cost of an unserved AUV.
     pub cost: VisitCost,
-    /// Weight of each cost, of which only ratios count. Default: 1; 0 excludes an AUV.
+    /// Relative weight of each cost. Default: 1; 0 excludes an AUV.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub weights: BTreeMap<VehicleId, f64>,
     /// Horizontal distance within which an AUV counts as served, m.

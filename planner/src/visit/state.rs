@@ -115,7 +115,7 @@ impl Fleet {
         later
     }
 
-    /// `true` if the craft surely passes `who` in the turn towards `to`.
+    /// `true` if the craft surely passes candidate `who` in the turn towards `to`.
     pub(crate) fn turns_past(&self, who: usize, to: usize) -> bool {
         let mut state = self.start();
         let (track, from) = (&self.candidates[to].track, self.departure(&state));
