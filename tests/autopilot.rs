@@ -68,6 +68,8 @@ pub struct Boat {
     pub speed_time: f64,
     /// Fastest turn, rad/s.
     pub turn_rate_max: f64,
+    /// Whether the rudder stays where it is.
+    pub is_rudder_stuck: bool,
     /// Speed, m/s, heading, rad, and when they came, s.
     reference: Option<(f64, f64, f64)>,
     yaw_rate: f64,
@@ -124,6 +126,7 @@ impl Boat {
             heading_time: HEADING_TIME,
             speed_time: SPEED_TIME,
             turn_rate_max: TURN_RATE_MAX,
+            is_rudder_stuck: false,
             reference: None,
             yaw_rate: 0.0,
         }
@@ -182,7 +185,9 @@ impl Boat {
         let turn = (heading - self.heading)
             .sin()
             .atan2((heading - self.heading).cos());
-        self.yaw_rate = (turn / self.heading_time.max(dt)).clamp(-self.turn_rate_max, self.turn_rate_max);
+        if !self.is_rudder_stuck {
+            self.yaw_rate = (turn / self.heading_time.max(dt)).clamp(-self.turn_rate_max, self.turn_rate_max);
+        }
         self.heading += self.yaw_rate * dt;
         let faster = (speed - self.speed) / self.speed_time.max(dt);
         self.speed += faster.clamp(-ACCELERATION_MAX, ACCELERATION_MAX) * dt;

@@ -27,6 +27,7 @@ mod host;
 mod operator;
 mod planners;
 mod sea;
+mod shown;
 
 use bridge::BridgeProcess;
 use checker::Checker;
@@ -37,6 +38,7 @@ use faults::{Fault, Now, schedule};
 use host::Host;
 use operator::Operator;
 use sea::Sea;
+pub use shown::Shown;
 
 /// Wall time at the start of every voyage, Unix time, s.
 const START_S: f64 = 1.8e9;
@@ -57,6 +59,8 @@ pub struct Course {
     pub duration_s: f64,
     /// Whether nothing goes wrong.
     pub is_nominal: bool,
+    /// The only fault, of a voyage that is only looked at: when it begins and ends is known.
+    pub only: Option<Kind>,
     /// Whether two services share a database. None: those of every tenth seed. Without PostgreSQL none do.
     pub is_shared: Option<bool>,
 }
@@ -70,6 +74,10 @@ pub struct Voyage {
     pub duration_s: f64,
     /// How often each kind of fault was injected.
     pub faults: BTreeMap<Kind, u64>,
+    /// For how long references were sent, and for how long of that nothing was missing to call the craft steered, s.
+    pub steered_s: [f64; 2],
+    /// What those who watch saw of the only fault.
+    pub shown: Vec<Shown>,
     /// How often each claim was checked.
     pub claims: BTreeMap<&'static str, u64>,
     /// The first claim that did not hold.
@@ -165,14 +173,23 @@ fn rng(seed: u64, part: u64) -> ChaCha8Rng {
 /// If the machine has no memory disk or no runtime can be made.
 #[must_use]
 pub fn sail(seed: u64, course: Course) -> Voyage {
+    let log = shown::Log::default();
+    let listen = || course.only.map(|_| log.listen());
+    // Of one subscriber alone, what is logged is decided by the thread that logs first, which may be another voyage's.
+    let (_first, _second) = (listen(), listen());
     let runtime = Builder::new_current_thread()
         .enable_time()
         .start_paused(true)
         .build();
-    runtime.expect("a runtime starts").block_on(sailed(seed, course))
+    runtime
+        .expect("a runtime starts")
+        .block_on(sailed(seed, course, log.clone()))
 }
 
-async fn sailed(seed: u64, course: Course) -> Voyage {
+async fn sailed(seed: u64, mut course: Course, log: shown::Log) -> Voyage {
+    if course.only.is_some() {
+        course.duration_s = shown::DURATION_S;
+    }
     let aboard = Clock::simulated(START_S);
     let world = Arc::new(World {
         start: aboard.now(),
@@ -183,7 +200,7 @@ async fn sailed(seed: u64, course: Course) -> Voyage {
         now: Mutex::default(),
     });
     let is_shared = course.is_shared.unwrap_or(seed.is_multiple_of(SHARED));
-    planners::begin(course.is_nominal);
+    planners::begin(course.is_nominal || course.only.is_some());
     let host = Arc::new(Host::new(&world, seed, is_shared.then(Database::new).flatten()));
     for service in 0..host.n_services {
         host.start(service).await;
@@ -195,7 +212,13 @@ async fn sailed(seed: u64, course: Course) -> Voyage {
     let reading = (1 < host.n_services)
         .then(|| tokio::spawn(Operator::read(Arc::clone(&world), Arc::clone(&host), seed)));
     let sailing = tokio::spawn(Arc::clone(&sea).sail());
-    let faults = if course.is_nominal {
+    let looking = course.only.map(|kind| {
+        let (world, host, sea) = (Arc::clone(&world), Arc::clone(&host), Arc::clone(&sea));
+        tokio::spawn(shown::look(world, host, sea, log, kind))
+    });
+    let faults = if let Some(kind) = course.only {
+        vec![shown::only(kind)]
+    } else if course.is_nominal {
         vec![]
     } else {
         schedule(&mut rng(seed, 0), course.duration_s, host.n_services)
@@ -205,6 +228,10 @@ async fn sailed(seed: u64, course: Course) -> Voyage {
         *counts.entry(fault.kind).or_default() += 1;
     }
     suffer(&world, &host, &sea, &mut bridge, &faults).await;
+    let shown = match looking {
+        Some(looking) => looking.await.expect("does not panic"),
+        None => vec![],
+    };
     operator.abort();
     reading.inspect(tokio::task::JoinHandle::abort);
     sailing.abort();
@@ -218,6 +245,8 @@ async fn sailed(seed: u64, course: Course) -> Voyage {
         seed,
         duration_s: world.t_s(),
         faults: counts,
+        steered_s: checker.steered_s,
+        shown,
         digest: checker.digest(),
         claims: checker.claims,
         broken: checker.broken,

@@ -30,6 +30,9 @@ struct Arguments {
     /// Without faults.
     #[arg(long)]
     nominal: bool,
+    /// What is seen after each fault that a person must see, a line of JSON for each look: `tests/browser/shown.mjs` reads them.
+    #[arg(long)]
+    shown: bool,
     /// Whether two services share a PostgreSQL database; else in every tenth voyage.
     #[arg(long)]
     shared: Option<bool>,
@@ -46,8 +49,28 @@ fn main() -> ExitCode {
     let course = Course {
         duration_s: arguments.duration,
         is_nominal: arguments.nominal,
+        only: None,
         is_shared: arguments.shared,
     };
+    if arguments.shown {
+        for kind in Kind::SHOWN {
+            let only = Some(kind);
+            let is_shared = Some(false);
+            for shown in sail(
+                arguments.first,
+                Course {
+                    only,
+                    is_shared,
+                    ..course
+                },
+            )
+            .shown
+            {
+                println!("{}", serde_json::to_string(&shown).expect("is JSON"));
+            }
+        }
+        return ExitCode::SUCCESS;
+    }
     if let Some(seed) = arguments.seed {
         let voyage = sail(seed, course);
         println!("{}digest {:016x}", voyage.told(), voyage.digest);
@@ -117,6 +140,12 @@ fn summary(sailed: &[Voyage], took_s: f64) -> ExitCode {
         .filter(|voyage| voyage.broken.is_some())
         .map(|voyage| voyage.seed)
         .collect();
+    let sum = |index: usize| sailed.iter().map(|voyage| voyage.steered_s[index]).sum::<f64>();
+    println!(
+        "\nreferences were sent for {:.0} s, of which {:.1} % without a reservation",
+        sum(0),
+        100.0 * sum(1) / sum(0)
+    );
     println!(
         "\n{} voyages, {simulated:.0} simulated seconds in {took_s:.1} s: {:.0} to one; broken: {broken:?}",
         sailed.len(),

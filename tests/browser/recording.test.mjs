@@ -309,3 +309,9 @@ test("nothing is good while the service does not answer, of a simulated mission 
   const toneOf = (kind, seen) => stateOf({ ...mission, kind, steering: { state: "steering", why: "", age_s: 0 } }, seen).tone;
   for (const kind of ["simulated", "live"]) expect([toneOf(kind, {}), toneOf(kind, { lost: "no answer" })]).toEqual(["good", "warn"]);
 });
+
+test("steering with a reservation of whoever steers is not green, and no alarm", () => {
+  const plan = { outcome: "ok", method: "mpc", age_s: 0, period_s: 1, waits_for: [], warnings: [] }, why = "the position does not move";
+  const state = stateOf({ id: "m", title: "", status: "running", kind: "live", t_s: 0, plan, steering: { state: "steering", why, age_s: 0 } });
+  expect(state).toEqual({ words: "steering", why, tone: "warn", alarm: false });
+});

@@ -5,13 +5,14 @@ use std::{
     thread,
 };
 
-use tests::voyage::{Course, sail};
+use tests::voyage::{Course, Kind, sail};
 
 const SEEDS: u64 = 200;
 
 const COURSE: Course = Course {
     duration_s: 100.0,
     is_nominal: false,
+    only: None,
     is_shared: None,
 };
 
@@ -48,6 +49,27 @@ fn a_voyage_without_faults_has_no_alarm() {
     sail_all(2..5, quiet);
     let is_shared = Some(true);
     sail_all(5..6, Course { is_shared, ..quiet });
+}
+
+/// What cannot be known within 3 s: an AUV with a fix each 5 s is silent; a rudder stays where it is, until the plan asks for another turn.
+const LATER_S: [(Kind, f64); 2] = [(Kind::AuvSilent, 15.0), (Kind::RudderStuck, 5.0)];
+
+#[test]
+fn three_seconds_after_a_fault_nothing_says_that_the_craft_is_steered() {
+    for kind in Kind::SHOWN {
+        let only = Some(kind);
+        let voyage = sail(1, Course { only, ..COURSE });
+        let later = LATER_S.into_iter().find(|(late, _)| *late == kind);
+        let after_s = later.map_or(3.0, |(_, after_s)| after_s);
+        let mut seen = 0;
+        for shown in voyage.shown.iter().filter(|shown| !shown.is_over) {
+            if shown.after_s < 0.0 || after_s <= shown.after_s {
+                assert_eq!(shown.good(), [shown.after_s < 0.0; 3], "{shown:?}");
+                seen += 1;
+            }
+        }
+        assert!(2 <= seen, "{kind}");
+    }
 }
 
 #[test]

@@ -38,6 +38,21 @@ pub(super) struct BridgeProcess {
 impl BridgeProcess {
     pub(super) fn new(world: &Arc<World>, sea: &Arc<Sea>, host: &Arc<Host>, seed: u64) -> Self {
         let mut draws = rng(seed, 1);
+        let mut settings = Settings {
+            rate_hz: [2.0, 5.0, 10.0][draws.random_range(0..3)],
+            report_interval: Duration::from_millis([200, 500, 1_000][draws.random_range(0..3)]),
+            take_control: true,
+            ..Settings::default()
+        };
+        if world.course.only.is_some() {
+            // What is shown is that of a bridge as it is installed.
+            let Settings {
+                rate_hz,
+                report_interval,
+                ..
+            } = Settings::default();
+            (settings.rate_hz, settings.report_interval) = (rate_hz, report_interval);
+        }
         let Limits {
             speed_max,
             turn_rate_max,
@@ -47,12 +62,7 @@ impl BridgeProcess {
             world: Arc::clone(world),
             sea: Arc::clone(sea),
             host: Arc::clone(host),
-            settings: Settings {
-                rate_hz: [2.0, 5.0, 10.0][draws.random_range(0..3)],
-                report_interval: Duration::from_millis([200, 500, 1_000][draws.random_range(0..3)]),
-                take_control: true,
-                ..Settings::default()
-            },
+            settings,
             rng: Arc::new(Mutex::new(draws)),
             body: json!({ "schema_version": "1.0", "title": "a voyage", "live": {
                 "auvs": [{ "id": "auv-1" }],

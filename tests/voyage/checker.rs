@@ -99,6 +99,8 @@ pub(super) struct Checker {
     digest: DefaultHasher,
     /// Texts in the mission's log and kinds of its events, at the end.
     pub(super) log: Vec<String>,
+    /// For how long references were sent, and for how long of that nothing was missing to call the craft steered, s.
+    pub(super) steered_s: [f64; 2],
 }
 
 impl Checker {

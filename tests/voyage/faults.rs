@@ -67,6 +67,8 @@ pub enum Kind {
     DatabaseAnswersLost,
     /// Services reach each other no more.
     ServicesApart,
+    /// The rudder stays where it is. Is not drawn: what follows is seen by the craft's way.
+    RudderStuck,
 }
 
 /// With the shortest and longest time, s, and the smallest and largest size.
@@ -193,6 +195,18 @@ pub(super) fn schedule(rng: &mut impl Rng, duration_s: f64, n_services: usize) -
 }
 
 impl Kind {
+    /// Those that everybody who watches must see, in the order of a table: a person takes the craft, the autopilot, the bridge and the service are
+    /// dead, the position stays, the rudder stays, no AUV is heard.
+    pub const SHOWN: [Self; 7] = [
+        Self::TakenOver,
+        Self::WireCut,
+        Self::BridgeKilled,
+        Self::ServiceKilled,
+        Self::PositionFrozen,
+        Self::RudderStuck,
+        Self::AuvSilent,
+    ];
+
     /// How long a bridge may doubt position or heading after the fault, s: one that did not move is believed again after 60 s without
     /// further evidence.
     pub(super) fn doubted_s(self) -> f64 {

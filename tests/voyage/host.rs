@@ -481,6 +481,7 @@ impl Host {
         let stored = reader.mission(&mission).expect("is read").expect("is there");
         let events = reader.events(stored.number, 0, usize::MAX).expect("are read");
         let mut log = vec![];
+        let mut words: Vec<Value> = vec![];
         let mut operators: BTreeMap<String, u64> = BTreeMap::new();
         for event in &events {
             log.push(event.kind.clone());
@@ -492,12 +493,14 @@ impl Host {
                 log.push(text);
             }
             let said = body.pointer("/heard/steering").and_then(Value::as_array);
-            let degraded = said
-                .into_iter()
-                .flatten()
-                .filter(|said| said["state"] == "degraded");
-            log.extend(degraded.map(|said| format!("warning: {}", said["why"])));
+            for said in said.into_iter().flatten() {
+                if said["state"] == "degraded" {
+                    log.push(format!("warning: {}", said["why"]));
+                }
+                words.push(said.clone());
+            }
         }
+        self.world.checker().steered_s = steered_s(&words);
         let twice = operators.iter().find(|(_, n)| **n != 1);
         self.world.claim("acknowledged", twice.is_none(), || {
             format!("{twice:?} times in the log")
@@ -552,6 +555,21 @@ async fn forwarded(
     headers.insert(header::CONTENT_TYPE, HeaderValue::from_static("application/json"));
     headers.insert(header::CONTENT_LENGTH, body.len().into());
     Ok(response)
+}
+
+/// For how long references were sent by what was said of the steering, and for how long of that without a reservation, s. A word
+/// counts until the next, and for 3 s at most.
+fn steered_s(words: &[Value]) -> [f64; 2] {
+    let time = |said: &Value| said["t_s"].as_f64().unwrap_or(0.0);
+    let mut steered_s = [0.0; 2];
+    for pair in words.windows(2) {
+        let lasts_s = (time(&pair[1]) - time(&pair[0])).clamp(0.0, 3.0);
+        let is_on = pair[0]["state"] == "steering" || pair[0]["state"] == "degraded";
+        let is_good = pair[0]["state"] == "steering" && pair[0]["why"].as_str().is_none_or(str::is_empty);
+        steered_s[0] += if is_on { lasts_s } else { 0.0 };
+        steered_s[1] += if is_good { lasts_s } else { 0.0 };
+    }
+    steered_s
 }
 
 /// Texts of the notes in an event, at any depth.

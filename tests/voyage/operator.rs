@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use serde_json::json;
 
 use super::{
-    World,
+    Course, World,
     host::{Host, Request},
     rng,
 };
@@ -48,7 +48,8 @@ impl Operator {
             let Some(mission) = self.host.mission() else {
                 continue;
             };
-            if !self.world.course.is_nominal && self.rng.random_bool(PAUSES) {
+            let Course { is_nominal, only, .. } = self.world.course;
+            if !is_nominal && only.is_none() && self.rng.random_bool(PAUSES) {
                 let begins_s = self.world.t_s();
                 self.world.now().is_paused = true;
                 self.until_done(&mission, "pause", json!({})).await;

@@ -1,6 +1,7 @@
 //! The boat with its autopilot, the AUV, the wire to the bridge, and what may come over it.
 
 use std::{
+    f64::consts::TAU,
     sync::{Arc, Mutex},
     time::Duration,
 };
@@ -28,6 +29,12 @@ const STEPS: u64 = 5;
 const AUV_SPEED: f64 = 0.5;
 /// Between two fixes of the AUV, s.
 const FIX_S: f64 = 5.0;
+/// Share of late steps of a voyage without faults, and the latest, s.
+const LATE_STEPS: f64 = 0.1;
+const LATE_MAX_S: f64 = 0.4;
+/// Share of its fixes that are lost, and what noisy ones are off along either axis, m: what the bridge says of fixes that state nothing.
+const LOST_FIXES: f64 = 0.05;
+const SIGMA_M: f64 = 1.0;
 /// Longest delay of a bad wire, s.
 const DELAY_MAX_S: f64 = 2.0;
 /// After a bad wire, old bytes may still arrive, s.
@@ -60,10 +67,14 @@ struct State {
     boat: Boat,
     /// Where the AUV is, (north, east), m, and where it goes, rad.
     auv: (Vector2<f64>, f64),
-    /// Whether it lies still for a while now and then.
+    /// Whether it lies still for a while now and then, and whether its fixes are off as they claim; else they are exact.
     stops: bool,
+    is_noisy: bool,
     fix_due_s: f64,
     step: u64,
+    /// The newest text of the bridge to the ground station, and when its last heartbeat came, s.
+    text: String,
+    heartbeat_s: f64,
     /// Bytes for the boat, and when they arrive, s.
     to_boat: Vec<(f64, Vec<u8>)>,
     /// To the bridge, while there is one.
@@ -91,8 +102,9 @@ struct Known {
     has_sent: bool,
 }
 
-/// A boat of its own: with the loops of the stand-in, without lags, or slow; and whether the AUV lies still now and then.
-fn hull_and_stops(seed: u64) -> (Boat, bool) {
+/// A boat of its own: with the loops of the stand-in, without lags, or slow; whether the AUV lies still now and then, and whether its
+/// fixes are noisy.
+fn hull_and_stops(seed: u64) -> (Boat, bool, bool) {
     let mut rng = rng(seed, 9);
     let mut time = || {
         if rng.random_bool(0.3) {
@@ -104,12 +116,12 @@ fn hull_and_stops(seed: u64) -> (Boat, bool) {
     let mut boat = Boat::moored();
     (boat.heading_time, boat.speed_time) = (time(), time());
     boat.turn_rate_max = rng.random_range(0.3..2.0);
-    (boat, rng.random_bool(0.5))
+    (boat, rng.random_bool(0.5), rng.random_bool(0.5))
 }
 
 impl Sea {
     pub(super) fn new(world: &Arc<World>, seed: u64) -> Self {
-        let (boat, stops) = hull_and_stops(seed);
+        let (boat, stops, is_noisy) = hull_and_stops(seed);
         let mut rng = rng(seed, 4);
         Self {
             world: Arc::clone(world),
@@ -121,6 +133,7 @@ impl Sea {
             state: Mutex::new(State {
                 boat,
                 stops,
+                is_noisy,
                 auv: (
                     Vector2::new(rng.random_range(-20.0..20.0), rng.random_range(10.0..30.0)),
                     rng.random_range(-3.0..3.0),
@@ -128,6 +141,8 @@ impl Sea {
                 rng,
                 fix_due_s: 0.0,
                 step: 0,
+                text: String::new(),
+                heartbeat_s: f64::NEG_INFINITY,
                 to_boat: vec![],
                 input: None,
                 frozen: None,
@@ -164,6 +179,7 @@ impl Sea {
             Kind::TakenOver => state.boat.mode = if begins { HOLD } else { GUIDED },
             Kind::Disarmed => state.boat.is_armed = !begins,
             Kind::PositionFrozen => state.frozen = begins.then_some(state.boat.position),
+            Kind::RudderStuck => state.boat.is_rudder_stuck = begins,
             Kind::LyingPlanner => planners::lie(begins),
             _ => {}
         }
@@ -172,8 +188,9 @@ impl Sea {
     /// Sails until the voyage ends.
     pub(super) async fn sail(self: Arc<Self>) {
         loop {
-            self.world.aboard.sleep(Duration::from_secs_f64(STEP_S)).await;
-            let (input, pieces) = self.step();
+            let step_s = STEP_S + self.late_s();
+            self.world.aboard.sleep(Duration::from_secs_f64(step_s)).await;
+            let (input, pieces) = self.step(step_s);
             let Some(input) = input else { continue };
             for (delay_s, bytes) in pieces {
                 if delay_s == 0.0 {
@@ -189,8 +206,24 @@ impl Sea {
         }
     }
 
+    /// How late the next step is, s: of a voyage without faults, now and then, as on a computer that does other work.
+    fn late_s(&self) -> f64 {
+        let rng = &mut lock(&self.state).rng;
+        if self.world.course.is_nominal && rng.random_bool(LATE_STEPS) {
+            rng.random_range(0.0..LATE_MAX_S)
+        } else {
+            0.0
+        }
+    }
+
+    /// Where the ground station stands: the newest text, and for how long the bridge has sent no heartbeat, s.
+    pub(super) fn ground_station(&self) -> (String, f64) {
+        let state = lock(&self.state);
+        (state.text.clone(), self.world.t_s() - state.heartbeat_s)
+    }
+
     /// A step of boat and AUV; what they send, and how late it arrives, s.
-    fn step(&self) -> (Option<Input>, Vec<(f64, Vec<u8>)>) {
+    fn step(&self, step_s: f64) -> (Option<Input>, Vec<(f64, Vec<u8>)>) {
         let t_s = self.world.t_s();
         let still = Vector2::zeros();
         let mut state = lock(&self.state);
@@ -209,7 +242,7 @@ impl Sea {
                 state.boat.take(&message, t_s, &mut answers);
             }
         }
-        state.boat.step(t_s, STEP_S, &still);
+        state.boat.step(t_s, step_s, &still);
         let (position, course) = &mut state.auv;
         *course += 0.02 * (0.05 * t_s).sin();
         let speed = if state.stops && 130.0 < t_s % 200.0 {
@@ -217,7 +250,7 @@ impl Sea {
         } else {
             AUV_SPEED
         };
-        *position += speed * STEP_S * Vector2::new(course.cos(), course.sin());
+        *position += speed * step_s * Vector2::new(course.cos(), course.sin());
 
         let mut shown = state.boat.clone();
         shown.position = state.frozen.unwrap_or(shown.position);
@@ -236,9 +269,18 @@ impl Sea {
         let mut bytes: Vec<u8> = said.iter().flat_map(|message| frame(SYSTEM, message)).collect();
         if state.fix_due_s <= t_s {
             state.fix_due_s = t_s + FIX_S;
-            if !now.has(Kind::AuvSilent) {
+            let is_lost = self.world.course.is_nominal && state.rng.random_bool(LOST_FIXES);
+            if !now.has(Kind::AuvSilent) && !is_lost {
                 let velocity = speed * Vector2::new(state.auv.1.cos(), state.auv.1.sin());
-                bytes.extend(frame(u32::from(AUV), &place(&state.auv.0, &velocity, None)));
+                let noise = if state.is_noisy && self.world.course.is_nominal {
+                    normal(&mut state.rng) * SIGMA_M
+                } else {
+                    still
+                };
+                bytes.extend(frame(
+                    u32::from(AUV),
+                    &place(&(state.auv.0 + noise), &velocity, None),
+                ));
             }
         }
         state.step += 1;
@@ -291,6 +333,15 @@ impl Sea {
                     let speed = f64::from(target.vx.hypot(target.vy));
                     self.check_reference(t_s, speed, f64::from(target.yaw), &mut state);
                 }
+                MavMessage::STATUSTEXT(said) => {
+                    let text = said.text.to_str().unwrap_or_default();
+                    if text.starts_with("... ") {
+                        state.text = format!("{} {}", state.text, &text[4..]);
+                    } else {
+                        text.clone_into(&mut state.text);
+                    }
+                }
+                MavMessage::HEARTBEAT(_) => state.heartbeat_s = t_s,
                 MavMessage::COMMAND_LONG(order) if is_order(order.command) => {
                     self.world.note("bridge", format!("orders {:?}", order.command));
                     let has_sent = state.known.has_sent;
@@ -406,6 +457,12 @@ impl Sea {
         let is_running = answer["status"] == "running";
         known.paused_since_s = (!is_running).then(|| known.paused_since_s.unwrap_or(t_s));
     }
+}
+
+/// Two numbers of standard deviation 1, by Box and Muller.
+fn normal(rng: &mut ChaCha8Rng) -> Vector2<f64> {
+    let (length, turn) = (1.0 - rng.random::<f64>(), rng.random_range(0.0..TAU));
+    (-2.0 * length.ln()).sqrt() * Vector2::new(turn.cos(), turn.sin())
 }
 
 fn is_order(command: MavCmd) -> bool {

@@ -127,7 +127,8 @@ impl CraftState {
             CraftMeasurement::WaterVelocity(velocity) => self.water_velocity = Some((t_s, velocity)),
             CraftMeasurement::GroundVelocity(velocity) => self.take_ground_velocity(t_s, &velocity),
             CraftMeasurement::GroundSpeed(speed) => {
-                let course = if speed < REST_SPEED {
+                let is_at_rest = speed < REST_SPEED;
+                let course = if is_at_rest {
                     Some(Vector2::zeros())
                 } else {
                     let moving = self
@@ -139,6 +140,9 @@ impl CraftState {
                 };
                 if let Some(course) = course {
                     self.take_ground_velocity(t_s, &(course * speed));
+                }
+                if is_at_rest {
+                    self.integrity.velocity_is_unknown();
                 }
             }
         }

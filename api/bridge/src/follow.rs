@@ -8,7 +8,7 @@
 //! mission's log says why.
 
 use std::{
-    collections::{BTreeMap, BTreeSet},
+    collections::{BTreeMap, BTreeSet, VecDeque, btree_map::Entry},
     fmt,
     time::{Duration, Instant},
 };
@@ -22,6 +22,7 @@ use crate::{
     acoustics::{CraftPose, KnownDepth, Modem, PoseHistory},
     autopilot_link::{AutopilotLink, AutopilotSettings, read_nmea},
     bridge_clock::BridgeClock,
+    confirmation::Confirmation,
     mavlink::{Action, Authority, AutopilotEvent, Conditions, Contradiction, Control, Parameters, Silence},
     mission_client::MissionClient,
     mission_link::{LinkStatus, MissionChoice, MissionLink},
@@ -36,7 +37,7 @@ use crate::{
 mod status_line;
 mod steering;
 
-use steering::Steering;
+use steering::{Steering, lines};
 
 /// Settings of a bridge.
 #[derive(Debug)]
@@ -93,8 +94,36 @@ pub(crate) struct Telemetry {
     pub(crate) alarms_seen: BTreeSet<Alarm>,
     /// Number of pieces from each wire: the autopilot's, those of `nmea`, then those of the modems.
     pub(crate) pieces: Vec<u64>,
-    /// The newest fix of each AUV, its arrival, s, and the number of fixes.
-    pub(crate) fixes: BTreeMap<String, (AuvFix, f64, u64)>,
+    /// The fixes of each AUV.
+    pub(crate) fixes: BTreeMap<String, Fixes>,
+}
+
+/// The fixes of an AUV.
+#[derive(Clone, Debug)]
+pub(crate) struct Fixes {
+    pub(crate) newest: AuvFix,
+    /// When it arrived, s.
+    pub(crate) at_s: f64,
+    pub(crate) count: u64,
+    /// The last times between two, s.
+    intervals: VecDeque<f64>,
+}
+
+impl Fixes {
+    fn take(&mut self, fix: AuvFix, t_s: f64) {
+        self.intervals.push_back(t_s - self.at_s);
+        if self.intervals.len() > INTERVALS {
+            self.intervals.pop_front();
+        }
+        (self.newest, self.at_s, self.count) = (fix, t_s, self.count + 1);
+    }
+
+    /// Whether the next one should have come by `now`, s, by the longest of the last times between two: a modem that loses some is late as often as
+    /// it was. None is expected of the first ones.
+    fn is_overdue(&self, now: f64) -> bool {
+        let usual = self.intervals.iter().copied().fold(0.0, f64::max);
+        self.intervals.len() >= INTERVALS_MIN && now - self.at_s > usual + OVERDUE_S
+    }
 }
 
 /// What the bridge does with references.
@@ -132,6 +161,8 @@ pub struct Bridge {
     logged: Option<Sending>,
     /// The state of the steering, and when it began, s.
     steering: Option<(Steering, f64)>,
+    /// Since when the state is another one than the ground station was told, s.
+    untold_s: Option<f64>,
     /// The state that the ground station was told last, and when, s.
     told: Option<(Steering, f64)>,
     /// The state and reason that the mission was told last, and when, s.
@@ -139,7 +170,11 @@ pub struct Bridge {
     /// Whether there was a plan yet.
     has_planned: bool,
     is_steering: bool,
+    /// What was seen of the craft since references are sent to it.
+    confirmation: Option<Confirmation>,
     trouble: Option<String>,
+    /// The state of the last second, and whether it was good.
+    shown: Option<(&'static str, bool)>,
     last_second: u64,
 }
 
@@ -155,10 +190,17 @@ const PARAMETERS_WAIT_S: f64 = 5.0;
 const ORIGIN_WAIT: Duration = Duration::from_secs(20);
 /// Between two status lines, s.
 const LINE_INTERVAL_S: u64 = 5;
+/// The longest of them, bytes: two lines of a terminal.
+const LINE_BYTES: usize = 160;
 /// Standard deviation of a depth that an AUV reports, m: its pressure gauge is better, but its message some seconds old.
 const DEPTH_SIGMA_M: f64 = 0.5;
 /// Clocks farther apart than this shift fixes by a craft's length, s.
 pub(crate) const CLOCK_ERROR_MAX_S: f64 = 0.5;
+/// How many times between fixes are kept, and how many say when the next one is due.
+const INTERVALS: usize = 8;
+const INTERVALS_MIN: usize = 3;
+/// A fix is overdue so long after it was due, s.
+const OVERDUE_S: f64 = 2.0;
 /// An older position is not reported, s.
 const REPORT_AGE_MAX_S: f64 = 2.0;
 
@@ -220,11 +262,14 @@ impl Bridge {
             reported_s: f64::NEG_INFINITY,
             logged: None,
             steering: None,
+            untold_s: None,
             told: None,
             said: None,
             has_planned: false,
             is_steering: false,
+            confirmation: None,
             trouble: None,
+            shown: None,
             last_second: 0,
             settings,
         }
@@ -282,7 +327,10 @@ impl Bridge {
             let now = self.now_s();
             if now - said_s >= Duration::from_secs(LINE_INTERVAL_S).as_secs_f64() {
                 said_s = now;
-                tracing::info!("waiting for the craft: {}", self.status_line(&self.link()));
+                let line = format!("waiting for the craft: {}", self.status_line(&self.link()));
+                for line in lines(&line, LINE_BYTES) {
+                    tracing::info!("{line}");
+                }
             }
             match self.autopilot.control(now) {
                 Control::Unreported if self.telemetry.craft.newest().is_some() => return true,
@@ -324,8 +372,8 @@ impl Bridge {
         let (interval, sigma_m) = (self.settings.report_interval, self.settings.sigma_m);
         let link = MissionLink::open(missions, mission, interval, sigma_m, self.clock.clone());
         // They may be the only ones: what is heard again counts once.
-        for (fix, _, _) in self.telemetry.fixes.values() {
-            link.report_auv(fix);
+        for fixes in self.telemetry.fixes.values() {
+            link.report_auv(&fixes.newest);
         }
         self.link = Some(link);
     }
@@ -486,9 +534,17 @@ impl Bridge {
                 if let Some(link) = &self.link {
                     link.report_auv(&fix);
                 }
-                let fixes = &mut self.telemetry.fixes;
-                let count = fixes.get(&fix.auv).map_or(0, |(_, _, count)| *count);
-                fixes.insert(fix.auv.clone(), (fix, t_s, count + 1));
+                match self.telemetry.fixes.entry(fix.auv.clone()) {
+                    Entry::Occupied(mut fixes) => fixes.get_mut().take(fix, t_s),
+                    Entry::Vacant(first) => {
+                        first.insert(Fixes {
+                            newest: fix,
+                            at_s: t_s,
+                            count: 1,
+                            intervals: VecDeque::new(),
+                        });
+                    }
+                }
             }
         }
     }
@@ -528,6 +584,9 @@ impl Bridge {
             Action::Silent(silence) => self.log_once(Sending::Stopped(silence)),
             Action::OrderGuided(_) | Action::OrderArm => {}
         }
+        if !matches!(action, Action::Send(_)) {
+            self.confirmation = None;
+        }
         match action {
             Action::Send(reference) | Action::Offer(reference) if may_send => {
                 self.send(now, &reference, state.as_ref(), link);
@@ -558,6 +617,10 @@ impl Bridge {
         if let Some(sent) = self.limiter.limit(now, reference, &craft, &limits) {
             self.autopilot.send(&sent, now);
             self.telemetry.craft.sent(&sent, 1.0 / self.settings.rate_hz);
+            let seen = self
+                .confirmation
+                .get_or_insert_with(|| Confirmation::begin(now, state));
+            seen.take(now, state, &sent);
         }
     }
 
@@ -583,10 +646,18 @@ impl Bridge {
 
     fn each_second(&mut self, second: u64, link: &LinkStatus) {
         self.autopilot.send_heartbeat();
+        let shown = self
+            .steering(link)
+            .map(|steering| (steering.state(), steering.is_good()));
+        let has_changed = std::mem::replace(&mut self.shown, shown) != shown;
         if second.is_multiple_of(LINE_INTERVAL_S) {
             // An autopilot that restarted has forgotten the requests.
             self.autopilot.request(&self.telemetry.parameters);
-            tracing::info!("{}", self.status_line(link));
+        }
+        if has_changed || second.is_multiple_of(LINE_INTERVAL_S) {
+            for line in lines(&self.status_line(link), LINE_BYTES) {
+                tracing::info!("{line}");
+            }
         }
         if link.trouble != self.trouble {
             match &link.trouble {

@@ -7,11 +7,12 @@
 //!   the better one has been back for 5 s. Sources that are not used are compared with the used one.
 //! - Jumps ([`Track`]): an innovation outside its gate is a miss. Misses that agree with each other for 3 s, while nothing agrees with the
 //!   prediction, are the new truth. If both go on, the measurement is contested.
-//! - Consistency: positions against the integral of the velocity, a heading that stays against the turn of rate and course, positions that stay
+//! - Consistency: positions against the integral of the velocity, a heading against the turn of rate and course ([`Turns`]), positions that stay
 //!   against velocity and references.
 
 mod sources;
 mod track;
+mod turns;
 
 use std::{collections::BTreeSet, fmt};
 
@@ -22,6 +23,7 @@ pub(crate) use self::sources::Source;
 use self::{
     sources::Sources,
     track::{Fit, Track},
+    turns::Turns,
 };
 use crate::{
     CraftMeasurement, Geographic, Rejects,
@@ -50,6 +52,11 @@ const MISMATCH: [f64; 2] = [8.0, 0.3];
 const MISMATCH_AFTER_S: f64 = 5.0;
 /// One position alone may be off by as much: they must contradict for this time, s.
 const MISMATCH_FOR_S: f64 = 2.0;
+/// Positions and the integral of the velocity drift apart if their distance grows by this, m/s, and more for each m/s of speed, as velocities of
+/// receivers lag; by so many standard deviations at least, over this time, s.
+const DRIFT: [f64; 2] = [0.35, 0.05];
+const DRIFT_SIGMAS: f64 = 5.0;
+const DRIFT_AFTER_S: f64 = 10.0;
 /// A position within this distance, m, stays: less than noise and waves move any receiver.
 const STILL_M: f64 = 0.1;
 /// Positions and headings that noise brings near each other do not stay for this time, s.
@@ -67,6 +74,8 @@ const HEADING_STILL: f64 = 0.005;
 /// A yaw rate turns a craft by this in [`TURN_WINDOW_S`], rad: twice what the bias of a gyro makes of it.
 const TURN_BY_RATE: f64 = 0.8;
 const TURN_WINDOW_S: f64 = 20.0;
+/// Yaw rates farther apart than this are not of one turn, s.
+const RATE_GAP_MAX_S: f64 = 1.0;
 /// A course that changes by this, rad, at this speed at least, m/s, belongs to a craft that turns.
 const TURN_BY_COURSE: f64 = 1.0;
 const COURSE_SPEED: f64 = 0.7;
@@ -101,8 +110,12 @@ pub(crate) enum Alarm {
     HeadingsDiffer,
     /// The measured velocity leads elsewhere than the positions.
     VelocityContradicts,
+    /// Positions and measured velocity lead slowly apart.
+    PositionDrifts,
     /// The heading was another one from one moment to the next, and stays so.
     HeadingJumped,
+    /// The heading turns otherwise than the yaw rate, or to the other side than the course.
+    HeadingContradicts,
     CourseOffHeading,
 }
 
@@ -116,7 +129,9 @@ impl Alarm {
             | Self::PositionsDiffer
             | Self::HeadingsDiffer
             | Self::VelocityContradicts
+            | Self::PositionDrifts
             | Self::HeadingJumped
+            | Self::HeadingContradicts
             | Self::CourseOffHeading => false,
         }
     }
@@ -138,6 +153,10 @@ impl fmt::Display for Alarm {
             Self::PositionsDiffer => "two sources of the position differ: check the receivers",
             Self::HeadingsDiffer => "two sources of the heading differ: check the compasses",
             Self::VelocityContradicts => "the velocity contradicts the positions: those count",
+            Self::PositionDrifts => "positions and velocity drift apart: check the receiver; the positions count",
+            Self::HeadingContradicts => {
+                "the heading turns otherwise than the craft: yaw mirrored or compass off, or a current faster than the craft"
+            }
             Self::HeadingJumped => "the heading jumped: the new heading is used; check the compass",
             Self::CourseOffHeading => {
                 "the course is far off the heading: compass off, strong current, or astern"
@@ -163,6 +182,12 @@ pub(crate) struct Integrity {
     apart_since_s: Option<f64>,
     still: Option<Still>,
     steady: Option<Steady>,
+    turns: Turns,
+    /// Integral of the yaw rate, rad, and the most that it is off by what the rate did between two measurements.
+    turned: f64,
+    turned_error: f64,
+    /// When the heading was last contradicted by rate or course, s.
+    contradicted_s: Option<f64>,
     /// When a frozen position or heading was last contradicted, s.
     position_frozen_s: Option<f64>,
     heading_frozen_s: Option<f64>,
@@ -188,9 +213,11 @@ struct Still {
 /// A heading that has not changed.
 #[derive(Clone, Copy, Debug)]
 struct Steady {
+    began_s: f64,
+    /// Start of the window of `turned`.
     since_s: f64,
     heading: f64,
-    /// Integral of the yaw rate since, rad.
+    /// Integral of the yaw rate at the start, rad.
     turned: f64,
     /// Course at the start, rad, since the craft has had way.
     course: Option<f64>,
@@ -235,6 +262,11 @@ impl Integrity {
         }
         self.recent.travel(t_s, velocity);
         !self.alarms.contains(&Alarm::VelocityContradicts)
+    }
+
+    /// The newest velocity is a guess, which contradicts nothing.
+    pub(crate) fn velocity_is_unknown(&mut self) {
+        self.recent.travel_unmeasured();
     }
 
     /// Takes note of a reference that was sent, followed for `seconds`.
@@ -303,10 +335,28 @@ impl Integrity {
             self.rejects.count("position jumps");
             return false;
         }
-        self.recent.push(t_s, position);
+        if self.recent.push(t_s, position) {
+            self.compare_drift();
+        }
         self.compare_with_velocity(t_s);
         self.compare_still(t_s, position);
         true
+    }
+
+    /// How positions and the integral of the velocity drift apart.
+    fn compare_drift(&mut self) {
+        if let Some(drift) = self.recent.drift().filter(|drift| drift.span_s >= DRIFT_AFTER_S) {
+            let speed = self.motion.newest().map_or(0.0, |(_, velocity)| velocity.norm());
+            let most = gate(DRIFT, speed).max(DRIFT_SIGMAS * drift.slope_sigma);
+            let is_raised = self.alarms.contains(&Alarm::PositionDrifts);
+            // It ends well inside its gate.
+            let least = if is_raised { 0.5 * most } else { most };
+            let is_apart = drift.slope.norm() > least;
+            self.set(
+                Alarm::PositionDrifts,
+                is_apart && !self.alarms.contains(&Alarm::VelocityContradicts),
+            );
+        }
     }
 
     /// Positions against the integral of the velocity.
@@ -343,7 +393,10 @@ impl Integrity {
         let mut has_no_way = false;
         if moved(&still.place, &position).norm() > STILL_M {
             self.still = Some(start);
-            self.position_frozen_s = None;
+            if self.position_frozen_s.take().is_some() {
+                // What stayed was of no motion.
+                self.recent.clear();
+            }
         } else {
             let (travel, time) = ((travelled - still.travelled).norm(), t_s - still.since_s);
             let has_pace = |by: f64| by >= FROZEN_SPEED * time;
@@ -393,9 +446,27 @@ impl Integrity {
             self.rejects.count("heading jumps");
             return false;
         }
+        let is_measured = self
+            .yaw_rate
+            .is_some_and(|(at, _)| (t_s - at).abs() <= RATE_GAP_MAX_S);
+        let turned = is_measured.then_some([self.turned, self.turned_error]);
+        let is_kept = self.turns.push(t_s, heading, turned, self.recent.travelled());
         self.compare_steady(t_s, heading);
         self.compare_with_course(t_s, heading);
+        if is_kept {
+            self.compare_turns(t_s);
+        }
         true
+    }
+
+    /// The turn of the heading against those of rate and course.
+    fn compare_turns(&mut self, t_s: f64) {
+        let is_moving = !self.alarms.contains(&Alarm::VelocityContradicts);
+        if self.turns.contradict_rate() || is_moving && self.turns.contradict_course() {
+            self.contradicted_s = Some(t_s);
+        }
+        let is_so = is_shown(self.contradicted_s, t_s) && !self.alarms.contains(&Alarm::HeadingFrozen);
+        self.set(Alarm::HeadingContradicts, is_so);
     }
 
     /// The heading against the measured course.
@@ -414,9 +485,10 @@ impl Integrity {
     /// A heading that stays against yaw rate and course.
     fn compare_steady(&mut self, t_s: f64, heading: f64) {
         let start = Steady {
+            began_s: t_s,
             since_s: t_s,
             heading,
-            turned: 0.0,
+            turned: self.turned,
             course: None,
         };
         let steady = self.steady.get_or_insert(start);
@@ -432,13 +504,15 @@ impl Integrity {
             let changed = course
                 .zip(steady.course)
                 .map_or(0.0, |(now, then)| wrapped(now - then));
-            let is_turned = steady.turned.abs() >= TURN_BY_RATE || changed.abs() >= TURN_BY_COURSE;
+            let is_turned = (self.turned - steady.turned).abs() >= TURN_BY_RATE
+                || changed.abs() >= TURN_BY_COURSE
+                || self.turns.swing_since(steady.began_s);
             let time = t_s - steady.since_s;
             if is_turned && time >= STEADY_MIN_S {
                 self.heading_frozen_s = Some(t_s);
                 *steady = start;
             } else if time > TURN_WINDOW_S {
-                (steady.since_s, steady.turned) = (t_s, 0.0);
+                (steady.since_s, steady.turned) = (t_s, self.turned);
             }
         }
         let is_frozen = self.heading_frozen_s.is_some_and(|at| t_s - at <= LATCH_S);
@@ -446,9 +520,10 @@ impl Integrity {
     }
 
     fn turn(&mut self, t_s: f64, rate: f64) {
-        if let (Some((before_s, before)), Some(steady)) = (self.yaw_rate, &mut self.steady) {
-            let elapsed = (t_s - before_s).clamp(0.0, 1.0);
-            steady.turned += 0.5 * (before + rate) * elapsed;
+        if let Some((before_s, before)) = self.yaw_rate {
+            let elapsed = (t_s - before_s).clamp(0.0, RATE_GAP_MAX_S);
+            self.turned += 0.5 * (before + rate) * elapsed;
+            self.turned_error += 0.5 * (rate - before).abs() * elapsed;
         }
         self.yaw_rate = Some((t_s, rate));
     }

@@ -16,6 +16,7 @@
 pub mod acoustics;
 pub mod autopilot_link;
 mod bridge_clock;
+mod confirmation;
 mod craft_state;
 mod current_observer;
 pub mod follow;

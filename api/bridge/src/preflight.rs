@@ -3,7 +3,7 @@
 use std::fmt;
 
 use crate::{
-    follow::{Bridge, CLOCK_ERROR_MAX_S},
+    follow::{Bridge, CLOCK_ERROR_MAX_S, Fixes},
     mavlink::{Control, HEARTBEAT_AGE_MAX_S, Silence},
     reference::wrapped,
 };
@@ -186,9 +186,10 @@ fn clocks(bridge: &Bridge) -> Finding {
 fn fixes(bridge: &Bridge, auvs: &[String]) -> Vec<Finding> {
     let fixes = &bridge.telemetry().fixes;
     let now = bridge.now_s();
-    let finding = |(auv, (fix, at, count)): (&String, &(crate::AuvFix, f64, u64))| {
-        let age = now - at;
-        let sigma = fix
+    let finding = |(auv, fixes): (&String, &Fixes)| {
+        let (age, count) = (now - fixes.at_s, fixes.count);
+        let sigma = fixes
+            .newest
             .sigma_m
             .map_or_else(String::new, |sigma| format!(", ±{sigma:.1} m"));
         let detail = format!("{auv}: {count}, the newest {age:.0} s ago{sigma}");

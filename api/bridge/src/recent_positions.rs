@@ -17,6 +17,9 @@ const VELOCITY_SPAN_S: [f64; 2] = [2.0, 5.0];
 /// Two measurements farther apart than this are not of one motion, s.
 const GAP_MAX_S: f64 = 3.0;
 
+/// Fewer values show no trend.
+const TREND_COUNT_MIN: usize = 5;
+
 /// Positions by time.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct RecentPositions {
@@ -38,28 +41,34 @@ struct Kept {
 }
 
 impl RecentPositions {
-    /// Adds the position at `t_s`, s. After a gap, or if the clock was set back, it is the first one.
-    pub(crate) fn push(&mut self, t_s: f64, position: Geographic) {
+    /// Adds the position at `t_s`, s. After a gap, or if the clock was set back, it is the first one. Whether it is kept.
+    pub(crate) fn push(&mut self, t_s: f64, position: Geographic) -> bool {
         let gap = self.newest.map_or(0.0, |before| t_s - before.t_s);
         if !(0.0..=GAP_MAX_S).contains(&gap) {
             self.kept.clear();
         }
+        // The velocity of this moment comes later.
+        let since = self.velocity.map(|(at, velocity)| (t_s - at, velocity));
+        let since = since.filter(|(elapsed, _)| (0.0..=GAP_MAX_S).contains(elapsed));
         let newest = Kept {
             t_s,
             position,
-            travelled: self.travelled,
+            travelled: since.map_or(self.travelled, |(elapsed, velocity)| {
+                self.travelled + velocity * elapsed
+            }),
         };
         self.newest = Some(newest);
-        if self
+        let is_kept = self
             .kept
             .back()
-            .is_none_or(|before| t_s - before.t_s >= KEEP_EACH_S)
-        {
+            .is_none_or(|before| t_s - before.t_s >= KEEP_EACH_S);
+        if is_kept {
             self.kept.push_back(newest);
         }
         while self.kept.front().is_some_and(|oldest| t_s - oldest.t_s > KEPT_S) {
             self.kept.pop_front();
         }
+        is_kept
     }
 
     /// Adds the measured velocity over ground (north, east), m/s, at `t_s`, s.
@@ -93,6 +102,22 @@ impl RecentPositions {
         (span >= least).then(|| moved(&start.position, &newest.position) / span)
     }
 
+    /// What is known of the velocity now is no measurement.
+    pub(crate) fn travel_unmeasured(&mut self) {
+        self.velocity = None;
+    }
+
+    /// How positions and the integral of the measured velocity drift apart (north, east), m.
+    pub(crate) fn drift(&self) -> Option<Trend> {
+        let start = self.newest?;
+        self.velocity.filter(|(at, _)| start.t_s - at <= GAP_MAX_S)?;
+        let known = self.kept.iter().filter(|kept| kept.t_s >= self.measured_since_s);
+        trend(known.map(|kept| {
+            let by_velocity = kept.travelled - start.travelled;
+            (kept.t_s, moved(&start.position, &kept.position) - by_velocity)
+        }))
+    }
+
     /// Time, s, and distance, m, between where the positions and where the measured velocity have led, over the longest time of which
     /// both are known.
     pub(crate) fn mismatch(&self) -> Option<(f64, f64)> {
@@ -102,6 +127,46 @@ impl RecentPositions {
         let by_velocity = newest.travelled - start.travelled;
         Some((newest.t_s - start.t_s, (by_positions - by_velocity).norm()))
     }
+}
+
+/// The straight line through values by time.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Trend {
+    pub(crate) span_s: f64,
+    /// Change of the values per second, and its standard deviation along either axis.
+    pub(crate) slope: Vector2<f64>,
+    pub(crate) slope_sigma: f64,
+    /// Root mean square of what the values are off it.
+    pub(crate) rms: f64,
+}
+
+/// Least squares through (time, s, value); none of less than [`TREND_COUNT_MIN`].
+pub(crate) fn trend(values: impl Iterator<Item = (f64, Vector2<f64>)>) -> Option<Trend> {
+    let values: Vec<_> = values.collect();
+    let count = f64::from(u32::try_from(values.len()).ok()?);
+    if values.len() < TREND_COUNT_MIN {
+        return None;
+    }
+    let (times, sum) = values
+        .iter()
+        .fold((0.0, Vector2::zeros()), |(times, sum), (t_s, value)| {
+            (times + t_s, sum + value)
+        });
+    let (middle_s, mean) = (times / count, sum / count);
+    let (mut spread, mut slope, mut square) = (0.0, Vector2::zeros(), 0.0);
+    for (t_s, value) in &values {
+        spread += (t_s - middle_s).powi(2);
+        slope += (value - mean) * (t_s - middle_s);
+        square += (value - mean).norm_squared();
+    }
+    slope /= spread;
+    let residual = (square - slope.norm_squared() * spread).max(0.0);
+    Some(Trend {
+        span_s: (values[0].0 - values[values.len() - 1].0).abs(),
+        slope,
+        slope_sigma: (residual / (2.0 * (count - 2.0)) / spread).sqrt(),
+        rms: (residual / count).sqrt(),
+    })
 }
 
 /// Displacement (north, east), m, between two nearby positions.

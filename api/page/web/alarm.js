@@ -63,7 +63,9 @@ export function stateOf({ status, kind, plan, scene, steering }, { age_s = plan?
     if (steering.state === "waiting") return { words: "not steering", why: steering.why, tone: "warn", alarm: false, ...old };
     if (steering.state === "not_steering") return { words: "not steering", why: because(steering.why), tone: "bad", alarm: true, ...old };
     const followed = planned(plan, causes), isWorse = steering.state === "degraded" && !followed.alarm;
-    return isWorse ? { words: "degraded", why: steering.why, tone: "bad", alarm: true } : unlessLost({ ...followed, ...old });
+    if (isWorse) return { words: "degraded", why: steering.why, tone: "bad", alarm: true };
+    // Whoever steers says what is missing to call it good.
+    return steering.why && !followed.alarm ? { ...followed, why: steering.why, tone: "warn", ...old } : unlessLost({ ...followed, ...old });
   }
   if (lost) return { words: "steering not known", why: lost, tone: "bad", alarm: true, ...old };
   const unsaid = steering ? "no word of whoever steers" : "nobody says whether the craft is steered";

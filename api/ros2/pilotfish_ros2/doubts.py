@@ -11,6 +11,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from enum import Enum
+from itertools import takewhile
 from typing import Any
 
 import numpy as np
@@ -22,18 +23,22 @@ POSITION_GATE = (15.0, 5.0)
 HEADING_GATE, HEADING_GATE_BY_RATE = (0.5, 1.5), (0.5, 0.2)
 VELOCITY_GATE = (2.0, 3.0)
 MISMATCH, MISMATCH_AFTER_S, MISMATCH_FOR_S = (8.0, 0.3), 5.0, 2.0
+DRIFT, DRIFT_SIGMAS, DRIFT_AFTER_S = (0.35, 0.05), 5.0, 10.0
 STILL_M, STILL_MIN_S = 0.1, 3.0
 FROZEN_TRAVEL_M, FROZEN_SPEED = 5.7, 0.3
 ASKED_M, ASKED_S = 10.0, 30.0
 HEADING_STILL, STEADY_MIN_S = 0.005, 5.0
 TURN_BY_RATE, TURN_WINDOW_S, TURN_BY_COURSE = 0.8, 20.0, 1.0
 COURSE_SPEED, COURSE_OFF, COURSE_OFF_FOR_S = 0.7, 0.9, 10.0
-LATCH_S, JUMP_SHOWN_S, FRESH_S = 60.0, 10.0, 2.0
+LATCH_S, JUMP_SHOWN_S, FRESH_S, RATE_GAP_MAX_S = 60.0, 10.0, 2.0, 1.0
+# integrity/turns.rs
+TURN_EACH_S, TURN_KEPT_S, MEAN_S, MEAN_SPEED = 1.0, 20.0, 5.0, 0.7
+OPPOSITE, OFF_RATE, SWING, SWING_AFTER_S = (0.8, 2.2), 0.8, 0.015, 8.0
 # integrity/track.rs
 SETTLE_S, RIVAL_KEPT_S, RIVAL_COUNT_MIN, UNSETTLED_S = 3.0, 5.0, 3, 2.5
 # recent_positions.rs
 KEEP_EACH_S, KEPT_S, GAP_MAX_S = 0.5, 20.0, 3.0
-VELOCITY_SPAN_S = (2.0, 5.0)
+VELOCITY_SPAN_S, TREND_COUNT_MIN = (2.0, 5.0), 5
 
 
 class Alarm(Enum):
@@ -48,7 +53,11 @@ class Alarm(Enum):
     POSITION_JUMPED = "the position jumped: the new position is used"
     NO_WAY = "the position does not change although the reference speed is not zero: check thrust and odometry"
     VELOCITY_CONTRADICTS = "the twist contradicts the positions: those count; is it in the axes of child_frame_id?"
+    POSITION_DRIFTS = "positions and twist drift apart: check the odometry; the positions count"
     HEADING_JUMPED = "the heading jumped: the new heading is used; check the compass"
+    HEADING_CONTRADICTS = (
+        "the heading turns otherwise than the craft: yaw mirrored or compass off, or a current faster than the craft"
+    )
     COURSE_OFF_HEADING = "the course is far off the heading: compass off, strong current, or astern"
 
     @property
@@ -110,6 +119,107 @@ class Track:
         return is_double or t_s - self.trusted[0] > UNSETTLED_S
 
 
+@dataclass
+class Trend:
+    """The straight line through values by time: slope with standard deviation, and what the values are off it."""
+
+    span_s: float
+    slope: np.ndarray
+    slope_sigma: float
+    rms: float
+
+
+def trend(values: list[tuple[float, np.ndarray]]) -> Trend | None:
+    """Least squares through (time, value); None of a few."""
+    if len(values) < TREND_COUNT_MIN:
+        return None
+    times, points = np.array([t_s for t_s, _ in values]), np.array([value for _, value in values])
+    count, times, off = len(values), times - times.mean(), points - points.mean(axis=0)
+    spread = float(times @ times)
+    slope = times @ off / spread
+    residual = max(float((off**2).sum() - slope @ slope * spread), 0.0)
+    sigma = math.sqrt(residual / (2.0 * (count - 2.0)) / spread)
+    return Trend(abs(times[-1] - times[0]), slope, sigma, math.sqrt(residual / count))
+
+
+@dataclass
+class _Moment:
+    """Heading without jumps, its integral, those of yaw rate (with its error; None without one) and velocity."""
+
+    t_s: float
+    heading: float
+    swept: float
+    turned: tuple[float, float] | None
+    travelled: np.ndarray
+
+
+class Turns:
+    """How heading, yaw rate and course have turned in the last seconds: `integrity/turns.rs`."""
+
+    def __init__(self) -> None:
+        self._kept: deque[_Moment] = deque()
+        self._newest: _Moment | None = None
+
+    def push(self, t_s: float, heading: float, turned: tuple[float, float] | None, travelled: np.ndarray) -> bool:
+        """Adds a heading, with the integrals of yaw rate and velocity so far. Whether it is kept."""
+        newest, before = _Moment(t_s, heading, 0.0, turned, travelled), self._newest
+        if before is not None and 0.0 <= t_s - before.t_s <= TURN_EACH_S:
+            change = wrap(heading - before.heading)
+            newest.heading = before.heading + change
+            newest.swept = before.swept + (before.heading + 0.5 * change) * (t_s - before.t_s)
+        else:
+            self._kept.clear()
+        self._newest = newest
+        is_kept = not self._kept or t_s - self._kept[-1].t_s >= TURN_EACH_S
+        if is_kept:
+            self._kept.append(newest)
+        while t_s - self._kept[0].t_s > TURN_KEPT_S:
+            self._kept.popleft()
+        return is_kept
+
+    def contradict_rate(self) -> bool:
+        """Whether the heading turned otherwise than the yaw rate says."""
+        now = self._newest
+        if now is None or now.turned is None:
+            return False
+        (by_rate, error), heading = now.turned, now.heading
+        return any(
+            abs((heading - before.heading) - (by_rate - before.turned[0])) >= OFF_RATE + error - before.turned[1]
+            for before in self._rated()
+        )
+
+    def contradict_course(self) -> bool:
+        """Whether the heading turned to the other side than the course."""
+        now = self._newest and self._mean_until(self._newest)
+        if now is None:
+            return False
+        for moment in self._kept:
+            if (before := self._mean_until(moment)) is not None:
+                turns = wrap(now[0] - before[0]), wrap(now[1] - before[1])
+                if turns[0] * turns[1] < 0.0 and all(OPPOSITE[0] <= abs(turn) <= OPPOSITE[1] for turn in turns):
+                    return True
+        return False
+
+    def swing_since(self, since_s: float) -> bool:
+        """Whether the yaw rate has swung since then."""
+        rated = [(moment.t_s, np.array([moment.turned[0]])) for moment in self._rated() if moment.t_s >= since_s]
+        found = trend(rated)
+        return found is not None and found.span_s >= SWING_AFTER_S and found.rms >= SWING
+
+    def _rated(self) -> list[_Moment]:
+        return list(takewhile(lambda moment: moment.turned is not None, reversed(self._kept)))
+
+    def _mean_until(self, end: _Moment) -> tuple[float, float] | None:
+        """Mean heading and course of the seconds before `end`; None if they are not known or the craft was slow."""
+        start = next((kept for kept in self._kept if end.t_s - kept.t_s <= MEAN_S + 0.5 * TURN_EACH_S), end)
+        if (span := end.t_s - start.t_s) < MEAN_S - 0.5 * TURN_EACH_S:
+            return None
+        velocity = (end.travelled - start.travelled) / span
+        if np.linalg.norm(velocity) < MEAN_SPEED:
+            return None
+        return (end.swept - start.swept) / span, math.atan2(velocity[1], velocity[0])
+
+
 class RecentPositions:
     """The positions of the last seconds, and how far the measured velocity leads in the same time."""
 
@@ -121,15 +231,21 @@ class RecentPositions:
         self._velocity: tuple[float, np.ndarray] | None = None
         self._measured_since_s = 0.0
 
-    def push(self, t_s: float, position: np.ndarray) -> None:
-        """Adds a position. After a gap, or if the clock was set back, it is the first one."""
+    def push(self, t_s: float, position: np.ndarray) -> bool:
+        """Adds a position. After a gap, or if the clock was set back, it is the first one. Whether it is kept."""
         if self._newest is not None and not 0.0 <= t_s - self._newest[0] <= GAP_MAX_S:
             self._kept.clear()
-        self._newest = (t_s, position, self.travelled)
-        if not self._kept or t_s - self._kept[-1][0] >= KEEP_EACH_S:
+        travelled = self.travelled
+        if self._velocity is not None and 0.0 <= (elapsed := t_s - self._velocity[0]) <= GAP_MAX_S:
+            # The velocity of this moment comes later.
+            travelled = travelled + self._velocity[1] * elapsed
+        self._newest = (t_s, position, travelled)
+        is_kept = not self._kept or t_s - self._kept[-1][0] >= KEEP_EACH_S
+        if is_kept:
             self._kept.append(self._newest)
         while t_s - self._kept[0][0] > KEPT_S:
             self._kept.popleft()
+        return is_kept
 
     def travel(self, t_s: float, velocity: np.ndarray) -> None:
         """Adds the measured velocity."""
@@ -154,6 +270,12 @@ class RecentPositions:
         span = t_s - start_s
         return (position - start) / span if span >= VELOCITY_SPAN_S[0] else None
 
+    def drift(self) -> Trend | None:
+        """How positions and the integral of the measured velocity drift apart."""
+        if self._newest is None or self._velocity is None or self._newest[0] - self._velocity[0] > GAP_MAX_S:
+            return None
+        return trend([(t_s, at - gone) for t_s, at, gone in self._kept if t_s >= self._measured_since_s])
+
     def mismatch(self) -> tuple[float, float] | None:
         """Time and distance between where positions and where velocities have led, over the longest time with both."""
         both = (kept for kept in self._kept if kept[0] >= self._measured_since_s)
@@ -176,11 +298,12 @@ class _Still:
 
 @dataclass
 class _Steady:
-    """A heading that has not changed: since when, which, integral of the yaw rate since, course at the start."""
+    """A heading that has not changed: since when, which, integral of the yaw rate and course at the start."""
 
+    began_s: float
     since_s: float
     heading: float
-    turned: float = 0.0
+    turned: float
     course: float | None = None
 
 
@@ -196,6 +319,10 @@ class Doubts:
     _bow: Track = field(default_factory=Track)
     _motion: Track = field(default_factory=Track)
     _rate: tuple[float, float] | None = None
+    _turned: float = 0.0
+    _turned_error: float = 0.0
+    """Integral of the yaw rate, and the most that it is off by what the rate did between two measurements."""
+    _turns: Turns = field(default_factory=Turns)
     _still: _Still | None = None
     _steady: _Steady | None = None
     _since_s: dict[str, float] = field(default_factory=dict)
@@ -256,7 +383,8 @@ class Doubts:
         self._set(Alarm.POSITION_JUMPED, self._is_recent("position jumped", t_s, JUMP_SHOWN_S))
         if fit is Fit.MISSED:
             return False
-        self.recent.push(t_s, position)
+        if self.recent.push(t_s, position):
+            self._compare_drift()
         self._compare_with_velocity(t_s)
         self._compare_still(t_s, position)
         return True
@@ -269,6 +397,16 @@ class Doubts:
             return False
         self.recent.travel(t_s, velocity)
         return Alarm.VELOCITY_CONTRADICTS not in self.alarms
+
+    def _compare_drift(self) -> None:
+        drift = self.recent.drift()
+        if drift is not None and drift.span_s >= DRIFT_AFTER_S:
+            speed = 0.0 if self._motion.trusted is None else float(np.linalg.norm(self._motion.trusted[1]))
+            most = max(_gate(DRIFT, speed), DRIFT_SIGMAS * drift.slope_sigma)
+            # It ends well inside its gate.
+            least = 0.5 * most if Alarm.POSITION_DRIFTS in self.alarms else most
+            is_apart = bool(np.linalg.norm(drift.slope) > least)
+            self._set(Alarm.POSITION_DRIFTS, is_apart and Alarm.VELOCITY_CONTRADICTS not in self.alarms)
 
     def _compare_with_velocity(self, t_s: float) -> None:
         found = self.recent.mismatch()
@@ -289,7 +427,9 @@ class Doubts:
         has_no_way = False
         if np.linalg.norm(position - still.place) > STILL_M:
             self._still = _Still(t_s, position, travelled)
-            self._since_s.pop("position frozen", None)
+            if self._since_s.pop("position frozen", None) is not None:
+                # What stayed was of no motion.
+                self.recent.clear()
         else:
             travel, time = (float(np.linalg.norm(travelled - still.travelled)), t_s - still.since_s)
             pace = FROZEN_SPEED * time
@@ -320,6 +460,9 @@ class Doubts:
         self._set(Alarm.HEADING_JUMPED, self._is_recent("heading jumped", t_s, JUMP_SHOWN_S))
         if fit is Fit.MISSED:
             return False
+        is_measured = self._rate is not None and abs(t_s - self._rate[0]) <= RATE_GAP_MAX_S
+        turned = (self._turned, self._turned_error) if is_measured else None
+        is_new = self._turns.push(t_s, heading, turned, self.recent.travelled)
         self._compare_steady(t_s, heading)
         measured = self._motion.trusted
         velocity = measured[1] if measured is not None and abs(t_s - measured[0]) <= FRESH_S else None
@@ -327,31 +470,43 @@ class Doubts:
         is_off = course is not None and abs(wrap(course - heading)) >= COURSE_OFF
         lasts = self._lasts("off course", t_s, is_off)
         self._set(Alarm.COURSE_OFF_HEADING, lasts is not None and lasts >= COURSE_OFF_FOR_S)
+        if is_new:
+            self._compare_turns(t_s)
         return True
 
+    def _compare_turns(self, t_s: float) -> None:
+        is_moving = Alarm.VELOCITY_CONTRADICTS not in self.alarms
+        if self._turns.contradict_rate() or (is_moving and self._turns.contradict_course()):
+            self._since_s["heading contradicts"] = t_s
+        is_so = self._is_recent("heading contradicts", t_s, JUMP_SHOWN_S)
+        self._set(Alarm.HEADING_CONTRADICTS, is_so and Alarm.HEADING_FROZEN not in self.alarms)
+
     def _compare_steady(self, t_s: float, heading: float) -> None:
-        steady = self._steady = self._steady or _Steady(t_s, heading)
+        steady = self._steady = self._steady or _Steady(t_s, t_s, heading, self._turned)
         if abs(wrap(heading - steady.heading)) > HEADING_STILL:
-            self._steady = _Steady(t_s, heading)
+            self._steady = _Steady(t_s, t_s, heading, self._turned)
             self._since_s.pop("heading frozen", None)
         else:
             course = _course(self.recent.velocity())
             if steady.course is None or course is None:
                 steady.course = course
             changed = 0.0 if course is None else abs(wrap(course - steady.course))
-            is_turned = abs(steady.turned) >= TURN_BY_RATE or changed >= TURN_BY_COURSE
+            is_turned = abs(self._turned - steady.turned) >= TURN_BY_RATE or changed >= TURN_BY_COURSE
+            is_turned = is_turned or self._turns.swing_since(steady.began_s)
             time = t_s - steady.since_s
             if is_turned and time >= STEADY_MIN_S:
                 self._since_s["heading frozen"] = t_s
-                self._steady = _Steady(t_s, heading)
+                self._steady = _Steady(t_s, t_s, heading, self._turned)
             elif time > TURN_WINDOW_S:
-                steady.since_s, steady.turned = t_s, 0.0
+                steady.since_s, steady.turned = t_s, self._turned
         self._set(Alarm.HEADING_FROZEN, self._is_recent("heading frozen", t_s, LATCH_S))
 
     def _turn(self, t_s: float, rate: float) -> None:
-        if self._rate is not None and self._steady is not None:
+        if self._rate is not None:
             before_s, before = self._rate
-            self._steady.turned += 0.5 * (before + rate) * min(max(t_s - before_s, 0.0), 1.0)
+            elapsed = min(max(t_s - before_s, 0.0), RATE_GAP_MAX_S)
+            self._turned += 0.5 * (before + rate) * elapsed
+            self._turned_error += 0.5 * abs(rate - before) * elapsed
         self._rate = (t_s, rate)
 
 

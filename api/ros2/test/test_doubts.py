@@ -102,6 +102,13 @@ def test_a_compass_that_stays_while_the_craft_turns_stops_the_references():
     assert "compass frozen" in checks.distrusted()
 
 
+def test_a_yaw_that_is_mirrored_and_a_pose_that_drifts_are_named():
+    mirrored = changed(heading_rad=lambda _, m: -m.heading_rad, yaw_rate_radps=lambda _, m: -m.yaw_rate_radps)
+    assert first(sailed(40.0, mirrored, rate=0.1)[1], Alarm.HEADING_CONTRADICTS) < 16.0
+    drifts = changed(north_m=lambda t_s, m: m.north_m + 0.5 * max(t_s - 20.0, 0.0))
+    assert 20.0 < first(sailed(60.0, drifts)[1], Alarm.POSITION_DRIFTS) < 36.0
+
+
 def test_a_craft_at_rest_without_a_twist_has_a_velocity_and_no_doubt():
     empty = changed(ground_velocity=None, yaw_rate_radps=0.0)
     checks, seen = sailed(120.0, empty, rate=0.0, speed=0.0)
@@ -113,7 +120,7 @@ def test_a_craft_at_rest_without_a_twist_has_a_velocity_and_no_doubt():
 
 def test_the_constants_are_the_bridges():
     bridge = Path(__file__).parents[2] / "bridge/src"
-    files = ("integrity.rs", "integrity/track.rs", "recent_positions.rs")
+    files = ("integrity.rs", "integrity/track.rs", "integrity/turns.rs", "recent_positions.rs")
     text = "".join((bridge / name).read_text() for name in files)
     theirs = dict(re.findall(r"^const (\w+): [^=]+ = ([^;]+);", text, re.MULTILINE))
     own = {name: value for name, value in vars(doubts).items() if name.isupper()}

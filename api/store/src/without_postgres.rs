@@ -4,7 +4,7 @@ use std::{fmt::Debug, path::Path, time::Duration};
 
 use super::{
     error::StoreError,
-    ownership::{Acquired, Turn},
+    ownership::{Acquired, Trouble, Turn},
 };
 
 fn left_out<T>() -> Result<T, StoreError> {
@@ -32,7 +32,7 @@ impl Database {
         match *self {}
     }
 
-    pub(super) fn trouble(&self, _: Option<super::Trouble>) {
+    pub(super) fn trouble(&self, _: Option<Trouble>) {
         match *self {}
     }
 }
@@ -94,8 +94,8 @@ impl Lease {
 
 /// Every type is one of a column.
 pub(super) mod types {
-    pub(in super::super) trait ToSql {}
+    pub(crate) trait ToSql {}
     impl<T: ?Sized> ToSql for T {}
-    pub(in super::super) trait FromSql<'a> {}
+    pub(crate) trait FromSql<'a> {}
     impl<T> FromSql<'_> for T {}
 }

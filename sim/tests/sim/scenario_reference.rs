@@ -16,6 +16,8 @@ mod page;
 const DOCUMENT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/scenario-keys.md");
 const BEGIN: &str = "<!-- keys -->\n";
 const END: &str = "<!-- /keys -->\n";
+/// Its members are documented as the levers of the planner.
+const LEVERS: &str = "surface_craft.tuning";
 /// Set to anything, it writes the reference anew.
 const UPDATE: &str = "UPDATE_DOCS";
 
@@ -73,7 +75,9 @@ impl Reference {
             presence,
             meaning: form.without_unit(&meaning),
         });
-        self.inside(key, &inside);
+        if key != LEVERS {
+            self.inside(key, &inside);
+        }
     }
 
     /// What an object, a choice of objects or a list of either holds.

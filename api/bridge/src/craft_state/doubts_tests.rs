@@ -557,3 +557,71 @@ fn a_jump_of_little_more_than_the_gate_is_named_too() {
         assert!(after.is_some_and(|after| after <= 3.5), "{after:?}");
     }
 }
+
+#[test]
+fn a_yaw_that_is_mirrored_is_named_at_the_first_turn_and_cannot_be_seen_on_a_northern_course() {
+    for mirrored_rate in [1.0, -1.0] {
+        let mut voyage = Voyage::new(Sensors::Filter, 18);
+        let mut mirrored = |_: &Voyage, measured| {
+            Some(match measured {
+                CraftMeasurement::Heading(heading) => CraftMeasurement::Heading(-heading),
+                CraftMeasurement::YawRate(rate) => CraftMeasurement::YawRate(mirrored_rate * rate),
+                other => other,
+            })
+        };
+        assert_eq!(
+            voyage.detection(59, Alarm::HeadingContradicts, &mut mirrored),
+            None
+        );
+        voyage.asked.heading = 1.5;
+        voyage.asked_until_s = f64::INFINITY;
+        let after = voyage.detection(30, Alarm::HeadingContradicts, &mut mirrored);
+        let most = if mirrored_rate > 0.0 { 3.0 } else { 12.0 };
+        assert!(
+            after.is_some_and(|after| after <= most),
+            "{mirrored_rate}: {after:?}"
+        );
+    }
+}
+
+#[test]
+fn a_position_that_drifts_at_half_a_metre_per_second_against_the_velocity_is_named() {
+    for (sensors, most) in [(Sensors::Filter, 16.0), (Sensors::Receiver(1.5), 20.0)] {
+        let mut voyage = Voyage::new(sensors, 19);
+        voyage.nominal(50);
+        voyage.asked_until_s = f64::INFINITY;
+        let start_s = voyage.now_s();
+        let mut drifts = |voyage: &Voyage, measured| {
+            let off = direction(2.0) * (0.5 * (voyage.now_s() - start_s));
+            Some(off_by(off, voyage, measured))
+        };
+        let after = voyage.detection(40, Alarm::PositionDrifts, &mut drifts);
+        assert!(after.is_some_and(|after| after <= most), "{sensors:?}: {after:?}");
+        assert!(voyage.state.newest().is_some(), "the positions count");
+    }
+}
+
+#[test]
+fn a_compass_that_froze_on_a_straight_course_is_named_in_waves_by_a_gyro_and_without_one_at_the_first_turn() {
+    for (sensors, straight) in [(Sensors::Filter, true), (Sensors::Receiver(1.5), false)] {
+        let mut voyage = Voyage::new(sensors, 20);
+        voyage.nominal(50);
+        voyage.asked_until_s = f64::INFINITY;
+        let frozen = voyage.heading;
+        let mut stays = |_: &Voyage, measured| match measured {
+            CraftMeasurement::Heading(_) => Some(CraftMeasurement::Heading(frozen)),
+            other => Some(other),
+        };
+        let after = voyage.detection(45, Alarm::HeadingFrozen, &mut stays);
+        let is_named = after.is_some_and(|after| after <= 12.0);
+        assert!(
+            if straight { is_named } else { after.is_none() },
+            "{sensors:?}: {after:?}"
+        );
+        if !straight {
+            voyage.asked.heading = 2.5;
+            let after = voyage.detection(30, Alarm::HeadingFrozen, &mut stays);
+            assert!(after.is_some_and(|after| after <= 15.0), "{sensors:?}: {after:?}");
+        }
+    }
+}

@@ -2,7 +2,7 @@
 
 use ::mavlink::dialects::ardupilotmega::MavSeverity;
 
-use super::{Bridge, Sending, steering::Steering};
+use super::{Bridge, Fixes, Sending, steering::Steering};
 use crate::{
     Plan,
     mavlink::{Control, HEARTBEAT_AGE_MAX_S, Silence},
@@ -22,6 +22,9 @@ const NOT_HEARD: &str = "stale_report";
 /// Why there is no plan to follow, where the service is the reason.
 const SILENT_SERVICE: &str = "the service does not answer";
 
+/// After this time without a fix of an AUV the plan says whether it matters (`NOT_HEARD`), s.
+const LATE_MAX_S: f64 = 32.0;
+
 /// Between two words to the mission, s. After three that are missing it is not known there whether the craft is steered.
 const WORD_INTERVAL_S: f64 = 1.0;
 
@@ -33,6 +36,14 @@ const CLEAR_S: f64 = 10.0;
 /// Between two texts to the ground station, s: of a lasting alarm, and of a cause that changes.
 const ALARM_INTERVAL_S: f64 = 30.0;
 const CAUSE_INTERVAL_S: f64 = 10.0;
+
+/// A cause without its numbers: an age that grows is no new one.
+fn words(cause: &str) -> Vec<&str> {
+    cause
+        .split(' ')
+        .filter(|word| word.parse::<f64>().is_err())
+        .collect()
+}
 
 /// The AUVs that have not been heard for a while, in words.
 fn not_heard(link: &LinkStatus) -> Option<String> {
@@ -52,7 +63,7 @@ fn cause(text: &str) -> String {
 impl Bridge {
     /// Whether the craft is steered; none in a dry run. Silence is an alarm only while nothing but the bridge has the craft: armed, in
     /// its guided mode.
-    fn steering(&self, link: &LinkStatus) -> Option<Steering> {
+    pub(super) fn steering(&self, link: &LinkStatus) -> Option<Steering> {
         use MavSeverity::{
             MAV_SEVERITY_CRITICAL, MAV_SEVERITY_INFO, MAV_SEVERITY_NOTICE, MAV_SEVERITY_WARNING,
         };
@@ -85,9 +96,9 @@ impl Bridge {
                 };
                 (false, severity, cause)
             }
-            Some(Sending::Active) => match (self.causes(link), not_heard(link)) {
+            Some(Sending::Active) => match (self.causes(link), self.unconfirmed(link)) {
                 (causes, _) if !causes.is_empty() => (true, MAV_SEVERITY_WARNING, causes.join("; ")),
-                (_, Some(details)) => (true, MAV_SEVERITY_NOTICE, details),
+                (_, missing) if !missing.is_empty() => (true, MAV_SEVERITY_NOTICE, missing.join("; ")),
                 _ => (true, MAV_SEVERITY_INFO, String::new()),
             },
         };
@@ -112,6 +123,23 @@ impl Bridge {
         causes
     }
 
+    /// What is missing to call the craft steered: a service, what the craft was just seen to do, an AUV that is heard.
+    fn unconfirmed(&self, link: &LinkStatus) -> Vec<String> {
+        let now = self.now_s();
+        let service = link.trouble.as_ref().map(|_| SILENT_SERVICE.to_owned());
+        let craft = self.confirmation.iter().flat_map(|seen| seen.missing(now));
+        let fixes = self.telemetry.fixes.iter();
+        let late = fixes.filter(|(_, fixes)| fixes.is_overdue(now) && now - fixes.at_s <= LATE_MAX_S);
+        let late = late.map(|(auv, _)| format!("no new fix of {auv}"));
+        let unheard = not_heard(link);
+        service
+            .into_iter()
+            .chain(craft.map(str::to_owned))
+            .chain(late)
+            .chain(unheard)
+            .collect()
+    }
+
     /// Tells those who watch whether the craft is steered.
     pub(super) fn tell(&mut self, link: &LinkStatus) {
         let (now, steering) = (self.now_s(), self.steering(link));
@@ -134,7 +162,7 @@ impl Bridge {
         }
     }
 
-    /// Once it has changed for a second, or has been better than an alarm for `CLEAR_S`, and again while it is an alarm.
+    /// Once it has changed for a second, or has been better for `CLEAR_S`, and again while it is an alarm.
     fn tell_ground_station(&mut self, now: f64, steering: Steering) {
         let is_same = |other: &Steering| (other.is_on, other.severity) == (steering.is_on, steering.severity);
         let since = match &self.steering {
@@ -142,13 +170,17 @@ impl Bridge {
             _ => now,
         };
         self.steering = Some((steering.clone(), since));
+        let is_told = self.told.as_ref().is_some_and(|(told, _)| is_same(told));
+        self.untold_s = (!is_told).then(|| self.untold_s.unwrap_or(now));
         let is_due = match &self.told {
             Some((told, at)) if is_same(told) => {
                 let is_alarm = steering.severity == MavSeverity::MAV_SEVERITY_CRITICAL;
-                *told != steering && CAUSE_INTERVAL_S <= now - at || is_alarm && ALARM_INTERVAL_S <= now - at
+                let is_new = words(&told.cause) != words(&steering.cause);
+                is_new && CAUSE_INTERVAL_S <= now - at || is_alarm && ALARM_INTERVAL_S <= now - at
             }
             Some((told, _)) if told.is_alarm() && !steering.is_alarm() => CLEAR_S <= now - since,
-            _ => CHANGED_S <= now - since,
+            Some((told, _)) if told.is_on && steering.is_good() => CLEAR_S <= now - since,
+            _ => self.untold_s.is_some_and(|untold_s| CHANGED_S <= now - untold_s),
         };
         if is_due {
             self.send_texts(&steering);
@@ -185,18 +217,22 @@ impl Bridge {
         };
         let dry_run = self.settings.dry_run.then(|| "dry run".to_owned());
         let steering = self.steering(link).map(|steering| steering.to_string());
+        let said = steering.clone().unwrap_or_default();
+        let is_new = |words: &String| !said.contains(words.as_str());
         let mut parts: Vec<_> = dry_run.into_iter().chain(steering).collect();
         parts.push(mode);
         if let Some(plan) = &link.plan {
-            parts.extend(self.plan_status(plan, now, self.output_limits(link).speed_max));
+            let status = self.plan_status(plan, now, self.output_limits(link).speed_max);
+            parts.extend(status.into_iter().filter(is_new));
         }
         let craft = &self.telemetry.craft;
         parts.extend(craft.missing(now).map(str::to_owned));
-        parts.extend(craft.alarms().map(|alarm| format!("WARNING {alarm}")));
+        let alarms = craft.alarms().map(|alarm| cause(&alarm.to_string()));
+        parts.extend(alarms.filter(is_new).map(|alarm| format!("WARNING {alarm}")));
         let fixes = self.telemetry.fixes.iter();
-        parts.extend(fixes.map(|(auv, (_, at, count))| {
+        parts.extend(fixes.map(|(auv, Fixes { at_s, count, .. })| {
             let fixes = if *count == 1 { "fix" } else { "fixes" };
-            format!("{auv} heard {:.0} s ago, {count} {fixes}", now - at)
+            format!("{auv} heard {:.0} s ago, {count} {fixes}", now - at_s)
         }));
         let rejected = link.rejected.iter();
         parts.extend(rejected.map(|(count, why)| format!("{count} reports rejected ({why})")));
@@ -246,7 +282,10 @@ mod tests {
     use clock::Clock;
     use serde_json::json;
 
-    use super::*;
+    use super::{
+        super::{LINE_BYTES, lines},
+        *,
+    };
     use crate::{autopilot_link::AutopilotSettings, follow::Settings, mavlink::Silence, wire::Endpoint};
 
     /// A bridge without a wire, and a plan made now, whose answer is changed.
@@ -356,6 +395,40 @@ mod tests {
         let texts: Vec<_> = texts.iter().map(|(text, _)| text.as_str()).collect();
         let (on, off) = ("Pilotfish steering", "Pilotfish off: the plan is too old");
         assert_eq!(texts, [on, off, off, on]);
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn every_status_line_has_at_most_160_characters_and_no_word_is_lost() {
+        let warned = json!([
+            { "code": "craft_unknown" }, { "code": "heading_does_not_respond" }, { "code": "reported_accuracy_contradicted" },
+            { "code": "reference_below_speed_min" }, { "code": "goal_unreachable" }, { "code": "stale_report", "detail": "auv-9 was last heard of 31 s ago" },
+        ]);
+        let (mut bridge, mut link) = bridge_and_link(|answer| answer["plan"]["warnings"] = warned.clone());
+        link.rejected = Some((
+            7,
+            "asc/0/state/position/lat_deg: is not in the range from -90 to 90".to_owned(),
+        ));
+        for reason in [
+            "beyond the API's range of headings",
+            "beyond the API's range of speeds",
+        ] {
+            link.clamped.count(reason);
+        }
+        for sending in [
+            None,
+            Some(Sending::Active),
+            Some(Sending::Stopped(Silence::NotGuided)),
+        ] {
+            bridge.logged = sending;
+            let whole = bridge.status_line(&link);
+            let shown = lines(&whole, LINE_BYTES);
+            assert!(
+                LINE_BYTES < whole.len() && shown.iter().all(|line| line.len() <= LINE_BYTES),
+                "{shown:?}"
+            );
+            assert_eq!(shown.join(" ").replace(" ... ", " "), whole);
+            assert_eq!(whole.matches("heading does not respond").count(), 1, "{whole}");
+        }
     }
 
     #[tokio::test(start_paused = true)]

@@ -6,7 +6,7 @@ use ::mavlink::dialects::ardupilotmega::MavSeverity;
 
 use crate::mavlink::TEXT_BYTES;
 
-/// What the further texts of one state begin with.
+/// What further lines begin with.
 const GOES_ON: &str = "... ";
 
 /// Whether the craft is steered, for those who watch.
@@ -33,6 +33,11 @@ impl Steering {
         }
     }
 
+    /// Whether all is well: nothing is missing to call the craft steered.
+    pub(super) fn is_good(&self) -> bool {
+        self.is_on && self.severity == MavSeverity::MAV_SEVERITY_INFO
+    }
+
     /// Whether somebody has to look.
     pub(super) fn is_alarm(&self) -> bool {
         matches!(
@@ -48,20 +53,24 @@ impl Steering {
             (true, _) => "Pilotfish steering",
             (false, _) => "Pilotfish off",
         };
-        let whole = with_cause(state, &self.cause);
-        let mut texts = vec![String::new()];
-        for word in whole.split(' ') {
-            let last = texts.last_mut().expect("is never empty");
-            if last.is_empty() {
-                word.clone_into(last);
-            } else if last.len() + 1 + word.len() <= TEXT_BYTES {
-                *last = format!("{last} {word}");
-            } else {
-                texts.push(format!("{GOES_ON}{word}"));
-            }
-        }
-        texts
+        lines(&with_cause(state, &self.cause), TEXT_BYTES)
     }
+}
+
+/// The words of `whole` in as many lines as they need of at most `most` bytes: none with half a word. A word that is longer is a line.
+pub(super) fn lines(whole: &str, most: usize) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in whole.split(' ') {
+        let last = lines.last_mut().expect("is never empty");
+        if last.is_empty() {
+            word.clone_into(last);
+        } else if last.len() + 1 + word.len() <= most {
+            *last = format!("{last} {word}");
+        } else {
+            lines.push(format!("{GOES_ON}{word}"));
+        }
+    }
+    lines
 }
 
 impl fmt::Display for Steering {

@@ -1,0 +1,184 @@
+//! Whether the craft has just been seen to do what it is told. What is not confirmed is sent on, and is not called good.
+//!
+//! ```text
+//! position   at most T old, and moved by d within T, if the craft makes way or should
+//! heading    within e of the reference, or turned towards it by max(Δ, share of the error) within T
+//! ```
+//! T is 1.5 s: what ends is not confirmed 2 s later, and told within 3 s. A turn that nobody asks for confirms nothing and contradicts nothing: a
+//! rudder that sticks on a straight course is seen at the first turn. A heading that turns towards its reference confirms, whatever turns it.
+
+use crate::{
+    Geographic, MeasuredState,
+    recent_positions::moved,
+    reference::{Reference, wrapped},
+};
+
+/// T, s: receivers and compasses speak once a second, and a craft takes a second to begin its turn.
+const WITHIN_S: f64 = 1.5;
+/// d, m: as a position that stays (`integrity.rs`).
+const MOVED_M: f64 = 0.1;
+/// A craft that makes way, or should, m/s. Receivers report up to 0.2 m/s at rest.
+const WAY: f64 = 0.3;
+/// e, rad: lag, waves and crab of a craft that holds its heading.
+const ON_HEADING: f64 = 0.2;
+/// Δ, rad: ten standard deviations of a compass of 0.6°, smoothed.
+const TURNED: f64 = 0.03;
+/// Share of the error that a turn takes off within T: that of a lag of 15 s.
+const TURNED_SHARE: f64 = 0.1;
+/// Time over which the heading is smoothed, s.
+const SMOOTHED_S: f64 = 0.5;
+
+/// What the craft was seen to do, since references are sent.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Confirmation {
+    taken_s: f64,
+    /// Time of the newest state, s.
+    state_s: f64,
+    /// When the position last moved, s, and where it was then.
+    moved_s: f64,
+    place: Option<Geographic>,
+    /// When the heading was last as told, s, and what it was then, smoothed, rad.
+    turned_s: f64,
+    turned: f64,
+    heading: f64,
+}
+
+impl Confirmation {
+    /// Of a craft whose first reference is sent at `now`, s.
+    pub(crate) fn begin(now: f64, state: &MeasuredState) -> Self {
+        Self {
+            taken_s: now,
+            state_s: now,
+            moved_s: now,
+            place: None,
+            turned_s: now,
+            turned: state.heading,
+            heading: state.heading,
+        }
+    }
+
+    /// Takes what is known at `now`, s, of a craft that was told `sent`.
+    pub(crate) fn take(&mut self, now: f64, state: &MeasuredState, sent: &Reference) {
+        let share = 1.0 - (-(now - self.taken_s) / SMOOTHED_S).exp();
+        (self.taken_s, self.state_s) = (now, state.t_s);
+        let speed = state
+            .ground_velocity
+            .map_or(state.water_velocity.x.abs(), |velocity| velocity.norm());
+        let has_moved = self
+            .place
+            .is_none_or(|place| moved(&place, &state.position).norm() > MOVED_M);
+        if has_moved || speed.max(sent.speed) < WAY {
+            (self.moved_s, self.place) = (now, Some(state.position));
+        }
+        let error = wrapped(sent.heading - state.heading);
+        self.heading += share * wrapped(state.heading - self.heading);
+        let turned = wrapped(self.heading - self.turned);
+        if error.abs() <= ON_HEADING || turned * error.signum() >= TURNED.max(TURNED_SHARE * error.abs()) {
+            (self.turned_s, self.turned) = (now, self.heading);
+        } else if turned * error < 0.0 {
+            self.turned = self.heading;
+        }
+    }
+
+    /// What is not confirmed at `now`, s, in words.
+    pub(crate) fn missing(&self, now: f64) -> impl Iterator<Item = &'static str> {
+        let is_old = |at_s: f64| now - at_s > WITHIN_S;
+        let is_silent = is_old(self.state_s);
+        [
+            ("no new position", is_silent),
+            ("the position does not move", !is_silent && is_old(self.moved_s)),
+            (
+                "the heading does not turn as told",
+                !is_silent && is_old(self.turned_s),
+            ),
+        ]
+        .into_iter()
+        .filter_map(|(words, is_missing)| is_missing.then_some(words))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use nalgebra::Vector2;
+
+    use super::*;
+
+    /// What is not confirmed in the last of `tenths` of a second of a craft at `at(t_s)`: metres to the north, heading, age of both.
+    fn unconfirmed(
+        tenths: u32,
+        sent: impl Fn(f64) -> Reference,
+        at: impl Fn(f64) -> (f64, f64, f64),
+    ) -> Vec<&'static str> {
+        let state = |t_s: f64| {
+            let (north_m, heading, age_s) = at(t_s);
+            MeasuredState {
+                t_s: t_s - age_s,
+                position: Geographic {
+                    lat_deg: 38.0 + north_m / 111_195.0,
+                    lon_deg: -9.0,
+                },
+                heading,
+                water_velocity: Vector2::zeros(),
+                yaw_rate: 0.0,
+                ground_velocity: None,
+                current: None,
+            }
+        };
+        let mut confirmation = Confirmation::begin(0.0, &state(0.0));
+        let mut t_s = 0.0;
+        for tenth in 1..=tenths {
+            t_s = 0.1 * f64::from(tenth);
+            confirmation.take(t_s, &state(t_s), &sent(t_s));
+        }
+        confirmation.missing(t_s).collect()
+    }
+
+    fn north(speed: f64) -> impl Fn(f64) -> Reference {
+        move |_| Reference { speed, heading: 0.0 }
+    }
+
+    #[test]
+    fn what_has_not_been_seen_for_two_seconds_is_not_confirmed() {
+        assert_eq!(
+            unconfirmed(20, north(1.0), |t_s| (0.0, 0.0, t_s)),
+            ["no new position"]
+        );
+        assert_eq!(
+            unconfirmed(20, north(1.0), |_| (0.0, 0.0, 0.0)),
+            ["the position does not move"]
+        );
+        for stuck in [0.0, -0.1] {
+            let east = |_: f64| Reference {
+                speed: 1.0,
+                heading: 0.5,
+            };
+            assert_eq!(
+                unconfirmed(20, east, |t_s| (t_s, stuck * t_s, 0.0)),
+                ["the heading does not turn as told"]
+            );
+        }
+    }
+
+    #[test]
+    fn a_craft_that_rests_or_turns_late_or_yaws_in_waves_is_confirmed() {
+        assert_eq!(unconfirmed(50, north(0.1), |_| (0.0, 0.0, 0.0)), [""; 0]);
+        // A lag of 6 s, half a radian behind, then a reference that sweeps on at 0.1 rad/s; ±4° of waves on a steady reference.
+        let lag = |t_s: f64| (t_s, 0.5 - 0.5 * (-t_s / 6.0).exp(), 0.0);
+        let east = |_: f64| Reference {
+            speed: 1.0,
+            heading: 0.5,
+        };
+        let sweep = |t_s: f64| Reference {
+            speed: 1.0,
+            heading: 0.6 + 0.1 * t_s,
+        };
+        for tenths in 1..100 {
+            assert_eq!(unconfirmed(tenths, east, lag), [""; 0]);
+            assert_eq!(unconfirmed(tenths, sweep, |t_s| (t_s, 0.1 * t_s, 0.0)), [""; 0]);
+            let waves = |t_s: f64| (t_s, 0.07 * (TAU * t_s / 6.0).sin(), 0.0);
+            assert_eq!(unconfirmed(tenths, north(1.0), waves), [""; 0]);
+        }
+    }
+}

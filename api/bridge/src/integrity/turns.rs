@@ -1,0 +1,139 @@
+//! How heading, measured yaw rate and course have turned in the last seconds.
+//!
+//! A current turns the course less than the heading, or more, and against it only where it is faster than the craft over ground:
+//!
+//! ```text
+//! v = u n(ψ) + c      dχ/dψ = u (u + c cos(ψ − χ_c))/v²      < 0 only where v < c, for a speed u that stays
+//! ```
+//! Headings and courses are means over the same seconds: waves and lags of a receiver are in both.
+
+use std::collections::VecDeque;
+
+use nalgebra::Vector2;
+
+use crate::{recent_positions::trend, reference::wrapped};
+
+/// Time between two moments that are kept, and how long they are kept, s.
+const TURN_EACH_S: f64 = 1.0;
+const TURN_KEPT_S: f64 = 20.0;
+/// Time of a mean heading and course, s: about a wave.
+const MEAN_S: f64 = 5.0;
+/// A slower mean velocity may be mostly current, m/s. At this one, 0.5 m/s of current is up to 0.8 rad between heading and course.
+const MEAN_SPEED: f64 = 0.7;
+/// Heading and course that turn by this to opposite sides contradict each other, rad: more than that may be less to the other side.
+const OPPOSITE: [f64; 2] = [0.8, 2.2];
+/// A heading contradicts the integral of the yaw rate if they turn by amounts that differ by this, rad: twice what the bias of a gyro makes.
+const OFF_RATE: f64 = 0.8;
+/// A heading that stays contradicts a yaw rate that swings by this in the mean, rad, for this time, s, however biased: a craft in waves.
+const SWING: f64 = 0.015;
+const SWING_AFTER_S: f64 = 8.0;
+
+/// The last seconds.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Turns {
+    kept: VecDeque<Moment>,
+    newest: Option<Moment>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Moment {
+    t_s: f64,
+    /// Heading without jumps at ±π, rad, and its integral, rad s.
+    heading: f64,
+    swept: f64,
+    /// Integral of the yaw rate, rad, and the most that it is off; none without one.
+    turned: Option<[f64; 2]>,
+    /// Integral of the measured velocity (north, east), m.
+    travelled: Vector2<f64>,
+}
+
+impl Turns {
+    /// Adds a heading, rad, with the integrals of yaw rate, rad, and velocity, m, so far. After a gap, or if the clock was set back, it is the
+    /// first one. Whether it is kept, so that something new may be seen.
+    pub(super) fn push(
+        &mut self,
+        t_s: f64,
+        heading: f64,
+        turned: Option<[f64; 2]>,
+        travelled: Vector2<f64>,
+    ) -> bool {
+        let first = Moment {
+            t_s,
+            heading,
+            swept: 0.0,
+            turned,
+            travelled,
+        };
+        let newest = match self.newest {
+            Some(before) if (0.0..=TURN_EACH_S).contains(&(t_s - before.t_s)) => {
+                let change = wrapped(heading - before.heading);
+                Moment {
+                    heading: before.heading + change,
+                    swept: before.swept + (before.heading + 0.5 * change) * (t_s - before.t_s),
+                    ..first
+                }
+            }
+            _ => {
+                self.kept.clear();
+                first
+            }
+        };
+        self.newest = Some(newest);
+        let is_kept = self.kept.back().is_none_or(|last| t_s - last.t_s >= TURN_EACH_S);
+        if is_kept {
+            self.kept.push_back(newest);
+        }
+        while self
+            .kept
+            .front()
+            .is_some_and(|oldest| t_s - oldest.t_s > TURN_KEPT_S)
+        {
+            self.kept.pop_front();
+        }
+        is_kept
+    }
+
+    /// Whether the heading turned otherwise than the yaw rate says.
+    pub(super) fn contradict_rate(&self) -> bool {
+        let off = |moment: &Moment| {
+            moment
+                .turned
+                .map(|[turned, error]| (moment.heading - turned, error))
+        };
+        let Some((now, error)) = self.newest.as_ref().and_then(off) else {
+            return false;
+        };
+        let mut earlier = self.kept.iter().rev().map_while(off);
+        earlier.any(|(before, error_before)| (now - before).abs() >= OFF_RATE + error - error_before)
+    }
+
+    /// Whether the heading turned to the other side than the course.
+    pub(super) fn contradict_course(&self) -> bool {
+        let Some((heading, course)) = self.newest.as_ref().and_then(|newest| self.mean_until(newest)) else {
+            return false;
+        };
+        let means = self.kept.iter().filter_map(|moment| self.mean_until(moment));
+        means.into_iter().any(|(before, course_before)| {
+            let turns = [wrapped(heading - before), wrapped(course - course_before)];
+            let [least, most] = OPPOSITE;
+            turns[0] * turns[1] < 0.0 && turns.iter().all(|turn| (least..=most).contains(&turn.abs()))
+        })
+    }
+
+    /// Whether the yaw rate has swung since `since_s`, s.
+    pub(super) fn swing_since(&self, since_s: f64) -> bool {
+        let steady = self.kept.iter().rev().take_while(|moment| moment.t_s >= since_s);
+        let turned = steady.map_while(|moment| Some((moment.t_s, Vector2::new(moment.turned?[0], 0.0))));
+        trend(turned).is_some_and(|trend| trend.span_s >= SWING_AFTER_S && trend.rms >= SWING)
+    }
+
+    /// Mean heading and course, rad, of the seconds before `end`; none if they are not known or the craft was slow.
+    fn mean_until(&self, end: &Moment) -> Option<(f64, f64)> {
+        let is_start = |moment: &&Moment| end.t_s - moment.t_s <= MEAN_S + 0.5 * TURN_EACH_S;
+        let start = self.kept.iter().find(is_start)?;
+        let span = end.t_s - start.t_s;
+        let velocity = (end.travelled - start.travelled) / span;
+        let is_known = span >= MEAN_S - 0.5 * TURN_EACH_S && velocity.norm() >= MEAN_SPEED;
+        is_known.then(|| ((end.swept - start.swept) / span, velocity.y.atan2(velocity.x)))
+    }
+}

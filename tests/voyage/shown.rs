@@ -1,0 +1,169 @@
+//! What those who watch see after one fault: status line, ground station, and the mission as the page reads it.
+
+use std::{
+    io,
+    sync::{Arc, Mutex},
+    time::Duration,
+};
+
+use serde::Serialize;
+use serde_json::Value;
+use tracing_subscriber::util::SubscriberInitExt as _;
+
+use super::{
+    World,
+    faults::{Fault, Kind},
+    host::{Host, Request},
+    lock,
+    sea::Sea,
+};
+
+/// When the fault begins and how long it takes, s: more than a frozen position is believed.
+const BEGINS_S: f64 = 120.0;
+const TAKES_S: f64 = 40.0;
+/// When somebody looks, s after the begin, and after the end.
+const LOOKS_S: [f64; 5] = [-1.0, 1.0, 3.0, 5.0, 15.0];
+/// Length of the voyage, s.
+pub(super) const DURATION_S: f64 = BEGINS_S + TAKES_S + 20.0;
+/// What a status line begins with.
+const LINES: [&str; 5] = ["steering", "DEGRADED", "NOT STEERING", "not steering", "waiting"];
+
+/// What was seen at one moment.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Shown {
+    /// The fault.
+    pub fault: String,
+    /// Whether it has ended.
+    pub is_over: bool,
+    /// Time since its begin or end, s.
+    pub after_s: f64,
+    /// Time of the voyage, s.
+    pub t_s: f64,
+    /// The bridge's newest status line.
+    pub line: String,
+    /// The newest text to the ground station, and for how long the bridge has sent no heartbeat, s.
+    pub text: String,
+    /// As above.
+    pub silent_s: f64,
+    /// The mission as the service has it; none if it does not answer.
+    pub mission: Option<Value>,
+}
+
+impl Shown {
+    /// Which of the three says that the craft is steered, without a reservation: status line, ground station, the word in the mission.
+    #[must_use]
+    pub fn good(&self) -> [bool; 3] {
+        let said = self.mission.as_ref().map(|mission| &mission["steering"]);
+        // What was said before the bridge fell silent is no word of now.
+        let is_alive = self.silent_s < 3.0;
+        [
+            is_alive && self.line.starts_with("steering,"),
+            is_alive && self.text == "Pilotfish steering",
+            said.is_some_and(|said| {
+                said["state"] == "steering"
+                    && said["why"].as_str().is_none_or(str::is_empty)
+                    && said["age_s"].as_f64().is_some_and(|age_s| age_s <= 3.0)
+            }),
+        ]
+    }
+}
+
+/// The only fault of a voyage.
+pub(super) fn only(kind: Kind) -> Fault {
+    Fault {
+        kind,
+        begins_s: BEGINS_S,
+        ends_s: BEGINS_S + TAKES_S,
+        size: 0.0,
+        service: 0,
+        is_alone: true,
+    }
+}
+
+/// The log of this thread's programs, as text.
+#[derive(Clone, Default)]
+pub(super) struct Log(Arc<Mutex<Vec<u8>>>);
+
+impl io::Write for Log {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        lock(&self.0).extend(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Log {
+    /// Takes what this thread logs from now on.
+    pub(super) fn listen(&self) -> impl Sized + use<> {
+        let text = tracing_subscriber::fmt()
+            .with_ansi(false)
+            .with_target(false)
+            .with_level(false)
+            .without_time();
+        text.with_writer(Mutex::new(self.clone())).finish().set_default()
+    }
+
+    /// The newest status line.
+    fn line(&self) -> String {
+        let log = lock(&self.0);
+        let log = String::from_utf8_lossy(&log);
+        let line = log
+            .lines()
+            .rev()
+            .map(str::trim)
+            .find(|line| LINES.iter().any(|with| line.starts_with(with)));
+        line.unwrap_or_default().to_owned()
+    }
+}
+
+/// Looks at its times.
+pub(super) async fn look(
+    world: Arc<World>,
+    host: Arc<Host>,
+    sea: Arc<Sea>,
+    log: Log,
+    kind: Kind,
+) -> Vec<Shown> {
+    let mut all = vec![];
+    for (is_over, from_s) in [(false, BEGINS_S), (true, BEGINS_S + TAKES_S)] {
+        let wait_s = from_s - world.t_s();
+        if is_over {
+            world.aboard.sleep(Duration::from_secs_f64(wait_s)).await;
+            if kind == Kind::BridgeKilled {
+                // Its next process has a terminal of its own.
+                lock(&log.0).clear();
+            }
+        }
+        for after_s in LOOKS_S.into_iter().filter(|after_s| !is_over || 0.0 < *after_s) {
+            let wait_s = from_s + after_s - world.t_s();
+            world.aboard.sleep(Duration::from_secs_f64(wait_s)).await;
+            let (text, silent_s) = sea.ground_station();
+            let path = format!("/v1/missions/{}", host.mission().unwrap_or_default());
+            let request = Request {
+                path,
+                key: None,
+                body: None,
+            };
+            let line = log.line();
+            let answer = world.aboard.timeout(Duration::from_secs(1), host.ask(0, request));
+            let mission = match answer.await {
+                Ok(Ok((200, body))) => serde_json::from_slice(&body).ok(),
+                _ => None,
+            };
+            all.push(Shown {
+                fault: kind.to_string(),
+                is_over,
+                after_s,
+                t_s: world.t_s(),
+                line,
+                text,
+                silent_s,
+                mission,
+            });
+        }
+    }
+    all
+}
