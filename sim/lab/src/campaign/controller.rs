@@ -7,7 +7,7 @@ use planner::{
     snapshot::{Forecast, ForecastModel, Limits, Offset, PlanRequest, Snapshot},
 };
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use sim::{
     guide::{Guidance, Guide, GuideError, LosGuide, MpcGuide},
     scenario::{GoalFile, Scenario, Start},
@@ -43,7 +43,7 @@ pub struct Controller {
 }
 
 /// What a controller knows of the AUVs' paths, speeds and dives.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Paths {
     /// What the scenario grants.
@@ -128,12 +128,6 @@ impl Controller {
             }
             ControlLaw::Guide(_) => true,
         }
-    }
-
-    /// Whether it may win: not if it knows more than the scenario grants.
-    #[must_use]
-    pub(super) fn may_win(&self) -> bool {
-        self.paths != Paths::Known
     }
 
     /// The law that steers; none where the planner does.

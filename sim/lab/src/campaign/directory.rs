@@ -99,6 +99,9 @@ pub struct Manifest {
     /// The scenario files that it names, as they were at its start.
     #[serde(default)]
     pub scenario_files: ScenarioFiles,
+    /// What a report needs of the campaign beside its rows: [`Campaign::outline`].
+    #[serde(default)]
+    pub design: serde_json::Value,
 }
 
 impl Manifest {
@@ -122,6 +125,7 @@ impl Manifest {
             shard,
             text: campaign.text.clone(),
             scenario_files: campaign.scenario_files.clone(),
+            design: campaign.outline(),
         }
     }
 

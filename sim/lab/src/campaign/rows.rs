@@ -23,8 +23,6 @@ use super::{
 pub const SCHEMA_VERSION: &str = "3";
 /// Columns with measured times, which differ each time.
 pub const MEASURED: [&str; 3] = ["solve_ms_p50", "solve_ms_p99", "run_s"];
-/// Prefix of the columns that hold parameters.
-pub const PARAMETER: &str = "param.";
 
 /// The result of a run.
 #[derive(Clone, Debug, PartialEq)]
@@ -127,7 +125,7 @@ impl Rows {
             numbers("dwell_s", &|row| row.dwell_s),
         ];
         for (k, key) in parameters.iter().enumerate() {
-            let name = format!("{PARAMETER}{key}");
+            let name = format!("param.{key}");
             columns.push(numbers(&name, &|row| row.parameters.get(k).copied()));
         }
         columns.extend(SCORES.map(|column| numbers(column.0, &|row| score(row)?.value(column))));
@@ -171,8 +169,7 @@ impl Rows {
         self.len() == 0
     }
 
-    /// Names of the columns.
-    pub fn names(&self) -> impl Iterator<Item = &str> {
+    fn names(&self) -> impl Iterator<Item = &str> {
         self.columns.iter().map(|column| column.name.as_str())
     }
 
@@ -247,19 +244,6 @@ impl Rows {
         Self {
             columns: columns.collect(),
         }
-    }
-
-    /// Whether two runs are the same mission: equal in all but their numbers and what was measured.
-    pub(super) fn are_same(&self, one: usize, other: usize) -> bool {
-        let is_own = |name: &str| ["run", "replicate", "seed"].contains(&name) || MEASURED.contains(&name);
-        let mut compared = self.columns.iter().filter(|column| !is_own(&column.name));
-        compared.all(|column| match &column.values {
-            Values::Numbers(numbers) => {
-                let bits = |row: usize| numbers[row].map(f64::to_bits);
-                bits(one) == bits(other)
-            }
-            Values::Words(words) => words[one] == words[other],
-        })
     }
 
     /// SHA-256 of all cells except the measured ones, in the order of the runs. Equal results have equal digests.
