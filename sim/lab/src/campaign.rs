@@ -19,6 +19,7 @@ pub mod design;
 pub mod directory;
 pub mod file;
 mod fly;
+pub(crate) mod grid;
 mod learnt;
 mod replay;
 pub mod rows;
@@ -27,7 +28,7 @@ mod score;
 mod summary;
 #[cfg(test)]
 mod tests;
-mod tune;
+pub(crate) mod tune;
 mod work;
 
 pub use design::{Campaign, Run, ScenarioFiles};

@@ -13,10 +13,10 @@ use sim::{
     scenario::{GoalFile, Scenario, Start},
 };
 
+use super::grid::{Setting, grid, tuned};
 use crate::{
     http_guide::{GuideUrl, HttpGuide},
     rules::{Rule, Ruled},
-    tuning::{Setting, grid, tuned},
 };
 
 mod variation;
@@ -142,7 +142,7 @@ impl Controller {
 
     /// The settings among which the best is found; a single one if nothing is tuned.
     #[must_use]
-    pub(super) fn grid(&self) -> Vec<Setting> {
+    pub(crate) fn grid(&self) -> Vec<Setting> {
         let laws = match self.law {
             ControlLaw::Tuned(law) => grid(law),
             ControlLaw::Fixed(tuning) => vec![tuning],
@@ -237,7 +237,7 @@ impl Controller {
     }
 
     /// The guide, without memory, at a point of its grid.
-    pub(super) fn guide(&self, setting: Setting) -> Box<dyn Guide> {
+    pub(crate) fn guide(&self, setting: Setting) -> Box<dyn Guide> {
         let gains = |law| -> LosTuning {
             setting
                 .gains

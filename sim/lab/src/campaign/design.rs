@@ -103,6 +103,34 @@ impl Campaign {
         Self::of(CampaignFile::parse(text, file)?, text, file, scenario_files)
     }
 
+    /// These controllers, as a campaign file has them, on one mission, with gains that are found on the same mission.
+    pub(crate) fn of_mission(
+        scenario: &Scenario,
+        seed: u64,
+        objective: Objective,
+        controllers: &[Value],
+    ) -> Self {
+        let file = json!({
+            "schema_version": "1",
+            "name": "comparison",
+            "title": scenario.title,
+            "replicates": 1,
+            "first_seed": seed,
+            "tuning": { "replicates": 1, "first_seed": seed, "objectives": [objective] },
+            "controllers": controllers,
+        });
+        let file: CampaignFile = serde_json::from_value(file).expect("these are members of a campaign file");
+        let controllers = file.all_controllers();
+        let cases = Case::all(scenario, &CraftEntry::Scenario, &[], &file).into_iter();
+        Self {
+            cases: cases.map(|case| case.with_controllers(&controllers)).collect(),
+            controllers,
+            text: String::new(),
+            scenario_files: ScenarioFiles::default(),
+            file,
+        }
+    }
+
     fn of(
         campaign: CampaignFile,
         text: &str,
@@ -110,12 +138,7 @@ impl Campaign {
         scenario_files: ScenarioFiles,
     ) -> Result<Self, CampaignError> {
         let invalid = |field: String, reason: String| CampaignError::invalid(text, file, field, reason);
-        let controllers: Vec<Controller> = campaign
-            .controllers
-            .iter()
-            .filter_map(|controller| controller.controllers().ok())
-            .flatten()
-            .collect();
+        let controllers = campaign.all_controllers();
         let names: Vec<String> = if campaign.scenarios.is_empty() {
             let built_in = Scenario::names().into_iter();
             let flown =

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use sim::scenario::{ScenarioError, line_of, line_of_field};
 
 use super::{
-    controller::{CraftKnowledge, Paths, Variation},
+    controller::{Controller, CraftKnowledge, Paths, Variation},
     score::Score,
 };
 use crate::rules::Rule;
@@ -366,6 +366,15 @@ impl CampaignFile {
             .check()
             .map_err(|(field, reason)| CampaignError::invalid(text, file, field, reason))?;
         Ok(campaign)
+    }
+
+    /// The controllers of all entries that are right.
+    pub(super) fn all_controllers(&self) -> Vec<Controller> {
+        let entries = self.controllers.iter();
+        entries
+            .filter_map(|entry| entry.controllers().ok())
+            .flatten()
+            .collect()
     }
 
     /// The JSON Schema of campaign files.

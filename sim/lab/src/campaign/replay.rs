@@ -7,9 +7,9 @@ use super::{
     controller::ControlLaw,
     design::{Campaign, Run},
     fly::{RunGains, bound, fly, result},
+    grid::Setting,
     rows::{Rows, RunResult},
 };
-use crate::tuning::Setting;
 
 /// A replayed run.
 #[derive(Clone, Debug)]

@@ -135,7 +135,7 @@ fn found_gains(
         if let Some(found) = directory.gains(case, controller) {
             return Ok(found);
         }
-        let found = tune(campaign, case, controller);
+        let found = tune(campaign, case, controller, &mut |_| {});
         let json = serde_json::to_vec_pretty(&found).expect("texts and numbers only");
         directory.store_work(Work::Tune { case, controller }, &json)?;
         Ok(found)

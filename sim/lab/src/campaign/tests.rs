@@ -292,7 +292,7 @@ mod slow {
             .copied()
             .reduce(|least, other| if other.1 < least.1 { other } else { least });
         let (best, least) = best.expect("a grid has points");
-        let found = tune(&campaign, 0, 2);
+        let found = tune(&campaign, 0, 2, &mut |_| {});
         assert_eq!((found.best[0].setting, found.best[0].mean), (best, least));
         assert!(costs.iter().any(|(_, cost)| least + 1.0 < *cost), "{costs:?}");
 
@@ -500,7 +500,7 @@ planner = {}
             .replace("replicates = 3", "replicates = 1");
         let campaign = campaign(&text);
         let law = &campaign.controllers[1];
-        let found = tune(&campaign, 0, 1);
+        let found = tune(&campaign, 0, 1, &mut |_| {});
         let condition = campaign.tuning_conditions(0).next().expect("is one");
         assert_eq!(found.best.len(), 2);
         for (objective, best) in campaign.objectives().iter().zip(&found.best) {

@@ -97,7 +97,7 @@ impl Work {
                 if self.case(campaign).is_none() || !tuned_in(campaign, case).contains(&controller) {
                     return Err(WorkError::NotOfCampaign(self));
                 }
-                let tuned = tune(campaign, case, controller);
+                let tuned = tune(campaign, case, controller, &mut |_| {});
                 Ok(serde_json::to_vec(&tuned).expect("texts and numbers only"))
             }
             Self::Fly { chunk } => {
