@@ -21,6 +21,7 @@ pub mod file;
 mod fly;
 pub(crate) mod grid;
 mod learnt;
+mod queue;
 mod replay;
 pub mod rows;
 mod run;

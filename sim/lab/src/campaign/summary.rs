@@ -24,7 +24,7 @@ pub fn summary(campaign: &Campaign, rows: &Rows) -> String {
         write!(text, "  {metric:>8}").expect("a string takes everything");
     }
     for name in names {
-        let flown = rows.words("controller").unwrap_or_default().iter();
+        let flown = rows.words("controller").unwrap_or_default().into_iter();
         let flown = flown.zip(rows.words("failure").unwrap_or_default());
         let failures: Vec<bool> = flown
             .filter(|(controller, _)| *controller == name)
@@ -56,7 +56,7 @@ fn by_place<'a>(rows: &'a Rows, metric: &str) -> BTreeMap<Place<'a>, f64> {
             continue;
         };
         let replicate = replicates[i].map_or(0, f64::to_bits);
-        let place: Place<'_> = (&controllers[i], [&scenarios[i], &crafts[i]], replicate);
+        let place: Place<'_> = (controllers[i], [scenarios[i], crafts[i]], replicate);
         if objectives[i].split(' ').any(|name| name == metric) {
             values.insert(place, value);
         } else {

@@ -48,7 +48,7 @@ class Runs:
             raise NotReportableError(f"{directory} holds no finished campaign: {missing.filename} is missing") from None
         self.design: dict[str, Any] = manifest.get("design")
         if self.design is None:
-            raise NotReportableError(f"{directory} is from an older program: fly the campaign again")
+            raise NotReportableError(f"{directory} is from an older program: fly the campaign into a new directory")
         self.name: str = manifest["name"]
         self.rows = self.rows.sort_values("run", kind="stable", ignore_index=True)
         words = ["scenario", "craft", "controller", "objectives", "failure"]
