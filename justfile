@@ -74,7 +74,8 @@ bench:
 # Every controller in every scenario, into target/scoreboard/report.md: half an hour on two cores; resumes if interrupted
 scoreboard:
     cargo run --release --features full -- campaign run examples/campaigns/scoreboard.toml --out target/scoreboard
-    cargo run --release --features full -- campaign report target/scoreboard
+    bin=$(.ci/downloads python python-client)/bin && "$bin/pip" --quiet install --no-deps --no-build-isolation ./api/python && \
+        "$bin/python" -m pilotfish.analysis report target/scoreboard
 
 # The tables of figures in README.md and docs/, each by the commands in the comment above it: two minutes
 figures-in-docs:

@@ -2,7 +2,7 @@
 """Draws what nearness, energy and calm cost each other, from the report of examples/campaigns/levers.toml.
 
     pilotfish campaign run examples/campaigns/levers.toml --out target/levers
-    pilotfish campaign report target/levers
+    python -m pilotfish.analysis report target/levers
     python3 examples/levers.py target/levers/report.json > docs/levers.svg
 
 A panel for each scenario and pair of metrics. Points are means over the seeds; a line joins the values of one lever in order, through the

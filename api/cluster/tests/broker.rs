@@ -257,7 +257,7 @@ async fn scenario_files_travel_to_workers_that_do_not_have_them() {
         rows.words("scenario")
             .expect("a column")
             .iter()
-            .any(|name| name == "mine")
+            .any(|name| *name == "mine")
     );
     assert_eq!(rows.digest(), flown_here(&campaign));
 }

@@ -4,7 +4,7 @@ use std::{
     error::Error,
     io::{self, IsTerminal as _},
     num::NonZeroUsize,
-    path::{Path, PathBuf},
+    path::PathBuf,
     time::{Duration, Instant},
 };
 
@@ -12,9 +12,7 @@ use clap::{Args, Subcommand};
 use clock::Clock;
 use indicatif::{ProgressBar, ProgressStyle};
 use lab::{
-    campaign::{
-        Campaign, CampaignFile, Directory, Manifest, Progress, Shard, jobs, replay, report::report, run,
-    },
+    campaign::{Campaign, CampaignFile, Directory, Manifest, Progress, Shard, jobs, replay, run, summary},
     report::ReportedRun,
 };
 
@@ -33,8 +31,6 @@ const LINE_EVERY: Duration = Duration::from_secs(30);
 pub(crate) enum CampaignCommand {
     /// Fly a campaign, or continue one. Ctrl-C and kill lose only the runs under way.
     Run(Fly),
-    /// Write the report of a campaign as report.html, report.md and report.json.
-    Report(Of),
     /// Fly one run again, check that its row is the same to the bit, and write its page.
     Replay(Replay),
     /// Merge the shards of a campaign.
@@ -102,7 +98,6 @@ pub(crate) struct Merge {
 pub(crate) fn campaign(command: &CampaignCommand) -> Result<(), Box<dyn Error>> {
     match command {
         CampaignCommand::Run(arguments) => fly(arguments),
-        CampaignCommand::Report(Of { dir }) => write_report(dir),
         CampaignCommand::Replay(arguments) => fly_again(arguments),
         CampaignCommand::Merge(Merge { parts, out }) => {
             let parts = parts
@@ -147,7 +142,8 @@ fn fly(arguments: &Fly) -> Result<(), Box<dyn Error>> {
         &mut |progress| watch.show(progress),
     )?;
     watch.end();
-    print_rows(directory.path(), rows.len(), &rows.digest())
+    print_rows(directory.path(), rows.len(), &rows.digest())?;
+    Ok(print(&summary(&campaign, &rows))?)
 }
 
 /// The runs of a campaign: a line for each scenario with its craft and controllers.
@@ -186,33 +182,10 @@ fn outline(campaign: &Campaign) -> String {
     )
 }
 
-/// The directory of a campaign that was flown, and the campaign.
-fn opened(dir: &Path) -> Result<(Directory, Campaign), Box<dyn Error>> {
-    let directory = Directory::open(dir)?;
-    let campaign = directory
-        .manifest
-        .campaign(&format!("{}/campaign.json", dir.display()))?;
-    Ok((directory, campaign))
-}
-
-fn write_report(dir: &Path) -> Result<(), Box<dyn Error>> {
-    let (directory, campaign) = opened(dir)?;
-    let report = report(&campaign, &directory.rows()?);
-    let texts = [
-        ("report.html", report.html()),
-        ("report.md", report.markdown()),
-        ("report.json", report.json()),
-    ];
-    for (name, text) in texts {
-        let file = OutFile::new(&dir.join(name))?;
-        file.write_text(&text)?;
-        print(&format!("{}\n", file.name.display()))?;
-    }
-    Ok(())
-}
-
 fn fly_again(arguments: &Replay) -> Result<(), Box<dyn Error>> {
-    let (directory, campaign) = opened(&arguments.dir)?;
+    let directory = Directory::open(&arguments.dir)?;
+    let file = format!("{}/campaign.json", arguments.dir.display());
+    let campaign = directory.manifest.campaign(&file)?;
     let number = arguments.run;
     let page = arguments
         .report

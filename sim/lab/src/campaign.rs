@@ -1,9 +1,9 @@
-//! Campaigns: many missions of many controllers under many conditions, drawn from one seed, with a report.
+//! Campaigns: many missions of many controllers under many conditions, drawn from one seed.
 //!
 //! ```text
 //! file ─ scenarios × craft → cases;  case × replicate → condition: seed, parameters
 //! case × laws × grid × tuning replicates → gains                         (a stage of its own, with its own seeds)
-//! condition × controllers × gains → runs → rows → chunks → runs.parquet → report
+//! condition × controllers × gains → runs → rows → chunks → runs.parquet → pilotfish.analysis (Python)
 //! ```
 //! All controllers of a condition fly from the same start, in the same water, with the same noise: every comparison is paired.
 //! A row depends only on the campaign file, its scenario files and the version of the program, except for measured times
@@ -11,7 +11,7 @@
 //!
 //! In reading order: [`mod@file`] is the campaign file, [`design`] its cases and runs, [`controller`] a controller; `tune` and
 //! `fly` do the work, `score` scores a run, [`rows`] is the table of results, [`directory`] stores it, and [`run()`] flies what is
-//! left. `statistics` compares controllers, and [`mod@report`] reports.
+//! left; [`summary()`] is a table of ratios. Statistics and reports are `pilotfish.analysis` of the Python package.
 
 mod chunk;
 pub mod controller;
@@ -19,22 +19,23 @@ pub mod design;
 pub mod directory;
 pub mod file;
 mod fly;
+pub(crate) mod grid;
 mod learnt;
+mod queue;
 mod replay;
-pub mod report;
 pub mod rows;
 mod run;
 mod score;
-mod statistics;
+mod summary;
 #[cfg(test)]
 mod tests;
-mod tune;
+pub(crate) mod tune;
 mod work;
 
 pub use design::{Campaign, Run, ScenarioFiles};
 pub use directory::{Directory, DirectoryError, Manifest, Shard};
 pub use file::{CampaignError, CampaignFile};
 pub use replay::{Replay, ReplayError, replay};
-pub use report::CampaignReport;
 pub use run::{Progress, jobs, run};
+pub use summary::summary;
 pub use work::{Work, WorkError};

@@ -8,11 +8,8 @@ use serde::Serialize;
 pub(crate) type Colour = &'static str;
 
 /// Colours that colour-blind readers can distinguish. Source: M. Okabe, K. Ito, "Color Universal Design", 2008.
-pub(crate) const BLACK_INK: Colour = "#000000";
 pub(crate) const BLUE: Colour = "#0072B2";
-pub(crate) const GREEN: Colour = "#009E73";
 pub(crate) const VERMILION: Colour = "#D55E00";
-pub(crate) const PURPLE: Colour = "#CC79A7";
 /// For references, which lie under the measurements.
 pub(crate) const GREY: Colour = "#A5ACB4";
 
@@ -76,6 +73,4 @@ impl Line {
 pub(crate) enum Stroke {
     Solid,
     Dashed,
-    /// A dot at each point, no line.
-    Dots,
 }

@@ -1,25 +1,31 @@
 //! The planner and every tuned line-of-sight law on the same mission: same scenario, same seed, same snapshots. Where the goal visits,
-//! every rule instead, followed by the planner and by line of sight.
+//! every rule instead, followed by the planner and by line of sight. It is a campaign of one scenario and one replicate, with gains
+//! that are found on the same replicate.
 
-use planner::{
-    los::{LawGains, LosLaw},
-    parameters::Parameters,
-    snapshot::ForecastModel,
-};
+use std::collections::BTreeMap;
+
+use planner::los::{LawGains, LosLaw, LosTuning};
 use serde::{Serialize, Serializer};
+use serde_json::{Value, json};
 use sim::{
-    guide::{Guide, LosGuide, MpcGuide},
+    guide::GuideError,
     mission,
     record::Record,
     scenario::{GoalFile, Scenario},
 };
 
 use crate::{
-    http_guide::{GUIDE, GuideUrl, HttpGuide},
-    rules::{Rule, Ruled},
+    campaign::{
+        Campaign,
+        controller::ControlLaw,
+        file::Objective,
+        grid::{Setting, tuned},
+        tune,
+    },
+    http_guide::{GUIDE, GuideUrl},
+    rules::Rule,
     scores::Scores,
     stopwatch::Stopwatch,
-    tuning::{ComparisonError, Setting, grid, tune, tuned},
 };
 
 mod table;
@@ -40,20 +46,87 @@ pub struct Comparison {
 }
 
 fn by_name<S: Serializer>(all: &[Controller], serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.collect_map(all.iter().map(|controller| (controller.name, controller)))
+    serializer.collect_map(all.iter().map(|controller| (&controller.name, controller)))
 }
 
-/// Names of the controllers: the planner, a law outside of this program if there is one, then the laws in the order of [`LosLaw::ALL`]
-/// or the rules in that of [`Rule::ALL`].
-#[must_use]
-pub fn names(scenario: &Scenario, guide: Option<&GuideUrl>) -> Vec<&'static str> {
-    let others = if visits(scenario) {
-        Rule::ALL.into_iter().flat_map(Rule::names).collect()
+/// Why missions that are compared gave no result.
+#[derive(Debug, thiserror::Error)]
+pub enum ComparisonError {
+    /// There is nothing to guide.
+    #[error(
+        "scenario {0} has no surface craft, so there is nothing to compare; `pilotfish simulate {0}` runs it"
+    )]
+    NoSurfaceCraft(String),
+    /// A mission of a scenario failed.
+    #[error("a mission of scenario {0} failed")]
+    Mission(String, #[source] GuideError),
+}
+
+/// The controllers as a campaign file has them: the planner, a law outside of this program if there is one, then the laws in the order
+/// of [`LosLaw::ALL`] or the rules in that of [`Rule::ALL`].
+fn controllers(scenario: &Scenario, guide: Option<&GuideUrl>) -> Vec<Value> {
+    let mut all = vec![json!({ "name": PLANNER, "planner": {} })];
+    all.extend(guide.map(|url| json!({ "name": GUIDE, "guide": url.to_string() })));
+    if visits(scenario) {
+        all.extend(Rule::ALL.into_iter().flat_map(|rule| {
+            let [planner, law] = rule.names();
+            let with = json!({ "name": rule });
+            [
+                json!({ "name": planner, "planner": {}, "rule": with }),
+                json!({ "name": law, "law": { "name": LosLaw::SaturatedLos.name() }, "rule": with }),
+            ]
+        }));
     } else {
-        LosLaw::ALL.map(LosLaw::name).to_vec()
+        all.extend(LosLaw::ALL.map(law_entry));
+    }
+    all
+}
+
+fn law_entry(law: LosLaw) -> Value {
+    json!({ "name": law.name(), "law": { "name": law.name() } })
+}
+
+/// Names of the controllers, in their order.
+#[must_use]
+pub fn names(scenario: &Scenario, guide: Option<&GuideUrl>) -> Vec<String> {
+    let all = controllers(scenario, guide).into_iter();
+    all.filter_map(|entry| Some(entry["name"].as_str()?.to_owned()))
+        .collect()
+}
+
+/// The gains of the law's grid with the least root mean square distance to the goal over the whole mission. `progress` gets the
+/// fraction done.
+pub fn best_gains(
+    law: LosLaw,
+    scenario: &Scenario,
+    seed: u64,
+    progress: &mut dyn FnMut(f64),
+) -> Result<LosTuning, ComparisonError> {
+    let campaign = campaign(scenario, seed, &[law_entry(law)])?;
+    let gains = best(&campaign, 0, progress).gains.expect("a law has gains");
+    Ok(tuned(law, gains))
+}
+
+fn campaign(scenario: &Scenario, seed: u64, controllers: &[Value]) -> Result<Campaign, ComparisonError> {
+    if !scenario.has_surface_craft() {
+        return Err(ComparisonError::NoSurfaceCraft(scenario.name.clone()));
+    }
+    let objective = if visits(scenario) {
+        Objective::VisitMeanCost
+    } else {
+        Objective::RmsM
     };
-    let guide = guide.map(|_| GUIDE);
-    [PLANNER].into_iter().chain(guide).chain(others).collect()
+    Ok(Campaign::of_mission(scenario, seed, objective, controllers))
+}
+
+/// The best point of a controller's grid; the first if every mission fails.
+fn best(campaign: &Campaign, controller: usize, progress: &mut dyn FnMut(f64)) -> Setting {
+    let grid = campaign.controllers[controller].grid();
+    if grid.len() == 1 {
+        return grid[0];
+    }
+    let found = tune::tune(campaign, 0, controller, progress);
+    found.best.first().map_or(grid[0], |best| best.setting)
 }
 
 fn visits(scenario: &Scenario) -> bool {
@@ -66,7 +139,7 @@ fn visits(scenario: &Scenario) -> bool {
 pub struct Controller {
     /// Its name.
     #[serde(skip)]
-    pub name: &'static str,
+    pub name: String,
     /// Its scores.
     #[serde(flatten)]
     pub scores: Scores,
@@ -101,26 +174,25 @@ pub struct Information {
 }
 
 impl Comparison {
-    /// Runs the mission of the law at `guide`, if there is one, tunes every other law and runs its mission, then the planner's. `progress` gets what is being done and the fraction of it done.
+    /// Runs the mission of the law at `guide`, if there is one, which may be away, then tunes the others and runs their missions.
+    /// `progress` gets what is being done and the fraction of it done.
     pub fn run(
         scenario: &Scenario,
         seed: u64,
         guide: Option<&GuideUrl>,
         progress: &mut dyn FnMut(&str, f64),
     ) -> Result<Self, ComparisonError> {
-        let own = guide.map(|url| fly((GUIDE, false), scenario, &mut HttpGuide::new(url), seed, progress));
-        let own = own.transpose()?;
-        let others = if visits(scenario) {
-            all_rules(scenario, seed, progress)?
-        } else {
-            all_laws(scenario, seed, progress)?
-        };
-        let mpc = &mut MpcGuide::new(Parameters::default());
-        let mpc = fly((PLANNER, true), scenario, mpc, seed, progress)?;
+        let campaign = campaign(scenario, seed, &controllers(scenario, guide))?;
+        let mut order: Vec<usize> = (0..campaign.controllers.len()).collect();
+        order.sort_by_key(|&number| campaign.controllers[number].name != GUIDE);
+        let flown = order
+            .into_iter()
+            .map(|number| Ok((number, fly(&campaign, number, seed, progress)?)));
+        let flown: BTreeMap<usize, Controller> = flown.collect::<Result<_, _>>()?;
         Ok(Self {
             scenario: scenario.name.clone(),
             seed,
-            controllers: [mpc].into_iter().chain(own).chain(others).collect(),
+            controllers: flown.into_values().collect(),
         })
     }
 
@@ -143,92 +215,48 @@ impl Comparison {
     }
 }
 
-type Progress<'a> = &'a mut dyn FnMut(&str, f64);
-
-fn all_laws(
-    scenario: &Scenario,
-    seed: u64,
-    progress: Progress<'_>,
-) -> Result<Vec<Controller>, ComparisonError> {
-    let mut laws = vec![];
-    for law in LosLaw::ALL {
-        let stage = format!("tuning {}", law.name());
-        let (tuning, _) = tune(law, scenario, seed, &mut |done| progress(&stage, done))?;
-        let guide = &mut LosGuide::tuned(tuning);
-        laws.push(Controller {
-            gains: Some(LawGains::from(tuning)),
-            ..fly((law.name(), false), scenario, guide, seed, progress)?
-        });
-    }
-    Ok(laws)
-}
-
-fn all_rules(
-    scenario: &Scenario,
-    seed: u64,
-    progress: Progress<'_>,
-) -> Result<Vec<Controller>, ComparisonError> {
-    let mut all = vec![];
-    for rule in Rule::ALL {
-        for (name, foresees) in rule.names().into_iter().zip([true, false]) {
-            let laws = if foresees {
-                vec![]
-            } else {
-                grid(LosLaw::SaturatedLos)
-            };
-            let mut best: Option<Controller> = None;
-            for setting in Setting::grid(&laws, rule.dwells()) {
-                let guide: Box<dyn Guide> = match setting.gains {
-                    None => Box::new(MpcGuide::new(Parameters::default())),
-                    Some(gains) => Box::new(LosGuide::tuned(tuned(LosLaw::SaturatedLos, gains))),
-                };
-                let mut guide = Ruled::new(guide, rule, setting.dwell_s.unwrap_or(0.0));
-                let flown = Controller {
-                    gains: setting.gains,
-                    dwell_s: setting.dwell_s,
-                    ..fly((name, foresees), scenario, &mut guide, seed, progress)?
-                };
-                if best.as_ref().is_none_or(|best| flown.value() < best.value()) {
-                    best = Some(flown);
-                }
-            }
-            all.extend(best);
-        }
-    }
-    Ok(all)
-}
-
-/// Flies the controller of that name, and whether it foresees.
+/// Finds the gains of a controller, and flies it.
 fn fly(
-    (name, foresees): (&'static str, bool),
-    scenario: &Scenario,
-    guide: &mut dyn Guide,
+    campaign: &Campaign,
+    number: usize,
     seed: u64,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Controller, ComparisonError> {
-    let mut stopwatch = Stopwatch::new(guide);
-    let record = mission::run(scenario, &mut stopwatch, seed, &mut |done| progress(name, done));
-    let record = record.map_err(ComparisonError::mission(scenario))?;
+    let (controller, scenario) = (&campaign.controllers[number], &campaign.cases[0].scenario);
+    let stage = format!("tuning {}", controller.name);
+    let setting = best(campaign, number, &mut |done| progress(&stage, done));
+    let mut guide = controller.guide(setting);
+    let mut stopwatch = Stopwatch::new(guide.as_mut());
+    let mut show = |done| progress(&controller.name, done);
+    let record = mission::run(scenario, &mut stopwatch, seed, &mut show)
+        .map_err(|error| ComparisonError::Mission(scenario.name.clone(), error))?;
     let received = stopwatch.received;
     // A law looks at the present only, whatever the snapshots call for.
-    let forecasts = if foresees { &received.forecasts[..] } else { &[] };
+    let foresees = matches!(controller.law, ControlLaw::Planner { .. });
+    let forecasts = received.forecasts.iter().filter(|_| foresees);
     Ok(Controller {
-        name,
-        scores: Scores::of(&record).ok_or_else(|| ComparisonError::no_surface_craft(scenario))?,
+        name: controller.name.clone(),
+        scores: Scores::of(&record).ok_or_else(|| ComparisonError::NoSurfaceCraft(scenario.name.clone()))?,
         information: Information {
-            forecasts: forecasts.iter().copied().map(ForecastModel::name).collect(),
+            forecasts: forecasts.map(|model| model.name()).collect(),
             current_known: received.with_current == received.snapshots,
         },
-        gains: None,
-        dwell_s: None,
+        gains: setting.gains,
+        dwell_s: setting.dwell_s,
         record,
     })
 }
 
 #[cfg(test)]
 mod tests {
+    use planner::parameters::Parameters;
+    use sim::{
+        guide::{LosGuide, MpcGuide},
+        metrics::Metrics,
+    };
+
     use super::*;
-    use sim::metrics::Metrics;
+    use crate::rules::Ruled;
 
     #[test]
     fn where_the_goal_visits_every_rule_flies_at_its_best_time() {
@@ -237,7 +265,7 @@ mod tests {
         let found: Vec<_> = comparison
             .controllers
             .iter()
-            .map(|controller| controller.name)
+            .map(|controller| controller.name.clone())
             .collect();
         assert_eq!(found, names(&scenario, None));
         assert_eq!(found.len(), 13);
@@ -303,5 +331,31 @@ mod tests {
             controller.scores.metrics.settled_rms_m = controller.scores.metrics.rms_m;
         }
         assert!(!comparison.to_string().contains("approach"));
+    }
+
+    #[test]
+    fn tuned_each_law_keeps_to_its_target() {
+        let scenario = Scenario::named("paper-tracking").expect("exists").lasting(600.0);
+        let worst = |law| {
+            let tuning = best_gains(law, &scenario, 1, &mut |_| {}).expect("tunes");
+            let record = mission::run(&scenario, &mut LosGuide::tuned(tuning), 1, &mut |_| {}).expect("runs");
+            Metrics::of(&record).surface_craft.expect("has one").rms_m
+        };
+        for law in [LosLaw::SaturatedLos, LosLaw::TrackerFrame, LosLaw::Integral] {
+            // Most of it is the approach from 17 m off.
+            assert!(worst(law) < 2.5, "{law:?}: {}", worst(law));
+        }
+        // Half the box's diagonal, and as much as the target moves on from it.
+        let round_the_box = worst(LosLaw::WaypointBox);
+        assert!((15.0..70.0).contains(&round_the_box), "{round_the_box}");
+    }
+
+    #[test]
+    fn a_scenario_without_a_surface_craft_is_refused() {
+        let scenario = Scenario::named("paper-path-following")
+            .expect("exists")
+            .lasting(10.0);
+        let refused = Comparison::run(&scenario, 0, None, &mut |_, _| {});
+        assert!(matches!(refused, Err(ComparisonError::NoSurfaceCraft(_))));
     }
 }

@@ -38,35 +38,6 @@ pub(crate) struct Table {
     pub(crate) rows: Vec<Vec<String>>,
 }
 
-/// A table about items, with a row for each.
-pub(crate) struct TableOf<'a, T> {
-    items: &'a [T],
-    pub(crate) table: Table,
-}
-
-impl Table {
-    /// A table about `items`, without columns yet.
-    pub(crate) fn of<T>(words: usize, items: &[T]) -> TableOf<'_, T> {
-        let table = Self {
-            words,
-            columns: vec![],
-            rows: vec![vec![]; items.len()],
-        };
-        TableOf { items, table }
-    }
-}
-
-impl<T> TableOf<'_, T> {
-    /// Adds a column with a cell for each item.
-    pub(crate) fn column(mut self, name: &str, cell: impl Fn(&T) -> String) -> Self {
-        self.table.columns.push(name.to_owned());
-        for (row, item) in self.table.rows.iter_mut().zip(self.items) {
-            row.push(cell(item));
-        }
-        self
-    }
-}
-
 impl Document {
     /// As Markdown with GitHub's tables.
     #[must_use]

@@ -1,8 +1,8 @@
 //! The laboratory: what a guidance law is worth, and what a craft is like.
 //!
-//! In reading order: [`rules`] visit AUVs without a schedule; [`http_guide`] is a law outside of this program; [`tuning`] finds the best gains of the compared laws; [`comparison`] flies the planner and every law on one
-//! mission, with [`scores`] of each; a [`campaign`] flies many controllers under many conditions and on many craft, beside a lower
-//! bound (`clairvoyant`, `bound`), and reports the results. [`trial`] simulates a sea trial, and [`mod@identify`] fits a craft to
+//! In reading order: [`rules`] visit AUVs without a schedule; [`http_guide`] is a law outside of this program; a [`campaign`] flies many
+//! controllers, at the best gains of their grids, under many conditions and on many craft, beside a lower bound (`clairvoyant`, `bound`);
+//! [`comparison`] is one of a single mission, with [`scores`] of each controller. [`trial`] simulates a sea trial, and [`mod@identify`] fits a craft to
 //! its log ([`log_file`]). [`report`] is a mission as one page, drawn as the service's page draws it.
 //!
 //! Neither the planner nor the simulator depends on this crate.
@@ -21,4 +21,3 @@ pub mod rules;
 pub mod scores;
 pub mod stopwatch;
 pub mod trial;
-pub mod tuning;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use nalgebra::Vector2;
-use pilotfish_lab::{campaign::Campaign, tuning::tune};
+use pilotfish_lab::{campaign::Campaign, comparison::best_gains};
 use planner::{
     angle::{Heading, wrap},
     craft::{CraftDescription, HeadingDynamics, HeadingReference, SpeedReference},
@@ -13,6 +13,7 @@ use planner::{
 use sim::{
     guide::{LosGuide, MpcGuide},
     inner_loop::PERIOD,
+    metrics::Metrics,
     mission::run,
     scenario::{Files, Scenario},
     surface_craft::{
@@ -274,8 +275,9 @@ fn random_craft_follow_the_tuned_law_in_each_of_their_missions() {
         }
         missions.push(scenario.name.clone());
         let shorter = scenario.clone().lasting(300.0);
-        let (tuning, metrics) = tune(LosLaw::SaturatedLos, &shorter, 1_001, &mut |_| {}).expect("tunes");
-        let rms = metrics.rms_m;
+        let tuning = best_gains(LosLaw::SaturatedLos, &shorter, 1_001, &mut |_| {}).expect("tunes");
+        let tuned = run(&shorter, &mut LosGuide::tuned(tuning), 1_001, &mut |_| {}).expect("runs");
+        let rms = Metrics::of(&tuned).surface_craft.expect("has one").rms_m;
         // A hand-over takes it 50 m off, an about-face 45 m.
         assert!(rms < 30.0, "{}: {rms} m", scenario.name);
         let record = run(scenario, &mut LosGuide::tuned(tuning), 1, &mut |_| {}).expect("runs");

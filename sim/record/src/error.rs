@@ -4,8 +4,6 @@ use std::{io, path::PathBuf};
 
 use geodesy::NotOnEarth;
 
-use crate::Format;
-
 /// Why a record was not written.
 #[derive(Debug, thiserror::Error)]
 pub enum ExportError {
@@ -17,7 +15,7 @@ pub enum ExportError {
     },
     /// The program is built without the format.
     #[error("this program is built without .{0} files: cargo build --release --features {0}")]
-    LeftOut(Format),
+    LeftOut(&'static str),
     /// The format requires positions on Earth, and the record has no origin.
     #[error("GeoJSON needs positions on Earth: give the scenario an [origin] with lat_deg and lon_deg")]
     NoOrigin,

@@ -13,14 +13,11 @@
     expect(dead_code, reason = "the formats that are left out share it")
 )]
 
-use std::{
-    fmt,
-    io::{self, BufWriter, Write},
-    path::Path,
-};
+use std::io::{self, BufWriter, Write};
 
 mod csv;
 mod error;
+mod format;
 mod geojson;
 #[cfg(feature = "mcap")]
 pub mod mcap;
@@ -33,6 +30,7 @@ mod source;
 pub mod table;
 
 pub use error::ExportError;
+pub use format::Format;
 pub use geodesy::Origin;
 pub use separators::with_commas;
 pub use source::{Disc, Entry, Scene, Source};
@@ -45,65 +43,6 @@ pub const SCHEMA_VERSION: &str = "3";
 
 /// Size of the write buffer, bytes.
 const PIECE: usize = 64 << 10;
-
-/// A file format.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Format {
-    /// Comma-separated values: one header line, one line a row of the table.
-    Csv,
-    /// Apache Parquet: the same table with nulls, compressed.
-    Parquet,
-    /// `GeoJSON` (RFC 7946): tracks, paths and bounds on Earth.
-    Geojson,
-    /// MCAP with the schemas of Foxglove and Lichtblick.
-    Mcap,
-    /// Lines of JSON: an object a row of the table.
-    Ndjson,
-}
-
-impl Format {
-    /// Every format.
-    pub const ALL: [Self; 5] = [Self::Csv, Self::Parquet, Self::Geojson, Self::Mcap, Self::Ndjson];
-
-    /// The format of the extension of `path`, in upper or lower case.
-    pub fn of(path: &Path) -> Result<Self, ExportError> {
-        let extension = path.extension().and_then(|extension| extension.to_str());
-        Self::ALL
-            .into_iter()
-            .find(|format| extension.is_some_and(|given| given.eq_ignore_ascii_case(format.extension())))
-            .ok_or_else(|| ExportError::UnknownExtension {
-                path: path.to_owned(),
-            })?
-            .built()
-    }
-
-    /// This format, if the program is built with it.
-    pub fn built(self) -> Result<Self, ExportError> {
-        match self {
-            Self::Parquet if !cfg!(feature = "parquet") => Err(ExportError::LeftOut(self)),
-            Self::Mcap if !cfg!(feature = "mcap") => Err(ExportError::LeftOut(self)),
-            Self::Csv | Self::Parquet | Self::Geojson | Self::Mcap | Self::Ndjson => Ok(self),
-        }
-    }
-
-    /// The extension of its files, without the dot.
-    #[must_use]
-    pub fn extension(self) -> &'static str {
-        match self {
-            Self::Csv => "csv",
-            Self::Parquet => "parquet",
-            Self::Geojson => "geojson",
-            Self::Mcap => "mcap",
-            Self::Ndjson => "ndjson",
-        }
-    }
-}
-
-impl fmt::Display for Format {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.extension())
-    }
-}
 
 /// Writes the record to `out`. Equal records give equal bytes. After an error, the output is incomplete.
 pub fn write<S: Source>(source: &S, format: Format, out: &mut (impl Write + Send)) -> Result<(), S::Error> {
@@ -125,7 +64,7 @@ fn write_rows<S: Source>(source: &S, format: Format, out: &mut (impl Write + Sen
         Format::Mcap => mcap::write(source, &mut out)?,
         Format::Ndjson => ndjson(source, &mut out)?,
         #[cfg(not(all(feature = "mcap", feature = "parquet")))]
-        left_out => return Err(ExportError::LeftOut(left_out).into()),
+        left_out => return Err(ExportError::LeftOut(left_out.extension()).into()),
     }
     Ok(out.flush()?)
 }
@@ -142,6 +81,8 @@ fn ndjson<S: Source>(source: &S, out: &mut impl Write) -> Result<(), S::Error> {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use serde_json::Value;
 
     use super::{source::plain, *};

@@ -1,6 +1,6 @@
 //! Errors of `simulate` and `compare`.
 
-use lab::tuning::ComparisonError;
+use lab::comparison::ComparisonError;
 use sim::guide::GuideError;
 
 /// The mission cannot be run.

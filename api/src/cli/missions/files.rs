@@ -44,7 +44,10 @@ pub(super) fn record_files(
             format: RecordFormat::Parquet,
         })
     };
-    comparison::names(scenario, guide).into_iter().map(file).collect()
+    comparison::names(scenario, guide)
+        .iter()
+        .map(|name| file(name))
+        .collect()
 }
 
 impl RecordFile {

@@ -7,11 +7,11 @@ use clap::{
     builder::{PossibleValuesParser, TypedValueParser},
 };
 use lab::{
+    comparison::best_gains,
     http_guide::{GuideUrl, HttpGuide},
     report::ReportedRun,
     scores::lines,
     stopwatch::Stopwatch,
-    tuning::tune,
 };
 use planner::{
     los::{LawGains, LosGains, LosLaw, LosTuning},
@@ -201,8 +201,7 @@ fn law_tuning(
     progress: &mut dyn FnMut(f64),
 ) -> Result<LosTuning, MissionError> {
     if arguments.tuned {
-        let (tuning, _) = tune(law, scenario, arguments.run.seed, progress)?;
-        return Ok(tuning);
+        return Ok(best_gains(law, scenario, arguments.run.seed, progress)?);
     }
     Ok(LosTuning {
         law,

@@ -7,16 +7,16 @@ use planner::{
     snapshot::{Forecast, ForecastModel, Limits, Offset, PlanRequest, Snapshot, Tuning},
 };
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use sim::{
     guide::{Guidance, Guide, GuideError, LosGuide, MpcGuide},
     scenario::{GoalFile, Scenario, Start},
 };
 
+use super::grid::{Setting, grid, tuned};
 use crate::{
     http_guide::{GuideUrl, HttpGuide},
     rules::{Rule, Ruled},
-    tuning::{Setting, grid, tuned},
 };
 
 mod variation;
@@ -43,7 +43,7 @@ pub struct Controller {
 }
 
 /// What a controller knows of the AUVs' paths, speeds and dives.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Paths {
     /// What the scenario grants.
@@ -132,12 +132,6 @@ impl Controller {
         }
     }
 
-    /// Whether it may win: not if it knows more than the scenario grants.
-    #[must_use]
-    pub(super) fn may_win(&self) -> bool {
-        self.paths != Paths::Known
-    }
-
     /// The law that steers; none where the planner does.
     #[must_use]
     pub(super) fn los_law(&self) -> Option<LosLaw> {
@@ -150,7 +144,7 @@ impl Controller {
 
     /// The settings among which the best is found; a single one if nothing is tuned.
     #[must_use]
-    pub(super) fn grid(&self) -> Vec<Setting> {
+    pub(crate) fn grid(&self) -> Vec<Setting> {
         let laws = match self.law {
             ControlLaw::Tuned(law) => grid(law),
             ControlLaw::Fixed(tuning) => vec![tuning],
@@ -252,7 +246,7 @@ impl Controller {
     }
 
     /// The guide, without memory, at a point of its grid.
-    pub(super) fn guide(&self, setting: Setting) -> Box<dyn Guide> {
+    pub(crate) fn guide(&self, setting: Setting) -> Box<dyn Guide> {
         let gains = |law| -> LosTuning {
             setting
                 .gains

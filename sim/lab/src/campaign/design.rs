@@ -4,10 +4,11 @@ use std::path::Path;
 
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
+use serde_json::{Value, json};
 use sim::scenario::{InvalidScenario, Scenario};
 
 use super::{
-    controller::Controller,
+    controller::{ControlLaw, Controller},
     file::{CampaignError, CampaignFile, CraftEntry, Objective, SEED_MAX},
 };
 
@@ -102,6 +103,34 @@ impl Campaign {
         Self::of(CampaignFile::parse(text, file)?, text, file, scenario_files)
     }
 
+    /// These controllers, as a campaign file has them, on one mission, with gains that are found on the same mission.
+    pub(crate) fn of_mission(
+        scenario: &Scenario,
+        seed: u64,
+        objective: Objective,
+        controllers: &[Value],
+    ) -> Self {
+        let file = json!({
+            "schema_version": "1",
+            "name": "comparison",
+            "title": scenario.title,
+            "replicates": 1,
+            "first_seed": seed,
+            "tuning": { "replicates": 1, "first_seed": seed, "objectives": [objective] },
+            "controllers": controllers,
+        });
+        let file: CampaignFile = serde_json::from_value(file).expect("these are members of a campaign file");
+        let controllers = file.all_controllers();
+        let cases = Case::all(scenario, &CraftEntry::Scenario, &[], &file).into_iter();
+        Self {
+            cases: cases.map(|case| case.with_controllers(&controllers)).collect(),
+            controllers,
+            text: String::new(),
+            scenario_files: ScenarioFiles::default(),
+            file,
+        }
+    }
+
     fn of(
         campaign: CampaignFile,
         text: &str,
@@ -109,12 +138,7 @@ impl Campaign {
         scenario_files: ScenarioFiles,
     ) -> Result<Self, CampaignError> {
         let invalid = |field: String, reason: String| CampaignError::invalid(text, file, field, reason);
-        let controllers: Vec<Controller> = campaign
-            .controllers
-            .iter()
-            .filter_map(|controller| controller.controllers().ok())
-            .flatten()
-            .collect();
+        let controllers = campaign.all_controllers();
         let names: Vec<String> = if campaign.scenarios.is_empty() {
             let built_in = Scenario::names().into_iter();
             let flown =
@@ -160,6 +184,71 @@ impl Campaign {
         made.check_parameters()
             .map_err(|(field, reason)| invalid(field, reason))?;
         Ok(made)
+    }
+
+    /// What a report needs: members of the file with their defaults, controllers, scenarios and craft.
+    #[must_use]
+    pub(super) fn outline(&self) -> Value {
+        let controller = |controller: &Controller| {
+            json!({
+                "name": controller.name,
+                "entry": controller.entry,
+                "kind": match controller.law {
+                    ControlLaw::Tuned(_) | ControlLaw::Fixed(_) => "law",
+                    ControlLaw::Planner { .. } => "planner",
+                    ControlLaw::Guide(_) => "guide",
+                },
+                "paths": controller.paths,
+                "information": controller.information(),
+                "breaks": controller.breaks_at().is_some(),
+            })
+        };
+        // Every scenario has every craft.
+        let first = |case: &&Case| case.craft == self.cases[0].craft;
+        let scenario = |case: &Case| {
+            let Scenario {
+                name,
+                title,
+                knowledge,
+                ..
+            } = &case.scenario;
+            json!({ "name": name, "title": title, "grants_paths": knowledge.paths })
+        };
+        let same = |case: &&Case| case.scenario.name == self.cases[0].scenario.name;
+        let file = &self.file;
+        json!({
+            "title": file.title,
+            "seed": file.seed,
+            "replicates": file.replicates,
+            "duration_s": file.duration_s,
+            "n_runs": self.n_runs(),
+            "objectives": self.objectives(),
+            "parameters": file.parameters,
+            "reference": self.reference(),
+            "metrics": file.report.metrics,
+            "pareto_front": file.report.pareto_front,
+            "claims": file.claims,
+            "controllers": self.controllers.iter().map(controller).collect::<Vec<_>>(),
+            "scenarios": self.cases.iter().filter(first).map(scenario).collect::<Vec<_>>(),
+            "craft": self.cases.iter().filter(same).map(|case| &case.craft).collect::<Vec<_>>(),
+        })
+    }
+
+    /// The controller that the others are compared with: the one asked for, else the first law, else the first controller.
+    pub(super) fn reference(&self) -> &str {
+        let law = self
+            .controllers
+            .iter()
+            .find(|controller| controller.los_law().is_some());
+        let first = law
+            .or(self.controllers.first())
+            .map(|controller| controller.name.as_str());
+        self.file
+            .report
+            .reference
+            .as_deref()
+            .or(first)
+            .unwrap_or_default()
     }
 
     /// The largest number of runs: a law with the same gains for two objectives flies once for both.

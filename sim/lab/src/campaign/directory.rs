@@ -99,6 +99,9 @@ pub struct Manifest {
     /// The scenario files that it names, as they were at its start.
     #[serde(default)]
     pub scenario_files: ScenarioFiles,
+    /// What a report needs of the campaign beside its rows: [`Campaign::outline`].
+    #[serde(default)]
+    pub design: serde_json::Value,
 }
 
 impl Manifest {
@@ -122,6 +125,7 @@ impl Manifest {
             shard,
             text: campaign.text.clone(),
             scenario_files: campaign.scenario_files.clone(),
+            design: campaign.outline(),
         }
     }
 
@@ -289,7 +293,7 @@ impl Directory {
             let rows = read(&file)?;
             all.append(rows).map_err(|source| damaged(&file, source))?;
         }
-        let all = self.store_rows(&all)?;
+        self.store_rows(&all)?;
         let folder = self.path.join("chunks");
         match fs::remove_dir_all(&folder) {
             Err(source) if source.kind() != io::ErrorKind::NotFound => Err(io_error(&folder, source)),
@@ -298,10 +302,8 @@ impl Directory {
     }
 
     /// Stores all rows of the campaign.
-    pub(super) fn store_rows(&self, all: &Rows) -> Result<Rows, DirectoryError> {
-        let all = all.sorted();
-        self.write(&self.path.join(RUNS), &all)?;
-        Ok(all)
+    fn store_rows(&self, all: &Rows) -> Result<(), DirectoryError> {
+        self.write(&self.path.join(RUNS), all)
     }
 
     /// Merges the shards in `parts` at `path`.
@@ -339,7 +341,7 @@ impl Directory {
             ..first.manifest.clone()
         };
         let whole = Self::create(path, manifest)?;
-        let all = whole.store_rows(&all)?;
+        whole.store_rows(&all)?;
         Ok((whole, all))
     }
 

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use sim::scenario::{ScenarioError, line_of, line_of_field};
 
 use super::{
-    controller::{CraftKnowledge, Paths, Variation},
+    controller::{Controller, CraftKnowledge, Paths, Variation},
     score::Score,
 };
 use crate::rules::Rule;
@@ -131,7 +131,7 @@ fn nearness() -> Vec<Objective> {
 }
 
 /// What gains minimise.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Objective {
     /// Root mean square distance to the goal, m.
@@ -252,7 +252,7 @@ pub struct ReportFile {
 
 /// A claim that a column of some controllers is small in some scenarios. It is decided for each controller and scenario, unless it
 /// says otherwise.
-#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Claim {
     /// The claim, in words.
@@ -274,7 +274,7 @@ pub struct Claim {
 }
 
 /// What is claimed.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "snake_case")]
 pub enum Claimed {
     /// The paired ratio to that controller is at most this.
@@ -366,6 +366,15 @@ impl CampaignFile {
             .check()
             .map_err(|(field, reason)| CampaignError::invalid(text, file, field, reason))?;
         Ok(campaign)
+    }
+
+    /// The controllers of all entries that are right.
+    pub(super) fn all_controllers(&self) -> Vec<Controller> {
+        let entries = self.controllers.iter();
+        entries
+            .filter_map(|entry| entry.controllers().ok())
+            .flatten()
+            .collect()
     }
 
     /// The JSON Schema of campaign files.

@@ -12,16 +12,12 @@ use sim::{
 use super::{
     controller::Controller,
     design::{Campaign, Condition, Run},
+    grid::{Setting, grid, tuned},
     learnt::Learnt,
     rows::{Outcome, RunResult},
     score::{Score, steps_above},
 };
-use crate::{
-    bound::bound_rms_m,
-    http_guide::NoGuidance,
-    stopwatch::timed,
-    tuning::{Setting, grid, tuned},
-};
+use crate::{bound::bound_rms_m, http_guide::NoGuidance, stopwatch::timed};
 
 /// Tolerance of the turn limit: the planner's references may turn exactly as fast as the craft, up to rounding.
 const ROUNDING: f64 = 1.0 + 1e-6;

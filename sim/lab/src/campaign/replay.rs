@@ -7,9 +7,9 @@ use super::{
     controller::ControlLaw,
     design::{Campaign, Run},
     fly::{RunGains, bound, fly, result},
+    grid::Setting,
     rows::{Rows, RunResult},
 };
-use crate::tuning::Setting;
 
 /// A replayed run.
 #[derive(Clone, Debug)]
@@ -61,10 +61,9 @@ pub fn replay(campaign: &Campaign, rows: &Rows, number: u64) -> Result<Replay, R
         },
         dwell_s: cell("dwell_s"),
     };
-    let words = before.words("objectives").and_then(|words| words.first());
     let gains = RunGains {
         setting,
-        objectives: words.map(ToString::to_string).unwrap_or_default(),
+        objectives: before.words("objectives").unwrap_or_default().concat(),
     };
     let flown = fly(campaign, run.condition, controller, setting);
     let record = flown.map_err(ReplayError::Mission)?.record;

@@ -1,6 +1,11 @@
-//! Results as a table with a row for each run, written to Parquet and read back.
+//! Results, a row for each run, written to Parquet and read back.
 
-use std::{borrow::Cow, collections::BTreeMap, io::Write};
+use std::{
+    borrow::Cow,
+    collections::{BTreeMap, BTreeSet},
+    io::Write,
+    sync::Arc,
+};
 
 use bytes::Bytes;
 use parquet::{
@@ -23,8 +28,6 @@ use super::{
 pub const SCHEMA_VERSION: &str = "3";
 /// Columns with measured times, which differ each time.
 pub const MEASURED: [&str; 3] = ["solve_ms_p50", "solve_ms_p99", "run_s"];
-/// Prefix of the columns that hold parameters.
-pub const PARAMETER: &str = "param.";
 
 /// The result of a run.
 #[derive(Clone, Debug, PartialEq)]
@@ -75,10 +78,27 @@ pub(super) const LEARNT: [[&str; 3]; 3] = [
     ],
 ];
 
-/// Rows in any order, stored by column.
+/// Columns of words; the others hold numbers.
+const WORDS: [&str; 6] = [
+    "scenario",
+    "craft",
+    "controller",
+    "information",
+    "objectives",
+    "failure",
+];
+
+/// Rows by the number of their run, all with the same columns, of which the first is `run`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Rows {
-    columns: Vec<Column>,
+    names: Vec<String>,
+    rows: BTreeMap<u64, Vec<Cell>>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Cell {
+    Number(Option<f64>),
+    Word(Arc<str>),
 }
 
 /// Why tables cannot be read or joined.
@@ -92,6 +112,17 @@ pub enum RowsError {
     Columns(String),
 }
 
+/// A column to be: its name, and its cell of a row.
+type Named<'a> = (String, Box<dyn Fn(&RunResult) -> Cell + 'a>);
+
+fn words(name: &str, of: fn(&RunResult) -> &str) -> Named<'static> {
+    (name.to_owned(), Box::new(move |row| Cell::Word(of(row).into())))
+}
+
+fn numbers<'a>(name: &str, of: impl Fn(&RunResult) -> Option<f64> + 'a) -> Named<'a> {
+    (name.to_owned(), Box::new(move |row| Cell::Number(of(row))))
+}
+
 impl Rows {
     /// The table of `rows`; `parameters` are the keys of the parameters.
     pub(super) fn of(rows: &[RunResult], parameters: &[&str]) -> Self {
@@ -99,188 +130,131 @@ impl Rows {
         fn count(value: u64) -> f64 {
             value as f64
         }
-        type Number<'a> = &'a dyn Fn(&RunResult) -> Option<f64>;
-        let words = |name: &str, of: fn(&RunResult) -> &str| Column {
-            name: name.to_owned(),
-            values: Values::Words(rows.iter().map(|row| Cow::Owned(of(row).to_owned())).collect()),
-        };
-        let numbers = |name: &str, of: Number<'_>| Column {
-            name: name.to_owned(),
-            values: Values::Numbers(rows.iter().map(of).collect()),
-        };
         let score = |row: &RunResult| row.outcome.as_ref().ok().map(|outcome| outcome.score.clone());
         let learnt = |row: &RunResult| row.outcome.as_ref().ok()?.learnt.clone();
         let mut columns = vec![
-            numbers("run", &|row| Some(count(row.run))),
+            numbers("run", |row| Some(count(row.run))),
             words("scenario", |row| &row.scenario),
             words("craft", |row| &row.craft),
             words("controller", |row| &row.controller),
             words("information", |row| &row.information),
             words("objectives", |row| &row.objectives),
-            numbers("replicate", &|row| Some(count(row.replicate))),
-            numbers("seed", &|row| Some(count(row.seed))),
-            numbers("look_ahead_m", &|row| Some(row.tuning?.gains.look_ahead)),
-            numbers("along_track_gain_per_s", &|row| {
+            numbers("replicate", |row| Some(count(row.replicate))),
+            numbers("seed", |row| Some(count(row.seed))),
+            numbers("look_ahead_m", |row| Some(row.tuning?.gains.look_ahead)),
+            numbers("along_track_gain_per_s", |row| {
                 Some(row.tuning?.gains.along_track_gain)
             }),
-            numbers("integral_gain_mps", &|row| Some(row.tuning?.integral_gain)),
-            numbers("dwell_s", &|row| row.dwell_s),
+            numbers("integral_gain_mps", |row| Some(row.tuning?.integral_gain)),
+            numbers("dwell_s", |row| row.dwell_s),
         ];
         for (k, key) in parameters.iter().enumerate() {
-            let name = format!("{PARAMETER}{key}");
-            columns.push(numbers(&name, &|row| row.parameters.get(k).copied()));
+            let name = format!("param.{key}");
+            columns.push(numbers(&name, move |row| row.parameters.get(k).copied()));
         }
-        columns.extend(SCORES.map(|column| numbers(column.0, &|row| score(row)?.value(column))));
+        columns.extend(SCORES.map(|column| numbers(column.0, move |row| score(row)?.value(column))));
         let [too_fast, alarms, alarm_s, noticed] = MORE;
         #[expect(clippy::cast_precision_loss, reason = "an alarm a second at most")]
         columns.extend([
-            numbers(too_fast, &|row| row.outcome.as_ref().ok()?.too_fast_steps_percent),
-            numbers(alarms, &|row| Some(learnt(row)?.alarms_at_s.len() as f64)),
-            numbers(alarm_s, &|row| Some(learnt(row)?.alarm_s)),
-            numbers(noticed, &|row| learnt(row)?.noticed_after_s(row.breaks_at_s?)),
+            numbers(too_fast, |row| row.outcome.as_ref().ok()?.too_fast_steps_percent),
+            numbers(alarms, |row| Some(learnt(row)?.alarms_at_s.len() as f64)),
+            numbers(alarm_s, |row| Some(learnt(row)?.alarm_s)),
+            numbers(noticed, |row| learnt(row)?.noticed_after_s(row.breaks_at_s?)),
         ]);
         for (k, [value, sigma, tested]) in LEARNT.into_iter().enumerate() {
             columns.extend([
-                numbers(value, &|row| Some(learnt(row)?.estimates?[k].0)),
-                numbers(sigma, &|row| Some(learnt(row)?.estimates?[k].1)),
-                numbers(tested, &|row| Some(row.tested?[k])),
+                numbers(value, move |row| Some(learnt(row)?.estimates?[k].0)),
+                numbers(sigma, move |row| Some(learnt(row)?.estimates?[k].1)),
+                numbers(tested, move |row| Some(row.tested?[k])),
             ]);
         }
         columns.extend([
-            numbers("bound_rms_m", &|row| row.bound_rms_m),
+            numbers("bound_rms_m", |row| row.bound_rms_m),
             words("failure", |row| row.outcome.as_ref().err().map_or("", |why| why)),
-            numbers("solve_ms_p50", &|row| score(row)?.metrics.solve_ms_p50),
-            numbers("solve_ms_p99", &|row| score(row)?.metrics.solve_ms_p99),
-            numbers("run_s", &|row| Some(row.run_s)),
+            numbers("solve_ms_p50", |row| score(row)?.metrics.solve_ms_p50),
+            numbers("solve_ms_p99", |row| score(row)?.metrics.solve_ms_p99),
+            numbers("run_s", |row| Some(row.run_s)),
         ]);
-        Self { columns }
+        let cells = |row: &RunResult| columns.iter().map(|(_, of)| of(row)).collect();
+        Self {
+            rows: rows.iter().map(|row| (row.run, cells(row))).collect(),
+            names: columns.iter().map(|(name, _)| name.clone()).collect(),
+        }
     }
 
     /// Number of rows.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.columns.first().map_or(0, |column| match &column.values {
-            Values::Numbers(numbers) => numbers.len(),
-            Values::Words(words) => words.len(),
-        })
+        self.rows.len()
     }
 
     /// Whether it has no rows.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.len() == 0
+        self.rows.is_empty()
     }
 
-    /// Names of the columns.
-    pub fn names(&self) -> impl Iterator<Item = &str> {
-        self.columns.iter().map(|column| column.name.as_str())
+    /// The cells of a column, in the order of the runs.
+    fn cells(&self, name: &str) -> Option<impl Iterator<Item = &Cell>> {
+        let place = self.names.iter().position(|known| known == name)?;
+        Some(self.rows.values().map(move |row| &row[place]))
     }
 
-    fn column(&self, name: &str) -> Option<&Values> {
-        let mut columns = self.columns.iter();
-        Some(&columns.find(|column| column.name == name)?.values)
-    }
-
-    /// The numbers of a column; none where no column of numbers has that name.
+    /// The numbers of a column, in the order of the runs; none where no column of numbers has that name.
     #[must_use]
-    pub fn numbers(&self, name: &str) -> Option<&[Option<f64>]> {
-        match self.column(name)? {
-            Values::Numbers(numbers) => Some(numbers),
-            Values::Words(_) => None,
-        }
+    pub fn numbers(&self, name: &str) -> Option<Vec<Option<f64>>> {
+        let number = |cell: &Cell| match cell {
+            Cell::Number(number) => Some(*number),
+            Cell::Word(_) => None,
+        };
+        self.cells(name)?.map(number).collect()
     }
 
-    /// The words of a column; none where no column of words has that name.
+    /// The words of a column, likewise.
     #[must_use]
-    pub fn words(&self, name: &str) -> Option<&[Cow<'static, str>]> {
-        match self.column(name)? {
-            Values::Words(words) => Some(words),
-            Values::Numbers(_) => None,
-        }
-    }
-
-    /// Appends `other`.
-    pub(super) fn append(&mut self, other: Self) -> Result<(), RowsError> {
-        if self.columns.is_empty() {
-            *self = other;
-            return Ok(());
-        }
-        if !self.names().eq(other.names()) {
-            return Err(RowsError::Columns(other.names().collect::<Vec<_>>().join(", ")));
-        }
-        for (column, more) in self.columns.iter_mut().zip(other.columns) {
-            match (&mut column.values, more.values) {
-                (Values::Numbers(all), Values::Numbers(more)) => all.extend(more),
-                (Values::Words(all), Values::Words(more)) => all.extend(more),
-                _ => return Err(RowsError::Columns(column.name.clone())),
+    pub fn words(&self, name: &str) -> Option<Vec<&str>> {
+        fn word(cell: &Cell) -> Option<&str> {
+            match cell {
+                Cell::Word(word) => Some(word),
+                Cell::Number(_) => None,
             }
         }
+        self.cells(name)?.map(word).collect()
+    }
+
+    /// Adds the rows of `other`.
+    pub(super) fn append(&mut self, other: Self) -> Result<(), RowsError> {
+        if self.names.is_empty() {
+            self.names = other.names;
+        } else if self.names != other.names {
+            return Err(RowsError::Columns(other.names.join(", ")));
+        }
+        self.rows.extend(other.rows);
         Ok(())
     }
 
     /// The row of a run; none if it is missing.
     pub(super) fn only(&self, number: u64) -> Option<Self> {
-        #[expect(clippy::cast_precision_loss, reason = "runs are below 2⁵³")]
-        let wanted = Some(number as f64);
-        let place = self.numbers("run")?.iter().position(|run| *run == wanted)?;
-        Some(self.picked(&[place]))
-    }
-
-    /// The rows in the order of the runs.
-    pub(super) fn sorted(&self) -> Self {
-        let runs = self.numbers("run").unwrap_or_default().iter();
-        let runs: Vec<f64> = runs.map(|run| run.unwrap_or(f64::NAN)).collect();
-        let mut order: Vec<usize> = (0..runs.len()).collect();
-        order.sort_by(|&a, &b| runs[a].total_cmp(&runs[b]));
-        self.picked(&order)
-    }
-
-    /// The rows at these places.
-    fn picked(&self, places: &[usize]) -> Self {
-        let columns = self.columns.iter().map(|column| Column {
-            name: column.name.clone(),
-            values: match &column.values {
-                Values::Numbers(numbers) => Values::Numbers(places.iter().map(|&i| numbers[i]).collect()),
-                Values::Words(words) => Values::Words(places.iter().map(|&i| words[i].clone()).collect()),
-            },
-        });
-        Self {
-            columns: columns.collect(),
-        }
-    }
-
-    /// Whether two runs are the same mission: equal in all but their numbers and what was measured.
-    pub(super) fn are_same(&self, one: usize, other: usize) -> bool {
-        let is_own = |name: &str| ["run", "replicate", "seed"].contains(&name) || MEASURED.contains(&name);
-        let mut compared = self.columns.iter().filter(|column| !is_own(&column.name));
-        compared.all(|column| match &column.values {
-            Values::Numbers(numbers) => {
-                let bits = |row: usize| numbers[row].map(f64::to_bits);
-                bits(one) == bits(other)
-            }
-            Values::Words(words) => words[one] == words[other],
+        Some(Self {
+            names: self.names.clone(),
+            rows: [(number, self.rows.get(&number)?.clone())].into(),
         })
     }
 
-    /// SHA-256 of all cells except the measured ones, in the order of the runs. Equal results have equal digests.
+    /// SHA-256 of all cells except the measured ones, column by column. Equal results have equal digests.
     #[must_use]
     pub fn digest(&self) -> String {
         let mut bytes = vec![];
-        let sorted = self.sorted();
-        for column in sorted
-            .columns
+        for name in self
+            .names
             .iter()
-            .filter(|column| !MEASURED.contains(&column.name.as_str()))
+            .filter(|name| !MEASURED.contains(&name.as_str()))
         {
-            bytes.extend(column.name.as_bytes());
-            match &column.values {
-                Values::Numbers(numbers) => {
-                    for number in numbers {
-                        bytes.extend(number.map_or([0xff; 8], f64::to_le_bytes));
-                    }
-                }
-                Values::Words(words) => {
-                    for word in words {
+            bytes.extend(name.as_bytes());
+            for cell in self.cells(name).into_iter().flatten() {
+                match cell {
+                    Cell::Number(number) => bytes.extend(number.map_or([0xff; 8], f64::to_le_bytes)),
+                    Cell::Word(word) => {
                         bytes.extend(word.len().to_le_bytes());
                         bytes.extend(word.as_bytes());
                     }
@@ -296,51 +270,65 @@ impl Rows {
         about: Vec<(&'static str, String)>,
         out: &mut (impl Write + Send),
     ) -> Result<(), ExportError> {
-        write_table(
-            &Table {
-                name: "runs",
-                columns: self.columns.clone(),
-                about,
-            },
-            out,
-        )
+        let values = |name: &str| {
+            if WORDS.contains(&name) {
+                let words = self.words(name).unwrap_or_default();
+                return Values::Words(
+                    words
+                        .into_iter()
+                        .map(|word| Cow::Owned(word.to_owned()))
+                        .collect(),
+                );
+            }
+            Values::Numbers(self.numbers(name).unwrap_or_default())
+        };
+        let columns = self.names.iter().map(|name| Column {
+            name: name.clone(),
+            values: values(name),
+        });
+        let table = Table {
+            name: "runs",
+            columns: columns.collect(),
+            about,
+        };
+        write_table(&table, out)
     }
 
     /// Reads what [`Self::write`] wrote.
     pub(super) fn read(bytes: Vec<u8>) -> Result<Self, RowsError> {
         let file = SerializedFileReader::new(Bytes::from(bytes))?;
         let schema = file.metadata().file_metadata().schema_descr();
-        let mut columns: Vec<Column> = schema
+        let names: Vec<String> = schema
             .columns()
             .iter()
-            .map(|column| Column {
-                name: column.name().to_owned(),
-                values: if column.physical_type() == parquet::basic::Type::BYTE_ARRAY {
-                    Values::Words(vec![])
-                } else {
-                    Values::Numbers(vec![])
-                },
-            })
+            .map(|column| column.name().to_owned())
             .collect();
         // The same few names are in thousands of rows.
-        let mut known: BTreeMap<String, Cow<'static, str>> = BTreeMap::new();
+        let mut known: BTreeSet<Arc<str>> = BTreeSet::new();
+        let mut word = |word: &str| {
+            let word = known.get(word).cloned().unwrap_or_else(|| word.into());
+            known.insert(Arc::clone(&word));
+            Cell::Word(word)
+        };
+        let mut rows = BTreeMap::new();
         for row in file.get_row_iter(None)? {
-            for (column, (_, field)) in columns.iter_mut().zip(row?.get_column_iter()) {
-                match (&mut column.values, field) {
-                    (Values::Numbers(numbers), Field::Double(number)) => numbers.push(Some(*number)),
-                    (Values::Numbers(numbers), _) => numbers.push(None),
-                    (Values::Words(words), Field::Str(word)) => {
-                        words.push(
-                            known
-                                .entry(word.clone())
-                                .or_insert_with(|| Cow::Owned(word.clone()))
-                                .clone(),
-                        );
-                    }
-                    (Values::Words(words), _) => words.push(Cow::Borrowed("")),
-                }
+            let row = row?;
+            let cells = row.get_column_iter().map(|(name, field)| match field {
+                Field::Double(number) => Cell::Number(Some(*number)),
+                Field::Str(text) => word(text),
+                _ if WORDS.contains(&name.as_str()) => word(""),
+                _ => Cell::Number(None),
+            });
+            let cells: Vec<Cell> = cells.collect();
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "numbers of runs, from 0 to 2⁵³"
+            )]
+            if let Some(Cell::Number(Some(run))) = cells.first() {
+                rows.insert(*run as u64, cells);
             }
         }
-        Ok(Self { columns })
+        Ok(Self { names, rows })
     }
 }

@@ -1,18 +1,16 @@
 //! Flies what is left of a campaign, on several threads.
 
-use std::{num::NonZeroUsize, sync::Mutex};
+use std::num::NonZeroUsize;
 
 use super::{
-    chunk::{Part, Parts, Piece},
+    chunk::flown,
     design::{Campaign, Chunk},
     directory::{Directory, DirectoryError},
+    queue::in_parallel,
     rows::Rows,
     tune::{Gains, tune, tuned_in},
     work::Work,
 };
-use queue::in_parallel;
-
-pub(super) mod queue;
 
 /// Progress of a campaign.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -64,53 +62,29 @@ pub fn run(
         progress(state);
     };
     let gains = found_gains(campaign, directory, &left, jobs, &mut note_tuned)?;
-    // In pieces, so that no thread waits while another flies the rest of a chunk.
-    let pieces: Vec<(usize, Piece)> = left
-        .iter()
-        .enumerate()
-        .flat_map(|(k, chunk)| {
-            Piece::all(campaign, *chunk)
-                .into_iter()
-                .map(move |piece| (k, piece))
-        })
-        .collect();
-    let mut n_parts = vec![0; left.len()];
-    for (k, _) in &pieces {
-        n_parts[*k] += 1;
-    }
-    let parts: Vec<Mutex<Parts>> = left.iter().map(|_| Mutex::default()).collect();
-    let fly_piece = |&(k, piece): &(usize, Piece)| -> Result<Counts, DirectoryError> {
-        let part = piece.done(campaign, &gains[left[k].case])?;
-        let flown = match &part {
-            Part::Run(Some(row)) => Counts {
-                runs: 1,
-                failed: row.outcome.is_err().into(),
-            },
-            Part::Run(None) | Part::Bound(..) => Counts::default(),
-        };
-        let mut parts = parts[k].lock().expect("no piece panics while it holds a lock");
-        if parts.add(part) == n_parts[k] {
-            directory.store_chunk(left[k].number, &std::mem::take(&mut *parts).rows(campaign))?;
-        }
-        Ok(flown)
+    // Few chunks are flown one after the other, each by all threads.
+    let (at_once, threads) = if jobs.get() <= left.len() {
+        (jobs, NonZeroUsize::MIN)
+    } else {
+        (NonZeroUsize::MIN, jobs)
     };
-    let mut note = |(_, piece): &(usize, Piece), outcome: &Result<Counts, DirectoryError>| {
-        if let Ok(flown) = outcome {
-            state.runs.0 += u64::from(matches!(piece, Piece::Fly(_)));
-            state.flown += flown.runs;
-            state.failed += flown.failed;
+    // Numbers of runs, and of those that failed.
+    let fly = |chunk: &Chunk| -> Result<(usize, usize), DirectoryError> {
+        let rows = flown(campaign, *chunk, &gains[chunk.case], threads)?;
+        directory.store_chunk(chunk.number, &rows)?;
+        let failures = rows.words("failure").unwrap_or_default();
+        Ok((rows.len(), failures.iter().filter(|why| !why.is_empty()).count()))
+    };
+    let mut note = |chunk: &Chunk, flown: &Result<(usize, usize), DirectoryError>| {
+        if let Ok((runs, failed)) = *flown {
+            state.runs.0 += runs_of(chunk);
+            state.flown += runs as u64;
+            state.failed += failed as u64;
         }
         progress(state);
     };
-    in_parallel(&pieces, jobs, fly_piece, &mut note)?;
+    in_parallel(&left, at_once, fly, &mut note)?;
     directory.collect(wanted, Rows::of(&[], &campaign.parameter_keys()))
-}
-
-/// Runs of a piece.
-#[derive(Clone, Copy, Debug, Default)]
-struct Counts {
-    runs: u64,
-    failed: u64,
 }
 
 /// The gains of every case with chunks left, read from the directory or tuned now.
@@ -135,7 +109,7 @@ fn found_gains(
         if let Some(found) = directory.gains(case, controller) {
             return Ok(found);
         }
-        let found = tune(campaign, case, controller);
+        let found = tune(campaign, case, controller, &mut |_| {});
         let json = serde_json::to_vec_pretty(&found).expect("texts and numbers only");
         directory.store_work(Work::Tune { case, controller }, &json)?;
         Ok(found)

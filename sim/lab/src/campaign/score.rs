@@ -170,13 +170,12 @@ mod tests {
     use planner::angle::Heading;
 
     use super::*;
-    use crate::tuning;
     use sim::{guide::LosGuide, mission::run, scenario::Scenario};
 
     /// A minute of tracking, with references put in by hand.
     fn record(reference: impl Fn(usize) -> Reference) -> Record {
         let scenario = Scenario::named("paper-tracking").expect("exists").lasting(60.0);
-        let tuning = tuning::grid(planner::los::LosLaw::SaturatedLos)[0];
+        let tuning = crate::campaign::grid::grid(planner::los::LosLaw::SaturatedLos)[0];
         let mut record = run(&scenario, &mut LosGuide::tuned(tuning), 1, &mut |_| {}).expect("runs");
         for (k, row) in record.rows.iter_mut().enumerate() {
             row.surface_craft.as_mut().expect("has one").reference = reference(k);

@@ -8,8 +8,8 @@ use super::{
     design::{Campaign, Condition},
     file::Objective,
     fly::{RunGains, fly_while},
+    grid::Setting,
 };
-use crate::tuning::Setting;
 
 /// The best gains of the laws that are tuned in one case.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -17,17 +17,17 @@ pub(super) struct Gains(pub(super) Vec<Tuned>);
 
 /// The best gains of one law.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Tuned {
+pub(crate) struct Tuned {
     /// The controller's name.
     pub(super) controller: String,
     /// The best gains for each objective, in the file's order.
-    pub(super) best: Vec<Best>,
+    pub(crate) best: Vec<Best>,
 }
 
 /// The best setting for one objective, and its mean.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Best {
-    pub(super) setting: Setting,
+pub(crate) struct Best {
+    pub(crate) setting: Setting,
     pub(super) mean: f64,
 }
 
@@ -74,10 +74,14 @@ pub(super) fn tuned_in(campaign: &Campaign, case: usize) -> Vec<usize> {
 }
 
 /// The best settings of one controller in one case; of equals the first of the grid. Points at which a mission fails are left out.
-pub(super) fn tune(campaign: &Campaign, case: usize, number: usize) -> Tuned {
+/// `progress` gets the fraction done.
+pub(crate) fn tune(campaign: &Campaign, case: usize, number: usize, progress: &mut dyn FnMut(f64)) -> Tuned {
     let controller = &campaign.controllers[number];
     let mut best: Vec<Best> = vec![];
-    for setting in controller.grid() {
+    let grid = controller.grid();
+    let share = 1.0 / f64::from(u32::try_from(grid.len()).expect("a grid of dozens"));
+    for (setting, done) in grid.into_iter().zip(0_u32..) {
+        progress(share * f64::from(done));
         let beaten: Vec<f64> = best.iter().map(|best| best.mean).collect();
         let Some(means) = means(campaign, (case, number), setting, &beaten) else {
             continue;

@@ -3,6 +3,8 @@
 //! [`run()`](super::run()) flies a campaign in one process; a program that uses many machines sends [`Work`] to them, and keeps each
 //! result under [`Work::name`].
 
+use std::num::NonZeroUsize;
+
 use serde::{Deserialize, Serialize};
 
 use super::{
@@ -97,7 +99,7 @@ impl Work {
                 if self.case(campaign).is_none() || !tuned_in(campaign, case).contains(&controller) {
                     return Err(WorkError::NotOfCampaign(self));
                 }
-                let tuned = tune(campaign, case, controller);
+                let tuned = tune(campaign, case, controller, &mut |_| {});
                 Ok(serde_json::to_vec(&tuned).expect("texts and numbers only"))
             }
             Self::Fly { chunk } => {
@@ -114,7 +116,8 @@ impl Work {
                     .filter(|tuned| tuned.len() == tuned_in(campaign, chunk.case).len())
                     .ok_or(WorkError::NoGains)?;
                 let mut bytes = vec![];
-                flown(campaign, *chunk, &Gains(tuned))?.write(manifest.about(), &mut bytes)?;
+                flown(campaign, *chunk, &Gains(tuned), NonZeroUsize::MIN)?
+                    .write(manifest.about(), &mut bytes)?;
                 Ok(bytes)
             }
         }

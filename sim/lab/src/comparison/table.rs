@@ -74,7 +74,7 @@ impl Comparison {
             return writeln!(f, "Least mean cost of the AUVs: {}.", self.best().name);
         }
         let settled = |controller: &Controller| controller.scores.metrics.settled_rms_m;
-        let near = self.least(settled).name;
+        let near = &self.least(settled).name;
         let after = self.controllers[0].record.settled_after;
         writeln!(f, "Nearest once settled, after {after} s: {near}.")?;
         writeln!(f, "Nearest over the whole mission: {}.", self.best().name)?;
@@ -103,7 +103,7 @@ fn approach_share(controller: &Controller) -> f64 {
 }
 
 fn write_block(f: &mut fmt::Formatter<'_>, block: &[Controller]) -> fmt::Result {
-    let names: Vec<_> = block.iter().map(|controller| halves(controller.name)).collect();
+    let names: Vec<_> = block.iter().map(|controller| halves(&controller.name)).collect();
     write_row(f, "", names.iter().map(|(first, _)| *first))?;
     if names.iter().any(|(_, second)| !second.is_empty()) {
         write_row(f, "", names.iter().map(|(_, second)| *second))?;

@@ -309,7 +309,7 @@ fn a_comparison_has_the_law_beside_the_planner() {
     let found: Vec<_> = comparison
         .controllers
         .iter()
-        .map(|controller| controller.name)
+        .map(|controller| controller.name.clone())
         .collect();
     assert_eq!(found, names(&scenario, Some(&url)));
     assert_eq!(found[..2], ["mpc", GUIDE]);

@@ -8,10 +8,12 @@ use planner::{
 
 use super::{ControllerFile, LawFile, PlannerFile, RuleFile};
 use crate::{
-    campaign::controller::{ControlLaw, Controller},
+    campaign::{
+        controller::{ControlLaw, Controller},
+        grid::{grid, tuned},
+    },
     http_guide::GuideUrl,
     rules::Rule,
-    tuning::{grid, tuned},
 };
 
 /// Longest turn or stay of a rule, s: beyond a day, whatever is asked for is never over.

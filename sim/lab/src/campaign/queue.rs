@@ -11,7 +11,7 @@ use std::{
 
 /// The answers of `jobs` in order, or the error of the first job in order that failed. After a failure no further job is started.
 /// `done` is called after each job, by one thread at a time.
-pub(in crate::campaign) fn in_parallel<Job: Sync, Answer: Send, Failure: Send>(
+pub(super) fn in_parallel<Job: Sync, Answer: Send, Failure: Send>(
     jobs: &[Job],
     threads: NonZeroUsize,
     work: impl Fn(&Job) -> Result<Answer, Failure> + Sync,

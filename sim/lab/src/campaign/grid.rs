@@ -1,0 +1,75 @@
+//! The gains that are tried of line-of-sight laws, so that the planner is compared with strong laws.
+
+use planner::{
+    los::{LawGains, LosGains, LosLaw, LosTuning},
+    parameters::Parameters,
+};
+use serde::{Deserialize, Serialize};
+
+/// Look-ahead distances tried, m.
+const LOOK_AHEADS: [f64; 5] = [1.0, 3.0, 5.0, 10.0, 20.0];
+/// Along-track gains tried, 1/s.
+const ALONG_TRACK_GAINS: [f64; 5] = [0.05, 0.1, 0.15, 0.3, 0.6];
+/// Integral gains tried, m/s: behind an AUV at 0.193 m/s they damp the cross-track error by 2.2, 1.3 and 0.7.
+const INTEGRAL_GAINS: [f64; 3] = [0.01, 0.03, 0.1];
+
+/// A point of a grid.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Setting {
+    /// Gains of a law.
+    pub(crate) gains: Option<LawGains>,
+    /// Time of a rule's turn, or of its stay beyond the goal's least time, s.
+    pub(crate) dwell_s: Option<f64>,
+}
+
+impl Setting {
+    /// All gains with all times; of either one none is one.
+    #[must_use]
+    pub(crate) fn grid(laws: &[LosTuning], dwells: &[f64]) -> Vec<Self> {
+        fn some_or_none<T>(all: impl Iterator<Item = T>) -> Vec<Option<T>> {
+            let all: Vec<_> = all.map(Some).collect();
+            if all.is_empty() { vec![None] } else { all }
+        }
+        let laws = some_or_none(laws.iter().copied().map(LawGains::from));
+        let dwells = some_or_none(dwells.iter().copied());
+        let with = |gains: &Option<LawGains>| {
+            let gains = *gains;
+            dwells.iter().map(move |dwell_s| Self {
+                gains,
+                dwell_s: *dwell_s,
+            })
+        };
+        laws.iter().flat_map(with).collect()
+    }
+}
+
+/// `law` with these gains, and the planner's default integral gain if they have none.
+pub(crate) fn tuned(law: LosLaw, gains: LawGains) -> LosTuning {
+    gains.tuning(law, Parameters::default().integral_gain)
+}
+
+/// The grid of `law`: look-aheads times along-track gains, and times integral gains for [`LosLaw::Integral`].
+#[must_use]
+pub(crate) fn grid(law: LosLaw) -> Vec<LosTuning> {
+    let default = [Parameters::default().integral_gain];
+    let integral_gains: &[f64] = match law {
+        LosLaw::Integral => &INTEGRAL_GAINS,
+        LosLaw::SaturatedLos | LosLaw::TrackerFrame | LosLaw::WaypointBox => &default,
+    };
+    let mut grid = vec![];
+    for &integral_gain in integral_gains {
+        for look_ahead in LOOK_AHEADS {
+            for along_track_gain in ALONG_TRACK_GAINS {
+                grid.push(LosTuning {
+                    law,
+                    gains: LosGains {
+                        look_ahead,
+                        along_track_gain,
+                    },
+                    integral_gain,
+                });
+            }
+        }
+    }
+    grid
+}
