@@ -335,6 +335,7 @@ impl Sea {
                 }
                 MavMessage::STATUSTEXT(said) => {
                     let text = said.text.to_str().unwrap_or_default();
+                    self.world.note("bridge", format!("says {text}"));
                     if text.starts_with("... ") {
                         state.text = format!("{} {}", state.text, &text[4..]);
                     } else {

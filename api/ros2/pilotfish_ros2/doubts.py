@@ -33,7 +33,7 @@ COURSE_SPEED, COURSE_OFF, COURSE_OFF_FOR_S = 0.7, 0.9, 10.0
 LATCH_S, JUMP_SHOWN_S, FRESH_S, RATE_GAP_MAX_S = 60.0, 10.0, 2.0, 1.0
 # integrity/turns.rs
 TURN_EACH_S, TURN_KEPT_S, MEAN_S, MEAN_SPEED = 1.0, 20.0, 5.0, 0.7
-OPPOSITE, OFF_RATE, SWING, SWING_AFTER_S = (0.8, 2.2), 0.8, 0.015, 8.0
+OPPOSITE, OFF_RATE, SWING, SWING_AFTER_S, SETTLES_S = (0.8, 2.2), 0.8, 0.015, 8.0, 2.0
 # integrity/track.rs
 SETTLE_S, RIVAL_KEPT_S, RIVAL_COUNT_MIN, UNSETTLED_S = 3.0, 5.0, 3, 2.5
 # recent_positions.rs
@@ -201,8 +201,9 @@ class Turns:
         return False
 
     def swing_since(self, since_s: float) -> bool:
-        """Whether the yaw rate has swung since then."""
-        rated = [(moment.t_s, np.array([moment.turned[0]])) for moment in self._rated() if moment.t_s >= since_s]
+        """True if the yaw rate has swung while the heading stayed, which it did from `since_s` on, s."""
+        steady = [moment for moment in self._rated() if since_s + SETTLES_S <= moment.t_s]
+        rated = [(moment.t_s, np.array([moment.turned[0]])) for moment in steady]
         found = trend(rated)
         return found is not None and found.span_s >= SWING_AFTER_S and found.rms >= SWING
 

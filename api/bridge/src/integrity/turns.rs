@@ -27,6 +27,8 @@ const OFF_RATE: f64 = 0.8;
 /// A heading that stays contradicts a yaw rate that swings by this in the mean, rad, for this time, s, however biased: a craft in waves.
 const SWING: f64 = 0.015;
 const SWING_AFTER_S: f64 = 8.0;
+/// The integral of a sampled yaw rate still turns when the heading has come to rest already, s.
+const SETTLES_S: f64 = 2.0;
 
 /// The last seconds.
 #[derive(Clone, Debug, Default)]
@@ -120,9 +122,10 @@ impl Turns {
         })
     }
 
-    /// Whether the yaw rate has swung since `since_s`, s.
+    /// `true` if the yaw rate has swung while the heading stayed, which it did from `since_s` on, s.
     pub(super) fn swing_since(&self, since_s: f64) -> bool {
-        let steady = self.kept.iter().rev().take_while(|moment| moment.t_s >= since_s);
+        let steady = self.kept.iter().rev();
+        let steady = steady.take_while(|moment| since_s + SETTLES_S <= moment.t_s);
         let turned = steady.map_while(|moment| Some((moment.t_s, Vector2::new(moment.turned?[0], 0.0))));
         trend(turned).is_some_and(|trend| trend.span_s >= SWING_AFTER_S && trend.rms >= SWING)
     }

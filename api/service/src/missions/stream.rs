@@ -283,7 +283,8 @@ impl ChunkWriter {
     }
 
     fn send(&mut self, chunk: Bytes) -> io::Result<()> {
-        let sent = timeout(self.patience, self.client.send(Ok(chunk)));
+        // The timer is made inside, because the thread has no runtime of its own.
+        let sent = async { timeout(self.patience, self.client.send(Ok(chunk))).await };
         match self.runtime.block_on(sent) {
             Ok(Ok(())) => Ok(()),
             Ok(Err(_)) => Err(io::ErrorKind::BrokenPipe.into()),
