@@ -34,22 +34,21 @@ class Access(TypedDict):
 
 
 class Acoustics(TypedDict):
-    """What the acoustic link needs."""
+    """Limits of the acoustic link."""
 
-    # Largest slant range to every underwater vehicle, m, from 1 to 20 000. The planner keeps 1.73 times the
-    # vehicle's `position_sigma_m` less in the horizontal, so that the range holds for nearly all positions where
-    # the vehicle may be.
+    # Largest slant range to each underwater vehicle, m, from 1 to 20 000. Horizontally the planner subtracts 1.73
+    # times the vehicle's `position_sigma_m`, so that the range holds for nearly all its possible positions.
     range_max_m: float
 
 
 class Alternative(TypedDict):
     """A schedule that begins with another vehicle."""
 
-    # What the best such schedule costs.
+    # Cost of the best such schedule.
     cost: float
-    # How many deadlines it misses.
+    # Number of deadlines that it misses.
     deadlines_missed: int
-    # The vehicle that is visited first.
+    # The vehicle visited first.
     next: str
 
 
@@ -58,16 +57,15 @@ class Asc(TypedDict):
 
     # Position east of the datum, m.
     east_m: NotRequired[float]
-    # Eastward velocity over ground, m/s; together with `ground_north_mps` or not at all.
+    # Eastward velocity over ground, m/s. Needs `ground_north_mps`.
     ground_east_mps: NotRequired[float | None]
-    # Northward velocity over ground, m/s; together with `ground_east_mps` or not at all.
+    # Northward velocity over ground, m/s. Needs `ground_east_mps`.
     ground_north_mps: NotRequired[float | None]
     # Instead of `heading_rad`: the same in degrees. The service stores radians.
     heading_deg: NotRequired[float | None]
     # Heading, rad, within ±2π.
     heading_rad: NotRequired[float]
-    # Latitude, degrees, positive north: with `lon_deg` instead of `north_m` and `east_m`, where there is an
-    # `origin`.
+    # Latitude, degrees, positive north. Needs `origin`, `lon_deg`; replaces `north_m`, `east_m`.
     lat_deg: NotRequired[float | None]
     # Longitude, degrees, positive east.
     lon_deg: NotRequired[float | None]
@@ -99,37 +97,36 @@ class AscReport(TypedDict):
 class Auv(TypedDict):
     """An underwater vehicle."""
 
-    # The sawtooth in which it dives, where that is known. Without it, its depth is taken to stay what it was.
+    # Sawtooth in which the vehicle dives, if known. Without it, its depth is assumed constant.
     dive: NotRequired[Dive | None]
-    # Its name, unique in the request, 1 to 64 bytes.
+    # Name, unique in the request, 1 to 64 bytes.
     id: str
-    # The path that it follows, where that is known.
+    # Path that the vehicle follows, if known.
     path: NotRequired[Path | None]
-    # What was heard of it lately, 1 to 64 reports in any order: the planner filters them. Either this or `state`.
+    # Recent reports, 1 to 64 in any order; the planner filters them. Excludes `state`.
     reports: NotRequired[list[Report] | None]
-    # Its state as last heard of. Either this or `reports`.
+    # Last known state. Exactly one of `state` and `reports` is given.
     state: NotRequired[AuvState | None]
 
 
 class AuvState(TypedDict):
     """State of an underwater vehicle at the time of its last report."""
 
-    # Age of the report, s. From 15 minutes on a goal that needs this vehicle now is held, and limits about it no
-    # longer count; from an hour on it is taken to stay where it was. Default: 0.
+    # Age of the report, s. From 15 minutes a goal that needs this vehicle now is held, and limits about it do not
+    # count; from an hour the vehicle is assumed at rest. Default: 0.
     age_s: NotRequired[float]
     # Instead of `course_rad`: the same in degrees. The service stores radians.
     course_deg: NotRequired[float | None]
     # Course over ground, rad, within ±2π.
     course_rad: NotRequired[float]
-    # Covariance of north, east, north velocity and east velocity then, row by row, in m², m²/s and m²/s²:
-    # symmetric, no eigenvalue negative. Default: not known.
+    # Covariance of north, east, north velocity and east velocity at that time, row by row, in m², m²/s and m²/s²;
+    # symmetric, no eigenvalue negative. Default: unknown.
     covariance: NotRequired[list[list[float]] | None]
     # Depth, m, positive down.
     depth_m: float
     # Position east of the datum, m.
     east_m: NotRequired[float]
-    # Latitude, degrees, positive north: with `lon_deg` instead of `north_m` and `east_m`, where there is an
-    # `origin`.
+    # Latitude, degrees, positive north. Needs `origin`, `lon_deg`; replaces `north_m`, `east_m`.
     lat_deg: NotRequired[float | None]
     # Longitude, degrees, positive east.
     lon_deg: NotRequired[float | None]
@@ -202,7 +199,7 @@ class Comparison(TypedDict):
 Controller: TypeAlias = Literal["mpc", "saturated_los", "saturated_los_tracker_frame", "integral_los", "waypoint_box"]
 
 
-# The kinds of costs.
+# Kinds of costs.
 CostKind: TypeAlias = Literal["age", "uncertainty", "data"]
 
 
@@ -211,27 +208,24 @@ CostUnit: TypeAlias = Literal["s", "m2", "kbit"]
 
 
 class Craft(TypedDict):
-    """Closed-loop response of the surface craft. A member that is left out has the preset's value or, without a
-    preset, is learnt.
-    """
+    """Closed-loop response of the surface craft. Omitted members are the preset's, or learnt."""
 
     # Kind of heading reference; the preset's if left out.
     heading_held: NotRequired[HeadingReference | None]
     # Response of the heading loop; the preset's if left out.
     heading_loop: NotRequired[HeadingLoop | None]
-    # Power that propulsion draws at a steady speed through the water; the preset's if left out.
+    # Propulsion power at a steady speed through the water; the preset's if left out.
     power: NotRequired[Power | None]
-    # Name of a known craft (`GET /v1/crafts` lists them) whose values replace the members that are left out; none
-    # if left out.
+    # Name of a known craft (from `GET /v1/crafts`) for omitted members; none if left out.
     preset: NotRequired[str | None]
-    # Relative standard deviation of the given numbers, 0 if they are exact; 0.15 if left out.
+    # Relative standard deviation of the given numbers; 0 if exact; 0.15 if left out.
     relative_uncertainty: NotRequired[float | None]
     # Kind of speed reference; the preset's if left out.
     speed_held: NotRequired[SpeedReference | None]
     # Response of the speed loop; the preset's if left out.
     surge_loop: NotRequired[SurgeLoop | None]
-    # Sway per surge and yaw rate k_β, s, positive where the craft drifts outwards in a turn; the preset's if left
-    # out. Sway is −`sway_per_yaw_rate_s` times surge times yaw rate.
+    # Sway per surge and yaw rate k_β, s, positive if the craft drifts outwards in a turn: sway =
+    # −`sway_per_yaw_rate_s` · surge · yaw rate; the preset's if left out.
     sway_per_yaw_rate_s: NotRequired[float | None]
 
 
@@ -323,25 +317,25 @@ class CurrentReference(TypedDict):
 
 
 class Dive(TypedDict):
-    """A sawtooth in which an underwater vehicle is known to dive: down until deep enough, up until shallow enough."""
+    """A sawtooth dive: down to the largest depth, up to the least, and again."""
 
     # Depth at which a dive ends, m, at least 0.5 below `depth_min_m`, to 12000.
     depth_max_m: float
     # Depth at which a climb ends, m, positive down, from 0.
     depth_min_m: float
-    # Whether the vehicle was descending, nose down, at the time of its `state`. If this is not known, its depth is
-    # forecast as the mean of both.
+    # `true` if the vehicle was descending, nose down, at the time of its `state`. If unknown, its depth is forecast
+    # as the mean of both cases.
     descending: NotRequired[bool | None]
     # Pitch of both legs, rad, positive, from 0.05 to 1.4. With the horizontal speed through the water it gives the
-    # speed along the body, which stays the same in the reversals.
+    # speed along the body, which is constant through reversals.
     pitch_rad: float
-    # Time that a reversal takes, s, from passing the depth that ends a leg until passing it again, from 0.1 to 120.
+    # Duration of a reversal, s, from 0.1 to 120: from passing the depth that ends a leg to passing it again.
     # Default: 3.6.
     reversal_s: NotRequired[float | None]
 
 
 class Drift(TypedDict):
-    """A velocity over ground that a vehicle does not know of, such as a current's."""
+    """A velocity over ground that a vehicle does not measure, such as a current's."""
 
     # Eastward, m/s.
     east_mps: float
@@ -350,37 +344,37 @@ class Drift(TypedDict):
 
 
 class Estimate(TypedDict):
-    """Estimate of an underwater vehicle at its last report: the request's `state`, or the filtered `reports`."""
+    """Estimate of an underwater vehicle at its last report, from the request's `state` or `reports`."""
 
-    # Age of the newest report that was used, s.
+    # Age of the newest used report, s.
     age_s: float
-    # Covariance of north, east, north velocity and east velocity then, row by row, in m², m²/s and m²/s². Absent
-    # where the request gives a state without one.
+    # Covariance of north, east, north velocity and east velocity at that time, row by row, in m², m²/s and m²/s².
+    # Absent for a `state` without one.
     covariance: NotRequired[list[list[float]] | None]
-    # Depth then, m, positive down.
+    # Depth at that time, m, positive down.
     depth_m: float
-    # The sawtooth in which it dives, by the depths that it reports. Absent unless it was seen to turn three times
-    # at the same depths, and where it declares its `dive`.
+    # Sawtooth in its reported depths. Absent unless it reversed three times at the same depths, and if it declares
+    # its `dive`.
     dive: NotRequired[Dive | None]
-    # Position east of the datum then, m.
+    # Position east of the datum at that time, m.
     east_m: float
-    # Eastward velocity over ground then, m/s.
+    # Eastward velocity over ground at that time, m/s.
     east_mps: float
-    # Its latitude, degrees, positive north, where the request names an `origin`.
+    # Latitude, degrees, positive north, if the request has an `origin`.
     lat_deg: NotRequired[float | None]
-    # Its longitude, degrees, positive east, where the request names an `origin`.
+    # Longitude, degrees, positive east, if the request has an `origin`.
     lon_deg: NotRequired[float | None]
-    # Position north of the datum then, m.
+    # Position north of the datum at that time, m.
     north_m: float
-    # Northward velocity over ground then, m/s.
+    # Northward velocity over ground at that time, m/s.
     north_mps: float
-    # Root mean square distance between the estimate, carried to now, and the vehicle, m. Absent as `covariance` is.
+    # Root-mean-square error of the position now, m. Absent without `covariance`.
     position_sigma_m: NotRequired[float | None]
-    # Indices of the `reports` that were not used, ascending: outliers, reports before a jump, and duplicates.
+    # Indices of the unused `reports`, ascending: outliers, reports before a jump, and duplicates.
     rejected: list[int]
-    # How its reports fit its `path`, or what its track repeats. Absent without either, and without reports.
+    # Fit of its reports to its `path`, or to its track's pattern. Absent without either or reports.
     route: NotRequired[Route | None]
-    # Rate of turn of the course that the forecast starts with, rad/s, positive clockwise.
+    # Rate of turn of the course at the start of the forecast, rad/s, positive clockwise.
     turn_rate_radps: float
 
 
@@ -401,25 +395,22 @@ class ExampleList(TypedDict):
 
 
 class Explanation(TypedDict):
-    """How the planner came to its plan. Equal requests have equal explanations: one that would be cut short is left
-    out.
-    """
+    """Explanation of a plan. Equal requests have equal explanations; one cut short is omitted."""
 
-    # What each predicted cost is made of, by controller and term, m² s; the terms of one add up to its
-    # `predicted.cost`.
+    # Terms of each predicted cost, by controller and term, m² s; their sum is the cost.
     cost_terms: dict[str, dict[str, float]]
-    # Every convex subproblem, in the order in which they were solved.
+    # All convex subproblems, in the order of solving.
     log: list[Subproblem]
     # Size of the last convex subproblem.
     program: ProgramSize
-    # Soft limits that the last subproblem could not keep at the price of its slacks.
+    # Soft limits that the last subproblem violated at the price of its slacks.
     slack: list[UsedSlack]
 
 
-# What to do if no program was solved, or if the goal rests on a report that is too old.
+# Behaviour if no program was solved, or if the goal depends on a report that is too old.
 #
-# Otherwise the candidate of least predicted cost answers: the solved program, the previous plan followed
-# further, or line of sight. The outcome is then `ok`.
+# Otherwise the candidate of least predicted cost answers with the outcome `ok`: the solved program, the
+# continued previous plan, or line of sight.
 Fallback: TypeAlias = Literal["los", "none"]
 
 
@@ -440,52 +431,50 @@ class FieldError(TypedDict):
     pointer: str
 
 
-# How the underwater vehicles' future is forecast.
+# Forecast of the underwater vehicles.
 Forecast: TypeAlias = Literal["auto", "declared", "hold", "constant_velocity", "constant_turn", "path"]
 
 
 class Goal(TypedDict):
-    """What the surface craft is to do. Which members are needed depends on `kind`."""
+    """The goal of the surface craft. `kind` determines the other members."""
 
     # `track`: the vehicle to follow.
     auv: NotRequired[str | None]
-    # `intermittent`: the vehicles to follow, in order. `midpoint`: those whose mean to follow. `range`: those to
-    # stay near. `visit`: those to serve, in any order.
+    # `intermittent`: the vehicles to follow, in order. `midpoint`: those in the mean. `range`: those to stay near.
+    # `visit`: those to serve, in any order.
     auvs: NotRequired[list[str] | None]
-    # `visit`: what it costs not to serve a vehicle. Default: its age.
+    # `visit`: cost of an unserved vehicle. Default: its age.
     cost: NotRequired[VisitCost | None]
-    # `visit`: costs now, by name, in the unit of the cost, from 0 to 10¹²: where they are known, as from a modem
-    # that counts what was uploaded. Default: that of `previous_plan`, carried on, else that of a vehicle that was
-    # just served.
+    # `visit`: known present costs, by name, in the unit of the cost, from 0 to 10¹²; for example, from a modem that
+    # counts uploaded data. Default: the cost in `previous_plan`, advanced to now, else that of a vehicle just
+    # served.
     costs_now: NotRequired[dict[str, float] | None]
-    # `visit`: least time with a vehicle, s, from 0 to 3600. Default: 0 where the cost is `age`, else 30.
+    # `visit`: least time with a vehicle, s, from 0 to 3600. Default: 0 for `age`, else 30.
     dwell_min_s: NotRequired[float | None]
-    # `intermittent`: time spent with each, s.
+    # `intermittent`: time with each vehicle, s.
     dwell_s: NotRequired[float | None]
-    # `intermittent`: when the first dwell of the first vehicle began, s on the request's clock.
+    # `intermittent`: start of the first dwell at the first vehicle, s on the request's clock.
     epoch_s: NotRequired[float | None]
-    # Which goal.
+    # Kind of goal.
     kind: GoalKind
-    # `visit`: the vehicle to visit next, and to stay with until this is left out. Default: the one that costs
-    # least.
+    # `visit`: the vehicle to visit next, until that visit is over. Default: that of least cost.
     next: NotRequired[str | None]
-    # Any kind: where to be, seen from what the goal follows. Default: right above it.
+    # Any kind: desired position relative to the followed point. Default: right above it.
     offset: NotRequired[Offset | None]
-    # `range`: slant range to stay within of each, m, from 1 to 20,000.
+    # `range`: largest slant range to each vehicle, m, from 1 to 20,000.
     range_m: NotRequired[float | None]
-    # `visit`: whether the mean of the costs counts or the largest. Default: `mean`.
+    # `visit`: the mean of the costs counts, or the largest. Default: `mean`.
     reduce: NotRequired[Reduce | None]
-    # `visit`: until when each vehicle must have been served, by name, s on the request's clock. Default: no
-    # deadline.
+    # `visit`: deadlines of service by name, s on the request's clock. Default: none.
     serve_by_s: NotRequired[dict[str, float] | None]
-    # `weighted`: how much each vehicle counts in the mean, by name, relative to the others: from 0 to 10⁶, at least
-    # one above 0. `visit`: how much the cost of each counts; 1 of those that are not named.
+    # `weighted`: weight of each vehicle in the mean, by name, from 0 to 10⁶; only ratios count, and at least one is
+    # above 0. `visit`: weight of each vehicle's cost; default: 1.
     weights: NotRequired[dict[str, float] | None]
-    # `visit`: horizontal distance within which a vehicle counts as served, m, from 1 to 5000. Default: 20.
+    # `visit`: largest horizontal distance of service, m, from 1 to 5000. Default: 20.
     within_m: NotRequired[float | None]
 
 
-# The kinds of goals.
+# Kinds of goals.
 GoalKind: TypeAlias = Literal["track", "intermittent", "midpoint", "weighted", "range", "visit"]
 
 
@@ -496,9 +485,9 @@ class GoalPoint(TypedDict):
     east_m: float
     # Eastward velocity over ground, m/s.
     east_mps: float
-    # Its latitude, degrees, positive north, where the request names an `origin`.
+    # Latitude, degrees, positive north, if the request has an `origin`.
     lat_deg: NotRequired[float | None]
-    # Its longitude, degrees, positive east, where the request names an `origin`.
+    # Longitude, degrees, positive east, if the request has an `origin`.
     lon_deg: NotRequired[float | None]
     # Position north of the datum, m.
     north_m: float
@@ -518,20 +507,20 @@ class GoalTrajectory(TypedDict):
 class HeadingLoop(TypedDict):
     """Response of a heading loop: a time constant, or a natural frequency and a damping ratio."""
 
-    # Damping ratio of a second-order response, together with `natural_frequency_radps`; the preset's if left out.
+    # Damping ratio; needs `natural_frequency_radps`; the preset's if left out.
     damping: NotRequired[float | None]
     # Delay of a reference, s; the preset's if left out.
     delay_s: NotRequired[float | None]
-    # Natural frequency of a second-order response, rad/s, together with `damping`; the preset's if left out.
+    # Natural frequency of a second-order response, rad/s, with `damping`; the preset's if left out.
     natural_frequency_radps: NotRequired[float | None]
     # Largest yaw rate of the loop, rad/s; the preset's if left out.
     rate_max_radps: NotRequired[float | None]
-    # Time constant of a first-order response, s; the preset's if left out. Either this, or
-    # `natural_frequency_radps` and `damping`.
+    # Time constant of a first-order response, s. Excludes `natural_frequency_radps` and `damping`; the preset's if
+    # left out.
     time_constant_s: NotRequired[float | None]
 
 
-# What a heading reference means: the angle that the loop measures.
+# Quantity that a heading loop measures and holds.
 HeadingReference: TypeAlias = Literal["heading", "course"]
 
 
@@ -553,7 +542,7 @@ class Heard(TypedDict):
     t_s: float
 
 
-# What the last fallback level does.
+# The last fallback level.
 Hold: TypeAlias = Literal["slow_turn", "stop"]
 
 
@@ -562,10 +551,9 @@ class KeepOut(TypedDict):
 
     # Its centre, east of the datum, m.
     east_m: NotRequired[float]
-    # Its centre's latitude, degrees, positive north: with `lon_deg` instead of `north_m` and `east_m`, where there
-    # is an `origin`.
+    # Latitude of its centre, degrees, positive north. Needs `origin`, as in other positions.
     lat_deg: NotRequired[float | None]
-    # Its centre's longitude, degrees, positive east.
+    # Longitude of its centre, degrees, positive east.
     lon_deg: NotRequired[float | None]
     # Its centre, north of the datum, m.
     north_m: NotRequired[float]
@@ -589,7 +577,7 @@ class LawGains(TypedDict):
 
     # Along-track gain, 1/s.
     along_track_gain_per_s: float
-    # Integral gain, m/s, of `integral_los`; the planner's default if left out.
+    # Integral gain, m/s, of `integral_los`. Default: the planner's.
     integral_gain_mps: NotRequired[float | None]
     # Look-ahead distance, m.
     look_ahead_m: float
@@ -604,33 +592,33 @@ class Learnt(TypedDict):
     value: float
 
 
-# Why no visit to a vehicle is planned.
+# Reason why a vehicle is not visited.
 LeftOut: TypeAlias = Literal["silent", "out_of_reach", "too_deep"]
 
 
 class Leg(TypedDict):
-    """How a vehicle sails a leg, up to the end of its turn at the point where the leg ends."""
+    """A vehicle's motion on a leg, to the end of the turn at its last point."""
 
-    # Depth, m, positive down, to 12000. Default: what it was. A vehicle with a `dive` keeps to that.
+    # Depth, m, positive down, to 12000. Default: unchanged. A `dive` overrides it.
     depth_m: NotRequired[float | None]
-    # Horizontal speed through the water, m/s, from 0.01 to 10. Default: that of the path.
+    # Horizontal speed through the water, m/s, from 0.01 to 10. Default: the path's.
     speed_mps: NotRequired[float | None]
 
 
 class Limits(TypedDict):
-    """What the operator allows the surface craft."""
+    """Limits that the operator sets for the surface craft."""
 
-    # Largest acceleration ahead, m/s². Default: what the craft can do.
+    # Largest acceleration ahead, m/s². Default: the craft's.
     acceleration_max_mps2: NotRequired[float | None]
-    # Largest deceleration, m/s², positive. Default: what the craft can do.
+    # Largest deceleration, m/s², positive. Default: the craft's.
     deceleration_max_mps2: NotRequired[float | None]
-    # Fastest speed reference, m/s: through the water, and over ground where the craft holds that. Default: 1.5.
+    # Fastest speed reference, m/s: through the water, or over ground if held. Default: 1.5.
     speed_max_mps: NotRequired[float | None]
     # Slowest speed reference through the water, m/s. Default: 0.05.
     speed_min_mps: NotRequired[float | None]
-    # Time constant of the surge loop, s, where `craft` does not say it. Default: the craft's.
+    # Time constant of the surge loop, s; `craft` overrides it. Default: the craft's.
     surge_lag_s: NotRequired[float | None]
-    # Largest yaw rate, rad/s. Default: what the craft can do.
+    # Largest yaw rate, rad/s. Default: the craft's.
     turn_rate_max_radps: NotRequired[float | None]
 
 
@@ -682,7 +670,7 @@ class LiveAuv(TypedDict):
     path: NotRequired[Path | None]
 
 
-# What gave the answer: a fallback level, or a law that is only compared with.
+# Origin of an answer: a fallback level, or a comparison-only law.
 Method: TypeAlias = Literal[
     "mpc",
     "previous_plan",
@@ -760,13 +748,13 @@ class NewMission(TypedDict):
 
 
 class NextTurn(TypedDict):
-    """The turn of its path that a vehicle comes to next."""
+    """The next turn of a vehicle on its path."""
 
-    # By how much it turns, rad, positive to starboard.
+    # Change of direction, rad, positive to starboard.
     by_rad: float
-    # After the newest report that fits the path, s.
+    # Time after the newest report that fits the path, s.
     in_s: float
-    # Standard deviation of that, s.
+    # Standard deviation of `in_s`, s.
     sigma_s: float
 
 
@@ -780,29 +768,29 @@ class Note(TypedDict):
 
 
 class Offset(TypedDict):
-    """Where to be, seen from what the goal follows: a vehicle or, of several, their mean or the place nearest to
-    all. Which members are needed depends on `frame`.
+    """Desired position relative to the followed point: a vehicle, the mean of several, or the point of least largest
+    range. `frame` determines the other members.
     """
 
-    # `target`, `path`: how far ahead, m, within ±1000.
+    # `target`, `path`: distance ahead, m, within ±1000.
     ahead_m: NotRequired[float | None]
     # Instead of `bearing_rad`: the same in degrees. The service stores radians.
     bearing_deg: NotRequired[float | None]
-    # `polar`: in which direction, rad, clockwise from north, within ±2π.
+    # `polar`: bearing, rad, clockwise from north, within ±2π.
     bearing_rad: NotRequired[float | None]
-    # `ned`: how far east, m, within ±1000.
+    # `ned`: distance east, m, within ±1000.
     east_m: NotRequired[float | None]
-    # Along which axes.
+    # Axes of the offset.
     frame: OffsetFrame
-    # `ned`: how far north, m, within ±1000.
+    # `ned`: distance north, m, within ±1000.
     north_m: NotRequired[float | None]
-    # `polar`: how far, m, from 0 to 1000.
+    # `polar`: distance, m, from 0 to 1000.
     range_m: NotRequired[float | None]
-    # `target`, `path`: how far to starboard, m, within ±1000.
+    # `target`, `path`: distance to starboard, m, within ±1000.
     starboard_m: NotRequired[float | None]
 
 
-# The axes that an offset is given in.
+# Axes of an offset.
 OffsetFrame: TypeAlias = Literal["ned", "target", "path", "polar"]
 
 
@@ -834,7 +822,7 @@ class OrderList(TypedDict):
 
 
 class Origin(TypedDict):
-    """A place on Earth, WGS 84, such as where the datum lies."""
+    """A place on Earth, WGS 84, such as the datum."""
 
     # Geodetic latitude, degrees, positive north.
     lat_deg: float
@@ -849,13 +837,13 @@ Outcome: TypeAlias = Literal["ok", "degraded"]
 class Path(TypedDict):
     """A path that an underwater vehicle is known to follow."""
 
-    # Whether the last segment leads to the first again. A closed path of way-points alone returns to its first
-    # point by itself. An open path goes on straight beyond its ends. Default: no.
+    # `true` if the last segment leads to the first again; way-points alone return to their first point by
+    # themselves. An open path continues straight. Default: `false`.
     closed: NotRequired[bool]
-    # Its segments, in order: each begins where and in which direction the one before it ends, to a millimetre and a
-    # milliradian. At most 10,000, every way-point counted as one.
+    # Segments in order. Each begins where the previous one ends, in the same direction, to a millimetre and a
+    # milliradian. At most 10,000; every way-point counts as one.
     segments: list[Segment]
-    # Horizontal speed of the vehicle through the water, m/s, from 0.01 to 10, on legs that do not say theirs.
+    # Horizontal speed through the water, m/s, from 0.01 to 10, on legs without their own.
     speed_mps: float
 
 
@@ -870,64 +858,63 @@ class PathOfFile(TypedDict):
     speed_mps: NotRequired[float | None]
 
 
-# What a repeated track looks like.
+# Shape of a repeated track.
 Pattern: TypeAlias = Literal["lanes", "laps", "other"]
 
 
 class PlanRequest(TypedDict):
-    """A snapshot of what is known now, and what the surface craft is to do."""
+    """The facts of one moment, and the goal of the surface craft."""
 
-    # What the acoustic link needs. Default: no limit.
+    # Limits of the acoustic link. Default: none.
     acoustics: NotRequired[Acoustics | None]
-    # Corners [north, east] of a convex area to stay in, m: 3 to 64, in order, either way round, every corner once.
-    # A corner up to 0.2 m within its sides, where rounded degrees put it, is left out. Default: no limit.
+    # Corners [north, east] of a convex area to stay in, m: 3 to 64, in order, in either direction, each once. A
+    # corner up to 0.2 m within the sides (rounded degrees) is omitted. Default: no limit.
     area: NotRequired[list[list[float] | Origin]]
     # The surface craft.
     asc: Asc
     # The underwater vehicles, 1 to 16, in any order.
     auvs: list[Auv]
-    # Closed-loop response of the surface craft. A member that is left out has the preset's value or, without a
-    # preset, a cautious generic craft's, and is learnt from the motion. Default: unknown.
+    # Closed-loop response of the surface craft. Omitted members are the preset's or, without a preset, a cautious
+    # generic craft's, and are learnt. Default: unknown.
     craft: NotRequired[Craft | None]
-    # Current at the surface. Default: the surface craft's ground velocity less its velocity through the water;
-    # without a ground velocity, the estimate from its positions and its speed through the water, else the current
-    # of `previous_plan`, else still water. Velocities that differ by more than 3 m/s along an axis are ignored,
-    # with the warning `velocities_contradict`.
+    # Current at the surface. Velocities that differ by more than 3 m/s along an axis are ignored, with the warning
+    # `velocities_contradict`. Default: the surface craft's ground velocity minus its velocity through the water;
+    # without a ground velocity, the estimate from positions and speed through the water, else the current of
+    # `previous_plan`, else 0.
     current: NotRequired[Current | None]
-    # Deadline of the answer, ms after the request's head arrived, from 0.05 to 60 000. If it comes before all
-    # programs are solved, the solved ones compete for the answer; if none is solved, `fallback` applies. Default
-    # and maximum: the service's deadline, 1000 unless configured.
+    # Deadline of the answer, ms after the request's head arrived, from 0.05 to 60 000. Programs solved by then
+    # compete for the answer; if there are none, `fallback` applies. Default and maximum: the service's deadline,
+    # 1000 unless configured.
     deadline_ms: NotRequired[float | None]
-    # What to do when no program was solved, and for a goal of which the last report is too old. Default: `los`.
+    # Behaviour without a solved program, or if the goal's last report is too old. Default: `los`.
     fallback: NotRequired[Fallback]
-    # How to guess the underwater vehicles' future. Default: `auto`.
+    # Forecast of the underwater vehicles. Default: `auto`.
     forecast: NotRequired[Forecast]
-    # What to do.
+    # The goal and its offset.
     goal: Goal
-    # What the last fallback level does. Default: `slow_turn`.
+    # The last fallback level. Default: `slow_turn`.
     hold: NotRequired[Hold]
     # Discs to keep out of, at most 32. Default: none.
     keep_outs: NotRequired[list[KeepOut]]
-    # What the operator allows the surface craft. Default: as in each member. Without `craft`, `limits` also
-    # describe the craft.
+    # Limits of the surface craft; without `craft`, they describe it. Default: as in each member.
     limits: NotRequired[Limits | None]
-    # Anything; comes back in the answer. At most 4096 bytes.
+    # Any object, returned in the answer. At most 4096 bytes.
     metadata: NotRequired[dict[str, Any]]
-    # Where the datum of all positions lies on Earth. With it, any position may be given as `lat_deg` and `lon_deg`
-    # instead of `north_m` and `east_m`, and a point of a list as an object of these two; answers have both.
-    # Headings, courses, velocities and offsets are then from true north at the craft, else from the frame's north.
-    # Default: not known.
+    # Position of the datum on Earth. With it, any position may be given as `lat_deg` and `lon_deg` instead of
+    # `north_m` and `east_m`, and a point of a list as an object of these two; answers have both. Headings, courses,
+    # velocities and offsets are then relative to true north at the craft, else to the frame's north. Default:
+    # unknown.
     origin: NotRequired[Origin | None]
-    # The last answer, whole. The service keeps none.
+    # The last answer, whole. The service does not store it.
     previous_plan: NotRequired[PreviousPlan | None]
     # Version of this shape: `"1.0"`.
     schema_version: Literal["1.0"]
-    # Horizontal distance to keep from every underwater vehicle while it may be within 2 m of the surface, m, from
-    # 0.5 to 100. Default: no limit.
+    # Horizontal distance to keep from each underwater vehicle that may be within 2 m of the surface, m, from 0.5 to
+    # 100. Default: no limit.
     surfacing_separation_m: NotRequired[float | None]
-    # Now, s, on any clock that all times of the request share.
+    # Present time, s, on any clock that all times of the request share.
     t_s: float
-    # The planner's levers: weights, horizon, iterations. Default: as in each member.
+    # Tuning of the planner: weights, horizon, iterations. Default: as in each member.
     tuning: NotRequired[Tuning | None]
 
 
@@ -1033,23 +1020,23 @@ class Planned(TypedDict):
 
 
 class PlannedTarget(TypedDict):
-    """Where an underwater vehicle is expected."""
+    """Forecast of an underwater vehicle."""
 
-    # Its depth at the times of the trajectory, m, positive down.
+    # Depth at the times of the trajectory, m, positive down.
     depths_m: list[float]
-    # Velocity that its reports and the model do not explain, such as a current that it does not know: estimated
-    # from successive `state`s without covariance, otherwise zero. The next request needs it in `previous_plan`.
+    # Velocity that reports and model do not explain, such as a current: estimated from successive `state`s without
+    # covariance, otherwise 0. The next request needs it in `previous_plan`.
     drift: Drift
-    # Its estimate at its last report, from which the forecast starts.
+    # Estimate at its last report, from which the forecast starts.
     estimate: Estimate
     # The forecast model used, never `auto`.
     forecast: Forecast
     # The vehicle.
     id: str
-    # Root mean square of its horizontal distance from the trajectory at these times, m.
+    # Root-mean-square horizontal distance from the trajectory at these times, m.
     position_sigma_m: list[float]
-    # Where it was, of a vehicle without a `path`: corners of its track, each as time, s, position north and east,
-    # m, at most 96. The next request needs it in `previous_plan`.
+    # Past track of a vehicle without a `path`: corners as time, s, and position north and east, m, at most 96. The
+    # next request needs it in `previous_plan`.
     track: NotRequired[list[list[float]]]
     # One point for each of the plan's trajectory.
     trajectory: list[TargetPoint]
@@ -1071,7 +1058,7 @@ class Plans(TypedDict):
 
 
 class Power(TypedDict):
-    """Power that propulsion draws at a steady speed u through the water: linear · u + cubic · u³."""
+    """Propulsion power at a steady speed u through the water: linear · u + cubic · u³."""
 
     # Cubic coefficient, W/(m/s)³; 0 if left out.
     cubic_w_per_mps3: NotRequired[float]
@@ -1082,7 +1069,7 @@ class Power(TypedDict):
 class Predicted(TypedDict):
     """Predicted cost of a trajectory over the horizon."""
 
-    # Predicted cost of the trajectory; less is better.
+    # Predicted cost of the trajectory; lower is better.
     cost: float
     # Propulsion energy, J.
     energy_j: float
@@ -1168,52 +1155,50 @@ class Prediction(TypedDict):
 
 
 class PreviousCraft(TypedDict):
-    """The craft in the last answer. Together with the motion since then, these members show how the craft answers
-    its references.
-    """
+    """The craft in the last answer; with the motion since, it shows the response to references."""
 
-    # Heading that it asked for, rad.
+    # Requested heading, rad.
     asked_heading_rad: float
-    # Speed through the water that the answer asked for, m/s.
+    # Requested speed through the water, m/s.
     asked_speed_mps: float
-    # Memory of the filters, unchanged. Any other is discarded, with the warning `memory_not_used`.
+    # Memory of the filters, unchanged; else it is discarded with the warning `memory_not_used`.
     memory: list[float]
 
 
 class PreviousEstimate(TypedDict):
     """The estimate from which the last answer forecast an underwater vehicle."""
 
-    # Its age then, s.
+    # Age at the time of the answer, s.
     age_s: float
     # Depth, m, positive down.
     depth_m: float
     # Position east of the datum, m.
     east_m: float
-    # Eastward velocity over ground, as it was reported, m/s.
+    # Reported eastward velocity over ground, m/s.
     east_mps: float
     # Position north of the datum, m.
     north_m: float
-    # Northward velocity over ground, as it was reported, m/s.
+    # Reported northward velocity over ground, m/s.
     north_mps: float
     # Rate of turn of the course, rad/s, positive clockwise.
     turn_rate_radps: float
 
 
 class PreviousPlan(TypedDict):
-    """The last answer. The whole answer is accepted; these members are read."""
+    """The last answer. The whole answer is accepted; only these members are read."""
 
-    # Its estimate of the craft. Without it, learning starts anew.
+    # Its estimate of the craft. Without it, learning restarts.
     craft_estimate: NotRequired[PreviousCraft | None]
-    # Its current. If the request has a ground velocity and no current, the current is averaged over half a minute,
-    # starting from this one.
+    # Its current. If the request has a ground velocity and no current, the estimate of the current, averaged over
+    # half a minute, starts from this one.
     current: NotRequired[Current | None]
-    # Course of what the goal follows when that last moved, rad, within ±2π.
+    # Course of the followed point when it last moved, rad, within ±2π.
     goal_course_rad: NotRequired[float | None]
-    # Where its datum lies on Earth; equal to the request's `origin` if both are given.
+    # Position of its datum on Earth; equal to the request's `origin` if both are given.
     origin: NotRequired[Origin | None]
-    # The reference that it gave.
+    # Its reference.
     reference: NotRequired[PreviousReference | None]
-    # Its schedule, of a goal of the kind `visit`. Without it, costs start anew.
+    # Its schedule, for a goal of the kind `visit`. Without it, costs restart.
     schedule: NotRequired[Schedule | None]
     # Its underwater vehicles, at most 16.
     targets: NotRequired[list[PreviousTarget] | None]
@@ -1224,28 +1209,28 @@ class PreviousPlan(TypedDict):
 class PreviousReference(TypedDict):
     """The reference of the last answer."""
 
-    # Heading, rad, within ±2π: the next one of `mpc` or `previous_plan` differs from it by no more than 9.7° a
-    # second, unless a keep-out is ahead.
+    # Heading, rad, within ±2π. The next one of `mpc` or `previous_plan` differs by at most 9.7° per second, unless
+    # a keep-out is ahead.
     heading_rad: NotRequired[float | None]
     # Speed through the water, m/s.
     speed_mps: float
 
 
 class PreviousTarget(TypedDict):
-    """An underwater vehicle in the last answer. Together with its position now, these members show how it drifts. If
-    one is missing, the drift starts at zero.
+    """An underwater vehicle in the last answer. With its present position, these members show its drift; if one is
+    missing, the drift starts at zero.
     """
 
-    # How it drifted. Beyond 0.5 m/s along either axis it counts as that.
+    # Its drift, limited to ±0.5 m/s along each axis.
     drift: NotRequired[Drift | None]
-    # What it was forecast from.
+    # Estimate from which it was forecast.
     estimate: NotRequired[PreviousEstimate | None]
     # The forecast model used, never `auto`.
     forecast: NotRequired[Forecast | None]
     # The vehicle.
     id: str
     # Corners of its track, in order: time, s, position north and east of the datum, m. The newest 96 count. Without
-    # it, what its track repeats is looked for in its reports alone.
+    # it, repeats are searched in the reports alone.
     track: NotRequired[list[list[float]]]
 
 
@@ -1273,13 +1258,13 @@ class ProblemDocument(TypedDict):
 class ProgramSize(TypedDict):
     """Size of a cone program `minimise ½ xᵀPx + qᵀx, Ax + s = b, s ∈ K`."""
 
-    # Entries of A that are stored.
+    # Stored entries of A.
     constraint_entries: int
-    # Rows whose s is 0.
+    # Rows with s = 0.
     equalities: int
-    # Rows whose s is at least 0.
+    # Rows with s ≥ 0.
     inequalities: int
-    # Entries of the upper triangle of P that are stored.
+    # Stored entries of the upper triangle of P.
     quadratic_entries: int
     # Rows in all.
     rows: int
@@ -1291,7 +1276,7 @@ class ProgramSize(TypedDict):
     variables: int
 
 
-# What counts of the costs of several AUVs.
+# The statistic of several AUVs' costs that counts.
 Reduce: TypeAlias = Literal["mean", "max"]
 
 
@@ -1309,51 +1294,50 @@ class Reference(TypedDict):
 
 
 class RepeatedTrack(TypedDict):
-    """What an underwater vehicle's track repeats."""
+    """Pattern that an underwater vehicle's track repeats."""
 
     # Length of its longest leg from corner to corner, m.
     leg_m: float
-    # What it looks like.
+    # Kind of pattern.
     pattern: Pattern
-    # Length of what repeats, m: of a lawn-mower's lane and turn, of a lap.
+    # Length of the pattern, m: of a lawn-mower's lane and turn, or of a lap.
     period_m: float
-    # Root mean square distance between one time and the next, laid over each other, m.
+    # Root-mean-square distance between repetitions, m.
     residual_m: float
-    # Distance between lanes, m; 0 where there are none.
+    # Distance between lanes, m; 0 without lanes.
     spacing_m: float
-    # How often it was sailed, as far as the track is remembered: about twice or more.
+    # Number of repetitions in the stored track: about two or more.
     times: float
 
 
 class Report(TypedDict):
-    """A measured position of an underwater vehicle, and what the vehicle reported of itself then."""
+    """A measured position of an underwater vehicle, with the telemetry sent with it."""
 
     # Instead of `course_rad`: the same in degrees. The service stores radians.
     course_deg: NotRequired[float | None]
-    # Telemetered course over ground, rad, within ±2π; together with `speed_mps` or not at all.
+    # Telemetered course over ground, rad, within ±2π. Needs `speed_mps`.
     course_rad: NotRequired[float | None]
-    # Telemetered depth, m, positive down. Default: not reported; if no report states it, 0 is used.
+    # Telemetered depth, m, positive down. Default: not reported; 0 if no report states it.
     depth_m: NotRequired[float | None]
     # Position east of the datum, m.
     east_m: NotRequired[float]
-    # Latitude, degrees, positive north: with `lon_deg` instead of `north_m` and `east_m`, where there is an
-    # `origin`.
+    # Latitude, degrees, positive north. Needs `origin`, `lon_deg`; replaces `north_m`, `east_m`.
     lat_deg: NotRequired[float | None]
     # Longitude, degrees, positive east.
     lon_deg: NotRequired[float | None]
     # Position north of the datum, m.
     north_m: NotRequired[float]
-    # Standard deviation of the position along either axis, m, from 0.001 to 100,000. It is taken to be larger where
-    # the fixes show that.
+    # Standard deviation of the position along either axis, m, from 0.001 to 100,000. The estimator raises it if the
+    # fixes scatter more.
     sigma_m: float
-    # Telemetered horizontal speed over ground, m/s, never negative; together with `course_rad` or not at all.
-    # Neither is used where the fixes contradict them.
+    # Telemetered horizontal speed over ground, m/s, never negative. Needs `course_rad`. Fixes that contradict
+    # course and speed override them.
     speed_mps: NotRequired[float | None]
-    # When this was true, s on the request's clock: when the message was sent, not when it arrived. At most 1 s
-    # ahead, which counts as now. If all reports are older than an hour, only the newest counts.
+    # Time of sending, not of arrival, s on the request's clock; up to 1 s in the future counts as now. If all
+    # reports are older than an hour, only the newest counts.
     t_s: float
-    # Telemetered rate of turn of the course, rad/s, positive clockwise. Default: not reported. The newest is used
-    # for 60 s; without one, the courses of the two newest reports give the rate.
+    # Telemetered rate of turn of the course, rad/s, positive clockwise. The newest is used for 60 s; without one,
+    # the courses of the two newest reports give the rate. Default: not reported.
     turn_rate_radps: NotRequired[float | None]
 
 
@@ -1380,39 +1364,37 @@ class Reports(TypedDict):
 
 
 class Residuals(TypedDict):
-    """How well a solution satisfies the optimality conditions, recomputed from the program's data.
+    """Violations of the optimality conditions, recomputed from the program's data.
 
-    All are relative to the largest term they are the difference of, or to 1 where that is smaller.
+    Each is relative to the largest term of its difference, or to 1 if that is smaller.
     """
 
-    # ‖P x + q + Aᵀ z‖∞, and how far z is outside the dual cones.
+    # ‖P x + q + Aᵀ z‖∞, and the distance of z outside the dual cones.
     dual: float
-    # |xᵀ P x + qᵀ x + bᵀ z|: primal less dual objective.
+    # |xᵀ P x + qᵀ x + bᵀ z|: primal minus dual objective.
     gap: float
-    # ‖A x + s − b‖∞, and how far s is outside its cones.
+    # ‖A x + s − b‖∞, and the distance of s outside its cones.
     primal: float
 
 
 class Route(TypedDict):
-    """How an underwater vehicle follows its path, by its reports. It follows the path where its own navigation takes
-    that to be.
-    """
+    """Fit of an underwater vehicle's reports to its path, which its own navigation may displace."""
 
-    # How far along the path it is, m.
+    # Its place along the path, m.
     along_m: float
-    # Whether it sails the path from the end to the beginning.
+    # `true` if it follows the path backwards.
     backwards: bool
-    # By how much the path lies farther east than declared, m.
+    # Displacement of the path east of the declared one, m.
     east_m: float
-    # By how much it goes faster along the path than declared, m/s.
+    # Speed along the path above the declared one, m/s.
     faster_mps: float
-    # The turn of the path that it comes to next.
+    # Its next turn on the path.
     next_turn: NotRequired[NextTurn | None]
-    # By how much the path lies farther north than declared, m.
+    # Displacement of the path north of the declared one, m.
     north_m: float
-    # Probability that it follows its path. Below 0.5 it is forecast as if no path were known.
+    # Probability that it follows its path. Below 0.5 it is forecast without a path.
     probability: float
-    # What its track repeats, which is taken for its path. Absent where it declares one.
+    # Pattern of its track, which serves as its path. Absent if it declares one.
     repeats: NotRequired[RepeatedTrack | None]
 
 
@@ -1493,67 +1475,66 @@ class SceneFault(TypedDict):
 
 
 class Schedule(TypedDict):
-    """Visits to underwater vehicles, of a goal of the kind `visit`. The next request needs it in `previous_plan`:
-    without it, costs start anew and nothing keeps the schedule from changing.
+    """Visits to underwater vehicles, for a goal of the kind `visit`. The next request needs it in `previous_plan`:
+    without it, costs restart and nothing stabilises the schedule.
     """
 
-    # Every other vehicle that could be visited first, the cheapest first.
+    # The other vehicles that could be visited first, by increasing cost.
     alternatives: list[Alternative]
-    # No schedule costs less: one craft cannot be with all vehicles at once, and needs time from each to the next.
+    # A lower bound on the cost of any schedule: the craft serves one vehicle at a time.
     bound: float
-    # Cost of the schedule: the mean or the largest, as the goal asks. Missed deadlines are not in it.
+    # Cost of the schedule: the mean or the largest, as the goal asks; without missed deadlines.
     cost: float
     # Every vehicle that the goal depends on.
     costs: list[ServedVehicle]
-    # Vehicles that are not served by a deadline in the time that is planned.
+    # Vehicles whose deadline is missed within the planned time.
     deadlines_missed: NotRequired[list[str]]
-    # Whether all sequences of visits were compared; with many vehicles, only the most promising are.
+    # `true` if all sequences of visits were compared, instead of the most promising ones.
     exact: bool
-    # What the schedule may cost too much: 1 − `bound` / `cost`.
+    # Upper bound on the avoidable part of the cost: 1 − `bound` / `cost`.
     gap: float
-    # Whether the next visit is that of the schedule before.
+    # `true` if the next visit is that of the previous schedule.
     kept: bool
-    # The vehicle that the goal asks for as `next`, once that visit is over: the planner chooses again, until
-    # another one is asked for.
+    # The requested `next` vehicle, once its visit is over: the planner chooses again.
     next_visited: NotRequired[str | None]
-    # The schedule in words.
+    # One sentence that explains the schedule to the operator.
     sentence: str
     # Unit of every cost.
     unit: CostUnit
-    # The visits, in order; the first may have begun. Of those that are planned, at most the first 32.
+    # The visits in order, at most the first 32; the first may have begun.
     visits: list[Visit]
 
 
-# A segment of a path. Which members are needed depends on `kind`. Points are (north, east), m.
+# A segment of a path. `kind` determines the other members. Points are (north, east), m.
 Segment = TypedDict(
     "Segment",
     {
-        # `arc`: how far it turns, rad, positive to starboard, up to a full circle.
+        # `arc`: turn, rad, positive to starboard, up to a full circle.
         "angle_rad": "NotRequired[float | None]",
         # `arc`: centre of its circle.
         "centre": "NotRequired[list[float] | Origin | None]",
-        # `waypoints`: radius by which every corner is rounded, m, for which all legs must have room; 0 only where no
-        # leg turns. Without it, corners have the `turn_radius_m`, or as much of it as their legs have room for.
+        # `waypoints`: radius of every corner, m, for which all legs must have room; 0 only if no leg turns. Without it,
+        # corners have the `turn_radius_m`, or the largest possible radius.
         "fillet_m": "NotRequired[float | None]",
-        # `line`, `arc`: where it begins.
+        # `line`, `arc`: beginning.
         "from": "NotRequired[list[float] | Origin | None]",
-        # Which segment.
+        # Kind of segment.
         "kind": "SegmentKind",
-        # `waypoints`: speed and depth of every leg, the first from the first point to the second; of a closed path also
-        # of the leg back. Empty where they do not differ.
+        # `waypoints`: speed and depth of every leg, beginning at the first point; for a closed path also of the leg
+        # back. Empty if they do not differ.
         "legs": "NotRequired[list[Leg]]",
-        # `waypoints`: where its straight legs would meet.
+        # `waypoints`: points where the straight legs meet.
         "points": "NotRequired[list[list[float] | Origin] | None]",
-        # `line`: where it ends.
+        # `line`: end.
         "to": "NotRequired[list[float] | Origin | None]",
-        # `waypoints` without `fillet_m`: radius at which the vehicle turns, m. Default: that of its speed at 0.15
-        # rad/s; with `reports` also at 0.09 and 0.055 rad/s, whichever fits them best.
+        # `waypoints` without `fillet_m`: the vehicle's turn radius, m. Default: its speed at 0.15 rad/s; with `reports`
+        # also at 0.09 and 0.055 rad/s, and the best fit counts.
         "turn_radius_m": "NotRequired[float | None]",
     },
 )
 
 
-# The kinds of segments.
+# Kinds of segments.
 SegmentKind: TypeAlias = Literal["line", "arc", "waypoints"]
 
 
@@ -1570,20 +1551,20 @@ class SentEvent(TypedDict):
 
 
 class ServedVehicle(TypedDict):
-    """A vehicle that the schedule serves, or would."""
+    """A vehicle that the goal depends on."""
 
     # The vehicle.
     auv: str
     # Its cost now, in `unit`.
     cost: float
-    # The farthest that it was from the craft while its reports came, horizontal, m. Default: 0.
+    # Largest horizontal distance from the craft while its reports arrived, m. Default: 0.
     heard_within_m: NotRequired[float]
-    # Why no visit is planned to it, if it can have none.
+    # Reason why no visit is planned, if it cannot be visited.
     left_out: NotRequired[LeftOut | None]
-    # The deadline by which it was last served, or late, s on the request's clock; none if it has no deadline, or is
-    # yet to be served.
+    # The deadline by which it was last served, or late, s on the request's clock; absent without a deadline or
+    # before the service.
     served_by_s: NotRequired[float | None]
-    # Time that the craft was no farther from it since its newest report, s. Default: 0.
+    # Time spent within that distance since its newest report, s. Default: 0.
     unheard_s: NotRequired[float]
 
 
@@ -1653,24 +1634,24 @@ class Simulated(TypedDict):
 
 
 class Solver(TypedDict):
-    """What the solver did."""
+    """Work of the solver."""
 
-    # Whether the deadline cut the work short. With the outcome `ok`, a program had been solved by then, and further
-    # ones were not tried or not finished: the best of what there was answered, whatever its `method`.
+    # `true` if the deadline cut the work short. With the outcome `ok`, a program had been solved by then, and the
+    # best available candidate answered, of any `method`.
     deadline_hit: bool
     # Interior-point iterations over all subproblems.
     iterations: int
-    # Residuals of that iteration's subproblem, recomputed outside the solver.
+    # Residuals of that iteration's subproblem, independent of the solver.
     residuals: NotRequired[Residuals | None]
-    # Iterations of the sequential convex programming: convex subproblems solved.
+    # SCP iterations: convex subproblems solved.
     scp_iterations: int
-    # Time for the whole plan, ms: the one member that differs between two equal requests.
+    # Time for the whole plan, ms; the only member that differs between equal requests.
     solve_time_ms: float
-    # Status of the SCP iteration that led to the answer, else of the one that failed, in snake case.
+    # Status of the SCP iteration that led to the answer, else of the failed one, in snake case.
     status: str
 
 
-# What a speed reference means: the speed that the loop measures.
+# Quantity that a speed loop measures and holds.
 SpeedReference: TypeAlias = Literal["through_water", "over_ground"]
 
 
@@ -1712,13 +1693,13 @@ class Step(TypedDict):
 
 
 class Subproblem(TypedDict):
-    """A convex subproblem, solved."""
+    """A solved convex subproblem."""
 
     # Interior-point iterations.
     iterations: int
-    # How well its optimality conditions hold, recomputed outside the solver; absent without a solution.
+    # Residuals of its optimality conditions; absent without a solution.
     residuals: NotRequired[Residuals | None]
-    # How the solver ended, in snake case.
+    # Final status of the solver, in snake case.
     status: str
 
 
@@ -1733,8 +1714,8 @@ class SurgeLoop(TypedDict):
     delay_s: NotRequired[float | None]
     # Integral time of the loop k_p/k_i, s; the preset's if left out.
     integral_time_s: NotRequired[float | None]
-    # Whether the loop has an integrator that winds up noticeably. `false` says that it has none, `integral_time_s`
-    # that it has one; the preset's or learnt if left out. `null` is the same as left out.
+    # `false`: no integrator winds up noticeably (`integral_time_s` declares one); the preset's or learnt if left
+    # out. `null` means omitted.
     integrates: NotRequired[bool | None]
     # Time constant of the response to a small step, s; the preset's if left out.
     time_constant_s: NotRequired[float | None]
@@ -1745,9 +1726,9 @@ class TargetPoint(TypedDict):
 
     # Position east of the datum, m.
     east_m: float
-    # Its latitude, degrees, positive north, where the request names an `origin`.
+    # Latitude, degrees, positive north, if the request has an `origin`.
     lat_deg: NotRequired[float | None]
-    # Its longitude, degrees, positive east, where the request names an `origin`.
+    # Longitude, degrees, positive east, if the request has an `origin`.
     lon_deg: NotRequired[float | None]
     # Position north of the datum, m.
     north_m: float
@@ -1771,9 +1752,9 @@ class TrajectoryPoint(TypedDict):
     east_m: float
     # Heading, rad, in (−π, π].
     heading_rad: float
-    # Its latitude, degrees, positive north, where the request names an `origin`.
+    # Latitude, degrees, positive north, if the request has an `origin`.
     lat_deg: NotRequired[float | None]
-    # Its longitude, degrees, positive east, where the request names an `origin`.
+    # Longitude, degrees, positive east, if the request has an `origin`.
     lon_deg: NotRequired[float | None]
     # Position north of the datum, m.
     north_m: float
@@ -1818,26 +1799,24 @@ class Truth(TypedDict):
 class Tuning(TypedDict):
     """Weights of the planner's cost, its horizon and its iterations.
 
-    Each weight is on a squared deviation per second unless it says otherwise. A member that is left out has the
-    planner's default. Prices of limits are not among them.
+    Each weight applies to a squared deviation per second unless stated otherwise. Omitted members have the
+    planner's defaults. Prices of limits are not tunable.
     """
 
     # Weight of the acceleration, 1/(m/s²)², from 0 to 10 000. Default: 100.
     acceleration_weight_per_m2ps4: NotRequired[float | None]
-    # Weight of propulsion energy, 1/J, from 0 to 10. Default: 0, and energy is not in the program.
+    # Weight of propulsion energy, 1/J, from 0 to 10. Default: 0, which leaves energy out.
     energy_weight_per_j: NotRequired[float | None]
     # Weight of the distance to the goal, 1/m², from 0.01 to 10. Default: 1.
     position_weight_per_m2: NotRequired[float | None]
-    # SCP iterations from one initial guess, from 1 to 10, times `steps_s` at most 300. Default: 2.
+    # SCP iterations for each guess, from 1 to 10; times `steps_s`, at most 300. Default: 2.
     scp_iterations: NotRequired[int | None]
     # Lengths of the horizon's intervals, s, in order: 2 to 120, each from 0.1 to 10, together from 5 to 600.
     # Default: 6 of 1, 12 of 2 and 12 of 4.
     steps_s: NotRequired[list[float] | None]
-    # Weight of the distance to the goal at the end of the horizon, 1/m², not per second, from 0 to 100. Default:
-    # 10.
+    # Terminal weight of the distance, 1/m², not per second, from 0 to 100. Default: 10.
     terminal_position_weight_per_m2: NotRequired[float | None]
-    # Weight of the relative velocity at the end of the horizon, 1/(m/s)², not per second, from 0 to 1500. Default:
-    # 150.
+    # Terminal weight of the relative velocity, 1/(m/s)², not per second, from 0 to 1500. Default: 150.
     terminal_velocity_weight_per_m2ps2: NotRequired[float | None]
     # Weight of the velocity over ground relative to the goal's, 1/(m/s)², from 0 to 150. Default: 15.
     velocity_weight_per_m2ps2: NotRequired[float | None]
@@ -1846,11 +1825,11 @@ class Tuning(TypedDict):
 class UsedSlack(TypedDict):
     """A soft limit that gave way at a stage."""
 
-    # How long after the request's time that is, s.
+    # Time after the request's, s.
     after_s: float
-    # By how much, in `unit`.
+    # Amount of the slack, in `unit`.
     amount: float
-    # Which limits share the slack: `motion`, `acoustic_range`, `other_range` (of AUVs that the goal does not name),
+    # Limits that share the slack: `motion`, `acoustic_range`, `other_range` (of AUVs that the goal does not name),
     # `area` or `keep_out`.
     limit: str
     # Unit of `amount`.
@@ -1878,17 +1857,17 @@ class Version(TypedDict):
 
 
 class Violation(TypedDict):
-    """A soft limit that a plan does not keep."""
+    """A soft limit that a plan violates."""
 
-    # By how much, in `unit`.
+    # Amount of the worst violation, in `unit`.
     amount: float
-    # Which: `forward_speed`, `turn_rate`, `acoustic_range` (less the back-off for the uncertainty of the vehicle's
-    # position), `area`, `keep_out` (a disc) or `surfacing_separation` (an underwater vehicle at the surface).
+    # `forward_speed`, `turn_rate`, `acoustic_range` (minus the back-off for the vehicle's position uncertainty),
+    # `area`, `keep_out` or `surfacing_separation`.
     limit: str
-    # What breaks it worst, as a JSON pointer into the request: the disc (`/keep_outs/0`), the underwater vehicle
-    # (`/auvs/1`) or the `/area`. Absent for what the craft's own motion breaks.
+    # Worst violator as a JSON pointer into the request: a keep-out (`/keep_outs/0`), an underwater vehicle
+    # (`/auvs/1`) or the `/area`. Absent for limits of the craft's own motion.
     pointer: NotRequired[str | None]
-    # When it is worst, s on the request's clock.
+    # Time of the worst violation, s on the request's clock.
     t_s: float
     # Unit of `amount`.
     unit: str
@@ -1897,7 +1876,7 @@ class Violation(TypedDict):
 class Visit(TypedDict):
     """A visit to an underwater vehicle."""
 
-    # When the craft is near enough to serve it, s on the request's clock.
+    # Time at which the craft is near enough to serve it, s on the request's clock.
     arrive_s: float
     # The vehicle.
     auv: str
@@ -1907,30 +1886,30 @@ class Visit(TypedDict):
     cost_before: float
     # East of the datum, m.
     east_m: float
-    # When it leaves, s.
+    # Time at which it leaves, s.
     leave_s: float
-    # Where the vehicle is expected when the craft arrives, or is if it is there: north of the datum, m.
+    # The vehicle's position at the craft's arrival, or its present one: north of the datum, m.
     north_m: float
 
 
 class VisitCost(TypedDict):
-    """What it costs not to serve an underwater vehicle. Which members are needed depends on `kind`."""
+    """Cost of an unserved underwater vehicle. `kind` determines the other members."""
 
-    # `data`: what the vehicle gathers, kbit/s, from 0 to 10⁶.
+    # `data`: rate of gathering, kbit/s, from 0 to 10⁶.
     growth_kbps: NotRequired[float | None]
     # `uncertainty`: growth of the variance without aid, m²/s, from 10⁻⁶ to 10⁶.
     growth_m2ps: NotRequired[float | None]
     # `uncertainty`: time between two fixes, s, from 0.1 to 3600. Default: 10.
     interval_s: NotRequired[float | None]
-    # Which cost.
+    # Kind of cost.
     kind: CostKind
-    # `data`: slant range at which nothing is uploaded any more, m, from 1 to 20 000.
+    # `data`: slant range at which the rate of upload is 0, m, from 1 to 20 000.
     range_max_m: NotRequired[float | None]
-    # `uncertainty`: standard deviation of a fix at no distance, m, from 0.001 to 100,000. Default: 1.5.
+    # `uncertainty`: standard deviation of a fix at range 0, m, from 0.001 to 100,000. Default: 1.5.
     sigma_m: NotRequired[float | None]
-    # `uncertainty`: growth of that with the slant range, rad, from 0 to 1. Default: 0.02.
+    # `uncertainty`: growth of `sigma_m` with the slant range, rad, from 0 to 1. Default: 0.02.
     sigma_rad: NotRequired[float | None]
-    # `data`: what it uploads at no distance, kbit/s, from 0.001 to 10⁶. It falls linearly with the slant range.
+    # `data`: upload at range 0, kbit/s, from 0.001 to 10⁶; linear in the slant range.
     upload_kbps: NotRequired[float | None]
 
 
