@@ -4,7 +4,7 @@
 //! machine     unix_s: the wall clock   now, up: the kernel's   timers: Tokio's   work: on threads
 //! simulated   unix_s: can be set       now, up: Tokio's paused time; work takes none, and in turn
 //! ```
-//! Services and bridges take all times from a [`Clock`], so that tests decide times and the order of
+//! Services and bridges take all times from a [`Clock`], so that tests set times and the order of
 //! events. Other files of `api/` read no clock and never sleep (`api/clippy.toml`).
 
 #![expect(
