@@ -15,7 +15,7 @@ pub(super) struct Known {
     pub(super) heads: BTreeMap<i64, (String, Head)>,
     /// The highest count of probes.
     count: i64,
-    /// Evidence that the store was set back.
+    /// The first evidence that the store was set back.
     set_back: Option<String>,
 }
 

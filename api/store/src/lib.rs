@@ -1,7 +1,7 @@
 //! The event store: keeps the events of every mission on the disk before a client learns of them.
 //!
 //! ```text
-//! actors ── Append ──► one writer thread: BEGIN; all waiting appends; COMMIT (fsync) ──► a reply to each
+//! actors ── Append ──► a writer thread: BEGIN; all waiting appends; COMMIT (fsync) ──► replies
 //! readers ── their own connections, which see complete commits only
 //! ```
 //! SQLite in WAL mode with `synchronous = FULL`: acknowledged events survive a power cut. Appends
@@ -423,7 +423,7 @@ impl EventStore {
         answer.await.map_err(|_| StoreError::Unanswered)?
     }
 
-    /// Ends the writer after all earlier appends, and merges the write-ahead file. Later appends fail.
+    /// Ends the writer after earlier appends, and merges the write-ahead file. Later appends fail.
     pub async fn close(&self) -> Result<(), StoreError> {
         self.send(Command::Close).await
     }

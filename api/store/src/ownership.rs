@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use super::entry::StoredMission;
 
-/// Beats in a lease: a service is replaced at most two eighths of a lease after its lease has ended.
+/// Beats in a lease: a service is replaced at most two eighths of a lease after its lease's end.
 pub(super) const BEATS: u32 = 8;
 
 /// A service that shares the store.

@@ -898,7 +898,7 @@ async fn a_backup_of_a_damaged_log_has_every_whole_mission_and_names_the_others(
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_damaged_event_does_not_block_a_backup_and_is_forgotten_with_its_mission() {
+async fn a_damaged_event_blocks_no_backup_and_its_report_ends_with_its_mission() {
     let directory = directory();
     let store = open(directory.path());
     for mission in ["a", "b"] {

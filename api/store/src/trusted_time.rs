@@ -1,9 +1,9 @@
 //! The time by which tokens expire and old missions are deleted. A wrong clock must cause neither.
 //!
 //! ```text
-//! same boot:     trusted += running time             (the kernel's, which no clock setting changes)
-//! after a boot:  trusted += clock's difference       if that is at most a day
-//! at any time:   trusted  = max(trusted, clock)      if clock and running time agreed for three days of running
+//! same boot:     trusted += running time          (the kernel's, which no clock setting changes)
+//! after a boot:  trusted += clock's difference    if that is at most a day
+//! at any time:   trusted  = max(trusted, clock)   if both clocks agreed for three days of running
 //! ```
 //! It never goes back. After a jump forward, or a long time without power, it lags behind the clock
 //! for three days or until a person sets it.

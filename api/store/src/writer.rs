@@ -426,9 +426,9 @@ fn taken(row: &Row<'_>, first: usize) -> rusqlite::Result<Taken> {
 /// Unix time of a commit, s.
 #[derive(Clone, Copy)]
 struct Times {
-    /// By the trusted time.
+    /// Trusted time.
     trusted_s: f64,
-    /// By the machine's clock.
+    /// Time of the machine's clock.
     unix_s: f64,
 }
 

@@ -1,7 +1,7 @@
 //! A JSON body, parsed once into a tree from which any shape is read.
 //!
 //! ```text
-//! bytes ── parse: is it JSON? ──► Json ── read: has it the shape? ──► T
+//! bytes ── parse: JSON? ──► Json ── read: right shape? ──► T
 //! ```
 //! The tree keeps the order of members, and duplicates: faults are found where the client wrote
 //! them. Every fault is a [`FieldError`] from the start; no other library's message is parsed.

@@ -113,7 +113,7 @@ impl Keeper {
         let now = shared.clock.up();
         // The pause of an eighth plus a slow beat takes less.
         if self.answered + lease * 3 / 4 < now {
-            // The others may have been cut off, too: they get a whole lease from now.
+            // The others may also have been cut off: they get a whole lease from now.
             self.seen.clear();
         }
         let (mut seen, mut may_wait) = (HashMap::new(), true);

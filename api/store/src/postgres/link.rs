@@ -37,7 +37,7 @@ const SESSION: &str = "SET idle_in_transaction_session_timeout = '1s'; SET lock_
 /// Most connections for queries, beside those of the writer and the keeper. Further queries wait.
 const QUERIES_MAX: usize = 48;
 
-/// Of these, the connections kept for questions about ownership.
+/// Connections among these for questions about ownership.
 const OWNING: usize = 8;
 
 /// The trouble, and the number of statements since it began.
@@ -347,7 +347,7 @@ impl Pooled {
         if let Err(error) = &done {
             *self.broken.borrow_mut() = true;
             if matches!(error, StoreError::Unavailable(_)) {
-                // The other connections would fail, too.
+                // The other connections would fail as this one did.
                 self.database.spare().links.clear();
             }
         }

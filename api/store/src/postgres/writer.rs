@@ -31,7 +31,7 @@ const PURGE: i64 = 500;
 /// Pause between removals.
 const PURGE_PAUSE: Duration = Duration::from_millis(50);
 
-/// Longest age of the sums of shares: other services write, too.
+/// Longest age of the sums of shares, because other services also write.
 const SHARES_LIFE: Duration = Duration::from_secs(10);
 
 /// The only writing connection of this process.
@@ -195,7 +195,7 @@ impl PostgresWriter {
             .map(drop)
     }
 
-    /// Reads the deleted missions: other services and programs delete, too.
+    /// Reads the deleted missions, because other services and programs also delete.
     fn read_deleted(&mut self) -> Result<(), StoreError> {
         const DELETED: &str = "SELECT number FROM missions WHERE status = 'deleted'";
         let deleted = self.with(|link| link.query(DELETED, &[]))?;
