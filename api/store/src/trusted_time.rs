@@ -3,7 +3,7 @@
 //! ```text
 //! same boot:     trusted += running time          (the kernel's, which no clock setting changes)
 //! after a boot:  trusted += clock's difference    if that is at most a day
-//! at any time:   trusted  = max(trusted, clock)   if both clocks agreed for three days of running
+//! at any time:   trusted  = max(trusted, clock)   if clock and running time agreed for three days
 //! ```
 //! It never goes back. After a jump forward, or a long time without power, it lags behind the clock
 //! for three days or until a person sets it.
@@ -29,8 +29,8 @@ const NIGHT: f64 = 86_400.0;
 struct Reading {
     /// The clock, Unix time, s.
     clock: f64,
-    /// Time since boot, s. A smaller one than before is from another boot. A larger one may be,
-    /// too; then the time without power does not count.
+    /// Time since boot, s. A smaller one than before is from another boot. A larger one may
+    /// also be; then the time without power does not count.
     up: f64,
 }
 

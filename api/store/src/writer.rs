@@ -127,7 +127,7 @@ impl Writer {
         synced.map_err(|error| StoreError::Unconfirmed(error.to_string()))
     }
 
-    /// Makes commits permanent; after `Ok` they may be acknowledged.
+    /// Makes sure that commits stay; after `Ok` they may be acknowledged.
     fn confirm(&mut self, committed: Vec<Entry>) -> Result<(), StoreError> {
         self.unlisted.extend(committed);
         self.place.check()?;
@@ -363,7 +363,7 @@ impl LogWriter for Writer {
     }
 }
 
-/// A transaction with the lock for writing: one that reads first does not wait for the lock.
+/// A transaction with the lock for writing: one that reads first cannot wait for the lock later.
 pub(super) fn writing(connection: &mut Connection) -> rusqlite::Result<Transaction<'_>> {
     connection.transaction_with_behavior(TransactionBehavior::Immediate)
 }
