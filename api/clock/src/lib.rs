@@ -1,11 +1,11 @@
-//! Time as an argument: the wall time, running time and timers of one machine, and the threads on which it blocks.
+//! Time as an argument: a machine's wall time, running time, timers, and threads for blocking work.
 //!
 //! ```text
-//! machine     unix_s: the wall clock     now, up: the kernel's     timers: Tokio's     blocking work: threads of its own
-//! simulated   unix_s: can be set         now, up: Tokio's paused time, in which blocking work takes none and runs in turn
+//! machine     unix_s: the wall clock   now, up: the kernel's   timers: Tokio's   work: on threads
+//! simulated   unix_s: can be set       now, up: Tokio's paused time; work takes none, and in turn
 //! ```
-//! Everything of a service or a bridge that depends on time asks its [`Clock`], so that a test decides what time it is and the
-//! order of events does not depend on the processor. No other file of `api/` reads a clock or sleeps (`api/clippy.toml`).
+//! Services and bridges take all times from a [`Clock`], so that tests set times and the order of
+//! events. Other files of `api/` read no clock and never sleep (`api/clippy.toml`).
 
 #![expect(
     clippy::disallowed_methods,
@@ -27,7 +27,7 @@ use tokio::{
     time::{self, Interval, MissedTickBehavior, error::Elapsed},
 };
 
-/// The kernel's clock that no setting changes. The one that counts sleep is Linux's own.
+/// The kernel's clock that no setting changes. Only Linux has one that counts sleep.
 const SINCE_BOOT: ClockId = if cfg!(target_os = "linux") {
     ClockId::Boottime
 } else {
@@ -44,7 +44,7 @@ const STEP: Duration = Duration::from_micros(50);
 #[derive(Clone, Debug)]
 pub struct Clock(Option<Arc<Simulated>>);
 
-/// A machine whose time is that of Tokio's paused clock.
+/// A machine on Tokio's paused clock.
 #[derive(Debug)]
 struct Simulated {
     /// Start of the simulated machine.
@@ -54,7 +54,7 @@ struct Simulated {
 
 #[derive(Clone, Copy, Debug)]
 struct Settings {
-    /// Unix time at the start, s, plus every change by which the wall clock was set since.
+    /// Unix time at the start, s, plus all later changes of the wall clock.
     unix_s: f64,
     /// Time that blocking work waits for a thread.
     lag: Duration,
@@ -79,8 +79,8 @@ impl Clock {
         Self(None)
     }
 
-    /// The clock of a simulated machine, whose Unix time is now `unix_s`, s. Call it in a Tokio runtime of one thread whose time is
-    /// paused.
+    /// The clock of a simulated machine; its Unix time is now `unix_s`, s. Call it in a Tokio
+    /// runtime of one thread with paused time.
     #[must_use]
     pub fn simulated(unix_s: f64) -> Self {
         let lag = Duration::ZERO;
@@ -90,7 +90,7 @@ impl Clock {
         })))
     }
 
-    /// Running time: never set, and without a zero of its own.
+    /// Running time: never set, with an unspecified zero.
     #[must_use]
     pub fn now(&self) -> Instant {
         match &self.0 {
@@ -105,7 +105,7 @@ impl Clock {
         self.now().saturating_duration_since(earlier)
     }
 
-    /// Wall time, Unix time, s. It can be set, forward and back.
+    /// Wall time, Unix time, s. It can be set forward and back.
     #[must_use]
     pub fn unix_s(&self) -> f64 {
         match &self.0 {
@@ -116,7 +116,7 @@ impl Clock {
         }
     }
 
-    /// Running time since the machine was switched on, with the time that it slept.
+    /// Time since the machine was switched on, including sleep.
     #[must_use]
     pub fn up(&self) -> Duration {
         match &self.0 {
@@ -128,17 +128,17 @@ impl Clock {
         }
     }
 
-    /// Waits for that long.
+    /// Waits for `duration`.
     pub async fn sleep(&self, duration: Duration) {
         time::sleep(duration).await;
     }
 
-    /// Waits until that running time.
+    /// Waits until the running time `end`.
     pub async fn sleep_until(&self, end: Instant) {
         time::sleep_until(end.into()).await;
     }
 
-    /// Ticks, the first after one `period`. Ticks that were missed are not made up for.
+    /// Ticks, the first after one `period`. Missed ticks are not made up for.
     #[must_use]
     pub fn every(&self, period: Duration) -> Interval {
         let mut ticks = time::interval_at(time::Instant::now() + period, period);
@@ -151,12 +151,12 @@ impl Clock {
         time::timeout(limit, future).await
     }
 
-    /// The output of `future`, if it comes by that running time, within the resolution of timers.
+    /// The output of `future`, if it comes by `end`, within the resolution of timers.
     pub async fn timeout_at<F: Future>(&self, end: Instant, future: F) -> Result<F::Output, Elapsed> {
         time::timeout_at(end.into(), future).await
     }
 
-    /// Calls `poll` until it returns something, at latest at `end`, which is kept more exactly than a timer could.
+    /// Calls `poll` until it returns a value, or until `end`, more exactly than a timer.
     pub async fn by<T: Send + 'static>(
         &self,
         end: Instant,
@@ -180,7 +180,7 @@ impl Clock {
         self.run_blocking(stepwise).await.unwrap_or(None)
     }
 
-    /// Time until which to wait with a timer for an event that is due at `end`; after it, [`Self::by`] is more exact.
+    /// End of the wait on a timer for an event at `end`; after it, [`Self::by`] is more exact.
     #[must_use]
     pub fn last_stretch(&self, end: Instant) -> Instant {
         match &self.0 {
@@ -189,7 +189,7 @@ impl Clock {
         }
     }
 
-    /// Does `work`, which blocks or computes for long, where it delays no task.
+    /// Does `work`, which blocks or computes for long, without delaying tasks.
     pub async fn run_blocking<T: Send + 'static>(
         &self,
         work: impl FnOnce() -> T + Send + 'static,
@@ -203,7 +203,7 @@ impl Clock {
         }
     }
 
-    /// As [`Self::run_blocking`], for work that goes on although nobody waits for it.
+    /// As [`Self::run_blocking`], for work without a waiting caller.
     pub fn spawn_blocking(&self, work: impl FnOnce() + Send + 'static) {
         match &self.0 {
             None => drop(task::spawn_blocking(work)),
@@ -217,7 +217,7 @@ impl Clock {
         }
     }
 
-    /// Runs a future that blocks now and then, on a thread of its own called `name`.
+    /// Runs a future that sometimes blocks on its own thread, called `name`.
     pub fn spawn_thread(
         &self,
         name: &str,
@@ -238,14 +238,14 @@ impl Clock {
         self.0.is_some()
     }
 
-    /// Sets the wall clock of a simulated machine by so many seconds, forward or back.
+    /// Sets the wall clock of a simulated machine forward or back by `seconds`.
     pub fn set_by(&self, seconds: f64) {
         if let Some(simulated) = &self.0 {
             simulated.settings().unix_s += seconds;
         }
     }
 
-    /// Lets blocking work of a simulated machine wait so long for a thread, from now on.
+    /// Lets later blocking work of a simulated machine wait `lag` for a thread.
     pub fn delay_threads(&self, lag: Duration) {
         if let Some(simulated) = &self.0 {
             simulated.settings().lag = lag;
@@ -261,7 +261,7 @@ impl Simulated {
     async fn wait_for_thread(&self) {
         let lag = self.settings().lag;
         if lag.is_zero() {
-            // Other tasks may be next, as with a thread.
+            // Other tasks may run first, as with a thread.
             task::yield_now().await;
         } else {
             time::sleep(lag).await;
@@ -274,7 +274,7 @@ mod tests {
     use super::*;
 
     #[tokio::test(start_paused = true)]
-    async fn simulated_time_passes_while_all_wait_and_the_wall_clock_alone_can_be_set() {
+    async fn simulated_time_passes_while_all_tasks_wait_and_only_the_wall_clock_can_be_set() {
         let clock = Clock::simulated(1e9);
         let start = clock.now();
         clock.sleep(Duration::from_hours(1)).await;
@@ -285,7 +285,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn blocking_work_takes_no_time_but_the_wait_for_a_thread_and_its_panics_are_reported() {
+    async fn blocking_work_takes_only_the_wait_for_a_thread_and_reports_its_panics() {
         let clock = Clock::simulated(0.0);
         let start = clock.now();
         assert_eq!(clock.run_blocking(|| 7).await, Ok(7));
@@ -297,7 +297,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn what_is_asked_for_until_its_end_is_found_or_not_there() {
+    async fn polling_ends_with_a_value_or_at_its_end() {
         let clock = Clock::simulated(0.0);
         let end = clock.now() + Duration::from_secs(1);
         assert_eq!(clock.by(end, || None::<()>).await, None);
@@ -306,7 +306,7 @@ mod tests {
     }
 
     #[test]
-    fn the_machine_blocks_on_threads_of_its_own_and_finds_what_comes_in_time() {
+    fn the_machine_runs_blocking_work_on_threads_and_polls_in_time() {
         let runtime = runtime::Builder::new_current_thread().enable_time().build();
         runtime.expect("starts").block_on(async {
             let clock = Clock::machine();

@@ -1,4 +1,4 @@
-//! The connection to the broker, and the names of what is stored there.
+//! The connection to the broker, and the names of stored objects.
 
 use std::{
     error::Error as _,
@@ -31,13 +31,13 @@ pub(crate) const STREAM: &str = "PILOTFISH_WORK";
 const SUBJECT: &str = "pilotfish.work";
 /// Prefix of the campaigns' buckets.
 const BUCKET: &str = "pilotfish-";
-/// The broker drops a second copy of a piece of work within this: longer than a worker takes from storing gains to sending chunks.
+/// The broker drops duplicates of work for this long: longer than from gains to their chunks.
 const DUPLICATE_WINDOW: Duration = Duration::from_mins(10);
 /// Timeout of a request.
 const REQUEST_TIMEOUT: Duration = Duration::from_secs(10);
-/// Timeout of a read: the object was overwritten meanwhile, or its broker died, and the read must be repeated.
+/// Timeout of a read. It must be repeated if the object is overwritten or its broker dies.
 const READ_TIMEOUT: Duration = Duration::from_secs(30);
-/// How many pauses to wait for copies.
+/// Most pauses to wait for copies.
 const SPREAD_LOOKS: usize = 30;
 /// Time between two attempts to reach a broker.
 pub(crate) const PAUSE: Duration = Duration::from_secs(1);
@@ -56,13 +56,13 @@ pub struct Access {
     pub url: String,
     /// Credentials file (`.creds`), if the broker needs one.
     pub credentials: Option<PathBuf>,
-    /// Certificates of the authority that signed the broker's, PEM; the system's if left out.
+    /// Certificates of the broker's authority, PEM; the system's if left out.
     pub authority: Option<PathBuf>,
     /// Certificate and key of this client, PEM, if the broker needs them.
     pub certificate: Option<(PathBuf, PathBuf)>,
 }
 
-/// Why an operation on the cluster failed.
+/// The fault of an operation on the cluster.
 #[derive(Debug, thiserror::Error)]
 pub enum ClusterError {
     /// There is no connection to the broker: its addresses without passwords, and advice.
@@ -95,7 +95,7 @@ pub enum ClusterError {
     /// Work was given up.
     #[error("{} chunks of work failed too often: {}", .0.len(), .0.join("; "))]
     Parked(Vec<String>),
-    /// Work is left: the number of chunks that are done, and of all.
+    /// Work is left: the numbers of finished chunks and of all.
     #[error("{0} of {1} chunks are done: wait for the workers (campaign watch)")]
     Unfinished(usize, usize),
 }
@@ -136,12 +136,12 @@ pub(crate) fn as_token(program: &str, rows: &str) -> String {
     format!("{}_{rows}", program.replace('.', "-"))
 }
 
-/// The subject of a piece of work for programs of that version.
+/// The subject of a piece of work for programs of `version`.
 pub(crate) fn subject(version: &str, campaign: &str, name: &str) -> String {
     format!("{SUBJECT}.{version}.{campaign}.{}", name.replace('/', "."))
 }
 
-/// All subjects of that version.
+/// All subjects of `version`.
 pub(crate) fn subjects_of(version: &str) -> String {
     format!("{SUBJECT}.{version}.>")
 }
@@ -196,8 +196,8 @@ impl Broker {
         })
     }
 
-    /// Connects as soon as the broker answers, and reports failed attempts. Errors that waiting does not mend, such as a wrong
-    /// password, are returned.
+    /// Connects as soon as the broker answers, and reports failed attempts. Returns errors that
+    /// waiting does not mend, such as a wrong password.
     pub async fn connect_when_ready(
         access: &Access,
         name: &str,
@@ -215,7 +215,7 @@ impl Broker {
         }
     }
 
-    /// The stream of work on `replicas` servers; created if missing, and copied if it is on fewer.
+    /// The stream of work on `replicas` servers: created if missing, copied if on fewer.
     pub(crate) async fn stream(&self, replicas: usize) -> Result<stream::Stream, ClusterError> {
         let config = stream::Config {
             name: STREAM.to_owned(),
@@ -235,7 +235,7 @@ impl Broker {
         Ok(stream)
     }
 
-    /// Copies a stream to `replicas` servers if it is on fewer: a worker may have created it before the first submission.
+    /// Copies a stream on fewer servers to `replicas`; a worker may have created it first.
     async fn replicate(&self, info: &stream::Info, replicas: usize) -> Result<(), ClusterError> {
         if replicas <= info.config.num_replicas {
             return Ok(());
@@ -266,7 +266,7 @@ impl Broker {
         Err(failed(what)(late))
     }
 
-    /// The bucket of a campaign on `replicas` servers; created if missing, and copied if it is on fewer.
+    /// The bucket of a campaign on `replicas` servers: created if missing, copied if on fewer.
     pub(crate) async fn new_bucket(
         &self,
         campaign: &str,
@@ -306,7 +306,7 @@ impl Broker {
         })
     }
 
-    /// A campaign, as it was submitted.
+    /// A submitted campaign.
     pub async fn campaign(&self, id: &str) -> Result<(Manifest, Campaign), ClusterError> {
         let bucket = self.bucket(id).await?;
         let bytes = fetch(&bucket, MANIFEST, &self.clock)
@@ -330,7 +330,7 @@ impl Broker {
     }
 }
 
-/// Whether the broker answered that there is no such bucket.
+/// `true` if the broker answered that there is no such bucket.
 fn is_missing(error: &ObjectStoreError) -> bool {
     let cause = error
         .source()
@@ -367,7 +367,7 @@ async fn fetch_unhurried(bucket: &ObjectStore, name: &str) -> Result<Option<Vec<
     Ok(Some(bytes))
 }
 
-/// Stores an object. When this returns, it is on the broker's disk, or on a majority of its servers.
+/// Stores an object: it is then on the broker's disk, or on a majority of its servers.
 pub(crate) async fn store(bucket: &ObjectStore, name: &str, bytes: &[u8]) -> Result<(), ClusterError> {
     bucket
         .put(name, &mut Cursor::new(bytes))
@@ -376,8 +376,8 @@ pub(crate) async fn store(bucket: &ObjectStore, name: &str, bytes: &[u8]) -> Res
     Ok(())
 }
 
-/// Names of the objects of a bucket. The answering server may be behind the others: the list is complete up to some moment, and may
-/// lack later objects.
+/// Names of the objects of a bucket. The answering server may lag: the list is complete up to some
+/// moment, and may lack later objects.
 pub(crate) async fn names(bucket: &ObjectStore, clock: &Clock) -> Result<Vec<String>, ClusterError> {
     clock
         .timeout(READ_TIMEOUT, names_unhurried(bucket))
@@ -397,7 +397,7 @@ async fn names_unhurried(bucket: &ObjectStore) -> Result<Vec<String>, ClusterErr
 /// Advice about a broker that does not answer yet.
 const IS_IT_THERE: &str = "is a nats-server running, and is the address right?";
 
-/// Advice about a broker that closes the connection, as it also does when it stops.
+/// Advice about a broker that closes the connection; it also does so when it stops.
 const HUNG_UP: &str = "the broker closed the connection: does it need TLS (tls://), or a client certificate (--nats-cert, --nats-key)?";
 
 /// Advice about a failed connection.
@@ -409,7 +409,7 @@ fn advice(error: &ConnectError) -> &'static str {
             "UnknownIssuer",
             "give the authority that signed its certificate (--nats-ca)",
         ),
-        // An authority of the same name, and another key.
+        // An authority of the same name with another key.
         (
             "BadSignature",
             "give the authority that signed its certificate (--nats-ca)",
@@ -459,7 +459,7 @@ fn advice(error: &ConnectError) -> &'static str {
     }
 }
 
-/// The login in an address: a user and a password, or a token. The first one counts for all addresses.
+/// The login in an address: a user and a password, or a token. The first one serves for all.
 fn user_in(url: &str) -> Option<(String, Option<String>)> {
     let words = |text: &str| percent_decode_str(text).decode_utf8_lossy().into_owned();
     url.split(',').find_map(|address| {
@@ -491,7 +491,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_subject_names_version_campaign_and_work_and_its_version_is_found_again() {
+    fn a_subject_names_version_campaign_and_work_and_its_version_can_be_read() {
         let version = as_token("0.2.0", "1");
         let made = subject(&version, "small-0123456789ab", "gains/3-1");
         assert_eq!(made, "pilotfish.work.0-2-0_1.small-0123456789ab.gains.3-1");
@@ -500,7 +500,7 @@ mod tests {
     }
 
     #[test]
-    fn an_address_says_who_this_is() {
+    fn the_login_is_read_from_an_address() {
         let user = |user: &str, password: &str| Some((user.to_owned(), Some(password.to_owned())));
         assert_eq!(user_in("nats://host:4222"), None);
         assert_eq!(

@@ -1,4 +1,4 @@
-//! Progress of a campaign, and its rows when it is over.
+//! Progress of a campaign, and its rows at the end.
 
 use std::path::Path;
 
@@ -20,7 +20,7 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// Whether no work is left.
+    /// `true` if no work is left.
     #[must_use]
     pub fn is_over(&self) -> bool {
         self.chunks.1 <= self.chunks.0 + self.blocked
@@ -40,7 +40,7 @@ fn all_work(campaign: &Campaign) -> (Vec<Work>, Vec<Work>) {
     )
 }
 
-/// Progress of the campaign with that id.
+/// Progress of the campaign `id`.
 pub async fn progress(broker: &Broker, id: &str) -> Result<Progress, ClusterError> {
     let (_, campaign) = broker.campaign(id).await?;
     let bucket = broker.bucket(id).await?;

@@ -1,16 +1,16 @@
 //! Campaigns on many machines, over NATS JetStream.
 //!
 //! ```text
-//! submit ── manifest ─▶ bucket of the campaign                  worker: a piece of work ─▶ does it ─▶ puts what it came to into the
-//!        └─ work ─────▶ stream, a work queue ─▶ workers         bucket ─▶ acknowledges it;  the last gains of a case send its chunks
+//! submit ── manifest ─▶ bucket of the campaign      worker: work ─▶ result in the bucket ─▶ reply
+//!        └─ work ─────▶ work queue ─▶ workers       last gains of a case ─▶ work: its chunks
 //! collect ◀── gains, rows ── bucket
 //! ```
-//! A piece of work is acknowledged after its result is stored, so a worker that dies loses nothing: the broker sends its work to
-//! another. Stored work is not done again. Every piece of work gives the same rows on any machine, except for measured times, so
-//! duplicates are harmless.
+//! A piece of work is acknowledged after its result is stored: if a worker dies, the broker sends
+//! its work to another. Stored work is not repeated. Every machine gives the same rows, except for
+//! measured times, so that duplicates are harmless.
 //!
-//! In reading order: [`broker`] is the connection and the names in it, [`event`] is what a worker reports, and [`mod@submit`], [`worker`]
-//! and [`mod@collect`] are the three programs.
+//! In reading order: [`broker`] is the connection and its names, [`event`] the reports of a worker;
+//! [`mod@submit`], [`worker`] and [`mod@collect`] are the three programs.
 
 pub mod broker;
 pub mod collect;

@@ -18,8 +18,8 @@ pub struct Submitted {
     pub done: usize,
 }
 
-/// Sends the unfinished work of `campaign`, with copies on `replicas` servers; work that was given up is tried again. Sending it twice
-/// is harmless.
+/// Sends the unfinished work of `campaign`, with copies on `replicas` servers, and retries work
+/// that was given up. Sending it twice is harmless.
 pub async fn submit(
     broker: &Broker,
     campaign: &Campaign,
@@ -37,7 +37,7 @@ pub async fn submit(
     for case in 0..campaign.cases.len() {
         let before = Work::before(campaign, case);
         let chunks = Work::chunks(campaign, case);
-        // Gains first; the worker that finds the last of them sends the chunks.
+        // Gains first; the worker that finds the last ones sends the chunks.
         let ready = before.iter().all(is_done);
         let next = if ready { chunks } else { before };
         for work in next {
@@ -47,7 +47,7 @@ pub async fn submit(
             }
             let parked = format!("{PARKED}{}", work.name());
             if there.contains(&parked) {
-                // It is tried again. A message with the same name as one sent minutes ago would be dropped as a duplicate.
+                // The retry needs another name: the broker drops names of the last minutes.
                 let mark = bucket.info(&parked).await.map_err(failed("look for work"))?;
                 send(broker, &manifest, work, Some(&mark.nuid)).await?;
                 bucket.delete(&parked).await.map_err(failed("send work"))?;
@@ -60,7 +60,7 @@ pub async fn submit(
     Ok(Submitted { id, sent, done })
 }
 
-/// Sends a piece of work. The broker drops duplicates within some minutes, unless `parked` tells this try of given-up work apart.
+/// Sends a piece of work. The broker drops duplicates for minutes; `parked` marks a retry.
 pub(crate) async fn send(
     broker: &Broker,
     manifest: &Manifest,

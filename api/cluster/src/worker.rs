@@ -25,7 +25,7 @@ use super::{
     submit::send,
 };
 
-/// Work without a sign of life for this long goes to another worker.
+/// Time without a sign of life after which work goes to another worker.
 const ACK_WAIT: Duration = Duration::from_secs(20);
 /// Time between two signs of life of a worker.
 const PROGRESS: Duration = Duration::from_secs(5);
@@ -37,7 +37,7 @@ const ATTEMPTS: u32 = 900;
 /// A worker.
 pub struct Worker {
     broker: Broker,
-    /// Pieces of work in parallel.
+    /// Number of parallel pieces of work.
     jobs: usize,
     /// Starts without a result after which work is given up.
     tries_max: i64,
@@ -47,7 +47,7 @@ pub struct Worker {
 type Known = Arc<(Manifest, Campaign, ObjectStore)>;
 
 impl Worker {
-    /// A worker that does `jobs` pieces of work in parallel, and gives up work that was started `tries_max` times without a result.
+    /// Does `jobs` pieces of work in parallel, and gives up work started `tries_max` times in vain.
     #[must_use]
     pub fn new(broker: Broker, jobs: usize, tries_max: i64) -> Self {
         Self {
@@ -210,13 +210,13 @@ impl Worker {
         if let (Work::Tune { .. }, Some(case)) = (work, case) {
             self.send_chunks(&known, work, case, notify).await?;
         }
-        // The result is stored. A broker that was killed may not know that it gave this work out, and never confirms: it gives it out again.
+        // A killed broker may have forgotten this delivery: it never confirms, and delivers again.
         acknowledged(message, AckKind::Ack).await?;
         notify(WorkerEvent::Done(id, work.name()));
         Ok(())
     }
 
-    /// Sends the chunks of a case if all of its gains are found. If two workers do so, the broker drops the duplicates.
+    /// Sends the chunks of a case once its gains are complete. The broker drops duplicates.
     async fn send_chunks(
         &self,
         (manifest, campaign, bucket): &(Manifest, Campaign, ObjectStore),
@@ -224,8 +224,8 @@ impl Worker {
         case: usize,
         notify: &(dyn Fn(WorkerEvent) + Sync),
     ) -> Result<(), ClusterError> {
-        // A server that is behind the others lists too little. A list with the gains just stored contains all that were stored
-        // before, so the last worker to find gains sees them all; otherwise each might leave the chunks to another.
+        // A lagging server lists too little. A list with the gains just stored has all earlier
+        // ones, so the last worker sees all gains. Otherwise no worker might send the chunks.
         let there = with_retries(notify, &self.broker.clock, || async {
             let there = names(bucket, &self.broker.clock).await?;
             let behind = || std::io::Error::other("a server of the broker is behind the others");
@@ -273,7 +273,7 @@ impl Worker {
     }
 }
 
-/// Waits for `doing`, with signs of life meanwhile.
+/// Waits for `doing`, and sends signs of life meanwhile.
 async fn with_heartbeat<T>(message: &Message, clock: &Clock, doing: impl Future<Output = T>) -> T {
     tokio::pin!(doing);
     loop {
@@ -281,14 +281,14 @@ async fn with_heartbeat<T>(message: &Message, clock: &Clock, doing: impl Future<
             biased;
             done = &mut doing => return done,
             () = clock.sleep(PROGRESS) => {
-                // If the broker does not answer now, it may answer the next time.
+                // A broker that does not answer now may answer the next time.
                 let _ = message.ack_with(AckKind::Progress).await;
             }
         }
     }
 }
 
-/// Acknowledges a message, and waits until the broker has it.
+/// Acknowledges a message, and waits for the broker's confirmation.
 async fn acknowledged(message: &Message, kind: AckKind) -> Result<(), ClusterError> {
     message
         .double_ack_with(kind)
@@ -296,7 +296,7 @@ async fn acknowledged(message: &Message, kind: AckKind) -> Result<(), ClusterErr
         .map_err(failed("acknowledge work"))
 }
 
-/// Tries again while the broker does not answer, so that a result is not lost.
+/// Retries while the broker does not answer, so that no result is lost.
 async fn with_retries<T, F: Future<Output = Result<T, ClusterError>>>(
     notify: &(dyn Fn(WorkerEvent) + Sync),
     clock: &Clock,

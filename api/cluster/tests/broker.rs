@@ -1,4 +1,4 @@
-//! Campaigns over a broker that is started here: NATS_SERVER names its program. `.ci/nats` runs these with two versions of it.
+//! Campaigns over a broker that the tests start from NATS_SERVER; `.ci/nats` tries two versions.
 
 #![expect(clippy::disallowed_methods, reason = "a real broker lives in real time")]
 
@@ -41,7 +41,7 @@ name = "as it is"
 law = { name = "saturated_los", gains = { look_ahead_m = 5, along_track_gain_per_s = 0.1 } }
 "#;
 
-/// A broker on a port of its own.
+/// A broker on its own port.
 struct Server {
     child: Child,
     port: u16,
@@ -69,7 +69,7 @@ impl Server {
         }
     }
 
-    /// Three that are one broker.
+    /// Three servers that form one broker.
     fn three() -> Vec<Self> {
         let routes: Vec<String> = (0..3)
             .map(|_| format!("nats://127.0.0.1:{}", free_port()))
@@ -106,7 +106,7 @@ impl Server {
             .expect("nats-server starts")
     }
 
-    /// Kills it and starts it again on the same port and data.
+    /// Kills the broker, and starts it again on the same port and data.
     fn restart(&mut self) {
         self.child.kill().expect("runs");
         self.child.wait().expect("was started");
@@ -151,7 +151,7 @@ fn small(text: &str) -> Campaign {
     Campaign::parse(text, "small.toml", ScenarioFiles::default()).expect("is a campaign")
 }
 
-/// The digest of the rows that one process flies.
+/// The digest of the rows of a single process.
 fn flown_here(campaign: &Campaign) -> String {
     let folder = TempDir::new().expect("is a folder");
     let directory = Directory::create(folder.path(), Manifest::of(campaign, Shard::WHOLE)).expect("is new");
@@ -161,7 +161,7 @@ fn flown_here(campaign: &Campaign) -> String {
         .digest()
 }
 
-/// Works until `over` says that the campaign is.
+/// Lets workers work until the campaign is over.
 async fn work(
     server: &Server,
     id: &str,
@@ -202,14 +202,14 @@ async fn work(
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn any_number_of_workers_gives_the_rows_that_one_process_flies() {
+async fn any_number_of_workers_gives_the_rows_of_one_process() {
     let campaign = small(SMALL);
     let here = flown_here(&campaign);
     for workers in [1, 2, 4] {
         let (server, folder) = (Server::start(), TempDir::new().expect("is a folder"));
         let broker = server.broker().await;
         let sent = submit(&broker, &campaign, 1).await.expect("is sent");
-        // Gains first: chunks are sent when those of their case are found.
+        // Gains first: chunks are sent once the gains of their case are found.
         assert_eq!((sent.sent, sent.done), (2, 0));
         let early = collect(&broker, &sent.id, &folder.path().join("early"))
             .await
@@ -220,7 +220,7 @@ async fn any_number_of_workers_gives_the_rows_that_one_process_flies() {
             .await
             .expect("all is there");
         assert_eq!(rows.digest(), here, "{workers} workers");
-        // Twice the same bytes, the measured columns too.
+        // The same bytes twice, also in measured columns.
         collect(&broker, &sent.id, &folder.path().join("b"))
             .await
             .expect("all is there");
@@ -271,7 +271,7 @@ async fn a_broker_that_is_killed_twice_loses_nothing() {
         .await
         .expect("is sent");
     let server_again = Mutex::new(&mut server);
-    // The workers speak to the port, whichever process is behind it.
+    // The workers use the port, whichever process is behind it.
     let port = Server {
         child: Command::new("true").spawn().expect("is there"),
         port: server_again.lock().expect("free").port,
@@ -291,12 +291,12 @@ async fn a_broker_that_is_killed_twice_loses_nothing() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn work_that_is_never_done_is_given_up_and_named() {
+async fn work_that_never_succeeds_is_given_up_and_named() {
     let campaign = small(SMALL);
     let server = Server::start();
     let broker = server.broker().await;
     let sent = submit(&broker, &campaign, 1).await.expect("is sent");
-    // A worker that takes work and dies, again and again.
+    // A worker takes work and dies, again and again.
     let plain = server.plain().await;
     let (stop, stopped) = watch::channel(true);
     Worker::new(server.broker().await, 1, 1)
@@ -319,7 +319,7 @@ async fn work_that_is_never_done_is_given_up_and_named() {
             .messages()
             .await
             .expect("answers");
-        // Each is taken before one is returned, which could come again in the same round. A fetch would not wait for what was returned.
+        // All are taken before one is returned, which could come again in the same round.
         let mut taken = vec![];
         while let Some(message) = messages.next().await {
             taken.push(message.expect("is work"));
@@ -350,7 +350,7 @@ async fn work_that_is_never_done_is_given_up_and_named() {
         refused.to_string().contains("started 3 times without a result"),
         "{refused}"
     );
-    // Submitted again, it gets its tries again.
+    // A second submission gets new tries.
     let again = submit(&broker, &campaign, 1).await.expect("is sent");
     assert_eq!(again.sent, end.parked.len());
     let waiting = progress(&broker, &sent.id).await.expect("is there");
@@ -363,12 +363,12 @@ async fn work_that_is_never_done_is_given_up_and_named() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_campaign_is_on_as_many_servers_as_are_asked_for_though_a_worker_was_there_first() {
+async fn a_campaign_has_the_requested_copies_even_if_a_worker_came_first() {
     let servers = Server::three();
     let broker = servers[0].broker().await;
     let campaign = small(SMALL);
     let worker = Worker::new(servers[0].broker().await, 1, 5);
-    // Three servers that have not met yet keep nothing: it waits for them.
+    // Three servers keep nothing until they have met: the worker waits.
     let (_stop, stopped) = watch::channel(false);
     let idle = Some(Duration::from_secs(1));
     worker.run(stopped, idle, &|_| {}).await.expect("makes the queue");
@@ -414,7 +414,7 @@ async fn a_worker_waits_for_its_broker() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_broker_that_is_silent_is_not_one_without_the_campaign() {
+async fn a_silent_broker_is_not_taken_for_one_without_the_campaign() {
     let mut server = Server::start();
     let broker = server.broker().await;
     server.child.kill().expect("runs");
@@ -447,7 +447,7 @@ async fn a_password_in_the_address_opens_a_broker_and_a_wrong_one_is_named() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn certificates_open_a_broker_and_what_is_missing_is_named() {
+async fn certificates_open_a_broker_and_a_missing_one_is_named() {
     let folder = TempDir::new().expect("is a folder");
     let at = |name: &str| folder.path().join(name);
     let write = |name: &str, text: String| std::fs::write(at(name), text).expect("is written");
@@ -517,7 +517,7 @@ async fn work_for_another_version_is_refused_by_name_and_left_for_it() {
             .any(|event| matches!(event, WorkerEvent::Refused(words) if words.contains("9-9-9_1"))),
         "{events:?}"
     );
-    // A campaign whose manifest is of another program is refused by name.
+    // A campaign with another program's manifest is refused by name.
     let bucket = plain
         .get_object_store(format!("pilotfish-{}", sent.id))
         .await

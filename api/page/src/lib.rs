@@ -1,11 +1,11 @@
-//! The page: what a browser draws of missions, plans and reports. One drawing code for the service's page, whose files it
-//! serves as they are, and for reports, each of which is one file with all of it inside.
+//! The page: draws missions, plans and reports in a browser. The service serves its files; a report
+//! contains them all in one file.
 //!
-//! `web/` holds the files: plain ES modules whose types `tsc` checks, one style sheet, no library. A charting library would
-//! bring its own map, or none, and its own idea of time.
+//! `web/` has the files: plain ES modules with types that `tsc` checks, one style sheet, no
+//! library. A charting library would bring its own map, or none, and its own idea of time.
 //!
-//! A module states its imports first, a line each and by name, and exports declarations. What modules declare has one name in
-//! all of them, so that they can be written one after the other into one file ([`one_file`]).
+//! A module begins with its imports, one line each and by name, and exports declarations. Declared
+//! names are unique in all modules, so that [`one_file`] can join them.
 
 use std::sync::LazyLock;
 
@@ -14,11 +14,11 @@ use serde_json::Value;
 /// A file of the page.
 #[derive(Clone, Copy, Debug)]
 pub struct File {
-    /// Where a service has it.
+    /// Its path in a service.
     pub path: &'static str,
     /// Its `Content-Type`.
     pub media_type: &'static str,
-    /// What is in it.
+    /// Its text.
     pub content: &'static str,
 }
 
@@ -33,14 +33,14 @@ impl File {
     }
 }
 
-/// A module with empty lines where it has comments: every line keeps its number.
+/// A module with empty lines in place of comments: every line keeps its number.
 fn without_comments(module: &str) -> String {
     let mut within = false;
     let code = module.lines().flat_map(|line| {
         let words = line.trim();
         let begins = within || words.starts_with("/**");
         let ends = words.ends_with("*/");
-        // What follows a comment in its line is code.
+        // The rest of a comment's last line is code.
         let comment = within || words.starts_with("//") || begins && (ends || !words.contains("*/"));
         within = begins && !words.contains("*/");
         [if comment { "" } else { line }, "\n"]
@@ -58,7 +58,7 @@ macro_rules! files {
     };
 }
 
-/// Every file of the page, the document itself first. Modules are without their comments, a fifth of them, which a boat's link need not carry.
+/// The files of the page, its document first. Modules have no comments: a fifth of their bytes.
 pub static FILES: LazyLock<Vec<File>> = files! {
     "/": HTML, "index.html";
     "/page.css": STYLE, "page.css";
@@ -117,7 +117,7 @@ pub static FILES: LazyLock<Vec<File>> = files! {
     "/visits.js": SCRIPT, "visits.js";
 };
 
-/// What is loaded only where a live mission takes orders, and the documentation of the API: the rest is loaded at once.
+/// Files that only live missions with orders and the API documentation load.
 pub const ON_DEMAND: [&str; 6] = [
     "/order_draft.js",
     "/order_form.js",
@@ -127,7 +127,7 @@ pub const ON_DEMAND: [&str; 6] = [
     "/docs.js",
 ];
 
-/// The modules of a report, each after those that it imports.
+/// The modules of a report, each after its imports.
 const OF_REPORTS: [&str; 30] = [
     include_str!("../web/dom.js"),
     include_str!("../web/format.js"),
@@ -161,11 +161,11 @@ const OF_REPORTS: [&str; 30] = [
     include_str!("../web/report.js"),
 ];
 
-/// What the browser holds a page of one file to: its own script and style, and nothing from anywhere.
+/// The policy for a page of one file: its own script and style, and nothing from elsewhere.
 const POLICY: &str =
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:";
 
-/// A page that needs no other file and no network: `report.js` shows `data`, whose `kind` says what it is.
+/// A page without other files and network: `report.js` shows `data` by its `kind`.
 #[must_use]
 pub fn one_file(title: &str, data: &Value) -> String {
     let style = include_str!("../web/page.css");
@@ -174,7 +174,7 @@ pub fn one_file(title: &str, data: &Value) -> String {
         .replace('&', "&amp;")
         .replace('<', "&lt;")
         .replace('>', "&gt;");
-    // No text in it can end the element that it is in, or begin a comment in it.
+    // No text in it can end its element, or begin a comment.
     let data = data.to_string().replace('<', "\\u003c");
     format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
@@ -186,7 +186,7 @@ pub fn one_file(title: &str, data: &Value) -> String {
     )
 }
 
-/// A module without its imports, and with nothing exported: what is left declares the same names.
+/// A module without imports and exports. It declares the same names.
 fn declarations(module: &str) -> String {
     let module = without_comments(module);
     let lines = module.lines().filter(|line| !line.starts_with("import "));
@@ -214,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn no_two_modules_of_a_report_declare_one_name() {
+    fn modules_of_a_report_declare_distinct_names() {
         let mut names = BTreeSet::new();
         for name in OF_REPORTS.into_iter().flat_map(declared) {
             assert!(names.insert(name), "{name} is declared twice");
@@ -223,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn a_module_imports_by_name_on_a_line_each_and_only_what_a_report_has() {
+    fn modules_import_by_name_in_one_line_each_and_only_from_the_report() {
         let all: BTreeSet<&str> = OF_REPORTS.into_iter().flat_map(declared).collect();
         for module in OF_REPORTS {
             assert!(
@@ -245,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn a_module_is_served_without_its_comments_and_with_all_of_its_code() {
+    fn a_module_is_served_without_comments_and_with_all_code() {
         let module = "// What it is.\n/** One line. */\nconst a = 1; // said\n  /**\n   * More.\n   */\n  /** @type {A} */ (b).c();\n";
         let lean = "\n\nconst a = 1; // said\n\n\n\n  /** @type {A} */ (b).c();\n";
         assert_eq!(without_comments(module), lean);

@@ -1,4 +1,4 @@
-//! Bytes to text, and the text to the reader of its format.
+//! Decodes bytes to text, and gives the text to the reader of its format.
 
 use std::borrow::Cow;
 
@@ -11,18 +11,18 @@ use crate::{
     text,
 };
 
-/// The routes of a file with at least one point each.
+/// The routes of a file; each has at least one point.
 ///
 /// # Errors
-/// The first place that cannot be read, and what to do about it.
+/// The first place that cannot be read, with advice.
 pub fn read(bytes: &[u8]) -> Result<Vec<Route>, Unread> {
     read_until(bytes, &|| false)
 }
 
-/// [`read`], given up once it is `due`.
+/// As [`read`], but gives up once it is `due`.
 ///
 /// # Errors
-/// As those of [`read`], or that there was no time.
+/// The errors of [`read`], or the lack of time.
 pub fn read_until(bytes: &[u8], due: &dyn Fn() -> bool) -> Result<Vec<Route>, Unread> {
     let progress = Progress::new(due);
     if BYTES_MAX < bytes.len() {
@@ -49,7 +49,7 @@ pub fn read_until(bytes: &[u8], due: &dyn Fn() -> bool) -> Result<Vec<Route>, Un
     Ok(routes)
 }
 
-/// The text without its byte order mark, of UTF-16 too. What is no Unicode becomes a replacement character.
+/// The text without its byte order mark, also from UTF-16. Bytes that are no Unicode are replaced.
 fn decoded(bytes: &[u8]) -> Cow<'_, str> {
     let utf16 = |of: fn([u8; 2]) -> u16| {
         let units = bytes[2..].chunks_exact(2).map(|pair| of([pair[0], pair[1]]));
@@ -68,7 +68,7 @@ fn decoded(bytes: &[u8]) -> Cow<'_, str> {
     }
 }
 
-/// In place of the reader of XML, where the program is built without it.
+/// Stands for the reader of XML in a program that is built without it.
 #[cfg(not(feature = "xml"))]
 mod xml {
     use super::{Progress, Route, Unread};

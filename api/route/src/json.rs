@@ -14,7 +14,7 @@ use crate::{
 /// Most memory for the values of a file, bytes: four times the largest file.
 const VALUES_BYTES_MAX: usize = 4 * BYTES_MAX;
 
-/// What an array, an object and any value take in memory at least, bytes: room for four values, for eleven members, and itself.
+/// Least memory of an array (four values), an object (eleven members) and a value, bytes.
 const ARRAY_BYTES: usize = 4 * VALUE_BYTES;
 const OBJECT_BYTES: usize = 11 * (size_of::<String>() + VALUE_BYTES);
 const VALUE_BYTES: usize = size_of::<Value>();
@@ -37,7 +37,7 @@ pub(crate) fn routes(text: &str, mut progress: Progress<'_>) -> Result<Vec<Route
     })
 }
 
-/// Fails where the values of `text` take too much memory, before they take any.
+/// Fails before the values of `text` take too much memory.
 fn weigh(text: &str) -> Result<(), Unread> {
     let (mut bytes, mut in_text, mut escaped) = (0, false, false);
     for (at, byte) in text.bytes().enumerate() {
@@ -61,7 +61,7 @@ fn weigh(text: &str) -> Result<(), Unread> {
     Ok(())
 }
 
-/// The JSON pointer with its line, as far as it leads.
+/// The JSON pointer, with the line of its last step that exists.
 fn located(text: &str, pointer: &str) -> String {
     let mut at = text;
     for step in pointer.split('/').skip(1) {
@@ -174,7 +174,7 @@ fn geojson(mut value: Value, progress: &mut Progress<'_>) -> Result<Vec<Route>, 
     Ok(routes)
 }
 
-/// The number that a property states.
+/// The number in a property.
 fn stated(place: &str, feature: &Feature, wanted: &str) -> Result<Option<f64>, Unread> {
     let place = || format!("{place}/{wanted}");
     match feature.property(wanted) {
@@ -187,7 +187,7 @@ fn stated(place: &str, feature: &Feature, wanted: &str) -> Result<Option<f64>, U
     }
 }
 
-/// The properties of which a route has nothing.
+/// Names the properties that a route does not use.
 fn unused(feature: &Feature) -> Option<String> {
     let given = feature
         .properties
@@ -225,7 +225,7 @@ fn plan(value: &Value, progress: &mut Progress<'_>) -> Result<Vec<Route>, Unread
     let Some(items) = value["mission"]["items"].as_array() else {
         return Err(Unread::new("/mission/items", "is missing"));
     };
-    // `cruiseSpeed` is what the ground station estimates durations with, not what the vehicle does.
+    // `cruiseSpeed` is the ground station's assumption for durations, not the vehicle's speed.
     let mut mission = Mission::default();
     for (k, item) in items.iter().enumerate() {
         let place = format!("/mission/items/{k}");

@@ -2,7 +2,7 @@
 
 use crate::route::POINTS_MAX;
 
-/// How lanes lie.
+/// Spacing and direction of lanes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LawnMower {
     /// Distance between two lanes, m.
@@ -22,8 +22,9 @@ pub enum NoLanes {
     Spacing(f64),
 }
 
-/// Way-points (north, east), m, of lanes over the polygon of `corners` (north, east), m: half a spacing inside its edge at both
-/// sides or more, in turn along the heading and against it. Where the area is not convex, a lane runs from its first edge to its last.
+/// Way-points (north, east), m, of lanes over the polygon of `corners` (north, east), m: about half
+/// a spacing inside both sides, in turn along and against the heading. Where the area is not
+/// convex, a lane runs from its first edge to its last.
 ///
 /// # Errors
 /// An area without corners, or a spacing without lanes.

@@ -5,9 +5,9 @@
 //!                                                           → json (GeoJSON, .plan)─┼→ routes
 //!                                                           → text (WPL, MOOS, CSV)─┘
 //! ```
-//! The format is told by the content. A route has its points as the file has them: on Earth in degrees (WGS 84), or north and
-//! east of a datum in metres. Lines of several parts are one route, in their order. The time and the memory that a
-//! file takes grow no faster than its bytes, also where it is damaged on purpose.
+//! The format is told by the content. Points stay as in the file: on Earth in degrees (WGS 84), or
+//! north and east of a datum in metres. Lines of several parts are one route, in order. Time and
+//! memory grow no faster than the file's bytes, even if it is damaged on purpose.
 
 mod file;
 mod json;

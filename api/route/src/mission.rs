@@ -1,4 +1,4 @@
-//! Items of MAVLink missions: of QGroundControl's plans and of way-point lists.
+//! Items of MAVLink missions, from QGroundControl's plans and way-point lists.
 
 use std::mem;
 
@@ -7,16 +7,16 @@ use crate::{
     route::{Route, RoutePoint, Unread},
 };
 
-/// Commands that go to a position: way-point, loiter (without end, turns, time), land, take-off, spline way-point.
-/// Source: MAVLink, MAV_CMD.
+/// Commands that go to a position: way-point, loiter (without end, turns, time), land, take-off,
+/// spline way-point. Source: MAVLink, MAV_CMD.
 const GO_TO: [u64; 7] = [16, 17, 18, 19, 21, 22, 82];
-/// Of these, what a vehicle in the water does not do: land, take-off.
+/// Commands that no vehicle in the water carries out: land, take-off.
 const FLIES: [u64; 2] = [21, 22];
 const RETURN: u64 = 20;
 const JUMP: u64 = 177;
 const CHANGE_SPEED: u64 = 178;
 
-/// Kinds of speed that `CHANGE_SPEED` sets along the route, below this: through air or water, over ground. Source: SPEED_TYPE.
+/// Speeds along the route are of kinds below this: air or water, ground. Source: SPEED_TYPE.
 const CLIMB_SPEED: f64 = 2.0;
 /// The speed with which `CHANGE_SPEED` returns to the vehicle's own.
 const OWN_SPEED: f64 = -2.0;
@@ -25,7 +25,7 @@ const OWN_SPEED: f64 = -2.0;
 #[derive(Default)]
 pub(crate) struct Mission {
     pub(crate) route: Route,
-    /// Speed at which the vehicle goes on, m/s.
+    /// Speed from this item on, m/s.
     speed: Option<f64>,
     /// Items since the last jump.
     items: Vec<Item>,
@@ -47,7 +47,7 @@ impl Mission {
         [first, second, lat, lon, height]: [Option<f64>; 5],
     ) -> Result<(), Unread> {
         progress.look(place)?;
-        // After a jump without end come items that no vehicle reaches.
+        // No vehicle reaches the items after a jump without end.
         if self.route.closed {
             return Ok(());
         }
@@ -69,7 +69,7 @@ impl Mission {
             (RETURN, ..) => self
                 .route
                 .note("a return to where the vehicle was launched, which is left out"),
-            // Zeros stand for where the vehicle is.
+            // Zeros stand for the vehicle's own position.
             (_, Some(0.0), Some(0.0)) => {}
             (_, Some(lat), Some(lon)) if GO_TO.contains(&command) => {
                 if FLIES.contains(&command) {
@@ -87,7 +87,7 @@ impl Mission {
         Ok(())
     }
 
-    /// Sails the items from number `to` on `times` times more; without end if that is negative.
+    /// Repeats the items from number `to` on `times` times; without end if that is negative.
     fn jump(
         &mut self,
         (place, progress): (&str, &mut Progress<'_>),
@@ -113,7 +113,7 @@ impl Mission {
             self.route.closed = true;
             return Ok(());
         }
-        // As far as no item changes it, the speed on the way is that of the end.
+        // Until an item changes it, the speed of a repetition is that at the end.
         let change = items[at..].iter().find(|item| item.changes_speed);
         let changed_from = change.map_or(until, |item| item.n_points);
         let mut flown = 0.0;

@@ -1,10 +1,10 @@
-//! What a file has held so far: within its limits, and in time.
+//! The contents of a file so far, against their limits and the time.
 
 use std::io::{self, Read};
 
 use crate::route::{POINTS_MAX, Route, RoutePoint, Unread};
 
-/// Largest file, also when it is unpacked, bytes: a recorded track of a day. To read it takes at most eight times that memory.
+/// Largest file, also unpacked, bytes: a day's track. Reading takes at most eight times as much.
 pub const BYTES_MAX: usize = 8 << 20;
 
 /// Most routes of a file.
@@ -13,11 +13,11 @@ const ROUTES_MAX: usize = 10_000;
 /// Most columns of a line.
 const COLUMNS_MAX: usize = 256;
 
-/// How many looks are one look at the time.
+/// Calls of [`Progress::look`] for each look at the time.
 const LOOKS: usize = 256;
 
-/// What was read, and whether there is time for more. Readers tell it all that they keep, so that a file takes no more memory
-/// than its limits allow.
+/// The contents so far, and the time limit. Readers report everything that they keep, so that a
+/// file takes no more memory than its limits allow.
 pub(crate) struct Progress<'a> {
     due: &'a dyn Fn() -> bool,
     looks: usize,
@@ -44,7 +44,7 @@ impl<'a> Progress<'a> {
         Ok(())
     }
 
-    /// Takes a point of `route`.
+    /// Adds a point to `route`.
     pub(crate) fn point(&mut self, route: &mut Route, place: &str, point: RoutePoint) -> Result<(), Unread> {
         self.look(place)?;
         self.points += 1;
@@ -56,7 +56,7 @@ impl<'a> Progress<'a> {
         Ok(())
     }
 
-    /// Takes a route, if it has points.
+    /// Adds a route, if it has points.
     pub(crate) fn route(&mut self, routes: &mut Vec<Route>, place: &str, route: Route) -> Result<(), Unread> {
         if route.points.is_empty() {
             return Ok(());
@@ -70,7 +70,7 @@ impl<'a> Progress<'a> {
         Ok(())
     }
 
-    /// Fails where a line of `text` has too many columns.
+    /// Fails if a line of `text` has too many columns.
     pub(crate) fn columns(&mut self, text: &str, delimiter: u8) -> Result<(), Unread> {
         for (k, line) in text.lines().enumerate() {
             self.look("file")?;
@@ -83,7 +83,7 @@ impl<'a> Progress<'a> {
         Ok(())
     }
 
-    /// The same bytes, as long as there is time.
+    /// The same bytes, while there is time.
     pub(crate) fn watched<R: Read>(&self, bytes: R) -> impl Read {
         Watched { bytes, due: self.due }
     }

@@ -1,35 +1,35 @@
-//! A route, and why a file cannot be read as one.
+//! A route, and the fault of a file that has none.
 
 use serde::Serialize;
 
 /// Most points of all routes of a file.
 pub const POINTS_MAX: usize = 200_000;
 
-/// How many names an error or a note lists.
+/// Most names in an error or a note.
 pub(crate) const NAMES_TOLD: usize = 20;
 
-/// What is noted of an area with holes.
+/// Note about an area with holes.
 pub(crate) const HOLES: &str = "holes of the area, which are left out";
 
 /// A route of a file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Route {
-    /// What the file calls it; empty where it does not.
+    /// Its name in the file, or empty.
     pub name: String,
     /// Its way-points, in order.
     pub points: Vec<RoutePoint>,
-    /// Whether the last point leads back to the first.
+    /// `true` if the last point leads back to the first.
     pub closed: bool,
-    /// What the file says and the route does not.
+    /// Statements of the file that the route does not have.
     pub notes: Vec<String>,
 }
 
-/// A way-point, and what the file says of it.
+/// A way-point, with the file's statements about it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoutePoint {
-    /// Where.
+    /// Its place.
     pub place: Place,
-    /// Depth, m, positive down. Heights above the sea are none.
+    /// Depth, m, positive down; none for heights above the sea.
     pub depth_m: Option<f64>,
     /// Speed on the leg that leads to it, m/s.
     pub speed_mps: Option<f64>,
@@ -37,7 +37,7 @@ pub struct RoutePoint {
     pub turn_radius_m: Option<f64>,
 }
 
-/// Where a way-point is.
+/// Place of a way-point.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Place {
@@ -52,13 +52,13 @@ pub enum Place {
     Local([f64; 2]),
 }
 
-/// Why a file is no route.
+/// The fault of a file that is no route.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{place}: {fault}")]
 pub struct Unread {
-    /// Where in the file: a line, an element, an item.
+    /// Its place in the file: a line, an element, an item.
     pub place: String,
-    /// What is wrong there, and what to do.
+    /// The fault at that place, with advice.
     pub fault: String,
 }
 
@@ -72,19 +72,19 @@ impl Unread {
 }
 
 impl Route {
-    /// The first speed that its points state, m/s.
+    /// The first speed of its points, m/s.
     #[must_use]
     pub fn speed_mps(&self) -> Option<f64> {
         self.points.iter().find_map(|point| point.speed_mps)
     }
 
-    /// The first turn radius that its points state, m.
+    /// The first turn radius of its points, m.
     #[must_use]
     pub fn turn_radius_m(&self) -> Option<f64> {
         self.points.iter().find_map(|point| point.turn_radius_m)
     }
 
-    /// The points at which its legs end, where these differ in speed or depth; else none.
+    /// The end points of its legs, if legs differ in speed or depth; else none.
     #[must_use]
     pub fn ends_of_legs(&self) -> Vec<&RoutePoint> {
         let first = self.points.first().filter(|_| self.closed);
@@ -99,7 +99,7 @@ impl Route {
         }
     }
 
-    /// What the file states and a path with one turn radius does not say.
+    /// Statements of the file that a path with one turn radius lacks.
     #[must_use]
     pub fn left_out(&self) -> Vec<String> {
         let stated = || self.points.iter().filter_map(|point| point.turn_radius_m);
@@ -110,7 +110,7 @@ impl Route {
         self.notes.iter().cloned().chain(first.map(note)).collect()
     }
 
-    /// Notes something, once.
+    /// Adds a note once.
     pub(crate) fn note(&mut self, note: &str) {
         if !self.notes.iter().any(|known| known == note) {
             self.notes.push(note.to_owned());
@@ -125,7 +125,7 @@ impl Route {
         }
     }
 
-    /// Closes it if it is a ring, whose last point repeats the first.
+    /// Closes the route, without a last point that repeats the first.
     pub(crate) fn ring(mut self) -> Self {
         self.closed = true;
         if self.points.len() > 1 && self.points.first() == self.points.last() {
@@ -178,10 +178,10 @@ impl RoutePoint {
     }
 }
 
-/// The route of this name, or the only one.
+/// The route called `name`, or the only one.
 ///
 /// # Errors
-/// Where there is none of the name, or several and no name: the message lists the names.
+/// No route has the name, or there are several and no name: the message lists the names.
 pub fn select(mut routes: Vec<Route>, name: Option<&str>) -> Result<Route, Unread> {
     let listed = |routes: &[Route]| {
         let names = routes.iter().map(|route| format!("{:?}", route.name));
@@ -213,7 +213,7 @@ pub fn select(mut routes: Vec<Route>, name: Option<&str>) -> Result<Route, Unrea
     }
 }
 
-/// The lines that end in `text`.
+/// Number of line ends in `text`.
 pub(crate) fn lines_in(text: &str) -> usize {
     text.bytes().filter(|byte| *byte == b'\n').count()
 }
@@ -225,7 +225,7 @@ pub(crate) fn number(place: &str, text: &str) -> Result<f64, Unread> {
     number.ok_or_else(|| Unread::new(place, format!("{:?} is no number", shortened(text))))
 }
 
-/// What an error repeats of a text.
+/// The beginning of a text, for an error.
 pub(crate) fn shortened(text: &str) -> String {
     const CHARS: usize = 40;
     text.chars().take(CHARS).collect()

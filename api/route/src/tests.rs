@@ -160,7 +160,7 @@ fn points_of_moos_have_east_first_and_their_labels() {
 }
 
 #[test]
-fn a_behaviour_of_moos_says_how_its_points_are_sailed() {
+fn a_behaviour_of_moos_sets_speed_order_and_repetition_of_its_points() {
     let block = |more: &str| {
         format!(
             "initialize DEPLOY = false\n\nBehavior = BHV_Waypoint\n{{\n name = lanes\n pwt = 100\n speed = 1.4 // m/s\n {more}\n \
@@ -188,7 +188,7 @@ fn a_behaviour_of_moos_says_how_its_points_are_sailed() {
 
 #[test]
 fn lawnmowers_of_moos_have_a_lane_on_the_edge_and_begin_near_the_start() {
-    // East and west over 200 m by 40 m, entered at the corner nearest to the origin, the south-western one.
+    // East and west over 200 m by 40 m, from the corner nearest to the origin, south-west.
     let mower =
         "points = format=lawnmower, label=b, x=100, y=25, width=200, height=40, swath=20, rows=ew, degs=0";
     let route = only(mower);
@@ -208,22 +208,22 @@ fn lawnmowers_of_moos_have_a_lane_on_the_edge_and_begin_near_the_start() {
             .fold(0.0, f64::max)
     };
     assert!(route.name == "b" && off(&route, &lanes) < 1e-9, "{route:?}");
-    // From the other end of the last lane, the lanes are the same, backwards.
+    // From the other end of the last lane, the same lanes run in reverse.
     let mut back = lanes.to_vec();
     back.reverse();
     let from_the_far_corner = format!("{}, startx=210, starty=50", mower.replace("swath", "lane_width"));
     assert!(off(&only(&from_the_far_corner), &back) < 1e-9);
-    // A quarter turn clockwise about the centre, of lanes to the north over the same rectangle laid across.
+    // A quarter turn clockwise about the centre: lanes to the north over the same area.
     let turned =
         "format=lawnmower,x=100,y=25,width=40,height=200,swath=20,rows=ns,degs=90,startx=-9,starty=0";
     assert!(off(&only(turned), &lanes) < 1e-9, "{:?}", only(turned));
-    // Lanes that do not fit go beyond the edge, by 5 m here.
+    // Lanes that do not fit go beyond the edge, here by 5 m.
     let wide = only(&mower.replace("height=40", "height=35"));
     assert_eq!(wide.points.len(), 6);
     assert!((local(&wide)[5].0 - local(&wide)[0].0 - 40.0).abs() < 1e-9);
 }
 
-/// A way-point list: home, three way-points numbered from 1, with these lines after the k-th.
+/// A way-point list: home, three way-points numbered from 1, and these lines after the k-th.
 fn mission(after: [&str; 3]) -> String {
     let mut text = String::from("QGC WPL 110\n0 1 0 16 0 0 0 0 38.6 -9.3 20 1\n");
     for (k, (lat, lon)) in PLACES.iter().enumerate() {
@@ -233,7 +233,7 @@ fn mission(after: [&str; 3]) -> String {
 }
 
 #[test]
-fn what_an_aircraft_does_is_named() {
+fn commands_for_aircraft_are_noted() {
     let items = "4 0 3 22 0 0 0 0 38.6 -9.3 20 1\n5 0 3 21 0 0 0 0 38.6 -9.3 0 1\n6 0 3 20 0 0 0 0 0 0 0 1";
     let notes = only(&mission(["", "", items])).left_out();
     let [flies, returns] = &notes[..] else {
@@ -246,7 +246,7 @@ fn what_an_aircraft_does_is_named() {
 }
 
 #[test]
-fn a_jump_is_taken_as_often_as_it_says() {
+fn a_jump_repeats_its_part_as_often_as_stated() {
     let sailed = |after: [&str; 3]| {
         let route = only(&mission(after));
         let place = |place| {
@@ -276,14 +276,14 @@ fn a_jump_is_taken_as_often_as_it_says() {
         (of(&[0, 1, 0, 1, 2]), false, vec![])
     );
     assert_eq!(sailed(["", "", &jump(1, -1)]), (of(&[0, 1, 2]), true, vec![]));
-    // Nothing comes after a jump without end, and what comes before its part is named.
+    // Nothing follows a jump without end; way-points before its part are noted.
     assert_eq!(sailed(["", &jump(1, -1), ""]), (of(&[0, 1]), true, vec![]));
     let (points, closed, notes) = sailed(["", "", &jump(2, -1)]);
     assert!(
         (points, closed) == (of(&[1, 2]), true) && notes[0].ends_with("left out: 1"),
         "{notes:?}"
     );
-    // A speed holds until the next one, also on the way back; one of climbing is none.
+    // A speed holds until the next one, also on the way back. Speeds of climbing do not count.
     let speed = |kind: u32, speed: f64| format!("8 0 3 178 {kind} {speed} 0 0 0 0 0 1");
     let (slow, fast) = (speed(1, 0.5), format!("{}\n{}", jump(1, 1), speed(2, 9.0)));
     let (points, ..) = sailed([&slow, &speed(0, 1.5), &fast]);
@@ -303,7 +303,7 @@ fn a_jump_is_taken_as_often_as_it_says() {
 }
 
 #[test]
-fn a_plan_states_the_speeds_of_its_items_and_no_other() {
+fn a_plan_has_only_the_speeds_of_its_items() {
     assert_eq!(only(&plan()).speed_mps(), None);
     let changed = plan().replacen(
         "[{",
@@ -314,7 +314,7 @@ fn a_plan_states_the_speeds_of_its_items_and_no_other() {
 }
 
 #[test]
-fn way_points_with_names_of_their_own_are_one_route() {
+fn way_points_with_different_names_are_one_route() {
     for (names, n_routes) in [
         (["WP1", "WP2", "WP3"], 1),
         (["1", "", "1"], 1),
@@ -335,7 +335,7 @@ fn way_points_with_names_of_their_own_are_one_route() {
 }
 
 #[test]
-fn blanks_beside_the_commas_of_kml_are_no_end_of_a_tuple() {
+fn blanks_beside_commas_of_kml_do_not_end_a_tuple() {
     let expected = only(&kml());
     for separator in [", ", " ,", " , ", ",  "] {
         let line = list(|lat, lon| format!("{lon}{separator}{lat}{separator}-5"), " ");
@@ -388,7 +388,7 @@ fn properties_of_geojson_points_are_used_or_named() {
 }
 
 #[test]
-fn what_cannot_be_read_is_named_with_its_place() {
+fn errors_name_the_place_that_cannot_be_read() {
     for (file, place, fault) in [
         (kml().replace("38.701,", "98.701,"), "line 2", "not on Earth"),
         (kml().replace("</Document>", ""), "line 3", "is no XML"),
@@ -420,7 +420,7 @@ fn what_cannot_be_read_is_named_with_its_place() {
 }
 
 #[test]
-fn bombs_are_refused() {
+fn files_that_expand_or_nest_too_far_are_refused() {
     let bomb = kmz(&vec![b' '; BYTES_MAX + 1]);
     assert!(read(&bomb).expect_err("is large").fault.contains("unpacked"));
     let lol = "<!DOCTYPE l [<!ENTITY a \"aaaa\"><!ENTITY b \"&a;&a;&a;&a;\">]>";
@@ -432,7 +432,7 @@ fn bombs_are_refused() {
     assert!(read("[".repeat(1_000_000).as_bytes()).is_err());
 }
 
-/// The dearest files of each kind, of so many bytes: of the shortest pieces of which something is kept or passed over.
+/// The most expensive files of each kind: many of the shortest pieces that are kept or skipped.
 fn dear(bytes: usize) -> Vec<(&'static str, String)> {
     let filled = |before: &str, piece: &str, after: &str| {
         let n = (bytes - before.len() - after.len()) / piece.len();
@@ -536,7 +536,7 @@ fn no_file_takes_more_than_eight_times_the_memory_of_the_largest() {
 }
 
 #[test]
-fn a_file_is_given_up_once_it_is_due() {
+fn reading_ends_once_it_is_due() {
     for (kind, file) in dear(1 << 20) {
         let looks = Cell::new(0);
         let n_looks = |due_at: u32| {

@@ -31,7 +31,7 @@ const WPL_COLUMNS: usize = 12;
 fn wpl(text: &str, progress: &mut Progress<'_>) -> Result<Vec<Route>, Unread> {
     let lines = || text.lines().enumerate().skip(1);
     let mut items = lines().filter(|(_, line)| !line.trim().is_empty());
-    // ArduPilot's tools write the home position first, in absolute height and nothing else so.
+    // ArduPilot's tools write the home position first: only this item has an absolute height.
     let home = items.next().map(wpl_item).transpose()?;
     let mut is_home = false;
     for item in items {
@@ -68,7 +68,7 @@ fn wpl_item((k, line): (usize, &str)) -> Result<(String, [f64; WPL_COLUMNS]), Un
     }
     let mut item = [0.0; WPL_COLUMNS];
     for (number, text) in item.iter_mut().zip(line.split_whitespace()) {
-        // Parameters that the command does not have may be NaN.
+        // Parameters that a command lacks may be NaN.
         let parsed = text.parse();
         *number = parsed.map_err(|_| Unread::new(&*place, format!("{:?} is no number", shortened(text))))?;
     }
@@ -79,7 +79,7 @@ fn uncommented(line: &str) -> &str {
     line.split("//").next().unwrap_or_default().trim()
 }
 
-/// The key of a line `key = value`, and the value.
+/// Key and value of a line `key = value`.
 fn key_of(line: &str) -> (String, &str) {
     match line.split_once('=') {
         Some((key, value)) => (key.trim().to_ascii_lowercase(), value.trim()),
@@ -101,18 +101,18 @@ fn is_moos(line: &str) -> bool {
         || (!line.contains('=') && line.contains(':') && line.split(':').all(|pair| pair.contains(',')))
 }
 
-/// What a block of a behaviour file says of its points.
+/// The points of a block of a behaviour file, and their common settings.
 #[derive(Default)]
 struct Behaviour {
     name: String,
     speed_mps: Option<f64>,
-    /// How often they are sailed once more; infinite without end.
+    /// Number of repetitions; infinite without end.
     repeat: f64,
     reversed: bool,
-    /// Points of lines of their own.
+    /// Points in lines of their own.
     single: Route,
     bare: Route,
-    /// Routes before the block.
+    /// Number of routes before the block.
     n_before: usize,
 }
 
@@ -190,10 +190,10 @@ impl Behaviour {
     }
 }
 
-/// Words of the older lists that say how one is drawn.
+/// Words of older lists about their drawing.
 const DRAWN: [&str; 6] = ["source", "active", "msg", "type", "id", "time"];
 
-/// Takes the points of a list such as `label,lanes : 10,15 : 20,25`.
+/// Adds the points of a list such as `label,lanes : 10,15 : 20,25`.
 fn points(progress: &mut Progress<'_>, route: &mut Route, place: &str, list: &str) -> Result<(), Unread> {
     for pair in list.split(':').map(str::trim).filter(|pair| !pair.is_empty()) {
         let mut parts = pair.split(',').map(str::trim);
@@ -213,7 +213,7 @@ fn points(progress: &mut Progress<'_>, route: &mut Route, place: &str, list: &st
     Ok(())
 }
 
-/// Members `key=value`, also behind the key of their line.
+/// The value in `key=value`, also after the key of its line.
 fn member<'t>(text: &'t str, wanted: &str) -> Option<&'t str> {
     let mut pairs = text.split(',').filter_map(|pair| pair.rsplit_once('='));
     let is_it = |key: &str| {
@@ -224,11 +224,11 @@ fn member<'t>(text: &'t str, wanted: &str) -> Option<&'t str> {
     pairs.find(|(key, _)| is_it(key)).map(|(_, value)| value.trim())
 }
 
-/// Part of a lane for which MOOS lays none: the rest of a rounding.
+/// Part of a lane that gets no lane: it is within rounding.
 const LANE_ROUNDING: f64 = 1e-5;
 
-/// `format=lawnmower`: lanes from edge to edge of a rectangle about a centre, turned clockwise by `degs`, from the corner nearest to
-/// the start.
+/// `format=lawnmower`: lanes from edge to edge of a rectangle about a centre, turned clockwise by
+/// `degs`, from the corner nearest to the start.
 fn pattern(progress: &mut Progress<'_>, place: &str, text: &str) -> Result<Route, Unread> {
     let format = member(text, "format").unwrap_or_default();
     if format != "lawnmower" {
@@ -259,7 +259,7 @@ fn pattern(progress: &mut Progress<'_>, place: &str, text: &str) -> Result<Route
         return Err(Unread::new(place, NoLanes::Spacing(spacing).to_string()));
     }
     let (sin, cos) = heading.sin_cos();
-    // Half a length ahead of the middle or behind it, this far to port.
+    // A corner: half a length ahead of the middle or behind it, this far to port.
     let corner = |port: f64, ahead: f64| [y + ahead * cos + port * sin, x + ahead * sin - port * cos];
     let far = 0.5 * across - (n_lanes - 1.0) * spacing;
     let entries = [(0.5 * across, 0.5), (0.5 * across, -0.5), (far, 0.5), (far, -0.5)];
@@ -284,8 +284,8 @@ fn pattern(progress: &mut Progress<'_>, place: &str, text: &str) -> Result<Route
     Ok(route)
 }
 
-/// Columns by their names, in any order. A column `route` begins a new route where it changes, and so does one of names, unless each
-/// stands at one point: then they are the points' own.
+/// Columns by name, in any order. A change in the column `route` begins a new route. So does one in
+/// a column of names, unless each name has one point and so belongs to it.
 fn csv(text: &str, progress: &mut Progress<'_>) -> Result<Vec<Route>, Unread> {
     let header = text.lines().next().unwrap_or_default();
     let delimiter = [b'\t', b';', b',']
@@ -331,7 +331,7 @@ fn csv(text: &str, progress: &mut Progress<'_>) -> Result<Vec<Route>, Unread> {
         let place = format!("line {}", record.position().map_or(0, ::csv::Position::line));
         let read = |column: usize| {
             let text = record.get(column).unwrap_or_default();
-            // With semicolons between columns, decimals have commas.
+            // If semicolons separate columns, decimals have commas.
             if delimiter == b';' {
                 number(&place, &text.replace(',', "."))
             } else {

@@ -1,5 +1,5 @@
-//! KML, GPX and RTZ: elements by their local names, wherever they stand. Entities beyond those of XML itself are left out, so no
-//! text grows.
+//! KML, GPX and RTZ: elements by their local names, at any depth. Only `&amp;` and character
+//! references are resolved, so that no text grows.
 
 use std::{
     borrow::Cow,
@@ -26,7 +26,7 @@ const TAG_BYTES_MAX: usize = 64 << 10;
 const NAUTICAL_MILE_M: f64 = 1852.0;
 const KNOT_MPS: f64 = NAUTICAL_MILE_M / 3600.0;
 
-/// Elements that are a route each.
+/// Elements that are one route each.
 const ROUTES: [&str; 4] = ["rte", "trk", "Placemark", "route"];
 
 /// The KML file in a KMZ file.
@@ -49,7 +49,7 @@ pub(crate) fn unpacked(bytes: &[u8], progress: &Progress<'_>) -> Result<Vec<u8>,
         .clone();
     let file = archive.by_name(&name).map_err(|error| broken(&error))?;
     let mut unpacked = Vec::new();
-    // What the archive says of its size is a claim.
+    // The archive's statement of its size is unverified.
     let limit = u64::try_from(BYTES_MAX).expect("8 MiB fit") + 1;
     progress
         .watched(file)
@@ -125,18 +125,18 @@ pub(crate) fn routes(text: &str, progress: Progress<'_>) -> Result<Vec<Route>, U
 
 struct Found<'a> {
     progress: Progress<'a>,
-    /// Where the reader is.
+    /// Line of the reader.
     line: usize,
-    /// Local names of the elements that are open.
+    /// Local names of the open elements.
     open: Vec<String>,
     /// Text of the innermost element so far.
     text: String,
-    /// Where that begins.
+    /// Line at which the text begins.
     text_line: usize,
-    /// The route that is open.
+    /// The open route.
     route: Option<Route>,
     routes: Vec<Route>,
-    /// Way-points that are in no route: a route where there is no other.
+    /// Way-points outside all routes: a route if there is no other.
     loose: Route,
     /// Turn radius of the RTZ way-point, m, and of way-points without one.
     turn_radius_m: Option<f64>,
@@ -166,7 +166,7 @@ impl Found<'_> {
         }
         let name = String::from_utf8_lossy(element.local_name().as_ref()).into_owned();
         let text = |wanted: &str| {
-            // To look for names that stand twice takes the square of their number.
+            // A check for repeated names would take the square of their number.
             let mut attributes = element.attributes();
             let mut given = attributes.with_checks(false).filter_map(Result::ok);
             let found = given.find(|found| found.key.as_ref() == wanted.as_bytes());
@@ -241,7 +241,7 @@ impl Found<'_> {
                 let (ring, loose) = (parent == "LinearRing", parent == "Point");
                 for (k, line) in text.lines().enumerate() {
                     let place = format!("line {}", self.text_line + k);
-                    // Some write blanks beside the commas of a tuple.
+                    // Some files have blanks beside the commas of a tuple.
                     let mut tuple = String::new();
                     for word in line.split_whitespace().chain([""]) {
                         self.progress.look(&place)?;
@@ -296,7 +296,7 @@ impl Found<'_> {
     }
 }
 
-/// Longitude, latitude and, where it stands, height of KML.
+/// Longitude, latitude and optional height of KML.
 fn position<'t>(
     place: &str,
     text: &str,

@@ -1,15 +1,15 @@
-//! A list of the last acknowledged event of each mission, in a file of its own. SQLite cannot tell a write-ahead file that was cut,
-//! damaged or removed from one whose last commits were never finished, nor an older copy of the store from the store. The list names
-//! what is missing. An event's digest continues that of the event before it: the last one stands for all.
+//! The last acknowledged event of each mission, in a file of its own. SQLite cannot tell a cut or
+//! missing write-ahead file from one whose last commits never finished, nor an older copy from the
+//! store itself. Digests are chained, so the last one stands for all events.
 //!
 //! ```text
 //! number mission sequence digest time_s check
 //! ```
-//! Each mission has a line of [`LINE`] bytes, at the place of its number, which is written over after each commit and before its
-//! acknowledgement. The digest of a deleted mission is `deleted`. No line crosses a sector, and `check` reveals damage.
+//! Each mission has a line of [`LINE`] bytes at the place of its number, written between a commit
+//! and its acknowledgement. A deleted mission has the digest `deleted`. `check` reveals damage.
 //!
-//! A kill leaves every line. The file is synced [`SYNC`] later, because a sync before each acknowledgement costs a third to a
-//! half of the posts per second; a power cut loses nothing of a write-ahead file, which is synced.
+//! Lines survive a kill. The file is synced [`SYNC`] later: a sync before each acknowledgement
+//! costs a third to a half of the posts per second, and a power cut spares the write-ahead file.
 
 use std::{
     collections::BTreeMap,
@@ -29,7 +29,7 @@ use super::digest::Head;
 /// Name of the list in the data directory.
 pub(super) const LIST_NAME: &str = "missions.heads";
 
-/// The list of earlier versions. A service that was stopped left nothing in it.
+/// The list of earlier versions. Services removed its entries when they stopped.
 const OLD_LIST_NAME: &str = "missions.acknowledged";
 
 /// Bytes of a line.
@@ -44,7 +44,7 @@ const SYNC: Duration = Duration::from_millis(200);
 /// Hexadecimal digits of a check.
 const CHECK: usize = 8;
 
-/// In place of the digest of a deleted mission.
+/// Stands in place of the digest of a deleted mission.
 const DELETED: &str = "deleted";
 
 /// The list, open for writing.
@@ -52,7 +52,7 @@ const DELETED: &str = "deleted";
 pub(super) struct Acknowledged {
     clock: Clock,
     file: File,
-    /// When lines are due to be synced, if there are any.
+    /// Time of the next sync; none without unsynced lines.
     sync_at: Option<Instant>,
 }
 
@@ -69,7 +69,7 @@ pub(super) struct Entry {
 /// A store, compared with the list.
 #[derive(Debug, Default)]
 pub(super) struct Compared {
-    /// A text for each mission of which events are missing.
+    /// A text for each mission with missing events.
     pub(super) lost: Vec<String>,
     /// The entries that the list should have.
     pub(super) outdated: Vec<Entry>,
@@ -106,7 +106,7 @@ impl Entry {
         format!("{line:<width$}\n", width = LINE - 1)
     }
 
-    /// The entry of a line; none if the line is damaged or was never written.
+    /// The entry of a line; none for a damaged or unwritten line.
     fn read(line: &[u8]) -> Option<Self> {
         let line = std::str::from_utf8(line).ok()?.trim_ascii_end();
         let (text, found) = line.rsplit_once(' ')?;
@@ -132,7 +132,7 @@ impl Entry {
 }
 
 impl Acknowledged {
-    /// The list in `directory`, created if missing, and its entries by the numbers of their missions.
+    /// Opens or creates the list in `directory`. Returns its entries by mission number.
     pub(super) fn open(directory: &Path, clock: &Clock) -> io::Result<(Self, BTreeMap<i64, Entry>)> {
         let mut file = OpenOptions::new()
             .read(true)
@@ -175,7 +175,7 @@ impl Acknowledged {
         Ok(())
     }
 
-    /// Time until lines are due to be synced, if there are any.
+    /// Time until the next sync; none without unsynced lines.
     pub(super) fn sync_in(&self) -> Option<Duration> {
         let due = self.sync_at?;
         Some(due.saturating_duration_since(self.clock.now()))
@@ -188,7 +188,7 @@ impl Acknowledged {
     }
 }
 
-/// Compares the store with what the list has of it, at `now_s`, Unix time, s.
+/// Compares the store with the list, at the Unix time `now_s`, s.
 pub(super) fn compare(
     connection: &Connection,
     mut listed: BTreeMap<i64, Entry>,
@@ -216,7 +216,7 @@ pub(super) fn compare(
             if (entry.sequence, &entry.digest) == (stored.sequence, &stored.digest) {
                 continue;
             }
-            // A commit that was not acknowledged may be stored.
+            // An unacknowledged commit may be stored.
             let digest: Option<Vec<u8>> = event
                 .query_row(params![entry.number, entry.sequence], |row| row.get(0))
                 .optional()?;
@@ -237,7 +237,7 @@ pub(super) fn compare(
 }
 
 impl Entry {
-    /// Says which events of the mission are missing, if the store has those up to `stored`.
+    /// Names the missing events of the mission, whose last stored event is `stored`.
     fn lost(&self, stored: i64) -> String {
         let Self {
             at_s,

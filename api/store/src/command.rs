@@ -1,4 +1,4 @@
-//! What the writer thread of either store does, in which order, and where its replies go.
+//! Commands of the writer thread of either store, their order, and their replies.
 
 use std::{
     ops::ControlFlow,
@@ -25,19 +25,19 @@ use super::{
 /// Receives the reply, unless the caller is gone.
 pub(super) type Reply<T> = oneshot::Sender<Result<T, StoreError>>;
 
-/// An append, and where its reply goes.
+/// An append, and the receiver of its reply.
 pub(super) type Waiting = (Append, Reply<Appended>);
 
-/// The result of `Close`, and where it goes.
+/// The reply to `Close`, and its receiver.
 type Closed = (Reply<()>, Result<(), StoreError>);
 
-/// What a writer does besides appends.
+/// Work of a writer other than an append.
 type Work = Box<dyn FnOnce(&mut dyn LogWriter) + Send>;
 
 #[expect(clippy::large_enum_variant, reason = "nearly every command appends")]
 pub(super) enum Command {
     Append(Append, Reply<Appended>),
-    /// Anything else, after the appends before it.
+    /// Other work, after all earlier appends.
     Do(Work),
     /// Ends the writer.
     Close(Reply<()>),
@@ -45,39 +45,39 @@ pub(super) enum Command {
 
 /// The only writer of this process.
 pub(super) trait LogWriter {
-    /// Most appends in one commit, so that the first does not wait long.
+    /// Most appends in one commit: limits the wait of the first.
     fn commit_max(&self) -> usize;
-    /// Longest wait for a command before [`Self::upkeep`]; none: without limit.
+    /// Longest wait for a command before [`Self::upkeep`]; none: no limit.
     fn rest(&self) -> Option<Duration>;
-    /// Does what is due when no command waits.
+    /// Does the due work while no command waits.
     fn upkeep(&mut self);
-    /// Does what is due between two commands.
+    /// Does the due work between two commands.
     fn after_command(&mut self) {}
-    /// Reads again what is stored, after a panic that may have come between a commit and its count.
+    /// Reads the stored sums again: the panic may have come between a commit and its count.
     fn recover(&mut self) -> Result<(), StoreError>;
     /// Stores the appends in one commit, and replies to each.
     fn store(&mut self, appends: Vec<Waiting>);
-    /// Hides the mission at once, and stores who ordered it; its disk space is freed step by step.
+    /// Hides the mission at once and stores the order. Its disk space is freed step by step.
     fn delete(&mut self, id: &str, order: &AuditEntry) -> Result<bool, StoreError>;
     fn keep_time(&mut self, time: TrustedTime) -> Result<(), StoreError>;
-    /// As [`Self::keep_time`], also if that sets the time back.
+    /// As [`Self::keep_time`]; may also set the time back.
     fn set_time(&mut self, time: TrustedTime) -> Result<(), StoreError>;
     /// Stores that the service has tokens.
     fn protect(&mut self) -> Result<(), StoreError>;
-    /// Tests whether the store can be written.
+    /// Fails if the store cannot be written.
     fn probe(&mut self) -> Result<(), StoreError>;
-    /// Lets the store grow by so many pages at most; none: without limit.
+    /// Lets the store grow by at most `_pages` pages; none: no limit.
     fn limit_growth(&mut self, _pages: Option<u32>) -> Result<(), StoreError> {
         Ok(())
     }
     /// Removes the deleted missions and the free space.
     fn vacuum(&mut self) -> Result<(), StoreError>;
-    /// The last thing before the writer ends.
+    /// Ends the writer's work.
     fn close(&mut self) -> Result<(), StoreError>;
 }
 
-/// Writes until every handle of the store is dropped. After a panic the commands that were being carried out have no reply, and the
-/// next ones are carried out.
+/// Writes until all handles of the store are dropped. After a panic, the interrupted commands have
+/// no reply and the next ones are carried out.
 pub(super) async fn run(mut writer: impl LogWriter, mut commands: Receiver<Command>, clock: Clock) {
     loop {
         let first = match writer.rest() {
@@ -89,7 +89,7 @@ pub(super) async fn run(mut writer: impl LogWriter, mut commands: Receiver<Comma
                     if unless_panicked(&mut writer, LogWriter::upkeep).is_err() {
                         return;
                     }
-                    // A simulated machine has one thread for all.
+                    // A simulated machine has one thread for everything.
                     yield_now().await;
                     continue;
                 }
@@ -112,7 +112,7 @@ pub(super) async fn run(mut writer: impl LogWriter, mut commands: Receiver<Comma
         });
         match carried_out {
             Ok(Some(ControlFlow::Break((reply, closed)))) => {
-                // Later commands find it closed.
+                // Later commands find the channel closed.
                 drop(commands);
                 let _ = reply.send(closed);
                 return;
@@ -123,11 +123,11 @@ pub(super) async fn run(mut writer: impl LogWriter, mut commands: Receiver<Comma
     }
 }
 
-/// Result of `work`; none if it panicked. Fails if the writer cannot continue after the panic.
+/// The result of `work`; none if it panicked. Fails if the writer cannot continue.
 fn unless_panicked<W: LogWriter, T>(writer: &mut W, work: impl FnOnce(&mut W) -> T) -> Result<Option<T>, ()> {
     match catch_unwind(AssertUnwindSafe(|| work(writer))) {
         Ok(done) => Ok(Some(done)),
-        // The program's panic hook has logged it.
+        // The panic hook has logged it.
         Err(_) => match writer.recover() {
             Ok(()) => Ok(None),
             Err(error) => {
@@ -138,7 +138,7 @@ fn unless_panicked<W: LogWriter, T>(writer: &mut W, work: impl FnOnce(&mut W) ->
     }
 }
 
-/// Carries out `first`. If it is an append, those that wait behind it are stored in the same commit. Breaks after `Close`.
+/// Carries out `first`. Appends that follow an append share its commit. Breaks after `Close`.
 fn carry_out(
     writer: &mut impl LogWriter,
     first: Command,
@@ -165,7 +165,7 @@ fn carry_out(
     ControlFlow::Continue(())
 }
 
-/// Number of events that a commit stored, and of bytes.
+/// Numbers of events and bytes that a commit stored.
 pub(super) fn stored(appends: &[&Append], appended: &[Appended]) -> (usize, u64) {
     let each = appends.iter().zip(appended);
     let stored = each.filter(|(_, appended)| matches!(appended, Appended::Stored));

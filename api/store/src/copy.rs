@@ -1,4 +1,4 @@
-//! Moves what is stored from one store to another, of the same kind or not. No service uses either meanwhile.
+//! Copies everything from one store to another, of either kind. No service uses either meanwhile.
 
 use std::{path::PathBuf, time::Duration};
 
@@ -15,10 +15,10 @@ use super::{
     sql::{with_nul, without_nul},
 };
 
-/// How long one statement of a copy may take: the last ones read every mission.
+/// Longest time for a statement of a copy: the last ones read every mission.
 const PATIENCE: Duration = Duration::from_hours(1);
 
-/// Where a store is.
+/// The place of a store.
 #[derive(Clone, Debug)]
 pub enum StorePlace {
     /// A data directory.
@@ -27,7 +27,7 @@ pub enum StorePlace {
     Database(String),
 }
 
-/// How much was copied.
+/// Numbers of copied rows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Copied {
     /// Missions.
@@ -49,7 +49,7 @@ enum Kind {
 }
 use Kind::{Bytes, Key, OptionalReal, Real, Text, Whole};
 
-/// A table that is copied, which of its rows, and its columns.
+/// A table: its name, the condition of the copied rows, and its columns.
 type Table = (&'static str, &'static str, &'static [(&'static str, Kind)]);
 
 /// The rows of missions that are not deleted.
@@ -130,17 +130,17 @@ const TABLES: [Table; 7] = [
     ),
 ];
 
-/// Empties the tables that the schema fills.
+/// Empties the tables that the schema has filled.
 const WITH_ROW: &str = "DELETE FROM salts; DELETE FROM guards;";
 
-/// Sets the next numbers, which only a database keeps.
+/// Sets the next numbers, which only PostgreSQL keeps.
 const COMPLETE: &str = "
     SELECT setval(pg_get_serial_sequence('missions', 'number'), coalesce((SELECT max(number) FROM missions), 1));
     SELECT setval(pg_get_serial_sequence('orders', 'number'), coalesce((SELECT max(number) FROM orders), 1));
 ";
 
-/// Copies everything, with its digests, to a store without missions: all of it or nothing. Fails if something in `from` is not what was
-/// stored.
+/// Copies everything with its digests to a store without missions, in one transaction. Fails if
+/// anything in `from` is damaged.
 pub fn copy(from: &StorePlace, to: &StorePlace, clock: &Clock) -> Result<Copied, StoreError> {
     if let StorePlace::Directory(path) = from
         && !path.join(FILE_NAME).exists()
@@ -171,7 +171,7 @@ pub fn copy(from: &StorePlace, to: &StorePlace, clock: &Clock) -> Result<Copied,
 }
 
 impl StorePlace {
-    /// The store, which no service uses.
+    /// Opens the store. Fails while services use it.
     fn open(&self, clock: &Clock) -> Result<EventStore, StoreError> {
         match self {
             Self::Directory(path) => EventStore::open(path, clock),

@@ -1,19 +1,19 @@
-//! Digests of a mission's events, each of which continues that of the event before it. A changed, lost, moved or exchanged event,
-//! checkpoint or summary is found when it is read.
+//! Chained digests of a mission's events. Readers find a changed, lost, moved or exchanged event,
+//! checkpoint or summary.
 //!
 //! ```text
 //! event       d_n = H(mission, n, kind, d_(n−1), body)    d_0 is empty
 //! checkpoint  H(mission, n, "checkpoint", d_n, body)      d_n: of the last event in it
 //! summary     H(mission, n, "STATUS ID", d_n, body)       d_n: of the mission's last event
 //! ```
-//! H is the first half of SHA-256: it reveals damage, not an adversary. A mission's number is the same in every copy of a store.
+//! H, half of SHA-256, reveals damage, not an adversary. Copies of a store keep mission numbers.
 
 use rusqlite::{Connection, functions::FunctionFlags};
 use sha2::{Digest as _, Sha256};
 
 use super::{entry::Append, error::StoreError, sql::signed};
 
-/// Kind of a checkpoint, as H takes it.
+/// Kind of a checkpoint in H.
 pub(super) const CHECKPOINT: &str = "checkpoint";
 
 /// Bytes of a digest.
@@ -32,7 +32,7 @@ pub(super) fn digest(mission: i64, sequence: i64, kind: &str, before: &[u8], bod
     digest[..BYTES].to_vec()
 }
 
-/// Kind of a summary, as H takes it.
+/// Kind of a summary in H.
 pub(super) fn summary_of(status: &str, id: &str) -> String {
     format!("{status} {id}")
 }
@@ -47,7 +47,7 @@ pub(super) struct Head {
     pub(super) digest: Vec<u8>,
 }
 
-/// The digests of what an append stores.
+/// The digests of an append's events, summary and checkpoint.
 pub(super) struct Links {
     /// One for each event.
     pub(super) events: Vec<Vec<u8>>,
@@ -85,18 +85,18 @@ impl Head {
         }
     }
 
-    /// The error for an append that this event would come before, if it is not there.
+    /// The error for an append after an event that is missing.
     pub(super) fn missing(&self, id: &str) -> StoreError {
         StoreError::Damaged(format!("mission {id}: {}", missing_head(self.sequence)))
     }
 }
 
-/// Fault of a mission whose last event has another digest than the mission's row says.
+/// Fault of a mission whose last event does not match the mission's row.
 pub(super) fn missing_head(sequence: i64) -> String {
     format!("its last event, {sequence}, is missing or is not what was stored")
 }
 
-/// Gives the digests of this program to [`fill`] in SQLite.
+/// Registers [`digest`] in SQLite, for [`fill`].
 pub(super) fn register(connection: &Connection) -> rusqlite::Result<()> {
     let flags = FunctionFlags::SQLITE_UTF8 | FunctionFlags::SQLITE_DETERMINISTIC;
     connection.create_scalar_function("digest_of", 5, flags, |given| {
@@ -112,8 +112,8 @@ pub(super) fn register(connection: &Connection) -> rusqlite::Result<()> {
     })
 }
 
-/// SQL of both stores that computes the digests of a store that has none. Events after a lost one get no digest, so that readers name
-/// the loss.
+/// SQL of both stores that computes missing digests. Events after a gap get none, so that readers
+/// name the loss.
 macro_rules! fill {
     () => {
         "

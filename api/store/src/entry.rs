@@ -1,9 +1,9 @@
-//! What the event store stores and returns.
+//! Types that the event store stores and returns.
 
 use super::{error::StoreError, idempotency::KeyedAnswer};
 use std::sync::Arc;
 
-/// A stored event. Only the missions know what its body means.
+/// A stored event. Only the missions read its body.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct StoredEvent {
     /// Its number in its mission, from 1 without gaps.
@@ -17,7 +17,7 @@ pub struct StoredEvent {
 /// A mission in a list.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct StoredMission {
-    /// Its number, which orders and continues lists.
+    /// Its number; lists are in this order.
     pub number: u64,
     /// Its id in paths.
     pub id: String,
@@ -27,7 +27,7 @@ pub struct StoredMission {
 }
 
 impl StoredMission {
-    /// JSON of the mission after its last event. Fails if it is not what was stored.
+    /// JSON of the mission after its last event. Fails if it is damaged.
     pub fn summary(&self) -> Result<&[u8], StoreError> {
         if self.is_whole {
             return Ok(&self.summary);
@@ -42,13 +42,13 @@ impl StoredMission {
 pub struct Append {
     /// The mission's id.
     pub mission: String,
-    /// The mission's number; none for a new mission. The id of a deleted mission may be used again, its number not.
+    /// The mission's number; none for a new mission. Deletions free ids, but no numbers.
     pub number: Option<u64>,
     /// Epoch of the caller's ownership; 0 in a store of one service.
     pub epoch: u64,
     /// Events that continue the mission's sequence.
     pub events: Vec<StoredEvent>,
-    /// The mission's status after these events. At the start, the service finds running missions by it.
+    /// The mission's status after these events; a service that starts looks for running missions.
     pub status: String,
     /// JSON of the mission after these events.
     pub summary: Vec<u8>,
@@ -56,20 +56,20 @@ pub struct Append {
     pub snapshot: Option<Vec<u8>>,
     /// The client's idempotency key, and the answer.
     pub answered: Option<KeyedAnswer>,
-    /// Who ordered it, if it is an order.
+    /// The order's author, if this is an order.
     pub order: Option<AuditEntry>,
-    /// How much of the client's share of the disk may be used for it.
+    /// Largest share of the disk after this append.
     pub room: Room,
 }
 
 impl Append {
-    /// Whether the mission is over after these events.
+    /// `true` if the mission is over after these events.
     pub(super) fn is_over(&self) -> bool {
         ["finished", "failed"].contains(&&*self.status)
     }
 }
 
-/// How full a client's share of the disk may be after an append.
+/// Limit of a client's share of the disk after an append.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Room {
     /// No limit: plans, pauses and ends of missions.
@@ -77,11 +77,11 @@ pub enum Room {
     Any,
     /// The share: reports and changes.
     Share,
-    /// Half of the share, so that running missions have the other half: new missions.
+    /// Half of the share: new missions. The other half is for running missions.
     Half,
 }
 
-/// Who changed a mission, and how, for the audit. It outlives the mission.
+/// An order of the audit: its author and its action. It outlives the mission.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct AuditEntry {
     /// Time, Unix time, s.
@@ -94,7 +94,7 @@ pub struct AuditEntry {
     pub action: String,
 }
 
-/// Result of an append. All but `Stored` store nothing.
+/// The result of an append. Only `Stored` stores anything.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Appended {
     /// It was stored.
@@ -107,7 +107,7 @@ pub enum Appended {
     MissionGone,
     /// The caller does not know the newest events of the mission.
     OutOfSequence,
-    /// Another service owns the mission, or will.
+    /// Another service owns the mission, or is about to.
     NotOwner,
     /// The client's share of the disk is used up.
     ShareUsed,

@@ -15,7 +15,7 @@ pub enum StoreError {
     Open {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The reason.
         reason: String,
     },
     /// The file was written by a later version of this program.
@@ -39,7 +39,7 @@ pub enum StoreError {
         path: PathBuf,
         /// Its schema.
         found: u32,
-        /// What is read.
+        /// The schema that this program reads.
         known: u32,
     },
     /// Another program writes to it.
@@ -50,7 +50,7 @@ pub enum StoreError {
         /// The file.
         path: PathBuf,
     },
-    /// The service had tokens and has none.
+    /// The service had tokens, but has none now.
     #[error(
         "the service had tokens, but {} holds none: restore the file from a backup, or create tokens with pilotfish token add",
         .0.display()
@@ -69,13 +69,13 @@ pub enum StoreError {
     Displaced {
         /// The file.
         path: PathBuf,
-        /// What is there now.
+        /// The fault of the path.
         why: String,
     },
-    /// The events are stored, but could not be added to the list of acknowledged ones.
+    /// The events are stored, but are missing from the list of acknowledged events.
     #[error("cannot write the list of acknowledged events: {0}; send the request again with the same key")]
     Unconfirmed(String),
-    /// The store has less than what was acknowledged: an older state of it was put in its place.
+    /// The store lacks acknowledged events: an older state of it was restored.
     #[error(
         "the mission log was set back to an older state while the service was running: {0}. Nothing more is stored: stop all services of \
          this log, restore its newest state, and start them again"

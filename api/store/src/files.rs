@@ -1,4 +1,4 @@
-//! The files of a store in a directory: made, private, and as they were left.
+//! The files of a store's directory: their creation, permissions and settings.
 
 use std::{
     fs::{self, DirBuilder, File, OpenOptions, Permissions},
@@ -14,8 +14,8 @@ use super::{error::StoreError, sql::LOCK_TIME};
 /// Size to which the write-ahead file is truncated when it is empty, bytes.
 const JOURNAL_BYTES: i64 = 16 << 20;
 
-/// Creates the directory and the file if missing, readable by the service's user only. SQLite gives its other files the
-/// same mode. Returns the file. A symbolic link is refused: SQLite's other files would be beside its target.
+/// Creates the directory and the file if missing, for the service's user only; SQLite's other files
+/// get the same mode. A symbolic link is refused: those files would be beside its target.
 pub(super) fn make_private(directory: &Path, path: &Path) -> io::Result<File> {
     if fs::symlink_metadata(path).is_ok_and(|found| found.is_symlink()) {
         let why = "it is a symbolic link: let --data name the directory of its target";
@@ -36,7 +36,7 @@ pub(super) fn private_file(path: &Path) -> io::Result<File> {
         .open(path)
 }
 
-/// Fails while the file that says what was lost is there.
+/// Fails while the file of losses exists.
 pub(super) fn require_no_loss(lost: &Path) -> Result<(), StoreError> {
     match fs::read_to_string(lost) {
         Ok(what) => Err(StoreError::Damaged(format!(
@@ -48,7 +48,7 @@ pub(super) fn require_no_loss(lost: &Path) -> Result<(), StoreError> {
     }
 }
 
-/// Adds to the file that says what was lost.
+/// Adds a line to the file of losses.
 pub(super) fn note_lost(path: &Path, lost: &str) -> io::Result<()> {
     let mut file = private_file(path)?;
     writeln!(file, "{lost}")?;
@@ -64,7 +64,7 @@ pub(super) fn hide(path: &Path) {
     }
 }
 
-/// Fails where the store's file was emptied or lost: SQLite deletes a write-ahead file beside an empty file.
+/// Fails if the store's file is empty or missing: SQLite would delete its write-ahead file.
 pub(super) fn require_file_of_write_ahead(path: &Path) -> Result<(), StoreError> {
     let bytes = |path: &Path| match fs::metadata(path) {
         Ok(file) => Ok(file.len()),
@@ -82,17 +82,17 @@ pub(super) fn require_file_of_write_ahead(path: &Path) -> Result<(), StoreError>
     Ok(())
 }
 
-/// WAL, and a commit that waits for the disk.
+/// Sets WAL, and commits that wait for the disk.
 pub(super) fn configure(connection: &Connection) -> rusqlite::Result<()> {
     connection.busy_timeout(LOCK_TIME)?;
-    // Has an effect only before the first table is created; an older store keeps its space until `VACUUM`.
+    // Effective only before the first table; an older store keeps its free space until `VACUUM`.
     connection.pragma_update(None, "auto_vacuum", "INCREMENTAL")?;
     connection.pragma_update(None, "journal_mode", "WAL")?;
     connection.pragma_update(None, "synchronous", "FULL")?;
     connection.pragma_update(None, "journal_size_limit", JOURNAL_BYTES)?;
-    // The writer merges, and knows then that everything is merged.
+    // The writer merges by itself, so that it knows when everything is merged.
     connection.pragma_update(None, "wal_autocheckpoint", 0)?;
-    // The last connection would delete the write-ahead file by its path, where another service's may be by then.
+    // The last connection would delete whichever write-ahead file is then at the path.
     connection.set_db_config(DbConfig::SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, true)?;
     connection.pragma_update(None, "foreign_keys", true)
 }

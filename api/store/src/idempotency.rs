@@ -7,7 +7,7 @@ use rusqlite::{Connection, OptionalExtension as _, Transaction, params};
 pub struct KeyedAnswer {
     /// The client's key.
     pub key: String,
-    /// Hash of the request, to detect the same key in a different request.
+    /// Hash of the request; detects the same key in a different request.
     pub request: [u8; 32],
     /// The answer, JSON.
     pub answer: Vec<u8>,
@@ -16,7 +16,7 @@ pub struct KeyedAnswer {
 /// Hash of an earlier request, and its answer.
 pub type PreviousAnswer = ([u8; 32], Vec<u8>);
 
-/// The hash of an earlier request of a mission with a key, and its answer.
+/// Selects a [`PreviousAnswer`] by mission and key.
 pub(super) const FIND: &str = "SELECT request, answer FROM answered JOIN missions ON number = mission
     WHERE id = ?1 AND key = ?2 AND status <> 'deleted'";
 

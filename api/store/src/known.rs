@@ -1,26 +1,26 @@
-//! What this process knows of its store: acknowledged events stay, and the count of probes only rises. Where the store has less, it was
-//! set back under the running service, as by a dump that was restored: then nothing more is stored until the service starts again.
+//! Acknowledged events stay, and the count of probes rises. A store with less was set back, for
+//! example by a restored dump; then the running service stores nothing until it starts again.
 
 use std::collections::BTreeMap;
 
 use super::{digest::Head, error::StoreError};
 
-/// Most missions whose last event is known: those that this process has, and some that it had.
+/// Most missions with a known last event: this process's own, and some earlier ones.
 const KNOWN_MAX: usize = 4_096;
 
-/// What the store must have.
+/// The least that the store must have.
 #[derive(Debug, Default)]
 pub(super) struct Known {
     /// The last acknowledged event of unfinished missions, with their ids, by their numbers.
     pub(super) heads: BTreeMap<i64, (String, Head)>,
     /// The highest count of probes.
     count: i64,
-    /// How the store was found to be set back.
+    /// The first evidence that the store was set back.
     set_back: Option<String>,
 }
 
 impl Known {
-    /// Fails once the store was found to be set back.
+    /// Fails once the store is known to be set back.
     pub(super) fn check(&self) -> Result<(), StoreError> {
         match &self.set_back {
             None => Ok(()),
@@ -28,12 +28,12 @@ impl Known {
         }
     }
 
-    /// Whether the mission's last event is known.
+    /// `true` if the mission's last event is known.
     pub(super) fn has(&self, mission: i64) -> bool {
         self.heads.contains_key(&mission)
     }
 
-    /// Fails if the mission, whose last event is `stored`, lacks an acknowledged one.
+    /// Fails if the mission, whose last event is `stored`, lacks an acknowledged event.
     pub(super) fn compare(&self, stored: &Head) -> Result<(), StoreError> {
         let Some((id, known)) = self.heads.get(&stored.mission) else {
             return Ok(());
@@ -49,7 +49,7 @@ impl Known {
         }))
     }
 
-    /// Takes the count of a probe that is stored. Fails if it does not rise.
+    /// Notes a stored count of probes. Fails if it does not rise.
     pub(super) fn count(&mut self, count: i64) -> Result<(), StoreError> {
         if count <= self.count {
             let what = format!("its count of probes is {count}, and was {}", self.count);
@@ -59,7 +59,7 @@ impl Known {
         Ok(())
     }
 
-    /// Takes the last event of a mission, which is stored.
+    /// Notes the last stored event of a mission.
     pub(super) fn add(&mut self, id: &str, head: Head, is_over: bool) {
         if is_over {
             self.heads.remove(&head.mission);
@@ -71,7 +71,7 @@ impl Known {
         }
     }
 
-    /// From now on every check fails.
+    /// Makes every later check fail.
     pub(super) fn note(&mut self, what: &str) {
         if self.set_back.is_none() {
             tracing::error!(what, "the mission log was set back while the service was running");

@@ -1,14 +1,14 @@
-//! The event store: the events of every mission, on the disk before any client learns of them.
+//! The event store: keeps the events of every mission on the disk before a client learns of them.
 //!
 //! ```text
-//! actors ── Append ──► one writer thread: BEGIN; all waiting appends; COMMIT (fsync) ──► a reply to each
+//! actors ── Append ──► a writer thread: BEGIN; all waiting appends; COMMIT (fsync) ──► replies
 //! readers ── their own connections, which see complete commits only
 //! ```
-//! SQLite in WAL mode with `synchronous = FULL`: acknowledged events survive a power cut. Appends that arrive during a
-//! commit share the next one. Before a reply, the writer makes sure that the files are still at their paths, and adds the
-//! events to a list outside the write-ahead file. The store does not know what events mean. Messages call it the mission log.
+//! SQLite in WAL mode with `synchronous = FULL`: acknowledged events survive a power cut. Appends
+//! during a commit share the next one. Before a reply, the writer checks the files' paths and lists
+//! the events in a file of their own. The store reads no event. Messages call it the mission log.
 //!
-//! `postgres` has the same store in a database that several services share.
+//! The module `postgres` has the same store in a database that several services share.
 
 #![cfg_attr(
     not(feature = "postgres"),
@@ -90,11 +90,11 @@ pub use without_postgres::Lease;
 use without_postgres::{self as postgres, Database};
 use writer::Writer;
 
-/// Name of the file that says which acknowledged events were missing at a start. The service is not ready until a person
-/// deletes it.
+/// File in the data directory that names acknowledged events that were missing at a start. The
+/// service is not ready until a person deletes it.
 const LOST_NAME: &str = "lost-events.txt";
 
-/// Appends that may wait for the writer: one second of a thousand missions.
+/// Most appends that wait for the writer: one second of a thousand missions.
 const WAITING_MAX: usize = 1_024;
 
 /// The event store of a data directory, or of a database. Clones share it.
@@ -104,7 +104,7 @@ pub struct EventStore {
     writer: Sender<Command>,
 }
 
-/// Where a store keeps what it has.
+/// The backend of a store.
 #[derive(Debug)]
 enum Kept {
     File {
@@ -127,7 +127,7 @@ struct Shared {
 }
 
 impl EventStore {
-    /// Opens the store in `directory`, creates both if missing, and migrates the store to the newest schema.
+    /// Opens the store in `directory`. Creates both if missing, and migrates the store.
     pub fn open(directory: &Path, clock: &Clock) -> Result<Self, StoreError> {
         Self::open_with(directory, u64::MAX, clock)
     }
@@ -144,7 +144,7 @@ impl EventStore {
         schema::require_log(&connection, &path)?;
         configure(&connection).map_err(refused)?;
         schema::migrate(&mut connection, &path)?;
-        // What is no log keeps its mode.
+        // A file that is no log keeps its mode: it was refused above.
         for name in [
             FILE_NAME.to_owned(),
             format!("{FILE_NAME}-wal"),
@@ -192,7 +192,7 @@ impl EventStore {
             share,
             metrics.clone(),
         )?;
-        // What is missing was noted.
+        // The losses were noted above.
         writer.list(outdated);
         let kept = Kept::File {
             path: path.to_owned(),
@@ -201,14 +201,14 @@ impl EventStore {
         Self::run(kept, clock, metrics, writer).map_err(refused)
     }
 
-    /// Whether the database of a URL is not on this machine, so that services of other machines may share it.
+    /// `true` if the database of a URL is on another machine, whose services may share it.
     #[must_use]
     pub fn is_elsewhere(url: &str) -> bool {
         postgres::is_elsewhere(url)
     }
 
-    /// Opens the store in the database of a URL, for a service that takes part as `member`, or for a program that appends nothing. The
-    /// missions of one client may take at most `share` bytes.
+    /// Opens the store in the database of a URL, for a service that takes part as `member`, or for
+    /// a program that appends nothing. The missions of one client may take at most `share` bytes.
     #[cfg(feature = "postgres")]
     pub fn open_database(
         url: &str,
@@ -278,7 +278,7 @@ impl EventStore {
         })
     }
 
-    /// This service's lease of missions; none if no other service can have them.
+    /// This service's lease of missions; none if no other service can own them.
     #[must_use]
     pub fn lease(&self) -> Option<&Lease> {
         match &self.shared.kept {
@@ -287,7 +287,7 @@ impl EventStore {
         }
     }
 
-    /// How long the disk lasts at the rate since the last call; none if that is unknown. Another machine's disk is.
+    /// Time until the disk is full, at the rate since the last call; none if unknown.
     #[must_use]
     pub fn disk_lasts(&self, before: &mut Option<(Instant, u64)>) -> Option<Duration> {
         let Kept::File { path, .. } = &self.shared.kept else {
@@ -304,13 +304,13 @@ impl EventStore {
         Some(Duration::from_secs(left))
     }
 
-    /// What it counts.
+    /// Counters of the store.
     #[must_use]
     pub fn metrics(&self) -> &StoreMetrics {
         &self.shared.metrics
     }
 
-    /// Appends. After `Ok` the events are on the disk, from this or an earlier request with the same key.
+    /// Stores an append. After `Ok`, this or an earlier request with the key is on the disk.
     pub async fn append(&self, mut append: Append) -> Result<Appended, StoreError> {
         for event in &mut append.events {
             if let Some(packed) = pack(&event.body, packed::KEPT) {
@@ -325,11 +325,11 @@ impl EventStore {
         self.send(|reply| Command::Append(append, reply)).await
     }
 
-    /// Deletes the mission called `id`, and stores who ordered it. False if there is no such mission.
+    /// Deletes the mission `id` and stores the order. `false` if there is no such mission.
     pub async fn delete(&self, id: String, order: AuditEntry) -> Result<bool, StoreError> {
         let deleted = self.ask(move |writer| writer.delete(&id, &order)).await?;
         if deleted && self.damage().is_some() {
-            // The damage may be gone with the mission.
+            // The damage may have been in this mission.
             let store = self.clone();
             self.machine().spawn_blocking(move || {
                 let verdict = store.verdict();
@@ -357,13 +357,13 @@ impl EventStore {
         self.ask(move |writer| writer.keep_time(time)).await
     }
 
-    /// Takes the machine's time, because a person says that it is right.
+    /// Takes the machine's time, because a person has confirmed it.
     pub async fn believe_clock(&self) -> Result<(), StoreError> {
         let time = self.shared.clock.believe_clock();
         self.ask(move |writer| writer.set_time(time)).await
     }
 
-    /// Stores that the service has tokens: it never runs without them again.
+    /// Notes that the service has tokens: it never runs without them again.
     pub async fn protect(&self) -> Result<(), StoreError> {
         self.ask(|writer| writer.protect()).await
     }
@@ -373,13 +373,13 @@ impl EventStore {
         self.ask(|writer| writer.vacuum()).await
     }
 
-    /// Limits the growth of the store's file to so many pages from now on, as a full disk does. For tests.
+    /// Limits the growth of the store's file to `pages` pages, like a full disk. For tests.
     #[doc(hidden)]
     pub async fn limit_growth(&self, pages: Option<u32>) -> Result<(), StoreError> {
         self.ask(move |writer| writer.limit_growth(pages)).await
     }
 
-    /// Lets that happen to the connections to the database from now on. For tests.
+    /// Disturbs all connections to the database from now on. For tests.
     #[doc(hidden)]
     pub fn trouble(&self, trouble: Option<Trouble>) {
         if let Kept::Database { database, .. } = &self.shared.kept {
@@ -399,7 +399,7 @@ impl EventStore {
         self.ask(|writer| writer.probe()).await
     }
 
-    /// Has the writer do something, after all earlier appends.
+    /// Lets the writer do `work`, after all earlier appends.
     async fn ask<T: Send + 'static>(
         &self,
         work: impl FnOnce(&mut dyn LogWriter) -> Result<T, StoreError> + Send + 'static,
@@ -423,7 +423,7 @@ impl EventStore {
         answer.await.map_err(|_| StoreError::Unanswered)?
     }
 
-    /// Ends the writer after all earlier appends, and merges the write-ahead file. Later appends fail.
+    /// Ends the writer after earlier appends, and merges the write-ahead file. Later appends fail.
     pub async fn close(&self) -> Result<(), StoreError> {
         self.send(Command::Close).await
     }
@@ -439,7 +439,7 @@ impl EventStore {
         }
     }
 
-    /// Checks the whole file for damage, which [`Self::probe`] then reports. Slow.
+    /// Checks the whole file, slowly. [`Self::probe`] reports damage that it finds.
     pub fn inspect(&self) {
         if let Some(what) = self.verdict() {
             self.note_damage(what);
@@ -454,7 +454,7 @@ impl EventStore {
         }
     }
 
-    /// Remembers the first damage that was found.
+    /// Remembers the first damage.
     pub fn note_damage(&self, what: String) {
         tracing::error!(what, "the mission log is damaged");
         self.damage().get_or_insert(what);

@@ -1,4 +1,4 @@
-//! What the event store counts, for the metrics of its service.
+//! Counters of the event store, for the metrics of its service.
 
 use std::time::Duration;
 
@@ -7,7 +7,7 @@ use prometheus_client::{
     registry::Registry,
 };
 
-/// Times from that of a quick commit to that after which clients have gone away, s.
+/// Bounds of commit times, from a quick commit to a client's timeout, s.
 const SECONDS: [f64; 14] = [
     5e-4, 1e-3, 2.5e-3, 5e-3, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0,
 ];
@@ -63,7 +63,7 @@ impl StoreMetrics {
         );
     }
 
-    /// Counts a commit: its time, and how many events and bytes it stored; `None` if it failed.
+    /// Counts a commit: its duration, and the events and bytes that it stored; `None` if it failed.
     pub(crate) fn committed(&self, took: Duration, stored: Option<(usize, u64)>) {
         self.commits.observe(took.as_secs_f64());
         let Some((n_events, n_bytes)) = stored else {
@@ -74,7 +74,7 @@ impl StoreMetrics {
         self.bytes.inc_by(n_bytes);
     }
 
-    /// Takes how many bytes are free; how many were stored so far.
+    /// Sets the free bytes. Returns the bytes stored so far.
     pub(crate) fn free(&self, bytes: u64) -> u64 {
         self.free.set(i64::try_from(bytes).unwrap_or(i64::MAX));
         self.bytes.get()

@@ -1,22 +1,22 @@
-//! Missions of several services that share a store: who takes part, and who owns which.
+//! Members of a shared store, and their missions.
 
 use std::time::Duration;
 
 use super::entry::StoredMission;
 
-/// Beats in a lease: a service is replaced at most two eighths of a lease after its lease has ended.
+/// Beats in a lease: a service is replaced at most two eighths of a lease after its lease's end.
 pub(super) const BEATS: u32 = 8;
 
-/// How a service takes part.
+/// A service that shares the store.
 #[derive(Clone, Debug)]
 pub struct Member {
-    /// Where the other services reach it.
+    /// The URL at which other services reach it.
     pub url: String,
-    /// How long it owns its missions without an answer of the database.
+    /// Time for which it owns its missions without an answer of the database.
     pub lease: Duration,
 }
 
-/// Who owns a mission that was asked for.
+/// The owner of a mission.
 #[derive(Clone, Debug)]
 pub enum Acquired {
     /// This service, from now on.
@@ -32,30 +32,30 @@ pub enum Acquired {
 pub struct Owned {
     /// The mission after the last event of earlier owners.
     pub mission: StoredMission,
-    /// With which this service appends.
+    /// Epoch of this service's appends.
     pub epoch: u64,
 }
 
-/// What there is to do about running missions.
+/// Running missions of a service.
 #[derive(Clone, Debug, Default)]
 pub struct Turn {
-    /// Missions that had no owner, and are this service's now.
+    /// Missions without an owner that this service has just taken.
     pub taken: Vec<Owned>,
     /// All other running missions of this service.
     pub running: Vec<String>,
 }
 
-/// What happens to the connections of a process, for tests.
+/// A fault of all connections of a process, for tests.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Trouble {
-    /// No connection is made, and none answers.
+    /// No connection can be made, and none answers.
     Cut,
-    /// Each statement of so many finds its connection gone.
+    /// Every n-th statement fails: its connection is gone.
     Gone(u32),
-    /// Each statement of so many is carried out, and its connection is gone before the answer.
+    /// Every n-th statement is carried out, but has no answer.
     Unanswered(u32),
     /// Nothing can be inserted.
     Full,
-    /// The lease cannot be renewed, and everything else can be done.
+    /// The lease cannot be renewed; everything else works.
     NoBeat,
 }

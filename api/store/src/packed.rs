@@ -1,10 +1,10 @@
-//! Bodies as they are on the disk: JSON of more than a few bytes is compressed (raw DEFLATE, RFC 1951) with a dictionary of what events
-//! repeat, so that mostly the numbers remain. Other bodies, and those of earlier versions, stand as they are.
+//! Bodies on the disk. Long JSON is compressed (raw DEFLATE, RFC 1951) with a dictionary of the
+//! repeated texts of events, so that mostly numbers remain. Other bodies are stored unchanged.
 //!
 //! ```text
 //! 1, length of the JSON (4 bytes, little-endian), DEFLATE with the dictionary 1
 //! ```
-//! Digests are of what is on the disk: what is copied is not unpacked.
+//! Digests are of the stored bytes, so that copying does not unpack.
 
 use flate2::{Compress, Compression, Decompress, FlushCompress, FlushDecompress, Status};
 
@@ -13,25 +13,25 @@ use super::error::StoreError;
 /// First byte of a packed body. JSON never begins with it.
 const MARK: u8 = 1;
 
-/// Mark and length.
+/// Bytes of the mark and the length.
 const HEAD: usize = 5;
 
-/// A released dictionary never changes: a change is a new one, with another mark.
+/// A released dictionary never changes. A new one has another mark.
 const DICTIONARY: &[u8] = include_bytes!("packed/dictionary-1.txt");
 
-/// Shorter bodies gain little.
+/// Length of the shortest packed body, bytes: shorter ones gain little.
 const LENGTH_MIN: usize = 128;
 
-/// Longest body that is unpacked. The longest that clients can have stored is some MiB.
+/// Length of the longest body that is unpacked, bytes. Clients can store some MiB.
 const LENGTH_MAX: u32 = 64 << 20;
 
-/// Level of what is kept: beyond it, a percent of the bytes costs a third of the time.
+/// Level for events. A higher one saves a percent of the bytes for a third more time.
 pub(super) const KEPT: u32 = 6;
 
-/// Level of what the next plan overwrites.
+/// Level for checkpoints: the next plan overwrites them.
 pub(super) const OVERWRITTEN: u32 = 2;
 
-/// The body for the disk.
+/// The packed body; none for a body that is stored unchanged.
 pub(super) fn pack(body: &[u8], level: u32) -> Option<Vec<u8>> {
     if !body.starts_with(b"{") || body.len() < LENGTH_MIN {
         return None;
@@ -39,7 +39,7 @@ pub(super) fn pack(body: &[u8], level: u32) -> Option<Vec<u8>> {
     let length = u32::try_from(body.len())
         .ok()
         .filter(|length| *length <= LENGTH_MAX)?;
-    // No longer than it was.
+    // The packed body must not be longer.
     let mut packed = Vec::with_capacity(body.len());
     packed.push(MARK);
     packed.extend(length.to_le_bytes());
@@ -49,7 +49,7 @@ pub(super) fn pack(body: &[u8], level: u32) -> Option<Vec<u8>> {
     matches!(status, Ok(Status::StreamEnd)).then_some(packed)
 }
 
-/// The body of which [`pack`] made `stored`.
+/// Reverses [`pack`].
 pub(super) fn unpack(stored: Vec<u8>) -> Result<Vec<u8>, StoreError> {
     let Some((&[MARK, ref length @ ..], deflated)) = stored.split_first_chunk::<HEAD>() else {
         return Ok(stored);
@@ -74,7 +74,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_packed_is_unpacked_to_the_byte_and_damage_is_an_error() {
+    fn bodies_are_unpacked_unchanged_and_damage_is_an_error() {
         for body in [
             &b""[..],
             b"{}",

@@ -1,4 +1,4 @@
-//! The store's files: locked by one writer, and compared with what is at their paths before anything is acknowledged.
+//! The store's files: locked by one writer, and checked before each acknowledgement.
 
 use std::{
     fs::{self, File, TryLockError},
@@ -11,9 +11,9 @@ use super::error::StoreError;
 
 /// The files of an open store.
 ///
-/// The lock is one of `flock`, on the database itself: it holds whatever happens to other files of the directory, and is
-/// independent of SQLite's own locks. Those end when any descriptor of the database is closed in this process, so every
-/// connection is dropped before the last handle of this.
+/// The lock is `flock` on the database itself. It is independent of the directory's other files and
+/// of SQLite's locks. Those end when this process closes any descriptor of the database, so every
+/// connection is dropped before this.
 #[derive(Debug)]
 pub(super) struct Place {
     _database: File,
@@ -24,7 +24,7 @@ pub(super) struct Place {
 type Identity = (u64, u64);
 
 impl Place {
-    /// The locked `database` at `path`, once its other files exist.
+    /// Notes the locked `database` at `path` and its other files, which exist.
     pub(super) fn new(path: &Path, database: File) -> io::Result<Self> {
         let main = database.metadata()?;
         let mut files = vec![(path.to_owned(), (main.dev(), main.ino()))];
@@ -39,7 +39,7 @@ impl Place {
         })
     }
 
-    /// Fails if a file was deleted or replaced since the store was opened: what is written to it is lost with the process.
+    /// Fails if a file was deleted or replaced since the start: writes to it would be lost.
     pub(super) fn check(&self) -> Result<(), StoreError> {
         for (path, opened) in &self.files {
             let why = match identity(path) {

@@ -1,11 +1,11 @@
 //! The store in PostgreSQL, which several services share.
 //!
 //! ```text
-//! actors ── Append ──► one writer thread: BEGIN; lock the missions; compare owner and epoch; all appends; COMMIT ──► replies
+//! actors ── Append ──► a writer thread: BEGIN; lock; check epochs; append; COMMIT ──► replies
 //! keeper ── a thread that renews this service's lease, and ends those of services that are gone
 //! readers ── connections of a pool
 //! ```
-//! A reply whose commit is not known to have succeeded says so: the client sends again with the same key.
+//! A reply says if its commit may have failed; then the client sends again with the same key.
 
 use std::{
     env,
@@ -37,7 +37,7 @@ pub(super) mod writer;
 use link::{Database, PATIENCE, Pooled};
 use tls::Tls;
 
-/// Time for a connection to one of the hosts: the next may be the one that answers.
+/// Time for a connection to one host: the next host may answer.
 const CONNECT_TIME: Duration = Duration::from_secs(1);
 
 /// URL schemes of a database.
@@ -62,7 +62,7 @@ fn database(url: &str) -> Result<Database, StoreError> {
     let (address, mut tls) = (without_tls(url), TlsWanted::of(url));
     let read = |address: &str| {
         let config = address.parse::<Config>();
-        // The reason of the library may repeat the password.
+        // The library's reason may repeat the password.
         config.map_err(|_| invalid("is not postgres://user@host:port,host:port/database"))
     };
     let config = read(&address)?;
@@ -118,7 +118,7 @@ fn invalid(why: &str) -> StoreError {
     StoreError::open(Path::new("of --store"), &format!("the URL {why}"))
 }
 
-/// What a URL says about TLS, which is verified as PostgreSQL's `verify-full` does.
+/// The TLS parameters of a URL. Certificates are verified as by PostgreSQL's `verify-full`.
 struct TlsWanted {
     mode: Option<String>,
     roots: Option<String>,
@@ -140,7 +140,7 @@ impl TlsWanted {
     }
 }
 
-/// The URL without what [`TlsWanted`] reads.
+/// The URL without the parameters of [`TlsWanted`].
 fn without_tls(url: &str) -> String {
     let Some((address, query)) = url.split_once('?') else {
         return url.to_owned();
@@ -151,7 +151,7 @@ fn without_tls(url: &str) -> String {
     format!("{address}?{}", others.collect::<Vec<_>>().join("&"))
 }
 
-/// The same address with one of its hosts each.
+/// One address for each host of `address`.
 fn of_each_host(address: &str) -> Vec<String> {
     let parts = address.split_once("://").and_then(|(scheme, rest)| {
         let end = rest.find(['/', '?']).unwrap_or(rest.len());
@@ -165,11 +165,11 @@ fn of_each_host(address: &str) -> Vec<String> {
             hosts.split(',').map(one).collect()
         })
     });
-    // Hosts may stand among the parameters too.
+    // Hosts may also be parameters.
     parts.unwrap_or_else(|| vec![address.to_owned()])
 }
 
-/// Whether another machine has, or may have, the database of a URL. A wrong URL is refused when it is opened.
+/// `true` if the database of a URL may be on another machine. A wrong URL is refused later.
 pub(super) fn is_elsewhere(url: &str) -> bool {
     let config = without_tls(url).parse::<Config>();
     config.is_ok_and(|config| !is_on_this_machine(&config))
@@ -188,7 +188,7 @@ fn is_this_machine(host: &Host) -> bool {
     }
 }
 
-/// Hosts and database, for people.
+/// Hosts and database, for messages.
 fn name(config: &Config) -> String {
     let hosts = config.get_hosts().iter().map(|host| match host {
         Host::Tcp(name) => name.clone(),

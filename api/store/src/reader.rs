@@ -25,14 +25,14 @@ use super::without_postgres::{self as postgres, Pooled};
 /// Name of the store's file in the data directory.
 pub const FILE_NAME: &str = "missions.sqlite3";
 
-/// Events that are read at once.
+/// Events per query.
 const PAGE: usize = 64;
 
 /// Reads the event store.
 #[derive(Debug)]
 pub struct EventReader(
     pub(super) Rows,
-    /// Guard of the writing service in the same process. It is dropped after the connection.
+    /// The writer's lock in the same process. It is dropped after the connection.
     #[expect(dead_code, reason = "holds the lock")]
     Option<Arc<Place>>,
 );
@@ -66,7 +66,7 @@ impl EventReader {
         Ok(Self(Rows::Sqlite(connect(path)?), place))
     }
 
-    /// The connection to a file. Only a file is copied and inspected page by page.
+    /// The connection to a file. Only files are copied and inspected page by page.
     pub(super) fn file(&self) -> Option<&Connection> {
         match &self.0 {
             Rows::Sqlite(connection) => Some(connection),
@@ -74,8 +74,8 @@ impl EventReader {
         }
     }
 
-    /// The missions with numbers above `after`, in order, and whether more follow: at most `most`, and no more than `bytes` of
-    /// them except for one that is longer.
+    /// The missions with numbers above `after`, in order, and `true` if more follow: at most
+    /// `most`, and at most `bytes` of summaries except for a single longer one.
     pub fn missions(
         &self,
         after: u64,
@@ -101,12 +101,12 @@ impl EventReader {
         Ok((listed, more))
     }
 
-    /// All missions with that status, in order.
+    /// All missions with `status`, in order.
     pub fn missions_with_status(&self, status: &str) -> Result<Vec<StoredMission>, StoreError> {
         self.missions_where("status = ?1 ORDER BY number", &[&status])
     }
 
-    /// The mission with that id.
+    /// The mission with the id `id`.
     pub fn mission(&self, id: &str) -> Result<Option<StoredMission>, StoreError> {
         let mut named = self.missions_where("id = ?1 AND status <> 'deleted'", &[&self.0.text(id)])?;
         Ok(named.pop())
@@ -120,9 +120,9 @@ impl EventReader {
         self.0.all(&select_missions(condition), params, stored_mission)
     }
 
-    /// At most `most` orders after the one numbered `after`, of one mission or of all.
+    /// At most `most` orders with numbers above `after`, of one mission or of all.
     pub fn orders(&self, mission: Option<&str>, after: u64, most: usize) -> Result<Vec<Order>, StoreError> {
-        // A parameter has its type from where it first stands.
+        // PostgreSQL takes the type of a parameter from its first use.
         let page = "SELECT number, mission, at_s, caller, request, action FROM orders
             WHERE ?1 < number AND (mission = ?2 OR ?2 IS NULL) ORDER BY number LIMIT ?3";
         let mission = mission.map(|id| self.0.text(id));
@@ -139,7 +139,7 @@ impl EventReader {
             })
     }
 
-    /// The last orders of a mission, at most `most`, the newest first.
+    /// The last orders of a mission, at most `most`, newest first.
     pub fn last_orders(&self, mission: &str, most: usize) -> Result<Vec<Order>, StoreError> {
         let newest = "SELECT number FROM orders WHERE mission = ?1 ORDER BY number DESC LIMIT 1 OFFSET ?2";
         let after = self
@@ -151,7 +151,7 @@ impl EventReader {
         Ok(orders)
     }
 
-    /// How many unfinished missions `caller` has created.
+    /// Number of unfinished missions that `caller` has created.
     pub fn count_open(&self, caller: &str) -> Result<usize, StoreError> {
         let count =
             "SELECT count(*) FROM missions WHERE status IN ('created', 'running', 'paused') AND EXISTS
@@ -160,7 +160,7 @@ impl EventReader {
         Ok(usize::try_from(open.unwrap_or(0)).unwrap_or(usize::MAX))
     }
 
-    /// A secret of this store, from which ids are derived.
+    /// The secret of this store from which ids are derived.
     pub fn salt(&self) -> Result<Vec<u8>, StoreError> {
         self.0.one("SELECT salt FROM salts", |row| row.get(0))
     }
@@ -179,7 +179,7 @@ impl EventReader {
         Ok(Some((request, answer)))
     }
 
-    /// The newest snapshot, and the sequence of the last event in it.
+    /// The newest checkpoint, and the sequence of its last event.
     pub fn snapshot(&self, mission: u64) -> Result<Option<(u64, Vec<u8>)>, StoreError> {
         let newest =
             "SELECT sequence, body, digest, (SELECT digest FROM events WHERE mission = snapshots.mission
@@ -249,7 +249,7 @@ impl EventReader {
         events.collect()
     }
 
-    /// The last event of that kind up to `sequence`.
+    /// The last event of `kind` up to `sequence`.
     pub fn last_of_kind(
         &self,
         mission: u64,
@@ -267,8 +267,8 @@ impl EventReader {
         whole.map_err(|fault| self.damaged(mission, &fault))
     }
 
-    /// The error for missing data of a mission: damage, unless the mission is being deleted. A deletion marks the mission
-    /// first and then removes its events step by step.
+    /// The error for missing data of a mission: damage, unless the mission is being deleted. A
+    /// deletion marks the mission first and then removes its events step by step.
     pub fn damaged(&self, mission: u64, what: &str) -> StoreError {
         let mark = "SELECT id FROM missions WHERE number = ?1 AND status <> 'deleted'";
         match self
@@ -295,14 +295,14 @@ impl EventReader {
         }
     }
 
-    /// Ids of the missions that have been over since before `trusted_s`, trusted Unix time, s.
+    /// Ids of the missions that were over before `trusted_s`, trusted Unix time, s.
     pub fn over_before(&self, trusted_s: f64) -> Result<Vec<String>, StoreError> {
         let over =
             "SELECT id FROM missions WHERE status IN ('finished', 'failed') AND over_s <= ?1 ORDER BY number";
         self.0.all(over, &[&trusted_s], |row| row.get(0))
     }
 
-    /// Whether the service had tokens.
+    /// `true` if the service has had tokens.
     pub fn is_protected(&self) -> Result<bool, StoreError> {
         let protected: i64 = self.0.one("SELECT protected FROM guards", |row| row.get(0))?;
         Ok(protected != 0)
@@ -320,10 +320,10 @@ fn select_missions(condition: &str) -> String {
     format!("SELECT {MISSION} FROM missions WHERE {condition}")
 }
 
-/// The columns of [`stored_mission`].
+/// The columns that [`stored_mission`] reads.
 pub(super) const MISSION: &str = "number, id, summary, status, sequence, head, digest";
 
-/// The mission of a row of [`MISSION`].
+/// Reads the columns [`MISSION`].
 pub(super) fn stored_mission(row: &Row<'_>) -> Result<StoredMission, StoreError> {
     let (number, id, summary): (_, String, Vec<u8>) = (row.get(0)?, row.get(1)?, row.get(2)?);
     let (status, head, stored): (String, Vec<u8>, Vec<u8>) = (row.get(3)?, row.get(5)?, row.get(6)?);
@@ -336,7 +336,7 @@ pub(super) fn stored_mission(row: &Row<'_>) -> Result<StoredMission, StoreError>
     })
 }
 
-/// SQL for the events of mission `?1` that meet `condition`. Events that meet `first` come with the digest of the event before them.
+/// Selects events of mission `?1`; those that meet `first` with their predecessor's digest.
 fn select_events(first: &str, condition: &str) -> String {
     format!(
         "SELECT mission, sequence, kind, body, digest, CASE WHEN {first} THEN (SELECT digest FROM events AS earlier
@@ -345,7 +345,7 @@ fn select_events(first: &str, condition: &str) -> String {
     )
 }
 
-/// An event, and how it continues the one before it.
+/// An event, and its link to the previous event.
 struct Linked {
     event: StoredEvent,
     mission: i64,
@@ -354,7 +354,7 @@ struct Linked {
 }
 
 impl Linked {
-    /// The event of a row of [`select_events`].
+    /// Reads a row of [`select_events`].
     fn read(row: &Row<'_>) -> Result<Self, StoreError> {
         let event = StoredEvent {
             sequence: unsigned(row.get(1)?),
@@ -369,7 +369,7 @@ impl Linked {
         })
     }
 
-    /// The event, or how it differs from the stored one.
+    /// The event, or its fault.
     fn whole(self) -> Result<StoredEvent, String> {
         let StoredEvent { sequence, kind, body } = self.event;
         if self.before.is_none() && 1 < sequence {

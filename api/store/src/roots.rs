@@ -1,4 +1,4 @@
-//! Certificates of authorities, by which this service verifies the servers that it calls.
+//! Certificate authorities that verify the servers which this service calls.
 
 use std::{fmt, fs, path::Path, sync::Arc};
 
@@ -8,7 +8,7 @@ use tokio_rustls::rustls::{
     pki_types::{CertificateDer, pem::PemObject as _},
 };
 
-/// A TLS client's configuration that trusts only the authorities in the PEM file `path`; none without `path`. Fails with the reason.
+/// TLS settings that trust only the authorities in the PEM file `path`; none without `path`.
 pub fn verified_by(path: Option<&Path>) -> Result<ClientConfig, String> {
     let mut roots = RootCertStore::empty();
     if let Some(path) = path {

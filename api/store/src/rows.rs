@@ -1,4 +1,4 @@
-//! Rows of either store: one query text, `?1` as in SQLite, for both.
+//! Rows of either store. One query text, with `?1` as in SQLite, serves both.
 
 use std::borrow::Cow;
 
@@ -12,11 +12,11 @@ use super::postgres::link::Pooled;
 use super::without_postgres::{self as database, Pooled, types::ToSql};
 use super::{error::StoreError, sql::without_nul};
 
-/// A type of column that both stores have.
+/// A type of column of both stores.
 pub(super) trait Column: rusqlite::types::FromSql + for<'a> database::types::FromSql<'a> {}
 impl<T: rusqlite::types::FromSql + for<'a> database::types::FromSql<'a>> Column for T {}
 
-/// A value that both stores take.
+/// A value for both stores.
 pub(super) trait Param: rusqlite::types::ToSql + database::types::ToSql + Sync {}
 impl<T: rusqlite::types::ToSql + database::types::ToSql + Sync> Param for T {}
 
@@ -27,7 +27,7 @@ pub(super) enum Row<'a> {
 }
 
 impl Row<'_> {
-    /// The value in that column, from 0.
+    /// The value in a column, from 0.
     pub(super) fn get<T: Column>(&self, column: usize) -> Result<T, StoreError> {
         match self {
             Self::Sqlite(row) => Ok(row.get(column)?),
@@ -44,7 +44,7 @@ pub(super) enum Rows {
 }
 
 impl Rows {
-    /// A text as this store has it.
+    /// The text in this store's form.
     pub(super) fn text<'a>(&self, text: &'a str) -> Cow<'a, str> {
         match self {
             Self::Sqlite(_) => text.into(),
@@ -52,7 +52,7 @@ impl Rows {
         }
     }
 
-    /// Calls `take` with each row, until it returns false.
+    /// Calls `take` with each row, until it returns `false`.
     pub(super) fn each(
         &self,
         query: &str,

@@ -1,4 +1,4 @@
-//! Copies of the store: a complete one while a service writes, or all that can be read of a damaged one.
+//! Copies of the store: complete while a service writes, or the readable part of a damaged one.
 
 use std::{
     fs::{self, File},
@@ -19,16 +19,16 @@ use super::{
     sql::signed,
 };
 
-/// Name of the file with the readable events of missions that are not whole.
+/// Name of the file with the readable events of damaged missions.
 pub const REST_NAME: &str = "damaged-missions.ndjson";
 
 impl EventReader {
-    /// Writes everything up to the last commit to a new store in `directory`, which is created if missing, and checks it.
-    /// The new store appears complete or not at all; a service may be writing meanwhile.
+    /// Copies everything up to the last commit to a new store in `directory`, which it creates, and
+    /// checks it. The copy appears complete or not at all; a service may be writing meanwhile.
     ///
-    /// If the store has damaged pages, the new store has the missions that can be read to the end. [`REST_NAME`] has what can
-    /// be read of the others. Returns a line for everything that is not whole.
-    /// A store in PostgreSQL has `pg_basebackup`.
+    /// A copy of a damaged store has every mission that can be read to its end; [`REST_NAME`] has
+    /// the readable events of the others. Returns a line for each fault. A store in PostgreSQL is
+    /// refused: use `pg_basebackup`.
     pub fn back_up(&self, directory: &Path) -> Result<Vec<String>, StoreError> {
         let (path, rest) = (directory.join(FILE_NAME), directory.join(REST_NAME));
         let file = self.file().map(LogFile).ok_or_else(|| {
@@ -71,18 +71,18 @@ impl EventReader {
         written
     }
 
-    /// Checks the missions in the store, and a file's structure.
+    /// Checks a file's structure, and the missions in the store.
     pub(super) fn inspect(&self) -> Result<(), StoreError> {
         let file = self.file().map(LogFile);
         file.as_ref().map_or(Ok(()), LogFile::check_structure)?;
-        // Services that start would read a whole database, each of them.
+        // A database is not read as a whole, because every starting service would do that.
         match self.damage(file.is_some())?.pop() {
             None => Ok(()),
             Some(what) => Err(StoreError::Damaged(what)),
         }
     }
 
-    /// The first fault of each damaged mission, in the words of its readers. Only with `every_event` are events before the last one read.
+    /// The first fault of each damaged mission. `every_event`: reads all, not only the last.
     pub(super) fn damage(&self, every_event: bool) -> Result<Vec<String>, StoreError> {
         let (mut found, mut after, mut more) = (vec![], 0, true);
         while more {
@@ -110,7 +110,7 @@ impl EventReader {
     }
 }
 
-/// Missions that are checked at once, and the bytes of their summaries.
+/// Missions per query, and the bytes of their summaries.
 const PAGE: usize = 256;
 const PAGE_BYTES: usize = 1 << 20;
 
@@ -118,7 +118,7 @@ const PAGE_BYTES: usize = 1 << 20;
 struct LogFile<'a>(&'a Connection);
 
 impl LogFile<'_> {
-    /// SQLite's own check of the file.
+    /// Runs SQLite's own check.
     fn check_structure(&self) -> Result<(), StoreError> {
         let verdict: String = self.0.query_row("PRAGMA quick_check(1)", [], |row| row.get(0))?;
         match verdict.as_str() {
@@ -127,14 +127,14 @@ impl LogFile<'_> {
         }
     }
 
-    /// Copies every page that is in use.
+    /// Copies every used page.
     fn copy(&self, to: &Path) -> Result<Vec<String>, StoreError> {
         empty(to)?;
         self.0.execute("VACUUM INTO ?1", [&to.to_string_lossy()])?;
         checked(to)
     }
 
-    /// Copies row by row the missions that can be read to the end, and writes the readable events of the others to `rest`.
+    /// Copies the whole missions, and writes the readable events of the others to `rest`.
     fn salvage(&self, to: &Path, rest: &Path) -> Result<Vec<String>, StoreError> {
         empty(to)?;
         let _one_moment = self.0.unchecked_transaction()?;
@@ -154,7 +154,7 @@ impl LogFile<'_> {
         }
         copy.execute("DELETE FROM guards", [])?;
         if !matches!(self.copy_rows(&copy, "guards", "TRUE", []), Ok(1)) {
-            // It may have been protected.
+            // The store may have been protected.
             copy.execute("INSERT INTO guards VALUES (1, 0.0, 0.0, 0.0, 0.0)", [])?;
             damage.push("cannot read the trusted time: the copy can be served only with tokens".to_owned());
         }
@@ -189,7 +189,7 @@ impl LogFile<'_> {
         Ok(damage)
     }
 
-    /// Copies a mission, or fails.
+    /// Copies one mission completely, or fails.
     fn copy_mission(&self, to: &Connection, number: i64) -> Result<(), StoreError> {
         self.copy_rows(to, "missions", "number = ?1 AND status <> 'deleted'", [number])?;
         let n_events = self.copy_rows(to, "events", "mission = ?1", [number])?;
@@ -202,7 +202,7 @@ impl LogFile<'_> {
         Ok(())
     }
 
-    /// Copies the rows of a table that meet a condition. Returns their number.
+    /// Copies the rows of a table that meet `condition`. Returns their number.
     fn copy_rows(
         &self,
         to: &Connection,
@@ -228,7 +228,7 @@ impl LogFile<'_> {
         Ok(n)
     }
 
-    /// The numbers of a table's rows; every number that was ever given if they cannot be read.
+    /// The numbers of a table's rows; all numbers ever used if the rows cannot be read.
     fn numbers(&self, table: &str) -> Vec<i64> {
         let listed = || -> rusqlite::Result<Vec<i64>> {
             let mut all = self
@@ -242,7 +242,7 @@ impl LogFile<'_> {
         listed().unwrap_or_else(|_| (1..=given().unwrap_or(0)).collect())
     }
 
-    /// The id of a mission, and the sequence of its last event, as far as they can be read.
+    /// The id of a mission and the sequence of its last event, or substitutes for unreadable ones.
     fn outline(&self, number: i64) -> (String, u64) {
         let outline = "SELECT id, sequence FROM missions WHERE number = ?1";
         let read = self.0.query_row(outline, [number], |row| {
@@ -251,7 +251,7 @@ impl LogFile<'_> {
         read.unwrap_or_else(|_| (format!("number {number}"), 0))
     }
 
-    /// Writes the events that can be read, a line of JSON for each. Returns their number.
+    /// Writes the readable events, one JSON line each. Returns their number.
     fn write_events(&self, number: i64, id: &str, last: u64, to: &mut impl Write) -> io::Result<u64> {
         let read = |sequence: u64| -> rusqlite::Result<(String, Vec<u8>)> {
             let one = "SELECT kind, body FROM events WHERE mission = ?1 AND sequence = ?2";
@@ -276,7 +276,7 @@ impl LogFile<'_> {
     }
 }
 
-/// Checks a copy. Returns a line for each mission in it that is not whole.
+/// Checks a copy. Returns a line for each damaged mission.
 fn checked(copy: &Path) -> Result<Vec<String>, StoreError> {
     let copy = EventReader::open(copy, None)?;
     copy.file()
@@ -284,7 +284,7 @@ fn checked(copy: &Path) -> Result<Vec<String>, StoreError> {
     copy.damage(true)
 }
 
-/// Empties a file that an earlier try may have left.
+/// Empties a file that an earlier attempt may have left.
 fn empty(path: &Path) -> Result<(), StoreError> {
     File::create(path)
         .map(drop)

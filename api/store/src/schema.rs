@@ -1,4 +1,4 @@
-//! Versions of the store's tables. A released version never changes; a change is a new version.
+//! Versions of the store's tables. A released version never changes; changes are new versions.
 
 use std::path::Path;
 
@@ -23,7 +23,7 @@ const STEPS: [&str; 9] = [
     PACKED,
 ];
 
-/// Missions, their events, a snapshot of each, and the requests that were answered.
+/// Missions, their events, a checkpoint of each, and answered requests.
 const FIRST: &str = "
 CREATE TABLE missions (
     number INTEGER PRIMARY KEY AUTOINCREMENT,
@@ -53,7 +53,7 @@ CREATE TABLE answered (
 ) STRICT, WITHOUT ROWID;
 ";
 
-/// A row that tests whether the store can be written. Versions 2 to 5 had digests of rows.
+/// A row for tests of writing. Versions 2 to 5 had digests of rows.
 const PROBES: &str = "
 ALTER TABLE events ADD COLUMN digest BLOB NOT NULL DEFAULT x'';
 ALTER TABLE snapshots ADD COLUMN digest BLOB NOT NULL DEFAULT x'';
@@ -68,7 +68,7 @@ CREATE TABLE salts (salt BLOB NOT NULL) STRICT;
 INSERT INTO salts VALUES (randomblob(32));
 ";
 
-/// Who changed which mission, and how.
+/// The orders of the audit.
 const ORDERS: &str = "
 CREATE TABLE orders (
     number INTEGER PRIMARY KEY AUTOINCREMENT,
@@ -82,7 +82,7 @@ CREATE TABLE orders (
 CREATE INDEX orders_by_mission ON orders (mission, number);
 ";
 
-/// Who made each mission, and how many bytes its events take.
+/// The client of each mission, and the bytes of its events.
 const SHARES: &str = "
 ALTER TABLE missions ADD COLUMN owner TEXT NOT NULL DEFAULT '';
 ALTER TABLE missions ADD COLUMN bytes INTEGER NOT NULL DEFAULT 0;
@@ -91,7 +91,7 @@ UPDATE missions SET
     bytes = coalesce((SELECT sum(length(body) + 64) FROM events WHERE mission = number), 0);
 ";
 
-/// Without digests of rows: SQLite's own checks remain.
+/// Drops the digests of rows; SQLite's own checks remain.
 const WITHOUT_DIGESTS: &str = "
 ALTER TABLE missions DROP COLUMN digest;
 ALTER TABLE events DROP COLUMN digest;
@@ -99,8 +99,8 @@ ALTER TABLE snapshots DROP COLUMN digest;
 ALTER TABLE orders DROP COLUMN digest;
 ";
 
-/// Whether the service had tokens, the trusted time, and when by that each mission was over. No boot lasts 1e300 s: an older log
-/// is of another one.
+/// The service's protection by tokens, the trusted time, and each mission's end in trusted time. No
+/// boot lasts 1e300 s, so the first start counts as another boot.
 const GUARDS: &str = "
 CREATE TABLE guards (
     protected INTEGER NOT NULL,
@@ -115,7 +115,7 @@ UPDATE missions SET over_s = json_extract(CAST(summary AS TEXT), '$.finished_s')
     WHERE status IN ('finished', 'failed') AND json_valid(CAST(summary AS TEXT));
 ";
 
-/// The number and the digest of each mission's last event, and digests of events, checkpoints and summaries.
+/// The number and digest of the last event; digests of events, checkpoints and summaries.
 const DIGESTS: &str = concat!(
     "
 ALTER TABLE events ADD COLUMN digest BLOB NOT NULL DEFAULT x'';
@@ -127,7 +127,7 @@ ALTER TABLE missions ADD COLUMN digest BLOB NOT NULL DEFAULT x'';
     fill!()
 );
 
-/// Bodies may be packed, which an older program does not read.
+/// Bodies may be packed. Older programs cannot read those.
 const PACKED: &str = "";
 
 /// The newest version.
@@ -135,7 +135,7 @@ fn newest() -> u32 {
     u32::try_from(STEPS.len()).expect("a handful")
 }
 
-/// The version of the stored tables. Fails if it is newer than this program.
+/// The version of the stored tables. Fails for one newer than this program.
 fn version(connection: &Connection, path: &Path) -> Result<u32, StoreError> {
     let found: u32 = connection.pragma_query_value(None, "user_version", |row| row.get(0))?;
     let known = newest();
@@ -149,7 +149,7 @@ fn version(connection: &Connection, path: &Path) -> Result<u32, StoreError> {
     Ok(found)
 }
 
-/// Fails for the database of another program: neither empty nor with this one's tables.
+/// Fails for the database of another program: one with other tables.
 pub(super) fn require_log(connection: &Connection, path: &Path) -> Result<(), StoreError> {
     let found = version(connection, path)?;
     let tables = "SELECT count(*), count(*) FILTER (WHERE name IN ('missions', 'events')) FROM sqlite_schema WHERE type = 'table'";
@@ -160,7 +160,7 @@ pub(super) fn require_log(connection: &Connection, path: &Path) -> Result<(), St
         .ok_or_else(|| StoreError::open(path, &"it is the database of another program"))
 }
 
-/// Migrates the tables to the newest version, in one transaction: on a full disk the log stays as the older program reads it.
+/// Migrates the tables to the newest version in one transaction: a full disk changes nothing.
 pub(super) fn migrate(connection: &mut Connection, path: &Path) -> Result<(), StoreError> {
     let found = version(connection, path)?;
     if found == newest() {
@@ -179,7 +179,7 @@ pub(super) fn migrate(connection: &mut Connection, path: &Path) -> Result<(), St
     Ok(())
 }
 
-/// Fails for older tables: a reader cannot migrate them.
+/// Fails for older tables: readers do not migrate.
 pub(super) fn require_newest(connection: &Connection, path: &Path) -> Result<(), StoreError> {
     let found = version(connection, path)?;
     let known = newest();

@@ -1,4 +1,4 @@
-//! How much of the disk the missions of each client use. Plans are counted but never refused.
+//! Disk space used by the missions of each client. Plans are counted but never refused.
 
 use std::collections::HashMap;
 
@@ -6,18 +6,18 @@ use rusqlite::Connection;
 
 use super::entry::{Append, Room};
 
-/// Bytes that an event, a stored answer or an order takes besides its text.
+/// Bytes of an event, a stored answer or an order beside its text.
 const BESIDE_TEXT: u64 = 64;
 
-/// The bytes that each client's missions use, and the limit of one client. Not counted: snapshots, which do not grow with a
-/// mission, and deleted missions that are not purged yet. Missions from before schema 4 belong to no client.
+/// Bytes of each client's missions, and the limit of one client. Checkpoints (they do not grow) and
+/// deleted missions do not count. Missions from before schema 4 belong to no client.
 #[derive(Debug)]
 pub(super) struct Shares {
     most: u64,
     taken: HashMap<String, u64>,
 }
 
-/// Bytes of a commit.
+/// The bytes of a commit, and their owner.
 #[derive(Debug)]
 pub(super) struct Taken {
     pub(super) owner: String,
@@ -25,7 +25,7 @@ pub(super) struct Taken {
 }
 
 impl Shares {
-    /// Owner and bytes of the stored missions.
+    /// Selects owner and bytes of the stored missions.
     pub(super) const SUMS: &'static str =
         "SELECT owner, CAST(sum(bytes) AS BIGINT) FROM missions WHERE status <> 'deleted' GROUP BY owner";
 
@@ -48,7 +48,7 @@ impl Shares {
         Ok(())
     }
 
-    /// Whether `owner` may store an append of that size.
+    /// `true` if `owner` may store an append of `bytes` bytes.
     pub(super) fn has_room(&self, owner: &str, bytes: u64, room: Room) -> bool {
         let most = match room {
             Room::Share => self.most,

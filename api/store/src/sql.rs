@@ -6,20 +6,20 @@ use std::{
     time::Duration,
 };
 
-/// How long a connection waits for a lock of a checkpoint, or of another program: a mission answers its caller within 10 s, and an append may
-/// wait behind two others.
+/// Longest wait for a lock of a checkpoint or another program: missions answer within 10 s, and an
+/// append may wait behind two others.
 pub(super) const LOCK_TIME: Duration = Duration::from_secs(2);
 
 pub(super) fn limit(most: usize) -> i64 {
     i64::try_from(most).unwrap_or(i64::MAX)
 }
 
-/// An id that no other process has. It is no secret.
+/// An id that no other process has. It is not secret.
 pub(super) fn new_id() -> String {
     format!("{:016x}", RandomState::new().hash_one(()))
 }
 
-/// SQLite has signed integers; numbers here are far below their maximum.
+/// Numbers here are far below the limit of SQLite's signed integers.
 pub(super) fn signed(number: u64) -> i64 {
     i64::try_from(number).unwrap_or(i64::MAX)
 }
@@ -28,11 +28,11 @@ pub(super) fn unsigned(number: i64) -> u64 {
     u64::try_from(number).unwrap_or(0)
 }
 
-/// Between a caller and a key; no header has either.
+/// Separates a caller from a key; no header contains either character.
 const NUL: char = '\0';
 const UNIT_SEPARATOR: char = '\x1f';
 
-/// A text as a database stores it, which has no NUL.
+/// The text as PostgreSQL stores it: it allows no NUL.
 pub(super) fn without_nul(text: &str) -> Cow<'_, str> {
     if text.contains(NUL) {
         text.replace(NUL, &UNIT_SEPARATOR.to_string()).into()
@@ -41,7 +41,7 @@ pub(super) fn without_nul(text: &str) -> Cow<'_, str> {
     }
 }
 
-/// The text of which [`without_nul`] made this one.
+/// Reverses [`without_nul`].
 pub(super) fn with_nul(text: &str) -> String {
     text.replace(UNIT_SEPARATOR, &NUL.to_string())
 }

@@ -17,7 +17,7 @@ fn event(sequence: u64, body: &str) -> StoredEvent {
 fn append(mission: &str, events: Vec<StoredEvent>) -> Append {
     Append {
         mission: mission.to_owned(),
-        // Tests continue the first mission only.
+        // Tests continue only the first mission.
         number: events.first().filter(|event| 1 < event.sequence).map(|_| 1),
         epoch: 0,
         events,
@@ -49,7 +49,7 @@ fn open(directory: &Path) -> EventStore {
     EventStore::open(directory, &clock()).expect("opens")
 }
 
-/// Bodies of all events, whose numbers the reader has checked.
+/// Bodies of all events; the reader has checked their numbers.
 fn bodies(store: &EventStore, id: &str) -> Vec<Vec<u8>> {
     let reader = store.reader().expect("opens");
     let mission = reader.mission(id).expect("reads").expect("is there");
@@ -61,29 +61,29 @@ async fn add(store: &EventStore, append: Append) {
     assert_eq!(store.append(append).await.expect("is stored"), Appended::Stored);
 }
 
-/// A machine that is switched on now.
+/// A machine that was just switched on.
 fn clock() -> Clock {
     Clock::simulated(1.8e9)
 }
 
-/// Waits until every writer has nothing left to do: simulated time passes only then.
+/// Waits until no writer has work left: only then does simulated time pass.
 async fn settle() {
     clock().sleep(Duration::from_millis(1)).await;
 }
 
-/// Opens a store that another handle had, after its writer has ended.
+/// Opens a store after the writer of another handle has ended.
 async fn open_again(directory: &Path) -> EventStore {
     settle().await;
     open(directory)
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_panic_of_the_writer_costs_only_the_commit_that_it_interrupts() {
+async fn a_panic_of_the_writer_loses_only_the_interrupted_commit() {
     let directory = directory();
     let store = EventStore::open_with(directory.path(), 10_000, &clock()).expect("opens");
     add(&store, append("a", vec![event(1, "one")])).await;
     for sequence in 2..=4 {
-        // In one commit with the other or in another: what is acknowledged is there, and what is there once is there.
+        // In one commit or two: acknowledged events are stored, and stored exactly once.
         let panics = store.append(append(PANICS, vec![event(1, "x")]));
         let (panicked, other) = tokio::join!(panics, store.append(append("a", vec![event(sequence, "y")])));
         assert_eq!(panicked, Err(StoreError::Unanswered));
@@ -141,7 +141,7 @@ async fn a_deleted_mission_is_gone_at_once_and_frees_its_space() {
         let file = reader.file().expect("is a file");
         file.query_row(count, [], |row| row.get(0)).expect("reads")
     };
-    // The purge runs by itself.
+    // The purge runs on its own.
     settle().await;
     assert_eq!(left(), 2);
     assert_eq!(bodies(&store, "b"), [b"y"]);
@@ -149,10 +149,10 @@ async fn a_deleted_mission_is_gone_at_once_and_frees_its_space() {
         store.append(append("a", vec![event(5001, "late")])).await,
         Ok(Appended::MissionGone)
     );
-    // The name is free again.
+    // The name may be used again.
     add(&store, append("a", vec![event(1, "anew")])).await;
     assert_eq!(bodies(&store, "a"), [b"anew"]);
-    // An actor of the mission that had the name before stores nothing in this one.
+    // An actor of the earlier mission with this name stores nothing in the new one.
     assert_eq!(
         store.append(append("a", vec![event(2, "late")])).await,
         Ok(Appended::MissionGone)
@@ -161,7 +161,7 @@ async fn a_deleted_mission_is_gone_at_once_and_frees_its_space() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_full_disk_stores_nothing_and_works_again_when_there_is_space() {
+async fn a_store_on_a_full_disk_refuses_appends_and_works_again_once_there_is_space() {
     let directory = directory();
     let path = directory.path().join(FILE_NAME);
     drop(open(directory.path()));
@@ -194,7 +194,7 @@ async fn a_full_disk_stores_nothing_and_works_again_when_there_is_space() {
         .delete("a".to_owned(), AuditEntry::default())
         .await
         .expect("makes room");
-    // The pages are freed step by step.
+    // Pages are freed step by step.
     settle().await;
     add(&store, append("b", vec![event(1, &"y".repeat(5000))])).await;
     assert_eq!(bodies(&store, "b").len(), 1);
@@ -283,7 +283,7 @@ fn on_a_full_disk_a_log_is_migrated_completely_or_not_at_all() {
         let found = connection.pragma_query_value(None, "user_version", |row| row.get::<_, u32>(0));
         found.expect("is a number")
     };
-    // Not below the pages that there are.
+    // The limit cannot be below the present number of pages.
     limit(&connection, 1);
     assert_eq!(schema::migrate(&mut connection, &path), Err(StoreError::Full));
     assert_eq!(version(&connection), 4);
@@ -293,7 +293,7 @@ fn on_a_full_disk_a_log_is_migrated_completely_or_not_at_all() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_is_not_a_log_is_refused_and_keeps_its_content_and_mode() {
+async fn a_file_that_is_no_log_is_refused_and_keeps_its_content_and_mode() {
     use std::os::unix::fs::{PermissionsExt as _, symlink};
     type Make<'a> = &'a dyn Fn(&Path);
     let directory = directory();
@@ -329,7 +329,7 @@ async fn what_is_not_a_log_is_refused_and_keeps_its_content_and_mode() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn an_event_that_an_older_log_had_lost_is_named_after_its_migration() {
+async fn an_event_missing_from_an_older_log_is_named_after_its_migration() {
     let directory = directory();
     let mut connection = Connection::open(directory.path().join(FILE_NAME)).expect("opens");
     for version in 0..7 {
@@ -351,9 +351,9 @@ async fn an_event_that_an_older_log_had_lost_is_named_after_its_migration() {
     assert_eq!(reader.snapshot(1).expect("is whole"), Some((1, b"{}".to_vec())));
 }
 
-/// The damage is what a power cut in the middle of the last commit may leave.
+/// A power cut in the middle of the last commit may cause this damage.
 #[tokio::test(start_paused = true)]
-async fn a_torn_last_commit_leaves_every_commit_before_it() {
+async fn a_torn_last_commit_damages_no_earlier_commit() {
     let running = directory();
     let store = open(running.path());
     for sequence in 1..=5 {
@@ -361,7 +361,7 @@ async fn a_torn_last_commit_leaves_every_commit_before_it() {
     }
     let ahead = format!("{FILE_NAME}-wal");
     let whole = fs::read(running.path().join(&ahead)).expect("is there");
-    // What follows the last event in the file is the store's own.
+    // The bytes after the last event in the file belong to the store.
     let body = [b'x'; 50];
     let cut_off = whole.windows(body.len()).rposition(|bytes| bytes == body);
     let cut_off = cut_off.expect("the last event is there");
@@ -376,7 +376,7 @@ async fn a_torn_last_commit_leaves_every_commit_before_it() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_damaged_page_of_the_log_shows_in_the_probe() {
+async fn the_probe_reports_a_damaged_page() {
     let directory = directory();
     let store = open(directory.path());
     add(
@@ -410,7 +410,7 @@ async fn a_closed_log_needs_no_write_ahead_file_and_an_emptied_one_is_refused() 
     let ahead = directory.path().join(format!("{FILE_NAME}-wal"));
     let store = open(directory.path());
     add(&store, append("a", vec![event(1, "x")])).await;
-    // What a copy of a running service holds, were its main file emptied.
+    // The files of a copy of a running service whose main file was emptied.
     let emptied = tempfile::tempdir().expect("is made");
     fs::copy(&ahead, emptied.path().join(format!("{FILE_NAME}-wal"))).expect("is copied");
     fs::write(emptied.path().join(FILE_NAME), []).expect("is written");
@@ -483,13 +483,13 @@ async fn closing_a_log_during_a_read_reports_that_the_write_ahead_file_stays() {
 
 #[tokio::test(start_paused = true)]
 #[expect(clippy::disallowed_methods, reason = "SQLite waits by the machine's clock")]
-async fn a_lock_of_another_program_is_waited_for_and_a_lasting_one_is_named() {
+async fn appends_wait_for_a_lock_of_another_program_and_name_a_lasting_one() {
     let directory = directory();
     let store = open(directory.path());
     add(&store, append("a", vec![event(1, "x")])).await;
     let other = Connection::open(directory.path().join(FILE_NAME)).expect("opens");
     other.execute_batch("BEGIN IMMEDIATE").expect("locks");
-    // Three wait, and wait once.
+    // Three appends wait together.
     let start = std::time::Instant::now();
     let (first, second, deleted) = tokio::join!(
         store.append(append("a", vec![event(2, "y")])),
@@ -507,7 +507,7 @@ async fn a_lock_of_another_program_is_waited_for_and_a_lasting_one_is_named() {
             .to_string()
             .contains("another program has locked")
     );
-    // One that is let go while an append waits costs nothing.
+    // A lock that is released while an append waits costs nothing.
     let released = std::thread::spawn(move || {
         std::thread::sleep(Duration::from_millis(100));
         other.execute_batch("ROLLBACK")
@@ -560,7 +560,7 @@ async fn a_backup_during_writes_is_a_complete_log() {
 async fn a_vacuum_frees_space_that_an_older_log_keeps() {
     let directory = directory();
     let file = directory.path().join(FILE_NAME);
-    // A file whose first table was made without it has no incremental vacuum.
+    // A file whose first table was created without it has no incremental vacuum.
     let older = Connection::open(&file).expect("opens");
     older
         .execute_batch("CREATE TABLE first (x); DROP TABLE first")
@@ -588,7 +588,7 @@ async fn a_vacuum_frees_space_that_an_older_log_keeps() {
     assert!(size() < 1 << 18, "{} bytes are left", size());
 }
 
-/// The files of a store whose service was killed just now.
+/// The files of a store whose service was just killed.
 fn files_of_a_killed(directory: &Path) -> HashMap<String, Vec<u8>> {
     let entries = fs::read_dir(directory).expect("is there");
     entries
@@ -610,7 +610,7 @@ fn written(files: &HashMap<String, Vec<u8>>) -> tempfile::TempDir {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_a_damaged_write_ahead_file_lost_is_named_until_a_person_has_read_it() {
+async fn losses_of_a_damaged_write_ahead_file_are_named_until_a_person_has_read_them() {
     const EVENTS: u64 = 120;
     let running = directory();
     let store = open(running.path());
@@ -654,7 +654,7 @@ async fn what_a_damaged_write_ahead_file_lost_is_named_until_a_person_has_read_i
         );
         let found = found.expect_err("events are missing").to_string();
         assert!(found.contains(&lost), "{lost}: {found}");
-        // A second start does not forget it, and does not find it again.
+        // A second start neither forgets nor repeats the loss.
         drop((store, reader));
         let store = open_again(killed.path()).await;
         let found = store.probe().await.expect_err("was not read").to_string();
@@ -665,7 +665,7 @@ async fn what_a_damaged_write_ahead_file_lost_is_named_until_a_person_has_read_i
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_deletion_that_a_damaged_write_ahead_file_lost_is_named() {
+async fn a_deletion_lost_with_the_write_ahead_file_is_named() {
     let running = directory();
     let store = open(running.path());
     add(&store, append("a", vec![event(1, "1")])).await;
@@ -682,7 +682,7 @@ async fn a_deletion_that_a_damaged_write_ahead_file_lost_is_named() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_an_older_copy_of_the_store_lacks_is_named() {
+async fn events_missing_from_an_older_copy_of_the_store_are_named() {
     let directory = directory();
     let path = directory.path().join(FILE_NAME);
     let store = open(directory.path());
@@ -707,7 +707,7 @@ async fn what_an_older_copy_of_the_store_lacks_is_named() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn another_history_than_the_acknowledged_one_is_named() {
+async fn a_history_that_differs_from_the_acknowledged_one_is_named() {
     let [one, two] = [directory(), directory()];
     for (place, body) in [(&one, "1"), (&two, "2")] {
         let store = open(place.path());
@@ -729,7 +729,7 @@ async fn another_history_than_the_acknowledged_one_is_named() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_list_that_was_lost_cut_or_damaged_is_written_again_from_the_store() {
+async fn a_lost_cut_or_damaged_list_is_rewritten_from_the_store() {
     let running = directory();
     let store = open(running.path());
     add(&store, append("a", vec![event(1, "1")])).await;
@@ -836,7 +836,7 @@ async fn the_lock_needs_no_file_of_its_own() {
     drop(store);
 }
 
-/// Three missions of 300 events, of which the second has a damaged page.
+/// Three missions of 300 events; the second has a damaged page.
 async fn with_a_damaged_page() -> tempfile::TempDir {
     let directory = directory();
     let store = open(directory.path());
@@ -869,7 +869,7 @@ async fn with_a_damaged_page() -> tempfile::TempDir {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_backup_of_a_damaged_log_has_all_that_is_whole_and_names_the_rest() {
+async fn a_backup_of_a_damaged_log_has_every_whole_mission_and_names_the_others() {
     let directory = with_a_damaged_page().await;
     let reader = EventReader::of(directory.path()).expect("opens");
     let to = directory.path().join("copy");
@@ -898,7 +898,7 @@ async fn a_backup_of_a_damaged_log_has_all_that_is_whole_and_names_the_rest() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_damaged_event_does_not_block_a_backup_and_is_forgotten_with_its_mission() {
+async fn a_damaged_event_blocks_no_backup_and_its_report_ends_with_its_mission() {
     let directory = directory();
     let store = open(directory.path());
     for mission in ["a", "b"] {
@@ -926,7 +926,7 @@ async fn a_damaged_event_does_not_block_a_backup_and_is_forgotten_with_its_missi
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_clock_that_was_set_ahead_makes_no_mission_old_until_a_person_says_that_it_is_right() {
+async fn a_clock_set_ahead_makes_no_mission_old_until_a_person_confirms_it() {
     const YEAR: f64 = 365.0 * 86_400.0;
     let directory = directory();
     let store = open(directory.path());
@@ -937,7 +937,7 @@ async fn a_clock_that_was_set_ahead_makes_no_mission_old_until_a_person_says_tha
     add(&store, finished).await;
     store.close().await.expect("ends");
     drop(store);
-    // As if the log had been made a year ago by the clock, and a moment ago by the kernel.
+    // As if the log was created a year ago by the clock, and a moment ago by the kernel.
     let connection = Connection::open(directory.path().join(FILE_NAME)).expect("opens");
     connection
         .execute_batch(&format!(
@@ -955,7 +955,7 @@ async fn a_clock_that_was_set_ahead_makes_no_mission_old_until_a_person_says_tha
     assert!((store.clock().clock_ahead_s() - YEAR).abs() < 60.0);
     store.read_clocks().await.expect("is stored");
     assert_eq!(older_than(90.0), [""; 0]);
-    // The kernel counts hundredths of a second.
+    // The kernel counts in hundredths of a second.
     assert_eq!(older_than(-0.001), ["a"]);
     store.believe_clock().await.expect("is stored");
     assert_eq!(older_than(90.0), ["a"]);

@@ -1,12 +1,12 @@
-//! The time by which tokens expire and old missions are deleted. A clock that was set wrongly must do neither.
+//! The time by which tokens expire and old missions are deleted. A wrong clock must cause neither.
 //!
 //! ```text
-//! same boot:     trusted += running time             (the kernel's, which no clock setting changes)
-//! after a boot:  trusted += clock's difference       if that is at most a day
-//! at any time:   trusted  = max(trusted, clock)      if clock and running time agreed for three days of running
+//! same boot:     trusted += running time          (the kernel's, which no clock setting changes)
+//! after a boot:  trusted += clock's difference    if that is at most a day
+//! at any time:   trusted  = max(trusted, clock)   if clock and running time agreed for three days
 //! ```
-//! It never goes back. After a jump forward, or after a long time without power, it lags behind the clock for three days, or
-//! until a person sets it.
+//! It never goes back. After a jump forward, or a long time without power, it lags behind the clock
+//! for three days or until a person sets it.
 
 use std::{
     sync::{Arc, Mutex, MutexGuard, PoisonError},
@@ -15,13 +15,13 @@ use std::{
 
 use clock::Clock;
 
-/// Running time after which a clock that agreed with it is believed, s.
+/// Running time after which an agreeing clock is trusted, s.
 const AGREED: f64 = 3.0 * 86_400.0;
 
-/// Largest disagreement between two readings that is no jump, s: slewing and drift are far below it.
+/// Largest difference between two readings without a jump, s: slewing and drift are far smaller.
 const JUMP: f64 = 60.0;
 
-/// Longest time without power that is believed at once, s: a night.
+/// Longest time without power that is trusted at once, s: a night.
 const NIGHT: f64 = 86_400.0;
 
 /// A reading of the machine's clocks.
@@ -29,8 +29,8 @@ const NIGHT: f64 = 86_400.0;
 struct Reading {
     /// The clock, Unix time, s.
     clock: f64,
-    /// Time since boot, s. A smaller one than before is of another boot. A larger one may be too: then the time without power is
-    /// not counted.
+    /// Time since boot, s. A smaller one than before is from another boot. A larger one may
+    /// also be; then the time without power does not count.
     up: f64,
 }
 
@@ -47,13 +47,13 @@ impl Reading {
 pub(super) struct TrustedTime {
     /// Unix time, s.
     trusted: f64,
-    /// Running time during which the clock has agreed, s.
+    /// Running time of agreement with the clock, s.
     agreed: f64,
     seen: Reading,
 }
 
 impl TrustedTime {
-    /// What is stored. A store without it trusts its newest order, and a new store the clock.
+    /// Selects [`Self::columns`]. A new store trusts the clock, an older one its newest order.
     pub(super) const READ: &'static str = "SELECT trusted_s, agreed_s, clock_s, up_s FROM guards";
 
     /// Stores [`Self::columns`].
@@ -73,13 +73,13 @@ impl TrustedTime {
         [self.trusted, self.agreed, self.seen.clock, self.seen.up]
     }
 
-    /// Goes on to the start of a service.
+    /// Advances to the start of a service.
     pub(super) fn resume(&mut self, clock: &Clock) {
         self.advance_to(Reading::now(clock), false);
     }
 
-    /// Goes on to the start of a service whose store another machine may have written, with a clock and a boot of its own: at most a night,
-    /// and not beyond this machine's clock, is believed to have passed.
+    /// Advances to the start of a service after another machine may have written the store, by its
+    /// own clock and boot: by at most a night, and not beyond this machine's clock.
     pub(super) fn adopt(&mut self, clock: &Clock) {
         let seen = Reading::now(clock);
         let by_clock = seen.clock - self.seen.clock;
@@ -91,14 +91,14 @@ impl TrustedTime {
         (self.agreed, self.seen) = (0.0, seen);
     }
 
-    /// Goes on to `now`; `running` says that the last reading was by this process.
+    /// Advances to `now`; `running` if this process made the last reading.
     fn advance_to(&mut self, now: Reading, running: bool) {
         let by_clock = now.clock - self.seen.clock;
         let elapsed = now.up - self.seen.up;
         if self.trusted == 0.0 {
             self.trusted = now.clock;
         } else if 0.0 <= elapsed {
-            // The files may come from another machine: less is safe.
+            // The files may come from another machine: the shorter time is safe.
             let longest = if running { elapsed } else { by_clock.max(0.0) };
             self.trusted += elapsed.min(longest);
             let agrees = (by_clock - elapsed).abs() <= JUMP;
@@ -119,7 +119,7 @@ impl TrustedTime {
 #[derive(Clone, Debug)]
 pub struct TrustedClock {
     pub(super) machine: Clock,
-    /// With the running time at which it was read.
+    /// The time, and the running time of its reading.
     time: Arc<Mutex<(TrustedTime, Instant)>>,
 }
 
@@ -146,14 +146,14 @@ impl TrustedClock {
         *time
     }
 
-    /// By how much the machine's clock was ahead when it was read last, s; negative if it was behind.
+    /// Lead of the machine's clock at the last reading, s; negative for a lag.
     #[must_use]
     pub fn clock_ahead_s(&self) -> f64 {
         let (TrustedTime { trusted, seen, .. }, _) = &*self.locked();
         seen.clock - trusted
     }
 
-    /// Takes the machine's time, because a person says that it is right. Returns the time to store.
+    /// Takes the machine's time, because a person has confirmed it. Returns the time to store.
     pub(super) fn believe_clock(&self) -> TrustedTime {
         let (time, read) = &mut *self.locked();
         *read = self.machine.now();
@@ -175,10 +175,10 @@ mod tests {
     const START: f64 = 1.7e9;
 
     #[test]
-    fn what_another_machine_read_from_its_clocks_counts_for_nothing() {
+    fn a_store_of_another_machine_advances_by_at_most_a_night() {
         let machine = Clock::machine();
         let now = machine.unix_s();
-        // Trusted time before, and the other machine's clock, before this one's; how much is believed to have passed.
+        // Lags of the trusted time and of the other clock behind this clock; the time that passes.
         for (before, clock, passed) in [
             (30.0 * DAY, 20.0 * DAY, 0.0),
             (30.0 * DAY, -20.0 * DAY, 0.0),
@@ -205,7 +205,7 @@ mod tests {
         }
     }
 
-    /// Readings every ten minutes for `days`, by a clock that is `ahead`.
+    /// Reads the clocks every ten minutes for `days`, with a clock that is `ahead`.
     fn run(time: &mut TrustedTime, days: f64, ahead: f64) {
         let up = time.seen.up;
         let clock = time.seen.clock - time.trusted;
@@ -244,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn a_night_without_power_counts_and_a_year_waits() {
+    fn a_night_without_power_counts_at_once_and_a_year_does_not() {
         for (off, believed) in [(0.6 * DAY, 0.6 * DAY), (365.0 * DAY, 0.0), (-DAY, 0.0)] {
             let mut time = started();
             time.advance_to(
@@ -259,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn files_from_a_machine_that_has_run_for_longer_are_not_older_for_it() {
+    fn files_of_a_machine_with_a_longer_uptime_age_by_the_clock() {
         let mut time = started();
         time.advance_to(
             Reading {

@@ -1,4 +1,4 @@
-//! In place of a database, in a program built without the feature `postgres`: a refusal, and types that have no value.
+//! Stand-ins of a program without the feature `postgres`: a refusal, and types without values.
 
 use std::{fmt::Debug, path::Path, time::Duration};
 
@@ -92,7 +92,7 @@ impl Lease {
     }
 }
 
-/// Every type is one of a column.
+/// Every type is a type of column.
 pub(super) mod types {
     pub(crate) trait ToSql {}
     impl<T: ?Sized> ToSql for T {}

@@ -28,37 +28,37 @@ const PURGE: i64 = 500;
 /// Pause after a failed removal.
 const PURGE_RETRY: Duration = Duration::from_secs(1);
 
-/// Bytes in the write-ahead file after which it is merged: SQLite's own limit of 1,000 pages.
+/// Bytes in the write-ahead file that cause a merge: SQLite's own limit of 1,000 pages.
 const MERGE_BYTES: usize = 4 << 20;
 
-/// Bytes that a commit writes besides its events: a page each of five tables and indexes.
+/// Bytes that a commit writes beside its events: a page for each of five tables and indexes.
 const COMMIT_BYTES: usize = 20 << 10;
 
 /// Bytes that a step of freeing disk space writes.
 const PURGE_BYTES: usize = 1 << 20;
 
-/// Free space beyond a refused append that is needed before the store is ready again, bytes.
+/// Space beyond a refused append that makes the store ready again, bytes.
 const PROBE_BYTES: usize = 64 << 10;
 
 /// The only writing connection.
 pub(super) struct Writer {
     connection: Connection,
-    /// Deleted missions whose events are removed step by step when no command waits.
+    /// Deleted missions; their events are removed step by step while no command waits.
     purge: Vec<i64>,
-    /// Whether the file may have free pages.
+    /// `true` if the file may have free pages.
     free_pages: bool,
-    /// Whether the last removal failed, as on a full disk.
+    /// `true` if the last removal failed, for example on a full disk.
     stuck: bool,
-    /// Size of the largest append that failed, bytes. The store is ready again when it could store as much.
+    /// Size of the largest failed append, bytes. The store is ready once it can store as much.
     refused: Option<usize>,
     shares: Shares,
     known: Known,
     metrics: StoreMetrics,
     clock: TrustedClock,
     acknowledged: Acknowledged,
-    /// What is committed and not yet in the list, because the list could not be written.
+    /// Committed entries that could not be listed yet.
     unlisted: Vec<Entry>,
-    /// Bytes in the write-ahead file, about.
+    /// Approximate bytes in the write-ahead file.
     unmerged: usize,
     /// Dropped after the connection.
     place: Arc<Place>,
@@ -92,19 +92,19 @@ impl Writer {
 
     /// Merges the write-ahead file into the store's file.
     fn checkpoint(&mut self) -> Result<(), StoreError> {
-        // If a reader is active, a part stays in the write-ahead file.
+        // While a reader is active, a part stays in the write-ahead file.
         let is_merged = merge(&self.connection, "TRUNCATE")?;
         is_merged.then_some(()).ok_or(StoreError::Busy)
     }
 
-    /// Merges once it is much.
+    /// Merges a large write-ahead file.
     fn merge_much(&mut self) {
         if MERGE_BYTES <= self.unmerged {
             self.merge();
         }
     }
 
-    /// Merges what is merged without waiting for readers.
+    /// Merges as much as possible without waiting for readers.
     fn merge(&mut self) {
         self.unmerged = 0;
         if let Err(error) = merge(&self.connection, "PASSIVE") {
@@ -112,7 +112,7 @@ impl Writer {
         }
     }
 
-    /// Brings the list up to date at the start. A deleted mission's events are removed once its deletion is listed.
+    /// Updates the list at the start. Missions are purged only after their deletion is listed.
     pub(super) fn list(&mut self, outdated: Vec<Entry>) {
         self.merge();
         let listed = self.confirm(outdated).and_then(|()| self.sync_list());
@@ -127,7 +127,7 @@ impl Writer {
         synced.map_err(|error| StoreError::Unconfirmed(error.to_string()))
     }
 
-    /// Makes sure that what was committed stays: after `Ok` it may be acknowledged.
+    /// Makes sure that commits stay; after `Ok` they may be acknowledged.
     fn confirm(&mut self, committed: Vec<Entry>) -> Result<(), StoreError> {
         self.unlisted.extend(committed);
         self.place.check()?;
@@ -137,7 +137,7 @@ impl Writer {
         Ok(())
     }
 
-    /// Time to wait for commands before more is removed; none if nothing is left to remove.
+    /// Wait for commands before the next removal; none if nothing is left to remove.
     fn purge_in(&self) -> Option<Duration> {
         match (self.purge.is_empty(), self.stuck) {
             (true, _) => self.free_pages.then_some(Duration::ZERO),
@@ -177,7 +177,6 @@ impl Writer {
 }
 
 impl LogWriter for Writer {
-    /// Counts again what is stored, after a panic that may have come between a commit and its count.
     fn recover(&mut self) -> Result<(), StoreError> {
         self.shares.read_again(&self.connection)?;
         // A removal that panics must not panic at every turn.
@@ -254,7 +253,7 @@ impl LogWriter for Writer {
                 self.unmerged += bytes + COMMIT_BYTES;
                 self.merge_much();
             }
-            // Each alone would wait as long again.
+            // Each would wait as long on its own.
             Err(StoreError::Locked) => {
                 let n = batch.len();
                 reply_to_each(batch, (0..n).map(|_| Err(StoreError::Locked)));
@@ -288,7 +287,7 @@ impl LogWriter for Writer {
             .optional()?;
         let Some((number, room)) = hidden else {
             drop(transaction);
-            // An earlier try may have deleted it.
+            // An earlier attempt may have deleted it.
             return self.confirm(vec![]).map(|()| false);
         };
         keep_order(&transaction, id, order)?;
@@ -296,7 +295,7 @@ impl LogWriter for Writer {
         self.shares.give_back(&room);
         self.unmerged += COMMIT_BYTES;
         self.confirm(vec![Entry::deletion(self.clock.machine.unix_s(), number, id)])?;
-        // Before its events are removed: a mission without a trace counts as lost.
+        // First the list, then the removal: a mission without a trace counts as lost.
         self.sync_list()?;
         self.purge.push(number);
         Ok(true)
@@ -316,8 +315,7 @@ impl LogWriter for Writer {
         Ok(())
     }
 
-    /// Writes as much as the largest failed append: a disk may be full for one append and not
-    /// for another.
+    /// Writes as much as the largest failed append: a disk may be full for that one only.
     fn probe(&mut self) -> Result<(), StoreError> {
         self.known.check()?;
         self.confirm(vec![])?;
@@ -365,7 +363,7 @@ impl LogWriter for Writer {
     }
 }
 
-/// A transaction that has the lock for writing: one that reads first does not wait for a lock that it needs later.
+/// A transaction with the lock for writing: one that reads first cannot wait for the lock later.
 pub(super) fn writing(connection: &mut Connection) -> rusqlite::Result<Transaction<'_>> {
     connection.transaction_with_behavior(TransactionBehavior::Immediate)
 }
@@ -376,7 +374,7 @@ fn deleted(connection: &Connection) -> rusqlite::Result<Vec<i64>> {
     deleted.query_map([], |row| row.get(0))?.collect()
 }
 
-/// Merges the write-ahead file. True if everything is merged, and on the disk.
+/// Merges the write-ahead file. `true` if everything is merged and on the disk.
 fn merge(connection: &Connection, mode: &str) -> rusqlite::Result<bool> {
     let checkpoint = format!("PRAGMA wal_checkpoint({mode})");
     connection.query_row(&checkpoint, [], |row| {
@@ -385,7 +383,7 @@ fn merge(connection: &Connection, mode: &str) -> rusqlite::Result<bool> {
     })
 }
 
-/// Removes some events of a deleted mission, and the mission after its last event. True if the mission is gone.
+/// Removes some events of a deleted mission, at last the mission. `true` if the mission is gone.
 fn purge(connection: &Connection, number: i64) -> rusqlite::Result<bool> {
     let mut some = connection.prepare_cached(
         "DELETE FROM events WHERE mission = ?1 AND sequence <=
@@ -398,11 +396,11 @@ fn purge(connection: &Connection, number: i64) -> rusqlite::Result<bool> {
     Ok(true)
 }
 
-/// Removes some free pages. True if more are left.
+/// Removes some free pages. `true` if more are left.
 fn give_back(connection: &Connection) -> rusqlite::Result<bool> {
     let free = || connection.query_row("PRAGMA freelist_count", [], |row| row.get::<_, i64>(0));
     let before = free()?;
-    // Steps once for each page.
+    // The statement steps once per page.
     let mut vacuum = connection.prepare_cached(&format!("PRAGMA incremental_vacuum({PURGE})"))?;
     let mut pages = vacuum.query([])?;
     while pages.next()?.is_some() {}
@@ -417,7 +415,7 @@ fn size(append: &Append) -> usize {
     events.sum::<usize>() + append.summary.len() + snapshot
 }
 
-/// Owner and bytes of a mission: the columns from `first` on.
+/// Owner and bytes of a mission, in the columns from `first` on.
 fn taken(row: &Row<'_>, first: usize) -> rusqlite::Result<Taken> {
     Ok(Taken {
         owner: row.get(first)?,
@@ -425,12 +423,12 @@ fn taken(row: &Row<'_>, first: usize) -> rusqlite::Result<Taken> {
     })
 }
 
-/// Time of a commit, Unix time, s.
+/// Unix time of a commit, s.
 #[derive(Clone, Copy)]
 struct Times {
-    /// According to the trusted time.
+    /// Trusted time.
     trusted_s: f64,
-    /// According to the machine's clock.
+    /// Time of the machine's clock.
     unix_s: f64,
 }
 
@@ -439,9 +437,9 @@ struct Batch<'a, 'b> {
     shares: &'b Shares,
     known: &'b Known,
     times: Times,
-    /// Sizes of what is stored.
+    /// Bytes of the stored appends.
     taken: Vec<Taken>,
-    /// The last events of the missions, after each append that is stored.
+    /// The last event of the mission after each stored append.
     heads: Vec<(&'a Append, Head)>,
 }
 
@@ -553,7 +551,7 @@ impl<'a> Batch<'a, '_> {
     }
 }
 
-/// From the mission's row: its last event and its owner; and `true` if that event is there.
+/// The last event and the owner in the mission's row; `true` if that event is stored.
 fn stored_head(transaction: &Transaction<'_>, number: i64) -> rusqlite::Result<Option<(Head, String, bool)>> {
     let mut last = transaction.prepare_cached(
         "SELECT sequence, head, owner, coalesce((SELECT digest FROM events WHERE mission = number

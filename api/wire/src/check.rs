@@ -1,4 +1,4 @@
-//! Whether a request can be planned for: what the planner checks, and what is the envelope's own.
+//! Checks of a request: the planner's, and those of the envelope.
 
 use planner::snapshot::{InvalidRequest, PlanRequest, SCHEMA_VERSION, Snapshot};
 use serde_json::Value;
@@ -6,15 +6,15 @@ use serde_json::Value;
 use super::{DEADLINE_MS, METADATA_BYTES_MAX, field_pointers::length, positions::wrong_place};
 use crate::{CraftFrame, FieldError};
 
-/// The snapshot that `request` is, in the frame at the craft if it has an origin. Fails with every field that is wrong.
+/// The snapshot of `request`, in the frame at the craft if it has an origin. Fails with all faults.
 pub fn snapshot(request: PlanRequest) -> Result<Snapshot, Vec<FieldError>> {
     snapshot_until(request, &|| false)
 }
 
-/// [`snapshot`], whose estimates rest on the newest reports alone once it is `due`.
+/// As [`snapshot`]; once `due`, estimates use only the newest reports.
 pub fn snapshot_until(mut request: PlanRequest, due: &dyn Fn() -> bool) -> Result<Snapshot, Vec<FieldError>> {
     if request.origin.is_some() {
-        // As it was given: in the other frame the numbers are others.
+        // Before the change of frame, which changes the numbers.
         check(&request)?;
         CraftFrame::enter(&mut request);
     }
@@ -26,7 +26,7 @@ pub fn snapshot_until(mut request: PlanRequest, due: &dyn Fn() -> bool) -> Resul
     }
 }
 
-/// `request` with the defaults that its `snapshot` spells out.
+/// `request` with the defaults of its `snapshot`.
 #[must_use]
 pub fn with_defaults(request: PlanRequest, snapshot: &Snapshot) -> PlanRequest {
     PlanRequest {
@@ -36,7 +36,7 @@ pub fn with_defaults(request: PlanRequest, snapshot: &Snapshot) -> PlanRequest {
     }
 }
 
-/// Fails with every field of `request` that is wrong, as [`snapshot`] would. Estimates nothing.
+/// Fails with every wrong field of `request`, as [`snapshot`] does. Estimates nothing.
 pub fn check(request: &PlanRequest) -> Result<(), Vec<FieldError>> {
     let envelope = envelope_faults(request);
     match request.check() {
@@ -51,7 +51,7 @@ fn with_fields(mut errors: Vec<FieldError>, InvalidRequest(fields): &InvalidRequ
     errors
 }
 
-/// What is wrong with a `schema_version`, wherever one is given.
+/// The fault of a `schema_version`, if it has one.
 #[must_use]
 pub fn unsupported_version(given: &str) -> Option<FieldError> {
     (given != SCHEMA_VERSION).then(|| {
@@ -62,7 +62,7 @@ pub fn unsupported_version(given: &str) -> Option<FieldError> {
     })
 }
 
-/// What is wrong with the members that the planner does not read.
+/// Faults of the members that the planner does not read.
 fn envelope_faults(request: &PlanRequest) -> Vec<FieldError> {
     let mut invalid = Vec::from_iter(unsupported_version(&request.schema_version));
     let previous = request.previous_plan.as_ref().and_then(|plan| plan.origin);

@@ -1,14 +1,14 @@
-//! The frame that plans are made in where the datum's place on Earth is known: the azimuthal equidistant projection about the craft.
+//! The frame of plans whose datum is known: the azimuthal equidistant projection about the craft.
 //!
-//! Its north is true north at the craft. Headings, courses, velocities, currents and offsets are true: no angle is converted, only
-//! positions are. Near the craft, that is
+//! Its north is true north at the craft. Headings, courses, velocities, currents and offsets are
+//! true; only positions are converted. Near the craft, that is
 //!
 //! ```text
 //! p' = J (p − c)
 //! ```
-//!
-//! for a position p (north, east) from the request's datum, the craft's c, and the derivative J of true (north, east) at the craft by
-//! the datum's ([`Datum::true_from_local`]), which is off by |c| |p − c|²/R² (Earth's radius R).
+//! for a position p (north, east) from the request's datum, the craft's position c, and the
+//! derivative J of true (north, east) at the craft by the datum's ([`Datum::true_from_local`]). Its
+//! error is |c| |p − c|²/R² (Earth's radius R).
 
 use geodesy::Datum;
 use nalgebra::{Matrix2, Rotation2, Vector2};
@@ -18,7 +18,7 @@ use planner::{
     snapshot::{Origin, PlanRequest, PreviousPlan, Snapshot},
 };
 
-/// What the linear form may be off by, m; beyond it positions go over the Earth.
+/// Largest error of the linear form, m; beyond it, positions are converted over the Earth.
 const LINEAR_ERROR_MAX: f64 = 1e-3;
 
 const EARTH_RADIUS: f64 = 6.371e6;
@@ -31,12 +31,12 @@ pub struct CraftFrame {
     at_craft: Datum,
     from_datum: Matrix2<f64>,
     to_datum: Matrix2<f64>,
-    /// Paths are turned alone: their lines and arcs must join as they did.
+    /// Turns a whole path, so that its lines and arcs still join.
     turn: Rotation2<f64>,
 }
 
 impl CraftFrame {
-    /// At `craft` (north, east) of a datum at `origin`, m. None if that is no place on Earth.
+    /// The frame at `craft` (north, east), m, from `origin`; none if that is no place on Earth.
     #[must_use]
     pub fn new(origin: Origin, craft: Vector2<f64>) -> Option<Self> {
         Self::at(&datum(origin)?, craft)
@@ -54,14 +54,14 @@ impl CraftFrame {
         })
     }
 
-    /// That of `snapshot`, if it is at the craft, as seen from `origin`.
+    /// The frame of `snapshot` as seen from `origin`, if it is at the craft.
     pub(crate) fn of(snapshot: &Snapshot, origin: Option<Origin>) -> Option<Self> {
         let datum = datum(origin?)?;
         let craft = datum.to_local(&snapshot.origin?.into()).ok()?;
         Self::at(&datum, craft)
     }
 
-    /// What the next request has to say of `plan`, which was made for `snapshot`, its positions from `origin`.
+    /// `plan`, made for `snapshot`, for the next request; positions count from `origin`.
     #[must_use]
     pub fn previous_plan(snapshot: &Snapshot, plan: &Plan, origin: Option<Origin>) -> PreviousPlan {
         let mut previous = PreviousPlan::from(plan);
@@ -71,7 +71,7 @@ impl CraftFrame {
         previous
     }
 
-    /// Counts the positions of `request` from the craft, which becomes its origin. Without an origin it stays as it is.
+    /// Moves `request`, if it has an origin, to the frame at the craft, the new origin.
     pub(crate) fn enter(request: &mut PlanRequest) {
         let craft = request.asc.position();
         let Some(frame) = request.origin.and_then(|origin| Self::new(origin, craft)) else {
@@ -104,7 +104,7 @@ impl CraftFrame {
         }
     }
 
-    /// The position (north, east) from the datum, m, of one from the craft.
+    /// Converts a position from the craft to one (north, east) from the datum, m.
     #[must_use]
     pub fn leave(&self, position: &Vector2<f64>) -> Vector2<f64> {
         let exact = || self.datum.to_local(&self.at_craft.from_local(position)).ok();
@@ -112,7 +112,7 @@ impl CraftFrame {
         self.is_far(position).then(exact).flatten().unwrap_or_else(linear)
     }
 
-    /// The position (north, east) from the craft, m, of one from the datum.
+    /// Converts a position from the datum to one (north, east) from the craft, m.
     fn position(&self, position: &Vector2<f64>) -> Vector2<f64> {
         let from_craft = position - self.craft;
         let exact = || self.at_craft.to_local(&self.datum.from_local(position)).ok();
@@ -123,7 +123,7 @@ impl CraftFrame {
             .unwrap_or_else(linear)
     }
 
-    /// Whether the linear form is off by too much so far from the craft, m.
+    /// `true` if the linear form is too inexact at `from_craft`, m.
     fn is_far(&self, from_craft: &Vector2<f64>) -> bool {
         LINEAR_ERROR_MAX * EARTH_RADIUS.powi(2) < self.craft.norm() * from_craft.norm_squared()
     }

@@ -1,4 +1,4 @@
-//! What plans and answers are named by.
+//! Digests that name plans and answers.
 
 use std::fmt::Write as _;
 
@@ -6,8 +6,8 @@ use planner::snapshot::{PlanRequest, Snapshot};
 use serde_json::Map;
 use sha2::{Digest, Sha256};
 
-/// SHA-256 of the checked request, its defaults spelled out, hexadecimal, without the members that change no plan. With an
-/// origin, positions count from the craft, and the origin is the craft's place.
+/// SHA-256, hexadecimal, of the checked request with its defaults, without members that change no
+/// plan. With an origin, positions count from the craft, and the origin is the craft's place.
 #[must_use]
 pub fn plan_id(snapshot: &Snapshot) -> String {
     let request = PlanRequest {

@@ -1,4 +1,4 @@
-//! Directions in degrees, put into radians in the tree of a body before a shape is read of it.
+//! Converts directions in degrees to radians in the tree of a body, before a shape is read.
 
 use std::ops::RangeInclusive;
 
@@ -10,17 +10,17 @@ use crate::{
     json::{Json, Misfit, token},
 };
 
-/// Members that are directions, clockwise from north: in degrees, and in radians as the shapes have them.
+/// Names of directions, clockwise from north, in degrees and in radians.
 pub const DIRECTIONS: [[&str; 2]; 3] = [
     ["heading_deg", "heading_rad"],
     ["course_deg", "course_rad"],
     ["bearing_deg", "bearing_rad"],
 ];
 
-/// A direction in degrees: as many turns as in radians.
+/// Range of directions in degrees: as many turns as in radians.
 pub const DIRECTION_DEG: RangeInclusive<f64> = ANGLE.start().to_degrees()..=ANGLE.end().to_degrees();
 
-/// Members of which the names within are the client's, and an earlier answer, which has radians.
+/// Members with names of the client, or with an earlier answer, which has radians.
 const LEFT_ALONE: [&str; 6] = [
     "metadata",
     "previous_plan",
@@ -30,17 +30,17 @@ const LEFT_ALONE: [&str; 6] = [
     "paths",
 ];
 
-/// Which directions of a body were in degrees: pointers to what they have become.
+/// Pointers to the directions of a body that were in degrees.
 #[derive(Debug)]
 pub(crate) struct WereInDegrees(Vec<String>);
 
 impl WereInDegrees {
-    /// Puts every direction of `body` that is in degrees into radians.
+    /// Converts every direction of `body` in degrees to radians.
     pub(crate) fn put_into_radians(body: &mut Json<'_>) -> Result<Self, Misfit> {
         put(body).map(Self)
     }
 
-    /// What does not fit, in the names that the client sent, and with the other name of a direction that is missing.
+    /// The fault in the client's names; for a missing direction, with both of its names.
     pub(crate) fn as_sent(&self, Misfit(mut error): Misfit) -> Misfit {
         let ends = |[_, radians]: &&[&str; 2]| error.pointer.ends_with(&token(radians));
         if let Some([degrees, radians]) = DIRECTIONS.iter().find(ends) {
@@ -85,7 +85,7 @@ fn put(json: &mut Json<'_>) -> Result<Vec<String>, Misfit> {
     Ok(put_here)
 }
 
-/// Puts the member of `object` that has the first name, in degrees, at the second, in radians. None and null are no direction.
+/// Converts the member `degrees` of `object` to `radians`. `false` if it is missing or null.
 fn put_direction(object: &mut Json<'_>, [degrees, radians]: &[&'static str; 2]) -> Result<bool, Misfit> {
     let refused = |error: FieldError| Err(Misfit(Box::new(error)));
     let wrong = |code, detail: String| refused(FieldError::new(token(degrees), code, detail));
@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn a_direction_in_degrees_is_the_same_request_as_in_radians() {
+    fn directions_in_degrees_and_radians_give_the_same_request() {
         // 45°, 360° and −90°.
         let degrees = body(
             &json!({ "heading_deg": 45 }),
@@ -166,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn reports_and_patches_take_degrees_too() {
+    fn reports_and_patches_accept_degrees() {
         let fix =
             json!({ "t_s": 1, "north_m": 0, "east_m": 0, "sigma_m": 1, "course_deg": 90, "speed_mps": 0.2 });
         let state = json!({ "north_m": 0, "east_m": 0, "heading_deg": 90, "speed_mps": 0.2 });
@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn names_that_are_the_clients_are_no_directions() {
+    fn names_of_the_client_are_no_directions() {
         let mut named = body(
             &json!({ "heading_deg": 0 }),
             &json!({ "course_deg": 0 }),
@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_told_in_the_names_that_were_sent() {
+    fn faults_have_the_names_that_the_client_sent() {
         let refused = |asc: &Value| {
             let body = body(asc, &json!({ "course_rad": 0 }), &json!({ "bearing_rad": 0 }));
             read_value(&body).expect_err("is refused")
@@ -220,7 +220,7 @@ mod tests {
                 "out_of_range",
             ),
             (json!({ "heading_deg": "N" }), "/asc/heading_deg", "wrong_type"),
-            // The craft has a heading.
+            // The craft has a heading and no course.
             (
                 json!({ "heading_rad": 0, "course_deg": 0 }),
                 "/asc/course_deg",

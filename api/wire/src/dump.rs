@@ -1,4 +1,4 @@
-//! A cone program and its solution as bare numbers, for other solvers to try.
+//! A cone program and its solution as plain numbers, for other solvers.
 
 use planner::{
     program::{Cone, Program},
@@ -7,22 +7,22 @@ use planner::{
 };
 use serde_json::{Value, json};
 
-/// A program in the standard form of Clarabel, and what was made of it.
+/// A program in the standard form of Clarabel, and its solution.
 ///
 /// ```text
 /// minimise ½ xᵀ P x + qᵀ x   subject to   A x + s = b,  s ∈ K
 /// ```
 /// ```text
-/// P, A       matrices in compressed sparse column form: m × n, where each column begins (colptr), row and value of each
-///            entry (rowval, nzval). Indices begin at 0, explicit zeros are kept, of P there is the upper triangle.
+/// P, A       m × n matrices as compressed sparse columns: starts of columns (colptr), rows and
+///            values of entries (rowval, nzval), from 0; with explicit zeros; P: upper triangle
 /// q, b       vectors
-/// cones      K, block after block of rows: type and number of rows. zero: s = 0, nonneg: s ≥ 0, soc: s₀ ≥ ‖(s₁, s₂, …)‖
+/// cones      K, by blocks of rows: type (zero: s = 0, nonneg: s ≥ 0, soc: s₀ ≥ ‖(s₁, …)‖), rows
 /// columns    a name for each variable, such as `velocity[3].ahead`, and
-/// rows       for each row, such as `turn_rate[3].port`: stages from 1; edges, discs and AUVs from 0
-/// v1         where among the variables the velocity of the craft through the water after the first interval stands, ahead
-///            and starboard of its heading now, and what a variable of 1 means there, m/s
-/// status     how the solver ended, in snake case
-/// solution   x, multipliers z, slacks s and the objective; absent where its status gives them no meaning
+/// rows       for each row, such as `turn_rate[3].port`: stages from 1; edges, discs, AUVs from 0
+/// v1         variables of the craft's velocity through the water after the first interval, ahead
+///            and starboard of its heading now, and the velocity of a variable of 1, m/s
+/// status     status of the solver, in snake case
+/// solution   x, multipliers z, slacks s and the objective; absent for a status without them
 /// ```
 #[must_use]
 pub fn program_dump(program: &Program, solution: &Solution) -> Value {
@@ -63,7 +63,7 @@ fn cone(cone: &Cone) -> Value {
     json!({ "type": kind, "dim": dim })
 }
 
-/// ½ xᵀ P x + qᵀ x from the upper triangle of P: what is above the diagonal counts twice.
+/// ½ xᵀ P x + qᵀ x from the upper triangle of P: entries above the diagonal count twice.
 fn objective(program: &Program, x: &[f64]) -> f64 {
     let matrix = &program.quadratic;
     let column = |column: usize| {

@@ -1,4 +1,4 @@
-//! One wrong field of a request: where, what, and what would do.
+//! A wrong field of a request: its place, its fault and the accepted values.
 
 use std::{fmt::Display, ops::RangeInclusive};
 
@@ -6,26 +6,26 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use utoipa::ToSchema;
 
-/// Longest piece of a request that is repeated in a document, characters.
+/// Longest part of a request that a document repeats, characters.
 const QUOTE_LENGTH_MAX: usize = 200;
 
 /// One wrong field of a request: a member of its body, or a parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct FieldError {
-    /// Where, as a JSON pointer (RFC 6901); empty for the whole body, and for a parameter.
+    /// Its place, as a JSON pointer (RFC 6901); empty for the whole body and for a parameter.
     pub pointer: String,
-    /// Name of the parameter at fault, where it is one: of the query, or a header.
+    /// Name of the faulty parameter of the query or header, if it is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub parameter: Option<String>,
-    /// What is wrong, for programs.
+    /// The fault, for programs.
     pub code: String,
-    /// What is wrong, for people.
+    /// The fault, for people.
     pub detail: String,
-    /// The value given, where it is a number or a name.
+    /// The given value, if it is a number or a name.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Value)]
     pub given: Option<Value>,
-    /// What would have been accepted.
+    /// The accepted values.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Value)]
     pub limit: Option<Value>,
@@ -44,7 +44,7 @@ impl FieldError {
         }
     }
 
-    /// An error in the parameter called `name`.
+    /// An error in the parameter `name`.
     #[must_use]
     pub fn of_parameter(name: &str, code: &str, detail: impl Into<String>) -> Self {
         Self {
@@ -53,8 +53,8 @@ impl FieldError {
         }
     }
 
-    /// A time at `pointer`, s, that is not in its range about `now`, which `clock` shows. Says how far the two are apart:
-    /// where the client meant the present, that is the skew of its clock.
+    /// A time at `pointer`, s, outside its range around `now` on `clock`. States the difference: if
+    /// the client meant the present, the skew of its clock.
     pub fn off_the_clock(
         pointer: impl Into<String>,
         given: f64,
@@ -90,7 +90,7 @@ impl FieldError {
         .limit(json!({ "most": most }))
     }
 
-    /// What is wrong with a number at `pointer`, if it is not in its range.
+    /// The error of a number at `pointer` outside its range.
     pub fn outside<T: Copy + Display + PartialOrd + Serialize>(
         pointer: impl Into<String>,
         given: T,
@@ -110,7 +110,7 @@ impl FieldError {
             .limit(json!({ "least": least, "most": most }))
     }
 
-    /// With the value that was given.
+    /// Adds the given value.
     #[must_use]
     pub fn given(mut self, given: impl Into<Value>) -> Self {
         self.given = Some(match given.into() {
@@ -120,7 +120,7 @@ impl FieldError {
         self
     }
 
-    /// With what would have been accepted.
+    /// Adds the accepted values.
     #[must_use]
     pub fn limit(mut self, limit: impl Into<Value>) -> Self {
         self.limit = Some(limit.into());
@@ -128,7 +128,7 @@ impl FieldError {
     }
 }
 
-/// `text`, cut to what a document repeats of a request.
+/// `text`, cut to the length that a document repeats.
 #[must_use]
 pub fn shortened(text: String) -> String {
     match text.char_indices().nth(QUOTE_LENGTH_MAX) {

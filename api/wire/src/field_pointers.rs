@@ -1,4 +1,4 @@
-//! What is wrong with a field, from the planner's words to a problem document's.
+//! Converts the planner's faults of fields to those of problem documents.
 
 use std::ops::RangeInclusive;
 
@@ -90,7 +90,7 @@ impl From<&InvalidField> for FieldError {
     }
 }
 
-/// Asks of an angle of more than a turn whether it is in degrees.
+/// Asks whether an angle of more than a turn is in degrees.
 fn perhaps_degrees(mut error: FieldError, given: f64) -> FieldError {
     let name = error.pointer.rsplit('/').next().unwrap_or_default();
     // An earlier answer has radians.

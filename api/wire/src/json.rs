@@ -1,10 +1,10 @@
-//! A body of JSON, parsed once, into a tree of which any shape is read.
+//! A JSON body, parsed once into a tree from which any shape is read.
 //!
 //! ```text
-//! bytes ── parse: is it JSON? ──► Json ── read: has it the shape? ──► T
+//! bytes ── parse: JSON? ──► Json ── read: right shape? ──► T
 //! ```
-//! The tree keeps members in their order, twice where they stand twice, so that what is wrong is found where the client
-//! wrote it. What is wrong is a [`FieldError`] from the beginning: no message of another library is looked into for it.
+//! The tree keeps the order of members, and duplicates: faults are found where the client wrote
+//! them. Every fault is a [`FieldError`] from the start; no other library's message is parsed.
 
 use std::{borrow::Cow, collections::HashSet, fmt};
 
@@ -21,25 +21,25 @@ use serde_json::{Number, json};
 
 use crate::FieldError;
 
-/// What UTF-8 text from some editors begins with, and JSON must not (RFC 8259, section 8.1).
+/// First bytes of some editors' UTF-8 text, which JSON forbids (RFC 8259, section 8.1).
 const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
-/// Most values in a body, about: twice what 16 AUVs with 256 segments and 64 reports each come to.
+/// Most values in a body, about twice those of 16 AUVs with 256 segments and 64 reports each.
 pub const VALUES_MAX: usize = 100_000;
 
-/// Longest name of a member that is repeated in a pointer, characters.
+/// Longest name of a member in a pointer, characters.
 const TOKEN_LENGTH_MAX: usize = 80;
 
-/// Why a body is not read.
+/// The fault of a body.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Unread {
-    /// It is not JSON.
+    /// The body is not JSON.
     Syntax(Box<FieldError>),
-    /// It is JSON of another shape.
+    /// The JSON has another shape.
     Misfit(Box<FieldError>),
 }
 
-/// A value of JSON.
+/// A JSON value.
 #[derive(Debug)]
 pub(crate) enum Json<'a> {
     Null,
@@ -47,12 +47,12 @@ pub(crate) enum Json<'a> {
     Number(Number),
     Text(Cow<'a, str>),
     List(Vec<Json<'a>>),
-    /// Members in the order in which they stand.
+    /// Members, in the order of the text.
     Object(Vec<(Cow<'a, str>, Json<'a>)>),
 }
 
 impl Json<'_> {
-    /// A member of an object that is there and not null.
+    /// A member of an object, if it is present and not null.
     pub(crate) fn member(&self, name: &str) -> Option<&Self> {
         let Self::Object(members) = self else {
             return None;
@@ -70,7 +70,7 @@ impl Json<'_> {
         }
     }
 
-    /// What people call it.
+    /// Its name for people.
     pub(crate) fn name(&self) -> &'static str {
         match self {
             Json::Null => "null",
@@ -82,7 +82,7 @@ impl Json<'_> {
         }
     }
 
-    /// Fails where an object says something twice: readers of JSON differ in which they take (RFC 8259, section 4).
+    /// Fails if a name occurs twice in an object: readers differ in theirs (RFC 8259, section 4).
     pub(crate) fn each_name_once(&self) -> Result<(), Misfit> {
         match self {
             Json::List(items) => {
@@ -107,7 +107,7 @@ impl Json<'_> {
 }
 
 pub(crate) fn parse(body: &[u8]) -> Result<Json<'_>, Unread> {
-    // One of these stands before every value but the first and those of members: counted before there is memory for any.
+    // One of these precedes every value except the first and members' values.
     let values = body.split(|byte| b",[{".contains(byte)).count();
     if VALUES_MAX < values {
         let detail = format!("holds {values} values or more, at most {VALUES_MAX} are accepted");
@@ -131,7 +131,7 @@ pub(crate) fn parse(body: &[u8]) -> Result<Json<'_>, Unread> {
     })
 }
 
-/// serde_json's words, but where they are about its own reading and not about the text.
+/// serde_json's message, with plain words for its internal terms.
 fn plain_syntax(error: &serde_json::Error) -> String {
     let (line, column) = (error.line(), error.column());
     let words = error.to_string();
@@ -171,7 +171,7 @@ impl<'de> Deserialize<'de> for Json<'de> {
     }
 }
 
-/// Text, borrowed where it stands in the body as it is meant.
+/// Text, borrowed from the body if it has no escapes.
 #[derive(Deserialize)]
 #[serde(transparent)]
 struct Name<'a>(#[serde(borrow)] Cow<'a, str>);
@@ -230,7 +230,7 @@ impl<'de> Visitor<'de> for Tree {
     }
 }
 
-/// The first thing by which JSON is not of a shape; its pointer leads there from where it is read.
+/// The first fault of JSON against a shape; its pointer starts where the shape is read.
 #[derive(Debug)]
 pub(crate) struct Misfit(pub(crate) Box<FieldError>);
 
@@ -239,7 +239,7 @@ impl Misfit {
         Self(Box::new(FieldError::new(pointer, code, detail)))
     }
 
-    /// The same, seen from the object or list of which the member or item called `name` is at fault.
+    /// The same fault, seen from the object or list that contains `name`.
     pub(crate) fn within(mut self, name: &str) -> Self {
         self.0.pointer.insert_str(0, &token(name));
         self
@@ -291,11 +291,11 @@ fn listed(names: &[&str]) -> String {
     quoted.join(if names.len() == 2 { " or " } else { ", " })
 }
 
-/// A place in the tree, where a shape is read.
+/// A place in the tree at which a shape is read.
 #[derive(Clone, Copy)]
 pub(crate) struct Node<'a> {
     json: &'a Json<'a>,
-    /// Whether it is an item of a list of fixed length.
+    /// `true` for an item of a list of fixed length.
     in_fixed_list: bool,
 }
 
@@ -310,7 +310,7 @@ impl<'a> Node<'a> {
         Err(Misfit::new(String::new(), "wrong_type", detail))
     }
 
-    /// A whole number; one that the visitor does not take is too large, negative or broken.
+    /// A whole number. One that the visitor refuses is too large, negative or a fraction.
     fn whole_number<'de, V: Visitor<'de>>(self, most: u64, visitor: V) -> Result<V::Value, Misfit> {
         let expected = format!("a whole number from 0 to {most}");
         match self.json {
@@ -417,7 +417,7 @@ impl<'de> Deserializer<'de> for Node<'de> {
             return self.must_be(what);
         };
         let n_given = items.len();
-        // What is wrong with an item comes first. None is, where the visitor complains of the whole.
+        // A fault of an item comes first. Without a pointer, the fault is of the whole list.
         match visitor.visit_seq(Items::new(&items[..n_given.min(n_items)], true)) {
             Err(Misfit(error)) if !error.pointer.is_empty() => Err(Misfit(error)),
             Ok(list) if n_given == n_items => Ok(list),
@@ -437,7 +437,7 @@ impl<'de> Deserializer<'de> for Node<'de> {
         }
     }
 
-    /// Never a list: members by their order say nothing of what they are.
+    /// Lists are refused: order alone does not name members.
     fn deserialize_struct<V: Visitor<'de>>(
         self,
         _: &'static str,
@@ -468,7 +468,7 @@ impl<'de> Deserializer<'de> for Node<'de> {
     }
 }
 
-/// The items of a list, each with its place.
+/// The items of a list, with their places.
 struct Items<'a> {
     items: std::iter::Enumerate<std::slice::Iter<'a, Json<'a>>>,
     fixed: bool,
@@ -501,10 +501,10 @@ impl<'de> SeqAccess<'de> for Items<'de> {
     }
 }
 
-/// The members of an object, each with its name.
+/// The members of an object, with their names.
 struct Members<'a> {
     members: std::slice::Iter<'a, (Cow<'a, str>, Json<'a>)>,
-    /// The one of which the name was read last.
+    /// The member whose name was read last.
     member: Option<&'a (Cow<'a, str>, Json<'a>)>,
 }
 

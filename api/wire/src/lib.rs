@@ -1,14 +1,13 @@
-//! The JSON that clients send and receive, and the only place where it meets the planner's types.
+//! The JSON that clients send and receive. Only this crate converts it to the planner's types.
 //!
-//! Units: SI and radians, in the names. Positions are local north-east-down, their origin any datum
-//! that all positions of a request share; where its place on Earth is known, headings, courses and
-//! velocities are from true north at the craft; `depth_m` is positive down. Headings and courses are 0 at
-//! north and positive clockwise. `speed_mps` of the surface craft is surge through the water, that of
-//! an underwater vehicle is horizontal and over ground; in references and trajectories it is the
-//! surface craft's speed through the water.
+//! Units are SI and radians, and stand in the names. Positions are local north-east-down from any
+//! datum that all positions of a request share; `depth_m` is positive down. Headings and courses
+//! are 0 at north and positive clockwise. If the datum's place on Earth is known, headings, courses
+//! and velocities are from true north at the craft. `speed_mps` of an underwater vehicle is
+//! horizontal and over ground; elsewhere it is the surface craft's speed through the water.
 //!
-//! Both directions are here: the service reads a [`PlanRequest`] and writes a [`PlanResponse`], a Rust
-//! client does the reverse with the same types.
+//! The types serve both directions: the service reads a [`PlanRequest`] and writes a
+//! [`PlanResponse`], a Rust client does the reverse.
 
 mod check;
 mod craft_frame;
@@ -60,9 +59,9 @@ pub use response::{
 };
 pub use write_answer::Answer;
 
-/// Time for an answer, ms: less than the least is over before the request is read, and no client steers by an answer
-/// that takes longer than the most.
+/// Time for an answer, ms. A shorter one ends before the request is read; no client steers by an
+/// answer that takes longer.
 pub const DEADLINE_MS: std::ops::RangeInclusive<f64> = 0.05..=60_000.0;
 
-/// Largest `metadata`, bytes of compact JSON: enough for identifiers, too little to store things in.
+/// Largest `metadata`, bytes of compact JSON: enough for identifiers, too little for storage.
 pub const METADATA_BYTES_MAX: usize = 4096;

@@ -1,4 +1,4 @@
-//! Missions as clients make, feed and see them.
+//! Missions, as clients create, feed and see them.
 
 use std::{collections::BTreeMap, mem};
 
@@ -18,14 +18,14 @@ use utoipa::ToSchema;
 
 use super::{FieldError, Method, Outcome, PlanResponse, Recount, Segment};
 
-/// A mission to be made: either `simulated` or `live`.
+/// A mission to create: either `simulated` or `live`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NewMission {
     /// Version of this shape: `"1.0"`.
     #[schema(example = "1.0")]
     pub schema_version: String,
-    /// What people call it, at most 200 bytes. Default: the scenario and the seed, or the first AUV.
+    /// Name for people, at most 200 bytes. Default: the scenario and the seed, or the first AUV.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub title: Option<String>,
     /// Vehicles of the bundled simulator.
@@ -34,14 +34,14 @@ pub struct NewMission {
     /// Real vehicles, whose fixes are posted as they arrive.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub live: Option<Live>,
-    /// Anything; comes back with the mission. At most 4096 bytes.
+    /// Any data of the client, returned with the mission. At most 4096 bytes.
     #[serde(default, skip_serializing_if = "Map::is_empty")]
     #[schema(value_type = Object)]
     pub metadata: Map<String, Value>,
 }
 
 impl NewMission {
-    /// Its title. By default the scenario and the seed, or the first AUV.
+    /// The given title, or the default.
     #[must_use]
     pub fn title(&self) -> Option<String> {
         let of_the_scenario = |simulated: &Simulated| {
@@ -56,7 +56,7 @@ impl NewMission {
     }
 }
 
-/// A mission of the simulator: `scenario` by name, or a whole one as `scenario_file`.
+/// A mission of the simulator: a `scenario` by name, or a complete `scenario_file`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Simulated {
@@ -64,13 +64,13 @@ pub struct Simulated {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = "paper-intermittent")]
     pub scenario: Option<String>,
-    /// A scenario as its TOML file has it, at most 64 KiB. It may name no other file.
+    /// Text of a scenario's TOML file, at most 64 KiB. It may not name other files.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scenario_file: Option<String>,
-    /// Seed of everything that the scenario leaves to chance. Default: 1.
+    /// Seed of the scenario's random numbers. Default: 1.
     #[serde(default = "one")]
     pub seed: u64,
-    /// What steers the surface craft. Default: `mpc`, the planner.
+    /// Controller of the surface craft. Default: `mpc`, the planner.
     #[serde(default, skip_serializing_if = "Controller::is_planner")]
     #[schema(required = false)]
     pub controller: Controller,
@@ -82,7 +82,7 @@ pub struct Simulated {
     pub gains: Option<LawGains>,
 }
 
-/// What steers the surface craft of a simulated mission.
+/// Controller of the surface craft of a simulated mission.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Controller {
@@ -95,7 +95,7 @@ pub enum Controller {
     SaturatedLosTrackerFrame,
     /// Integral line of sight.
     IntegralLos,
-    /// Way-points round a box.
+    /// Way-points around a box.
     WaypointBox,
 }
 
@@ -105,7 +105,7 @@ impl Controller {
         *self == Self::Mpc
     }
 
-    /// The law, where it is one.
+    /// The line-of-sight law; none for the planner.
     #[must_use]
     pub fn law(self) -> Option<LosLaw> {
         match self {
@@ -122,21 +122,21 @@ fn one() -> u64 {
     1
 }
 
-/// A mission of real vehicles. Its times are Unix times, s, but for a rehearsal's.
+/// A mission of real vehicles. Its times are Unix times, s, except in a rehearsal.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Live {
-    /// The underwater vehicles, 1 to 16, and what is known of their plans.
+    /// The underwater vehicles, 1 to 16, with their known paths and dives.
     pub auvs: Vec<LiveAuv>,
-    /// What to do.
+    /// The goal.
     pub goal: Task,
     /// Current at the surface, as in a snapshot.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub current: Option<Current>,
-    /// What the surface craft is allowed, as in a snapshot.
+    /// Limits of the surface craft, as in a snapshot.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limits: Option<DeclaredLimits>,
-    /// How the surface craft answers its references, as in a snapshot.
+    /// Closed-loop response of the surface craft, as in a snapshot.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub craft: Option<CraftDescription>,
     /// Discs to keep out of, as in a snapshot.
@@ -145,7 +145,7 @@ pub struct Live {
     /// Corners of the area to stay in, as in a snapshot.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub area: Vec<[f64; 2]>,
-    /// What the acoustic link needs, as in a snapshot.
+    /// Needs of the acoustic link, as in a snapshot.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub acoustics: Option<Acoustics>,
     /// Horizontal distance to keep from surfacing vehicles, as in a snapshot.
@@ -154,21 +154,21 @@ pub struct Live {
     /// The planner's levers, as in a snapshot.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tuning: Option<Tuning>,
-    /// How to guess the underwater vehicles' future, as in a snapshot.
+    /// Forecast of the underwater vehicles, as in a snapshot.
     #[serde(default)]
     pub forecast: Forecast,
-    /// What the last fallback level does, as in a snapshot.
+    /// Behaviour of the last fallback level, as in a snapshot.
     #[serde(default)]
     pub hold: Hold,
     /// Time between two plans, s, from 0.5 to 60. Default: 1.
     #[serde(default = "unit")]
     pub period_s: f64,
-    /// For rehearsals: how many seconds pass on the mission's clock in one, from 1 to 60, since the mission was made.
-    /// Default: 1. The mission's clock shows `created_s + clock_rate · (Unix time − created_s)`.
+    /// For rehearsals: seconds of the mission's clock per second, from 1 to 60. Default: 1. The
+    /// clock shows `created_s + clock_rate · (Unix time − created_s)`.
     #[serde(default = "unit")]
     pub clock_rate: f64,
-    /// Where the datum of all positions lies on Earth, as in a snapshot. Default: where the first fix in latitude and
-    /// longitude is, as long as the mission has no position in metres.
+    /// Place of the datum of all positions on Earth, as in a snapshot. Default: the first fix in
+    /// latitude and longitude, while the mission has no position in metres.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub origin: Option<Origin>,
 }
@@ -178,7 +178,7 @@ fn unit() -> f64 {
 }
 
 impl Live {
-    /// Puts the datum at `origin`. Positions stay where they are on Earth; if that was unknown, they stay as they are.
+    /// Puts the datum at `origin`. Positions keep their place on Earth, or else their numbers.
     pub fn count_from(&mut self, origin: Origin) {
         let before = self.origin.replace(origin);
         let Some(recount) = before.and_then(|before| Recount::new(before, origin)) else {
@@ -200,19 +200,19 @@ impl Live {
     }
 }
 
-/// What of a live mission can be changed while it runs, each member as the mission was made with it.
+/// The members of a live mission that can be changed while it runs.
 ///
-/// As a patch: a member that is given replaces the one there was as a whole, and is not merged with it; `null` leaves
-/// nothing; what is left out stays. At least one is given.
+/// In a patch, a given member replaces the previous one as a whole, without merging. `null` removes
+/// it. Members that are left out stay. At least one is given.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Setting {
-    /// What to do. `null` is refused: every mission has a goal.
+    /// The goal. `null` is refused: every mission has one.
     #[serde(default, deserialize_with = "required")]
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Task, required = false)]
     pub goal: Option<Task>,
-    /// What the operator allows the surface craft. Without `craft`, they also describe the craft.
+    /// The operator's limits of the surface craft. Without `craft`, they also describe the craft.
     #[serde(default, deserialize_with = "removable")]
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<DeclaredLimits>)]
@@ -237,14 +237,14 @@ pub struct Setting {
     #[serde(serialize_with = "null_if_empty", skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<Vec<[f64; 2]>>)]
     pub area: Option<Vec<[f64; 2]>>,
-    /// Where the datum lies on Earth. All that the mission knows stays where it is on Earth. `null` is refused. The mission itself has
-    /// its `origin` beside its setting.
+    /// Place of the datum on Earth. Everything keeps its place on Earth. `null` is refused. A
+    /// mission shows its `origin` beside its setting.
     #[serde(default, deserialize_with = "removable")]
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Origin, required = false)]
     pub origin: Option<Option<Origin>>,
-    /// Paths of AUVs by name: each replaces the AUV's path as a whole, and `null` leaves it none. AUVs that are not named keep theirs. The
-    /// mission's scene has its paths, its setting has not.
+    /// Paths of AUVs by name. Each replaces the AUV's path as a whole; `null` removes it. Other
+    /// AUVs keep theirs. A mission shows paths in its scene, not in its setting.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub paths: BTreeMap<String, ChangedPath>,
 }
@@ -254,12 +254,12 @@ pub struct Setting {
 #[serde(transparent)]
 pub struct ChangedPath(pub Option<DeclaredPath>);
 
-/// A member that is given, and not as `null`.
+/// Reads a member that must not be `null`.
 fn required<'de, T: Deserialize<'de>, D: Deserializer<'de>>(given: D) -> Result<Option<T>, D::Error> {
     T::deserialize(given).map(Some)
 }
 
-/// A member that is given, of which `null` leaves nothing.
+/// Reads a member that `null` removes.
 fn removable<'de, T, D>(given: D) -> Result<Option<T>, D::Error>
 where
     T: Deserialize<'de> + Default,
@@ -280,10 +280,10 @@ fn null_if_empty<T: Serialize, S: Serializer>(
 }
 
 impl Setting {
-    /// How many members it has at most.
+    /// Largest number of members.
     pub const MEMBERS: usize = 8;
 
-    /// Puts the members that are given into `config`, and keeps those that they replace instead.
+    /// Exchanges the given members with those of `config`.
     pub fn exchange_with(&mut self, config: &mut Live) {
         fn exchange<T>(given: Option<&mut T>, place: &mut T) {
             if let Some(given) = given {
@@ -302,7 +302,7 @@ impl Setting {
         }
     }
 
-    /// The setting with the members that `patch` gives replaced, but for origin and paths.
+    /// The setting with the members of `patch`, without origin and paths.
     #[must_use]
     pub fn patched(self, patch: Self) -> Self {
         Self {
@@ -318,7 +318,7 @@ impl Setting {
 }
 
 impl From<&Live> for Setting {
-    /// Every member, as the mission has it, but for origin and paths.
+    /// Every member of the mission's setting, without origin and paths.
     fn from(config: &Live) -> Self {
         Self {
             goal: Some(config.goal.clone()),
@@ -339,44 +339,43 @@ pub struct LiveAuv {
     /// Its name, unique in the mission, 1 to 64 bytes.
     #[schema(example = "auv-1")]
     pub id: String,
-    /// The path that it follows, where that is known.
+    /// Its path, if known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub path: Option<DeclaredPath>,
-    /// The sawtooth in which it dives, where that is known.
+    /// The sawtooth in which it dives, if known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dive: Option<Dive>,
 }
 
-/// What was heard, in any order: late, twice, out of turn. Each report is accepted or rejected by itself.
+/// Reports in any order, also late or repeated. Each is accepted or rejected by itself.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Reports {
-    /// Where the datum of the mission was put: by the first of these fixes, of a mission that had none. Written by the
-    /// service.
+    /// Place of the datum, if the first of these fixes has set it. Written by the service.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub origin: Option<Origin>,
-    /// The reports that were rejected: of each the first fault, with a pointer into the body as it was posted. Written by the service.
+    /// The first fault of each rejected report, at its place in the body. Written by the service.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub rejected: Vec<FieldError>,
-    /// When the surface craft received them, Unix time, s. Default: when the service did.
+    /// Unix time at which the surface craft received them, s. Default: that of the service.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub received_s: Option<f64>,
-    /// Fixes, at most 64 of each underwater vehicle; `t_s` of each is the Unix time when it was sent.
+    /// Fixes, at most 64 of each underwater vehicle; `t_s` is the Unix time of sending.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub auvs: BTreeMap<String, Vec<Report>>,
     /// States of the surface craft, at most 64. The newest counts.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub asc: Vec<AscReport>,
-    /// What happened aboard that the mission's log is to tell, at most 64. No plan depends on it.
+    /// Events aboard for the mission's log, at most 64. No plan depends on them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<Note>,
-    /// Whether the surface craft is steered, by whoever steers it, at most 64. The newest counts. No plan depends on it.
+    /// States of steering, from the program that steers, at most 64. The newest counts.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub steering: Vec<Steering>,
 }
 
 impl Reports {
-    /// Every position, as north, east, latitude and longitude.
+    /// All positions, as north, east, latitude and longitude.
     fn positions(
         &mut self,
     ) -> impl Iterator<Item = (&mut f64, &mut f64, &mut Option<f64>, &mut Option<f64>)> {
@@ -388,7 +387,7 @@ impl Reports {
         states.chain(fixes.map(|at| (&mut at.north_m, &mut at.east_m, &mut at.lat_deg, &mut at.lon_deg)))
     }
 
-    /// Gives positions in metres from `origin` their latitude and longitude. Leaves all where `origin` is no place on Earth.
+    /// Adds latitude and longitude to positions in metres, if `origin` is a place on Earth.
     pub fn complete(&mut self, origin: Origin) {
         let Ok(datum) = Datum::new(&origin.into()) else {
             return;
@@ -401,7 +400,7 @@ impl Reports {
         }
     }
 
-    /// Whether every position has its latitude.
+    /// `true` if every position has its latitude.
     #[must_use]
     pub fn is_complete(&self) -> bool {
         let fixes = self.auvs.values().flatten().map(|fix| fix.lat_deg);
@@ -409,7 +408,7 @@ impl Reports {
         fixes.chain(states).all(|lat_deg| lat_deg.is_some())
     }
 
-    /// Whether there is no report.
+    /// `true` if there is no report.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.auvs.is_empty() && self.asc.is_empty() && self.notes.is_empty() && self.steering.is_empty()
@@ -426,33 +425,33 @@ impl Reports {
     }
 }
 
-/// Something that happened aboard: a person took over, a heartbeat was lost.
+/// An event aboard, for example a takeover by a person, or a lost heartbeat.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Note {
-    /// When, Unix time, s: at most a day ago, and at most 1 s ahead.
+    /// Unix time, s: at most a day ago, and at most 1 s ahead.
     pub t_s: f64,
-    /// What, at most 500 bytes.
+    /// The event, at most 500 bytes.
     #[schema(example = "a person has the craft")]
     pub text: String,
 }
 
-/// Whether the surface craft is steered, as only who steers it knows: a bridge says it once a second. Nobody else can.
+/// State of steering, known only to the program that steers. A bridge posts it once a second.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Steering {
-    /// When it was so, Unix time, s: at most half an hour ago, and at most 1 s ahead.
+    /// Unix time of the state, s: at most half an hour ago, and at most 1 s ahead.
     pub t_s: f64,
-    /// What is so.
+    /// The state.
     pub state: SteeringState,
-    /// Why, for people, at most 500 bytes.
+    /// The reason, for people, at most 500 bytes.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     #[schema(example = "the autopilot left its guided mode")]
     pub why: String,
 }
 
 impl Steering {
-    /// What this tells at `now` on the mission's clock, s.
+    /// The state at `now` on the mission's clock, s.
     #[must_use]
     pub fn at(&self, now: f64) -> LastSteering {
         LastSteering {
@@ -463,30 +462,30 @@ impl Steering {
     }
 }
 
-/// Who has the surface craft.
+/// State of the surface craft's steering.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SteeringState {
     /// The mission's references are sent to it.
     Steering,
-    /// They are, and something is wrong with them or with how it follows them.
+    /// References are sent, but they or the craft's response to them are faulty.
     Degraded,
-    /// A person has it.
+    /// A person steers it.
     Person,
-    /// Nothing is sent to it yet, as is meant: there is no plan, it is not armed, or this is a dry run.
+    /// Nothing is sent yet, as intended: no plan, not armed, or a dry run.
     Waiting,
-    /// Nothing is sent to it, and somebody has to look why.
+    /// Nothing is sent, and an operator must find the reason.
     NotSteering,
 }
 
-/// What was said last of whether the surface craft is steered.
+/// The last reported state of steering.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct LastSteering {
-    /// What was so.
+    /// The state.
     pub state: SteeringState,
-    /// Why, for people.
+    /// The reason, for people.
     pub why: String,
-    /// How long ago, s on the mission's clock. What is older than 3 s is no longer known.
+    /// Its age, s on the mission's clock. Beyond 3 s, the state is unknown.
     pub age_s: f64,
 }
 
@@ -494,15 +493,15 @@ pub struct LastSteering {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AscReport {
-    /// When it was so, Unix time, s: at most a day ago, and at most 1 s ahead.
+    /// Unix time of the state, s: at most a day ago, and at most 1 s ahead.
     pub t_s: f64,
-    /// What it was.
+    /// The state.
     pub state: Asc,
-    /// Current as the craft's own observer has it: it counts before the mission's `current`, and nothing is made of the velocities.
+    /// Current of the craft's observer: it overrides the mission's `current` and velocities.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub current: Option<Current>,
-    /// Whether the mission's references steered it. Where a person did, nothing is learnt of how it answers references, what was learnt
-    /// stays, and the next reference turns from where the bow is. Default: yes.
+    /// `true` if the mission's references steered it. Otherwise its response is not learnt, earlier
+    /// learning stays, and references turn from the present heading. Default: yes.
     #[serde(default = "yes", skip_serializing_if = "is_yes")]
     pub steered: bool,
 }
@@ -516,24 +515,24 @@ fn is_yes(said: &bool) -> bool {
     *said
 }
 
-/// Where a mission is in its life.
+/// Status of a mission.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
-    /// Made, and not begun.
+    /// Created, but not started.
     Created,
-    /// Under way.
+    /// Running.
     Running,
     /// Paused; can be resumed.
     Paused,
     /// Over.
     Finished,
-    /// Over, for a reason that its events tell.
+    /// Over because of a failure, which its events name.
     Failed,
 }
 
 impl Status {
-    /// Whether nothing more will happen.
+    /// `true` if nothing more will happen.
     #[must_use]
     pub fn is_over(self) -> bool {
         matches!(self, Self::Finished | Self::Failed)
@@ -557,89 +556,89 @@ impl Status {
 pub struct Mission {
     /// Its name in paths.
     pub id: String,
-    /// What people call it.
+    /// Name for people.
     pub title: String,
     /// `simulated` or `live`.
     pub kind: String,
-    /// Where it is in its life.
+    /// Its status.
     pub status: Status,
-    /// When it was made, Unix time, s.
+    /// Unix time of its creation, s.
     pub created_s: f64,
-    /// When it was begun, Unix time, s.
+    /// Unix time of its start, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub started_s: Option<f64>,
-    /// When it was over, Unix time, s.
+    /// Unix time of its end, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub finished_s: Option<f64>,
-    /// When it was planned for last, on its own clock: s since the start of a simulated mission, Unix time of a live one.
+    /// Time of its last plan: s since the start of a simulated mission, Unix time of a live one.
     pub t_s: f64,
-    /// How many seconds of it pass in one; none: as fast as it can, or it is live.
+    /// Seconds of a simulated mission per second; none: as fast as possible.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speed_factor: Option<f64>,
     /// Number of its last event.
     pub sequence: u64,
-    /// Number of the event that last changed its setting or status: the `ETag` of answers with this mission, for `If-Match`.
+    /// Number of the event that last changed its setting or status: the `ETag`, for `If-Match`.
     #[serde(default)]
     pub revision: u64,
-    /// Of a live mission, what it does now and within which bounds: PATCH changes it.
+    /// Changeable members of a live mission: PATCH changes them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub setting: Option<Setting>,
-    /// Where the datum of a live mission lies on Earth, where that is known: as it was made with, by its first fix, or as it was changed.
+    /// Place of a live mission's datum on Earth, if its creation, a fix or a change has set it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub origin: Option<Origin>,
-    /// What the client gave it along.
+    /// Metadata of the client.
     #[serde(default, skip_serializing_if = "Map::is_empty")]
     #[schema(value_type = Object)]
     pub metadata: Map<String, Value>,
-    /// The last plan, of a mission that was asked for or has run since the service was started.
+    /// The last plan; after a start of the service, absent until the mission runs or is requested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub plan: Option<PlanSummary>,
-    /// Whether the craft of a live mission is steered, as was said last. None: nobody has said it since the mission was begun.
+    /// Last reported state of a live mission's steering. None: no report since the start.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub steering: Option<LastSteering>,
 }
 
-/// What the last plan of a mission amounts to.
+/// Summary of a mission's last plan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct PlanSummary {
-    /// Whether it is what was asked for.
+    /// Outcome of the plan.
     pub outcome: Outcome,
-    /// Why the outcome is `degraded`, as the answer's `reason`.
+    /// Reason for the outcome `degraded`, as in the answer.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
-    /// What led to it.
+    /// The fallback level or law that answered.
     pub method: Method,
-    /// Time since the plan's own, s on the mission's clock. It grows while no new plan is made: beyond some `period_s` of a mission
-    /// that is running, plans are missed. 0 of a simulated mission, whose clock stands still from one plan to the next.
+    /// Age of the plan, s on the mission's clock. An age of several `period_s` in a running mission
+    /// means missed plans. Always 0 in a simulated mission: its clock stops between plans.
     pub age_s: f64,
     /// Time between two plans, s on the mission's clock.
     pub period_s: f64,
-    /// How long after it was due it was made, s.
+    /// Delay of the plan after its due time, s.
     pub late_s: f64,
-    /// What it warns of, for people.
+    /// Its warnings, for people.
     pub warnings: Vec<String>,
     /// Codes of `warnings`, in their order.
     #[serde(default)]
     pub warning_codes: Vec<String>,
-    /// When each vehicle of a live mission was last heard, s on its clock.
+    /// Times at which vehicles of a live mission were last heard, s on its clock.
     pub heard_s: BTreeMap<String, f64>,
-    /// Vehicles without recent reports, because of which no plan is made.
+    /// Vehicles without recent reports, for which the next plan waits.
     pub waits_for: Vec<String>,
 }
 
-/// What a map of a mission shows beside the vehicles, and what its controller knows, as of the mission's creation. Later changes are in
-/// its `setting`.
+/// Map objects beside the vehicles, and the controller's information, as of the mission's creation.
+/// Later changes are in its `setting`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Scene {
     /// Duration of a simulated mission, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub duration_s: Option<f64>,
-    /// Start of the settled scores (such as `settled_rms_m` of `pilotfish compare`) in a simulated mission, s since its start.
+    /// Start of the settled scores, such as `settled_rms_m`, s since a simulated mission's start.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub settled_after_s: Option<f64>,
     /// Time between two plans, s.
     pub period_s: f64,
-    /// Seconds that pass on a live mission's clock in one.
+    /// Seconds of a live mission's clock per second.
     pub clock_rate: f64,
     /// Name of the scenario, if it has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -650,13 +649,13 @@ pub struct Scene {
     /// Controller of a simulated mission.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub controller: Option<Controller>,
-    /// Gains that the law of a simulated mission was given.
+    /// Gains of a simulated mission's law.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gains: Option<LawGains>,
     /// Faults of a simulated mission, in the order of their starts.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub faults: Vec<SceneFault>,
-    /// What the controller knows, in words.
+    /// The controller's information, in words.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub information: Option<String>,
     /// The goal of a simulated mission; that of a live one is in its setting.
@@ -671,9 +670,9 @@ pub struct Scene {
     /// Slant range to keep within, m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub range_max_m: Option<f64>,
-    /// Points (north, east) of the paths of the underwater vehicles whose paths are known to the simulator or the mission, m.
+    /// Points (north, east) of the known paths of underwater vehicles, m.
     pub paths: BTreeMap<String, Vec<[f64; 2]>>,
-    /// Where the datum lies on Earth, where that is known.
+    /// Place of the datum on Earth, if known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub origin: Option<Origin>,
 }
@@ -681,66 +680,66 @@ pub struct Scene {
 /// A fault of a simulated mission.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct SceneFault {
-    /// Start, s since the mission's.
+    /// Start, s since the mission's start.
     pub from_s: f64,
     /// End, s; none if it lasts until the mission's end.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub until_s: Option<f64>,
-    /// What goes wrong, in words.
+    /// The fault, in words.
     pub what: String,
 }
 
-/// Missions, in the order in which they were made.
+/// Missions, in the order of their creation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct MissionList {
-    /// Some of them.
+    /// A page of missions.
     pub missions: Vec<Mission>,
-    /// Where the next ones begin: the `after` to ask for them with. None: there are no more.
+    /// Parameter `after` of the next page; none on the last page.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub next: Option<u64>,
 }
 
-/// An order that changed a mission, or deleted it.
+/// An order that changed or deleted a mission.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Order {
     /// Its number.
     pub number: u64,
-    /// When it was given, Unix time, s.
+    /// Unix time of the order, s.
     pub at_s: f64,
-    /// Who gave it: the name of a token, or an address where the service asks for none.
+    /// Its author: the name of a token, or an address if the service needs no tokens.
     pub caller: String,
-    /// The request, as the service's log has it.
+    /// The request's id in the service's log.
     pub request_id: String,
     /// The mission's `id`.
     pub mission: String,
-    /// What was ordered: `create`, `run`, `pause`, `step`, `change`, `finish`, `delete` or, by the service itself, `expire`.
+    /// `create`, `run`, `pause`, `step`, `change`, `finish`, `delete`, or the service's `expire`.
     pub action: String,
 }
 
-/// Orders, in the order in which they were stored.
+/// Orders, oldest first.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct OrderList {
-    /// Some of them.
+    /// A page of orders.
     pub orders: Vec<Order>,
-    /// Where the next ones begin: the `after` to ask for them with. None: there are no more.
+    /// Parameter `after` of the next page; none on the last page.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub next: Option<u64>,
 }
 
-/// How to go on.
+/// Parameters of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Run {
-    /// How many seconds of a simulated mission pass in one, from 0.1 to 1000. Default: as fast as it can.
+    /// Seconds of a simulated mission per second, from 0.1 to 1000. Default: as fast as possible.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speed_factor: Option<f64>,
 }
 
-/// How far to go on.
+/// Parameters of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Step {
-    /// How many plans to make and follow, from 1 to 60. Default: 1.
+    /// Plans to make and follow, from 1 to 60. Default: 1.
     #[serde(default = "one_tick")]
     pub ticks: u32,
 }
@@ -755,32 +754,32 @@ impl Default for Step {
     }
 }
 
-/// What was accepted of what was heard is on the disk.
+/// The accepted reports are on the disk.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Accepted {
-    /// Number of the event that stores it.
+    /// Number of the event that stores them.
     pub sequence: u64,
-    /// Where the datum of the mission was put, by the first of these fixes.
+    /// Place of the datum, if the first of these fixes has set it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub origin: Option<Origin>,
-    /// The reports that were rejected: of each the first fault, with a pointer into the body. An AUV that the mission does not know is
-    /// named once. The others are on the disk.
+    /// The first fault of each rejected report, with a pointer into the body. An AUV that the
+    /// mission does not know is named once.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub rejected: Vec<FieldError>,
 }
 
-/// Where everybody truly is in a simulated mission, when a plan is made.
+/// True states in a simulated mission at the time of a plan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Truth {
     /// The surface craft.
     pub asc: TrueVehicle,
     /// The underwater vehicles, by name.
     pub auvs: BTreeMap<String, TrueVehicle>,
-    /// The goal's position, m.
+    /// The goal's position north, m.
     pub goal_north_m: f64,
-    /// The goal's position, m.
+    /// The goal's position east, m.
     pub goal_east_m: f64,
-    /// From the surface craft to the goal, m.
+    /// Distance of the surface craft to the goal, m.
     pub distance_m: f64,
     /// Propulsion energy since the start, J.
     pub energy_j: f64,
@@ -789,9 +788,9 @@ pub struct Truth {
 /// A vehicle of a simulated mission.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct TrueVehicle {
-    /// Position, m.
+    /// Position north, m.
     pub north_m: f64,
-    /// Position, m.
+    /// Position east, m.
     pub east_m: f64,
     /// Depth, m, positive down.
     pub depth_m: f64,
@@ -801,34 +800,34 @@ pub struct TrueVehicle {
     pub speed_mps: f64,
 }
 
-/// The reference that counts now.
+/// The reference to follow now.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct CurrentReference {
     /// The mission.
     pub mission: String,
-    /// Where it is in its life: only one that is running plans anew.
+    /// The mission's status. Only a running mission makes new plans.
     pub status: Status,
     /// Number of the event that stored the plan.
     pub sequence: u64,
-    /// When the plan was made, on the mission's clock, s.
+    /// Time of the plan on the mission's clock, s.
     pub t_s: f64,
-    /// How long after it was due the plan was made, s.
+    /// Delay of the plan after its due time, s.
     pub late_s: f64,
-    /// Its age, s of the mission's clock. Beyond `plan.reference.valid_until_s` it should not be followed.
+    /// Its age, s on the mission's clock. Do not follow it after `plan.reference.valid_until_s`.
     pub age_s: f64,
-    /// Whether it is what was asked for.
+    /// Outcome of the plan.
     pub outcome: Outcome,
-    /// What led to it.
+    /// The fallback level or law that answered.
     pub method: Method,
-    /// When each vehicle was last heard, on the mission's clock, s: `asc` and the AUVs of the plan.
+    /// Times at which `asc` and the plan's AUVs were last heard, on the mission's clock, s.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub heard_s: BTreeMap<String, f64>,
-    /// Vehicles of which nothing is known that another plan could rest on; empty as long as there is one every period.
+    /// Vehicles without recent reports, for which the next plan waits; empty while plans are made.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub waits_for: Vec<String>,
-    /// Plans that were due and not made since the service took the mission up: it had too much to do, the disk took nothing,
-    /// or what was known made no valid facts.
+    /// Due plans that were not made since the service took over the mission: it was overloaded, the
+    /// disk refused to write, or the known facts were invalid.
     pub missed: u64,
-    /// The plan, whole.
+    /// The complete plan.
     pub plan: PlanResponse,
 }

@@ -1,7 +1,7 @@
-//! Positions in latitude and longitude, put into metres in the tree of a body before a shape is read of it.
+//! Converts positions in latitude and longitude to metres in the tree of a body, before it is read.
 //!
-//! An object with `lat_deg` and `lon_deg` is a position on Earth. It gets `north_m` and `east_m`; a point of an area or a path
-//! becomes [north, east], as the shapes have it. Where the datum lies, `origin` says.
+//! An object with `lat_deg` and `lon_deg` is a position on Earth. It gets `north_m` and `east_m`
+//! from the datum at `origin`; a point of an area or a path becomes [north, east].
 
 use geodesy::Datum;
 use nalgebra::Vector2;
@@ -14,7 +14,7 @@ use crate::{
     json::{Json, Misfit, Node},
 };
 
-/// Members within which nothing is a position of the body's own: the origin itself, what is the client's alone, and an
+/// Members without positions of the body's own: the origin itself, the client's data, and an
 /// earlier answer, which has metres.
 const LEFT_ALONE: [&str; 3] = ["origin", "metadata", "previous_plan"];
 
@@ -25,27 +25,27 @@ const POINTS: [&str; 5] = ["area", "from", "to", "centre", "points"];
 const METRES: [&str; 2] = ["north_m", "east_m"];
 const DEGREES: [&str; 2] = ["lat_deg", "lon_deg"];
 
-/// Positions so near are the same, m.
+/// Largest distance between equal positions, m.
 const SAME_M: f64 = 1e-3;
 
 /// Latitude of a pole, degrees.
 pub const LATITUDE_MAX_DEG: f64 = 90.0;
 
-/// Largest longitude taken, degrees: 359.9 and −0.1 are the same meridian.
+/// Largest longitude, degrees: 359.9 and −0.1 are the same meridian.
 pub const LONGITUDE_MAX_DEG: f64 = 360.0;
 
-/// Puts positions into metres from one datum.
+/// Converts positions to metres from one datum.
 #[derive(Clone, Debug)]
 pub(crate) struct Positions {
     datum: Option<Datum>,
-    /// Where the datum lies.
+    /// Place of the datum.
     pub(crate) origin: Option<Origin>,
-    /// Whether the first position becomes the origin where there is none.
+    /// `true` if the first position may become a missing origin.
     may_begin: bool,
 }
 
 impl Positions {
-    /// From the origin that the body names, else from `otherwise`.
+    /// Uses the origin in `body`, or else `otherwise`.
     pub(crate) fn of(body: &Json<'_>, otherwise: Option<Origin>) -> Result<Self, Misfit> {
         match (body.member("origin"), body.member("live")) {
             (Some(origin), _) => Origin::deserialize(Node::whole(origin))
@@ -56,7 +56,7 @@ impl Positions {
         }
     }
 
-    /// From `origin`, or from the first position, where there is none and it `may_begin`.
+    /// Uses `origin`; if there is none and it `may_begin`, the first position.
     pub(crate) fn from(origin: Option<Origin>, may_begin: bool) -> Result<Self, Misfit> {
         let datum = origin.map(|origin| datum(&origin)).transpose()?;
         Ok(Self {
@@ -71,7 +71,7 @@ impl Positions {
         self.put(body, false)
     }
 
-    /// Gives every position in `json` its metres; itself may be a point.
+    /// As [`Self::put_into_metres`]; `json` itself may be a point.
     fn put(&mut self, json: &mut Json<'_>, is_point: bool) -> Result<(), Misfit> {
         match json {
             Json::List(items) => {
@@ -104,7 +104,7 @@ impl Positions {
         Ok(())
     }
 
-    /// North and east of the position on Earth that `object` is, m.
+    /// North and east of an object's position on Earth, m.
     fn metres(&mut self, object: &Json<'_>) -> Result<Option<[f64; 2]>, Misfit> {
         let numbers = |names: [&str; 2]| names.map(|name| object.member(name).and_then(Json::number));
         let place = match numbers(DEGREES) {
@@ -142,7 +142,7 @@ impl Positions {
             let wrong = FieldError::new("/lat_deg", "out_of_range", detail).given(place.lat_deg);
             return Err(Misfit(Box::new(wrong)));
         }
-        // What the service wrote has both.
+        // The service's own texts have both.
         let differs =
             |(given, metres): (Option<f64>, f64)| given.is_some_and(|m| SAME_M < (m - metres).abs());
         if numbers(METRES).into_iter().zip([local.x, local.y]).any(differs) {
@@ -153,7 +153,7 @@ impl Positions {
     }
 }
 
-/// Positions in metres from one datum, to be counted from another.
+/// Converts positions in metres from one datum to another.
 #[derive(Clone, Copy, Debug)]
 pub struct Recount {
     from: Datum,
@@ -161,7 +161,7 @@ pub struct Recount {
 }
 
 impl Recount {
-    /// None if one of the two is no place on Earth.
+    /// None if a datum is no place on Earth.
     #[must_use]
     pub fn new(from: Origin, to: Origin) -> Option<Self> {
         let from = Datum::new(&from.into()).ok()?;
@@ -169,26 +169,26 @@ impl Recount {
         Some(Self { from, to })
     }
 
-    /// A position (north, east), m, counted from the other datum.
+    /// A position (north, east), m, from the other datum.
     #[must_use]
     pub fn moved(&self, position: &Vector2<f64>) -> Vector2<f64> {
         let place = self.from.from_local(position);
         self.to.to_local(&place).unwrap_or(*position)
     }
 
-    /// Counts a position, m, from the other datum.
+    /// Converts a position, m, to the other datum.
     pub fn position(&self, north: &mut f64, east: &mut f64) {
         let moved = self.moved(&Vector2::new(*north, *east));
         (*north, *east) = (moved.x, moved.y);
     }
 
-    /// Counts a point (north, east), m, from the other datum.
+    /// Converts a point (north, east), m, to the other datum.
     pub fn point(&self, [north, east]: &mut [f64; 2]) {
         self.position(north, east);
     }
 }
 
-/// Whether `place` is a place on Earth.
+/// Fails if `place` is no place on Earth.
 fn check(place: &Origin) -> Result<(), Misfit> {
     let outside = FieldError::outside("/lat_deg", place.lat_deg, &(-LATITUDE_MAX_DEG..=LATITUDE_MAX_DEG))
         .or_else(|| {
@@ -241,7 +241,7 @@ mod tests {
     }
 
     #[test]
-    fn a_position_on_earth_gets_its_metres_and_a_point_is_replaced() {
+    fn a_position_on_earth_gets_metres_and_a_point_becomes_a_pair() {
         // A thousandth of a degree of the meridian at 38.41° is 111.005 m.
         let body = snapshot(&json!({ "lat_deg": 38.411, "lon_deg": -9.12 }));
         let request = read_value(&body).expect("is read");
@@ -257,8 +257,8 @@ mod tests {
     }
 
     #[test]
-    fn exchanged_latitude_and_longitude_are_asked_about_where_they_stand() {
-        // The spherical law of cosines with the mean radius 6371 km; the ellipsoid differs by up to 0.6 %.
+    fn an_error_asks_whether_latitude_and_longitude_are_exchanged() {
+        // The spherical law of cosines, radius 6371 km; the ellipsoid differs by up to 0.6 %.
         const APART_KM: f64 = 7218.6;
         let exchanged = json!({ "lat_deg": -9.12, "lon_deg": 38.41 });
         let mut of_the_origin = snapshot(&json!({ "lat_deg": 38.41, "lon_deg": -9.12 }));
@@ -282,7 +282,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_and_the_same_position_may_stand_beside_it() {
+    fn equal_and_missing_metres_are_accepted_beside_degrees() {
         for metres in [json!(null), json!(0.0)] {
             let both = json!({ "lat_deg": 38.41, "lon_deg": -9.12, "north_m": metres, "east_m": metres });
             let request = read_value(&snapshot(&both)).expect("is read");
@@ -291,7 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_position_is_refused_where_it_stands() {
+    fn errors_point_to_the_wrong_positions() {
         for (place, pointer, code) in [
             (json!({}), "/asc/north_m", "missing"),
             (json!({ "lat_deg": 38.0 }), "/asc/lon_deg", "missing"),

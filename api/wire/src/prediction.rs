@@ -1,4 +1,4 @@
-//! What a plan predicts, thinned to what people look at: small enough to be kept with every plan of a mission.
+//! A plan's predictions, thinned for people: small enough to keep with every plan of a mission.
 
 use nalgebra::{Matrix2, Vector2};
 use planner::{
@@ -13,33 +13,33 @@ use super::{
     response::{PlanResponse, Warning},
 };
 
-/// Times at most: a picture of some hundred pixels shows no more.
+/// Most times: a picture of some hundred pixels shows no more.
 const TIMES_MAX: usize = 13;
-/// Positions and depths are kept to a centimetre, covariances to three digits, angles and speeds to 1/10,000.
+/// Positions and depths are kept to a centimetre, angles and speeds to 1/10,000.
 const CENTI: f64 = 100.0;
 const TEN_THOUSANDTH: f64 = 10_000.0;
 
-/// What a plan predicts, at some of its times. Positions are (north, east) of the datum, m.
+/// A plan's predictions at some of its times. Positions are (north, east) from the datum, m.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Prediction {
     /// The times, s after the plan's, ascending.
     pub after_s: Vec<f64>,
     /// The planned trajectory.
     pub asc: Vec<[f64; 2]>,
-    /// Where the goal is expected.
+    /// Expected positions of the goal.
     pub goal: Vec<[f64; 2]>,
-    /// When each underwater vehicle is visited, of a goal of the kind `visit`.
+    /// Visits of underwater vehicles, for a goal of the kind `visit`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub schedule: Option<Schedule>,
-    /// Where the line-of-sight law would lead.
+    /// Trajectory of the line-of-sight law.
     pub line_of_sight: Vec<[f64; 2]>,
     /// The underwater vehicles.
     pub auvs: Vec<PredictedAuv>,
-    /// What the line-of-sight law would have the craft steer.
+    /// Reference of the line-of-sight law.
     pub line_of_sight_reference: SteerBy,
-    /// Distance to the goal that the plan predicts over its horizon, root mean square, m.
+    /// Predicted distance to the goal over the plan's horizon, root mean square, m.
     pub rms_m: f64,
-    /// The same of the line-of-sight law.
+    /// The same for the line-of-sight law, m.
     pub line_of_sight_rms_m: f64,
     /// Predicted cost, by which the answer was chosen, m² s; none in plans of earlier versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -47,20 +47,20 @@ pub struct Prediction {
     /// Predicted cost of the line-of-sight law, m² s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub line_of_sight_cost: Option<f64>,
-    /// What the current (north, east) is taken for, m/s, where anything tells it.
+    /// Current (north, east) that the plan uses, m/s, if known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub current: Option<[f64; 2]>,
-    /// What is known of the craft.
+    /// Estimate of the craft.
     pub craft: PredictedCraft,
     /// Soft limits that the plan does not keep.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub violations: Vec<Violation>,
-    /// What the answer warns of.
+    /// Warnings of the answer.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<Warning>,
 }
 
-/// Where an underwater vehicle is expected at the times of a prediction.
+/// Expected positions of an underwater vehicle at the times of a prediction.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct PredictedAuv {
     /// The vehicle.
@@ -73,18 +73,18 @@ pub struct PredictedAuv {
     pub covariances_m2: Vec<[f64; 3]>,
     /// Age of the newest report that the forecast rests on, s.
     pub age_s: f64,
-    /// The newest fix that was heard; none where the plan was given a state.
+    /// The newest fix; none if the request gave a state.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub heard: Option<Heard>,
-    /// Times of the fixes that the estimate does not rest on, on the mission's clock, s.
+    /// Times of fixes that the estimate does not use, on the mission's clock, s.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub refused_t_s: Vec<f64>,
-    /// Velocity (north, east) beyond what its reports and the model explain, m/s.
+    /// Part of its velocity (north, east) that reports and model do not explain, m/s.
     pub drift: [f64; 2],
-    /// How it follows its path, or what its track repeats, at its newest report.
+    /// Its fit to its path or to a repeated track, at its newest report.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub route: Option<RouteFit>,
-    /// The sawtooth in which it dives, by the depths that it reports.
+    /// The sawtooth in which it dives, by its reported depths.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dive: Option<Dive>,
 }
@@ -92,7 +92,7 @@ pub struct PredictedAuv {
 /// A fix.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Heard {
-    /// When it was sent, on the mission's clock, s.
+    /// Time of sending, on the mission's clock, s.
     pub t_s: f64,
     /// Position north of the datum, m.
     pub north_m: f64,
@@ -109,25 +109,25 @@ pub struct SteerBy {
     pub heading_rad: f64,
 }
 
-/// What is known of the craft: likeliest values.
+/// Likeliest values of the craft's parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct PredictedCraft {
-    /// By how much the heading is behind a reference that turns steadily, s.
+    /// Lag of the heading behind a steadily turning reference, s.
     pub heading_lag_s: f64,
-    /// What the heading stays off its reference, rad.
+    /// Steady offset of the heading from its reference, rad.
     pub heading_offset_rad: f64,
-    /// By how much the speed is behind a reference that rises steadily, s.
+    /// Lag of the speed behind a steadily rising reference, s.
     pub surge_lag_s: f64,
-    /// Acceleration that the speed loop gives unasked, m/s².
+    /// Disturbance of the speed loop: its acceleration at zero error, m/s².
     pub surge_bias_mps2: f64,
     /// Sway per surge and yaw rate, s.
     pub sway_per_yaw_rate_s: f64,
-    /// Whether the craft does what is predicted of it.
+    /// `true` if the craft moves as predicted.
     pub follows: bool,
 }
 
 impl Prediction {
-    /// What `plan`, whose answer is `answer`, predicts from `snapshot` on.
+    /// The predictions of `plan`, made for `snapshot` and answered by `answer`.
     #[must_use]
     pub fn of(snapshot: &Snapshot, plan: &Plan, answer: &PlanResponse) -> Self {
         let kept = evenly(answer.trajectory.len());
@@ -228,7 +228,7 @@ impl PredictedAuv {
     }
 }
 
-/// At most [`TIMES_MAX`] of the indices below `n`, the first and the last among them.
+/// At most [`TIMES_MAX`] indices below `n`, with the first and the last.
 fn evenly(n: usize) -> Vec<usize> {
     let last = n.saturating_sub(1);
     let most = TIMES_MAX.min(n);
@@ -237,7 +237,7 @@ fn evenly(n: usize) -> Vec<usize> {
         .collect()
 }
 
-/// The visits and present costs of a schedule to what people read.
+/// Rounds the visits and present costs of a schedule for people.
 fn few_digits(mut schedule: Schedule) -> Schedule {
     for visit in &mut schedule.visits {
         let values = [
@@ -264,13 +264,13 @@ fn few_digits(mut schedule: Schedule) -> Schedule {
     schedule
 }
 
-/// To three significant digits: an ellipse is drawn to half a percent.
+/// Rounds to three significant digits: an ellipse is drawn to half a percent.
 fn three_digits(value: f64) -> f64 {
     let written = format!("{value:.2e}");
     written.parse().expect("is a number")
 }
 
-/// To the nearest of `per_unit` parts of one. No zero is negative.
+/// Rounds to the nearest 1/`per_unit`. No zero is negative.
 fn rounded(value: f64, per_unit: f64) -> f64 {
     (value * per_unit).round() / per_unit + 0.0
 }
@@ -293,7 +293,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_rounded_is_near_and_short() {
+    fn rounded_numbers_are_near_and_short() {
         assert_eq!(rounded(12.344_9, CENTI), 12.34);
         assert_eq!(
             serde_json::to_string(&rounded(-0.001, CENTI)).expect("is a number"),

@@ -1,4 +1,4 @@
-//! A body of JSON as a request type, with its positions in metres and its directions in radians.
+//! Reads JSON bodies as request types, with positions in metres and directions in radians.
 
 use planner::snapshot::Origin;
 use serde::de::DeserializeOwned;
@@ -10,12 +10,12 @@ use crate::{
     positions::Positions,
 };
 
-/// The `T` that `body` is, with positions in metres from the `origin` in it.
+/// Reads `body` as a `T`, with positions in metres from its `origin`.
 pub fn read<T: DeserializeOwned>(body: &[u8]) -> Result<T, Unread> {
     read_from(body, None)
 }
 
-/// The `T` that `body` is, with positions in metres from the `origin` in it, or else from this one.
+/// As [`read`]; bodies without an `origin` use this one.
 pub fn read_from<T: DeserializeOwned>(body: &[u8], origin: Option<Origin>) -> Result<T, Unread> {
     read_whole(parse(body)?, origin)
 }
@@ -29,8 +29,8 @@ fn read_whole<T: DeserializeOwned>(mut json: Json<'_>, origin: Option<Origin>) -
     read.map_err(|Misfit(error)| Unread::Misfit(error))
 }
 
-/// The items of the list `name`, the only member of `body`: 1 to `most` items, each a `T` or its error, with a pointer from the
-/// item on.
+/// Reads the list `name`, the only member of `body`: 1 to `most` items, each a `T` or its error,
+/// whose pointer starts at the item.
 pub fn read_each<T: DeserializeOwned>(
     body: &[u8],
     name: &str,

@@ -1,4 +1,4 @@
-//! Reports, read one by one: one that cannot be accepted takes nothing with it.
+//! Reads reports one by one: a rejected report does not affect the others.
 
 use planner::snapshot::{AUVS_MAX, Origin, REPORTS_MAX, Report};
 use serde::Deserialize;
@@ -11,11 +11,11 @@ use crate::{
     positions::Positions,
 };
 
-/// The acceptable reports of a body, and the faults of each of the others.
+/// The accepted reports of a body, and the faults of each rejected one.
 pub type Sorted = (Reports, Vec<Vec<FieldError>>);
 
-/// Reads reports, with positions in metres from `origin`. Without an origin, the first accepted position in latitude and longitude
-/// becomes the origin of the reports. `faults` says what is wrong with reports, of which there is one.
+/// Reads reports, with positions in metres from `origin`. Without an origin, the first accepted
+/// position in latitude and longitude becomes the origin. `faults` checks a single report.
 pub fn read_reports(
     body: &[u8],
     origin: Option<Origin>,
@@ -33,7 +33,7 @@ pub fn read_reports(
         .map_err(|Misfit(error)| Unread::Misfit(error))?;
     let mut rejected: Vec<Vec<FieldError>> = vec![];
     for item in items {
-        // A rejected report begins no origin.
+        // A rejected report sets no origin.
         let before = positions.clone();
         match item.read(&mut positions, &faults) {
             Ok(one) => reports.extend(one),
@@ -51,7 +51,7 @@ pub fn read_reports(
     Ok((reports, rejected))
 }
 
-/// A report as it stands in a body.
+/// A report in a body.
 struct Item<'a> {
     of: Of,
     /// Pointer of its list.
@@ -100,7 +100,7 @@ fn take_items<'a>(body: &mut Json<'a>) -> Vec<Item<'a>> {
     items
 }
 
-/// Fails if a body has nothing, too much, or what only the service writes. `rest` is the body without the items.
+/// Fails for bodies that are empty, too long or with the service's members. `rest` has no items.
 fn check_lengths(rest: &Reports, items: &[Item<'_>]) -> Result<(), Misfit> {
     if rest.origin.is_some() || !rest.rejected.is_empty() {
         let detail = "set by the service: leave it out";
@@ -132,7 +132,7 @@ fn check_lengths(rest: &Reports, items: &[Item<'_>]) -> Result<(), Misfit> {
 }
 
 impl Item<'_> {
-    /// Reports with this one alone, or what is wrong with it.
+    /// Reports with only this one, or its faults.
     fn read(
         mut self,
         positions: &mut Positions,
@@ -188,7 +188,7 @@ mod tests {
         Origin { lat_deg, lon_deg }
     }
 
-    /// Fixes of the time 0 are rejected.
+    /// Rejects fixes of the time 0.
     fn read(body: &str, origin: Option<Origin>) -> Result<Sorted, Unread> {
         read_reports(body.as_bytes(), origin, |one| {
             let fixes = one
@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn a_report_that_is_wrong_takes_nothing_with_it_and_begins_no_origin() {
+    fn a_rejected_report_affects_no_other_and_sets_no_origin() {
         let twice = r#"{"t_s":1,"t_s":2,"lat_deg":1,"lon_deg":1,"sigma_m":1}"#;
         let body = json!({ "auvs": {
             "a": [fix(40.0, 0.0), "a fix", fix(-17.0, 1.0), fix(95.0, 1.0), null],

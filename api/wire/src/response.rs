@@ -1,4 +1,4 @@
-//! What clients receive.
+//! The answers that clients receive.
 
 use planner::{
     craft::{HeadingReference, SpeedReference},
@@ -15,41 +15,41 @@ use utoipa::ToSchema;
 pub struct PlanResponse {
     /// Version of this shape: `"1.0"`.
     pub schema_version: String,
-    /// SHA-256 of the checked request, hexadecimal. Spelling, order of members, defaults, `metadata` and `deadline_ms` do not
-    /// count. With an `origin`, positions count from the craft.
+    /// SHA-256 of the checked request, hexadecimal, without `metadata` and `deadline_ms`. Spelling,
+    /// order and defaults do not matter. With an `origin`, positions count from the craft.
     pub plan_id: String,
-    /// Whether this is what was asked for.
+    /// Outcome of the request.
     pub outcome: Outcome,
     /// The fallback level that answered; in a comparison, the law.
     pub method: Method,
-    /// Why the outcome is `degraded`: `deadline` (it came before any program was solved; in a comparison, before the schedule that the
-    /// law follows was whole), `solver_` and the status, `certificate`, or `stale_report`.
+    /// Reason for `degraded`: `deadline` (before a program was solved; in a comparison, before the
+    /// law's schedule was complete), `solver_` and the status, `certificate`, or `stale_report`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
     /// The request's `origin`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub origin: Option<Origin>,
-    /// What to steer now.
+    /// Reference to steer now.
     pub reference: Reference,
     /// The planned trajectory, from now on, for replay until the next answer.
     pub trajectory: Vec<TrajectoryPoint>,
-    /// Course of what the goal follows, its offset apart, when that last moved, rad, in (−π, π].
+    /// Last course of the point that the goal follows, without its offset, rad, in (−π, π].
     pub goal_course_rad: f64,
     /// Estimate of the craft. The next request needs it in `previous_plan`.
     pub craft_estimate: CraftEstimate,
     /// The current that was used, if it is known. The next request needs it in `previous_plan`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub current: Option<Current>,
-    /// Where the goal is expected.
+    /// Expected positions of the goal.
     pub goal: GoalTrajectory,
-    /// Where each underwater vehicle is expected, in the request's order.
+    /// Expected positions of each underwater vehicle, in the request's order.
     pub targets: Vec<PlannedTarget>,
-    /// Which underwater vehicle is served when, of a goal of the kind `visit`.
+    /// Visits of underwater vehicles, for a goal of the kind `visit`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub schedule: Option<Schedule>,
-    /// What the line-of-sight law would do.
+    /// Answer of the line-of-sight law.
     pub baseline: Baseline,
-    /// What the solver did; absent if no program was involved.
+    /// Report of the solver; absent if no program was involved.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub solver: Option<SolverReport>,
     /// Predicted cost of the trajectory.
@@ -64,13 +64,13 @@ pub struct PlanResponse {
     pub metadata: Map<String, Value>,
 }
 
-/// Whether an answer is what was asked for.
+/// Outcome of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {
-    /// A program was solved, and the fallback level of least predicted cost answered, be it the program or not.
+    /// A program was solved, and the fallback level of least predicted cost answered.
     Ok,
-    /// No program was solved, or the goal rests on a report that is too old; `reason` says why.
+    /// No program was solved, or the goal rests on a report that is too old: see `reason`.
     Degraded,
 }
 
@@ -89,9 +89,9 @@ pub struct CraftEstimate {
     pub speed_held: SpeedReference,
     /// Disturbance of the speed loop: its acceleration at zero error, m/s².
     pub surge_bias_mps2: Learnt,
-    /// Sway per surge and yaw rate, s, positive where the craft drifts outwards in a turn.
+    /// Sway per surge and yaw rate, s; positive if the craft drifts outwards in a turn.
     pub sway_per_yaw_rate_s: Learnt,
-    /// Whether the craft moves as predicted. If not, a warning says what was expected and what was measured.
+    /// `true` if the craft moves as predicted; otherwise a warning names the difference.
     pub follows: bool,
     /// Speed through the water that this answer asks for, m/s.
     pub asked_speed_mps: f64,
@@ -101,7 +101,7 @@ pub struct CraftEstimate {
     pub memory: Vec<f64>,
 }
 
-/// A number that was learnt.
+/// A learnt number.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Learnt {
     /// Its likeliest value, in the unit of the member's name.
@@ -113,24 +113,24 @@ pub struct Learnt {
 /// Reference for the inner loops.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Reference {
-    /// Speed for the craft's loop, m/s: through the water, or over ground if `craft.speed_held` says so.
+    /// Speed for the craft's loop, m/s: through the water, or over ground by `craft.speed_held`.
     pub speed_mps: f64,
     /// Heading, or course over ground if `craft.heading_held` says so, rad, in (−π, π].
     pub heading_rad: f64,
-    /// The same for people, degrees, in [0, 360).
+    /// The same in degrees, for people, in [0, 360).
     pub heading_deg: f64,
     /// Do not follow it after this time, s on the request's clock.
     pub valid_until_s: f64,
 }
 
-/// Where the goal is expected.
+/// Expected positions of the goal.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct GoalTrajectory {
     /// One point for each of the plan's trajectory.
     pub trajectory: Vec<GoalPoint>,
 }
 
-/// What the line-of-sight law would do with the same request.
+/// Answer of the line-of-sight law to the same request.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Baseline {
     /// The law.
@@ -151,21 +151,21 @@ pub struct Baseline {
 /// A warning about the request.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Warning {
-    /// Which, for programs.
+    /// The warning, for programs.
     pub code: String,
-    /// Where in the request, as a JSON pointer.
+    /// Its place in the request, as a JSON pointer.
     pub pointer: String,
-    /// Which, for people.
+    /// The warning, for people.
     pub detail: String,
 }
 
-/// The same snapshot through the planner and through the laws that it is compared with.
+/// Answers of the planner and of comparison laws to the same snapshot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Comparison {
     /// The plans by controller.
     pub plans: Plans,
-    /// How the planner came to its plan, where `?explain=true` asks for it and half of the time that was left after the plan was
-    /// enough for it.
+    /// Explanation of the planner's plan, if `?explain=true` asks for it and half of the time left
+    /// after the plan is enough.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub explanation: Option<Explanation>,
 }
@@ -175,12 +175,12 @@ pub struct Comparison {
 pub struct Plans {
     /// The planner's answer.
     pub mpc: PlanResponse,
-    /// The saturated line-of-sight law's, errors in the target's frame.
+    /// Saturated line-of-sight law, errors in the target's frame.
     pub saturated_los: PlanResponse,
-    /// The saturated line-of-sight law's, errors in the tracker's frame.
+    /// Saturated line-of-sight law, errors in the tracker's frame.
     pub saturated_los_tracker_frame: PlanResponse,
-    /// Integral line of sight's. Its integral starts at zero in every request: see its warning.
+    /// Integral line-of-sight law. Its integral starts at zero in every request: see its warning.
     pub integral_los: PlanResponse,
-    /// Way-points round a box. The box is drawn about one fix in every request: see its warning.
+    /// Way-points around a box, which is drawn about one fix in every request: see its warning.
     pub waypoint_box: PlanResponse,
 }

@@ -1,4 +1,4 @@
-//! From a plan to the answer that clients receive.
+//! Writes the answer to a plan.
 
 use std::time::Duration;
 
@@ -20,17 +20,17 @@ use super::{
     response::{Baseline, CraftEstimate, GoalTrajectory, Learnt, Outcome, PlanResponse, Reference, Warning},
 };
 
-/// A report older than this is worth a warning, s: three of the ten-second slots in which an acoustic
+/// Age of a report that causes a warning, s: three of the ten-second slots in which an acoustic
 /// network usually hears of every vehicle.
 const REPORT_AGE_STALE: f64 = 30.0;
 
-/// A craft farther from the origin is worth a warning, m: headings are off by what good compasses are.
+/// Distance from the origin that causes a warning, m: headings err by what good compasses do.
 const ORIGIN_FAR: f64 = 20e3;
 
-/// References are as exact as the solver, m/s.
+/// Accuracy of references, by that of the solver, m/s.
 const SPEED_ROUNDING: f64 = 1e-3;
 
-/// A plan with all that its answer is made of.
+/// A plan, with everything that its answer needs.
 #[derive(Clone, Debug)]
 pub struct Answer<'a> {
     snapshot: &'a Snapshot,
@@ -38,14 +38,14 @@ pub struct Answer<'a> {
     solve_time: Duration,
     metadata: &'a Map<String, Value>,
     plan_id: String,
-    /// Where the datum lies, where that is known.
+    /// Place of the datum, if known.
     place: Option<(Origin, Datum)>,
-    /// The frame of the snapshot, if that is at the craft.
+    /// The snapshot's frame, if it is at the craft.
     frame: Option<CraftFrame>,
 }
 
 impl<'a> Answer<'a> {
-    /// The answer to the request of `snapshot` and `metadata`, for which the planner took `solve_time`.
+    /// The answer to the request of `snapshot` and `metadata`; the planner took `solve_time`.
     #[must_use]
     pub fn new(
         snapshot: &'a Snapshot,
@@ -110,7 +110,7 @@ impl<'a> Answer<'a> {
         }
     }
 
-    /// A law's answer to the same snapshot, in the same shape. What it would remember starts from nothing, and a warning says so.
+    /// A law's answer to the same snapshot. The law starts without memory; a warning says so.
     #[must_use]
     pub fn law(&self, law: LosLaw, baseline: &domain::Baseline) -> PlanResponse {
         let reference = baseline.reference;
@@ -124,7 +124,7 @@ impl<'a> Answer<'a> {
         answer
     }
 
-    /// What all answers have in common, and line of sight's own outcome.
+    /// The common part of all answers, with the line-of-sight law's outcome.
     fn along(
         &self,
         reference: DomainReference,
@@ -201,14 +201,14 @@ impl<'a> Answer<'a> {
         }
     }
 
-    /// A position of the snapshot's frame, from the datum, m.
+    /// Converts a position of the snapshot's frame to one from the datum, m.
     fn placed(&self, position: &Vector2<f64>) -> Vector2<f64> {
         let frame = self.frame.as_ref();
         frame.map_or(*position, |frame| frame.leave(position))
     }
 
-    /// A position of the snapshot's frame from the datum: north and east, m, and latitude and longitude, degrees, where it is
-    /// known where the datum lies.
+    /// Converts a position of the snapshot's frame to one from the datum: north and east, m;
+    /// latitude and longitude, degrees, if the datum's place is known.
     fn place(&self, north_m: f64, east_m: f64) -> (f64, f64, Option<f64>, Option<f64>) {
         let position = self.placed(&Vector2::new(north_m, east_m));
         let place = self
@@ -277,7 +277,7 @@ fn warnings(snapshot: &Snapshot, plan: &Plan) -> Vec<Warning> {
     warnings
 }
 
-/// Vehicles that the schedule cannot serve, or not in time.
+/// Warnings of vehicles that the schedule serves late or not at all.
 fn about_visits(snapshot: &Snapshot, plan: &Plan) -> Vec<Warning> {
     let (Some(schedule), Goal::Visit(visits)) = (&plan.schedule, &snapshot.goal.goal) else {
         return Vec::new();
@@ -326,7 +326,7 @@ fn about_visits(snapshot: &Snapshot, plan: &Plan) -> Vec<Warning> {
     warnings
 }
 
-/// What reports claim and their fixes contradict.
+/// Warnings of claims in reports that their fixes contradict.
 fn contradicted_claims(snapshot: &Snapshot) -> Vec<Warning> {
     let mut warnings = Vec::new();
     for (i, (auv, estimate)) in snapshot.auvs.iter().zip(snapshot.estimates()).enumerate() {
@@ -366,13 +366,13 @@ fn contradicted_claims(snapshot: &Snapshot) -> Vec<Warning> {
     warnings
 }
 
-/// Fewer fixes elsewhere are outliers.
+/// Least number of fixes elsewhere; fewer are outliers.
 const ELSEWHERE_MIN: usize = 4;
 
-/// Within this time of each other, s, two fixes at about the same place are one that came twice.
+/// Longest time between a fix and its repetition at about the same place, s.
 const TWICE_WITHIN: f64 = 1.0;
 
-/// How many of the `rejected` fixes are not a used one that came twice.
+/// Number of the `rejected` fixes that do not repeat a used one.
 fn elsewhere(reports: &[Report], rejected: &[usize]) -> usize {
     let is_of_used = |fix: &Report| {
         let mut used = (0..reports.len()).filter(|i| !rejected.contains(i));
@@ -387,11 +387,11 @@ fn elsewhere(reports: &[Report], rejected: &[usize]) -> usize {
 
 /// A heading for people, degrees in [0, 360).
 fn bearing_deg(heading: f64) -> f64 {
-    // What is rounded to 360 is 0.
+    // A rounded 360 becomes 0.
     heading.to_degrees().round().rem_euclid(360.0)
 }
 
-/// What the craft is not known to do, does not do, or cannot do.
+/// Warnings of the craft's unknown, missing and insufficient abilities.
 fn about_the_craft(snapshot: &Snapshot, plan: &Plan) -> impl Iterator<Item = Warning> {
     let (prior, model) = (snapshot.craft_prior(), snapshot.craft_model());
     let unknown = (!prior.heading_declared && !prior.surge_declared).then(|| {
@@ -472,7 +472,7 @@ fn about_the_craft(snapshot: &Snapshot, plan: &Plan) -> impl Iterator<Item = War
     .flatten()
 }
 
-/// That what the previous plan remembers of the craft is not used.
+/// Warning of a previous plan whose memory of the craft is not used.
 fn unusable_memory(snapshot: &Snapshot) -> Option<Warning> {
     let unusable = snapshot.previous_plan.as_ref()?.has_unusable_memory();
     unusable.then(|| {
@@ -482,7 +482,7 @@ fn unusable_memory(snapshot: &Snapshot) -> Option<Warning> {
     })
 }
 
-/// Why this request does not tell the current, where it does not.
+/// Warning of a request that gives no current, with the reason.
 fn no_current(snapshot: &Snapshot) -> Option<Warning> {
     if snapshot.current.is_some() {
         return None;
@@ -510,7 +510,6 @@ fn no_current(snapshot: &Snapshot) -> Option<Warning> {
     Some(warning("velocities_contradict", &pointer, detail))
 }
 
-/// What the law would know in a mission and does not know in a request.
 fn outcome(degraded: Option<domain::Degraded>) -> (Outcome, Option<String>) {
     let outcome = if degraded.is_some() {
         Outcome::Degraded
@@ -520,6 +519,7 @@ fn outcome(degraded: Option<domain::Degraded>) -> (Outcome, Option<String>) {
     (outcome, degraded.map(|degraded| degraded.to_string()))
 }
 
+/// Warning of a law that would have a memory in a mission.
 fn no_memory(law: LosLaw) -> Option<Warning> {
     let detail = match law {
         LosLaw::Integral => {

@@ -15,53 +15,53 @@ use super::{
     link::Link,
 };
 
-/// Locks the missions, in order: two services that append to the same ones wait for each other, and do not block each other.
+/// Locks the missions in order of their numbers, so that two services wait but do not deadlock.
 const LOCK: &str = "SELECT number, sequence, head, coalesce((SELECT digest FROM events WHERE mission = number
     AND events.sequence = missions.sequence), ''), owner, epoch, owner_service FROM missions
     WHERE number = ANY(?1) AND status <> 'deleted' ORDER BY number FOR UPDATE";
 
-/// The answers to keys of missions.
+/// The answers to missions' keys.
 const ANSWERED: &str = "SELECT asked.place, request, answer
     FROM unnest(?1::bigint[], ?2::text[], ?3::text[]) AS asked(place, id, key)
     JOIN missions ON missions.id = asked.id AND status <> 'deleted'
     JOIN answered ON answered.mission = missions.number AND answered.key = asked.key";
 
-/// Its digests need its number.
+/// Reserves a mission's number, which its digests need.
 const NUMBER: &str = "SELECT nextval(pg_get_serial_sequence('missions', 'number'))";
 
 const CREATE: &str =
     "INSERT INTO missions (number, id, status, summary, owner, bytes, over_s, sequence, head, digest)
     VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10)";
 
-/// Numbers of missions and orders rise with their commits, though several services store them: a reader that continues after a
-/// number skips no row. The lock's number is this program's own; it is held until the commit.
+/// Lets the numbers of missions and orders rise with their commits, so that a reader that continues
+/// after a number skips no row. The lock has a number of this program; a commit releases it.
 const IN_ORDER: &str = "SELECT pg_advisory_xact_lock(7083212650464)";
 
 const ORDER: &str = "INSERT INTO orders (at_s, caller, request, mission, action) VALUES (?1, ?2, ?3, ?4, ?5)";
 
-/// A mission as it is in the database, locked.
+/// A locked mission.
 struct Locked {
     head: Head,
-    /// Whether its last event is there.
+    /// `true` if its last event is stored.
     is_whole: bool,
     owner: String,
     epoch: u64,
     service: Option<String>,
 }
 
-/// Appends of different missions, and what became of each.
+/// Appends of different missions, and the result of each.
 pub(super) struct Batch<'a, 'b> {
     appends: &'a [&'a Append],
-    /// This service; none if the store is not shared at the moment.
+    /// This service; none while the store is not shared.
     service: Option<&'b str>,
     shares: &'b Shares,
     known: &'b Known,
     /// Trusted time, Unix time, s.
     now_s: f64,
-    /// In the order of the appends.
+    /// Results, in the order of the appends.
     pub(super) appended: Vec<Appended>,
     pub(super) taken: Vec<Taken>,
-    /// The last events of the missions, after each append that is stored.
+    /// The last event of the mission after each stored append.
     pub(super) heads: Vec<(&'a Append, Head)>,
 }
 
@@ -84,13 +84,13 @@ impl<'a, 'b> Batch<'a, 'b> {
         }
     }
 
-    /// Stores what can be stored, and commits. After an error nothing is stored, except where it says that this is unknown.
+    /// Stores the accepted appends and commits. An error stores nothing, unless it says otherwise.
     pub(super) fn store(&mut self, link: &Link) -> Result<(), StoreError> {
         self.prepare(link)?;
         end(link)
     }
 
-    /// Stores what can be stored, and takes it back.
+    /// Stores the accepted appends, and rolls back.
     pub(super) fn try_out(&mut self, link: &Link) -> Result<(), StoreError> {
         self.prepare(link)?;
         link.batch("ROLLBACK")
@@ -139,7 +139,7 @@ impl<'a, 'b> Batch<'a, 'b> {
         locked.collect()
     }
 
-    /// What became of appends whose key was answered before, by their places.
+    /// Results of appends whose keys were answered before, by their places.
     fn answered(&self, link: &Link) -> Result<HashMap<usize, Appended>, StoreError> {
         let (mut places, mut ids, mut keys) = (vec![], vec![], vec![]);
         for (place, append) in (0_i64..).zip(self.appends) {
@@ -167,7 +167,7 @@ impl<'a, 'b> Batch<'a, 'b> {
         found.collect()
     }
 
-    /// Whether an append may be stored.
+    /// Decides about an append: stored, or the reason against it.
     fn decide(&mut self, append: &Append, locked: &HashMap<u64, Locked>) -> Result<Appended, StoreError> {
         let owner = match append.number {
             None => creator(append).to_owned(),
@@ -197,7 +197,7 @@ impl<'a, 'b> Batch<'a, 'b> {
         Ok(Appended::Stored)
     }
 
-    /// Writes what was decided to be stored.
+    /// Writes the accepted appends.
     fn write(&mut self, link: &Link, locked: &HashMap<u64, Locked>) -> Result<(), StoreError> {
         let stored = self.appends.iter().copied().zip(&self.appended);
         let stored = stored.filter(|(_, appended)| **appended == Appended::Stored);
@@ -228,7 +228,7 @@ impl<'a, 'b> Batch<'a, 'b> {
         Ok(())
     }
 
-    /// Stores a new mission; the digests of what it stores.
+    /// Stores a new mission. Returns the digests.
     fn create(&self, link: &Link, append: &Append) -> Result<Links, StoreError> {
         let given = link.query(NUMBER, &[])?;
         let links = Head::of_new(given[0].try_get(0)?).extend(append);
@@ -263,7 +263,7 @@ fn creator(append: &Append) -> &str {
     append.order.as_ref().map_or("", |order| &order.caller)
 }
 
-/// Before the first new mission or order of a transaction.
+/// Call it before the first new mission or order of a transaction.
 pub(super) fn number_in_order(link: &Link) -> Result<(), StoreError> {
     link.query(IN_ORDER, &[]).map(drop)
 }
@@ -279,7 +279,7 @@ pub(super) fn keep_order(link: &Link, mission: &str, order: &AuditEntry) -> Resu
         .map(drop)
 }
 
-/// Commits. Without an answer it is unknown whether everything is stored.
+/// Commits. Without an answer, it is unknown whether everything is stored.
 pub(crate) fn end(link: &Link) -> Result<(), StoreError> {
     link.batch("COMMIT").map_err(|error| match error {
         StoreError::Unavailable(_) => StoreError::Unanswered,

@@ -1,4 +1,4 @@
-//! The rows that a batch inserts and changes, as arrays: one statement for each table, whatever the number of appends.
+//! The rows that a batch inserts and changes, as arrays: one statement per table for all appends.
 
 use std::borrow::Cow;
 
@@ -13,7 +13,7 @@ use super::{
     link::Link,
 };
 
-/// The database itself refuses a stale epoch: then it changes fewer rows than there are appends.
+/// The database refuses a stale epoch: then it changes fewer rows than there are appends.
 const CHANGE: &str = "UPDATE missions SET status = new.status, summary = new.summary, sequence = new.sequence,
     head = new.head, digest = new.digest,
     bytes = missions.bytes + new.bytes,
@@ -93,7 +93,7 @@ impl<'a> Columns<'a> {
         changed.digests.push(links.summary.clone());
     }
 
-    /// Adds what an append stores.
+    /// Adds the rows that an append inserts.
     pub(super) fn add(&mut self, append: &'a Append, links: Links) {
         let (number, last) = (links.head.mission, links.head.sequence);
         for (event, digest) in append.events.iter().zip(links.events) {

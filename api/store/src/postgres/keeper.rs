@@ -1,4 +1,4 @@
-//! Renews the lease of a service, and ends those of services that are gone.
+//! Renews a service's lease, and ends the leases of services that are gone.
 
 use std::{
     collections::HashMap,
@@ -17,18 +17,18 @@ use super::{
     member::Shared,
 };
 
-/// Renews the lease, on a thread and a connection of its own.
+/// Renews the lease on its own thread and connection.
 pub(super) struct Keeper {
     link: Option<Link>,
     beats: i64,
-    /// The last beat of each other service, and when it was first seen.
+    /// The last beat of each other service, and the time at which it was first seen.
     seen: HashMap<String, (i64, Duration)>,
-    /// When the database answered last.
+    /// Time of the database's last answer.
     answered: Duration,
 }
 
 impl Keeper {
-    /// With a connection for the first beat.
+    /// Takes a connection for the first beat.
     pub(super) fn new(link: Link) -> Self {
         Self {
             link: Some(link),
@@ -38,10 +38,10 @@ impl Keeper {
         }
     }
 
-    /// Until the service leaves or its store is dropped.
+    /// Runs until the service leaves or its store is dropped.
     pub(super) async fn run(mut self, shared: Weak<Shared>, clock: Clock) {
         let mut fails = false;
-        // The first had more patience than a lease has.
+        // The first connection waits longer than a lease.
         self.link = None;
         while let Some(shared) = shared.upgrade() {
             let beat = {
@@ -69,7 +69,7 @@ impl Keeper {
         }
     }
 
-    /// Raises this service's beat, and ends services whose beat has not changed.
+    /// Raises this service's beat, and ends services whose beats have stopped.
     pub(super) fn beat(&mut self, shared: &Shared) -> Result<(), StoreError> {
         const BEAT: &str = "UPDATE services SET beat = ?2 WHERE id = ?1";
         const JOIN: &str = "INSERT INTO services (id, url, lease_ms, beat) VALUES (?1, ?2, ?3, ?4)";
@@ -77,9 +77,9 @@ impl Keeper {
         let link = if let Some(link) = self.link.take() {
             link
         } else {
-            // Without an answer for so long, another connection has a better chance.
+            // After this time without an answer, a new connection is better.
             let link = shared.database.connect_for(*lease / 2)?;
-            // The missions of a service that is gone may be locked: its own beats must not wait for them.
+            // A lost service may hold locks on its missions: these beats must not wait for them.
             link.batch(&format!("SET lock_timeout = {}", (*lease / 4).as_millis()))?;
             link
         };
@@ -96,7 +96,7 @@ impl Keeper {
             if is_new {
                 state.incarnation += 1;
             }
-            // The service may leave at this moment.
+            // The service may just have left.
             if state.until.is_some() || self.beats == 1 {
                 state.until = Some(sent + *lease);
             }
@@ -111,16 +111,16 @@ impl Keeper {
         let lease = shared.member.lease;
         let others = link.query(OTHERS, &[&shared.id])?;
         let now = shared.clock.up();
-        // A pause of an eighth and a slow beat are less.
+        // The pause of an eighth plus a slow beat takes less.
         if self.answered + lease * 3 / 4 < now {
-            // The others may have been cut off too: they have a whole lease from now.
+            // The others may also have been cut off: they get a whole lease from now.
             self.seen.clear();
         }
         let (mut seen, mut may_wait) = (HashMap::new(), true);
         for row in &others {
             let (id, beat, lease_ms): (String, i64, i64) =
                 (row.try_get(0)?, row.try_get(1)?, row.try_get(2)?);
-            // The other one counts by its own lease.
+            // The other service counts by its own lease.
             let lease = lease.max(Duration::from_millis(lease_ms.unsigned_abs()));
             let since = match self.seen.get(&id) {
                 Some(&(before, since)) if before == beat => since,
@@ -133,7 +133,7 @@ impl Keeper {
                         tracing::warn!(service = id, "a service is gone; its missions are free");
                         continue;
                     }
-                    // Retried at the next beat. Each beat waits for one lock at most.
+                    // Retried at the next beat. Each beat waits for at most one lock.
                     Err(StoreError::Busy) => may_wait = false,
                     Err(error) => return Err(error),
                 }

@@ -1,9 +1,9 @@
-//! Which service owns which mission.
+//! Ownership of missions by leases.
 //!
-//! A service has a row in `services`, whose `beat` it raises again and again. Its lease lasts from before a beat was sent; when
-//! it has lapsed the service answers nothing as an owner. A service that has seen another one's beat unchanged for a whole lease
-//! deletes that row, which frees its missions. So no two clocks are compared, and not even the database's clock is trusted: each
-//! service measures by its own machine's running time, and a set clock changes nothing.
+//! A service has a row in `services`, and raises its `beat` again and again. Its lease counts from
+//! before a beat was sent; after its end the service does not answer as an owner. A service that
+//! sees the beat of another unchanged for a whole lease deletes that row, which frees the missions.
+//! Each service measures by the running time of its own machine; clocks play no part.
 
 use std::{
     sync::{Arc, Mutex, PoisonError},
@@ -25,7 +25,7 @@ use super::{
     member::Shared,
 };
 
-/// Most free missions that are taken at once, so that several services take some.
+/// Most free missions taken at once, so that several services get some.
 const TAKEN_MAX: i64 = 128;
 
 /// The lease of this service. Clones share it.
@@ -58,7 +58,7 @@ impl Lease {
         &self.0.id
     }
 
-    /// Rises when the service had lost its missions. Fails while the lease has lapsed.
+    /// Count that rises after a loss of the missions. Fails while the lease has lapsed.
     pub fn incarnation(&self) -> Result<u64, StoreError> {
         let state = self.0.state();
         match state.until {
@@ -68,19 +68,19 @@ impl Lease {
         }
     }
 
-    /// Where the other services reach this one.
+    /// The URL at which other services reach this one.
     #[must_use]
     pub fn url(&self) -> &str {
         &self.0.member.url
     }
 
-    /// How often to take a turn.
+    /// Time between two turns.
     #[must_use]
     pub fn turn_time(&self) -> Duration {
         self.0.member.lease / BEATS
     }
 
-    /// Takes the mission `id`, if no other service has it.
+    /// Takes the mission `id`, unless another service has it.
     pub fn acquire(&self, id: &str) -> Result<Acquired, StoreError> {
         const TAKE: &str = "UPDATE missions SET owner_service = ?1, epoch = epoch + 1 WHERE id = ?2
             AND status <> 'deleted' AND (owner_service IS NULL OR owner_service = ?1)";
@@ -89,7 +89,7 @@ impl Lease {
         self.incarnation()?;
         let id = without_nul(id);
         self.0.database.owning()?.with(|link| {
-            // Between the two statements the mission may be freed.
+            // The mission may be freed between the two statements.
             for _ in 0..2 {
                 let taken = link.query(&owning(TAKE), &[&self.0.id, &id])?;
                 if let Some(row) = taken.first() {
@@ -107,7 +107,7 @@ impl Lease {
         })
     }
 
-    /// Takes running missions without an owner, up to this service's share of all, and at most `most`.
+    /// Takes running missions without an owner, up to this service's share and to `most`.
     pub fn take_turn(&self, most: usize) -> Result<Turn, StoreError> {
         const COUNT: &str =
             "SELECT count(*), count(*) FILTER (WHERE owner_service IS NULL), (SELECT count(*) FROM services)
@@ -137,7 +137,7 @@ impl Lease {
         })
     }
 
-    /// Frees all missions. Later the service owns none.
+    /// Frees all missions, and owns none from then on.
     pub fn leave(&self) -> Result<(), StoreError> {
         const LEAVE: &str = "DELETE FROM services WHERE id = ?1";
         self.0.state().until = None;
@@ -147,7 +147,7 @@ impl Lease {
     }
 }
 
-/// The statement that takes missions, with the columns of [`owned`].
+/// The statement that takes missions, and returns the columns of [`owned`].
 fn owning(take: &str) -> String {
     format!("{take} RETURNING {MISSION}, epoch")
 }

@@ -1,4 +1,4 @@
-//! Connections to the database: how they are made, and what is waited for.
+//! Connections to the database, and the waits for its answers.
 
 use std::{
     cell::RefCell,
@@ -25,25 +25,25 @@ use super::{
 /// Longest wait for an answer of the database: a commit may wait for a standby.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(3);
 
-/// Longest time for a new connection, to whichever of the hosts answers.
+/// Longest time to connect to any of the hosts.
 const CONNECT_TIME: Duration = Duration::from_secs(2);
 
-/// Session settings. A service that stops in the middle of a transaction must not keep its locks: others take its missions. What
-/// is acknowledged has been synced, on the standby too if it is synchronous, whatever the database's default is.
+/// Session settings. A service that stops in a transaction must not keep its locks: others take its
+/// missions. Acknowledged commits are synced, also on a synchronous standby, whatever the defaults.
 const SESSION: &str = "SET idle_in_transaction_session_timeout = '1s'; SET lock_timeout = '2s'; \
     SET default_transaction_isolation = 'read committed'; SELECT set_config('synchronous_commit', 'on', false) \
     WHERE current_setting('synchronous_commit') IN ('off', 'local')";
 
-/// Most connections for queries, beside that of the writer and that of the keeper. Others wait for one.
+/// Most connections for queries, beside those of the writer and the keeper. Further queries wait.
 const QUERIES_MAX: usize = 48;
 
-/// Of them, those that are kept for questions who owns a mission.
+/// Connections among these for questions about ownership.
 const OWNING: usize = 8;
 
-/// The trouble, and the number of statements in it.
+/// The trouble, and the number of statements since it began.
 type Troubled = Arc<Mutex<Option<(Trouble, u32)>>>;
 
-/// A database, reached through any of its hosts that can be written to. Clones share it.
+/// A database, reached through any of its writable hosts. Clones share it.
 #[derive(Clone, Debug)]
 pub(crate) struct Database(Arc<Shared>);
 
@@ -57,16 +57,16 @@ struct Shared {
     /// Notified when a connection comes back.
     returned: Condvar,
     troubled: Troubled,
-    /// Runs the connections. None once it is dropped.
+    /// Runs the connections; none once it is dropped.
     runtime: Option<runtime::Runtime>,
 }
 
 /// Connections for queries.
 #[derive(Default)]
 struct Spare {
-    /// Those that wait for their next use.
+    /// Idle connections.
     links: Vec<Link>,
-    /// Those in use.
+    /// Number of used connections.
     n_used: usize,
 }
 
@@ -113,17 +113,17 @@ impl Database {
         &self.0.name
     }
 
-    /// Lets that happen to all connections from now on.
+    /// Disturbs all connections from now on.
     pub(crate) fn trouble(&self, trouble: Option<Trouble>) {
         *lock(&self.0.troubled) = trouble.map(|trouble| (trouble, 0));
     }
 
-    /// A new connection to a host that can be written to.
+    /// A new connection to a writable host.
     pub(crate) fn connect(&self) -> Result<Link, StoreError> {
         self.connect_for(PATIENCE)
     }
 
-    /// A new connection whose answers are waited for as long as `patience`.
+    /// A new connection whose answers may take at most `patience`.
     pub(crate) fn connect_for(&self, patience: Duration) -> Result<Link, StoreError> {
         let Shared {
             hosts,
@@ -152,12 +152,12 @@ impl Database {
         })
     }
 
-    /// A connection for some queries.
+    /// A connection for reads.
     pub(crate) fn reading(&self) -> Result<Pooled, StoreError> {
         self.one_of(QUERIES_MAX - OWNING)
     }
 
-    /// A connection for a question who owns a mission, which reads must not delay.
+    /// A connection for a question about ownership, which reads must not delay.
     pub(super) fn owning(&self) -> Result<Pooled, StoreError> {
         self.one_of(QUERIES_MAX)
     }
@@ -169,7 +169,7 @@ impl Database {
         spare.n_used += 1;
         let link = spare.links.pop();
         drop(spare);
-        // From here on its end gives the place back.
+        // From here on, dropping `pooled` gives the place back.
         let mut pooled = Pooled {
             database: self.clone(),
             link,
@@ -190,7 +190,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A connection to whichever host can first be written to. They are tried at the same time: one of them may be silent.
+/// Connects to the first writable host. All are tried at the same time: one of them may be silent.
 async fn first_of(hosts: Vec<Config>, tls: Tls) -> Result<(Client, AbortHandle), StoreError> {
     let mut tries = JoinSet::new();
     for config in hosts {
@@ -207,7 +207,7 @@ async fn first_of(hosts: Vec<Config>, tls: Tls) -> Result<(Client, AbortHandle),
         match tried {
             Ok(Ok(connected)) => return Ok(connected),
             Ok(Err(error)) => faults.push(with_causes(&error)),
-            // It was aborted or has panicked.
+            // The attempt was aborted or panicked.
             Err(_) => {}
         }
     }
@@ -257,7 +257,7 @@ impl Link {
         }
     }
 
-    /// What the trouble takes of the next statement.
+    /// The part of the next statement that the trouble takes.
     fn lost(&self) -> Option<Lost> {
         let mut troubled = lock(&self.troubled);
         let (trouble, number) = troubled.as_mut()?;
@@ -270,13 +270,13 @@ impl Link {
         }
     }
 
-    /// The server ends the transaction of a connection that is gone. Here at once: when it notices depends on the processor.
+    /// Ends the transaction at once. Otherwise the server does so when it notices the loss.
     fn end(&self, error: StoreError) -> StoreError {
         let _ = wait_for(self.client.batch_execute("ROLLBACK"), self.patience);
         error
     }
 
-    /// The prepared form of a query, which a connection prepares once.
+    /// The prepared statement of a query. Each connection prepares it once.
     pub(super) fn prepared(&self, query: &str) -> Result<Statement, StoreError> {
         if let Some(statement) = self.statements.borrow().get(query) {
             return Ok(statement.clone());
@@ -289,7 +289,7 @@ impl Link {
         Ok(statement)
     }
 
-    /// Executes a statement; the number of rows that it changed.
+    /// Executes a statement. Returns the number of changed rows.
     pub(crate) fn execute(&self, query: &str, params: &[&(dyn ToSql + Sync)]) -> Result<u64, StoreError> {
         let trouble = *lock(&self.troubled);
         match trouble {
@@ -319,7 +319,7 @@ impl Link {
     }
 }
 
-/// A connection that goes back to its database.
+/// A connection that returns to its database.
 #[derive(Debug)]
 pub(crate) struct Pooled {
     database: Database,
@@ -340,21 +340,21 @@ impl Drop for Pooled {
 }
 
 impl Pooled {
-    /// Has the connection do something. After an error it is not used again.
+    /// Lets the connection do `work`. After an error it is not used again.
     pub(crate) fn with<T>(&self, work: impl FnOnce(&Link) -> Result<T, StoreError>) -> Result<T, StoreError> {
         let link = self.link.as_ref().ok_or(StoreError::Closed)?;
         let done = work(link);
         if let Err(error) = &done {
             *self.broken.borrow_mut() = true;
             if matches!(error, StoreError::Unavailable(_)) {
-                // The others go the same way.
+                // The other connections would fail as this one did.
                 self.database.spare().links.clear();
             }
         }
         done
     }
 
-    /// Calls `take` with each row of a query, until it returns false.
+    /// Calls `take` with each row of a query, until it returns `false`.
     pub(crate) fn each(
         &self,
         query: &str,

@@ -1,4 +1,4 @@
-//! What a service's lease and its keeper know.
+//! The facts that a service's lease and its keeper share.
 
 use std::{
     sync::{Mutex, MutexGuard, PoisonError},
@@ -9,25 +9,24 @@ use clock::Clock;
 
 use super::{super::ownership::Member, link::Database};
 
-/// What the lease of a service and its keeper share.
 #[derive(Debug)]
 pub(super) struct Shared {
     pub(super) clock: Clock,
     pub(super) database: Database,
     pub(super) member: Member,
-    /// This process.
+    /// Id of this process.
     pub(super) id: String,
     pub(super) state: Mutex<State>,
-    /// Held by a beat and by the leave, so that none follows the other.
+    /// Held by a beat and by leaving, so that no beat follows.
     pub(super) beating: Mutex<()>,
 }
 
-/// How long the service owns its missions.
+/// The lease's end and count.
 #[derive(Debug, Default)]
 pub(super) struct State {
-    /// When the lease ends, by [`Clock::up`]; none after the service has left.
+    /// End of the lease, by [`Clock::up`]; none after the service has left.
     pub(super) until: Option<Duration>,
-    /// Rises when the service had lost its missions.
+    /// Count that rises after a loss of the missions.
     pub(super) incarnation: u64,
 }
 

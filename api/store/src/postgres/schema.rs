@@ -1,4 +1,4 @@
-//! Versions of the tables in PostgreSQL. A released version never changes; a change is a new version.
+//! Versions of the tables in PostgreSQL. Released versions never change; changes are new versions.
 
 use super::{
     super::{digest::fill, error::StoreError},
@@ -8,11 +8,11 @@ use super::{
 /// The migrations from each version to the next.
 const STEPS: [&str; 3] = [FIRST, DIGESTS, PACKED];
 
-/// The tables of SQLite's newest version, the services that share them, and which of them owns each mission.
+/// SQLite's newest tables, the services that share them, and the owner of each mission.
 ///
-/// A mission without an owner is free. The deletion of a service frees its missions in the same transaction. `epoch` rises with
-/// each new owner; `sequence` is the number of the last event. LZ4 compresses checkpoints of 500 missions in 0.10 s where
-/// PostgreSQL's own method takes 0.85 s; a server that was built without it, or is older than 14, uses its own.
+/// A mission without an owner is free. Deleting a service frees its missions in the same
+/// transaction. `epoch` rises with each new owner. LZ4 compresses checkpoints of 500 missions in
+/// 0.10 s, PostgreSQL's own method in 0.85 s; servers without LZ4, or before 14, use their own.
 const FIRST: &str = "
 CREATE TABLE services (
     id TEXT PRIMARY KEY,
@@ -80,7 +80,7 @@ DO $$ BEGIN
 EXCEPTION WHEN OTHERS THEN NULL; END $$;
 ";
 
-/// The digests of SQLite's version 8. The function is PostgreSQL's own: the same H, once more.
+/// The digests of SQLite's version 8, computed by a function of PostgreSQL with the same H.
 const DIGESTS: &str = concat!(
     "
 ALTER TABLE events ADD COLUMN digest BYTEA NOT NULL DEFAULT '';
@@ -101,7 +101,7 @@ DROP FUNCTION digest_of(BIGINT, BIGINT, TEXT, BYTEA, BYTEA);
 /// Bodies may be packed, as in SQLite's version 9.
 const PACKED: &str = "";
 
-/// Services that start at the same time migrate one after the other: the number is this program's own.
+/// Services that start together migrate one after the other. The number is this program's own.
 const LOCK: &str = "SELECT pg_advisory_xact_lock(7083212650463)";
 
 /// The newest version.
@@ -109,7 +109,7 @@ fn newest() -> u32 {
     u32::try_from(STEPS.len()).expect("a handful")
 }
 
-/// The version of the stored tables, 0 without any. Fails if it is newer than this program.
+/// The version of the stored tables; 0 without tables. Fails for one newer than this program.
 fn version(link: &Link, name: &str) -> Result<u32, StoreError> {
     let exists = link.query("SELECT to_regclass('pilotfish_schema') IS NOT NULL", &[])?;
     if !exists[0].try_get::<_, bool>(0)? {
@@ -142,7 +142,7 @@ pub(super) fn migrate(link: &Link, name: &str) -> Result<(), StoreError> {
     link.batch("COMMIT")
 }
 
-/// Fails for older tables: a reader cannot migrate them.
+/// Fails for older tables: readers do not migrate.
 pub(super) fn require_newest(link: &Link, name: &str) -> Result<(), StoreError> {
     let (found, known) = (version(link, name)?, newest());
     if found < known {

@@ -1,4 +1,4 @@
-//! TLS to the database, by the same library as the service's own.
+//! TLS to the database, by the library of the service's own TLS.
 
 use std::{
     io,
@@ -21,10 +21,10 @@ use tokio_rustls::{
 #[derive(Clone)]
 pub(crate) struct Tls(pub(super) Arc<ClientConfig>);
 
-/// Makes one connection to the host of that name.
+/// Makes one connection to a host.
 pub(crate) struct ToHost {
     config: Arc<ClientConfig>,
-    /// None for a socket of this machine, which needs no TLS.
+    /// The host's name; none for a socket of this machine, which needs no TLS.
     name: Option<ServerName<'static>>,
 }
 
@@ -62,7 +62,7 @@ impl TlsConnect<Socket> for ToHost {
 
 impl TlsStream for Encrypted {
     fn channel_binding(&self) -> ChannelBinding {
-        // The certificate is verified: no other server can be at the end of this connection.
+        // The certificate is verified: no other server can hold this connection.
         ChannelBinding::none()
     }
 }

@@ -1,4 +1,4 @@
-//! Waits for answers of the database on any thread, within or without a runtime, for a limited time.
+//! Waits for answers of the database, within or without a runtime, for a limited time.
 
 #![expect(
     clippy::disallowed_methods,
@@ -21,9 +21,9 @@ impl Wake for Unpark {
     }
 }
 
-/// The output of `future`; none if it is not there within `limit`.
+/// The output of `future`; none if it takes longer than `limit`.
 ///
-/// A connection to the database may hang for as long as TCP tries. Tokio's own time limits work only within its runtime, where
+/// A connection may hang for as long as TCP tries. Tokio's own time limits need its runtime, where
 /// blocking is forbidden.
 pub(super) fn wait_for<F: Future>(future: F, limit: Duration) -> Option<F::Output> {
     let end = Instant::now() + limit;
@@ -42,7 +42,7 @@ pub(super) fn wait_for<F: Future>(future: F, limit: Duration) -> Option<F::Outpu
     }
 }
 
-/// Waits for `changed` until `condition` no longer holds; none if it still does after `limit`.
+/// Waits for `changed` until `condition` is false; none if it is still true after `limit`.
 pub(super) fn wait_while<'a, T>(
     changed: &Condvar,
     guard: MutexGuard<'a, T>,
@@ -61,7 +61,7 @@ mod tests {
     use super::*;
 
     #[tokio::test]
-    async fn a_future_is_waited_for_within_a_runtime_and_given_up_at_its_end() {
+    async fn a_wait_works_within_a_runtime_and_ends_at_its_limit() {
         let (sender, receiver) = tokio::sync::oneshot::channel();
         thread::spawn(move || sender.send(7));
         assert_eq!(wait_for(receiver, Duration::from_mins(10)), Some(Ok(7)));

@@ -1,4 +1,4 @@
-//! The writer thread of a database: waiting appends share a commit, in a handful of statements whatever their number.
+//! The writer thread of a database: waiting appends share a commit of a few statements.
 
 use std::{
     collections::{HashMap, HashSet},
@@ -22,7 +22,7 @@ use super::{
 };
 use crate::metrics::StoreMetrics;
 
-/// Most appends in one commit: one of every mission that a service may have.
+/// Most appends in one commit: one for each mission that a service may have.
 const COMMIT_MAX: usize = 1_024;
 
 /// Events of a deleted mission that one commit removes: some milliseconds.
@@ -31,7 +31,7 @@ const PURGE: i64 = 500;
 /// Pause between removals.
 const PURGE_PAUSE: Duration = Duration::from_millis(50);
 
-/// How old the sums of shares may be: other services write too.
+/// Longest age of the sums of shares, because other services also write.
 const SHARES_LIFE: Duration = Duration::from_secs(10);
 
 /// The only writing connection of this process.
@@ -39,13 +39,13 @@ pub(crate) struct PostgresWriter {
     database: Database,
     lease: Option<Lease>,
     link: Option<Link>,
-    /// Deleted missions whose events are removed step by step when no command waits.
+    /// Deleted missions; their events are removed step by step while no command waits.
     purge: Vec<i64>,
     most: u64,
     shares: Shares,
     shares_read: Option<Instant>,
     known: Known,
-    /// The largest append that failed. The store is ready again when it could store as much.
+    /// The largest failed append. The store is ready once it can store as much.
     refused: Option<Append>,
     clock: TrustedClock,
     metrics: StoreMetrics,
@@ -77,7 +77,7 @@ impl PostgresWriter {
         Ok(writer)
     }
 
-    /// Has the connection do something. After an error another connection is made.
+    /// Lets the connection do `work`. An error replaces the connection.
     fn with<T>(&mut self, work: impl FnOnce(&Link) -> Result<T, StoreError>) -> Result<T, StoreError> {
         let link = match self.link.take().filter(|link| !link.client.is_closed()) {
             Some(link) => link,
@@ -93,7 +93,7 @@ impl PostgresWriter {
         self.known.check()?;
         let numbers = appends.iter().filter_map(|append| append.number.map(signed));
         if numbers.into_iter().any(|number| !self.known.has(number)) {
-            // Of missions that others had, this service knows no event.
+            // This service knows no event of missions that others had.
             self.count()?;
         }
         self.read_shares()?;
@@ -115,20 +115,20 @@ impl PostgresWriter {
             self.known.add(&append.mission, head, append.is_over());
         }
         if appended.contains(&Appended::MissionGone) {
-            // Deleted, or lost.
+            // The mission was deleted or lost.
             self.count()?;
         }
         Ok(appended)
     }
 
-    /// Counts on, and so finds whether the store was set back.
+    /// Counts a probe; fails if the store was set back.
     fn count(&mut self) -> Result<(), StoreError> {
         const COUNT: &str = "UPDATE probes SET count = count + 1 RETURNING count";
         let counted = self.with(|link| link.query(COUNT, &[])?[0].try_get(0).map_err(StoreError::from))?;
         self.known.count(counted)
     }
 
-    /// Remembers what the store refused, and that it was set back.
+    /// Remembers refused appends, and that the store was set back.
     fn note(&mut self, error: &StoreError, appends: &[&Append]) {
         match error {
             StoreError::SetBack(what) if self.known.check().is_ok() => {
@@ -148,7 +148,7 @@ impl PostgresWriter {
         }
     }
 
-    /// Which acknowledged events of unfinished missions the store lacks. A deleted mission has left its order.
+    /// Names lost events of unfinished missions that were acknowledged and not deleted.
     fn lost(&mut self) -> Result<Vec<String>, StoreError> {
         const LOST: &str = "SELECT asked.id, coalesce(missions.sequence, 0), asked.sequence
             FROM unnest(?1::bigint[], ?2::bigint[], ?3::bytea[], ?4::text[]) AS asked(number, sequence, digest, id)
@@ -195,7 +195,7 @@ impl PostgresWriter {
             .map(drop)
     }
 
-    /// Reads which missions are deleted: other services and programs delete too.
+    /// Reads the deleted missions, because other services and programs also delete.
     fn read_deleted(&mut self) -> Result<(), StoreError> {
         const DELETED: &str = "SELECT number FROM missions WHERE status = 'deleted'";
         let deleted = self.with(|link| link.query(DELETED, &[]))?;
@@ -204,11 +204,11 @@ impl PostgresWriter {
         Ok(())
     }
 
-    /// Removes some events of a deleted mission, and the mission after its last event.
+    /// Removes some events of a deleted mission, at last the mission.
     fn purge_some(&mut self) -> Result<(), StoreError> {
         const EVENTS: &str = "DELETE FROM events WHERE mission = ?1 AND sequence <=
             (SELECT min(sequence) FROM events WHERE mission = ?1) + ?2";
-        // Of services that remove the same events at the same time one goes on.
+        // If several services remove the same events, one of them continues.
         const MISSION: &str = "DELETE FROM missions WHERE number = ?1
             AND NOT EXISTS (SELECT 1 FROM events WHERE mission = ?1)";
         let Some(&number) = self.purge.last() else {
@@ -239,7 +239,7 @@ impl LogWriter for PostgresWriter {
     fn upkeep(&mut self) {
         if let Err(error) = self.purge_some() {
             tracing::warn!(%error, "cannot free the disk space of a deleted mission yet");
-            // They are read again with the next time that is kept.
+            // [`LogWriter::keep_time`] reads the deleted missions again.
             self.purge.clear();
         }
     }
@@ -251,7 +251,7 @@ impl LogWriter for PostgresWriter {
 
     fn store(&mut self, mut waiting: Vec<Waiting>) {
         while !waiting.is_empty() {
-            // A second append of a mission needs to know the first.
+            // A second append to a mission must know the first.
             let mut missions = HashSet::new();
             let (mut batch, later): (Vec<_>, Vec<_>) = waiting
                 .into_iter()
@@ -261,7 +261,7 @@ impl LogWriter for PostgresWriter {
             let start = self.clock.machine.now();
             let mut committed = self.commit(&appends);
             if let ([_], Err(StoreError::Refused(_))) = (&appends[..], &committed) {
-                // Another service may have stored the same request just now: then its key has an answer.
+                // Another service may just have stored the request: then its key has an answer.
                 committed = self.commit(&appends);
             }
             let counts = committed.as_ref().ok().map(|done| stored(&appends, done));
@@ -313,7 +313,7 @@ impl LogWriter for PostgresWriter {
     }
 
     fn keep_time(&mut self, time: TrustedTime) -> Result<(), StoreError> {
-        // Several services keep it: it never goes back.
+        // Several services keep the time, which never goes back.
         let write = TrustedTime::WRITE.replace("?1", "greatest(trusted_s, ?1)");
         self.write_time(&write, time)?;
         self.read_deleted()
@@ -328,7 +328,7 @@ impl LogWriter for PostgresWriter {
             .map(drop)
     }
 
-    /// Stores once more the largest append that failed, and takes it back: a row that is changed needs no room on the disk.
+    /// Stores the largest failed append again and rolls back: changing a row needs no disk space.
     fn probe(&mut self) -> Result<(), StoreError> {
         self.known.check()?;
         if let Err(error) = self.count() {
@@ -338,7 +338,7 @@ impl LogWriter for PostgresWriter {
         let Some(refused) = self.refused.take() else {
             return Ok(());
         };
-        // Its bytes, as a mission of its own: what else was in the append may be the reason, and fail for ever.
+        // Only its bytes, as a new mission: another part of the append may fail for ever.
         let id = new_id();
         let events = (1..).zip(&refused.events).map(|(sequence, event)| StoredEvent {
             sequence,
