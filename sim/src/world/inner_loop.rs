@@ -14,8 +14,7 @@ pub const PERIOD: f64 = 0.1;
 /// Addition of the drag at the measured speed to the surge loop's output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DragFeedForward {
-    /// Proportional and integral part only, as on the laboratory's vehicles; large steps need the
-    /// latter.
+    /// PI control alone, as on the laboratory's vehicles: large steps need the integral part.
     Off,
     /// Drag is compensated at once; the loop controls a free mass.
     On,

@@ -21,9 +21,8 @@
 //! u̇ − r v = F / m_u + (c_v / m_u − 1) v r − D_u(u) / m_u
 //! v̇ + r u =           (1 − c_u / m_v) u r − D_v(v) / m_v
 //! ```
-//! term by term at |u| ≤ √(W_max/α), at |v| ≤ √W_max or, if less, the largest turn's D_v(v) =
-//! c_u·|u r|, and at D_r(r) = M_max + |c_u − c_v| W_max / (2 √α), as |u v| is at most W_max / (2
-//! √α).
+//! term by term at |u| ≤ √(W_max/α), at |v| ≤ √W_max or, if less, the D_v(v) = c_u·|u r| of the
+//! largest turn, and at D_r(r) = M_max + |c_u − c_v| |u v| with |u v| ≤ W_max / (2 √α).
 //!
 //! A craft that starts within these bounds stays within them; a current moves it and adds nothing.
 
