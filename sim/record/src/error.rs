@@ -6,7 +6,7 @@ use geodesy::NotOnEarth;
 
 use crate::Format;
 
-/// Why a record was not written.
+/// Reason why a record was not written.
 #[derive(Debug, thiserror::Error)]
 pub enum ExportError {
     /// The name of the file has no known extension.
