@@ -176,7 +176,7 @@ impl Observer {
         }
     }
 
-    /// The present knowledge, `interval` s after the previous observation. `craft` is the world's surface craft.
+    /// The present knowledge, `interval` s after the last. `craft` is the world's surface craft.
     pub fn observe(
         &mut self,
         world: &World,

@@ -78,7 +78,7 @@ pub enum ScenarioError {
     /// It cannot be read.
     #[error("cannot read {0}")]
     Unreadable(String, #[source] io::Error),
-    /// It has a wrong member: the file, the line from 1 on, the member with value and limit.
+    /// Invalid: the file, the line from 1 on, the member with value and limit.
     #[error("{0}:{1}: {2}")]
     Invalid(String, usize, InvalidScenario),
 }

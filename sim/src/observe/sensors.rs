@@ -128,9 +128,9 @@ impl SurfaceSensors {
 
     /// Estimate of the craft's own state now, `period` s after the previous one.
     ///
-    /// Without satellites there is no ground velocity, and the position is reckoned:
+    /// Without GNSS there is no ground velocity, and the position is reckoned:
     /// ```text
-    /// p̂ ← p̂ + (R(ψ_m) [u_m, v_m] + v̂_c) T        v̂_c: mean over 30 s of ground less water velocity
+    /// p̂ ← p̂ + (R(ψ_m) [u_m, v_m] + v̂_c) T     v̂_c: 30 s mean of ground less water velocity
     /// ```
     /// with this measurement. When GNSS returns, its position applies at once. The first
     /// measurement has a satellite position even without GNSS: a craft departs with a fix.

@@ -4,7 +4,7 @@
 //! moment at its largest and in the worst direction, so they bound every motion of the model:
 //!
 //! ```text
-//! m_u u̇ = F + c_v v r − D_u(u),   m_v v̇ = −c_u u r − D_v(v),   m_r ṙ = M + (c_u − c_v) u v − D_r(r)
+//! m_u u̇ = F + c_v v r − D_u(u), m_v v̇ = −c_u u r − D_v(v), m_r ṙ = M + (c_u − c_v) u v − D_r(r)
 //! ```
 //! **Speed.** With α = c_u m_u / (c_v m_v) the yaw rate drops out of W = α u² + v²:
 //!

@@ -46,7 +46,7 @@ fn corners(snapshot: &Snapshot) -> Vec<Vector2<f64>> {
 }
 
 #[test]
-fn the_craft_knows_the_bounds_of_its_judgement() {
+fn snapshots_contain_the_bounds_that_judge_the_craft() {
     let scenario = named("crowded").lasting(2.0);
     let bounds = scenario.start(1).expect("valid").bounds;
     for (snapshot, _) in exchanges(&scenario, &mut los()) {

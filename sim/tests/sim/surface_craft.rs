@@ -65,7 +65,7 @@ fn the_otter_s_derived_figures_match_the_published_code() {
 }
 
 #[test]
-fn power_goes_to_motion_and_drag_alone() {
+fn power_becomes_motion_and_drag_alone() {
     // d/dt ½ νᵀMν = τᵀν − νᵀD(ν): the Coriolis terms do no work in any motion.
     for hull in CLASSES.map(SurfaceClass::hull) {
         for velocity in [Vector3::new(1.2, -0.3, 0.8), Vector3::new(-0.4, 0.2, -1.1)] {

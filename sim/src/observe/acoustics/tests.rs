@@ -194,11 +194,11 @@ fn two_messages_at_one_time_destroy_each_other_unless_one_is_out_of_range() {
     for (setup, all_telemetry, expected) in [
         (shared.clone(), [at(50.0, 5.0), at(-60.0, 20.0)], collided),
         (clear(2), [at(50.0, 5.0), at(-60.0, 20.0)], delivered),
-        // Slots 0.6 s apart, messages of 0.5 s: they pass each other if the first is at most 0.1 s, or 150 m, farther
-        // away than the second.
+        // Slots 0.6 s apart, messages of 0.5 s: no overlap if the first is at most 0.1 s, or 150 m,
+        // farther away than the second.
         (apart.clone(), [at(150.0, 0.0), at(10.0, 0.0)], delivered),
         (apart, [at(170.0, 0.0), at(10.0, 0.0)], collided),
-        // The farther one is always lost by chance, the nearer one never: a lost message is as loud.
+        // The farther one is always lost by chance, the nearer never: a lost one is as loud.
         (
             AcousticsSetup {
                 range_max: 100.0,

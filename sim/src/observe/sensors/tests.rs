@@ -252,7 +252,7 @@ fn dead_reckoning_averages_the_noise_of_the_satellite_velocity() {
 }
 
 #[test]
-fn an_outage_changes_nothing_that_is_measured_after_it() {
+fn an_outage_changes_no_later_measurement() {
     let mut with = sensors(SensorSetup::SMALL_CRAFT, 9);
     let mut without = sensors(SensorSetup::SMALL_CRAFT, 9);
     let truth = under_way(Vector2::new(10.0, 20.0), 0.4, Vector2::new(0.0, 0.1));

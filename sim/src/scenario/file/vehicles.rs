@@ -394,7 +394,7 @@ pub enum SurveyPattern {
     Box,
     /// Two lanes and two half circles, round and round.
     Racetrack,
-    /// Legs that grow, each at a right angle to the one before it.
+    /// Legs that grow, each at a right angle to the last.
     ExpandingSquare,
     /// Way-points without a pattern.
     Waypoints,
