@@ -352,8 +352,7 @@ fn with_an_auv_in_the_way(climbs: bool) -> PlanRequest {
     state(&mut scene, 0).depth_m = 10.0;
     place(&mut scene, 1, Vector2::new(28.0, 0.3));
     if climbs {
-        // At 0.23 m/s it is 2 m deep after 13 s, turns after 22 s and is below 2 m again after
-        // 34 s.
+        // At 0.23 m/s it is 2 m deep after 13 s, turns after 22 s and is that deep after 34 s.
         scene.auvs[1].dive = Some(Dive {
             depth_min_m: 0.0,
             depth_max_m: 20.0,

@@ -31,8 +31,7 @@ async fn a_thousand_broken_bodies_are_refused_with_a_pointer_and_no_server_error
         *tally.entry((kind, answer.status.as_u16())).or_default() += 1;
         assert!(!answer.status.is_server_error(), "{context}");
         if answer.status == StatusCode::OK {
-            // A change may leave a request valid; then the answer must be whole. A number that is
-            // not finite would be `null`.
+            // A change may leave a request valid; then the answer is whole, without `null`s.
             assert!(!answer.text.contains("null"), "{context}");
         } else {
             let is_json = serde_json::from_slice::<Value>(&body).is_ok();
