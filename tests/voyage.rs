@@ -1,11 +1,12 @@
-//! Voyages: a service with its store, or two that share a database, a bridge, an autopilot with its boat, an AUV with a modem, and an operator, in one process
-//! and in simulated time. A seed decides what goes wrong and when, and what every part does.
+//! Voyages in one process and in simulated time: one service with its store, or two with a shared
+//! database, a bridge, an autopilot with its boat, an AUV with a modem, and an operator. Faults and
+//! actions follow from a seed.
 //!
 //! ```text
 //! faults ──► boat ⇄ wire ⇄ bridge ⇄ network ⇄ host (service, store, disk) ⇄ network ⇄ operator
 //!               └───────────┴──────────┴── checker: every claim, against one history ─┘
 //! ```
-//! A voyage runs on one thread, and every wait is one of Tokio's paused clock: the same seed gives the same history, to the byte.
+//! A voyage runs on one thread with Tokio's paused clock: a seed repeats its history to the byte.
 
 use std::{
     collections::BTreeMap,
@@ -46,39 +47,39 @@ const START_S: f64 = 1.8e9;
 /// Time without faults after which everything works, s.
 const CLEAR_S: f64 = 30.0;
 
-/// A fault of a service that lasts longer has its missions taken by the other one, s.
+/// Duration of a service's fault after which the other service takes its missions, s.
 const TAKES_S: f64 = 4.0;
 
-/// Of so many seeds, one has two services.
+/// One seed in this many has two services.
 const SHARED: u64 = 10;
 
-/// How a voyage goes.
+/// Course of a voyage.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Course {
-    /// How long it takes, s.
+    /// Its duration, s.
     pub duration_s: f64,
-    /// Whether nothing goes wrong.
+    /// `true`: no faults.
     pub is_nominal: bool,
-    /// The only fault, of a voyage that is only looked at: when it begins and ends is known.
+    /// The only fault, of known begin and end, in a voyage that shows it.
     pub only: Option<Kind>,
-    /// Whether two services share a database. None: those of every tenth seed. Without PostgreSQL none do.
+    /// `true`: two services share a database. None: every tenth seed. Never without PostgreSQL.
     pub is_shared: Option<bool>,
 }
 
-/// What became of a voyage.
+/// Result of a voyage.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Voyage {
-    /// What it was drawn from.
+    /// Its seed.
     pub seed: u64,
     /// Simulated time, s.
     pub duration_s: f64,
-    /// How often each kind of fault was injected.
+    /// Number of faults injected, by kind.
     pub faults: BTreeMap<Kind, u64>,
-    /// For how long references were sent, and for how long of that nothing was missing to call the craft steered, s.
+    /// Durations of sent references and, of these, of steering without a reservation, s.
     pub steered_s: [f64; 2],
-    /// What those who watch saw of the only fault.
+    /// Displays during the only fault.
     pub shown: Vec<Shown>,
-    /// How often each claim was checked.
+    /// Number of checks of each claim.
     pub claims: BTreeMap<&'static str, u64>,
     /// The first claim that did not hold.
     pub broken: Option<String>,
@@ -89,7 +90,7 @@ pub struct Voyage {
 }
 
 impl Voyage {
-    /// What went wrong, with the faults and the newest events, as a person reads it.
+    /// The voyage in words: broken claim, faults and newest events.
     #[must_use]
     pub fn told(&self) -> String {
         let broken = self.broken.as_deref().unwrap_or("every claim holds");
@@ -113,7 +114,7 @@ impl Voyage {
     }
 }
 
-/// What every part of a voyage shares.
+/// State that all parts of a voyage share.
 struct World {
     /// The clock of the boat's computer, where the bridge runs.
     aboard: Clock,
@@ -145,7 +146,7 @@ impl World {
         self.checker().note(t_s, who, what.into());
     }
 
-    /// A claim with that name; `otherwise` says what was seen in its place.
+    /// Checks the claim `name`; `otherwise` gives the observation that breaks it.
     fn claim(&self, name: &'static str, holds: bool, otherwise: impl FnOnce() -> String) {
         let t_s = self.t_s();
         self.checker().claim(t_s, name, holds, otherwise);
@@ -160,7 +161,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A stream of random numbers of its own for each part, so that one more draw of one part changes no other.
+/// Random numbers of one part: another draw of one part changes no other.
 fn rng(seed: u64, part: u64) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(part);
@@ -175,7 +176,7 @@ fn rng(seed: u64, part: u64) -> ChaCha8Rng {
 pub fn sail(seed: u64, course: Course) -> Voyage {
     let log = shown::Log::default();
     let listen = || course.only.map(|_| log.listen());
-    // Of one subscriber alone, what is logged is decided by the thread that logs first, which may be another voyage's.
+    // With one subscriber, the thread that logs first, of any voyage, decides what is logged.
     let (_first, _second) = (listen(), listen());
     let runtime = Builder::new_current_thread()
         .enable_time()
@@ -254,7 +255,7 @@ async fn sailed(seed: u64, mut course: Course, log: shown::Log) -> Voyage {
     }
 }
 
-/// Lets the faults begin and end at their times, until the end of the voyage or the first broken claim.
+/// Begins and ends the faults at their times, until the voyage ends or a claim is broken.
 async fn suffer(
     world: &Arc<World>,
     host: &Arc<Host>,
@@ -269,7 +270,7 @@ async fn suffer(
     }
     changes.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut changes = changes.into_iter().peekable();
-    // With the other service everything works on.
+    // The other service does everything.
     let mut replaced = vec![false; faults.len()];
     while world.t_s() < world.course.duration_s && !world.is_broken() {
         let next_s = changes.peek().map_or(f64::INFINITY, |(at_s, ..)| *at_s);

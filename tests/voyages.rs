@@ -1,6 +1,6 @@
-//! Sails voyages of many seeds, and prints what became of them.
+//! Sails voyages of many seeds, and prints their results.
 //!
-//! `voyages --seeds 1000 --first 1 --duration 300`; with `--seed 7` one voyage, with its newest events.
+//! `voyages --seeds 1000 --first 1 --duration 300`; one voyage with its newest events: `--seed 7`.
 
 use std::{
     collections::BTreeMap,
@@ -15,7 +15,7 @@ use tests::voyage::{CLAIMS, Course, Kind, Voyage, sail};
 
 #[derive(Debug, Parser)]
 struct Arguments {
-    /// How many voyages.
+    /// Number of voyages.
     #[arg(long, default_value_t = 200)]
     seeds: u64,
     /// Seed of the first.
@@ -30,16 +30,16 @@ struct Arguments {
     /// Without faults.
     #[arg(long)]
     nominal: bool,
-    /// What is seen after each fault that a person must see, a line of JSON for each look: `tests/browser/shown.mjs` reads them.
+    /// Displays after each fault, a line of JSON a look, for `tests/browser/shown.mjs`.
     #[arg(long)]
     shown: bool,
-    /// Whether two services share a PostgreSQL database; else in every tenth voyage.
+    /// Two services share a PostgreSQL database; else in every tenth voyage.
     #[arg(long)]
     shared: Option<bool>,
     /// Ends after the first voyage that breaks a claim.
     #[arg(long)]
     until_broken: bool,
-    /// Most threads.
+    /// Largest number of threads.
     #[arg(long)]
     jobs: Option<usize>,
 }

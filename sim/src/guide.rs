@@ -14,7 +14,7 @@ use planner::{
     stop::Stop,
 };
 
-/// Why a mission could not continue. A guide may be a network client, so any error is possible.
+/// Error that ends a mission. A guide may be a network client, so any error is possible.
 pub type GuideError = Box<dyn std::error::Error + Send + Sync>;
 
 /// The answer of a guide.
@@ -22,11 +22,11 @@ pub type GuideError = Box<dyn std::error::Error + Send + Sync>;
 pub struct Guidance {
     /// Speed and heading for the inner loops.
     pub reference: Reference,
-    /// The method that gave it; none of a law outside of this program.
+    /// The method of the reference; none for a law outside of this program.
     pub method: Option<Method>,
     /// Predicted root mean square distance to the goal over the horizon, m, if the guide predicts.
     pub predicted_rms: Option<f64>,
-    /// The underwater vehicle that its schedule serves, by its place in the snapshot, if it has a schedule.
+    /// Index in the snapshot of the AUV that its schedule serves, if it has a schedule.
     pub serves: Option<usize>,
     /// Computing time, if the caller measured it; the simulator has no clock.
     pub solve_time: Option<Duration>,
@@ -40,7 +40,7 @@ pub trait Guide {
     /// The reference for the next second.
     fn guide(&mut self, snapshot: &Snapshot) -> Result<Guidance, GuideError>;
 
-    /// Its latest estimate of the craft; none if it does not estimate the craft.
+    /// Its latest estimate of the craft, if it makes one.
     fn craft_estimate(&self) -> Option<&CraftEstimate> {
         None
     }
@@ -52,7 +52,7 @@ pub struct LosGuide {
     tracking: TrackingLaw,
     /// Last course of the point that the goal follows.
     course: Option<Course>,
-    /// Time, s, and value (north, east), m/s, of the last known current, which the planner remembers in the same way.
+    /// Time, s, and value (north, east), m/s, of the last known current, as the planner keeps it.
     current: Option<(f64, Vector2<f64>)>,
     /// The schedule of the last call, and its time, s, if the goal visits.
     schedule: Option<(f64, Schedule)>,
@@ -96,7 +96,7 @@ impl LosGuide {
         self.current.map(|(_, current)| current)
     }
 
-    /// What a planner needs to know of the last call to make the same schedule; none if the goal does not visit.
+    /// Previous plan from which a planner makes the same schedule; none if the goal does not visit.
     #[must_use]
     pub fn previous_plan(&self) -> Option<PreviousPlan> {
         let (then, schedule) = self.schedule.as_ref()?;
@@ -108,7 +108,7 @@ impl LosGuide {
         })
     }
 
-    /// The goal, by the schedule that the planner would make, if it visits.
+    /// The goal; if it visits, by the planner's schedule.
     fn goal(&mut self, snapshot: &Snapshot) -> Result<GoalForecast, GuideError> {
         let Goal::Visit(_) = &snapshot.goal.goal else {
             return Ok(GoalForecast::holding(snapshot, self.course));
@@ -158,14 +158,14 @@ impl Guide for LosGuide {
     }
 }
 
-/// The place in `snapshot` of the underwater vehicle that `schedule` serves now or next.
+/// Index in `snapshot` of the underwater vehicle that `schedule` serves now or next.
 #[must_use]
 pub fn served(snapshot: &Snapshot, schedule: &Schedule) -> Option<usize> {
     let next = schedule.next()?;
     snapshot.auvs.iter().position(|auv| auv.id == *next)
 }
 
-/// The planner, which gets each plan back with the next snapshot.
+/// The planner with its previous plan.
 #[derive(Debug)]
 pub struct MpcGuide {
     parameters: Parameters,

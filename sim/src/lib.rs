@@ -1,22 +1,22 @@
 //! A simulator for guidance laws: vehicles, water, and missions from start to end.
 //!
 //! One frame throughout: local north-east-down, depth positive down; heading 0 at north, positive
-//! clockwise; SI and radians. Time is a count of steps, randomness a seed: the same scenario, guide and
-//! seed give the same record, to the byte.
+//! clockwise; SI and radians. Time is a count of steps, randomness a seed: the same scenario, guide
+//! and seed give the same record, to the byte.
 //!
 //! ```text
-//! scenario → world → observe → guide → reference → inner loops → hulls → world → … → record → metrics
+//! scenario → world → observe → guide → reference → inner loops → hulls → world → record → metrics
 //! ```
 //!
 //! In the order of the data:
 //!
-//! - [`scenario`]: files with vehicles, water and knowledge, and the start of a mission with a seed.
-//! - [`world`]: the truth and its steps. From the bottom up: hulls, inner loops, surface craft and AUVs, water, faults.
+//! - [`scenario`]: files with vehicles, water and knowledge; the start of a mission with a seed.
+//! - [`world`]: the truth and its steps: hulls, inner loops, vehicles, water, faults.
 //! - [`observe`]: the only path from truth to knowledge.
 //! - [`guide`]: guidance laws, which answer an observation with a reference.
-//! - [`visits`]: what it costs not to serve an AUV, as it truly is.
+//! - [`visits`]: the true costs of unserved AUVs.
 //! - [`mission`]: the closed loop from start to end.
-//! - [`record`] and [`metrics`]: the rows of a run, and its measures; `geodesy` places them on Earth.
+//! - [`record`] and [`metrics`]: rows of a run, and its measures; `geodesy` places them on Earth.
 
 pub mod guide;
 pub mod metrics;

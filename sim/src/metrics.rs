@@ -17,7 +17,7 @@ pub struct Metrics {
     pub auvs: Vec<AuvMetrics>,
 }
 
-/// Metrics of the surface craft. Distances are true distances to the goal, over the whole mission unless stated otherwise.
+/// Metrics of the surface craft. Distances are true ones to the goal, over the mission by default.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SurfaceCraftMetrics {
     /// Root mean square distance to the goal, m.
@@ -46,41 +46,41 @@ pub struct SurfaceCraftMetrics {
     pub solve_ms_p99: Option<f64>,
     /// Number of references by method.
     pub answers_by_method: AnswersByMethod,
-    /// How AUVs were served, if the goal visits them.
+    /// Service of the AUVs, if the goal visits them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub visits: Option<VisitMetrics>,
 }
 
-/// How AUVs were served, by the true positions. Costs are in the unit of the goal's cost, each times its weight over the mean weight.
+/// Service of the AUVs, by true positions. Each cost is times its weight over the mean weight.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct VisitMetrics {
     /// Mean cost over time and the AUVs that were alive.
     pub mean_cost: f64,
     /// Largest cost of any AUV at any time.
     pub max_cost: f64,
-    /// How often an AUV began to be served.
+    /// Number of times that an AUV began to be served.
     pub visits: usize,
-    /// How often the guide went to another AUV than the second before.
+    /// Number of times that the guide chose another AUV than a second before.
     pub changes: usize,
     /// AUVs whose deadline passed before they were served.
     pub deadlines_missed: usize,
 }
 
-/// Violations of the craft's limits and of its scenario's bounds, judged by the true state. The unit in a name is that of the worst
-/// excess.
+/// Violations of the craft's limits and its scenario's bounds, by the true state. A name has the
+/// unit of the worst excess.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Violations {
     /// Yaw rate beyond the largest turn rate.
     pub turn_rate_radps: Violation,
-    /// Surge beyond 1.01 times the largest speed reference; the overshoot of the loop is below that.
+    /// Surge beyond 1.01 times the largest speed reference; the loop overshoots by less than that.
     pub speed_mps: Violation,
-    /// Inside a disc to keep out of.
+    /// Inside a keep-out disc.
     pub keep_out_m: Violation,
     /// Outside the area to stay in.
     pub area_m: Violation,
-    /// Slant range to an underwater vehicle beyond the one to keep within.
+    /// Slant range to an underwater vehicle beyond the largest one.
     pub range_m: Violation,
-    /// Propulsion energy beyond what there is.
+    /// Propulsion energy beyond the available one.
     pub energy_j: Violation,
 }
 
@@ -263,7 +263,7 @@ impl Violations {
 }
 
 impl Violation {
-    /// The violation of a limit that a row exceeds by `excess`, if positive.
+    /// Violation of a limit that a row exceeds by `excess`, where positive.
     #[must_use]
     pub fn of(record: &Record, excess: &dyn Fn(&Row) -> f64) -> Self {
         let mut violation = Self::default();
@@ -293,8 +293,8 @@ fn slant_range(row: &Row, auv: &AuvRow) -> Option<f64> {
     Some((craft.position - auv.position).norm().hypot(auv.depth))
 }
 
-/// Distance of `position` outside a convex area, m, across the line of its nearest side; negative inside, and 0 without an
-/// area.
+/// Distance of `position` outside a convex area, m, from the line of its nearest side. Negative
+/// inside, 0 without an area.
 fn outside(area: &[Vector2<f64>], position: &Vector2<f64>) -> f64 {
     let n = area.len();
     if n < 3 {
@@ -351,7 +351,7 @@ fn reference_jerk(rows: &[&SurfaceCraftRow], interval: f64) -> f64 {
     rms(&jerks)
 }
 
-/// The value that `per_cent` % of the `sorted` values do not exceed (nearest rank); none without values.
+/// The value that `per_cent` % of the `sorted` values do not exceed (nearest rank), if any.
 fn quantile(sorted: &[f64], per_cent: usize) -> Option<f64> {
     let rank = (sorted.len() * per_cent).div_ceil(100).saturating_sub(1);
     sorted.get(rank).copied()

@@ -28,8 +28,8 @@ const PATH_POINTS_MAX: u32 = 10_000;
 
 /// Runs `scenario` with `seed` to its end. `progress` receives the completed fraction.
 ///
-/// Without a surface craft, the guide is not called. Errors come from the scenario, the guide, or an observation outside
-/// the range of a snapshot.
+/// Without a surface craft, the guide is not called. Errors come from the scenario, the guide, or
+/// an observation outside the range of a snapshot.
 pub fn run(
     scenario: &Scenario,
     guide: &mut dyn Guide,
@@ -99,7 +99,7 @@ impl Mission {
         }
     }
 
-    /// Whether it has ended.
+    /// `true` after its last tick.
     #[must_use]
     pub fn is_over(&self) -> bool {
         self.ticks_max <= self.ticks
@@ -117,7 +117,7 @@ impl Mission {
         self.start.world.time()
     }
 
-    /// The present knowledge; none without a surface craft. Call it once a tick: every call draws new sensor errors.
+    /// The present knowledge; none without a surface craft. Each call draws new sensor errors.
     pub fn observe(&mut self) -> Result<Option<Snapshot>, GuideError> {
         let world = &self.start.world;
         let (Some(observer), Some(craft)) = (&mut self.start.observer, &world.surface_craft) else {
@@ -126,7 +126,7 @@ impl Mission {
         Ok(Some(observer.observe(world, craft, PLAN_INTERVAL)?))
     }
 
-    /// Advances by a tick, in which the surface craft follows the guide's answer to the snapshot of [`Self::observe`].
+    /// Advances by a tick. The surface craft follows the guide's answer to [`Self::observe`].
     pub fn step(&mut self, guided: Option<(&Snapshot, Guidance)>) {
         let world = &self.start.world;
         let time = world.time();
@@ -183,7 +183,7 @@ impl Mission {
         std::mem::take(&mut self.record.rows)
     }
 
-    /// Removes the paths from the record, for a caller that keeps many missions: they are most of what one takes.
+    /// Removes the paths, most of a record's memory, for a caller that keeps many missions.
     pub fn forget_paths(&mut self) {
         self.record.paths = vec![];
     }
@@ -228,8 +228,8 @@ fn empty_record(scenario: &Scenario, start: &Start, guide: &str, seed: u64) -> R
     }
 }
 
-/// The physical limits of the surface craft; none in waves, whose loads are as large as those of the thrusters, and none in
-/// a gridded current, which may be stronger elsewhere.
+/// The physical limits of the surface craft. None in waves, whose loads are as large as those of
+/// the thrusters, nor in a gridded current, which may be stronger elsewhere.
 fn plant(scenario: &Scenario, world: &World) -> Option<Plant> {
     let grid = matches!(scenario.water.current, Some(CurrentFile::Grid { .. }));
     let known = scenario.water.waves.is_none() && !grid;
@@ -246,7 +246,7 @@ fn whole_plans(duration: f64) -> u32 {
     (duration / PLAN_INTERVAL) as u32
 }
 
-/// Equidistant points of its path from the beginning to the end, or those of the track that it repeats.
+/// Equidistant points of its path, or the points of the track that it repeats.
 fn path_points(auv: &SimulatedAuv) -> Vec<Vector2<f64>> {
     let path = &auv.path;
     #[expect(
@@ -340,7 +340,7 @@ mod tests {
     }
 
     #[test]
-    fn progress_ends_at_one_and_never_falls() {
+    fn progress_never_falls_and_ends_at_one() {
         let mut seen = vec![];
         let mut guide = LosGuide::new(Parameters::default().los);
         run(&short("paper-tracking"), &mut guide, 0, &mut |done| {
@@ -352,7 +352,7 @@ mod tests {
     }
 
     #[test]
-    fn a_guide_that_fails_ends_the_mission_with_its_error() {
+    fn a_failing_guide_ends_the_mission_with_its_error() {
         struct Broken;
         impl Guide for Broken {
             fn name(&self) -> &'static str {

@@ -1,6 +1,6 @@
-//! The only path from truth to knowledge: what the surface craft measures of itself and receives from the others.
+//! The only path from truth to knowledge: measurements of the surface craft and received messages.
 //!
-//! A guidance law sees only a [`Snapshot`], and all laws see the same one: the errors of sensors and messages have their own
+//! All guidance laws see the same [`Snapshot`]: errors of sensors and messages have their own
 //! random streams, and every step draws the same number from them.
 
 use nalgebra::Vector2;
@@ -27,16 +27,16 @@ mod sensors;
 pub use acoustics::{Acoustics, AcousticsSetup, Fix, MessageCounts, Telemetry};
 pub use sensors::{SensorSetup, SurfaceSensors, SurfaceTruth};
 
-/// Largest number of reports kept of a vehicle, the newest: five minutes with one every ten seconds.
+/// Largest number of reports kept of a vehicle, the newest: five minutes at one every ten seconds.
 const REPORTS_KEPT: usize = 32;
-/// Largest age of a report relative to the newest one, s. Older motion says nothing about the present.
+/// Largest age of a report relative to the newest, s. Older motion says nothing about the present.
 const HISTORY: f64 = 300.0;
 /// Standard deviation that the report of an exact position claims, m.
 const EXACT_SIGMA: f64 = 0.01;
-/// Standard deviation of a vehicle's launch position along either axis, m. Assumption: that of a satellite receiver.
+/// Standard deviation of a launch position along either axis, m. Assumption: that of GNSS.
 const LAUNCH_SIGMA: f64 = 1.0;
 
-/// What the surface craft knows from the start, without observing it.
+/// Knowledge of the surface craft from the start, without observation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Briefing {
     /// Its goal.
@@ -45,23 +45,23 @@ pub struct Briefing {
     pub offset: Option<Offset>,
     /// Its limits with its loops closed.
     pub limits: Limits,
-    /// The craft description given to the planner.
+    /// The craft description for the planner.
     pub craft: CraftDescription,
-    /// The planner's levers.
+    /// The planner's tuning.
     pub tuning: Option<Tuning>,
-    /// Whether snapshots contain the current at the craft.
+    /// `true`: snapshots contain the current at the craft.
     pub current: bool,
-    /// Whether snapshots contain the paths, speeds and dives of the underwater vehicles.
+    /// `true`: snapshots contain paths, speeds and dives of the underwater vehicles.
     pub paths: bool,
-    /// How snapshots have the future of underwater vehicles forecast.
+    /// Forecast of underwater vehicles that snapshots ask for.
     pub forecast: Forecast,
-    /// What snapshots contain of the messages of an underwater vehicle.
+    /// Content of the messages in snapshots.
     pub messages: Messages,
     /// Its bounds. Snapshots do not contain the energy.
     pub bounds: Bounds,
 }
 
-/// What snapshots contain of the messages of an underwater vehicle.
+/// Content of an underwater vehicle's messages in a snapshot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Messages {
     /// The newest one, as a state.
@@ -75,23 +75,24 @@ pub enum Messages {
 /// The surface craft's sensors and modem, and their data so far.
 #[derive(Clone, Debug)]
 pub struct Observer {
-    /// What the surface craft knows from the start.
+    /// Knowledge of the surface craft from the start.
     pub briefing: Briefing,
     sensors: SurfaceSensors,
-    /// Without acoustics, the exact state of every underwater vehicle is known at every observation.
+    /// Acoustic channel; without it, every observation contains every vehicle's exact state.
     acoustics: Option<Acoustics>,
     /// The messages of every underwater vehicle, in the world's order.
     received: Vec<Received>,
-    /// Error of its own position estimate at the last observation (north, east), m. Fixes are relative to that estimate.
+    /// Error of its last own position estimate (north, east), m. Fixes are relative to that
+    /// estimate.
     own_error: Vector2<f64>,
-    /// Buffers of [`Acoustics::step`] and [`Acoustics::receive`], so that listening allocates nothing.
+    /// Buffers of [`Acoustics::step`] and [`Acoustics::receive`]: listening allocates nothing.
     all_telemetry: Vec<Telemetry>,
     silent: Vec<bool>,
     fixes: Vec<Fix>,
 }
 
-/// The messages of an underwater vehicle in the order of transmission, at least one. With perfect communication, one: the
-/// truth.
+/// Messages of an underwater vehicle in the order of transmission, at least one. Perfect
+/// communication keeps one: the truth.
 #[derive(Clone, Debug)]
 struct Received {
     messages: Vec<Message>,
@@ -107,7 +108,7 @@ struct Message {
 }
 
 impl Observer {
-    /// The observer of `world` at its start, when the launch position of every underwater vehicle is known.
+    /// The observer of `world` at its start, with the launch position of every underwater vehicle.
     #[must_use]
     pub fn new(
         world: &World,
@@ -175,7 +176,7 @@ impl Observer {
         }
     }
 
-    /// The present knowledge, `interval` s after the previous observation. `craft` is the world's surface craft.
+    /// The present knowledge, `interval` s after the last. `craft` is the world's surface craft.
     pub fn observe(
         &mut self,
         world: &World,
@@ -215,7 +216,7 @@ impl Observer {
             if !briefing.paths || auv.track.is_some() {
                 return known;
             }
-            // The planned speed at the last known position; the present position is not known.
+            // The planned speed at the last known position: the present position is unknown.
             let last_known = auv.path.closest(&received.newest().telemetry.position);
             let speed = auv.speed_at(last_known) * auv.dive.pitch.cos();
             Auv {
@@ -278,7 +279,7 @@ impl Received {
         self.messages.last().expect("the launch is the first message")
     }
 
-    /// Adds a message, and removes those that are too old.
+    /// Adds a message, and removes the oldest beyond [`REPORTS_KEPT`] and those beyond [`HISTORY`].
     fn keep(&mut self, message: Message) {
         let messages = &mut self.messages;
         if messages.len() == REPORTS_KEPT {
@@ -309,7 +310,7 @@ impl Received {
         }
     }
 
-    /// All messages as reports, at time `clock` of the surface craft, with or without `course_and_speed`.
+    /// All messages as reports, at time `clock` of the surface craft.
     fn reports(&self, clock: f64, course_and_speed: bool) -> Vec<Report> {
         let report = |message: &Message| Report {
             depth_m: Some(message.telemetry.depth),
@@ -337,8 +338,8 @@ fn reported_speed(auv: usize, speed: f64, world: &World, time: f64) -> f64 {
     }
 }
 
-/// The telemetry of an AUV: its true ground track and rate of turn. An AUV without its position does not know the current
-/// either, and reports its heading, speed and rate of turn through the water.
+/// Telemetry of an AUV: its true ground track and rate of turn. An AUV without its position does
+/// not know the current either: it reports its motion through the water.
 fn telemetry_of(auv: &SimulatedAuv, world: &World) -> Telemetry {
     let current = match auv.navigation {
         Navigation::Exact => world.water.current(&auv.position(), auv.depth()),
@@ -350,14 +351,14 @@ fn telemetry_of(auv: &SimulatedAuv, world: &World) -> Telemetry {
         depth: auv.depth(),
         course: Course::of(&ground),
         speed: ground.norm(),
-        // The snapshot accepts ±1 rad/s; almost at rest over ground the quotient has no bound.
+        // The snapshot accepts ±1 rad/s; the quotient has no bound near rest over ground.
         turn_rate: turn_rate.clamp(-1.0, 1.0),
         descending: auv.pitch() < 0.0,
     }
 }
 
-/// The path of an AUV's mission plan, followed at a horizontal `speed`, m/s. A plan of way-points does not say how its vehicle
-/// turns.
+/// The path of an AUV's mission plan at a horizontal `speed`, m/s. A plan of way-points does not
+/// contain its vehicle's turning radius.
 fn known_path(auv: &SimulatedAuv, speed: f64) -> DeclaredPath {
     let mut path = DeclaredPath::new(&auv.path, speed);
     for segment in &mut path.segments {
@@ -368,7 +369,7 @@ fn known_path(auv: &SimulatedAuv, speed: f64) -> DeclaredPath {
     path
 }
 
-/// The sawtooth of an AUV's mission plan; none if it is too shallow.
+/// The sawtooth of an AUV's mission plan, unless it is too shallow.
 fn known_dive(auv: &SimulatedAuv, descending: bool) -> Option<Dive> {
     let dive = &auv.dive;
     (dive.depth_min + LEG_HEIGHT_MIN <= dive.depth_max).then(|| Dive {
@@ -387,7 +388,7 @@ mod tests {
     use crate::world::inner_loop::PERIOD;
 
     #[test]
-    fn the_reported_course_and_turn_rate_are_those_of_the_ground_track() {
+    fn reported_course_and_turn_rate_match_the_ground_track() {
         let scenario = Scenario::named("cross-current").expect("exists");
         let mut world = scenario.start(1).expect("valid").world;
         let mut turning = 0;
@@ -403,7 +404,7 @@ mod tests {
             if steady && before.turn_rate.abs() > 0.005 {
                 turning += 1;
                 let turned = planner::angle::wrap(after.course.radians() - before.course.radians());
-                // The mean of both ends: the trapezium's error is of second order in the period.
+                // The mean of both ends: the trapezoidal rule errs in second order of the period.
                 let mean_rate = 0.5 * (before.turn_rate + after.turn_rate);
                 assert!((turned / PERIOD - mean_rate).abs() < 1e-3, "{turned}");
             }

@@ -43,7 +43,7 @@ pub struct Record {
     pub faults: Vec<Fault>,
     /// Names of the underwater vehicles, in the order of [`Row::auvs`].
     pub auv_ids: Vec<String>,
-    /// Their paths in the same order, as points (north, east), m, at most a metre apart, but at most ten thousand.
+    /// Their paths in the same order: points (north, east), m, 1 m apart up to 10,000 points.
     pub paths: Vec<Vec<Vector2<f64>>>,
     /// One row a tick, from the start on.
     pub rows: Vec<Row>,
@@ -54,7 +54,7 @@ pub struct Record {
 pub struct Bounds {
     /// Keep-out discs.
     pub keep_outs: Vec<KeepOut>,
-    /// Corners (north, east) of the convex area to stay in, m, clockwise or not; empty for no limit.
+    /// Corners (north, east) of the convex area to stay in, m, in either sense; empty for no limit.
     pub area: Vec<Vector2<f64>>,
     /// Largest slant range to every underwater vehicle, m.
     pub range_max: Option<f64>,
@@ -74,7 +74,7 @@ pub struct Row {
 }
 
 impl Row {
-    /// Mean cost of the underwater vehicles that a goal visits; none without one that is alive.
+    /// Mean cost of the visited underwater vehicles that are alive, if any.
     #[must_use]
     pub fn mean_cost(&self) -> Option<f64> {
         let costs = self.auvs.iter().filter_map(|auv| Some(auv.service?.cost));
@@ -112,9 +112,9 @@ pub struct SurfaceCraftRow {
     pub known: KnownSurfaceCraft,
     /// The guide's reference.
     pub reference: Reference,
-    /// The method that gave it; none of a law outside of this program.
+    /// The method of the reference; none for a law outside of this program.
     pub method: Option<Method>,
-    /// The underwater vehicle that the guide goes to, by its place, if it chooses one.
+    /// Index of the underwater vehicle that the guide goes to, if it chooses one.
     pub serves: Option<usize>,
     /// Predicted root mean square distance to the goal over the horizon, m, if the guide predicts.
     pub predicted_rms: Option<f64>,
@@ -170,18 +170,18 @@ pub struct AuvRow {
     pub cross_track: f64,
     /// The surface craft's knowledge of it; none without a surface craft.
     pub known: Option<KnownAuv>,
-    /// How it is served; none if the goal does not visit it, or it is dead.
+    /// Its service; none if it is dead or the goal does not visit it.
     pub service: Option<Service>,
 }
 
-/// How an underwater vehicle is served that a goal visits.
+/// Service of an underwater vehicle that a goal visits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Service {
-    /// What it costs not to serve it, times its weight over the mean weight, in the unit of the goal's cost.
+    /// Cost while unserved, in the unit of the goal's cost, times its weight over the mean weight.
     pub cost: f64,
-    /// Whether it is served.
+    /// `true` while it is served.
     pub served: bool,
-    /// Whether its deadline passed before it was served.
+    /// `true` once its deadline passed before its first service.
     pub late: bool,
 }
 
@@ -211,10 +211,10 @@ pub struct KnownAuv {
     pub age: f64,
 }
 
-/// The name in files of a law outside of this program.
+/// Name in files of a law outside of this program.
 pub const OWN_LAW: &str = "own_law";
 
-/// The name of `method` in files.
+/// Name in files of `method`.
 #[must_use]
 pub fn method_name(method: Method) -> &'static str {
     match method {

@@ -1,7 +1,7 @@
-//! Scenarios, which are files. Some of them are built in.
+//! Scenario files, some of them built in.
 //!
-//! A scenario file is TOML with the shape of [`Scenario`]. Any number in it may be a distribution; [`Scenario::start`] draws
-//! from them with a seed.
+//! A scenario file is TOML with the shape of [`Scenario`]. Any number in it may be a distribution;
+//! [`Scenario::start`] draws from them with a seed.
 
 use std::{collections::BTreeMap, io, path::Path};
 
@@ -72,13 +72,13 @@ const BUILT_IN: &[(&str, &str)] = built_in![
 /// Largest size of a scenario file, bytes: hundreds of times the largest built-in one.
 const SCENARIO_BYTES_MAX: u64 = 1_000_000;
 
-/// Why a scenario file was refused.
+/// Reason why a scenario file was refused.
 #[derive(Debug, thiserror::Error)]
 pub enum ScenarioError {
     /// It cannot be read.
     #[error("cannot read {0}")]
     Unreadable(String, #[source] io::Error),
-    /// Something in it is wrong: the file, the line from 1 on, the member with value and limit.
+    /// Invalid: the file, the line from 1 on, the member with value and limit.
     #[error("{0}:{1}: {2}")]
     Invalid(String, usize, InvalidScenario),
 }
@@ -115,20 +115,20 @@ impl Scenario {
         Self::parse(&text, &file, Files::beside(beside))
     }
 
-    /// The scenario in `text`, which was read from `file`. It is started with one seed, so that numbers that do not fit
-    /// together are errors here.
+    /// The scenario in `text`, which was read from `file`. It is started with one seed to find
+    /// numbers that do not fit together.
     pub fn parse(text: &str, file: &str, files: Files) -> Result<Self, ScenarioError> {
         let source = Source {
             file: file.to_owned(),
             text: text.to_owned(),
         };
-        // A tree between text and types: the types are then compiled for one reader, in half the time.
+        // A tree between text and types: they are then compiled for one reader, in half the time.
         let tree: Value = toml::from_str(text).map_err(|error| source.unreadable(&error))?;
         let mut scenario: Self = serde_path_to_error::deserialize(tree).map_err(|error| {
             let field = error.path().to_string();
             // The path of the whole file is a dot.
             let field = if field == "." { "file".to_owned() } else { field };
-            // TOML has no null: one of the tree was NaN or infinite.
+            // TOML has no null: a number in the tree was NaN or infinite.
             let reason = error
                 .inner()
                 .to_string()
@@ -141,8 +141,8 @@ impl Scenario {
         Ok(scenario)
     }
 
-    /// The texts of the files that it names, by name, for [`Files::kept`]. An error if one of them cannot be read or is not
-    /// text.
+    /// The texts of the files that it names, by name, for [`Files::kept`]. An error if one of them
+    /// cannot be read or is not text.
     pub fn texts_beside(&self) -> Result<BTreeMap<String, String>, UnreadableFile> {
         let grid = match &self.water.current {
             Some(CurrentFile::Grid { file }) => Some(file),
@@ -163,7 +163,7 @@ impl Scenario {
     #[must_use]
     pub fn schema() -> serde_json::Value {
         let mut schema = schemars::schema_for!(Self).to_value();
-        // The planner's shapes have numbers without a range; their table is the planner's, too.
+        // The planner's shapes have numbers without a range; the table of ranges is the planner's.
         for (shape, (member, range)) in ranges_by_shape() {
             if let Some(property) = schema.pointer_mut(&format!("/$defs/{shape}/properties/{member}")) {
                 let description = property["description"].take();
@@ -174,7 +174,7 @@ impl Scenario {
         schema
     }
 
-    /// The scenario with this `duration`, s. Settled metrics that would begin after its end begin at once.
+    /// The scenario with this `duration`, s. Settled metrics begin at 0 if they would begin later.
     #[must_use]
     pub fn lasting(mut self, duration: f64) -> Self {
         let duration = duration.clamp(MissionTime::MIN, MissionTime::MAX);
@@ -185,7 +185,7 @@ impl Scenario {
         self
     }
 
-    /// Whether there is a surface craft to guide.
+    /// `true` if there is a surface craft to guide.
     #[must_use]
     pub fn has_surface_craft(&self) -> bool {
         self.surface_craft.is_some()
@@ -197,7 +197,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_built_in_file_is_the_scenario_of_its_name() {
+    fn every_built_in_file_has_the_name_of_its_scenario() {
         for name in Scenario::names() {
             assert_eq!(Scenario::named(name).expect("listed").name, name);
         }
@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn a_seed_draws_the_same_start_every_time_and_another_a_different_one() {
+    fn equal_seeds_draw_equal_starts_and_other_seeds_others() {
         let scenario = Scenario::named("paper-tracking").expect("exists");
         let start = |seed| scenario.start(seed).expect("valid").world.auvs[0].position();
         assert_eq!(start(7), start(7));
@@ -269,7 +269,7 @@ mod tests {
             let message = error.to_string();
             assert!(message.contains(says), "{message}");
             let lines: Vec<&str> = text.lines().collect();
-            // The last: one that says the same earlier is right. A member that is missing is on no line: its
+            // The last line: an earlier equal one is right. A missing member is on no line: its
             // table is named.
             let line = if wrong.is_empty() {
                 lines.iter().position(|line| *line == "[surface_craft]")

@@ -1,13 +1,13 @@
-//! What it costs not to serve an AUV, kept from one second to the next: the truth that visits are judged by, and what rules that are
-//! compared with the planner count by.
+//! The cost of each unserved AUV, advanced step by step: the truth by which visits are judged, and
+//! the basis of comparison rules.
 //!
-//! The planner has closed forms, for whole visits; here every step is one.
+//! The planner has closed forms for whole visits instead.
 
 use planner::snapshot::{Goal, VehicleId, VisitCost, Visits};
 
 use crate::{fault::Behaviour, record::Service, surface_craft::SurfaceCraft, world::World};
 
-/// The costs of the AUVs of a goal, in its order; those of weight 0 left out.
+/// The costs of the AUVs of a goal, in its order, without those of weight 0.
 #[derive(Clone, Debug)]
 pub struct Costs {
     /// The goal.
@@ -21,7 +21,7 @@ pub struct Costs {
 }
 
 impl Costs {
-    /// Every AUV as one that has been served for long and rises to the surface for it.
+    /// Costs after a long service at the surface.
     #[must_use]
     pub fn new(visits: &Visits) -> Self {
         let goal = Goal::Visit(visits.clone());
@@ -38,7 +38,7 @@ impl Costs {
         }
     }
 
-    /// Whether an AUV is served at this horizontal distance and depth, m.
+    /// `true` if an AUV is served at this horizontal distance and depth, m.
     #[must_use]
     pub fn serves(&self, distance: f64, depth: f64) -> bool {
         let reached = match self.visits.cost {
@@ -48,10 +48,10 @@ impl Costs {
         reached && distance <= self.visits.within_m
     }
 
-    /// The cost of the AUV at `place` after another `elapsed` s, served at this slant range, m, or not.
+    /// Advances the cost of the AUV at `place` by `elapsed` s; `served` is its slant range, m.
     ///
     /// ```text
-    /// variance: P⁻ = P + q Δt,  1/P = 1/P⁻ + Δt/(R T) where served: a Kalman filter with one fix a step
+    /// variance: P⁻ = P + q Δt,  1/P = 1/P⁻ + Δt/(R T) if served: a Kalman filter, one fix a step
     /// backlog:  b + (g − u max(0, 1 − r/r_max)) Δt, at least 0
     /// ```
     pub fn advance(&mut self, place: usize, elapsed: f64, served: Option<f64>) {
@@ -77,7 +77,7 @@ impl Costs {
     }
 }
 
-/// R T: variance of fixes at that slant range, m, as of one that is measured all the time, m² s.
+/// R T at a slant range, m: variance of a fix times their interval, m² s.
 fn fix_noise(cost: &VisitCost, range: f64) -> f64 {
     match *cost {
         VisitCost::Uncertainty {
@@ -96,14 +96,14 @@ pub(crate) struct TrueCosts {
     costs: Costs,
     /// Weight of each over the mean weight.
     relative: Vec<f64>,
-    /// Whether each was served in time, or late; none before.
+    /// `true`: first served in time; `false`: late; none before either.
     in_time: Vec<Option<bool>>,
     /// Time of the last look, s.
     then: f64,
 }
 
 impl TrueCosts {
-    /// None where the goal does not visit.
+    /// None if the goal does not visit.
     pub(crate) fn new(goal: &Goal) -> Option<Self> {
         let Goal::Visit(visits) = goal else { return None };
         let costs = Costs::new(visits);
@@ -118,8 +118,8 @@ impl TrueCosts {
         })
     }
 
-    /// What is true of the world's AUV number `auv` now; none if the goal does not depend on it, or it is dead. Call it for each AUV
-    /// before [`TrueCosts::looked`].
+    /// Service of the world's AUV number `auv` now; none if it is dead or not of the goal. Call it
+    /// for each AUV before [`TrueCosts::looked`].
     pub(crate) fn look(&mut self, world: &World, craft: &SurfaceCraft, auv: usize) -> Option<Service> {
         let (now, is) = (world.time(), &world.auvs[auv]);
         let place = self.costs.auvs.iter().position(|id| *id == is.id)?;
@@ -143,7 +143,7 @@ impl TrueCosts {
         })
     }
 
-    /// All AUVs were looked at.
+    /// Ends a round of [`TrueCosts::look`] over all AUVs.
     pub(crate) fn looked(&mut self, world: &World) {
         self.then = world.time();
     }
@@ -160,7 +160,7 @@ mod tests {
         })
     }
 
-    /// 1000 s away, then 400 s at a slant range of 30 m, a second each.
+    /// Costs after 1000 s away, and 400 s later at a slant range of 30 m, by steps of a second.
     fn visited(cost: VisitCost) -> [f64; 2] {
         let mut costs = costs(cost);
         [(1000, None), (400, Some(30.0))].map(|(seconds, served)| {
@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn costs_are_those_of_the_equations_integrated_finely() {
+    fn costs_match_their_equations_integrated_in_small_steps() {
         let uncertainty = VisitCost::Uncertainty {
             growth_m2ps: 0.03,
             sigma_m: 1.5,
@@ -182,13 +182,13 @@ mod tests {
         let [before, after] = visited(uncertainty);
         let fresh = (0.03_f64 * 22.5).sqrt();
         assert!((before - (fresh + 30.0)).abs() < 1e-9);
-        // dP/dt = q − P²/(R T) with R = 1.5² + (0.02 · 30)², by Euler's rule with steps of a millisecond.
+        // dP/dt = q − P²/(R T), R = 1.5² + (0.02 · 30)², by Euler's rule with steps of 1 ms.
         let noise = (2.25 + 0.36) * 10.0;
         let mut expected = before;
         for _ in 0..400_000 {
             expected += 1e-3 * (0.03 - expected * expected / noise);
         }
-        // A fix each second instead of all the time is worth half a second's growth at most.
+        // Fixes once a second and continuous ones differ by half a second's growth at most.
         assert!((after - expected).abs() < 0.03, "{after}, expected {expected}");
 
         let data = VisitCost::Data {
@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn data_of_a_vehicle_that_is_too_deep_are_not_uploaded() {
+    fn a_vehicle_below_the_upload_range_is_not_served() {
         let costs = costs(VisitCost::Data {
             growth_kbps: 0.5,
             upload_kbps: 3.0,

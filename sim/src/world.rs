@@ -1,9 +1,9 @@
 //! The true state of the vehicles and the water, which advances in steps of one inner-loop period.
 //!
-//! From the bottom up: [`hull`] has masses, drag and thrusters; [`inner_loop`] the autopilots on top of them;
-//! [`path_following`] and [`dive`] the guidance of an AUV. [`surface_craft`] and [`auv`] are whole vehicles (the classes of
-//! AUV are in [`underwater_vehicle`]), which [`integrate`] moves in [`water`], with [`fault`]s. [`plant`] has the physical
-//! limits of a hull. An AUV may also repeat a [`recorded_track`].
+//! From the bottom up: [`hull`] has masses, drag and thrusters; [`inner_loop`] their autopilots;
+//! [`path_following`] and [`dive`] guide an AUV. [`surface_craft`] and [`auv`] are whole vehicles
+//! (AUV classes: [`underwater_vehicle`]), which [`integrate`] moves in [`water`], with [`fault`]s.
+//! [`plant`] has a hull's physical limits. An AUV may repeat a [`recorded_track`] instead.
 
 use planner::{angle::Heading, los::Reference};
 
@@ -75,7 +75,7 @@ impl World {
         self.periods
     }
 
-    /// Advances by one inner-loop period. `reference` is that of the surface craft, which does not move without one.
+    /// Advances by one inner-loop period. Without a `reference`, the surface craft does not move.
     pub fn step(&mut self, reference: Option<&Reference>) {
         let time = self.time();
         if let (Some(craft), Some(reference)) = (&mut self.surface_craft, reference) {

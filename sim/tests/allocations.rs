@@ -1,4 +1,4 @@
-//! The step loop allocates nothing: vehicles, water, faults and ears.
+//! The step loop of vehicles, water, faults and observer allocates nothing.
 
 use pilotfish_sim::scenario::Scenario;
 use planner::{angle::Heading, los::Reference};

@@ -1,8 +1,8 @@
-//! Snapshots from all over what is accepted: whatever they say, the answer is finite and inside the limits, and
-//! predicted to be no worse than the line-of-sight law, by a prediction written down here once more.
+//! Random snapshots from the whole accepted range: each answer is finite, within the limits, and by
+//! a second implementation of the prediction no worse than line of sight.
 //!
-//! `SNAPSHOTS=100000 cargo test --release -p tests --test claims any_snapshot -- --nocapture` tries that many and tells how
-//! they were answered.
+//! `SNAPSHOTS=100000 cargo test --release -p tests --test claims any_snapshot -- --nocapture` tries
+//! that many and prints how they were answered.
 
 use std::{collections::BTreeMap, f64::consts::PI};
 
@@ -26,23 +26,23 @@ fn n_snapshots() -> u64 {
     std::env::var("SNAPSHOTS").map_or(400, |n| n.parse().expect("SNAPSHOTS is a number"))
 }
 
-/// How the snapshots of one share of the seeds were answered.
+/// Answers to the snapshots of one share of the seeds.
 #[derive(Default)]
 struct Tally {
     refused: u64,
-    /// Those that no program was solved for, though it was young enough: every limit is soft, so there is a solution,
-    /// which the arithmetic does not always reach.
+    /// Answers without a solved program though the AUVs are young enough: every limit is soft, so a
+    /// solution exists, which the arithmetic does not always reach.
     unsolved: u64,
     answers: BTreeMap<String, u64>,
 }
 
 #[test]
-fn whatever_arrives_is_answered_inside_the_limits_and_no_worse_than_by_line_of_sight() {
+fn every_answer_is_within_the_limits_and_no_worse_than_line_of_sight() {
     let n_threads = std::thread::available_parallelism().map_or(1, |n| n.get() as u64);
     let shares: Vec<Tally> = std::thread::scope(|scope| {
         let threads: Vec<_> = (0..n_threads)
             .map(|share| {
-                // Pairs, because every other one is ugly.
+                // In pairs, because every other one is odd.
                 let mine = move |seed: &u64| seed / 2 % n_threads == share;
                 scope.spawn(move || tally((0..n_snapshots()).filter(mine)))
             })
@@ -66,9 +66,9 @@ fn whatever_arrives_is_answered_inside_the_limits_and_no_worse_than_by_line_of_s
     );
 }
 
-/// A client may hand back anything as what the craft's filter remembers: it is used whole or not at all.
+/// A client may send anything as the memory of the craft's filter: it is used whole or not at all.
 #[test]
-fn any_memory_of_the_craft_is_used_or_warned_of_and_the_answer_is_finite() {
+fn any_memory_of_the_craft_is_used_or_causes_a_warning_and_a_finite_answer() {
     let (parameters, mut workspace) = (Parameters::default(), Workspace::default());
     let mut scene = tests::followed(1.0);
     let plain = plan(&tests::snapshot(scene.clone()), &parameters, &mut workspace);
@@ -109,7 +109,7 @@ fn any_memory_of_the_craft_is_used_or_warned_of_and_the_answer_is_finite() {
     }
     assert!(100 < used && 100 < refused, "{used} used, {refused} refused");
 
-    // Each correlation by itself is possible, all of them together are not: the filter would make no number of it.
+    // Each correlation is possible, all of them together are not: the filter gets no number.
     let mut impossible = vec![0.0; memory.len()];
     (impossible[9], impossible[12], impossible[14], impossible[17]) = (1.0, 0.1, -0.163, 0.138);
     let mut previous = honest;
@@ -156,7 +156,7 @@ fn tally(seeds: impl Iterator<Item = u64>) -> Tally {
 }
 
 fn assert_usable(seed: u64, scene: &Snapshot, answer: &Plan) {
-    // What any request may say of the current.
+    // The range of a request's current.
     let slow = |current: Current| Vector2::from(current).amax() <= 3.0;
     assert!(
         answer.current.is_none_or(slow),
@@ -169,8 +169,8 @@ fn assert_usable(seed: u64, scene: &Snapshot, answer: &Plan) {
         limits.speed_min <= speed && speed <= limits.speed_max || stopped,
         "seed {seed}: speed {speed}"
     );
-    // A current adds no more than itself to the command of a loop over ground, and never makes it negative, nor more than
-    // the largest speed.
+    // A current changes the command of an over-ground loop by its own size at most, and never makes
+    // it negative or larger than the largest speed.
     let (commanded, most) = (answer.reference.speed, speed + scene.current().norm());
     assert!(
         0.0 <= commanded && commanded <= (most + 1e-12).min(limits.speed_max),
@@ -180,7 +180,7 @@ fn assert_usable(seed: u64, scene: &Snapshot, answer: &Plan) {
         let heading = reference.heading.radians();
         assert!(-PI < heading && heading <= PI, "seed {seed}: heading {heading}");
     }
-    // What is handed back is taken as it is.
+    // The memory in an answer is accepted unchanged.
     let memory = answer.craft.memory();
     let read = planner::craft::CraftEstimate::from_memory(&memory);
     assert!(
@@ -226,11 +226,11 @@ fn assert_no_worse(seed: u64, scene: &Snapshot, answer: &Plan, parameters: &Para
     let slow = answer.trajectory[1..].iter().any(|point| point.speed_mps < 0.02);
     let ours = match answer.method {
         Method::SaturatedLos => los,
-        // A trajectory tells no direction of what is slower than 0.02 m/s: the stated cost stands for it.
+        // Below 0.02 m/s a trajectory has no direction: the stated cost replaces it.
         _ if slow => answer.predicted.cost,
         _ => forward().following(&answer.trajectory),
     };
-    // Coordinates of a thousand kilometres leave half a micrometre to rounding, and far goals square it: one scene in 400 is 1.2e-5 off.
+    // Coordinates of 1000 km round to 0.5 µm, far goals square that: one in 400 is 1.2e-5 off.
     let tolerance = |cost: f64| 2e-5 * cost.abs().max(1.0);
     for (stated, expected, what) in [
         (answer.baseline.predicted.cost, los, "line of sight"),
@@ -247,15 +247,15 @@ fn assert_no_worse(seed: u64, scene: &Snapshot, answer: &Plan, parameters: &Para
     );
 }
 
-/// The craft as it answers references, and what its way costs; in NED, where the planner works in the craft's frame.
+/// The craft's response to references and its cost, in NED; the planner works in the craft's frame.
 struct Forward<'a> {
     scene: &'a Snapshot,
     weights: Weights,
     start: Vector2<f64>,
     goal: GoalForecast,
-    /// Those that limits are about: heard of not too long ago.
+    /// AUVs with limits: their reports are young enough.
     auvs: Vec<AuvForecast>,
-    /// Of these, whether the goal names it, and whether its range can be kept.
+    /// `named`: the goal names it; `in_range`: its range can be kept.
     named: Vec<bool>,
     in_range: Vec<bool>,
     steps: &'a [f64],
@@ -280,7 +280,7 @@ fn unit(angle: f64) -> Vector2<f64> {
     Vector2::new(angle.cos(), angle.sin())
 }
 
-/// The heading that the craft has been asked to turn to, with what it stays off that; none where no plan is young enough.
+/// The heading reference with the craft's offset; none without a young enough plan.
 fn followed_heading(scene: &Snapshot, parameters: &Parameters) -> Option<f64> {
     let previous = scene.previous_plan.as_ref()?;
     let age = scene.t_s - previous.trajectory.first()?.t_s;
@@ -404,7 +404,7 @@ impl<'a> Forward<'a> {
         })
     }
 
-    /// Flies by `law`, which gives a speed and a heading, and adds up what it costs.
+    /// Cost of steering by `law`, which gives a speed and a heading.
     fn run(mut self, mut law: impl FnMut(&Self, f64) -> (f64, f64)) -> f64 {
         let mut stages = vec![(self.position, self.start)];
         let (mut time, mut broken) = (0.0, 0.0);
@@ -446,7 +446,7 @@ impl<'a> Forward<'a> {
             let most = 1.5 * limits.acceleration_max.min(limits.deceleration_max);
             self.bias = (self.bias + asked * (1.0 - (-dt / integral_time).exp())).clamp(-most, most);
         }
-        // The reference goes towards what is asked as fast as the craft turns, on that side of the bow on which it is.
+        // The reference approaches the request at the craft's turn rate, on one side of the bow.
         let wanted = wrap(psi - self.psi);
         let ahead = self.followed.map_or(wanted, |reference| {
             let (before, slew) = (wrap(reference - self.psi), limits.turn_rate_max * dt);
@@ -464,7 +464,7 @@ impl<'a> Forward<'a> {
         self.speed += gain;
     }
 
-    /// By how much acoustic range, area and discs are broken here, a share of an interval after its beginning.
+    /// Excess over acoustic range, area and discs, a share of an interval after its beginning.
     fn excess(&self, begin: f64, step: f64, share: f64) -> [f64; 4] {
         let scene = self.scene;
         let most = |amounts: &mut dyn Iterator<Item = f64>| amounts.fold(0.0, f64::max);
@@ -493,8 +493,8 @@ impl<'a> Forward<'a> {
         [range(true), range(false), area, keep_out]
     }
 
-    /// By how much the craft is nearer to an AUV at the surface than it is to be: over an interval at one end of which
-    /// that is down, the distance to keep goes in a line from or to −1 m.
+    /// Amount by which the craft is too near to an AUV at the surface. Over an interval with the
+    /// AUV down at one end, the distance to keep goes linearly from or to −1 m.
     fn too_near_a_surfaced_auv(&self, begin: f64, step: f64, share: f64) -> f64 {
         let scene = self.scene;
         let Some(separation) = scene.surfacing_separation_m else {
@@ -514,8 +514,8 @@ impl<'a> Forward<'a> {
             .fold(0.0, f64::max)
     }
 
-    /// Square of what the goal is missed by, m²: of the distance, or where the goal is a worst range, by how much the
-    /// square of that is above the least.
+    /// Square of the goal's miss, m²: of the distance, or for a worst range the excess of its
+    /// square over the least.
     fn miss(&self, time: f64, position: Vector2<f64>) -> f64 {
         let goal = self.goal.at(time).position;
         let worst = |place: Vector2<f64>| {
@@ -559,7 +559,7 @@ impl<'a> Forward<'a> {
     }
 }
 
-/// Horizontal range that depth and back-off leave.
+/// Horizontal range after depth and back-off.
 fn radius(range: f64, forecast: &AuvForecast, ahead: f64, parameters: &Parameters) -> f64 {
     let across = (range.powi(2) - forecast.depth_at(ahead).powi(2)).max(0.0).sqrt();
     (across - parameters.range_back_off * forecast.position_variance(ahead).sqrt()).max(0.0)

@@ -1,4 +1,4 @@
-//! A whole bridge in one thread and in simulated time: a boat on a wire of its own, a service in the process.
+//! A whole bridge in one thread and in simulated time, with a boat and a service in the process.
 
 use std::{
     f64::consts::PI,
@@ -19,20 +19,20 @@ use nalgebra::Vector2;
 use serde_json::{Value, json};
 use tests::autopilot::{Boat, GUIDED, SYSTEM, frame};
 
-/// Limits of the mission, and what its plans want at once: too fast, and astern.
+/// Limits of the mission, and the speed and heading of its plans: too fast, and astern.
 const SPEED_MAX: f64 = 1.2;
 const TURN_RATE_MAX: f64 = 0.3;
 const WANTED: (f64, f64) = (20.0, 3.0);
-/// Time for which the service makes plans, and for which a plan is followed after its arrival, s.
+/// Duration of the service's plans, and time for which a plan is followed after its arrival, s.
 const PLANS_S: f64 = 30.0;
 const PLAN_AGE_MAX_S: f64 = 10.0;
-/// Time that the service takes for an answer.
+/// Delay of the service's answers.
 const LATENCY: Duration = Duration::from_millis(20);
-/// Between two steps of the boat, s, and steps of [`Boat::messages`] in one of these.
+/// Time between two steps of the boat, s, and steps of [`Boat::messages`] in one of these.
 const STEP_S: f64 = 0.1;
 const STEPS: u64 = 5;
 
-/// A boat, and what came to it and to the service.
+/// A boat, and the messages to it and to the service.
 struct Sea {
     boat: Boat,
     /// References: time of arrival, s, speed, m/s, heading, rad.
@@ -69,7 +69,7 @@ impl Sea {
     }
 }
 
-/// Sails ten times a second, and says each time where the boat is.
+/// Steps ten times a second and sends the boat's messages.
 async fn sail(clock: Clock, sea: Arc<Mutex<Sea>>, wire: Input) {
     let (start, still) = (clock.now(), Vector2::zeros());
     for step in 0.. {
@@ -109,7 +109,7 @@ fn answer(call: &Call, now_s: f64) -> (u16, Value) {
     (200, json!({ "id": "m-1", "status": "running" }))
 }
 
-/// A minute of `boat` and a bridge whose service falls silent after half of it.
+/// A minute of `boat` and a bridge whose service falls silent after half a minute.
 async fn voyage(boat: Boat, settings: Settings) -> Sea {
     let clock = Clock::simulated(1.8e9);
     let start = clock.now();
@@ -150,7 +150,7 @@ async fn voyage(boat: Boat, settings: Settings) -> Sea {
     bridge
         .follow(missions, MissionChoice::named("craft".to_owned(), body))
         .await;
-    // A future that can be spawned, as a harness with several bridges does.
+    // A future that can be spawned, like in a harness with several bridges.
     let run = tokio::spawn(async move { bridge.run(Some(Duration::from_mins(1))).await });
     run.await.expect("does not panic").expect("the mission is found");
     std::mem::replace(&mut *lock(&sea), Sea::of(Boat::moored()))
@@ -180,15 +180,15 @@ async fn references_keep_their_limits_and_stop_ten_seconds_after_the_last_plan()
             turn.abs() <= TURN_RATE_MAX * (now_s - before_s) + tolerance,
             "{pair:?}"
         );
-        // Ten a second, without a gap, each by a millisecond late at most.
+        // Ten a second without a gap, each a millisecond late at most.
         assert!((now_s - before_s - 0.1).abs() <= 1.1e-3, "{pair:?}");
     }
     let (first_s, ..) = references.first().expect("are sent");
     let (last_s, speed, heading) = references.last().expect("are sent");
     assert!(*first_s < 15.0, "{first_s}");
-    // As the plans want, within the limits.
+    // Like the plans, within the limits.
     assert!((speed - SPEED_MAX).abs() < tolerance && (heading - WANTED.1).abs() < tolerance);
-    // The service repeats each plan for a second: the newest one may have arrived that much earlier.
+    // The service repeats a plan for a second: the newest may have arrived that much earlier.
     let end_s = PLANS_S + LATENCY.as_secs_f64() + PLAN_AGE_MAX_S;
     assert!((end_s - 1.5..=end_s).contains(last_s), "{last_s}");
 }

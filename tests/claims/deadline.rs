@@ -1,4 +1,4 @@
-//! An answer in time, from whatever was finished by then; and the same answer as ever if everything was.
+//! Answers in time from the work finished by then, and unchanged answers if all work was finished.
 
 use std::{
     sync::{
@@ -25,7 +25,7 @@ use tests::{
     followed, goals, observation, snapshot,
 };
 
-/// Due at look number `n`, the first being 0; and how often it was looked at.
+/// A signal that is due at look `n` from 0 on, and the number of looks.
 pub(crate) fn due_at(n: usize) -> (Stop, Arc<AtomicUsize>) {
     let looks = Arc::new(AtomicUsize::new(0));
     let counted = Arc::clone(&looks);
@@ -37,7 +37,7 @@ fn stopped_at(n: usize, snapshot: &Snapshot, workspace: &mut Workspace) -> Plan 
     plan_until(snapshot, &Parameters::default(), workspace, &due_at(n).0)
 }
 
-/// The answer without the solver's report, which tells how far it came.
+/// The answer without the solver's report of its progress.
 fn decision(mut plan: Plan) -> Plan {
     plan.solver = SolverReport {
         status: SolverStatus::Unsolved,
@@ -71,7 +71,7 @@ fn a_signal_that_is_never_due_changes_no_bit() {
 }
 
 #[test]
-fn whenever_the_signal_comes_the_last_finished_iteration_answers_and_before_the_first_the_law_does() {
+fn the_last_finished_iteration_answers_or_else_the_law() {
     let snapshot = snapshot(observation(goals()[1].clone()));
     let whole = decision(plan(&snapshot, &Parameters::default(), &mut Workspace::default()));
     let law = decision(stopped_at(0, &snapshot, &mut Workspace::default()));
@@ -81,7 +81,7 @@ fn whenever_the_signal_comes_the_last_finished_iteration_answers_and_before_the_
     );
     assert_eq!(law.reference, law.baseline.reference);
 
-    // One workspace for all: what was cut short leaves no trace in it.
+    // One workspace for all: interrupted work leaves no trace in it.
     let mut workspace = Workspace::default();
     let mut answers: Vec<Plan> = Vec::new();
     loop {
@@ -105,7 +105,7 @@ fn whenever_the_signal_comes_the_last_finished_iteration_answers_and_before_the_
 }
 
 #[test]
-fn without_a_finished_iteration_a_previous_plan_is_followed_further() {
+fn a_previous_plan_continues_without_a_finished_iteration() {
     let later = followed(2.0);
     for n in [0, 1, 4] {
         let answer = stopped_at(n, &snapshot(later.clone()), &mut Workspace::default());
@@ -117,7 +117,7 @@ fn without_a_finished_iteration_a_previous_plan_is_followed_further() {
     }
 }
 
-/// A gate that the planner of a test waits at, whatever its arguments.
+/// A gate at which the planner of a test waits, for any arguments.
 static GATE: (Mutex<bool>, Condvar) = (Mutex::new(false), Condvar::new());
 
 /// A planner that does not begin before the gate is open.
@@ -139,20 +139,20 @@ fn assert_degraded_by_the_deadline(answer: &Answer) {
     assert_eq!(plan["reference"]["speed_mps"], plan["baseline"]["speed_mps"]);
 }
 
-/// On real threads: their speed does not change the verdict, because the planner waits for the test.
+/// On real threads: their speed does not matter, because the planner waits for the test.
 #[tokio::test]
-async fn a_planner_that_does_not_stop_holds_up_no_answer_and_no_other_request() {
+async fn a_planner_that_does_not_stop_delays_no_answer_or_other_request() {
     let service = app(Settings {
         plan: stubborn,
         planners: 1,
         waiting: 1,
-        // Reading has until then.
+        // Reading may take that long.
         deadline: Duration::from_hours(1),
         ..Settings::default()
     });
     let mut hasty = example("track");
     hasty["deadline_ms"] = json!(1.0);
-    // The first is with the planner when its deadline comes, the second waits for it.
+    // The planner has the first at its deadline, and the second waits.
     for _ in 0..2 {
         let answer = send_to(service.clone(), post("/v1/plan", hasty.to_string())).await;
         assert_degraded_by_the_deadline(&answer);
@@ -167,8 +167,8 @@ async fn a_planner_that_does_not_stop_holds_up_no_answer_and_no_other_request() 
     );
 }
 
-/// A service that answers within `limit` and whose work waits `lag` for a thread: it reads a request after `lag`, and plans after twice
-/// that.
+/// A service that answers within `limit` and whose work waits `lag` for a thread: it reads a
+/// request after `lag` and plans after twice that.
 fn slow_service(lag: Duration, limit: Duration) -> (Clock, axum::Router) {
     let settings = Settings {
         deadline: limit,
@@ -180,7 +180,7 @@ fn slow_service(lag: Duration, limit: Duration) -> (Clock, axum::Router) {
 }
 
 #[tokio::test(start_paused = true)]
-async fn the_sooner_of_both_deadlines_counts() {
+async fn the_earlier_of_both_deadlines_counts() {
     const LAG: Duration = Duration::from_millis(400);
     for (limit, deadline_ms) in [
         (Duration::from_millis(500), 60_000.0),
@@ -198,8 +198,8 @@ async fn the_sooner_of_both_deadlines_counts() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn an_explanation_for_which_no_time_is_left_keeps_no_comparison_waiting_and_spoils_none() {
-    // The request waits for a thread three times: to be read, to be planned for, and for the lower levels.
+async fn an_explanation_without_time_left_delays_no_comparison() {
+    // The request waits for a thread to be read, to be planned, and for the lower levels.
     for (lag_ms, took_ms, is_explained) in [(1_100, 3_100, false), (900, 1_800, true), (0, 0, true)] {
         let (clock, service) = slow_service(Duration::from_millis(lag_ms), Duration::from_mins(1));
         let start = clock.now();
@@ -217,7 +217,7 @@ async fn an_explanation_for_which_no_time_is_left_keeps_no_comparison_waiting_an
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_law_whose_schedule_the_deadline_cut_short_says_so_and_one_that_needs_none_is_whole() {
+async fn a_law_is_degraded_only_if_the_deadline_shortened_its_schedule() {
     for (name, laws) in [("visit", "degraded"), ("track", "ok")] {
         let (_, service) = slow_service(Duration::from_millis(600), Duration::from_secs(1));
         let request = post("/v1/plan/compare", example(name).to_string());
@@ -240,7 +240,7 @@ async fn a_law_whose_schedule_the_deadline_cut_short_says_so_and_one_that_needs_
 }
 
 #[test]
-fn laws_and_plan_have_one_schedule_and_look_at_the_time_as_they_make_it() {
+fn laws_and_plan_share_a_schedule_and_keep_the_deadline() {
     let request = serde_json::from_value(example("visit")).expect("has the shape");
     let (snapshot, parameters) = (snapshot(request), Parameters::default());
     let (never, looks) = due_at(usize::MAX);
@@ -267,7 +267,7 @@ fn laws_and_plan_have_one_schedule_and_look_at_the_time_as_they_make_it() {
 }
 
 #[test]
-fn estimates_for_which_there_is_no_time_rest_on_the_newest_reports_and_forget_no_track() {
+fn estimates_without_time_use_the_newest_reports_and_keep_the_track() {
     let mut request = tests::observation(goals()[0].clone());
     let at = |k: u32| {
         let (t_s, wrong) = (f64::from(k) * 10.0, if k < 40 { 900.0 } else { 0.0 });
@@ -311,7 +311,7 @@ fn works_until_stopped(
     plan_until(snapshot, parameters, workspace, stop)
 }
 
-/// Calls, and gives up once the planner has begun; what `meanwhile` is done before.
+/// Calls, and cancels once the planner has begun and `meanwhile` is done.
 async fn given_up(service: &axum::Router, path: &str, body: &Value, meanwhile: impl AsyncFnOnce()) {
     let [begun, ended] = &WORK;
     let before = begun.load(Ordering::Relaxed);
@@ -327,9 +327,9 @@ async fn given_up(service: &axum::Router, path: &str, body: &Value, meanwhile: i
     }
 }
 
-/// With the threads of the machine, and a deadline that none waits for.
+/// With the threads of the machine, and a deadline beyond the test.
 #[tokio::test]
-async fn work_for_a_client_that_is_gone_ends_and_all_work_is_admitted() {
+async fn work_for_a_disconnected_client_ends_and_all_work_is_admitted() {
     let settings = Settings {
         plan: works_until_stopped,
         planners: 1,
@@ -341,7 +341,7 @@ async fn work_for_a_client_that_is_gone_ends_and_all_work_is_admitted() {
     given_up(&service, "/v1/plan", &example("track"), async || ()).await;
     given_up(&service, "/v1/plan/compare", &example("visit"), async || ()).await;
     given_up(&service, "/v1/plan/batch", &batch, async || ()).await;
-    // The second of the batch was not begun.
+    // The second of the batch did not begin.
     let ready = send_to(service, post("/v1/plan/validate", EXAMPLES[0].body)).await;
     assert_eq!(
         (ready.status, WORK[0].load(Ordering::Relaxed)),
@@ -374,7 +374,7 @@ async fn a_hung_planner_stops_the_heartbeat() {
     let clock = settings.clock.clone();
     let _service = app(settings);
     clock.sleep(PERIOD.saturating_sub(Duration::from_millis(1))).await;
-    // Four times as often as asked for.
+    // Four beats a period.
     assert_eq!(BEATS.load(Ordering::Relaxed), 4);
     clock.delay_threads(Duration::MAX);
     clock.sleep(Duration::from_hours(1)).await;
@@ -382,7 +382,7 @@ async fn a_hung_planner_stops_the_heartbeat() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_comparison_is_answered_whatever_the_deadline() {
+async fn a_comparison_is_answered_for_any_deadline() {
     for deadline_ms in [0.05, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0] {
         let (_, service) = slow_service(Duration::from_millis(5), Duration::from_secs(1));
         let mut hasty = example("intermittent");

@@ -1,4 +1,4 @@
-//! Each fallback level, reached by forcing what would lead to it.
+//! Each fallback level, reached by a forced cause.
 
 use planner::{
     angle::{Course, Heading, wrap},
@@ -21,21 +21,21 @@ const STATUSES_THAT_PROVE_NOTHING: [SolverStatus; 7] = [
     SolverStatus::NumericalError,
 ];
 
-/// Statuses of a solver that came as far as it could: the certificate tells how far that was.
+/// Statuses of an unfinished solver: the certificate decides.
 const LESSER_STATUSES: [SolverStatus; 3] = [
     SolverStatus::AlmostSolved,
     SolverStatus::MaxIterations,
     SolverStatus::InsufficientProgress,
 ];
 
-/// Both AUVs astern, so that it is open to which side to turn.
+/// Both AUVs astern: either turn is possible.
 fn astern() -> PlanRequest {
     let mut observation = observation(goals()[0].clone());
     observation.asc.heading_rad = (Heading::new(std::f64::consts::PI)).radians();
     observation
 }
 
-/// The plan where every solution is changed before it is certified.
+/// The plan if every solution is changed before its certification.
 fn plan_spoiled(snapshot: &Snapshot, spoil: impl Fn(&mut Solution)) -> Plan {
     let mut solvers = Solvers::default();
     let mut solve = |program: &Program| {
@@ -51,7 +51,7 @@ fn plan_spoiled(snapshot: &Snapshot, spoil: impl Fn(&mut Solution)) -> Plan {
     )
 }
 
-/// The plan of a solver that solves, and then reports `status` instead of its own.
+/// The plan of a solver that solves and reports `status` instead of its own.
 fn plan_with_status(snapshot: &Snapshot, status: SolverStatus) -> Plan {
     plan_spoiled(snapshot, |solution| solution.status = status)
 }
@@ -75,7 +75,7 @@ fn every_status_that_proves_nothing_leads_to_the_previous_plan() {
             (answer.method, answer.degraded),
             (Method::PreviousPlan, Some(Degraded::Solver(status)))
         );
-        // The craft's course is behind a reference by its lag, and a reference is held for a second.
+        // The craft's course lags a reference, which is held for a second.
         let then = snapshot.t_s + snapshot.craft_model().course_lag() + 0.5;
         let after = previous.iter().position(|point| then < point.t_s).unwrap();
         let (before, after) = (previous[after - 1], previous[after]);
@@ -88,7 +88,7 @@ fn every_status_that_proves_nothing_leads_to_the_previous_plan() {
 }
 
 #[test]
-fn without_a_young_previous_plan_every_such_status_leads_to_line_of_sight() {
+fn such_a_status_without_a_young_plan_leads_to_line_of_sight() {
     for observation in [observation(goals()[0].clone()), followed(10.5)] {
         let snapshot = snapshot(observation);
         let parameters = Parameters::default();
@@ -112,13 +112,13 @@ fn without_a_young_previous_plan_every_such_status_leads_to_line_of_sight() {
 }
 
 #[test]
-fn at_speed_a_law_that_beats_the_previous_plan_turns_no_faster_than_a_plan() {
+fn a_law_that_beats_the_previous_plan_at_speed_turns_no_faster_than_a_plan() {
     let parameters = Parameters::default();
     let answer = |surge: f64| {
         let mut observation = followed(1.0);
         observation.asc.speed_mps = surge;
         let memory = observation.previous_plan.as_mut().unwrap();
-        // A plan that led away from the goal, and the craft on its way.
+        // A plan that led away from the goal, with the craft on it.
         let away = Heading::new(observation.asc.heading().radians() + 2.5);
         let velocity = away.unit() * surge.max(0.3);
         observation.asc.heading_rad = (away).radians();
@@ -144,7 +144,7 @@ fn at_speed_a_law_that_beats_the_previous_plan_turns_no_faster_than_a_plan() {
     );
     let (fast_step, fast) = answer(1.4);
     assert!((fast_step - parameters.heading_rate_max).abs() < 1e-9 && fast_step < slow_step);
-    // Its prediction is the law's, so that no answer is predicted to be worse than that.
+    // Its prediction is the law's: no answer is predicted to be worse.
     assert_eq!(fast.predicted, fast.baseline.predicted);
 }
 
@@ -173,7 +173,7 @@ fn a_program_of_a_lesser_status_does_not_count_if_its_certificate_fails() {
 }
 
 #[test]
-fn a_solution_that_fails_its_certificate_is_not_followed_whatever_the_solver_says() {
+fn a_solution_that_fails_its_certificate_is_not_followed_for_any_status() {
     let snapshot = snapshot(observation(goals()[0].clone()));
     for (spoil, what) in [
         (0.01, "a primal variable off by 1 %"),
@@ -218,7 +218,7 @@ fn the_first_program_takes_its_directions_from_the_previous_plan() {
         first.expect("a program was stated")
     };
     let mut with_plan = followed(1.0);
-    // Of the directions alone: where the AUVs were expected counts as well.
+    // The directions alone: the expected places of AUVs count as well.
     with_plan.previous_plan.as_mut().expect("it has one").targets = None;
     let mut without = with_plan.clone();
     without.previous_plan = None;
@@ -241,7 +241,7 @@ fn the_first_program_takes_its_directions_from_the_previous_plan() {
 }
 
 #[test]
-fn a_second_iteration_that_fails_leaves_the_answer_to_the_first() {
+fn a_failed_second_iteration_leaves_the_answer_of_the_first() {
     let snapshot = snapshot(observation(goals()[0].clone()));
     let only_the_first_is_solved = |scp_iterations| {
         let mut solvers = Solvers::default();
@@ -265,7 +265,7 @@ fn a_second_iteration_that_fails_leaves_the_answer_to_the_first() {
 }
 
 #[test]
-fn a_deadline_before_any_program_was_solved_is_the_reason_whatever_failed_before_it() {
+fn a_deadline_before_any_solved_program_is_the_reason() {
     let snapshot = snapshot(astern());
     for failure in STATUSES_THAT_PROVE_NOTHING {
         for n_failed in [0, 1] {
@@ -294,7 +294,7 @@ fn a_deadline_before_any_program_was_solved_is_the_reason_whatever_failed_before
 }
 
 #[test]
-fn a_goal_that_rests_on_a_stale_report_is_held_as_the_client_chose() {
+fn a_goal_with_a_stale_report_is_held_by_the_client_s_choice() {
     let mut stale = observation(goals()[0].clone());
     state(&mut stale, 0).age_s = 901.0;
     for (hold, speed, turn) in [(Hold::Stop, 0.0, 0.0), (Hold::SlowTurn, 0.05, 0.2)] {
@@ -312,7 +312,7 @@ fn a_goal_that_rests_on_a_stale_report_is_held_as_the_client_chose() {
         );
         assert_eq!(answer.reference.speed, speed);
         assert_eq!(answer.reference.heading, Heading::new(0.3 + turn));
-        // The trajectory does what the reference says, from the speed that the craft has.
+        // The trajectory follows the reference from the craft's speed.
         let last = answer.trajectory.last().expect("a trajectory has points");
         assert!((last.speed_mps - speed).abs() < 1e-3, "{}", last.speed_mps);
     }

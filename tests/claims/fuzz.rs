@@ -1,8 +1,9 @@
-//! From bytes to an answer: any body is read and answered without a panic, every number of the answer is finite, and the answer is
-//! accepted as `previous_plan`, at whatever moment the planner is stopped.
+//! From bytes to an answer: no body causes a panic, every number of an answer is finite, and the
+//! answer is accepted as `previous_plan`, for any stop of the planner.
 //!
-//! `PILOTFISH_FUZZ_CASES=1000000 cargo test --release -p tests --test claims fuzz -- --nocapture` tries so many;
-//! `PILOTFISH_FUZZ_FIRST=N` begins with case N. How long an answer takes after its deadline: `cargo bench -p tests --bench overrun`.
+//! `PILOTFISH_FUZZ_CASES=1000000 cargo test --release -p tests --test claims fuzz -- --nocapture`
+//! tries so many, `PILOTFISH_FUZZ_FIRST=N` from case N on. Overruns: `cargo bench -p tests --bench
+//! overrun`.
 
 use tests::{broken::pick, fuzz::Fuzzer};
 
@@ -10,10 +11,10 @@ use crate::deadline::due_at;
 
 /// Number of cases without `PILOTFISH_FUZZ_CASES`.
 const CASES: u64 = 150;
-/// Number of looks at the stop signal before it says stop: at once, in the first program, after some, never.
+/// Number of looks at the stop signal before it is due: none, in the first program, later, never.
 const LOOKS: [usize; 5] = [0, 3, 12, 50, usize::MAX];
 
-/// What an environment variable says, if it is there.
+/// Value of an environment variable, if it is set.
 fn told<T: std::str::FromStr>(name: &str) -> Option<T> {
     let text = std::env::var(name).ok()?;
     let told = text.parse().ok();
@@ -21,7 +22,7 @@ fn told<T: std::str::FromStr>(name: &str) -> Option<T> {
 }
 
 #[test]
-fn whatever_bytes_arrive_the_answer_is_finite_and_taken_back() {
+fn answers_to_any_bytes_are_finite_and_accepted_back() {
     let first: u64 = told("PILOTFISH_FUZZ_FIRST").unwrap_or(0);
     let n_cases = told("PILOTFISH_FUZZ_CASES").unwrap_or(CASES);
     let mut fuzzer = Fuzzer::default();

@@ -1,4 +1,4 @@
-//! What a plan keeps, whatever the snapshot: limits, invariances, independence of the past.
+//! Guarantees of a plan for any snapshot: limits, invariances, independence of the past.
 
 use std::ops::Deref;
 
@@ -33,7 +33,7 @@ fn turned(vector: Vector2<f64>, angle: f64) -> Vector2<f64> {
     Rotation2::new(angle) * vector
 }
 
-/// The same scene, rotated about the datum, moved and sent at another time.
+/// The scene rotated about the datum, moved and later.
 fn moved(scene: &PlanRequest, angle: f64, shift: Vector2<f64>, delay: f64) -> PlanRequest {
     let mut scene = scene.clone();
     scene.t_s += delay;
@@ -118,13 +118,13 @@ fn with_offsets() -> Vec<PlanRequest> {
 }
 
 #[test]
-fn a_craft_beside_a_target_ends_where_its_offset_is() {
+fn a_craft_beside_a_target_ends_at_its_offset() {
     for scene in with_offsets() {
         let mut above = scene.clone();
         above.goal.offset = None;
         let (beside, above) = (planned(scene.clone()), planned(above));
         let arm = beside.goal[0].motion().position - above.goal[0].motion().position;
-        // All go northward, and the axes with them.
+        // All go northward, like the axes.
         assert!(
             (arm - Vector2::new(-5.0, 15.0)).norm() < 1.0,
             "{arm} in {scene:?}"
@@ -140,7 +140,7 @@ fn a_craft_beside_a_target_ends_where_its_offset_is() {
 }
 
 #[test]
-fn a_known_path_bends_the_forecast_where_the_auv_turns_and_not_before() {
+fn a_known_path_bends_the_forecast_at_the_auv_s_turn() {
     let scene = before_a_turn(goals()[0].clone());
     let mut straight = scene.clone();
     straight.forecast = Forecast::ConstantVelocity;
@@ -149,15 +149,15 @@ fn a_known_path_bends_the_forecast_where_the_auv_turns_and_not_before() {
     let apart =
         |k: usize| along.targets[0].trajectory[k].position() - straight.targets[0].trajectory[k].position();
     let last = along.trajectory.len() - 1;
-    // Ten seconds at 0.19 m/s are 2 m of the 5 m to the turn; the report's course is 0.02 rad off the lane, and
-    // the current lets the follower go 2 cm/s faster than it was reported to.
+    // Ten seconds at 0.19 m/s are 2 m of the 5 m to the turn; the report's course is 0.02 rad off
+    // the lane, and the follower may go 2 cm/s faster with the current than reported.
     let near = along
         .trajectory
         .iter()
         .position(|point| 210.0 <= point.t_s)
         .expect("the horizon is longer");
     assert!(apart(near).norm() < 0.3, "{}", apart(near));
-    // After 78 s the turn has brought it metres to starboard, and the plan is another.
+    // After 78 s the turn has brought it metres to starboard, and the plan differs.
     assert!(apart(last).y > 3.0, "{}", apart(last));
     assert!(along.trajectory[last].position().y > straight.trajectory[last].position().y + 3.0);
 }
@@ -173,7 +173,7 @@ fn a_plan_turns_and_moves_with_the_scene() {
             (3.0, Vector2::new(-4.0e5, 7.0e5), 1.0e6),
         ] {
             let there = planned(moved(&scene, angle, shift, delay));
-            // 1e-6 relative, and what a coordinate of 10⁶ m loses of its last digits.
+            // 1e-6 relative, and the lost digits of a coordinate of 10⁶ m.
             let tolerance = 1e-6;
             assert!((there.reference.speed - here.reference.speed).abs() < tolerance);
             let turn = there.reference.heading.radians() - here.reference.heading.radians() - angle;
@@ -186,7 +186,7 @@ fn a_plan_turns_and_moves_with_the_scene() {
 }
 
 #[test]
-fn the_order_in_which_auvs_are_named_does_not_matter() {
+fn the_order_of_auvs_does_not_matter() {
     for goal in goals() {
         let scene = observation(goal);
         let mut shuffled = scene.clone();
@@ -207,7 +207,7 @@ fn the_order_in_which_auvs_are_named_does_not_matter() {
 fn a_workspace_used_for_other_shapes_gives_the_same_bits() {
     let parameters = Parameters::default();
     let mut workspace = Workspace::default();
-    // One vehicle and two, discs and none, with and without limits of range, to and fro.
+    // One vehicle and two, with and without discs and limits of range.
     for i in [0, 1, 2, 3, 4, 3, 1, 0] {
         let mut scene = observation(goals()[i].clone());
         if i == 0 {
@@ -244,7 +244,7 @@ fn the_production_tolerance_moves_the_first_velocity_by_less_than_a_millimetre_p
 }
 
 #[test]
-fn a_workspace_remembers_no_more_than_it_may_and_forgets_without_a_trace() {
+fn a_workspace_has_bounded_memory_and_forgets_without_a_trace() {
     let (mut programs, mut solvers) = (Programs::default(), Solvers::default());
     let with_discs = |n: u8| {
         let mut scene = observation(goals()[0].clone());
@@ -285,7 +285,7 @@ fn workspaces_serve_horizons_of_several_lengths() {
 }
 
 #[test]
-fn a_goal_that_changes_under_a_plan_costs_no_more_than_forgetting_the_plan() {
+fn a_changed_goal_costs_no_more_than_without_a_previous_plan() {
     let parameters = Parameters::default();
     let mut workspace = Workspace::default();
     let mut rescued = 0;
@@ -307,7 +307,7 @@ fn a_goal_that_changes_under_a_plan_costs_no_more_than_forgetting_the_plan() {
             auv: scene.auvs[1].id.clone(),
         };
         let forgetful = plan(&snapshot(scene.clone()), &parameters, &mut workspace);
-        // The plan alone: what else it knew says of the craft that it is turning, which is another start.
+        // The plan alone: its other members know that the craft is turning, which is another start.
         scene.previous_plan = Some(PreviousPlan {
             reference: None,
             craft_estimate: None,
@@ -324,8 +324,8 @@ fn a_goal_that_changes_under_a_plan_costs_no_more_than_forgetting_the_plan() {
 }
 
 #[test]
-fn no_goal_is_far_enough_to_buy_its_way_through_a_soft_limit() {
-    // Abeam, as far as the horizon reaches and beyond; ahead; and astern, where the craft must turn about.
+fn no_distant_goal_outweighs_a_soft_limit() {
+    // Abeam, within and beyond the horizon; ahead; astern, where the craft must turn around.
     for (north, east) in [
         (0.0, 20.0),
         (0.0, 60.0),
@@ -344,7 +344,7 @@ fn no_goal_is_far_enough_to_buy_its_way_through_a_soft_limit() {
     }
 }
 
-/// The craft is to follow an AUV 90 m ahead, and right on its way the other one climbs or stays deep.
+/// The craft follows an AUV 90 m ahead; the other one, on its way, climbs or stays deep.
 fn with_an_auv_in_the_way(climbs: bool) -> PlanRequest {
     let mut scene = observation(goals()[0].clone());
     (scene.asc.heading_rad, scene.asc.sway_mps, scene.current) = (0.0, 0.0, None);
@@ -352,7 +352,7 @@ fn with_an_auv_in_the_way(climbs: bool) -> PlanRequest {
     state(&mut scene, 0).depth_m = 10.0;
     place(&mut scene, 1, Vector2::new(28.0, 0.3));
     if climbs {
-        // At 0.23 m/s it is 2 m deep after 13 s, turns 9 s later and is below 2 m again after another 12 s.
+        // At 0.23 m/s it is 2 m deep after 13 s, turns after 22 s and is that deep after 34 s.
         scene.auvs[1].dive = Some(Dive {
             depth_min_m: 0.0,
             depth_max_m: 20.0,
@@ -364,8 +364,8 @@ fn with_an_auv_in_the_way(climbs: bool) -> PlanRequest {
     scene
 }
 
-/// How near the craft is planned to come to the second AUV, m, and the same while that is no deeper than 2 m at both
-/// ends of the interval.
+/// Least planned distance to the second AUV, m; and the same while that is no deeper than 2 m at
+/// both ends of the interval.
 fn nearest_to_the_second(plan: &Plan) -> (f64, f64) {
     let them = &plan.targets[1];
     let (mut nearest, mut nearest_while_up) = (f64::INFINITY, f64::INFINITY);
@@ -390,7 +390,7 @@ fn nearest_to_the_second(plan: &Plan) -> (f64, f64) {
 }
 
 #[test]
-fn an_auv_that_surfaces_in_the_way_is_passed_at_the_separation() {
+fn a_surfacing_auv_is_passed_at_the_separation() {
     let separation = 5.0;
     let scene = with_an_auv_in_the_way(true);
     let (_, unasked) = nearest_to_the_second(&planned(scene.clone()));
@@ -401,7 +401,7 @@ fn an_auv_that_surfaces_in_the_way_is_passed_at_the_separation() {
     });
     assert_eq!((kept.degraded, kept.violations.as_slice()), (None, [].as_slice()));
     let (_, nearest) = nearest_to_the_second(&kept);
-    // The craft's way sags from its chords, by less than the 0.9 m that the program leaves for it.
+    // The craft's path sags from its chords by less than the 0.9 m of the program's margin.
     assert!(
         (separation - 0.1..separation + 3.0).contains(&nearest),
         "{nearest} m"
@@ -409,7 +409,7 @@ fn an_auv_that_surfaces_in_the_way_is_passed_at_the_separation() {
 }
 
 #[test]
-fn an_auv_that_stays_deep_is_not_in_the_way() {
+fn an_auv_that_stays_deep_is_no_obstacle() {
     let scene = with_an_auv_in_the_way(false);
     let unasked = planned(scene.clone());
     let kept = planned(PlanRequest {
@@ -419,13 +419,13 @@ fn an_auv_that_stays_deep_is_not_in_the_way() {
     let (nearest, _) = nearest_to_the_second(&kept);
     assert!(nearest < 2.0, "{nearest} m");
     for (a, b) in unasked.trajectory.iter().zip(&kept.trajectory) {
-        // A program with more rows is solved to the same tolerance on another way: millimetres.
+        // A program with more rows is solved to the same tolerance on another path: millimetres.
         assert!((a.position() - b.position()).norm() < 0.02, "{a:?} and {b:?}");
     }
 }
 
 #[test]
-fn a_craft_above_a_surfaced_auv_leaves_and_says_that_it_is_too_near() {
+fn a_craft_above_a_surfaced_auv_leaves_and_reports_the_violation() {
     let mut scene = with_an_auv_in_the_way(false);
     scene.surfacing_separation_m = Some(5.0);
     state(&mut scene, 1).depth_m = 1.0;
@@ -438,7 +438,7 @@ fn a_craft_above_a_surfaced_auv_leaves_and_says_that_it_is_too_near() {
         .find(too_near)
         .expect("1.4 m are reported");
     assert_eq!(violation.pointer, Some(Subject::Auv(1)));
-    // After the first second, in which neither goes farther than 0.4 m.
+    // After the first second, in which neither moves farther than 0.4 m.
     let amount = 5.0 - f64::sqrt(2.0);
     assert!((violation.amount - amount).abs() < 0.6, "{violation:?}");
     let last = answer.trajectory.len() - 1;
@@ -447,21 +447,21 @@ fn a_craft_above_a_surfaced_auv_leaves_and_says_that_it_is_too_near() {
 }
 
 #[test]
-fn a_wall_of_discs_that_overlap_is_gone_around() {
+fn a_plan_goes_around_a_wall_of_overlapping_discs() {
     for shift in [-6.0, -1.0, 0.0, 1.0, 9.0] {
         let mut scene = with_an_auv_in_the_way(false);
         scene.keep_outs = [-15.0, -5.0, 5.0, 15.0]
             .map(|east| KeepOut::new(Vector2::new(25.0, east + shift), 7.0))
             .to_vec();
         let answer = planned(scene.clone());
-        // What follows a way cuts its corners by a little.
+        // Following a trajectory cuts its corners by a little.
         let worst = answer
             .violations
             .iter()
             .map(|broken| broken.amount)
             .fold(0.0, f64::max);
         assert!(worst < 0.3, "wall moved by {shift} m: {worst} m");
-        // Line of sight drives through.
+        // Line of sight goes through.
         assert!(
             answer
                 .baseline
@@ -469,14 +469,14 @@ fn a_wall_of_discs_that_overlap_is_gone_around() {
                 .iter()
                 .any(|broken| 1.0 < broken.amount)
         );
-        // A craft of 0.9 m/s is past the wall, 32 m ahead and 22 m wide on one side, within the 78 s ahead.
+        // A craft of 0.9 m/s is past the wall, 32 m ahead and 22 m wide on one side, within 78 s.
         let last = answer.trajectory[answer.trajectory.len() - 1].position();
         assert!(25.0 < last.x, "wall moved by {shift} m: ends at {last}");
     }
 }
 
 #[test]
-fn a_wall_between_the_craft_and_a_goal_astern_is_gone_around() {
+fn a_plan_goes_around_a_wall_before_a_goal_astern() {
     for radius in [2.0, 2.4, 3.0] {
         let mut scene = with_an_auv_in_the_way(false);
         place(&mut scene, 0, Vector2::new(-60.0, 0.0));
@@ -491,7 +491,7 @@ fn a_wall_between_the_craft_and_a_goal_astern_is_gone_around() {
             .iter()
             .map(|broken| broken.amount)
             .fold(0.0, f64::max);
-        // A turn that begins no sooner than the heading loop lets it cuts the first disc's edge a little more.
+        // The heading loop delays the turn, which cuts the first disc's edge a little more.
         assert!(worst < 0.4, "radius {radius}: {worst} m");
         let last = answer.trajectory[answer.trajectory.len() - 1].position();
         assert!(last.x < -20.0, "radius {radius}: ends at {last}");
@@ -499,8 +499,8 @@ fn a_wall_between_the_craft_and_a_goal_astern_is_gone_around() {
 }
 
 #[test]
-fn a_craft_that_holds_speed_over_ground_is_asked_for_no_more_than_the_largest_speed() {
-    // Far ahead and with the current, at full speed through the water it would go 1.9 m/s over ground.
+fn a_speed_reference_over_ground_never_exceeds_the_largest_speed() {
+    // Far ahead and with the current, full speed through the water is 1.9 m/s over ground.
     for preset in ["otter", "medusa"] {
         for angle in [0.0, 0.4, 1.5, 3.1] {
             let mut scene = observation(goals()[0].clone());
@@ -524,7 +524,7 @@ fn a_craft_that_holds_speed_over_ground_is_asked_for_no_more_than_the_largest_sp
 }
 
 #[test]
-fn a_course_that_is_no_number_makes_no_snapshot() {
+fn a_course_that_is_not_a_number_is_refused() {
     let mut scene = observation(goals()[0].clone());
     scene.previous_plan = Some(PreviousPlan {
         goal_course_rad: Some(f64::NAN),
@@ -534,7 +534,7 @@ fn a_course_that_is_no_number_makes_no_snapshot() {
     assert_eq!(refused.0[0].field, "previous_plan/goal_course_rad");
 }
 
-/// The plan asked for `reference`, and the craft got it as its command.
+/// The plan's `reference` becomes the craft's command.
 fn follow(previous: &mut PreviousPlan, reference: Reference) {
     previous.reference = Some(reference.into());
     if let Some(craft) = &mut previous.craft_estimate {
@@ -543,9 +543,9 @@ fn follow(previous: &mut PreviousPlan, reference: Reference) {
     }
 }
 
-/// A craft that answers as the response model says shows no bias beyond what its loop gathers, whatever its sway.
+/// A craft that responds as modelled shows only the bias of its integrators, for any sway.
 #[test]
-fn a_craft_that_does_as_modelled_has_no_surge_bias_but_its_integrators() {
+fn a_craft_as_modelled_has_no_surge_bias_but_its_integrators() {
     for (surge, sway, reference) in [
         (0.3, 0.3, 0.5),
         (-0.3, 0.0, 0.2),
@@ -578,9 +578,9 @@ fn a_craft_that_does_as_modelled_has_no_surge_bias_but_its_integrators() {
     }
 }
 
-/// A heading reference turns by 0.17 rad a second at most, from where the craft can turn to, unless a disc is ahead.
+/// A heading reference turns by 0.17 rad a second at most, unless a disc is ahead.
 #[test]
-fn a_heading_reference_steps_no_farther_than_the_parameters_allow() {
+fn a_heading_reference_steps_within_the_parameters() {
     let mut scene = observation(goals()[0].clone());
     (scene.asc.heading_rad, scene.asc.sway_mps, scene.current) = (0.0, 0.0, None);
     (scene.asc.speed_mps, scene.asc.yaw_rate_radps) = (0.8, 0.0);
@@ -612,27 +612,27 @@ fn a_heading_reference_steps_no_farther_than_the_parameters_allow() {
         let calm = answer(Some(before), &mut previous, &scene);
         assert!((calm - expected).abs() < 1e-9, "{before}: {calm}");
     }
-    // So also where the craft is nowhere near the plan.
+    // Also if the craft is nowhere near the plan.
     let mut far = scene.clone();
     far.asc.east_m -= 20.0;
     let calm = answer(Some(0.0), &mut previous, &far);
     assert!((calm - 0.17).abs() < 1e-9, "{calm}");
-    // From the other side of the bow it comes back that way: a reference behind the craft is led through its bow.
+    // From the other side of the bow it returns on that side, through the bow.
     let calm = answer(Some(-1.0), &mut previous, &scene);
     assert!((calm - (0.17 - 1.0)).abs() < 1e-9, "{calm}");
-    // One nearly astern is taken for 2.6 rad from the bow at most.
+    // A reference nearly astern counts as 2.6 rad from the bow at most.
     let calm = answer(Some(-3.0), &mut previous, &scene);
     assert!((calm + 2.6).abs() < 1e-9, "{calm}");
-    // A disc ahead is worth a hard turn.
+    // A disc ahead justifies a hard turn.
     scene.keep_outs = vec![KeepOut::new(Vector2::new(12.0, -4.0), 6.0)];
     let hard = answer(Some(-0.1), &mut previous, &scene);
     assert!(0.1 < hard, "{hard}");
 }
 
-/// A plan starts from the surge that the filter knows and from a fifth of the sway that is measured; the rest is what the
-/// turn makes of the hull. A loud log moves it by a part of its error, and a plan handed back is what it knows.
+/// A plan starts from the filter's surge and a fifth of the measured sway; the rest is the turn's
+/// drift. A noisy log moves it by a part of its error, and a returned plan restores its knowledge.
 #[test]
-fn a_plan_starts_from_what_is_known_of_the_velocity_and_not_from_one_reading() {
+fn a_plan_starts_from_the_filtered_velocity() {
     let mut scene = observation(goals()[0].clone());
     scene.asc.sway_mps = 0.1;
     let first = snapshot(scene.clone());
@@ -665,7 +665,7 @@ fn a_plan_starts_from_what_is_known_of_the_velocity_and_not_from_one_reading() {
 }
 
 #[test]
-fn a_law_that_remembers_nothing_goes_on_as_one_that_starts() {
+fn a_law_without_memory_continues_like_one_that_starts() {
     let (scene, parameters) = (snapshot(observation(goals()[0].clone())), Parameters::default());
     let course = planned(PlanRequest::clone(&scene)).goal_course;
     let start = baselines(&scene, &parameters, &Stop::never());
@@ -677,7 +677,7 @@ fn a_law_that_remembers_nothing_goes_on_as_one_that_starts() {
         };
         let law_at_work = TrackingLaw::new(tuning, Some(course));
         let goes_on = baseline_from(&scene, &parameters, &law_at_work, &Stop::never());
-        // The one is asked in the craft's frame, the other in that of the datum: equal but for rounding.
+        // One works in the craft's frame, the other in the datum's: equal but for rounding.
         assert_eq!(starts.trajectory.len(), goes_on.trajectory.len());
         for (one, other) in starts.trajectory.iter().zip(&goes_on.trajectory) {
             assert!(

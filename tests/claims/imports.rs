@@ -1,7 +1,7 @@
 //! No two files of a crate import each other, directly or through others.
 //!
-//! What counts is where a name is defined: a re-export is followed to its source. A module that declares or re-exports
-//! its children does not import them; one that uses a child's items does.
+//! The definition of a name counts: a re-export is followed to its source. A module that declares
+//! or re-exports its children does not import them; one that uses a child's items does.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -19,7 +19,7 @@ type Names = Vec<String>;
 struct File {
     path: PathBuf,
     children: BTreeSet<String>,
-    /// What each name that the file imports stands for, as the file says it.
+    /// The paths in the file that its imported names stand for.
     imports: BTreeMap<String, Names>,
     /// Every path that the file uses, re-exports excepted.
     paths: BTreeSet<Names>,
@@ -94,7 +94,7 @@ impl Crate {
         None
     }
 
-    /// Which modules each module imports, and what it takes from them.
+    /// The modules that each module imports, with the names it takes.
     fn imports(&self) -> BTreeMap<&Names, BTreeMap<Names, BTreeSet<String>>> {
         let mut imports = BTreeMap::new();
         for (module, file) in &self.files {
@@ -114,7 +114,7 @@ impl Crate {
         imports
     }
 
-    /// The shortest cycle through each file that has one, each cycle once: its files, each with what it takes from the next.
+    /// The shortest cycle through each file, once: its files with the names taken from the next.
     fn cycles(&self) -> BTreeSet<Vec<(String, BTreeSet<String>)>> {
         let imports = self.imports();
         let cycles = imports.keys().filter_map(|start| {
@@ -179,7 +179,7 @@ fn words(tokens: TokenStream, words: &mut Vec<String>) {
     }
 }
 
-/// Leaves out every item behind `#[cfg(test)]`.
+/// Omits every item behind `#[cfg(test)]`.
 fn without_tests(words: &[String]) -> Vec<String> {
     let mut kept = vec![];
     let mut i = 0;
@@ -246,7 +246,7 @@ fn read(words: &[String]) -> File {
     file
 }
 
-/// The paths of a `use`, each with the name that it gets.
+/// The paths of a `use` with their names.
 fn tree(words: &[String], before: &[String], leaves: &mut Vec<(Names, String)>) {
     let mut path = before.to_vec();
     let mut i = 0;

@@ -1,6 +1,6 @@
-//! Claims about the project that are checked inside one process, without the program.
+//! Claims about the project, checked inside one process without the program.
 //!
-//! Tests that start the program are in `api/tests/program`: only a package's own tests know where its binary is.
+//! `api/tests/program` starts the program: only a package's own tests know its binary.
 
 mod any_snapshot;
 mod bridge;

@@ -1,4 +1,4 @@
-//! Missions, simulated and live, through the API: what is stored is what the clients saw, and a restart changes nothing.
+//! Simulated and live missions through the API: stored as clients saw them, unchanged by a restart.
 
 use std::{fs, sync::Arc, time::Duration};
 
@@ -80,7 +80,7 @@ impl Service {
         Self::start_in(settings, data, u64::MAX).await
     }
 
-    /// Time on the clock of a rehearsal ten times as fast as life.
+    /// Time on the clock of a rehearsal at tenfold speed.
     fn mission_now(&self, mission: &Value) -> f64 {
         let created = mission["created_s"].as_f64().expect("has a time");
         created + 10.0 * (self.clock.unix_s() - created)
@@ -102,7 +102,7 @@ impl Service {
         send_to(self.router.clone(), request).await
     }
 
-    /// Makes a mission, and answers with its path.
+    /// Creates a mission, and returns its path.
     async fn create(&self, body: &Value) -> String {
         let made = self.post("/v1/missions", body).await;
         assert_eq!(made.status, StatusCode::CREATED, "{}", made.text);
@@ -123,7 +123,7 @@ impl Service {
         answer.json()
     }
 
-    /// The mission once it has that status, at most a simulated minute from now.
+    /// The mission with that status, which it must reach within a simulated minute.
     async fn until(&self, mission: &str, status: &str) -> Value {
         let start = self.clock.now();
         loop {
@@ -159,7 +159,7 @@ impl Service {
         planned
     }
 
-    /// Makes every plan of a mission again, and asserts that all are equal. Returns their number.
+    /// Replays every plan of a mission, and asserts that all are equal. Returns their number.
     fn n_replayed(&self, mission: &str) -> u64 {
         let id = mission.rsplit('/').next().expect("has a name");
         let reader = EventReader::of(self.data.path()).expect("opens");
@@ -228,7 +228,7 @@ fn heard(now: f64) -> Value {
 }
 
 #[tokio::test(start_paused = true)]
-async fn every_plan_says_what_it_predicts_and_a_part_of_a_record_is_that_part() {
+async fn every_plan_has_its_prediction_and_a_record_can_be_read_in_parts() {
     let service = Service::start().await;
     let mission = service.create(&simulated("noisy-fixes")).await;
     service.order(&mission, "step", json!({ "ticks": 30 })).await;
@@ -275,7 +275,7 @@ async fn every_plan_says_what_it_predicts_and_a_part_of_a_record_is_that_part() 
                 .windows(2)
                 .all(|pair| pair[0][0] + pair[0][2] <= pair[1][0] + pair[1][2] + 1e-3)
         );
-        // Nothing is known of the future: the fix is one that was sent, and its age is that of the estimate.
+        // The future is unknown: the fix is one that was sent, and its age is that of the estimate.
         let heard = auv.heard.expect("was heard");
         assert!(heard.t_s <= event["t_s"].as_f64().expect("has a time"));
     }
@@ -300,7 +300,7 @@ async fn every_plan_says_what_it_predicts_and_a_part_of_a_record_is_that_part() 
     );
 }
 
-/// Four plans a page of the log, and their whole JSON when they are read.
+/// The log has four plans a page; reading gives their whole JSON.
 #[tokio::test(start_paused = true)]
 async fn a_plan_takes_less_than_a_kilobyte_of_the_disk() {
     let service = Service::start().await;
@@ -321,7 +321,7 @@ async fn a_plan_takes_less_than_a_kilobyte_of_the_disk() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_scene_says_what_a_map_shows_and_what_the_controller_is_told() {
+async fn a_scene_has_the_contents_of_a_map_and_the_controller_s_task() {
     let service = Service::start().await;
     let mut new = simulated("crowded");
     new["simulated"]["controller"] = json!("saturated_los");
@@ -331,7 +331,7 @@ async fn a_scene_says_what_a_map_shows_and_what_the_controller_is_told() {
         (scene["controller"].as_str(), scene["duration_s"].as_f64()),
         (Some("saturated_los"), Some(1920.0))
     );
-    // As `pilotfish compare` counts, whose scores are of a record of the same scenario.
+    // Like `pilotfish compare`, whose scores are of a record of the same scenario.
     let scenario = Scenario::named("crowded").expect("exists");
     let flown = mission::Mission::new(&scenario, "", 1).expect("starts");
     assert_eq!(
@@ -379,7 +379,7 @@ async fn a_scene_says_what_a_map_shows_and_what_the_controller_is_told() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_whole_scenario_may_be_sent_and_what_is_wrong_with_one_is_named() {
+async fn a_whole_scenario_may_be_sent_and_its_errors_are_named() {
     let service = Service::start().await;
     let mission = service.create(&short_scenario()).await;
     service.order(&mission, "run", json!({})).await;
@@ -449,7 +449,7 @@ async fn a_mission_without_a_title_is_called_by_its_scenario_or_its_first_auv() 
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_live_mission_plans_every_period_degrades_with_age_and_says_whom_it_waits_for() {
+async fn a_live_mission_plans_every_period_degrades_with_age_and_names_missing_vehicles() {
     let service = Service::start().await;
     let mission = service.create(&live()).await;
     let made = service.ask(&mission).await;
@@ -476,7 +476,7 @@ async fn a_live_mission_plans_every_period_degrades_with_age_and_says_whom_it_wa
         first["heard_s"],
         json!({ "asc": now, "auv-1": now - 4.0, "auv-2": now - 2.0 })
     );
-    // Periods of 1 s on a clock ten times as fast, as exactly as a float holds Unix time.
+    // Periods of 1 s on a clock of tenfold speed, as exactly as a float holds Unix time.
     let after = first["sequence"].as_u64().expect("is a number");
     let second = service.ask(&format!("{reference}?wait_s=10&after={after}")).await;
     let apart = second["t_s"].as_f64().expect("is one") - first["t_s"].as_f64().expect("is one");
@@ -486,11 +486,11 @@ async fn a_live_mission_plans_every_period_degrades_with_age_and_says_whom_it_wa
         fix(now - 1.0, 10.6, -20.0)] } });
     service.order(&mission, "reports", late).await;
 
-    // Without reports the craft's position is unknown after ten seconds of the mission, which are one of the service.
+    // The craft's position is unknown after ten seconds of the mission, one of the service.
     service.clock.sleep(Duration::from_millis(1_150)).await;
     let silent = service.ask(&reference).await;
     assert_eq!(silent["waits_for"], json!(["asc"]));
-    // A client that lists missions can tell: the plan is of several periods ago.
+    // A client that lists missions sees that the plan is several periods old.
     let listed = service.ask("/v1/missions").await["missions"][0]["plan"].clone();
     assert_eq!(
         (listed["period_s"].as_f64(), &listed["waits_for"]),
@@ -512,7 +512,7 @@ async fn a_live_mission_plans_every_period_degrades_with_age_and_says_whom_it_wa
 }
 
 #[tokio::test(start_paused = true)]
-async fn who_was_heard_too_long_ago_is_not_followed_and_the_answer_says_so() {
+async fn a_vehicle_with_stale_reports_is_not_followed_and_is_named() {
     let service = Service::start().await;
     let mission = service.create(&live()).await;
     let made = service.ask(&mission).await;
@@ -534,7 +534,7 @@ async fn who_was_heard_too_long_ago_is_not_followed_and_the_answer_says_so() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_restart_goes_on_with_what_was_known_and_plans_as_if_nothing_had_been() {
+async fn a_restart_keeps_all_knowledge_and_plans_as_before() {
     let mut service = Service::start().await;
     let mission = service.create(&live()).await;
     let made = service.ask(&mission).await;
@@ -548,7 +548,7 @@ async fn a_restart_goes_on_with_what_was_known_and_plans_as_if_nothing_had_been(
         let heard = service.order(&mission, "reports", more).await;
         let after = heard["sequence"].as_u64().expect("is a number");
         service = service.restart().await;
-        // The plan from before is there until the next, which comes by itself.
+        // The previous plan is there until the next, which is made without a request.
         let kept = service.ask(&format!("{mission}/reference")).await;
         assert_eq!(kept["plan"]["outcome"], "ok");
         let next = format!("{mission}/reference?wait_s=5&after={after}");
@@ -560,7 +560,7 @@ async fn a_restart_goes_on_with_what_was_known_and_plans_as_if_nothing_had_been(
         let finished = service.order(&mission, "finish", json!({})).await;
         assert_eq!(finished["status"], "finished");
     }
-    // The last plan is there, and a client does not wait for the next one, which never comes.
+    // The last plan is there; a client does not wait for the next, which never comes.
     let service = service.restart().await;
     let asked = service.clock.now();
     let kept = service.ask(&format!("{mission}/reference?wait_s=60")).await;
@@ -584,7 +584,7 @@ async fn a_restart_goes_on_with_what_was_known_and_plans_as_if_nothing_had_been(
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_request_sent_again_with_its_key_is_carried_out_once() {
+async fn a_repeated_request_with_its_key_is_carried_out_once() {
     let service = Service::start().await;
     let made = service.post_keyed("/v1/missions", &live(), "make").await;
     assert_eq!(made.status, StatusCode::CREATED);
@@ -605,7 +605,7 @@ async fn a_request_sent_again_with_its_key_is_carried_out_once() {
         .post_keyed(&format!("{mission}/finish"), &json!({}), "end")
         .await;
     let service = service.restart().await;
-    // A client that lost the answer gets it, though the mission is over and takes nothing new.
+    // A client that lost the answer gets it, although the mission is over.
     assert_eq!(
         service.post_keyed(&reports, &body, "first").await.json(),
         json!({ "sequence": 2 })
@@ -623,7 +623,7 @@ async fn a_request_sent_again_with_its_key_is_carried_out_once() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn reports_of_which_none_is_acceptable_are_refused_with_the_place_of_each_fault() {
+async fn reports_without_an_acceptable_one_are_refused_with_each_fault_s_place() {
     let service = Service::start().await;
     let mission = service.create(&live()).await;
     let now = service.mission_now(&service.ask(&mission).await);
@@ -665,7 +665,7 @@ async fn reports_of_which_none_is_acceptable_are_refused_with_the_place_of_each_
     let many = json!({ "auvs": { "auv-1": vec![fix(now, 0.0, 0.0); 65] } });
     let refused = service.post(&format!("{mission}/reports"), &many).await;
     assert_eq!(refused.faults()[0].1, "too_long");
-    // Of two with one name, a map would keep one.
+    // A map would keep one of two equal names.
     let twice = format!(
         r#"{{"auvs":{{"auv-1":[{0}],"auv-1":[{0}]}}}}"#,
         fix(now, 0.0, 0.0)
@@ -684,7 +684,7 @@ async fn reports_of_which_none_is_acceptable_are_refused_with_the_place_of_each_
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_report_that_is_rejected_takes_nothing_with_it() {
+async fn a_rejected_report_affects_no_other() {
     let service = Service::start().await;
     let mission = service.create(&live()).await;
     let now = service.mission_now(&service.ask(&mission).await);
@@ -729,7 +729,7 @@ async fn a_report_that_is_rejected_takes_nothing_with_it() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_clock_that_is_wrong_is_told_by_how_many_seconds() {
+async fn a_wrong_clock_is_reported_in_seconds() {
     let service = Service::start().await;
     let mission = service.create(&live()).await;
     for (off, told) in [(1000.0, "ahead of"), (-90_000.0, "behind")] {
@@ -768,7 +768,7 @@ async fn a_clock_that_is_wrong_is_told_by_how_many_seconds() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_wrong_parameter_is_named_of_every_call() {
+async fn every_call_names_a_wrong_parameter() {
     let service = Service::start().await;
     let mission = service.create(&live()).await;
     let faults = async |request: Request<Body>| {
@@ -847,7 +847,7 @@ async fn a_wrong_parameter_is_named_of_every_call() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_a_mission_is_not_made_for_is_a_conflict() {
+async fn a_command_of_another_kind_of_mission_is_a_conflict() {
     let service = Service::start().await;
     let real = service.create(&live()).await;
     let unreal = service.create(&simulated("paper-tracking")).await;
@@ -948,7 +948,7 @@ async fn a_list_of_long_missions_comes_in_short_pages() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_is_deleted_under_its_readers_is_gone_and_not_damaged() {
+async fn a_mission_deleted_during_reads_is_gone_and_not_damaged() {
     let service = Arc::new(Service::start().await);
     for _ in 0..4 {
         let mission = service.create(&live()).await;
@@ -975,7 +975,7 @@ async fn what_is_deleted_under_its_readers_is_gone_and_not_damaged() {
                     let request = Request::get(&path).body(Body::empty()).expect("is a path");
                     let answer = service.router.clone().oneshot(request).await.expect("answers");
                     let status = answer.status();
-                    // A stream or a record may break off: what is written is not whole.
+                    // A stream or a record may end early: it is not whole.
                     let mut pieces = answer.into_body().into_data_stream();
                     while let Some(Ok(_)) = pieces.next().await {}
                     // The test may have seen enough.
@@ -1022,7 +1022,7 @@ fn ids(text: &str) -> Vec<u64> {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_stream_tells_every_event_once_from_where_the_reader_was_to_the_end() {
+async fn a_stream_sends_every_event_once_from_the_reader_s_position_on() {
     let service = Service::start().await;
     let mission = service.create(&short_scenario()).await;
     service.order(&mission, "step", json!({ "ticks": 20 })).await;
@@ -1044,7 +1044,7 @@ async fn a_stream_tells_every_event_once_from_where_the_reader_was_to_the_end() 
     let text = reader.await.expect("does not panic");
     assert_eq!(ids(&text), (8..=last).collect::<Vec<_>>());
     assert!(text.contains("event: finished"));
-    // There is nothing more to come, which keeps a browser from asking for it for ever.
+    // Nothing more comes, which keeps a browser from asking for ever.
     for after in [last, u64::MAX] {
         let over = service.get(&format!("{events}?after={after}")).await;
         assert_eq!(over.status, StatusCode::NO_CONTENT);
@@ -1052,7 +1052,7 @@ async fn a_stream_tells_every_event_once_from_where_the_reader_was_to_the_end() 
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_reader_that_is_too_slow_learns_which_events_it_missed() {
+async fn a_slow_reader_learns_the_numbers_of_missed_events() {
     let service = Service::start().await;
     let mission = service.create(&live()).await;
     let answer = service
@@ -1091,7 +1091,7 @@ async fn a_reader_that_is_too_slow_learns_which_events_it_missed() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_mission_with_too_much_to_do_says_when_to_come_again_and_its_neighbour_feels_nothing() {
+async fn an_overloaded_mission_sends_a_retry_time_and_delays_no_other() {
     let service = Service::start().await;
     let flooded = service.create(&live()).await;
     let neighbour = service.create(&live()).await;
@@ -1122,12 +1122,12 @@ async fn a_mission_with_too_much_to_do_says_when_to_come_again_and_its_neighbour
         assert_eq!(answer.problem()["code"], "mission_behind");
         assert_eq!(answer.headers["retry-after"], "1");
     }
-    // Nothing that was refused was stored, and nothing that was acknowledged was not.
+    // Refused requests are not stored, acknowledged ones are.
     assert_eq!(service.ask(&flooded).await["sequence"], accepted + 1);
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_service_whose_data_directory_is_gone_acknowledges_nothing_and_is_not_ready() {
+async fn a_service_without_its_data_directory_acknowledges_nothing_and_is_not_ready() {
     let service = Service::start().await;
     let (here, away) = (service.data.path(), service.data.path().with_extension("away"));
     fs::rename(here, &away).expect("is there");
@@ -1143,7 +1143,7 @@ async fn a_service_whose_data_directory_is_gone_acknowledges_nothing_and_is_not_
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_service_without_a_place_for_missions_says_how_to_get_one() {
+async fn a_service_without_a_data_directory_names_the_option() {
     let answer = tests::client::send(simulated_machine(), get("/v1/missions")).await;
     assert_eq!(answer.status, StatusCode::SERVICE_UNAVAILABLE);
     assert!(answer.text.contains("--data"), "{}", answer.text);
@@ -1153,7 +1153,7 @@ mod slow {
     use super::*;
 
     #[tokio::test(start_paused = true)]
-    async fn a_simulated_mission_is_the_one_that_the_simulator_flies_by_itself() {
+    async fn a_simulated_mission_equals_the_simulator_s_own() {
         let service = Service::start().await;
         let mission = service.create(&simulated("paper-intermittent")).await;
         assert_eq!(service.ask(&mission).await["status"], "created");
@@ -1169,7 +1169,7 @@ mod slow {
         service.clock.sleep(Duration::from_millis(305)).await;
         let paused = service.order(&mission, "pause", json!({})).await;
         assert_eq!(paused["status"], "paused");
-        // Five plans by steps, the next at once, and one each 10 ms after it; the first was at 0 s.
+        // Five plans by steps, the next at once, then one each 10 ms; the first was at 0 s.
         assert_eq!(paused["t_s"], 35.0);
         service.clock.sleep(Duration::from_millis(100)).await;
         assert_eq!(service.ask(&mission).await["t_s"], paused["t_s"]);
@@ -1194,7 +1194,7 @@ mod slow {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn a_mission_steered_by_a_law_is_the_one_that_the_simulator_flies_and_is_made_again_equal() {
+    async fn a_law_s_mission_equals_the_simulator_s_and_replays_equal() {
         for (name, law) in [
             ("saturated_los", LosLaw::SaturatedLos),
             ("integral_los", LosLaw::Integral),
@@ -1205,7 +1205,7 @@ mod slow {
             new["simulated"]["controller"] = json!(name);
             let mission = service.create(&new).await;
             service.order(&mission, "step", json!({ "ticks": 40 })).await;
-            // A law's memory is made again by flying again what is stored.
+            // A law's memory is restored by flying the stored mission again.
             let service = service.restart().await;
             for _ in 0..4 {
                 service.order(&mission, "step", json!({ "ticks": 60 })).await;
@@ -1217,7 +1217,7 @@ mod slow {
                 gains: parameters.los,
                 integral_gain: parameters.integral_gain,
             };
-            // A little longer than the mission's plans.
+            // Slightly longer than the mission's plans.
             let scenario = Scenario::named("paper-intermittent")
                 .expect("exists")
                 .lasting(300.0);
@@ -1233,12 +1233,12 @@ mod slow {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_simulated_mission_is_paused_before_its_job_has_its_turn_and_loses_no_plan() {
+async fn a_simulated_mission_pauses_before_its_job_begins_and_loses_no_plan() {
     let service = Service::start().await;
     let mission = service.create(&simulated("paper-tracking")).await;
     let step = async || service.order(&mission, "step", json!({ "ticks": 1 })).await;
     let first = step().await["t_s"].as_f64().expect("is a time");
-    // Simulations of others, which are before it.
+    // Earlier simulations of others.
     service.clock.delay_threads(Duration::from_mins(1));
     service.order(&mission, "run", json!({})).await;
     let start = service.clock.now();

@@ -1,6 +1,5 @@
-//! One test for every equation of the paper that the project corrects: the printed form is written out
-//! here, seen to misbehave, and the project's own function seen to behave. `docs/rationale.md#corrections-of-the-source-paper` is
-//! the table that these tests back.
+//! One test for every corrected equation of the paper: the printed form fails, the project's own
+//! function works. The table is `docs/rationale.md#corrections-of-the-source-paper`.
 
 mod path_following;
 mod tracking;

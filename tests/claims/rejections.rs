@@ -1,4 +1,4 @@
-//! Every way to be refused: a problem document, the right status, and the field at fault.
+//! Every refusal: a problem document, the right status, and the field at fault.
 
 use std::{
     sync::atomic::{AtomicBool, Ordering},
@@ -40,7 +40,7 @@ async fn faults_after(change: impl FnOnce(&mut Value)) -> Vec<(String, String)> 
     answer.faults()
 }
 
-/// Puts `value` at `place`, in objects that are made where there are none; none takes away what is there.
+/// Puts `value` at `place`, in new objects where there are none; none removes the member.
 fn put(body: &mut Value, place: &str, value: Option<Value>) {
     let Some((parent, name)) = place.rsplit_once('/') else {
         *body = value.expect("a body is not taken away");
@@ -57,8 +57,8 @@ fn put(body: &mut Value, place: &str, value: Option<Value>) {
     }
 }
 
-/// Each row is a place (`.` for the whole body), what is put there (`absent` for nothing), and the code of the refusal; then, in
-/// any order, where the refusal points to if not there, the limits that it names, and its detail. Two spaces separate cells.
+/// Each row is a place (`.`: the body), the value put there (`absent`: none), and the code of the
+/// refusal; then in any order: another pointer, limits, detail. Two spaces separate cells.
 async fn assert_refused(base: &Value, table: &str) {
     let rows = table.lines().map(str::trim);
     for row in rows.filter(|row| !row.is_empty() && !row.starts_with('#')) {
@@ -103,7 +103,7 @@ async fn assert_refused(base: &Value, table: &str) {
     }
 }
 
-/// Whether the track example is planned for with `value` at `place`.
+/// `true` if the track example is planned with `value` at `place`.
 async fn is_accepted(place: &str, value: Value) -> bool {
     let mut body = example("track");
     put(&mut body, place, Some(value));
@@ -115,7 +115,7 @@ fn fault(pointer: &str, code: &str) -> Vec<(String, String)> {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_is_not_json_is_refused_where_it_breaks() {
+async fn invalid_json_is_refused_at_its_fault() {
     for (body, pointer) in [
         ("", ""),
         ("{", ""),
@@ -181,7 +181,7 @@ async fn a_member_is_refused_by_place_and_reason() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn nothing_hides_a_list_for_an_object_not_even_an_ignored_member() {
+async fn a_list_instead_of_an_object_is_refused_even_beside_ignored_members() {
     let deep = format!("{}{}", "[".repeat(500), "]".repeat(500));
     for junk in ["1e400", deep.as_str()] {
         let mut body = example("track");
@@ -196,7 +196,7 @@ async fn nothing_hides_a_list_for_an_object_not_even_an_ignored_member() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_member_that_stands_twice_is_named() {
+async fn a_repeated_member_is_named() {
     let body = EXAMPLES[0].body.trim_end();
     let twice = format!("{},\"t_s\":1}}", &body[..body.len() - 1]);
     let answer = planned(twice).await;
@@ -207,7 +207,7 @@ async fn a_member_that_stands_twice_is_named() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_name_that_stands_twice_in_metadata_is_named_too_and_so_is_a_flood_of_values() {
+async fn repeated_names_and_too_many_values_in_metadata_are_named() {
     let body = example("track").to_string();
     let with = |metadata: &str| body.replacen('{', &format!("{{\"metadata\":{metadata},"), 1);
     let answer = planned(with(r#"{"a":[{"b":1,"c":2,"b":3}]}"#)).await;
@@ -338,7 +338,7 @@ fn with_everything() -> Value {
 }
 
 #[tokio::test(start_paused = true)]
-async fn no_error_demands_what_was_sent() {
+async fn no_error_demands_the_type_that_was_sent() {
     let whole = with_everything();
     let service = app(simulated_machine());
     let mut n_wrong_types = 0;
@@ -374,7 +374,7 @@ async fn no_error_demands_what_was_sent() {
                 given != "this" && !wanted.starts_with(given),
                 "{place}: {wrong}: {detail}"
             );
-            // What stands there in a whole request is of the type that is asked for.
+            // The member of a whole request has the required type.
             let pointer = error["pointer"].as_str().expect("text");
             let right = match whole.pointer(pointer) {
                 Some(Value::Bool(_)) => "true or false",
@@ -386,7 +386,7 @@ async fn no_error_demands_what_was_sent() {
             assert_eq!(wanted, right, "{place}: {wrong}");
         }
     }
-    // Of more than a hundred places most have six types that they are not of.
+    // Most of over a hundred places have six wrong types.
     assert!(400 < n_wrong_types, "{n_wrong_types}");
 }
 
@@ -427,7 +427,7 @@ async fn every_number_of_a_craft_has_limits() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_plan_that_is_handed_back_is_checked() {
+async fn a_returned_plan_is_checked() {
     let whole = json!({
         "trajectory": [{ "t_s": 119, "north_m": 0, "east_m": 0, "speed_mps": 0.3, "heading_rad": 0 }],
         "goal_course_rad": 0,
@@ -445,7 +445,7 @@ async fn a_plan_that_is_handed_back_is_checked() {
             "drift": { "north_mps": 0.0, "east_mps": 0.1 },
         }],
     });
-    // What is not handed back whole starts anew.
+    // Incomplete plans are ignored.
     for (place, value) in [
         ("", whole.clone()),
         ("/targets", json!(null)),
@@ -487,7 +487,7 @@ async fn a_plan_that_is_handed_back_is_checked() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_goal_must_have_what_its_kind_needs_and_nothing_else() {
+async fn a_goal_has_exactly_the_members_of_its_kind() {
     let crowd: serde_json::Map<_, _> = (0..17).map(|i| (format!("auv-{i}"), json!(1.0))).collect();
     let crowd = json!(crowd);
     let table = format!(
@@ -558,14 +558,14 @@ fn lane() -> Value {
     json!({ "kind": "line", "from": [0.0, 0.0], "to": [50.0, 0.0] })
 }
 
-/// Half a circle, as exact as a client may write it down.
+/// Half a circle, as exact as a client may write it.
 fn turn() -> Value {
     let angle = (std::f64::consts::PI * 1e5).round() / 1e5;
     json!({ "kind": "arc", "from": [50.0, 0.0], "centre": [50.0, 10.0], "angle_rad": angle })
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_path_that_joins_is_accepted_and_forecast_along() {
+async fn a_continuous_path_is_accepted_and_used_in_the_forecast() {
     let mut body = example("track");
     let back = json!({ "kind": "waypoints", "points": [[50, 20], [0, 20], [0, 60]], "fillet_m": 5 });
     body["auvs"][0]["path"] = json!({ "segments": [lane(), turn(), back], "speed_mps": 0.193 });
@@ -737,21 +737,21 @@ async fn a_body_announced_as_too_long_is_refused_before_it_is_read() {
     assert_eq!(answer.status, StatusCode::PAYLOAD_TOO_LARGE, "{}", answer.text);
 }
 
-/// All bytes that a service with these settings answers to those of `request` before it closes the connection.
+/// The service's whole answer to the bytes of `request`, until it closes the connection.
 async fn said(settings: Settings, request: &str) -> String {
     let (mut client, connection) = duplex(1 << 17);
     let service = TowerToHyperService::new(app(settings));
     let serve = http1::Builder::new().serve_connection(TokioIo::new(connection), service);
     client.write_all(request.as_bytes()).await.expect("has room");
     let mut answer = String::new();
-    // An error of the connection is told to the client before.
+    // The client gets an error of the connection before that.
     let (_, read) = tokio::join!(serve, client.read_to_string(&mut answer));
     read.expect("answers and closes");
     answer
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_body_that_comes_too_slowly_is_given_up_before_the_planner_is_asked() {
+async fn a_slow_body_is_refused_before_planning() {
     const LIMIT: Duration = Duration::from_millis(50);
     let settings = Settings {
         body_time_limit: LIMIT,
@@ -770,7 +770,7 @@ async fn a_body_that_comes_too_slowly_is_given_up_before_the_planner_is_asked() 
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_body_that_takes_longer_than_an_answer_may_is_answered_by_a_lower_level() {
+async fn a_body_slower_than_the_deadline_is_answered_by_a_lower_level() {
     let settings = Settings {
         deadline: Duration::from_millis(50),
         ..simulated_machine()
@@ -789,7 +789,7 @@ async fn a_body_that_takes_longer_than_an_answer_may_is_answered_by_a_lower_leve
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_body_of_too_many_pieces_is_refused_however_short_they_are() {
+async fn a_body_of_too_many_pieces_is_refused_even_if_they_are_short() {
     for (n_pieces, status) in [(8_000, StatusCode::OK), (9_000, StatusCode::BAD_REQUEST)] {
         let spaces = (1..n_pieces).map(|_| " ");
         let pieces = spaces.chain([EXAMPLES[0].body]).map(Ok::<_, std::io::Error>);
@@ -800,7 +800,7 @@ async fn a_body_of_too_many_pieces_is_refused_however_short_they_are() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_http_itself_refuses_has_a_status_and_no_body() {
+async fn invalid_http_gets_a_status_without_a_body() {
     for (head, status) in [
         ("this is no HTTP\r\n\r\n".to_owned(), 400),
         (
@@ -904,7 +904,7 @@ fn assert_try_again(answer: &Answer, status: StatusCode, code: &str) {
     assert_eq!(answer.headers["retry-after"], "1");
 }
 
-/// The same request would get the same answer.
+/// The answer to a request that would always fail.
 fn assert_do_not_try_again(answer: &Answer, code: &str) {
     assert_eq!(answer.status, StatusCode::SERVICE_UNAVAILABLE, "{}", answer.text);
     assert_eq!(answer.problem()["code"], code);
@@ -912,7 +912,7 @@ fn assert_do_not_try_again(answer: &Answer, code: &str) {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_request_more_than_the_queue_holds_is_turned_away_and_the_others_are_answered() {
+async fn a_request_beyond_the_queue_is_refused_and_the_others_are_answered() {
     let settings = Settings {
         planners: 1,
         waiting: 1,
@@ -933,7 +933,7 @@ async fn a_request_more_than_the_queue_holds_is_turned_away_and_the_others_are_a
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_deadline_that_no_iteration_can_keep_is_refused_if_nothing_else_will_do() {
+async fn a_deadline_too_short_for_an_iteration_is_refused_without_a_fallback() {
     let mut strict = example("track");
     strict["fallback"] = json!("none");
     strict["deadline_ms"] = json!(20.0);
@@ -980,7 +980,7 @@ fn gives_up(snapshot: &Snapshot, parameters: &Parameters, workspace: &mut Worksp
 }
 
 #[tokio::test(start_paused = true)]
-async fn without_a_solution_the_client_chooses_between_a_lower_fallback_level_and_a_refusal() {
+async fn the_client_chooses_a_fallback_or_a_refusal_without_a_solution() {
     let settings = Settings {
         plan: gives_up,
         ..simulated_machine()
@@ -1047,7 +1047,7 @@ async fn readiness_is_tested_again_after_a_second() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_page_of_another_site_and_another_name_are_told_why() {
+async fn another_origin_and_another_host_get_a_reason() {
     let settings = || Settings {
         hosts: Some(Hosts::default()),
         ..simulated_machine()

@@ -1,4 +1,4 @@
-//! What the service answers when all is well.
+//! Answers of the service to valid requests.
 
 use std::collections::BTreeSet;
 
@@ -26,7 +26,7 @@ async fn every_example_is_planned_and_no_worse_than_line_of_sight() {
         let answer = answered("/v1/plan", example.body).await;
         let plan: wire::PlanResponse = serde_json::from_value(answer).expect("has the shape");
         assert_eq!(plan.outcome, wire::Outcome::Ok, "{}", example.name);
-        // A law that may turn a resting bow at full rate is predicted to do better where the craft begins facing away.
+        // A law with full turn rate from rest is predicted to do better if the craft faces away.
         by_the_program += usize::from(plan.method == wire::Method::Mpc);
         assert!(
             matches!(plan.method, wire::Method::Mpc | wire::Method::SaturatedLos),
@@ -62,7 +62,7 @@ async fn every_example_is_planned_and_no_worse_than_line_of_sight() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn an_explanation_adds_up_to_the_answer_and_is_given_only_where_it_is_asked_for() {
+async fn an_explanation_sums_to_the_answer_and_comes_only_on_request() {
     for example in EXAMPLES {
         let name = example.name;
         let plain = answered("/v1/plan/compare", example.body).await;
@@ -114,9 +114,9 @@ async fn an_explanation_adds_up_to_the_answer_and_is_given_only_where_it_is_aske
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_cannot_be_kept_is_in_the_slack_of_its_limit() {
+async fn an_unattainable_limit_has_slack() {
     let mut body: Value = serde_json::from_str(EXAMPLES[0].body).expect("is JSON");
-    // On top of the craft, which cannot be out of it at once.
+    // On top of the craft, which cannot leave it at once.
     let asc = &body["asc"];
     body["keep_outs"] = json!([{ "north_m": asc["north_m"], "east_m": asc["east_m"], "radius_m": 15 }]);
     let answer = answered("/v1/plan/compare?explain=true", body.to_string()).await;
@@ -145,7 +145,7 @@ async fn what_cannot_be_kept_is_in_the_slack_of_its_limit() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_comparison_says_which_limits_every_law_breaks() {
+async fn a_comparison_names_the_limits_that_every_law_breaks() {
     let mut body: serde_json::Value = serde_json::from_str(EXAMPLES[0].body).expect("is JSON");
     // Between the craft and the AUV that it follows.
     let target = &body["auvs"][0]["state"];
@@ -181,7 +181,7 @@ async fn a_comparison_holds_the_plan_and_the_baseline_that_the_plan_names() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_comparison_has_a_whole_answer_of_every_law_and_says_what_each_starts_without() {
+async fn a_comparison_has_a_whole_answer_of_every_law_and_its_missing_state() {
     let answer = answered("/v1/plan/compare", EXAMPLES[0].body).await;
     let plans = answer["plans"].clone();
     for law in LosLaw::ALL {
@@ -190,7 +190,7 @@ async fn a_comparison_has_a_whole_answer_of_every_law_and_says_what_each_starts_
         assert_eq!(plans[law.name()]["method"], law.name());
         assert_eq!(plan.outcome, wire::Outcome::Ok);
         assert_eq!(plan.solver, None);
-        // It starts where the craft is, as the planner's does.
+        // It starts at the craft, like the planner's.
         let first = &plan.trajectory[0];
         let starts = [first.t_s, first.north_m, first.east_m].map(|value| json!(value));
         let mpc = &plans["mpc"]["trajectory"][0];
@@ -211,7 +211,7 @@ async fn a_comparison_has_a_whole_answer_of_every_law_and_says_what_each_starts_
 }
 
 #[tokio::test(start_paused = true)]
-async fn every_law_is_compared_in_what_the_craft_s_loops_hold() {
+async fn every_law_is_compared_in_the_craft_s_kind_of_reference() {
     let compared = async |held: Value| {
         let mut body = example("cross-current");
         body["craft"] = json!({ "preset": "medusa", "speed_held": held[0], "heading_held": held[1] });
@@ -242,7 +242,7 @@ async fn every_law_is_compared_in_what_the_craft_s_loops_hold() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_batch_answers_each_as_alone_and_one_that_is_wrong_spoils_no_other() {
+async fn a_batch_answers_each_request_as_if_alone() {
     let mut wrong = example("track");
     wrong["asc"]["speed_mps"] = json!(100.0);
     let mut odd = example("track");
@@ -278,7 +278,7 @@ async fn a_batch_answers_each_as_alone_and_one_that_is_wrong_spoils_no_other() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_snapshot_is_looked_at_without_a_plan() {
+async fn a_snapshot_is_validated_without_a_plan() {
     let looked_at = send(simulated_machine(), post("/v1/plan/validate", EXAMPLES[0].body)).await;
     let planned = send(simulated_machine(), post("/v1/plan", EXAMPLES[0].body)).await;
     assert_eq!(looked_at.json()["plan_id"], planned.json()["plan_id"]);
@@ -298,7 +298,7 @@ async fn a_snapshot_is_looked_at_without_a_plan() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn the_same_request_gets_the_same_answer_but_for_the_time_it_took() {
+async fn equal_requests_get_equal_answers_except_for_the_solve_time() {
     let mut answers = Vec::new();
     for _ in 0..3 {
         let mut answer = answered("/v1/plan", EXAMPLES[0].body).await;
@@ -310,7 +310,7 @@ async fn the_same_request_gets_the_same_answer_but_for_the_time_it_took() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_plan_is_named_by_what_the_request_means_and_not_by_how_it_is_written() {
+async fn a_plan_id_depends_on_the_request_s_meaning_alone() {
     let id = async |body: Value| {
         let answer = answered("/v1/plan", body.to_string()).await;
         answer["plan_id"].as_str().expect("has an id").to_owned()
@@ -330,7 +330,7 @@ async fn a_plan_is_named_by_what_the_request_means_and_not_by_how_it_is_written(
 }
 
 #[tokio::test(start_paused = true)]
-async fn metadata_comes_back_as_it_was() {
+async fn metadata_is_returned_unchanged() {
     let metadata = json!({ "run": 7, "nested": { "list": [1, null, "é"] } });
     let mut body = example("midpoint");
     body["metadata"] = metadata.clone();
@@ -348,7 +348,7 @@ async fn a_whole_answer_is_accepted_as_the_previous_plan() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn an_answer_that_leads_out_of_what_is_accepted_is_accepted_back() {
+async fn an_answer_beyond_the_accepted_ranges_is_accepted_back() {
     let most_m = 1.0e6;
     for (north_m, east_m, t_s) in [
         (most_m, most_m, 120.0),
@@ -436,7 +436,7 @@ async fn interactive_documentation_runs_no_script_but_its_own() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn the_openapi_document_says_what_members_mean_for_each_other() {
+async fn the_openapi_document_states_dependencies_of_members() {
     let document = served("/openapi.json").await;
     let schemas = &document["components"]["schemas"];
     let mut n_rules = 0;
@@ -483,7 +483,7 @@ async fn the_openapi_document_says_what_members_mean_for_each_other() {
         angle["minimum"].as_f64(),
         angle["maximum"].as_f64().map(|most| -most)
     );
-    // What the least request says is no default, and what is not there is not null.
+    // The least request gives no defaults, and absent members are not null.
     for place in [
         "Goal/properties/auv/default",
         "Auv/properties/id/default",
@@ -502,7 +502,7 @@ async fn the_openapi_document_says_what_members_mean_for_each_other() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_stale_report_and_an_unknown_current_are_warned_of() {
+async fn a_stale_report_and_an_unknown_current_cause_warnings() {
     let mut body = example("track");
     body["auvs"][0]["state"]["age_s"] = json!(45.0);
     body.as_object_mut().expect("an object").remove("current");
@@ -521,7 +521,7 @@ async fn a_stale_report_and_an_unknown_current_are_warned_of() {
 async fn velocities_that_no_current_explains_are_set_aside_with_a_warning() {
     let mut body = example("track");
     body.as_object_mut().expect("an object").remove("current");
-    // Bow north: velocities through the water are those of the axes.
+    // Bow north: velocities through the water are along the axes.
     body["asc"]["heading_rad"] = json!(0);
     (body["asc"]["speed_mps"], body["asc"]["sway_mps"]) = (json!(1.5), json!(0));
     for (north, east, remembered, taken, warned) in [
@@ -558,7 +558,7 @@ async fn velocities_that_no_current_explains_are_set_aside_with_a_warning() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn raw_fixes_are_answered_with_what_they_amount_to() {
+async fn raw_fixes_are_answered_with_their_estimate() {
     let answer = answered("/v1/plan", example("reports").to_string()).await;
     let estimate = &answer["targets"][0]["estimate"];
     // The sixth is 24 m north and 11 m west of where the vehicle was.
@@ -577,7 +577,7 @@ async fn raw_fixes_are_answered_with_what_they_amount_to() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn every_listed_example_is_served_as_the_file_it_is() {
+async fn every_listed_example_is_served_as_its_file() {
     let list = served("/v1/examples").await;
     let listed = list["examples"].as_array().expect("a list");
     assert_eq!(listed.len(), EXAMPLES.len());
@@ -595,7 +595,7 @@ async fn every_listed_example_is_served_as_the_file_it_is() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn every_listed_craft_is_one_that_a_request_may_describe_and_says_where_it_is_from() {
+async fn every_listed_craft_is_a_valid_description_with_a_source() {
     let list = served("/v1/crafts").await;
     let listed = list["crafts"].as_array().expect("a list");
     assert_eq!(listed.len(), PRESETS.len());
@@ -608,7 +608,7 @@ async fn every_listed_craft_is_one_that_a_request_may_describe_and_says_where_it
 }
 
 #[tokio::test(start_paused = true)]
-async fn health_readiness_and_version_say_what_they_should() {
+async fn health_readiness_and_version_have_their_answers() {
     for (path, expected) in [
         ("/livez", json!({ "status": "live" })),
         ("/readyz", json!({ "status": "ready" })),
@@ -652,14 +652,14 @@ async fn the_page_loads_nothing_from_elsewhere() {
             .contains("://");
         assert!(!names_a_host, "{path}");
     }
-    // What a phone on a boat's link loads once: of every view, pictures of the gallery included. Orders by hand come with the first
-    // live mission.
+    // The first load of a phone: every view, with the pictures of the gallery. Manual orders come
+    // with the first live mission.
     assert!(first_load < 275_000, "{first_load} bytes");
     assert!(documentation < 25_000, "{documentation} bytes");
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_file_of_the_page_comes_once_and_no_cache_keeps_anything_else() {
+async fn a_file_of_the_page_is_cached_and_nothing_else_is() {
     let asked = async |path: &str, if_none_match: Option<&str>| {
         let mut request = get(path);
         if let Some(tags) = if_none_match {
@@ -672,7 +672,7 @@ async fn a_file_of_the_page_comes_once_and_no_cache_keeps_anything_else() {
     for file in page::FILES.iter() {
         let first = asked(file.path, None).await;
         let tag = first.headers[header::ETAG].to_str().expect("is text");
-        // Of the content alone: that of another version of the program has another.
+        // From the content alone: another version of the program has another tag.
         assert_eq!(
             tag,
             format!("\"{}\"", &wire::sha256(file.content.as_bytes())[..32])
@@ -756,7 +756,7 @@ async fn the_openapi_document_lists_every_refusal_of_a_posted_snapshot() {
     }
 }
 
-/// Least and most of "from 0.5 to 100", "from −5 to 20", "from 0 (at once) to 60" or "from 1 to 20,000", if it says so.
+/// Least and most of "from 0.5 to 100", "from −5 to 20", "from 0 (at once) to 60" and such, if any.
 fn range_in(description: &str) -> Option<(f64, f64)> {
     let description = description.replace("10⁶", "1000000");
     let (least, most) = description.split_once("from ")?.1.split_once(" to ")?;
@@ -772,7 +772,7 @@ fn range_in(description: &str) -> Option<(f64, f64)> {
 }
 
 #[tokio::test(start_paused = true)]
-async fn the_openapi_document_has_the_ranges_that_are_checked_and_descriptions_tell_no_others() {
+async fn the_openapi_document_and_descriptions_have_the_checked_ranges() {
     let document = served("/openapi.json").await;
     let schemas = &document["components"]["schemas"];
     let mut n_documented = 0;
@@ -844,7 +844,7 @@ async fn the_documented_defaults_of_the_limits_are_the_ones_used() {
             .next()
             .expect("a default")
             .trim_end_matches('.');
-        // Speeds are limited by a number, everything else by the craft.
+        // A number limits speeds, the craft everything else.
         if let Ok(number) = documented.parse::<f64>() {
             assert!(member.starts_with("speed_"), "{member}: {text}");
             assert_eq!(Some(number), used[member].as_f64(), "{member}: {text}");
@@ -891,7 +891,7 @@ async fn the_documented_defaults_of_the_levers_are_the_ones_used() {
     assert_eq!(usual.steps, steps, "6 of 1, 12 of 2 and 12 of 4");
 }
 
-/// `body` with every position in latitude and longitude, from the origin that it is given.
+/// `body` with every position in latitude and longitude from `origin`.
 fn on_earth(body: &Value, origin: Value) -> Value {
     fn place(datum: &Datum, north: &Value, east: &Value) -> Option<Value> {
         let place = datum.from_local(&Vector2::new(north.as_f64()?, east.as_f64()?));
@@ -935,12 +935,12 @@ fn on_earth(body: &Value, origin: Value) -> Value {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_request_on_earth_is_answered_as_the_same_in_metres() {
+async fn a_request_on_earth_gets_the_answer_of_the_same_in_metres() {
     let plan = async |body: &Value| -> wire::PlanResponse {
         let answer = answered("/v1/plan", body.to_string()).await;
         serde_json::from_value(answer).expect("has the shape")
     };
-    // At the antimeridian and near a pole, too; nearer, the craft's north is not the origin's.
+    // Also at the antimeridian and near a pole; nearer, the craft's north is not the origin's.
     for place in [[38.41, -9.12], [-17.0, 179.9999], [85.0, 30.0]] {
         let origin = json!({ "lat_deg": place[0], "lon_deg": place[1] });
         for example in EXAMPLES {

@@ -1,4 +1,4 @@
-//! What the event store promises, in a file and in PostgreSQL.
+//! Promises of the event store, in a file and in PostgreSQL.
 
 use std::time::Duration;
 
@@ -22,7 +22,7 @@ use tokio::{
     task::yield_now,
 };
 
-/// A place for a store, which is opened again and again.
+/// A place for a store, which is opened several times.
 enum Place {
     /// On a simulated machine.
     File(TempDir, Clock),
@@ -56,7 +56,7 @@ impl Place {
 }
 
 impl Place {
-    /// Changes what is stored, as damage would.
+    /// Changes stored data, like damage.
     fn change(&self, statements: &str) {
         match self {
             Self::File(directory, _) => {
@@ -92,17 +92,17 @@ of_both_stores! {
     waiting_appends_share_a_commit_and_only_a_bad_one_fails
     a_key_belongs_to_one_request
     an_append_out_of_sequence_stores_nothing
-    a_deleted_mission_is_gone_at_once_and_its_number_never_comes_back
-    a_client_that_used_up_its_share_stores_no_more_and_others_still_do
+    a_deleted_mission_is_gone_at_once_and_its_number_is_not_reused
+    a_client_beyond_its_share_stores_nothing_and_others_still_do
     orders_are_listed_page_by_page
     a_closed_store_stores_nothing
-    ages_are_by_a_time_that_is_kept
-    whatever_is_not_as_it_was_stored_is_named
-    a_store_that_is_set_back_while_it_is_open_stores_nothing_more
+    ages_count_from_a_stored_time
+    every_change_of_stored_data_is_named
+    an_open_store_that_is_set_back_stores_nothing_more
     a_store_whose_count_of_probes_falls_was_set_back
 }
 
-/// As of a caller with a token.
+/// Key of a caller with a token.
 const KEY: &str = "caller\0key";
 
 fn keyed(sequence: u64, request: u8, answer: &str) -> Append {
@@ -143,7 +143,7 @@ async fn acknowledged_events_are_there_after_a_restart(place: Place) {
 async fn waiting_appends_share_a_commit_and_only_a_bad_one_fails(place: Place) {
     let store = place.open().await;
     add(&store, append("a", vec![event(1, "one")])).await;
-    // The same number twice in one mission, beside many that are right.
+    // The same number twice in one mission, among many right ones.
     let all = (0..100_u32).map(|k| match k {
         50 => append("a", vec![event(2, "two"), event(2, "again")]),
         _ => append(&format!("m{k}"), vec![event(1, "x"), event(2, "y")]),
@@ -189,7 +189,7 @@ async fn an_append_out_of_sequence_stores_nothing(place: Place) {
     assert_eq!(bodies(&store, "a"), ["one", "two"]);
 }
 
-async fn a_deleted_mission_is_gone_at_once_and_its_number_never_comes_back(place: Place) {
+async fn a_deleted_mission_is_gone_at_once_and_its_number_is_not_reused(place: Place) {
     let store = place.open().await;
     add(&store, append("a", (1..=1200).map(|k| event(k, "x")).collect())).await;
     add(&store, append("b", vec![event(1, "y")])).await;
@@ -217,7 +217,7 @@ async fn a_deleted_mission_is_gone_at_once_and_its_number_never_comes_back(place
     assert_eq!(bodies(&store, "b"), ["y"]);
 }
 
-async fn a_client_that_used_up_its_share_stores_no_more_and_others_still_do(place: Place) {
+async fn a_client_beyond_its_share_stores_nothing_and_others_still_do(place: Place) {
     let made = |mission: &str, caller: &str| Append {
         order: Some(order(caller, "create")),
         room: Room::Half,
@@ -290,7 +290,7 @@ async fn orders_are_listed_page_by_page(place: Place) {
 
 /// Two stores of one database, which make missions at the same time.
 #[tokio::test(flavor = "multi_thread")]
-async fn who_reads_on_after_a_number_misses_nothing_that_two_services_store() {
+async fn a_reader_after_a_number_misses_no_event_of_two_services() {
     const EACH: usize = 100;
     let Some(url) = database() else { return };
     let made = ["one", "two"].map(|caller| {
@@ -328,7 +328,7 @@ async fn a_closed_store_stores_nothing(place: Place) {
     assert_eq!(store.append(append("b", vec![])).await, Err(StoreError::Closed));
 }
 
-async fn ages_are_by_a_time_that_is_kept(place: Place) {
+async fn ages_count_from_a_stored_time(place: Place) {
     let store = place.open().await;
     let finished = Append {
         status: "finished".to_owned(),
@@ -340,7 +340,7 @@ async fn ages_are_by_a_time_that_is_kept(place: Place) {
     let now = store.clock().now_s();
     drop(store);
     let store = place.open().await;
-    // The kernel of the machine of a database counts hundredths of a second.
+    // The kernel of the database's machine counts hundredths of a second.
     assert!(now - 0.1 <= store.clock().now_s());
     let reader = store.reader().expect("opens");
     assert_eq!(reader.is_protected(), Ok(true));
@@ -348,7 +348,7 @@ async fn ages_are_by_a_time_that_is_kept(place: Place) {
     assert_eq!(reader.over_before(now - 60.0).expect("reads"), [""; 0]);
 }
 
-/// What is wrong with each of the missions `a` and `b`, as its readers find it.
+/// Faults in the missions `a` and `b` that readers find.
 fn faults(store: &EventStore) -> Vec<String> {
     let reader = store.reader().expect("opens");
     let found = ["a", "b"].into_iter().flat_map(|id| {
@@ -366,7 +366,7 @@ fn faults(store: &EventStore) -> Vec<String> {
     found
 }
 
-async fn whatever_is_not_as_it_was_stored_is_named(place: Place) {
+async fn every_change_of_stored_data_is_named(place: Place) {
     let store = place.open().await;
     for id in ["a", "b"] {
         let events = (1..=4).map(|k| event(k, &format!("{id}{k}")));
@@ -431,13 +431,13 @@ async fn whatever_is_not_as_it_was_stored_is_named(place: Place) {
         place.change("DELETE FROM snapshots; INSERT INTO snapshots SELECT * FROM whole_states");
         assert_eq!(faults(&store), [""; 0]);
     }
-    // What a restart begins with.
+    // The start of a restart.
     place.change(&format!("UPDATE missions SET summary = {of_b} WHERE number = 1"));
     assert_eq!(faults(&store), a("its summary is not what was stored"));
     store.inspect();
     let found = store.probe().await.expect_err("is damaged");
     assert_eq!(found.to_string(), a("its summary is not what was stored")[0]);
-    // Nothing continues a mission whose last event is another one.
+    // Nothing continues a mission whose last event differs.
     place.change("DELETE FROM events WHERE mission = 1 AND sequence = 4");
     let named = a("its last event, 4, is missing or is not what was stored");
     let refused = store
@@ -458,11 +458,11 @@ async fn whatever_is_not_as_it_was_stored_is_named(place: Place) {
     );
 }
 
-async fn a_store_that_is_set_back_while_it_is_open_stores_nothing_more(place: Place) {
+async fn an_open_store_that_is_set_back_stores_nothing_more(place: Place) {
     let store = place.open().await;
     add(&store, append("a", (1..=3).map(|k| event(k, "x")).collect())).await;
     store.probe().await.expect("is whole");
-    // As it was after event 2.
+    // The state after event 2.
     place.change(
         "DELETE FROM events WHERE sequence = 3; DELETE FROM snapshots;
          UPDATE missions SET sequence = 2, head = (SELECT digest FROM events WHERE sequence = 2)",
@@ -480,7 +480,7 @@ async fn a_store_that_is_set_back_while_it_is_open_stores_nothing_more(place: Pl
     assert_eq!(store.probe().await, Err(refused));
 }
 
-/// As a service finds it that has none of the missions.
+/// Like a service that has none of the missions.
 async fn a_store_whose_count_of_probes_falls_was_set_back(place: Place) {
     let store = place.open().await;
     store.probe().await.expect("is whole");
@@ -489,7 +489,7 @@ async fn a_store_whose_count_of_probes_falls_was_set_back(place: Place) {
     assert!(matches!(refused, StoreError::SetBack(_)), "{refused}");
 }
 
-/// The server refuses each new event, as on a full disk, where rows that are there can be changed.
+/// The server refuses each new event, like a full disk, but changes existing rows.
 #[tokio::test]
 async fn a_database_without_room_for_events_is_not_ready_until_it_has() {
     let Some(url) = database() else { return };
@@ -510,7 +510,7 @@ async fn a_database_without_room_for_events_is_not_ready_until_it_has() {
     place.change("DROP TRIGGER full_disk ON events");
     store.probe().await.expect("has room");
     add(&store, more()).await;
-    // What was tried out is not there.
+    // The attempts left nothing.
     let (missions, _) = store
         .reader()
         .expect("opens")
@@ -555,13 +555,13 @@ async fn a_database_of_the_first_schema_gets_the_digests_of_its_events() {
     add(&store, append("a", vec![event(4, "4")])).await;
 }
 
-/// The store of a service in a database of several, whose lease ends in no test.
+/// The store of a service in a shared database, with a lease beyond the test.
 fn joined(url: &str, name: &str) -> EventStore {
     joined_for(url, name, Duration::from_hours(1))
 }
 
 #[tokio::test]
-async fn a_service_at_the_address_of_another_leaves_it_its_missions() {
+async fn a_service_at_another_s_address_takes_none_of_its_missions() {
     let Some(url) = database() else { return };
     let (one, two) = (joined(&url, "same"), joined(&url, "same"));
     add(&one, append("a", vec![event(1, "made")])).await;
@@ -570,9 +570,9 @@ async fn a_service_at_the_address_of_another_leaves_it_its_missions() {
     add(&one, at_epoch(1, 2)).await;
 }
 
-/// A stranger that is among the services of the database, and answers with a redirect.
+/// A stranger among the services of the database, which answers with a redirect.
 #[tokio::test]
-async fn a_client_s_token_goes_to_no_address_that_only_the_database_names() {
+async fn a_client_s_token_never_goes_to_addresses_from_the_database_alone() {
     let Some(url) = database() else { return };
     let stranger = TcpListener::bind("127.0.0.1:0").await.expect("has a port");
     let address = format!("http://{}", stranger.local_addr().expect("listens"));
@@ -612,7 +612,7 @@ async fn a_client_s_token_goes_to_no_address_that_only_the_database_names() {
     let refused = pause(vec![]).await;
     assert_eq!(refused.problem()["code"], "mission_elsewhere");
     assert!(!heard.is_finished());
-    // The operator names it.
+    // The operator's configuration names it.
     let redirected = pause(vec![address]).await;
     assert!(heard.await.expect("ends").contains("Bearer secret"));
     assert_eq!(redirected.problem()["code"], "mission_unanswered");
@@ -620,7 +620,7 @@ async fn a_client_s_token_goes_to_no_address_that_only_the_database_names() {
 }
 
 #[tokio::test]
-async fn the_database_refuses_what_an_earlier_owner_appends() {
+async fn the_database_refuses_appends_of_an_earlier_owner() {
     let Some(url) = database() else { return };
     let (one, two) = (joined(&url, "one"), joined(&url, "two"));
     add(&one, append("a", vec![event(1, "made")])).await;
@@ -680,7 +680,7 @@ fn a_database_of_a_newer_program_is_refused_and_not_changed() {
     assert_eq!(psql(&url, "SELECT version FROM pilotfish_schema"), "99");
 }
 
-/// Copies once the writers of both places have ended, which is on threads of this machine.
+/// Copies once the writers of both places have ended on their threads.
 async fn copy_at_rest(from: &StorePlace, to: &StorePlace) -> Result<Copied, StoreError> {
     loop {
         match copy(from, to, &Clock::machine()) {
@@ -750,7 +750,7 @@ async fn a_store_moves_to_a_database_and_back() {
 }
 
 #[test]
-fn connections_are_encrypted_to_a_server_whose_certificate_is_trusted() {
+fn connections_are_encrypted_to_a_server_with_a_trusted_certificate() {
     let Some((url, authority)) = database().zip(authority()) else {
         return;
     };

@@ -1,4 +1,4 @@
-//! What the service tells of itself: metrics, logs and traces.
+//! Telemetry of the service: metrics, logs and traces.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -30,7 +30,7 @@ use tracing_subscriber::{filter::LevelFilter, fmt::MakeWriter};
 
 const DASHBOARD: &str = include_str!("../../packaging/grafana-dashboard.json");
 
-/// Every sample by its name and labels, as they are written.
+/// Every sample by its name and labels, as written.
 struct Samples(BTreeMap<String, f64>);
 
 impl Samples {
@@ -53,7 +53,7 @@ impl Samples {
         Self(lines.filter(|line| !line.starts_with("# ")).map(sample).collect())
     }
 
-    /// The sum of the samples of that name whose labels have all of these.
+    /// The sum of the samples of that name with all of these labels.
     fn sum(&self, name: &str, labels: &[&str]) -> f64 {
         let of_name = |sample: &&String| sample.split('{').next() == Some(name);
         let samples = self.0.iter().filter(|(sample, _)| of_name(sample));
@@ -98,7 +98,7 @@ async fn order(service: &Router, path: &str, body: &Value) -> Answer {
     answer
 }
 
-/// A live mission with one AUV, ten times as fast as life, that runs. Its path.
+/// Starts a live mission with one AUV at tenfold speed. Returns its path.
 async fn running(Service { clock, router, .. }: &Service) -> String {
     let live = json!({ "schema_version": "1.0", "live": {
         "auvs": [{ "id": "auv-1" }], "goal": { "kind": "track", "auv": "auv-1" }, "period_s": 1.0, "clock_rate": 10.0,
@@ -139,7 +139,7 @@ fn asked_for() -> BTreeSet<String> {
 }
 
 #[tokio::test(start_paused = true)]
-async fn the_dashboard_asks_for_what_the_service_tells() {
+async fn the_dashboard_queries_existing_metrics() {
     let service = with_missions(simulated_machine()).await;
     order(&service.router, "/v1/plan", &example()).await;
     running(&service).await;
@@ -161,7 +161,7 @@ fn example() -> Value {
 }
 
 #[tokio::test(start_paused = true)]
-async fn plans_and_calls_are_counted_and_no_client_names_a_label() {
+async fn plans_and_calls_are_counted_under_fixed_labels() {
     let service = service::app(simulated_machine());
     order(&service, "/v1/plan", &example()).await;
     let mut hurried = example();
@@ -205,7 +205,7 @@ async fn plans_and_calls_are_counted_and_no_client_names_a_label() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_is_turned_away_is_counted_by_its_reason() {
+async fn refused_requests_are_counted_by_reason() {
     let settings = Settings {
         planners: 1,
         waiting: 0,
@@ -233,11 +233,11 @@ async fn what_is_turned_away_is_counted_by_its_reason() {
     assert_eq!((shed(&["reason=\"admission\""]), shed(&[])), (1.0, 1.0));
 }
 
-/// Whether the craft of the test below follows.
+/// `true` while the craft of the test below follows.
 static FOLLOWS: AtomicBool = AtomicBool::new(true);
 
 #[tokio::test(start_paused = true)]
-async fn missions_are_counted_by_what_becomes_of_them_and_craft_that_do_not_follow() {
+async fn missions_are_counted_by_status_and_by_craft_that_do_not_follow() {
     fn alarming(
         snapshot: &Snapshot,
         parameters: &Parameters,
@@ -271,7 +271,7 @@ async fn missions_are_counted_by_what_becomes_of_them_and_craft_that_do_not_foll
         (missions(&samples, "status=\"running\""), warns(&samples)),
         (1.0, 0.0)
     );
-    // Made, reported to, begun, and planned for.
+    // Creation, report, run and plan.
     assert!(4.0 <= samples.sum("pilotfish_store_events_total", &[]));
     assert!(4.0 <= samples.sum("pilotfish_store_commit_duration_seconds_count", &[]));
 
@@ -293,7 +293,7 @@ async fn missions_are_counted_by_what_becomes_of_them_and_craft_that_do_not_foll
     }
 }
 
-/// What is logged while it is listened to.
+/// The captured log.
 #[derive(Clone, Default)]
 struct Log(Arc<Mutex<Vec<u8>>>);
 
@@ -316,7 +316,7 @@ impl<'a> MakeWriter<'a> for Log {
 }
 
 impl Log {
-    /// Listens at the level of the program, on the test's own thread, which is that of calls and missions.
+    /// Captures at the program's level, on the test's thread, which is that of calls and missions.
     fn listen(&self) -> impl Drop + use<> {
         let subscriber = tracing_subscriber::fmt()
             .with_max_level(LevelFilter::INFO)
@@ -325,7 +325,7 @@ impl Log {
         tracing_subscriber::util::SubscriberInitExt::set_default(subscriber)
     }
 
-    /// The lines that hold all of these.
+    /// The lines with all of these parts.
     fn lines(&self, parts: &[&str]) -> Vec<String> {
         let text = String::from_utf8(self.0.lock().expect("is whole").clone()).expect("is text");
         let holds = |line: &&str| parts.iter().all(|part| line.contains(part));
@@ -341,7 +341,7 @@ fn called(request: Request<Body>, id: &'static str) -> Request<Body> {
 }
 
 #[tokio::test(start_paused = true)]
-async fn calls_and_changes_of_missions_are_logged_with_the_call_that_made_them_and_probes_are_not() {
+async fn calls_and_changes_are_logged_with_their_call_and_probes_are_not() {
     let service = with_missions(simulated_machine()).await;
     let router = &service.router;
     let log = Log::default();
@@ -376,7 +376,7 @@ async fn calls_and_changes_of_missions_are_logged_with_the_call_that_made_them_a
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_trace_goes_on_in_the_log_and_in_the_answer() {
+async fn a_trace_continues_in_log_and_answer() {
     const TRACE: &str = "0af7651916cd43dd8448eb211c80319c";
     let service = service::app(simulated_machine());
     let log = Log::default();
@@ -396,7 +396,7 @@ async fn a_trace_goes_on_in_the_log_and_in_the_answer() {
     }
     assert_eq!(answered[0].split('-').nth(1), Some(TRACE));
     assert_ne!(answered[0].split('-').nth(2), Some("b7ad6b7169203331"));
-    // What is not valid is as if it were not there.
+    // An invalid context counts as absent.
     let own = answered[1].split('-').nth(1).expect("is a context");
     assert!(own.len() == 32 && own != TRACE, "{own}");
     for trace in [TRACE, own] {

@@ -1,4 +1,4 @@
-//! What an answer says of the limits that it breaks.
+//! Violated limits in an answer.
 
 use nalgebra::Vector2;
 use planner::{
@@ -12,8 +12,8 @@ use serde_json::{Map, Value, json};
 use tests::{auv, goals, observation, place, snapshot, state};
 use wire::{Answer, PlanResponse};
 
-/// A craft that breaks every limit of position where it is: inside the one of three discs, outside its area, above an
-/// AUV at the surface and out of range of another.
+/// A craft that violates every limit of position: inside one of three discs, outside its area,
+/// above an AUV at the surface and out of range of another.
 fn amiss() -> PlanRequest {
     let mut scene = observation(goals()[0].clone());
     let disc = |north, radius| KeepOut::new(Vector2::new(north, 0.5), radius);
@@ -27,7 +27,7 @@ fn amiss() -> PlanRequest {
     scene
 }
 
-/// The lists that can break a limit begin with another of theirs.
+/// [`amiss`] with lists of possible violators that begin elsewhere.
 fn listed_from(n: usize) -> PlanRequest {
     let mut scene = amiss();
     scene.keep_outs.rotate_left(n);
@@ -50,7 +50,7 @@ fn of_limit(violations: &[Violation], limit: SoftLimit) -> Violation {
 }
 
 #[test]
-fn a_broken_limit_names_what_breaks_it_wherever_that_is_listed() {
+fn a_broken_limit_names_its_violator_at_any_place_in_the_list() {
     let as_listed = broken(amiss());
     for n in 0..3 {
         let violations = broken(listed_from(n));
@@ -93,7 +93,7 @@ fn a_disc_and_an_auv_at_the_surface_are_distinguished() {
 }
 
 #[test]
-fn the_words_of_answers_are_these() {
+fn the_words_of_answers_are_fixed() {
     assert_eq!(
         json!([
             SoftLimit::ForwardSpeed,
@@ -142,7 +142,7 @@ fn the_words_of_answers_are_these() {
 }
 
 #[test]
-fn the_pointer_of_a_violation_leads_to_what_it_is_about_in_the_request() {
+fn the_pointer_of_a_violation_leads_to_its_member_of_the_request() {
     let snapshot = snapshot(listed_from(2));
     let request = serde_json::to_value(&*snapshot).expect("becomes JSON");
     let parameters = Parameters::default();

@@ -1,7 +1,7 @@
-//! Goals that visit AUVs, in snapshots from all over what is accepted.
+//! Goals that visit AUVs, in random snapshots from the accepted range.
 //!
-//! `FLEETS=10000 cargo test --release -p tests --test claims visits -- --nocapture` tries that many and tells how often the next visit
-//! changes.
+//! `FLEETS=10000 cargo test --release -p tests --test claims visits -- --nocapture` tries that many
+//! and prints how often the next visit changes.
 
 use std::collections::BTreeMap;
 
@@ -18,7 +18,7 @@ fn n_fleets() -> u64 {
     std::env::var("FLEETS").map_or(150, |n| n.parse().expect("FLEETS is a number"))
 }
 
-/// Any of the costs, and any of the optional members or none.
+/// A random cost, with any of the optional members.
 fn visits(auvs: Vec<VehicleId>, now: f64, rng: &mut impl Rng) -> Visits {
     let of_some = |rng: &mut _, value: f64| -> BTreeMap<VehicleId, f64> {
         let named = auvs.iter().filter(|_| RngExt::random::<f64>(rng) < 0.3);
@@ -55,7 +55,7 @@ fn visits(auvs: Vec<VehicleId>, now: f64, rng: &mut impl Rng) -> Visits {
     }
 }
 
-/// What must hold of any schedule.
+/// Checks properties of any schedule.
 fn check(schedule: &Schedule, request: &PlanRequest, seed: u64) {
     let numbers = [schedule.cost, schedule.bound, schedule.gap];
     assert!(
@@ -87,7 +87,7 @@ fn check(schedule: &Schedule, request: &PlanRequest, seed: u64) {
 }
 
 #[test]
-fn whatever_fleet_is_visited_the_schedule_is_finite_in_order_and_the_same_again() {
+fn schedules_of_random_fleets_are_finite_ordered_and_repeatable() {
     let (parameters, mut workspace) = (Parameters::default(), Workspace::default());
     let (mut planned, mut changed, mut refused) = (0, 0, 0);
     for seed in 0..n_fleets() {
@@ -111,7 +111,7 @@ fn whatever_fleet_is_visited_the_schedule_is_finite_in_order_and_the_same_again(
             .as_ref()
             .expect("a goal that visits has a schedule");
         check(schedule, &request, seed);
-        // A second later nothing is new.
+        // A second later everything is the same.
         request.t_s += 1.0;
         request.previous_plan = Some(PreviousPlan::from(&first));
         let Ok(snapshot) = Snapshot::try_from(request.clone()) else {
@@ -120,7 +120,7 @@ fn whatever_fleet_is_visited_the_schedule_is_finite_in_order_and_the_same_again(
         let later = plan(&snapshot, &parameters, &mut workspace);
         let later = later.schedule.as_ref().expect("as before");
         check(later, &request, seed);
-        // A visit that is on may be over.
+        // A visit under way may be over.
         if schedule
             .visits
             .first()

@@ -1,4 +1,4 @@
-//! Voyages of two hundred seeds, and the same voyage twice. `just voyages N` sails more, and longer ones.
+//! Voyages of two hundred seeds, and one voyage twice. `just voyages N` sails more and longer ones.
 
 use std::{
     sync::atomic::{AtomicU64, Ordering},
@@ -51,11 +51,11 @@ fn a_voyage_without_faults_has_no_alarm() {
     sail_all(5..6, Course { is_shared, ..quiet });
 }
 
-/// What cannot be known within 3 s: an AUV with a fix each 5 s is silent; a rudder stays where it is, until the plan asks for another turn.
+/// Faults without evidence within 3 s: no fix of an AUV, a stuck rudder until the next turn.
 const LATER_S: [(Kind, f64); 2] = [(Kind::AuvSilent, 15.0), (Kind::RudderStuck, 5.0)];
 
 #[test]
-fn three_seconds_after_a_fault_nothing_says_that_the_craft_is_steered() {
+fn no_display_reports_steering_three_seconds_after_a_fault() {
     for kind in Kind::SHOWN {
         let only = Some(kind);
         let voyage = sail(1, Course { only, ..COURSE });

@@ -1,4 +1,4 @@
-//! What goes out as JSON comes back as what it was.
+//! JSON that is written is read back equal.
 
 use std::time::Duration;
 
@@ -30,9 +30,9 @@ fn planned(snapshot: &Snapshot) -> Plan {
     plan(snapshot, &Parameters::default(), &mut Workspace::default())
 }
 
-/// Numbers that no decimal fraction is, in every member that a seed draws.
+/// Numbers without a decimal fraction, in every member that a seed draws.
 #[test]
-fn a_request_survives_the_way_through_json_to_the_bit() {
+fn a_request_survives_json_to_the_bit() {
     for seed in 0..200 {
         let request = random::observation(seed);
         assert_eq!(through_json(&request), request, "seed {seed}");
@@ -43,7 +43,7 @@ fn a_request_survives_the_way_through_json_to_the_bit() {
 }
 
 #[test]
-fn an_area_means_the_same_whichever_way_its_corners_are_listed() {
+fn an_area_means_the_same_in_either_order_of_corners() {
     let mut request = plain();
     request.area = vec![[0.0, 0.0], [100.0, 0.0], [120.0, 50.0], [0.0, 80.0]];
     let clockwise = read(&request);
@@ -54,7 +54,7 @@ fn an_area_means_the_same_whichever_way_its_corners_are_listed() {
 }
 
 #[test]
-fn a_range_and_a_bearing_are_another_way_to_say_north_and_east() {
+fn a_range_and_a_bearing_equal_north_and_east() {
     let mut request = plain();
     let text = r#"{ "frame": "polar", "range_m": 20.0, "bearing_rad": -1.5707963267948966 }"#;
     request.goal.offset = Some(serde_json::from_str(text).expect("has the shape"));
@@ -76,7 +76,7 @@ fn weights_mean_the_same_in_any_order() {
     assert_eq!(plan_id(&one), plan_id(&other));
 }
 
-/// Above an AUV that stands still against the current, way through the water is none over ground.
+/// Above an AUV that rests against the current, speed through the water is 0 over ground.
 #[test]
 fn a_reference_over_ground_below_the_slowest_speed_is_named() {
     let station = |speed_held: &str| {
@@ -106,7 +106,7 @@ fn a_reference_over_ground_below_the_slowest_speed_is_named() {
 }
 
 #[test]
-fn two_vehicles_under_one_name_are_named_and_a_fix_that_came_twice_is_one() {
+fn two_vehicles_with_one_name_are_named_and_a_repeated_fix_counts_once() {
     let codes = |reports: Vec<Value>| {
         let request = json!({
             "schema_version": "1.0", "t_s": 1000.0, "auvs": [{ "id": "auv-1", "reports": reports }], "goal": { "kind": "track", "auv": "auv-1" },
@@ -133,7 +133,7 @@ fn two_vehicles_under_one_name_are_named_and_a_fix_that_came_twice_is_one() {
 }
 
 #[test]
-fn what_a_dive_leaves_out_is_unknown_or_the_default_vehicles() {
+fn omitted_members_of_a_dive_are_unknown_or_defaults() {
     let text = r#"{ "depth_min_m": 1.0, "depth_max_m": 23.0, "pitch_rad": 0.873 }"#;
     let mut request = plain();
     request.auvs[0].dive = Some(serde_json::from_str(text).expect("has the shape"));
@@ -142,12 +142,12 @@ fn what_a_dive_leaves_out_is_unknown_or_the_default_vehicles() {
 }
 
 #[test]
-fn limits_that_a_request_leaves_out_are_no_limits_but_of_speed() {
+fn omitted_limits_limit_speed_alone() {
     let mut request = plain();
     request.limits = None;
     let unlimited = read(&request);
     assert_eq!(*unlimited.limits(), Limits::ANY);
-    // The craft does what it can, which its description says.
+    // Its description limits the craft.
     let model = unlimited.craft_model().limits;
     assert_eq!(model.turn_rate_max, Craft::MEDUSA.heading.rate_max);
     assert_eq!(model.acceleration_max, Craft::MEDUSA.surge.acceleration_max);
@@ -163,7 +163,7 @@ fn limits_that_a_request_leaves_out_are_no_limits_but_of_speed() {
 }
 
 #[test]
-fn a_craft_in_json_is_read_as_stated_and_written_as_read() {
+fn a_craft_in_json_is_read_and_written_unchanged() {
     for stated in [
         json!({}),
         json!({
@@ -190,9 +190,9 @@ fn a_craft_in_json_is_read_as_stated_and_written_as_read() {
     assert_eq!(craft, CraftDescription::default());
 }
 
-/// A request that says nothing of the craft but how fast it may turn and gather way means that it does so.
+/// Limits of turn rate and acceleration in a request without a craft describe the craft.
 #[test]
-fn limits_of_a_craft_that_is_not_described_describe_it() {
+fn limits_describe_an_undescribed_craft() {
     let mut request = plain();
     request.craft = None;
     let text = r#"{ "turn_rate_max_radps": 0.25, "acceleration_max_mps2": 0.07, "surge_lag_s": 3.5 }"#;
@@ -216,7 +216,7 @@ fn limits_of_a_craft_that_is_not_described_describe_it() {
         0.06,
         "the generic craft's"
     );
-    // A described craft is limited by them.
+    // They limit a described craft.
     request.craft = Some(serde_json::from_str(r#"{ "preset": "otter" }"#).expect("has the shape"));
     let otter = read(&request);
     let limits = otter.craft_model().limits;
@@ -227,7 +227,7 @@ fn limits_of_a_craft_that_is_not_described_describe_it() {
 }
 
 #[test]
-fn an_answer_handed_back_is_the_plan_that_was_made() {
+fn an_answer_sent_back_equals_its_plan() {
     let snapshot = snapshot(plain());
     let plan = planned(&snapshot);
     let metadata = serde_json::Map::new();
@@ -252,9 +252,9 @@ fn an_answer_handed_back_is_the_plan_that_was_made() {
     assert_eq!(previous, PreviousPlan::from(&plan));
 }
 
-/// An origin is a way to write positions down: references and tracks on Earth are the same from any, plan after plan.
+/// References and tracks on Earth are the same from any origin, plan after plan.
 #[test]
-fn the_answer_on_earth_is_the_same_wherever_the_origin_is() {
+fn an_answer_on_earth_does_not_depend_on_the_origin() {
     let craft = (69.5, 18.0);
     let answers = |lat_deg: f64, lon_deg: f64| {
         let origin = Origin { lat_deg, lon_deg };
@@ -299,7 +299,7 @@ fn the_answer_on_earth_is_the_same_wherever_the_origin_is() {
         answers
     };
     let near = answers(craft.0, craft.1);
-    // The vehicle goes 55 m along its path, whose metres are the frame's: 0.15 % off where the datum is 600 km away.
+    // The vehicle goes 55 m along its path in frame metres, 0.15 % off at 600 km from the datum.
     for (far, metres) in [(answers(69.4, 18.3), 0.001), (answers(68.0, 4.0), 0.1)] {
         for (far, near) in far.iter().zip(&near) {
             assert!(

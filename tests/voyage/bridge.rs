@@ -45,7 +45,7 @@ impl BridgeProcess {
             ..Settings::default()
         };
         if world.course.only.is_some() {
-            // What is shown is that of a bridge as it is installed.
+            // The displays are those of a bridge with default settings.
             let Settings {
                 rate_hz,
                 report_interval,
@@ -116,7 +116,7 @@ impl BridgeProcess {
         self.sea.disconnect();
     }
 
-    /// The network to the service, which loses, delays, doubles and cuts what it carries.
+    /// The network to the service: loses, delays, doubles and cuts messages.
     fn network(&self) -> impl Fn(Call) -> Answering + Send + Sync + 'static {
         let (world, host, sea, rng) = (
             Arc::clone(&self.world),
@@ -165,7 +165,7 @@ impl BridgeProcess {
     }
 }
 
-/// What becomes of a request and its answer.
+/// Fate of a request and its answer.
 #[derive(Clone, Copy, PartialEq)]
 enum Fate {
     Arrives,
@@ -176,7 +176,7 @@ enum Fate {
 }
 
 impl Fate {
-    /// With how late request and answer arrive.
+    /// A fate, with the delays of request and answer.
     fn drawn(rng: &mut ChaCha8Rng, is_bad: bool) -> (Self, [Duration; 2]) {
         let most = if is_bad { 2.0 } else { 0.02 };
         let delays = [(); 2].map(|()| Duration::from_secs_f64(rng.random_range(0.001..most)));

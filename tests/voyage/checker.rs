@@ -1,4 +1,4 @@
-//! What must hold, and the history of a voyage.
+//! The claims, and the history of a voyage.
 
 use std::{
     collections::{BTreeMap, VecDeque},
@@ -10,10 +10,10 @@ use super::{
     faults::{Fault, Kind},
 };
 
-/// Events that are shown of a broken voyage.
+/// Number of events that a broken voyage shows.
 const SHOWN: usize = 20;
 
-/// Every claim, by its name: what is promised, and by which part.
+/// Every claim: its name, and the part with its promise.
 pub const CLAIMS: [(&str, &str); 20] = [
     (
         "limits",
@@ -79,14 +79,14 @@ pub const CLAIMS: [(&str, &str); 20] = [
     ("no alarm", "bridge: without faults there is no alarm"),
 ];
 
-/// Something that happened.
+/// An event.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Entry {
     /// Time since the start, s.
     pub t_s: f64,
-    /// Which part did it.
+    /// The part that acts.
     pub who: &'static str,
-    /// What it did.
+    /// Its action.
     pub what: String,
 }
 
@@ -99,14 +99,14 @@ pub(super) struct Checker {
     digest: DefaultHasher,
     /// Texts in the mission's log and kinds of its events, at the end.
     pub(super) log: Vec<String>,
-    /// For how long references were sent, and for how long of that nothing was missing to call the craft steered, s.
+    /// Durations of sent references and, of these, of steering without a reservation, s.
     pub(super) steered_s: [f64; 2],
 }
 
 impl Checker {
     pub(super) fn note(&mut self, t_s: f64, who: &'static str, what: String) {
         (t_s.to_bits(), who, &what).hash(&mut self.digest);
-        // After a broken claim the history shows what led to it.
+        // After a broken claim, the history shows what led to it.
         if self.broken.is_none() {
             self.last.push_back(Entry { t_s, who, what });
             if SHOWN < self.last.len() {
@@ -135,7 +135,7 @@ impl Checker {
         self.digest.finish()
     }
 
-    /// Claims that each fault is named that came alone, after everything had worked, and that a voyage without faults has no alarm.
+    /// Claims that every isolated fault is named, and that a voyage without faults has no alarm.
     pub(super) fn expect_names(
         &mut self,
         faults: &[Fault],
@@ -183,7 +183,7 @@ impl Checker {
     }
 }
 
-/// What the mission's log says of a fault.
+/// Name of a fault in the mission's log.
 fn name_of(fault: &Fault, is_shared: bool) -> Option<&'static str> {
     let takes = fault.ends_s - fault.begins_s;
     match fault.kind {
@@ -197,7 +197,7 @@ fn name_of(fault: &Fault, is_shared: bool) -> Option<&'static str> {
         Kind::PositionJumped => Some("the position jumped"),
         Kind::NetworkCut => Some("does not answer"),
         Kind::ServiceKilled | Kind::PowerLostAshore if 8.0 < takes && !is_shared => Some("does not answer"),
-        // The other one may have the mission.
+        // The other one may own the mission.
         Kind::ClockSetAshore if 2.0 < fault.size.abs() && !is_shared => Some("clock_set"),
         _ => None,
     }

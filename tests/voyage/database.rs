@@ -1,7 +1,7 @@
 //! The PostgreSQL database that two services share in a voyage.
 //!
-//! The server is another process, and yet a voyage replays to the byte: all services wait for its answers on the one thread, so that
-//! their transactions come one after the other, and no simulated time passes meanwhile.
+//! The server is another process, yet a voyage replays to the byte: all services wait for its
+//! answers on one thread, so transactions follow each other and no simulated time passes.
 
 use std::thread;
 
@@ -10,7 +10,7 @@ use tokio_postgres::{Client, NoTls, SimpleQueryMessage};
 
 use crate::postgres;
 
-/// Notes events that are stored by another service than the owner of their mission. The first makes the mission, which none owns yet.
+/// Notes events from another service than the owner, except the first, which makes the mission.
 const WATCH: &str = "
 CREATE TABLE IF NOT EXISTS strangers (what TEXT NOT NULL);
 CREATE OR REPLACE FUNCTION watch_owner() RETURNS TRIGGER LANGUAGE plpgsql AS $$ DECLARE owner TEXT; BEGIN
@@ -55,7 +55,7 @@ impl Database {
         })
     }
 
-    /// The URL by which a service opens it, and is known to [`WATCH`].
+    /// The URL by which a service opens it, and by which [`WATCH`] knows the service.
     pub(super) fn url_for(&self, service: usize) -> String {
         let name = name(service);
         format!("{}?options=-c%20voyage.service%3D{name}", self.url)
@@ -66,7 +66,7 @@ impl Database {
         &self.url
     }
 
-    /// Watches who stores events, once there are tables.
+    /// Watches the sources of events, once there are tables.
     pub(super) fn watch(&self) {
         self.first(WATCH);
     }
@@ -76,7 +76,7 @@ impl Database {
         self.first("SELECT url FROM missions JOIN services ON services.id = owner_service")
     }
 
-    /// An event that no owner has stored.
+    /// An event from another service than the owner.
     pub(super) fn stranger(&self) -> Option<String> {
         self.first("SELECT what FROM strangers LIMIT 1")
     }
@@ -93,7 +93,7 @@ impl Database {
     }
 }
 
-/// A runtime blocks no thread of another one.
+/// Does `work` on a thread of its own, because a runtime may not block in another one.
 fn blocking<T: Send>(work: impl FnOnce() -> T + Send) -> T {
     thread::scope(|scope| scope.spawn(work).join()).expect("asks")
 }

@@ -1,4 +1,4 @@
-//! What goes wrong, and when.
+//! Faults and their times.
 
 use std::{collections::BTreeMap, fmt};
 
@@ -67,11 +67,11 @@ pub enum Kind {
     DatabaseAnswersLost,
     /// Services reach each other no more.
     ServicesApart,
-    /// The rudder stays where it is. Is not drawn: what follows is seen by the craft's way.
+    /// The rudder is stuck. It is not drawn: the craft's course shows the consequence.
     RudderStuck,
 }
 
-/// With the shortest and longest time, s, and the smallest and largest size.
+/// A kind, its shortest and longest duration, s, and its smallest and largest size.
 type Drawn = (Kind, [f64; 2], [f64; 2]);
 
 const KINDS: [Drawn; 22] = [
@@ -99,7 +99,7 @@ const KINDS: [Drawn; 22] = [
     (Kind::AuvSilent, [10.0, 60.0], [0.0; 2]),
 ];
 
-/// Of services that share a database, in place of [`NOT_SHARED`].
+/// Faults of services that share a database, instead of [`NOT_SHARED`].
 const SHARED: [Drawn; 11] = [
     (Kind::ServiceKilled, [0.5, 25.0], [0.0; 2]),
     (Kind::ServiceKilled, [0.5, 25.0], [0.0; 2]),
@@ -113,7 +113,7 @@ const SHARED: [Drawn; 11] = [
     (Kind::DatabaseAnswersLost, [5.0, 20.0], [2.0, 40.0]),
     (Kind::ServicesApart, [5.0, 30.0], [0.0; 2]),
 ];
-/// What happens to a service with a disk of its own.
+/// Faults of a service with a disk of its own.
 const NOT_SHARED: [Kind; 4] = [
     Kind::ServiceKilled,
     Kind::PowerLostAshore,
@@ -123,9 +123,9 @@ const NOT_SHARED: [Kind; 4] = [
 
 /// Time before the first fault, s: everything is under way.
 const FIRST_S: f64 = 40.0;
-/// Between two faults, s. The longest is enough to see that everything works again.
+/// Time between two faults, s. The longest shows that everything works again.
 const PAUSE_S: [f64; 2] = [8.0, 45.0];
-/// Share of faults that begin before the one before them has ended.
+/// Share of faults that begin before the previous one has ended.
 const OVERLAPS: f64 = 0.2;
 
 /// A fault of a voyage.
@@ -135,9 +135,9 @@ pub(super) struct Fault {
     pub(super) begins_s: f64,
     pub(super) ends_s: f64,
     pub(super) size: f64,
-    /// Which service it strikes.
+    /// The service that it strikes.
     pub(super) service: usize,
-    /// Whether no other fault is active at any time of it, nor shortly before.
+    /// `true` if no other fault is active during it or shortly before.
     pub(super) is_alone: bool,
 }
 
@@ -195,8 +195,8 @@ pub(super) fn schedule(rng: &mut impl Rng, duration_s: f64, n_services: usize) -
 }
 
 impl Kind {
-    /// Those that everybody who watches must see, in the order of a table: a person takes the craft, the autopilot, the bridge and the service are
-    /// dead, the position stays, the rudder stays, no AUV is heard.
+    /// Faults that every display must show, in the order of a table: craft taken over; autopilot,
+    /// bridge and service dead; position frozen; rudder stuck; no AUV heard.
     pub const SHOWN: [Self; 7] = [
         Self::TakenOver,
         Self::WireCut,
@@ -207,8 +207,8 @@ impl Kind {
         Self::AuvSilent,
     ];
 
-    /// How long a bridge may doubt position or heading after the fault, s: one that did not move is believed again after 60 s without
-    /// further evidence.
+    /// Longest doubt of a bridge about position or heading after the fault, s: a position that did
+    /// not move is trusted again after 60 s without further evidence.
     pub(super) fn doubted_s(self) -> f64 {
         match self {
             Self::TwoReceivers | Self::TwoCompasses | Self::PositionFrozen | Self::PositionJumped => 62.0,
@@ -216,7 +216,7 @@ impl Kind {
         }
     }
 
-    /// Whether the other one of two services can do everything.
+    /// `true` if the other of two services can do everything.
     pub(super) fn leaves_another(self) -> bool {
         matches!(
             self,
@@ -224,7 +224,7 @@ impl Kind {
         )
     }
 
-    /// Faults of the same number are not active at the same time.
+    /// A number that faults share which are not active at the same time.
     fn process(self, service: usize) -> usize {
         match self {
             Self::ServiceKilled
@@ -258,14 +258,14 @@ impl fmt::Display for Kind {
     }
 }
 
-/// The faults that are active, since when, and when the last one ended.
+/// The active faults with their begins, and the end of the last one.
 #[derive(Debug, Default)]
 pub(super) struct Now {
     active: BTreeMap<Kind, f64>,
     pub(super) quiet_since_s: f64,
-    /// Whether the operator has paused the mission.
+    /// `true` while the operator pauses the mission.
     pub(super) is_paused: bool,
-    /// When the operator paused it, and ran it again, s.
+    /// Begin and end of the operator's pauses, s.
     pub(super) pauses: Vec<[f64; 2]>,
 }
 
@@ -284,17 +284,17 @@ impl Now {
         self.active.contains_key(&kind)
     }
 
-    /// Since when that fault has been active, s.
+    /// Begin of the fault, s, if it is active.
     pub(super) fn since_s(&self, kind: Kind) -> Option<f64> {
         self.active.get(&kind).copied()
     }
 
-    /// Whether nothing is wrong.
+    /// `true` without an active fault.
     pub(super) fn is_quiet(&self) -> bool {
         self.active.is_empty()
     }
 
-    /// For how long nothing has been wrong, s.
+    /// Time without an active fault, s.
     pub(super) fn quiet_s(&self, t_s: f64) -> f64 {
         if self.active.is_empty() {
             t_s - self.quiet_since_s

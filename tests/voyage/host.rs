@@ -36,26 +36,26 @@ use super::{
 
 /// Longest answer read, bytes.
 const ANSWER_BYTES_MAX: usize = 16 << 20;
-/// Files of a store: SQLite's, and the list of what was acknowledged.
+/// Files of a store: SQLite's, and the list of acknowledged events.
 const WRITE_AHEAD: &str = "missions.sqlite3-wal";
-/// How long a service keeps its missions without an answer of the database: the default of `--lease-s`.
+/// Time for which a service keeps its missions without the database: the default of `--lease-s`.
 const LEASE: Duration = Duration::from_secs(2);
-/// Between two turns of a service.
+/// Time between two turns of a service.
 const TURN: Duration = Duration::from_millis(250);
-/// Until missions without an owner have one: two eighths of a lease after the lease of a service that is gone, and a turn.
+/// Time until missions get another owner: a lease, two eighths of one, and a turn.
 const TAKE_OVER: Duration = Duration::from_millis(2_000 + 500 + 250);
-/// Between services, each way.
+/// Delay between services, each way.
 const BETWEEN: Duration = Duration::from_millis(2);
 
 tokio::task_local! {
-    /// Whether the request that is being answered was forwarded.
+    /// `true` if the request under way was forwarded.
     static FORWARDED: Cell<bool>;
 }
 
-/// How long the writes go on that a power cut tears, s.
+/// Duration of the writes that a power cut tears, s.
 const TORN_S: f64 = 1.2;
 
-/// A request as the service gets it: a POST if it has a body.
+/// A request to the service: a POST if it has a body.
 #[derive(Clone, Debug)]
 pub(super) struct Request {
     pub(super) path: String,
@@ -65,9 +65,9 @@ pub(super) struct Request {
 
 pub(super) struct Host {
     world: Arc<World>,
-    /// On the memory disk: a sync costs nothing, and what a real disk does is tested by real processes.
+    /// On the memory disk, where a sync costs nothing; tests of real processes use a real disk.
     root: TempDir,
-    /// Where two services have their missions.
+    /// The database of two services.
     database: Option<Database>,
     pub(super) n_services: usize,
     state: Mutex<State>,
@@ -77,21 +77,21 @@ pub(super) struct Host {
 
 #[derive(Default)]
 struct State {
-    /// Number of the directory of the store: a kill leaves the last one as it was.
+    /// Number of the store's directory: a kill leaves the previous one unchanged.
     generation: u64,
     running: [Option<Running>; 2],
-    /// What happens to the connections of each service to the database.
+    /// Trouble of each service's connections to the database.
     troubles: [Option<Trouble>; 2],
-    /// Since when each service has not reached the database, s.
+    /// Time at which each service lost the database, s.
     cut_since_s: [Option<f64>; 2],
     mission: Option<String>,
     /// The highest number that a client knows.
     known_last: u64,
-    /// Answers to keys: the events' numbers, and something that was reported in each.
+    /// Answers to keys: the events' numbers, and a member of each report.
     acknowledged: BTreeMap<String, (u64, Option<Value>)>,
-    /// References that clients saw, by the number of their plan.
+    /// References that clients got, by the number of their plan.
     seen: BTreeMap<u64, Value>,
-    /// Digests of events that are known, by number.
+    /// Digests of known events, by number.
     history: BTreeMap<u64, u64>,
 }
 
@@ -177,7 +177,7 @@ impl Host {
         });
     }
 
-    /// Kills the service; with `torn`, in the middle of its next write. What comes to the disk later counts for nothing.
+    /// Kills the service; with `torn`, in the middle of its next write. Later writes do not count.
     pub(super) async fn kill(&self, service: usize, torn: bool) {
         let (running, generation) = {
             let mut state = lock(&self.state);
@@ -206,7 +206,7 @@ impl Host {
         running.missions.close();
     }
 
-    /// Has the service hand its missions over, and end.
+    /// Makes the service hand over its missions and end.
     pub(super) async fn stop(&self, service: usize) {
         let running = lock(&self.state).running[service].take();
         let Some(running) = running else { return };
@@ -216,7 +216,7 @@ impl Host {
         running.store.trouble(Some(Trouble::Cut));
     }
 
-    /// A fault of the database, or of the way to it, begins or ends.
+    /// Begins or ends a fault of the database or its connections.
     pub(super) fn trouble(&self, fault: &Fault, begins: bool) {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "is small")]
         let each = fault.size as u32;
@@ -241,14 +241,14 @@ impl Host {
         }
     }
 
-    /// Whether the other service can take the missions of this one at once.
+    /// `true` if the other service can take this one's missions at once.
     pub(super) fn is_replaced(&self, service: usize) -> bool {
         let state = lock(&self.state);
         let other = 1 - service;
         self.database.is_some() && state.running[other].is_some() && state.troubles[other].is_none()
     }
 
-    /// Claims that the missions of this service have another owner in time.
+    /// Claims that the missions of this service get another owner in time.
     pub(super) async fn expect_taken(self: Arc<Self>, service: usize, kind: Kind) {
         let within = if kind == Kind::ServiceStopped {
             TURN
@@ -257,7 +257,7 @@ impl Host {
         };
         self.world.aboard.sleep(within).await;
         let Some(database) = &self.database else { return };
-        // The other one may have been struck meanwhile.
+        // A fault may have struck the other one meanwhile.
         let quiet_s = self.world.now().quiet_s(self.world.t_s());
         if within.as_secs_f64() <= quiet_s && self.mission().is_some() {
             let owner = database.owner();
@@ -350,7 +350,7 @@ impl Host {
         Ok((status, body))
     }
 
-    /// Takes note of what a client knows from an answer.
+    /// Notes a client's knowledge from an answer.
     fn learn(&self, request: &Request, body: &[u8]) {
         let Ok(answer) = serde_json::from_slice::<Value>(body) else {
             return;
@@ -392,7 +392,7 @@ impl Host {
         reader.expect("the store can be read")
     }
 
-    /// Compares what is stored with what clients know.
+    /// Compares the store with the knowledge of clients.
     fn check_store(&self) {
         let Some(mission) = self.mission() else { return };
         let world = &self.world;
@@ -459,7 +459,7 @@ impl Host {
         }
     }
 
-    /// What the store must hold after the voyage.
+    /// Checks the store after the voyage.
     pub(super) async fn check_at_the_end(self: &Arc<Self>) {
         if self.world.is_broken() {
             return;
@@ -509,7 +509,7 @@ impl Host {
         let replayed = replay(&reader, &mission, &mut |_, _| {})
             .expect("is replayed")
             .expect("is there");
-        // A planner that lied is another one now.
+        // A planner that lied is not the one that replays.
         let lied = planners::has_lied();
         self.world
             .claim("replay", lied || replayed.different.is_empty(), || {
@@ -518,7 +518,7 @@ impl Host {
     }
 }
 
-/// A heading or a text of a request that was accepted.
+/// A heading or a text of an accepted request.
 fn reported(request: &[u8], answer: &Value) -> Option<Value> {
     let request: Value = serde_json::from_slice(request).ok()?;
     let places = ["/asc/0/state/heading_rad", "/notes/0/text"];
@@ -557,8 +557,8 @@ async fn forwarded(
     Ok(response)
 }
 
-/// For how long references were sent by what was said of the steering, and for how long of that without a reservation, s. A word
-/// counts until the next, and for 3 s at most.
+/// Durations of sent references and, of these, of steering without a reservation, s, by the reports
+/// of the steering. Each report counts until the next, for 3 s at most.
 fn steered_s(words: &[Value]) -> [f64; 2] {
     let time = |said: &Value| said["t_s"].as_f64().unwrap_or(0.0);
     let mut steered_s = [0.0; 2];
@@ -587,7 +587,7 @@ fn texts(value: &Value) -> Vec<String> {
     }
 }
 
-/// Whether `wanted` is anywhere in `value`.
+/// `true` if `wanted` is anywhere in `value`.
 fn is_within(value: &Value, wanted: &Value) -> bool {
     value == wanted
         || match value {

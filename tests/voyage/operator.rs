@@ -1,4 +1,4 @@
-//! An operator ashore: writes into the mission's log, and now and then pauses the mission.
+//! An operator ashore: writes to the mission's log and sometimes pauses the mission.
 
 use std::{sync::Arc, time::Duration};
 
@@ -12,9 +12,9 @@ use super::{
     rng,
 };
 
-/// Between two tries.
+/// Time between two tries.
 const RETRY: Duration = Duration::from_millis(500);
-/// Between two tries to read the plan.
+/// Time between two tries to read the plan.
 const READ_AGAIN: Duration = Duration::from_millis(100);
 /// Longest wait for a plan.
 const READ_TIME: Duration = Duration::from_secs(3);
@@ -26,7 +26,7 @@ pub(super) struct Operator {
     host: Arc<Host>,
     rng: ChaCha8Rng,
     key: u64,
-    /// Which service is asked.
+    /// The service for the next request.
     service: usize,
 }
 
@@ -68,7 +68,7 @@ impl Operator {
         }
     }
 
-    /// Somebody else reads the plan, of one service or the other.
+    /// Another person reads the plan from either service.
     pub(super) async fn read(world: Arc<World>, host: Arc<Host>, seed: u64) {
         let mut rng = rng(seed, 5);
         loop {
@@ -82,7 +82,7 @@ impl Operator {
                 key: None,
                 body: None,
             };
-            // As soon as it can be answered: who has just lost a mission may not know it yet.
+            // Tried until it can be answered: a service may not yet know that it lost the mission.
             loop {
                 let asked = world
                     .aboard
@@ -106,7 +106,7 @@ impl Operator {
         };
         loop {
             match self.host.ask(self.service, request.clone()).await {
-                // After a clock was set, its note is of another day: it is not worth a second one.
+                // After a change of the clock, its note has another date, and is not sent again.
                 Ok((status, _)) if status < 500 && status != 429 => return,
                 Ok(_) | Err(_) => {
                     self.service = (self.service + 1) % self.host.n_services;

@@ -1,4 +1,4 @@
-//! The planner of the service: the real one, which mostly has no time for a program, and one that lies.
+//! The planners of the service: the real one, mostly without time for a program, and a lying one.
 
 use std::cell::Cell;
 
@@ -10,9 +10,9 @@ use planner::{
     stop::Stop,
 };
 
-/// Of a voyage with faults one plan in so many solves its program; the others come from the lower levels, in a tenth of the time.
+/// One plan in this many solves its program in a voyage with faults; lower levels need a tenth.
 const SOLVED: u64 = 10;
-/// What a planner that lies wants, m/s.
+/// Speed of a lying planner, m/s.
 const SPEED: f64 = 40.0;
 
 thread_local! {
@@ -22,7 +22,7 @@ thread_local! {
     static SOLVES_ALL: Cell<bool> = const { Cell::new(false) };
 }
 
-/// A voyage begins on this thread. Without faults no plan is degraded.
+/// Begins a voyage on this thread. No plan is degraded without faults.
 pub(super) fn begin(is_nominal: bool) {
     SOLVES_ALL.set(is_nominal);
     LIES.set(false);
@@ -30,17 +30,17 @@ pub(super) fn begin(is_nominal: bool) {
     PLANS.set(0);
 }
 
-/// From now on the planner lies, or no longer does.
+/// Makes the planner lie, or stop lying.
 pub(super) fn lie(lies: bool) {
     LIES.set(lies);
 }
 
-/// Whether it has lied in this voyage.
+/// `true` if it has lied in this voyage.
 pub(super) fn has_lied() -> bool {
     HAS_LIED.get()
 }
 
-/// Plans.
+/// The plan of the current planner.
 pub(super) fn plan(
     snapshot: &Snapshot,
     parameters: &Parameters,

@@ -1,4 +1,4 @@
-//! The boat with its autopilot, the AUV, the wire to the bridge, and what may come over it.
+//! The boat with its autopilot, the AUV, and the wire to the bridge with its messages.
 
 use std::{
     f64::consts::TAU,
@@ -21,38 +21,38 @@ use crate::autopilot::{Boat, GUIDED, HOLD, SYSTEM, frame, place};
 
 /// System number of the AUV.
 pub(super) const AUV: u8 = 101;
-/// Between two steps of the boat, s.
+/// Time between two steps of the boat, s.
 const STEP_S: f64 = 0.1;
 /// Steps of [`Boat::messages`] in one of these.
 const STEPS: u64 = 5;
-/// m/s.
+/// Speed of the AUV, m/s.
 const AUV_SPEED: f64 = 0.5;
-/// Between two fixes of the AUV, s.
+/// Time between two fixes of the AUV, s.
 const FIX_S: f64 = 5.0;
-/// Share of late steps of a voyage without faults, and the latest, s.
+/// Share of late steps in a voyage without faults, and the largest delay, s.
 const LATE_STEPS: f64 = 0.1;
 const LATE_MAX_S: f64 = 0.4;
-/// Share of its fixes that are lost, and what noisy ones are off along either axis, m: what the bridge says of fixes that state nothing.
+/// Share of lost fixes, and σ of noisy ones along either axis, m, as the bridge assumes it.
 const LOST_FIXES: f64 = 0.05;
 const SIGMA_M: f64 = 1.0;
 /// Longest delay of a bad wire, s.
 const DELAY_MAX_S: f64 = 2.0;
-/// After a bad wire, old bytes may still arrive, s.
+/// Time after a bad wire during which old bytes may arrive, s.
 const SETTLED_S: f64 = 8.0;
-/// A craft that is faster has way, m/s.
+/// Speed above which a craft is under way, m/s.
 const WAY: f64 = 0.45;
-/// A second receiver is that far away (north, east), m.
+/// Offset of a second receiver (north, east), m.
 const ELSEWHERE: [f64; 2] = [60.0, -45.0];
 
-/// What the mission allows.
+/// Limits of the mission.
 #[derive(Clone, Copy, Debug)]
 #[expect(clippy::struct_field_names, reason = "each is a maximum")]
 pub(super) struct Limits {
-    /// m/s.
+    /// Speed, m/s.
     pub(super) speed_max: f64,
-    /// rad/s.
+    /// Turn rate, rad/s.
     pub(super) turn_rate_max: f64,
-    /// m/s².
+    /// Acceleration, m/s².
     pub(super) acceleration_max: f64,
 }
 
@@ -65,33 +65,33 @@ pub(super) struct Sea {
 struct State {
     rng: ChaCha8Rng,
     boat: Boat,
-    /// Where the AUV is, (north, east), m, and where it goes, rad.
+    /// Position (north, east), m, and course, rad, of the AUV.
     auv: (Vector2<f64>, f64),
-    /// Whether it lies still for a while now and then, and whether its fixes are off as they claim; else they are exact.
+    /// `stops`: it sometimes rests. `is_noisy`: its fixes err as they claim; else they are exact.
     stops: bool,
     is_noisy: bool,
     fix_due_s: f64,
     step: u64,
-    /// The newest text of the bridge to the ground station, and when its last heartbeat came, s.
+    /// Newest text of the bridge to the ground station, and time of its last heartbeat, s.
     text: String,
     heartbeat_s: f64,
-    /// Bytes for the boat, and when they arrive, s.
+    /// Bytes for the boat, and their times of arrival, s.
     to_boat: Vec<(f64, Vec<u8>)>,
-    /// To the bridge, while there is one.
+    /// Input of the bridge, while there is one.
     input: Option<Input>,
-    /// The position that the boat reports, while it is frozen.
+    /// The reported position of the boat, while it is frozen.
     frozen: Option<Vector2<f64>>,
-    /// What is claimed about the bridge.
+    /// Knowledge of the bridge, for claims.
     known: Known,
 }
 
-/// What the bridge can know, by this process of it.
+/// Knowledge of this process of the bridge.
 #[derive(Default)]
 struct Known {
     heartbeat_left_s: Option<f64>,
-    /// Since when the craft has way, s.
+    /// Time since which the craft is under way, s.
     under_way_since_s: Option<f64>,
-    /// Since when the craft is a person's, s.
+    /// Time since which a person has the craft, s.
     unguided_since_s: Option<f64>,
     wire_bad_s: Option<f64>,
     plan_sequence: u64,
@@ -102,8 +102,7 @@ struct Known {
     has_sent: bool,
 }
 
-/// A boat of its own: with the loops of the stand-in, without lags, or slow; whether the AUV lies still now and then, and whether its
-/// fixes are noisy.
+/// The seed's boat: loops of the stand-in, without lags, or slow. Also `stops` and `is_noisy`.
 fn hull_and_stops(seed: u64) -> (Boat, bool, bool) {
     let mut rng = rng(seed, 9);
     let mut time = || {
@@ -151,7 +150,7 @@ impl Sea {
         }
     }
 
-    /// A bridge starts, which knows nothing.
+    /// Starts a bridge without knowledge.
     pub(super) fn new_bridge(&self) {
         let mut state = lock(&self.state);
         state.known = Known {
@@ -170,7 +169,7 @@ impl Sea {
         lock(&self.state).input = None;
     }
 
-    /// A fault of the boat, of what is aboard or of the planner begins or ends.
+    /// Begins or ends a fault of the boat, its equipment or the planner.
     pub(super) fn change(&self, kind: Kind, begins: bool) {
         let mut state = lock(&self.state);
         match kind {
@@ -206,7 +205,7 @@ impl Sea {
         }
     }
 
-    /// How late the next step is, s: of a voyage without faults, now and then, as on a computer that does other work.
+    /// Delay of the next step, s: sometimes above 0 without faults, like a busy computer's.
     fn late_s(&self) -> f64 {
         let rng = &mut lock(&self.state).rng;
         if self.world.course.is_nominal && rng.random_bool(LATE_STEPS) {
@@ -216,13 +215,13 @@ impl Sea {
         }
     }
 
-    /// Where the ground station stands: the newest text, and for how long the bridge has sent no heartbeat, s.
+    /// State of the ground station: newest text, and time since the bridge's last heartbeat, s.
     pub(super) fn ground_station(&self) -> (String, f64) {
         let state = lock(&self.state);
         (state.text.clone(), self.world.t_s() - state.heartbeat_s)
     }
 
-    /// A step of boat and AUV; what they send, and how late it arrives, s.
+    /// A step of boat and AUV: their messages, with delays, s.
     fn step(&self, step_s: f64) -> (Option<Input>, Vec<(f64, Vec<u8>)>) {
         let t_s = self.world.t_s();
         let still = Vector2::zeros();
@@ -323,7 +322,7 @@ impl Sea {
         (state.input.clone(), pieces)
     }
 
-    /// Takes what the bridge sends, and checks it.
+    /// Takes and checks the messages of the bridge.
     pub(super) fn take(&self, bytes: &[u8]) {
         let t_s = self.world.t_s();
         let mut state = lock(&self.state);
@@ -371,7 +370,7 @@ impl Sea {
             turn_rate_max,
             acceleration_max,
         } = self.limits;
-        // The autopilot's own limits are those of `autopilot`: 2 m/s, 1 m/s², 120°/s.
+        // `autopilot` has limits of its own: 2 m/s, 1 m/s², 120°/s.
         let (speed_max, acceleration_max) = (speed_max.min(2.0), acceleration_max.min(1.0));
         world.claim(
             "limits",
@@ -399,7 +398,7 @@ impl Sea {
         known.sent = Some((t_s, speed, heading));
         (known.sent_s, known.has_sent) = (t_s, true);
 
-        // A bad wire brings old heartbeats and loses new ones.
+        // A bad wire delivers old heartbeats and loses new ones.
         let is_clean = known.wire_bad_s.is_none_or(|bad_s| SETTLED_S < t_s - bad_s);
         let late = if is_clean { 0.3 } else { DELAY_MAX_S + 0.3 };
         let age = known
@@ -441,7 +440,7 @@ impl Sea {
         world.claim("doubts", !is_clean || doubt.is_none(), || format!("{doubt:?}"));
     }
 
-    /// The bridge heard that answer.
+    /// Notes an answer to the bridge.
     pub(super) fn heard_from_service(&self, path: &str, status: u16, body: &[u8]) {
         if !path.contains("/reference") || status != 200 {
             return;
@@ -483,7 +482,7 @@ fn messages(bytes: &[u8]) -> Vec<MavMessage> {
     all
 }
 
-/// What becomes of `bytes` on the wire, and how late it arrives, s.
+/// The pieces of `bytes` after the wire, with their delays, s.
 fn carried(mut bytes: Vec<u8>, is_bad: bool, is_cut: bool, rng: &mut ChaCha8Rng) -> Vec<(f64, Vec<u8>)> {
     if is_cut || bytes.is_empty() {
         return vec![];

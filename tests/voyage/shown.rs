@@ -1,4 +1,4 @@
-//! What those who watch see after one fault: status line, ground station, and the mission as the page reads it.
+//! Displays after one fault: status line, ground station, and the mission on the page.
 
 use std::{
     io,
@@ -18,22 +18,22 @@ use super::{
     sea::Sea,
 };
 
-/// When the fault begins and how long it takes, s: more than a frozen position is believed.
+/// Begin and duration of the fault, s: longer than a frozen position is trusted.
 const BEGINS_S: f64 = 120.0;
 const TAKES_S: f64 = 40.0;
-/// When somebody looks, s after the begin, and after the end.
+/// Times of the looks, s after the begin and after the end.
 const LOOKS_S: [f64; 5] = [-1.0, 1.0, 3.0, 5.0, 15.0];
 /// Length of the voyage, s.
 pub(super) const DURATION_S: f64 = BEGINS_S + TAKES_S + 20.0;
-/// What a status line begins with.
+/// Beginnings of a status line.
 const LINES: [&str; 5] = ["steering", "DEGRADED", "NOT STEERING", "not steering", "waiting"];
 
-/// What was seen at one moment.
+/// Displays at one moment.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Shown {
     /// The fault.
     pub fault: String,
-    /// Whether it has ended.
+    /// `true` after its end.
     pub is_over: bool,
     /// Time since its begin or end, s.
     pub after_s: f64,
@@ -41,20 +41,20 @@ pub struct Shown {
     pub t_s: f64,
     /// The bridge's newest status line.
     pub line: String,
-    /// The newest text to the ground station, and for how long the bridge has sent no heartbeat, s.
+    /// The newest text to the ground station.
     pub text: String,
-    /// As above.
+    /// Time since the bridge's last heartbeat, s.
     pub silent_s: f64,
-    /// The mission as the service has it; none if it does not answer.
+    /// The mission from the service; none without an answer.
     pub mission: Option<Value>,
 }
 
 impl Shown {
-    /// Which of the three says that the craft is steered, without a reservation: status line, ground station, the word in the mission.
+    /// `true` for status line, ground station and mission if they report unreserved steering.
     #[must_use]
     pub fn good(&self) -> [bool; 3] {
         let said = self.mission.as_ref().map(|mission| &mission["steering"]);
-        // What was said before the bridge fell silent is no word of now.
+        // Words from before the bridge's silence do not count.
         let is_alive = self.silent_s < 3.0;
         [
             is_alive && self.line.starts_with("steering,"),
@@ -96,7 +96,7 @@ impl io::Write for Log {
 }
 
 impl Log {
-    /// Takes what this thread logs from now on.
+    /// Takes the log of this thread from now on.
     pub(super) fn listen(&self) -> impl Sized + use<> {
         let text = tracing_subscriber::fmt()
             .with_ansi(false)
@@ -119,7 +119,7 @@ impl Log {
     }
 }
 
-/// Looks at its times.
+/// Looks at the displays at [`LOOKS_S`].
 pub(super) async fn look(
     world: Arc<World>,
     host: Arc<Host>,
@@ -133,7 +133,7 @@ pub(super) async fn look(
         if is_over {
             world.aboard.sleep(Duration::from_secs_f64(wait_s)).await;
             if kind == Kind::BridgeKilled {
-                // Its next process has a terminal of its own.
+                // The next process has a terminal of its own.
                 lock(&log.0).clear();
             }
         }

@@ -1,4 +1,4 @@
-//! The table as comma-separated values (RFC 4180, lines ended by LF): one header line, one line a row.
+//! The table as comma-separated values (RFC 4180, lines end with LF): a header, one line a row.
 
 use std::{
     fmt::Write as _,
@@ -12,11 +12,11 @@ use crate::{
     table::{COLUMNS, Cell, Row},
 };
 
-/// Characters that start a formula in a spreadsheet. A word that starts with one gets an apostrophe before it.
+/// Characters that start a formula in a spreadsheet; a word with one gets an apostrophe before it.
 /// Source: OWASP, "CSV Injection".
 const FORMULA: [char; 6] = ['=', '+', '-', '@', '\t', '\r'];
 
-/// Numbers have the fewest digits that give the same bits back. Unknown values are empty.
+/// Numbers have the fewest digits that give the same bits. Unknown values are empty.
 pub(super) fn write<S: Source>(source: &S, out: &mut impl Write) -> Result<(), S::Error> {
     let mut lines = csv::Writer::from_writer(out);
     let header = COLUMNS.iter().map(|column| column.name);

@@ -4,7 +4,7 @@ use std::{io, path::PathBuf};
 
 use geodesy::NotOnEarth;
 
-/// Why a record was not written.
+/// Reason why a record was not written.
 #[derive(Debug, thiserror::Error)]
 pub enum ExportError {
     /// The name of the file has no known extension.

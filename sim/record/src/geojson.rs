@@ -1,12 +1,12 @@
-//! A record as `GeoJSON` (RFC 7946): a line for each vehicle and the goal, with the times of its points, and paths, discs and
-//! area.
+//! A record as `GeoJSON` (RFC 7946): a line with times for each vehicle and the goal; paths, discs
+//! and area.
 //!
-//! Positions are longitude, latitude and, where an AUV's depth is known, an altitude of minus it, in WGS 84. That
-//! altitude counts from the sea surface, RFC 7946's from the ellipsoid: this sea has no geoid. Lines are not cut at
-//! the antimeridian; their longitudes continue beyond ±180° instead, so that no line runs around the Earth.
+//! Positions are longitude, latitude and, if an AUV's depth is known, minus the depth as altitude,
+//! in WGS 84. This altitude is above the sea surface, RFC 7946's above the ellipsoid: this sea has
+//! no geoid. Lines are not cut at the antimeridian: longitudes continue beyond ±180°.
 //!
-//! The record is read once to find the vehicles and twice for each of them, because a line has one list of points and one of
-//! times, and neither fits into memory.
+//! The record is read once to find the vehicles and twice for each of them: a line has one list of
+//! points and one of times, and neither fits into memory.
 
 use std::{
     collections::{BTreeMap, VecDeque},
@@ -28,8 +28,8 @@ const DEGREE_DECIMALS: i32 = 9;
 /// Decimals of a metre.
 const METRE_DECIMALS: i32 = 3;
 
-/// Number of points held back for sorting by time, because reports arrive late. A report later than as many others keeps its
-/// position. 160 kB.
+/// Number of points held back for sorting by time, because reports arrive late; 160 kB. A report
+/// later than that keeps its position.
 const WINDOW: usize = 4_096;
 
 /// Least number of points of a line (RFC 7946, 3.1.4).
@@ -62,7 +62,7 @@ pub(super) fn write<S: Source>(source: &S, out: &mut impl Write) -> Result<(), S
     Ok(())
 }
 
-/// The local frame's place on Earth, for positions.
+/// Place of the local frame on Earth.
 struct Frame {
     origin: Origin,
     datum: Datum,
@@ -77,7 +77,7 @@ impl Frame {
     /// Longitude and latitude of (north, east), degrees.
     fn degrees(&self, point: &Vector2<f64>) -> [f64; 2] {
         let place = self.datum.from_local(point);
-        // On the datum's side of the antimeridian, so that lines are continuous.
+        // On the datum's side of the antimeridian: lines are continuous.
         let turns = ((place.longitude - self.origin.longitude) / TAU).round();
         let longitude = place.longitude - TAU * turns;
         [longitude, place.latitude].map(|angle| rounded(angle.to_degrees(), DEGREE_DECIMALS))
@@ -167,7 +167,7 @@ impl<S: Source> Chart<'_, S> {
         Ok(())
     }
 
-    /// A JSON list of what `write_place` makes of the track's places, in the order of their times.
+    /// A JSON list of the track's places in order of time, each written by `write_place`.
     fn list<W: Write>(
         &self,
         (kind, id): &Track,
@@ -211,7 +211,7 @@ impl<S: Source> Chart<'_, S> {
         features
     }
 
-    /// Closed, and counter-clockwise seen from above (RFC 7946, 3.1.6).
+    /// A closed ring, counter-clockwise from above (RFC 7946, 3.1.6).
     fn polygon(&self, corners: &[Vector2<f64>]) -> Value {
         let mut ring: Vec<_> = corners.iter().map(|corner| self.frame.degrees(corner)).collect();
         if is_clockwise(corners) {
@@ -233,7 +233,7 @@ impl<S: Source> Chart<'_, S> {
     }
 }
 
-/// Points in the order of their times, unless they are too late.
+/// Points in order of time, except late ones.
 #[derive(Debug, Default)]
 struct Window(VecDeque<TrackPoint>);
 
@@ -250,7 +250,7 @@ impl Window {
     }
 }
 
-/// Whether (north, east) corners go around clockwise seen from above: the signed area is positive.
+/// `true` if (north, east) corners go clockwise seen from above: the signed area is positive.
 fn is_clockwise(corners: &[Vector2<f64>]) -> bool {
     let next = corners.iter().cycle().skip(1);
     let twice_area: f64 = corners.iter().zip(next).map(|(a, b)| a.perp(b)).sum();
@@ -291,7 +291,7 @@ mod tests {
         serde_json::from_value(coordinates.clone()).expect("is a list of positions")
     }
 
-    /// Metres to the east and to the north of the datum, by the ellipsoid's radii at 38.41°.
+    /// Metres east and north of the datum, by the ellipsoid's radii at 38.41°.
     fn metres(point: &[f64]) -> (f64, f64) {
         let radii = (6_360_075.0, 6_386_394.0);
         let latitude = 38.41_f64.to_radians();
@@ -302,7 +302,7 @@ mod tests {
     }
 
     #[test]
-    fn every_kind_has_its_geometry_and_names_its_run() {
+    fn every_kind_has_its_geometry_and_its_run() {
         let features = written(&sample_for_tests::record());
         for (kind, id, geometry) in [
             ("asc", "asc", "LineString"),
@@ -323,7 +323,7 @@ mod tests {
     }
 
     #[test]
-    fn tracks_are_longitude_latitude_and_minus_depth_with_a_time_each() {
+    fn tracks_have_longitude_latitude_minus_depth_and_times() {
         let features = written(&sample_for_tests::record());
         let auv = of_kind(&features, "auv");
         let line = points(&auv["geometry"]["coordinates"]);
@@ -343,7 +343,7 @@ mod tests {
     }
 
     #[test]
-    fn rings_are_closed_and_counter_clockwise_whatever_way_the_corners_were_given() {
+    fn rings_are_closed_and_counter_clockwise_for_either_order_of_corners() {
         let mut record = sample_for_tests::record();
         for _ in 0..2 {
             record.area.reverse();
@@ -362,7 +362,7 @@ mod tests {
                     .windows(2)
                     .map(|pair| 0.5 * (pair[0].0 * pair[1].1 - pair[1].0 * pair[0].1))
                     .sum();
-                // Meridians converge: 1e-4 over 100 m is more than that, and than the rounding.
+                // Meridians converge: 1e-4 over 100 m exceeds that and the rounding.
                 assert!((signed / area - 1.0).abs() < 1e-4, "{kind}: {signed} and {area}");
             }
         }

@@ -1,11 +1,11 @@
-//! Records of missions, live or simulated, as files that other programs open.
+//! Records of missions, live or simulated, as files for other programs.
 //!
 //! ```text
 //! simulated run ┐                                ┌► csv, parquet, ndjson: the table
 //!               ├► Source: entries, each of rows ┼► mcap: the table, poses, the scene, events
 //! mission ──────┘                                └► geojson: tracks and the scene on Earth
 //! ```
-//! [`table`] defines the table; `docs/records.md` documents it for users. Writers stream: no format holds a record in memory.
+//! [`table`] defines the table, `docs/records.md` explains it. No writer holds a record in memory.
 //! [`geodesy`] places the local frame (north, east, m) on Earth.
 
 #![cfg_attr(
@@ -44,7 +44,7 @@ pub const SCHEMA_VERSION: &str = "3";
 /// Size of the write buffer, bytes.
 const PIECE: usize = 64 << 10;
 
-/// Writes the record to `out`. Equal records give equal bytes. After an error, the output is incomplete.
+/// Writes the record to `out`. Equal records give equal bytes. Output is incomplete after an error.
 pub fn write<S: Source>(source: &S, format: Format, out: &mut (impl Write + Send)) -> Result<(), S::Error> {
     let datum = source.origin().as_ref().map(Datum::new).transpose();
     match datum.map_err(ExportError::from)? {
@@ -88,7 +88,7 @@ mod tests {
     use super::{source::plain, *};
 
     #[test]
-    fn the_ending_names_the_format_in_capitals_or_not() {
+    fn the_extension_determines_the_format_in_either_case() {
         for format in Format::ALL {
             let path = format!("some.where/run.2.{format}");
             assert_eq!(Format::of(Path::new(&path)).expect("is known"), format);
@@ -115,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn only_geojson_needs_an_origin_and_says_what_to_do() {
+    fn only_geojson_needs_an_origin_and_its_error_names_the_remedy() {
         let mut record = sample_for_tests::record();
         record.origin = None;
         for format in Format::ALL {
@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn every_position_has_its_place_on_earth_where_the_datum_has_one() {
+    fn every_position_has_latitude_and_longitude_if_the_datum_has() {
         let record = sample_for_tests::record();
         let datum = Datum::new(&record.origin.expect("is there")).expect("is on Earth");
         let mut bytes = vec![];
@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_of_json_and_of_csv_are_the_rows() {
+    fn lines_of_json_and_csv_match_the_rows() {
         let mut record = sample_for_tests::record();
         record.origin = None;
         let written = |format| {

@@ -1,19 +1,19 @@
-//! A record as MCAP: JSON messages with the schemas that Foxglove and Lichtblick draw.
+//! A record as MCAP: JSON messages with the schemas of Foxglove and Lichtblick.
 //!
-//! The frame `world` is east-north-up at the datum: x east, y north, z up, so that z is minus the depth. A
-//! vehicle's frame, named as the vehicle, is x forward, y to port, z up (ROS REP 103).
+//! The frame `world` is east-north-up at the datum: x east, y north, z up. A vehicle's frame, with
+//! the vehicle's name, is x forward, y to port, z up (ROS REP 103).
 //!
 //! | topic | schema | messages |
 //! |---|---|---|
 //! | `/rows` | `pilotfish.Row` | one a row of the table, as in the lines of JSON |
-//! | `/tf` | `foxglove.FrameTransforms` | one a row with a vehicle's position: the vehicle in `world` |
+//! | `/tf` | `foxglove.FrameTransforms` | one a row with a vehicle's position |
 //! | `/{vehicle}/pose` | `foxglove.PoseInFrame` | the same |
 //! | `/{vehicle}/fix` | `foxglove.LocationFix` | the same, if the record has an origin |
-//! | `/scene` | `foxglove.SceneUpdate` | one, with paths, keep-out discs and area, if there are any |
-//! | `/events` | `pilotfish.Event` | of a mission, one an event |
+//! | `/scene` | `foxglove.SceneUpdate` | one, with any paths, keep-out discs and area |
+//! | `/events` | `pilotfish.Event` | one an event of a mission |
 //!
-//! Times are those of the mission's clock, which starts at 0 in a simulated mission and in 1970 in a live one. A message's
-//! publish time is that of the observation, its log time that of the reception by the service.
+//! Times are on the mission's clock, from the start if simulated, from 1970 if live. The publish
+//! time of a message is that of the observation, its log time that of reception by the service.
 
 use std::{
     collections::BTreeMap,
@@ -35,7 +35,7 @@ mod messages;
 mod scene;
 mod schemas;
 
-/// The topic whose messages are the rows of the table.
+/// The topic of the table's rows.
 pub const ROWS: &str = "/rows";
 
 pub(super) fn write<S: Source>(source: &S, out: &mut impl Write) -> Result<(), S::Error> {
@@ -52,7 +52,7 @@ pub(super) fn write<S: Source>(source: &S, out: &mut impl Write) -> Result<(), S
     match written {
         Ok(()) => Ok(log.file.finish().map(drop).map_err(not_written)?),
         Err(error) => {
-            // Without its end, which dropping it would write, the file is recognisably incomplete.
+            // Dropping it would write an end; without one, the file is recognisably incomplete.
             log.file.into_inner();
             Err(error)
         }
@@ -67,19 +67,19 @@ fn not_written(error: McapError) -> io::Error {
     }
 }
 
-/// An open MCAP file. Its index, some hundred bytes a megabyte, is in memory until its end.
+/// An open MCAP file. Its index, some hundred bytes a megabyte, is in memory.
 struct Log<'a, W: Write> {
     file: Writer<NoSeek<W>>,
     datum: Option<&'a Datum>,
-    /// The same, if headings are from true north: in `world`, poses are turned by the convergence.
+    /// The same, if headings are from true north: the convergence turns poses in `world`.
     true_from: Option<&'a Datum>,
     /// The channel of each topic, and the messages on it.
     channels: BTreeMap<String, (u16, u32)>,
 }
 
 impl<'a, W: Write> Log<'a, W> {
-    /// Never seeks, so that `out` may be a pipe. Chunks, indexes, statistics and the summary are on by default,
-    /// compression is not: it would bring C code.
+    /// Never seeks, so `out` may be a pipe. Chunks, indexes, statistics and the summary are on by
+    /// default; compression is off, because it would need C code.
     fn new(out: W, datum: Option<&'a Datum>, true_from: Option<&'a Datum>) -> McapResult<Self> {
         let file = WriteOptions::new()
             .library(concat!("pilotfish ", env!("CARGO_PKG_VERSION")))
@@ -245,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn time_starts_at_nought_and_agrees_within_a_message() {
+    fn times_start_at_zero_and_agree_within_a_message() {
         let file = written(&sample_for_tests::record());
         let poses = messages(&file, "/auv-1/pose");
         let times: Vec<u64> = poses.iter().map(|(time, _)| *time).collect();
@@ -255,7 +255,7 @@ mod tests {
     }
 
     #[test]
-    fn the_rows_are_those_of_the_table_and_events_are_as_they_are() {
+    fn rows_match_the_table_and_events_are_unchanged() {
         let mut record = sample_for_tests::record();
         record.events = vec![
             r#"{"sequence":1,"kind":"ran"}"#,

@@ -1,4 +1,4 @@
-//! Tables as Apache Parquet with Snappy compression: full precision, null for unknown values, metadata as key-value pairs.
+//! Tables as Apache Parquet (Snappy): full precision, null if unknown, metadata as key-value pairs.
 
 use std::{
     borrow::Cow,
@@ -24,7 +24,7 @@ use crate::{
     table::{COLUMNS, Cell, Kind},
 };
 
-/// Rows of a group, which writer and reader hold in memory.
+/// Rows of a group in memory of writer and reader.
 const GROUP: usize = 16_384;
 
 /// Definition levels of an optional column's cells.
@@ -255,7 +255,7 @@ mod tests {
     }
 
     #[test]
-    fn every_cell_comes_back_bit_for_bit_however_the_rows_are_grouped() {
+    fn every_cell_is_read_back_to_the_bit_for_any_grouping() {
         let expected = sample_for_tests::record().rows();
         for (group, groups) in [(1_000, 1), (10, 2), (1, expected.len())] {
             let file = read(group);

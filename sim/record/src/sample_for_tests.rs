@@ -8,8 +8,8 @@ use crate::{
     table::{KNOWN, Row, SURFACE_CRAFT},
 };
 
-/// Three instants of a surface craft and one AUV off Sesimbra. Both go north-east; some of what was known is missing
-/// at times.
+/// Three instants of a surface craft and one AUV off Sesimbra. Both go north-east; some knowledge
+/// is missing at times.
 pub(super) fn record() -> Sample {
     Sample {
         origin: Some(Origin {
@@ -39,7 +39,7 @@ pub(super) struct Sample {
     pub(super) keep_outs: Vec<Disc>,
     pub(super) area: Vec<Vector2<f64>>,
     pub(super) instants: u32,
-    /// JSON of as many events as there are instants, if there are any.
+    /// JSON of one event an instant, if there are any.
     pub(super) events: Vec<&'static str>,
 }
 

@@ -1,9 +1,9 @@
-//! Tables of other programs.
+//! CSV tables of other programs.
 
 use std::borrow::Cow;
 
-/// A CSV table with commas between its columns and points in its numbers, byte for byte, where its first line that is no comment has
-/// tabs or semicolons.
+/// A CSV table with commas between columns and decimal points, byte for byte, if its first line
+/// that is no comment has tabs or semicolons; else the table itself.
 #[must_use]
 pub fn with_commas(table: &[u8]) -> Cow<'_, [u8]> {
     let is_head = |line: &&[u8]| !line.trim_ascii().is_empty() && !line.starts_with(b"#");
@@ -25,7 +25,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_a_table_with_other_separators_is_written_anew_and_its_lines_stay_as_long() {
+    fn only_tables_with_other_separators_change_and_keep_their_length() {
         let plain = b"# a; b\nt,north\n1.5,2;\n";
         assert!(matches!(with_commas(plain), Cow::Borrowed(same) if same == plain));
         for (table, expected) in [

@@ -1,4 +1,4 @@
-//! The source of a record: a simulated run in memory, or a mission's events from their store.
+//! The source of a record: a simulated run in memory, or a mission's stored events.
 
 use std::io;
 
@@ -10,7 +10,7 @@ use crate::{ExportError, table::Row};
 
 /// A record that can be read several times without holding it in memory.
 pub trait Source {
-    /// Why it could not be read or written.
+    /// Reason why it could not be read or written.
     type Error: From<ExportError> + From<io::Error>;
 
     /// Metadata of the record, as names and values.
@@ -19,12 +19,12 @@ pub trait Source {
     /// Position of the datum on Earth, if known.
     fn origin(&self) -> Option<Origin>;
 
-    /// Whether headings are from true north at the vehicle, not from the datum's: those of a simulated world, which is flat, are not.
+    /// `true` if headings are from true north at the vehicle; `false` in a flat simulated world.
     fn has_true_headings(&self) -> bool {
         false
     }
 
-    /// What does not move.
+    /// The fixed things.
     fn scene(&self) -> Scene<'_> {
         Scene::default()
     }
@@ -108,11 +108,11 @@ pub struct Entry<'a> {
     pub logged_s: f64,
     /// The event in JSON, with its number; none in a simulated run.
     pub event: Option<&'a [u8]>,
-    /// What was observed.
+    /// The observations.
     pub rows: Vec<Row<'a>>,
 }
 
-/// What does not move. Points are (north, east), m.
+/// Fixed things. Points are (north, east), m.
 #[derive(Clone, Debug, Default)]
 pub struct Scene<'a> {
     /// The AUVs' ids and paths.

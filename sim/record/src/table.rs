@@ -127,7 +127,7 @@ impl<'a> Row<'a> {
     }
 }
 
-/// An object without members for unknown values: the viewers' schemas have one type a member, so null is not possible.
+/// An object without members for unknown values: viewers' schemas have one type a member, not null.
 impl Serialize for Row<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut members = serializer.serialize_map(None)?;
@@ -148,7 +148,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_documents_table_is_that_of_the_code() {
+    fn the_documented_table_matches_the_code() {
         let document = include_str!("../../../docs/records.md");
         let lines = document
             .lines()

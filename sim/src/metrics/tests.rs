@@ -3,7 +3,7 @@ use planner::{angle::Heading, snapshot::Limits};
 use super::*;
 use crate::record::{AuvReference, Bounds, KnownSurfaceCraft, Service};
 
-/// A craft `north` metres ahead of a goal at the datum, once a second; one AUV 3 m below the datum.
+/// One row a second: a craft `north` metres ahead of a goal at the datum, an AUV 3 m below it.
 fn record(north: &[f64]) -> Record {
     let row = |(k, north): (u32, &f64)| Row {
         time: f64::from(k),
@@ -82,7 +82,7 @@ fn surface_craft_metrics(record: &Record) -> SurfaceCraftMetrics {
 }
 
 #[test]
-fn distances_are_summed_up_as_by_hand() {
+fn distance_metrics_match_a_calculation_by_hand() {
     let metrics = surface_craft_metrics(&record(&[6.0, 8.0, 0.0, 1.0]));
     assert!((metrics.rms_m - (101.0_f64 / 4.0).sqrt()).abs() < 1e-12);
     assert!((metrics.mean_m - 15.0 / 4.0).abs() < 1e-12);
@@ -91,13 +91,13 @@ fn distances_are_summed_up_as_by_hand() {
         (metrics.settled_rms_m - 0.5_f64.sqrt()).abs() < 1e-12,
         "rows from 2 s on"
     );
-    // Slant range 5 m over a depth of 3 m: 4 m and less.
+    // A slant range of 5 m at a depth of 3 m is a horizontal distance of 4 m.
     assert_eq!(metrics.time_in_range_s.into_values().collect::<Vec<_>>(), [2.0]);
     assert!((metrics.energy_j - 3.0).abs() < 1e-12 && (metrics.heading_travel_rad - 0.3).abs() < 1e-12);
 }
 
 #[test]
-fn a_solve_time_is_one_that_was_measured() {
+fn solve_times_are_reported_only_if_measured() {
     let mut record = record(&[0.0; 200]);
     assert_eq!(surface_craft_metrics(&record).solve_ms_p50, None);
     for k in 0..200_u32 {
@@ -111,13 +111,13 @@ fn a_solve_time_is_one_that_was_measured() {
 }
 
 #[test]
-fn ninety_five_percent_of_the_rows_stay_under_p95() {
+fn p95_is_the_nearest_rank() {
     let north: Vec<f64> = (1..=100).map(f64::from).collect();
     assert_eq!(surface_craft_metrics(&record(&north)).p95_m, 95.0);
 }
 
 #[test]
-fn separate_excursions_count_separately_and_by_their_worst() {
+fn each_excursion_counts_once_and_the_worst_excess_is_kept() {
     let mut record = record(&[0.0; 6]);
     assert_eq!(surface_craft_metrics(&record).violations, Violations::default());
     let most = Limits::MEDUSA.turn_rate_max;
@@ -138,7 +138,7 @@ fn separate_excursions_count_separately_and_by_their_worst() {
 }
 
 #[test]
-fn bounds_are_judged_by_where_the_craft_truly_was() {
+fn bounds_are_judged_by_the_true_position() {
     // The craft is 4, 0 and −6 m north of the AUV, which is 3 m deep; energy grows by 1 J a row.
     let mut record = record(&[4.0, 0.0, -6.0]);
     let square = [(-5.0, -5.0), (-5.0, 5.0), (5.0, 5.0), (5.0, -5.0)];
@@ -202,7 +202,7 @@ fn an_auv_is_measured_against_its_path() {
 }
 
 #[test]
-fn visits_are_counted_as_they_begin_and_costs_only_while_a_vehicle_is_alive() {
+fn visits_count_at_their_beginning_and_costs_only_of_living_vehicles() {
     let mut record = record(&[0.0; 6]);
     assert_eq!(Metrics::of(&record).surface_craft.expect("has one").visits, None);
     record.auv_ids.push("auv-2".into());

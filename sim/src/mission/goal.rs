@@ -41,10 +41,11 @@ impl TrueGoal {
         }
     }
 
-    /// Its present position (north, east), m. Calls must be in order of time, because a goal at rest keeps its course.
+    /// Its present position (north, east), m. A goal at rest keeps its course: call in order of
+    /// time.
     ///
-    /// A goal that visits has no truth of its own: it is where the guide goes, `serves` being the vehicle, and without that the
-    /// nearest of its vehicles.
+    /// A goal that visits is at the vehicle `serves`, or without that at the nearest of its
+    /// vehicles.
     pub(crate) fn position(&mut self, world: &World, serves: Option<usize>) -> Vector2<f64> {
         let followed = followed(&self.goal, world, serves);
         if SPEED_AT_REST <= followed.velocity.norm() {
@@ -131,7 +132,7 @@ fn ground_velocity(auv: &SimulatedAuv, world: &World) -> Vector2<f64> {
     auv.ground_track(world.time(), &current).0
 }
 
-/// Index of the vehicle to follow `elapsed` s after the epoch, for half-open intervals [k T, (k + 1) T).
+/// Index of the vehicle to follow `elapsed` s after the epoch; interval k is [k T, (k + 1) T).
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_possible_wrap,
@@ -148,7 +149,7 @@ mod tests {
     use planner::snapshot::Visits;
 
     #[test]
-    fn the_goal_changes_hands_at_the_dwell_and_not_after_it() {
+    fn an_intermittent_goal_changes_vehicle_exactly_at_the_dwell() {
         assert_eq!(
             [0.0, 239.9, 240.0, 479.9, 480.0].map(|t| in_turn(t, 240.0, 2)),
             [0, 0, 1, 1, 0]
@@ -161,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn a_goal_that_visits_is_where_its_guide_goes_or_else_the_nearest_vehicle() {
+    fn a_visiting_goal_is_the_served_or_else_the_nearest_vehicle() {
         let world = world();
         let auvs: Vec<_> = world.auvs.iter().map(|auv| auv.id.clone()).collect();
         let mut goal = TrueGoal::of(Goal::Visit(Visits::new(auvs)), None);
@@ -179,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn of_two_vehicles_at_the_surface_every_mean_and_the_nearest_place_are_between_them() {
+    fn means_and_smallest_range_of_two_vehicles_at_the_surface_lie_between_them() {
         let mut world = world();
         let auvs: Vec<_> = world.auvs.iter().map(|auv| auv.id.clone()).collect();
         for auv in &mut world.auvs {
@@ -204,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn an_offset_turns_with_its_vehicle_and_stays_where_that_stops() {
+    fn an_offset_turns_with_its_vehicle_and_keeps_its_direction_at_rest() {
         let mut world = world();
         let auv = world.auvs[0].id.clone();
         let by = Vector2::new(4.0, -7.0);

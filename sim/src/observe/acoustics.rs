@@ -1,12 +1,12 @@
-//! Acoustic messages of the underwater vehicles: each transmits in its time slot, sound takes time to arrive, and some
-//! messages are lost.
+//! Acoustic messages of the underwater vehicles: each transmits in its time slot, sound takes time
+//! to arrive, and some messages are lost.
 //!
 //! ```text
 //! slot begins → travels range / c → first sound arrives → latency → fix
 //!               range > range_max: does not arrive; two at once: both destroyed; by chance: lost
 //! ```
-//! The position in a fix is the vehicle's position at transmission as measured by the surface craft. Depth, course, speed,
-//! rate of turn and direction of the dive are the vehicle's telemetry.
+//! The position in a fix is the vehicle's position at transmission as measured by the surface
+//! craft. Depth, course, speed, rate of turn and direction of the dive are telemetry.
 
 use nalgebra::Vector2;
 use planner::angle::Course;
@@ -19,8 +19,8 @@ mod setup;
 
 pub use setup::AcousticsSetup;
 
-/// Largest number of a vehicle's messages that are under way or not yet received. A valid setup has at most 46 (a frame of
-/// 1 s, 20 km at 1400 m/s, a latency of 30 s).
+/// Largest number of a vehicle's messages under way or not yet received. A valid setup has at most
+/// 46 (a frame of 1 s, 20 km at 1400 m/s, a latency of 30 s).
 const QUEUE_PER_VEHICLE: usize = 64;
 
 /// The state of an underwater vehicle at transmission.
@@ -36,7 +36,7 @@ pub struct Telemetry {
     pub speed: f64,
     /// Rate of turn of the course, rad/s, positive clockwise.
     pub turn_rate: f64,
-    /// Whether its nose is down.
+    /// `true` while its nose is down.
     pub descending: bool,
 }
 
@@ -47,16 +47,16 @@ pub struct Fix {
     pub vehicle: usize,
     /// Time of transmission, to which its content refers, s.
     pub sent_at: f64,
-    /// Time of the fix, s. Minus `sent_at` and the latency, it is the travel time of the slant range.
+    /// Time of the fix, s; less `sent_at` and the latency, the travel time of the slant range.
     pub heard_at: f64,
-    /// The state at `sent_at`: the position as measured; depth, course and speed (never negative) as telemetered; the
-    /// rate of turn and whether its nose is down without error.
+    /// State at `sent_at`: position as measured; depth, course and speed (never negative) with
+    /// noise; rate of turn and `descending` exact.
     pub telemetry: Telemetry,
-    /// Assumed σ of the position along either axis, m. It does not include outliers.
+    /// Assumed σ of the position along either axis, m, without outliers.
     pub sigma: f64,
 }
 
-/// Counts of messages. A sent message is counted a second time when its fate is known.
+/// Counts of messages. A sent message is counted again when its fate is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MessageCounts {
     /// Transmitted.
@@ -92,7 +92,7 @@ pub struct Acoustics {
 #[derive(Clone, Copy, Debug)]
 struct Message {
     fix: Fix,
-    /// When its first sound arrives, s.
+    /// Arrival of its first sound, s.
     arrival: f64,
     fate: Fate,
 }
@@ -110,9 +110,9 @@ struct SlotNoise {
     depth: f64,
     course: f64,
     speed: f64,
-    /// Uniform in [0, 1): below the share of outliers it is one.
+    /// Uniform in [0, 1): an outlier below the share of outliers.
     outlier: f64,
-    /// Uniform in [0, 1): below the probability of loss it is lost.
+    /// Uniform in [0, 1): lost below the probability of loss.
     loss: f64,
 }
 
@@ -131,7 +131,7 @@ impl SlotNoise {
 }
 
 impl Acoustics {
-    /// A channel without messages. `period` is the length of a step, s, at most that of a frame.
+    /// A channel without messages. `period` is the length of a step, s, at most a frame.
     #[must_use]
     pub fn new(setup: &AcousticsSetup, period: f64, rng: ChaCha8Rng) -> Self {
         let frame_steps = whole_steps(setup.frame, period).max(1);
@@ -152,14 +152,14 @@ impl Acoustics {
         }
     }
 
-    /// Transmits the messages of the vehicles whose slot begins at step number `step`, at time `step · period`. Call it once for
-    /// each step, in order; `all_telemetry` and `silent` are in the scenario's order.
+    /// Transmits the messages of the vehicles whose slot begins at `step`, at time `step · period`.
+    /// Call it for each step in order; `all_telemetry` and `silent` are in the scenario's order.
     ///
-    /// The slant range to the surface craft is taken when the message leaves: before it arrives, two vehicles
-    /// of 1.5 m/s change the range by 0.2 % at most.
+    /// The slant range is that at transmission: before the sound arrives, two vehicles of 1.5 m/s
+    /// change it by 0.2 % at most.
     ///
-    /// Every slot draws the same number of random numbers, also if it is silent or out of range. Two runs with one seed
-    /// therefore have the same noise, although their surface craft move differently.
+    /// Every slot draws the same random numbers, even if silent or out of range: two runs with one
+    /// seed have the same noise, although their surface craft move differently.
     pub fn step(
         &mut self,
         step: u32,
@@ -209,7 +209,7 @@ impl Acoustics {
         self.counts
     }
 
-    /// The fix of the surface craft if the message is received.
+    /// The fix that the surface craft gets if it receives the message.
     fn fix(&self, vehicle: usize, sent_at: f64, range: f64, telemetry: &Telemetry, noise: &SlotNoise) -> Fix {
         let setup = &self.setup;
         let spread = if noise.outlier < setup.outlier_share {
@@ -253,8 +253,8 @@ impl Acoustics {
                 Fate::Received
             },
         };
-        // Every message that this one can collide with is still pending: it is received after its last sound arrives, and
-        // so after this transmission. A lost message is not decoded, but as loud.
+        // Every message that this one can collide with is still pending: it is received after its
+        // last sound, hence after this transmission. A lost message is not decoded, but as loud.
         for other in &mut self.pending {
             if (other.arrival - message.arrival).abs() < setup.slot_length {
                 other.collide();
@@ -280,7 +280,7 @@ impl Message {
     }
 }
 
-/// The nearest whole number of steps to `duration`: 10 s are 100 steps of 0.1 s, although 0.1 is not a binary fraction.
+/// Number of steps nearest to `duration`: 10 s are 100 steps, although 0.1 is no binary fraction.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,

@@ -1,4 +1,4 @@
-//! Normal random numbers at a fixed price, and how an error is added.
+//! Normal random numbers, each pair from two uniform ones, and their addition to a truth.
 
 use std::f64::consts::TAU;
 
@@ -6,24 +6,23 @@ use nalgebra::Vector2;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-/// Two independent standard normal numbers for exactly two uniform ones; none is larger than 8.6 in size,
-/// √(2 · 53 ln 2).
+/// Two independent standard normal numbers from exactly two uniform ones, each within ±8.6, √(2 ·
+/// 53 ln 2).
 ///
 /// ```text
 /// z = √(−2 ln u₁) [cos 2πu₂, sin 2πu₂]
 /// ```
-/// Source: Box and Muller, "A note on the generation of random normal deviates", 1958. Faster methods
-/// reject, and so take more uniform numbers on some draws than on others: a stream that two runs share
-/// would then depend on what was drawn before.
+/// Source: Box and Muller, "A note on the generation of random normal deviates", 1958. Faster
+/// methods reject numbers, so a stream that two runs share would depend on earlier draws.
 pub(super) fn normal_pair(rng: &mut ChaCha8Rng) -> Vector2<f64> {
-    // Uniform numbers are in [0, 1); the logarithm wants (0, 1].
+    // Uniform numbers are in [0, 1); the logarithm needs (0, 1].
     let u_1 = 1.0 - rng.random::<f64>();
     let u_2 = rng.random::<f64>();
     let (sin, cos) = (TAU * u_2).sin_cos();
     Vector2::new(cos, sin) * (-2.0 * u_1.ln()).sqrt()
 }
 
-/// `truth + error`, and the very bits of `truth` where there is no error (−0 + 0 is +0).
+/// `truth + error`, or the bits of `truth` without an error (−0 + 0 is +0).
 pub(super) fn disturbed(truth: f64, error: f64) -> f64 {
     if error == 0.0 { truth } else { truth + error }
 }
@@ -49,7 +48,7 @@ mod tests {
     }
 
     #[test]
-    fn the_shares_inside_one_two_and_three_sigma_are_those_of_the_normal_distribution() {
+    fn shares_within_one_two_and_three_sigma_match_the_normal_distribution() {
         // Tabulated. Four standard deviations of a share p over n draws: 4 √(p (1 − p) / n).
         for (sigmas, expected) in [(1.0, 0.682_689_5_f64), (2.0, 0.954_499_7), (3.0, 0.997_300_2)] {
             let bound = 4.0 * (expected * (1.0 - expected) / f64::from(DRAWS)).sqrt();

@@ -1,4 +1,4 @@
-//! Own sensors of the surface craft: satellite navigation, compass, speed log, and dead reckoning without satellites.
+//! Own sensors of the surface craft: GNSS, compass, speed log, and dead reckoning without GNSS.
 
 use nalgebra::Vector2;
 use planner::{
@@ -9,18 +9,17 @@ use rand_chacha::ChaCha8Rng;
 
 use super::noise::{disturbed, disturbed_vector, normal_pair};
 
-/// Time over which dead reckoning averages the current while there are satellites, s. Assumption: far
-/// longer than the second between two looks, over which the noise is white, and far shorter than the
-/// hours in which a tidal current changes.
+/// Time over which dead reckoning averages the current while GNSS works, s. Assumption: far longer
+/// than the second between two measurements, whose noise is white; far shorter than a tide's hours.
 const CURRENT_MEMORY: f64 = 30.0;
 
-/// Errors of the surface craft's own sensors. Every σ is a standard deviation; 0 means without error.
+/// Errors of the surface craft's own sensors. Each σ is a standard deviation; 0 means no error.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SensorSetup {
     /// σ of the satellite position along north and along east, m.
     pub position_sigma: f64,
-    /// Correlation time of the satellite position's error, s: e(t + T) keeps exp(−T/τ) of e(t). 0 is
-    /// white noise.
+    /// Correlation time τ of the satellite position's error, s: e(t + T) keeps exp(−T/τ) of e(t).
+    /// 0: white.
     pub position_correlation_time: f64,
     /// σ of the satellite velocity over ground along north and along east, m/s; white.
     pub velocity_sigma: f64,
@@ -30,12 +29,12 @@ pub struct SensorSetup {
     pub heading_bias: f64,
     /// σ of the yaw rate, rad/s; white.
     pub yaw_rate_sigma: f64,
-    /// σ of surge and of sway through the water as the speed log gives them, m/s; white.
+    /// σ of surge and of sway through the water in the speed log, m/s; white.
     pub speed_sigma: f64,
 }
 
 impl SensorSetup {
-    /// What a small craft carries: an uncorrected satellite receiver, a micro-mechanical compass, a log.
+    /// Sensors of a small craft: uncorrected GNSS, micro-mechanical compass, log.
     pub const SMALL_CRAFT: Self = Self {
         // Half of all fixes within 2.5 m (data sheet of the u-blox NEO-M8), over √(2 ln 2) = 1.177.
         position_sigma: 2.1,
@@ -45,7 +44,7 @@ impl SensorSetup {
         velocity_sigma: 0.05,
         // 1° (data sheet of the Xsens MTi-300).
         heading_sigma: 0.0175,
-        // Assumption: 1° is left after the compass was swung.
+        // Assumption: 1° remains after the compass was swung.
         heading_bias: 0.0175,
         // Assumption: a rate gyroscope behind a filter of a few hertz.
         yaw_rate_sigma: 0.003,
@@ -78,20 +77,20 @@ pub struct SurfaceSensors {
     rng: ChaCha8Rng,
     /// Error of the satellite position (north, east), m.
     position_error: Vector2<f64>,
-    /// What the last look gave; none before the first.
+    /// Result of the last measurement; none before the first.
     track: Option<Track>,
 }
 
-/// What dead reckoning starts from.
+/// Start of dead reckoning.
 #[derive(Clone, Copy, Debug)]
 struct Track {
     /// Estimated position (north, east), m.
     position: Vector2<f64>,
-    /// Current (north, east), m/s, averaged while there were satellites; none before there were any.
+    /// Current (north, east), m/s, averaged while GNSS works; none before that.
     current: Option<Vector2<f64>>,
 }
 
-/// The white errors of one look, in units of their σ.
+/// The white errors of one measurement, in units of their σ.
 struct Errors {
     position: Vector2<f64>,
     velocity: Vector2<f64>,
@@ -115,7 +114,7 @@ impl Errors {
 }
 
 impl SurfaceSensors {
-    /// Sensors before their first look, with a satellite error that is already settled.
+    /// Sensors before their first measurement, with a stationary satellite error.
     #[must_use]
     pub fn new(setup: SensorSetup, mut rng: ChaCha8Rng) -> Self {
         let position_error = normal_pair(&mut rng) * setup.position_sigma;
@@ -127,17 +126,17 @@ impl SurfaceSensors {
         }
     }
 
-    /// One look: the craft's estimate of its own state now, `period` s after the look before.
+    /// Estimate of the craft's own state now, `period` s after the previous one.
     ///
-    /// Without satellites there is no ground velocity, and the position is reckoned:
+    /// Without GNSS there is no ground velocity, and the position is reckoned:
     /// ```text
-    /// p̂ ← p̂ + (R(ψ_m) [u_m, v_m] + v̂_c) T        v̂_c: mean over 30 s of ground less water velocity
+    /// p̂ ← p̂ + (R(ψ_m) [u_m, v_m] + v̂_c) T     v̂_c: 30 s mean of ground less water velocity
     /// ```
-    /// with what is measured at this look. When the satellites come back, so does their position, at once.
-    /// The first measurement has a satellite position, also without GNSS: a craft departs with a fix.
+    /// with this measurement. When GNSS returns, its position applies at once. The first
+    /// measurement has a satellite position even without GNSS: a craft departs with a fix.
     ///
-    /// Every look takes as many random numbers as every other, so that the errors of two runs from one
-    /// seed are the same in every mission.
+    /// Every measurement draws the same number of random numbers: runs from one seed have the same
+    /// errors in every mission.
     pub fn measure(&mut self, truth: &SurfaceTruth, gnss_works: bool, period: f64) -> Asc {
         let setup = self.setup;
         let errors = Errors::draw(&mut self.rng);
@@ -160,7 +159,7 @@ impl SurfaceSensors {
         state
     }
 
-    /// A first-order Gauss–Markov process sampled at the looks, at its stationary variance throughout.
+    /// A first-order Gauss–Markov process sampled at each measurement, at its stationary variance.
     ///
     /// ```text
     /// e ← φ e + σ √(1 − φ²) w,   φ = exp(−T/τ)
@@ -175,7 +174,7 @@ impl SurfaceSensors {
         self.position_error * (-period / tau).exp() + white * (sigma * fresh)
     }
 
-    /// Reckons `state`'s position where there are no satellites, and averages the current where there are.
+    /// Reckons the position in `state` without GNSS, and averages the current with it.
     fn keep_track(&mut self, state: &mut Asc, period: f64) {
         let through_water =
             ned_from_body(state.heading().radians()) * Vector2::new(state.speed_mps, state.sway_mps);

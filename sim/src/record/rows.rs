@@ -1,4 +1,4 @@
-//! The record as rows of the table that every format is written from.
+//! The record as rows of the table that all formats share.
 
 use ::record::{
     Disc, Entry, ExportError, SCHEMA_VERSION, Scene, Source,
@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use super::{AuvRow, OWN_LAW, Origin, Record, Row, SurfaceCraftRow, method_name};
 
-/// The kind of rows that tell where a vehicle truly was.
+/// The kind of rows with a vehicle's true state.
 const TRUTH: &str = "truth";
 
 impl Source for Record {
@@ -57,7 +57,7 @@ impl Source for Record {
 }
 
 impl Record {
-    /// One instant: the plan, the surface craft and each AUV, and what was known of them.
+    /// One instant: the plan, and each vehicle as it was and as it was known.
     fn table_rows(&self, row: &Row) -> Vec<TableRow<'_>> {
         let at = TableRow {
             t_s: Some(row.time),

@@ -1,5 +1,5 @@
-//! The shape of a scenario file. Every number may be a distribution. The description of an optional member states its
-//! default.
+//! The shape of a scenario file. Every number may be a distribution. The description of an optional
+//! member states its default.
 
 use planner::{
     path::Side,
@@ -23,9 +23,9 @@ mod vehicles;
 pub use environment::*;
 pub use vehicles::*;
 
-/// Most faults, corners or knots of a scenario.
+/// Largest number of faults, corners or knots of a scenario.
 pub(super) const ITEMS_MAX: usize = 64;
-/// Most lanes of a lawn-mower.
+/// Largest number of lanes of a lawn-mower.
 pub(super) const LANES_MAX: usize = 100;
 /// Characters that are safe in files, tables and URLs.
 const NAME_PATTERN: &str = "^[a-z0-9-]+$";
@@ -61,9 +61,9 @@ pub struct Scenario {
     /// Name: lower-case letters, digits and hyphens.
     #[schemars(length(min = 1, max = ID_LENGTH_MAX), regex(pattern = NAME_PATTERN))]
     pub name: String,
-    /// What happens, in one line.
+    /// Description in one line.
     pub title: String,
-    /// How long it lasts, s.
+    /// Duration, s.
     pub duration_s: Quantity<MissionTime>,
     /// Start of the settled metrics, s.
     pub settled_after_s: Quantity<Instant>,
@@ -77,10 +77,10 @@ pub struct Scenario {
     /// The water; still if left out.
     #[serde(default)]
     pub water: WaterFile,
-    /// What the surface craft knows; everything but the paths, exactly, if left out.
+    /// Knowledge of the surface craft; everything but the paths, exactly, if left out.
     #[serde(default)]
     pub knowledge: KnowledgeFile,
-    /// What a run is judged by; none if left out.
+    /// Bounds by which a run is judged; none if left out.
     #[serde(default)]
     pub bounds: BoundsFile,
     /// Faults; none if left out.
@@ -151,7 +151,7 @@ pub struct FaultFile {
     pub from_s: Quantity<Instant>,
     /// End, s; the end of the mission if left out.
     pub until_s: Option<Quantity<Instant>>,
-    /// What goes wrong.
+    /// Its kind.
     pub what: FaultKindFile,
 }
 

@@ -1,4 +1,4 @@
-//! Files that a scenario names: in its folder, or stored with it; nowhere else.
+//! Files that a scenario names, in its folder or stored with it.
 
 use std::{
     borrow::Cow,
@@ -15,13 +15,13 @@ use geojson::{GeoJson, Geometry, GeometryValue, Position};
 
 use crate::{record::Origin, world::water::CurrentGrid};
 
-/// Largest GeoJSON file that is read, bytes.
+/// Largest size of a GeoJSON file, bytes.
 const GEOJSON_BYTES_MAX: u64 = 10_000_000;
 
-/// What some tools write before the text.
+/// Byte order mark that some tools write before the text.
 const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
 
-/// Largest grid of currents that is read, bytes: a million nodes of five long numbers.
+/// Largest size of a grid of currents, bytes: a million nodes of five long numbers.
 const GRID_BYTES_MAX: u64 = 100_000_000;
 
 /// The location of a scenario's other files.
@@ -37,7 +37,7 @@ enum Location {
     Memory(Arc<BTreeMap<String, String>>),
 }
 
-/// Why a file that a scenario names cannot be used, in words.
+/// Reason why a file that a scenario names cannot be used, in words.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub struct UnreadableFile(String);
@@ -49,7 +49,7 @@ impl Files {
         Self(Location::Folder(folder.to_owned()))
     }
 
-    /// These `texts`, by name, stored with a scenario that was moved.
+    /// Stored `texts`, by name, of a scenario that was moved.
     #[must_use]
     pub fn kept(texts: BTreeMap<String, String>) -> Self {
         Self(Location::Memory(Arc::new(texts)))
@@ -69,8 +69,8 @@ impl Files {
             .map_err(|error| UnreadableFile(format!("{path}: {error}")))
     }
 
-    /// The points of the only line in the GeoJSON file called `name`: a `LineString`, or a `MultiLineString`, whose parts are sailed one
-    /// after the other. A point that follows itself counts once, because tools repeat the last point of one part at the start of the next.
+    /// The points of the only line in the GeoJSON file called `name`: a `LineString`, or the parts
+    /// of a `MultiLineString` in order. Points that tools repeat between parts count once.
     pub(super) fn line(&self, name: &str) -> Result<Vec<Origin>, UnreadableFile> {
         let (bytes, path) = self.bytes(name, GEOJSON_BYTES_MAX)?;
         let geojson = GeoJson::from_reader(bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(&bytes))
@@ -143,7 +143,7 @@ fn cannot_read(path: &str, error: &dyn Error) -> UnreadableFile {
     UnreadableFile(format!("cannot read {path}: {error}"))
 }
 
-/// The content of the file at `path`, which must be a regular file: a pipe or device may have no end.
+/// The content of the regular file at `path`: a pipe or device may have no end.
 pub(super) fn read(path: &Path, bytes_max: u64) -> io::Result<Vec<u8>> {
     if !fs::metadata(path)?.is_file() {
         return Err(io::Error::other("it is not a regular file"));

@@ -28,7 +28,7 @@ pub enum Distribution {
     Choice(Vec<f64>),
 }
 
-/// A number of the kind `K`, whose limits are known when the file is read.
+/// A number of the kind `K`, checked against its limits on reading.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Quantity<K> {
     distribution: Distribution,
@@ -55,7 +55,7 @@ impl Distribution {
         }
     }
 
-    /// Fails with the first of its numbers that is outside `range`, in `unit`.
+    /// Fails with its first number outside `range`, in `unit`.
     pub(super) fn check(&self, range: &RangeInclusive<f64>, unit: &str) -> Result<(), String> {
         let each = |value: &f64| within("", *value, range, unit);
         match self {
@@ -79,7 +79,7 @@ fn within(what: &str, value: f64, range: &RangeInclusive<f64>, unit: &str) -> Re
     }
 }
 
-/// The unit that the name of a member ends in.
+/// The unit at the end of a member's name.
 pub(super) fn unit_of(member: &str) -> &'static str {
     let units = [
         ("_w_per_mps", "W/(m/s)"),
@@ -92,7 +92,7 @@ pub(super) fn unit_of(member: &str) -> &'static str {
     known.map_or("", |(_, unit)| unit)
 }
 
-/// A range with its unit, for people.
+/// A range with its unit, for messages.
 fn limits(range: &RangeInclusive<f64>, unit: &str) -> String {
     let text = format!("{} to {} {unit}", range.start(), range.end());
     text.trim_end().to_owned()
@@ -101,7 +101,7 @@ fn limits(range: &RangeInclusive<f64>, unit: &str) -> String {
 impl<K: Kind> Quantity<K> {
     const RANGE: RangeInclusive<f64> = K::MIN..=K::MAX;
 
-    /// Always `value`, which must lie inside the kind's limits.
+    /// Always `value`, which must be inside the kind's limits.
     #[must_use]
     pub fn fixed(value: f64) -> Self {
         debug_assert!(Self::RANGE.contains(&value), "{} {value}", K::NAME);
@@ -120,7 +120,7 @@ impl<K: Kind> Quantity<K> {
         self.distribution.draw(&Self::RANGE, rng)
     }
 
-    /// The largest value it may draw.
+    /// The largest possible draw.
     #[must_use]
     pub fn most(&self) -> f64 {
         match &self.distribution {
@@ -149,7 +149,7 @@ impl<'de, K: Kind> Deserialize<'de> for Quantity<K> {
 }
 
 impl<'de> Deserialize<'de> for Distribution {
-    /// Its range is not known here.
+    /// Its range is unknown here.
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         deserializer.deserialize_any(Form {
             range: f64::NEG_INFINITY..=f64::INFINITY,
@@ -158,7 +158,7 @@ impl<'de> Deserialize<'de> for Distribution {
     }
 }
 
-/// Reads the forms itself: the errors of an untagged enum contain neither line nor limit.
+/// Reader of all forms: errors of an untagged enum contain neither line nor limit.
 struct Form {
     range: RangeInclusive<f64>,
     unit: &'static str,
@@ -259,7 +259,7 @@ impl JsonSchema for Distribution {
         "Distribution".into()
     }
 
-    /// Where it stands, `schema_within` its range takes its place.
+    /// `schema_within` with its range replaces it.
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
         json_schema!({})
     }
@@ -310,7 +310,7 @@ mod tests {
     }
 
     #[test]
-    fn every_form_of_a_number_is_read_and_none_leaves_its_range() {
+    fn every_form_of_a_number_is_read_and_stays_in_its_range() {
         assert_eq!(read("v = 2").expect("whole"), Quantity::fixed(2.0));
         assert_eq!(read("v = 0.25").expect("a number"), Quantity::fixed(0.25));
         for (text, least, most) in [
@@ -327,10 +327,10 @@ mod tests {
     }
 
     #[test]
-    fn draws_have_the_mean_and_the_spread_asked_for() {
+    fn draws_have_their_mean_and_standard_deviation() {
         let mut rng = ChaCha8Rng::seed_from_u64(2);
         let n = 20_000;
-        // Standard deviations: 0.2 as written; (1.5 − 0.5)/√12 of an even spread.
+        // Standard deviations: 0.2 as written, and (1.5 − 0.5)/√12 of a uniform distribution.
         for (text, sigma) in [
             ("v = {normal = [1.0, 0.2]}", 0.2),
             ("v = {uniform = [0.5, 1.5]}", 12_f64.sqrt().recip()),
@@ -339,7 +339,7 @@ mod tests {
             let draws: Vec<f64> = (0..n).map(|_| quantity.draw(&mut rng)).collect();
             let mean = draws.iter().sum::<f64>() / f64::from(n);
             let variance = draws.iter().map(|draw| (draw - mean).powi(2)).sum::<f64>() / f64::from(n);
-            // Five standard errors of the mean; the variance's are 1 % here.
+            // Five standard errors of the mean; that of the variance is 1 %.
             assert!(
                 (mean - 1.0).abs() < 5.0 * sigma / f64::from(n).sqrt(),
                 "{text}: {mean}"

@@ -1,4 +1,4 @@
-//! Sets a number of a scenario by its key, such as `knowledge.acoustics.latency_s` or `auvs[0].speed_mps`.
+//! Sets a number by its key, such as `knowledge.acoustics.latency_s` or `auvs[0].speed_mps`.
 
 use std::collections::BTreeMap;
 
@@ -19,9 +19,9 @@ use super::{
 };
 
 impl Scenario {
-    /// Replaces the number at `key` by the fixed `value`. An optional table whose other members are all optional too is
-    /// created; an optional table with required members must be in the file. Whether the numbers still fit together
-    /// shows at [`Self::start`].
+    /// Replaces the number at `key` by the fixed `value`. An omitted optional table is created if
+    /// it has no required members, else it must be in the file. [`Self::start`] shows whether the
+    /// numbers still fit together.
     pub fn set(&mut self, key: &str, value: f64) -> Result<(), InvalidScenario> {
         let steps: Vec<&str> = key.split(['.', '[']).collect();
         Part::set(self, &steps, value).map_err(|reason| InvalidScenario {
@@ -33,7 +33,7 @@ impl Scenario {
 
 /// A part of a scenario file.
 trait Part: Sized {
-    /// The part that [`Self::set`] creates where the file leaves it out; none if it has required members.
+    /// The part that [`Self::set`] creates if the file omits it; none if it has required members.
     fn created() -> Option<Self> {
         None
     }
@@ -155,7 +155,7 @@ impl<P: Part> Part for BTreeMap<String, P> {
     }
 }
 
-/// Parts with the names of their members; after `=`, what [`Part::created`] answers.
+/// Parts with the names of their members; after `=`, the result of [`Part::created`].
 macro_rules! tables {
     ($($part:ty $(= $created:expr;)? { $($member:ident),* })*) => {$(
         impl Part for $part {
@@ -307,7 +307,7 @@ mod tests {
     }
 
     #[test]
-    fn a_number_set_to_what_the_file_says_changes_nothing() {
+    fn setting_a_number_to_its_value_in_the_file_changes_nothing() {
         for name in Scenario::names() {
             let text = Scenario::text(name).expect("exists");
             let scenario = Scenario::named(name).expect("exists");
@@ -326,7 +326,7 @@ mod tests {
     }
 
     #[test]
-    fn an_omitted_number_is_added_with_a_table_that_requires_no_other() {
+    fn setting_an_omitted_number_adds_its_optional_table() {
         let mut scenario = Scenario::named("noisy-fixes").expect("exists");
         let table = scenario.set("water.shear.factor", 0.5);
         table.expect_err("shear requires a depth");

@@ -1,4 +1,4 @@
-//! The text of a scenario file: line numbers for errors, and errors about members of the wrong form.
+//! The text of a scenario file: line numbers for errors, and errors about wrong forms.
 
 use std::ops::Range;
 
@@ -48,7 +48,7 @@ impl Source {
     }
 }
 
-/// The form of a member that is often written in another form, with an example for the error.
+/// The form of a member that often gets another one, with an example for the error.
 struct Form {
     /// The member without indices, as `auvs[].path`.
     place: &'static str,
@@ -141,7 +141,7 @@ struct Member<'a> {
     value: Spanned<DeValue<'a>>,
 }
 
-/// The outermost member on the path to `field` that does not have its form: its line, and an error with an example.
+/// Line and error, with an example, of the outermost wrong form on the path to `field`.
 fn misshapen(text: &str, field: &str) -> Option<(usize, InvalidScenario)> {
     members_to(text, field).into_iter().find_map(|member| {
         let form = FORMS.iter().find(|form| form.place == member.place)?;
@@ -171,7 +171,7 @@ fn given(text: &str, value: &Spanned<DeValue<'_>>) -> String {
     words.chars().take(QUOTED_MAX).chain("…".chars()).collect()
 }
 
-/// The members on the path to `field`, such as `auvs[0].path`, from the outermost inwards, as far as they exist.
+/// The existing members on the path to `field`, such as `auvs[0].path`, outermost first.
 fn members_to<'a>(text: &'a str, field: &str) -> Vec<Member<'a>> {
     let mut members: Vec<Member<'a>> = vec![];
     let Ok(document) = DeTable::parse(text) else {
@@ -206,13 +206,13 @@ fn members_to<'a>(text: &'a str, field: &str) -> Vec<Member<'a>> {
     members
 }
 
-/// The line of a TOML text, from 1 on, that the `byte` is in.
+/// The line of a TOML text, from 1 on, with this `byte`.
 #[must_use]
 pub fn line_of(text: &str, byte: usize) -> usize {
     1 + text.bytes().take(byte).filter(|byte| *byte == b'\n').count()
 }
 
-/// The line of the member of a TOML text at `field`, such as `auvs[0].path`, or of the innermost existing table around it.
+/// The line of the member at `field`, such as `auvs[0].path`, or of the innermost table around it.
 #[must_use]
 pub fn line_of_field(text: &str, field: &str) -> usize {
     let members = members_to(text, field);
@@ -234,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn a_member_of_the_wrong_form_is_refused_with_an_example_of_the_right_one() {
+    fn a_wrong_form_is_refused_with_an_example_of_the_right_one() {
         let lanes = "lawn_mower.lanes: ";
         let constant = "[water.current.constant]\nnorth_mps = 0\neast_mps = 0.12";
         let current = |given: &str| format!("[water]\ncurrent = {given}");
@@ -287,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mistake_inside_a_member_of_the_right_form_is_named_as_what_it_is() {
+    fn a_mistake_inside_a_right_form_is_named_itself() {
         let message = refused("cross-current", "east_mps = 0.12", "east_mps = 9");
         assert!(
             message.contains("water.current.constant.east_mps: 9 is outside -3 to 3 m/s"),

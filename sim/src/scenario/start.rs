@@ -1,4 +1,4 @@
-//! From a scenario and a seed to a world that can be stepped and an observer of it.
+//! From a scenario and a seed to a world and its observer.
 
 use ::record::table::SURFACE_CRAFT;
 use planner::snapshot::{AUVS_MAX, ID_LENGTH_MAX, Limits};
@@ -48,8 +48,8 @@ pub struct Start {
 }
 
 impl Scenario {
-    /// The start of the mission with `seed`. Only the file's distributions and the noise depend on the seed. The numbers of
-    /// one seed may not fit together even if those of another do.
+    /// The start of the mission with `seed`, on which only distributions and noise depend. The
+    /// numbers of one seed may not fit together even if those of another do.
     pub fn start(&self, seed: u64) -> Result<Start, ScenarioError> {
         self.begin(seed).map_err(|wrong| self.source.wrong(wrong))
     }

@@ -20,15 +20,15 @@ use crate::world::{
     underwater_vehicle::Navigation,
 };
 
-/// Largest depth at which a GNSS antenna on the vehicle's tail is above water, m. Assumption: half a vehicle's length.
+/// Largest depth with the GNSS antenna on the tail above water, m. Assumption: half a length.
 const ANTENNA_DEPTH: f64 = 1.0;
 
-/// Largest rate at which a vehicle turns to the heading on which it leaves its path, rad/s. Assumption: survey AUVs of 1.5 m/s
+/// Largest turn rate of a vehicle that leaves its path, rad/s. Assumption: survey AUVs of 1.5 m/s
 /// turn at 10 m.
 const LEAVING_TURN_RATE: f64 = 0.15;
 
-/// Distance along the path, beyond the distance strayed, within which a vehicle rejoins at the nearest point, m.
-/// Assumption: less than the distance to the next lane of any lawn-mower that it can turn on.
+/// Distance along the path, beyond the distance strayed, within which a vehicle rejoins at the
+/// nearest point, m. Assumption: less than the lane spacing of a lawn-mower that it can turn on.
 const REJOIN_REACH: f64 = 10.0;
 
 /// An underwater vehicle.
@@ -46,11 +46,11 @@ pub struct SimulatedAuv {
     pub surge: SurgeLoop,
     /// Its navigation.
     pub navigation: Navigation,
-    /// Error of a navigation that is not dead reckoning: its estimate less its position (north, east), m.
+    /// Error of navigation other than dead reckoning: estimate less position (north, east), m.
     pub navigation_error: Vector2<f64>,
-    /// How much that grows for each metre through the water (north, east).
+    /// Growth of that error for each metre through the water (north, east).
     pub navigation_drift: Vector2<f64>,
-    /// Whether a satellite fix at the surface sets that error to zero.
+    /// `true`: a satellite fix at the surface sets that error to zero.
     pub fix_at_surface: bool,
     /// Its estimate of its own position (north, east), m: the input of its path follower.
     pub position_estimate: Vector2<f64>,
@@ -68,7 +68,7 @@ pub struct SimulatedAuv {
     pub leg: Leg,
     /// Its present behaviour.
     pub behaviour: Behaviour,
-    /// A recorded track that it repeats instead of all of that.
+    /// The recorded track that it repeats instead of following its path.
     pub track: Option<Arc<RecordedTrack>>,
 }
 
@@ -109,7 +109,7 @@ impl SimulatedAuv {
         heading_rate(self.pitch(), self.state[7])
     }
 
-    /// Speed reference along the body at arc length `gamma`, m/s; on a closed path the same on every lap.
+    /// Speed reference along the body at arc length `gamma`, m/s; repeated on each lap if closed.
     #[must_use]
     pub fn speed_at(&self, gamma: f64) -> f64 {
         if self.path.is_closed() {
@@ -128,7 +128,7 @@ impl SimulatedAuv {
         }
     }
 
-    /// True deviation from the point it follows; none from a track that it repeats.
+    /// True deviation from the point it follows; zero on a recorded track.
     #[must_use]
     pub fn path_error(&self) -> PathError {
         if self.track.is_some() {
@@ -137,13 +137,13 @@ impl SimulatedAuv {
         PathError::new(&self.position(), self.heading(), &self.path.at(self.gamma))
     }
 
-    /// Velocity over ground (north, east), m/s, at `time` s in a `current`, and rate of turn of its course, rad/s.
+    /// Velocity over ground (north, east), m/s, at `time` s in a `current`; its turn rate, rad/s.
     ///
     /// ```text
     /// g = u_h [cosψ, sinψ] + v_c        χ̇ = ψ̇ u_h (g · [cosψ, sinψ]) / ‖g‖²
     /// ```
-    /// The rate is that of a turn at steady speed, from the gyroscope. In a current, a pitch reversal changes `u_h`, and the
-    /// course swings for a few seconds; that is not a turn.
+    /// The rate is that of a turn at steady speed, from the gyroscope. A pitch reversal in a
+    /// current changes `u_h` and swings the course for seconds; that is no turn.
     #[must_use]
     pub fn ground_track(&self, time: f64, current: &Vector2<f64>) -> (Vector2<f64>, f64) {
         if let Some(track) = &self.track {
@@ -163,7 +163,7 @@ impl SimulatedAuv {
         )
     }
 
-    /// Heading reference ψ_P + δ, rad, in (−π, π]; the own heading, or the one that it takes, while it does not follow its path.
+    /// Heading reference, rad, in (−π, π]: ψ_P + δ on its path, else the heading it takes or has.
     #[must_use]
     pub fn heading_reference(&self) -> f64 {
         if self.track.is_some() {
@@ -233,7 +233,7 @@ impl SimulatedAuv {
         follow_path(&error, point.curvature, self.horizontal_speed(), &self.gains)
     }
 
-    /// The law's rate is ψ̇, that of the inner loops the body's yaw rate r = cosθ ψ̇.
+    /// Inner loops take the body's yaw rate r = cosθ ψ̇; the law gives ψ̇.
     fn inner_loop_reference(&self, command: &PathCommand) -> UnderwaterReference {
         UnderwaterReference {
             surge: self.speed_at(self.gamma),
@@ -242,7 +242,7 @@ impl SimulatedAuv {
         }
     }
 
-    /// Puts it where its track is at `time` s, with the motion through the water that this takes in a `current`. False without a track.
+    /// Sets the state on its track at `time` s in a `current`. `false` without a track.
     pub(crate) fn repeat_track(&mut self, time: f64, current: &Vector2<f64>) -> bool {
         let Some(track) = &self.track else {
             return false;
@@ -266,7 +266,7 @@ impl SimulatedAuv {
     /// Lets one inner-loop period pass in a current (north, east), m/s.
     pub(crate) fn step(&mut self, behaviour: Behaviour, current: &Vector2<f64>) {
         if behaviour == Behaviour::FollowsPath && self.behaviour != behaviour {
-            // After a fault it rejoins at the nearest point of its path that is not on another lane.
+            // After a fault it rejoins its path at the nearest point, except those on another lane.
             let left_at = self.path.at(self.gamma).position;
             let reach = (self.position_estimate - left_at).norm() + REJOIN_REACH;
             self.gamma = self.path.closest_near(&self.position_estimate, self.gamma, reach);

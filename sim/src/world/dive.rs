@@ -38,7 +38,7 @@ pub enum Leg {
 }
 
 impl Leg {
-    /// The leg after a look at the depth gauge: between the two depths it stays what it was.
+    /// The leg after a reading of `depth`, m: unchanged between the two depths.
     #[must_use]
     pub fn next(self, depth: f64, dive: &Dive) -> Self {
         match self {
@@ -63,13 +63,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn between_the_depths_the_leg_stays_what_it_was() {
+    fn between_the_depths_the_leg_does_not_change() {
         let dive = Dive::paper();
         assert_eq!(Leg::Down.next(12.0, &dive), Leg::Down);
         assert_eq!(Leg::Up.next(12.0, &dive), Leg::Up);
         assert_eq!(Leg::Down.next(23.0, &dive), Leg::Up);
         assert_eq!(Leg::Up.next(1.0, &dive), Leg::Down);
-        // Past either depth on the way back, it does not chatter.
+        // Beyond either depth on the way back, it does not switch again.
         assert_eq!(Leg::Up.next(23.4, &dive), Leg::Up);
         assert_eq!(Leg::Down.next(0.6, &dive), Leg::Down);
     }

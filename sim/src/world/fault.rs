@@ -13,7 +13,7 @@ pub struct Fault {
     pub from: f64,
     /// End, s, exclusive.
     pub until: f64,
-    /// What goes wrong.
+    /// Its kind.
     pub what: FaultKind,
 }
 
@@ -29,11 +29,11 @@ pub enum FaultKind {
     },
     /// The surface craft's heading loop is slower by this factor, above 1.
     SlowHeadingLoop(f64),
-    /// The surface craft's heading loop settles this angle to starboard of its reference, rad: the compass of the autopilot
-    /// is misaligned.
+    /// The surface craft's heading loop settles this angle to starboard of its reference, rad: the
+    /// compass of the autopilot is misaligned.
     HeadingOffset(f64),
-    /// The surface craft's rudder, or differential thrust, is stuck at this share of the largest yaw moment, −1 to 1, positive
-    /// to starboard.
+    /// The surface craft's rudder, or differential thrust, is stuck at this share of the largest
+    /// yaw moment, −1 to 1, positive to starboard.
     RudderStuck(f64),
     /// The thrust of the surface craft is stuck at this share of the largest ahead, 0 to 1.
     ThrustStuck(f64),
@@ -116,7 +116,7 @@ impl Faults {
         })
     }
 
-    /// Offset at which the surface craft's heading loop settles at `time` s, rad, positive to starboard. Offsets add up.
+    /// Steady error of the craft's heading loop at `time` s, rad, positive to starboard; a sum.
     #[must_use]
     pub fn heading_offset(&self, time: f64) -> f64 {
         self.at(time).fold(0.0, |sum, what| match what {
@@ -125,7 +125,7 @@ impl Faults {
         })
     }
 
-    /// Whether the surface craft's GNSS receiver works at `time` s.
+    /// `true` while the surface craft's GNSS receiver works at `time` s.
     #[must_use]
     pub fn gnss_works(&self, time: f64) -> bool {
         !self.at(time).any(|what| what == FaultKind::GnssOutage)
@@ -140,15 +140,15 @@ impl Faults {
         })
     }
 
-    /// Whether no message of underwater vehicle `auv` arrives at `time` s.
+    /// `true` if no message of underwater vehicle `auv` arrives at `time` s.
     #[must_use]
     pub fn is_silent(&self, auv: usize, time: f64) -> bool {
         self.at(time)
             .any(|what| [FaultKind::Silence(auv), FaultKind::Dies(auv)].contains(&what))
     }
 
-    /// Factor by which the reported standard deviation of fixes of underwater vehicle `auv` is wrong at `time` s. Factors
-    /// multiply.
+    /// Factor on the reported standard deviation of fixes of underwater vehicle `auv` at `time` s.
+    /// Factors multiply.
     #[must_use]
     pub fn accuracy_factor(&self, auv: usize, time: f64) -> f64 {
         self.at(time).fold(1.0, |product, what| match what {
@@ -157,13 +157,13 @@ impl Faults {
         })
     }
 
-    /// Whether underwater vehicle `auv` reports speed 0 at `time` s.
+    /// `true` if underwater vehicle `auv` reports speed 0 at `time` s.
     #[must_use]
     pub fn reports_speed_zero(&self, auv: usize, time: f64) -> bool {
         self.at(time).any(|what| what == FaultKind::ReportsSpeedZero(auv))
     }
 
-    /// Whether every message of underwater vehicle `auv` that arrives at `time` s arrives twice.
+    /// `true` if messages of underwater vehicle `auv` that arrive at `time` s arrive twice.
     #[must_use]
     pub fn messages_twice(&self, auv: usize, time: f64) -> bool {
         self.at(time).any(|what| what == FaultKind::MessagesTwice(auv))
@@ -208,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fault_begins_at_its_first_instant_and_is_over_at_its_last() {
+    fn a_fault_includes_its_start_and_excludes_its_end() {
         let outage = faults(&[FaultKind::GnssOutage]);
         assert_eq!(
             [9.9, 10.0, 19.9, 20.0].map(|time| outage.gnss_works(time)),
@@ -217,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn faults_touch_only_the_vehicle_that_they_name() {
+    fn faults_affect_only_their_vehicle() {
         let several = faults(&[
             FaultKind::Thruster {
                 side: Side::Port,
@@ -244,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_reported_wrongly_is_that_of_the_vehicle_named() {
+    fn reporting_faults_affect_only_their_vehicle() {
         let wrong = faults(&[
             FaultKind::WrongAccuracy { auv: 0, factor: 0.3 },
             FaultKind::WrongAccuracy { auv: 0, factor: 0.1 },

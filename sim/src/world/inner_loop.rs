@@ -11,10 +11,10 @@ pub use underwater::{UnderwaterLoops, UnderwaterReference};
 /// Period of every inner loop, s. Also the integration step: inputs are held for exactly one step.
 pub const PERIOD: f64 = 0.1;
 
-/// Whether the surge loop adds the drag at the measured speed to its output.
+/// Addition of the drag at the measured speed to the surge loop's output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DragFeedForward {
-    /// Proportional and integral part only, as on the laboratory's vehicles: large steps need the integral part.
+    /// PI control alone, as on the laboratory's vehicles: large steps need the integral part.
     Off,
     /// Drag is compensated at once; the loop controls a free mass.
     On,
@@ -30,8 +30,8 @@ impl DragFeedForward {
     }
 }
 
-/// Largest difference between wanted and given force that counts as rounding, N: sums of two thrusts up to 200 N are exact to
-/// fourteen digits.
+/// Largest difference between wanted and given force that counts as rounding, N: sums of two
+/// thrusts up to 200 N are exact to fourteen digits.
 const ROUNDING: f64 = 1e-9;
 
 /// Gains of a surge loop.
@@ -39,7 +39,7 @@ const ROUNDING: f64 = 1e-9;
 pub struct SurgeGains {
     /// Proportional gain k_p, N/(m/s).
     pub proportional: f64,
-    /// Integral gain k_i, N/m; 0 of a loop that is proportional alone.
+    /// Integral gain k_i, N/m; 0 in a proportional loop.
     pub integral: f64,
     /// Largest speed error that the loop acts on ε_max, m/s.
     pub error_max: f64,
@@ -89,11 +89,11 @@ impl SurgeLoop {
         gains.proportional * gains.error(reference, measured) + self.integral
     }
 
-    /// Integrates the error, with anti-windup unless the actuators at their limits give less than was
-    /// `wanted` in the error's direction, or more against it.
+    /// Integrates the error. Anti-windup stops it while saturated actuators give less than `wanted`
+    /// in the error's direction, or more against it.
     ///
-    /// `given` is the force after saturation, by a limit of thrust or because a moment has priority. A dead zone is not a
-    /// saturation: integrating leads out of it, and the integral there stays below its width.
+    /// `given` is the force after saturation, by a limit of thrust or a moment's priority. A dead
+    /// zone is no saturation: integrating leads out of it, and the integral stays below its width.
     fn integrate(&mut self, gains: &SurgeGains, reference: f64, measured: f64, wanted: f64, given: f64) {
         let error = gains.error(reference, measured);
         let withheld = wanted - given;

@@ -21,7 +21,7 @@ pub struct PathFollowingGains {
     pub k_3: f64,
     /// Largest approach angle `θ_a`, rad.
     pub theta_a: f64,
-    /// How soon the approach angle grows with the cross-track error `k_δ`, 1/m.
+    /// Growth of the approach angle with the cross-track error `k_δ`, 1/m.
     pub k_delta: f64,
 }
 
@@ -94,8 +94,8 @@ pub struct PathCommand {
 /// ψ̇   = κ u_P + δ̇ − k₁ ψ̃ − k₂ y₁ u_h (sinψ_e − sinδ) / ψ̃
 /// δ̇   = δ′(y₁) (−κ u_P s₁ + u_h sinψ_e)
 /// ```
-/// δ̇ leaves the current out: the vehicle does not know it. A current across therefore leaves a steady
-/// offset, little larger than a δ̇ with the current would (docs/rationale.md#sim-path-offset).
+/// δ̇ omits the current, which the vehicle does not know. A cross current therefore leaves a steady
+/// offset, little larger than with the current in δ̇ (docs/rationale.md#sim-path-offset).
 #[must_use]
 pub fn follow_path(error: &PathError, curvature: f64, u_h: f64, gains: &PathFollowingGains) -> PathCommand {
     let PathError { s_1, y_1, psi_e } = *error;
@@ -122,12 +122,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_quotient_is_the_quotient_and_the_cosine_where_it_has_none() {
+    fn the_sine_quotient_is_the_cosine_at_equal_angles() {
         for (a, b) in [(0.3, -0.9), (2.0, 1.0), (-0.4, 0.1)] {
             assert!((sine_quotient(a, b) - (f64::sin(a) - f64::sin(b)) / (a - b)).abs() < 1e-14);
         }
         assert!((sine_quotient(0.7, 0.7) - 0.7_f64.cos()).abs() < 1e-15);
-        // Either side of the switch inside sinc the values join.
+        // The values join on either side of the switch inside sinc.
         assert!((sine_quotient(0.7, 0.7 + 2.01e-4) - sine_quotient(0.7, 0.7 + 1.99e-4)).abs() < 1e-6);
     }
 

@@ -1,43 +1,43 @@
-//! What a hull can physically do under any guidance: top speed and largest acceleration through the water.
+//! Physical limits of a hull under any guidance: speed and acceleration through the water.
 //!
-//! Both come from the three-degree-of-freedom model of [`crate::world::hull`] alone, with every force and
-//! moment at its largest and in the worst direction, so that they bound every motion the model has:
+//! Both come from the three-degree-of-freedom model of [`crate::world::hull`] with every force and
+//! moment at its largest and in the worst direction, so they bound every motion of the model:
 //!
 //! ```text
-//! m_u u̇ = F + c_v v r − D_u(u),   m_v v̇ = −c_u u r − D_v(v),   m_r ṙ = M + (c_u − c_v) u v − D_r(r)
+//! m_u u̇ = F + c_v v r − D_u(u), m_v v̇ = −c_u u r − D_v(v), m_r ṙ = M + (c_u − c_v) u v − D_r(r)
 //! ```
 //! **Speed.** With α = c_u m_u / (c_v m_v) the yaw rate drops out of W = α u² + v²:
 //!
 //! ```text
 //! ½ dW/dt = α u (F − D_u(u)) / m_u − v D_v(v) / m_v
 //! ```
-//! W can rise only where the first term is the larger, so W ≤ W_max once it is, W_max being the largest W
-//! where both are equal with F at its largest: 0 ≤ u ≤ U with D_u(U) = F_max, v ≥ 0. The speed is at most
-//! √(W_max max(1, 1/α)). For a hull with sway drag enough that is U itself, thrust in balance with drag.
+//! W can rise only where the first term is larger, so W stays below W_max, the largest W where both
+//! are equal with F at its largest: 0 ≤ u ≤ U with D_u(U) = F_max, v ≥ 0. The speed is at most
+//! √(W_max max(1, 1/α)): for a hull with enough sway drag U itself, thrust in balance with drag.
 //!
-//! **Acceleration.** In a frame that does not turn it is, ahead and to starboard,
+//! **Acceleration**, in a frame that does not turn, ahead and to starboard:
 //!
 //! ```text
 //! u̇ − r v = F / m_u + (c_v / m_u − 1) v r − D_u(u) / m_u
 //! v̇ + r u =           (1 − c_u / m_v) u r − D_v(v) / m_v
 //! ```
-//! taken term by term at |u| ≤ √(W_max/α), at |v| ≤ √W_max and at most what the largest turn drives it to,
-//! D_v(v) = c_u |u| |r|, and at D_r(r) = M_max + |c_u − c_v| W_max / (2 √α), as |u v| is at most that.
+//! term by term at |u| ≤ √(W_max/α), at |v| ≤ √W_max or, if less, the D_v(v) = c_u·|u r| of the
+//! largest turn, and at D_r(r) = M_max + |c_u − c_v| |u v| with |u v| ≤ W_max / (2 √α).
 //!
 //! A craft that starts within these bounds stays within them; a current moves it and adds nothing.
 
 use crate::world::hull::{Drag, SurfaceHull};
 
-/// Factor on what the formulas give: steps of integration and the grid of the search for W_max err by less.
+/// Factor on both limits: integration steps and the grid of the search for W_max err by less.
 const MARGIN: f64 = 1.01;
 
 /// Points of the search for W_max.
 const GRID: u32 = 1000;
 
-/// Halvings of an interval that holds a root: all that a double can distinguish.
+/// Halvings of an interval with a root: the resolution of a double.
 const BISECTIONS: u32 = 64;
 
-/// What a craft can physically do.
+/// Physical limits of a craft.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plant {
     /// Top speed through the water, m/s.
@@ -47,8 +47,8 @@ pub struct Plant {
 }
 
 impl Plant {
-    /// The bounds of `hull` with sound thrusters in calm water. Its masses and drags are positive, and every drag grows
-    /// without limit.
+    /// The limits of `hull` with sound thrusters in calm water. Its masses and drags are positive,
+    /// and every drag grows without limit.
     #[must_use]
     pub fn of(hull: &SurfaceHull) -> Self {
         let (m_u, m_v) = (hull.mass_surge, hull.mass_sway);
@@ -74,8 +74,8 @@ impl Plant {
     }
 }
 
-/// `W_max`: over the surge speeds that full thrust can still raise, the largest α u² + v² with v where sway drag
-/// takes as much as thrust gives.
+/// `W_max`: the largest α u² + v² over the surge speeds that full thrust can still raise, with v
+/// where sway drag takes the power that thrust gives.
 fn weighted_speed_squared_max(hull: &SurfaceHull, force: f64, alpha: f64) -> f64 {
     let top = speed_against(&hull.drag_surge, force);
     let weighted = |i: u32| {
@@ -93,7 +93,7 @@ fn speed_against(drag: &Drag, load: f64) -> f64 {
     root(|speed| drag.resistance(speed) - load)
 }
 
-/// The upper end of where the rising function is at most 0, from 0 on.
+/// The root of a rising function, from above; the search begins at 0.
 fn root(rising: impl Fn(f64) -> f64) -> f64 {
     let (mut below, mut above) = (0.0, 1.0);
     // A drag that grows without limit takes up any load long before the numbers end.
@@ -179,7 +179,7 @@ mod tests {
                 let slope = derivative(hull, state, force, moment);
                 state = std::array::from_fn(|i| state[i] + STEP * slope[i]);
                 psi += STEP * state[2];
-                // The acceleration as seen from a frame that does not turn, without the formula for it.
+                // The acceleration in a frame that does not turn, without the formula for it.
                 let now = ned_from_body(psi) * Vector2::new(state[0], state[1]);
                 most = (most.0.max(now.norm()), most.1.max((now - velocity).norm() / STEP));
                 velocity = now;
@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hull_that_hardly_sways_is_as_fast_as_thrust_and_drag_balance() {
+    fn thrust_and_drag_balance_at_the_top_speed_of_a_hull_that_hardly_sways() {
         let plant = Plant::of(&MEDUSA);
         let balance = (72.0_f64 / 27.5).sqrt();
         assert!((plant.speed_max / MARGIN - balance).abs() < 1e-3, "{plant:?}");
@@ -212,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn full_ahead_and_then_full_astern_comes_near_the_bounds() {
+    fn full_ahead_then_full_astern_nearly_reaches_the_bounds() {
         let plant = Plant::of(&MEDUSA);
         let ahead = (0..30_000).fold([0.0; 3], |[u, ..], _| {
             [

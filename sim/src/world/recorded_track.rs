@@ -1,4 +1,4 @@
-//! A recorded track, which an AUV repeats: straight and at a steady speed from each recorded point to the next.
+//! A recorded track that an AUV repeats, straight and at a steady speed between recorded points.
 
 use nalgebra::Vector2;
 use planner::{
@@ -17,7 +17,7 @@ pub struct TrackPoint {
     pub depth: f64,
 }
 
-/// Points of increasing times, at least one. Before the first and after the last one the vehicle rests there.
+/// Points of increasing times, at least one. The vehicle rests outside of these times.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RecordedTrack(Vec<TrackPoint>);
 
@@ -28,11 +28,11 @@ pub struct TrackMotion {
     pub position: Vector2<f64>,
     /// Depth, m.
     pub depth: f64,
-    /// Velocity over ground (north, east), m/s: the difference of the two points around, over that of their times.
+    /// Velocity over ground (north, east), m/s: difference of the points around, over time.
     pub velocity: Vector2<f64>,
     /// Rate of the depth, m/s.
     pub descent: f64,
-    /// Rate of turn, rad/s: from the leg before to the leg after, between their middles; 0 where one of them is at rest.
+    /// Rate of turn, rad/s, between the middles of the two legs around; 0 if one is at rest.
     pub turn_rate: f64,
 }
 
@@ -59,7 +59,7 @@ impl RecordedTrack {
         Self(points)
     }
 
-    /// Where the vehicle is at `time` s, and how it moves from then on.
+    /// Position and motion at `time` s.
     #[must_use]
     pub fn at(&self, time: f64) -> TrackMotion {
         let passed = self.0.partition_point(|point| point.time <= time);
@@ -75,7 +75,7 @@ impl RecordedTrack {
         }
     }
 
-    /// Its points, or of more than `most` every n-th, and the last.
+    /// Its points; if more than `most`, every n-th and the last.
     #[must_use]
     pub fn outline(&self, most: usize) -> Vec<Vector2<f64>> {
         let every = self.0.len().div_ceil(most).max(1);
@@ -129,11 +129,11 @@ mod tests {
     }
 
     #[test]
-    fn a_circle_is_followed_at_its_speed_and_rate_of_turn() {
+    fn a_circle_keeps_its_speed_and_rate_of_turn() {
         let track = circle();
         for time in [4.0, 17.3, 60.9] {
             let motion = track.at(time);
-            // The chord of 1 m is 0.3 mm inside the arc of radius 20 m, and shorter by a ten-thousandth.
+            // The chord of 1 m lies 6 mm inside the arc of radius 20 m, and is 1e-4 shorter.
             assert!((motion.position.norm() - 20.0).abs() < 0.007, "{motion:?}");
             assert!((motion.velocity.norm() - 0.5).abs() < 1e-4, "{motion:?}");
             assert!((motion.turn_rate - 0.025).abs() < 1e-9, "{motion:?}");
@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn before_its_first_and_after_its_last_point_the_vehicle_rests() {
+    fn the_vehicle_rests_before_the_first_and_after_the_last_point() {
         let track = circle();
         for (time, at) in [(-5.0, 0.0), (98.0, 98.0), (1e6, 98.0)] {
             let motion = track.at(time);
@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn an_outline_has_its_ends_and_no_more_points_than_asked_for_but_one() {
+    fn an_outline_has_both_ends_and_at_most_one_extra_point() {
         let track = circle();
         for most in [1, 7, 50, 1000] {
             let outline = track.outline(most);

@@ -67,8 +67,8 @@ impl SurfaceClass {
     }
 }
 
-/// Limits of the Otter. The slowest speed takes each propeller well out of its dead zone, the fastest leaves thrust to turn
-/// at the largest rate (docs/rationale.md#sim-otter-limits). The rest is the hull's, [`planner::craft::Craft::OTTER`].
+/// Limits of the Otter. Each propeller is well out of its dead zone at the slowest speed, and has
+/// thrust to turn at the fastest (docs/rationale.md#sim-otter-limits). The rest is the hull's.
 const OTTER_LIMITS: Limits = Limits {
     speed_min: 0.1,
     speed_max: 2.0,
@@ -115,7 +115,7 @@ impl Sea {
 }
 
 impl SurfaceCraft {
-    /// A craft on a straight course at a steady `speed` through the water, m/s, its loops settled.
+    /// A craft with settled loops on a straight course at a steady `speed` through the water, m/s.
     /// Position (north, east), m; heading ψ, rad.
     #[must_use]
     pub fn cruising(
@@ -148,7 +148,7 @@ impl SurfaceCraft {
             .autopilot
             .command(&self.hull, &mut self.memory, &measured, reference);
         let thrust = self.hull.thrusters.steady(command, health);
-        // The load that moves a free hull as the waves do.
+        // The load that gives a free hull the waves' acceleration.
         let waves = SurfaceInput {
             surge_force: self.hull.mass_surge * sea.waves.surge,
             yaw_moment: self.hull.inertia_yaw * sea.waves.yaw,

@@ -48,8 +48,8 @@ impl UnderwaterClass {
 
     /// Its sawtooth, unless the scenario gives another.
     ///
-    /// The MEDUSA's is the paper's. The Slocum's is 26° to 30 m, what its shallowest buoyancy engine is
-    /// made for, and up to 0.5 m, where the tail's antenna comes out.
+    /// MEDUSA: the paper's. Slocum: 26°, from 30 m, the limit of its shallowest buoyancy engine, up
+    /// to 0.5 m, where the antenna on the tail is above water.
     #[must_use]
     pub fn dive(self) -> Dive {
         match self {
@@ -64,7 +64,7 @@ impl UnderwaterClass {
 
     /// Its speed along the body, through the water, m/s.
     ///
-    /// 0.3 m/s of the MEDUSA is Fig. 6 of the paper. The Slocum makes 0.29 m/s over the horizontal.
+    /// MEDUSA: 0.3 m/s, Fig. 6 of the paper. Slocum: 0.29 m/s horizontally.
     #[must_use]
     pub fn speed(self) -> f64 {
         match self {
@@ -73,7 +73,7 @@ impl UnderwaterClass {
         }
     }
 
-    /// How it knows where it is.
+    /// Its navigation.
     #[must_use]
     pub fn navigation(self) -> Navigation {
         match self {

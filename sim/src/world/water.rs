@@ -5,8 +5,8 @@
 //! f(z) = 1 + (factor − 1) s,   α(z) = turn · s,   s = clamp(z / depth, 0, 1)
 //! ```
 //!
-//! The fluctuation is the same everywhere: its patches are taken to be larger than a mission's area. What is
-//! not set up is left out, not added as zero, so a constant current stays the same to the bit.
+//! The fluctuation is the same everywhere: its patches are assumed larger than a mission's area. An
+//! absent part is left out, not added as zero, so a constant current stays the same to the bit.
 
 use std::sync::Arc;
 
@@ -30,14 +30,14 @@ use waves::WaveMotion;
 /// Largest component of a mean current, north or east, m/s.
 pub use planner::snapshot::CURRENT_MAX;
 
-/// What the water is like. The ranges of its numbers are those of a scenario file.
+/// Properties of the water. The ranges of its numbers are those of a scenario file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WaterSetup {
     /// The mean current at the surface.
     pub current: MeanCurrent,
     /// Slow fluctuation of the current about its mean.
     pub gauss_markov: Option<GaussMarkov>,
-    /// Change of the current with depth; without it, the current at depth is the one at the surface.
+    /// Change of the current with depth; without it, the current is the same at every depth.
     pub shear: Option<Shear>,
     /// Waves that move the surface craft.
     pub waves: Option<Waves>,
@@ -52,15 +52,15 @@ pub enum MeanCurrent {
     Gridded(Arc<CurrentGrid>),
 }
 
-/// Change of the whole current, mean and fluctuation, with depth: linear from the surface to `depth`, the
-/// same from there down.
+/// Change of the whole current, mean and fluctuation, with depth: linear from the surface to
+/// `depth`, constant below.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shear {
     /// Depth at which the change is complete, m.
     pub depth: f64,
     /// Speed of the current there as a multiple of the one at the surface.
     pub factor: f64,
-    /// Angle by which the current there is turned from the one at the surface, rad, positive clockwise.
+    /// Angle from the surface current to the one there, rad, positive clockwise.
     pub turn: f64,
 }
 
@@ -90,7 +90,7 @@ impl Shear {
 /// The water at one moment.
 #[derive(Clone, Debug)]
 pub struct Water {
-    /// Inner-loop periods since time 0: a count, so that the time of a long mission has one rounding error.
+    /// Inner-loop periods since time 0: a count, with one rounding error in a long mission.
     periods: u32,
     mean: MeanCurrent,
     fluctuation: Option<Fluctuation>,
@@ -101,7 +101,7 @@ pub struct Water {
 impl Water {
     /// The water at time 0.
     ///
-    /// Current and waves draw from streams of their own: the same seed gives the same current with and
+    /// Current and waves draw from streams of their own: a seed gives the same current with and
     /// without waves, and the same waves with and without a fluctuation.
     #[must_use]
     pub fn new(setup: &WaterSetup, mut rng: ChaCha8Rng) -> Self {
@@ -127,8 +127,8 @@ impl Water {
         f64::from(self.periods) * PERIOD
     }
 
-    /// The current (north, east), m/s, at a position (north, east), m, and a depth, m; above the surface, the
-    /// one at the surface.
+    /// Current (north, east), m/s, at a position (north, east), m, and a depth, m; above the
+    /// surface, that at the surface.
     #[must_use]
     pub fn current(&self, position: &Vector2<f64>, depth: f64) -> Vector2<f64> {
         let mut current = match &self.mean {
@@ -141,11 +141,11 @@ impl Water {
         if let Some(shear) = &self.shear {
             current = shear.apply(current, depth);
         }
-        // No gust is stronger than what a snapshot accepts.
+        // A snapshot accepts no stronger gust.
         current.map(|component| component.clamp(-CURRENT_MAX, CURRENT_MAX))
     }
 
-    /// What the waves do to a craft at the surface; zero without waves.
+    /// Acceleration of a craft at the surface by waves; zero without waves.
     #[must_use]
     pub fn wave_acceleration(&self) -> WaveAcceleration {
         match &self.waves {

@@ -6,14 +6,14 @@ use crate::{los, mpc};
 use pilotfish_sim::{guide::Guide, mission::run, record::Record, scenario::Scenario};
 
 fn mission(name: &str, guide: &mut dyn Guide, seed: u64) -> Record {
-    // Schedules take longer than everything else.
+    // Schedules take longest.
     let seconds = if name.starts_with("visit") { 10.0 } else { 60.0 };
     let scenario = Scenario::named(name).expect("exists").lasting(seconds);
     run(&scenario, guide, seed, &mut |_| {}).expect("runs")
 }
 
 #[test]
-fn the_same_seed_gives_the_same_record_and_another_seed_another() {
+fn equal_seeds_give_equal_records_and_other_seeds_others() {
     for name in Scenario::names() {
         let first = mission(name, &mut los(), 3);
         assert_eq!(first, mission(name, &mut los(), 3), "{name}");
@@ -27,11 +27,11 @@ fn the_same_seed_gives_the_same_record_and_another_seed_another() {
 }
 
 #[test]
-fn the_number_of_threads_changes_no_bit() {
+fn records_do_not_depend_on_the_number_of_threads() {
     let names = Scenario::names();
     let alone: Vec<Record> = names.iter().map(|name| mission(name, &mut mpc(), 5)).collect();
     for n_threads in [2, 5] {
-        // Every thread runs its share with one guide after the other, as a campaign would.
+        // Every thread runs its share with one guide after the other, like a campaign.
         let together = thread::scope(|scope| {
             let share = |first: usize| {
                 let names = &names;

@@ -1,4 +1,4 @@
-//! Whether the planner notices an actuator that does nothing, and only then.
+//! The planner notices an actuator without effect, and only that.
 
 use pilotfish_sim::{
     guide::{Guide, MpcGuide},
@@ -10,7 +10,7 @@ use planner::{angle::wrap, craft::CraftDescription, parameters::Parameters, path
 
 use crate::named;
 
-/// What the planner noticed in a mission.
+/// Alarms of the planner in a mission.
 #[derive(Debug, Default)]
 struct Noticed {
     seconds: u32,
@@ -18,13 +18,13 @@ struct Noticed {
     heading: u32,
     /// Seconds with the alarm that speed references have none.
     speed: u32,
-    /// Time after the breakdown at which a heading 0.3 rad away and a speed 0.2 m/s away were first asked for, s.
+    /// Time from the breakdown to the first reference 0.3 rad and 0.2 m/s away, s.
     asked: [Option<f64>; 2],
-    /// Time after the breakdown at which those alarms and the one that the craft does not follow began, s.
+    /// Time from the breakdown to those alarms and the alarm that the craft does not follow, s.
     alarms: [Option<f64>; 3],
 }
 
-/// `scenario`, in which the faults `broken` begin `at` s.
+/// `scenario` with the faults `broken` from `at` s on.
 fn flown(scenario: &Scenario, seed: u64, broken: &[FaultKind], at: f64) -> Noticed {
     let mut guide = MpcGuide::new(Parameters::default());
     let mut start = scenario.start(seed).expect("starts");
@@ -82,7 +82,7 @@ fn random(seed: u64) -> SurfaceClassFile {
     })
 }
 
-/// MEDUSA, Otter, and random craft from number 1 on: `n`, or as many as the variable `CRAFT` says, to measure rates.
+/// MEDUSA, Otter and `n` random craft, or as many as the variable `CRAFT` says, to measure rates.
 fn classes(n: u64) -> impl Iterator<Item = SurfaceClassFile> {
     let n = std::env::var("CRAFT").map_or(n, |craft| craft.parse().expect("a number"));
     [SurfaceClassFile::Medusa, SurfaceClassFile::Otter]
@@ -91,7 +91,7 @@ fn classes(n: u64) -> impl Iterator<Item = SurfaceClassFile> {
 }
 
 #[test]
-fn craft_that_work_raise_no_alarm() {
+fn working_craft_raise_no_alarm() {
     let (mut flights, mut alarmed) = (0, 0);
     for name in ["about-face", "switching", "rough-water"] {
         for class in classes(1) {
@@ -111,7 +111,7 @@ fn craft_that_work_raise_no_alarm() {
 }
 
 #[test]
-fn what_breaks_is_noticed_soon_after_it_is_asked_for() {
+fn a_broken_actuator_is_noticed_soon_after_its_next_use() {
     let dead = [Side::Port, Side::Starboard].map(|side| FaultKind::Thruster { side, share: 0.0 });
     let jammed = [FaultKind::RudderStuck(0.0)];
     for (what, broken, loop_) in [("rudder amidships", &jammed[..], 0), ("no thrust", &dead[..], 1)] {
@@ -131,7 +131,7 @@ fn what_breaks_is_noticed_soon_after_it_is_asked_for() {
                 late += u32::from(follows_not.is_none_or(|after| after > 12.0));
             }
         }
-        // An undeclared Otter is taken for a slow craft that has begun to turn.
+        // An undeclared Otter looks like a slow craft that has begun to turn.
         assert!(6 * late <= flights, "{what}: {late} of {flights}");
     }
 }

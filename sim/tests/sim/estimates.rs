@@ -1,4 +1,4 @@
-//! What it costs to know an underwater vehicle by reports.
+//! The cost of knowing an underwater vehicle by reports.
 
 use pilotfish_sim::{
     guide::Guide,
@@ -29,15 +29,15 @@ fn reported_as(reported_as: ReportedAs) -> Scenario {
 }
 
 #[test]
-fn exact_reports_of_a_vehicle_that_turns_fast_are_worth_as_much_as_its_states() {
+fn exact_reports_of_a_fast_turning_vehicle_are_as_good_as_states() {
     let [reports, state] =
         [ReportedAs::Reports, ReportedAs::State].map(|as_what| settled_rms(&reported_as(as_what)));
     println!("reports {reports:.2} m, state {state:.2} m");
-    // Measured 1.00; a filter that knew no manoeuvre had 6.3.
+    // Measured 1.00; a filter without manoeuvres had 6.3.
     assert!(reports < 1.1 * state, "reports {reports} m, state {state} m");
 }
 
-/// What became of the claims of the reports in a scenario, a second each, and how good its estimates are.
+/// Contradicted claims of the reports in a scenario, by the second, and errors of its estimates.
 #[derive(Debug, Default)]
 struct Claims {
     estimates: f64,
@@ -73,7 +73,7 @@ fn claims(scenario: &Scenario) -> Claims {
 }
 
 #[test]
-fn claims_that_are_true_are_hardly_ever_doubted() {
+fn true_claims_are_hardly_ever_doubted() {
     for name in ["fast-lawn-mower", "noisy-fixes", "rough-water"] {
         let sum = claims(&named(name));
         let share = |count: f64| count / sum.estimates;
@@ -84,7 +84,7 @@ fn claims_that_are_true_are_hardly_ever_doubted() {
             share(sum.square_miss).sqrt(),
             share(sum.normalised)
         );
-        // Measured: 0.0007 at most; the estimates are as far off as without any doubt, to 0.1 mm.
+        // Measured: 0.0007 at most; estimates without doubt differ by 0.1 mm.
         assert!(share(sum.accuracy_contradicted) < 0.002 && share(sum.velocity_contradicted) < 0.002);
     }
 }
@@ -100,7 +100,7 @@ fn with_fault(name: &str, fault: impl Fn(String) -> FaultKindFile) -> Scenario {
 }
 
 #[test]
-fn claims_that_are_wrong_are_doubted_and_cost_little() {
+fn wrong_claims_are_doubted_and_cost_little() {
     let report = |what: &str, sum: &Claims| {
         let share = |count: f64| count / sum.estimates;
         let shares = [sum.accuracy_contradicted, sum.velocity_contradicted].map(share);

@@ -1,4 +1,4 @@
-//! `observe` is the only input of a guidance law: no law can read truth, and all read the same.
+//! `observe` is the only input of a guidance law: no law reads the truth, and all get the same.
 
 use pilotfish_sim::{
     guide::{Guidance, Guide, GuideError},
@@ -14,7 +14,7 @@ use planner::{
 
 use crate::{los, mpc, named};
 
-/// Keeps the snapshots that a guide was given and its answers.
+/// Keeps the snapshots and answers of a guide.
 struct Witness<'a> {
     guide: &'a mut dyn Guide,
     exchanged: Vec<(Snapshot, Guidance)>,
@@ -46,7 +46,7 @@ fn corners(snapshot: &Snapshot) -> Vec<Vector2<f64>> {
 }
 
 #[test]
-fn the_craft_knows_the_bounds_that_it_is_judged_by() {
+fn snapshots_contain_the_bounds_that_judge_the_craft() {
     let scenario = named("crowded").lasting(2.0);
     let bounds = scenario.start(1).expect("valid").bounds;
     for (snapshot, _) in exchanges(&scenario, &mut los()) {
@@ -60,9 +60,9 @@ fn the_craft_knows_the_bounds_that_it_is_judged_by() {
 }
 
 #[test]
-fn what_a_law_answers_depends_on_the_snapshots_alone() {
-    // In the roughest water, truth is far from what is known. A fresh law without any world, given the
-    // snapshots again, must answer the same to the bit.
+fn the_answers_of_a_law_depend_on_snapshots_alone() {
+    // Knowledge is far from the truth in the roughest water. A fresh law without a world must give
+    // the same answers to the same snapshots, to the bit.
     let scenario = named("rough-water").lasting(200.0);
     let laws: [fn() -> Box<dyn Guide>; 2] = [|| Box::new(los()), || Box::new(mpc())];
     for law in laws {
@@ -78,7 +78,7 @@ fn what_a_law_answers_depends_on_the_snapshots_alone() {
     }
 }
 
-/// The mission's world and its observer after `seconds`, with a look each, without a reference to follow.
+/// World and observer after `seconds` with one look each, without a reference to follow.
 fn after(scenario: &Scenario, seconds: u32) -> (World, Observer) {
     let start = scenario.start(1).expect("valid");
     let (mut world, mut observer) = (start.world, start.observer.expect("has a surface craft"));
@@ -98,9 +98,9 @@ fn look(world: &World, observer: &mut Observer) -> PlanRequest {
 }
 
 #[test]
-fn what_is_not_heard_is_not_known() {
-    // "silence" is silent from 510 s to 690 s. Whatever becomes of the vehicle meanwhile changes nothing
-    // that is known of it.
+fn an_unheard_change_is_not_known() {
+    // "silence" is silent from 510 s to 690 s. Nothing that happens to the vehicle meanwhile
+    // changes the knowledge of it.
     let scenario = named("silence");
     let (mut world, mut observer) = after(&scenario, 510);
     let mut displaced = world.clone();
@@ -109,7 +109,7 @@ fn what_is_not_heard_is_not_known() {
     let known = look(&world, &mut observer.clone());
     assert_eq!(known, look(&displaced, &mut observer));
 
-    // Once it can be heard again, the difference shows.
+    // The difference shows once it is heard again.
     for world in [&mut world, &mut displaced] {
         while world.time() < 691.0 {
             world.step(None);
@@ -122,9 +122,9 @@ fn what_is_not_heard_is_not_known() {
 }
 
 #[test]
-fn the_plan_of_a_vehicle_is_known_and_not_where_on_it_the_vehicle_is() {
-    // Two plans that differ only beyond 5 m along the path, and a vehicle that is never heard: what its plan says
-    // of where it was last seen stays the same for both.
+fn the_plan_of_a_vehicle_is_known_but_not_its_progress() {
+    // Two plans that differ only beyond 5 m along the path, and a vehicle that is never heard: the
+    // plan at its last known position is the same for both.
     let speeds = |beyond: f64| {
         let text = Scenario::text("silence").expect("exists").to_owned();
         let text = text.replace("from_s = 510", "from_s = 0").replace(
@@ -145,7 +145,7 @@ fn the_plan_of_a_vehicle_is_known_and_not_where_on_it_the_vehicle_is() {
 }
 
 #[test]
-fn a_craft_without_satellites_does_not_see_itself_being_moved() {
+fn a_craft_without_gnss_does_not_notice_a_displacement() {
     // "faults" has no GNSS from 700 s to 880 s.
     let scenario = named("faults");
     let (world, mut observer) = after(&scenario, 701);
@@ -159,8 +159,8 @@ fn a_craft_without_satellites_does_not_see_itself_being_moved() {
 
 #[test]
 fn every_law_gets_the_same_errors() {
-    // Two laws steer differently; the errors of the craft's sensors, what is measured less what is so, are the
-    // same for both. (Which messages arrive depends on the range, and so on where a law has gone.)
+    // Two laws steer differently; the errors of the craft's sensors, measurement less truth, are
+    // equal. (Which messages arrive depends on the range, and so on the law.)
     let scenario = named("rough-water").lasting(300.0);
     let errors = |guide: &mut dyn Guide| {
         let record = run(&scenario, guide, 4, &mut |_| {}).expect("runs");
@@ -178,7 +178,7 @@ fn every_law_gets_the_same_errors() {
     };
     for (los, mpc) in errors(&mut los()).into_iter().zip(errors(&mut mpc())) {
         for (a, b) in los.into_iter().zip(mpc) {
-            // The positions they are added to differ, and so the rounding.
+            // The errors are added to different positions, so the rounding differs.
             assert!((a - b).abs() < 1e-9, "{a} and {b}");
         }
     }

@@ -1,4 +1,4 @@
-//! The simulator as its callers see it. `allocations.rs` is a binary of its own, because it counts allocations.
+//! The simulator from outside. `allocations.rs` is a binary of its own: it counts allocations.
 
 use pilotfish_sim::{
     guide::{LosGuide, MpcGuide},

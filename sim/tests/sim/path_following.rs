@@ -1,4 +1,4 @@
-//! Path following and the sawtooth, closed loop.
+//! Path following and sawtooth in closed loop.
 
 use std::f64::consts::{PI, TAU};
 
@@ -17,7 +17,7 @@ use crate::named;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// A mission without a surface craft never asks its guide.
+/// A mission without a surface craft never calls its guide.
 fn record_of(scenario: &Scenario, seed: u64) -> Record {
     let mut idle = LosGuide::new(LosGains {
         look_ahead: 10.0,
@@ -27,13 +27,13 @@ fn record_of(scenario: &Scenario, seed: u64) -> Record {
 }
 
 #[test]
-fn the_paper_s_path_following_is_reproduced() {
+fn path_following_reproduces_the_paper() {
     for seed in 0..5 {
         let metrics = Metrics::of(&record_of(&named("paper-path-following"), seed));
         assert!(metrics.surface_craft.is_none());
         let auv = &metrics.auvs[0];
         println!("seed {seed}: {auv:?}");
-        // Figs. 3 to 6 of the paper: cross-track ±1.2 m, position error under 1 m, 1–23 m, ±50°, 0.3 m/s.
+        // Figs. 3 to 6: cross-track ±1.2 m, position error under 1 m, 1–23 m, ±50°, 0.3 m/s.
         assert!(auv.cross_track_max_m <= 1.2);
         assert!(auv.position_error_max_m < 1.0);
         assert!((0.4..=1.0).contains(&auv.depth_min_m) && (23.0..=23.6).contains(&auv.depth_max_m));
@@ -44,7 +44,7 @@ fn the_paper_s_path_following_is_reproduced() {
     }
 }
 
-/// One vehicle on `path`, `north`, `east` and `turned` off its beginning.
+/// One vehicle at `north`, `east` and `turned` relative to the beginning of `path`.
 fn alone_on(path: &str, [north, east, turned]: [f64; 3]) -> World {
     let text = format!(
         r#"
@@ -66,7 +66,7 @@ fn alone_on(path: &str, [north, east, turned]: [f64; 3]) -> World {
 }
 
 #[test]
-fn from_wherever_it_starts_the_vehicle_comes_to_its_path_and_stays_on_it() {
+fn a_vehicle_reaches_its_path_from_any_start_and_stays_on_it() {
     let mut rng = ChaCha8Rng::seed_from_u64(3);
     for (name, path) in [
         (
@@ -123,7 +123,7 @@ fn turning_times(world: &mut World, duration: f64) -> Vec<f64> {
 }
 
 #[test]
-fn a_dive_cycle_lasts_its_straight_legs_and_two_reversals() {
+fn a_dive_cycle_takes_two_straight_legs_and_two_reversals() {
     let scenario = named("paper-path-following");
     let turns = turning_times(&mut scenario.start(1).expect("valid").world, 1000.0);
     let cycle = turns[3] - turns[1];
@@ -138,8 +138,8 @@ fn a_dive_cycle_lasts_its_straight_legs_and_two_reversals() {
     );
 }
 
-/// The offset at which the law's heading rate vanishes while a current of `across` m/s is held off by
-/// crabbing: −k₁ ψ̃ − k₂ y₁ u_h q + δ̇ = 0 with ψ_e = −asin(v/u_h), by bisection.
+/// The offset at which the law's heading rate is 0 while the vehicle crabs against a current of
+/// `across` m/s: −k₁ ψ̃ − k₂ y₁ u_h q + δ̇ = 0 with ψ_e = −asin(v/u_h), by bisection.
 fn steady_offset(across: f64, u_h: f64, current_in_delta_rate: bool) -> f64 {
     let gains = PathFollowingGains::LAB;
     let psi_e = -(across / u_h).asin();
@@ -168,7 +168,7 @@ fn steady_offset(across: f64, u_h: f64, current_in_delta_rate: bool) -> f64 {
 }
 
 #[test]
-fn in_a_cross_current_the_vehicle_settles_at_the_predicted_offset() {
+fn a_vehicle_in_a_cross_current_settles_at_the_predicted_offset() {
     let u_h = 0.3 * 50_f64.to_radians().cos();
     println!(
         "{} {}",
@@ -184,7 +184,7 @@ fn in_a_cross_current_the_vehicle_settles_at_the_predicted_offset() {
         east_mps: Quantity::fixed(0.1),
     });
     let mut world = scenario.start(1).expect("valid").world;
-    // Straight on the first lane, 85 s into a leg: the reversal's swing has died out.
+    // Straight on the first lane, 85 s into a leg: the reversal's oscillation has decayed.
     let turned = turning_times(&mut world, 290.0);
     let since = 290.0 - turned.last().expect("has turned");
     assert!((60.0..95.0).contains(&since), "{since}");

@@ -13,7 +13,7 @@ use planner::angle::wrap;
 
 use crate::mpc;
 
-/// The cross-current, whose AUV repeats `file` instead of following its path.
+/// The scenario `cross-current`, whose AUV repeats the file `text` instead of following its path.
 fn scenario(text: &str, id: &str) -> Result<Scenario, String> {
     let built_in = Scenario::text("cross-current").expect("exists");
     let (before, rest) = built_in.split_once("[[auvs]]").expect("has an AUV");
@@ -30,7 +30,7 @@ fn parsed(toml: &str, track: &str) -> Result<Scenario, String> {
     Scenario::parse(toml, "mine.toml", files).map_err(|error| error.to_string())
 }
 
-/// A spiral that dives and climbs, once a second for a minute from a time of day on.
+/// A spiral that dives and climbs, once a second for a minute, from a time of day on.
 fn spiral() -> Vec<[f64; 4]> {
     let point = |k: u32| {
         let t = f64::from(k);
@@ -58,7 +58,7 @@ fn flown(scenario: &Scenario) -> Record {
 }
 
 #[test]
-fn an_auv_is_where_its_file_says_and_moves_by_the_difference_of_two_rows() {
+fn an_auv_follows_the_positions_and_differences_of_its_file() {
     let rows = spiral();
     let record = flown(&scenario(&csv("t,north,east,depth", &rows), "auv-1").expect("is one"));
     assert_eq!(record.rows.len(), 90);
@@ -95,7 +95,7 @@ fn an_auv_is_where_its_file_says_and_moves_by_the_difference_of_two_rows() {
 }
 
 #[test]
-fn latitudes_and_longitudes_are_the_same_track() {
+fn latitudes_and_longitudes_give_the_same_track() {
     let rows = spiral();
     let local = flown(&scenario(&csv("time_s,north_m,east_m,depth_m", &rows), "auv-1").expect("is one"));
     let origin = local.origin.expect("is off Sesimbra");
@@ -108,7 +108,7 @@ fn latitudes_and_longitudes_are_the_same_track() {
     let text = format!("\u{feff}# from a log\n{}", csv("t,Lat,Lon,depth", &on_earth));
     let other = flown(&scenario(&text, "auv-1").expect("is one"));
     for (one, other) in local.rows.iter().zip(&other.rows) {
-        // A degree is printed to 15 digits: nanometres.
+        // A degree has 15 printed digits: nanometres.
         assert!((one.auvs[0].position - other.auvs[0].position).norm() < 1e-6);
     }
 }
@@ -126,14 +126,14 @@ fn a_track_may_have_tabs_or_semicolons_and_decimal_commas() {
     }
 }
 
-/// A track to the north at 0.2 m/s, of which `known` is the part of the way that is recorded after so many seconds.
+/// A track to the north at 0.2 m/s; `known` gives the recorded distance after so many seconds.
 fn recorded(known: impl Fn(u32) -> f64) -> Result<Scenario, String> {
     let rows = (0..120).map(|t| [f64::from(t), known(t), 0.0, 5.0]);
     scenario(&csv("t,north,east,depth", &rows.collect::<Vec<_>>()), "auv-1")
 }
 
 #[test]
-fn a_fix_that_is_repeated_until_the_next_is_no_motion() {
+fn repeated_fixes_are_refused_as_motion() {
     let every = |period: u32| move |t: u32| 0.2 * f64::from(t - t % period);
     for (period, line) in [(10, 32), (20, 62)] {
         let refused = recorded(every(period)).expect_err("goes in bursts");
@@ -145,7 +145,7 @@ fn a_fix_that_is_repeated_until_the_next_is_no_motion() {
             "{refused}"
         );
     }
-    // An AUV at rest may leave, and rest again, and its last digit may change.
+    // An AUV at rest may leave and rest again, and its last digit may change.
     recorded(|t| 0.6 * f64::from(t.saturating_sub(60))).expect("leaves once");
     recorded(|t| {
         0.6 * f64::from(if t % 40 < 20 {
@@ -159,7 +159,7 @@ fn a_fix_that_is_repeated_until_the_next_is_no_motion() {
 }
 
 #[test]
-fn a_record_of_this_program_is_a_track_and_two_tracks_share_a_clock() {
+fn a_record_is_a_track_and_two_tracks_share_a_clock() {
     let toml = |second: &str| {
         let both = Scenario::text("paper-midpoint").expect("exists");
         let (head, _) = both.split_once("[[auvs]]").expect("has AUVs");
@@ -201,7 +201,7 @@ fn a_record_of_this_program_is_a_track_and_two_tracks_share_a_clock() {
 }
 
 #[test]
-fn a_file_that_is_no_track_is_refused_with_its_line() {
+fn a_wrong_track_is_refused_with_its_line() {
     let many = (0..=100_000).fold("t,north,east\n".to_owned(), |text, t| {
         text + &format!("{t},0,0\n")
     });
@@ -259,7 +259,7 @@ fn a_file_that_is_no_track_is_refused_with_its_line() {
 }
 
 #[test]
-fn what_contradicts_a_track_is_refused() {
+fn a_member_that_contradicts_a_track_is_refused() {
     let track = "t,north,east\n0,0,0\n9,1,0\n";
     let base = Scenario::text("cross-current").expect("exists");
     let path_too = base.replacen("[auvs.path", "track = \"track.csv\"\n[auvs.path", 1);

@@ -1,4 +1,4 @@
-//! What every built-in scenario says of itself is so, over its whole length.
+//! The claims of every built-in scenario about itself, over its whole length.
 
 use std::f64::consts::PI;
 
@@ -17,7 +17,7 @@ use planner::{
 
 use crate::{los, named};
 
-/// The scenario's mission under the line-of-sight law: where vehicles and water go does not depend on the law.
+/// The mission under the line-of-sight law: AUVs and water do not depend on the law.
 fn flown(name: &str, seed: u64) -> Record {
     run(&named(name), &mut los(), seed, &mut |_| {}).expect("runs")
 }
@@ -26,12 +26,12 @@ fn craft(row: &Row) -> &SurfaceCraftRow {
     row.surface_craft.as_ref().expect("has one")
 }
 
-/// The rows from `from` on and before `until`, s. A row is a second.
+/// The rows from `from` on and before `until`, s; one row a second.
 fn between(record: &Record, from: usize, until: usize) -> &[Row] {
     &record.rows[from..until]
 }
 
-/// How far the goal moves from every row to the next, m: its mean speed, in m/s.
+/// Distances of the goal from row to row, m: its mean speeds, m/s.
 fn goal_steps(record: &Record) -> Vec<f64> {
     let pairs = record.rows.windows(2);
     pairs
@@ -58,7 +58,7 @@ fn root_mean_square(values: &[f64]) -> f64 {
     (values.iter().map(|value| value * value).sum::<f64>() / values.len() as f64).sqrt()
 }
 
-/// Four standard deviations of the share of `n` independent draws that have a property of probability `p`.
+/// Four standard deviations of the share of `n` draws with a property of probability `p`.
 #[expect(clippy::cast_precision_loss, reason = "a mission has a few hundred messages")]
 fn binomial_bound(p: f64, n: usize) -> f64 {
     4.0 * (p * (1.0 - p) / n as f64).sqrt()
@@ -66,7 +66,7 @@ fn binomial_bound(p: f64, n: usize) -> f64 {
 
 #[test]
 fn calm_begins_and_stays_above_its_vehicle() {
-    // Craft and vehicle start within ±1 m of the same point along both axes: 2 √2 m apart at most.
+    // Craft and vehicle start within ±1 m of a point along both axes: 2 √2 m apart at most.
     for seed in 0..3 {
         for row in &flown("calm", seed).rows {
             assert!(craft(row).distance() < 2.0 * 2_f64.sqrt(), "{} s", row.time);
@@ -75,8 +75,8 @@ fn calm_begins_and_stays_above_its_vehicle() {
 }
 
 #[test]
-fn cross_current_unknown_can_be_found_out_but_not_read_off() {
-    /// Keeps the difference of ground and water velocity, m/s, which would be the current if nothing erred.
+fn cross_current_unknown_can_be_estimated_but_not_read() {
+    /// Keeps the difference of ground and water velocity, m/s: the current, without errors.
     struct Reckoner {
         law: LosGuide,
         found: Vec<Vector2<f64>>,
@@ -109,15 +109,15 @@ fn cross_current_unknown_can_be_found_out_but_not_read_off() {
     };
     let (known, error) = errors("cross-current");
     assert!(known && error < 1e-12, "{error}");
-    // Along each axis 0.05 m/s of GNSS and 0.02 m/s of the log: √2 · 0.0539 m/s together. The compass adds its
-    // 0.01 rad and a bias of 0.02 rad (σ) times the speed, 0.006 m/s at the 0.25 m/s that the AUV goes at.
+    // Per axis 0.05 m/s of GNSS and 0.02 m/s of the log: √2 · 0.0539 m/s together. The compass adds
+    // 0.01 rad and a bias of 0.02 rad (σ) times the speed, 0.006 m/s at the AUV's 0.25 m/s.
     let (known, error) = errors("cross-current-unknown");
     let expected = 2_f64.sqrt() * 0.0539;
     assert!(!known && (error / expected - 1.0).abs() < 0.1, "{error}");
 }
 
 #[test]
-fn cross_current_sheared_is_a_third_and_turned_by_30_degrees_where_the_vehicle_turns_up() {
+fn cross_current_sheared_is_a_third_and_turned_by_30_degrees_at_full_depth() {
     let record = flown("cross-current-sheared", 1);
     for row in &record.rows {
         let (above, below) = (craft(row).current, row.auvs[0].current);
@@ -125,7 +125,7 @@ fn cross_current_sheared_is_a_third_and_turned_by_30_degrees_where_the_vehicle_t
         let factor = below.norm() / above.norm();
         assert!((factor - (1.0 - 0.67 * share)).abs() < 1e-9, "{factor}");
         let turn = wrap(angle_of(&below) - angle_of(&above));
-        // The file writes 30° to six digits.
+        // The file has 30° to six digits.
         assert!((turn - PI / 6.0 * share).abs() < 1e-6, "{turn}");
     }
     let deepest = record
@@ -137,7 +137,7 @@ fn cross_current_sheared_is_a_third_and_turned_by_30_degrees_where_the_vehicle_t
 }
 
 #[test]
-fn about_face_begins_far_ahead_and_facing_its_vehicle_s_way_back() {
+fn about_face_begins_far_ahead_and_faces_backwards() {
     for seed in 0..20 {
         let start = named("about-face").start(seed).expect("valid").world;
         let craft = start.surface_craft.as_ref().expect("has one");
@@ -165,7 +165,7 @@ fn switching_hands_over_every_240_s_to_a_vehicle_60_m_away() {
         for (found, expected) in jumps.iter().zip(expected) {
             assert!((found - expected).abs() < 0.5, "{name}: {found}");
         }
-        // No vehicle turns: the hand-overs are all there is. Both have come to their lanes after a minute.
+        // No vehicle turns: only hand-overs remain. Both have reached their lanes after a minute.
         let opposed = name == "switching-opposed";
         for row in &record.rows[60..] {
             let between = wrap(row.auvs[0].heading - row.auvs[1].heading).abs();
@@ -180,7 +180,7 @@ fn switching_hands_over_every_240_s_to_a_vehicle_60_m_away() {
 }
 
 #[test]
-fn anti_phase_has_a_goal_that_mostly_stands_still() {
+fn anti_phase_has_a_goal_that_is_mostly_at_rest() {
     let slow = share(&goal_steps(&flown("anti-phase", 1)), |step| *step < 0.05);
     assert!(slow > 0.5, "{slow}");
 }
@@ -196,13 +196,13 @@ fn target_stops_at_the_surface_for_almost_600_s() {
     let waiting = waiting.count();
     // It has up to 23 m to climb, at 0.3 m/s · sin 50°: 100 s.
     assert!((500..=600).contains(&waiting), "{waiting}");
-    // Then it goes on.
+    // Then it continues.
     let moved = record.rows[1799].auvs[0].position - record.rows[1199].auvs[0].position;
     assert!(moved.norm() > 50.0, "{moved}");
 }
 
 #[test]
-fn silence_hides_a_whole_turn_and_the_path_makes_up_for_it() {
+fn silence_hides_a_whole_turn_and_the_path_compensates() {
     let mut worst = vec![];
     for name in ["silence", "silence-path"] {
         let record = flown(name, 1);
@@ -221,8 +221,8 @@ fn silence_hides_a_whole_turn_and_the_path_makes_up_for_it() {
 }
 
 #[test]
-fn noisy_fixes_are_late_lossy_and_wrong_by_as_much_as_the_file_says() {
-    /// Keeps the newest report of every look, and when that was, s.
+fn noisy_fixes_have_the_delay_loss_and_errors_of_the_file() {
+    /// Keeps the newest report of every look with its time, s.
     struct Listener {
         law: LosGuide,
         heard: Vec<(f64, Report)>,
@@ -256,7 +256,7 @@ fn noisy_fixes_are_late_lossy_and_wrong_by_as_much_as_the_file_says() {
                 last = sent_at;
                 // 2 s of latency and at least 10 ms of travel: known at the third look.
                 assert!(age > 2.0 && age < 4.0, "{age}");
-                // The vehicle's slot is the first of every frame of 10 s, so there is a row of that time.
+                // The vehicle's slot is the first of every frame of 10 s, so a row has that time.
                 let then = record.rows.iter().find(|row| (row.time - sent_at).abs() < 1e-6);
                 let then = &then.expect("sent at a whole second").auvs[0];
                 components.extend((report.position() - then.position).iter().copied());
@@ -269,7 +269,7 @@ fn noisy_fixes_are_late_lossy_and_wrong_by_as_much_as_the_file_says() {
     let heard = components.len() / 2;
     let lost = 1.0 - share_of(heard, sent);
     assert!((lost - 0.3).abs() < binomial_bound(0.3, sent), "{lost} of {sent}");
-    // Tabulated: 68.27 % within one σ; of the 2 % outliers with σ 20 m, erf(1.5 / 20 / √2) = 6.0 % are.
+    // Tabulated: 68.27 % within one σ; of the 2 % outliers with σ 20 m, erf(1.5 / 20 / √2) = 6.0 %.
     let expected = 0.98 * 0.6827 + 0.02 * 0.060;
     let within = share(&components, |error| error.abs() < 1.5);
     assert!(
@@ -281,7 +281,7 @@ fn noisy_fixes_are_late_lossy_and_wrong_by_as_much_as_the_file_says() {
         (within - 0.6827).abs() < binomial_bound(0.6827, heard),
         "{within}"
     );
-    // No regular fix is off by 6 σ; erfc(9 / 20 / √2) = 65 % of an outlier's components are off by 9 m.
+    // No regular fix is off by 6 σ; erfc(9 / 20 / √2) = 65 % of an outlier's components are, 9 m.
     let outliers = share(&components, |error| error.abs() > 9.0);
     assert!(
         0.0 < outliers && outliers < 0.02 * 0.65 + binomial_bound(0.02, heard),
@@ -290,8 +290,8 @@ fn noisy_fixes_are_late_lossy_and_wrong_by_as_much_as_the_file_says() {
 }
 
 #[test]
-fn surveys_report_positions_alone_and_what_is_known_of_a_route_is_its_corners() {
-    /// Looks at every snapshot.
+fn surveys_report_positions_alone_and_routes_as_corners() {
+    /// Checks every snapshot.
     struct Looker(LosGuide, usize);
     impl Guide for Looker {
         fn name(&self) -> &'static str {
@@ -331,9 +331,9 @@ fn surveys_report_positions_alone_and_what_is_known_of_a_route_is_its_corners() 
 }
 
 #[test]
-fn survey_declared_goes_by_a_navigation_that_is_off_by_20_m_and_drifts() {
+fn survey_declared_follows_a_navigation_that_is_off_by_20_m_and_drifts() {
     let record = flown("survey-declared", 1);
-    // The route is given every metre.
+    // The route has a point every metre.
     let off = |row: &Row| {
         let distances = record.paths[0]
             .iter()
@@ -341,7 +341,7 @@ fn survey_declared_goes_by_a_navigation_that_is_off_by_20_m_and_drifts() {
         distances.fold(f64::INFINITY, f64::min)
     };
     let lane = between(&record, 60, 120).iter().map(off).fold(0.0, f64::max);
-    // Of 20 m, 16.4 m are across a lane that goes 37° east of north. 1 % of 0.9 m/s over 120 s are 1.1 m.
+    // 16.4 of 20 m are across a lane at 37° east of north. 1 % of 0.9 m/s over 120 s are 1.1 m.
     assert!((lane - 16.4).abs() < 1.5, "{lane}");
     let errors: Vec<_> = [60.0, 1499.0]
         .iter()
@@ -361,7 +361,7 @@ fn navigation_error(name: &str, time: f64) -> Vector2<f64> {
 }
 
 #[test]
-fn survey_resumed_leaves_its_lanes_for_150_s_and_comes_back_to_them() {
+fn survey_resumed_leaves_its_lanes_for_150_s_and_returns() {
     for seed in 1..=3 {
         let record = flown("survey-resumed", seed);
         let off = |row: &Row| row.auvs[0].cross_track.abs();
@@ -384,17 +384,17 @@ fn share_of(some: usize, all: usize) -> f64 {
 }
 
 #[test]
-fn crowded_has_a_disc_across_the_way_and_never_around_the_goal() {
+fn crowded_has_a_disc_on_the_straight_course_and_never_around_the_goal() {
     for seed in 1..=2 {
         let record = flown("crowded", seed);
         let disc = record.bounds.keep_outs[0];
         let inside = |place: Vector2<f64>| (place - disc.centre()).norm() < disc.radius_m;
-        // A vehicle is to be followed anywhere: both stay outside, followed or not.
+        // A vehicle may be followed anywhere: both stay outside, followed or not.
         for row in &record.rows {
             assert!(!inside(craft(row).goal), "{} s", row.time);
             assert!(row.auvs.iter().all(|auv| !inside(auv.position)), "{} s", row.time);
         }
-        // Who goes straight goes through it, on the way to a goal that is beyond it.
+        // A straight course goes through it, to a goal beyond it.
         let entered: Vec<_> = record
             .rows
             .iter()
@@ -410,8 +410,8 @@ fn crowded_has_a_disc_across_the_way_and_never_around_the_goal() {
 }
 
 #[test]
-fn rough_water_rocks_the_craft_and_its_current_comes_and_goes() {
-    // One heading and one speed throughout, so that whatever turns the craft is the water.
+fn rough_water_rocks_the_craft_and_its_current_varies() {
+    // One heading and one speed throughout: only the water turns the craft.
     let ahead = Reference {
         speed: 0.3,
         heading: Heading::new(0.0),
@@ -421,7 +421,7 @@ fn rough_water_rocks_the_craft_and_its_current_comes_and_goes() {
         let (mut yaw_rates, mut currents) = (vec![], vec![]);
         for step in 0..12_000 {
             world.step(Some(&ahead));
-            // It starts on another heading; a minute is 20 times what a quarter turn takes.
+            // It starts on another heading; a minute is 20 times the time of a quarter turn.
             if step > 600 {
                 let craft = world.surface_craft.as_ref().expect("has one");
                 yaw_rates.push(craft.state[5]);
@@ -433,7 +433,7 @@ fn rough_water_rocks_the_craft_and_its_current_comes_and_goes() {
         (root_mean_square(&yaw_rates), swing.fold(0.0, f64::max))
     };
     let (calm, rough) = (held("calm"), held("rough-water"));
-    // 0.04 rad at 2π / 4 s are 0.063 rad/s for a free hull; the autopilot takes part of it.
+    // 0.04 rad at 2π / 4 s are 0.063 rad/s for a free hull; the autopilot reduces that.
     assert!(calm.0 < 1e-6 && rough.0 > 0.01, "{calm:?} {rough:?}");
     // Four correlation times of gusts of 0.03 m/s.
     assert!(calm.1 == 0.0 && rough.1 > 0.03, "{calm:?} {rough:?}");
@@ -458,14 +458,14 @@ fn faults_weaken_a_thruster_for_300_s() {
 }
 
 #[test]
-fn faults_make_the_craft_lose_its_place_until_the_satellites_are_back() {
+fn faults_make_the_position_drift_until_gnss_returns() {
     let scenario = named("faults").lasting(900.0);
     let mut returns = vec![];
     for seed in 1..=6 {
         let record = run(&scenario, &mut los(), seed, &mut |_| {}).expect("runs");
         let jump =
             |at: usize| (position_error(&record.rows[at]) - position_error(&record.rows[at - 1])).norm();
-        // With satellites the error changes by 0.8 √(1 − e^(−2/60)) = 0.145 m a second (σ, each axis).
+        // With GNSS the error changes by 0.8 √(1 − e^(−2/60)) = 0.145 m a second (σ, each axis).
         assert!((1..700).all(|at| jump(at) < 1.0));
         returns.push(jump(880));
     }
@@ -480,40 +480,40 @@ fn faults_set_the_clock_ahead_lead_one_vehicle_astray_and_kill_the_other() {
         assert!((craft(row).known.time - row.time - ahead).abs() < 1e-9);
     }
 
-    // Straight on where its lane turns back.
+    // Straight on at the end of its lane.
     let from_path = |row: &Row| {
         let place = row.auvs[1].position;
         let distances = record.paths[1].iter().map(|point| (point - place).norm());
         distances.fold(f64::INFINITY, f64::min)
     };
-    // The path is given every metre.
+    // The path has a point every metre.
     assert!(between(&record, 200, 1120).iter().all(|row| from_path(row) < 1.0));
     assert!(from_path(&record.rows[1479]) > 20.0);
     assert!(from_path(&record.rows[1799]) < 20.0);
 
     let (dying, dead) = (&record.rows[1500], &record.rows[1799]);
     assert!(dying.auvs[0].surge > 0.25 && dead.auvs[0].surge < 0.05);
-    // What it last sent is from before 1500 s, by a clock that is 5 s ahead.
+    // Its last message is from before 1500 s, by a clock that is 5 s ahead.
     assert!((known_age(dead, 0) - 305.0).abs() < 1.5, "{}", known_age(dead, 0));
     assert!(known_age(dead, 1) < 6.0);
 }
 
 #[test]
-fn otter_goes_faster_than_a_medusa_can() {
+fn otter_is_faster_than_a_medusa_can_be() {
     let record = flown("otter", 1);
     let fastest = record.rows.iter().map(|row| craft(row).surge).fold(0.0, f64::max);
     assert!(fastest > 1.6, "{fastest}");
 }
 
 #[test]
-fn slocums_drift_off_their_paths_under_water_and_find_out_at_the_surface() {
+fn slocums_drift_off_their_paths_under_water_and_correct_at_the_surface() {
     let record = flown("slocum", 1);
     for i in 0..2 {
         let auv = |row: &Row| -> AuvRow { row.auvs[i] };
         let under: Vec<bool> = record.rows.iter().map(|row| auv(row).depth > 1.0).collect();
         let surfaced: Vec<usize> = (1..under.len()).filter(|k| under[k - 1] && !under[*k]).collect();
         assert!(surfaced.len() >= 4, "{surfaced:?}");
-        // It steers to its path from its estimated position, and the current of 0.05 m/s takes it from there.
+        // It steers by its estimated position, from which the current of 0.05 m/s carries it away.
         let first = &record.rows[surfaced[0]];
         let drift = auv(first).cross_track.abs();
         assert!(
@@ -522,7 +522,7 @@ fn slocums_drift_off_their_paths_under_water_and_find_out_at_the_surface() {
             first.time
         );
         assert!(drift > 1.0);
-        // Then it knows better, and comes nearer.
+        // Then it has a fix, and comes nearer.
         let knowing = auv(&record.rows[surfaced[0] + 10]).cross_track.abs();
         assert!(knowing < drift, "{knowing}");
     }

@@ -1,4 +1,4 @@
-//! The reference of every key in `docs/scenario-keys.md` is that of the schema.
+//! The reference of keys in `docs/scenario-keys.md` matches the schema.
 
 use std::fs;
 
@@ -16,16 +16,16 @@ mod page;
 const DOCUMENT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/scenario-keys.md");
 const BEGIN: &str = "<!-- keys -->\n";
 const END: &str = "<!-- /keys -->\n";
-/// Its members are documented as the levers of the planner.
+/// Documented as the planner's levers.
 const LEVERS: &str = "surface_craft.tuning";
-/// Set to anything, it writes the reference anew.
+/// Any value of this variable writes the reference anew.
 const UPDATE: &str = "UPDATE_DOCS";
 
 /// A key of the reference.
 #[derive(Debug)]
 struct Row {
     key: String,
-    /// Type and range, as far as the key's name does not say them.
+    /// Type and range, without those that the key's name states.
     value: String,
     presence: Presence,
     meaning: String,
@@ -36,7 +36,7 @@ enum Presence {
     Required,
     /// One of several tables.
     Variant,
-    /// With what it is if left out.
+    /// With its default.
     Optional(String),
 }
 
@@ -46,7 +46,7 @@ struct Reference {
 }
 
 impl Reference {
-    /// The properties of an object, each with what is inside it. `prefix` is empty or ends in a dot.
+    /// The properties of an object with their contents. `prefix` is empty or ends in a dot.
     fn object(&mut self, prefix: &str, object: &Value) {
         let required: Vec<&str> = match &object["required"] {
             Value::Array(names) => names.iter().filter_map(Value::as_str).collect(),
@@ -80,7 +80,7 @@ impl Reference {
         }
     }
 
-    /// What an object, a choice of objects or a list of either holds.
+    /// The contents of an object, a choice of objects or a list of either.
     fn inside(&mut self, key: &str, value: &Value) {
         if value["properties"].is_object() {
             self.object(&format!("{key}."), value);
@@ -187,7 +187,7 @@ fn reference() -> (Vec<Row>, String) {
 }
 
 #[test]
-fn the_reference_of_keys_is_that_of_the_schema() {
+fn the_reference_of_keys_matches_the_schema() {
     let (rows, reference) = reference();
     for row in &rows {
         assert_ne!(
@@ -239,7 +239,7 @@ fn every_key_of_the_built_in_scenarios_is_in_the_reference() {
         let mut found = vec![];
         walk("", &toml::from_str(text).expect("is TOML"), &mut found);
         for key in found {
-            // Distributions and names of vehicles are no keys of the format.
+            // Distributions and names of vehicles are not keys of the format.
             let (table, last) = key.rsplit_once('.').unwrap_or(("", &key));
             let by_auv = |row: &&str| {
                 table == *row

@@ -1,4 +1,4 @@
-//! Scenario files: what is published is what is read.
+//! Scenario files: published files are the ones that are read.
 
 use std::{collections::BTreeSet, fs, path::Path};
 
@@ -35,9 +35,9 @@ fn every_file_of_the_folder_is_built_in() {
 }
 
 #[test]
-fn every_scenario_runs_and_what_it_records_is_finite() {
+fn every_scenario_runs_and_its_record_is_finite() {
     for name in Scenario::names() {
-        // Schedules take longer than everything else.
+        // Schedules take longest.
         let seconds = if name.starts_with("visit") { 20_u8 } else { 120 };
         let scenario = named(name).lasting(f64::from(seconds));
         for seed in 0..3 {
@@ -64,13 +64,13 @@ fn every_scenario_runs_and_what_it_records_is_finite() {
     }
 }
 
-/// A scenario in a folder of its own, with `beside` as a file called `name` next to it.
+/// A scenario in a folder of its own, with `beside` as a file called `name`.
 fn read_beside(text: &str, name: &str, beside: &str) -> Result<Scenario, String> {
     let folder = tempfile::tempdir().expect("a folder");
     fs::write(folder.path().join(name), beside).expect("written");
     fs::write(folder.path().join("my.toml"), text).expect("written");
     let scenario = Scenario::read(&folder.path().join("my.toml")).map_err(|error| error.to_string())?;
-    // What it names is read anew at every start.
+    // Every start reads the named file again.
     scenario.start(3).map_err(|error| error.to_string())?;
     Ok(scenario)
 }
@@ -87,7 +87,7 @@ id = "auv-1"
 "#;
 
 #[test]
-fn bounds_that_no_snapshot_accepts_are_refused_before_the_craft_leaves() {
+fn bounds_that_no_snapshot_accepts_are_refused_before_departure() {
     let crowded = fs::read_to_string(folder().join("crowded.toml")).expect("built in");
     let area = "area = [[-60, -60], [160, -60], [160, 180], [-60, 180]]";
     for (text, written, says) in [
@@ -124,7 +124,7 @@ fn bounds_that_no_snapshot_accepts_are_refused_before_the_craft_leaves() {
 
 #[test]
 fn a_path_is_drawn_on_a_map() {
-    // 0.001° of latitude is 111 m here, 0.001° of longitude 87 m: read off the ellipsoid's radii below.
+    // 0.001° of latitude is 111 m, 0.001° of longitude 87 m, by the ellipsoid's radii below.
     let text = format!("{ALONE}path.geojson = {{file = \"track.geojson\", fillet_m = 5}}");
     let track = r#"{"type": "Feature", "properties": {}, "geometry": {"type": "LineString",
         "coordinates": [[-9.12, 38.41], [-9.12, 38.411], [-9.119, 38.411]]}}"#;
@@ -139,13 +139,13 @@ fn a_path_is_drawn_on_a_map() {
     let parallel = a / (1.0 - e2 * sin * sin).sqrt() * 38.41_f64.to_radians().cos();
     let millidegree = 0.001_f64.to_radians();
     let end = path.at(path.length()).position;
-    // The radii change by 1e-5 of themselves over a millidegree.
+    // The radii change by 1e-5 over a millidegree.
     assert!((end.x - meridian * millidegree).abs() < 0.01, "{end}");
     assert!((end.y - parallel * millidegree).abs() < 0.01, "{end}");
 }
 
 #[test]
-fn survey_lines_are_read_as_tools_write_them() {
+fn survey_lines_of_common_tools_are_read() {
     let text = format!("{ALONE}path.geojson = {{file = \"track.geojson\", fillet_m = 5}}");
     let length = |track: &str| {
         let folder = tempfile::tempdir().expect("a folder");
@@ -167,7 +167,7 @@ fn survey_lines_are_read_as_tools_write_them() {
 }
 
 #[test]
-fn files_beside_a_scenario_are_found_and_what_is_wrong_with_them_is_said() {
+fn files_beside_a_scenario_are_found_and_their_errors_are_named() {
     let path = "path.segments = {segments = [{line = {from = [0, 0], to = [100, 0]}}]}";
     let grid = format!("{ALONE}{path}\n[water.current.grid]\nfile = \"grid.csv\"\n");
     let header = "t_s,north_m,east_m,current_north_mps,current_east_mps\n";
@@ -232,7 +232,7 @@ fn acoustics(lines: &str) -> String {
     format!("[knowledge.acoustics]\n{}\n{lines}\n[water]", kept.join("\n"))
 }
 
-/// Asserts that the whole scenario with `right` replaced by `wrong` is refused, and what the error says.
+/// Asserts that the whole scenario with `wrong` instead of `right` is refused with an error `says`.
 fn assert_refused(cases: &[(&str, &str, &str)]) {
     let whole = format!("{ALONE}{LINE}{CRAFT}[surface_craft.limits]\n[water]\n");
     Scenario::parse(&whole, "my.toml", Files::default()).expect("valid as it stands");
@@ -247,7 +247,7 @@ fn assert_refused(cases: &[(&str, &str, &str)]) {
 }
 
 #[test]
-fn what_a_mission_would_stumble_over_is_refused_before_it() {
+fn members_that_would_fail_in_a_mission_are_refused_before_it() {
     assert_refused(&[
         ("id = \"auv-1\"", "id = \"a\\\"b,c\"", "auvs[0].id"),
         ("id = \"auv-1\"", "id = \"asc\"", "the name of the surface craft"),
@@ -369,9 +369,9 @@ fn a_craft_table_that_contradicts_itself_is_refused() {
 }
 
 #[test]
-fn a_craft_stays_where_every_goal_and_every_offset_put_it() {
-    // Line of sight keeps within 0.07 m of what moves steadily. The place nearest to two AUVs that dive in turn goes
-    // to and fro by 6.6 m, the squares of 23 m and 1 m apart over twice 40 m, with a speed that the law does not know.
+fn a_craft_stays_at_every_kind_of_goal_and_offset() {
+    // Line of sight keeps within 0.07 m of a steady goal. The place nearest to two AUVs that dive
+    // in turn moves to and fro by 6.6 m, (23² − 1²) m² over twice 40 m, at an unknown speed.
     for (goal, most) in [
         ("goal.weighted.weights = {auv-1 = 2, auv-2 = 1}", 0.1),
         ("goal.range = {auvs = [\"auv-1\", \"auv-2\"], range_m = 60}", 4.0),
@@ -415,7 +415,7 @@ fn a_craft_stays_where_every_goal_and_every_offset_put_it() {
 }
 
 #[test]
-fn making_one_number_a_distribution_changes_no_other() {
+fn a_distribution_for_one_number_changes_no_other() {
     let text = Scenario::text("paper-midpoint").expect("exists");
     let starts = |text: &str| {
         let scenario = Scenario::parse(text, "my.toml", Files::default()).expect("valid");
@@ -432,7 +432,7 @@ fn making_one_number_a_distribution_changes_no_other() {
 }
 
 #[test]
-fn a_long_path_burdens_no_record() {
+fn a_long_path_keeps_the_record_small() {
     let mower = "path.lawn_mower = {from = [0, 0], heading_rad = 0, lane_length_m = 90000, lane_spacing_m = 50, lanes = 100}\n";
     let text = format!("{ALONE}{mower}").replace("duration_s = 60", "duration_s = 2");
     let scenario = Scenario::parse(&text, "my.toml", Files::default()).expect("valid");
@@ -441,8 +441,8 @@ fn a_long_path_burdens_no_record() {
 }
 
 #[test]
-fn a_vehicle_that_strayed_goes_on_where_it_left_and_not_in_the_next_lane() {
-    // It waits at the surface for 300 s in a current towards the next lane, which is then the nearer one.
+fn a_strayed_vehicle_resumes_its_own_lane() {
+    // It waits at the surface for 300 s while a current carries it nearer to the next lane.
     let text = format!(
         "{ALONE}path.lawn_mower = {{from = [0, 0], heading_rad = 0, lane_length_m = 100, lane_spacing_m = 20, lanes = 3}}\n\
          [water.current.constant]\nnorth_mps = 0\neast_mps = 0.1\n\
@@ -468,7 +468,7 @@ fn a_vehicle_that_strayed_goes_on_where_it_left_and_not_in_the_next_lane() {
 }
 
 #[test]
-fn a_vehicle_that_surfaces_knows_its_place_again_and_goes_on_along_its_path() {
+fn a_surfaced_vehicle_has_a_fix_and_resumes_its_path() {
     let text = format!(
         "{ALONE}{LINE}dive = {{depth_min_m = 9, depth_max_m = 10, pitch_rad = 0.1}}\n\
          navigation_error = {{north_m = 12, east_m = -16, fix_at_surface = true}}\n\
@@ -477,7 +477,7 @@ fn a_vehicle_that_surfaces_knows_its_place_again_and_goes_on_along_its_path() {
     .replace("duration_s = 60", "duration_s = 700");
     let scenario = Scenario::parse(&text, "my.toml", Files::default()).expect("valid");
     let mut world = scenario.start(1).expect("valid").world;
-    // Depth, and how far it is off its path, m.
+    // Depth and distance from its path, m.
     let mut at = |time: f64| {
         while world.time() < time {
             world.step(None);
@@ -490,12 +490,12 @@ fn a_vehicle_that_surfaces_knows_its_place_again_and_goes_on_along_its_path() {
     let (depth, off) = at(499.0);
     assert!(depth <= 1.0 && 10.0 < off, "{depth} {off}");
     let (depth, off) = at(690.0);
-    // On its way down again.
+    // On its next descent.
     assert!(5.0 < depth && off.abs() < 0.1, "{depth} {off}");
 }
 
 #[test]
-fn a_random_survey_is_the_same_for_a_seed_has_every_pattern_and_can_be_sailed() {
+fn random_surveys_repeat_by_seed_have_all_patterns_and_can_be_followed() {
     let survey = |table: &str, seed| {
         let text = format!("{ALONE}path.random_survey = {{{table}}}\n");
         let scenario = Scenario::parse(&text, "my.toml", Files::default()).expect(table);
@@ -506,7 +506,7 @@ fn a_random_survey_is_the_same_for_a_seed_has_every_pattern_and_can_be_sailed() 
         let path = survey("turn_radius_m = 8", seed);
         assert_eq!(path, survey("turn_radius_m = 8", seed));
         assert_ne!(path, survey("turn_radius_m = 8", seed + 1));
-        // A pattern that is said, and what it has, changes nothing else.
+        // A fixed pattern and its members change nothing else.
         let said = survey(
             "turn_radius_m = 8, from = [0, 0], pattern = \"there_and_back\"",
             seed,
@@ -519,7 +519,7 @@ fn a_random_survey_is_the_same_for_a_seed_has_every_pattern_and_can_be_sailed() 
             assert!(curvature.abs() * 8.0 < 1.0 + 1e-6, "seed {seed}: {curvature} 1/m");
         }
     }
-    // To and fro, round and round, and as many corners as lanes, squares and way-points have.
+    // To and fro, round and round, and the corners of lanes, squares and way-points.
     assert!(
         corners.contains(&(2, true)) && corners.contains(&(4, true)),
         "{corners:?}"
@@ -528,7 +528,7 @@ fn a_random_survey_is_the_same_for_a_seed_has_every_pattern_and_can_be_sailed() 
 }
 
 #[test]
-fn a_craft_table_is_what_the_planner_gets_and_changes_no_draw() {
+fn a_craft_table_reaches_the_planner_and_changes_no_draw() {
     let given = |table: &str| {
         let text = format!("{ALONE}{LINE}{CRAFT}{table}[water]\n");
         let text = text.replacen("north_m = 0", "north_m = {uniform = [-5, 5]}", 1);
@@ -563,14 +563,14 @@ fn a_craft_table_is_what_the_planner_gets_and_changes_no_draw() {
     assert_eq!(all.power, Some(power));
     assert_eq!(all.heading_held, Some(HeadingReference::Course));
     assert_eq!(all.speed_held, Some(SpeedReference::OverGround));
-    // The surge lag among the limits is a part of the description, and without it nothing of that is lost.
+    // The limits' surge lag is a part of the description, and the rest of that stays.
     let (limited, _) = given("[surface_craft.limits]\nsurge_lag_s = 3\n");
     assert_eq!(limited.surge_loop.time_constant_s, Some(3.0));
     assert_eq!(limited.preset, truth.preset);
 }
 
 #[test]
-fn a_scenario_with_the_older_name_of_reported_as_is_read_as_the_same_scenario() {
+fn the_older_name_of_reported_as_gives_the_same_scenario() {
     let text = Scenario::text("fast-lawn-mower").expect("is built in");
     let read = |text: &str| {
         let scenario = Scenario::parse(text, "my.toml", Files::default()).expect("is valid");

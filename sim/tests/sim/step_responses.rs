@@ -1,4 +1,4 @@
-//! The surface craft with their inner loops closed: steps and ramps of speed and heading, and the declared limits.
+//! Closed-loop surface craft: steps and ramps of speed and heading, and the declared limits.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -14,7 +14,7 @@ use planner::{angle::Heading, los::Reference, snapshot::Limits};
 use DragFeedForward::{Off, On};
 use SurfaceClass::{Medusa, Otter};
 
-/// A craft at the end of each period since it got a speed and a heading reference.
+/// A craft at the end of each period since its speed and heading reference.
 struct Trial {
     hull: SurfaceHull,
     class: SurfaceClass,
@@ -36,7 +36,7 @@ impl Trial {
         }
     }
 
-    /// States at the beginning of every period of `duration` s with those references.
+    /// States at the beginning of every period of `duration` s with these references.
     fn follow(&mut self, speed: f64, heading: f64, duration: f64) -> Vec<SurfaceState> {
         let autopilot = self.class.autopilot(self.mode);
         let reference = Reference {
@@ -50,7 +50,7 @@ impl Trial {
             let measured = Measured::of(&self.state, &Vector2::zeros());
             let command = autopilot.command(&self.hull, &mut self.memory, &measured, &reference);
             let steady = self.hull.thrusters.steady(command, ThrusterHealth::SOUND);
-            // A fifth of the period: fine enough for a lag of a fifth of a period too.
+            // A fifth of the period: fine enough for a lag of a fifth of a period.
             for _ in 0..5 {
                 self.state = rk4(&self.state, 0.2 * PERIOD, |x| {
                     self.hull
@@ -78,7 +78,7 @@ fn time_to_63_percent(class: SurfaceClass, from: f64, to: f64, mode: DragFeedFor
 }
 
 #[test]
-fn the_medusa_s_surge_is_slow_without_drag_feed_forward_and_fast_with_it() {
+fn drag_feed_forward_speeds_up_the_medusa_s_surge() {
     for (from, to, mode, published) in [
         (0.3, 0.7, Off, 4.9),
         (0.3, 1.5, Off, 39.0),
@@ -94,7 +94,7 @@ fn the_medusa_s_surge_is_slow_without_drag_feed_forward_and_fast_with_it() {
     }
 }
 
-/// Time after which the heading stays within 5 % of a right angle's step, s, and the overshoot, rad.
+/// Time until the heading stays within 5 % of a right-angle step, s, and the overshoot, rad.
 fn right_angle(class: SurfaceClass, thrusters: Thrusters, speed: f64) -> (f64, f64) {
     let mut trial = Trial::steady(class, Off, speed);
     trial.hull.thrusters = thrusters;
@@ -108,7 +108,7 @@ fn right_angle(class: SurfaceClass, thrusters: Thrusters, speed: f64) -> (f64, f
 }
 
 #[test]
-fn the_medusa_turns_a_right_angle_in_three_seconds_and_lag_costs_little() {
+fn the_medusa_turns_a_right_angle_in_three_seconds_with_or_without_lag() {
     let thrusters = Medusa.hull().thrusters;
     // 0.02 s is next to none.
     let settled = [0.02, 0.1, 0.2].map(|lag| right_angle(Medusa, Thrusters { lag, ..thrusters }, 0.3));
@@ -138,7 +138,7 @@ fn the_otter_answers_like_a_heavier_medusa() {
             right_angle(Otter, Otter.hull().thrusters, speed)
         );
     }
-    // The small step with feed-forward is the scaled loop's own: within the scaling's rounding, the MEDUSA's.
+    // The small step with feed-forward is the scaled loop's: the MEDUSA's, within rounding.
     let ratio = time_to_63_percent(Otter, 0.3, 0.5, On) / time_to_63_percent(Medusa, 0.3, 0.5, On);
     assert!((ratio - 1.0).abs() < 0.1, "{ratio}");
     let (settled, overshoot) = right_angle(Otter, Otter.hull().thrusters, 1.0);
@@ -152,7 +152,7 @@ fn a_saturated_surge_loop_does_not_wind_up() {
     for (class, flat_out) in [(Medusa, (72.0_f64 / 27.5).sqrt()), (Otter, 6.0 * 0.5144)] {
         for mode in [On, Off] {
             let mut trial = Trial::steady(class, mode, 0.3);
-            // Out of reach for ten minutes: nothing of it must be stored.
+            // Out of reach for ten minutes: nothing of that may be stored.
             let asked = trial.follow(2.0 * flat_out, 0.0, 600.0);
             let end = asked.last().expect("some")[3];
             assert!(
@@ -170,7 +170,7 @@ fn a_saturated_surge_loop_does_not_wind_up() {
 }
 
 #[test]
-fn a_surge_loop_that_starves_while_the_craft_turns_does_not_wind_up() {
+fn a_surge_loop_without_thrust_in_a_turn_does_not_wind_up() {
     let fastest_at_2 = |mut trial: Trial| {
         let heading = trial.state[2];
         let straight = trial.follow(2.0, heading, 60.0);
@@ -178,7 +178,7 @@ fn a_surge_loop_that_starves_while_the_craft_turns_does_not_wind_up() {
     };
     let mut turning = Trial::steady(Otter, On, 2.0);
     for _ in 0..400 {
-        // Always 1.2 rad ahead: the moment stays at its limit and leaves the surge loop no say.
+        // Always 1.2 rad ahead: the moment stays at its limit, and surge gets no thrust.
         let _ = turning.follow(2.0, turning.state[2] + 1.2, PERIOD);
     }
     let starved = turning.state[3];
@@ -188,13 +188,13 @@ fn a_surge_loop_that_starves_while_the_craft_turns_does_not_wind_up() {
         "starved at {starved:.2}, then up to {after_turn:.3}; from a straight course {from_straight:.3} m/s"
     );
     assert!(starved < 1.0, "{starved}");
-    // Forty seconds of 0.4 m/s stored at 5.1 N/m would be 82 N, another metre per second.
+    // 0.4 m/s over forty seconds at 5.1 N/m would store 82 N, another metre per second.
     assert!((after_turn - from_straight).abs() < 0.05);
 }
 
 #[test]
-fn a_dead_zone_does_not_hold_a_slow_craft_back() {
-    // 0.1 m/s needs 0.14 N of each thruster, less than the least they give: they must come on and off.
+fn a_slow_craft_keeps_its_speed_despite_the_dead_zone() {
+    // 0.1 m/s needs 0.14 N of each thruster, less than their least: they must switch.
     let states = Trial::steady(Medusa, Off, 0.0).follow(0.1, 0.0, 600.0);
     let settled = &states[3000..];
     let mean = settled.iter().map(|state| state[3]).sum::<f64>() / time(settled.len()) * PERIOD;
@@ -239,8 +239,8 @@ fn the_limits_declared_to_the_planner_are_met() {
     }
 }
 
-/// Largest amount by which the craft falls behind a reference that goes from `from` to `to` at `rate`
-/// m/s², in the direction of the change, m/s.
+/// Largest lag of the craft behind a speed reference that goes from `from` to `to` at `rate` m/s²,
+/// in the direction of the change, m/s.
 fn furthest_behind(class: SurfaceClass, from: f64, to: f64, rate: f64, mode: DragFeedForward) -> f64 {
     let mut craft = SurfaceCraft::cruising(class.hull(), class.autopilot(mode), &Vector2::zeros(), 0.0, from);
     let (mut time, mut furthest): (f64, f64) = (0.0, 0.0);
@@ -257,7 +257,7 @@ fn furthest_behind(class: SurfaceClass, from: f64, to: f64, rate: f64, mode: Dra
 }
 
 #[test]
-fn with_feed_forward_ramps_at_the_promised_rates_are_followed_with_the_presets_time_constant() {
+fn feed_forward_follows_promised_ramps_with_the_preset_s_time_constant() {
     for class in [Medusa, Otter] {
         let Limits {
             speed_min,
@@ -274,7 +274,7 @@ fn with_feed_forward_ramps_at_the_promised_rates_are_followed_with_the_presets_t
                     "{class:?} {from} -> {to} at {rate}: {behind:.3} m/s behind, lag {:.1} s",
                     behind / rate
                 );
-                // A first-order answer follows a ramp at most T × rate behind it, and nearly that far.
+                // A first-order response lags a ramp by T × rate at most, and nearly by that.
                 assert!(
                     behind <= time_constant * rate,
                     "{class:?} {from} to {to}: {behind}"
@@ -289,7 +289,7 @@ fn with_feed_forward_ramps_at_the_promised_rates_are_followed_with_the_presets_t
 }
 
 #[test]
-fn from_a_steady_speed_either_mode_gives_the_promised_acceleration_once_thrust_is_there() {
+fn either_mode_gives_the_promised_acceleration_from_a_steady_speed() {
     for (class, mode) in [(Medusa, On), (Medusa, Off), (Otter, On), (Otter, Off)] {
         let (hull, limits) = (class.hull(), class.limits());
         for speed in [0.3, 0.7, 1.2, 0.9 * limits.speed_max] {
@@ -324,8 +324,8 @@ fn from_a_steady_speed_either_mode_gives_the_promised_acceleration_once_thrust_i
 }
 
 #[test]
-fn without_feed_forward_drag_outruns_the_loop() {
-    // What the planner must find by itself: the same ramps leave the loop on its clamp.
+fn drag_outruns_a_loop_without_feed_forward() {
+    // The planner must find it by itself: the same ramps leave the loop on its clamp.
     for class in [Medusa, Otter] {
         let (limits, clamp) = (class.limits(), class.autopilot(Off).surge.error_max);
         for (from, to, rate) in [

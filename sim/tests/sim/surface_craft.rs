@@ -1,4 +1,4 @@
-//! Surface hulls and thrusters: balance, energy, accuracy of the step.
+//! Surface hulls and thrusters: balance, energy, accuracy of the integration step.
 
 use nalgebra::{Vector2, Vector3};
 use pilotfish_sim::{
@@ -15,7 +15,7 @@ fn calm() -> Vector2<f64> {
     Vector2::zeros()
 }
 
-/// The state after `n` steps of `step` s in still water without waves, the thrusters tending to `steady`.
+/// State after `n` steps of `step` s in still water without waves, with `steady` thrust.
 fn run(hull: &SurfaceHull, start: SurfaceState, steady: Thrust, step: f64, n: u32) -> SurfaceState {
     (0..n).fold(start, |state, _| {
         rk4(&state, step, |x| {
@@ -44,7 +44,7 @@ fn steady_speeds_follow_from_the_balance_of_thrust_and_drag() {
 }
 
 #[test]
-fn the_otter_makes_its_six_knots_ahead_and_keeps_its_proportion_astern() {
+fn the_otter_reaches_six_knots_ahead_and_its_proportion_astern() {
     let hull = SurfaceHull::OTTER;
     let steady = |command| hull.thrusters.steady(both(command), ThrusterHealth::SOUND);
     let ahead = run(&hull, SurfaceState::zeros(), steady(1e3), PERIOD, 600)[3];
@@ -56,8 +56,8 @@ fn the_otter_makes_its_six_knots_ahead_and_keeps_its_proportion_astern() {
 }
 
 #[test]
-fn the_otter_s_derived_figures_are_those_of_the_published_code() {
-    // `otter.py` gives 41.4 kg m² for the yaw inertia with added mass, and 77.6 N/(m/s) follow by hand.
+fn the_otter_s_derived_figures_match_the_published_code() {
+    // `otter.py` has 41.4 kg m² of yaw inertia with added mass; 77.6 N/(m/s) follow by hand.
     let hull = SurfaceHull::OTTER;
     assert!((hull.inertia_yaw - 41.4).abs() < 0.05, "{}", hull.inertia_yaw);
     assert!((hull.drag_surge.linear - 77.6).abs() < 0.05);
@@ -65,8 +65,8 @@ fn the_otter_s_derived_figures_are_those_of_the_published_code() {
 }
 
 #[test]
-fn power_goes_to_motion_and_drag_alone() {
-    // d/dt ½ νᵀMν = τᵀν − νᵀD(ν): the Coriolis terms do no work, whatever the motion.
+fn power_becomes_motion_and_drag_alone() {
+    // d/dt ½ νᵀMν = τᵀν − νᵀD(ν): the Coriolis terms do no work in any motion.
     for hull in CLASSES.map(SurfaceClass::hull) {
         for velocity in [Vector3::new(1.2, -0.3, 0.8), Vector3::new(-0.4, 0.2, -1.1)] {
             let input = SurfaceInput {
@@ -88,7 +88,7 @@ fn power_goes_to_motion_and_drag_alone() {
 }
 
 #[test]
-fn in_a_turn_the_thrusters_work_is_found_again_as_motion_and_heat() {
+fn the_thrusters_work_in_a_turn_becomes_motion_and_heat() {
     for hull in CLASSES.map(SurfaceClass::hull) {
         let steady = Thrust {
             port: 0.8 * hull.thrusters.ahead_max,
@@ -138,14 +138,14 @@ fn straight_ahead_the_propulsion_power_is_drag_times_speed() {
 }
 
 #[test]
-fn thrust_comes_with_the_exponential_of_its_lag() {
+fn thrust_grows_exponentially_with_its_lag() {
     for hull in CLASSES.map(SurfaceClass::hull) {
         let lag = hull.thrusters.lag;
         let target = 0.5 * hull.thrusters.ahead_max;
         for n in [1_u32, 4, 10, 20] {
             let exact = target * (1.0 - (-0.25 * f64::from(n)).exp());
             let end = run(&hull, SurfaceState::zeros(), both(target), 0.25 * lag, n);
-            // Each step's error is (h/τ)⁵/120 = 8e-6 of the step, and four of them are not yet forgotten.
+            // Each step errs by (h/τ)⁵/120 = 8e-6 of the step; four of these have not yet decayed.
             assert!((end[6] - exact).abs() < 4e-5 * target, "{n}: {}", end[6]);
         }
         // At the simulator's own step, h = τ, the worst is (1/0! − 1/1! + … + 1/4!) − 1/e = 0.7 %.
@@ -170,7 +170,7 @@ fn waves_push_the_craft_as_its_thrusters_would() {
     }
 }
 
-/// A gentle turn to starboard at growing speed in which no velocity changes its sign: |v| v is smooth there.
+/// A gentle turn to starboard at growing speed without a change of sign: |v| v is smooth there.
 fn smooth_turn(hull: &SurfaceHull, step: f64, n: u32) -> SurfaceState {
     let thrust = 0.4 * hull.thrusters.ahead_max;
     let mut start = hull.cruising(&calm(), 0.3, 0.5);
@@ -185,8 +185,8 @@ fn smooth_turn(hull: &SurfaceHull, step: f64, n: u32) -> SurfaceState {
 #[test]
 fn halving_the_step_divides_the_hull_s_error_by_sixteen() {
     for hull in CLASSES.map(SurfaceClass::hull) {
-        // With a lag as long as in the simulator its stiffness hides the order at coarse steps: five
-        // times the lag leaves the same equations.
+        // The stiffness of the simulator's lag hides the order at coarse steps: five times the lag
+        // leaves the same equations.
         let hull = SurfaceHull {
             thrusters: Thrusters {
                 lag: 0.5,
@@ -198,13 +198,13 @@ fn halving_the_step_divides_the_hull_s_error_by_sixteen() {
         let error = |step, n| (smooth_turn(&hull, step, n) - exact).norm();
         let (coarse, fine) = (error(0.05, 200), error(0.025, 400));
         println!("RK4: {coarse:.2e} and {fine:.2e}, ratio {:.2}", coarse / fine);
-        // 2⁴ up to the next order's share, which is of the size h/τ = 0.1 of it.
+        // 2⁴ up to the next order's share, about h/τ = 0.1 of it.
         assert!((coarse / fine - 16.0).abs() < 2.0, "ratio {}", coarse / fine);
     }
 }
 
 #[test]
-fn a_tenth_of_a_second_is_a_fine_enough_step() {
+fn steps_of_a_tenth_of_a_second_are_accurate() {
     for hull in CLASSES.map(SurfaceClass::hull) {
         let turn = Thrust {
             port: 0.9 * hull.thrusters.ahead_max,
@@ -214,7 +214,7 @@ fn a_tenth_of_a_second_is_a_fine_enough_step() {
         let difference = run(&hull, still, turn, PERIOD, 300) - run(&hull, still, turn, PERIOD / 16.0, 4800);
         let off = difference.fixed_rows::<2>(0).norm();
         println!("30 s of hard turning from rest: {off:.1e} m off");
-        // A millimetre is no matter for tracking to centimetres.
+        // A millimetre does not matter for tracking to centimetres.
         assert!(off < 1e-3, "{off}");
     }
 }

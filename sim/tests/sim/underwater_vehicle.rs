@@ -1,4 +1,4 @@
-//! Underwater vehicles with their inner loops closed.
+//! Closed-loop underwater vehicles.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -15,7 +15,7 @@ use crate::named;
 
 const CLASSES: [UnderwaterClass; 2] = [UnderwaterClass::Medusa, UnderwaterClass::Slocum];
 
-/// States at the end of each of `n` periods with that reference, in still water.
+/// States at the end of each of `n` periods with this reference, in still water.
 fn follow(
     class: UnderwaterClass,
     start: UnderwaterState,
@@ -56,7 +56,7 @@ fn reversal(class: UnderwaterClass) -> (f64, f64) {
 }
 
 #[test]
-fn the_medusa_s_pitch_reversal_takes_about_four_seconds_and_the_glider_s_a_few_times_that() {
+fn pitch_reversals_take_four_seconds_or_a_few_times_that() {
     let [(medusa, medusa_largest), (slocum, slocum_largest)] = CLASSES.map(reversal);
     println!(
         "pitch reversals: {medusa:.1} s to {:.2} deg, {slocum:.1} s to {:.2} deg",
@@ -70,7 +70,7 @@ fn the_medusa_s_pitch_reversal_takes_about_four_seconds_and_the_glider_s_a_few_t
 }
 
 #[test]
-fn a_glide_goes_over_the_ground_at_its_published_speed_and_the_dive_s_slope() {
+fn a_glide_has_its_published_ground_speed_and_slope() {
     let class = UnderwaterClass::Slocum;
     let pitch = class.dive().pitch;
     assert!((class.speed() - 0.29 / 26_f64.to_radians().cos()).abs() < 1e-12);
@@ -90,7 +90,7 @@ fn a_glide_goes_over_the_ground_at_its_published_speed_and_the_dive_s_slope() {
 }
 
 #[test]
-fn the_glider_s_rudder_turns_it_on_seven_metres() {
+fn the_glider_turns_on_seven_metres() {
     let class = UnderwaterClass::Slocum;
     let start = UnderwaterState::from([0.0, 0.0, 5.0, 0.0, 0.0, 0.29, 0.0, 0.0]);
     let reference = UnderwaterReference {
@@ -129,13 +129,13 @@ fn both_vehicles_follow_a_lawn_mower_in_their_sawtooth() {
             (0.0..1.0).contains(&(deepest - class.dive().depth_max)),
             "{deepest}"
         );
-        // Turns of 10 m are inside what either can do, and both laws know the path's curvature.
+        // Either can turn on 10 m, and both laws know the path's curvature.
         assert!(furthest < 0.1, "{class:?}: {furthest}");
     }
 }
 
 #[test]
-fn a_vehicle_thrown_about_comes_back_to_its_reference_without_a_nan() {
+fn a_disturbed_vehicle_returns_to_its_reference_without_a_nan() {
     for class in CLASSES {
         for pitch in [FRAC_PI_2, -FRAC_PI_2, 1.6, 3.1, -2.5] {
             for (pitch_rate, yaw_rate) in [(0.0, 0.0), (4.0, -3.0), (-4.0, 3.0)] {
@@ -167,7 +167,7 @@ fn no_pitch_reference_leads_to_the_pole() {
             };
             let states = follow(class, start, reference, 1200);
             let steepest = states.iter().map(|state| state[3].abs()).fold(0.0, f64::max);
-            // The loop's overshoot stays inside the 5° that are left to where the heading rate is held.
+            // The loop's overshoot stays within the 5° up to the bound of the heading rate.
             assert!(
                 (PITCH_MAX - 0.01..85_f64.to_radians()).contains(&steepest),
                 "{steepest}"
@@ -176,7 +176,7 @@ fn no_pitch_reference_leads_to_the_pole() {
     }
 }
 
-/// A dive that turns, every velocity keeping its sign.
+/// A dive that turns, without a change of sign of any velocity.
 fn smooth_dive(hull: &UnderwaterHull, step: f64, n: u32) -> UnderwaterState {
     let input = UnderwaterInput {
         surge_force: 0.9 * hull.force_max,

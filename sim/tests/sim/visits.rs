@@ -1,4 +1,4 @@
-//! Missions whose craft chooses which AUV to visit.
+//! Missions whose craft chooses the AUV to visit.
 
 use pilotfish_sim::{
     guide::Guide,
@@ -23,14 +23,14 @@ fn text(goal: &str) -> String {
     format!("{before}{goal}\n\n[[auvs]]{after}")
 }
 
-/// The same as a scenario of 16 minutes.
+/// The scenario with this goal, of 16 minutes.
 fn with_goal(goal: &str) -> Scenario {
     Scenario::parse(&text(goal), "visits.toml", Files::default())
         .expect("is a scenario")
         .lasting(960.0)
 }
 
-/// Mean and largest true age over all vehicles, s, from two minutes on.
+/// Mean and largest true age of all vehicles, s, after two minutes.
 fn ages(record: &Record) -> (f64, f64) {
     let mut ages = vec![0.0; record.auv_ids.len()];
     let (mut sum, mut n, mut largest) = (0.0, 0.0, 0.0_f64);
@@ -61,7 +61,7 @@ fn flown(scenario: &Scenario, guide: &mut dyn Guide) -> (f64, f64) {
 }
 
 #[test]
-fn two_lawn_mowers_whose_ages_count_are_no_older_than_by_the_clock_at_its_best_dwell() {
+fn visits_by_age_are_no_worse_than_the_best_fixed_dwell() {
     let auvs = "auvs = [\"auv-1\", \"auv-2\"]";
     let clock = |dwell: u32| {
         let goal = format!("[surface_craft.goal.intermittent]\n{auvs}\ndwell_s = {dwell}\nepoch_s = 0");
@@ -83,7 +83,7 @@ fn two_lawn_mowers_whose_ages_count_are_no_older_than_by_the_clock_at_its_best_d
 }
 
 #[test]
-fn a_scenario_says_what_a_visit_costs_and_who_is_not_visited_is_refused() {
+fn a_scenario_sets_the_cost_of_visits_and_refuses_unvisited_vehicles() {
     let goal = "[surface_craft.goal.visit]\nauvs = [\"auv-1\", \"auv-2\"]\nreduce = \"max\"\nwithin_m = 15\n\
         cost = {data = {growth_kbps = 0.5, upload_kbps = 6, range_max_m = 200}}\nserve_by_s = {auv-2 = 900}";
     let mut scenario = with_goal(goal);
@@ -101,7 +101,7 @@ fn a_scenario_says_what_a_visit_costs_and_who_is_not_visited_is_refused() {
 }
 
 #[test]
-fn the_true_costs_of_a_mission_are_those_counted_from_its_positions() {
+fn true_costs_of_a_mission_match_its_positions() {
     let scenario = with_goal("[surface_craft.goal.visit]\nauvs = [\"auv-1\", \"auv-2\"]").lasting(400.0);
     let record = run(&scenario, &mut los(), 1, &mut |_| {}).expect("runs");
     let mut ages = [0.0; 2];

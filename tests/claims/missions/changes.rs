@@ -1,4 +1,4 @@
-//! A live mission whose goal, limits, craft, keep-outs and area are changed while it runs.
+//! Changes of a live mission's goal, limits, craft, keep-outs and area while it runs.
 
 use axum::http::{HeaderValue, Method, StatusCode, header};
 use serde_json::{Value, json};
@@ -25,7 +25,7 @@ impl Service {
         self.patch_keyed(mission, body, None).await
     }
 
-    /// Changes the mission, and answers with it as it is then.
+    /// Changes the mission, and returns it.
     async fn change(&self, mission: &str, body: Value) -> Value {
         let changed = self.patch(mission, &body).await;
         assert_eq!(changed.status, StatusCode::OK, "{}", changed.text);
@@ -38,7 +38,7 @@ impl Service {
         mission
     }
 
-    /// The next plan, of vehicles that have just been heard.
+    /// The next plan after new reports of the vehicles.
     async fn next_plan(&self, mission: &str) -> Value {
         let now = self.mission_now(&self.ask(mission).await);
         let accepted = self.order(mission, "reports", heard(now)).await;
@@ -50,13 +50,13 @@ impl Service {
     }
 }
 
-/// Where the goal of a plan is when it is made, (north, east), m.
+/// Goal at the time of the plan, (north, east), m.
 fn goal_of(plan: &Value) -> [f64; 2] {
     let point = &plan["goal"]["trajectory"][0];
     ["north_m", "east_m"].map(|axis| point[axis].as_f64().expect("is a number"))
 }
 
-/// Of the planned trajectory, the least distance from (north, east), m.
+/// Least distance of the planned trajectory from (north, east), m.
 fn nearest(plan: &Value, [north, east]: [f64; 2]) -> f64 {
     let points = plan["trajectory"].as_array().expect("is a list").iter();
     let coordinate = |point: &Value, axis| point[axis].as_f64().expect("is a number");
@@ -74,7 +74,7 @@ fn route(points: &[[f64; 2]]) -> Value {
 }
 
 #[tokio::test(start_paused = true)]
-async fn every_plan_after_a_change_is_made_by_it_and_all_are_made_again_equal() {
+async fn every_plan_after_a_change_follows_it_and_all_replay_equal() {
     let service = Service::start().await;
     let mission = service.run_live().await;
     let made = service.ask(&mission).await;
@@ -97,7 +97,7 @@ async fn every_plan_after_a_change_is_made_by_it_and_all_are_made_again_equal() 
         (north - 10.0).hypot(east - 20.0) < 1.0,
         "above auv-2: {north}, {east}"
     );
-    // The heading turns there from where it was: 9.7° a second of the mission's clock.
+    // The heading turns there from its former value: 9.7° a second of the mission's clock.
     let heading = |plan: &Value| plan["reference"]["heading_rad"].as_f64().expect("is a number");
     let turned = heading(&after) - heading(&before);
     assert!((0.05..1.4).contains(&turned), "to starboard, {turned} rad");
@@ -141,7 +141,7 @@ async fn every_plan_after_a_change_is_made_by_it_and_all_are_made_again_equal() 
 }
 
 #[tokio::test(start_paused = true)]
-async fn with_another_craft_what_was_learnt_of_the_one_before_is_learnt_anew() {
+async fn another_craft_starts_without_the_estimates_of_the_previous_one() {
     let service = Service::start().await;
     let mission = service.run_live().await;
     let lag = |plan: &Value| plan["craft_estimate"]["heading_lag_s"].clone();
@@ -170,14 +170,14 @@ async fn with_another_craft_what_was_learnt_of_the_one_before_is_learnt_anew() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_change_is_an_event_that_streams_and_records_tell() {
+async fn a_change_is_an_event_in_streams_and_records() {
     let service = Service::start().await;
     let mission = service.create(&live()).await;
     let goal = json!({ "goal": track("auv-1"), "keep_outs": null });
     assert_eq!(service.change(&mission, goal).await["sequence"], 2);
     let disc = json!({ "north_m": 50.0, "east_m": 0.0, "radius_m": 4.0 });
     service.change(&mission, json!({ "keep_outs": [disc] })).await;
-    // What is so already is no event.
+    // A change without effect is no event.
     let again = service.change(&mission, json!({ "goal": track("auv-1") })).await;
     assert_eq!(again["sequence"], 3);
     service.order(&mission, "finish", json!({})).await;
@@ -221,7 +221,7 @@ async fn a_change_is_an_event_that_streams_and_records_tell() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_patch_that_cannot_be_is_refused_with_the_place_of_its_fault_and_changes_nothing() {
+async fn an_invalid_patch_is_refused_with_its_fault_s_place_and_changes_nothing() {
     let service = Service::start().await;
     let mission = service.create(&live()).await;
     let before = service.ask(&mission).await;
@@ -310,7 +310,7 @@ async fn a_mission_that_is_simulated_over_or_unknown_is_not_changed() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_patch_sent_again_with_its_key_is_carried_out_once() {
+async fn a_repeated_patch_with_its_key_is_carried_out_once() {
     let service = Service::start().await;
     let mission = service.create(&live()).await;
     let (one, other) = (
@@ -333,7 +333,7 @@ async fn a_patch_sent_again_with_its_key_is_carried_out_once() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_restart_goes_on_by_the_changed_setting_whether_a_plan_was_made_by_it_or_not() {
+async fn a_restart_keeps_a_change_with_or_without_a_plan_since() {
     let mut service = Service::start().await;
     let mission = service.run_live().await;
     service.next_plan(&mission).await;
@@ -356,9 +356,9 @@ async fn a_restart_goes_on_by_the_changed_setting_whether_a_plan_was_made_by_it_
 }
 
 #[tokio::test(start_paused = true)]
-async fn the_route_of_an_auv_is_replaced_stored_and_there_after_a_restart() {
+async fn a_replaced_route_of_an_auv_survives_a_restart() {
     let mut service = Service::start().await;
-    // Its fixes do not move: by itself the planner would hold it.
+    // Its fixes do not move: the planner alone would hold it.
     let mut along_paths = live();
     along_paths["live"]["forecast"] = json!("path");
     let mission = service.create(&along_paths).await;

@@ -1,4 +1,4 @@
-//! A live mission whose vehicles say where they are in latitude and longitude.
+//! A live mission whose vehicles report latitude and longitude.
 
 use std::time::Duration;
 
@@ -11,7 +11,7 @@ use super::{Service, live};
 /// Metres of a degree of latitude at 38.41° (WGS 84).
 const DEGREE_M: f64 = 111_005.0;
 
-/// Everybody 0.001° further north a second, beside (38.41, −9.12).
+/// All vehicles `north_deg` north of (38.41, −9.12).
 fn heard(now: f64, north_deg: f64) -> Value {
     let fix = |east_deg: f64| json!([{ "t_s": now, "lat_deg": 38.41 + north_deg, "lon_deg": -9.12 + east_deg, "sigma_m": 1.0 }]);
     let state = json!({ "lat_deg": 38.41 + north_deg, "lon_deg": -9.12, "heading_rad": 0.0, "speed_mps": 0.2,
@@ -34,11 +34,11 @@ async fn the_first_fix_becomes_the_origin_and_everything_has_both_positions() {
     let reports = format!("{mission}/reports");
     let first = heard(service.mission_now(&service.ask(&mission).await), 0.0);
     let accepted = service.post_keyed(&reports, &first, "first").await.json();
-    // The first in the post is the craft's.
+    // The craft's is the first in the post.
     let origin = json!({ "lat_deg": 38.41, "lon_deg": -9.12 });
     assert_eq!(accepted["origin"], origin, "{accepted}");
     assert_eq!(service.ask(&mission).await["origin"], origin);
-    // Sent again, when the origin is known: the same answer.
+    // Sent again, with a known origin: the same answer.
     let again = service.post_keyed(&reports, &first, "first").await;
     assert_eq!((again.status, again.json()), (StatusCode::OK, accepted));
 
@@ -81,7 +81,7 @@ async fn the_first_fix_becomes_the_origin_and_everything_has_both_positions() {
     let map = service.get(&format!("{mission}/record?format=geojson")).await;
     assert_eq!(map.status, StatusCode::OK, "{}", map.text);
 
-    // All of it, by a service that was started again.
+    // The same from a service that was started again.
     let service = service.restart().await;
     assert_eq!(service.ask(&mission).await["origin"], origin);
     service.order(&mission, "finish", json!({})).await;
@@ -89,7 +89,7 @@ async fn the_first_fix_becomes_the_origin_and_everything_has_both_positions() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn metres_of_a_mission_with_an_origin_get_their_degrees() {
+async fn metres_in_a_mission_with_an_origin_get_degrees() {
     let service = Service::start().await;
     let mut body = live();
     body["live"]["origin"] = json!({ "lat_deg": 38.41, "lon_deg": -9.12 });
@@ -112,7 +112,7 @@ async fn metres_of_a_mission_with_an_origin_get_their_degrees() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn degrees_are_refused_where_metres_count_from_an_unknown_place() {
+async fn degrees_are_refused_beside_metres_without_an_origin() {
     let service = Service::start().await;
     let mut body = live();
     body["live"]["keep_outs"] = json!([{ "north_m": 30.0, "east_m": 0.0, "radius_m": 5.0 }]);
@@ -203,7 +203,7 @@ async fn another_origin_moves_no_position_on_earth_and_ends_the_warning() {
     let again = patch(json!({ "origin": near })).await.json();
     assert_eq!(again["sequence"], changed["sequence"], "it is set already");
 
-    // Without new reports: what is known lies where it lay.
+    // Without new reports: everything stays at its place on Earth.
     let next = format!("{mission}/reference?wait_s=10&after={}", changed["sequence"]);
     let plan = service.ask(&next).await["plan"].clone();
     assert!(!has_warning(&plan), "{plan}");
@@ -218,7 +218,7 @@ async fn another_origin_moves_no_position_on_earth_and_ends_the_warning() {
                 .expect("a number")
         };
         let apart = degrees(&before) - degrees(&plan);
-        // The AUVs rest, but for what the filter takes for drift.
+        // The AUVs rest, except for the filter's drift.
         assert!(apart.abs() < 1e-4, "{at}: {apart}°");
     }
     plan_after_reports(0.0001).await;

@@ -1,4 +1,4 @@
-//! What a mission of the simulator predicts where a line-of-sight law steers.
+//! Predictions of a simulated mission that a line-of-sight law steers.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ const LAWS: [&str; 4] = [
     "waypoint_box",
 ];
 
-/// A plan's time, what it predicts, and where the craft truly was.
+/// A plan's time and prediction, and the craft's true position.
 struct KeptPlan {
     t_s: f64,
     prediction: wire::Prediction,
@@ -51,7 +51,7 @@ fn between([north, east]: [f64; 2], [to_north, to_east]: [f64; 2]) -> f64 {
     (to_north - north).hypot(to_east - east)
 }
 
-/// How far the craft truly was 8 s after each plan from where `predicted` has it then, m: mean.
+/// Mean distance of the craft from its `predicted` position 8 s after each plan, m.
 fn miss(plans: &[KeptPlan], predicted: impl Fn(&wire::Prediction) -> &[[f64; 2]]) -> f64 {
     let misses = plans.iter().filter_map(|plan| {
         let after = |seconds: f64| plans.iter().find(move |later| later.t_s == plan.t_s + seconds);
@@ -64,7 +64,7 @@ fn miss(plans: &[KeptPlan], predicted: impl Fn(&wire::Prediction) -> &[[f64; 2]]
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_law_flies_with_the_gains_that_its_mission_gives_and_the_planner_takes_none() {
+async fn a_law_uses_the_gains_of_its_mission_and_the_planner_none() {
     let service = Service::start().await;
     let gains = json!({ "look_ahead_m": 1.0, "along_track_gain_per_s": 0.1 });
     let mut new = simulated("paper-tracking");
@@ -113,7 +113,7 @@ async fn a_law_flies_with_the_gains_that_its_mission_gives_and_the_planner_takes
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_scene_lists_the_faults_and_says_that_they_stop_messages() {
+async fn a_scene_lists_the_faults_and_their_effect_on_messages() {
     let service = Service::start().await;
     let mission = service.create(&simulated("faults")).await;
     let scene = service.ask(&format!("{mission}/scene")).await;
@@ -136,13 +136,14 @@ mod slow {
     use super::*;
 
     #[tokio::test(start_paused = true)]
-    async fn a_mission_that_a_law_steers_predicts_where_that_law_leads() {
+    async fn a_mission_steered_by_a_law_predicts_that_law_s_path() {
         let service = Service::start().await;
         for scenario in ["calm", "paper-intermittent"] {
             let mut first = BTreeMap::new();
             for law in LAWS {
                 let (plans, last) = flown(&service, scenario, law).await;
-                // The response model is not the simulator's hull: 0.4 m at most on the average, when a goal jumps included.
+                // The response model is not the simulator's hull: 0.4 m on average, goal jumps
+                // included.
                 let asc = miss(&plans, |prediction| &prediction.asc);
                 assert!(asc < 0.5, "{scenario}, {law}: {asc} m");
                 // This one leads elsewhere than saturated line of sight.
@@ -151,7 +152,7 @@ mod slow {
                 assert!(!elsewhere || 3.0 < other, "{scenario}, {law}: {other} m");
                 first.insert(law, plans[0].prediction.asc.clone());
 
-                // The first step goes towards the reference that was given, in heading and in speed.
+                // The first step goes towards the given reference, in heading and speed.
                 let trajectory: Vec<wire::TrajectoryPoint> =
                     serde_json::from_value(last["trajectory"].clone()).expect("has the shape");
                 let reference = &plans.last().expect("there are plans").reference;
@@ -168,7 +169,7 @@ mod slow {
                 let rms = last["predicted"]["rms_error_m"].as_f64().expect("is one");
                 assert!((rms - predicted.rms_m).abs() < 1e-4, "{scenario}, {law}");
             }
-            // The same world and seed: the first plans differ by the law alone. An integral is zero at first.
+            // Same world and seed: the first plans differ by the law. An integral is zero at first.
             for (law, asc) in first.iter().filter(|(law, _)| **law != "integral_los") {
                 let same = first.iter().filter(|(_, other)| *other == asc);
                 let same: Vec<_> = same

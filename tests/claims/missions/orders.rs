@@ -1,4 +1,4 @@
-//! Who ordered what, how long missions are kept, and what each client has at most.
+//! Orders with their callers, retention of missions, and each client's share.
 
 use std::{net::Ipv4Addr, time::Duration};
 
@@ -11,7 +11,7 @@ use tower::ServiceExt as _;
 
 use super::{Service, heard, live};
 
-/// Event streams of one client at most.
+/// Largest number of event streams of one client.
 const STREAM_SHARE: usize = 128;
 
 impl Service {
@@ -26,7 +26,7 @@ impl Service {
         listed["orders"].as_array().expect("is a list").clone()
     }
 
-    /// Keeps missions for so long, for a simulated minute.
+    /// Applies `retention` for a simulated minute.
     async fn keep_for(&self, retention: Retention) {
         let minute = Duration::from_mins(1);
         let kept = self
@@ -48,7 +48,7 @@ fn id(mission: &str) -> &str {
 }
 
 #[tokio::test(start_paused = true)]
-async fn every_order_is_kept_with_who_gave_it_also_of_a_mission_that_is_gone() {
+async fn every_order_is_kept_with_its_caller_even_after_deletion() {
     let service = Service::start().await;
     let mission = service.create(&live()).await;
     let mut run = post(&format!("{mission}/run"), "{}".to_owned());
@@ -65,7 +65,7 @@ async fn every_order_is_kept_with_who_gave_it_also_of_a_mission_that_is_gone() {
     assert_eq!(service.delete(&mission).await.status, StatusCode::NO_CONTENT);
     assert_eq!(service.delete(&mission).await.status, StatusCode::NOT_FOUND);
 
-    // What changed nothing was no order, and reports are in the mission's own log.
+    // Unchanged state is no order, and reports are in the mission's own log.
     let orders = service.orders("").await;
     assert_eq!(actions(&orders), ["create", "run", "pause", "finish", "delete"]);
     assert!(
@@ -88,7 +88,7 @@ async fn every_order_is_kept_with_who_gave_it_also_of_a_mission_that_is_gone() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn missions_that_are_over_or_abandoned_go_when_they_are_due() {
+async fn finished_and_abandoned_missions_are_deleted_when_due() {
     let service = Service::start().await;
     let [over, silent, heard_of] = [
         service.create(&live()).await,
@@ -166,7 +166,7 @@ async fn one_client_leaves_the_others_half_of_the_streams() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_client_that_has_its_share_of_the_disk_reports_no_more_and_what_was_heard_is_planned_for() {
+async fn a_client_without_disk_share_cannot_report_but_its_missions_plan() {
     let data = tempfile::tempdir().expect("is made");
     let service = Service::start_in(simulated_machine(), data, 6_000).await;
     let mission = service.create(&live()).await;
@@ -187,7 +187,7 @@ async fn a_client_that_has_its_share_of_the_disk_reports_no_more_and_what_was_he
     assert!(0 < accepted);
     let more = service.post("/v1/missions", &live()).await;
     assert_eq!(more.status, StatusCode::TOO_MANY_REQUESTS, "{}", more.text);
-    // The newest plan is of what was heard until then; the next ones are made of it too, and stored.
+    // The newest plan uses all earlier reports; so do the next ones, which are stored.
     let newest = service.ask(&format!("{mission}/reference?wait_s=10")).await;
     let next = format!("{mission}/reference?wait_s=10&after={}", newest["sequence"]);
     assert!(newest["sequence"].as_u64() < service.ask(&next).await["sequence"].as_u64());
@@ -196,9 +196,9 @@ async fn a_client_that_has_its_share_of_the_disk_reports_no_more_and_what_was_he
     service.create(&live()).await;
 }
 
-/// Two operators saw the same mission. The second order rests on a stale view: it is refused with what changed.
+/// The second of two operators' orders rests on a stale view: it is refused with the change.
 #[tokio::test(start_paused = true)]
-async fn an_order_by_a_stale_view_of_the_mission_is_refused_with_what_changed() {
+async fn an_order_by_a_stale_view_is_refused_with_the_change() {
     let service = Service::start().await;
     let mission = service.create(&live()).await;
     let tag = |answer: &Answer| answer.headers["etag"].to_str().expect("is text").to_owned();

@@ -10,7 +10,7 @@ async fn csv(service: &Service, mission: &str, query: &str) -> Vec<String> {
 }
 
 #[tokio::test(start_paused = true)]
-async fn the_record_of_a_live_mission_in_two_parts_is_the_whole_on_its_own_clock() {
+async fn two_parts_of_a_live_record_make_the_whole_on_the_mission_s_clock() {
     let service = Service::start().await;
     let mission = service.create(&live()).await;
     service.order(&mission, "run", json!({})).await;
@@ -46,7 +46,7 @@ async fn the_record_of_a_live_mission_in_two_parts_is_the_whole_on_its_own_clock
         )
     });
     assert!(orders.iter().eq(expected), "{orders:?}");
-    // Ten times as fast as life from when it was made: far from 0, and from the time of the service.
+    // Tenfold speed from its creation: far from 0 and from the time of the service.
     let t_s = |kind: &str| -> f64 {
         let row = orders.iter().find(|line| is_of(line, &[kind])).expect("is there");
         let cell = row.split(',').nth(2).expect("has a time");

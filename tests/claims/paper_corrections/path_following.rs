@@ -19,7 +19,7 @@ const GAINS: PathFollowingGains = PathFollowingGains::LAB;
 /// Horizontal speed of a vehicle of 0.3 m/s at 50°, m/s.
 const U_H: f64 = 0.3 * 0.642_787_609_686_539_3;
 
-/// A vehicle that has what it is asked for at once, and the point it follows.
+/// A vehicle that follows its command at once, and the point it follows.
 #[derive(Clone, Copy)]
 struct Ideal {
     position: Vector2<f64>,
@@ -82,7 +82,7 @@ fn settled_world(seconds: u32) -> World {
 
 #[test]
 fn eq_8_and_30_a_speed_profile_belongs_to_the_path_and_its_speed_is_along_the_body() {
-    // Slow on the arc that an undisturbed vehicle enters after 100 s, said in time and in arc length.
+    // Slow on the arc that an undisturbed vehicle enters after 100 s, by time and by arc length.
     let (entry, slow, fast) = (30.0, 0.1, 0.3);
     let in_time = |t: f64| if t < 100.0 { fast } else { slow };
     let on_path = |gamma: f64| if gamma < entry { fast } else { slow };
@@ -99,7 +99,7 @@ fn eq_8_and_30_a_speed_profile_belongs_to_the_path_and_its_speed_is_along_the_bo
     assert_eq!(timed, fast, "as printed it enters the arc too fast");
     assert_eq!(speed_past_the_entry(&|_, gamma| on_path(gamma)), slow);
 
-    // And U_d is not the horizontal speed: half way down a leg the project's vehicle keeps U_d along its body.
+    // U_d is not the horizontal speed: half way down a leg the vehicle keeps U_d along its body.
     let auv = &settled_world(60).auvs[0];
     assert_eq!(auv.leg, Leg::Down);
     assert!((auv.state[5] - auv.speed.at(auv.gamma)).abs() < 1e-3);
@@ -143,7 +143,7 @@ fn eq_17_dots_in_time_lose_the_curvature_of_a_point_that_stops_and_its_sign_when
 
 #[test]
 fn eq_19_without_the_cosine_of_pitch_the_vehicle_trails_its_point() {
-    // As printed the point is driven by u, while the vehicle makes good u cosθ.
+    // As printed, u drives the point, while the vehicle moves at u cosθ.
     let printed = |error: &PathError, point: &PathPoint, _: f64| PathCommand {
         point_speed: 0.3 * error.psi_e.cos() + GAINS.k_3 * error.s_1,
         ..follow_path(error, point.curvature, 0.3, &GAINS)
@@ -211,7 +211,7 @@ fn lyapunov(error: &PathError) -> f64 {
     0.5 * (error.s_1.powi(2) + error.y_1.powi(2)) + psi_tilde.powi(2) / (2.0 * GAINS.k_2)
 }
 
-/// dV₁/dt along the project's closed loop by a finite difference, the error it starts from, and dψ̃/dt.
+/// dV₁/dt of the project's closed loop by a finite difference, the initial error, and dψ̃/dt.
 fn lyapunov_rate(path: &Path, start: Ideal) -> (f64, PathError, f64) {
     let h = 1e-5;
     let mut end = start;
@@ -249,7 +249,7 @@ fn eq_26_the_heading_term_of_the_lyapunov_rate_adds() {
     // First-order difference: error of the size of the step.
     assert!((rate - (position_part + heading_part)).abs() < 1e-3);
     assert!((rate - (position_part - heading_part)).abs() > 0.1, "printed");
-    // What the sign buys, eq. (29): −k₃ s₁² + y₁ u sin δ − (k₁/k₂) ψ̃².
+    // The effect of the sign, eq. (29): −k₃ s₁² + y₁ u sin δ − (k₁/k₂) ψ̃².
     let closed_form = -GAINS.k_3 * error.s_1.powi(2)
         + error.y_1 * U_H * GAINS.approach_angle(error.y_1).sin()
         - GAINS.k_1 / GAINS.k_2 * psi_tilde.powi(2);
@@ -274,7 +274,7 @@ fn eq_27_the_term_outside_is_the_approach_s_else_the_drift_counts_twice() {
 }
 
 #[test]
-fn eq_28_the_point_must_not_care_where_north_is() {
+fn eq_28_the_point_s_speed_does_not_depend_on_north() {
     let printed = |error: &PathError, point: &PathPoint, psi: f64| PathCommand {
         point_speed: U_H * psi.cos() + GAINS.k_3 * error.s_1,
         ..projects(error, point, psi)
@@ -292,7 +292,7 @@ fn eq_28_the_point_must_not_care_where_north_is() {
 }
 
 #[test]
-fn eq_28_and_31_the_quotient_has_a_value_where_it_is_printed_as_zero_by_zero() {
+fn eq_28_and_31_the_quotient_has_a_limit_at_the_printed_zero_by_zero() {
     let delta = GAINS.approach_angle(0.5);
     let printed = (delta.sin() - delta.sin()) / (delta - delta);
     assert!(printed.is_nan());
@@ -306,7 +306,7 @@ fn eq_28_and_31_the_quotient_has_a_value_where_it_is_printed_as_zero_by_zero() {
 }
 
 #[test]
-fn eq_32_two_cases_leave_the_vehicle_without_a_pitch_between_them() {
+fn eq_32_the_two_cases_define_no_pitch_between_them() {
     let dive = Dive::paper();
     let printed = |z: f64| match z {
         z if z <= dive.depth_min => Some(-dive.pitch),
@@ -317,7 +317,7 @@ fn eq_32_two_cases_leave_the_vehicle_without_a_pitch_between_them() {
     assert_eq!(Leg::Down.next(12.0, &dive).pitch(&dive), -dive.pitch);
     assert_eq!(Leg::Up.next(12.0, &dive).pitch(&dive), dive.pitch);
 
-    // Filling the gap without memory, by the nearer case, makes the vehicle hover between the two.
+    // The nearer case, without memory, makes the vehicle hover between the two.
     let memoryless = |z: f64| if z < 12.0 { -dive.pitch } else { dive.pitch };
     let mut depth = Vector1::new(1.0);
     let mut deepest: f64 = 0.0;

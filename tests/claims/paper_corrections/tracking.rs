@@ -36,12 +36,12 @@ fn projects(position: Vector2<f64>, target: &Motion, current: Vector2<f64>) -> R
     saturated_los(&asc, target, Course::of(&target.velocity), GAINS, &Limits::MEDUSA)
 }
 
-/// (s, e) of `position` in the frame that lies in the target and is turned by `angle`.
+/// (s, e) of `position` in the target's frame, turned by `angle`.
 fn in_frame(angle: f64, position: Vector2<f64>, target: &Motion) -> Vector2<f64> {
     ned_from_body(angle).transpose() * (position - target.position)
 }
 
-/// Distance to a target on `course` after `seconds`, for a craft that has its reference at once.
+/// Distance to a target on `course` after `seconds`, for a craft without lag.
 fn distance_after(
     seconds: u32,
     start: Vector2<f64>,
@@ -60,7 +60,7 @@ fn distance_after(
 
 #[test]
 fn eqs_34_to_38_the_frame_is_the_target_s_and_its_rotation_is_transposed() {
-    // Ten metres behind an eastbound target, whatever the craft's own heading.
+    // Ten metres behind an eastbound target, for any heading of the craft.
     let (psi_d, position) = (FRAC_PI_2, Vector2::new(0.0, -10.0));
     let still = target(0.0, psi_d);
     let corrected = in_frame(psi_d, position, &still);
@@ -76,7 +76,7 @@ fn eqs_34_to_38_the_frame_is_the_target_s_and_its_rotation_is_transposed() {
         "behind becomes abreast"
     );
 
-    // The project's law reads it as ten metres behind: straight on, faster by k₃ · 10 m.
+    // The project's law is ten metres behind: straight on, faster by k₃ · 10 m.
     for own_heading in [0.0, 1.0, PI] {
         let asc = AscNow {
             position,
@@ -114,7 +114,7 @@ fn eq_41_the_range_is_open_so_the_law_never_turns_back() {
 
 #[test]
 fn eqs_44_to_48_each_frame_has_its_own_error_rates() {
-    // A target that turns, a craft that moves otherwise; rates by central differences.
+    // A target that turns and a craft on another course; rates by central differences.
     let (psi_d, r_d, u, chi) = (0.6, 0.05, 0.4, -0.3);
     let craft = |t: f64| Vector2::new(3.0, -4.0) + direction(chi) * (u * t);
     let motion = |t: f64| Motion {
@@ -145,7 +145,7 @@ fn eqs_44_to_48_each_frame_has_its_own_error_rates() {
 }
 
 #[test]
-fn eq_48_convergence_takes_for_ever() {
+fn eq_48_convergence_is_asymptotic() {
     // Straight behind: ds/dt = −k₃ s once unsaturated, so every second takes the same share.
     let distance = |seconds| {
         let law = |position: Vector2<f64>, target: &Motion| projects(position, target, Vector2::zeros());
@@ -172,7 +172,7 @@ fn eq_45_in_the_target_s_frame_the_printed_speed_lets_the_error_grow() {
     assert!(growth(definite) < 0.0);
     assert!((growth(definite) - (-k_3 * s * s - e * e * (U_D - k_3 * s) / delta)).abs() < 1e-12);
 
-    // In the tracker's frame, turned by the course that the law asks for, the printed speed shrinks it as proved.
+    // In the tracker's frame, turned by the law's course, the printed speed reduces it as proved.
     let (start, target) = (Vector2::new(s, e), target(0.0, 0.0));
     let asc = AscNow {
         position: start,
@@ -199,19 +199,19 @@ fn eq_45_in_the_target_s_frame_the_printed_speed_lets_the_error_grow() {
         "{rate} and {proved}"
     );
 
-    // The saturated law keeps the printed speed and still converges: only the proof is lost, not the law.
+    // The saturated law keeps the printed speed and still converges: only its proof is lost.
     let law = |position: Vector2<f64>, target: &Motion| projects(position, target, Vector2::zeros());
     assert!(distance_after(300, Vector2::new(s, e), 0.0, Vector2::zeros(), law) < 0.1);
 }
 
-/// The tracker as its source prints it:
+/// The tracker as printed in its source:
 ///
 /// ```text
 /// (s, e) = R(ψ_d)ᵀ (p − p_d)             ψ = ψ_d + atan(−e / Δ)
 /// u = 0.05 where u* ≤ 0,   1.5 where 1.5 < u*,   else u* = u_d cos(ψ − ψ_d) + k₃ s
 /// ```
-/// Source: eqs. (37), (38), (42), (49). Where they contradict each other (which ψ rotates the errors), the reading that works is
-/// taken, the target's.
+/// Source: eqs. (37), (38), (42), (49). They contradict each other in the ψ that rotates the
+/// errors: here it is the target's, which works.
 fn printed_los(asc: &AscNow, target: &Motion) -> Reference {
     let (limits, psi_d) = (Limits::MEDUSA, Course::of(&target.velocity).radians());
     let errors = in_frame(psi_d, asc.position, target);
@@ -248,7 +248,7 @@ fn eq_49_the_printed_sign_runs_away() {
     assert!(off > 50.0);
     assert!(on < 0.01);
 
-    // Its lower bound lets through what is above 0 and below the least speed that steers.
+    // Its lower bound admits speeds above 0 and below the least speed that steers.
     let creeping = Vector2::new(-1.92, 0.0);
     let speed = printed(creeping, &target(0.0, 0.0)).speed;
     assert!(0.0 < speed && speed < 0.05);
@@ -257,7 +257,7 @@ fn eq_49_the_printed_sign_runs_away() {
 }
 
 #[test]
-fn eq_50_at_the_hand_over_exactly_one_vehicle_is_followed() {
+fn eq_50_exactly_one_vehicle_is_followed_at_the_hand_over() {
     let dwell = 240.0;
     let claimed = |t: f64| {
         (0..4)
@@ -298,7 +298,7 @@ fn eq_51_velocities_are_averaged_and_headings_never() {
     assert!(wrap(course - PI).abs() < 1e-9);
     assert!((motion.position.y - 30.0).abs() < 1e-9);
 
-    // A printed midpoint is a point: without its velocity the law would stop 1 m behind, not keep up.
+    // A printed midpoint is a point: without its velocity the law would stop 1 m behind.
     assert!((motion.velocity.norm() - U_D * 0.02_f64.cos()).abs() < 1e-12);
 
     // Opposite vehicles: the midpoint stands still, its course is held and its speed is not.

@@ -35,7 +35,7 @@ fn eq_3_a_pitched_vehicle_turns_faster_than_its_yaw_rate_and_changes_depth() {
     let state = UnderwaterState::from([0.0, 0.0, 5.0, theta, psi, u, 0.0, r]);
     let slope = AUV.derivative(&state, UnderwaterInput::default(), &Vector2::zeros());
 
-    // Second route: turn the attitude matrix by the body's rate for a moment and read off the heading.
+    // Second route: turn the attitude matrix by the body's rate for a moment, and take its heading.
     let attitude = Rotation3::from_euler_angles(0.0, theta, psi);
     let h = 1e-6;
     let turned = attitude * Rotation3::new(Vector3::new(0.0, 0.0, r * h));
@@ -111,7 +111,7 @@ fn eq_5_and_6_linear_drag_alone_cannot_give_the_craft_its_speeds() {
 }
 
 #[test]
-fn eq_6_a_restoring_term_that_does_not_know_the_pitch_tumbles_the_vehicle() {
+fn eq_6_a_restoring_term_without_the_pitch_tumbles_the_vehicle() {
     let calm = Vector2::zeros();
     let free = UnderwaterInput::default();
     let pitch_after_a_minute = |start: f64, constant: Option<f64>| {

@@ -1,4 +1,4 @@
-//! Vehicles as messages: from north-east-down into the viewers' east-north-up.
+//! Vehicles as messages: from north-east-down to the viewers' east-north-up.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -8,10 +8,10 @@ use serde_json::{Value, json};
 
 use crate::table::Row;
 
-/// The frame that does not move.
+/// The fixed frame.
 pub(super) const WORLD: &str = "world";
 
-/// The type of a covariance that is unknown.
+/// The type of an unknown covariance.
 const UNKNOWN: u8 = 0;
 const COVARIANCE: [f64; 9] = [0.0; 9];
 
@@ -22,7 +22,7 @@ pub(super) struct Time(u64);
 impl Time {
     const PER_SECOND: u64 = 1_000_000_000;
 
-    /// To the nearest nanosecond; 0 for what lies before the start.
+    /// Rounded to the nearest nanosecond; 0 before the start.
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
@@ -56,7 +56,7 @@ pub(super) struct Vehicle {
 }
 
 impl Vehicle {
-    /// The vehicle of a row with a position. Unknown pitch and depth are 0; an unknown heading is the course, or else north.
+    /// The vehicle of a row with a position. Unknown values are 0; a course replaces a heading.
     pub(super) fn of<'a>(row: &Row<'a>) -> Option<(&'a str, Self)> {
         let (id, position) = row.place()?;
         let vehicle = Self {
@@ -74,8 +74,8 @@ impl Vehicle {
     /// R = R_z(π/2 − ψ) R_y(−θ)
     /// ```
     ///
-    /// z is up, so that positive turns are counter-clockwise and from the east; y is to port, so that a
-    /// positive turn about it is nose-down.
+    /// z is up: positive turns are counter-clockwise and from the east. y is to port: positive
+    /// turns about it are nose-down.
     fn orientation(&self) -> UnitQuaternion<f64> {
         UnitQuaternion::from_axis_angle(&Vector3::z_axis(), FRAC_PI_2 - self.heading)
             * UnitQuaternion::from_axis_angle(&Vector3::y_axis(), -self.pitch)
@@ -93,7 +93,7 @@ impl Vehicle {
 
 /// x, y, z in `world` of a position (north, east) at a depth, m.
 pub(super) fn point(position: &Vector2<f64>, depth: f64) -> Value {
-    // A difference, because the sea surface is at 0 and not at −0.
+    // A difference: the sea surface is at 0, not at −0.
     json!({"x": position.y, "y": position.x, "z": 0.0 - depth})
 }
 
@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn the_quaternion_is_the_north_east_down_rotation_between_two_changes_of_axes() {
+    fn the_quaternion_matches_the_north_east_down_rotation() {
         // North, east, down → east, north, up; and forward, port, up → forward, starboard, down.
         let enu_from_ned = Matrix3::new(0.0, 1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, -1.0);
         let starboard_down_from_port_up = Matrix3::from_diagonal(&Vector3::new(1.0, -1.0, -1.0));

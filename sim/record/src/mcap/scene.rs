@@ -1,4 +1,4 @@
-//! What does not move, as lines: paths, keep-out discs, area.
+//! Fixed things as lines: paths, keep-out discs, area.
 
 use nalgebra::Vector2;
 use serde_json::{Value, json};
@@ -13,12 +13,12 @@ const LINE_LOOP: u8 = 1;
 /// Thickness of a line on the screen, pixels.
 const THICKNESS_PIXELS: f64 = 2.0;
 
-/// Red, green, blue and opacity, of 1.
+/// Red, green, blue and opacity, from 0 to 1.
 const PATH: [f64; 4] = [0.2, 0.6, 1.0, 0.8];
 const KEEP_OUT: [f64; 4] = [0.9, 0.2, 0.2, 1.0];
 const AREA: [f64; 4] = [0.3, 0.8, 0.3, 1.0];
 
-/// Everything, to stay.
+/// The whole scene, without an end.
 pub(super) fn update(scene: &Scene<'_>, time: Time) -> Value {
     let mut entities = vec![];
     for (id, path) in &scene.paths {

@@ -1,14 +1,14 @@
-//! JSON Schemas of the messages: of Foxglove's, the members written here, under their public names.
+//! JSON Schemas of the messages; of Foxglove's, the members written here under their public names.
 //!
-//! Source: the JSON schemas in the public repository foxglove/foxglove-sdk. Members have one plain type each,
-//! because the viewers take no other schema. Every member is required, but for the cells of a row.
+//! Source: JSON schemas of the public repository foxglove/foxglove-sdk. Viewers accept only one
+//! plain type a member. Every member is required, except for a row's cells.
 
 use serde_json::{Map, Value, json};
 
 use crate::table::{COLUMNS, Kind};
 
-/// Foxglove's types and their members, each a name and a type; `[]` marks a list. Types that are not here have no members:
-/// their lists are always empty.
+/// Foxglove's types and their members, each a name and a type; `[]` marks a list. Types that are
+/// not here have no members: their lists are always empty.
 const TYPES: [(&str, &str); 14] = [
     ("time", "sec integer, nsec integer"),
     ("duration", "sec integer, nsec integer"),

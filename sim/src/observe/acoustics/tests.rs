@@ -6,7 +6,7 @@ use crate::world::inner_loop::PERIOD;
 /// Steps of the usual frame of 10 s.
 const FRAME_STEPS: u32 = 100;
 
-/// An ordinary modem with position fixes, the slots of `vehicles` vehicles evenly over the frame.
+/// An ordinary modem with position fixes; the slots are evenly spread over the frame.
 fn usual(vehicles: u32) -> AcousticsSetup {
     let frame = 10.0;
     AcousticsSetup {
@@ -29,7 +29,7 @@ fn usual(vehicles: u32) -> AcousticsSetup {
     }
 }
 
-/// The same without error or loss.
+/// [`usual`] without error or loss.
 fn clear(vehicles: u32) -> AcousticsSetup {
     AcousticsSetup {
         position_sigma: 0.0,
@@ -59,8 +59,8 @@ fn at(north: f64, depth: f64) -> Telemetry {
     }
 }
 
-/// Everything heard in `steps` steps with the surface craft at the datum, and what became of the rest.
-/// Collected once a second, and once more when the last message has had its time.
+/// Everything heard in `steps` steps with the surface craft at the datum, and the message counts.
+/// Received once a second, and once more after the last message.
 fn listen(
     setup: &AcousticsSetup,
     seed: u64,
@@ -91,11 +91,11 @@ fn count(n: u64) -> f64 {
 }
 
 #[test]
-fn each_vehicle_is_heard_once_a_frame_with_the_truth_of_its_slot() {
+fn each_vehicle_is_heard_once_a_frame_with_its_state_in_its_slot() {
     let mut channel = channel(&clear(3), 1);
     let mut heard = vec![];
     for step in 0..50 * FRAME_STEPS {
-        // The position of a vehicle that moves 1 m a step gives the time of the look.
+        // The vehicle moves 1 m a step, so its position gives the time of transmission.
         let north = f64::from(step % 400);
         let all_telemetry = [at(north, 5.0), at(north, 6.0), at(north, 7.0)];
         channel.step(step, &Vector2::zeros(), &all_telemetry, &[false; 3]);
@@ -121,7 +121,7 @@ fn each_vehicle_is_heard_once_a_frame_with_the_truth_of_its_slot() {
 }
 
 #[test]
-fn a_fix_is_known_after_the_travel_time_of_its_slant_range_and_the_latency() {
+fn a_fix_arrives_after_travel_time_and_latency() {
     // 3-4-5: 300 m away and 400 m down is 500 m, a third of a second.
     let mut channel = channel(&clear(1), 1);
     channel.step(0, &Vector2::zeros(), &[at(300.0, 400.0)], &[false]);
@@ -136,8 +136,8 @@ fn a_fix_is_known_after_the_travel_time_of_its_slant_range_and_the_latency() {
 }
 
 #[test]
-fn fixes_come_in_the_order_of_hearing_not_of_speaking() {
-    // The first speaks 0.6 s before the second, and from 990 m more: 0.66 s. Short messages just pass.
+fn fixes_are_in_the_order_of_arrival() {
+    // The first speaks 0.6 s earlier, from 990 m farther (0.66 s). Short messages do not overlap.
     let setup = AcousticsSetup {
         slots: vec![0.0, 0.6],
         slot_length: 0.05,
@@ -150,7 +150,7 @@ fn fixes_come_in_the_order_of_hearing_not_of_speaking() {
 }
 
 #[test]
-fn the_share_lost_is_the_one_asked_for_and_grows_linearly_with_slant_range() {
+fn the_share_lost_is_as_set_and_linear_in_slant_range() {
     let setup = AcousticsSetup {
         loss: 0.1,
         loss_at_range_max: 0.7,
@@ -194,11 +194,11 @@ fn two_messages_at_one_time_destroy_each_other_unless_one_is_out_of_range() {
     for (setup, all_telemetry, expected) in [
         (shared.clone(), [at(50.0, 5.0), at(-60.0, 20.0)], collided),
         (clear(2), [at(50.0, 5.0), at(-60.0, 20.0)], delivered),
-        // Slots 0.6 s apart, messages of 0.5 s: they pass each other if the first is at most 0.1 s, or 150 m, farther
-        // away than the second.
+        // Slots 0.6 s apart, messages of 0.5 s: no overlap if the first is at most 0.1 s, or 150 m,
+        // farther away than the second.
         (apart.clone(), [at(150.0, 0.0), at(10.0, 0.0)], delivered),
         (apart, [at(170.0, 0.0), at(10.0, 0.0)], collided),
-        // The farther one is always lost by chance, the nearer one never: a lost message is as loud.
+        // The farther one is always lost by chance, the nearer never: a lost one is as loud.
         (
             AcousticsSetup {
                 range_max: 100.0,
@@ -255,7 +255,7 @@ fn a_silent_vehicle_collides_with_no_message_and_is_not_heard() {
 }
 
 #[test]
-fn errors_have_the_spread_asked_for_no_mean_and_none_knows_of_another() {
+fn errors_have_their_sigma_no_mean_and_no_correlation() {
     let setup = AcousticsSetup {
         position_sigma: 1.5,
         depth_sigma: 0.2,
@@ -280,7 +280,7 @@ fn errors_have_the_spread_asked_for_no_mean_and_none_knows_of_another() {
         sum += errors;
         products += errors * errors.transpose();
     }
-    // Sums of n unit normals have variance n, of their products n, of their squares 2n about n.
+    // Variances: n of a sum of n unit normals and of their products, 2n of their squares.
     let n = f64::from(frames);
     assert!(sum.amax() < 4.0 * n.sqrt(), "{sum}");
     for i in 0..5 {
@@ -296,12 +296,12 @@ fn errors_have_the_spread_asked_for_no_mean_and_none_knows_of_another() {
 }
 
 #[test]
-fn the_share_of_outliers_is_the_one_asked_for_and_they_look_like_any_other_fix() {
+fn the_share_of_outliers_is_as_set_and_their_fixes_look_ordinary() {
     let setup = AcousticsSetup {
         position_sigma: 0.5,
         outlier_share: 0.02,
         outlier_sigma: 500.0,
-        // Among those that come through: to be an outlier protects from no loss, nor does it invite it.
+        // Losses apply to outliers and other fixes alike.
         loss: 0.3,
         loss_at_range_max: 0.3,
         ..clear(1)
@@ -309,8 +309,8 @@ fn the_share_of_outliers_is_the_one_asked_for_and_they_look_like_any_other_fix()
     let truth = at(40.0, 10.0);
     let frames = 20_000;
     let (heard, _) = listen(&setup, 4, frames * FRAME_STEPS, &[truth]);
-    // Rayleigh: farther than 8.6 √2 σ no ordinary fix can be; an outlier is nearer than those 6.1 m with
-    // probability 1 − exp(−(6.1/500)²/2) < 0.0001.
+    // Rayleigh: no ordinary fix is farther than 8.6 √2 σ = 6.1 m; an outlier is nearer than that
+    // with probability 1 − exp(−(6.1/500)²/2) < 0.0001.
     let far = heard
         .iter()
         .filter(|fix| (fix.telemetry.position - truth.position).norm() > 6.1);
@@ -323,12 +323,12 @@ fn the_share_of_outliers_is_the_one_asked_for_and_they_look_like_any_other_fix()
             (fix.telemetry.position - truth.position).norm_squared() / (500.0 * 500.0)
         })
         .sum();
-    // χ² with two degrees of freedom for each.
+    // Each is χ² with two degrees of freedom.
     assert!((squares - 2.0 * outliers).abs() < 4.0 * (4.0 * outliers).sqrt());
 }
 
 #[test]
-fn luck_is_the_same_wherever_the_surface_craft_is_and_whichever_vehicle_kept_silent_before() {
+fn noise_does_not_depend_on_the_surface_craft_or_on_silent_vehicles() {
     let setup = AcousticsSetup {
         loss: 0.3,
         loss_at_range_max: 0.3,
@@ -340,7 +340,7 @@ fn luck_is_the_same_wherever_the_surface_craft_is_and_whichever_vehicle_kept_sil
         let mut heard = vec![];
         for step in 0..300 * FRAME_STEPS {
             let silent = [quiet.contains(&step), false];
-            // A while out of range, too.
+            // Also out of range for a while.
             let away = if quiet.contains(&step) { 5000.0 } else { 0.0 };
             let asc = asc + Vector2::new(away, 0.0);
             channel.step(step, &asc, &all_telemetry, &silent);
@@ -366,7 +366,7 @@ fn luck_is_the_same_wherever_the_surface_craft_is_and_whichever_vehicle_kept_sil
 }
 
 #[test]
-fn a_seed_gives_the_same_fixes_again_and_another_seed_others() {
+fn equal_seeds_give_equal_fixes_and_other_seeds_others() {
     let setup = usual(2);
     let all_telemetry = [at(50.0, 5.0), at(80.0, 10.0)];
     let run = |seed| listen(&setup, seed, 100 * FRAME_STEPS, &all_telemetry);
@@ -375,7 +375,7 @@ fn a_seed_gives_the_same_fixes_again_and_another_seed_others() {
 }
 
 #[test]
-fn slots_do_not_drift_over_a_day_nor_depend_on_how_the_period_rounds() {
+fn slots_do_not_drift_over_a_day_or_suffer_from_rounding() {
     // A day of 0.1 s steps, and 0.7 / 0.1 = 6.999…
     let setup = AcousticsSetup {
         slots: vec![0.7],
@@ -390,7 +390,7 @@ fn slots_do_not_drift_over_a_day_nor_depend_on_how_the_period_rounds() {
 }
 
 #[test]
-fn fixes_that_are_not_collected_are_forgotten_oldest_first() {
+fn uncollected_fixes_are_discarded_oldest_first() {
     let mut channel = channel(&clear(1), 1);
     for step in 0..100 * FRAME_STEPS {
         channel.step(step, &Vector2::zeros(), &[at(5.0, 5.0)], &[false]);

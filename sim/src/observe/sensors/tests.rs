@@ -4,14 +4,14 @@ use rand::SeedableRng;
 
 use super::*;
 
-/// Time between looks, s.
+/// Time between measurements, s.
 const PERIOD: f64 = 1.0;
 
 fn sensors(setup: SensorSetup, seed: u64) -> SurfaceSensors {
     SurfaceSensors::new(setup, ChaCha8Rng::seed_from_u64(seed))
 }
 
-/// A craft that makes 1 m/s through the water along `heading` in `current`.
+/// A craft of 1 m/s through the water along `heading` in `current`.
 fn under_way(position: Vector2<f64>, heading: f64, current: Vector2<f64>) -> SurfaceTruth {
     SurfaceTruth {
         position,
@@ -31,8 +31,8 @@ fn at_rest() -> SurfaceTruth {
     }
 }
 
-/// Looks once with satellites and then `n` times without while the craft moves straight on with
-/// `current`; how far the reckoned position is off, (north, east).
+/// Error of the reckoned position (north, east) after one measurement with GNSS and `n` without,
+/// while the craft moves straight on with `current`.
 fn drift(mut sensors: SurfaceSensors, heading: f64, current: Vector2<f64>, n: u32) -> Vector2<f64> {
     let mut truth = under_way(Vector2::new(5.0, -3.0), heading, current);
     sensors.measure(&truth, true, PERIOD);
@@ -51,7 +51,7 @@ fn drift_on(sensors: &mut SurfaceSensors, truth: &mut SurfaceTruth, n: u32) -> V
 }
 
 #[test]
-fn perfect_sensors_say_the_truth_bit_for_bit() {
+fn perfect_sensors_give_the_truth_to_the_bit() {
     let mut sensors = sensors(SensorSetup::default(), 1);
     let truth = SurfaceTruth {
         position: Vector2::new(-0.0, 1.0 / 3.0),
@@ -84,7 +84,7 @@ fn perfect_sensors_say_the_truth_bit_for_bit() {
 }
 
 #[test]
-fn the_satellite_error_keeps_its_variance_and_forgets_at_the_rate_asked_for() {
+fn the_satellite_error_keeps_its_variance_and_correlation_time() {
     let (sigma, tau, n) = (2.0, 10.0, 200_000_usize);
     let setup = SensorSetup {
         position_sigma: sigma,
@@ -95,8 +95,8 @@ fn the_satellite_error_keeps_its_variance_and_forgets_at_the_rate_asked_for() {
     let errors: Vec<Vector2<f64>> = (0..n)
         .map(|_| sensors.measure(&at_rest(), true, PERIOD).position() / sigma)
         .collect();
-    // Bartlett: the variance of an estimated autocovariance is at most 2 Σρ²/n = 2τ/(nT) an axis, half of
-    // that for two: a standard deviation of 0.0071, and four of them.
+    // Bartlett: the variance of an estimated autocovariance is at most 2 Σρ²/n = 2τ/(nT) an axis,
+    // half of that for two: four standard deviations of 0.0071.
     let bound = 0.029;
     for lag in [0_u32, 1, 5, 10, 20] {
         let shift = lag as usize;
@@ -133,7 +133,7 @@ fn without_a_correlation_time_neighbouring_errors_are_independent() {
 }
 
 #[test]
-fn every_white_error_has_its_own_sigma_and_no_mean_but_the_bias_and_none_knows_of_another() {
+fn white_errors_have_their_sigma_no_mean_but_the_bias_and_no_correlation() {
     let setup = SensorSetup {
         position_sigma: 2.0,
         position_correlation_time: 0.0,
@@ -185,12 +185,12 @@ fn perfect_sensors_reckon_without_drift_in_a_constant_current() {
         Vector2::new(0.1, -0.2),
         600,
     );
-    // Six hundred roundings of a few hundred metres.
+    // Rounding errors of six hundred sums of a few hundred metres.
     assert!(off.norm() < 600.0 * 600.0 * f64::EPSILON, "{off}");
 }
 
 #[test]
-fn a_current_that_changes_unseen_carries_the_reckoned_position_away() {
+fn an_unseen_change_of_current_shifts_the_reckoned_position() {
     let mut sensors = sensors(SensorSetup::default(), 1);
     let mut truth = under_way(Vector2::zeros(), 0.3, Vector2::new(0.1, 0.0));
     sensors.measure(&truth, true, PERIOD);
@@ -209,10 +209,10 @@ fn a_compass_bias_shows_only_after_a_turn_and_grows_with_time() {
         ..SensorSetup::default()
     };
     let current = Vector2::new(0.1, -0.2);
-    // On the heading on which the current was estimated, the two errors cancel.
+    // The two errors cancel on the heading on which the current was estimated.
     let straight = drift(sensors(setup, 1), 0.7, current, 60);
     assert!(straight.norm() < 1e-9, "{straight}");
-    // After half a turn they add: (R(b) − 1)(w₂ − w₁) t with w₂ = −w₁, of length 2 · 2 sin(b/2) · t.
+    // After half a turn they add: (R(b) − 1)(w₂ − w₁) t, w₂ = −w₁, of length 2 · 2 sin(b/2) · t.
     let mut sensors = sensors(setup, 1);
     let mut truth = under_way(Vector2::zeros(), 0.7, current);
     sensors.measure(&truth, true, PERIOD);
@@ -223,7 +223,7 @@ fn a_compass_bias_shows_only_after_a_turn_and_grows_with_time() {
 }
 
 #[test]
-fn noise_of_the_satellite_velocity_is_averaged_before_it_is_reckoned_with() {
+fn dead_reckoning_averages_the_noise_of_the_satellite_velocity() {
     let (sigma, looks, outage, runs) = (0.05, 300, 100, 1_000);
     let setup = SensorSetup {
         velocity_sigma: sigma,
@@ -252,7 +252,7 @@ fn noise_of_the_satellite_velocity_is_averaged_before_it_is_reckoned_with() {
 }
 
 #[test]
-fn an_outage_changes_nothing_that_is_measured_after_it() {
+fn an_outage_changes_no_later_measurement() {
     let mut with = sensors(SensorSetup::SMALL_CRAFT, 9);
     let mut without = sensors(SensorSetup::SMALL_CRAFT, 9);
     let truth = under_way(Vector2::new(10.0, 20.0), 0.4, Vector2::new(0.0, 0.1));

@@ -37,8 +37,8 @@ pub enum CurrentFile {
         /// Towards east, m/s.
         east_mps: Quantity<CurrentComponent>,
     },
-    /// Interpolated on a grid, from a CSV file with the columns `t_s`, `north_m`, `east_m`, `current_north_mps` and
-    /// `current_east_mps`.
+    /// Interpolated on a grid, from a CSV file with the columns `t_s`, `north_m`, `east_m`,
+    /// `current_north_mps` and `current_east_mps`.
     Grid {
         /// Its name, beside the scenario file.
         file: String,
@@ -55,7 +55,7 @@ pub struct GaussMarkovFile {
     pub correlation_s: Quantity<CorrelationTime>,
 }
 
-/// Vertical shear: the surface current, scaled and turned linearly down to a depth and constant below it.
+/// Vertical shear: the surface current, scaled and turned linearly down to a depth, then constant.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ShearFile {
@@ -81,17 +81,17 @@ pub struct WavesFile {
     pub damping: Quantity<Damping>,
 }
 
-/// What the surface craft knows.
+/// Knowledge of the surface craft.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct KnowledgeFile {
-    /// Whether snapshots contain the current at the craft; `known` if left out.
+    /// Knowledge of the current at the craft; `known` if left out.
     #[serde(default)]
     pub current: CurrentKnowledge,
-    /// Whether it knows paths, speeds and dives of the AUVs.
+    /// `true`: it knows paths, speeds and dives of the AUVs.
     #[serde(default)]
     pub paths: bool,
-    /// Whether only known paths are followed, and not what tracks repeat.
+    /// `true`: forecasts follow known paths only, not what tracks repeat.
     #[serde(default)]
     pub known_paths_only: bool,
     /// Errors of its sensors; none if left out.
@@ -101,7 +101,7 @@ pub struct KnowledgeFile {
     pub acoustics: Option<AcousticsFile>,
 }
 
-/// Whether the current is known.
+/// Knowledge of the current.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum CurrentKnowledge {
@@ -132,14 +132,14 @@ pub struct SensorsFile {
     pub speed_sigma_mps: Option<Quantity<SpeedNoise>>,
 }
 
-/// How a snapshot carries the messages of an underwater vehicle.
+/// Form of an underwater vehicle's messages in a snapshot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ReportedAs {
-    /// As `reports`: every message of the last five minutes.
+    /// `reports`: every message of the last five minutes.
     #[default]
     Reports,
-    /// As `state`: the newest message, as if it were exact.
+    /// `state`: the newest message, as if it were exact.
     State,
 }
 
@@ -147,7 +147,7 @@ pub enum ReportedAs {
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AcousticsFile {
-    /// How a snapshot carries the messages; `reports` if left out.
+    /// Form of the messages in a snapshot; `reports` if left out.
     #[serde(default, alias = "told_as")]
     pub reported_as: ReportedAs,
     /// Time between two messages of an AUV, s.
@@ -158,7 +158,7 @@ pub struct AcousticsFile {
     pub slots_s: BTreeMap<String, Quantity<Period>>,
     /// Time from a message's arrival to its fix, s.
     pub latency_s: Quantity<MessageTime>,
-    /// Whether a message contains course, speed and rate of turn; without, only reports are possible.
+    /// `true`: messages contain course, speed and rate of turn; `false` requires `reports`.
     #[serde(default = "yes")]
     pub course_and_speed: bool,
     /// Standard deviation of a fix along each axis, m.

@@ -39,7 +39,7 @@ pub struct SurfaceCraftFile {
     pub heading_rad: Quantity<Angle>,
     /// Surge speed through the water, m/s.
     pub speed_mps: Quantity<Speed>,
-    /// Whether the surge loop has drag feed-forward; a random craft ignores this.
+    /// `true`: the surge loop has drag feed-forward; a random craft ignores this.
     // The response times: docs/rationale.md#sim-drag-feed-forward.
     #[serde(default = "yes")]
     pub drag_feed_forward: bool,
@@ -54,9 +54,9 @@ pub struct SurfaceCraftFile {
     pub limits: LimitsFile,
     /// Closed-loop response given to the planner; the true one if left out, none if empty.
     pub craft: Option<CraftDescription<Distribution>>,
-    /// Weights of the planner's cost, its horizon and its iterations; the planner's own if left out.
+    /// Weights of the planner's cost, its horizon and iterations; the planner's own if left out.
     pub tuning: Option<Tuning>,
-    /// A random craft that was drawn earlier, because a draw takes as long as a mission.
+    /// A random craft drawn earlier, because a draw takes as long as a mission.
     #[serde(skip)]
     pub drawn: Option<Arc<RandomCraft>>,
 }
@@ -138,7 +138,7 @@ pub enum GoalFile {
     Visit {
         /// Their names.
         auvs: Vec<String>,
-        /// Cost of not serving one; `age` if left out.
+        /// Cost of an unserved one; `age` if left out.
         #[serde(default)]
         cost: VisitCostFile,
         /// Relative weights of the costs; 1 if left out.
@@ -151,13 +151,13 @@ pub enum GoalFile {
         /// Deadlines, s on the surface craft's clock; none if left out.
         #[serde(default)]
         serve_by_s: BTreeMap<String, Quantity<ClockTime>>,
-        /// What of the costs counts; `mean` if left out.
+        /// Statistic of the costs that counts; `mean` if left out.
         #[serde(default)]
         reduce: Reduce,
     },
 }
 
-/// What it costs not to serve an underwater vehicle.
+/// Cost of an unserved underwater vehicle.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum VisitCostFile {
@@ -177,9 +177,9 @@ pub enum VisitCostFile {
     },
     /// Data that it has not uploaded, kbit.
     Data {
-        /// What it gathers, kbit/s.
+        /// Rate of gathering, kbit/s.
         growth_kbps: Quantity<DataRate>,
-        /// What it uploads at no distance, kbit/s.
+        /// Rate of upload at no distance, kbit/s.
         upload_kbps: Quantity<UploadRate>,
         /// Slant range at which the upload ends, m.
         range_max_m: Quantity<RangeToKeep>,
@@ -254,7 +254,7 @@ pub struct AuvFile {
     pub leg: Leg,
     /// Speed along its body, m/s; the class's if left out.
     pub speed_mps: Option<Quantity<PathSpeed>>,
-    /// Speed along its body over arc length, linear between knots, instead of `speed_mps`; none if left out.
+    /// Speed along its body, linear between knots, instead of `speed_mps`; none if left out.
     #[schemars(length(min = 1, max = ITEMS_MAX))]
     pub speed_profile: Option<Vec<SpeedKnot>>,
     /// Its sawtooth dive; the class's if left out.
@@ -267,7 +267,7 @@ pub struct AuvFile {
     pub track: Option<String>,
 }
 
-/// Error of a vehicle's own navigation: its estimate less its position. It follows its path with the estimate.
+/// Error of a vehicle's own navigation, by which it follows its path: estimate less position.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NavigationErrorFile {
@@ -279,7 +279,7 @@ pub struct NavigationErrorFile {
     pub drift_share: Option<Quantity<Share>>,
     /// Direction of growth, rad; 0 if left out.
     pub drift_heading_rad: Option<Quantity<Angle>>,
-    /// Whether a satellite fix ends it, at a depth of 1 m or less.
+    /// `true`: a satellite fix at a depth of 1 m or less ends it.
     #[serde(default)]
     pub fix_at_surface: bool,
 }
@@ -332,7 +332,7 @@ pub enum PathFile {
         fillet_m: Option<Quantity<Length>>,
         /// Turn radius where legs have room, m, unknown to the surface craft; 10 m if left out.
         turn_radius_m: Option<Quantity<Length>>,
-        /// Whether the last point leads back to the first.
+        /// `true`: the last point leads back to the first.
         #[serde(default)]
         closed: bool,
     },
@@ -351,7 +351,7 @@ pub enum PathFile {
     Segments {
         /// The pieces, in order.
         segments: Vec<SegmentFile>,
-        /// Whether the last piece leads back to the first.
+        /// `true`: the last piece leads back to the first.
         #[serde(default)]
         closed: bool,
     },
@@ -372,7 +372,8 @@ pub enum PathFile {
         from: Option<Point>,
         /// Heading of the first leg, rad; drawn if left out.
         heading_rad: Option<Quantity<Angle>>,
-        /// Length of lanes or longest legs, m, at least 8 turn radii; drawn from 8 to 30 turn radii if left out.
+        /// Longest lane or leg, m, at least 8 turn radii; drawn from 8 to 30 turn radii if left
+        /// out.
         leg_m: Option<Quantity<Length>>,
         /// Distance of lanes, m, at least 2 turn radii; drawn from 2 to 6 turn radii if left out.
         spacing_m: Option<Quantity<Length>>,
@@ -393,7 +394,7 @@ pub enum SurveyPattern {
     Box,
     /// Two lanes and two half circles, round and round.
     Racetrack,
-    /// Legs that grow, each at a right angle to the one before it.
+    /// Legs that grow, each at a right angle to the last.
     ExpandingSquare,
     /// Way-points without a pattern.
     Waypoints,

@@ -32,8 +32,8 @@ macro_rules! kinds {
 }
 
 kinds! {
-    /// North or east of the datum. A tenth of the range of a snapshot: no vehicle leaves it in a
-    /// day at 3 m/s in a current of 3 m/s.
+    /// North or east of the datum, a tenth of a snapshot's range: no vehicle leaves it in a day at
+    /// 3 m/s in a current of 3 m/s.
     Coordinate: -1.0e5, 1.0e5, "m";
     /// A positive length.
     Length: 0.01, 1.0e5, "m";
@@ -41,7 +41,7 @@ kinds! {
     SlantRange: 1.0, 2.0e4, "m";
     /// A component of an offset; the range of a snapshot.
     OffsetComponent: -OFFSET_MAX, OFFSET_MAX, "m";
-    /// Distance within which a vehicle is served; the range of a snapshot, like those of the next eight.
+    /// Distance within which a vehicle is served; like the next eight, with a snapshot's range.
     ServedWithin: 1.0, 5.0e3, "m";
     /// Least time with a vehicle.
     Dwell: 0.0, 3600.0, "s";
@@ -53,9 +53,9 @@ kinds! {
     BearingSigma: 0.0, 1.0, "rad";
     /// Time between two fixes.
     FixInterval: 0.1, 3600.0, "s";
-    /// Data that a vehicle gathers.
+    /// Rate at which a vehicle gathers data.
     DataRate: 0.0, 1.0e6, "kbit/s";
-    /// Data that a vehicle uploads.
+    /// Rate at which a vehicle uploads data.
     UploadRate: 0.001, 1.0e6, "kbit/s";
     /// Weight of a vehicle in a mean; the range of a snapshot.
     Weight: 0.0, 1.0e6, "";
@@ -63,7 +63,7 @@ kinds! {
     Depth: 0.0, 2000.0, "m";
     /// A heading or a change of one, rad.
     Angle: -std::f64::consts::TAU, std::f64::consts::TAU, "rad";
-    /// Pitch of a dive: steep enough to dive, short of the vertical, where yaw loses its meaning.
+    /// Pitch of a dive: steep enough to dive, short of the vertical, at which yaw is undefined.
     Pitch: 0.05, 1.3, "rad";
     /// Speed through the water.
     Speed: 0.0, 5.0, "m/s";
@@ -71,7 +71,7 @@ kinds! {
     PathSpeed: 0.05, 3.0, "m/s";
     /// A component of the current; the range of a snapshot.
     CurrentComponent: -CURRENT_MAX, CURRENT_MAX, "m/s";
-    /// How long a mission lasts: up to a day.
+    /// Duration of a mission: up to a day.
     MissionTime: 1.0, 86_400.0, "s";
     /// An instant of a mission.
     Instant: 0.0, 86_400.0, "s";

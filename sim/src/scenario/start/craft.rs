@@ -11,11 +11,11 @@ use crate::scenario::{
     quantity::{Distribution, unit_of},
 };
 
-/// Where the random numbers of a craft's description begin, beyond those of every other number that a file can have:
-/// describing the craft changes no other draw.
+/// First random number of a craft description, beyond those of all other numbers that a file can
+/// have: describing the craft changes no other draw.
 const NUMBERS_FROM: u64 = 1 << 32;
 
-/// The craft description of the file, else the true one. The surge lag among the limits takes precedence over both.
+/// The craft description of the file, else the true one. The limits' surge lag overrides both.
 pub(super) fn craft_description(
     file: Option<&CraftDescription<Distribution>>,
     limits: &LimitsFile,

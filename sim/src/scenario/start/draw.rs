@@ -1,4 +1,4 @@
-//! What is drawn of a scenario for a seed.
+//! Draws of a scenario's numbers for a seed.
 
 use std::ops::RangeInclusive;
 
@@ -12,7 +12,7 @@ use crate::scenario::{
     quantity::{Distribution, Kind, Quantity},
 };
 
-/// Uses of a seed's random numbers. Each has its own stream, so that an additional draw of one changes no other.
+/// Uses of a seed's random numbers. Each has its own stream: another draw of one changes no other.
 #[derive(Clone, Copy)]
 pub(super) enum Stream {
     Scenario,
@@ -32,15 +32,15 @@ pub(super) fn stream(seed: u64, of: Stream) -> ChaCha8Rng {
     rng
 }
 
-/// The random numbers of the survey of AUV number `i`: counted from the last stream down, where no draw comes.
+/// The random numbers of the survey of AUV number `i`: a stream counted from the last one down.
 pub(super) fn survey_stream(seed: u64, i: usize) -> ChaCha8Rng {
     let mut rng = stream(seed, Stream::Scenario);
     rng.set_stream(u64::MAX - i as u64);
     rng
 }
 
-/// Draws the numbers of a scenario. Each has its own random stream, numbered in the order of the draws. Fixed and
-/// omitted numbers count too, so that making a number a distribution changes no other.
+/// Draws the numbers of a scenario. Each has its own random stream, numbered in the order of the
+/// draws. Fixed and omitted numbers count: making a number a distribution changes no other.
 pub(super) struct Draw {
     pub(super) seed: u64,
     pub(super) taken: u64,

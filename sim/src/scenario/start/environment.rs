@@ -24,7 +24,7 @@ use crate::{
     },
 };
 
-/// Largest standard deviation of the yaw rate that waves may cause, rad/s: a sixth of what a snapshot accepts.
+/// Largest standard deviation of the yaw rate in waves, rad/s: a sixth of a snapshot's range.
 const YAW_RATE_SIGMA_MAX: f64 = 0.5;
 
 impl Scenario {
@@ -112,7 +112,7 @@ impl Scenario {
             FaultKindFile::AuvDies { auv: id } => FaultKind::Dies(moved("auv_dies", id)?),
             FaultKindFile::AuvLeavesPath { auv: id, heading_rad } => FaultKind::LeavesPath {
                 auv: moved("auv_leaves_path", id)?,
-                // Without one it draws nothing, as it did before there was one.
+                // Drawn only if given: earlier scenarios keep their numbers.
                 heading: heading_rad.as_ref().map(|heading| draw.take(heading)),
             },
             FaultKindFile::RudderStuck { share } => FaultKind::RudderStuck(draw.take(share)),
@@ -253,7 +253,7 @@ fn sensors(file: &SensorsFile, draw: &mut Draw) -> SensorSetup {
     }
 }
 
-/// Checks a number against limits that other numbers of the scenario set.
+/// Checks a number against limits set by other numbers of the scenario.
 fn within(field: impl Into<String>, value: f64, range: RangeInclusive<f64>) -> Result<(), InvalidScenario> {
     if range.contains(&value) {
         return Ok(());

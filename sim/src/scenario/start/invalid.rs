@@ -8,7 +8,7 @@ use std::fmt::Display;
 pub struct InvalidScenario {
     /// The member, as `auvs[0].path`.
     pub field: String,
-    /// What is wrong, with the value and the limit.
+    /// The mistake, with the value and the limit.
     pub reason: String,
 }
 

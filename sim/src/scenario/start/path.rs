@@ -142,7 +142,7 @@ pub(super) fn point_out_of_range(path: &Path) -> Option<Vector2<f64>> {
         .find(|point| Coordinate::MAX < point.amax())
 }
 
-/// Speed along the path, which the hull must be able to reach.
+/// Speed along the path, within reach of the hull.
 pub(super) fn speed_profile(
     i: usize,
     file: &AuvFile,

@@ -1,4 +1,4 @@
-//! A random survey: way-points in a pattern that surveys have, or in none.
+//! A random survey: way-points in a usual pattern, or in none.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -13,15 +13,15 @@ use rand_chacha::ChaCha8Rng;
 use super::invalid::{InvalidScenario, invalid};
 use crate::scenario::file::SurveyPattern;
 
-/// Lengths of lanes and legs, in turn radii. Each of the two corners of a leg takes up to tan 75° = 3.7 of them.
+/// Lengths of lanes and legs, in turn radii. Each of a leg's two corners takes up to tan 75° = 3.7.
 const LEG: [f64; 2] = [8.0, 30.0];
 /// Distances of neighbouring lanes, in turn radii. A half circle takes two.
 const SPACING: [f64; 2] = [2.0, 6.0];
 
-/// What is fixed of a survey; what is not is drawn.
+/// Fixed properties of a survey; the others are drawn.
 pub(super) struct SurveyConstraints {
     pub(super) pattern: Option<SurveyPattern>,
-    /// Where it begins (north, east), m.
+    /// Beginning (north, east), m.
     pub(super) from: Vector2<f64>,
     /// Heading of the first leg, rad.
     pub(super) heading: Option<f64>,
@@ -44,7 +44,7 @@ impl SurveyConstraints {
             }
             Ok(length)
         };
-        // All are drawn, so that fixing one changes no other.
+        // All are drawn: fixing one changes no other.
         let drawn = *SurveyPattern::ALL.choose(&mut rng).expect("is not empty");
         let pattern = self.pattern.unwrap_or(drawn);
         let drawn = rng.random_range(-PI..PI);
@@ -103,7 +103,7 @@ fn lanes(n: u32, length: f64, spacing: f64) -> Vec<Vector2<f64>> {
     (0..n).flat_map(lane).collect()
 }
 
-/// Two legs of every multiple of a spacing, up to `longest` m, each at a right angle to the one before it.
+/// Two legs of each multiple of a spacing, up to `longest` m, each at a right angle to the last.
 fn expanding_square(longest: f64, spacing: f64) -> Vec<Vector2<f64>> {
     // At least six legs.
     let spacing = spacing.min(longest / 3.0);

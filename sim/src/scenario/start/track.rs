@@ -15,16 +15,16 @@ use crate::{
     world::recorded_track::TrackPoint,
 };
 
-/// Most points of a track: a day at one a second, and some.
+/// Largest number of points of a track: more than a day at one a second.
 const POINTS_MAX: usize = 100_000;
-/// Largest height above the surface that a pressure sensor may report, m; it counts as the surface.
+/// Largest height above the surface in a file, m, an error of pressure sensors; counts as surface.
 const HEIGHT_MAX: f64 = 5.0;
-/// A step after a fix that was repeated, m: smaller ones are what the last digit of a position makes of an AUV at rest.
+/// Least step after a repeated fix that counts, m: smaller ones are rounding of an AUV at rest.
 const STEP_MIN: f64 = 0.5;
-/// As many of them, each after repeats, are fixes of which each stands until the next. An AUV at rest leaves once.
+/// Number of such steps in a row that mean repeated fixes. An AUV at rest leaves once.
 const STEPS_MAX: usize = 3;
 
-/// What some tools write before the text.
+/// Byte order mark that some tools write before the text.
 const BYTE_ORDER_MARK: char = '\u{feff}';
 
 const TIME: [&str; 4] = ["t", "t_s", "time", "time_s"];
@@ -34,7 +34,7 @@ const LATITUDE: [&str; 4] = ["latitude", "latitude_deg", "lat", "lat_deg"];
 const LONGITUDE: [&str; 5] = ["longitude", "longitude_deg", "lon", "lon_deg", "lng"];
 const DEPTH: [&str; 2] = ["depth", "depth_m"];
 
-/// A row of a file: its line, and what it says.
+/// A row of a file with its line.
 struct Row {
     line: u64,
     time: f64,
@@ -42,7 +42,7 @@ struct Row {
     depth: Option<f64>,
 }
 
-/// Which columns of a file say what.
+/// Columns of a file by their meaning.
 struct Columns {
     time: usize,
     place: [usize; 2],
@@ -53,8 +53,8 @@ struct Columns {
 }
 
 impl Scenario {
-    /// The points of each AUV's recorded track, empty for those that follow a path. Times are since the earliest of all tracks, and a depth
-    /// that a file does not have is NaN.
+    /// The points of each AUV's recorded track, empty for those that follow a path. Times count
+    /// from the earliest of all tracks; a depth that is not in the file is NaN.
     pub(super) fn tracks(&self, origin: Option<Origin>) -> Result<Vec<Vec<TrackPoint>>, InvalidScenario> {
         let track = |(i, auv): (usize, &AuvFile)| {
             let field = format!("auvs[{i}].track");
@@ -72,7 +72,7 @@ impl Scenario {
             for point in &mut *track {
                 point.time -= begin;
             }
-            // Otherwise its AUV would rest for all of the mission, or times that differ would be one.
+            // Otherwise its AUV would rest throughout, or different times would become equal.
             let first = track.first().map_or(0.0, |first| first.time);
             if MissionTime::MAX < first || !track.is_sorted_by(|one, next| one.time < next.time) {
                 let reason = format!(
@@ -144,7 +144,7 @@ fn read(text: &str, id: &str) -> Result<(Columns, Vec<Row>), String> {
             records.push(record);
         }
     }
-    // What truly was, of a simulated mission; else what was measured.
+    // The truth of a simulated mission, else measurements.
     let is =
         |record: &StringRecord, wanted: &str| columns.record.is_none_or(|[kind, _]| record[kind] == *wanted);
     let wanted = if records.iter().any(|record| is(record, "truth")) {
@@ -221,7 +221,7 @@ impl Columns {
     }
 }
 
-/// The line of `record` in `text`. Its position is that of the comments and empty lines before it.
+/// The line of `record` in `text`; its position may be that of comments and empty lines before.
 fn line_of(text: &str, record: &StringRecord) -> u64 {
     let (line, byte) = record.position().map_or((0, 0), |at| (at.line(), at.byte()));
     let rest = usize::try_from(byte).ok().and_then(|byte| text.get(byte..));
@@ -232,7 +232,7 @@ fn line_of(text: &str, record: &StringRecord) -> u64 {
     line + skipped.map(|_| 1).sum::<u64>()
 }
 
-/// The points of `rows`, on a plane that touches the Earth at `datum` if they are latitudes and longitudes.
+/// The points of `rows`: local, or latitudes and longitudes relative to `datum`.
 fn points(rows: &[Row], datum: Option<&Datum>) -> Result<Vec<TrackPoint>, String> {
     let mut points: Vec<TrackPoint> = Vec::with_capacity(rows.len());
     let (mut has_moved, mut n_steps) = (true, 0);

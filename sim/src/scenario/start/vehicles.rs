@@ -131,7 +131,7 @@ impl Scenario {
         let class = file.class;
         let path = match (&file.path, track.first()) {
             (Some(path), _) => self.path(i, path, origin, draw)?,
-            // It is not followed.
+            // A track replaces it.
             (None, Some(first)) => Path::starting_at(first.position, 0.0).line(1.0),
             (None, None) => {
                 return Err(invalid(
@@ -181,7 +181,7 @@ impl Scenario {
         }
         let depth = track.first().map_or(depth, |point| point.depth);
         let speed = speed_profile(i, file, class, draw)?;
-        // Drawn only where there is one: every number has a stream of its own, in order.
+        // Drawn only if given: every number has a stream of its own, in order.
         let (navigation_error, navigation_drift) = file.navigation_error.as_ref().map_or_else(
             || (Vector2::zeros(), Vector2::zeros()),
             |error| {
@@ -254,7 +254,7 @@ fn constraints(file: &RandomCraftFile, draw: &mut Draw) -> CraftConstraints {
     }
 }
 
-/// The same levers, in their ranges.
+/// The same tuning, checked.
 fn tuning(file: Option<&Tuning>) -> Result<Option<Tuning>, InvalidScenario> {
     let faults = file.map(|tuning| tuning.faults("surface_craft/tuning"));
     match faults.into_iter().flatten().next() {
@@ -271,7 +271,7 @@ fn limits(file: &LimitsFile, class: &Limits, draw: &mut Draw) -> Result<Limits, 
         acceleration_max: draw.take_or(file.acceleration_max_mps2.as_ref(), class.acceleration_max),
         deceleration_max: draw.take_or(file.deceleration_max_mps2.as_ref(), class.deceleration_max),
     };
-    // A snapshot must satisfy the same rule.
+    // A snapshot has the same rule.
     if limits.speed_max < limits.speed_min + 0.05 {
         return Err(invalid(
             "surface_craft.limits.speed_max_mps",

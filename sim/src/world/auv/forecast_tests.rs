@@ -36,7 +36,7 @@ fn followed(mut auv: SimulatedAuv, current: Vector2<f64>, seconds: usize) -> Vec
     states
 }
 
-/// What a craft that knows everything may know of it.
+/// Knowledge of an AUV without any error.
 struct Known {
     state: AuvState,
     path: KnownPath,
@@ -82,7 +82,7 @@ fn size(values: impl Iterator<Item = f64>) -> (f64, f64) {
 }
 
 #[test]
-fn the_forecast_depth_is_the_auvs_over_a_whole_cycle() {
+fn the_forecast_depth_matches_the_auv_over_a_whole_cycle() {
     for (scenario, speed_settles, worst) in [("paper-tracking", 30, 0.3), ("slocum", 100, 0.3)] {
         let auvs = followed(auv(scenario, 0.0), STILL, 900);
         let errors = (speed_settles..600).step_by(7).flat_map(|now| {
@@ -98,7 +98,7 @@ fn the_forecast_depth_is_the_auvs_over_a_whole_cycle() {
 }
 
 #[test]
-fn an_auv_surges_ahead_at_its_reversals_as_forecast() {
+fn the_forecast_includes_the_surge_at_reversals() {
     let auvs = followed(auv("paper-tracking", 0.0), STILL, 900);
     let error = |diving| {
         let auvs = &auvs;
@@ -116,7 +116,7 @@ fn an_auv_surges_ahead_at_its_reversals_as_forecast() {
 }
 
 #[test]
-fn the_offset_is_forecast_better_than_kept_off_a_steady_one_and_as_well_at_it() {
+fn an_offset_forecast_beats_a_constant_one_and_is_exact_when_steady() {
     for current in [Vector2::new(0.0, 0.1), STILL] {
         for (what, starts, first, last) in [
             ("transient", vec![-4.0, -2.0, 0.0, 2.0, 4.0], 0, 30),

@@ -1,11 +1,11 @@
-//! Faults in words, for people who look at a mission.
+//! Faults in words, for operators.
 
 use planner::path::Side;
 
 use super::{Fault, FaultKind};
 
 impl Fault {
-    /// What goes wrong. `auvs` has the names of the underwater vehicles.
+    /// The fault in words. `auvs` has the names of the underwater vehicles.
     #[must_use]
     pub fn in_words(&self, auvs: &[String]) -> String {
         let percent = |share: f64| format!("{:.0} %", 100.0 * share);
@@ -48,7 +48,7 @@ impl Fault {
         }
     }
 
-    /// Whether it stops the messages of an underwater vehicle.
+    /// `true` if it stops the messages of an underwater vehicle.
     #[must_use]
     pub fn stops_messages(&self) -> bool {
         matches!(self.what, FaultKind::Silence(_) | FaultKind::Dies(_))

@@ -10,16 +10,16 @@ mod thrusters;
 
 pub use thrusters::{Thrust, ThrusterHealth, Thrusters};
 
-/// The masses that turn a moving craft's velocity in its body frame, kg.
+/// Masses in the Coriolis terms, kg.
 ///
-/// With added mass they are m_u and m_v, and their difference makes the Munk moment (c_u − c_v) u v,
-/// which turns a slender hull across its way. Without it both are the dry mass and there is no such
-/// moment. Either choice does no work.
+/// With added mass they are m_u and m_v. Their difference makes the Munk moment (c_u − c_v) u v,
+/// which turns a slender hull across its way. Otherwise both are the dry mass, without that moment.
+/// Neither choice does work.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CoriolisMasses {
-    /// Of surge c_u, kg.
+    /// In surge c_u, kg.
     pub surge: f64,
-    /// Of sway c_v, kg.
+    /// In sway c_v, kg.
     pub sway: f64,
 }
 
@@ -44,13 +44,13 @@ pub struct SurfaceHull {
     pub thrusters: Thrusters,
 }
 
-/// State of the surface craft: (north, east, ψ, u, v, r, T_port, T_starboard) in m, rad, m/s, rad/s, N.
+/// State of the surface craft (north, east, ψ, u, v, r, T_port, T_starboard) in m, rad, s and N.
 ///
-/// Velocities are through the water, in the body frame; ψ is not wrapped; thrust is what each
-/// thruster gives at the moment, positive ahead.
+/// Velocities are through the water, in the body frame; ψ is not wrapped; each present thrust is
+/// positive ahead.
 pub type SurfaceState = SVector<f64, 8>;
 
-/// A force ahead and a moment to starboard, of the thrusters together or of the waves.
+/// A force ahead and a moment to starboard, of both thrusters or of the waves.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SurfaceInput {
     /// Force ahead τ_u, N.
@@ -62,9 +62,9 @@ pub struct SurfaceInput {
 impl SurfaceHull {
     /// A MEDUSA-class craft: 30 kg dry, 1.62 m/s flat out.
     ///
-    /// Source: the public parameters of the vehicle's laboratory (IST Lisbon). No public value exists
-    /// for the thrusters' dead zone and lag: 0.2 N and 0.1 s are assumptions, to which a step of the heading
-    /// is not sensitive (docs/rationale.md#sim-thruster-lag).
+    /// Source: the public parameters of the vehicle's laboratory (IST Lisbon). No public value
+    /// exists for dead zone and lag of the thrusters: 0.2 N and 0.1 s are assumptions, to which a
+    /// heading step is not sensitive (docs/rationale.md#sim-thruster-lag).
     pub const MEDUSA: Self = Self {
         mass_surge: 50.0,
         mass_sway: 60.0,
@@ -94,21 +94,21 @@ impl SurfaceHull {
         },
     };
 
-    /// The craft at a steady `speed` through the water, m/s, on a straight course, its thrusters in
-    /// balance with its drag. Position (north, east), m; heading ψ, rad.
+    /// The craft at a steady `speed` through the water, m/s, on a straight course with thrust in
+    /// balance with drag. Position (north, east), m; heading ψ, rad.
     #[must_use]
     pub fn cruising(&self, position: &Vector2<f64>, heading: f64, speed: f64) -> SurfaceState {
         let thrust = 0.5 * self.drag_surge.resistance(speed);
         SurfaceState::from([position.x, position.y, heading, speed, 0.0, 0.0, thrust, thrust])
     }
 
-    /// Speed through the water flat out, straight ahead, m/s.
+    /// Top speed through the water, straight ahead, m/s.
     #[must_use]
     pub fn speed_top(&self) -> f64 {
         self.drag_surge.speed_against(2.0 * self.thrusters.ahead_max)
     }
 
-    /// Slowest useful speed reference, m/s, at which the thrusters are well out of their dead zone.
+    /// Slowest useful speed reference, m/s, with the thrusters well out of their dead zone.
     #[must_use]
     pub fn speed_least(&self) -> f64 {
         let margin = 2.0;
@@ -125,9 +125,9 @@ impl SurfaceHull {
     /// m_v v̇ =     − c_u u r − D_v(v)
     /// m_r ṙ = τ_r + (c_u − c_v) u v − D_r(r)
     /// ```
-    /// Source: T. I. Fossen, *Handbook of Marine Craft Hydrodynamics and Motion Control* (2011), the
-    /// three-degree-of-freedom manoeuvring model; eq. (5) of the paper prints the sway row's Coriolis
-    /// term with the other sign, which would create energy.
+    /// Source: T. I. Fossen, *Handbook of Marine Craft Hydrodynamics and Motion Control* (2011),
+    /// three-degree-of-freedom manoeuvring model. Eq. (5) of the paper has the other sign in the
+    /// sway row's Coriolis term, which would create energy.
     #[must_use]
     pub fn acceleration(&self, velocity: &Vector3<f64>, input: SurfaceInput) -> Vector3<f64> {
         let (u, v, r) = (velocity.x, velocity.y, velocity.z);
@@ -141,9 +141,9 @@ impl SurfaceHull {
 
     /// Time derivative of `state`.
     ///
-    /// `steady` is the thrust that the thrusters tend to, [`Thrusters::steady`] of their command: N.
-    /// `disturbance` is what the waves add. `current` is (north, east), m/s, constant and without rotation,
-    /// so that it moves the craft and does not push it.
+    /// `steady` is the thrust that the thrusters approach, N, from [`Thrusters::steady`].
+    /// `disturbance` comes from the waves. `current` (north, east), m/s, is constant and without
+    /// rotation: it moves the craft and does not push it.
     #[must_use]
     pub fn derivative(
         &self,
@@ -182,20 +182,20 @@ impl SurfaceHull {
         0.5 * velocity.component_mul(velocity).dot(&masses)
     }
 
-    /// Power that the thrusters give to hull and water, W, negative while they brake: τ_u u + τ_r r.
+    /// Power of the thrusters on hull and water, W, negative while they brake: τ_u u + τ_r r.
     #[must_use]
     pub fn thrust_power(&self, state: &SurfaceState) -> f64 {
         let propulsion = self.thrusters.force(thrust(state));
         propulsion.surge_force * state[3] + propulsion.yaw_moment * state[5]
     }
 
-    /// Power that the thrusters draw, W, never negative: thrust times the speed of the hull where the
-    /// thruster stands, each taken by its size, because a braking propeller gives nothing back.
+    /// Power that the thrusters draw, W, never negative: thrust times the speed of the hull at the
+    /// thruster, each by its size, because a braking propeller returns nothing.
     ///
     /// ```text
     /// |T_port (u + a r)| + |T_starboard (u − a r)|
     /// ```
-    /// The losses of propeller and motor are left out, for want of a public value.
+    /// Losses of propeller and motor are omitted, for want of a public value.
     #[must_use]
     pub fn propulsion_power(&self, state: &SurfaceState) -> f64 {
         let (u, swing) = (state[3], self.thrusters.arm * state[5]);
@@ -203,7 +203,7 @@ impl SurfaceHull {
     }
 }
 
-/// What the thrusters give at the moment, N.
+/// Present thrust, N.
 fn thrust(state: &SurfaceState) -> Thrust {
     Thrust {
         port: state[6],

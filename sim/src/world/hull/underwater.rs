@@ -7,10 +7,10 @@ use super::Drag;
 /// Largest pitch reference, rad, either way: 80°, beyond which the heading has no meaning.
 pub const PITCH_MAX: f64 = 80.0 / 180.0 * std::f64::consts::PI;
 
-/// Least |cosθ| that heading rates are computed with: cos 85°.
+/// Least |cosθ| in heading rates: cos 85°.
 ///
-/// ψ̇ = r / cosθ has a pole at a vertical attitude. Pitch references end at 80°, so that only an initial state can be there;
-/// its heading rate is at most 11.5 r.
+/// ψ̇ = r / cosθ has a pole at a vertical attitude. Pitch references end at 80°, so only an initial
+/// state can be there; its heading rate is at most 11.5 r.
 const COSINE_MIN: f64 = 0.087;
 
 /// A hull that moves ahead, pitches and yaws; sway, heave and roll are neglected.
@@ -58,8 +58,8 @@ pub struct UnderwaterInput {
 impl UnderwaterHull {
     /// A MEDUSA-class AUV: the surface craft's masses and drag, pitch like yaw.
     ///
-    /// No public value exists for the restoring moment: 30 kg · 9.81 m/s² · 0.02 m is an assumption,
-    /// as is the same authority in pitch as in yaw.
+    /// No public value exists for the restoring moment: 30 kg · 9.81 m/s² · 0.02 m is an
+    /// assumption, like the same authority in pitch as in yaw.
     pub const MEDUSA: Self = Self {
         mass_surge: 50.0,
         inertia_pitch: 4.64,
@@ -84,19 +84,19 @@ impl UnderwaterHull {
 
     /// A Slocum-class glider of 50 kg, 1.5 m by 0.22 m, pushed and turned like a propelled vehicle.
     ///
-    /// The real one sinks and rises, its wings turn that into way ahead, a battery shifts for pitch and a
-    /// rudder steers. Here a force along the body and moments stand for them; the depth follows from pitch
-    /// and speed as for any vehicle, without the angle of attack (a few degrees).
+    /// The real one sinks and rises; wings turn that into motion ahead, a battery shifts for pitch,
+    /// a rudder steers. Here a force along the body and moments replace them; depth follows from
+    /// pitch and speed, without the angle of attack (a few degrees).
     ///
-    /// Source: the Slocum model of J. G. Graver (*Underwater Gliders: Dynamics, Control and Design*,
-    /// Princeton 2005), as public glider simulators carry its figures: 50 kg, added mass 5 kg in surge,
-    /// inertias 12 and 11 kg m² in pitch and yaw, drag 2.15 N/(m/s)² at no angle of attack, rotational
-    /// damping 50 N m/(rad/s)/(m/s)². The last is taken at 0.32 m/s: 5.1. Quadratic rotational drag is the
-    /// cross-flow of the hull, ½ρ C_d D L⁴/32 = 20 with C_d = 1.1.
+    /// Source: the Slocum model of J. G. Graver (*Underwater Gliders: Dynamics, Control and
+    /// Design*, Princeton 2005), with the figures of public glider simulators: 50 kg, added mass
+    /// 5 kg in surge, inertias 12 and 11 kg m² in pitch and yaw, drag 2.15 N/(m/s)² at no angle of
+    /// attack, rotational damping 50 N m/(rad/s)/(m/s)², here at 0.32 m/s: 5.1. Quadratic
+    /// rotational drag is the cross-flow of the hull, ½ρ C_d D L⁴/32 = 20 with C_d = 1.1.
     ///
-    /// Derived: force, 250 cm³ of ballast pumped, 2.5 N, of which sin 26° along the path, rounded up to
-    /// 1.5 N; pitch moment, 9 kg of battery shifted by 5 cm, 4.4 N m. Assumptions: a centre of gravity
-    /// 5 mm below that of buoyancy; a rudder that turns the vehicle on a radius of 7 m at most.
+    /// Derived: force, 250 cm³ of ballast pumped, 2.5 N, of which sin 26° along the path, rounded
+    /// up to 1.5 N; pitch moment, 9 kg of battery shifted by 5 cm, 4.4 N m. Assumptions: centre of
+    /// gravity 5 mm below that of buoyancy; a rudder that turns within a radius of 7 m.
     pub const SLOCUM: Self = Self {
         mass_surge: 55.0,
         inertia_pitch: 12.0,
@@ -125,9 +125,9 @@ impl UnderwaterHull {
     /// [ẋ, ẏ] = u cosθ [cosψ, sinψ] + v_c     ż = −u sinθ      θ̇ = q     ψ̇ = r / cosθ
     /// m_u u̇ = τ_u − D_u(u)     m_q q̇ = τ_q − D_q(q) − W·BG sinθ     m_r ṙ = τ_r − D_r(r)
     /// ```
-    /// Source: eqs. (3) and (6) of the paper with sway left out. (3) is completed (east, depth) and
-    /// its ψ̇ = r replaced: a pitched vehicle's yaw axis is not vertical. The restoring term is a moment.
-    /// Within 5° of the vertical ψ̇ is that at 85°: finite states have finite derivatives.
+    /// Source: eqs. (3) and (6) of the paper without sway. (3) has east and depth added, and
+    /// another ψ̇ than r: a pitched vehicle's yaw axis is not vertical. The restoring term is a
+    /// moment. Within 5° of the vertical, ψ̇ is that at 85°: finite states have finite derivatives.
     #[must_use]
     pub fn derivative(
         &self,
@@ -165,8 +165,8 @@ impl UnderwaterHull {
     }
 }
 
-/// Heading rate ψ̇ = r / cosθ, rad/s, of a vehicle at that pitch, rad, with that body yaw rate, rad/s;
-/// bounded near the vertical as in [`UnderwaterHull::derivative`].
+/// Heading rate ψ̇ = r / cosθ, rad/s, at this pitch, rad, and body yaw rate, rad/s; bounded near
+/// the vertical as in [`UnderwaterHull::derivative`].
 #[must_use]
 pub fn heading_rate(pitch: f64, yaw_rate: f64) -> f64 {
     yaw_rate / off_the_pole(pitch.cos())
@@ -191,7 +191,7 @@ mod tests {
         let (theta, psi, u, q, r) = (-0.87, 2.1, 0.3, 0.2, 0.15);
         let state = UnderwaterState::from([0.0, 0.0, 5.0, theta, psi, u, q, r]);
         let slope = HULL.derivative(&state, UnderwaterInput::default(), &Vector2::zeros());
-        // With no roll, the body's roll rate p must keep φ at zero: p = tanθ-coupled part only.
+        // Without roll, the body's roll rate must keep φ at zero: p = −r tanθ.
         let p = -r * theta.tan();
         let attitude = |theta: f64, psi: f64| Rotation3::from_euler_angles(0.0, theta, psi).into_inner();
         let spin = Matrix3::new(0.0, -r, q, r, 0.0, -p, -q, p, 0.0);
@@ -204,14 +204,14 @@ mod tests {
     }
 
     #[test]
-    fn nose_down_goes_down() {
+    fn a_vehicle_with_its_nose_down_descends() {
         let state = UnderwaterState::from([0.0, 0.0, 5.0, -0.5, 0.0, 0.3, 0.0, 0.0]);
         let slope = HULL.derivative(&state, UnderwaterInput::default(), &Vector2::zeros());
         assert!(slope[2] > 0.0);
     }
 
     #[test]
-    fn without_moment_the_vehicle_rights_itself() {
+    fn the_vehicle_rights_itself_without_a_moment() {
         let tilted = UnderwaterState::from([0.0, 0.0, 5.0, 0.6, 0.0, 0.0, 0.0, 0.0]);
         let level = (0..600).fold(tilted, |state, _| {
             crate::world::integrate::rk4(&state, 0.1, |x| {

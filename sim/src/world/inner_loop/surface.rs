@@ -18,8 +18,8 @@ pub use delay::DELAY_PERIODS_MAX;
 pub use heading::HeadingLoop;
 use heading::HeadingMemory;
 
-/// Speed over ground below which a course is noise and the loop holds the heading, m/s. Assumption: twice the
-/// 0.05 m/s that satellite receivers err by.
+/// Speed over ground below which a course is noise and the loop holds the heading, m/s. Assumption:
+/// twice the error of GNSS, 0.05 m/s.
 const COURSE_SPEED_MIN: f64 = 0.1;
 
 /// A surface craft's inner loops as data.
@@ -27,15 +27,15 @@ const COURSE_SPEED_MIN: f64 = 0.1;
 pub struct SurfaceAutopilot {
     /// The heading loop.
     pub heading: HeadingLoop,
-    /// What the heading loop holds.
+    /// Angle that the heading loop holds.
     pub heading_held: HeadingReference,
-    /// Of the surge loop.
+    /// Gains of the surge loop.
     pub surge: SurgeGains,
     /// Mode of the surge loop.
     pub feed_forward: DragFeedForward,
-    /// What the surge loop holds.
+    /// Speed that the surge loop holds.
     pub speed_held: SpeedReference,
-    /// How fast the speed reference is allowed to change before it reaches the loop; at once if none.
+    /// Slew-rate limit of the speed reference; unlimited if none.
     pub speed_slew: Option<SpeedSlew>,
     /// Periods until a reference reaches the loops, at most [`DELAY_PERIODS_MAX`].
     pub delay_periods: usize,
@@ -61,7 +61,7 @@ pub struct AutopilotMemory {
 }
 
 impl AutopilotMemory {
-    /// Of loops that have held `speed`, m/s, and `heading` for long, on a hull of that surge drag.
+    /// State of loops settled at `speed`, m/s, and `heading`, rad, on a hull with this surge drag.
     #[must_use]
     pub fn settled_at(autopilot: &SurfaceAutopilot, drag_surge: Drag, speed: f64, heading: f64) -> Self {
         Self {
@@ -90,7 +90,7 @@ pub struct Measured {
 }
 
 impl Measured {
-    /// Of a craft in a current (north, east), m/s.
+    /// Measurements of a craft in a current (north, east), m/s.
     #[must_use]
     pub fn of(state: &SurfaceState, current: &Vector2<f64>) -> Self {
         Self {
@@ -120,7 +120,7 @@ impl Measured {
 }
 
 impl SurfaceAutopilot {
-    /// The MEDUSA class's, without drag feed-forward. Source: the laboratory's vehicles (IST Lisbon).
+    /// The MEDUSA class's, without drag feed-forward. Source: IST Lisbon's vehicles.
     pub const MEDUSA: Self = Self {
         heading: HeadingLoop::ProportionalDerivative {
             frequency: 1.6,
@@ -141,10 +141,10 @@ impl SurfaceAutopilot {
 
     /// The Otter's: the MEDUSA's, scaled.
     ///
-    /// Surge gains grow with m_u (85.5 to 50 kg), which keeps k_p/m_u = 0.52 rad/s and k_i/k_p; the error's
-    /// clamp doubles as does the top speed, so that 18 of 239 N are left to acceleration where the
-    /// MEDUSA has 5 of 72. The yaw loop gives moments as the inertia, so ωn and ζ carry over: the moment
-    /// saturates from 40° of error on (74 of 106 N m/rad), the MEDUSA's from 52° on.
+    /// Surge gains grow with m_u (85.5 to 50 kg), which keeps k_p/m_u = 0.52 rad/s and k_i/k_p. The
+    /// error's clamp doubles like the top speed: 18 of 239 N remain for acceleration, 5 of 72 for
+    /// the MEDUSA. Yaw moments scale with inertia, so ωn and ζ carry over: the moment saturates
+    /// from 40° of error on (74 of 106 N m/rad), the MEDUSA's from 52° on.
     pub const OTTER: Self = Self {
         surge: SurgeGains {
             proportional: 44.5,
@@ -158,10 +158,10 @@ impl SurfaceAutopilot {
     /// One period: the commands to the thrusters, within their limits.
     ///
     /// ```text
-    /// τ_u = k_p ε + k_i ∫ε dt (+ D_u(u))      τ_r as the heading loop has it
+    /// τ_u = k_p ε + k_i ∫ε dt (+ D_u(u))      τ_r by the heading loop
     /// ```
-    /// u is the speed that the loop holds, and so is that of the drag: a craft that knows its speed over ground
-    /// alone feeds forward the drag in still water.
+    /// u is the speed that the loop holds, also in the drag: a craft that only measures its
+    /// speed over ground feeds forward the drag in still water.
     #[must_use]
     pub fn command(
         &self,
@@ -218,9 +218,9 @@ mod tests {
     }
 
     #[test]
-    fn a_moment_that_leaves_thrust_enough_never_stops_the_surge_loop() {
-        // The moment is split over both thrusters and the force added up again: what rounding leaves of it
-        // is no saturation.
+    fn a_moment_with_enough_thrust_left_never_stops_the_surge_loop() {
+        // The moment is split over both thrusters and the force added up again: the rounding error
+        // of that is no saturation.
         let (autopilot, hull) = (SurfaceAutopilot::MEDUSA, SurfaceHull::MEDUSA);
         for k in 0..1000 {
             let reference = Reference {
@@ -239,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn a_delayed_reference_acts_as_many_periods_later() {
+    fn a_delayed_reference_acts_after_its_delay() {
         let hull = SurfaceHull::MEDUSA;
         let asked = Reference {
             speed: 0.5,
@@ -261,13 +261,13 @@ mod tests {
     }
 
     #[test]
-    fn over_ground_a_loop_makes_up_for_the_current_that_it_does_not_know() {
+    fn an_over_ground_loop_compensates_an_unknown_current() {
         let autopilot = SurfaceAutopilot {
             speed_held: SpeedReference::OverGround,
             heading_held: HeadingReference::Course,
             ..SurfaceAutopilot::MEDUSA
         };
-        // By hand: 0.3 m/s to the north through water that flows at 0.4 m/s to the east.
+        // By hand: 0.3 m/s to the north through water that flows east at 0.4 m/s.
         let measured = Measured {
             heading: 0.0,
             surge: 0.3,

@@ -8,7 +8,7 @@ use crate::world::hull::{PITCH_MAX, UnderwaterHull, UnderwaterInput, UnderwaterS
 pub struct UnderwaterReference {
     /// Speed along the body, through the water, m/s.
     pub surge: f64,
-    /// Pitch θ, rad, positive nose-up; the loop goes no further than [`PITCH_MAX`] either way.
+    /// Pitch θ, rad, positive nose-up; the loop clamps it to ±[`PITCH_MAX`].
     pub pitch: f64,
     /// Body yaw rate r, rad/s, positive to starboard. A heading rate ψ̇ requires r = ψ̇ cosθ.
     pub yaw_rate: f64,
@@ -17,7 +17,7 @@ pub struct UnderwaterReference {
 /// Gains of an underwater vehicle's inner loops. The surge loop has no drag feed-forward.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UnderwaterLoops {
-    /// Of the surge loop.
+    /// Gains of the surge loop.
     pub surge: SurgeGains,
     /// Natural frequency of the pitch loop, rad/s.
     pub pitch_frequency: f64,
@@ -30,9 +30,9 @@ pub struct UnderwaterLoops {
 impl UnderwaterLoops {
     /// The MEDUSA-class AUV's.
     ///
-    /// Surge as the laboratory's surface craft. Pitch so that a reversal from −50° to +50° takes 4 s
-    /// (docs/rationale.md#sim-pitch-loop). Yaw rate ten times the bandwidth of the path following above it, and a third of what a
-    /// loop of ten hertz allows.
+    /// Surge as on the laboratory's surface craft. Pitch: a reversal from −50° to +50° takes 4 s
+    /// (docs/rationale.md#sim-pitch-loop). Yaw rate: ten times the bandwidth of the path following
+    /// above it, a third of what a loop of ten hertz allows.
     pub const MEDUSA: Self = Self {
         surge: SurgeGains {
             proportional: 26.0,
@@ -45,9 +45,9 @@ impl UnderwaterLoops {
         yaw_rate_bandwidth: 3.0,
     };
 
-    /// The Slocum's: the MEDUSA's, scaled by mass in surge (55 to 50 kg), with a clamp of 0.05 m/s because
-    /// 1.4 N are all that its buoyancy engine has to spare; pitch as fast as a shifted battery allows; the
-    /// yaw-rate loop mostly at the rudder's limit.
+    /// The Slocum's: the MEDUSA's, scaled by mass in surge (55 to 50 kg), with a clamp of 0.05 m/s,
+    /// because its buoyancy engine can spare 1.4 N. Pitch is as fast as a shifted battery allows;
+    /// the yaw-rate loop is mostly at the rudder's limit.
     pub const SLOCUM: Self = Self {
         surge: SurgeGains {
             proportional: 28.6,
@@ -60,9 +60,9 @@ impl UnderwaterLoops {
         yaw_rate_bandwidth: 3.0,
     };
 
-    /// Time that a reversal of a dive takes, s: from passing the depth that ends a leg until passing it again.
+    /// Duration of a reversal, s: from passing the depth that ends a leg to passing it again.
     ///
-    /// In inverse proportion to the frequency of the pitch loop, as simulated dives show
+    /// Inversely proportional to the frequency of the pitch loop, as simulated dives show
     /// (docs/rationale.md#sim-dive-reversal).
     #[must_use]
     pub fn reversal_time(&self) -> f64 {
@@ -72,8 +72,8 @@ impl UnderwaterLoops {
 
     /// One period: force and moments, within the actuators' limits.
     ///
-    /// Pitch is proportional-derivative with the restoring moment made up for; yaw rate is proportional
-    /// with the drag at the reference fed forward, so that a steady turn has no error.
+    /// Pitch is proportional-derivative with compensated restoring moment; yaw rate is proportional
+    /// with the reference's drag fed forward, so a steady turn has no error.
     #[must_use]
     pub fn command(
         &self,

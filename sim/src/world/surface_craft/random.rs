@@ -1,7 +1,7 @@
 //! Random surface craft: hulls, thrusters and autopilots drawn from a seed.
 //!
-//! A craft that does not hold its heading or speed in the [step tests](super::step_response) is drawn anew, so that every
-//! craft could have passed its commissioning.
+//! A craft that does not hold its heading or speed in the [step tests](super::step_response) is
+//! drawn again: every craft could have passed its commissioning.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

@@ -1,4 +1,4 @@
-//! Step tests as at commissioning: steps and turns in calm water, and the response model that fits them.
+//! Commissioning tests: steps and turns in calm water, and the response model fitted to them.
 
 use nalgebra::Vector2;
 use planner::{
@@ -15,13 +15,13 @@ mod fit;
 
 use fit::{Fitted, Sample, fit_heading, fit_surge};
 
-/// Speed at which heading is tested, as a share of the top speed.
+/// Speed of the heading tests, as a share of the top speed.
 const CRUISE_SHARE: f64 = 0.4;
-/// Slowest speed at which a craft that follows AUVs has to hold its heading, m/s: theirs at 0.3 m/s and 50° of pitch.
+/// Slowest speed at which a craft must hold its heading, m/s: an AUV's at 0.3 m/s and 50° of pitch.
 const SLOW: f64 = 0.19;
-/// Small heading step, rad, and the duration of its trial, s.
+/// Small heading step, rad.
 const HEADING_STEP: f64 = 0.3;
-/// As above.
+/// Duration of the trial of a small heading step, s.
 const HEADING_TIME: f64 = 50.0;
 /// Large heading step, rad: 150°.
 const TURN: f64 = 2.6;
@@ -33,15 +33,15 @@ const BEHIND_MAX: f64 = 0.8;
 const TOP_SHARES: [f64; 6] = [0.9, 0.8, 0.7, 0.6, 0.5, 0.4];
 /// Shares of the fastest turn that are tried as [`Limits::turn_rate_max`].
 const TURN_SHARES: [f64; 5] = [1.0, 0.7, 0.5, 0.35, 0.25];
-/// Share of the top speed that is good enough to turn no slower for it.
+/// Share of the top speed that needs no slower turn.
 const GOOD_TOP: f64 = 0.7;
 /// Relative tolerance of the yaw rate of a steady turn.
 const RATE_TOLERANCE: f64 = 0.1;
-/// Least useful speed, m/s: the craft catches up with an AUV at 0.193 m/s against 0.12 m/s of current.
+/// Least useful speed, m/s: to catch up with an AUV at 0.193 m/s against 0.12 m/s of current.
 const TOP_MIN: f64 = 0.45;
-/// Share of the speed reference that a craft keeps in a turn, for that reference to be one it can steer at.
+/// Share of the speed reference that the craft must keep in a turn.
 const KEPT_IN_TURN: f64 = 0.93;
-/// Share of [`Limits::turn_rate_max`] at which that is tried.
+/// Share of [`Limits::turn_rate_max`] in that turn.
 const TRIED_TURN: f64 = 0.8;
 /// Duration of the trial of a speed step, s.
 const SPEED_TIME: f64 = 50.0;
@@ -51,8 +51,8 @@ const SPEED_TIME_LARGE: f64 = 70.0;
 const HEADING_ERROR_MAX: f64 = 0.06;
 /// Largest speed error at the end of a step, as a share of the reference.
 const SPEED_ERROR_SHARE: f64 = 0.05;
-/// Longest time to 63 % of a small step beyond its delay, s. Assumption: a third more than 8 s and what a limited
-/// rate takes.
+/// Longest time to 63 % of a small step beyond its delay, s. Assumption: a third more than 8 s and
+/// the time of a limited rate.
 const TIME_TO_63_MAX: f64 = 12.0;
 
 /// The result of step tests.
@@ -62,13 +62,13 @@ pub struct StepTestResult {
     pub limits: Limits,
     /// Its closed-loop response.
     pub craft: Craft,
-    /// Root mean square by which the fitted heading response misses the craft in its trial, rad.
+    /// Root mean square error of the fitted heading response in its trial, rad.
     pub heading_misfit: f64,
-    /// Root mean square by which the fitted surge response misses the craft in its trial, m/s.
+    /// Root mean square error of the fitted surge response in its trial, m/s.
     pub surge_misfit: f64,
 }
 
-/// Why a craft fails the step tests.
+/// Reason why a craft fails the step tests.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum StepTestFailed {
     /// It does not settle at its heading reference in time.
@@ -87,7 +87,7 @@ pub enum StepTestFailed {
 
 /// Tests a hull with its autopilot.
 ///
-/// The heading response is that of the angle which the loop holds: the course, where it holds the course.
+/// The heading response is that of the angle which the loop holds, heading or course.
 pub fn step_test(hull: &SurfaceHull, autopilot: &SurfaceAutopilot) -> Result<StepTestResult, StepTestFailed> {
     let top = hull.speed_top();
     let cruise = CRUISE_SHARE * top;
@@ -178,8 +178,8 @@ impl Trial<'_> {
         }
     }
 
-    /// The fastest turn, rad/s, at which the craft keeps a good part of its top speed, m/s, and which part that is: a
-    /// hull that could turn faster at half the speed is declared as what it is at most speeds.
+    /// The fastest turn, rad/s, at which the craft keeps most of its top speed, m/s, and that
+    /// speed: limits describe a hull at most speeds, not its fastest turn at half the speed.
     fn turn_and_speed(&self, top: f64, turn_rate: f64) -> Result<(f64, f64), StepTestFailed> {
         let mut best: Option<(f64, f64)> = None;
         for share in TURN_SHARES {
@@ -254,7 +254,7 @@ fn mean(samples: &[Sample], of: impl Fn(&Sample) -> f64) -> f64 {
     samples.iter().map(of).sum::<f64>() / samples.iter().map(|_| 1.0).sum::<f64>()
 }
 
-/// When an answer that goes from 0 to 1 is first beyond 63 %, s.
+/// Time at which an answer from 0 to 1 first exceeds 63 %, s.
 fn time_to_63(samples: &[Sample], answer: impl Fn(&Sample) -> f64) -> Option<f64> {
     let there = samples.iter().position(|sample| 0.632 <= answer(sample))?;
     Some(PERIOD * f64::from(u32::try_from(there).expect("trials are short")))
@@ -279,7 +279,7 @@ fn sway_per_yaw_rate(ramp: &[Sample]) -> f64 {
     -v / ur
 }
 
-/// Least squares of P = c₁ u + c₃ u³ over the powers at steady speeds, neither coefficient negative.
+/// Least-squares P = c₁ u + c₃ u³ to the power at steady speeds, with coefficients of at least 0.
 fn propulsion_power(hull: &SurfaceHull, speed_max: f64) -> Power {
     let points = [0.2, 0.4, 0.6, 0.8, 1.0].map(|share| {
         let speed = share * speed_max;

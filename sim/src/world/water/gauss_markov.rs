@@ -34,19 +34,19 @@ impl Fluctuation {
         Self { setup, velocity, rng }
     }
 
-    /// The fluctuation at this moment (north, east), m/s.
+    /// The present fluctuation (north, east), m/s.
     pub(super) fn velocity(&self) -> Vector2<f64> {
         self.velocity
     }
 
-    /// Lets `period` s pass.
+    /// Advances by `period` s.
     pub(super) fn step(&mut self, period: f64) {
         let GaussMarkov {
             sigma,
             correlation_time,
         } = self.setup;
         let elapsed = period / correlation_time;
-        // expm1 keeps the digits that 1 − exp loses when the step is far shorter than the correlation time.
+        // expm1 keeps the digits that 1 − exp loses over steps far shorter than T.
         let fresh = sigma * (-(-2.0 * elapsed).exp_m1()).sqrt();
         self.velocity = (-elapsed).exp() * self.velocity + fresh * normal_pair(&mut self.rng);
     }
@@ -67,7 +67,7 @@ mod tests {
         sigma: 0.07,
         correlation_time: 10.0,
     };
-    /// Bounds are this many standard deviations of the estimate: by chance, 1 in 16 000 is missed.
+    /// Bounds in standard deviations of the estimate: 1 in 16 000 is missed by chance.
     const CONFIDENCE: f64 = 4.0;
 
     fn run(period: f64, steps: u32) -> Vec<Vector2<f64>> {
@@ -88,15 +88,15 @@ mod tests {
     }
 
     #[test]
-    fn variance_and_autocorrelation_are_as_asked_whatever_the_step() {
+    fn variance_and_autocorrelation_do_not_depend_on_the_step() {
         let variance_asked = SETUP.sigma.powi(2);
         for (period, steps) in [(0.1, 2_000_000), (1.0, 200_000), (5.0, 200_000), (30.0, 100_000)] {
             let run = run(period, steps);
             let n = 2.0 * f64::from(steps);
             let phi = (-period / SETUP.correlation_time).exp();
             let lag = (SETUP.correlation_time / period).round().max(1.0);
-            // Sampling errors of an AR(1) process with known mean: Bartlett's formulae (Priestley, Spectral
-            // Analysis and Time Series, 1981, section 5.3).
+            // Sampling errors of an AR(1) process with known mean: Bartlett's formulae (Priestley,
+            // Spectral Analysis and Time Series, 1981, section 5.3).
             let (phi2, phi2k) = (phi.powi(2), phi.powf(2.0 * lag));
             let variance_error = (2.0 / n * (1.0 + phi2) / (1.0 - phi2)).sqrt();
             let correlation_error =
@@ -113,13 +113,13 @@ mod tests {
             let correlation = autocovariance(&run, lag as usize) / variance;
             let off = correlation - (-lag * period / SETUP.correlation_time).exp();
             assert!(off.abs() < CONFIDENCE * correlation_error, "{period} s: {off}");
-            // A bound that says something: 3 % at most.
+            // The bounds themselves are tight: 3 % at most.
             assert!(CONFIDENCE * variance_error.max(correlation_error) < 0.03);
         }
     }
 
     #[test]
-    fn it_begins_in_the_stationary_distribution_with_independent_components() {
+    fn a_fluctuation_begins_stationary_with_independent_components() {
         let n_starts = 20_000_u32;
         let starts: Vec<_> = (0..n_starts)
             .map(|seed| Fluctuation::new(SETUP, ChaCha8Rng::seed_from_u64(seed.into())).velocity())
@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fluctuation_of_no_size_is_zero() {
+    fn a_fluctuation_with_sigma_zero_is_zero() {
         let still = GaussMarkov { sigma: 0.0, ..SETUP };
         let mut fluctuation = Fluctuation::new(still, ChaCha8Rng::seed_from_u64(3));
         fluctuation.step(0.1);

@@ -1,4 +1,4 @@
-//! A current given at the nodes of a rectangular grid in time, north and east, read from a table.
+//! A current at the nodes of a rectangular grid in time, north and east, read from a table.
 
 use std::io::Read;
 
@@ -8,9 +8,9 @@ mod table;
 
 pub use table::{InvalidGrid, NODES_MAX};
 
-/// A current (north, east), m/s, over time since the mission's start, s, and position (north, east), m.
+/// A current (north, east), m/s, over mission time, s, and position (north, east), m.
 ///
-/// Trilinear between the nodes; beyond the grid's edges, in time as in space, the edge's value holds.
+/// Trilinear between the nodes; beyond an edge in time or space, the edge's value holds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CurrentGrid {
     /// Coordinates of the nodes in time, north and east, each increasing and not empty.
@@ -20,9 +20,8 @@ pub struct CurrentGrid {
 }
 
 impl CurrentGrid {
-    /// Reads a CSV table with the header
-    /// `t_s,north_m,east_m,current_north_mps,current_east_mps`: every node of a full rectangular grid exactly
-    /// once, in any order; the columns in any order, too.
+    /// Reads a CSV table with the header `t_s,north_m,east_m,current_north_mps,current_east_mps`:
+    /// every node of a full rectangular grid exactly once. Lines and columns may be in any order.
     pub fn read(reader: impl Read) -> Result<Self, InvalidGrid> {
         let (axes, currents) = table::read(reader)?;
         Ok(Self { axes, currents })
@@ -47,7 +46,7 @@ impl CurrentGrid {
 struct Between {
     before: usize,
     after: usize,
-    /// Share of the way from `before` to `after`, in [0, 1); 0 where they are the same.
+    /// Share of the distance from `before` to `after`, in [0, 1); 0 if they are the same.
     share: f64,
 }
 
@@ -58,7 +57,7 @@ impl Between {
             .saturating_sub(1);
         let after = (before + 1).min(axis.len() - 1);
         let gap = axis[after] - axis[before];
-        // Left of the first place the share would be negative: the edge's value holds.
+        // The share would be negative left of the first place: the edge's value holds.
         let share = if gap > 0.0 {
             ((coordinate - axis[before]) / gap).max(0.0)
         } else {
@@ -69,7 +68,7 @@ impl Between {
 
     fn interpolate(self, value: impl Fn(usize) -> Vector2<f64>) -> Vector2<f64> {
         let before = value(self.before);
-        // A node's own value is exact, and its neighbours are not even looked at.
+        // A node's own value is exact; its neighbours are not read.
         if self.share == 0.0 {
             return before;
         }
@@ -108,7 +107,7 @@ mod tests {
         )
     }
 
-    /// Linear in each coordinate alone, with every product: what trilinear interpolation reproduces.
+    /// Linear in each coordinate, with every product: trilinear interpolation reproduces it.
     fn products(t: f64, n: f64, e: f64) -> Vector2<f64> {
         let (t, n, e) = (t / 900.0, n / 200.0, e / 60.0);
         Vector2::new(
@@ -122,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn affine_fields_and_products_of_linear_ones_are_reproduced_inside() {
+    fn interpolation_reproduces_affine_fields_and_products_of_linear_ones() {
         for field in [affine, products] {
             let grid = read(&table(field)).expect("full");
             for t in [0.0, 1.0, 333.3, 600.0, 700.0, 899.9] {
@@ -139,7 +138,7 @@ mod tests {
 
     #[test]
     fn nodes_are_exact() {
-        // Not multilinear: neighbours have nothing to do with each other.
+        // Not multilinear: neighbours are unrelated.
         let rough = |t: f64, n: f64, e: f64| Vector2::new((t + 3.0 * n).sin(), (e * n + t).cos());
         let grid = read(&table(rough)).expect("full");
         for t in TIMES {
@@ -152,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn beyond_the_edges_the_edge_holds() {
+    fn the_edge_holds_beyond_the_grid() {
         let grid = read(&table(products)).expect("full");
         let inside = |t: f64, n: f64, e: f64| {
             let position = Vector2::new(n.clamp(-50.0, 200.0), e.clamp(-7.0, 60.0));

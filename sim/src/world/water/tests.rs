@@ -30,7 +30,7 @@ fn everything() -> WaterSetup {
 }
 
 #[test]
-fn a_constant_current_alone_is_the_same_to_the_bit() {
+fn a_constant_current_alone_is_exact_to_the_bit() {
     let constant = Vector2::new(-0.0, 0.1 + 0.2);
     let mut water = Water::new(&WaterSetup::constant(constant), rng());
     for depth in [SURFACE, 20.0] {
@@ -42,7 +42,7 @@ fn a_constant_current_alone_is_the_same_to_the_bit() {
 }
 
 #[test]
-fn a_seed_means_the_same_water_and_another_seed_another_one() {
+fn equal_seeds_give_equal_water_and_other_seeds_other_water() {
     let run = |seed| {
         let mut water = Water::new(&everything(), ChaCha8Rng::seed_from_u64(seed));
         for _ in 0..100 {
@@ -56,7 +56,7 @@ fn a_seed_means_the_same_water_and_another_seed_another_one() {
 }
 
 #[test]
-fn neither_waves_nor_fluctuation_change_the_other() {
+fn waves_and_fluctuation_do_not_change_each_other() {
     let calm = WaterSetup {
         waves: None,
         ..everything()
@@ -78,7 +78,7 @@ fn neither_waves_nor_fluctuation_change_the_other() {
 }
 
 #[test]
-fn shear_leaves_the_surface_as_it_is_and_is_complete_from_its_depth_down() {
+fn shear_keeps_the_surface_and_is_complete_from_its_depth_down() {
     let shear = Shear {
         depth: 20.0,
         factor: 0.5,
@@ -106,7 +106,7 @@ fn shear_acts_on_mean_and_fluctuation_alike() {
 }
 
 #[test]
-fn a_gridded_current_is_taken_at_the_waters_own_time() {
+fn a_gridded_current_follows_the_time_of_the_water() {
     let table = "t_s,north_m,east_m,current_north_mps,current_east_mps\n0,0,0,0,0\n10,0,0,1,-1\n";
     let grid = CurrentGrid::read(table.as_bytes()).expect("two nodes");
     let setup = WaterSetup {

@@ -3,41 +3,41 @@
 //! The spectrum is that of the usual second-order shaping filter driven by white noise w,
 //!
 //! ```text
-//! h(s) = K_w s / (s² + 2 λ ω₀ s + ω₀²),   K_w = 2 σ √(λ ω₀)   (∫ |h(iω)|² dω / 2π over all ω is σ²)
+//! h(s) = K_w s / (s² + 2 λ ω₀ s + ω₀²),   K_w = 2 σ √(λ ω₀),   ∫ |h(iω)|² dω / 2π = σ²
 //! ```
 //!
-//! Source: T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, Wiley 2011, chapter 8,
-//! linear wave-response approximation. The filter itself is not used. Its output is ẋ₁ of the state
-//! ẋ₁ = x₂, ẋ₂ = −ω₀² x₁ − 2 λ ω₀ x₂ + K_w w: the output's rate holds the white noise, so a surge
-//! acceleration would have infinite variance and a heading acceleration more than that, and a stepped
-//! approximation of either would grow with the step rate. So the motion is a sum of sinusoids drawn from
-//! |h(iω)|² between half and twice ω₀, with random phases: every derivative exists, is exact, and is finite;
-//! time is an argument, so no step length enters. The band holds (2/π) atan(3 / (4 λ)) of the filter's power,
-//! 92 % at λ = 0.1; the sinusoids share the whole σ².
+//! Source: T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, Wiley 2011,
+//! chapter 8, linear wave-response approximation. The filter itself is not used. Its output is ẋ₁
+//! of the state ẋ₁ = x₂, ẋ₂ = −ω₀² x₁ − 2 λ ω₀ x₂ + K_w w: the output's rate contains the white
+//! noise, so accelerations would have infinite variance, and stepped approximations would grow with
+//! the step rate. The motion is instead a sum of sinusoids with random phases, drawn from |h(iω)|²
+//! between half and twice ω₀: every derivative is exact and finite, and no step length enters. The
+//! band holds (2/π) atan(3 / (4 λ)) of the filter's power, 92 % at λ = 0.1; the sinusoids share the
+//! whole σ².
 //!
-//! With ω = ω₀ eˢ, |h(iω)|² depends on |s| only and is a Cauchy density in sinh s; the rest of dω weighs the
-//! two signs of s. So frequencies are drawn exactly, without rejection or tables:
+//! With ω = ω₀ eˢ, |h(iω)|² depends on |s| only and is a Cauchy density in sinh s; the rest of dω
+//! weighs the two signs of s. Frequencies are drawn exactly, without rejection or tables:
 //!
 //! ```text
 //! sinh|s| = λ tan(q θ),   tan θ = sinh(ln 2) / λ,   q uniform in (0, 1)
 //! s > 0 with probability 1 / (1 + e^(−2|s|))
 //! ```
 //!
-//! q is stratified, one draw in each of N equal parts, so that even one realisation has the filter's shape.
+//! q is stratified, one draw in each of N equal parts: one realisation has the filter's shape.
 
 use std::f64::consts::{LN_2, TAU};
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-/// Sinusoids in each motion: enough for a normal distribution (kurtosis 3 − 3 / 2N = 2.95), few enough to
-/// cost little (docs/rationale.md#sim-sinusoids).
+/// Sinusoids in each motion: enough for a normal distribution (kurtosis 3 − 3 / 2N = 2.95), and
+/// still cheap (docs/rationale.md#sim-sinusoids).
 const N_SINUSOIDS: u32 = 32;
-/// Logarithm of the band's upper edge over ω₀; the lower edge is as far below. Assumption: swell and wind
-/// waves that move a small craft lie within an octave of the peak.
+/// Logarithm of the band's upper edge over ω₀, and of ω₀ over the lower edge. Assumption: swell and
+/// wind waves that move a small craft lie within an octave of the peak.
 const BAND: f64 = LN_2;
 
-/// Statistics of the motion that waves give a hull left to itself.
+/// Statistics of a free hull's motion in waves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Waves {
     /// Standard deviation of the heading ψ_w, rad, in [0, 0.5].
@@ -46,13 +46,12 @@ pub struct Waves {
     pub surge_sigma: f64,
     /// Period of the spectrum's peak 2π/ω₀ as met by the craft, s, in [1, 30].
     pub peak_period: f64,
-    /// Relative damping λ: the width of the peak, in [0.01, 0.5]; 0.1 for a narrow sea, 0.26 for a fully
-    /// developed one (same source).
+    /// Relative damping λ: the width of the peak, in [0.01, 0.5]; 0.1 for a narrow sea, 0.26 for a
+    /// fully developed one (same source).
     pub damping: f64,
 }
 
-/// Acceleration that waves alone would give a hull; times its inertia, with added mass, the force and the
-/// moment.
+/// Acceleration of a free hull by waves; times its inertia, with added mass, force and moment.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct WaveAcceleration {
     /// u̇_w, m/s², ahead.
@@ -76,7 +75,7 @@ impl WaveMotion {
         }
     }
 
-    /// At `time` s.
+    /// Acceleration at `time` s.
     pub(super) fn acceleration(&self, time: f64) -> WaveAcceleration {
         WaveAcceleration {
             surge: self.surge.rate(time),
@@ -164,7 +163,7 @@ mod tests {
         WaveMotion::new(&SETUP, &mut ChaCha8Rng::seed_from_u64(seed))
     }
 
-    /// The motion itself, of which the module knows the derivatives only.
+    /// The motion itself; the module has its derivatives only.
     fn value(oscillation: &Oscillation, time: f64) -> f64 {
         let cosines = oscillation
             .sinusoids
@@ -173,8 +172,8 @@ mod tests {
         oscillation.amplitude * cosines.sum::<f64>()
     }
 
-    /// ∫ g(ω) |h(iω)|² dω between two frequencies as multiples of ω₀: the transfer function and the midpoint
-    /// rule, none of the substitutions by which frequencies are drawn.
+    /// ∫ g(ω) |h(iω)|² dω between two frequencies as multiples of ω₀, by the midpoint rule, without
+    /// the substitutions that draw frequencies.
     fn integral(from: f64, to: f64, g: impl Fn(f64) -> f64) -> f64 {
         let n = 20_000;
         let width = (to - from) * OMEGA_0 / f64::from(n);
@@ -209,9 +208,9 @@ mod tests {
     }
 
     #[test]
-    fn surge_and_heading_have_the_sigma_asked_for() {
-        // Over 20 000 s sinusoids of neighbouring frequencies decorrelate but for the closest pairs: 0.6 % of
-        // σ at worst was measured.
+    fn surge_and_heading_have_their_sigma() {
+        // Sinusoids of neighbouring frequencies decorrelate over 20 000 s except for the closest
+        // pairs: 0.6 % of σ at worst was measured.
         for seed in 0..5 {
             let motion = motion(seed);
             let sigma = |of: &Oscillation| root_mean_square(times(0.5, 40_000).map(|t| value(of, t)));
@@ -221,14 +220,14 @@ mod tests {
     }
 
     #[test]
-    fn across_seeds_the_motion_at_one_moment_is_normal_with_that_sigma() {
+    fn the_motion_at_one_moment_is_normal_across_seeds() {
         let n = 4000_u32;
         let samples = (0..n).map(|seed| value(&motion(seed.into()).surge, 77.0) / SETUP.surge_sigma);
         let (second, fourth) = samples.fold((0.0, 0.0), |(second, fourth), x| {
             (second + x.powi(2), fourth + x.powi(4))
         });
-        // Four standard errors: √(2/n) of a normal variance, √(96/n) of its fourth moment 3; the sum of N
-        // sinusoids has 3 (1 − 1 / 2N).
+        // Four standard errors: √(2/n) of a normal variance, √(96/n) of its fourth moment 3; the
+        // sum of N sinusoids has 3 (1 − 1 / 2N).
         let n = f64::from(n);
         assert!(
             (second / n - 1.0).abs() < 4.0 * (2.0 / n).sqrt(),
@@ -245,8 +244,8 @@ mod tests {
 
     #[test]
     fn frequencies_follow_the_filters_spectrum() {
-        // Share of the sinusoids in slices of the band against the spectrum's integral over the slice.
-        // Shares are binomial at worst, stratified draws less: four standard errors.
+        // Share of the sinusoids in slices of the band against the spectrum's integral over the
+        // slice. Shares are binomial at worst, stratified draws less: four standard errors.
         let frequencies: Vec<f64> = (0..SEEDS)
             .flat_map(|seed| motion(seed).surge.sinusoids)
             .map(|sinusoid| sinusoid.frequency / OMEGA_0)
@@ -265,7 +264,7 @@ mod tests {
     }
 
     #[test]
-    fn the_band_holds_the_share_of_the_filters_power_that_the_doc_gives() {
+    fn the_band_holds_the_documented_share_of_the_filters_power() {
         // ∫₀^∞ |h|² dω of s / (s² + a s + b) is π / 2a.
         let all = PI / (2.0 * 2.0 * SETUP.damping * OMEGA_0);
         let share = integral(0.5, 2.0, |_| 1.0) / all;
@@ -274,12 +273,12 @@ mod tests {
     }
 
     #[test]
-    fn accelerations_are_the_derivatives_of_the_motion_and_have_its_finite_variance() {
+    fn accelerations_are_derivatives_of_the_motion_with_finite_variance() {
         let motion = motion(1);
         let h = 1e-3;
         for time in times(0.37, 200) {
-            // Central differences: h² / 6 times the third, h² / 12 times the fourth derivative, each at most
-            // √(2N) σ (2ω₀)ⁿ; the second also loses 4 ε √(2N) σ / h² to rounding.
+            // Central differences: h² / 6 times the third, h² / 12 times the fourth derivative,
+            // each at most √(2N) σ (2ω₀)ⁿ; the second also loses 4 ε √(2N) σ / h² to rounding.
             let (before, at, after) = (time - h, time, time + h);
             let surge = (value(&motion.surge, after) - value(&motion.surge, before)) / (2.0 * h);
             let most = (2.0 * f64::from(N_SINUSOIDS)).sqrt() * SETUP.surge_sigma;
@@ -292,7 +291,7 @@ mod tests {
             let bound = h * h / 12.0 * most * (2.0 * OMEGA_0).powi(4) + rounding;
             assert!((given.yaw - (z - 2.0 * y + x) / (h * h)).abs() < bound);
         }
-        // σ of the accelerations from the spectrum's moments: sampling of N frequencies leaves a few per
+        // σ of the accelerations from the spectrum's moments: N sampled frequencies leave a few per
         // cent.
         let mean_square = |of: fn(&WaveAcceleration) -> f64| {
             let seeds = (0..20).map(|seed| {
@@ -308,7 +307,7 @@ mod tests {
     }
 
     #[test]
-    fn the_widest_and_the_narrowest_setup_accepted_give_finite_motion() {
+    fn the_widest_and_narrowest_accepted_setups_give_finite_motion() {
         for (peak_period, damping) in [(1.0, 0.5), (1.0, 0.01), (30.0, 0.5), (30.0, 0.01)] {
             let setup = Waves {
                 heading_sigma: 0.5,
@@ -328,7 +327,7 @@ mod tests {
     }
 
     #[test]
-    fn waves_of_no_size_do_nothing() {
+    fn waves_with_sigma_zero_cause_no_acceleration() {
         let flat = Waves {
             heading_sigma: 0.0,
             surge_sigma: 0.0,

@@ -1,4 +1,4 @@
-//! What a schema says of a value.
+//! The form of a value in a schema.
 
 use serde_json::Value;
 
@@ -25,7 +25,7 @@ impl Form {
         }
     }
 
-    /// A number is known by its range, and its unit by its name.
+    /// Range of a number, whose name has the unit; else kind and range.
     pub(super) fn value(&self) -> String {
         let range = if USUAL.contains(&&*self.range) {
             String::new()
@@ -66,7 +66,7 @@ pub(super) fn is_point(value: &Value) -> bool {
     value["items"]["$ref"] == "#/$defs/Coordinate"
 }
 
-/// Range and unit of a number, which its description names: `0 to 5 m/s; drawn anew …`.
+/// Range and unit of a number by its description: `0 to 5 m/s; drawn anew …`.
 pub(super) fn number(value: &Value) -> Form {
     let described = value["description"].as_str().expect("is described");
     let (limits, _) = described.split_once(';').expect("has limits");
@@ -78,7 +78,7 @@ pub(super) fn number(value: &Value) -> Form {
     }
 }
 
-/// What a list is of, if its items are not listed below it.
+/// The kind of a list's items, unless they are listed below it.
 pub(super) fn list_of(kind: &str) -> String {
     match kind {
         "" | "one of these" => String::new(),
@@ -95,7 +95,7 @@ pub(super) fn counts(value: &Value) -> String {
     }
 }
 
-/// A description without the part that says what a value is `if left out`, and that part.
+/// A description without its part `if left out`, and the default in that part.
 pub(super) fn split_default(described: &str) -> (String, Option<String>) {
     let described = described.replace('\n', " ");
     let Some((before, after)) = described.split_once(" if left out") else {
@@ -104,7 +104,7 @@ pub(super) fn split_default(described: &str) -> (String, Option<String>) {
     let begin = ["; ", ". "].iter().filter_map(|end| before.rfind(end)).max();
     let begin = begin.unwrap_or_else(|| panic!("the default begins a clause: {described}"));
     let (meaning, default) = before.split_at(begin);
-    // What follows a comma is of the default, what follows a full stop of the meaning.
+    // Text after a comma belongs to the default, text after a full stop to the meaning.
     let (more, rest) = match after.strip_prefix(',') {
         Some(more) => more
             .split_once('.')

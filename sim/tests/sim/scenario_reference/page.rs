@@ -34,7 +34,7 @@ pub(super) fn text(rows: &[Row]) -> String {
     text
 }
 
-/// The member of a table that has no other.
+/// The only member of a table.
 fn only_member<'a>(table: &Row, mut after: impl Iterator<Item = &'a Row>) -> Option<&'a Row> {
     let begin = format!("{}.", table.key);
     let is_inside = |row: &&Row| row.key.starts_with(&begin);

@@ -2,12 +2,12 @@
 
 use super::SurfaceInput;
 
-/// Thrust of each thruster, N, positive ahead: a command, or what it gives.
+/// Thrust of each thruster, N, positive ahead: commanded or present.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Thrust {
-    /// Of the port thruster, N.
+    /// Port thruster, N.
     pub port: f64,
-    /// Of the starboard thruster, N.
+    /// Starboard thruster, N.
     pub starboard: f64,
 }
 
@@ -22,8 +22,8 @@ pub struct Thrusters {
     pub arm: f64,
     /// Least thrust in either direction, N; a smaller command does not turn the propeller.
     pub dead_zone: f64,
-    /// Time constant with which thrust comes and goes, s. At least 0.04 s: below it the explicit integration
-    /// over a period of 0.1 s is unstable (h/τ ≤ 2.78).
+    /// Time constant of thrust, s, at least 0.04: below that, explicit integration over a period of
+    /// 0.1 s is unstable (h/τ ≤ 2.78).
     pub lag: f64,
 }
 
@@ -32,12 +32,12 @@ pub struct Thrusters {
 pub struct ThrusterHealth {
     /// Share of its steady thrust that the port thruster gives: 1 sound, 0 lost.
     pub port: f64,
-    /// The same of the starboard thruster.
+    /// Share of its steady thrust that the starboard thruster gives.
     pub starboard: f64,
-    /// Share of the largest yaw moment at which the steering is stuck, if it is, −1 to
-    /// 1, positive to starboard.
+    /// Share of the largest yaw moment at which the steering is stuck, if it is, −1 to 1, positive
+    /// to starboard.
     pub steering_stuck: Option<f64>,
-    /// Share of the largest thrust ahead at which the thrust of both together is stuck, if it is, 0 to 1.
+    /// Share of the largest thrust ahead at which both thrusters are stuck, if they are, 0 to 1.
     pub thrust_stuck: Option<f64>,
 }
 
@@ -65,11 +65,10 @@ impl Thrusters {
         }
     }
 
-    /// The commands that come nearest to `wanted`, inside what each thruster can give.
+    /// The commands nearest to `wanted` within the limits of each thruster.
     ///
-    /// The moment is served first: a craft that turns late is off its course, one that accelerates
-    /// late is only late. Where thrust astern is less than ahead, the largest moments therefore come
-    /// with a push ahead.
+    /// The moment has priority: a late turn leaves the course, a late acceleration is only late.
+    /// With less thrust astern than ahead, the largest moments therefore push ahead.
     ///
     /// ```text
     /// d = clamp(τ_r / 2a, ±(ahead + astern)/2)     c = clamp(τ_u / 2, |d| − astern, ahead − |d|)
@@ -88,8 +87,8 @@ impl Thrusters {
         }
     }
 
-    /// Steady thrust for `command`: the difference at which the steering is stuck and the sum at which the thrust is, within
-    /// the limits, nothing inside the dead zone, and the share that their health leaves.
+    /// Steady thrust for `command`, with steering and thrust where they are stuck, within the
+    /// limits, 0 in the dead zone, times each thruster's health.
     #[must_use]
     pub fn steady(&self, command: Thrust, health: ThrusterHealth) -> Thrust {
         let command = match (health.steering_stuck, health.thrust_stuck) {
@@ -133,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_within_reach_is_given_exactly() {
+    fn reachable_forces_and_moments_are_exact() {
         for thrusters in CRAFT {
             for (surge_force, yaw_moment) in [(20.0, 3.0), (-15.0, -4.0), (0.0, 9.0)] {
                 let given = thrusters.force(thrusters.allocate(wanted(surge_force, yaw_moment)));
@@ -144,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn no_wish_takes_a_thruster_past_its_limits_and_the_moment_comes_first() {
+    fn thrusters_stay_within_their_limits_and_the_moment_has_priority() {
         for thrusters in CRAFT {
             let differential_max = thrusters.ahead_max + thrusters.astern_max;
             for step in -20..=20 {
@@ -164,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stuck_rudder_turns_the_craft_whatever_is_asked_for() {
+    fn a_stuck_rudder_turns_the_craft_under_any_command() {
         for thrusters in CRAFT {
             let health = ThrusterHealth {
                 steering_stuck: Some(0.25),
@@ -180,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn stuck_thrust_drives_the_craft_whatever_is_asked_for_and_still_steers_it() {
+    fn stuck_thrust_drives_the_craft_under_any_command_and_leaves_steering() {
         for thrusters in CRAFT {
             let health = ThrusterHealth {
                 thrust_stuck: Some(0.25),
@@ -206,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn a_command_inside_the_dead_zone_gives_nothing() {
+    fn a_command_inside_the_dead_zone_gives_no_thrust() {
         for thrusters in CRAFT {
             let just_in = 0.99 * thrusters.dead_zone;
             let command = Thrust {
@@ -227,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lost_thruster_leaves_the_force_of_the_other_and_its_moment() {
+    fn a_lost_thruster_leaves_force_and_moment_of_the_other() {
         let thrusters = SurfaceHull::MEDUSA.thrusters;
         let health = ThrusterHealth {
             port: 0.0,

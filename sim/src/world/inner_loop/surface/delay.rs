@@ -1,11 +1,11 @@
-//! The time that a reference takes to the loops.
+//! The delay of a reference before it reaches the loops.
 
 use planner::los::Reference;
 
 /// Longest delay of a reference, periods: 2 s.
 pub const DELAY_PERIODS_MAX: usize = 20;
 
-/// References on their way, newest last, in a ring.
+/// References under way in a ring.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct CommandDelay {
     ring: [Reference; DELAY_PERIODS_MAX + 1],
@@ -21,7 +21,7 @@ impl CommandDelay {
         }
     }
 
-    /// Takes the reference of this period and returns the one of `periods` before.
+    /// Takes the reference of this period and returns that of `periods` before.
     pub(super) fn pass(&mut self, reference: Reference, periods: usize) -> Reference {
         let places = self.ring.len();
         self.newest = (self.newest + 1) % places;

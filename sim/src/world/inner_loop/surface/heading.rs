@@ -1,4 +1,4 @@
-//! The heading loops that surface craft have.
+//! The heading loops of surface craft.
 
 use planner::angle::{Heading, wrap};
 
@@ -7,8 +7,8 @@ use crate::world::{
     inner_loop::{PERIOD, ROUNDING},
 };
 
-/// Heading errors within which an integral part integrates, rad. Assumption: about 20°, so that a large step of the
-/// reference does not wind it up.
+/// Heading errors within which an integral part integrates, rad. Assumption: about 20°, so that a
+/// large step of the reference does not wind it up.
 const INTEGRAL_ZONE: f64 = 0.35;
 
 /// A heading loop. Gains are per moment of inertia, so that a loop fits any hull.
@@ -27,7 +27,7 @@ pub enum HeadingLoop {
         /// Damping ratio ζ.
         damping: f64,
     },
-    /// As above, and an integral part.
+    /// Proportional-derivative with an integral part.
     ///
     /// ```text
     /// τ_r = m_r ωn² (e + ∫e dt / T_i) − (2 ζ ωn m_r − d_r) r
@@ -44,10 +44,10 @@ pub enum HeadingLoop {
     ///
     /// ```text
     /// ṙ_d = ω² wrap(ψ_ref − ψ_d) − 2 ζ ω r_d,   ψ̇_d = r_d,   |r_d| ≤ r_max
-    /// τ_r = m_r (ṙ_d + ωn² (e_d + ∫e_d dt / T_i) + 2 ωn (r_d − r)) + d_r r,      e_d = wrap(ψ_d − ψ)
+    /// τ_r = m_r (ṙ_d + ωn² (e_d + ∫e_d dt / T_i) + 2 ωn (r_d − r)) + d_r r,   e_d = wrap(ψ_d − ψ)
     /// ```
-    /// Source: T. I. Fossen, *Handbook of Marine Craft Hydrodynamics and Motion Control* (2011), heading autopilots
-    /// with reference models.
+    /// Source: T. I. Fossen, *Handbook of Marine Craft Hydrodynamics and Motion Control* (2011),
+    /// heading autopilots with reference models.
     ReferenceModel {
         /// Natural frequency of the model ω, rad/s.
         model_frequency: f64,
@@ -60,10 +60,11 @@ pub enum HeadingLoop {
         /// Integral time T_i, s.
         integral_time: f64,
     },
-    /// Heading error to a yaw-rate reference, limited and slewed, and that to a moment.
+    /// Heading error to a limited and slewed yaw-rate reference, and that to a moment.
     ///
     /// ```text
-    /// r_ref → clamp(e / T, ±r_max), at most at ṙ_max      τ_r = m_r (e_r + ∫e_r dt / T_i) / T_r + d_r r_ref
+    /// r_ref → clamp(e / T, ±r_max), at most at ṙ_max
+    /// τ_r = m_r (e_r + ∫e_r dt / T_i) / T_r + d_r r_ref
     /// ```
     Cascade {
         /// Time constant of the heading loop T, s.
@@ -79,12 +80,12 @@ pub enum HeadingLoop {
     },
 }
 
-/// What a heading loop remembers.
+/// State of a heading loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct HeadingMemory {
-    /// Integral of the error, rad s, or rad of a yaw-rate loop.
+    /// Integral of the error, rad s; in a yaw-rate loop rad.
     integral: f64,
-    /// What the error adds to it in this period, unless the thrusters saturate.
+    /// Increment of the integral in this period, unless the thrusters saturate.
     pending: f64,
     /// Heading of the reference model ψ_d, rad.
     heading: f64,
@@ -112,7 +113,7 @@ impl HeadingMemory {
 }
 
 impl HeadingLoop {
-    /// The loop with `factor` times the lag: of a cascade the outer loop, of a reference model the model.
+    /// The loop with `factor` times the lag of a cascade's outer loop or of the reference model.
     #[must_use]
     pub(crate) fn slowed(mut self, factor: f64) -> Self {
         match &mut self {
@@ -187,7 +188,7 @@ impl HeadingLoop {
     }
 }
 
-/// What an error adds to an integral in one period.
+/// Increment of an integral by an error in one period.
 fn integrand(error: f64) -> f64 {
     if error.abs() < INTEGRAL_ZONE {
         error * PERIOD

@@ -1,4 +1,4 @@
-//! One attempt at a random craft: traits, then the hull, then the loops that fit it.
+//! One draw of a random craft: traits, then the hull, then the loops that fit it.
 
 use planner::craft::{HeadingReference, SpeedReference};
 use rand::{RngExt, seq::IndexedRandom};
@@ -13,7 +13,7 @@ use crate::world::{
     },
 };
 
-/// One attempt.
+/// One draw.
 pub(super) struct Draw<'a> {
     pub(super) rng: ChaCha8Rng,
     pub(super) constraints: &'a CraftConstraints,
@@ -126,7 +126,7 @@ impl Draw<'_> {
             linear: sway_linear,
             quadratic: sway_linear * self.uniform(0.0, 2.0),
         };
-        // The Munk moment at half the top speed takes at most half of the yaw drag: a hull that steers.
+        // The Munk moment at half the top speed is at most half the yaw drag: the hull steers.
         let half = 0.5 * speed_top;
         let munk_max = (0.5 * drag_yaw_linear / (drift_time * half * half)).min(mass_sway - mass_surge);
         let coriolis = CoriolisMasses {
@@ -159,9 +159,9 @@ impl Draw<'_> {
         let moment = hull.thrusters.arm * (hull.thrusters.ahead_max + hull.thrusters.astern_max);
         let rate_full = hull.drag_yaw.speed_against(moment);
         let rate_max = self.log_uniform(0.06, (0.8 * rate_full).max(0.07));
-        // Some ten times slower than the loop itself, as autopilots are tuned.
+        // About ten times slower than the loop itself, like tuned autopilots.
         let integral_time = lag * self.log_uniform(5.0, 12.0);
-        // Loops that follow a model or a yaw rate are faster than the whole, and slower than their thrusters.
+        // Loops behind a model or a yaw rate are faster than the whole, slower than thrusters.
         let fastest = 0.4 / hull.thrusters.lag;
         match traits.heading_loop {
             HeadingLoopKind::ProportionalDerivative => {
@@ -200,8 +200,8 @@ impl Draw<'_> {
         }
     }
 
-    /// Frequency and damping of a proportional-derivative loop that is `lag` behind a slow turn, 2ζ/ω, and leaves the
-    /// hull at least the damping that it has.
+    /// Frequency and damping of a proportional-derivative loop that lags a slow turn by `lag`,
+    /// 2ζ/ω, and leaves at least the damping of the hull.
     fn second_order(&mut self, hull: &SurfaceHull, lag: f64) -> (f64, f64) {
         let damping = self.uniform(0.6, 1.1);
         let hull_damping = hull.drag_yaw.linear / hull.inertia_yaw;
@@ -233,7 +233,7 @@ impl Draw<'_> {
         } else {
             DragFeedForward::Off
         };
-        // Without feed-forward the integral part has the drag to make up for, and a clamped error would take minutes.
+        // Without feed-forward, the integral part compensates the drag: no clamped error.
         let (integral_time, clamped) = match feed_forward {
             DragFeedForward::On => (free_integral, clamped),
             DragFeedForward::Off => (drag_integral, false),

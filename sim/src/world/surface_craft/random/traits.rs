@@ -1,4 +1,4 @@
-//! What is drawn of a random craft beside its hull and gains.
+//! Drawn properties of a random craft beside its hull and gains.
 
 use planner::craft::{HeadingReference, SpeedReference};
 use schemars::JsonSchema;
@@ -30,9 +30,9 @@ pub struct CraftConstraints {
     pub acceleration: Option<f64>,
     /// Delay of a reference, s.
     pub delay: Option<f64>,
-    /// What the surge loop holds.
+    /// Speed that the surge loop holds.
     pub speed_held: Option<SpeedReference>,
-    /// What the heading loop holds.
+    /// Angle that the heading loop holds.
     pub heading_held: Option<HeadingReference>,
 }
 

@@ -9,13 +9,13 @@ use planner::{
 
 use crate::world::inner_loop::PERIOD;
 
-/// Rounds of the pattern search; each halves the steps where nothing was gained.
+/// Rounds of the pattern search; each halves steps without gain.
 const ROUNDS: u32 = 60;
 /// Step of the search below which it ends, as a share of a parameter.
 const FINE: f64 = 0.004;
 /// Misfit, relative to that of a first-order response, below which a second-order response is used.
 const SECOND_ORDER_GAIN: f64 = 0.7;
-/// As above, of an integral time.
+/// Misfit, relative to that without an integral time, below which one is used.
 const INTEGRAL_GAIN: f64 = 0.8;
 /// Range of a damping ratio.
 const DAMPING: [f64; 2] = [0.3, 3.0];
@@ -24,7 +24,7 @@ const TIME_MIN: f64 = PERIOD;
 /// Least delay that is distinguished from none, s: a tenth of a period.
 const DELAY_MIN: f64 = 0.1 * PERIOD;
 
-/// A trial's reference, what the loops hold, and what the craft does, at the beginning of each period.
+/// Reference, held angle and motion of the craft at the beginning of each period of a trial.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Sample {
     pub(super) reference: Reference,
@@ -35,7 +35,7 @@ pub(super) struct Sample {
     pub(super) yaw_rate: f64,
 }
 
-/// A response, and the root mean square by which it misses the trials.
+/// A response with its root mean square error in the trials.
 pub(super) struct Fitted<T> {
     pub(super) response: T,
     pub(super) misfit: f64,
@@ -60,7 +60,7 @@ pub(super) fn fit_heading(trials: &[&[Sample]], rate_max: f64) -> Fitted<Heading
         delay: noticeable(delay),
         rate_max,
     };
-    // The area of a step is its lag, a good start of the search.
+    // The area above a step response is its lag, a good start of the search.
     let lag = trials[0]
         .iter()
         .map(|sample| wrap(sample.reference.heading.radians() - sample.angle))
@@ -148,7 +148,7 @@ pub(super) fn heading_residuals(response: &HeadingResponse, trial: &[Sample]) ->
         );
         let error = wrap(reference - psi);
         rate = match response.dynamics {
-            // Exact over a period, so that a time constant of a period stays stable.
+            // Exact over a period: a time constant of a period stays stable.
             HeadingDynamics::FirstOrder { time_constant } => {
                 error * (1.0 - (-PERIOD / time_constant).exp()) / PERIOD
             }
@@ -186,7 +186,7 @@ pub(super) fn surge_residuals(response: &SurgeResponse, trial: &[Sample]) -> Vec
     misses.collect()
 }
 
-/// A reference as it was `delay` before sample k, between samples, and `before` the trial began.
+/// A reference `delay` s before sample k, between samples; `before` the start of the trial.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
@@ -210,7 +210,7 @@ fn rms(misses: impl Iterator<Item = Vec<f64>>) -> f64 {
     f64::sqrt(sum / n)
 }
 
-/// A minimum of `cost` near `start` and its cost, by a pattern search with factors of each parameter, all positive.
+/// A minimum of `cost` near `start`, and its cost: pattern search by factors, all above 0.
 fn search<const N: usize>(start: [f64; N], cost: impl Fn([f64; N]) -> f64) -> ([f64; N], f64) {
     let mut best = start.map(|x: f64| x.max(0.5 * TIME_MIN * FINE));
     let mut least = cost(best);

@@ -23,14 +23,14 @@ struct Line {
     current_east_mps: f64,
 }
 
-/// Why a table does not describe a grid.
+/// Reason why a table is no grid.
 #[derive(Debug, thiserror::Error)]
 pub enum InvalidGrid {
-    /// The bytes cannot be read or are not UTF-8; a column is missing, unknown or repeated; a line has too many or too
-    /// few fields; a field is not a number.
+    /// The bytes cannot be read or are not UTF-8; a column is missing, unknown or repeated; a line
+    /// has too many or too few fields; a field is not a number.
     #[error("not a table with the columns t_s, north_m, east_m, current_north_mps and current_east_mps: {0}")]
     NotATable(#[from] csv::Error),
-    /// A number outside its range, nodes that repeat, are missing or too many: said with the lines, from 1.
+    /// A number outside its range, or repeated, missing or too many nodes; with lines, from 1.
     #[error("{0}")]
     NotAGrid(String),
 }
@@ -98,7 +98,7 @@ fn grid(mut rows: Vec<Row>) -> Result<Nodes, InvalidGrid> {
     if rows.is_empty() {
         return Err(InvalidGrid::NotAGrid("the table has no nodes".to_owned()));
     }
-    // Stable: of two lines that give one node, the earlier in the file stays first.
+    // Stable: of two lines with one node, the earlier in the file stays first.
     rows.sort_by(Row::by_node);
     for pair in rows.windows(2) {
         if pair[0].by_node(&pair[1]) == Ordering::Equal {
@@ -114,7 +114,7 @@ fn grid(mut rows: Vec<Row>) -> Result<Nodes, InvalidGrid> {
         places
     });
     let [times, norths, easts] = &axes;
-    // Cannot overflow 64 bits: each axis has at most as many places as there are rows, a million.
+    // Cannot overflow 64 bits: each axis has at most as many places as rows, a million.
     let expected = times.len() * norths.len() * easts.len();
     if rows.len() < expected {
         let nodes = times.iter().flat_map(|&time| {
@@ -122,7 +122,7 @@ fn grid(mut rows: Vec<Row>) -> Result<Nodes, InvalidGrid> {
                 .iter()
                 .flat_map(move |&north| easts.iter().map(move |&east| [time, north, east]))
         });
-        // Rows are in the grid's order without repetition: where the two first part, a node is missing.
+        // Rows are in the grid's order, each once: a node is missing at the first difference.
         let given = rows.iter().map(|row| Some(row.place)).chain([None]);
         let missing = nodes.zip(given).find(|(node, given)| *given != Some(*node));
         let (place, _) = missing.expect("fewer rows than nodes: the row after the last is no node");
@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_a_table_of_numbers_is_refused_by_line_and_column() {
+    fn errors_of_a_table_name_line_and_column() {
         let row = |row: &str| format!("{HEADER}0,0,0,0,0\n{row}\n");
         for (table, says) in [
             (
@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn a_node_that_stands_twice_is_named_with_both_lines() {
+    fn a_repeated_node_is_named_with_both_lines() {
         let mut table = full_table();
         table.push_str("600,10,-7,0,0\n");
         assert_eq!(
@@ -220,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn every_node_that_is_missing_is_named() {
+    fn a_missing_node_is_named() {
         let table = full_table();
         for missing in 1..table.lines().count() {
             let kept: Vec<&str> = table
@@ -239,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn more_nodes_than_accepted_are_refused_before_they_are_kept() {
+    fn too_many_nodes_are_refused_before_they_are_stored() {
         let endless = std::iter::repeat_n("0,0,0,0,0\n", NODES_MAX + 1);
         let table: String = std::iter::once(HEADER).chain(endless).collect();
         assert_eq!(refusal(&table), "line 1000002: more than 1000000 nodes");
