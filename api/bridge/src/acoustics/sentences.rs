@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! $PSONLLD,hhmmss.ss,<name>,<A|V>,<lat °>,<lon °>,<depth>,<major>,<minor>,<dir>,<depth err>,…*hh
-//! $PSIMSSB,hhmmss.ss,<id>,<A|V>,<err>,<C|P|U|R>,<H|N|E>,<M|F|P>,<x>,<y>,<z>,<σ>,<info>,<v1>,<v2>*hh
+//! $PSIMSSB,hhmmss.ss,<id>,<A|V>,<e>,<C|P|U|R>,<H|N|E>,<M|F|P>,<x>,<y>,<z>,<σ>,<info>,<v1>,<v2>*hh
 //! ```
 //!
 //! `$PSONLLD` is a position on Earth: the system has applied lever arm and heading. Its time is the
