@@ -98,7 +98,7 @@ struct Peers {
 }
 
 impl Peers {
-    /// The address for calls to `url`; `None` for strangers. Loopback calls need no token.
+    /// The address for calls to `url`; `None` for strangers. Loopback ones get no tokens.
     fn address(&self, url: &str, has_token: bool) -> Option<String> {
         let uri = url.parse::<Uri>().ok()?;
         let address = format!("{}://{}", uri.scheme_str()?, uri.authority()?);

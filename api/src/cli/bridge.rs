@@ -1,4 +1,4 @@
-//! `pilotfish bridge` connects an autopilot to a live mission; `pilotfish preflight` checks before.
+//! `pilotfish bridge` connects an autopilot to a mission; `pilotfish preflight` checks beforehand.
 
 use std::{
     collections::BTreeSet,

@@ -1,4 +1,4 @@
-//! Failures of the machine lose nothing acknowledged, open no access, and delete by no wrong clock.
+//! Machine failures lose no acknowledged data, open no access, and delete nothing by a wrong clock.
 //!
 //! `faults.c` is the failing machine. More power cuts than usual: `PILOTFISH_CUTS=100 cargo test -p
 //! pilotfish --test soak faults -- --nocapture`.

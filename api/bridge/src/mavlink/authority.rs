@@ -1,5 +1,5 @@
-//! Sends references with a recent heartbeat and position and a valid plan, armed and guided. PX4
-//! gets them in other modes too: it ignores them there, and enters OFFBOARD only while they arrive.
+//! References need a recent heartbeat and position, a valid plan, and an armed, guided autopilot.
+//! PX4 gets them in all modes: it enters OFFBOARD only while they arrive.
 
 use std::fmt;
 

@@ -297,7 +297,7 @@ impl Tokens {
         self.known().is_some_and(|known| !known.tokens.is_empty())
     }
 
-    /// Makes tokens expire by the store's trusted time. Fails if the store had tokens before.
+    /// Binds them to the store's trusted time. Fails if it had tokens and there are none.
     pub(crate) async fn bind(&self, store: &EventStore) -> Result<(), StoreError> {
         self.locked().trusted = Some(store.clock().clone());
         if self.are_made() {

@@ -322,7 +322,7 @@ impl Source for MissionEvents<'_> {
         about
     }
 
-    /// The last origin, from the client or the first fix; unknown for scenarios of other versions.
+    /// The last origin, from client or first fix; unknown for scenarios that this program lacks.
     fn origin(&self) -> Option<Origin> {
         self.origins().last().map(|(_, origin)| *origin)
     }

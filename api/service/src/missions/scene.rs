@@ -17,7 +17,7 @@ use wire::{
 /// Most points of a path: a picture of a thousand pixels shows no more.
 const PATH_POINTS_MAX: usize = 400;
 
-/// The scene of a mission from its creation. It is empty for scenarios of other versions.
+/// The scene of a mission from its creation; empty for scenarios that this program lacks.
 pub(super) fn scene(mission: &NewMission) -> Scene {
     match (&mission.live, &mission.simulated) {
         (Some(live), _) => of_live(live),
