@@ -8,8 +8,7 @@
 //! position on Earth. The georeference knows the mounting of the transducer. It applies the craft's
 //! pose when the signal arrived (`PoseHistory`): a USBL measures from there.
 //!
-//! `received_s` is the arrival of the bytes, s of Unix time. A fix has the time of the AUV's
-//! signal:
+//! `received_s` is the arrival of the bytes, s of Unix time. A fix has the time of the signal:
 //!
 //! ```text
 //! arrival  = received − age          age: from arrival to line, as the modem states

@@ -192,7 +192,7 @@ const ORIGIN_WAIT: Duration = Duration::from_secs(20);
 const LINE_INTERVAL_S: u64 = 5;
 /// Longest status line, bytes: two lines of a terminal.
 const LINE_BYTES: usize = 160;
-/// Standard deviation of a reported depth, m: a better gauge, but a message some seconds old.
+/// Standard deviation of a reported depth, m: the gauge is better, but the message is seconds old.
 const DEPTH_SIGMA_M: f64 = 0.5;
 /// Clocks farther apart than this shift fixes by a craft's length, s.
 pub(crate) const CLOCK_ERROR_MAX_S: f64 = 0.5;

@@ -220,7 +220,7 @@ impl Shared {
         }
     }
 
-    /// Handles a lost `mission`: the bridge creates its own again, and ends without a joined one.
+    /// Handles a lost `mission`: the bridge creates its own again; a lost joined one ends it.
     fn lose(&self, mission: &str) {
         let mut status = lock(&self.status);
         // The other task may have noticed it already.

@@ -155,7 +155,7 @@ impl Table {
 
     /// The connection that gives way to a newcomer from an address with `own` connections.
     fn least_of_others(&self, own: usize, now: Instant) -> Option<u64> {
-        // The oldest such connection of the address that has most of them.
+        // The oldest such connection of the address that has the most of them.
         let longest = |serves: Serves, at_least: usize, until: Instant| {
             let others = self.of_each.iter();
             let others = others.filter(|(address, _)| at_least <= self.count(address));

@@ -162,8 +162,7 @@ impl Planners {
     }
 
     /// Plans for an admitted request until `deadline`, and writes the `answer`, which may check the
-    /// time. If no plan is ready by then, the lower fallback levels answer. Ends without its
-    /// caller.
+    /// time. If no plan is ready by then, lower fallback levels answer. Ends with its caller.
     pub(crate) async fn plan<T: Send + 'static>(
         &self,
         permit: Arc<Permit>,

@@ -146,8 +146,7 @@ impl MissionState {
     }
 
     /// Adds reports at `now` on the mission's clock, s. Keeps the newest 64 distinct fixes of each
-    /// AUV and the newest craft state. Drops reports dated ahead, from before the clock was set
-    /// back.
+    /// AUV and the newest craft state. Drops reports from before the clock was set back.
     fn take_reports(&mut self, heard: &Reports, now: f64) {
         for kept in self.reports.values_mut() {
             kept.retain(|fix| !is_ahead(fix.t_s, now));
