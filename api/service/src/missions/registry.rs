@@ -332,7 +332,7 @@ impl Missions {
                 let report = Command::Report(Box::new(reports), origin);
                 self.send(id, report, key, IfMatch::default(), None).await
             }
-            // A repeated request may be too old now, and was valid when it was first sent.
+            // A repeated request may have been valid when it was first sent, and too old now.
             (Err(problem), Some(key)) => key.answered(&self.store, id).await?.ok_or(problem),
             (Err(problem), None) => Err(problem),
         }

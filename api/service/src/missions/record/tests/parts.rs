@@ -1,4 +1,4 @@
-//! A part of a record has the rows of the whole, and the state before it.
+//! A part of a record has the rows of the whole, which depend on the state before the part.
 
 use super::*;
 
