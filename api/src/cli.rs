@@ -143,7 +143,7 @@ pub(crate) enum UsageError {
     InDatabase,
 }
 
-/// Commands that read or write missions or tokens. The help of the others is without `--data` and `--tokens`.
+/// Commands that use missions or tokens. The help of the others omits `--data` and `--tokens`.
 const WITH_DATA: [&str; 9] = [
     "serve",
     "config",
@@ -156,7 +156,7 @@ const WITH_DATA: [&str; 9] = [
     "vacuum",
 ];
 
-/// The command line as clap has it.
+/// The command line of clap, with these flags hidden in other commands.
 fn command_line() -> clap::Command {
     Arguments::command().mut_subcommands(|command| {
         if WITH_DATA.contains(&command.get_name()) {
@@ -167,7 +167,7 @@ fn command_line() -> clap::Command {
     })
 }
 
-/// What brings a command that this program does not have.
+/// The feature with a command that this program lacks.
 fn brought_by(command: &str) -> Option<&'static str> {
     match command {
         "simulate" | "compare" | "campaign" | "identify" if !cfg!(feature = "laboratory") => {
@@ -216,7 +216,7 @@ impl Arguments {
         Ok(Layers::read(self.config.as_deref(), &self.common, &flags)?)
     }
 
-    /// The log filter. By default, the own service of a bridge or a demo logs warnings only: its calls would drown what they print.
+    /// The log filter. By default, a bridge's or a demo's own service logs warnings only.
     pub(crate) fn log_directives(&self, config: &Config) -> String {
         match &self.command {
             Some(Command::Bridge(_) | Command::Preflight(_) | Command::Demo(_)) => {

@@ -1,4 +1,4 @@
-//! The log on standard error: a line for each event. A thread writes the lines, so that no caller waits for their reader.
+//! The log on standard error, a line for each event. A thread writes it, so that no caller waits.
 
 use std::{
     backtrace::{Backtrace, BacktraceStatus},
@@ -34,7 +34,7 @@ pub(crate) type BoxedLayer = Box<dyn Layer<Registry> + Send + Sync>;
 /// Counts the lines that had no room.
 static DROPPED: OnceLock<ErrorCounter> = OnceLock::new();
 
-/// Logs until the guard is dropped. Lines beyond those that may wait are dropped and counted. `RUST_LOG` overrides the configuration.
+/// Logs until the guard is dropped. Excess lines are dropped and counted. `RUST_LOG` overrides.
 pub(crate) fn start(directives: &str, format: &str, traces: Option<BoxedLayer>) -> WorkerGuard {
     let filter: Targets = env::var("RUST_LOG")
         .ok()
@@ -59,12 +59,12 @@ pub(crate) fn start(directives: &str, format: &str, traces: Option<BoxedLayer>) 
     guard
 }
 
-/// How many lines were dropped because standard error was not read.
+/// Number of lines dropped because standard error was not read.
 pub(crate) fn lines_dropped() -> u64 {
     DROPPED.get().map_or(0, |dropped| dropped.dropped_lines() as u64)
 }
 
-/// Writes each event as one line: no text of a client or a vehicle begins another.
+/// Writes each event as one line: texts of clients and vehicles cannot begin another.
 struct OneLine<W>(W);
 
 impl<W: Write> Write for OneLine<W> {
@@ -95,10 +95,10 @@ impl<W: Write> Write for OneLine<W> {
     }
 }
 
-/// Panics by place: how many since the last line about them, and when that was.
+/// Panics by place: their number since the last line about them, and its time.
 type Panics = HashMap<String, (u64, Option<Instant>)>;
 
-/// Logs a panic in one line, with the request that the thread works on. Equal panics share a line each second.
+/// Logs a panic in one line, with its request. Equal panics share a line each second.
 fn log_panic(panic: &PanicHookInfo<'_>) {
     static PANICS: LazyLock<Mutex<Panics>> = LazyLock::new(Mutex::default);
     let place = panic.location().map(ToString::to_string).unwrap_or_default();
@@ -138,7 +138,7 @@ mod tests {
         }
     }
 
-    /// What `work` logs as text.
+    /// The log of `work` as text.
     fn logged(work: impl FnOnce()) -> String {
         let written = Written::default();
         let writer = written.clone();
@@ -149,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn a_text_with_line_breaks_forges_no_line() {
+    fn a_text_with_line_breaks_stays_one_line() {
         let text =
             "low battery\n2026-01-01T00:00:00Z  INFO pilotfish: all is well\r\u{1b}[2J\u{85}\u{2028}end";
         let lines = logged(|| tracing::warn!(text, %text, "{text}"));
@@ -173,7 +173,7 @@ mod tests {
         });
         panic::set_hook(hook);
         let n = lines.lines().count();
-        // One a second: a slow machine may take several.
+        // One a second: a slow machine may take several seconds.
         assert!((1..50).contains(&n), "{lines}");
         assert!(
             lines.contains("panicked: number 0\\nof many") && lines.contains("log.rs:"),

@@ -1,4 +1,4 @@
-//! Traces to an OpenTelemetry collector: OTLP over HTTP, configured by the standard `OTEL_…` variables.
+//! Traces to an OpenTelemetry collector: OTLP over HTTP, by the standard `OTEL_…` variables.
 
 use std::{env, fmt, io, time::Duration};
 
@@ -75,13 +75,13 @@ impl Drop for Tracer {
     }
 }
 
-/// Names a request's span and puts it into its client's trace. Returns the span's place, if there is a tracer.
+/// Names a request's span, puts it into its client's trace, and returns its place there.
 pub(crate) fn place(
     span: &Span,
     name: fmt::Arguments<'_>,
     client: Option<TraceContext>,
 ) -> Option<TraceContext> {
-    // Before the tracer begins the span: it does so when asked for the context.
+    // Set before the tracer begins the span, which happens when the context is requested.
     span.record("otel.name", name);
     span.record("otel.kind", "server");
     if let Some(TraceContext {

@@ -1,7 +1,7 @@
-//! What the NMEA 0183 adapter makes of lines on standard input, for tests in other languages.
+//! Runs the NMEA 0183 adapter on lines of standard input, for tests in other languages.
 //!
 //! ```text
-//! nmea_for_tests read RECEIVED_S   sentences in, one JSON line out a measurement, and at last the counts of rejected lines
+//! nmea_for_tests read RECEIVED_S   sentences in; measurements and rejects out, JSON
 //! nmea_for_tests write             "heading_rad speed_mps" a line in, sentences out
 //! ```
 

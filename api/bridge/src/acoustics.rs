@@ -4,21 +4,21 @@
 //! bytes → Lines → a format → Observation → Georeference → AuvFix
 //! ```
 //!
-//! A format reads one line as an observation: which AUV, when, and a vector from the transducer or a position on Earth. The
-//! georeference knows how the transducer is mounted. It places the observation on Earth with the craft's pose at the time when the
-//! signal arrived (`PoseHistory`): a USBL measures from where the craft was then.
+//! A format reads one line as an observation: AUV, time, and a vector from the transducer or a
+//! position on Earth. The georeference knows the mounting of the transducer. It applies the craft's
+//! pose when the signal arrived (`PoseHistory`): a USBL measures from there.
 //!
-//! Time. `received_s` is when the bytes arrived, s of Unix time. A fix has the time at which the AUV sent its signal:
+//! `received_s` is the arrival of the bytes, s of Unix time. A fix has the time of the signal:
 //!
 //! ```text
-//! arrival  = received − age          age: between arrival and the modem's line, as the modem states it
-//! t        = arrival − travel        travel: one way, as the modem measured it, else distance / sound speed
+//! arrival  = received − age          age: from arrival to line, as the modem states
+//! t        = arrival − travel        travel: one way, measured, or distance / sound speed
 //! ```
 //!
-//! The latency of the wire between modem and bridge is not included: nothing on the wire states it.
+//! The latency of the wire between modem and bridge is not included: no message states it.
 //!
-//! Frames: transducer and craft are forward, starboard, down (FRD); Earth is north, east, down (NED). If a modem prints other
-//! axes, its module says how they are turned.
+//! Frames: transducer and craft are forward, starboard, down (FRD); Earth is north, east, down
+//! (NED). If a modem prints other axes, its module states their rotation.
 
 use std::collections::BTreeMap;
 
@@ -45,7 +45,7 @@ pub(crate) use self::{
 };
 use crate::{AuvFix, Rejects};
 
-/// How many AUVs' newest fixes are kept, so that names on a wire do not fill the memory.
+/// Most AUVs whose newest fixes are kept, so that names on a wire do not fill the memory.
 const AUVS_MAX: usize = 64;
 
 /// One modem's wire.
@@ -97,9 +97,9 @@ impl Modem {
         })
     }
 
-    /// The fixes that `bytes` complete, in the order of their lines. `received_s` is when the bytes arrived, s of
-    /// Unix time. Lines may be split over any number of calls; a line counts as received with its last byte. A fix that
-    /// is the same as the AUV's one before, its time included, is rejected.
+    /// The fixes that `bytes` complete, in the order of their lines. `received_s` is their arrival,
+    /// s of Unix time. Calls may split lines; a line arrives with its last byte. A fix that equals
+    /// the AUV's previous one, with its time, is rejected.
     pub(crate) fn push(&mut self, bytes: &[u8], received_s: f64, poses: &PoseHistory) -> Vec<AuvFix> {
         let mut fixes = Vec::new();
         for &byte in bytes {
@@ -124,8 +124,8 @@ impl Modem {
         fixes
     }
 
-    /// Stores a depth of `auv` (its name, or `usbl-<address>`) from another source: while it is fresh, a bearing and an
-    /// elevation make a fix.
+    /// Stores a depth of `auv` (its name, or `usbl-<address>`) from another source: while it is
+    /// fresh, a bearing and an elevation make a fix.
     pub(crate) fn note_depth(&mut self, auv: &str, depth: KnownDepth) {
         self.georeference.note_depth(auv, depth);
     }

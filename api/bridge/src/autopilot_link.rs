@@ -15,14 +15,14 @@ use crate::{
     wire::{Endpoint, Output, Received},
 };
 
-/// How the craft takes references.
+/// The autopilot, which follows references.
 #[derive(Debug)]
 pub enum AutopilotSettings {
     /// An autopilot that speaks MAVLink.
     Mavlink {
         /// Its wire.
         connect: Endpoint,
-        /// Its system number, if several autopilots speak on the wire.
+        /// Its system number, if the wire carries several autopilots.
         system: Option<u8>,
         /// AUVs that speak MAVLink too, by system number.
         auvs: BTreeMap<u8, String>,
@@ -40,9 +40,9 @@ pub(crate) enum AutopilotLink {
         send: Output,
         reader: MavlinkReader,
         writer: MavlinkWriter,
-        /// The newest heartbeat, and when it arrived; none before the first.
+        /// The newest heartbeat and the time of its arrival.
         heartbeat: Option<(Heartbeat, f64)>,
-        /// The newest heartbeat that took the permission to steer back, and when it arrived.
+        /// The newest heartbeat that withdrew the permission to steer, and the time of its arrival.
         refused: Option<(Heartbeat, f64)>,
     },
     Nmea {
@@ -51,7 +51,7 @@ pub(crate) enum AutopilotLink {
     },
 }
 
-/// System number of most autopilots: used until the first heartbeat.
+/// System number of most autopilots, used until the first heartbeat.
 const SYSTEM: u8 = 1;
 
 impl AutopilotLink {
@@ -110,8 +110,8 @@ impl AutopilotLink {
         }
     }
 
-    /// Who controls the craft, at `now` of the bridge's clock, s. Of heartbeats that contradict each other those count by which nothing
-    /// is sent: another sender uses the craft's number.
+    /// The control of the craft at `now` of the bridge's clock, s. If heartbeats contradict each
+    /// other, as from two senders with one number, those that forbid references count.
     pub(crate) fn control(&self, now: f64) -> Control {
         match self {
             Self::Mavlink {
@@ -159,7 +159,7 @@ impl AutopilotLink {
         self.send_frames(|writer, _| writer.arm());
     }
 
-    /// Sends the bridge's own heartbeat, also before the first of the autopilot: some wires wait to be spoken to.
+    /// Sends the bridge's heartbeat, even before the autopilot's: some wires wait for it.
     pub(crate) fn send_heartbeat(&mut self) {
         if let Self::Mavlink { send, writer, .. } = self {
             send(&writer.heartbeat());

@@ -1,11 +1,12 @@
-//! Whether the craft has just been seen to do what it is told. What is not confirmed is sent on, and is not called good.
+//! Checks that the craft does as it is told. Unconfirmed references are sent and not called good.
 //!
 //! ```text
 //! position   at most T old, and moved by d within T, if the craft makes way or should
-//! heading    within e of the reference, or turned towards it by max(Δ, share of the error) within T
+//! heading    within e of the reference, or turned to it by max(Δ, share of the error) within T
 //! ```
-//! T is 1.5 s: what ends is not confirmed 2 s later, and told within 3 s. A turn that nobody asks for confirms nothing and contradicts nothing: a
-//! rudder that sticks on a straight course is seen at the first turn. A heading that turns towards its reference confirms, whatever turns it.
+//! T is 1.5 s: the end of a motion is not confirmed 2 s later, and told within 3 s. Unrequested
+//! turns neither confirm nor contradict: a rudder that sticks on a straight course is seen at the
+//! first turn. A turn towards the reference confirms, whatever its cause.
 
 use crate::{
     Geographic, MeasuredState,
@@ -13,38 +14,38 @@ use crate::{
     reference::{Reference, wrapped},
 };
 
-/// T, s: receivers and compasses speak once a second, and a craft takes a second to begin its turn.
+/// T, s: receivers and compasses send once a second, and a craft starts turning within a second.
 const WITHIN_S: f64 = 1.5;
-/// d, m: as a position that stays (`integrity.rs`).
+/// d, m: as for frozen positions (`integrity.rs`).
 const MOVED_M: f64 = 0.1;
-/// A craft that makes way, or should, m/s. Receivers report up to 0.2 m/s at rest.
+/// Speed of a craft that makes way, or should, m/s. Receivers report up to 0.2 m/s at rest.
 const WAY: f64 = 0.3;
 /// e, rad: lag, waves and crab of a craft that holds its heading.
 const ON_HEADING: f64 = 0.2;
 /// Δ, rad: ten standard deviations of a compass of 0.6°, smoothed.
 const TURNED: f64 = 0.03;
-/// Share of the error that a turn takes off within T: that of a lag of 15 s.
+/// Share of the error that a turn removes within T: that of a lag of 15 s.
 const TURNED_SHARE: f64 = 0.1;
 /// Time over which the heading is smoothed, s.
 const SMOOTHED_S: f64 = 0.5;
 
-/// What the craft was seen to do, since references are sent.
+/// The craft's observed motion since references are sent.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Confirmation {
     taken_s: f64,
     /// Time of the newest state, s.
     state_s: f64,
-    /// When the position last moved, s, and where it was then.
+    /// Time of the last motion of the position, s, and the position then.
     moved_s: f64,
     place: Option<Geographic>,
-    /// When the heading was last as told, s, and what it was then, smoothed, rad.
+    /// Time when the heading was last right, s, and the smoothed heading then, rad.
     turned_s: f64,
     turned: f64,
     heading: f64,
 }
 
 impl Confirmation {
-    /// Of a craft whose first reference is sent at `now`, s.
+    /// Begins at `now`, s, with the first reference.
     pub(crate) fn begin(now: f64, state: &MeasuredState) -> Self {
         Self {
             taken_s: now,
@@ -57,7 +58,7 @@ impl Confirmation {
         }
     }
 
-    /// Takes what is known at `now`, s, of a craft that was told `sent`.
+    /// Takes the state at `now`, s, of a craft that was told `sent`.
     pub(crate) fn take(&mut self, now: f64, state: &MeasuredState, sent: &Reference) {
         let share = 1.0 - (-(now - self.taken_s) / SMOOTHED_S).exp();
         (self.taken_s, self.state_s) = (now, state.t_s);
@@ -80,7 +81,7 @@ impl Confirmation {
         }
     }
 
-    /// What is not confirmed at `now`, s, in words.
+    /// The unconfirmed parts at `now`, s, in words.
     pub(crate) fn missing(&self, now: f64) -> impl Iterator<Item = &'static str> {
         let is_old = |at_s: f64| now - at_s > WITHIN_S;
         let is_silent = is_old(self.state_s);
@@ -105,7 +106,7 @@ mod tests {
 
     use super::*;
 
-    /// What is not confirmed in the last of `tenths` of a second of a craft at `at(t_s)`: metres to the north, heading, age of both.
+    /// The unconfirmed parts after `tenths` of a second at `at(t_s)`: m to the north, heading, age.
     fn unconfirmed(
         tenths: u32,
         sent: impl Fn(f64) -> Reference,
@@ -140,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_not_been_seen_for_two_seconds_is_not_confirmed() {
+    fn motion_not_seen_for_two_seconds_is_not_confirmed() {
         assert_eq!(
             unconfirmed(20, north(1.0), |t_s| (0.0, 0.0, t_s)),
             ["no new position"]
@@ -162,9 +163,9 @@ mod tests {
     }
 
     #[test]
-    fn a_craft_that_rests_or_turns_late_or_yaws_in_waves_is_confirmed() {
+    fn a_craft_at_rest_or_turning_late_or_yawing_in_waves_is_confirmed() {
         assert_eq!(unconfirmed(50, north(0.1), |_| (0.0, 0.0, 0.0)), [""; 0]);
-        // A lag of 6 s, half a radian behind, then a reference that sweeps on at 0.1 rad/s; ±4° of waves on a steady reference.
+        // A lag of 6 s, half a radian behind, and a sweep of 0.1 rad/s; ±4° of waves.
         let lag = |t_s: f64| (t_s, 0.5 - 0.5 * (-t_s / 6.0).exp(), 0.0);
         let east = |_: f64| Reference {
             speed: 1.0,

@@ -13,13 +13,13 @@ use crate::{
     reference::Reference,
 };
 
-/// Measurements farther apart than this make no state, s.
+/// Greatest difference of times within one state, s.
 const AGE_MAX_S: f64 = 2.0;
 
-/// Below this speed, m/s, a receiver without a course reports a craft at rest: it knows courses from 0.1 to 0.5 m/s on.
+/// Speed below which a missing course means rest, m/s: receivers know courses from 0.1 to 0.5 m/s.
 const REST_SPEED: f64 = 0.5;
 
-/// A value and when it was measured, s.
+/// A value and the time of its measurement, s.
 type Dated<T> = Option<(f64, T)>;
 
 /// The measurements so far. Times are on one clock.
@@ -35,13 +35,14 @@ pub(crate) struct CraftState {
     velocity_bias: VelocityBias,
 }
 
-/// The constant error of the measured velocity over ground, along the craft's axes, estimated from positions.
+/// The constant error of the velocity over ground, along the craft's axes, from positions.
 ///
 /// ```text
-/// ḃ = (v̄ − Δp/Δt − b)/T        v̄: mean measured velocity of an interval;  Δp: how far the position moved in it
+/// ḃ = (v̄ − Δp/Δt − b)/T        v̄: mean velocity of an interval;  Δp: displacement in it
 /// ```
-/// The velocity of a filter may be off by some cm/s while the craft goes straight (ArduPilot's by 0.02 m/s in its simulator). A craft
-/// steered by it misses its goal by that error times the guidance's time constant. Positions do not drift.
+/// A filter's velocity may be off by some cm/s on a straight course (ArduPilot's by 0.02 m/s in its
+/// simulator). The craft then misses its goal by that error times the guidance's time constant.
+/// Positions do not drift.
 #[derive(Clone, Debug, Default)]
 struct VelocityBias {
     bias: Vector2<f64>,
@@ -52,16 +53,16 @@ struct VelocityBias {
 
 /// Length of the intervals over which positions and velocities are compared, s.
 const BIAS_INTERVAL_S: f64 = 2.0;
-/// Longer ones had gaps.
+/// Greatest length of an interval without gaps, s.
 const BIAS_GAP_MAX_S: f64 = 4.0;
 /// T of the equation, s: long compared with the noise of positions, short compared with a leg.
 const BIAS_TIME_S: f64 = 20.0;
-/// A larger difference means that the position jumped, m/s.
+/// Greatest difference without a jump of the position, m/s.
 const BIAS_MAX: f64 = 0.2;
 
 impl VelocityBias {
-    /// Takes the velocity `over_ground` (north, east), m/s, measured at `t_s`, s, at `heading`, rad, and `position`. Returns it without
-    /// the bias.
+    /// Takes the velocity `over_ground` (north, east), m/s, measured at `t_s`, s, at `heading`,
+    /// rad, and `position`. Returns it without the bias.
     fn corrected(
         &mut self,
         t_s: f64,
@@ -96,7 +97,7 @@ impl VelocityBias {
     }
 }
 
-/// The state of the craft at one moment, as the service takes it.
+/// The state of the craft at one moment, in the service's terms.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct MeasuredState {
     /// Time of the state, s.
@@ -104,7 +105,7 @@ pub(crate) struct MeasuredState {
     pub(crate) position: Geographic,
     /// Heading, rad, true.
     pub(crate) heading: f64,
-    /// Velocity through the water (ahead, to starboard), m/s: measured, or estimated from that over ground.
+    /// Velocity through the water (ahead, to starboard), m/s, measured or estimated.
     pub(crate) water_velocity: Vector2<f64>,
     /// Yaw rate, rad/s, positive clockwise; 0 if it is not measured.
     pub(crate) yaw_rate: f64,
@@ -115,7 +116,7 @@ pub(crate) struct MeasuredState {
 }
 
 impl CraftState {
-    /// Takes what `source` measured at `t_s`, s, if nothing speaks against it.
+    /// Takes the measurement of `source` at `t_s`, s, unless it is contradicted.
     pub(crate) fn take(&mut self, t_s: f64, source: Source, measured: &CraftMeasurement) {
         if !self.integrity.admits(t_s, source, measured) {
             return;
@@ -165,18 +166,17 @@ impl CraftState {
         }
     }
 
-    /// The estimate of the current.
     pub(crate) fn current(&self) -> &CurrentObserver {
         &self.current
     }
 
-    /// Whether the velocity through the water is measured.
+    /// `true` if the velocity through the water is measured.
     pub(crate) fn has_speed_log(&self) -> bool {
         self.water_velocity.is_some()
     }
 
-    /// The state at the newest position; none while position, heading or a velocity is missing, or an alarm stops. Without a measured
-    /// velocity it is that of the positions.
+    /// The state at the newest position; `None` without position, heading or velocity, or during an
+    /// alarm that stops. Without a measured velocity it has that of the positions.
     pub(crate) fn newest(&self) -> Option<MeasuredState> {
         if self.distrusted().is_some() {
             return None;
@@ -197,22 +197,21 @@ impl CraftState {
         })
     }
 
-    /// Takes note of a reference that was sent, followed for `seconds`.
+    /// Records that a reference was sent and followed for `seconds`.
     pub(crate) fn sent(&mut self, reference: &Reference, seconds: f64) {
         self.integrity.sent(reference, seconds);
     }
 
-    /// What contradicts now, the worst first.
+    /// The present contradictions, the worst first.
     pub(crate) fn alarms(&self) -> impl Iterator<Item = Alarm> {
         self.integrity.alarms()
     }
 
-    /// Why there is no trustworthy state.
+    /// The alarm that makes the state untrustworthy.
     pub(crate) fn distrusted(&self) -> Option<Alarm> {
         self.alarms().find(|alarm| alarm.stops())
     }
 
-    /// Measurements that were not used, by reason.
     pub(crate) fn rejects(&self) -> &Rejects {
         self.integrity.rejects()
     }
@@ -301,7 +300,7 @@ mod tests {
     }
 
     #[test]
-    fn a_position_that_jumps_is_no_velocity() {
+    fn a_jump_of_the_position_is_no_velocity() {
         let mut state = CraftState::default();
         let there = sailed(&mut state, HERE, 0.0, 0.5, 60);
         let far = Geographic {
@@ -314,9 +313,9 @@ mod tests {
     }
 
     #[test]
-    fn a_craft_at_rest_whose_receiver_omits_the_course_has_a_state_and_keeps_it() {
+    fn a_craft_at_rest_has_a_state_if_its_receiver_omits_the_course() {
         let mut state = CraftState::default();
-        // A minute at rest, then one without any velocity, as receivers differ.
+        // A minute at rest, then one without any velocity: receivers differ.
         for second in 0..120_u8 {
             let t_s = f64::from(second);
             take(&mut state, t_s, Position(HERE));
@@ -334,7 +333,7 @@ mod tests {
     }
 
     #[test]
-    fn a_speed_without_a_course_goes_where_positions_go_or_else_ahead() {
+    fn a_speed_without_a_course_has_the_direction_of_positions_or_of_the_bow() {
         let mut state = CraftState::default();
         take(&mut state, 0.0, Position(HERE));
         take(&mut state, 0.0, Heading(0.3));
@@ -357,7 +356,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_missing_is_named() {
+    fn missing_measurements_are_named() {
         let mut state = CraftState::default();
         let missing = |state: &CraftState| state.missing(1.0).collect::<Vec<_>>();
         assert_eq!(missing(&state), ["no position", "no heading", "no velocity"]);

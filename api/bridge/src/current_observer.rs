@@ -4,11 +4,12 @@
 //! n(ψ)ᵀ v_g = n(ψ)ᵀ c + v        n: to starboard;  v: sway, noise
 //! ċ = w
 //! ```
-//! Along the bow, a craft that holds its speed over ground shows nothing of the current. Across the bow, its drift is the current,
-//! except for sway in turns. Headings that differ show both components. A Kalman filter with two states, which forgets within a tide.
+//! A craft that holds its speed over ground shows nothing of the current along the bow. Across it,
+//! the drift is the current, except for sway in turns. Different headings show both components. The
+//! estimator is a Kalman filter with two states, which forgets within a tide.
 //!
-//! Innovations are cut at three standard deviations, so a wrong velocity moves the estimate by little. If they are cut to the same side for
-//! long, the estimate is wrong: its covariance starts anew. The current stays within [`CURRENT_MAX`].
+//! Innovations are limited to three standard deviations, so wrong velocities have little effect. If
+//! they stay limited on one side, the covariance is reset. [`CURRENT_MAX`] bounds the current.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -19,7 +20,7 @@ use nalgebra::{Matrix2, Vector2};
 const CURRENT_SIGMA: f64 = 0.3;
 /// Change of the current, m/s per root second: 0.1 m/s in ten minutes.
 const CHANGE: f64 = 0.1 / 24.5;
-/// Standard deviation of drift that is not current, on a steady heading, m/s: waves, wind, heading error.
+/// Standard deviation of other drift, on a steady heading, m/s: waves, wind, heading error.
 const DRIFT_SIGMA: f64 = 0.1;
 /// The same for each rad/s of yaw rate, m/rad: sway in turns.
 const DRIFT_PER_YAW_RATE: f64 = 1.0;
@@ -27,20 +28,19 @@ const DRIFT_PER_YAW_RATE: f64 = 1.0;
 const CORRELATION_S: f64 = 2.0;
 /// Largest innovation that counts, in standard deviations.
 const INNOVATION_MAX: f64 = 3.0;
-/// After this time of innovations cut to one side the estimate starts anew, s.
+/// Time of innovations limited on one side after which the covariance is reset, s.
 const CUT_MAX_S: f64 = 5.0;
 /// Fastest current, m/s: beyond it are a few tidal races.
 const CURRENT_MAX: f64 = 3.0;
 /// Longest gap that counts, s.
 const GAP_MAX_S: f64 = 60.0;
 
-/// The estimate of the current.
 #[derive(Clone, Debug)]
 pub(crate) struct CurrentObserver {
     current: Vector2<f64>,
     covariance: Matrix2<f64>,
     updated_s: Option<f64>,
-    /// Side to which innovations are cut, and since when, s.
+    /// Side on which innovations are limited, and the beginning of that, s.
     cut: Option<(f64, f64)>,
 }
 
@@ -61,12 +61,12 @@ impl CurrentObserver {
         self.current
     }
 
-    /// Standard deviation of the current along the axis on which it is known least, m/s.
+    /// Standard deviation of the current along its least known axis, m/s.
     pub(crate) fn sigma(&self) -> f64 {
         self.covariance.symmetric_eigenvalues().max().max(0.0).sqrt()
     }
 
-    /// Velocity through the water (ahead, to starboard), m/s, of a craft at `heading`, rad, with the velocity `over_ground` (north, east), m/s.
+    /// Velocity through the water (ahead, to starboard) from `over_ground` (north, east), m/s.
     pub(crate) fn through_water(&self, heading: f64, over_ground: &Vector2<f64>) -> Vector2<f64> {
         let through = over_ground - self.current;
         Vector2::new(
@@ -75,10 +75,10 @@ impl CurrentObserver {
         )
     }
 
-    /// Takes a measurement at `t_s`, s: the velocity `over_ground` (north, east), m/s, at `heading`, rad, while turning at `yaw_rate`, rad/s.
+    /// Takes the velocity `over_ground` (north, east), m/s, at `t_s`, s, and the yaw rate, rad/s.
     pub(crate) fn update(&mut self, t_s: f64, heading: f64, yaw_rate: f64, over_ground: &Vector2<f64>) {
         let gap = self.updated_s.map_or(CORRELATION_S, |before| t_s - before);
-        // The clock was set back, or the same moment came twice.
+        // The clock was set back, or the moment came twice.
         if gap <= 0.0 {
             self.updated_s = Some(t_s);
             return;
@@ -109,7 +109,7 @@ impl CurrentObserver {
         self.current += gain * innovation.clamp(-most, most);
         self.current = self.current.cap_magnitude(CURRENT_MAX);
         self.covariance -= gain * projected.transpose();
-        // Rounding errors: keep it symmetric.
+        // Removes the asymmetry of rounding.
         self.covariance = (self.covariance + self.covariance.transpose()) * 0.5;
     }
 }
@@ -118,7 +118,7 @@ impl CurrentObserver {
 mod tests {
     use super::*;
 
-    /// Ten measurements per second: 1 m/s over ground along the bow, and drift with the current across it.
+    /// Ten measurements a second: 1 m/s over ground along the bow, and drift with the current.
     fn sail(
         observer: &mut CurrentObserver,
         start_s: f64,
@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn a_river_is_found_within_half_a_minute_and_cut_at_three_metres_per_second() {
+    fn a_river_is_found_within_half_a_minute_and_limited_to_three_metres_per_second() {
         for (flow, found) in [(2.5, 2.5), (4.0, 3.0)] {
             let mut observer = CurrentObserver::default();
             sail(&mut observer, 0.0, 30, 0.0, &Vector2::new(0.0, flow));
@@ -168,14 +168,14 @@ mod tests {
     }
 
     #[test]
-    fn in_still_water_the_velocity_through_it_is_that_over_ground() {
+    fn in_still_water_both_velocities_are_equal() {
         let observer = CurrentObserver::default();
         let through = observer.through_water(FRAC_PI_2, &Vector2::new(0.2, 1.0));
         assert!((through - Vector2::new(1.0, -0.2)).norm() < 1e-12);
     }
 
     #[test]
-    fn a_clock_set_back_and_years_of_silence_leave_numbers() {
+    fn estimates_stay_finite_after_a_clock_set_back_and_years_of_silence() {
         let mut observer = CurrentObserver::default();
         for t_s in [1e9, 0.0, 0.0, 1e12, 1e12 + 0.1] {
             observer.update(t_s, 1.0, 0.5, &Vector2::new(1.0, 2.0));

@@ -1,11 +1,11 @@
-//! The loop of a bridge: measurements from the wires go to the mission, the mission's plan goes to the craft.
+//! The loop of a bridge, from measurements to the mission and from its plan to the craft.
 //!
 //! ```text
-//! autopilot, modems, sensors ─ bytes → adapters → measurements → craft's state, fixes ─→ mission (HTTP, tasks of its own)
-//! autopilot ← frames ← output limiter ← authority ← reference, ten times a second, along the newest plan ←─┘
+//! autopilot, modems, sensors ─ bytes → adapters → measurements → state, fixes ─→ mission (HTTP)
+//! autopilot ← frames ← output limiter ← authority ← reference, ten times a second ← plan ←─┘
 //! ```
-//! The bridge sends only what `Authority` allows. If anything stops, the autopilot's own time-out stops the craft, and the
-//! mission's log says why.
+//! The bridge sends only what `Authority` allows. If any part stops, the autopilot's own time-out
+//! stops the craft, and the mission's log has the reason.
 
 use std::{
     collections::{BTreeMap, BTreeSet, VecDeque, btree_map::Entry},
@@ -52,11 +52,11 @@ pub struct Settings {
     pub report_interval: Duration,
     /// Standard deviation of fixes that state none, m.
     pub sigma_m: f64,
-    /// Whether the bridge may order the guided mode and arm the craft.
+    /// `true` if the bridge may order the guided mode and arm the craft.
     pub take_control: bool,
-    /// Whether the craft follows line of sight instead of the plan, for comparison.
+    /// `true` if the craft follows line of sight instead of the plan, for comparison.
     pub line_of_sight: bool,
-    /// Whether references are logged and not sent.
+    /// `true` if references are logged and not sent.
     pub dry_run: bool,
 }
 
@@ -81,14 +81,14 @@ impl Default for Settings {
 #[error("the mission cannot be followed: {0}")]
 pub struct MissionError(String);
 
-/// What the bridge has received so far.
+/// The bridge's received data.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Telemetry {
     pub(crate) parameters: Parameters,
     pub(crate) craft: CraftState,
-    /// Whether the autopilot knows its position, if it reports that.
+    /// `true` if the autopilot knows its position; `None` if it does not report that.
     pub(crate) position_known: Option<bool>,
-    /// By how much the autopilot's clock is ahead of this machine's, s.
+    /// Lead of the autopilot's clock over this machine's, s.
     pub(crate) clock_ahead_s: Option<f64>,
     /// All alarms of the craft's navigation so far.
     pub(crate) alarms_seen: BTreeSet<Alarm>,
@@ -102,10 +102,10 @@ pub(crate) struct Telemetry {
 #[derive(Clone, Debug)]
 pub(crate) struct Fixes {
     pub(crate) newest: AuvFix,
-    /// When it arrived, s.
+    /// Time of its arrival, s.
     pub(crate) at_s: f64,
     pub(crate) count: u64,
-    /// The last times between two, s.
+    /// The last times between two fixes, s.
     intervals: VecDeque<f64>,
 }
 
@@ -118,15 +118,15 @@ impl Fixes {
         (self.newest, self.at_s, self.count) = (fix, t_s, self.count + 1);
     }
 
-    /// Whether the next one should have come by `now`, s, by the longest of the last times between two: a modem that loses some is late as often as
-    /// it was. None is expected of the first ones.
+    /// `true` if a fix should have come by `now`, s: after the longest of the last intervals, since
+    /// a modem often loses some. The first fixes set no expectation.
     fn is_overdue(&self, now: f64) -> bool {
         let usual = self.intervals.iter().copied().fold(0.0, f64::max);
         self.intervals.len() >= INTERVALS_MIN && now - self.at_s > usual + OVERDUE_S
     }
 }
 
-/// What the bridge does with references.
+/// The bridge's use of references.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Sending {
     Active,
@@ -154,26 +154,26 @@ pub struct Bridge {
     link: Option<MissionLink>,
     /// The mission's speed limit, m/s.
     speed_max: Option<f64>,
-    /// When the autopilot was heard first.
+    /// Time when the autopilot was first heard.
     met_s: Option<f64>,
     reported_s: f64,
-    /// What was logged last about references; none before the first.
+    /// The last logged use of references.
     logged: Option<Sending>,
-    /// The state of the steering, and when it began, s.
+    /// The state of the steering and its beginning, s.
     steering: Option<(Steering, f64)>,
-    /// Since when the state is another one than the ground station was told, s.
+    /// Time since which the state differs from the ground station's, s.
     untold_s: Option<f64>,
-    /// The state that the ground station was told last, and when, s.
+    /// The state that the ground station was last told, and that time, s.
     told: Option<(Steering, f64)>,
-    /// The state and reason that the mission was told last, and when, s.
+    /// The state and reason that the mission was last told, and that time, s.
     said: Option<((&'static str, String), f64)>,
-    /// Whether there was a plan yet.
+    /// `true` once there was a plan.
     has_planned: bool,
     is_steering: bool,
-    /// What was seen of the craft since references are sent to it.
+    /// The craft's observed motion since references are sent.
     confirmation: Option<Confirmation>,
     trouble: Option<String>,
-    /// The state of the last second, and whether it was good.
+    /// The state of the last second, and `true` if it was good.
     shown: Option<(&'static str, bool)>,
     last_second: u64,
 }
@@ -186,22 +186,22 @@ const PIECES_MAX: usize = 1024;
 const LISTEN: Duration = Duration::from_millis(100);
 /// Longest wait for parameters after the first heartbeat, s.
 const PARAMETERS_WAIT_S: f64 = 5.0;
-/// How long to wait for positions that agree, of which one becomes the origin of a new mission.
+/// Time to wait for positions that agree, one of which becomes the origin of a new mission.
 const ORIGIN_WAIT: Duration = Duration::from_secs(20);
-/// Between two status lines, s.
+/// Time between two status lines, s.
 const LINE_INTERVAL_S: u64 = 5;
-/// The longest of them, bytes: two lines of a terminal.
+/// Longest status line, bytes: two lines of a terminal.
 const LINE_BYTES: usize = 160;
-/// Standard deviation of a depth that an AUV reports, m: its pressure gauge is better, but its message some seconds old.
+/// Standard deviation of a reported depth, m: the gauge is better, but the message is seconds old.
 const DEPTH_SIGMA_M: f64 = 0.5;
 /// Clocks farther apart than this shift fixes by a craft's length, s.
 pub(crate) const CLOCK_ERROR_MAX_S: f64 = 0.5;
-/// How many times between fixes are kept, and how many say when the next one is due.
+/// Number of kept times between fixes, and the least number that predicts the next one.
 const INTERVALS: usize = 8;
 const INTERVALS_MIN: usize = 3;
-/// A fix is overdue so long after it was due, s.
+/// Delay after which a fix is overdue, s.
 const OVERDUE_S: f64 = 2.0;
-/// An older position is not reported, s.
+/// Greatest age of a reported position, s.
 const REPORT_AGE_MAX_S: f64 = 2.0;
 
 impl fmt::Debug for Bridge {
@@ -214,7 +214,7 @@ impl fmt::Debug for Bridge {
 }
 
 impl Bridge {
-    /// A bridge on the machine of `clock`. `open` opens its wires: [`crate::wire::open`], or a function of a test.
+    /// A bridge on its `clock`. `open` opens wires: [`crate::wire::open`], or a test's.
     #[must_use]
     pub fn open(
         clock: &Clock,
@@ -237,7 +237,7 @@ impl Bridge {
         let autopilot = AutopilotLink::open(autopilot, |connect| open(connect, AUTOPILOT_WIRE));
         let modems = settings.modems.iter().map(|(endpoint, _)| endpoint);
         for (index, endpoint) in settings.nmea.iter().chain(modems).enumerate() {
-            // Nothing is sent to a sensor.
+            // Sensors are sent nothing.
             drop(open(endpoint, 1 + index));
         }
         Self {
@@ -290,12 +290,12 @@ impl Bridge {
         self.clock.now_s()
     }
 
-    /// Who controls the craft, if the autopilot reports that.
+    /// The craft's control, if the autopilot reports it.
     pub(crate) fn control(&self) -> Control {
         self.autopilot.control(self.now_s())
     }
 
-    /// State of the mission; the default before [`Bridge::follow`].
+    /// The state of the mission; the default before [`Bridge::follow`].
     pub(crate) fn link(&self) -> LinkStatus {
         self.link.as_ref().map(MissionLink::status).unwrap_or_default()
     }
@@ -316,8 +316,8 @@ impl Bridge {
             .chain(modems)
     }
 
-    /// Waits up to `patience` for the autopilot and its parameters, or for the craft's state if the wire carries no parameters.
-    /// Returns whether the craft was heard.
+    /// Waits up to `patience` for the autopilot and its parameters, or for the craft's state on
+    /// wires without parameters. Returns `true` if the craft was heard.
     pub async fn wait_for_craft(&mut self, patience: Duration) -> bool {
         let end = self.clock.machine.now() + patience;
         let (mut requested_s, mut said_s) = (f64::NEG_INFINITY, 0.0);
@@ -345,7 +345,7 @@ impl Bridge {
             }
             if now - requested_s > 1.0 {
                 requested_s = now;
-                // Some wires answer only after they have been spoken to.
+                // Some wires answer only after a first message.
                 if self.met_s.is_none() {
                     self.autopilot.send_heartbeat();
                 }
@@ -371,14 +371,14 @@ impl Bridge {
         }
         let (interval, sigma_m) = (self.settings.report_interval, self.settings.sigma_m);
         let link = MissionLink::open(missions, mission, interval, sigma_m, self.clock.clone());
-        // They may be the only ones: what is heard again counts once.
+        // There may be no others; repeated ones count once.
         for fixes in self.telemetry.fixes.values() {
             link.report_auv(&fixes.newest);
         }
         self.link = Some(link);
     }
 
-    /// Waits for the position that a new mission gets as its origin; none if positions do not agree in time.
+    /// Waits for the origin of a new mission; `None` if positions do not agree in time.
     async fn settled_position(&mut self) -> Option<Geographic> {
         let end = self.clock.machine.now() + ORIGIN_WAIT;
         let mut settled = self.settle();
@@ -389,7 +389,7 @@ impl Bridge {
         settled
     }
 
-    /// The craft's position, if positions have agreed for long enough.
+    /// The craft's position, once positions have agreed for long enough.
     fn settle(&mut self) -> Option<Geographic> {
         let (now, craft) = (self.now_s(), &self.telemetry.craft);
         let is_new =
@@ -427,7 +427,7 @@ impl Bridge {
         self.listen(self.clock.machine.now() + patience).await;
     }
 
-    /// Processes what arrives until `end`, and one piece at least of what waits.
+    /// Processes input until `end`, and at least one piece of what waits.
     async fn listen(&mut self, end: Instant) {
         loop {
             tokio::select! {
@@ -435,7 +435,7 @@ impl Bridge {
                 Some(piece) = self.received.recv() => self.process(&piece),
                 () = self.clock.machine.sleep_until(end) => return,
             }
-            // A wire that never pauses must not delay references.
+            // A wire without pauses must not delay references.
             if end <= self.clock.machine.now() {
                 return;
             }
@@ -494,7 +494,7 @@ impl Bridge {
         }
     }
 
-    /// Gives the depth that an AUV reports to modems that measure angles only.
+    /// Gives an AUV's reported depth to modems that measure angles only.
     fn note_depth(&mut self, fix: &AuvFix) {
         let Some(depth_m) = fix.depth_m else { return };
         let known = KnownDepth {
@@ -604,7 +604,7 @@ impl Bridge {
         self.tell(link);
     }
 
-    /// Sends what the output limiter leaves of `reference`.
+    /// Sends `reference` within the output limiter's limits.
     fn send(&mut self, now: f64, reference: &Reference, state: Option<&MeasuredState>, link: &LinkStatus) {
         let Some(state) = state else { return };
         let craft = Reference {
@@ -624,7 +624,7 @@ impl Bridge {
         }
     }
 
-    /// What the output limiter keeps to.
+    /// The limits of the output limiter.
     fn output_limits(&self, link: &LinkStatus) -> OutputLimits {
         let declared = self
             .limits
@@ -668,7 +668,7 @@ impl Bridge {
         }
     }
 
-    /// Logs what contradicts each other in the craft's navigation, and its end.
+    /// Logs contradictions in the craft's navigation, and their end.
     fn log_alarms(&mut self) {
         let alarms: BTreeSet<Alarm> = self.telemetry.craft.alarms().collect();
         if alarms == self.alarms {
@@ -684,7 +684,7 @@ impl Bridge {
         self.alarms = alarms;
     }
 
-    /// Logs changes: why nothing is sent, or that references are sent.
+    /// Logs changes between sending and the reasons for silence.
     fn log_once(&mut self, sending: Sending) {
         if self.logged == Some(sending) {
             return;
@@ -700,7 +700,7 @@ impl Bridge {
         }
     }
 
-    /// Keeps by how much the autopilot's clock is ahead, s; warns of a wrong one once.
+    /// Keeps the lead of the autopilot's clock, s; warns once of a wrong one.
     fn note_clock(&mut self, ahead_s: f64) {
         let is_wrong = |ahead_s: f64| ahead_s.abs() > CLOCK_ERROR_MAX_S;
         let was_wrong = self.telemetry.clock_ahead_s.is_some_and(is_wrong);
@@ -718,7 +718,7 @@ impl Bridge {
         self.note(text);
     }
 
-    /// The same for what a person must look at.
+    /// The same for messages that need an operator.
     fn warn(&self, text: &str) {
         tracing::warn!("{text}");
         self.note(text);
@@ -735,7 +735,7 @@ impl Bridge {
 mod tests {
     use super::*;
 
-    /// A bridge with nothing but the wire of its autopilot.
+    /// A bridge with only the wire of its autopilot.
     fn bridge() -> (Bridge, Input) {
         let connect = "tcp:autopilot:1".parse().expect("an endpoint");
         let (clock, mut wire) = (Clock::simulated(0.0), None);
@@ -754,12 +754,12 @@ mod tests {
     const PIECE: &[u8] = b"$HEHDT,1.0,T*00\r\n";
 
     #[tokio::test(start_paused = true)]
-    async fn a_wire_that_never_pauses_does_not_delay_the_loop() {
+    async fn a_wire_without_pauses_does_not_delay_the_loop() {
         let (mut bridge, wire) = bridge();
         let clock = wire.clock.clone();
         let noise = tokio::spawn(async move {
             for _ in 0..1_000 {
-                // More always waits than the loop reads before another task is next.
+                // More pieces wait than the loop reads before another task is next.
                 while wire.received.try_send(wire.piece(PIECE.to_vec(), false)).is_ok() {}
                 tokio::time::advance(Duration::from_millis(1)).await;
             }
@@ -773,7 +773,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn a_loop_that_is_late_still_reads_a_piece_each_time() {
+    async fn a_late_loop_reads_a_piece_in_each_round() {
         let (mut bridge, wire) = bridge();
         for _ in 0..3 {
             wire.arrived(PIECE.to_vec(), false).await;

@@ -1,14 +1,17 @@
-//! Doubts about the craft's navigation: every measurement is a claim, compared with the others and with what is possible.
+//! Checks of the craft's navigation, by comparing each measurement with others and the possible.
 //!
-//! [`Integrity`] admits measurements one by one, before the craft's state takes them; [`Alarm`] names what contradicts. The table in
-//! `docs/at-sea.md#doubts` says what each check reports and does, and the text below it how often one is false.
+//! [`Integrity`] admits measurements one by one, before the craft's state takes them; [`Alarm`]
+//! names contradictions. The table in `docs/at-sea.md#doubts` has the report and the effect of each
+//! check, and the text below it the rate of false alarms.
 //!
-//! - Sources ([`Sources`]): the autopilot's wire comes first, then `--nmea` in order. Another one is used after 2 s of silence, and left when
-//!   the better one has been back for 5 s. Sources that are not used are compared with the used one.
-//! - Jumps ([`Track`]): an innovation outside its gate is a miss. Misses that agree with each other for 3 s, while nothing agrees with the
-//!   prediction, are the new truth. If both go on, the measurement is contested.
-//! - Consistency: positions against the integral of the velocity, a heading against the turn of rate and course ([`Turns`]), positions that stay
-//!   against velocity and references.
+//! - Sources ([`Sources`]): the autopilot's wire comes first, then `--nmea` in order. A lower one
+//!   is used after 2 s of silence, until the better one has returned for 5 s. Unused sources are
+//!   compared with the used one.
+//! - Jumps ([`Track`]): an innovation outside its gate is a miss. Misses that agree for 3 s, while
+//!   nothing agrees with the prediction, are the new truth. If both continue, the measurement is
+//!   contested.
+//! - Consistency: positions against the integral of the velocity, a heading against the turns of
+//!   rate and course ([`Turns`]), frozen positions against velocity and references.
 
 mod sources;
 mod track;
@@ -31,76 +34,76 @@ use crate::{
     reference::{Reference, wrapped},
 };
 
-/// Fastest surface craft, m/s: carried by a ship, too.
+/// Fastest surface craft, even carried by a ship, m/s.
 const SPEED_MAX: f64 = 20.0;
-/// Fastest yaw rate of a surface craft, rad/s: that of the API.
+/// Fastest yaw rate of a surface craft, rad/s, as in the API.
 const YAW_RATE_MAX: f64 = 3.0;
-/// Gate of a position about its prediction, m, and for each second since, m/s: five standard deviations of a receiver of 3 m.
+/// Gate of a position, m, and its growth, m/s: five standard deviations of a receiver of 3 m.
 const POSITION_GATE: [f64; 2] = [15.0, 5.0];
-/// Gate of a heading about its prediction, rad, and for each second since, rad/s: without and with a measured yaw rate.
+/// Gate of a heading, rad, and its growth, rad/s: without and with a measured yaw rate.
 const HEADING_GATE: [f64; 2] = [0.5, 1.5];
 const HEADING_GATE_BY_RATE: [f64; 2] = [0.5, 0.2];
-/// Gate of a velocity, m/s, and for each second since, m/s²: waves and the quickest craft.
+/// Gate of a velocity, m/s, and its growth, m/s²: waves and the quickest craft.
 const VELOCITY_GATE: [f64; 2] = [2.0, 3.0];
-/// Positions of two sources farther apart than this contradict each other, m, and for each second between them, m/s.
+/// Distance of two sources' positions that is a contradiction, m, and its growth, m/s.
 const POSITIONS_APART: [f64; 2] = [30.0, 10.0];
 /// The same for headings: rad, rad/s. Two compasses differ by 10° on small craft without a fault.
 const HEADINGS_APART: [f64; 2] = [0.35, 1.0];
-/// Velocity and positions contradict each other if they lead farther apart than this, m, and for each second, m/s, after this time at
-/// least, s.
+/// Distance between velocity's and positions' travel that is a contradiction, m, its growth, m/s,
+/// and the shortest time, s.
 const MISMATCH: [f64; 2] = [8.0, 0.3];
 const MISMATCH_AFTER_S: f64 = 5.0;
-/// One position alone may be off by as much: they must contradict for this time, s.
+/// Time for which they must contradict, s: one position alone may be as far off.
 const MISMATCH_FOR_S: f64 = 2.0;
-/// Positions and the integral of the velocity drift apart if their distance grows by this, m/s, and more for each m/s of speed, as velocities of
-/// receivers lag; by so many standard deviations at least, over this time, s.
+/// Growth of the distance between positions and integrated velocity that is a drift, m/s, and its
+/// increase per m/s, as receivers' velocities lag; least standard deviations; least time, s.
 const DRIFT: [f64; 2] = [0.35, 0.05];
 const DRIFT_SIGMAS: f64 = 5.0;
 const DRIFT_AFTER_S: f64 = 10.0;
 /// A position within this distance, m, stays: less than noise and waves move any receiver.
 const STILL_M: f64 = 0.1;
-/// Positions and headings that noise brings near each other do not stay for this time, s.
+/// Time for which noise may keep positions or headings near each other, s.
 const STILL_MIN_S: f64 = 3.0;
 const STEADY_MIN_S: f64 = 5.0;
-/// A velocity that leads a craft this far, m, at this speed at least, m/s, while the position stays, contradicts it. Receivers report up to
-/// 0.2 m/s at rest.
+/// Travel by the velocity, m, at this speed or faster, m/s, that contradicts a frozen position.
+/// Receivers report up to 0.2 m/s at rest.
 const FROZEN_TRAVEL_M: f64 = 5.7;
 const FROZEN_SPEED: f64 = 0.3;
-/// References over this distance, m, give a craft way; if it has none after this time, s, its position is not believed either.
+/// Travel by references, m, and time without way, s, that contradict a frozen position.
 const ASKED_M: f64 = 10.0;
 const ASKED_S: f64 = 30.0;
 /// A heading within this angle, rad, stays: less than any craft under way yaws.
 const HEADING_STILL: f64 = 0.005;
-/// A yaw rate turns a craft by this in [`TURN_WINDOW_S`], rad: twice what the bias of a gyro makes of it.
+/// Turn by yaw rate in [`TURN_WINDOW_S`] that is real, rad: twice what the bias of a gyro makes.
 const TURN_BY_RATE: f64 = 0.8;
 const TURN_WINDOW_S: f64 = 20.0;
-/// Yaw rates farther apart than this are not of one turn, s.
+/// Yaw rates farther apart than this, s, belong to different turns.
 const RATE_GAP_MAX_S: f64 = 1.0;
-/// A course that changes by this, rad, at this speed at least, m/s, belongs to a craft that turns.
+/// Change of course, rad, at this speed or faster, m/s, that shows a turning craft.
 const TURN_BY_COURSE: f64 = 1.0;
 const COURSE_SPEED: f64 = 0.7;
-/// A course that is this far off the heading, rad, for this time, s. A current across of half the craft's speed makes 0.5.
+/// Angle between course and heading, rad, and time, s. Cross current of half the speed makes 0.5.
 const COURSE_OFF: f64 = 0.9;
 const COURSE_OFF_FOR_S: f64 = 10.0;
-/// Without further evidence a frozen position or heading is believed again after this time, s.
+/// Time without further evidence after which a frozen position or heading is trusted again, s.
 const LATCH_S: f64 = 60.0;
-/// How long a jump is shown, s.
+/// Time for which a jump is shown, s.
 const JUMP_SHOWN_S: f64 = 10.0;
-/// A value that was measured longer ago predicts nothing, s.
+/// Greatest age of a value that predicts, s.
 const FRESH_S: f64 = 2.0;
 
-/// What contradicts what.
+/// A contradiction in the navigation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Alarm {
-    /// Positions at two places in turn, or at a new one each time.
+    /// Positions at two places alternately, or at a new one each time.
     PositionJumps,
-    /// The position stays while velocity or references say that the craft moves.
+    /// The position stays while velocity or references show that the craft moves.
     PositionFrozen,
-    /// Headings of two values in turn.
+    /// Alternating headings of two values.
     HeadingJumps,
-    /// The heading stays while yaw rate or course say that the craft turns.
+    /// The heading stays while yaw rate or course show that the craft turns.
     HeadingFrozen,
-    /// The position was elsewhere from one moment to the next, and stays there.
+    /// The position jumped and stays there.
     PositionJumped,
     /// The position stays while references ask for way.
     NoWay,
@@ -108,19 +111,19 @@ pub(crate) enum Alarm {
     PositionsDiffer,
     /// Two sources of the heading differ.
     HeadingsDiffer,
-    /// The measured velocity leads elsewhere than the positions.
+    /// The measured velocity contradicts the positions.
     VelocityContradicts,
-    /// Positions and measured velocity lead slowly apart.
+    /// Positions and measured velocity slowly diverge.
     PositionDrifts,
-    /// The heading was another one from one moment to the next, and stays so.
+    /// The heading jumped and stays there.
     HeadingJumped,
-    /// The heading turns otherwise than the yaw rate, or to the other side than the course.
+    /// The heading turns otherwise than the yaw rate, or opposite to the course.
     HeadingContradicts,
     CourseOffHeading,
 }
 
 impl Alarm {
-    /// Whether the craft has no trustworthy state meanwhile: nothing is sent.
+    /// `true` for alarms without a trustworthy state: nothing is sent.
     pub(crate) fn stops(self) -> bool {
         match self {
             Self::PositionJumps | Self::PositionFrozen | Self::HeadingJumps | Self::HeadingFrozen => true,
@@ -178,22 +181,22 @@ pub(crate) struct Integrity {
     motion: Track<Vector2<f64>>,
     yaw_rate: Option<(f64, f64)>,
     recent: RecentPositions,
-    /// Since when velocity and positions contradict each other, s.
+    /// Time since which velocity and positions contradict each other, s.
     apart_since_s: Option<f64>,
     still: Option<Still>,
     steady: Option<Steady>,
     turns: Turns,
-    /// Integral of the yaw rate, rad, and the most that it is off by what the rate did between two measurements.
+    /// Integral of the yaw rate, rad, and its greatest error from changes between measurements.
     turned: f64,
     turned_error: f64,
-    /// When the heading was last contradicted by rate or course, s.
+    /// Time of the last contradiction of the heading by rate or course, s.
     contradicted_s: Option<f64>,
-    /// When a frozen position or heading was last contradicted, s.
+    /// Time of the last contradiction of a frozen position or heading, s.
     position_frozen_s: Option<f64>,
     heading_frozen_s: Option<f64>,
     jumped_s: Option<f64>,
     heading_jumped_s: Option<f64>,
-    /// Since when the course has been far off the heading, s.
+    /// Time since which the course has been far off the heading, s.
     off_course_s: Option<f64>,
     alarms: BTreeSet<Alarm>,
     rejects: Rejects,
@@ -206,7 +209,7 @@ struct Still {
     place: Geographic,
     /// Integral of the velocity at the start (north, east), m.
     travelled: Vector2<f64>,
-    /// Distance that references have asked for since, m.
+    /// Travel that references have requested since, m.
     asked: f64,
 }
 
@@ -219,12 +222,12 @@ struct Steady {
     heading: f64,
     /// Integral of the yaw rate at the start, rad.
     turned: f64,
-    /// Course at the start, rad, since the craft has had way.
+    /// Course at the start of way, rad.
     course: Option<f64>,
 }
 
 impl Integrity {
-    /// Whether the state may use what `source` measured at `t_s`.
+    /// `true` if the state may use the measurement of `source` at `t_s`.
     pub(crate) fn admits(&mut self, t_s: f64, source: Source, measured: &CraftMeasurement) -> bool {
         match measured {
             CraftMeasurement::Position(position) => self.admits_position(t_s, source, *position),
@@ -250,8 +253,8 @@ impl Integrity {
         }
     }
 
-    /// Whether the state may use the velocity over ground (north, east), m/s, of an admitted measurement: it has not jumped and leads where
-    /// the positions lead.
+    /// `true` if the state may use an admitted velocity over ground (north, east), m/s: it has not
+    /// jumped and agrees with the positions.
     pub(crate) fn admits_velocity(&mut self, t_s: f64, velocity: Vector2<f64>) -> bool {
         let fit = self.motion.take(t_s, velocity, |(at, before)| {
             (velocity - before).norm() <= gate(VELOCITY_GATE, t_s - at)
@@ -264,34 +267,32 @@ impl Integrity {
         !self.alarms.contains(&Alarm::VelocityContradicts)
     }
 
-    /// The newest velocity is a guess, which contradicts nothing.
+    /// Marks the newest velocity as a guess, which contradicts nothing.
     pub(crate) fn velocity_is_unknown(&mut self) {
         self.recent.travel_unmeasured();
     }
 
-    /// Takes note of a reference that was sent, followed for `seconds`.
+    /// Records that a reference was sent and followed for `seconds`.
     pub(crate) fn sent(&mut self, reference: &Reference, seconds: f64) {
         if let Some(still) = &mut self.still {
             still.asked += reference.speed * seconds;
         }
     }
 
-    /// What contradicts now, the worst first.
+    /// The present contradictions, the worst first.
     pub(crate) fn alarms(&self) -> impl Iterator<Item = Alarm> {
         self.alarms.iter().copied()
     }
 
-    /// Measurements that were not used, by reason.
     pub(crate) fn rejects(&self) -> &Rejects {
         &self.rejects
     }
 
-    /// The positions that were used.
     pub(crate) fn recent(&self) -> &RecentPositions {
         &self.recent
     }
 
-    /// Whether a surface craft may go at this speed, m/s.
+    /// `true` for speeds that a surface craft can reach, m/s.
     fn may_move(&mut self, speed: f64) -> bool {
         let is_possible = speed.abs() <= SPEED_MAX;
         self.count_unless(is_possible, "faster than a surface craft");
@@ -343,7 +344,7 @@ impl Integrity {
         true
     }
 
-    /// How positions and the integral of the velocity drift apart.
+    /// Compares the drift of positions from the integral of the velocity with its limit.
     fn compare_drift(&mut self) {
         if let Some(drift) = self.recent.drift().filter(|drift| drift.span_s >= DRIFT_AFTER_S) {
             let speed = self.motion.newest().map_or(0.0, |(_, velocity)| velocity.norm());
@@ -359,7 +360,7 @@ impl Integrity {
         }
     }
 
-    /// Positions against the integral of the velocity.
+    /// Compares positions with the integral of the velocity.
     fn compare_with_velocity(&mut self, t_s: f64) {
         let Some((span, apart)) = self
             .recent
@@ -380,7 +381,7 @@ impl Integrity {
         self.set(Alarm::VelocityContradicts, contradicts);
     }
 
-    /// A position that stays against velocity and references.
+    /// Compares a position that stays with velocity and references.
     fn compare_still(&mut self, t_s: f64, position: Geographic) {
         let travelled = self.recent.travelled();
         let start = Still {
@@ -394,7 +395,7 @@ impl Integrity {
         if moved(&still.place, &position).norm() > STILL_M {
             self.still = Some(start);
             if self.position_frozen_s.take().is_some() {
-                // What stayed was of no motion.
+                // The kept positions show no motion.
                 self.recent.clear();
             }
         } else {
@@ -411,7 +412,7 @@ impl Integrity {
                     ..start
                 });
             } else if !has_pace(travel) && !has_pace(still.asked) {
-                // What came at rest is no evidence: a receiver may have frozen at the berth.
+                // A craft at rest gives no evidence: a receiver may have frozen at the berth.
                 self.still = Some(Still {
                     place: still.place,
                     ..start
@@ -459,7 +460,7 @@ impl Integrity {
         true
     }
 
-    /// The turn of the heading against those of rate and course.
+    /// Compares the turns of the heading with those of rate and course.
     fn compare_turns(&mut self, t_s: f64) {
         let is_moving = !self.alarms.contains(&Alarm::VelocityContradicts);
         if self.turns.contradict_rate() || is_moving && self.turns.contradict_course() {
@@ -469,7 +470,7 @@ impl Integrity {
         self.set(Alarm::HeadingContradicts, is_so);
     }
 
-    /// The heading against the measured course.
+    /// Compares the heading with the measured course.
     fn compare_with_course(&mut self, t_s: f64, heading: f64) {
         let measured = self.motion.newest().filter(|(at, _)| (t_s - at).abs() <= FRESH_S);
         let velocity = measured
@@ -482,7 +483,7 @@ impl Integrity {
         self.set(Alarm::CourseOffHeading, is_off);
     }
 
-    /// A heading that stays against yaw rate and course.
+    /// Compares a heading that stays with yaw rate and course.
     fn compare_steady(&mut self, t_s: f64, heading: f64) {
         let start = Steady {
             began_s: t_s,
@@ -529,12 +530,12 @@ impl Integrity {
     }
 }
 
-/// Whether a jump at `at_s` is recent at `t_s`, s.
+/// `true` if a jump at `at_s` is recent at `t_s`, s.
 fn is_shown(at_s: Option<f64>, t_s: f64) -> bool {
     at_s.is_some_and(|at_s| t_s - at_s <= JUMP_SHOWN_S)
 }
 
-/// A gate that widens with the time since, s.
+/// A gate that widens with the elapsed time, s.
 fn gate([at_once, per_second]: [f64; 2], elapsed: f64) -> f64 {
     at_once + per_second * elapsed.abs()
 }

@@ -1,15 +1,16 @@
 //! Connects a craft's autopilot, modems and sensors to a live mission of the service.
 //!
 //! ```text
-//! bytes ─ mavlink, nmea, acoustics → Measurement → integrity → CraftState, fixes ─ mission_link → the mission
-//! frames, sentences ← output_limiter ← follow ← reference, along the newest plan ←──────────┘
+//! bytes ─ mavlink, nmea, acoustics → Measurement → integrity → CraftState, fixes ─ mission_link
+//! frames, sentences ← output_limiter ← follow ← reference, along the newest plan ←─┘
 //! ```
 //!
-//! Each adapter turns the bytes of one wire into [`Measurement`]s, without socket, clock or thread. [`wire`] has the sockets and
-//! their threads, [`mission_client`] speaks HTTP, and [`follow`] is the loop that joins them. Nothing here knows the service's code.
+//! Each adapter turns the bytes of one wire into [`Measurement`]s, without socket, clock or thread.
+//! [`wire`] has sockets and threads, [`mission_client`] HTTP, and [`follow`] the loop.
 //!
-//! Time is an argument, [`clock::Clock`]. With a simulated one, wires of `Bridge::open` that a test feeds, and a service in the
-//! process ([`mission_client::Transport::in_process`]), a bridge is a function of what it hears: `tests/voyage.rs`.
+//! Time is an argument, [`clock::Clock`]. With a simulated one, wires of a test, and a service in
+//! the process ([`mission_client::Transport::in_process`]), a bridge is a function:
+//! `tests/voyage.rs`.
 //!
 //! Headings are true, rad, clockwise from north; positions are WGS 84 in degrees.
 

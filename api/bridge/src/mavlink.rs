@@ -1,7 +1,7 @@
 //! MAVLink 2: messages from and to an autopilot.
 //!
-//! [`MavlinkReader`] turns bytes into events; [`MavlinkWriter`] makes the frames to send; [`Authority`] decides when
-//! anything may be sent. None of them knows a socket.
+//! [`MavlinkReader`] turns bytes into events; [`MavlinkWriter`] makes frames; [`Authority`] decides
+//! when to send anything. None of them uses a socket.
 
 mod authority;
 mod autopilot;

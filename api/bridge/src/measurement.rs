@@ -12,7 +12,7 @@ pub struct Geographic {
 }
 
 impl Geographic {
-    /// The position, if the numbers are in range. None at 0°, 0°: receivers without a position report that.
+    /// The position, if in range. `None` at 0°, 0°, which receivers without a position report.
     #[must_use]
     pub fn new(lat_deg: f64, lon_deg: f64) -> Option<Self> {
         let on_earth = lat_deg.abs() <= 90.0 && lon_deg.abs() <= 180.0 && (lat_deg, lon_deg) != (0.0, 0.0);
@@ -27,7 +27,7 @@ pub enum CraftMeasurement {
     Position(Geographic),
     /// Velocity over ground (north, east), m/s.
     GroundVelocity(Vector2<f64>),
-    /// Speed over ground, m/s, of a receiver that states no course: many leave it out at rest.
+    /// Speed over ground, m/s, of a receiver without a course: many omit it at rest.
     GroundSpeed(f64),
     /// Heading, rad, true, clockwise from north.
     Heading(f64),
@@ -66,6 +66,6 @@ pub enum Measurement {
         /// The measurement.
         measured: CraftMeasurement,
     },
-    /// Of an AUV.
+    /// A fix of an AUV.
     Auv(AuvFix),
 }

@@ -14,17 +14,17 @@ use services::Services;
 pub use token_file::TokenFile;
 pub use transport::{Answer, Answering, Call, Posted, Transport, proxy_of};
 
-/// A request without an answer is repeated after this time, with the same key. A plan may be followed for ten seconds: reports must
-/// arrive before that.
+/// Time after which a request is repeated with the same key. A plan may be followed for ten
+/// seconds: reports must arrive before that.
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(4);
-/// The same, if there is another service to ask: an owner that died is replaced within 3 s, and a plan waits for no more than half of
-/// its ten seconds for two services that are silent.
+/// The same with several services: a dead owner is replaced within 3 s, and two silent services
+/// take half of a plan's ten seconds at most.
 const ANSWER_TIMEOUT_OF_SEVERAL: Duration = Duration::from_millis(2_500);
-/// How long the service may hold a request until there is a newer plan, s: the answer must arrive in time over a slow link.
+/// Longest wait of a request for a newer plan, s: the answer must arrive in time over a slow link.
 const WAIT_S: u32 = 2;
 const WAIT_S_OF_SEVERAL: u32 = 1;
 const MISSIONS: &str = "/v1/missions";
-/// Members of a mission's metadata by which a bridge finds its own: its name, and the digest of the setup.
+/// Metadata by which a bridge finds its mission: its name, and the digest of the setup.
 const NAME: &str = "bridge";
 const DIGEST: &str = "bridge_setup";
 
@@ -37,10 +37,10 @@ pub struct MissionClient {
     wait_s: u32,
 }
 
-/// Why a request failed.
+/// The reason that a request failed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub(crate) enum ServiceError {
-    /// No connection, no whole answer, or too busy: try again.
+    /// No connection, no complete answer, or too busy: try again.
     #[error("no answer: {0}")]
     Unavailable(String),
     /// The token is not accepted, and its file has no other one.
@@ -54,7 +54,7 @@ pub(crate) enum ServiceError {
     Rejected {
         /// The problem's code.
         code: String,
-        /// What is wrong.
+        /// The fault.
         detail: String,
     },
 }
@@ -70,7 +70,6 @@ pub(crate) struct MissionInfo {
     pub(crate) setting: Value,
 }
 
-/// A page of the list of missions.
 #[derive(Debug, Deserialize)]
 struct Page {
     missions: Vec<MissionInfo>,
@@ -78,7 +77,7 @@ struct Page {
 }
 
 impl MissionInfo {
-    /// Whether it has ended.
+    /// `true` if it has ended.
     pub(crate) fn is_over(&self) -> bool {
         matches!(self.status.as_str(), "finished" | "failed")
     }
@@ -96,14 +95,14 @@ pub(crate) struct Reports {
     /// Notes for the mission's log.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(crate) notes: Vec<Value>,
-    /// Whether the craft is steered.
+    /// The state of the steering.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(crate) steering: Vec<Value>,
 }
 
 impl MissionClient {
-    /// A client of the service at `urls`, or of several that share their missions: one that does not answer is left for the next. `token`
-    /// authorises it, if the services require that. After a rejection the file is read again.
+    /// A client of the service at `urls`, or of several that share their missions, of which it
+    /// leaves silent ones. `token` authorises it; after a rejection the file is read again.
     #[must_use]
     pub fn new(urls: &[String], token: Option<TokenFile>, transport: Transport) -> Self {
         let (answer_timeout, wait_s) = if urls.len() == 1 {
@@ -120,8 +119,8 @@ impl MissionClient {
         }
     }
 
-    /// The unfinished mission of `name`, or a new one of `body`: a bridge that restarts continues its mission. A mission of that name with
-    /// another `digest` of the setup is an error. Tries with the same `key` create one mission at most.
+    /// The unfinished mission of `name`, or a new one of `body`. Another `digest` of the setup is
+    /// an error. Repeated calls with one `key` create one mission at most.
     pub(crate) async fn find_or_create(
         &self,
         name: &str,
@@ -158,7 +157,6 @@ impl MissionClient {
         self.run(made).await
     }
 
-    /// Runs the mission if it is new.
     pub(crate) async fn run(&self, mission: MissionInfo) -> Result<MissionInfo, ServiceError> {
         if mission.status == "created" {
             let path = format!("/{}/run", mission.id);
@@ -173,7 +171,7 @@ impl MissionClient {
         self.get(&format!("/{id}")).await
     }
 
-    /// Posts reports; returns when they are on the service's disk, with what is wrong with those that it rejected.
+    /// Posts reports. Returns the faults of rejected ones once the others are on the disk.
     pub(crate) async fn report(
         &self,
         id: &str,
@@ -186,7 +184,7 @@ impl MissionClient {
         Ok(faults(&answer["rejected"]))
     }
 
-    /// The newest plan; waits some seconds for one after the event `after`. None before the first plan.
+    /// The newest plan; waits some seconds for one after event `after`. `None` before the first.
     pub(crate) async fn reference(&self, id: &str, after: u64) -> Result<Option<Value>, ServiceError> {
         let wait_s = self.wait_s;
         match self
@@ -212,8 +210,8 @@ impl MissionClient {
         self.answered(path, Some(Posted { key, body })).await
     }
 
-    /// The answer to a GET, or to a POST of `posted`, at this path of the missions. If a service does not answer, the next call goes to
-    /// the next one.
+    /// The answer to a GET, or to a POST of `posted`, at this path of the missions. After silence
+    /// of a service, the next call goes to the next one.
     async fn answered<T: for<'de> Deserialize<'de>>(
         &self,
         path: &str,
@@ -233,7 +231,7 @@ impl MissionClient {
         answer
     }
 
-    /// The answer to `call`. If its token is rejected and the file has another one, the call is made again with that.
+    /// The answer to `call`, repeated with a new token of the file if its own is rejected.
     async fn authorised<T: for<'de> Deserialize<'de>>(&self, mut call: Call) -> Result<T, ServiceError> {
         match (self.ask(call.clone()).await, &self.token, &call.token) {
             (Err(ServiceError::Unauthorised), Some(file), Some(token)) => {
@@ -259,7 +257,7 @@ fn read<T: for<'de> Deserialize<'de>>(answer: &Answer) -> Result<T, ServiceError
     let problem: Value = serde_json::from_slice(&answer.body).unwrap_or_default();
     match (status.as_u16(), problem["code"].as_str()) {
         (401, _) => return Err(ServiceError::Unauthorised),
-        // Another 404 comes from an address that is no service.
+        // Any other 404 comes from an address without a service.
         (404, Some("no_mission")) => return Err(ServiceError::NoMission),
         _ => {}
     }
@@ -278,7 +276,7 @@ fn read<T: for<'de> Deserialize<'de>>(answer: &Answer) -> Result<T, ServiceError
     })
 }
 
-/// Each with its place in the request.
+/// The faults with their places in the request.
 fn faults(errors: &Value) -> Vec<String> {
     let errors = errors.as_array().into_iter().flatten();
     errors

@@ -1,5 +1,5 @@
-//! A live mission beside the craft's loop. Its own tasks send reports and wait for plans, so that a slow service never delays the
-//! craft's messages.
+//! A live mission beside the craft's loop. Its own tasks send reports and wait for plans, so that a
+//! slow service never delays the craft's messages.
 
 use std::{
     collections::{BTreeMap, VecDeque},
@@ -19,7 +19,7 @@ use crate::{
     plan::Plan,
 };
 
-/// Fixes of one AUV, and notes, that may wait for the service: it accepts as many in one request.
+/// Most waiting fixes of one AUV, and notes: the service accepts as many in one request.
 const WAITING_MAX: usize = 64;
 /// Between two tries.
 const RETRY: Duration = Duration::from_millis(300);
@@ -34,15 +34,15 @@ pub(crate) struct LinkStatus {
     /// The mission's settings when it was found.
     pub(crate) setting: Value,
     pub(crate) plan: Option<Plan>,
-    /// Why the service did not answer the last request; none if it did.
+    /// The reason that the service did not answer the last request.
     pub(crate) trouble: Option<String>,
     /// Values outside the API's ranges that were clamped, by member.
     pub(crate) clamped: Rejects,
-    /// How many reports the service rejected, and why the last one.
+    /// Number of rejected reports, and the last reason.
     pub(crate) rejected: Option<(u64, String)>,
-    /// Whether the mission cannot be joined or created; `trouble` says why.
+    /// `true` if the mission cannot be joined or created, for the reason in `trouble`.
     pub(crate) has_failed: bool,
-    /// Whether the mission is paused: it makes no plans until it is run.
+    /// `true` while the mission is paused and makes no plans.
     pub(crate) is_paused: bool,
     pub(crate) is_over: bool,
 }
@@ -56,7 +56,7 @@ impl LinkStatus {
     }
 }
 
-/// Which mission to follow.
+/// The mission to follow.
 #[derive(Clone, Debug)]
 pub enum MissionChoice {
     /// The mission with this ID.
@@ -65,7 +65,7 @@ pub enum MissionChoice {
     Named {
         /// The name.
         name: String,
-        /// Digest of what the operator asked for.
+        /// Digest of the operator's request.
         digest: String,
         /// Body of `POST /v1/missions`.
         body: Value,
@@ -93,11 +93,10 @@ struct Shared {
     status: Mutex<LinkStatus>,
     outbox: Mutex<Outbox>,
     clock: BridgeClock,
-    /// Of fixes that state none, m.
+    /// Standard deviation of fixes that state none, m.
     sigma_m: f64,
 }
 
-/// What waits to be posted.
 #[derive(Debug, Default)]
 struct Outbox {
     asc: Option<Value>,
@@ -107,7 +106,7 @@ struct Outbox {
 }
 
 impl MissionLink {
-    /// Follows `mission`, with a report every `interval`. `sigma_m` is the standard deviation of fixes that state none.
+    /// Follows `mission` and reports every `interval`. `sigma_m` is for fixes that state none.
     pub(crate) fn open(
         client: MissionClient,
         mission: MissionChoice,
@@ -137,7 +136,7 @@ impl MissionLink {
         lock(&self.shared.status).clone()
     }
 
-    /// Posts the craft's state soon, with its time on the bridge's clock, and whether references steer it. A newer one replaces it.
+    /// Posts the craft's newest state soon, by the bridge's clock, and whether it is steered.
     pub(crate) fn report_craft(&self, state: &MeasuredState, is_steered: bool) {
         let t_s = self.shared.clock.unix_s(state.t_s);
         let report = asc_report(t_s, state, is_steered, &mut lock(&self.shared.status).clamped);
@@ -151,7 +150,7 @@ impl MissionLink {
         push(outbox.auvs.entry(fix.auv.clone()).or_default(), report);
     }
 
-    /// Posts soon whether the craft is steered, with the time on the bridge's clock. A newer word replaces it.
+    /// Posts the state of the steering soon, with the bridge's time. A newer one replaces it.
     pub(crate) fn report_steering(&self, t_s: f64, state: &str, why: &str) {
         let said = json!({ "t_s": self.shared.clock.unix_s(t_s), "state": state, "why": why });
         lock(&self.shared.outbox).steering = Some(said);
@@ -184,7 +183,7 @@ impl Shared {
         }
     }
 
-    /// Finds or creates the mission; tries for as long as it takes.
+    /// Finds or creates the mission, with unlimited attempts.
     async fn find(&self, client: &MissionClient, mission: &MissionChoice) -> String {
         let key = format!("{:x}", self.clock.machine.unix_s().to_bits());
         loop {
@@ -221,10 +220,10 @@ impl Shared {
         }
     }
 
-    /// The service no longer knows `mission`: a mission that the bridge creates is found or created again, another one ends the bridge.
+    /// Handles a lost `mission`: the bridge creates its own again; a lost joined one ends it.
     fn lose(&self, mission: &str) {
         let mut status = lock(&self.status);
-        // The other task may have noticed it before.
+        // The other task may have noticed it already.
         if status.mission.as_deref() != Some(mission) {
             return;
         }
@@ -278,13 +277,13 @@ impl Shared {
         }
     }
 
-    /// Returns whether there was a newer plan than `newest`.
+    /// Returns `true` for a plan that is newer than `newest`.
     async fn wait_for_plan(&self, client: &MissionClient, mission: &str, newest: &mut Newest) -> bool {
         match client.reference(mission, newest.sequence).await {
             Ok(Some(answer)) => {
                 let now_s = self.clock.now_s();
                 let sequence = answer["sequence"].as_u64().unwrap_or(0);
-                // A service that lost the mission to another one repeats what it had.
+                // A service that lost the mission to another one repeats old plans.
                 if sequence < newest.sequence {
                     return false;
                 }
@@ -296,7 +295,7 @@ impl Shared {
                 let status = answer["status"].as_str();
                 let is_running = status == Some("running");
                 let mut now = lock(&self.status);
-                // It was lost meanwhile.
+                // The mission was lost meanwhile.
                 if now.mission.as_deref() != Some(mission) {
                     return false;
                 }
@@ -307,7 +306,7 @@ impl Shared {
                 is_new
             }
             Ok(None) => {
-                // Without a plan, the mission itself says whether one will come.
+                // Without a plan, the mission's status shows if one will come.
                 if let Ok(found) = client.mission(mission).await {
                     let mut now = lock(&self.status);
                     now.is_over = found.is_over();
@@ -332,7 +331,7 @@ impl Shared {
 struct Newest {
     mission: Option<String>,
     sequence: u64,
-    /// When it arrived first, s of the bridge's clock: the service repeats it until there is a newer one.
+    /// Time of its first arrival, s of the bridge's clock; the service repeats it.
     arrived_s: f64,
 }
 
@@ -368,7 +367,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// `value` within the API's range of a `member` of `shape`; counted in `counts` by its `name` for people if it was outside.
+/// `value` within the API's range of a `member` of `shape`. `counts` has changes by `name`.
 fn clamped(value: f64, [shape, member]: [&str; 2], name: &'static str, counts: &mut Rejects) -> f64 {
     let mut ranges = ranges_by_shape();
     let known = ranges.find(|(of, (name, _))| (*of, *name) == (shape, member));

@@ -7,21 +7,21 @@ use crate::{Geographic, mavlink::Parameters, recent_positions::moved};
 /// Larger limits make no difference with one or two plans per second, rad/s, m/s².
 const TURN_RATE_MAX: f64 = 2.0;
 const ACCELERATION_MAX: f64 = 4.0;
-/// Positions that agree for this time, s, within this distance, m, are those of a receiver that has started.
+/// Time, s, and distance, m, of agreeing positions after a receiver has started.
 const SETTLED_S: f64 = 3.0;
 const SETTLED_M: f64 = 15.0;
 
-/// Whether a new mission `live` has neither an origin nor positions in metres, for which only the operator knows the origin.
+/// `true` for a mission without origin and positions in metres, whose origin only operators know.
 pub(crate) fn needs_origin(live: &Value) -> bool {
     let has = |of: &Value, members: &[&str]| members.iter().any(|member| !of[*member].is_null());
     let auvs = live["auvs"].as_array().map_or(&[][..], Vec::as_slice);
     !has(live, &["origin", "path", "keep_outs", "area"]) && !auvs.iter().any(|auv| has(auv, &["path"]))
 }
 
-/// Finds the position that a mission without an origin gets: not the first one of a receiver that is still starting.
+/// Finds the origin of a mission: not the first position of a receiver that is starting.
 #[derive(Debug, Default)]
 pub(crate) struct Settling {
-    /// Since when positions have agreed, s, and the first of them.
+    /// The beginning of agreement, s, and its first position.
     since: Option<(f64, Geographic)>,
 }
 
@@ -37,7 +37,7 @@ impl Settling {
     }
 }
 
-/// Adds craft and limits that the body does not state: what the autopilot's references mean, and what its parameters allow.
+/// Adds craft and limits that the body does not state, from the autopilot and its parameters.
 pub(crate) fn complete(setup: &mut Value, parameters: &Parameters, is_autopilot: bool) {
     let live = &mut setup["live"];
     let at_most = |value: Option<f64>, most: f64| value.map(|value| value.min(most));
@@ -80,7 +80,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_the_operator_gives_an_origin_to_positions_in_metres() {
+    fn only_the_operator_sets_the_origin_of_positions_in_metres() {
         let auvs = json!([{ "id": "a" }]);
         assert!(needs_origin(&json!({ "auvs": auvs })));
         for live in [
@@ -93,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_positions_of_a_receiver_that_starts_are_no_origin() {
+    fn the_first_positions_of_a_starting_receiver_are_no_origin() {
         let at = |lat_deg| {
             Some(Geographic {
                 lat_deg,
@@ -101,7 +101,7 @@ mod tests {
             })
         };
         let mut settling = Settling::default();
-        // The place of last week, nothing, two kilometres off, and then the craft's own, under way at 2 m/s.
+        // Last week's place, nothing, two kilometres off, then the craft's own, under way at 2 m/s.
         let starting = [at(12.0), at(12.0), None, at(38.02), at(38.01)];
         for (second, position) in (0_u8..).zip(starting) {
             assert_eq!(settling.settled(f64::from(second), position), None);

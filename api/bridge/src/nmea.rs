@@ -1,13 +1,13 @@
 //! NMEA 0183: measurements from navigation sensors, references to autopilots.
 //!
-//! [`NmeaReader`] reads the bytes of a wire, from any talker: GGA, GLL, RMC, VTG, HDT, THS, ROT, VHW and VBW become
-//! [`Measurement`]s, everything else is counted. [`heading_and_speed_sentences`] writes a reference for an autopilot.
+//! [`NmeaReader`] reads GGA, GLL, RMC, VTG, HDT, THS, ROT, VHW and VBW of any talker as
+//! [`Measurement`]s and counts the rest. [`heading_and_speed_sentences`] writes references.
 //!
-//! The sentences are parsed here: the crate `nmea-parser` 0.10 lacks THS and ROT, accepts a missing checksum and "nan", ignores
-//! units and modes, and panics at text that is not ASCII.
+//! The sentences are parsed here: the crate `nmea-parser` 0.10 lacks THS and ROT, accepts a missing
+//! checksum and "nan", ignores units and modes, and panics at text that is not ASCII.
 //!
-//! ArduPilot's NMEA output (`AP_NMEA_Output.cpp`, commit 09d745a3) writes 90° minus the course into RMC: north and east of its
-//! velocities are exchanged.
+//! ArduPilot's NMEA output (`AP_NMEA_Output.cpp`, commit 09d745a3) writes 90° minus the course into
+//! RMC, which exchanges north and east of its velocities.
 
 mod fields;
 mod output;
@@ -23,11 +23,11 @@ use std::collections::VecDeque;
 use self::sentence::Content;
 use crate::{Measurement, Rejects};
 
-/// Longest line that is read, bytes without the line end. NMEA 0183 allows 82 with the line end; receivers with many
-/// decimals exceed that by some.
+/// Longest line, bytes without the line end. NMEA 0183 allows 82 with it; receivers with many
+/// decimals slightly exceed that.
 const LINE_MAX: usize = 128;
-/// Most by which the clock of a receiver may differ from ours, s: a fix comes a second after its time, over a slow radio
-/// a few seconds; beyond that one of the clocks is wrong.
+/// Greatest difference of a receiver's clock, s: a fix comes a second after its time, over a slow
+/// radio a few seconds; beyond that one of the clocks is wrong.
 const CLOCK_DIFFERENCE_MAX_S: f64 = 5.0;
 /// Sentences with a time of day that are remembered: those of one second, of a few receivers.
 const TIMED_MAX: usize = 16;
@@ -45,7 +45,7 @@ pub struct NmeaReader {
     rejects: Rejects,
 }
 
-/// Where in the stream the next byte lies.
+/// The place of the next byte in the stream.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Place {
     /// After a line end.
@@ -60,9 +60,9 @@ enum Place {
 impl NmeaReader {
     /// The measurements that `bytes` complete, received at `received_s`, s of Unix time.
     ///
-    /// A sentence ends at its line end or at the start of the next one. The caller pushes a line end after each datagram. GGA, GLL
-    /// and RMC state a time of day: within 5 s of `received_s` it is the time of the measurements; otherwise `received_s` is. A
-    /// sentence with the time and the content of an earlier one is rejected.
+    /// A sentence ends at its line end or at the start of the next one. The caller pushes a line
+    /// end after each datagram. A time of day within 5 s of `received_s` is the time of the
+    /// measurements, otherwise `received_s` is. Repeated sentences with a time are rejected.
     pub fn push(&mut self, bytes: &[u8], received_s: f64) -> Vec<Measurement> {
         debug_assert!(received_s.is_finite(), "the caller's clock works");
         let mut measurements = Vec::new();
@@ -117,7 +117,7 @@ impl NmeaReader {
         self.line.clear();
     }
 
-    /// Whether one of the newest sentences has the same time and the same content: a receiver whose clock stands, or a wire that repeats.
+    /// `true` for a recent sentence's time and content: a stopped clock, or a wire that repeats.
     fn is_repeated(&mut self, content: &Content) -> bool {
         if content.time_of_day.is_none() {
             return false;
@@ -132,7 +132,7 @@ impl NmeaReader {
         false
     }
 
-    /// The instant nearest to `received_s` at which it is `time_of_day`, if that is near enough.
+    /// The instant of `time_of_day` nearest to `received_s`, if near enough.
     fn measured_at(&mut self, time_of_day: Option<f64>, received_s: f64) -> f64 {
         let Some(time_of_day) = time_of_day else {
             return received_s;

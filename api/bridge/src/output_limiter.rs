@@ -1,10 +1,10 @@
-//! The last step before the wire: what is sent keeps its limits, whatever plan, service or estimate say.
+//! The last step before the wire: outputs keep their limits for any plan, service or estimate.
 //!
 //! | limit | from | what exceeds it |
 //! |---|---|---|
-//! | speed, in the terms of the craft's speed loop | the mission's body, the autopilot's parameters: the lower one | is cut |
-//! | rise of speed | four times the lowest acceleration of both | is slowed; a speed may fall at once: stopping is never delayed |
-//! | turn of the heading | the lowest turn rate of both | is slowed, by the shorter turn from the last reference |
+//! | speed of the craft's speed loop | the lower one of mission and autopilot parameters | is cut |
+//! | rise of speed | four times the lowest acceleration of both | is slowed; stopping is not |
+//! | turn of the heading | the lowest turn rate of both | is slowed, by the shorter turn |
 //! | age of the plan | ten seconds since it arrived, by the bridge's own clock | is not followed |
 //! | finite numbers | | is not sent |
 //!
@@ -18,15 +18,15 @@ use crate::{
     reference::{Reference, wrapped},
 };
 
-/// How long a plan is followed after its arrival, s, whatever end of validity it states. The service states ten seconds, too.
+/// Longest use of a plan after its arrival, s, as in the service, for any stated validity.
 const PLAN_AGE_MAX_S: f64 = 10.0;
-/// After a longer pause the autopilot has stopped the craft, s; see `docs/at-sea.md#the-autopilot`.
+/// Time after which the autopilot has stopped the craft, s; see `docs/at-sea.md#the-autopilot`.
 const PAUSE_MAX_S: f64 = 3.0;
-/// A reference leads a speed loop by its lag times the acceleration: a slower rise than this multiple of the acceleration would add to
-/// the lag.
+/// Rise of a reference speed per acceleration. A reference leads a speed loop by its lag times the
+/// acceleration: a slower rise would add to the lag.
 const RISE_PER_ACCELERATION: f64 = 4.0;
 
-/// What may be sent to the craft.
+/// The limits of output.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[expect(clippy::struct_field_names, reason = "each is a maximum")]
 pub(crate) struct OutputLimits {
@@ -39,7 +39,7 @@ pub(crate) struct OutputLimits {
 }
 
 impl Default for OutputLimits {
-    /// For what neither mission nor autopilot state: the API's own speed limit, and a small craft's turns and accelerations.
+    /// Defaults: the API's own speed limit, and a small craft's turns and accelerations.
     fn default() -> Self {
         Self {
             speed_max: 1.5,
@@ -73,7 +73,7 @@ impl OutputLimits {
         }
     }
 
-    /// These limits, where the autopilot's own are not lower.
+    /// These limits, or the autopilot's if lower.
     pub(crate) fn within(&self, parameters: &Parameters) -> Self {
         let lower = |limit: f64, parameter: Option<f64>| parameter.map_or(limit, |most| limit.min(most));
         Self {
@@ -87,19 +87,19 @@ impl OutputLimits {
 /// Limits references; remembers the last one.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct OutputLimiter {
-    /// When it was sent, s, and what.
+    /// The last reference and the time it was sent, s.
     last: Option<(f64, Reference)>,
     changes: Rejects,
 }
 
 impl OutputLimiter {
-    /// Whether a plan that arrived at `arrived_s` may be followed at `now_s`, both s on one clock.
+    /// `true` if a plan of `arrived_s` may be followed at `now_s`, s on one clock.
     pub(crate) fn may_follow(arrived_s: f64, now_s: f64) -> bool {
         now_s - arrived_s <= PLAN_AGE_MAX_S
     }
 
-    /// What may be sent at `now_s`, s, where `asked` is wanted, from a craft with the speed and heading `craft`; nothing if a number is not
-    /// finite.
+    /// The output at `now_s`, s, for `asked`, from a craft with the speed and heading `craft`;
+    /// `None` if a number is not finite.
     pub(crate) fn limit(
         &mut self,
         now_s: f64,
@@ -141,7 +141,6 @@ impl OutputLimiter {
         Some(sent)
     }
 
-    /// How often a reference was changed, by reason.
     pub(crate) fn changes(&self) -> &Rejects {
         &self.changes
     }
@@ -168,7 +167,7 @@ mod tests {
         Reference { speed, heading }
     }
 
-    /// Any number that JSON or arithmetic can make of a plan.
+    /// Any number that JSON or arithmetic can produce.
     fn any_number() -> impl Strategy<Value = f64> {
         prop_oneof![
             -4.0..4.0_f64,
@@ -181,7 +180,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn nothing_leaves_that_exceeds_a_limit(
+        fn no_output_exceeds_a_limit(
             plan in prop::collection::vec((0.0..5.0_f64, any_number(), any_number(), -0.5..3.0_f64, -PI..PI), 1..200),
         ) {
             let mut limiter = OutputLimiter::default();
@@ -207,7 +206,7 @@ mod tests {
         }
 
         #[test]
-        fn a_reference_within_all_limits_is_sent_as_it_is(speed in 0.0..1.0_f64, heading in -PI..PI) {
+        fn a_reference_within_all_limits_is_sent_unchanged(speed in 0.0..1.0_f64, heading in -PI..PI) {
             let mut limiter = OutputLimiter::default();
             let asked = reference(speed, heading);
             for tenth in 0..40_u8 {
@@ -246,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn limits_are_the_lower_of_the_missions_and_the_autopilots() {
+    fn limits_are_the_lower_ones_of_mission_and_autopilot() {
         let settings = json!({
             "limits": { "speed_max_mps": 1.2, "acceleration_max_mps2": 0.1 },
             "craft": { "heading_loop": { "rate_max_radps": 0.4 }, "surge_loop": { "acceleration_max_mps2": 0.3 } },

@@ -10,13 +10,13 @@ use crate::reference::{PlannedReference, Reference, Stage};
 pub(crate) struct Plan {
     /// The reference and the planned motion, on the bridge's clock.
     pub(crate) planned: PlannedReference,
-    /// When it arrived first, s of the bridge's clock.
+    /// Time of its first arrival, s of the bridge's clock.
     pub(crate) arrived_s: f64,
     /// The reference of line of sight for the same craft.
     pub(crate) line_of_sight: Reference,
     /// Method and outcome, such as `mpc ok`.
     pub(crate) method: String,
-    /// Why the outcome is `degraded`, if it is.
+    /// The reason that the outcome is `degraded`.
     pub(crate) reason: Option<String>,
     /// From the craft to the goal, m.
     pub(crate) distance_m: f64,
@@ -31,8 +31,8 @@ pub(crate) struct Plan {
 }
 
 impl Plan {
-    /// The plan in an answer of `now_s`, which arrived at `arrived_s` for the first time, both s of the bridge's clock; none if it is
-    /// incomplete.
+    /// The plan in an answer of `now_s`, which first arrived at `arrived_s`, both s of the bridge's
+    /// clock; `None` if it is incomplete.
     #[must_use]
     pub(crate) fn from_answer(answer: &Value, arrived_s: f64, now_s: f64) -> Option<Self> {
         let plan = &answer["plan"];

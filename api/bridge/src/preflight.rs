@@ -1,4 +1,4 @@
-//! Checks before departure: a verdict each, with what to do. What has not been seen passes no check.
+//! Checks before departure, each with a verdict and a remedy. A check needs evidence to pass.
 
 use std::fmt;
 
@@ -11,9 +11,9 @@ use crate::{
 /// Result of a check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// As it should be.
+    /// The result is right.
     Passes,
-    /// Not possible to check, or worth a look.
+    /// It cannot be checked, or needs attention.
     Warns,
     /// Do not depart.
     Fails,
@@ -22,11 +22,11 @@ pub enum Verdict {
 /// One check.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Check {
-    /// What was checked.
+    /// The subject of the check.
     pub name: &'static str,
     /// The result.
     pub verdict: Verdict,
-    /// What was seen, and what to do about it.
+    /// The observation and the remedy.
     pub detail: String,
 }
 
@@ -41,20 +41,20 @@ impl fmt::Display for Check {
     }
 }
 
-/// Below this speed the course says nothing about the heading, m/s.
+/// Slowest speed at which the course tells about the heading, m/s.
 const SPEED_FOR_COURSE: f64 = 0.5;
-/// A larger angle between heading and course means a compass that is wrong or mounted wrongly, rad.
+/// Largest angle between heading and course, rad: beyond it a compass or its mounting is wrong.
 const COURSE_ERROR_MAX: f64 = 0.6;
 /// Currents beyond this are rarer than wrong compasses, m/s.
 const CURRENT_MAX: f64 = 2.0;
-/// A current that is less well known has not been seen, m/s: half of what is assumed before the first measurement.
+/// Greatest standard deviation of an observed current, m/s: half of the initial one.
 const CURRENT_SIGMA_MAX: f64 = 0.15;
-/// After this time the next fix is overdue, s.
+/// Time after which the next fix is overdue, s.
 const FIX_AGE_MAX_S: f64 = 60.0;
 
 type Finding = (Verdict, String);
 
-/// All checks, on what a bridge has received so far, with fixes of `auvs`.
+/// All checks of a bridge's received data, with fixes of `auvs`.
 #[must_use]
 pub fn checks(bridge: &Bridge, auvs: &[String]) -> Vec<Check> {
     let mut findings = vec![
@@ -156,7 +156,7 @@ fn position(bridge: &Bridge) -> Finding {
     }
 }
 
-/// The doubts about position, velocity and heading; see `docs/at-sea.md#doubts`.
+/// The alarms about position, velocity and heading; see `docs/at-sea.md#doubts`.
 fn navigation(bridge: &Bridge) -> Finding {
     let telemetry = bridge.telemetry();
     let seen = joined(telemetry.alarms_seen.iter().map(ToString::to_string));
@@ -320,7 +320,7 @@ mod tests {
     use crate::{autopilot_link::AutopilotSettings, follow::Settings, wire::Endpoint};
 
     #[tokio::test(start_paused = true)]
-    async fn what_has_not_been_seen_passes_no_check() {
+    async fn checks_without_evidence_do_not_pass() {
         let wire = || Endpoint::Udp("127.0.0.1:0".to_owned());
         let settings = Settings {
             nmea: vec![wire()],

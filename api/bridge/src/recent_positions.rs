@@ -1,4 +1,4 @@
-//! The positions of the last seconds, and how far the measured velocity leads in the same time.
+//! The positions of the last seconds, and the travel by the measured velocity in that time.
 
 use std::collections::VecDeque;
 
@@ -8,16 +8,16 @@ use crate::{Geographic, reference::wrapped};
 
 /// Mean radius: the ellipsoid differs by 0.3 %, over a few metres.
 const EARTH_RADIUS_M: f64 = 6_371_000.0;
-/// Time between two positions that are kept, s.
+/// Time between two kept positions, s.
 const KEEP_EACH_S: f64 = 0.5;
-/// How long they are kept, s.
+/// Time for which they are kept, s.
 const KEPT_S: f64 = 20.0;
 /// Times over which positions show a velocity, s: noise of 1 m makes 0.7 m/s in the shortest one.
 const VELOCITY_SPAN_S: [f64; 2] = [2.0, 5.0];
-/// Two measurements farther apart than this are not of one motion, s.
+/// Measurements farther apart than this belong to different motions, s.
 const GAP_MAX_S: f64 = 3.0;
 
-/// Fewer values show no trend.
+/// Least number of values of a trend.
 const TREND_COUNT_MIN: usize = 5;
 
 /// Positions by time.
@@ -28,7 +28,7 @@ pub(crate) struct RecentPositions {
     travelled: Vector2<f64>,
     /// The newest measured velocity (north, east), m/s, and its time, s.
     velocity: Option<(f64, Vector2<f64>)>,
-    /// Since when velocities have come without a gap, s.
+    /// Time since which velocities have come without a gap, s.
     measured_since_s: f64,
 }
 
@@ -41,7 +41,7 @@ struct Kept {
 }
 
 impl RecentPositions {
-    /// Adds the position at `t_s`, s. After a gap, or if the clock was set back, it is the first one. Whether it is kept.
+    /// Adds the position at `t_s`, s. A gap or a clock set back restarts. `true` if it is kept.
     pub(crate) fn push(&mut self, t_s: f64, position: Geographic) -> bool {
         let gap = self.newest.map_or(0.0, |before| t_s - before.t_s);
         if !(0.0..=GAP_MAX_S).contains(&gap) {
@@ -82,7 +82,7 @@ impl RecentPositions {
         self.velocity = Some((t_s, velocity));
     }
 
-    /// Forgets all positions: the next one is of another motion.
+    /// Forgets all positions: the next one belongs to another motion.
     pub(crate) fn clear(&mut self) {
         self.kept.clear();
         self.newest = None;
@@ -93,7 +93,7 @@ impl RecentPositions {
         self.travelled
     }
 
-    /// Mean velocity over ground (north, east), m/s, of the last seconds by positions; none if they cover less than two.
+    /// Mean velocity over ground (north, east), m/s, of positions over at least two seconds.
     pub(crate) fn velocity(&self) -> Option<Vector2<f64>> {
         let newest = self.newest?;
         let [least, most] = VELOCITY_SPAN_S;
@@ -102,12 +102,12 @@ impl RecentPositions {
         (span >= least).then(|| moved(&start.position, &newest.position) / span)
     }
 
-    /// What is known of the velocity now is no measurement.
+    /// The present velocity is no measurement.
     pub(crate) fn travel_unmeasured(&mut self) {
         self.velocity = None;
     }
 
-    /// How positions and the integral of the measured velocity drift apart (north, east), m.
+    /// Drift between positions and the integral of the measured velocity (north, east), m.
     pub(crate) fn drift(&self) -> Option<Trend> {
         let start = self.newest?;
         self.velocity.filter(|(at, _)| start.t_s - at <= GAP_MAX_S)?;
@@ -118,8 +118,8 @@ impl RecentPositions {
         }))
     }
 
-    /// Time, s, and distance, m, between where the positions and where the measured velocity have led, over the longest time of which
-    /// both are known.
+    /// Time, s, and distance, m, between travel by positions and by the measured velocity, over the
+    /// longest time with both.
     pub(crate) fn mismatch(&self) -> Option<(f64, f64)> {
         let newest = self.newest?;
         let start = self.kept.iter().find(|kept| kept.t_s >= self.measured_since_s)?;
@@ -136,11 +136,11 @@ pub(crate) struct Trend {
     /// Change of the values per second, and its standard deviation along either axis.
     pub(crate) slope: Vector2<f64>,
     pub(crate) slope_sigma: f64,
-    /// Root mean square of what the values are off it.
+    /// Root mean square of the deviations.
     pub(crate) rms: f64,
 }
 
-/// Least squares through (time, s, value); none of less than [`TREND_COUNT_MIN`].
+/// Least squares through (time, s, value); `None` for less than [`TREND_COUNT_MIN`] values.
 pub(crate) fn trend(values: impl Iterator<Item = (f64, Vector2<f64>)>) -> Option<Trend> {
     let values: Vec<_> = values.collect();
     let count = f64::from(u32::try_from(values.len()).ok()?);
@@ -172,7 +172,7 @@ pub(crate) fn trend(values: impl Iterator<Item = (f64, Vector2<f64>)>) -> Option
 /// Displacement (north, east), m, between two nearby positions.
 pub(crate) fn moved(from: &Geographic, to: &Geographic) -> Vector2<f64> {
     let north = (to.lat_deg - from.lat_deg).to_radians();
-    // The shorter way, also across the antimeridian.
+    // The shorter distance, also across the antimeridian.
     let east = wrapped((to.lon_deg - from.lon_deg).to_radians());
     Vector2::new(north, east * from.lat_deg.to_radians().cos()) * EARTH_RADIUS_M
 }

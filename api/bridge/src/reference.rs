@@ -22,7 +22,7 @@ pub(crate) struct Stage {
     pub(crate) reference: Reference,
 }
 
-/// A plan as the craft follows it. All times are on one clock.
+/// A plan for the craft. All times are on one clock.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PlannedReference {
     /// Time of the plan, s.
@@ -31,21 +31,21 @@ pub(crate) struct PlannedReference {
     pub(crate) first: Reference,
     /// The planned motion, in order of time.
     pub(crate) stages: Vec<Stage>,
-    /// How far references are ahead of the planned motion: lags of the craft's heading and speed loops, s.
+    /// Lead of references over the planned motion: lags of the heading and speed loops, s.
     pub(crate) lags: [f64; 2],
-    /// Current (north, east), m/s, that a speed over ground contains; zero for a craft that holds speed through the water.
+    /// Current (north, east), m/s, in a speed over ground; zero with speed through the water.
     pub(crate) current: Vector2<f64>,
     /// End of validity, s.
     pub(crate) valid_until_s: f64,
 }
 
 impl PlannedReference {
-    /// The reference at `t_s`: the plan's own, plus what the planned motion changes from then on; none after the end of validity.
+    /// The plan's reference at `t_s`, changed by the planned motion; `None` after its validity.
     ///
     /// ```text
-    /// ψ_ref(t) = ψ_ref(t₀) + ψ(t + T_ψ) − ψ(t₀ + T_ψ)        u_ref(t) likewise with T_u, over ground with the current along the bow
+    /// ψ_ref(t) = ψ_ref(t₀) + ψ(t + T_ψ) − ψ(t₀ + T_ψ)    u_ref(t): T_u, and current along the bow
     /// ```
-    /// The planner asks for what the loops need in order to be on the planned motion one lag later.
+    /// Loops that get this reference are on the planned motion one lag later.
     pub(crate) fn at(&self, t_s: f64) -> Option<Reference> {
         let is_valid = t_s <= self.valid_until_s;
         if !is_valid {
@@ -67,7 +67,7 @@ impl PlannedReference {
         })
     }
 
-    /// The planned speed through the water and heading, between the stages in proportion to the time.
+    /// The planned speed through the water and heading, interpolated between the stages.
     fn motion(&self, t_s: f64) -> Reference {
         let mut before: Option<&Stage> = None;
         for stage in &self.stages {
@@ -80,7 +80,7 @@ impl PlannedReference {
     }
 }
 
-/// On the straight line from one stage to the next one, the heading by the shorter turn.
+/// Interpolates between two stages, the heading by the shorter turn.
 fn between(from: &Stage, to: &Stage, t_s: f64) -> Reference {
     let span = to.t_s - from.t_s;
     let part = if span > 0.0 {
@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn between_two_plans_the_reference_turns_as_the_planned_motion_does() {
+    fn between_two_plans_the_reference_turns_with_the_planned_motion() {
         let plan = turning([2.0, 1.5], Vector2::zeros());
         for tenths in 0..=100_u8 {
             let after = 0.1 * f64::from(tenths);
@@ -142,10 +142,10 @@ mod tests {
     }
 
     #[test]
-    fn a_speed_over_ground_takes_the_current_along_the_bow_into_the_turn() {
+    fn a_speed_over_ground_includes_the_current_along_the_bow_in_turns() {
         let current = Vector2::new(0.3, 0.0);
         let reference = turning([0.0, 0.0], current).at(105.0).expect("the plan is valid");
-        // 0.3 cos ψ is in the first reference already.
+        // The first reference includes 0.3 cos ψ.
         let carried = 0.3 * (3.5_f64.cos() - 3.0_f64.cos());
         assert!((reference.speed - (1.2 + 0.05 + carried)).abs() < 1e-12);
     }

@@ -2,14 +2,13 @@
 
 use std::{collections::BTreeMap, fmt};
 
-/// How often input was rejected for each reason.
+/// Numbers of rejected inputs, by reason.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Rejects {
     counts: BTreeMap<&'static str, u64>,
 }
 
 impl Rejects {
-    /// Adds one for `reason`.
     pub(crate) fn count(&mut self, reason: &'static str) {
         self.add(reason, 1);
     }
@@ -25,7 +24,6 @@ impl Rejects {
         self.counts.iter().map(|(reason, times)| (*reason, *times))
     }
 
-    /// Sum of all counts.
     pub(crate) fn total(&self) -> u64 {
         self.counts.values().sum()
     }

@@ -1,7 +1,7 @@
 //! Sockets and serial ports: bytes in as they arrive, bytes out while the wire is open.
 //!
-//! Each wire of a bridge is an [`Input`], which receives its bytes, and an [`Output`]. [`open`] makes both for a socket or port; a test
-//! makes its own.
+//! Each wire of a bridge is an [`Input`], which receives its bytes, and an [`Output`]. [`open`]
+//! makes both for a socket or port; a test makes its own.
 
 #![expect(
     clippy::disallowed_methods,
@@ -88,7 +88,7 @@ impl fmt::Display for Endpoint {
 pub(crate) struct Received {
     pub(crate) wire: usize,
     pub(crate) bytes: Vec<u8>,
-    /// Whether they are a datagram, not a piece of a stream.
+    /// `true` for a datagram, `false` for a piece of a stream.
     pub(crate) is_datagram: bool,
     pub(crate) at: Instant,
 }
@@ -102,8 +102,8 @@ pub struct Input {
 }
 
 impl Input {
-    /// Hands over a datagram, or a piece of a stream, that arrives now. Waits while the bridge's queue is full. Returns `false` once the
-    /// bridge is gone.
+    /// Passes on a datagram, or a piece of a stream, that arrives now. Waits while the bridge's
+    /// queue is full. Returns `false` once the bridge is gone.
     pub async fn arrived(&self, bytes: Vec<u8>, is_datagram: bool) -> bool {
         let piece = self.piece(bytes, is_datagram);
         self.received.send(piece).await.is_ok()
@@ -119,20 +119,20 @@ impl Input {
     }
 }
 
-/// Takes the bytes for one wire, while it is open. A failure is only logged: the next message follows soon.
+/// Takes the bytes for one wire. A failure is only logged: the next message follows soon.
 pub type Output = Box<dyn FnMut(&[u8]) + Send>;
 
-/// Between two attempts to open.
+/// Time between two attempts to open.
 const RETRY: Duration = Duration::from_secs(1);
 /// Longest wait of a read, after which a closed line is noticed.
 const READ_TIMEOUT: Duration = Duration::from_millis(500);
-/// References come ten times a second: a write that takes longer is out of date.
+/// Longest write, which a newer reference would replace: they come ten times a second.
 const WRITE_TIMEOUT: Duration = Duration::from_millis(100);
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(3);
-/// A datagram, or what came since the last read.
+/// Longest read: a datagram, or the bytes since the last read.
 const READ_BYTES: usize = 4096;
 
-/// Opens `endpoint` on a thread of its own, now and whenever it breaks, until the bridge of `input` is gone.
+/// Opens `endpoint` on its own thread, and again after failures, until the bridge is gone.
 #[must_use]
 pub fn open(endpoint: &Endpoint, input: Input) -> Output {
     let line = Arc::new(Mutex::new(None));
@@ -148,7 +148,7 @@ pub fn open(endpoint: &Endpoint, input: Input) -> Output {
     })
 }
 
-/// Opens, reads until it breaks, and again.
+/// Opens, reads until it breaks, and repeats.
 fn keep_open(endpoint: &Endpoint, kept: &Mutex<Option<Line>>, input: &Input) {
     let keep = |line| *kept.lock().unwrap_or_else(PoisonError::into_inner) = line;
     let mut was_open = true;
@@ -192,7 +192,7 @@ fn read(mut line: Line, kept: &Mutex<Option<Line>>, input: &Input) -> Option<io:
     }
 }
 
-/// Nothing arrived in time, or a datagram had no listener.
+/// `true` if nothing arrived in time, or a datagram had no listener.
 fn is_pause(error: &io::Error) -> bool {
     matches!(
         error.kind(),
@@ -208,7 +208,7 @@ fn is_pause(error: &io::Error) -> bool {
 enum Line {
     Udp {
         socket: Arc<UdpSocket>,
-        /// All addresses of a name, until one of them speaks.
+        /// All addresses of a name, until one of them answers.
         peers: Vec<SocketAddr>,
     },
     Tcp(Arc<TcpStream>),
@@ -282,7 +282,7 @@ impl Line {
     }
 }
 
-/// A connection to the first of a name's addresses that accepts one: a name may have an address of IPv6 where nothing listens.
+/// A connection to the first of a name's addresses that accepts one; IPv6 may have no listener.
 fn connected(addresses: impl Iterator<Item = SocketAddr>) -> io::Result<TcpStream> {
     let tried = addresses.map(|address| TcpStream::connect_timeout(&address, CONNECT_TIMEOUT));
     let mut failed = io::ErrorKind::AddrNotAvailable.into();
@@ -295,7 +295,7 @@ fn connected(addresses: impl Iterator<Item = SocketAddr>) -> io::Result<TcpStrea
     Err(failed)
 }
 
-/// A socket that reaches all of `addresses`, and these as it writes them; on a machine without IPv6, those of IPv4.
+/// A socket for `addresses`, in its notation; without IPv6, for those of IPv4.
 fn socket_to(addresses: &[SocketAddr]) -> io::Result<(UdpSocket, Vec<SocketAddr>)> {
     if addresses.iter().any(SocketAddr::is_ipv6)
         && let Ok(socket) = UdpSocket::bind(SocketAddr::from(([0_u16; 8], 0)))
@@ -346,7 +346,7 @@ mod tests {
         }
     }
 
-    /// An input, number 3, and what comes to it.
+    /// An input, number 3, and its receiver.
     fn input() -> (Input, Receiver<Received>) {
         let (received, pieces) = channel(8);
         let clock = Clock::machine();
@@ -359,7 +359,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wire_that_listens_answers_its_last_sender() {
+    fn a_listening_wire_answers_its_last_sender() {
         let line = Line::open(&Endpoint::Udp("127.0.0.1:0".to_owned())).expect("a free port");
         let Line::Udp { socket, .. } = &line else {
             panic!("{line:?}")
@@ -419,7 +419,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wire_that_connects_carries_bytes_both_ways() {
+    fn a_connecting_wire_carries_bytes_both_ways() {
         let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
         let address = listener.local_addr().expect("is bound");
         let (input, mut pieces) = input();

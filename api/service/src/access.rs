@@ -1,7 +1,7 @@
 //! Access control: bearer tokens, each with a name and a role.
 //!
-//! A service without tokens serves every client. A service with tokens requires one for every request, except for the
-//! page's files, the documentation and the probes.
+//! A service without tokens serves every client. With tokens, every request needs one, except for
+//! the page's files, the documentation and the probes.
 
 use std::{net::IpAddr, sync::Arc};
 
@@ -27,7 +27,7 @@ mod tokens;
 pub use crate::role::{Role, TokenLimit};
 pub use tokens::{NewToken, PREFIX as TOKEN_PREFIX, TokenError, TokenFile, Tokens};
 
-/// What the caller may do.
+/// The caller's role and limits.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 pub(crate) struct Access {
     /// `read-only`, `operator` or `admin`.
@@ -37,11 +37,11 @@ pub(crate) struct Access {
     /// Missions and craft to which the caller's token is limited, if it is.
     #[serde(skip_serializing_if = "Option::is_none")]
     limit: Option<TokenLimit>,
-    /// Whether the service requires tokens.
+    /// `true` if the service requires tokens.
     protected: bool,
 }
 
-/// Returns what the caller may do, so that a page can show only what is allowed.
+/// Returns the caller's role and limits, by which a page shows only what is allowed.
 #[utoipa::path(get, path = "/v1/access", tag = "service",
     responses((status = 200, description = "The caller's role.", body = Access), Refusals))]
 pub(crate) async fn get_access(By { caller, .. }: By) -> Json<Access> {
@@ -68,12 +68,12 @@ pub(crate) struct Caller {
     pub(crate) role: Role,
     /// Missions and craft to which the token is limited.
     pub(crate) limit: Option<TokenLimit>,
-    /// Whether a token identifies the caller.
+    /// `true` if a token identifies the caller.
     pub(crate) has_token: bool,
 }
 
 impl Caller {
-    /// The sender of a request with these `headers`. Fails if a token is required and the headers have no valid one.
+    /// The sender of a request. Fails if a token is required and `headers` have no valid one.
     pub(crate) fn of(
         tokens: Option<&Tokens>,
         peer: Option<Peer>,
@@ -103,7 +103,7 @@ impl Caller {
         }
     }
 
-    /// Fails if the caller's role or limit does not allow the call, whatever its mission is.
+    /// Fails if the caller's role or limit forbids the call for every mission.
     pub(crate) fn may(&self, method: &Method, path: &str) -> Result<(), Problem> {
         if let (AUDIT, Some(limit)) = (path, &self.limit) {
             return Err(Problem::Limited(limit.clone()));
@@ -119,7 +119,7 @@ impl Caller {
     }
 }
 
-/// Who gives an order, and in which request.
+/// The sender of an order, and its request.
 pub(crate) struct By {
     clock: Clock,
     caller: Caller,
@@ -146,7 +146,7 @@ impl By {
         }
     }
 
-    /// The caller's own `key`: the same key of another caller is another key.
+    /// The caller's own `key`: equal keys of different callers are different.
     pub(crate) fn own(&self, key: &str) -> String {
         if self.caller.has_token {
             format!("{}\0{key}", self.caller.name)
@@ -175,17 +175,17 @@ impl<S: Send + Sync> FromRequestParts<S> for By {
     }
 }
 
-/// Whether a path is public. Public paths tell nothing about missions.
+/// `true` for public paths, which tell nothing about missions.
 pub(crate) fn is_public(path: &str) -> bool {
     page::has(path) || ["/livez", "/readyz", "/openapi.json"].contains(&path)
 }
 
-/// Whether every role may make the call: it changes nothing.
+/// `true` for calls that change nothing, which every role may make.
 pub(crate) fn changes_nothing(method: &Method, path: &str) -> bool {
     needed_role(method, path) == Role::ReadOnly
 }
 
-/// The least role that a call needs.
+/// The lowest role that may make the call.
 fn needed_role(method: &Method, path: &str) -> Role {
     let reads = method == Method::GET || method == Method::HEAD || method == Method::OPTIONS;
     if method == Method::DELETE || path == AUDIT {
@@ -217,7 +217,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_call_needs_the_least_role_that_its_effect_allows() {
+    fn each_call_needs_the_lowest_role_that_its_effect_allows() {
         for (method, path, needed) in [
             (Method::GET, "/v1/missions", Role::ReadOnly),
             (Method::GET, "/metrics", Role::ReadOnly),
@@ -236,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn only_what_says_nothing_of_missions_is_public() {
+    fn only_paths_without_facts_about_missions_are_public() {
         assert!(
             ["/", "/livez", "/docs", "/docs.js", "/openapi.json"]
                 .into_iter()

@@ -1,4 +1,4 @@
-//! Admission: only requests that can be answered in time are accepted. Others are refused before they cost anything.
+//! Admission: accepts only requests that can be answered in time, and refuses others at once.
 
 use std::{
     sync::{Arc, Mutex, MutexGuard, PoisonError},
@@ -19,24 +19,24 @@ const NEWEST: f64 = 0.05;
 /// Longest work on one request that counts in the averages, s.
 const BUSY_MAX: f64 = 1.0;
 
-/// How long a queue may last before it counts as standing: a burst is over sooner.
-/// Source: Nichols and Jacobson, "Controlling Queue Delay", 2012: the interval of `CoDel`.
+/// Longest queue that is still a burst; a longer one is standing. Source: Nichols and Jacobson,
+/// "Controlling Queue Delay", 2012: the interval of `CoDel`.
 const STANDING: Duration = Duration::from_millis(100);
 
-/// After a queue was cut, it stays short until no request was refused for this time. Otherwise the next long queue would
-/// grow at once, and under lasting overload most admitted requests would wait in one.
+/// Time without refusals after which a queue that was cut may be long again. If it could grow at
+/// once, most requests admitted under lasting overload would wait in it.
 const CUT: Duration = Duration::from_secs(1);
 
-/// Wait above which a queue counts as standing, in mean times of work: two threads serve up to sixteen steady clients.
+/// Wait of a standing queue, in mean times of work: two threads serve up to sixteen steady clients.
 const LONG_WAIT: f64 = 7.0;
 
-/// The same after the queue was cut: admitted requests then wait little longer than without overload.
+/// The same after a cut: admitted requests wait little longer than without overload.
 const SHORT_WAIT: f64 = 0.6;
 
 /// Least mean time of work for these waits, s.
 const BUSY_MIN: f64 = 2e-3;
 
-/// What an admitted request asks for: a byte of one costs another time than a byte of the other.
+/// The kind of work of an admitted request. The time for a byte depends on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Work {
     /// A plan.
@@ -49,14 +49,14 @@ pub(crate) enum Work {
     Reading,
 }
 
-/// Kinds of [`Work`].
+/// Number of the kinds of [`Work`].
 const KINDS: usize = 4;
 
 /// Decides on admission. Clones share the state.
 #[derive(Clone, Debug)]
 pub(crate) struct Admission(Arc<Mutex<Load>>);
 
-/// An admitted request, until it is dropped.
+/// An admitted request; dropping it ends its admission.
 #[derive(Debug)]
 pub(crate) struct Permit {
     /// The queue of its work.
@@ -71,24 +71,24 @@ pub(crate) struct Permit {
 struct Load {
     n_threads: f64,
     n_max: usize,
-    /// Admitted requests.
+    /// Number of admitted requests.
     n: usize,
     /// Their cost, in bytes, by kind.
     cost: [f64; KINDS],
-    /// Cost of a byte, s of a thread, by kind.
+    /// Time of a thread for a byte, s, by kind.
     rate: [f64; KINDS],
     /// Mean time of work on a request, s.
     busy: f64,
-    /// Since when the queue has been too long.
+    /// Time since which the queue has been too long.
     standing_since: Option<Instant>,
-    /// Until when the queue stays short.
+    /// Time until which the queue stays short.
     cut_until: Option<Instant>,
     /// Shows `n`.
     gauge: Gauge,
 }
 
 impl Admission {
-    /// For `n_threads`, with at most `n_waiting` more requests; `gauge` shows their number.
+    /// For `n_threads`, with at most `n_waiting` more requests; `gauge` shows the number of all.
     pub(crate) fn new(n_threads: usize, n_waiting: usize, gauge: Gauge) -> Self {
         Self(Arc::new(Mutex::new(Load {
             n_threads: float(n_threads),
@@ -103,7 +103,7 @@ impl Admission {
         })))
     }
 
-    /// Admits a request for `work` with a body of `bytes`, due at `due`, if the work before it leaves time for it.
+    /// Admits a request for `work` with `bytes` of body, if it can be done by `due`.
     pub(crate) fn admit(
         &self,
         now: Instant,
@@ -148,7 +148,7 @@ impl Admission {
 }
 
 impl Load {
-    /// Time until what is admitted is done, s.
+    /// Time until the admitted work is done, s.
     fn waits(&self) -> f64 {
         let costs = self.rate.iter().zip(&self.cost);
         costs.map(|(rate, cost)| rate * cost).sum::<f64>() / self.n_threads
@@ -210,7 +210,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn a_request_that_cannot_be_in_time_is_refused_and_one_with_more_time_is_not() {
+    async fn a_request_that_would_be_late_is_refused_and_one_with_more_time_is_admitted() {
         let (admission, now) = (slow(), Clock::simulated(0.0).now());
         let admit = |due| admission.admit(now, (Work::Plan, 4096), Priority::Short, now + ms(due));
         let _working: Vec<_> = (0..3).map(|_| admit(1000).expect("has time")).collect();
@@ -260,7 +260,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn what_one_kind_of_work_costs_says_nothing_of_another() {
+    async fn each_kind_of_work_has_its_own_cost() {
         let (admission, now) = (slow(), Clock::simulated(0.0).now());
         let admit = |work, due| admission.admit(now, (work, 4096), Priority::Short, now + ms(due));
         let _reading: Vec<_> = (0..3)

@@ -1,4 +1,4 @@
-//! The body of an answer on its way to the client: its memory, and what ends it.
+//! The body of an answer on its way to the client: its memory, and the reasons that end it.
 
 use std::{
     pin::Pin,
@@ -22,17 +22,17 @@ use crate::{
     quota::{Quota, QuotaExceeded, QuotaPermit},
 };
 
-/// How often the caller of a stream or of a waiting request is checked. With the time after which the token file is read again, less than a second.
+/// Time between two checks of a waiting caller. With the rereading of tokens, less than a second.
 const CHECK: Duration = Duration::from_millis(400);
 
-/// Memory for long answers on their way, KiB. The number of connections bounds that of short ones.
+/// Memory for long answers, KiB. The number of connections bounds that of short ones.
 const ROOM: usize = 128 << 10;
 
 /// Memory for answers on their way, shared by callers. Clones share it.
 #[derive(Clone, Debug)]
 pub(crate) struct Room(Quota<Arc<str>>);
 
-/// Whether the caller of an answer may still have it.
+/// `true` while the caller of an answer may have it.
 pub(crate) type StillAllowed = Box<dyn Fn() -> bool + Send + Sync>;
 
 /// Waits until the caller may no longer have an answer.
@@ -50,7 +50,7 @@ impl Room {
         Self(Quota::new(ROOM))
     }
 
-    /// The same body, which takes room until its last byte is sent. Fails if `caller` or all together have too much on its way.
+    /// The same body, which takes room until it is sent. Fails without room for `caller`.
     pub(crate) async fn hold(&self, caller: Arc<str>, body: Body) -> Result<Body, Problem> {
         let length = body.size_hint().exact();
         let Some(length) = length.and_then(|length| usize::try_from(length).ok()) else {
@@ -82,16 +82,16 @@ impl AsRef<[u8]> for Held {
     }
 }
 
-/// A body that ends with its caller's permission.
+/// A body that ends when its caller's permission ends.
 pub(crate) struct Answer {
     body: Body,
-    /// Notes that the connection is in use.
+    /// Marks the connection as in use.
     _asking: Option<Asking>,
     check: Option<(Interval, StillAllowed)>,
 }
 
 impl Answer {
-    /// A streamed body is cut off when it is no longer allowed. Another is sent as it is.
+    /// Cuts off a streamed body when its caller is no longer allowed. Other bodies stay whole.
     pub(crate) fn body(
         body: Body,
         asking: Option<Asking>,
@@ -166,7 +166,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn a_stream_ends_with_its_caller_s_permission_and_a_whole_answer_does_not() {
+    async fn a_stream_ends_with_its_caller_s_permission_and_a_whole_answer_stays_whole() {
         let allowed = Arc::new(AtomicBool::new(true));
         let still_allowed = || -> StillAllowed {
             let allowed = Arc::clone(&allowed);

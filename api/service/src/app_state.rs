@@ -1,4 +1,4 @@
-//! What handlers may use, by type.
+//! The state of handlers, by type.
 
 use axum::extract::FromRef;
 

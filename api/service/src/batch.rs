@@ -58,7 +58,7 @@ pub struct BatchItem {
     pub problem: Option<ProblemDocument>,
 }
 
-/// How the service reads a snapshot.
+/// The service's reading of a snapshot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Validation {
     /// The `plan_id` of its answer.
@@ -105,7 +105,7 @@ pub(crate) async fn plan_batch(
         let valid = requests.into_iter().enumerate().map(|(i, request)| {
             let request = request?;
             let deadline = Deadline::new(arrival, request.deadline_ms, limit);
-            // Half of the time is for the plans.
+            // Plans get half of the time.
             let share = deadline.share(&clock, 2 * n - i);
             let valid = ValidRequest::new(request, &share.stop(&clock, caller.clone()))?;
             Ok((valid, deadline))
@@ -115,7 +115,7 @@ pub(crate) async fn plan_batch(
     let read = read.await??;
     let n = read.len();
     let mut answers = b"{\"answers\":[".to_vec();
-    // One after the other, so that a batch takes no more threads than another request, and each with its share of the time.
+    // One at a time: a batch takes the threads of one request, and each plan its share of the time.
     for (i, valid) in read.into_iter().enumerate() {
         let planned = async {
             let (valid, deadline) = valid?;
@@ -148,7 +148,7 @@ fn as_json(status: u16, plan: Option<PlanResponse>, problem: Option<ProblemDocum
     serde_json::to_vec(&item).expect("strings, numbers and lists only")
 }
 
-/// Validates a snapshot without planning: it refuses what a plan would be refused for.
+/// Validates a snapshot without planning, by the same rules as a plan.
 #[utoipa::path(post, path = "/v1/plan/validate", tag = "plan", request_body = PlanRequest, responses(
     (status = 200, description = "The snapshot is valid.", body = Validation), Refusals))]
 pub(crate) async fn validate_plan(

@@ -1,4 +1,4 @@
-//! Request bodies: JSON, received within a time and within the room for bodies. Every rejection is a [`Problem`].
+//! Request bodies: JSON, within a time limit and shared memory. Each rejection is a [`Problem`].
 
 use std::{sync::Arc, time::Duration};
 
@@ -23,19 +23,19 @@ use crate::{
 };
 use wire::Unread;
 
-/// Memory for bodies that are arriving or waiting to be read, KiB. It bounds what clients can use.
+/// Memory for bodies that arrive or wait to be read, KiB. It bounds the use by all clients.
 const ROOM: usize = 256 << 10;
 
-/// Most pieces of a body: a longest one in pieces of half a packet has a quarter of them. Each costs microseconds, however short it is.
+/// Most pieces of a body, each of which costs microseconds; half packets need a quarter of them.
 const PIECES_MAX: usize = 8_192;
 
-/// How bodies are received.
+/// Settings and memory for receiving bodies.
 #[derive(Clone, Debug)]
 pub(crate) struct Bodies {
     clock: Clock,
     /// Longest time for a body to arrive.
     time_limit: Duration,
-    /// One for plans and one for missions, so that neither uses the other's.
+    /// One for plans and one for missions, so that neither uses the memory of the other.
     rooms: [Arc<Semaphore>; 2],
     metrics: Metrics,
 }
@@ -51,7 +51,7 @@ impl Bodies {
     }
 }
 
-/// A body, not yet parsed: one that is declared as JSON, or the file of [`AnyBytes`].
+/// A body, not yet parsed: declared as JSON, or the file of [`AnyBytes`].
 #[derive(Debug)]
 pub(crate) struct JsonBytes {
     pub(crate) bytes: Vec<u8>,
@@ -60,12 +60,11 @@ pub(crate) struct JsonBytes {
 }
 
 impl JsonBytes {
-    /// Parses it as a `T`.
     pub(crate) fn read<T: DeserializeOwned>(self) -> Result<T, Problem> {
         read(&self.bytes)
     }
 
-    /// Parses the items of its only member, `name`, at most `most`: each is a `T`, or what is wrong with it.
+    /// Parses at most `most` items of its only member, `name`: each is a `T` or its error.
     pub(crate) fn read_each<T: DeserializeOwned>(
         self,
         name: &str,
@@ -79,7 +78,6 @@ impl JsonBytes {
     }
 }
 
-/// Parses `body` as a `T`.
 pub(crate) fn read<T: DeserializeOwned>(body: &[u8]) -> Result<T, Problem> {
     wire::read(body).map_err(Problem::from)
 }
@@ -196,7 +194,7 @@ where
     }
 }
 
-/// A JSON body of the shape `T`. Without a body it is the default.
+/// A JSON body of the shape `T`; without a body, the default.
 #[derive(Debug)]
 pub(crate) struct OptionalJsonBody<T>(pub(crate) T);
 
@@ -230,7 +228,6 @@ fn require_json(headers: &HeaderMap) -> Result<(), Problem> {
     require_utf8(&given)
 }
 
-/// The content type.
 fn announced(headers: &HeaderMap) -> Option<String> {
     let given = headers.get(header::CONTENT_TYPE)?;
     Some(String::from_utf8_lossy(given.as_bytes()).into_owned())
@@ -262,7 +259,7 @@ fn require_uncoded(headers: &HeaderMap) -> Result<(), Problem> {
     Ok(())
 }
 
-/// Refuses a declared length that is too long. Hyper refuses one that is not a number; a body without one is checked as it arrives.
+/// Refuses a declared length that is too long. A body without one is checked as it arrives.
 fn require_short(headers: &HeaderMap) -> Result<(), Problem> {
     let announced = headers.get(header::CONTENT_LENGTH);
     let announced = announced.and_then(|length| length.to_str().ok()?.parse::<usize>().ok());

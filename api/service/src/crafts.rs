@@ -17,9 +17,9 @@ pub struct CraftList {
 pub struct CraftEntry {
     /// Its name: `preset` of a request's `craft`.
     pub name: String,
-    /// What it is.
+    /// A short description of the craft.
     pub title: String,
-    /// Where its numbers come from.
+    /// The source of its numbers.
     pub source: String,
     /// Its model, with every default filled in.
     pub craft: CraftDescription,

@@ -1,4 +1,4 @@
-//! The deadline of an answer, and the time that the solver gets.
+//! The deadline of an answer, and the solver's time.
 
 use std::time::{Duration, Instant};
 
@@ -8,37 +8,37 @@ use wire::DEADLINE_MS;
 
 use crate::pool::Caller;
 
-/// Time reserved after the solver stops: its current iteration, the check of its last answer, and the writing of the answer.
+/// Time after the solver stops: its last iteration, the check and the writing of the answer.
 const RESERVE: Duration = Duration::from_millis(1);
 
-/// When the head of a request was read.
+/// Time when the head of a request was read.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Arrival(pub(crate) Instant);
 
-/// When an answer is due.
+/// Time when an answer is due.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Deadline(Instant);
 
 impl Deadline {
-    /// The earlier of the client's deadline, ms, if it is one, and the service's limit.
+    /// The earlier of the service's limit and a valid deadline of the client, ms.
     pub(crate) fn new(Arrival(arrival): Arrival, wish_ms: Option<f64>, limit: Duration) -> Self {
         let wish_ms = wish_ms.filter(|ms| DEADLINE_MS.contains(ms));
         let wish = wish_ms.map_or(limit, |ms| Duration::from_secs_f64(1e-3 * ms));
         Self(arrival + wish.min(limit))
     }
 
-    /// When to stop waiting for the solver, even if it goes on.
+    /// The end of the wait for the solver, even if it continues.
     pub(crate) fn instant(self) -> Instant {
         self.0
     }
 
-    /// The deadline of one of so many parts of the work that are left: each may take as long as any other.
+    /// The deadline of one of `parts` equal parts of the remaining work.
     pub(crate) fn share(self, clock: &Clock, parts: usize) -> Self {
         let (now, parts) = (clock.now(), u32::try_from(parts).unwrap_or(u32::MAX));
         Self(now + self.0.saturating_duration_since(now) / parts)
     }
 
-    /// When to stop working: in time, or once the caller is gone.
+    /// The stop signal of the work: at the deadline, or when the caller is gone.
     pub(crate) fn stop(self, clock: &Clock, caller: Caller) -> Stop {
         let at = self.0.checked_sub(RESERVE).unwrap_or(self.0);
         let clock = clock.clone();

@@ -17,7 +17,7 @@ use wire::PlanRequest;
 pub struct Example {
     /// Its name in `/v1/examples/{name}`.
     pub name: &'static str,
-    /// What it shows, in a line.
+    /// Its subject, in one line.
     pub title: &'static str,
     /// The body.
     pub body: &'static str,
@@ -60,7 +60,7 @@ pub struct ExampleList {
 pub struct ExampleEntry {
     /// Its name in `/v1/examples/{name}`.
     pub name: String,
-    /// What it shows, in a line.
+    /// Its subject, in one line.
     pub title: String,
 }
 

@@ -1,9 +1,10 @@
-//! Calls about a mission that another service has: they are forwarded to it, and its answer is the answer.
+//! Calls about a mission of another service: that service answers them, through this one.
 //!
-//! Reads of what is stored are answered here. A forwarded call is never forwarded again: while owners change, the client asks again.
+//! This service answers reads of stored facts. No call is forwarded twice: the client repeats it.
 //!
-//! A call has the client's token, and the database says where it goes. Who can write the database must not learn tokens: calls go only to
-//! addresses that the operator has named, or that prove who they are by a certificate of the operator's authority.
+//! A call carries the client's token, and the database says where it goes. Writers of the database
+//! must not learn tokens: calls go only to addresses that the operator has named, or whose
+//! certificate is from the operator's authority.
 
 use std::{net::IpAddr, time::Duration};
 
@@ -38,11 +39,11 @@ const FORWARDED: HeaderName = HeaderName::from_static("pilotfish-forwarded");
 /// Routes of a mission.
 const MISSION: &str = "/v1/missions/{id}";
 
-/// Those whose answer is in the store.
+/// Routes whose answer is in the store.
 const STORED: [&str; 3] = [MISSION, "/v1/missions/{id}/record", "/v1/missions/{id}/scene"];
 
-/// Headers of a client that are not for the other service: those of its connection, and those by which pages of other sites are
-/// recognised, which this service has done.
+/// A client's headers that are not forwarded: those of its connection, and those about pages of
+/// other sites, which this service has checked.
 const OWN: [HeaderName; 8] = [
     header::HOST,
     header::CONNECTION,
@@ -54,7 +55,7 @@ const OWN: [HeaderName; 8] = [
     HeaderName::from_static("sec-fetch-mode"),
 ];
 
-/// Headers of an answer that are handed on; this service adds its own.
+/// Headers of an answer that are passed on; this service adds its own.
 const ANSWERED: [HeaderName; 5] = [
     header::CONTENT_TYPE,
     header::CONTENT_LENGTH,
@@ -66,17 +67,17 @@ const ANSWERED: [HeaderName; 5] = [
 /// Time for a connection to another service.
 const CONNECT_TIME: Duration = Duration::from_secs(1);
 
-/// Time for the head of an answer: that of the longest wait for a reference, 60 s, and some more.
+/// Time for the head of an answer: the longest wait for a reference, 60 s, and a margin.
 const HEAD_TIME: Duration = Duration::from_secs(75);
 
-/// Longest complete answer that is handed on: it is read whole, since the other service may die within it.
+/// Longest complete answer, bytes. It is read whole, since the other service may die meanwhile.
 const WHOLE_MAX: usize = 16 << 20;
 
-/// Longest time without a part of an answer that has begun: streams have a heartbeat every 15 s. A connection that was cut does not
-/// end by itself.
+/// Longest silence within an answer: streams have a heartbeat every 15 s. A connection that was cut
+/// does not end by itself.
 const QUIET_MAX: Duration = Duration::from_secs(30);
 
-/// How often to ask whether the other service still has the mission, while it does not answer.
+/// Time between two questions whether a silent service still has the mission.
 const ASK_AGAIN: Duration = Duration::from_millis(500);
 
 /// Forwards calls to the owners of missions.
@@ -92,12 +93,12 @@ pub(crate) struct Forwarding {
 struct Peers {
     /// Their addresses, scheme and authority.
     named: Vec<String>,
-    /// Whether an authority of the operator's own vouches for services that are called by HTTPS.
+    /// `true` if an authority of the operator's own certifies services that are called by HTTPS.
     are_certified: bool,
 }
 
 impl Peers {
-    /// Where the service at `url` is called; none if it may be a stranger. Without a token there is nothing to learn on this machine.
+    /// The address for calls to `url`; `None` for strangers. Loopback ones get no tokens.
     fn address(&self, url: &str, has_token: bool) -> Option<String> {
         let uri = url.parse::<Uri>().ok()?;
         let address = format!("{}://{}", uri.scheme_str()?, uri.authority()?);
@@ -116,7 +117,7 @@ enum Carrier {
 }
 
 impl Forwarding {
-    /// None if no other service shares the missions. With `tls` services can be called by HTTPS too; `named` are the addresses of others.
+    /// `None` without other services. `tls` adds calls by HTTPS; `named` are addresses.
     pub(crate) fn of(
         missions: Option<&Missions>,
         tls: Option<ClientConfig>,
@@ -154,7 +155,7 @@ impl Forwarding {
         })
     }
 
-    /// Has the call answered by the owner of its mission.
+    /// Lets the owner of the mission answer the call.
     pub(crate) async fn handle(self, mut request: Request, next: Next) -> Response {
         let Some(id) = mission_of(&mut request).await else {
             return next.run(request).await;
@@ -165,14 +166,14 @@ impl Forwarding {
                 self.forward(&id, &url, request).await
             }
             Err(problem @ Problem::Elsewhere(_)) => problem.into_response(),
-            // Another problem is the handler's.
+            // The handler answers any other problem.
             _ => next.run(request).await,
         }
     }
 
     async fn forward(self, id: &str, url: &str, request: Request) -> Response {
         let elsewhere = || Problem::Elsewhere(url.to_owned());
-        // The other service may have carried out a command before it fell silent.
+        // The other service may have executed a command before it fell silent.
         let reads = request.method() == Method::GET;
         let silent = || if reads { elsewhere() } else { Problem::Unanswered };
         let has_token = request.headers().contains_key(header::AUTHORIZATION);
@@ -219,8 +220,8 @@ impl Forwarding {
         }
     }
 
-    /// The answer with this service's headers: complete, or a stream that is cut off when the mission moves. Fails if the other service
-    /// dies before a complete answer.
+    /// The answer with this service's headers: complete, or a stream that ends when the mission
+    /// moves. Fails if the other service dies before a complete answer.
     async fn handed_on(
         self,
         id: &str,
@@ -289,16 +290,16 @@ async fn moved(missions: &Missions, id: &str, url: &str, is_stream: bool) {
         missions.clock().sleep(ASK_AGAIN).await;
         match missions.owner(id).await {
             Err(Problem::Elsewhere(now)) if now == url => {}
-            // This service stops: a stream would last, another answer is still awaited.
+            // This service stops, and ends its streams; other answers are still awaited.
             Err(Problem::Log(StoreError::Closed)) if is_stream => return,
-            // It may still have it.
+            // The other service may still have it.
             Err(Problem::Log(_)) => {}
             _ => return,
         }
     }
 }
 
-/// The body, cut off when the service at `url` no longer has the mission: a reader connects again.
+/// The body, cut off when the service at `url` loses the mission; readers then connect again.
 fn until_moved(
     body: Body,
     missions: Missions,

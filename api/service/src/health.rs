@@ -25,7 +25,7 @@ use crate::{
 };
 use wire::{PlanRequest, SCHEMA_VERSION};
 
-/// How long a verdict on readiness is kept: many probes cost no more than one a second.
+/// Lifetime of a verdict on readiness: any number of probes cost one test a second.
 const VERDICT_LIFE: Duration = Duration::from_secs(1);
 
 /// Time limit of the test of the planners, and of that of the disk.
@@ -49,7 +49,7 @@ pub struct Version {
     pub schema_version: String,
 }
 
-/// Whether the service can plan, and when that was tested.
+/// The result of the last test of readiness, and its time.
 type Verdict = (Instant, Result<(), Problem>);
 
 /// The last verdict on readiness.
@@ -77,7 +77,7 @@ impl Readiness {
                 "the service is about to stop; use another".to_owned(),
             ));
         }
-        // Locked while planning, so that a burst of probes makes one plan.
+        // The lock is held while planning, so that a burst of probes makes one plan.
         let mut verdict = self.verdict.lock().await;
         match &*verdict {
             Some((reached, result)) if self.planners.clock.since(*reached) < VERDICT_LIFE => result.clone(),
@@ -89,7 +89,7 @@ impl Readiness {
         }
     }
 
-    /// Calls `beat` at least once in `period`, as long as the service can plan and the thread that writes the log lives.
+    /// Calls `beat` once a `period` or oftener while planners and the log's writer work.
     pub(crate) async fn beat(self, period: Duration, beat: fn()) {
         loop {
             let plans = self.try_planners(period / 4, period / 4).await.is_ok();
@@ -105,7 +105,7 @@ impl Readiness {
         self.probe(PROBE_TIME).await
     }
 
-    /// Stores something, in `time`.
+    /// Stores something within `time`.
     async fn probe(&self, time: Duration) -> Result<(), Problem> {
         if let Some(missions) = &self.missions {
             let probe = self.planners.clock.timeout(time, missions.probe());
@@ -114,7 +114,7 @@ impl Readiness {
         Ok(())
     }
 
-    /// Makes a plan that may take until `limit`, and has each pool of threads do something, in `time`.
+    /// Makes a plan until `limit` and runs a job in each pool of threads, all within `time`.
     async fn try_planners(&self, limit: Duration, time: Duration) -> Result<(), Problem> {
         let tried = async {
             self.plan_something(limit).await?;
@@ -129,7 +129,7 @@ impl Readiness {
             serde_json::from_str(EXAMPLES[0].body).expect("the tests post every example");
         let snapshot = wire::snapshot(request).map_err(Problem::Invalid)?;
         let now = Arrival(self.planners.clock.now());
-        // As for a mission: refused requests do not affect missions.
+        // At a mission's priority: refused requests do not affect missions.
         let planned = self.planners.plan_in_turn(|_| Ok(snapshot), now, limit).await?;
         match planned.plan.degraded {
             None => Ok(()),
@@ -159,7 +159,7 @@ pub(crate) async fn livez() -> Json<Health> {
     (status = 504, description = "The test took too long.", body = ProblemDocument,
         content_type = "application/problem+json")))]
 pub(crate) async fn readyz(State(readiness): State<Readiness>) -> Result<Json<Health>, Problem> {
-    // Whoever probes knows 503.
+    // A probe expects status 503.
     readiness.check().await.map_err(|problem| match problem {
         Problem::Log(StoreError::Full) => Problem::NotReady(problem.to_string()),
         other => other,
@@ -169,7 +169,7 @@ pub(crate) async fn readyz(State(readiness): State<Readiness>) -> Result<Json<He
     }))
 }
 
-/// Name and versions of the service.
+/// Returns the name and the versions of the service.
 #[utoipa::path(get, path = "/version", tag = "service",
     responses((status = 200, description = "Name and versions.", body = Version)))]
 pub(crate) async fn version() -> Json<Version> {

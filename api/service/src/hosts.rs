@@ -1,9 +1,9 @@
-//! Protection against other sites: requests from their pages are refused, and so are requests under a name that is not the
-//! service's.
+//! Protection against other sites: refuses requests from their pages, and requests for host names
+//! that are not the service's.
 //!
-//! Any page can make a browser send requests to this machine. The browser tells so in `Sec-Fetch-Site` or `Origin`. A page whose
-//! own name was later pointed at this machine (DNS rebinding) has the same origin for the browser, but its name stands in `Host`.
-//! An address in `Host` is safe: DNS cannot redirect it.
+//! Any page can make a browser send requests to this machine. The browser names the page's site in
+//! `Sec-Fetch-Site` or `Origin`. After DNS rebinding the browser sees one origin, but `Host` has
+//! the page's name. Addresses in `Host` are safe: DNS cannot redirect them.
 
 use std::{net::IpAddr, sync::Arc};
 
@@ -18,7 +18,7 @@ use crate::problem::Problem;
 const SEC_FETCH_SITE: HeaderName = HeaderName::from_static("sec-fetch-site");
 const SEC_FETCH_MODE: HeaderName = HeaderName::from_static("sec-fetch-mode");
 
-/// Names under which clients may call the service, beside `localhost` and every address.
+/// Names by which clients may call the service, beside `localhost` and all addresses.
 #[derive(Clone, Debug, Default)]
 pub struct Hosts(Arc<[String]>);
 
@@ -35,7 +35,7 @@ impl Hosts {
         Self(names.into_iter().map(known).collect())
     }
 
-    /// Fails if the request is for another host, or comes from a page of another site.
+    /// Fails if the request is for another host, or a page of another site sends it.
     pub(crate) fn check(
         &self,
         method: &Method,
@@ -69,12 +69,12 @@ impl Hosts {
     }
 }
 
-/// Fails if the browser says that a page of another site sends the request. Following a link is allowed.
+/// Fails if the browser reports a page of another site. Following a link is allowed.
 fn from_here(method: &Method, headers: &HeaderMap, host: Option<&Authority>) -> Result<(), Problem> {
     let follows_link =
         method == Method::GET && headers.get(SEC_FETCH_MODE).is_some_and(|mode| mode == "navigate");
     if let Some(site) = headers.get(SEC_FETCH_SITE) {
-        // No page can set this header, and it is right behind a proxy too, where `Origin` and `Host` may differ.
+        // Pages cannot set this header. It holds behind proxies, which may change `Host`.
         return if site == "same-origin" || site == "none" || follows_link {
             Ok(())
         } else {
@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn a_name_that_is_not_the_service_s_is_refused_and_every_address_is_known() {
+    fn foreign_host_names_are_refused_and_every_address_is_accepted() {
         for known in [
             "localhost:8080",
             "127.0.0.1:8080",
@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn there_is_exactly_one_host_but_in_the_first_version_of_http() {
+    fn requests_name_exactly_one_host_except_in_http_1_0() {
         assert_eq!(verdict(&Method::GET, &[]), Err(Problem::HostHeader));
         let twice = [("host", "localhost"), ("host", "localhost")];
         assert_eq!(verdict(&Method::GET, &twice), Err(Problem::HostHeader));
@@ -139,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn a_page_of_another_site_is_refused_whatever_its_browser_says_of_it() {
+    fn a_page_of_another_site_is_refused_in_every_browser() {
         let host = ("host", "127.0.0.1:8080");
         for told in [
             ("sec-fetch-site", "cross-site"),

@@ -1,13 +1,13 @@
-//! Other services in the same process, which simulated voyages have.
+//! Other services in the same process, for simulated voyages.
 
 use std::{fmt, pin::Pin, sync::Arc};
 
 use axum::{extract::Request, response::Response};
 
-/// The answer of another service, or whether the call may have reached it.
+/// The answer of another service; without one, the error says if the call may have arrived.
 pub type Answering = Pin<Box<dyn Future<Output = Result<Response, MayHaveArrived>> + Send>>;
 
-/// Whether a call without an answer may have been carried out.
+/// `true` if a call without an answer may have been executed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MayHaveArrived(pub bool);
 

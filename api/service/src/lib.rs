@@ -1,10 +1,11 @@
 //! The planner as an HTTP service, with missions that survive it. No control law is here.
 //!
 //! ```text
-//! middleware (id, hosts, access) → body (in time) → admission → pool: wire → planners (in time) → wire → middleware (problems, headers)
+//! middleware (id, hosts, access) → body (in time) → admission → pool:
+//! wire → planners (in time) → wire → middleware (problems, headers)
 //! ```
-//! Every failure becomes a [`problem::Problem`], which alone chooses the status code. [`app`] is the service without a socket
-//! and without missions, [`service`] the same with missions, whose events are in the [event store](store).
+//! Every failure becomes a [`problem::Problem`], which chooses the status code. [`app`] has no
+//! socket and no missions; [`service`] adds missions, whose events are in the [event store](store).
 
 use axum::{
     Router,
@@ -79,8 +80,8 @@ pub fn app(settings: Settings) -> Router {
     routed(settings, planners, None)
 }
 
-/// The whole service, with the missions of `store`: those that were running continue. Fails if the service had tokens and
-/// has none.
+/// The whole service with the missions of `store`: running ones continue. Fails if the service had
+/// tokens and has none.
 pub async fn service(settings: Settings, store: EventStore) -> Result<(Router, Missions), StoreError> {
     if let Some(tokens) = &settings.tokens {
         tokens.bind(&store).await?;

@@ -1,6 +1,6 @@
-//! What the service counts, for Prometheus: `GET /metrics`.
+//! The metrics of the service, for Prometheus: `GET /metrics`.
 //!
-//! Every label has few values, none of which a client can choose: no paths, no names of missions or clients.
+//! Every label has few values, none chosen by clients: no paths, no names of missions or clients.
 
 use std::{fmt, fs, sync::Arc, time::Duration};
 
@@ -25,7 +25,7 @@ use prometheus_client::{
 use rustix::time::{ClockId, clock_gettime};
 use store::StoreMetrics;
 
-/// Times from that of a small plan to that after which clients have gone away, s.
+/// Times, s, from that of a small plan to that after which clients have given up.
 const SECONDS: [f64; 14] = [
     5e-4, 1e-3, 2.5e-3, 5e-3, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0,
 ];
@@ -38,7 +38,7 @@ const SCP_ITERATIONS: [f64; 8] = [1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0];
 
 type Labels<T, const N: usize> = [(&'static str, T); N];
 
-/// Defines a struct of metrics with its `default` and its `register`: the documentation of a field is the metric's help.
+/// Defines a struct of metrics with `default` and `register`. A field's doc is its help.
 macro_rules! metrics {
     ($(#[$meta:meta])* $visibility:vis struct $name:ident {
         $(#[doc = $help:literal] $field:ident: $kind:ty = $metric:literal, $new:expr;)*
@@ -64,7 +64,7 @@ macro_rules! metrics {
 }
 
 metrics! {
-    /// What a service counts.
+    /// The metrics of a service.
     struct Counts {
         /// Requests, and the time from their heads to those of their answers
         requests: Family<Labels<String, 3>, Histogram> = "http_request_duration_seconds",
@@ -107,15 +107,15 @@ metrics! {
     }
 }
 
-/// What a service counts. Clones share it.
+/// The metrics of a service. Clones share them.
 #[derive(Clone, Debug)]
 pub(crate) struct Metrics {
     counts: Arc<Counts>,
-    /// Has them by their names.
+    /// Has the metrics by name.
     registry: Arc<Registry>,
 }
 
-/// Counted as one, until it is dropped.
+/// Counts one until it is dropped.
 #[derive(Debug)]
 pub struct Counted(Gauge);
 
@@ -132,7 +132,7 @@ impl Drop for Counted {
     }
 }
 
-/// Why something was refused.
+/// The reason of a refusal.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Shed {
     /// Too many wait, or the work before it leaves no time for it.
@@ -194,7 +194,7 @@ impl Connections {
         Counted::new(self.open.clone())
     }
 
-    /// One was refused.
+    /// Counts a refused connection.
     pub fn turned_away(&self) {
         self.turned_away.inc();
     }
@@ -225,7 +225,6 @@ impl Metrics {
         }
     }
 
-    /// Counts a request that was answered.
     pub(crate) fn request(&self, method: &Method, route: &str, status: StatusCode, took: Duration) {
         let labels = [
             ("method", known(method).to_owned()),
@@ -238,7 +237,6 @@ impl Metrics {
             .observe(took.as_secs_f64());
     }
 
-    /// Counts a refusal.
     pub(crate) fn shed(&self, reason: Shed) {
         self.counts.shed.get_or_create(&[("reason", reason.name())]).inc();
     }
@@ -259,7 +257,6 @@ impl Metrics {
         Counted::new(self.waiting("missions", "mission"))
     }
 
-    /// Counts a plan.
     pub(crate) fn plan(&self, made_for: PlanFor, plan: &Plan, solve_time: Duration) {
         let labels = [
             ("purpose", made_for.name()),
@@ -289,7 +286,7 @@ impl Metrics {
         Counted::new(self.counts.missions.get_or_create_owned(&labels))
     }
 
-    /// Counts how long after its due time a plan of a live mission was stored.
+    /// Records the delay with which a plan of a live mission was stored.
     pub(crate) fn late(&self, late: Duration) {
         self.counts.late.observe(late.as_secs_f64());
     }
@@ -313,7 +310,7 @@ impl Metrics {
     }
 }
 
-/// The name of a standard method: a client can invent others.
+/// The name of a standard method, or another label for invented ones.
 fn known(method: &Method) -> &str {
     let known = [
         Method::GET,
@@ -387,7 +384,7 @@ fn resident_bytes() -> Option<u64> {
     Some(kib << 10)
 }
 
-/// What the service counts, for Prometheus.
+/// Returns the metrics of the service, for Prometheus.
 #[utoipa::path(get, path = "/metrics", tag = "service", responses(
     (status = 200, description = "Metrics in the text format of OpenMetrics.", body = String,
         content_type = "application/openmetrics-text")))]

@@ -1,4 +1,4 @@
-//! What happens to every request and answer: access, an id, a log line, problem documents, headers.
+//! Steps around every request and answer: access, id, log line, problem documents, headers.
 
 use std::{
     any::Any,
@@ -36,13 +36,13 @@ const UNMATCHED: &str = "unmatched";
 /// Prefix of the routes of a mission.
 const MISSION: &str = "/v1/missions/{id}";
 
-/// Calls by which a mission lives: their connections keep their places.
+/// Calls that keep missions alive: their connections keep their places.
 const LIVING: [(Method, &str); 2] = [
     (Method::POST, "/v1/missions/{id}/reports"),
     (Method::GET, "/v1/missions/{id}/events"),
 ];
 
-/// Routes that are asked again and again, by probes and by each bridge several times a second: an answer as it should be is no news.
+/// Routes that probes and bridges call often; their successful answers are logged at debug level.
 const STEADY: [&str; 5] = [
     "/livez",
     "/readyz",
@@ -56,7 +56,7 @@ const POLICY: HeaderValue = HeaderValue::from_static(
     "default-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
 );
 
-/// Headers of every answer. Content types are not guessed, and no page of another origin frames, loads or opens an answer.
+/// Headers of every answer: no guessed content types, no use by pages of other origins.
 const HEADERS: [(HeaderName, HeaderValue); 5] = [
     (header::X_FRAME_OPTIONS, HeaderValue::from_static("DENY")),
     (header::REFERRER_POLICY, HeaderValue::from_static("no-referrer")),
@@ -80,7 +80,7 @@ const NO_STORE: HeaderValue = HeaderValue::from_static("no-store");
 /// Cache control of the page's files: they may be kept, and are validated by their tags before use.
 const REVALIDATE: HeaderValue = HeaderValue::from_static("no-cache");
 
-/// What the middleware needs.
+/// The data of the middleware.
 #[derive(Clone)]
 pub(crate) struct Middleware {
     pub(crate) clock: Clock,
@@ -92,7 +92,7 @@ pub(crate) struct Middleware {
 }
 
 impl Middleware {
-    /// The sender of the request; none on public paths. Fails if the request is not allowed.
+    /// The sender of the request; `None` on public paths. Fails if the request is not allowed.
     fn admit(&self, request: &Request) -> Result<Option<Caller>, Problem> {
         let (method, path) = (request.method(), request.uri().path());
         if let Some(hosts) = &self.hosts {
@@ -107,7 +107,7 @@ impl Middleware {
         Ok(Some(caller))
     }
 
-    /// Whether the sender of the request is still `caller`, when asked later.
+    /// Checks, when asked later, if the sender of the request is still `caller`.
     fn still_allowed(&self, request: &Request, caller: &Caller) -> StillAllowed {
         let tokens = self.tokens.clone();
         let peer = request.extensions().get().copied();
@@ -119,7 +119,7 @@ impl Middleware {
         Box::new(move || Caller::of(tokens.as_ref(), peer, &headers).is_ok_and(|now| now == caller))
     }
 
-    /// Has the request of `caller` answered, within the room for answers. A change that was made is never refused.
+    /// Lets the service answer, within the room for answers. A change once made is never refused.
     async fn answer(&self, mut request: Request, caller: Caller, next: Next) -> Response {
         let needs_room = changes_nothing(request.method(), request.uri().path());
         let name = caller.name.clone();
@@ -168,7 +168,7 @@ pub(crate) async fn handle(middleware: Middleware, mut request: Request, next: N
             }
             let allowed = still_allowed.insert(middleware.still_allowed(&request, &caller));
             let answer = middleware.answer(request, caller, next).instrument(span.clone());
-            // A change is not given up: its answer says whether it was stored.
+            // A change always completes: its answer says if it was stored.
             tokio::select! {
                 biased;
                 answer = answer => answer,
@@ -207,8 +207,8 @@ pub(crate) async fn handle(middleware: Middleware, mut request: Request, next: N
     response.map(|body| Answer::body(body, asking, still_allowed, &clock))
 }
 
-/// The fields of every log line about a request. The level is that of errors, so that no log filter drops the fields of a line
-/// that it shows.
+/// The fields of every log line about a request. The level is that of errors, so that log filters
+/// keep the fields of each line that they show.
 fn span(method: &Method, route: &str, path: &str, id: &str) -> Span {
     let mission = route.starts_with(MISSION).then(|| path.split('/').nth(3));
     let mission = mission.flatten().filter(|id| id.len() <= request_id::LENGTH_MAX);
@@ -220,7 +220,7 @@ fn span(method: &Method, route: &str, path: &str, id: &str) -> Span {
         trace_id = Empty,
         mission,
         caller = Empty,
-        // Set by tracers.
+        // Tracers set these.
         otel.name = Empty,
         otel.kind = Empty,
     )
@@ -251,7 +251,7 @@ fn log(route: &str, status: StatusCode, took: Duration, problem: Option<&Problem
 /// Requests refused under overload. A log line for each would cost more than the refusal.
 static REFUSED: RateLimited = RateLimited(Mutex::new((0, None)));
 
-/// Events that are logged once a second: how many since the last line, and the time of that line.
+/// Events that are logged once a second: their number since the last line, and its time.
 struct RateLimited(Mutex<(u64, Option<Instant>)>);
 
 impl RateLimited {

@@ -1,4 +1,4 @@
-//! One plan without a server: the same request, the same answer, the same refusals.
+//! One plan without a server, with the same request, answer and refusals.
 
 use std::{sync::Arc, time::Duration};
 
@@ -25,8 +25,8 @@ use wire::{PlanRequest, PlanResponse};
 /// No limit: a day.
 const LIMIT: Duration = Duration::from_hours(24);
 
-/// The answer to `body`, with programs solved to `tolerance`. `watch` gets every program that was solved, in order. The only
-/// deadline is the request's.
+/// The answer to `body`, with programs solved to `tolerance`. `watch` gets every solved program, in
+/// order. The only deadline is the request's.
 pub fn plan(
     body: &[u8],
     tolerance: f64,

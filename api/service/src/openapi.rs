@@ -18,7 +18,7 @@ mod directions;
 mod limits;
 mod rules;
 
-/// Serves the document, whose text is made once.
+/// Serves the document, whose text is written once.
 pub(crate) async fn get_document() -> impl IntoResponse {
     static TEXT: LazyLock<Bytes> = LazyLock::new(|| {
         let text = serde_json::to_vec(document()).expect("names, texts and numbers only");
@@ -27,7 +27,7 @@ pub(crate) async fn get_document() -> impl IntoResponse {
     ([(header::CONTENT_TYPE, "application/json")], TEXT.clone())
 }
 
-/// The document. It depends on the program only.
+/// The document, which depends on the program only.
 pub(crate) fn document() -> &'static Value {
     static DOCUMENT: LazyLock<Value> = LazyLock::new(|| {
         let document = documented().into_openapi();
@@ -50,7 +50,7 @@ pub(crate) fn document() -> &'static Value {
     &DOCUMENT
 }
 
-/// Describes the token that calls need if the service requires tokens, and the refusals without one.
+/// Describes the token that calls need when tokens exist, and the refusals without one.
 fn describe_tokens(document: &mut Value) {
     document["components"]["securitySchemes"] = json!({ "token": {
         "type": "http",
@@ -154,7 +154,7 @@ fn describe_events(document: &mut Value) {
     events["content"]["text/event-stream"]["schema"] = json!({ "$ref": "#/components/schemas/SentEvent" });
 }
 
-/// An optional body may be left out, and null is refused: utoipa describes it as null.
+/// Describes an optional body that may be absent but not null, unlike utoipa.
 fn never_null(schema: &mut Value) {
     let shape = schema.get_mut("oneOf").and_then(Value::as_array_mut);
     let shape = shape.and_then(|shapes| shapes.iter_mut().find(|shape| shape["$ref"].is_string()));

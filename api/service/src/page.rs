@@ -30,7 +30,7 @@ pub(crate) fn router<S: Clone + Send + Sync + 'static>() -> Router<S> {
     })
 }
 
-/// The file, or that the client has it already.
+/// The file, or status 304 if the client has it.
 fn answer(file: &'static page::File, tag: &'static HeaderValue, headers: &HeaderMap) -> Response {
     let tagged = [(header::ETAG, tag.clone())];
     if has_already(headers, tag) {
@@ -40,7 +40,7 @@ fn answer(file: &'static page::File, tag: &'static HeaderValue, headers: &Header
     (tagged, is, file.content).into_response()
 }
 
-/// Whether the client has the content with that `tag`. Weak tags match too: a proxy that compresses weakens them.
+/// `true` if the client has the content with that `tag`, also weakened by a compressing proxy.
 fn has_already(headers: &HeaderMap, tag: &HeaderValue) -> bool {
     let given = headers.get_all(header::IF_NONE_MATCH).iter();
     let mut given = given
@@ -52,7 +52,7 @@ fn has_already(headers: &HeaderMap, tag: &HeaderValue) -> bool {
     })
 }
 
-/// Whether a path is one of the page's files, which tell nothing about missions.
+/// `true` for paths of the page's files, which tell nothing about missions.
 pub(crate) fn has(path: &str) -> bool {
     page::FILES.iter().any(|file| file.path == path)
 }

@@ -1,9 +1,9 @@
 //! The places for connections, shared by network address.
 //!
-//! A newcomer that finds no place takes one from an address with more connections than its own, in this order: that of an
-//! idle connection, of a request without a token that has lasted for long, of any request without a token, of a caller with
-//! one. Else it takes one of its own address: of an idle connection, of a request without a token that has lasted, of the caller
-//! with the most connections from there. No connection of a live mission gives way.
+//! A newcomer without a free place takes one from an address with more connections: that of an idle
+//! connection, a long request without a token, any request without a token, or a caller with a
+//! token, in this order. Otherwise it takes one from its own address: of an idle connection, a long
+//! request without a token, or the busiest caller there. Live missions keep their places.
 
 use std::{
     collections::{BTreeMap, BTreeSet, HashMap},
@@ -15,8 +15,8 @@ use std::{
 use clock::Clock;
 use tokio::sync::Notify;
 
-/// A request without a token that has lasted this long may lose its place to any newcomer, and that of the only caller of an
-/// address to a newcomer from there: a plan takes less.
+/// A longer request without a token may lose its place to any newcomer, and the only caller of an
+/// address to a newcomer from there: a plan takes less time.
 const LONG: Duration = Duration::from_secs(3);
 
 /// Bits of an IPv6 address that name a network: one machine has all addresses of its network.
@@ -26,7 +26,7 @@ const IPV6_NETWORK_BITS: u32 = 64;
 #[derive(Clone)]
 pub struct Places(Arc<Mutex<Table>>);
 
-/// The place of a connection, until the last clone is dropped.
+/// The place of a connection, until its last clone is dropped.
 #[derive(Clone)]
 pub struct Place(Arc<Taken>);
 
@@ -39,10 +39,10 @@ struct Taken {
 /// A request of a connection, until it is dropped.
 pub(crate) struct Asking(Place);
 
-/// What a connection serves. The first loses its place first.
+/// The present use of a connection. The first loses its place first.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Serves {
-    /// It waits for a request, and none came with a token.
+    /// It waits for a request, and none had a token.
     Nothing,
     /// A request without a token.
     Request,
@@ -61,20 +61,20 @@ struct Table {
     of_each: BTreeMap<IpAddr, OfAddress>,
 }
 
-/// Connections of an address, by what they serve: since when, and their numbers.
+/// Connections of an address, by use: the beginning of that use, and their numbers.
 type OfAddress = [BTreeSet<(Instant, u64)>; 4];
 
 struct Seat {
     address: IpAddr,
     serves: Serves,
     since: Instant,
-    /// Name of the caller with a token, once there was one.
+    /// Name of the caller with a token, once known.
     caller: Option<Arc<str>>,
     lost: Arc<Notify>,
 }
 
 impl Places {
-    /// As many as `limit`, of which one address has at most half.
+    /// At most `limit` places, of which one address has at most half.
     #[must_use]
     pub fn new(limit: usize, clock: Clock) -> Self {
         Self(Arc::new(Mutex::new(Table {
@@ -87,7 +87,7 @@ impl Places {
         })))
     }
 
-    /// A place for a connection from `address`; none if all are taken by connections that matter more.
+    /// A place for a connection from `address`; `None` if no connection may give way.
     #[must_use]
     pub fn take(&self, address: IpAddr) -> Option<Place> {
         let now = self.table().clock.now();
@@ -153,7 +153,7 @@ impl Table {
         Some(seat)
     }
 
-    /// The connection that gives way to a newcomer from another address, with `own` connections.
+    /// The connection that gives way to a newcomer from an address with `own` connections.
     fn least_of_others(&self, own: usize, now: Instant) -> Option<u64> {
         // The oldest such connection of the address that has the most of them.
         let longest = |serves: Serves, at_least: usize, until: Instant| {
@@ -177,8 +177,8 @@ impl Table {
             .or_else(|| self.of_busiest_caller(of, now))
     }
 
-    /// The oldest connection of the caller with the most of them. A caller that shares them with no other keeps those that have
-    /// not lasted.
+    /// The oldest connection of the caller with the most. The only caller of an address keeps its
+    /// recent ones.
     fn of_busiest_caller(&self, of: &OfAddress, now: Instant) -> Option<u64> {
         let mut of_each: BTreeMap<_, Vec<_>> = BTreeMap::new();
         for (_, number) in &of[Serves::Mission as usize] {
@@ -213,13 +213,13 @@ impl Place {
         self.0.lost.notified().await;
     }
 
-    /// Notes that a request is being answered, until the result is dropped.
+    /// Marks a request as being answered, until the result is dropped.
     pub(crate) fn asks(&self) -> Asking {
         self.serve(|seat| seat.serves = seat.serves.max(Serves::Request));
         Asking(self.clone())
     }
 
-    /// Notes that the `caller` has a token.
+    /// Records that the `caller` has a token.
     pub(crate) fn serves_a_caller(&self, caller: &Arc<str>) {
         self.serve(|seat| {
             seat.serves = seat.serves.max(Serves::Caller);
@@ -227,7 +227,7 @@ impl Place {
         });
     }
 
-    /// Notes that a mission lives on the connection.
+    /// Records that a mission depends on the connection.
     pub(crate) fn serves_a_mission(&self) {
         self.serve(|seat| seat.serves = Serves::Mission);
     }
@@ -253,7 +253,7 @@ impl Drop for Asking {
     }
 }
 
-/// The connection that has served this for longest, if it began by then.
+/// The connection with the longest such use, if it began at `by` or earlier.
 fn first(of: &OfAddress, serves: Serves, by: Instant) -> Option<u64> {
     let &(since, number) = of[serves as usize].first()?;
     (since <= by).then_some(number)
@@ -263,7 +263,7 @@ fn long_before(now: Instant) -> Instant {
     now.checked_sub(LONG).unwrap_or(now)
 }
 
-/// The network of an address, which shares the places.
+/// The network of an address, which shares its places.
 fn network(address: IpAddr) -> IpAddr {
     match address {
         IpAddr::V6(address) => {
@@ -288,7 +288,7 @@ mod tests {
         IpAddr::V4(Ipv4Addr::new(10, 0, 0, 3)),
     ];
 
-    /// All of 8 places, taken in turn by two addresses.
+    /// All of 8 places, taken alternately by two addresses.
     fn crowded(places: &Places) -> Vec<Place> {
         let taken = (0..8).map(|i| places.take(BAD[i % 2]).expect("is free"));
         taken.collect()
@@ -303,7 +303,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn two_addresses_that_took_every_place_keep_no_third_out() {
+    async fn two_addresses_that_took_every_place_leave_some_to_a_third() {
         for serve in [|_: &Place| None, |place: &Place| Some(place.asks())] {
             let places = Places::new(8, Clock::simulated(0.0));
             let bad = crowded(&places);
@@ -330,7 +330,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn a_caller_outlives_the_others_of_its_own_address_and_a_mission_every_newcomer() {
+    async fn a_caller_outlives_the_others_of_its_address_and_a_mission_every_newcomer() {
         let places = Places::new(4, Clock::simulated(0.0));
         let [caller, other] = [(); 2].map(|()| places.take(BAD[0]).expect("is free"));
         serve(&caller, "bridge");
@@ -345,7 +345,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn a_request_is_answered_before_newcomers_of_its_address_are_let_in_unless_it_lasts() {
+    async fn a_request_outlives_newcomers_of_its_address_unless_it_is_long() {
         let places = Places::new(4, Clock::simulated(0.0));
         let asking = [(); 2].map(|()| places.take(GOOD).expect("is free"));
         let requests = asking.each_ref().map(Place::asks);
@@ -359,7 +359,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn calls_of_one_caller_keep_no_other_caller_of_its_address_out() {
+    async fn calls_of_one_caller_leave_places_to_other_callers_of_its_address() {
         let places = Places::new(12, Clock::simulated(0.0));
         let seats: Vec<_> = (0..6).map(|_| places.take(GOOD).expect("is free")).collect();
         for place in &seats {
@@ -382,7 +382,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn an_ipv6_network_counts_as_one_address_and_nothing_is_kept_of_the_gone() {
+    async fn an_ipv6_network_counts_as_one_address_and_ended_connections_leave_no_trace() {
         let places = Places::new(4, Clock::simulated(0.0));
         let taken: Vec<_> = (1..9)
             .map(|host| places.take(IpAddr::V6(Ipv6Addr::new(0x2001, 0xdb8, 0, 1, 0, 0, 0, host))))

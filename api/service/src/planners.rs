@@ -1,7 +1,7 @@
 //! The planners of the service, for missions and for requests. Every answer comes by its deadline.
 //!
 //! ```text
-//! request ──► admission ──► reading (pool) ──► planning (pool) ──► answer, or the lower levels at the deadline
+//! request ──► admission ──► reading (pool) ──► planning (pool) ──► answer, or lower level when due
 //! mission ────────────────► planning, at a higher priority than either pool
 //! ```
 
@@ -33,7 +33,7 @@ use crate::{
     settings::{PlanFn, Settings},
 };
 
-/// Most bytes that idle workspaces of requests take, and as many those of missions.
+/// Most bytes of the idle workspaces of requests, and of those of missions.
 const IDLE_BYTES_MAX: usize = 32 << 20;
 
 /// The planners, with their workspaces. Clones share them.
@@ -41,9 +41,9 @@ const IDLE_BYTES_MAX: usize = 32 << 20;
 pub(crate) struct Planners {
     plan: PlanFn,
     pub(crate) parameters: Arc<Parameters>,
-    /// Idle workspaces, of requests and of missions: what strangers ask for costs no mission its own.
+    /// Idle workspaces of requests, and of missions: no request can use up a mission's.
     idle: Arc<[Mutex<Vec<Workspace>>; 2]>,
-    /// Requests with short bodies, and those with long ones: neither kind crowds out the other.
+    /// Requests with short bodies, and those with long ones: neither kind displaces the other.
     short: Admission,
     long: Admission,
     /// Reads and checks bodies.
@@ -95,7 +95,7 @@ impl Planners {
         }
     }
 
-    /// Admits a request for `work` whose body of `bytes` has arrived. Fails at once if the work before it leaves no time for it.
+    /// Admits a request for `work` with `bytes` of body. Fails if it cannot be done in time.
     pub(crate) fn admit(&self, work: Work, bytes: usize) -> Result<Arc<Permit>, Problem> {
         let (admission, priority) = if bytes <= SHORT_BYTES_MAX {
             (&self.short, Priority::Short)
@@ -107,8 +107,8 @@ impl Planners {
         admitted.inspect_err(|_| self.metrics.shed(Shed::Admission))
     }
 
-    /// Reads the body of an admitted request, if a thread is free within the deadline. Reading that takes long looks at the time, and
-    /// whether its caller is gone.
+    /// Reads the body of an admitted request, if a thread is free within the deadline. Long
+    /// readings check the time and whether the caller is gone.
     pub(crate) async fn read<T: Send + 'static>(
         &self,
         permit: &Arc<Permit>,
@@ -128,7 +128,7 @@ impl Planners {
         read.instrument(info_span!("read")).await
     }
 
-    /// Reads a body of so many `bytes` of a request about missions: where it arrived, if it is short.
+    /// Reads a body of `bytes` about missions: where it arrived, if it is short.
     pub(crate) async fn read_body_for_mission<T: Send + 'static>(
         &self,
         priority: Priority,
@@ -161,8 +161,8 @@ impl Planners {
         Problem::Overloaded
     }
 
-    /// Plans for an admitted request until `deadline`, and writes the `answer`, which may look at the time, too. If no planner is
-    /// done by then, the lower fallback levels answer. It ends if the caller goes.
+    /// Plans for an admitted request until `deadline`, and writes the `answer`, which may check the
+    /// time. If no plan is ready by then, lower fallback levels answer. Ends with its caller.
     pub(crate) async fn plan<T: Send + 'static>(
         &self,
         permit: Arc<Permit>,
@@ -176,7 +176,7 @@ impl Planners {
             (planned, answer)
         });
         let (planners, planned, answer) = (self.clone(), Arc::clone(&snapshot), Arc::clone(&answered));
-        // A working thread holds the permit: a client that disconnects does not free a busy planner.
+        // A working thread holds the permit: it is busy even if its client disconnects.
         let plan = async {
             let (made, _job) = self.planning.run(permit.priority, move |caller| {
                 permit.work(&planners.clock, || {
@@ -194,8 +194,8 @@ impl Planners {
         plan.instrument(info_span!("plan")).await
     }
 
-    /// Plans for a mission, from the snapshot that `facts` makes, which may look at the time, until `limit` after `due`. Waits
-    /// behind other missions, whose number is limited.
+    /// Plans for a mission until `limit` after `due`, from the snapshot that `facts` makes, which
+    /// may check the time. Waits behind other missions, whose number is limited.
     pub(crate) async fn plan_in_turn(
         &self,
         facts: impl FnOnce(&Stop) -> Result<Snapshot, Problem> + Send + 'static,
@@ -218,12 +218,12 @@ impl Planners {
         let span = Span::current();
         self.clock.spawn_blocking(move || {
             let _in = span.entered();
-            // Declared before the turn, so that it is dropped after it if the planner panics.
+            // Dropped after the turn if the planner panics, because it is declared before it.
             let sender = sender;
             let turn = turn;
             let planned = planners.plan_now(PlanFor::Live, facts, &stop);
             drop(turn);
-            // The mission may be gone.
+            // Fails if the mission is gone.
             let _ = sender.send(planned);
         });
         let planners = self.clone();
@@ -231,7 +231,7 @@ impl Planners {
         self.in_time(planned, deadline, lower).await
     }
 
-    /// The plan, if it comes by the deadline; otherwise that of the `lower` fallback levels.
+    /// The plan, if it is made by the deadline; otherwise that of the `lower` fallback levels.
     async fn in_time<T: Send + 'static>(
         &self,
         mut planned: Receiver<T>,
@@ -263,8 +263,8 @@ impl Planners {
         Ok(())
     }
 
-    /// Simulates, after the simulations before it, as long as the job is held. Work of a [`Priority::Long`] is short all the same: others
-    /// wait for it.
+    /// Simulates after earlier simulations while the job is held. Work of [`Priority::Long`] is
+    /// short too: others wait for it.
     pub(crate) fn simulate<T: Send + 'static>(
         &self,
         priority: Priority,
@@ -291,13 +291,13 @@ impl Planners {
     pub(crate) fn with_workspace<T>(&self, purpose: PlanFor, work: impl FnOnce(&mut Workspace) -> T) -> T {
         let idle = &self.idle[usize::from(purpose == PlanFor::Live)];
         let idle = || idle.lock().unwrap_or_else(PoisonError::into_inner);
-        // After a panic, it is not used again.
+        // A panic drops the workspace.
         let mut workspace = idle().pop().unwrap_or_default();
         let done = work(&mut workspace);
         workspace.shrink();
         let mut idle = idle();
         idle.push(workspace);
-        // The one given back last is the first that is used again.
+        // The last returned workspace is the first to be reused.
         while IDLE_BYTES_MAX < idle.iter().map(Workspace::bytes).sum() {
             idle.remove(0);
         }
@@ -328,7 +328,7 @@ mod tests {
     use super::*;
     use crate::{examples::EXAMPLES, metrics::Connections};
 
-    /// With the threads of the machine, and a deadline that no machine is too slow for.
+    /// The machine's threads run, and every machine meets the deadline.
     #[tokio::test]
     async fn requests_that_hold_every_planner_keep_no_mission_waiting() {
         let settings = Settings {

@@ -49,13 +49,13 @@ pub(crate) async fn plan(
 #[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct CompareQuery {
-    /// Whether to explain the plan, which takes as long as planning. If half of the time left until the deadline is too short,
-    /// the answer has no `explanation`. Default: false.
+    /// Explain the plan, which takes as long as planning. If half of the time left until the
+    /// deadline is too short, the answer has no `explanation`. Default: false.
     #[serde(default)]
     explain: bool,
 }
 
-/// Plans with the planner and with every line-of-sight law, at the service's gains, for the same snapshot.
+/// Plans the same snapshot with the planner and each line-of-sight law, at the service's gains.
 #[utoipa::path(post, path = "/v1/plan/compare", tag = "plan", params(CompareQuery), request_body = PlanRequest, responses(
     (status = 200, description = "A plan of each, by name.", body = Comparison),
     Refusals))]
@@ -99,7 +99,7 @@ pub(crate) async fn compare(
     planned(&planners, (Work::Comparison, arrival), body, compared).await
 }
 
-/// The answer that `answer` makes of the plan for the snapshot in `body`.
+/// The `answer` about the plan for the snapshot in `body`.
 async fn planned<T: Send + 'static>(
     planners: &Planners,
     (work, arrival): (Work, Arrival),
@@ -125,7 +125,7 @@ pub(crate) struct ValidRequest {
     pub(crate) context: Context,
 }
 
-/// What an answer repeats of its request.
+/// The parts of a request that its answer repeats.
 #[derive(Debug, Default)]
 pub(crate) struct Context {
     pub(crate) origin: Option<Origin>,
@@ -133,7 +133,7 @@ pub(crate) struct Context {
 }
 
 impl ValidRequest {
-    /// Checks the request, and estimates as long as there is time.
+    /// Checks the request, and estimates while there is time.
     pub(crate) fn new(request: PlanRequest, stop: &Stop) -> Result<Self, Problem> {
         let origin = request.origin;
         let snapshot = wire::snapshot_until(request, &|| stop.is_due()).map_err(Problem::Invalid)?;
@@ -146,7 +146,7 @@ impl ValidRequest {
         })
     }
 
-    /// The answer that `answer` makes of its plan.
+    /// The `answer` about its plan.
     pub(crate) async fn planned<T: Send + 'static>(
         self,
         planners: &Planners,
@@ -168,7 +168,7 @@ impl ValidRequest {
     }
 }
 
-/// Fails if an answer is `degraded` and the request accepts only a whole one.
+/// Fails if an answer is `degraded` and the request does not accept that.
 pub(crate) fn check_fallback(snapshot: &Snapshot, degraded: Option<Degraded>) -> Result<(), Problem> {
     match degraded {
         Some(_) if snapshot.fallback != Fallback::None => Ok(()),

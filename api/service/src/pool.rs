@@ -13,17 +13,17 @@ use prometheus_client::metrics::gauge::Gauge;
 use tokio::sync::oneshot;
 use tracing::{Span, info_span};
 
-/// How much lower these threads' priority is, in steps of `nice`: beside a thread that plans for a mission one of these
-/// gets a quarter of a processor, and all of it when no mission plans.
+/// Steps of `nice` by which these threads' priority is lower: beside a planning thread of a
+/// mission, one gets a quarter of a processor, and otherwise all of it.
 const NICE: i32 = 5;
 
 type Work = Box<dyn FnOnce() + Send>;
 
-/// Work that waits for a thread as long as its caller holds this. Dropping it frees the work's memory; the queue keeps an
-/// empty entry until a thread comes by.
+/// Work that waits for a thread while its caller holds this. Dropping it frees the work's memory;
+/// the queue keeps an empty entry until a thread comes by.
 pub(crate) struct Job(Mutex<Option<Work>>);
 
-/// Whoever waits for a job.
+/// The caller that waits for a job.
 #[derive(Clone, Debug)]
 pub(crate) struct Caller(Option<Weak<Job>>);
 
@@ -42,14 +42,14 @@ pub(crate) enum Priority {
 #[derive(Clone, Debug)]
 pub(crate) struct Pool {
     clock: Clock,
-    /// By priority.
+    /// One for each priority.
     queues: [Sender<Weak<Job>>; 3],
     /// Lengths of the queues, by priority.
     waiting: Arc<[Gauge; 3]>,
 }
 
 impl Priority {
-    /// The first is served first.
+    /// Every priority, the highest first.
     pub(crate) const ALL: [Self; 3] = [Self::Mission, Self::Short, Self::Long];
 
     /// Its name in metrics.
@@ -67,7 +67,7 @@ impl Pool {
     pub(crate) fn new(name: &str, n: usize, waiting: [Gauge; 3], clock: &Clock) -> Self {
         let waiting = Arc::new(waiting);
         let channels: [_; 3] = array::from_fn(|_| unbounded());
-        // A simulated machine has none: it does one job after the other.
+        // A simulated machine has no threads: it does one job after the other.
         let n_threads = if clock.is_simulated() { 0 } else { n };
         for _ in 0..n_threads {
             let jobs = channels
@@ -86,8 +86,8 @@ impl Pool {
         }
     }
 
-    /// Has a thread do `work`, unless the job is dropped before it begins. Work that takes long asks whether its caller is gone.
-    /// The receiver fails if it panics.
+    /// Gives `work` to a thread, unless the job is dropped first. Long work checks if its caller is
+    /// gone. The receiver fails if the work panics.
     pub(crate) fn run<T: Send + 'static>(
         &self,
         priority: Priority,
@@ -99,7 +99,7 @@ impl Pool {
             let caller = Caller(Some(Weak::clone(job)));
             let work = move || {
                 drop(queued);
-                // What the work holds is dropped before its result is seen. The caller may be gone by then.
+                // The work's data are dropped before its result is seen. The caller may be gone.
                 let done = span.in_scope(|| work(caller));
                 let _ = sender.send(done);
             };
@@ -134,7 +134,7 @@ fn work([mission, short, long]: &[Receiver<Weak<Job>>; 3], waiting: &[Gauge; 3])
 
 /// Lowers the priority of this thread below that of missions.
 pub(crate) fn lower_priority() {
-    // On Linux the priority is the thread's own.
+    // On Linux, priorities belong to threads.
     if let Err(error) = rustix::process::nice(NICE) {
         tracing::warn!(%error, "cannot lower the priority of requests: they compete with missions for the processors");
     }
@@ -149,17 +149,17 @@ fn carry_out(job: &Weak<Job>) {
 }
 
 impl Caller {
-    /// One that stays.
+    /// A caller that stays.
     pub(crate) const STAYS: Self = Self(None);
 
-    /// Whether nobody holds the job any more.
+    /// `true` once no caller holds the job.
     pub(crate) fn is_gone(&self) -> bool {
         self.0.as_ref().is_some_and(|job| job.strong_count() == 0)
     }
 }
 
 impl Job {
-    /// Whether it has not begun, and never will.
+    /// Cancels the job, unless it has begun. `true` if it is cancelled.
     pub(crate) fn give_up(&self) -> bool {
         self.take().is_some()
     }
@@ -176,7 +176,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn missions_come_first_then_short_bodies_and_a_panic_costs_no_thread() {
+    fn missions_come_first_then_short_bodies_and_threads_survive_panics() {
         let pool = Pool::new("test", 1, <[Gauge; 3]>::default(), &Clock::machine());
         let (open, gate) = mpsc::channel::<()>();
         let (begun, begins) = mpsc::channel();
@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn work_sees_that_its_caller_is_gone() {
+    fn work_notices_that_its_caller_is_gone() {
         let pool = Pool::new("test", 1, <[Gauge; 3]>::default(), &Clock::machine());
         let (open, gate) = mpsc::channel::<()>();
         let (tell, told) = mpsc::channel();

@@ -1,7 +1,7 @@
-//! What can go wrong with a request, as RFC 9457 problem documents.
+//! Problems of requests, as RFC 9457 problem documents.
 //!
-//! Status codes are chosen here only. Handlers return a [`Problem`]; the middleware, which knows the request's path and id,
-//! writes the document.
+//! Only this module chooses status codes. Handlers return a [`Problem`]; the middleware, which
+//! knows the request's path and id, writes the document.
 
 use std::{collections::BTreeMap, time::Duration};
 
@@ -27,11 +27,11 @@ use crate::{
 /// Most field errors in one document: a client corrects the first few and asks again.
 const FIELD_ERRORS_MAX: usize = 64;
 
-/// When to try again after the service was too busy, s. Plans take milliseconds: a queue that is full now is not full a
-/// second later.
+/// Time after which to repeat a request to a busy service, s. Plans take milliseconds: a full queue
+/// is no longer full a second later.
 const RETRY_AFTER: HeaderValue = HeaderValue::from_static("1");
 
-/// Why there is no answer, and what to do about it.
+/// The reason of a refusal, with its remedy.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Problem {
     /// The body is not JSON.
@@ -133,7 +133,7 @@ pub enum Problem {
     /// The idempotency key belongs to another request.
     #[error("choose a new key for each new request; repeat a key only to repeat its request")]
     KeyTaken,
-    /// The mission has too many requests waiting, or goes on with what the store has.
+    /// The mission has too many requests waiting, or continues from the store.
     #[error(
         "too many requests wait for the mission, or it is changing its service; try again after the time in Retry-After"
     )]
@@ -149,17 +149,17 @@ pub enum Problem {
     /// The service has reached a limit for all clients.
     #[error("the service accepts {limit} {what} at once; try again after the time in Retry-After")]
     Crowded {
-        /// What there are too many of.
+        /// The limited things.
         what: &'static str,
-        /// How many there may be.
+        /// Greatest number of them.
         limit: usize,
     },
     /// The client has reached its share of a limit.
     #[error("one client may have {limit} {what}: end some, or try again after the time in Retry-After")]
     Share {
-        /// What the client has too many of.
+        /// The limited things.
         what: &'static str,
-        /// How many one client may have.
+        /// Greatest number of them for one client.
         limit: usize,
     },
     /// The missions of one client fill that client's share of the disk.
@@ -197,7 +197,7 @@ pub struct ProblemDocument {
     pub title: String,
     /// The HTTP status code.
     pub status: u16,
-    /// What is wrong, and what to do about it.
+    /// The fault and its remedy.
     pub detail: String,
     /// Path of the request.
     pub instance: String,
@@ -214,7 +214,7 @@ impl Problem {
         Self::Conflict(why.to_owned())
     }
 
-    /// The same problem, whose pointers begin at `place` of the body.
+    /// The same problem, with pointers that begin at `place` of the body.
     pub(crate) fn within(mut self, place: &str) -> Self {
         if let Self::Invalid(errors) = &mut self {
             for error in errors {
@@ -383,7 +383,7 @@ impl IntoResponses for MissionRefusals {
     }
 }
 
-/// What to do about a mission that has changed, and its last orders.
+/// The remedy for a mission that has changed, and its last orders.
 fn changed(revision: u64, since: &[Order]) -> String {
     let order = |order: &Order| {
         let Order {
@@ -408,7 +408,7 @@ fn no_plan_yet(waits_for: &[String]) -> String {
     )
 }
 
-/// What is wrong with the first of invalid fields, and how many more there are.
+/// The first of the faults, and the number of the others.
 fn first_of(errors: &[FieldError]) -> String {
     match errors {
         [] => "a field is not valid".to_owned(),
@@ -417,7 +417,7 @@ fn first_of(errors: &[FieldError]) -> String {
     }
 }
 
-/// What is wrong, and where.
+/// The fault and its place.
 fn located(error: &FieldError) -> String {
     let place = match (&error.parameter, error.pointer.as_str()) {
         (Some(name), _) => format!("the parameter {name}"),

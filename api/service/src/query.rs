@@ -9,7 +9,7 @@ use wire::FieldError;
 
 use crate::problem::Problem;
 
-/// The query of a request. What is wrong with it is a [`Problem`].
+/// The query of a request. Its faults are [`Problem`]s.
 pub(crate) struct ValidQuery<T>(pub(crate) T);
 
 impl<T: DeserializeOwned, S: Send + Sync> FromRequestParts<S> for ValidQuery<T> {

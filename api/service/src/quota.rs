@@ -1,4 +1,4 @@
-//! How many of something there may be at once, of all clients together and of each.
+//! Limits of simultaneous things, for all clients together and for each.
 
 use std::{
     collections::HashMap,
@@ -28,12 +28,12 @@ pub struct QuotaPermit<K: Clone + Eq + Hash> {
     n: usize,
 }
 
-/// The quota is used up; with its limit.
+/// An exhausted quota, with its limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum QuotaExceeded {
-    /// By all clients together.
+    /// All clients together use it up.
     OfAll(usize),
-    /// By this client.
+    /// This client uses up its share.
     OfClient(usize),
 }
 
@@ -51,7 +51,7 @@ impl<K: Clone + Eq + Hash> Quota<K> {
         }
     }
 
-    /// A permit for `n` of `client`.
+    /// A permit for `n` things of `client`.
     pub fn take(&self, client: K, n: usize) -> Result<QuotaPermit<K>, QuotaExceeded> {
         let mut taken = self.taken();
         if self.limit < taken.of_all + n {
@@ -93,7 +93,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_client_has_at_most_half_and_all_together_no_more_than_there_are() {
+    fn a_client_has_at_most_half_and_all_clients_at_most_the_limit() {
         let quota = Quota::new(4);
         let first: Vec<_> = (0..2).map(|_| quota.take("a", 1).expect("is free")).collect();
         assert_eq!(

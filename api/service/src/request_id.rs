@@ -13,14 +13,14 @@ use axum::http::{HeaderMap, HeaderName};
 /// The header of requests and answers.
 pub(crate) static HEADER: HeaderName = HeaderName::from_static("x-request-id");
 
-/// Longest id taken over from a client, bytes.
+/// Longest accepted id of a client, bytes.
 pub(crate) const LENGTH_MAX: usize = 64;
 
 #[derive(Clone, Debug)]
 pub(crate) struct RequestId(pub(crate) String);
 
 impl RequestId {
-    /// The client's own id where it is short and plain, else a new one.
+    /// The client's own id if it is short and plain, otherwise a new one.
     pub(crate) fn of(headers: &HeaderMap) -> Self {
         let plain = |id: &&str| {
             (1..=LENGTH_MAX).contains(&id.len())

@@ -9,7 +9,7 @@ use utoipa::ToSchema;
 /// Member of a mission's metadata that names its craft: `--name` of the bridge that created it.
 const CRAFT: &str = "bridge";
 
-/// What a caller may do. Each role includes the ones before it.
+/// The permissions of a caller. Each role includes the ones before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Role {
@@ -36,7 +36,7 @@ impl Role {
     }
 }
 
-/// Missions to which a token is limited: those that are named, and all of the craft that are named.
+/// Missions to which a token is limited: the named ones, and all of the named craft.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TokenLimit {
@@ -49,12 +49,12 @@ pub struct TokenLimit {
 }
 
 impl TokenLimit {
-    /// Whether it names the mission with this ID.
+    /// `true` if it names the mission with this ID.
     pub(crate) fn names(&self, id: &str) -> bool {
         self.missions.iter().any(|mission| mission == id)
     }
 
-    /// Whether it names the craft of the mission with this metadata.
+    /// `true` if it names the craft of the mission with this metadata.
     pub(crate) fn names_craft_of(&self, metadata: &Map<String, Value>) -> bool {
         let craft = metadata.get(CRAFT).and_then(Value::as_str);
         craft.is_some_and(|craft| self.craft.iter().any(|named| named == craft))

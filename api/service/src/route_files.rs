@@ -22,7 +22,7 @@ use wire::{FieldError, Origin};
 /// A route of a file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct RouteOfFile {
-    /// What the file calls it; empty if it has no name.
+    /// Name of the route in the file; empty without one.
     pub name: String,
     /// Its way-points, in order.
     pub points: Vec<WayPoint>,
@@ -31,17 +31,17 @@ pub struct RouteOfFile {
     pub speed_mps: Option<f64>,
     /// The `path` of an AUV, in a snapshot or a change of a mission.
     pub path: PathOfFile,
-    /// What the file states and a path does not have.
+    /// Statements of the file that a path does not have.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
 }
 
-/// A `path`. If the file states no speed, `speed_mps` is missing: add it.
+/// A `path`. Add `speed_mps` if the file states no speed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct PathOfFile {
     /// One segment of way-points.
     pub segments: Vec<WayPointsOfFile>,
-    /// Whether the last point leads back to the first.
+    /// `true` if the last point leads back to the first.
     pub closed: bool,
     /// The first speed that the file states, m/s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -94,7 +94,7 @@ pub fn legs(route: &Route) -> Vec<Leg> {
     route.ends_of_legs().into_iter().map(leg).collect()
 }
 
-/// A way-point: latitude and longitude, or north and east of a datum that the file does not name, m.
+/// A way-point: latitude and longitude, or north and east of an unnamed datum, m.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(untagged)]
 pub enum WayPoint {
@@ -108,16 +108,17 @@ pub enum WayPoint {
 #[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct RouteQuery {
-    /// Which route of the file. Default: the only one.
+    /// Name of the route in the file. Default: the only one.
     #[serde(default)]
     name: Option<String>,
 }
 
-/// Reads a route from the file of a planning tool, sent as it is: GeoJSON, KML, KMZ, GPX, RTZ, QGroundControl `.plan`, `QGC WPL`, MOOS points,
-/// or CSV with named columns.
+/// Reads a route from the file of a planning tool, sent unchanged: GeoJSON, KML, KMZ, GPX, RTZ,
+/// QGroundControl `.plan`, `QGC WPL`, MOOS points, or CSV with named columns.
 ///
-/// The content tells the format; the content type does not matter. A file that is no route is refused with its line and the reason. The
-/// service keeps nothing: PATCH a mission's `paths` with the `path` of the answer.
+/// The content determines the format, not the content type. A file without a route is refused with
+/// its line and the reason. The service keeps nothing: PATCH a mission's `paths` with the `path` of
+/// the answer.
 #[utoipa::path(post, path = "/v1/routes", tag = "missions", params(RouteQuery),
     request_body(content = String, content_type = "application/octet-stream", description = "The file."),
     responses((status = 200, description = "The route.", body = RouteOfFile), Refusals))]

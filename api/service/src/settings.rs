@@ -23,7 +23,7 @@ pub type PlanFn = fn(&Snapshot, &Parameters, &mut Workspace, &Stop) -> Plan;
 /// The settings of a service.
 #[derive(Clone, Debug)]
 pub struct Settings {
-    /// The time by which everything happens.
+    /// The clock of the service.
     pub clock: Clock,
     /// The function that plans.
     pub plan: PlanFn,
@@ -33,35 +33,35 @@ pub struct Settings {
     pub waiting: usize,
     /// Longest time for a body to arrive.
     pub body_time_limit: Duration,
-    /// Longest time for an answer, from the head of its request. A request may set a shorter deadline.
+    /// Longest time from the head of a request to its answer. Requests may set shorter deadlines.
     pub deadline: Duration,
-    /// Names under which clients may call the service over a network; none if the requests come from this program.
+    /// Names by which clients on a network may call the service; `None` for calls of this program.
     pub hosts: Option<Hosts>,
-    /// Tokens: every request needs one as soon as one is created. None: every client may do everything.
+    /// Tokens, which every request needs once one is created. `None`: clients may do everything.
     pub tokens: Option<Tokens>,
-    /// True once the service is about to stop: it still answers, and reports that it is not ready.
+    /// `true` before the service stops: it still answers, and reports that it is not ready.
     pub stopping: Arc<AtomicBool>,
     /// Counts the server's connections.
     pub connections: Connections,
-    /// Called at least once in that time, as long as the service works.
+    /// Called at least once in that time, while the service works.
     pub heartbeat: Option<(Duration, fn())>,
-    /// How many log lines were dropped because the log's reader was too slow.
+    /// Number of log lines that were dropped because the log's reader was too slow.
     pub log_lines_dropped: fn() -> u64,
     /// Exports traces of requests.
     pub trace: TraceFn,
-    /// How services that share missions call each other by HTTPS; none: by HTTP only.
+    /// Configuration of HTTPS calls between services that share missions; `None`: HTTP only.
     pub between: Option<ClientConfig>,
-    /// Where the other services are, as scheme and authority: calls with tokens go there alone, and to those that [`Self::between`]
-    /// certifies.
+    /// Scheme and authority of the other services: calls with tokens go only there and to those
+    /// that [`Self::between`] certifies.
     pub peers: Vec<String>,
-    /// Takes the place of calls to other services. For tests.
+    /// Replaces calls to other services. For tests.
     #[doc(hidden)]
     pub others: Option<InProcess>,
 }
 
 impl Default for Settings {
-    /// One planner for each processor; a queue that empties well before the deadline; a time for bodies that suits a slow
-    /// link; a deadline equal to the interval at which references are renewed.
+    /// One planner for each processor; a queue that empties well before the deadline; a time for
+    /// bodies on slow links; a deadline equal to the interval between references.
     fn default() -> Self {
         Self {
             clock: Clock::machine(),

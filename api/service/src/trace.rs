@@ -1,6 +1,6 @@
 //! W3C trace context: the trace of a request.
 //!
-//! Source: W3C, "Trace Context", Recommendation of 23 November 2021; the answer's header is of Level 2.
+//! Source: W3C, "Trace Context", Recommendation of 23 November 2021; the answer's header: Level 2.
 
 use std::fmt;
 
@@ -13,7 +13,7 @@ static TRACEPARENT: HeaderName = HeaderName::from_static("traceparent");
 /// The header of an answer.
 pub(crate) static TRACERESPONSE: HeaderName = HeaderName::from_static("traceresponse");
 
-/// Puts a request's span, with its name, into its client's trace. Returns the span's own place; none without a tracer.
+/// Puts a request's named span into its client's trace. Returns its own place, with a tracer.
 pub type TraceFn = fn(&Span, fmt::Arguments<'_>, Option<TraceContext>) -> Option<TraceContext>;
 
 /// A place in a trace.
@@ -23,7 +23,7 @@ pub struct TraceContext {
     pub trace: u128,
     /// The span within it; not zero.
     pub span: u64,
-    /// Whether the caller records it.
+    /// `true` if the caller records it.
     pub sampled: bool,
 }
 
@@ -91,7 +91,7 @@ mod tests {
     const VALID: &str = "00-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-01";
 
     #[test]
-    fn a_written_context_is_read_back() {
+    fn a_written_trace_context_is_read_back() {
         let context = TraceContext::parse(VALID).expect("is the standard's example");
         assert_eq!(context.span, 0xb7ad_6b71_6920_3331);
         assert!(context.sampled);

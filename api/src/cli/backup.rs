@@ -25,7 +25,7 @@ pub(crate) struct NotWhole {
     to: PathBuf,
 }
 
-/// Copies everything that was acknowledged until now, and the `tokens`, and checks the copy.
+/// Copies everything acknowledged until now, and the `tokens`, and checks the copy.
 pub(crate) fn back_up(arguments: &Backup, data: &Path, tokens: &Path) -> Result<(), Box<dyn Error>> {
     let Backup { to } = arguments;
     let reader = EventReader::of(data)?;
@@ -33,7 +33,7 @@ pub(crate) fn back_up(arguments: &Backup, data: &Path, tokens: &Path) -> Result<
         return Err(StoreError::Unprotected(tokens.to_owned()).into());
     }
     let damage = with_spinner("copying the mission log", || reader.back_up(to))?;
-    // With the log alone, a service that had tokens does not start.
+    // Without its tokens, a service that had some does not start.
     let has_tokens = TokenFile::back_up(tokens, &to.join(TOKENS))?;
     if !damage.is_empty() {
         let to = to.clone();

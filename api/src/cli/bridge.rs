@@ -1,4 +1,4 @@
-//! `pilotfish bridge` connects a craft's autopilot to a live mission; `pilotfish preflight` checks everything before departure.
+//! `pilotfish bridge` connects an autopilot to a mission; `pilotfish preflight` checks beforehand.
 
 use std::{
     collections::BTreeSet,
@@ -30,9 +30,9 @@ use super::{
     serve::{HangUp, serve_and},
 };
 
-/// How long to wait for the autopilot.
+/// Longest wait for the autopilot.
 const PATIENCE: Duration = Duration::from_hours(24);
-/// How long the bridge's own service may take to start: it may have a log to read.
+/// Longest start of the bridge's own service, which may have a log to read.
 const START: Duration = Duration::from_mins(1);
 
 #[derive(Debug, Subcommand)]
@@ -169,7 +169,7 @@ enum Goal {
     Visit,
 }
 
-/// Why the bridge does not start.
+/// The reason that the bridge does not start.
 #[derive(Debug, thiserror::Error)]
 enum NoBridge {
     #[error(
@@ -206,12 +206,12 @@ pub(crate) fn preflight(arguments: &Preflight, config: &Config) -> Result<(), Bo
     run(look(arguments, config, &Clock::machine()))
 }
 
-/// Runs a bridge's loop on this thread. The mission's tasks run on another one, since a service may keep them busy.
+/// Runs a bridge's loop on this thread, and its mission's tasks, which may be busy, on another.
 fn run(bridge: impl Future<Output = Result<(), Box<dyn Error>>>) -> Result<(), Box<dyn Error>> {
     let mut runtime = runtime::Builder::new_multi_thread();
     let runtime = runtime.worker_threads(1).enable_time().build()?;
     let ended = runtime.block_on(bridge);
-    // Requests without an answer, and the bridge's own service, are not waited for.
+    // Stops without waiting for unanswered requests and the bridge's own service.
     runtime.shutdown_background();
     ended
 }
@@ -270,7 +270,7 @@ async fn look(arguments: &Preflight, config: &Config, clock: &Clock) -> Result<(
     let look = Duration::from_secs(arguments.look);
     if follower.wait_for_craft(look).await {
         follower.follow(missions, mission).await;
-        // A mission that cannot be created is a check of its own.
+        // A mission that cannot be created has its own check.
         if let Err(error) = follower.run(Some(look)).await {
             tracing::warn!(%error, "stopped listening early");
         }

@@ -27,7 +27,7 @@ const FILE_VARIABLE: &str = "PILOTFISH_CONFIG";
 /// Name of the token file in a data directory.
 pub(crate) const TOKENS: &str = "tokens.json";
 
-/// Bytes.
+/// Bytes in a GiB.
 const GIB: f64 = 1024.0 * 1024.0 * 1024.0;
 
 /// Every setting, after all layers.
@@ -56,7 +56,7 @@ pub(crate) struct Config {
 }
 
 impl Config {
-    /// The same for a service inside this program: on a free loopback port, without TLS, with missions of its own.
+    /// The same for a service in this program: a free loopback port, no TLS, its own missions.
     pub(crate) fn on_any_loopback_port(&self) -> Self {
         Self {
             host: "127.0.0.1".to_owned(),
@@ -84,7 +84,7 @@ impl Config {
             return (self.client_gib * GIB) as u64;
         }
         if self.store.is_some() {
-            // The database has a disk of its own.
+            // The database has its own disk.
             return u64::MAX;
         }
         // The directory may not exist yet.
@@ -100,7 +100,7 @@ impl Config {
         room.map_or(u64::MAX, |room| room / 2)
     }
 
-    /// How long missions are kept.
+    /// Times for which missions are kept.
     pub(crate) fn retention(&self) -> Retention {
         let after = |hours: f64| (0.0 < hours).then(|| Duration::from_secs_f64(3600.0 * hours));
         Retention {
@@ -142,8 +142,8 @@ pub(crate) struct Layers {
 }
 
 impl Layers {
-    /// The layers of this process, with the file at `path` or the one that the environment names. Without `serve`, the
-    /// service's variables are ignored.
+    /// The layers of this process, with the file at `path` or the one that the environment names.
+    /// Without `serve`, the service's variables are ignored.
     pub(crate) fn read(
         path: Option<&Path>,
         common: &CommonFlags,
@@ -175,7 +175,7 @@ impl Layers {
         values.try_into().expect("each value was checked")
     }
 
-    /// Whether the value of this setting is from its flag.
+    /// `true` if the value of this setting is from its flag.
     pub(crate) fn has_flag(&self, name: &str) -> bool {
         self.sources
             .get(name)
@@ -207,7 +207,7 @@ impl Layers {
         Ok(())
     }
 
-    /// The service warns of unknown variables with the prefix of settings: a container orchestrator may set some.
+    /// Warns in the service of unknown variables with the prefix; orchestrators may set some.
     fn add_environment(&mut self, of_service: bool) -> Result<(), ConfigError> {
         for (variable, text) in env::vars_os() {
             let Some(variable) = variable.to_str().filter(|variable| variable.starts_with(PREFIX)) else {

@@ -29,13 +29,13 @@ pub(crate) enum NoDeclaredCraft {
 }
 
 impl DeclaredCraft {
-    /// The `craft` object, if one is given: checked for its members, not for their ranges.
+    /// The given `craft` object, whose members are checked, not their ranges.
     pub(crate) fn json(&self) -> Result<Option<Value>, NoDeclaredCraft> {
         self.read::<CraftDescription>()
             .map(|read| read.map(|(json, _)| json))
     }
 
-    /// The craft, if one is given: its JSON, and the `T` that it is.
+    /// The given craft: its JSON and its value.
     pub(crate) fn read<T: DeserializeOwned>(&self) -> Result<Option<(Value, T)>, NoDeclaredCraft> {
         let Some(given) = self.craft.clone() else {
             return Ok(None);

@@ -121,7 +121,7 @@ impl DeclaredRoutes {
         self.route.is_empty()
     }
 
-    /// Each AUV's route, and the speed at which it follows it, m/s.
+    /// Each AUV's route, and its speed on it, m/s.
     fn read(&self) -> impl Iterator<Item = Result<(&str, Route, Result<f64, NoRoute>), NoRoute>> {
         self.route.iter().map(|(auv, file)| {
             let mut route = read(&file.path, file.name.as_deref())?;
@@ -137,7 +137,7 @@ impl DeclaredRoutes {
         })
     }
 
-    /// The first point of the first route, if it is on Earth: an origin for a mission of which nothing else is known.
+    /// The first point of the first route, if on Earth: an origin for a mission without another.
     pub(crate) fn origin(&self) -> Result<Option<Origin>, NoRoute> {
         let first = self.read().next().transpose()?;
         Ok(first.and_then(|(_, route, _)| first_on_earth(&route)))
@@ -157,7 +157,7 @@ impl DeclaredRoutes {
         Ok(())
     }
 
-    /// Lets the AUVs of `scenario` sail their routes. A scenario without an origin gets the first point on Earth.
+    /// Lets the AUVs of `scenario` sail their routes. The first point on Earth is a missing origin.
     pub(crate) fn sail(&self, scenario: &mut Scenario, seed: u64) -> Result<(), NoRoute> {
         for read in self.read() {
             let (id, route, speed) = read?;
@@ -219,7 +219,7 @@ fn segment(piece: &Segment) -> Result<SegmentFile, NoRoute> {
     }
 }
 
-/// The number, if a scenario takes it.
+/// The number, if it is within the scenario's range.
 fn fixed<K: Kind>(what: &'static str, value: f64) -> Result<Quantity<K>, NoRoute> {
     if (K::MIN..=K::MAX).contains(&value) {
         return Ok(Quantity::fixed(value));

@@ -41,7 +41,7 @@ pub(crate) struct Demo {
     no_browser: bool,
 }
 
-/// Why there is no mission to show.
+/// The reason that there is no mission to show.
 #[derive(Debug, thiserror::Error)]
 enum NoDemo {
     #[error("cannot make a directory for the mission: name one with --data")]
@@ -52,7 +52,7 @@ enum NoDemo {
     Refused(String),
 }
 
-/// Serves, runs the mission and opens its page, until Ctrl-C. Without `--data` the mission is then deleted.
+/// Serves, runs the mission and opens its page until Ctrl-C. Without `--data` it is then deleted.
 pub(crate) fn demo(demo: &Demo, layers: &Layers, config: &Config) -> Result<(), Box<dyn Error>> {
     let title = scenario(&demo.scenario)?.title;
     let body = demo.mission()?;
@@ -83,7 +83,7 @@ pub(crate) fn demo(demo: &Demo, layers: &Layers, config: &Config) -> Result<(), 
     serve_and(&own, HangUp::Stops, |address, _| {
         let shown = async move {
             if let Err(error) = show(address) {
-                // The receiver is there until the service has stopped.
+                // The receiver exists until the service has stopped.
                 let _ = failed.send(error);
                 let _ = kill_process(getpid(), Signal::INT);
             }
@@ -120,7 +120,7 @@ fn free_or_any(port: u16) -> u16 {
     TcpListener::bind(("127.0.0.1", port)).map_or(0, |_| port)
 }
 
-/// Creates the mission and runs it; the address of its page.
+/// Creates and runs the mission. Returns the address of its page.
 fn begin(
     address: SocketAddr,
     body: &Value,
@@ -154,7 +154,7 @@ fn post(url: &str, body: &Value) -> Result<Value, NoDemo> {
     Err(NoDemo::Refused(detail.as_str().unwrap_or_default().to_owned()))
 }
 
-/// Opens the page in the user's browser, in a process group of its own: Ctrl-C ends the demo, not the browser.
+/// Opens the page in the user's browser, which Ctrl-C does not end.
 fn open(page: &str) -> Result<(), Box<dyn Error + Send + Sync>> {
     let opened = Command::new("xdg-open")
         .arg(page)

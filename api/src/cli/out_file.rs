@@ -15,14 +15,14 @@ use serde::Serialize;
 /// A file that can be written.
 #[derive(Debug)]
 pub(crate) struct OutFile {
-    /// As the command line names it.
+    /// Its name on the command line.
     pub(crate) name: PathBuf,
     path: PathBuf,
-    /// Written first, beside `path`, and then renamed; none for a pipe or a device.
+    /// Written first, beside `path`, and then renamed; `None` for a pipe or a device.
     partial: Option<PathBuf>,
 }
 
-/// Why a file is not written.
+/// The reason that a file is not written.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot write {path}")]
 pub(crate) struct NotWritten {
@@ -45,7 +45,7 @@ impl NotWritten {
 }
 
 impl OutFile {
-    /// Fails if the file cannot be written, before the work for its content begins. Leaves nothing on the disk.
+    /// Fails early if the file cannot be written. Leaves nothing on the disk.
     pub(crate) fn new(name: &Path) -> Result<Self, NotWritten> {
         let (path, partial) = place(name).map_err(|source| NotWritten::new(name, source))?;
         Ok(Self {
@@ -55,7 +55,7 @@ impl OutFile {
         })
     }
 
-    /// Whether this is a pipe or a device.
+    /// `true` for a pipe or a device.
     pub(crate) fn is_stream(&self) -> bool {
         self.partial.is_none()
     }
@@ -79,7 +79,7 @@ impl OutFile {
         if let Some(partial) = &self.partial {
             written = written.and_then(|()| Ok(fs::rename(partial, &self.path)?));
             if written.is_err() {
-                // The reason is the one to report.
+                // The first error is reported.
                 let _ = fs::remove_file(partial);
             }
         }
@@ -122,8 +122,8 @@ pub(crate) fn directory(path: &Path) -> Result<(), NotWritten> {
     fs::create_dir_all(path).map_err(|error| NotWritten::new(path, error))
 }
 
-/// `text` with its control characters, but ends of lines and tabs, as JSON escapes them: names and errors from outside do not command the
-/// terminal, and JSON stays JSON.
+/// `text` with its control characters, except line ends and tabs, escaped as in JSON: names and
+/// errors from outside do not control the terminal, and JSON stays JSON.
 pub(crate) fn visible(text: &str) -> Cow<'_, str> {
     let is_hidden = |c: char| c.is_control() && c != '\n' && c != '\t';
     if !text.contains(is_hidden) {

@@ -45,7 +45,7 @@ pub(crate) struct Plan {
 
 fn tolerance(text: &str) -> Result<f64, String> {
     let given: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
-    // Tighter, rounding decides; wider, the certificate refuses.
+    // Below, rounding decides; above, the certificate refuses.
     if (1e-10..=1e-3).contains(&given) {
         Ok(given)
     } else {
@@ -96,7 +96,7 @@ pub(crate) fn plan(arguments: &Plan) -> Result<(), Box<dyn Error>> {
     Ok(file.write_text(&format!("{last}\n"))?)
 }
 
-/// The snapshot with this `craft`. The planner reports what is not a JSON object.
+/// The snapshot with this `craft`. The planner reports other bodies than JSON objects.
 fn with_craft(body: Vec<u8>, craft: Value) -> Vec<u8> {
     match serde_json::from_slice(&body) {
         Ok(Value::Object(mut snapshot)) => {
@@ -107,7 +107,7 @@ fn with_craft(body: Vec<u8>, craft: Value) -> Vec<u8> {
     }
 }
 
-/// The snapshot with these `routes`. The planner reports what is not a JSON object.
+/// The snapshot with these `routes`. The planner reports other bodies than JSON objects.
 fn with_routes(body: Vec<u8>, routes: &DeclaredRoutes) -> Result<Vec<u8>, NoRoute> {
     if routes.is_empty() {
         return Ok(body);

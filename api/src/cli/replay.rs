@@ -1,4 +1,4 @@
-//! `pilotfish replay`: recomputes every plan of a stored mission, and compares the answers byte by byte.
+//! `pilotfish replay`: recomputes every plan of a stored mission, and compares the bytes.
 
 use std::error::Error;
 
@@ -28,7 +28,7 @@ pub(crate) enum NotReplayed {
     },
 }
 
-/// Prints how many plans are equal.
+/// Prints the number of equal plans.
 pub(crate) fn replay(arguments: &Replay, config: &Config) -> Result<(), Box<dyn Error>> {
     let reader = match &config.store {
         Some(url) => EventReader::of_database(url)?,

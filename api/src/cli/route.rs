@@ -1,4 +1,4 @@
-//! `pilotfish route`: the route of a planning tool's file as it is sailed; lanes over an area.
+//! `pilotfish route`: a route of a planning tool's file as it is sailed; lanes over an area.
 
 use std::{
     error::Error,
@@ -25,7 +25,7 @@ use crate::cli::{
 /// Most legs that are printed.
 const LEGS_PRINTED: usize = 40;
 
-/// Speed of which a route without one is printed, m/s.
+/// Printed speed of a route without one, m/s.
 const SPEED_ASSUMED: f64 = 1.0;
 
 #[derive(Debug, Args)]
@@ -75,7 +75,7 @@ pub(crate) struct Route {
 #[error("--rectangle needs four numbers: latitude, longitude, length and width")]
 struct NoRectangle;
 
-/// Prints what the route is, and writes the files that were asked for.
+/// Prints the route and writes the requested files.
 pub(crate) fn route(arguments: &Route) -> Result<(), Box<dyn Error>> {
     let open = |file: &Option<PathBuf>| file.as_deref().map(OutFile::new).transpose();
     let (out, svg) = (open(&arguments.out)?, open(&arguments.svg)?);
@@ -136,7 +136,7 @@ pub(crate) fn route(arguments: &Route) -> Result<(), Box<dyn Error>> {
 
 type Read = (FileRoute, Option<Origin>, Vec<[f64; 2]>);
 
-/// A route, where its metres count from, and its points (north, east), m.
+/// A route, the datum of its metres, and its points (north, east), m.
 fn of_file(file: &Path, name: Option<&str>) -> Result<Read, Box<dyn Error>> {
     let route = read(file, name)?;
     let origin = first_on_earth(&route);
@@ -159,7 +159,7 @@ fn of_rectangle(rectangle: &[f64], heading: f64) -> Result<Read, NoRectangle> {
     Ok((FileRoute::default(), Some(Origin { lat_deg, lon_deg }), corners))
 }
 
-/// A table of the legs: where each ends, its length and its direction.
+/// A table of the legs: end, length and direction of each.
 fn legs(points: &[[f64; 2]], closed: bool, datum: Option<&Datum>) -> String {
     let head = if datum.is_some() {
         ("latitude", "longitude")
@@ -198,7 +198,7 @@ fn legs(points: &[[f64; 2]], closed: bool, datum: Option<&Datum>) -> String {
     text
 }
 
-/// How the path differs from the straight legs between its way-points, beyond corners of `radius`, m.
+/// Differences of the path from straight legs, beyond corners of `radius`, m.
 fn repairs(path: &Sailed, points: &[[f64; 2]], radius: f64) -> Vec<String> {
     let apart =
         |pair: &&[[f64; 2]]| (Vector2::from(pair[1]) - Vector2::from(pair[0])).norm() < REPEATED_WITHIN;
@@ -218,7 +218,7 @@ fn repairs(path: &Sailed, points: &[[f64; 2]], radius: f64) -> Vec<String> {
         })
         .collect();
     let loops = arcs.iter().filter(|(_, angle)| LOOP_FROM < *angle).count();
-    // Less than this is rounding.
+    // Smaller differences are rounding.
     let tight = || {
         arcs.iter()
             .map(|(tight, _)| *tight)

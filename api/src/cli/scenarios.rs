@@ -20,7 +20,7 @@ pub(crate) struct Scenarios {
     schema: bool,
 }
 
-/// Why no scenario was found.
+/// The reason that no scenario was found.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum NoScenario {
     #[error(
@@ -33,9 +33,9 @@ pub(crate) enum NoScenario {
     File(#[from] ScenarioError),
 }
 
-/// The built-in name that `argument` may be a slip of.
+/// The built-in name that is most similar to `argument`.
 fn nearest(argument: &str) -> Option<&'static str> {
-    /// Least similarity of a slip, from 0 to 1: as in clap's own suggestions.
+    /// Least similarity of a misspelling, from 0 to 1, as in clap's own suggestions.
     const SIMILAR: f64 = 0.7;
     let similarity = |name: &&'static str| strsim::jaro(argument, name);
     let names = Scenario::names().into_iter();
@@ -73,10 +73,10 @@ pub(crate) fn scenario(argument: &str) -> Result<Scenario, NoScenario> {
     Scenario::named(argument).ok_or_else(|| NoScenario::Unknown(argument.to_owned()))
 }
 
-/// The first line of every scenario file: editors find the schema by it.
+/// The first line of every scenario file, by which editors find the schema.
 const SCHEMA_LINE: &str = "#:schema scenario.schema.json\n";
 
-/// A built-in file for a user's own directory: its second line says how to write the schema there.
+/// A built-in file for a user's own directory, with a second line on writing the schema there.
 fn copied_out(text: &str) -> String {
     let note = "# The schema beside this file: pilotfish scenarios --schema > scenario.schema.json\n";
     text.replacen(SCHEMA_LINE, &format!("{SCHEMA_LINE}{note}"), 1)

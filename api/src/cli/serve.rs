@@ -77,7 +77,7 @@ pub(crate) fn serve(config: &Config) -> Result<(), ServeError> {
     serve_and(config, HangUp::Reloads, greet)
 }
 
-/// What SIGHUP does, which also comes when a terminal is closed.
+/// The effect of SIGHUP, which also comes when a terminal is closed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum HangUp {
     /// Reads the certificate again, if there is one.
@@ -86,7 +86,7 @@ pub(crate) enum HangUp {
     Stops,
 }
 
-/// Serves, and calls `listens` with the address and whether it uses TLS.
+/// Serves. Calls `listens` with the address, and `true` with TLS.
 pub(crate) fn serve_and(
     config: &Config,
     hang_up: HangUp,
@@ -130,7 +130,7 @@ pub(crate) fn serve_and(
     };
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
     runtime.block_on(run(&addresses, settings, tls, (config, hang_up), listens))?;
-    // Planners that still work are not waited for.
+    // Stops without waiting for busy planners.
     runtime.shutdown_background();
     Ok(())
 }
@@ -180,7 +180,7 @@ async fn run(
     let store = open_store(config, listener.local_addr()?, tls.is_some(), &clock)?;
     let (router, missions) = service(settings, store).await?;
     tokio::spawn(missions.clone().keep_for(config.retention()));
-    // Before the URL is printed, because its reader may send a signal at once.
+    // Signals first: the reader of the URL may send one at once.
     let mut signals = Signals::listen()?;
     listens(listener.local_addr()?, tls.is_some());
     systemd::notify("READY=1");
@@ -226,7 +226,7 @@ fn advertised_name(url: &str) -> Result<(String, String), ServeError> {
     parts.ok_or_else(|| ServeError::Advertised(url.to_owned()))
 }
 
-/// How services are called whose certificates are signed by the authority of the PEM file `path`.
+/// The client configuration for services certified by the authority of the PEM file `path`.
 fn trusting(path: &Path) -> Result<ClientConfig, ServeError> {
     verified_by(Some(path)).map_err(ServeError::Authority)
 }
@@ -247,7 +247,7 @@ fn open_store(
     let is_unreached = ip.is_unspecified() || (ip.is_loopback() && EventStore::is_elsewhere(store));
     let own = (!is_unreached).then(|| format!("{scheme}://{address}"));
     let is_https = |url: &str| url.starts_with("https://");
-    // With TLS the service answers nothing else; a proxy may have it in front of a service without.
+    // With TLS the service answers HTTPS only; without, a proxy may add it.
     let is_reached = |url: &String| is_https(url) || (url.starts_with("http://") && !has_tls);
     let advertised = config.advertise.clone().or(own).filter(is_reached);
     let url = advertised.ok_or(ServeError::NotAdvertised(scheme))?;
@@ -321,7 +321,7 @@ impl Signals {
     }
 }
 
-/// What a signal asks of the service.
+/// The action of a signal.
 enum Action {
     Stop,
     /// Reload the certificate.

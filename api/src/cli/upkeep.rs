@@ -22,7 +22,7 @@ pub(crate) struct Retain {
     trust_clock: bool,
 }
 
-/// Difference of clocks that is mentioned, s.
+/// Least difference of clocks that is mentioned, s.
 const NOTABLE: f64 = 3_600.0;
 
 const DAY: Duration = Duration::from_hours(24);

@@ -35,7 +35,7 @@ fn each_role_has_its_permissions() {
         assert_eq!(call("GET", "/v1/missions", token), 401);
         assert_eq!(call("DELETE", "/v1/missions/m-1", token), 401);
     }
-    // 404 and 415 are answers to those who may ask.
+    // 404 and 415 answer callers that may make the call.
     for (token, list, run, delete) in [
         (&reader, 200, 403, 403),
         (&operator, 200, 404, 403),
@@ -74,7 +74,7 @@ fn a_token_limited_to_craft_or_missions_sees_and_changes_only_those() {
     assert_eq!(create(&first, &bridge, "craft-2").0, 403);
     let (_, other) = create(&first, &admin, "craft-2");
     drop(first);
-    // Limited by the mission's ID, and an admin of that alone.
+    // Limited by the mission's ID, and an admin of that mission only.
     let one = add(&file, "one", "admin", &["--mission", &other]);
     let server = serving(&file, &data);
     let ask = |token: &str, method: &str, path: &str, body: &str| {
@@ -189,7 +189,7 @@ fn every_setting_is_a_flag_a_variable_and_a_key_and_shows_its_source() {
         assert!(found.ends_with(&format!("# {source}")), "{found}");
     }
 
-    // What is printed is a file that means the same.
+    // The printed text is a file with the same meaning.
     let again = path(&directory, "again.toml");
     fs::write(&again, &printed).expect("is written");
     let output = run(&["config", "--config", &again]);

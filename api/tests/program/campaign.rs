@@ -1,4 +1,4 @@
-//! `pilotfish campaign` as its users run it: in parts, looked at, refused.
+//! `pilotfish campaign` for its users: in parts, inspected, refused.
 
 use std::{fs, path::Path, process::Output};
 

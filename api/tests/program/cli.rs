@@ -1,4 +1,4 @@
-//! The program itself: its commands, its exit codes, what it prints, and the server on a real socket.
+//! The program itself: its commands, exit codes and output, and the server on a real socket.
 
 use std::{
     collections::BTreeMap,
@@ -252,7 +252,7 @@ fn other_machines_are_let_in_only_with_insecure() {
     }
 }
 
-/// An address for documentation (RFC 5737), where no database is.
+/// An address for documentation (RFC 5737), without a database.
 #[test]
 fn services_of_other_machines_are_not_told_a_loopback_address() {
     let store = "postgres://pilotfish@192.0.2.1/pilotfish?sslmode=disable";
@@ -479,7 +479,7 @@ fn example_body(name: &str) -> &'static str {
         .body
 }
 
-/// An answer without the one member that two equal requests do not share.
+/// An answer without the member that differs between equal requests.
 fn untimed(text: &str) -> Value {
     let mut answer: Value = serde_json::from_str(text).expect("is JSON");
     answer["solver"]["solve_time_ms"] = Value::Null;
@@ -713,8 +713,9 @@ mod slow {
                 controller == "integral_los"
             );
         }
-        // In 98 s of 240 a hand-over is inside the horizon or just past, and a plan made before it may be as good as a new
-        // one; else the program answers. Measured: 1807 of 1920 answers, and the previous plan the others.
+        // In 98 s of 240 an earlier plan may be as good, since a hand-over is within or just past
+        // the horizon. Measured: the program gave 1807 of 1920 answers, the previous plan the
+        // others.
         let answers = |name: &str| {
             controllers["mpc"]["answers_by_method"][name]
                 .as_u64()
@@ -783,7 +784,7 @@ mod slow {
         };
         assert_ne!(flown("otter"), flown("generic"));
 
-        // In degrees, and without what a small craft has not.
+        // In degrees, and without members that small craft lack.
         let text = fs::read_to_string(&log).expect("written");
         let columns = [
             "t_s",

@@ -1,4 +1,4 @@
-//! The program as a command, and what it says.
+//! The program as a command, and its output.
 
 use std::{
     env,
@@ -19,7 +19,6 @@ const PATIENCE: Duration = Duration::from_mins(1);
 /// Longest answer read, bytes: the record of an hour of kills.
 const ANSWER_BYTES_MAX: u64 = 1 << 30;
 
-/// A campaign of 32 runs.
 pub(crate) const SMALL_CAMPAIGN: &str = r#"
 schema_version = "1"
 name = "small"
@@ -58,7 +57,7 @@ pub(crate) fn line(command: &str) -> Output {
     run(&command.split(' ').collect::<Vec<_>>())
 }
 
-/// What a run that must succeed printed.
+/// The output of a run that must succeed.
 pub(crate) fn printed(output: &Output) -> String {
     assert!(output.status.success(), "{}", said(output));
     stdout(output).to_owned()
@@ -92,7 +91,7 @@ pub(crate) fn agent() -> Agent {
     config.timeout_global(Some(PATIENCE)).build().new_agent()
 }
 
-/// The answer to a request with these headers and, unless it is empty, a JSON body. Fails only if no whole answer comes.
+/// The answer to a request with these headers and a JSON body, unless empty. Fails if incomplete.
 pub(crate) fn try_ask(
     agent: &Agent,
     method: &str,
@@ -142,17 +141,17 @@ pub(crate) fn metric(server: &Server, name: &str) -> f64 {
     sample.expect("is counted").parse().expect("is a number")
 }
 
-/// Sends a signal to a program that runs.
+/// Sends a signal to a running program.
 pub(crate) fn signal(process: &Child, signal: Signal) {
     kill_process(Pid::from_child(process), signal).expect("is ours");
 }
 
-/// `true` if this machine has a program that a test needs. Otherwise it says that the test is skipped.
+/// `true` if this machine has a program that a test needs; otherwise says that the test is skipped.
 pub(crate) fn has(program: &str) -> bool {
     let paths = env::var_os("PATH").unwrap_or_default();
     let found = env::split_paths(&paths).any(|folder| folder.join(program).is_file());
     if !found {
-        // Not by `eprintln!`: what tests that pass print so is not shown.
+        // Not by `eprintln!`, whose output of passing tests is hidden.
         let _ = writeln!(
             io::stderr(),
             "SKIPPED: {program} is not installed (apt-get install {program})"

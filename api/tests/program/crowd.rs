@@ -1,4 +1,4 @@
-//! Clients that take places, memory or the log from others: the program must serve the others all the same.
+//! Clients that take places, memory or the log: the program must still serve the others.
 
 #![expect(
     clippy::disallowed_methods,
@@ -39,7 +39,7 @@ fn connected(from: [u8; 4], to: &Server) -> TcpStream {
 }
 
 #[test]
-fn two_addresses_that_take_every_place_keep_no_third_out() {
+fn two_addresses_that_take_every_place_leave_some_to_a_third() {
     let mut shell = Command::new("sh");
     let run = format!("ulimit -n {}; exec \"$0\" \"$@\"", PLACES + OTHER_FILES);
     shell.args(["-c", &run, env!("CARGO_BIN_EXE_pilotfish")]);

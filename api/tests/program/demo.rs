@@ -1,4 +1,4 @@
-//! `pilotfish demo`: what it runs, what it opens, and what it leaves.
+//! `pilotfish demo`: its mission, the page that it opens, and the files that it leaves.
 
 use std::{
     fs,
@@ -76,7 +76,7 @@ fn a_demo_runs_a_mission_and_leaves_nothing() {
 }
 
 #[test]
-fn a_demo_without_a_browser_says_so_and_keeps_its_mission_where_it_is_told_to() {
+fn a_demo_without_a_browser_says_so_and_keeps_its_mission_in_the_given_directory() {
     let folder = tempfile::tempdir().expect("there is room");
     let scenario = folder.path().join("lanes.toml");
     let text = printed(&run(&["scenarios", "paper-intermittent"]));

@@ -1,4 +1,4 @@
-//! Commands, fields, files and examples of the documentation work as written. Its figures: [`crate::figures`].
+//! Commands, fields, files and examples of the documentation work. Its figures: [`crate::figures`].
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -23,7 +23,7 @@ use crate::{
 
 /// A page of the documentation.
 pub(crate) struct Page {
-    /// From the repository's root.
+    /// Path from the repository's root.
     pub(crate) name: String,
     pub(crate) text: String,
 }
@@ -59,7 +59,7 @@ pub(crate) fn pages() -> Vec<Page> {
     names.into_iter().map(page).collect()
 }
 
-/// Fails with everything that was found, each with its page.
+/// Fails with all findings, each with its page.
 #[track_caller]
 pub(crate) fn none(found: &[(&Page, String)]) {
     let lines: Vec<_> = found
@@ -69,7 +69,7 @@ pub(crate) fn none(found: &[(&Page, String)]) {
     assert!(lines.is_empty(), "{}", lines.join("\n"));
 }
 
-/// What `git` keeps, as paths from the root.
+/// Files in `git`, as paths from the root.
 fn tracked() -> BTreeSet<String> {
     let mut files = BTreeSet::new();
     let mut open = vec![root()];
@@ -196,7 +196,7 @@ fn without_names(route: &str) -> String {
     route.split('/').map(part).collect::<Vec<_>>().join("/")
 }
 
-/// Every word of the program, its tests and its clients, as it stands and as serde writes it.
+/// Every word of the program, its tests and its clients, as written and as serde writes it.
 fn words_of_the_code(files: &BTreeSet<String>) -> BTreeSet<String> {
     let is_code = |file: &&String| {
         let kind = file.rsplit('.').next().unwrap_or_default();
@@ -222,8 +222,8 @@ fn words_of_the_code(files: &BTreeSet<String>) -> BTreeSet<String> {
     words
 }
 
-/// `pilotfish`, `cargo run --release --features full --` and `sudo` in a shell that finds no program: each command line is completed with
-/// `--help`, which reads the flags before it and does nothing else.
+/// `pilotfish`, `cargo run --release --features full --` and `sudo` in a shell without programs:
+/// `--help` completes each command line, and only reads the flags before it.
 const SHELL: &str = r#"
 PATH=
 pilotfish() { error=$("$PROGRAM" "$@" --help 2>&1 >/dev/null </dev/null) || echo "pilotfish $*: ${error%%$'\n'*}" >> "$FOUND"; echo x; }
@@ -273,7 +273,7 @@ fn command_lines_have_subcommands_and_flags_that_exist() {
     none(&found);
 }
 
-/// Whether the program only objects to what stands for a value, such as `--days N`.
+/// `true` if the program only objects to a placeholder of a value, such as `--days N`.
 fn is_placeholder(error: &str) -> bool {
     let quoted = error.split('\'').nth(1).unwrap_or_default();
     let stands_for_one = quoted.chars().all(|c| c.is_ascii_uppercase() || "_…".contains(c));
@@ -366,7 +366,7 @@ fn toml_examples_are_accepted() {
     let mut found = vec![];
     for page in &pages {
         for block in blocks(&page.text).iter().filter(|block| block.language == "toml") {
-            // What is left out of an example cannot be checked.
+            // Members that an example omits cannot be checked.
             if block.text.contains('…') {
                 continue;
             }
@@ -388,13 +388,13 @@ fn toml_examples_are_accepted() {
     none(&found);
 }
 
-/// What a campaign has before its controllers.
+/// The part of a campaign before its controllers.
 const CAMPAIGN: &str = "schema_version = \"1\"\nname = \"own\"\ntitle = \"own\"\nseed = 1\nscenarios = [\"calm\"]\nreplicates = 2\n\n";
 
 /// The recorded track that an example names.
 const TRACK: [&str; 2] = ["dive-12.csv", "t,north,east\n0,0,0\n1,0.2,0\n"];
 
-/// A campaign, as it is pasted.
+/// A complete campaign.
 fn campaign(text: &str) -> Result<(), String> {
     let folder = tempfile::tempdir().expect("there is room");
     let file = folder.path().join("campaign.toml");
@@ -410,7 +410,7 @@ fn campaign(text: &str) -> Result<(), String> {
     Err(String::from_utf8_lossy(&program.stderr).into_owned())
 }
 
-/// A part of a scenario: as a whole, or each of its lines alone where they are alternatives.
+/// A part of a scenario, as a whole or line by line if the lines are alternatives.
 fn scenario(text: &str) -> Result<(), String> {
     let whole = with_the_rest(text);
     let mut header = String::new();
@@ -427,7 +427,7 @@ fn scenario(text: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// Whether a built-in scenario with this in place of its own is one.
+/// `true` if a built-in scenario is valid with this part in place of its own.
 fn with_the_rest(text: &str) -> Result<(), String> {
     // An AUV that repeats a track is the only one of its scenario.
     let [file, track] = TRACK;

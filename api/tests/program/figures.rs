@@ -15,8 +15,9 @@
 //! <!-- end -->
 //! ```
 //!
-//! Each command gives the lines that begin with `|`, with the numbers of its answer in place of the braces. `best` is the law with the least
-//! `rms_m`. `just figures-in-docs` writes the rows below the table's head; the tests compare them, without what is `slow` in the fast lane.
+//! Each command gives the lines that begin with `|`, with numbers of its answer in the braces.
+//! `best` is the law with the least `rms_m`. `just figures-in-docs` writes the rows; tests compare
+//! them.
 
 use std::{collections::HashMap, env, fs, process::Command};
 
@@ -31,7 +32,7 @@ const END: &str = "<!-- end -->";
 const DIGITS: i32 = 3;
 
 struct Block<'a> {
-    /// What `pilotfish` is asked, and whether that is slow.
+    /// The arguments of `pilotfish`, and `true` for slow ones.
     commands: Vec<(&'a str, bool)>,
     templates: Vec<&'a str>,
     /// The two lines above the rows.
@@ -42,7 +43,7 @@ struct Block<'a> {
 }
 
 impl<'a> Block<'a> {
-    /// From the text behind its beginning.
+    /// The text from behind its beginning.
     fn read(text: &'a str) -> Option<Self> {
         let (comment, rest) = text.split_once("-->\n")?;
         let written = rest.split_once(END)?.0;
@@ -65,7 +66,7 @@ impl<'a> Block<'a> {
     }
 }
 
-/// What a command prints, once for all blocks.
+/// The output of a command, once for all blocks.
 #[derive(Default)]
 struct Answers(HashMap<String, Value>);
 
@@ -132,7 +133,7 @@ fn figure(value: f64) -> String {
     format!("{value:.decimals$}")
 }
 
-/// The rows that the commands give, `None` for those that are not wanted: `is_wanted` is told whether a command is slow.
+/// The rows of the commands, `None` for unwanted ones: `is_wanted` gets `true` for slow commands.
 fn rows(
     block: &Block,
     answers: &mut Answers,
@@ -148,7 +149,7 @@ fn rows(
     Ok(rows)
 }
 
-/// What is wrong with the blocks of a page.
+/// The faults of a page's blocks.
 fn faults(page: &Page, answers: &mut Answers, is_wanted: fn(bool) -> bool) -> Vec<String> {
     let mut faults = vec![];
     for text in page.text.split(BEGIN).skip(1) {

@@ -1,4 +1,4 @@
-//! The program as its users start it. Only a package's own tests know where its binary is, so these are not in `tests/`.
+//! The program for its users. Only its own package knows its binary, so this is not in `tests/`.
 
 mod access;
 mod campaign;

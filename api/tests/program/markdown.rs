@@ -1,4 +1,4 @@
-//! The parts of a page that tests look at.
+//! The parts of a page for tests.
 
 use std::collections::BTreeSet;
 
@@ -35,7 +35,7 @@ pub(crate) fn without_blocks(markdown: &str) -> String {
     outside.collect::<Vec<_>>().join("\n")
 }
 
-/// What stands between backticks in the running text.
+/// The text between backticks in the running text.
 pub(crate) fn spans(markdown: &str) -> Vec<String> {
     let text = without_blocks(markdown);
     text.split("\n\n")
@@ -44,7 +44,7 @@ pub(crate) fn spans(markdown: &str) -> Vec<String> {
         .collect()
 }
 
-/// The anchors of a page: of its titles, and those that it names itself.
+/// The anchors of a page: of its titles, and its own.
 pub(crate) fn titles(markdown: &str) -> BTreeSet<String> {
     let text = without_blocks(markdown);
     let named = text

@@ -1,4 +1,4 @@
-//! What the program says to a slip of its user's.
+//! The program's answers to mistakes of its users.
 
 use std::fs;
 
@@ -42,7 +42,7 @@ fn shells_complete_scenario_names_and_files_are_still_taken() {
 }
 
 #[test]
-fn a_command_that_this_build_lacks_is_said_to_come_from_elsewhere() {
+fn a_command_of_another_package_names_that_package() {
     let output = line("ros2");
     assert_eq!(output.status.code(), Some(2));
     let words = stderr(&output);
@@ -54,7 +54,7 @@ fn a_command_that_this_build_lacks_is_said_to_come_from_elsewhere() {
 }
 
 #[test]
-fn help_shows_the_flags_of_stored_missions_where_they_mean_something() {
+fn help_shows_the_flags_of_stored_missions_where_they_have_an_effect() {
     for command in ["plan", "simulate", "campaign", "campaign run", "man"] {
         let output = line(&format!("{command} --help"));
         let help = printed(&output);
@@ -70,13 +70,13 @@ fn help_shows_the_flags_of_stored_missions_where_they_mean_something() {
             "{command}: {help}"
         );
     }
-    // Scripts that give them to every command go on.
+    // Scripts that give them to every command still work.
     printed(&line("scenarios --data elsewhere"));
     printed(&line("--data elsewhere scenarios"));
 }
 
 #[test]
-fn a_log_level_that_is_none_is_refused() {
+fn an_unknown_log_level_is_refused() {
     let refused = line("scenarios --log loud");
     assert_eq!(refused.status.code(), Some(2));
     assert!(
@@ -87,7 +87,7 @@ fn a_log_level_that_is_none_is_refused() {
 }
 
 #[test]
-fn a_bridge_that_hears_no_craft_ends_in_the_time_that_it_was_given() {
+fn a_bridge_that_hears_no_craft_ends_in_the_given_time() {
     let folder = tempfile::tempdir().expect("there is room");
     let ended = line(&format!(
         "bridge mavlink --connect udp:127.0.0.1:0 --auv 1=auv-1 --end-after 1 --data {}",
@@ -102,7 +102,7 @@ fn a_bridge_that_hears_no_craft_ends_in_the_time_that_it_was_given() {
 }
 
 #[test]
-fn a_modem_file_with_an_unknown_field_is_not_said_to_be_no_json() {
+fn an_unknown_field_of_a_modem_file_is_named() {
     let folder = tempfile::tempdir().expect("there is room");
     let file = path(&folder, "usbl.json");
     fs::write(&file, r#"{ "modle": "seatrac" }"#).expect("is written");

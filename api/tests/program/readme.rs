@@ -1,7 +1,7 @@
-//! The README's commands, run as they stand there.
+//! The README's commands, run as written.
 //!
 //! A block of `bash` that calls `curl` is run against a server, and its answer is compared with the
-//! block of `json` that follows. That block may leave members out, but what it shows must be true.
+//! block of `json` that follows, which may omit members.
 
 use std::process::Command;
 
@@ -13,7 +13,7 @@ use crate::{
     markdown::{Block, blocks},
 };
 
-/// Where the README says that the server listens.
+/// The README's address of the server.
 const README_ADDRESS: &str = "127.0.0.1:8080";
 
 /// Relative difference of a number from the one in the README: it may print fewer digits than the
@@ -36,7 +36,7 @@ fn calls_the_server(block: &Block) -> bool {
     block.language == "bash" && block.text.contains(README_ADDRESS)
 }
 
-/// What `command` prints, run by a shell in the repository.
+/// The output of `command` in a shell in the repository.
 fn run(command: &str, server: &Server) -> String {
     let command = command.replace(README_ADDRESS, &server.address);
     let output = Command::new("bash")
@@ -48,7 +48,7 @@ fn run(command: &str, server: &Server) -> String {
     String::from_utf8(output.stdout).expect("prints text")
 }
 
-/// Where `shown` says something else than `answer`, as JSON pointers.
+/// Differences of `shown` from `answer`, as JSON pointers.
 fn differences(shown: &Value, answer: &Value, pointer: &str) -> Vec<String> {
     let one = |what: String| vec![format!("{pointer}: {what}")];
     match (shown, answer) {
@@ -63,7 +63,7 @@ fn differences(shown: &Value, answer: &Value, pointer: &str) -> Vec<String> {
                 )
             })
             .collect(),
-        // A list may be cut short after its first entries, and is never empty where the answer's is not.
+        // A list may be truncated after its first entries, and is empty only with the answer's.
         (Value::Array(shown), Value::Array(answer)) if shown.is_empty() != answer.is_empty() => {
             one(format!("{} entries are shown of {}", shown.len(), answer.len()))
         }
@@ -137,7 +137,7 @@ fn the_two_commands_to_begin_with_stand_alone_on_a_line() {
     }
 }
 
-/// The arguments of every `cargo run --release --features full -- …` in the README, in blocks and in running text.
+/// The arguments of every `cargo run --release --features full -- …` in the README.
 fn invocations() -> Vec<Vec<String>> {
     let text = std::fs::read_to_string(root() + "/README.md").expect("there is a README");
     let commands = text.split("cargo run --release --features full -- ").skip(1);
@@ -153,7 +153,7 @@ fn invocations() -> Vec<Vec<String>> {
 }
 
 #[test]
-fn a_readme_that_shows_something_else_than_the_answer_is_found_out() {
+fn differences_of_the_readme_from_the_answer_are_found() {
     let answer: Value = serde_json::from_str(
         r#"{"method":"mpc","plan_id":"a","reference":{"speed_mps":0.4123456789},"trajectory":[{"t_s":1.0},{"t_s":2.0}]}"#,
     )
@@ -182,7 +182,7 @@ mod slow {
     use super::*;
 
     #[test]
-    fn the_missions_that_the_readme_names_run_as_they_stand() {
+    fn the_missions_of_the_readme_run_as_written() {
         let directory = std::env::temp_dir().join(format!("pilotfish-readme-{}", std::process::id()));
         std::fs::create_dir_all(&directory).expect("can be made");
         let invocations = invocations();

@@ -1,4 +1,4 @@
-//! Tokens and certificates that change while the service runs, and TLS as curl has it.
+//! Tokens and certificates that change while the service runs, and TLS with curl.
 
 use std::{fs, process::Command};
 

@@ -1,11 +1,12 @@
-//! A boat whose bridge or service is killed, with real processes and sockets. Voyages (`tests/voyage.rs`) claim in simulated time what a
-//! bridge may send, and when.
+//! A boat whose bridge or service is killed, with real processes and sockets. Voyages
+//! (`tests/voyage.rs`) test in simulated time what a bridge may send, and when.
 //!
-//! The same mission is sailed by a stand-in of the autopilot's rules ([`tests::autopilot`]), always, and by ArduPilot's Rover where
-//! `PILOTFISH_ARDUROVER` is the path of its simulator:
+//! A stand-in of the autopilot's rules ([`tests::autopilot`]) always sails the mission, and
+//! ArduPilot's Rover does if `PILOTFISH_ARDUROVER` is the path of its simulator:
 //!
 //! ```text
-//! PILOTFISH_ARDUROVER=~/ardupilot/build/sitl/bin/ardurover cargo test -p pilotfish --test soak bridge -- --nocapture
+//! PILOTFISH_ARDUROVER=~/ardupilot/build/sitl/bin/ardurover \
+//!     cargo test -p pilotfish --test soak bridge -- --nocapture
 //! ```
 
 use std::{
@@ -35,17 +36,17 @@ use crate::{
     kill::record_at,
 };
 
-/// The AUV's speed to the north, m/s, and where it starts (north, east), m.
+/// The AUV's speed to the north, m/s, and its first position (north, east), m.
 const AUV_SPEED: f64 = 0.6;
 const AUV_START: [f64; 2] = [20.0, 5.0];
-/// How near a boat that follows comes, m.
+/// Greatest distance of a boat that follows, m.
 const NEAR: f64 = 2.0;
-/// What takes longer fails the test.
+/// A longer wait fails the test.
 const PATIENCE: Duration = Duration::from_secs(90);
 
-/// A boat that the test can look at, and play a person aboard of.
+/// A boat that the test observes, and on which it plays a person.
 trait Craft {
-    /// Where a bridge connects to.
+    /// The bridge's address of the boat.
     fn endpoint(&self) -> String;
     /// (north, east), m from [`ORIGIN`].
     fn position(&mut self) -> Vector2<f64>;
@@ -53,9 +54,9 @@ trait Craft {
     fn speed(&mut self) -> f64;
     /// A person sets the mode.
     fn set_mode(&mut self, mode: u32);
-    /// Whether the boat is in that mode, and armed.
+    /// `true` if the boat is in that mode, and armed.
     fn is_guided_and_armed(&mut self) -> bool;
-    /// Takes up what an AUV says, ten times a second.
+    /// Takes an AUV's messages, ten times a second.
     fn hear(&mut self, position: &Vector2<f64>, velocity: &Vector2<f64>);
 }
 
@@ -108,7 +109,7 @@ impl Craft for StandIn {
         self.boat.mode == GUIDED && self.boat.is_armed
     }
 
-    /// Sails until now, and says so.
+    /// Sails until now, and reports that.
     fn hear(&mut self, position: &Vector2<f64>, velocity: &Vector2<f64>) {
         if let Ok((stream, _)) = self.listener.accept() {
             stream
@@ -179,7 +180,7 @@ fn bridge(endpoint: &str, address: &str, flags: &[&str]) -> Bridge {
     Bridge(program.spawn().expect("the program starts"))
 }
 
-/// Ten times a second, the AUV says where it is; answers whether `until` came true in time.
+/// Sends the AUV's position ten times a second. Returns `true` if `until` came true in time.
 fn sail(
     craft: &mut dyn Craft,
     start: Instant,
@@ -220,7 +221,7 @@ fn missions(server: &Server) -> Vec<String> {
         .collect()
 }
 
-/// What the bridge wrote into the mission's log.
+/// The bridge's notes in the mission's log.
 fn notes(server: &Server, mission: &str) -> Vec<String> {
     let events = record_at(&format!("{}/v1/missions/{mission}", server.url()));
     events
@@ -234,8 +235,8 @@ fn notes(server: &Server, mission: &str) -> Vec<String> {
         .collect()
 }
 
-/// The mission that both boats sail: the boat approaches, a person takes over and hands back, the bridge is killed and started again.
-/// Returns the second bridge and the start of the mission.
+/// The mission of both boats: the boat approaches, a person takes over and hands back, the bridge
+/// is killed and restarted. Returns the second bridge and the start of the mission.
 fn follow_through_a_take_over_and_a_kill(craft: &mut dyn Craft, server: &Server) -> (Bridge, Instant) {
     let address = &server.address;
     let start = Instant::now();
@@ -275,7 +276,7 @@ fn follow_through_a_take_over_and_a_kill(craft: &mut dyn Craft, server: &Server)
     (second, start)
 }
 
-/// Restarts make no second mission, and the bridge wrote all of that into its log.
+/// Restarts make no second mission, and the log has all notes.
 fn says_in_the_log(server: &Server, texts: &[&str]) {
     let missions = missions(server);
     assert_eq!(missions.len(), 1, "a restart made a mission of its own");
@@ -289,7 +290,7 @@ fn says_in_the_log(server: &Server, texts: &[&str]) {
 }
 
 #[test]
-fn a_boat_follows_its_auv_through_a_take_over_and_outlives_its_bridge_and_its_service() {
+fn a_boat_follows_its_auv_through_a_take_over_and_kills_of_bridge_and_service() {
     let mut server = Server::start(pilotfish());
     let (port, data) = (
         server.port(),
@@ -331,7 +332,7 @@ struct ArduPilot {
     seen: (Vector2<f64>, f64, u32, bool),
 }
 
-/// First port of instance 7: a simulator that runs already has 5760.
+/// First port of instance 7: a running simulator has 5760.
 const ARDUPILOT_PORT: u16 = 5760 + 70;
 /// Parameters of a plain hull with one rudder and one thruster.
 const ARDUPILOT_PARAMETERS: &str = "FRAME_CLASS 2\nWP_SPEED 2\nCRUISE_SPEED 5\nCRUISE_THROTTLE 30\nATC_SPEED_P 0.1\n\

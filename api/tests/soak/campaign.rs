@@ -1,4 +1,4 @@
-//! A campaign that is killed again and again.
+//! A campaign that is killed repeatedly.
 
 use std::{fs, process::Stdio, thread::sleep, time::Duration};
 
@@ -7,7 +7,7 @@ use tempfile::TempDir;
 use crate::command::{SMALL_CAMPAIGN, path, pilotfish, printed, run};
 
 #[test]
-fn a_campaign_that_is_killed_again_and_again_goes_on_to_the_same_rows() {
+fn a_campaign_killed_repeatedly_ends_with_the_same_rows() {
     let folder = TempDir::new().expect("is a folder");
     let file = path(&folder, "small.toml");
     fs::write(&file, SMALL_CAMPAIGN).expect("is written");
@@ -31,7 +31,7 @@ fn a_campaign_that_is_killed_again_and_again_goes_on_to_the_same_rows() {
     assert!(2 <= kills, "it has to be killed to show anything: {kills}");
     printed(&run(&["campaign", "run", &file, "--out", &killed, "--jobs", "1"]));
     assert_eq!(printed(&run(&["campaign", "digest", &killed])), digest);
-    // What is done is not done again.
+    // Finished runs are not repeated.
     let again = printed(&run(&["campaign", "run", &file, "--out", &killed]));
     assert!(again.contains(digest.trim()), "{again}");
 }

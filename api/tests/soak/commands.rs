@@ -1,4 +1,4 @@
-//! Commands that are looked at while they run.
+//! Commands that are observed while they run.
 
 use std::{
     fs,

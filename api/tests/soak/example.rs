@@ -1,4 +1,4 @@
-//! `examples/live_mission.rs` against a service that is killed on the way.
+//! `examples/live_mission.rs` with a service that is killed meanwhile.
 
 use std::collections::BTreeMap;
 
@@ -15,11 +15,11 @@ mod live_mission;
 
 #[test]
 fn a_live_mission_outlives_the_server_and_nothing_acknowledged_is_lost() {
-    // s of mission time: an AUV is silent from 210 to 390.
+    // Mission time, s: an AUV is silent from 210 to 390.
     const KILLED: f64 = 280.0;
     const STARTED: f64 = 300.0;
-    // Measured at most, also on a machine with three times the work that it can do: 1.5 m, 3.7 m, 24 s. Of these 9 s pass until every AUV
-    // is heard; the rest is the outage less the 10 s for which the last reference is valid.
+    // Greatest values, also measured under threefold load: 1.5 m, 3.7 m, 24 s. Of these, 9 s pass
+    // until every AUV is heard; the rest is the outage less the 10 s of the last reference.
     const SETTLED_RMS_MAX_M: f64 = 2.5;
     const SILENCE_MAX_M: f64 = 6.0;
     const UNGUIDED_MAX_S: u32 = 45;
@@ -58,7 +58,7 @@ fn a_live_mission_outlives_the_server_and_nothing_acknowledged_is_lost() {
         _ => None,
     };
     let heard: BTreeMap<u64, Reports> = events.into_iter().filter_map(heard).collect();
-    // The service adds latitudes and longitudes, and nothing else.
+    // The service only adds latitudes and longitudes.
     let mut acknowledged = summary.acknowledged.clone();
     for reports in acknowledged.values_mut() {
         reports.complete(origin.expect("the mission has one"));

@@ -1,7 +1,7 @@
-//! What no failure of the machine may do: lose what was acknowledged, run without tokens, delete by a clock that jumped.
+//! Machine failures lose no acknowledged data, open no access, and delete nothing by a wrong clock.
 //!
-//! `faults.c` is the failing machine. More power cuts than usual: `PILOTFISH_CUTS=100 cargo test -p pilotfish --test soak faults --
-//! --nocapture`.
+//! `faults.c` is the failing machine. More power cuts than usual: `PILOTFISH_CUTS=100 cargo test -p
+//! pilotfish --test soak faults -- --nocapture`.
 
 use std::{
     collections::BTreeSet,
@@ -30,7 +30,7 @@ use crate::{
 /// Power cuts in one run, unless `PILOTFISH_CUTS` says otherwise.
 const CUTS: usize = 6;
 
-/// The unit of what a disk writes whole, bytes.
+/// Bytes that a disk writes whole.
 const SECTOR: usize = 512;
 
 /// Numbers of the errors `EIO` and `ENOSPC`.
@@ -54,7 +54,7 @@ static MACHINE: LazyLock<(TempDir, PathBuf)> = LazyLock::new(|| {
     (folder, library)
 });
 
-/// Where a service finds the faults that it has.
+/// The file in which a service finds its faults.
 struct Faults {
     folder: TempDir,
 }
@@ -99,7 +99,7 @@ impl Faults {
     }
 }
 
-/// What a power cut leaves of a killed service's files: of each sector that was not synced, the old or the new content.
+/// The files of a killed service after a power cut: old or new content of each unsynced sector.
 fn cut_the_power(faults: &Faults, data: &Path, random: &mut ChaCha8Rng) {
     let names = |directory: &Path| -> BTreeSet<String> {
         let entries = fs::read_dir(directory).expect("is there");
@@ -138,7 +138,7 @@ fn cut_the_power(faults: &Faults, data: &Path, random: &mut ChaCha8Rng) {
     }
 }
 
-/// Posts during `trouble`, which ends with a ready service, and checks that everything acknowledged is stored once.
+/// Posts during `trouble`, which ends with a ready service. All acknowledged posts are stored once.
 fn check_through(home: &Home, mission: &str, trouble: impl FnOnce() -> Server) -> usize {
     let url = home.url(&format!("/{mission}/reports"));
     let (mut server, acknowledged) = while_clients_post(&url, |_| {
@@ -269,7 +269,7 @@ fn a_clock_that_jumps_a_year_ahead_deletes_no_mission() {
     assert!(deleted.contains("1 missions deleted"), "{deleted}");
 }
 
-/// Runs the program, which must succeed. What it printed.
+/// Runs the program, which must succeed. Returns its output.
 fn run(program: &mut Command) -> String {
     let output = program.output().expect("the program starts");
     printed(&output).trim().to_owned()

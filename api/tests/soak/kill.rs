@@ -1,8 +1,8 @@
-//! A service that is killed at any moment loses nothing that it acknowledged, stores nothing twice, and resumes by itself.
-//! What was deleted stays deleted, and a backup taken at any moment can be served. After a stop signal the service does not
-//! wait for clients that only listen.
+//! A service that is killed at any moment loses nothing acknowledged, stores nothing twice, and
+//! resumes by itself. Deleted missions stay deleted, and every backup can be served. After a stop
+//! signal the service does not wait for clients that only listen.
 //!
-//! More kills than usual: `PILOTFISH_KILLS=200 PILOTFISH_STOPS=20 cargo test -p pilotfish --test soak kill -- --nocapture`.
+//! More: `PILOTFISH_KILLS=200 PILOTFISH_STOPS=20 cargo test -p pilotfish --test soak kill`.
 
 use std::{
     collections::{HashMap, HashSet},
@@ -36,7 +36,7 @@ const KILLS: usize = 5;
 const STOPS: usize = 1;
 /// Time from ready to the kill, ms: from before the first commit to after the first plan.
 const LIFE_MS: RangeInclusive<u64> = 20..=600;
-/// One life in so many lasts until a plan was made, to show that plans continue.
+/// One life in so many lasts until a plan is made, to show that plans continue.
 const PLANS_IN_ONE_OF: usize = 3;
 /// Clients, each with an AUV of its own.
 const CLIENTS: usize = 2;
@@ -48,14 +48,14 @@ const PAUSE_BESIDE: Duration = Duration::from_millis(10);
 const PAUSE_OF_BACKUPS: Duration = Duration::from_secs(1);
 /// Time between two plans, s: the shortest allowed.
 const PERIOD_S: f64 = 0.5;
-/// Pause between two tries of a client without an answer.
+/// Pause between two attempts of a client without an answer.
 const PAUSE: Duration = Duration::from_millis(3);
 /// A longer wait fails the test.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(30);
 /// Time for open requests after a stop signal.
 const DRAIN: Duration = Duration::from_secs(10);
-/// Ports below those of outgoing connections: an outgoing connection to a port where no service listens can connect to
-/// itself, and then the service finds its port in use.
+/// Ports below those of outgoing connections: an outgoing connection to a port without a service
+/// can connect to itself, and the service then finds its port in use.
 const PORTS: RangeInclusive<u16> = 20_000..=29_999;
 
 /// Data directory and port of a service that is started again and again.
@@ -89,7 +89,6 @@ impl Home {
         serve_in(&self.data())
     }
 
-    /// A service that is ready.
     pub(crate) fn start(&self) -> Server {
         Server::start_on(self.serve(), self.port)
     }
@@ -168,7 +167,7 @@ pub(crate) fn terminate(server: &Server) {
     command::signal(&server.process, Signal::TERM);
 }
 
-/// How it ended; it fails when it does not.
+/// Returns its exit status; fails if it does not end.
 pub(crate) fn ended(server: &mut Server) -> ExitStatus {
     let begun = Instant::now();
     loop {
@@ -185,7 +184,7 @@ fn auv(client: usize) -> String {
     format!("auv-{}", client + 1)
 }
 
-/// How far east a client's AUV goes north, m.
+/// Distance east of a client's AUV, m, which goes north.
 fn lane_m(client: usize) -> f64 {
     if client == 0 { 0.0 } else { 60.0 }
 }
@@ -202,12 +201,12 @@ impl Post {
         format!("{}-{}", self.client, self.counter)
     }
 
-    /// A millimetre further north with every post: at some hundred posts a second the pace of a vehicle.
+    /// A millimetre further north with every post: some hundred a second are a vehicle's pace.
     fn north_m(self) -> f64 {
         1e-3 * f64::from(self.counter)
     }
 
-    /// What identifies it in the log.
+    /// The value that identifies it in the log.
     fn mark(self) -> String {
         mark(&auv(self.client), &json!(self.north_m()))
     }
@@ -234,8 +233,8 @@ fn mark(auv: &str, north_m: &Value) -> String {
 /// An acknowledged post, and its number.
 pub(crate) type Acknowledged = (Post, u64);
 
-/// Runs `trouble` while clients post to `url`, and repeat each post until it is acknowledged. `trouble` gets each client's number of
-/// acknowledged posts so far. Returns its result and all acknowledged posts.
+/// Runs `trouble` while clients post to `url` and repeat each post until it is acknowledged.
+/// `trouble` gets the clients' counts of them. Returns its result and all acknowledged posts.
 pub(crate) fn while_clients_post<T>(
     url: &str,
     trouble: impl FnOnce(&[AtomicU32]) -> T,
@@ -317,7 +316,7 @@ fn make_and_delete(url: &str, stop: &AtomicBool) -> Beside {
             until_some(|| {
                 let answer = try_ask(&agent, "DELETE", &format!("{url}/{id}"), &[], "").ok()?;
                 match answer.status.as_u16() {
-                    // Gone already: by a try whose answer a kill took away.
+                    // An earlier attempt, whose answer a kill removed, deleted it.
                     204 | 404 => Some(()),
                     503 => None,
                     other => panic!("{id} cannot be deleted: {other}"),
@@ -387,8 +386,8 @@ impl Drop for StopAtLast<'_> {
     }
 }
 
-/// Kills and stops the service so many times, and starts it again each time. Returns the times at which it was ready again, Unix time,
-/// s, and the longest start.
+/// Kills, stops and restarts the service so many times. Returns the times at which it was ready
+/// again, Unix time, s, and the longest start.
 fn end_again_and_again(
     home: &Home,
     mission: &str,
@@ -479,7 +478,7 @@ fn of_kind<'a>(events: &'a [Value], kind: &'a str) -> impl Iterator<Item = &'a V
     events.iter().filter(move |event| event["kind"] == kind)
 }
 
-/// What identifies the posts of a `reported` event.
+/// The values that identify the posts of a `reported` event.
 fn marks(event: &Value) -> impl Iterator<Item = String> {
     let fixes = event["heard"]["auvs"].as_object().expect("each has a fix");
     fixes.iter().map(|(auv, fixes)| mark(auv, &fixes[0]["north_m"]))
@@ -549,7 +548,7 @@ fn a_stop_signal_ends_streams_and_waits_for_a_plan() {
     let took = begun.elapsed();
     assert!(took < DRAIN, "it took {took:?}");
     stream.read_to_string(&mut received).expect("ends");
-    // The last chunk: the client knows that nothing was cut off.
+    // The last chunk shows the client that the answer is complete.
     assert!(received.ends_with("\r\n0\r\n\r\n"), "{received}");
     let mut answer = String::new();
     wait.read_to_string(&mut answer).expect("is answered");

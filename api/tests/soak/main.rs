@@ -1,5 +1,5 @@
-//! Claims that only real processes, sockets, disks and clocks can show. `cargo test -p pilotfish --test soak -- kill` runs one module.
-//! These tests wait and measure: `cargo test` leaves them out, and `.ci/soak` runs them one after the other.
+//! Claims that need real processes, sockets, disks and clocks. `cargo test -p pilotfish --test soak
+//! -- kill` runs one module. These tests wait and measure: `.ci/soak` runs them one by one.
 
 #![expect(clippy::disallowed_methods, reason = "real processes live in real time")]
 
@@ -26,7 +26,7 @@ mod shared;
 #[expect(dead_code, reason = "the program tests need more of it")]
 mod command;
 
-/// Longest wait for what must happen, on a busy machine.
+/// Longest wait for an expected event, on a busy machine.
 const PATIENCE: Duration = Duration::from_mins(1);
 
 /// Waits until it is so.

@@ -1,5 +1,5 @@
-//! Services that share their missions through PostgreSQL: when one is killed, stopped or told to end, another goes on, with nothing
-//! acknowledged lost and the same plans.
+//! Services that share missions through PostgreSQL: if one is killed or stopped, another continues
+//! with all acknowledged data and the same plans.
 
 use std::{
     sync::atomic::Ordering,
@@ -25,12 +25,12 @@ use crate::{
     command::{self, agent, try_ask},
 };
 
-/// Longest time from the end of an owner to the first plan of the next: 3 s and a period at the default lease, and as much again
-/// for a busy machine.
+/// Longest time from the end of an owner to the first plan of the next: 3 s and a period at the
+/// default lease, twice for a busy machine.
 const REPLACED: Duration = Duration::from_secs(7);
 
-/// Longest time without a plan when an owner is told to end: a period of 0.5 s, the plan, and a busy machine. Without a hand-over it would
-/// be the lease of 2 s and more.
+/// Longest time without a plan when an owner is told to end: a period of 0.5 s, the plan, and a
+/// busy machine. Without a hand-over it would be the lease of 2 s and more.
 const HANDED_OVER: f64 = 2.0;
 
 /// Services on one database, and a running mission of the first.
@@ -42,7 +42,7 @@ struct Fleet {
 }
 
 impl Fleet {
-    /// None without PostgreSQL.
+    /// `None` without PostgreSQL.
     fn start(n_services: usize) -> Option<Self> {
         let url = database()?;
         let data = tempfile::tempdir().expect("there is room");
@@ -62,12 +62,11 @@ impl Fleet {
         })
     }
 
-    /// The URL of the mission at a service.
     fn at(&self, service: usize) -> String {
         format!("{}/v1/missions/{}", self.services[service].url(), self.mission)
     }
 
-    /// Which service has the mission: on a busy machine the first may have lost it.
+    /// The service that has the mission: on a busy machine the first may have lost it.
     fn owner(&self) -> usize {
         let query = "SELECT url FROM missions JOIN services ON services.id = owner_service";
         let begun = Instant::now();
@@ -85,7 +84,7 @@ impl Fleet {
         super::kill::record_at(&self.at(service))
     }
 
-    /// Waits for a plan made after `time`, Unix time, s. Returns how long it took.
+    /// Waits for a plan made after `time`, Unix time, s. Returns the waiting time.
     fn await_plan(&self, service: usize, time: f64) -> Duration {
         let begun = Instant::now();
         loop {
@@ -113,7 +112,8 @@ impl Fleet {
         command::printed(&output)
     }
 
-    /// Calls `disturb` with the mission's owner and another service, through which clients post meanwhile. Returns the acknowledged posts.
+    /// Calls `disturb` with the owner and another service. Returns the posts acknowledged
+    /// meanwhile.
     fn meanwhile(&mut self, disturb: impl FnOnce(&mut Self, usize, usize)) -> Vec<Acknowledged> {
         let owner = self.owner();
         let other = (owner + 1) % self.services.len();
@@ -128,7 +128,8 @@ impl Fleet {
         acknowledged
     }
 
-    /// Every acknowledged report is stored once and in order, and every plan can be made again. Returns the times of the plans.
+    /// Checks that acknowledged reports are stored once, in order, and plans repeatable. Returns
+    /// times.
     fn check(&self, acknowledged: &[Acknowledged]) -> Vec<f64> {
         let events = self.record(self.owner());
         check_numbers(&events);
@@ -150,7 +151,7 @@ fn longest_gap(plans: &[f64]) -> f64 {
 }
 
 #[test]
-fn another_service_goes_on_when_the_owner_is_killed() {
+fn another_service_continues_when_the_owner_is_killed() {
     let Some(mut fleet) = Fleet::start(3) else { return };
     let mut took = Duration::ZERO;
     let acknowledged = fleet.meanwhile(|fleet, owner, other| {
@@ -168,14 +169,14 @@ fn another_service_goes_on_when_the_owner_is_killed() {
 }
 
 #[test]
-fn a_service_that_was_stopped_for_a_while_neither_stores_nor_answers_as_the_owner() {
+fn a_service_that_was_paused_neither_stores_nor_answers_as_the_owner() {
     let Some(mut fleet) = Fleet::start(2) else { return };
     let mut took = Duration::ZERO;
     let acknowledged = fleet.meanwhile(|fleet, owner, other| {
         fleet.signal(owner, Signal::STOP);
         took = fleet.await_plan(other, unix_now());
         fleet.signal(owner, Signal::CONT);
-        // From now on it forwards to the other one, whose plans are new.
+        // From now on it forwards to the other one, which makes new plans.
         let mut n_answered = 0;
         for _ in 0..20 {
             let asked = unix_now();
@@ -195,7 +196,7 @@ fn a_service_that_was_stopped_for_a_while_neither_stores_nor_answers_as_the_owne
 }
 
 #[test]
-fn a_service_that_is_told_to_end_hands_its_missions_over() {
+fn a_service_that_is_told_to_end_hands_over_its_missions() {
     let Some(mut fleet) = Fleet::start(2) else { return };
     let acknowledged = fleet.meanwhile(|fleet, owner, other| {
         terminate(&fleet.services[owner]);
@@ -238,10 +239,10 @@ fn a_stream_has_the_same_numbers_at_every_service() {
 }
 
 #[test]
-fn services_with_certificates_call_each_other_by_https_and_no_stranger() {
+fn services_with_certificates_call_only_each_other_by_https() {
     let Some(store) = database() else { return };
     let folders = [(); 3].map(|()| tempfile::tempdir().expect("there is room"));
-    // The first two have the same, which signs itself.
+    // The first two have the same self-signed one.
     let files = [0, 0, 1].map(|k: usize| certificate(folders[k].path()));
     let serve = |k: usize| {
         let (certificate, key) = &files[k];
@@ -282,13 +283,13 @@ fn services_with_certificates_call_each_other_by_https_and_no_stranger() {
 }
 
 #[test]
-fn nothing_is_acknowledged_that_the_database_does_not_store() {
+fn only_stored_changes_are_acknowledged() {
     let Some(fleet) = Fleet::start(1) else { return };
     let _ = psql(&fleet.url, "ALTER TABLE events RENAME TO elsewhere");
     let url = format!("{}/finish", fleet.at(0));
     assert_eq!(ask_at("POST", &url, "").status, 503);
     let _ = psql(&fleet.url, "ALTER TABLE elsewhere RENAME TO events");
-    // A mission that is over has no owner: it can be finished again.
+    // A finished mission has no owner: it can be finished again.
     for _ in 0..2 {
         let _ = ask_at("POST", &url, "").expected(200);
     }

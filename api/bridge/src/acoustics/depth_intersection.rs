@@ -1,4 +1,4 @@
-//! Where a line of sight of unknown length reaches a known depth.
+//! The point at which a line of sight of unknown length reaches a known depth.
 
 use nalgebra::Vector3;
 
@@ -23,13 +23,13 @@ pub(super) fn intersect(direction: &Vector3<f64>, below: f64) -> Result<Vector3<
     }
 }
 
-/// Standard deviation of the intersection, m: the greater of those along and across the line of sight.
+/// Standard deviation of the intersection, m: the greater one along or across the line of sight.
 ///
 /// ```text
 /// h = z / tan e      along² = (σ_z / tan e)² + (z σ_e / sin² e)²      across = h σ_e
 /// ```
 ///
-/// z is the difference of depths, e the angle below the horizontal, σ_e the standard deviation of either angle, rad.
+/// z is the difference of depths, e the angle below the horizontal, σ_e the angles' deviation, rad.
 pub(super) fn intersection_sigma(vector: &Vector3<f64>, sigma_e: f64, sigma_z: f64) -> f64 {
     let (h, z) = (vector.xy().norm(), vector.z.abs());
     let sin_e = z / vector.norm();
@@ -42,7 +42,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_standard_deviation_is_that_of_small_changes_of_angle_and_depth() {
+    fn the_standard_deviation_follows_from_small_changes_of_angle_and_depth() {
         let (sigma_e, sigma_z, step) = (0.02_f64, 0.5_f64, 1e-6_f64);
         for elevation in [0.2_f64, 0.6, 1.2] {
             let unit = |e: f64, b: f64| Vector3::new(e.cos() * b.cos(), e.cos() * b.sin(), e.sin());
@@ -63,7 +63,7 @@ mod tests {
     }
 
     #[test]
-    fn a_level_line_and_one_that_points_away_from_the_depth_are_rejected() {
+    fn level_lines_and_lines_away_from_the_depth_are_rejected() {
         let (sin, cos) = 0.17_f64.sin_cos();
         assert_eq!(intersect(&Vector3::new(cos, 0.0, sin), 10.0), Err(TOO_LEVEL));
         assert_eq!(intersect(&Vector3::new(0.8, 0.0, -0.6), 10.0), Err(NO_DEPTH));

@@ -7,17 +7,17 @@
 //!     <bearing>,<elevation>,<roll>,<pitch>,<yaw>,<rssi>,<integrity>,<accuracy>
 //! ```
 //!
-//! Times are s of the modem's own clock; only their difference, the age of the fix, is used. Propagation time is
-//! µs, one way. Angles are rad, distances and the accuracy of `USBLLONG` m; the accuracy of `USBLANGLES` is rad,
-//! negative where the modem has no direction. In data mode a line is wrapped as `+++AT:<length>:<line>`, and the
-//! length is checked; in command mode it comes bare.
+//! Times are s of the modem's own clock; only their difference, the age of the fix, is used.
+//! Propagation time is µs, one way. Angles are rad, distances and the accuracy of `USBLLONG` m; the
+//! accuracy of `USBLANGLES` is rad, negative without a direction. Data mode wraps a line as
+//! `+++AT:<length>:<line>`, and the length is checked; command mode prints it bare.
 //!
-//! Axes, as the published lines in the tests show: (E, N, U) = Rz(yaw) Ry(pitch) Rx(roll) (X, Y, Z), so a level
-//! modem's Z is up, and bearings are counter-clockwise from X, or from east, elevations up. With X forward, Y is
-//! to port. North is the compass's.
+//! Axes, as the published lines in the tests show: (E, N, U) = Rz(yaw) Ry(pitch) Rx(roll) (X, Y,
+//! Z), so a level modem's Z is up; bearings are counter-clockwise from X or east, elevations up.
+//! With X forward, Y is to port. North is the compass's.
 //!
-//! Sources: `EvoLogics/evins`, `src/role_at.erl` (fields, −1 for no direction); `EvoLogics/dmac`, `src/parser.h`
-//! (bearing atan2(Y, X) and atan2(N, E), elevation atan2(Z, ‖X, Y‖), range propagation time · 1e-6 s · 1500 m/s);
+//! Sources: `EvoLogics/evins`, `src/role_at.erl` (fields, −1: no direction); `EvoLogics/dmac`,
+//! `src/parser.h` (atan2(Y, X), atan2(N, E), atan2(Z, ‖X, Y‖), range = time · 1e-6 · 1500 m/s);
 //! `LSTS/dune`, `src/Transports/Evologics/Driver.hpp` (fields, declination).
 
 use std::f64::consts::FRAC_PI_2;
@@ -38,10 +38,10 @@ const BACKWARDS: &str = "measured after it was printed";
 /// Microseconds to seconds.
 const S_PER_US: f64 = 1e-6;
 
-/// What precedes a notification in data mode.
+/// Prefix of notifications in data mode.
 const WRAPPER: &str = "+++AT:";
 
-/// The highest address of an S2C modem. Source: `AT!AM`, LSTS/dune, `src/Transports/Evologics/Task.cpp`.
+/// Highest address (`AT!AM`). Source: LSTS/dune, `src/Transports/Evologics/Task.cpp`.
 const ADDRESS_MAX: u16 = 254;
 
 /// The observation in `line`, which arrived at `received_s`.

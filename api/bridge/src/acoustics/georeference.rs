@@ -20,22 +20,22 @@ const NO_POSE: &str = "no pose of the craft at that time";
 const NO_MOUNTING: &str = "mounting is not set";
 const TOO_FAR: &str = "farther than sound carries";
 
-/// Farthest AUV, greatest depth and worst accuracy accepted, m: a bound against damaged numbers.
+/// Farthest AUV, greatest depth and worst accuracy accepted, m, against damaged numbers.
 const REACH_M: f64 = 20_000.0;
 
-/// How long a depth is used, s. An AUV at 0.3 m/s and 50° of pitch dives 2.3 m in it.
+/// Longest use of a depth, s. An AUV at 0.3 m/s and 50° of pitch dives 2.3 m in it.
 const DEPTH_KEPT_S: f64 = 10.0;
 
-/// How many AUVs' depths are kept, so that names on a wire do not fill the memory.
+/// Most AUVs whose depths are kept, so that names on a wire do not fill the memory.
 const DEPTHS_MAX: usize = 64;
 
 /// Greatest delay from a fix to the arrival of its bytes, s. Modems answer within seconds.
 const BEHIND_MAX_S: f64 = 60.0;
 
-/// Most that a fix may be ahead of the arrival of its bytes, s: two clocks that GNSS or NTP set differ by less.
+/// Greatest lead of a fix over its bytes, s: clocks set by GNSS or NTP differ by less.
 const AHEAD_MAX_S: f64 = 1.0;
 
-/// Steps of the world's time zones, s, the farthest one, and how long after its line a fix with a local time may arrive.
+/// Steps of time zones and the farthest one, s, and the greatest delay of a fix with a local time.
 const ZONE_STEP_S: f64 = 900.0;
 const ZONE_MAX_S: f64 = 14.0 * 3600.0;
 const ZONE_BEHIND_MAX_S: f64 = 10.0;
@@ -43,8 +43,8 @@ const ZONE_BEHIND_MAX_S: f64 = 10.0;
 /// Greatest length of a lever arm, m: no craft is longer.
 const LEVER_MAX_M: f64 = 500.0;
 
-/// Speeds of sound accepted, m/s: from 1402 m/s in fresh water at 0 °C to 1546 m/s in sea water at 30 °C, both at the
-/// surface, and wider. Source: Chen and Millero, J. Acoust. Soc. Am. 62 (1977), doi:10.1121/1.381646.
+/// Accepted speeds of sound, m/s; at the surface, 1402 in fresh water at 0 °C, 1546 in sea water at
+/// 30 °C. Source: Chen and Millero, J. Acoust. Soc. Am. 62 (1977), doi:10.1121/1.381646.
 const SOUND_SPEED_MPS: RangeInclusive<f64> = 1_380.0..=1_620.0;
 
 /// A depth from another source.
@@ -130,7 +130,7 @@ impl Georeference {
         }
     }
 
-    /// The fix of `observation`, whose line arrived at `received_s`, or why there is none.
+    /// The fix of `observation`, whose line arrived at `received_s`, or the reason for none.
     pub(super) fn fix(
         &self,
         observation: &Observation,
@@ -200,7 +200,7 @@ impl Georeference {
         }
     }
 
-    /// When the signal arrived and when it was sent, from an AUV at `distance`, m.
+    /// Times of arrival and sending of a signal from an AUV at `distance`, m.
     fn times(&self, observation: &Observation, distance: f64) -> (f64, f64) {
         let travel = observation.travel_s.unwrap_or(distance / self.sound_speed);
         match observation.time {
@@ -217,7 +217,7 @@ impl Georeference {
     ) -> Result<(&Mounting, CraftPose), &'static str> {
         let mounting = self.mounting.as_ref().ok_or(NO_MOUNTING)?;
         let pose = poses.at(arrival_s);
-        // A wrong clock is the reason of a missing pose.
+        // A wrong clock is the reason for a missing pose.
         let pose = pose.ok_or_else(|| check_clock(arrival_s, received_s).err().unwrap_or(NO_POSE))?;
         Ok((mounting, pose))
     }
@@ -233,7 +233,7 @@ impl Georeference {
     }
 }
 
-/// Whether a modem's time `t_s` may be that of bytes that arrived at `received_s`; a time that is off by whole time zones is local time.
+/// Fails if a modem's time `t_s` contradicts the arrival of its bytes, as local time or otherwise.
 fn check_clock(t_s: f64, received_s: f64) -> Result<(), &'static str> {
     let behind = received_s - t_s;
     if (-AHEAD_MAX_S..=BEHIND_MAX_S).contains(&behind) {
@@ -251,7 +251,7 @@ fn ned_from_craft(pose: &CraftPose) -> Rotation3<f64> {
     attitude(pose.roll, pose.pitch, pose.heading)
 }
 
-/// Where the far end of `sight` (north, east, down from the transducer, m) is.
+/// The position of the far end of `sight` (north, east, down from the transducer, m).
 fn place(mounting: &Mounting, pose: &CraftPose, sight: &Vector3<f64>) -> Result<Geographic, &'static str> {
     let length = sight.norm();
     if length == 0.0 {

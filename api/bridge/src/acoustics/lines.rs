@@ -14,7 +14,7 @@ pub(super) struct Lines {
 }
 
 impl Lines {
-    /// The line that `byte` ends, or why it is rejected. Invalid UTF-8 is replaced: the line is then rejected by its fields.
+    /// The line that `byte` ends, or its error. Invalid UTF-8 is replaced and fails later.
     pub(super) fn push(&mut self, byte: u8) -> Option<Result<String, &'static str>> {
         if byte != b'\r' && byte != b'\n' {
             if self.line.len() < LINE_MAX {
@@ -43,13 +43,13 @@ mod tests {
     }
 
     #[test]
-    fn lines_end_with_either_or_both_and_an_unfinished_line_is_kept_back() {
+    fn lines_end_with_cr_lf_or_both_and_an_unfinished_line_waits() {
         let expected = ["a", "b", "c"].map(|line| Ok(line.to_owned()));
         assert_eq!(lines(b"a\r\nb\n\n \r\nc\rd"), expected);
     }
 
     #[test]
-    fn a_line_without_an_end_costs_no_memory_and_the_next_one_is_read() {
+    fn a_line_without_an_end_takes_no_memory_and_the_next_one_is_read() {
         let mut stream = vec![b'x'; 10 * LINE_MAX];
         stream.extend(b"\nnext\n");
         assert_eq!(lines(&stream), [Err(TOO_LONG), Ok("next".to_owned())]);

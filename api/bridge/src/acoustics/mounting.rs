@@ -1,9 +1,9 @@
-//! How the transducer is mounted on the craft.
+//! The mounting of the transducer on the craft.
 
 use nalgebra::{Rotation3, Vector3};
 use serde::Deserialize;
 
-/// Where the transducer is and how it is turned, in the craft's frame (forward, starboard, down).
+/// Place and rotation of the transducer in the craft's frame (forward, starboard, down).
 ///
 /// The reference point is that of the craft's position, usually the GNSS antenna.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
@@ -50,13 +50,13 @@ impl Mounting {
     }
 }
 
-/// Turns vectors of a body (forward, starboard, down) into those of the frame in which it has this attitude, rad.
+/// Turns vectors of a body (forward, starboard, down) into the frame of its attitude, rad.
 ///
 /// ```text
 /// R = Rz(ψ) Ry(θ) Rx(φ)
 /// ```
 ///
-/// Source: T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control (2011), eq. (2.18).
+/// Source: T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control (2011), (2.18).
 pub(super) fn attitude(phi: f64, theta: f64, psi: f64) -> Rotation3<f64> {
     Rotation3::from_euler_angles(phi, theta, psi)
 }
@@ -88,14 +88,14 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_rotation_is_the_book_s(phi in -PI..PI, theta in -1.5_f64..1.5, psi in -PI..PI) {
+        fn the_rotation_equals_the_printed_matrix(phi in -PI..PI, theta in -1.5_f64..1.5, psi in -PI..PI) {
             let difference = attitude(phi, theta, psi).matrix() - printed(phi, theta, psi);
             // A product of three sines or cosines, rounded.
             prop_assert!(difference.norm() < 1e-14);
         }
 
         #[test]
-        fn yaw_keeps_what_is_down_and_every_turn_keeps_lengths(
+        fn yaw_keeps_the_down_axis_and_every_rotation_keeps_lengths(
             psi in -PI..PI, phi in -PI..PI, x in -1e4..1e4, y in -1e4..1e4, z in -1e4..1e4,
         ) {
             let v = Vector3::new(x, y, z);
@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn signs_are_those_of_a_craft() {
+    fn pitch_raises_the_bow_and_roll_lowers_starboard() {
         let (bow, starboard) = (Vector3::x(), Vector3::y());
         let east = attitude(0.0, 0.0, FRAC_PI_2) * bow;
         assert!(

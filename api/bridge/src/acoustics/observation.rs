@@ -1,4 +1,4 @@
-//! What one line of a modem says about an AUV, before it is placed on Earth; numbers and addresses out of text.
+//! One line of a modem about an AUV, before it is placed on Earth; numbers and addresses from text.
 
 use nalgebra::Vector3;
 
@@ -32,25 +32,25 @@ pub(super) struct Observation {
     pub(super) transducer_depth_m: Option<f64>,
 }
 
-/// Which of the two times of a signal is known, s of Unix time.
+/// The known one of the two times of a signal, s of Unix time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum SignalTime {
-    /// When it arrived at the transducer.
+    /// Time of arrival at the transducer.
     Arrived(f64),
-    /// When the AUV sent it.
+    /// Time when the AUV sent it.
     Sent(f64),
 }
 
-/// Where the AUV is.
+/// The location of the AUV.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Location {
-    /// On Earth: lever arm and heading are applied already.
+    /// On Earth: lever arm and heading are already applied.
     Geographic(Geographic),
     /// From the transducer, m.
     Vector {
         axes: Axes,
         vector: Vector3<f64>,
-        /// Whether the third component was measured.
+        /// `true` if the third component was measured.
         has_depth: bool,
     },
     /// From the transducer along a line of unknown length.
@@ -67,7 +67,7 @@ pub(super) enum Location {
 pub(super) enum Axes {
     /// Forward, starboard, down of the transducer.
     Transducer,
-    /// Ahead and to starboard in the horizontal plane, and down: roll and pitch are removed already.
+    /// Ahead and to starboard in the horizontal plane, and down, without roll and pitch.
     HeadUp,
     /// Magnetic north, its east, down.
     Magnetic,
@@ -76,7 +76,7 @@ pub(super) enum Axes {
 }
 
 impl Observation {
-    /// An observation that states a location and no more.
+    /// An observation that states a location only.
     pub(super) fn new(address: String, time: SignalTime, location: Location) -> Self {
         Self {
             address,
@@ -91,7 +91,7 @@ impl Observation {
 }
 
 impl Location {
-    /// A vector of which all three components were measured.
+    /// A vector with three measured components.
     pub(super) fn vector(axes: Axes, vector: Vector3<f64>) -> Self {
         Self::Vector {
             axes,
@@ -107,7 +107,7 @@ impl Location {
     }
 }
 
-/// A unit vector (forward, starboard, down): `bearing` clockwise from forward, `elevation` up, both rad.
+/// A unit vector (forward, starboard, down): `bearing` clockwise from forward, `elevation` up, rad.
 pub(super) fn line_of_sight(bearing: f64, elevation: f64) -> Vector3<f64> {
     let ((sin_b, cos_b), (sin_e, cos_e)) = (bearing.sin_cos(), elevation.sin_cos());
     Vector3::new(cos_e * cos_b, cos_e * sin_b, -sin_e)
@@ -119,7 +119,7 @@ pub(super) fn number(text: &str) -> Result<f64, &'static str> {
     if value.is_finite() { Ok(value) } else { Err(NUMBER) }
 }
 
-/// A finite number, or none if the field is empty.
+/// A finite number; `None` if the field is empty.
 pub(super) fn optional(text: &str) -> Result<Option<f64>, &'static str> {
     if text.trim().is_empty() {
         Ok(None)

@@ -1,4 +1,4 @@
-//! Lines that a regular expression takes apart: for modems that no module here knows.
+//! Lines that a regular expression parses, for modems without a module here.
 //!
 //! Named groups are fields. A position is one of
 //!
@@ -9,10 +9,10 @@
 //! | `forward_m`, `starboard_m`, `down_m` | transducer | transducer's own |
 //! | `range_m`, `bearing_deg`, `elevation_deg` | transducer | its own: clockwise from forward, up |
 //!
-//! and beside it `id`, `depth_m`, `sigma_m`, `travel_time_s`, and one of the times `age_s` (since arrival) and
-//! `t_s` (when the AUV sent, s of Unix time). A pattern without `id` is of the only name in `names`.
+//! and further `id`, `depth_m`, `sigma_m`, `travel_time_s`, and `age_s` (since arrival) or `t_s`
+//! (when the AUV sent, s of Unix time). A pattern without `id` needs one name in `names`.
 //!
-//! The regex-lite crate matches in time linear in the line, whatever the pattern.
+//! The regex-lite crate matches every pattern in time linear in the line.
 
 use std::collections::BTreeMap;
 
@@ -28,16 +28,16 @@ const NO_MATCH: &str = "the pattern does not match";
 const MISSING: &str = "the pattern left a group out";
 const NEGATIVE: &str = "a field is negative";
 
-/// Memory of the compiled pattern, bytes: a slip in a repetition must not take the machine's.
+/// Memory of the compiled pattern, bytes: a large repetition must not exhaust the machine's.
 const COMPILED_MAX: usize = 1 << 20;
 
-/// Groups that go with any kind of position.
+/// Groups that any kind of position may have.
 const BESIDE: [&str; 6] = ["id", "depth_m", "sigma_m", "age_s", "travel_time_s", "t_s"];
 
-/// May stand with both Cartesian kinds.
+/// A group of both Cartesian kinds.
 const DOWN: &str = "down_m";
 
-/// The kind of position, and the groups that it needs and that no other kind has.
+/// The kind of position, and its required groups, which no other kind has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Form {
     Geographic,
@@ -53,12 +53,12 @@ const FORMS: [(Form, &[&str]); 4] = [
     (Form::Polar, &["range_m", "bearing_deg", "elevation_deg"]),
 ];
 
-/// A pattern whose groups make sense.
+/// A pattern with consistent groups.
 #[derive(Debug)]
 pub(super) struct Pattern {
     regex: Regex,
     form: Form,
-    /// The address of all lines, where the pattern has no group `id`.
+    /// The address of all lines, if the pattern has no group `id`.
     only: Option<String>,
 }
 
@@ -97,7 +97,7 @@ impl Pattern {
         Ok(Self { regex, form, only })
     }
 
-    /// Whether positions are relative to the transducer.
+    /// `true` if positions are relative to the transducer.
     pub(super) fn is_relative(&self) -> bool {
         self.form != Form::Geographic
     }
@@ -225,7 +225,7 @@ mod tests {
         r"(?<id>\d+):(?<north_m>[^, ]+),(?<east_m>[^, ]+)(,(?<down_m>[^, ]+))?( age (?<age_s>\S+))?$";
 
     #[test]
-    fn groups_that_make_no_sense_are_named() {
+    fn inconsistent_groups_are_named() {
         let new = |pattern: &str| {
             Pattern::new(pattern, &names(&[]))
                 .expect_err("is invalid")
@@ -257,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn fields_are_read_and_the_optional_ones_may_be_left_out() {
+    fn fields_are_read_and_optional_ones_may_be_absent() {
         let pattern = Pattern::new(NORTH, &names(&[])).expect("makes sense");
         let observation = pattern.read("7:1.5,-2,30 age 0.25", 100.0).expect("matches");
         assert_eq!(
@@ -287,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pattern_without_an_id_is_of_the_only_auv() {
+    fn a_pattern_without_an_id_has_the_only_name() {
         let pattern = r"^(?<lat_deg>\S+) (?<lon_deg>\S+) at (?<t_s>\S+)$";
         let pattern = Pattern::new(pattern, &names(&["pinger"])).expect("makes sense");
         let observation = pattern.read("60.5 -5.25 at 1000.5", 1002.0).expect("matches");

@@ -4,10 +4,10 @@ use std::collections::VecDeque;
 
 use crate::{Geographic, reference::wrapped};
 
-/// Longest extrapolation and interpolation from a measured pose, s: the craft moves 1.5 m in it at full speed.
+/// Longest extrapolation and interpolation of poses, s: 1.5 m of motion at full speed.
 const HOLD_S: f64 = 1.0;
 
-/// How long poses are kept, s. Older fixes are rejected.
+/// Time for which poses are kept, s. Older fixes are rejected.
 const KEPT_S: f64 = 60.0;
 
 /// Largest number of poses: a minute at 100 Hz.
@@ -33,8 +33,8 @@ pub(crate) struct PoseHistory {
 }
 
 impl PoseHistory {
-    /// Adds the pose at `t_s`, s of Unix time. Poses at or after that time are dropped: the clock was set back. A pose with a number that is
-    /// not finite is ignored.
+    /// Adds the pose at `t_s`, s of Unix time, and drops poses from then on: the clock was set
+    /// back. Poses with numbers that are not finite are ignored.
     pub(crate) fn push(&mut self, t_s: f64, pose: CraftPose) {
         let numbers = [
             t_s,
@@ -61,8 +61,8 @@ impl PoseHistory {
         }
     }
 
-    /// The pose at `t_s`, s of Unix time: interpolated, longitude and angles by the shorter turn; before the oldest and after the newest,
-    /// that one. None more than 1 s from any pose.
+    /// The pose at `t_s`, s of Unix time: interpolated, angles by the shorter turn; beyond the ends
+    /// the nearest one. `None` more than 1 s from any pose.
     pub(crate) fn at(&self, t_s: f64) -> Option<CraftPose> {
         let next = self.poses.partition_point(|(pose_s, _)| *pose_s < t_s);
         let after = self.poses.get(next);
@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pose_between_two_is_in_proportion_and_turns_the_shorter_way() {
+    fn poses_are_interpolated_and_angles_take_the_shorter_turn() {
         let mut poses = PoseHistory::default();
         poses.push(10.0, pose(60.0, 179.9999, 3.0));
         poses.push(11.0, pose(60.0004, -179.9999, -3.0));
@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn ends_are_held_for_a_second_and_gaps_are_not_filled() {
+    fn end_poses_hold_for_a_second_and_gaps_have_no_pose() {
         let mut poses = PoseHistory::default();
         assert_eq!(poses.at(0.0), None);
         poses.push(0.0, pose(1.0, 2.0, 0.0));
@@ -137,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn memory_is_bounded_and_a_clock_set_back_starts_anew() {
+    fn memory_is_bounded_and_a_clock_set_back_restarts_the_history() {
         let mut poses = PoseHistory::default();
         for k in 0..100_000 {
             poses.push(1000.0 + f64::from(k) * 1e-3, pose(1.0, 2.0, 0.0));

@@ -1,25 +1,25 @@
 //! Blueprint Subsea SeaTrac X150 USBL beacons.
 //!
-//! A response is `$`, the message as pairs of hexadecimal digits, and four digits of checksum, low byte first:
-//! CRC-16 with the polynomial 0xA001, from 0, over the message's bytes. The message is a command byte and, in the
-//! two that are read here, an acoustic fix: `CID_PING_RESP` (0x42) and `CID_NAV_QUERY_RESP` (0x52). Numbers are
-//! little endian.
+//! A response is `$`, the message as pairs of hexadecimal digits, and four digits of checksum, low
+//! byte first: CRC-16 with the polynomial 0xA001, from 0, over the message's bytes. The message is
+//! a command byte, `CID_PING_RESP` (0x42) or `CID_NAV_QUERY_RESP` (0x52), and an acoustic fix.
+//! Numbers are little endian.
 //!
 //! ```text
 //! ACOFIX_T  dest u8, src u8, flags u8, type u8, yaw pitch roll i16 0.1°, local depth u16 0.1 m,
 //!           speed of sound u16 0.1 m/s, rssi i16
 //! range     (flags bit 0)  count u32, time i32 100 ns, distance u16 0.1 m
-//! usbl      (flags bit 1)  channels u8, rssi i16 × channels, azimuth i16 0.1°, elevation i16 0.1°, fit error i16
+//! usbl      (flags bit 1)  channels u8, rssi i16 × channels, azimuth elevation i16 0.1°, error i16
 //! position  (flags bit 2)  easting i16, northing i16, depth i16, 0.1 m; depth from the surface
 //! ```
 //!
-//! Flag bit 4 says that the beacon's own filter doubts the position: such fixes are rejected. Position is turned by
-//! the beacon's compass (magnetic north); azimuth and elevation are in the beacon's own axes, here clockwise from
-//! forward and up. A response carries no time: the signal counts as arrived when the line was received. It carries
-//! no accuracy in metres either.
+//! With flag bit 4 the beacon's own filter distrusts the position: the fix is rejected. The
+//! beacon's compass (magnetic north) turns positions; azimuth and elevation are in its own axes,
+//! here clockwise from forward and up. A response has no time: its signal arrives with its line. It
+//! has no accuracy in metres.
 //!
-//! Sources: `BYU-FRoSt-Lab/seatrac_driver`, `include/seatrac_driver/SeatracTypes.h` and `tests/src/checksum_test.cpp`,
-//! which quote the maker's developer guide.
+//! Sources: `BYU-FRoSt-Lab/seatrac_driver`, `include/seatrac_driver/SeatracTypes.h` and
+//! `tests/src/checksum_test.cpp`, which quote the maker's developer guide.
 
 use nalgebra::Vector3;
 
@@ -124,7 +124,7 @@ struct AcousticFix {
 #[derive(Clone, Copy)]
 struct Range {
     distance: f64,
-    /// One way, s: the beacon's distance over its speed of sound. The documents do not say that the beacon's own time is one way.
+    /// One way, s: distance over speed of sound. Documents do not say so of the beacon's time.
     travel: Option<f64>,
 }
 
@@ -192,7 +192,7 @@ impl Bytes<'_> {
     }
 }
 
-/// The line of a message, for the generated samples.
+/// The line of a message, for generated samples.
 #[cfg(test)]
 pub(super) fn line(message: &[u8]) -> String {
     let crc = crc16(message).to_le_bytes();
@@ -210,7 +210,7 @@ mod tests {
 
     #[test]
     fn the_published_response_is_read() {
-        // Every byte after the flags is 1: 257 decimetres everywhere, over 25.7 m/s, which takes a second.
+        // Each byte after the flags is 1: 257 decimetres, over 25.7 m/s, which takes one second.
         let observation = read(PING, Frame::Earth, 1000.0).expect("is published");
         assert_eq!(observation.address, "15");
         assert_eq!(observation.time, SignalTime::Arrived(1000.0));
@@ -233,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn other_published_messages_pass_the_checksum_and_are_no_observation() {
+    fn other_published_messages_have_a_valid_checksum_and_no_observation() {
         for line in [STATUS, "$4000028015", "$43340266D5", "$12000CA0"] {
             assert_eq!(read(line, Frame::Earth, 0.0), Err(OTHER), "{line}");
         }

@@ -1,23 +1,22 @@
-//! Sentences of ship systems, framed as NMEA 0183: Sonardyne Ranger `$PSONLLD` and Kongsberg APOS `$PSIMSSB`.
+//! Sentences of ships, framed as NMEA 0183: Sonardyne Ranger `$PSONLLD`, Kongsberg APOS `$PSIMSSB`.
 //!
 //! ```text
-//! $PSONLLD,hhmmss.ss,<name>,<A|V>,<latitude °>,<longitude °>,<depth>,<major>,<minor>,<direction>,<depth error>,…*hh
-//! $PSIMSSB,hhmmss.ss,<name>,<A|V>,<error>,<C|P|U|R>,<H|N|E>,<M|F|P>,<x>,<y>,<depth>,<accuracy>,<info>,<v1>,<v2>*hh
+//! $PSONLLD,hhmmss.ss,<name>,<A|V>,<lat °>,<lon °>,<depth>,<major>,<minor>,<dir>,<depth err>,…*hh
+//! $PSIMSSB,hhmmss.ss,<id>,<A|V>,<e>,<C|P|U|R>,<H|N|E>,<M|F|P>,<x>,<y>,<z>,<σ>,<info>,<v1>,<v2>*hh
 //! ```
 //!
-//! `$PSONLLD` is a place on Earth: the system applied lever arm and heading. Its time is that of the fix.
-//! The error ellipse is of one standard deviation; its major half-axis is the accuracy.
+//! `$PSONLLD` is a position on Earth: the system has applied lever arm and heading. Its time is the
+//! fix's. The error ellipse is of one standard deviation; its major half-axis is the accuracy.
 //!
-//! `$PSIMSSB` is used where it is Cartesian (C), m: x and y are starboard and ahead (H), north and east (N) or
-//! east and north (E), in the horizontal plane. Its time is taken as the arrival of the signal. With the info T the
-//! first value is the travel time, s. Predicted positions and those with an error code are rejected.
+//! `$PSIMSSB` is used if Cartesian (C), m: x and y are starboard and ahead (H), north and east (N)
+//! or east and north (E), in the horizontal plane. Its time is the signal's arrival. With the info
+//! T the first value is the travel time, s. Predicted positions and error codes are rejected.
 //!
-//! Both carry the time of day only: the day is the one that puts it nearest to the arrival of the bytes. Both need
-//! their checksum.
+//! Both have a time of day, of which the nearest to the arrival counts, and need their checksum.
 //!
-//! Sources: `GSO-soslab/whoi_ds`, `ds_sensors/src/ds_sensors/sonardyne_usbl.cpp` and `jrenken/qgis-PosiView`
-//! (`$PSONLLD`); EIVA NaviPac, "The Kongsberg NMEA format $PSIMSSB", and NavDP 4000 operator's manual, "Simrad SSBL"
-//! (`$PSIMSSB`).
+//! Sources: `GSO-soslab/whoi_ds`, `ds_sensors/src/ds_sensors/sonardyne_usbl.cpp` and
+//! `jrenken/qgis-PosiView` (`$PSONLLD`); EIVA NaviPac, "The Kongsberg NMEA format $PSIMSSB", and
+//! NavDP 4000 operator's manual, "Simrad SSBL" (`$PSIMSSB`).
 
 use nalgebra::Vector3;
 
@@ -46,7 +45,7 @@ pub(super) fn read(line: &str, received_s: f64) -> Result<Observation, &'static 
     }
 }
 
-/// What stands between `$` and `*`.
+/// The text between `$` and `*`.
 fn checked(line: &str) -> Result<&str, &'static str> {
     let (_, sentence) = line.rsplit_once('$').ok_or(OTHER)?;
     let (body, digits) = sentence.trim().rsplit_once('*').ok_or(CHECKSUM)?;
@@ -122,7 +121,7 @@ fn apos(fields: &[&str], received_s: f64) -> Result<Observation, &'static str> {
     })
 }
 
-/// The time `hhmmss.ss` of the day that puts it nearest to `received_s`, s of Unix time; that itself, if the field is empty.
+/// The time `hhmmss.ss` nearest to `received_s`, s of Unix time; an empty field is that time.
 fn time_near(text: &str, received_s: f64) -> Result<f64, &'static str> {
     if text.is_empty() {
         return Ok(received_s);
@@ -131,7 +130,7 @@ fn time_near(text: &str, received_s: f64) -> Result<f64, &'static str> {
     Ok(((received_s - of_day) / DAY_S).round() * DAY_S + of_day)
 }
 
-/// The line of a sentence, for the generated samples.
+/// The line of a sentence, for generated samples.
 #[cfg(test)]
 pub(super) fn line(body: &str) -> String {
     format!("${body}*{:02X}\r\n", checksum(body.as_bytes()))
@@ -194,7 +193,7 @@ mod tests {
         let reply = "$PSIMSSB,083733.036,M17,A,NRy,C,N,F,0.000,0.000,0.000,20.000,T,0.003731,*08";
         assert_eq!(read(reply, at(8.0, 37.0, 34.0)), Err(ERROR_CODE));
 
-        // NavDP 4000 operator's manual, "Simrad SSBL"; its printed checksum is 20, that of its text is 0C.
+        // NavDP 4000 operator's manual, "Simrad SSBL". It prints the checksum 20; 0C is right.
         let body = "PSIMSSB,085405.61,B42,A,,C,H,M,134.5,114.5,120.0,,,,";
         let observation = read(&line(body), at(8.0, 54.0, 6.0)).expect("is published");
         let vector = Vector3::new(114.5, 134.5, 120.0);
@@ -227,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn a_missing_field_costs_no_other_field() {
+    fn a_missing_field_does_not_affect_other_fields() {
         let sonardyne = read(&line("PSONLLD,,24,A,50.0,8.5"), MIDNIGHT_S).expect("has a position");
         assert_eq!(
             (sonardyne.time, sonardyne.depth_m, sonardyne.sigma_m),

@@ -12,18 +12,18 @@ use super::mounting::Mounting;
 pub struct Settings {
     /// Format of its lines.
     pub(crate) modem: ModemKind,
-    /// AUVs' names by their addresses on the wire. An address that is not here becomes `usbl-<address>`.
+    /// AUVs' names by their addresses. An address without a name becomes `usbl-<address>`.
     #[serde(default)]
     pub names: BTreeMap<String, String>,
-    /// Place of the transducer. Not needed for a modem that prints positions on Earth.
+    /// Mounting of the transducer. Not needed for modems that print positions on Earth.
     #[serde(default)]
     pub(crate) mounting: Option<Mounting>,
-    /// Mean speed of sound between AUV and craft, m/s: for the travel time, if the modem states none.
+    /// Mean speed of sound to the AUV, m/s: for the travel time, if the modem states none.
     pub(crate) sound_speed_mps: f64,
     /// Standard deviation of a position along either axis, m, if the modem states none.
     #[serde(default)]
     pub(crate) sigma_m: Option<f64>,
-    /// Magnetic declination, rad, positive east, for a modem with its own compass. 0 if its north is true north.
+    /// Magnetic declination, rad, positive east, of a modem's compass; 0 for true north.
     #[serde(default)]
     pub(crate) magnetic_declination_rad: f64,
 }
@@ -34,12 +34,12 @@ pub struct Settings {
 pub(crate) enum ModemKind {
     /// Evologics S2C with USBL: `USBLLONG` and `USBLANGLES`.
     Evologics {
-        /// Which of the two positions in each line counts.
+        /// The position in each line that counts.
         frame: Frame,
     },
     /// Blueprint Subsea SeaTrac X150: responses to PING and NAV_QUERY.
     Seatrac {
-        /// Which of the two positions in each message counts.
+        /// The position in each message that counts.
         frame: Frame,
     },
     /// Sonardyne `$PSONLLD` and Kongsberg `$PSIMSSB`.
@@ -51,17 +51,17 @@ pub(crate) enum ModemKind {
     },
 }
 
-/// Whose attitude turns a measurement to north.
+/// The attitude that turns a measurement to north.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Frame {
-    /// The craft's: vectors in the modem's axes are turned by the mounting and the craft's heading, roll and pitch.
+    /// The craft's: mounting, heading, roll and pitch turn vectors in the modem's axes.
     Body,
     /// The modem's: its own compass and inclinometers have turned the position already.
     Earth,
 }
 
-/// Why settings cannot be used, in words.
+/// The reason that settings cannot be used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{0}")]
 pub struct UnusableSettings(pub(super) String);

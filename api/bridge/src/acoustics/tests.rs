@@ -1,4 +1,4 @@
-//! What holds for every modem, whatever bytes arrive.
+//! Properties of every modem, for any bytes.
 
 mod positions;
 
@@ -74,7 +74,7 @@ fn poses() -> PoseHistory {
     poses
 }
 
-/// Lines that mean something to one of the modems.
+/// Lines that one of the modems reads.
 fn samples() -> Vec<String> {
     let day_s = RECEIVED_S.rem_euclid(86_400.0);
     let time = format!(
@@ -97,7 +97,7 @@ fn samples() -> Vec<String> {
     ]
 }
 
-/// Pieces of a stream: samples whole, cut short or with one byte changed, and bytes of any kind.
+/// Pieces of a stream: samples whole, truncated or with one byte changed, and any bytes.
 fn stream() -> impl Strategy<Value = Vec<u8>> {
     let sample = prop::sample::select(samples()).prop_map(String::into_bytes);
     let piece = prop_oneof![
@@ -131,7 +131,7 @@ fn lines_in(bytes: &[u8]) -> usize {
 
 proptest! {
     #[test]
-    fn any_bytes_give_sound_fixes_or_counted_rejects(bytes in stream(), received_s in any::<f64>()) {
+    fn any_bytes_give_valid_fixes_or_counted_rejects(bytes in stream(), received_s in any::<f64>()) {
         for kind in kinds() {
             for received_s in [RECEIVED_S, received_s] {
                 let mut modem = modem(kind.clone());
@@ -144,7 +144,7 @@ proptest! {
     }
 
     #[test]
-    fn how_the_stream_is_split_does_not_matter(bytes in stream(), cuts in prop::collection::vec(1_usize..30, 1..20)) {
+    fn splitting_the_stream_changes_nothing(bytes in stream(), cuts in prop::collection::vec(1_usize..30, 1..20)) {
         for kind in kinds() {
             let (mut whole, mut split) = (modem(kind.clone()), modem(kind.clone()));
             let expected = whole.push(&bytes, RECEIVED_S, &poses());
@@ -164,13 +164,13 @@ proptest! {
     }
 
     #[test]
-    fn a_line_with_a_checksum_that_was_damaged_is_never_a_fix(
+    fn a_damaged_line_with_a_checksum_is_never_a_fix(
         place in any::<prop::sample::Index>(), byte in any::<u8>(),
     ) {
         for sample in &samples()[2..5] {
             let mut bytes = sample.clone().into_bytes();
             let place = place.index(bytes.len() - 2);
-            // The checks know no case of hexadecimal digits, and none of them covers a line's beginning or end.
+            // Checksums ignore the case of hexadecimal digits, and a line's beginning and end.
             prop_assume!(!bytes[place].eq_ignore_ascii_case(&byte) && !b"\r\n".contains(&byte));
             bytes[place] = byte;
             for kind in kinds() {
@@ -183,7 +183,7 @@ proptest! {
 }
 
 #[test]
-fn every_sample_is_a_fix_of_its_own_modem_alone() {
+fn every_sample_is_a_fix_of_its_own_modem_only() {
     let samples = samples();
     for kind in kinds() {
         let mut modem = modem(kind.clone());
@@ -201,7 +201,7 @@ fn every_sample_is_a_fix_of_its_own_modem_alone() {
 }
 
 #[test]
-fn age_and_travel_time_are_taken_off_to_a_microsecond() {
+fn age_and_travel_time_are_subtracted_to_a_microsecond() {
     let mut modem = modem(ModemKind::Evologics { frame: Frame::Earth });
     let fixes = modem.push(LONG.as_bytes(), RECEIVED_S, &poses());
     let expected = RECEIVED_S - (10_446.991_981 - 10_446.534_643) - 825e-6;
@@ -217,7 +217,7 @@ fn age_and_travel_time_are_taken_off_to_a_microsecond() {
 }
 
 #[test]
-fn times_that_two_set_clocks_cannot_tell_are_rejected_by_name() {
+fn times_that_set_clocks_cannot_have_are_rejected_by_name() {
     for (pattern, line) in [
         (
             r"^(?<id>\w+) (?<lat_deg>\S+) (?<lon_deg>\S+) (?<t_s>\S+)$",
@@ -251,7 +251,7 @@ fn times_that_two_set_clocks_cannot_tell_are_rejected_by_name() {
 }
 
 #[test]
-fn a_modem_on_local_time_is_called_that() {
+fn local_time_of_a_modem_is_named() {
     let relative = r"^(?<id>\w+) (?<north_m>\S+) (?<east_m>\S+) (?<t_s>\S+)$";
     let on_earth = r"^(?<id>\w+) (?<lat_deg>\S+) (?<lon_deg>\S+) (?<t_s>\S+)$";
     let (local, other) = (
@@ -299,7 +299,7 @@ fn a_fix_that_is_sent_again_counts_once() {
 }
 
 #[test]
-fn numbers_that_no_sea_holds_are_rejected_by_name() {
+fn impossible_numbers_are_rejected_by_name() {
     let pattern = r"^(?<id>\w+) (?<north_m>\S+) (?<east_m>\S+) (?<depth_m>\S+) (?<sigma_m>\S+)$";
     let mut modem = modem(ModemKind::Pattern {
         pattern: pattern.to_owned(),
@@ -330,7 +330,7 @@ fn angles_without_a_fresh_depth_are_rejected_by_name() {
 }
 
 #[test]
-fn seatrac_bytes_are_checked_before_they_are_read() {
+fn seatrac_checksums_come_before_fields() {
     let mut modem = modem(ModemKind::Seatrac { frame: Frame::Earth });
     let line = seatrac::line(&[0x42]);
     assert_eq!(modem.push(line.as_bytes(), RECEIVED_S, &poses()), []);

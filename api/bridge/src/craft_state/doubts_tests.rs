@@ -1,4 +1,4 @@
-//! Voyages with and without faults: what is doubted, how soon, and what is never doubted.
+//! Voyages with and without faults: the raised alarms, their delays, and the absence of others.
 
 mod hour;
 
@@ -18,7 +18,7 @@ const SENSOR: Source = Source {
     talker: *b"HE",
 };
 
-/// Numbers from a seed: xorshift64*.
+/// Random numbers: xorshift64*.
 struct Random(u64);
 
 impl Random {
@@ -30,7 +30,7 @@ impl Random {
         (self.0.wrapping_mul(0x2545_F491_4F6C_DD1D) >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// Of standard deviation 1.
+    /// A number of standard deviation 1.
     fn normal(&mut self) -> f64 {
         (-2.0 * (1.0 - self.uniform()).ln()).sqrt() * (TAU * self.uniform()).cos()
     }
@@ -40,12 +40,12 @@ impl Random {
     }
 }
 
-/// What measures the craft.
+/// The sensors of the craft.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Sensors {
     /// An autopilot's filter: everything, ten times a second.
     Filter,
-    /// A receiver once a second, with white noise of this standard deviation, m, without a course at rest; and a compass.
+    /// A receiver with white noise, m, once a second, without a course at rest; and a compass.
     Receiver(f64),
 }
 
@@ -54,7 +54,7 @@ struct Voyage {
     sensors: Sensors,
     random: Random,
     tenths: u32,
-    /// (north, east), m.
+    /// Position (north, east), m.
     position: Vector2<f64>,
     heading: f64,
     yaw_rate: f64,
@@ -99,7 +99,7 @@ impl Voyage {
         direction(self.heading) * self.speed + current + waves
     }
 
-    /// A step, and what `fault` makes of its measurements: other ones, or none.
+    /// A step, whose measurements `fault` replaces or removes.
     fn step(&mut self, fault: &mut dyn FnMut(&Self, CraftMeasurement) -> Option<CraftMeasurement>) {
         self.tenths += 1;
         let t_s = self.now_s();
@@ -136,7 +136,7 @@ impl Voyage {
         let velocity = self.velocity() + self.random.normals() * 0.05;
         match self.sensors {
             Sensors::Filter => {
-                // Of first order, 2 m, with a time of 100 s, and white noise of 5 cm.
+                // Drift of first order, 2 m, with a time of 100 s, and white noise of 5 cm.
                 self.drift += self.random.normals() * (2.0 * (2.0 * STEP_S / 100.0_f64).sqrt())
                     - self.drift * (STEP_S / 100.0);
                 let position = self.position + self.drift + self.random.normals() * 0.05;
@@ -171,7 +171,7 @@ impl Voyage {
         }
     }
 
-    /// Sails with `fault`; the time after which `alarm` is raised, s, none if it is not within `seconds`.
+    /// Sails with `fault`; the time until `alarm`, s, or `None` after `seconds`.
     fn detection(
         &mut self,
         seconds: u32,
@@ -198,7 +198,7 @@ fn place(position: &Vector2<f64>) -> Geographic {
     }
 }
 
-/// `measured`, but every position is that one.
+/// `measured`, with `position` in place of every position.
 fn at(position: Geographic, measured: CraftMeasurement) -> CraftMeasurement {
     match measured {
         CraftMeasurement::Position(_) => CraftMeasurement::Position(position),
@@ -250,14 +250,14 @@ fn ten_hours_of_waves_current_and_noise_raise_no_alarm() {
             without_state += u32::from(voyage.state.newest().is_none());
         }
         assert_eq!(voyage.raised, [], "{sensors:?}: {}", voyage.state.rejects());
-        // The first one, before there is a velocity.
+        // The first seconds, before there is a velocity.
         assert!(without_state <= 3, "{sensors:?}: {without_state} s");
     }
 }
 
 #[test]
-fn a_position_that_stays_while_the_craft_moves_is_no_position() {
-    // Straight on at 1 m/s, and on a drawn course, slower and with turns.
+fn a_frozen_position_of_a_moving_craft_is_not_used() {
+    // Straight on at 1 m/s, and on a random course, slower and with turns.
     for (sensors, straight, within_s) in ALL
         .into_iter()
         .flat_map(|all| [(all, true, 8.0), (all, false, 16.0)])
@@ -283,7 +283,7 @@ fn a_position_that_stays_while_the_craft_moves_is_no_position() {
 }
 
 #[test]
-fn a_receiver_that_froze_at_the_berth_is_found_when_the_craft_leaves() {
+fn a_receiver_frozen_at_the_berth_is_detected_at_departure() {
     for sensors in ALL {
         let mut voyage = Voyage::new(sensors, 1);
         voyage.asked.speed = 0.0;
@@ -300,7 +300,7 @@ fn a_receiver_that_froze_at_the_berth_is_found_when_the_craft_leaves() {
 }
 
 #[test]
-fn a_receiver_that_stands_still_altogether_is_found_by_the_references() {
+fn a_receiver_frozen_in_all_values_is_detected_by_the_references() {
     let mut voyage = Voyage::new(Sensors::Filter, 2);
     voyage.nominal(30);
     voyage.asked_until_s = f64::INFINITY;
@@ -314,7 +314,7 @@ fn a_receiver_that_stands_still_altogether_is_found_by_the_references() {
 }
 
 #[test]
-fn two_vehicles_with_one_number_are_no_position_until_one_is_silent() {
+fn two_vehicles_with_one_number_have_no_position_until_one_is_silent() {
     for sensors in ALL {
         let mut voyage = Voyage::new(sensors, 3);
         voyage.nominal(60);
@@ -337,7 +337,7 @@ fn two_vehicles_with_one_number_are_no_position_until_one_is_silent() {
 }
 
 #[test]
-fn one_outlier_is_ignored_and_a_jump_for_good_is_followed_after_three_seconds() {
+fn one_outlier_is_ignored_and_a_lasting_jump_is_accepted_after_three_seconds() {
     for sensors in ALL {
         let mut voyage = Voyage::new(sensors, 4);
         voyage.nominal(60);
@@ -360,7 +360,7 @@ fn one_outlier_is_ignored_and_a_jump_for_good_is_followed_after_three_seconds() 
 }
 
 #[test]
-fn a_position_that_wanders_is_no_position() {
+fn a_wandering_position_is_not_used() {
     let mut voyage = Voyage::new(Sensors::Filter, 5);
     voyage.nominal(60);
     let mut draw = Random(6);
@@ -390,7 +390,7 @@ fn impossible_speeds_and_turns_are_not_used() {
 }
 
 #[test]
-fn a_velocity_that_leads_elsewhere_than_the_positions_is_not_used() {
+fn a_velocity_that_contradicts_the_positions_is_not_used() {
     for (sensors, wrong) in [
         (Sensors::Filter, Vector2::zeros()),
         (Sensors::Receiver(1.5), Vector2::zeros()),
@@ -414,7 +414,7 @@ fn a_velocity_that_leads_elsewhere_than_the_positions_is_not_used() {
 }
 
 #[test]
-fn two_seconds_of_a_wrong_velocity_cost_no_state() {
+fn the_state_survives_two_seconds_of_a_wrong_velocity() {
     for sensors in ALL {
         let mut voyage = Voyage::new(sensors, 12);
         voyage.nominal(100);
@@ -441,7 +441,7 @@ fn two_seconds_of_a_wrong_velocity_cost_no_state() {
 }
 
 #[test]
-fn a_heading_that_stays_while_the_craft_turns_is_no_heading() {
+fn a_frozen_heading_of_a_turning_craft_is_not_used() {
     for (sensors, most) in [(Sensors::Filter, 10.0), (Sensors::Receiver(1.5), 40.0)] {
         let mut voyage = Voyage::new(sensors, 13);
         voyage.nominal(60);
@@ -466,7 +466,7 @@ fn a_heading_that_stays_while_the_craft_turns_is_no_heading() {
 }
 
 #[test]
-fn a_second_compass_that_differs_is_named_and_the_first_one_counts() {
+fn a_second_compass_that_differs_is_named_and_the_first_one_is_used() {
     let mut voyage = Voyage::new(Sensors::Filter, 14);
     voyage.nominal(60);
     let mut after = None;
@@ -486,7 +486,7 @@ fn a_second_compass_that_differs_is_named_and_the_first_one_counts() {
 }
 
 #[test]
-fn another_source_is_used_after_two_seconds_of_silence_until_the_first_is_back_for_five() {
+fn another_source_is_used_from_two_seconds_of_silence_until_the_first_returned_for_five() {
     let mut state = CraftState::default();
     let mut heading = |t_s: f64, first: Option<f64>, second: f64| {
         state.take(
@@ -516,7 +516,7 @@ fn another_source_is_used_after_two_seconds_of_silence_until_the_first_is_back_f
 }
 
 #[test]
-fn headings_of_two_values_in_turn_are_no_heading() {
+fn alternating_headings_are_not_used() {
     let mut voyage = Voyage::new(Sensors::Filter, 15);
     voyage.nominal(60);
     let mut is_other = false;
@@ -530,7 +530,7 @@ fn headings_of_two_values_in_turn_are_no_heading() {
 }
 
 #[test]
-fn a_compass_that_is_off_from_one_moment_to_the_next_is_named_twice() {
+fn a_compass_with_a_sudden_offset_raises_two_alarms() {
     let mut voyage = Voyage::new(Sensors::Filter, 16);
     voyage.nominal(50);
     voyage.asked_until_s = f64::INFINITY;
@@ -543,11 +543,11 @@ fn a_compass_that_is_off_from_one_moment_to_the_next_is_named_twice() {
 }
 
 #[test]
-fn a_jump_of_little_more_than_the_gate_is_named_too() {
+fn a_jump_of_little_more_than_the_gate_is_named() {
     for seed in 17..22 {
         let mut voyage = Voyage::new(Sensors::Filter, seed);
         voyage.nominal(60);
-        // 40° and 22 m: the gates hold them once they have opened for a while.
+        // 40° and 22 m: the gates, once opened for a while, contain them.
         let mut off = |_: &Voyage, measured| Some(turned(0.7, measured));
         let after = voyage.detection(10, Alarm::HeadingJumped, &mut off);
         assert!(after.is_some_and(|after| after <= 3.5), "{after:?}");
@@ -559,7 +559,7 @@ fn a_jump_of_little_more_than_the_gate_is_named_too() {
 }
 
 #[test]
-fn a_yaw_that_is_mirrored_is_named_at_the_first_turn_and_cannot_be_seen_on_a_northern_course() {
+fn a_mirrored_yaw_is_named_at_the_first_turn_and_is_invisible_on_a_northern_course() {
     for mirrored_rate in [1.0, -1.0] {
         let mut voyage = Voyage::new(Sensors::Filter, 18);
         let mut mirrored = |_: &Voyage, measured| {
@@ -585,7 +585,7 @@ fn a_yaw_that_is_mirrored_is_named_at_the_first_turn_and_cannot_be_seen_on_a_nor
 }
 
 #[test]
-fn a_position_that_drifts_at_half_a_metre_per_second_against_the_velocity_is_named() {
+fn a_position_that_drifts_from_the_velocity_at_half_a_metre_per_second_is_named() {
     for (sensors, most) in [(Sensors::Filter, 16.0), (Sensors::Receiver(1.5), 20.0)] {
         let mut voyage = Voyage::new(sensors, 19);
         voyage.nominal(50);
@@ -602,7 +602,7 @@ fn a_position_that_drifts_at_half_a_metre_per_second_against_the_velocity_is_nam
 }
 
 #[test]
-fn a_compass_that_froze_on_a_straight_course_is_named_in_waves_by_a_gyro_and_without_one_at_the_first_turn() {
+fn a_compass_frozen_on_a_straight_course_is_named_by_a_gyro_in_waves_or_at_the_first_turn() {
     for (sensors, straight) in [(Sensors::Filter, true), (Sensors::Receiver(1.5), false)] {
         let mut voyage = Voyage::new(sensors, 20);
         voyage.nominal(50);

@@ -9,35 +9,35 @@ use crate::{
     mission_link::LinkStatus,
 };
 
-/// Warnings of a plan that say that the craft does not do what it is told.
+/// Warnings of a plan that the craft does not respond.
 const NOT_FOLLOWED: [&str; 3] = [
     "craft_does_not_follow",
     "heading_does_not_respond",
     "speed_does_not_respond",
 ];
 
-/// The warning that an AUV has not been heard for a while. Lost messages alone bring it, so that it is told, and is no alarm.
+/// The warning that an AUV is silent. Lost messages alone cause it: it is told, and is no alarm.
 const NOT_HEARD: &str = "stale_report";
 
-/// Why there is no plan to follow, where the service is the reason.
+/// The reason for a missing plan of a silent service.
 const SILENT_SERVICE: &str = "the service does not answer";
 
-/// After this time without a fix of an AUV the plan says whether it matters (`NOT_HEARD`), s.
+/// Time without a fix of an AUV after which the plan states if that matters (`NOT_HEARD`), s.
 const LATE_MAX_S: f64 = 32.0;
 
-/// Between two words to the mission, s. After three that are missing it is not known there whether the craft is steered.
+/// Time between two words to the mission, s. After three missing ones the steering is unknown.
 const WORD_INTERVAL_S: f64 = 1.0;
 
-/// For how long a state lasts before the ground station is told, s; and for how long an alarm must not return before its end is told:
-/// an alarm that comes and goes is one alarm (as in ISA-18.2).
+/// Time that a state lasts before the ground station is told, s; and time without an alarm before
+/// its end is told: an alarm that comes and goes is one alarm (as in ISA-18.2).
 const CHANGED_S: f64 = 1.0;
 const CLEAR_S: f64 = 10.0;
 
-/// Between two texts to the ground station, s: of a lasting alarm, and of a cause that changes.
+/// Time between two texts to the ground station, s: of a lasting alarm, and of a changing cause.
 const ALARM_INTERVAL_S: f64 = 30.0;
 const CAUSE_INTERVAL_S: f64 = 10.0;
 
-/// A cause without its numbers: an age that grows is no new one.
+/// A cause without its numbers: a growing age is the same cause.
 fn words(cause: &str) -> Vec<&str> {
     cause
         .split(' ')
@@ -45,7 +45,7 @@ fn words(cause: &str) -> Vec<&str> {
         .collect()
 }
 
-/// The AUVs that have not been heard for a while, in words.
+/// The AUVs that have been silent for a while, in words.
 fn not_heard(link: &LinkStatus) -> Option<String> {
     let warnings = link.plan.iter().flat_map(|plan| &plan.warnings);
     let details = warnings
@@ -55,14 +55,14 @@ fn not_heard(link: &LinkStatus) -> Option<String> {
     (!details.is_empty()).then(|| details.join("; "))
 }
 
-/// What `text` says before what follows from it.
+/// `text` up to its consequence.
 fn cause(text: &str) -> String {
     text.split([':', ';']).next().unwrap_or_default().to_owned()
 }
 
 impl Bridge {
-    /// Whether the craft is steered; none in a dry run. Silence is an alarm only while nothing but the bridge has the craft: armed, in
-    /// its guided mode.
+    /// The state of the steering; `None` in a dry run. Silence is an alarm only while the craft is
+    /// armed and in the guided mode, so that no one else steers it.
     pub(super) fn steering(&self, link: &LinkStatus) -> Option<Steering> {
         use MavSeverity::{
             MAV_SEVERITY_CRITICAL, MAV_SEVERITY_INFO, MAV_SEVERITY_NOTICE, MAV_SEVERITY_WARNING,
@@ -110,7 +110,7 @@ impl Bridge {
         })
     }
 
-    /// Why references that are sent are not followed, or are not as good as they should be.
+    /// The reasons that references have less effect than they should.
     fn causes(&self, link: &LinkStatus) -> Vec<String> {
         let alarms = self.telemetry.craft.alarms();
         let mut causes: Vec<_> = alarms.map(|alarm| cause(&alarm.to_string())).collect();
@@ -123,7 +123,7 @@ impl Bridge {
         causes
     }
 
-    /// What is missing to call the craft steered: a service, what the craft was just seen to do, an AUV that is heard.
+    /// The parts without which steering is unconfirmed: the service, observed motion, heard AUVs.
     fn unconfirmed(&self, link: &LinkStatus) -> Vec<String> {
         let now = self.now_s();
         let service = link.trouble.as_ref().map(|_| SILENT_SERVICE.to_owned());
@@ -140,7 +140,7 @@ impl Bridge {
             .collect()
     }
 
-    /// Tells those who watch whether the craft is steered.
+    /// Tells mission and ground station the state of the steering.
     pub(super) fn tell(&mut self, link: &LinkStatus) {
         let (now, steering) = (self.now_s(), self.steering(link));
         self.tell_mission(now, steering.as_ref());
@@ -149,7 +149,7 @@ impl Bridge {
         }
     }
 
-    /// Each second, and as soon as it has changed.
+    /// Once a second, and at every change.
     fn tell_mission(&mut self, now: f64, steering: Option<&Steering>) {
         let Some(mission) = &self.link else { return };
         let (state, why) = steering.map_or(("waiting", "a dry run"), |now| (now.state(), &now.cause));
@@ -162,7 +162,7 @@ impl Bridge {
         }
     }
 
-    /// Once it has changed for a second, or has been better for `CLEAR_S`, and again while it is an alarm.
+    /// After a second of change, or `CLEAR_S` of improvement, and repeatedly during an alarm.
     fn tell_ground_station(&mut self, now: f64, steering: Steering) {
         let is_same = |other: &Steering| (other.is_on, other.severity) == (steering.is_on, steering.severity);
         let since = match &self.steering {
@@ -194,7 +194,7 @@ impl Bridge {
         }
     }
 
-    /// Tells the ground station that the bridge ends, and why.
+    /// Tells the ground station that the bridge ends, and the reason.
     pub(super) fn tell_end(&mut self, severity: MavSeverity, cause: &str) {
         if !self.settings.dry_run {
             self.send_texts(&Steering {
@@ -206,7 +206,7 @@ impl Bridge {
         }
     }
 
-    /// Whether the craft is steered, mode, plan, reference, fixes and rejected input in one line.
+    /// Steering, mode, plan, reference, fixes and rejected input in one line.
     pub(super) fn status_line(&self, link: &LinkStatus) -> String {
         let now = self.now_s();
         let mode = match self.autopilot.control(now) {
@@ -248,8 +248,8 @@ impl Bridge {
         parts.join(", ")
     }
 
-    /// The plan, with its reference at a speed of `speed_max` at most, m/s: a faster one is not sent. One that is too old to follow shows only
-    /// its age.
+    /// The plan, with its reference limited to `speed_max`, m/s, as it is sent. A plan that is too
+    /// old to follow has only its age.
     fn plan_status(&self, plan: &Plan, now: f64, speed_max: f64) -> Vec<String> {
         let age = now - plan.planned.planned_s;
         let mut parts = Vec::new();
@@ -288,7 +288,7 @@ mod tests {
     };
     use crate::{autopilot_link::AutopilotSettings, follow::Settings, mavlink::Silence, wire::Endpoint};
 
-    /// A bridge without a wire, and a plan made now, whose answer is changed.
+    /// A bridge without a wire, and a present plan, whose answer `change` modifies.
     fn bridge_and_link(change: impl Fn(&mut serde_json::Value)) -> (Bridge, LinkStatus) {
         let connect = Endpoint::Udp("127.0.0.1:0".to_owned());
         let clock = Clock::simulated(0.0);
@@ -307,7 +307,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn the_line_begins_with_whether_the_craft_is_steered_and_why_not() {
+    async fn the_line_begins_with_the_state_of_the_steering_and_its_reason() {
         let active = Some(Sending::Active);
         let stopped = |silence| Some(Sending::Stopped(silence));
         let warned = |code: &str| json!([{ "code": code }]);
@@ -354,7 +354,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn what_a_plan_said_that_is_too_old_is_not_repeated() {
+    async fn contents_of_an_outdated_plan_are_not_shown() {
         let (bridge, link) = bridge_and_link(|answer| {
             answer["age_s"] = json!(40.0);
             answer["plan"]["reference"]["valid_until_s"] = json!(20.0);
@@ -371,7 +371,8 @@ mod tests {
         let clock = bridge.clock.machine.clone();
         let mut texts = vec![];
         let stale = Sending::Stopped(Silence::PlanStale);
-        // Tenths of a second; one second of silence is not told, and silence that comes and goes is told once in half a minute.
+        // Tenths of a second. One second of silence is not told; intermittent silence twice a
+        // minute.
         let comes_and_goes = [(stale, 13), (Sending::Active, 30)].repeat(14);
         let course = [(Sending::Active, 12), (stale, 8), (Sending::Active, 20)];
         for (sending, tenths) in course
@@ -398,7 +399,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn every_status_line_has_at_most_160_characters_and_no_word_is_lost() {
+    async fn status_lines_have_at_most_160_characters_and_keep_every_word() {
         let warned = json!([
             { "code": "craft_unknown" }, { "code": "heading_does_not_respond" }, { "code": "reported_accuracy_contradicted" },
             { "code": "reference_below_speed_min" }, { "code": "goal_unreachable" }, { "code": "stale_report", "detail": "auv-9 was last heard of 31 s ago" },
@@ -432,7 +433,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn the_speed_shown_is_one_that_may_be_sent() {
+    async fn the_shown_speed_is_within_the_limits() {
         let (bridge, link) = bridge_and_link(|_| {});
         let line = bridge.status_line(&link);
         assert!(line.contains(", 1.20 m/s 000°"), "{line}");

@@ -1,4 +1,4 @@
-//! Whether the craft is steered, as the status line and the ground station have it.
+//! The state of the steering for the status line and the ground station.
 
 use std::fmt;
 
@@ -6,18 +6,18 @@ use ::mavlink::dialects::ardupilotmega::MavSeverity;
 
 use crate::mavlink::TEXT_BYTES;
 
-/// What further lines begin with.
+/// Prefix of further lines.
 const GOES_ON: &str = "... ";
 
-/// Whether the craft is steered, for those who watch.
+/// The state of the steering, for operators.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Steering {
-    /// Whether references are sent.
+    /// `true` if references are sent.
     pub(super) is_on: bool,
-    /// Whether they are not because a person has the craft.
+    /// `true` if they are not sent because a person steers the craft.
     pub(super) is_a_persons: bool,
     pub(super) severity: MavSeverity,
-    /// Why it is not, or not as it should be, or what may become a reason.
+    /// The reason that it is off or degraded, or a possible one.
     pub(super) cause: String,
 }
 
@@ -33,12 +33,12 @@ impl Steering {
         }
     }
 
-    /// Whether all is well: nothing is missing to call the craft steered.
+    /// `true` if nothing is missing to call the craft steered.
     pub(super) fn is_good(&self) -> bool {
         self.is_on && self.severity == MavSeverity::MAV_SEVERITY_INFO
     }
 
-    /// Whether somebody has to look.
+    /// `true` if an operator has to act.
     pub(super) fn is_alarm(&self) -> bool {
         matches!(
             self.severity,
@@ -46,7 +46,7 @@ impl Steering {
         )
     }
 
-    /// For the ground station: as many texts of `TEXT_BYTES` as there are words for, none with half a word.
+    /// Texts for the ground station, each of at most `TEXT_BYTES`, with whole words only.
     pub(super) fn texts(&self) -> Vec<String> {
         let state = match (self.is_on, self.severity) {
             (true, MavSeverity::MAV_SEVERITY_WARNING) => "Pilotfish degraded",
@@ -57,7 +57,7 @@ impl Steering {
     }
 }
 
-/// The words of `whole` in as many lines as they need of at most `most` bytes: none with half a word. A word that is longer is a line.
+/// Splits `whole` between words into lines of at most `most` bytes. A longer word is a line.
 pub(super) fn lines(whole: &str, most: usize) -> Vec<String> {
     let mut lines = vec![String::new()];
     for word in whole.split(' ') {
@@ -98,7 +98,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_long_cause_arrives_whole_in_several_texts() {
+    fn a_long_cause_arrives_completely_in_several_texts() {
         let cause =
             "the position does not change although the reference speed is not zero; heading does not respond";
         let steering = Steering {

@@ -1,21 +1,21 @@
-//! Which of several sources of one quantity is used, and whether the others differ from it.
+//! Selects one of several sources of a quantity, and compares the others with it.
 
 use std::collections::BTreeMap;
 
-/// Where a measurement comes from.
+/// The source of a measurement.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Source {
     /// Number of the wire: 0 is the autopilot's. Lower numbers come first.
     pub(crate) wire: usize,
-    /// Who speaks on the wire: the talker of an NMEA 0183 sentence.
+    /// The talker of an NMEA 0183 sentence.
     pub(crate) talker: [u8; 2],
 }
 
-/// After this silence another source is used, s.
+/// Silence after which another source is used, s.
 const HOLD_S: f64 = 2.0;
-/// A better source is used again after it has spoken for this time, s.
+/// Time for which a better source must send before it is used again, s.
 const RETURN_S: f64 = 5.0;
-/// Sources differ if they do so for this time, s.
+/// Time for which sources must differ, s.
 const DIFFER_S: f64 = 5.0;
 /// Most sources of one quantity: more talkers are noise.
 const SOURCES_MAX: usize = 8;
@@ -25,7 +25,7 @@ const SOURCES_MAX: usize = 8;
 pub(super) struct Sources<T> {
     streams: BTreeMap<Source, Stream<T>>,
     used: Option<Source>,
-    /// Since when, until when, s, a source differs from the used one.
+    /// The beginning and the end, s, of a difference from the used source.
     apart: Option<(f64, f64)>,
 }
 
@@ -47,15 +47,15 @@ impl<T> Default for Sources<T> {
 }
 
 impl Sources<()> {
-    /// Whether `source` is the one that is used at `t_s`, s, of a quantity that is not compared.
+    /// `true` if `source` is the used one at `t_s`, s, of a quantity that is not compared.
     pub(super) fn uses_any(&mut self, t_s: f64, source: Source) -> bool {
         self.uses(t_s, source, (), |(), (), _| false)
     }
 }
 
 impl<T: Copy> Sources<T> {
-    /// Whether `source` is the one that is used at `t_s`, s. `apart` says whether two values whose times differ by some seconds
-    /// contradict each other.
+    /// `true` if `source` is the used one at `t_s`, s. `apart` compares two values whose times
+    /// differ by some seconds.
     pub(super) fn uses(
         &mut self,
         t_s: f64,
@@ -95,7 +95,7 @@ impl<T: Copy> Sources<T> {
         used == source
     }
 
-    /// Whether a source has differed from the used one for long.
+    /// `true` if a source has differed from the used one for long.
     pub(super) fn differ(&self) -> bool {
         self.apart
             .is_some_and(|(since_s, until_s)| until_s - since_s >= DIFFER_S)

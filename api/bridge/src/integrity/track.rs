@@ -1,12 +1,12 @@
 //! Innovation gating with a second hypothesis.
 
-/// Misses that agree with each other for this time, s, while nothing fits the prediction, are the new truth.
+/// Time of consistent misses, s, that become the new truth, if nothing fits the prediction.
 const SETTLE_S: f64 = 3.0;
-/// A second hypothesis that has not been seen for this time is forgotten, s.
+/// Time without support after which a second hypothesis is forgotten, s.
 const RIVAL_KEPT_S: f64 = 5.0;
-/// A second hypothesis needs this many measurements.
+/// Least number of measurements of a second hypothesis.
 const RIVAL_COUNT_MIN: u32 = 3;
-/// After this time without a fit the quantity is contested, s: longer than one outlier of a receiver that speaks once a second.
+/// Time without a fit that is contested, s: longer than one outlier of a receiver at 1 Hz.
 const UNSETTLED_S: f64 = 2.5;
 
 /// The trusted course of a quantity, and a second one that may replace it.
@@ -25,11 +25,11 @@ struct Rival<T> {
     last: (f64, T),
 }
 
-/// What became of a measurement.
+/// The result of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Fit {
     Fits,
-    /// It fits the second hypothesis, which is trusted from now on, and did not fit the first one at once.
+    /// It fits the second hypothesis, which is now trusted, and did not fit the first at once.
     Jumped,
     /// It is outside its gate.
     Missed,
@@ -46,24 +46,24 @@ impl<T> Default for Track<T> {
 }
 
 impl<T: Copy> Track<T> {
-    /// Takes a measurement of `t_s`, s. `fits` says whether it is inside the gate about an earlier one.
+    /// Takes a measurement of `t_s`, s. `fits` tests it against the gate of an earlier one.
     pub(super) fn take(&mut self, t_s: f64, value: T, fits: impl Fn(&(f64, T)) -> bool) -> Fit {
         let newest = (t_s, value);
         let is_first_in_a_while = self.seen_s.replace(t_s).is_none_or(|at| t_s - at > UNSETTLED_S);
-        // The first one, or the clock was set back.
+        // The first measurement, or the clock was set back.
         if self.trusted.is_none_or(|(at, _)| t_s < at - RIVAL_KEPT_S) {
             (self.trusted, self.rival) = (Some(newest), None);
             return Fit::Fits;
         }
         self.rival = self.rival.filter(|rival| t_s - rival.last.0 <= RIVAL_KEPT_S);
-        // The gate opens in silence. Among misses it would only let one of them pass.
+        // The gate opens in silence. Among misses it would only admit one of them.
         let may_fit = |(at, _): &(f64, T)| is_first_in_a_while || t_s - at <= UNSETTLED_S;
         if self
             .trusted
             .is_some_and(|trusted| may_fit(&trusted) && fits(&trusted))
         {
             self.trusted = Some(newest);
-            // A gate that has opened meanwhile holds both: they are one, and it jumped by little more than the gate.
+            // The opened gate contains both: they are one, which jumped by little more.
             let held = self.rival.take_if(|rival| fits(&rival.last));
             let has_jumped = held.is_some_and(|rival| rival.count >= RIVAL_COUNT_MIN);
             return if has_jumped { Fit::Jumped } else { Fit::Fits };
@@ -89,7 +89,7 @@ impl<T: Copy> Track<T> {
         Fit::Missed
     }
 
-    /// Whether two hypotheses go on side by side, or no measurement has fitted for a while, at the measurement of `t_s`, s.
+    /// `true` during two hypotheses, or without a recent fit, at the measurement of `t_s`, s.
     pub(super) fn is_contested(&self, t_s: f64) -> bool {
         let Some((trusted_s, _)) = self.trusted else {
             return false;

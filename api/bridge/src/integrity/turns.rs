@@ -1,11 +1,11 @@
-//! How heading, measured yaw rate and course have turned in the last seconds.
+//! Recent turns of heading, measured yaw rate and course.
 //!
-//! A current turns the course less than the heading, or more, and against it only where it is faster than the craft over ground:
+//! A current changes the turn of the course. It reverses it only if faster than the craft:
 //!
 //! ```text
-//! v = u n(ψ) + c      dχ/dψ = u (u + c cos(ψ − χ_c))/v²      < 0 only where v < c, for a speed u that stays
+//! v = u n(ψ) + c    dχ/dψ = u (u + c cos(ψ − χ_c))/v²    < 0 only where v < c, for constant u
 //! ```
-//! Headings and courses are means over the same seconds: waves and lags of a receiver are in both.
+//! Headings and courses are means over the same seconds: waves and receivers' lags affect both.
 
 use std::collections::VecDeque;
 
@@ -13,24 +13,24 @@ use nalgebra::Vector2;
 
 use crate::{recent_positions::trend, reference::wrapped};
 
-/// Time between two moments that are kept, and how long they are kept, s.
+/// Time between two kept moments, and the time for which they are kept, s.
 const TURN_EACH_S: f64 = 1.0;
 const TURN_KEPT_S: f64 = 20.0;
 /// Time of a mean heading and course, s: about a wave.
 const MEAN_S: f64 = 5.0;
-/// A slower mean velocity may be mostly current, m/s. At this one, 0.5 m/s of current is up to 0.8 rad between heading and course.
+/// Slowest useful mean velocity, m/s: 0.5 m/s of current makes up to 0.8 rad beside the heading.
 const MEAN_SPEED: f64 = 0.7;
-/// Heading and course that turn by this to opposite sides contradict each other, rad: more than that may be less to the other side.
+/// Opposite turns of heading and course that contradict, rad. Larger ones may be to the same side.
 const OPPOSITE: [f64; 2] = [0.8, 2.2];
-/// A heading contradicts the integral of the yaw rate if they turn by amounts that differ by this, rad: twice what the bias of a gyro makes.
+/// Difference of heading's and yaw rate's turns that contradicts, rad: twice a gyro's bias.
 const OFF_RATE: f64 = 0.8;
-/// A heading that stays contradicts a yaw rate that swings by this in the mean, rad, for this time, s, however biased: a craft in waves.
+/// Mean swing of the yaw rate, rad, and its time, s, that contradict a still heading: waves.
 const SWING: f64 = 0.015;
 const SWING_AFTER_S: f64 = 8.0;
 /// The integral of a sampled yaw rate still turns when the heading has come to rest already, s.
 const SETTLES_S: f64 = 2.0;
 
-/// The last seconds.
+/// The kept moments of the last seconds.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Turns {
     kept: VecDeque<Moment>,
@@ -43,15 +43,15 @@ struct Moment {
     /// Heading without jumps at ±π, rad, and its integral, rad s.
     heading: f64,
     swept: f64,
-    /// Integral of the yaw rate, rad, and the most that it is off; none without one.
+    /// Integral of the yaw rate, rad, and its greatest error; `None` without a yaw rate.
     turned: Option<[f64; 2]>,
     /// Integral of the measured velocity (north, east), m.
     travelled: Vector2<f64>,
 }
 
 impl Turns {
-    /// Adds a heading, rad, with the integrals of yaw rate, rad, and velocity, m, so far. After a gap, or if the clock was set back, it is the
-    /// first one. Whether it is kept, so that something new may be seen.
+    /// Adds a heading, rad, with the integrals of yaw rate, rad, and velocity, m. A gap or a clock
+    /// set back restarts. `true` if it is kept: new contradictions are possible.
     pub(super) fn push(
         &mut self,
         t_s: f64,
@@ -95,7 +95,7 @@ impl Turns {
         is_kept
     }
 
-    /// Whether the heading turned otherwise than the yaw rate says.
+    /// `true` if the heading turned otherwise than the yaw rate.
     pub(super) fn contradict_rate(&self) -> bool {
         let off = |moment: &Moment| {
             moment
@@ -109,7 +109,7 @@ impl Turns {
         earlier.any(|(before, error_before)| (now - before).abs() >= OFF_RATE + error - error_before)
     }
 
-    /// Whether the heading turned to the other side than the course.
+    /// `true` if the heading turned opposite to the course.
     pub(super) fn contradict_course(&self) -> bool {
         let Some((heading, course)) = self.newest.as_ref().and_then(|newest| self.mean_until(newest)) else {
             return false;
@@ -122,7 +122,7 @@ impl Turns {
         })
     }
 
-    /// `true` if the yaw rate has swung while the heading stayed, which it did from `since_s` on, s.
+    /// `true` if the yaw rate has swung while the heading stayed, from `since_s` on, s.
     pub(super) fn swing_since(&self, since_s: f64) -> bool {
         let steady = self.kept.iter().rev();
         let steady = steady.take_while(|moment| since_s + SETTLES_S <= moment.t_s);
@@ -130,7 +130,7 @@ impl Turns {
         trend(turned).is_some_and(|trend| trend.span_s >= SWING_AFTER_S && trend.rms >= SWING)
     }
 
-    /// Mean heading and course, rad, of the seconds before `end`; none if they are not known or the craft was slow.
+    /// Mean heading and course, rad, before `end`; `None` if unknown or if the craft was slow.
     fn mean_until(&self, end: &Moment) -> Option<(f64, f64)> {
         let is_start = |moment: &&Moment| end.t_s - moment.t_s <= MEAN_S + 0.5 * TURN_EACH_S;
         let start = self.kept.iter().find(is_start)?;

@@ -1,5 +1,5 @@
-//! When references may be sent: with a recent heartbeat and position and a valid plan, in the autopilot's guided mode, armed. To PX4
-//! also in other modes: it enters OFFBOARD only while references arrive, and ignores them outside it.
+//! References need a recent heartbeat and position, a valid plan, and an armed, guided autopilot.
+//! PX4 gets them in all modes: it enters OFFBOARD only while they arrive.
 
 use std::fmt;
 
@@ -12,38 +12,38 @@ pub(crate) const HEARTBEAT_AGE_MAX_S: f64 = 3.0;
 const STATE_AGE_MAX_S: f64 = 3.0;
 /// Between two attempts at taking control.
 const TAKE_INTERVAL_S: f64 = 2.0;
-/// Largest number of orders: an autopilot that rejects them, and a person who sets another mode, have a reason.
+/// Most orders: an autopilot that rejects them, or a person who sets another mode, has a reason.
 const ORDERS_MAX: u32 = 6;
 
-/// Who controls the craft.
+/// The control of the craft.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Control {
     /// The wire reports it: the newest heartbeat of the autopilot, and its age, s.
     Reported(Option<(Heartbeat, f64)>),
-    /// The wire does not report it: the craft follows references when it is switched to do so.
+    /// The wire does not report it: the craft follows references when it is switched to them.
     Unreported,
 }
 
-/// What is known at one tick.
+/// The known facts of one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Conditions {
     pub(crate) control: Control,
-    /// What makes the craft's navigation untrustworthy, if anything does.
+    /// The reason that the craft's navigation is untrustworthy, if any.
     pub(crate) distrust: Option<Alarm>,
-    /// Age of the newest state of the craft, s; none before the first.
+    /// Age of the newest state of the craft, s; `None` before the first.
     pub(crate) state_age: Option<f64>,
-    /// The plan's reference for now; none without a plan or if it is too old.
+    /// The plan's present reference; `None` without a plan or if it is too old.
     pub(crate) reference: Option<Reference>,
-    /// Whether there is a plan, valid or not.
+    /// `true` if there is a plan, valid or not.
     pub(crate) has_planned: bool,
     pub(crate) is_paused: bool,
 }
 
-/// What to do at one tick.
+/// The action of one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Action {
     Send(Reference),
-    /// Send this reference to an autopilot outside its guided mode: it enters that mode only while references arrive.
+    /// Send this outside the guided mode, which PX4 enters only while references arrive.
     Offer(Reference),
     /// Send nothing; the autopilot's own time-out stops the craft.
     Silent(Silence),
@@ -53,7 +53,7 @@ pub(crate) enum Action {
     OrderArm,
 }
 
-/// Why nothing is sent.
+/// The reason that nothing is sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Silence {
     NoHeartbeat,
@@ -72,7 +72,7 @@ pub(crate) enum Silence {
 }
 
 impl Silence {
-    /// Whether a person brought it about or is about to end it; anything else is an alarm.
+    /// `true` if a person caused it or is about to end it; any other silence is an alarm.
     pub(crate) fn is_meant(self) -> bool {
         match self {
             Self::TakenOver | Self::NotGuided | Self::NotArmed | Self::NoPlan | Self::MissionPaused => true,
@@ -104,7 +104,7 @@ impl fmt::Display for Silence {
     }
 }
 
-/// Decides at each tick what may be sent.
+/// Decides at each tick what to send.
 #[derive(Debug)]
 pub(crate) struct Authority {
     take_control: bool,
@@ -114,7 +114,7 @@ pub(crate) struct Authority {
 }
 
 impl Authority {
-    /// With `take_control` it orders the guided mode and arming until both are so for the first time, and never again.
+    /// With `take_control` it orders guided mode and arming until both were reached once.
     pub(crate) fn new(take_control: bool) -> Self {
         Self {
             take_control,
@@ -124,7 +124,7 @@ impl Authority {
         }
     }
 
-    /// What to do at `now`, s on a clock that is never set.
+    /// The action at `now`, s on a clock that is never set.
     pub(crate) fn decide(&mut self, now: f64, known: &Conditions) -> Action {
         let heartbeat = match known.control {
             Control::Reported(heard) => match heard.filter(|(_, age)| *age <= HEARTBEAT_AGE_MAX_S) {
@@ -167,7 +167,7 @@ impl Authority {
         Action::Send(reference)
     }
 
-    /// The order, if it is allowed and the last one is long enough ago.
+    /// The order, if it is allowed and the last one is old enough.
     fn order(&mut self, now: f64, order: Action, otherwise: Silence) -> Action {
         let is_due = self
             .ordered_s
@@ -182,7 +182,7 @@ impl Authority {
     }
 }
 
-/// PX4 enters OFFBOARD and stays in it only while references arrive; in other modes it ignores them.
+/// PX4 enters and keeps OFFBOARD only while references arrive; in other modes it ignores them.
 fn offered(action: Action, heartbeat: Heartbeat, reference: Reference) -> Action {
     match (action, heartbeat.autopilot) {
         (Action::Silent(_), Autopilot::Px4) => Action::Offer(reference),

@@ -7,15 +7,15 @@ use std::{collections::BTreeMap, fmt};
 pub(crate) enum Autopilot {
     /// ArduPilot's Rover.
     ArduPilot,
-    /// PX4: messages as documented; not tried with the program.
+    /// PX4: messages as documented, not tested with the program.
     Px4,
 }
 
-/// What an autopilot reports once a second.
+/// An autopilot's report of each second.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Heartbeat {
     pub(crate) autopilot: Autopilot,
-    /// By the program's own number.
+    /// The program's own number of the mode.
     pub(crate) mode: u32,
     pub(crate) is_armed: bool,
 }
@@ -45,7 +45,7 @@ impl Autopilot {
 }
 
 impl Heartbeat {
-    /// Whether it follows references.
+    /// `true` if it is in the guided mode.
     pub(crate) fn is_guided(self) -> bool {
         match self.autopilot {
             Autopilot::ArduPilot => self.mode == ARDUPILOT_GUIDED,
@@ -53,7 +53,7 @@ impl Heartbeat {
         }
     }
 
-    /// Whether it follows references now.
+    /// `true` if it follows references now.
     pub(crate) fn may_be_steered(self) -> bool {
         self.is_guided() && self.is_armed
     }
@@ -88,13 +88,13 @@ pub(crate) const PARAMETERS: [&str; 9] = [
     "SERVO3_FUNCTION",
 ];
 
-/// Functions of an output that drives the port or the starboard thruster of two. Source: ArduPilot, `SRV_Channel`.
+/// Outputs for the port or starboard thruster of two. Source: ArduPilot, `SRV_Channel`.
 const THRUSTER_OF_TWO: [f64; 2] = [73.0, 74.0];
-/// Slowest speed through the water at which a rudder or a turned thruster holds a heading, m/s: a boat below it drifted off in a
-/// current of 0.3 m/s.
+/// Slowest speed through the water at which a rudder or a turned thruster holds a heading, m/s: a
+/// slower boat drifted off in a current of 0.3 m/s.
 const STEERAGE_WAY: f64 = 0.2;
 
-/// The autopilot's parameters, as far as it has sent them.
+/// The received parameters of the autopilot.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Parameters {
     values: BTreeMap<String, f32>,
@@ -105,7 +105,7 @@ pub(crate) struct Parameters {
 pub struct Contradiction {
     pub(crate) parameter: &'static str,
     pub(crate) value: f64,
-    /// What it does to references, and what to set.
+    /// Its effect on references, and the right value.
     pub(crate) detail: &'static str,
 }
 
@@ -123,9 +123,9 @@ impl Parameters {
         }
     }
 
-    /// The value of one, if known.
+    /// The value of a parameter, if known.
     pub(crate) fn get(&self, name: &str) -> Option<f64> {
-        // By the decimal that a person has set: 1.2 and not 1.2000000476837158.
+        // The decimal that a person has set: 1.2 and not 1.2000000476837158.
         self.values
             .get(name)
             .and_then(|value| value.to_string().parse().ok())
@@ -138,7 +138,7 @@ impl Parameters {
             .filter(|name| !self.values.contains_key(*name))
     }
 
-    /// The speed at which references are clipped, m/s: `WP_SPEED`, or `CRUISE_SPEED` where that is 0.
+    /// The limit of reference speeds, m/s: `WP_SPEED`, or `CRUISE_SPEED` if that is 0.
     pub(crate) fn speed_max(&self) -> Option<f64> {
         [self.get("WP_SPEED"), self.get("CRUISE_SPEED")]
             .into_iter()
@@ -146,7 +146,7 @@ impl Parameters {
             .find(|speed| *speed > 0.0)
     }
 
-    /// The fastest turn, rad/s; none without a limit.
+    /// The fastest turn, rad/s; `None` without a limit.
     pub(crate) fn turn_rate_max(&self) -> Option<f64> {
         self.positive("ATC_STR_RAT_MAX").map(f64::to_radians)
     }
@@ -156,13 +156,13 @@ impl Parameters {
         self.positive("ATC_ACCEL_MAX")
     }
 
-    /// The largest deceleration, m/s², positive; 0 means that of acceleration to ArduPilot.
+    /// The largest deceleration, m/s², positive; 0 in ArduPilot means that of acceleration.
     pub(crate) fn deceleration_max(&self) -> Option<f64> {
         self.positive("ATC_DECEL_MAX").or_else(|| self.acceleration_max())
     }
 
-    /// The slowest speed through the water at which the craft steers, m/s; none if it steers by two thrusters, or if its outputs are
-    /// unknown.
+    /// The slowest speed through the water at which the craft steers, m/s; `None` with two
+    /// thrusters or unknown outputs.
     pub(crate) fn steerage_way(&self) -> Option<f64> {
         let outputs = [self.get("SERVO1_FUNCTION"), self.get("SERVO3_FUNCTION")];
         let mut known = outputs.into_iter().flatten().peekable();

@@ -20,7 +20,7 @@ use nalgebra::Vector2;
 use super::autopilot::{Autopilot, Heartbeat};
 use crate::{AuvFix, CraftMeasurement, Geographic, Measurement, Rejects};
 
-/// What one message says.
+/// The content of one message.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum AutopilotEvent {
     /// A measurement of the surface craft or of an AUV.
@@ -39,12 +39,12 @@ pub(crate) enum AutopilotEvent {
         command: u32,
         is_accepted: bool,
     },
-    /// A vehicle that is no surface craft sends heartbeats: its system number and MAVLink's name of its type. Once of each.
+    /// The first heartbeat of a vehicle that is no surface craft: its system number and type.
     NoCraft {
         system: u8,
         kind: String,
     },
-    /// Whether the craft's autopilot knows its position.
+    /// `true` if the craft's autopilot knows its position.
     PositionKnown(bool),
     /// Time on the clock of the craft's autopilot, s of Unix time.
     Time(f64),
@@ -63,7 +63,7 @@ pub(crate) enum AutopilotEvent {
 pub(crate) struct MavlinkReader {
     frames: FrameReader<Feed>,
     feed: Feed,
-    /// Bytes pushed that are in no frame yet, and bytes of the frames read since.
+    /// Pushed bytes that are in no frame yet, and bytes of the frames read since.
     pending: usize,
     framed: usize,
     craft: Option<u8>,
@@ -84,7 +84,7 @@ pub(crate) struct MavlinkReader {
 const FRAME_BYTES_MAX: usize = 280;
 /// Component number of an autopilot. Source: MAVLink, `MAV_COMP_ID_AUTOPILOT1`.
 const AUTOPILOT: u8 = 1;
-/// Types of vehicles that are steered: ArduPilot's Rover and PX4's rover give a boat either.
+/// Types of steered vehicles: ArduPilot's Rover and PX4's rover give a boat either one.
 const SURFACE_CRAFT: [MavType; 2] = [MavType::MAV_TYPE_GROUND_ROVER, MavType::MAV_TYPE_SURFACE_BOAT];
 /// Unknown heading in `GLOBAL_POSITION_INT`, centidegrees.
 const HEADING_UNKNOWN: u16 = u16::MAX;
@@ -107,7 +107,7 @@ impl fmt::Debug for MavlinkReader {
 }
 
 impl MavlinkReader {
-    /// A reader for the craft `system`, or else the first surface craft with heartbeats, and for AUVs by system number.
+    /// A reader for the craft `system`, or the first one heard, and AUVs by system number.
     pub(crate) fn new(system: Option<u8>, auvs: BTreeMap<u8, String>) -> Self {
         let feed = Feed::default();
         Self {
@@ -130,7 +130,6 @@ impl MavlinkReader {
         self.craft
     }
 
-    /// Rejected input, by reason.
     pub(crate) fn rejects(&self) -> &Rejects {
         &self.rejects
     }
@@ -140,7 +139,7 @@ impl MavlinkReader {
         self.feed.extend(bytes);
         self.pending += bytes.len();
         let mut heard = vec![];
-        // The only failure is that the feed is empty.
+        // Fails only if the feed is empty.
         while let Ok(raw) = self.frames.read_any_raw_message::<MavMessage>() {
             let length = match &raw {
                 MAVLinkMessageRaw::V1(frame) => frame.raw_bytes().len(),
@@ -156,7 +155,7 @@ impl MavlinkReader {
         heard
     }
 
-    /// Counts bytes in no frame, except those that may begin the next frame.
+    /// Counts bytes outside frames, except those that may begin the next frame.
     fn count_strays(&mut self) {
         let stray = self.pending.saturating_sub(self.framed + FRAME_BYTES_MAX);
         self.rejects.add("byte of no whole frame", stray as u64);
@@ -205,7 +204,7 @@ impl MavlinkReader {
         }
     }
 
-    /// Whether a position has the sender's own time of the one before: a radio or a gateway repeats it. Senders without a clock state 0.
+    /// `true` if a position repeats the sender's own time: a relay repeats it. 0 means no clock.
     fn is_repeated(&mut self, system: u8, message: &MavMessage) -> bool {
         let sent_ms = match message {
             MavMessage::GLOBAL_POSITION_INT(at) => u64::from(at.time_boot_ms),
@@ -216,8 +215,8 @@ impl MavlinkReader {
         sent_ms != 0 && before == Some(sent_ms)
     }
 
-    /// A heartbeat of an autopilot: ground stations send them, too. A vehicle is what two of its heartbeats say: the first one after a
-    /// start may state another type.
+    /// A heartbeat of an autopilot or a ground station. Two heartbeats determine a vehicle's type:
+    /// the first one after a start may state another type.
     fn heartbeat(&mut self, system: u8, component: u8, heartbeat: &HEARTBEAT_DATA) -> Option<AutopilotEvent> {
         let autopilot = match heartbeat.autopilot {
             MavAutopilot::MAV_AUTOPILOT_ARDUPILOTMEGA => Autopilot::ArduPilot,
@@ -289,7 +288,7 @@ impl MavlinkReader {
             MavMessage::EKF_STATUS_REPORT(_) => {
                 heard.extend(knows_position(message).map(AutopilotEvent::PositionKnown));
             }
-            // ArduPilot's filter reports by itself whether it knows the position, also for a time without GNSS.
+            // ArduPilot's filter reports if it knows the position, even for a time without GNSS.
             MavMessage::GPS_RAW_INT(gps) if self.autopilot == Some(Autopilot::Px4) => {
                 let has_fix = !matches!(
                     gps.fix_type,
@@ -331,7 +330,7 @@ fn velocity(at: &GLOBAL_POSITION_INT_DATA) -> Vector2<f64> {
     Vector2::new(f64::from(at.vx), f64::from(at.vy)) * METRES_PER_SECOND
 }
 
-/// Whether a filter knows where it is, if the message is a filter's status. The bits are the same in both messages.
+/// `true` if a filter's status has a known position. Both messages have the same bits.
 fn knows_position(message: &MavMessage) -> Option<bool> {
     let (is_absolute, is_constant) = match message {
         MavMessage::EKF_STATUS_REPORT(status) => (
@@ -351,8 +350,8 @@ fn knows_position(message: &MavMessage) -> Option<bool> {
     Some(is_absolute && !is_constant)
 }
 
-/// Depth below the water surface, m, of a height above the vehicle's home, m, which is on the surface, or else of an altitude above
-/// mean sea level, m: in a lake above the sea that says nothing. A vehicle without a home states the height 0.
+/// Depth below the water surface, m, from a height above the home, m, on the surface, or from an
+/// altitude above sea level, m, useless in lakes. Without a home the height is 0.
 fn depth(above_home: f64, altitude: f64) -> Option<f64> {
     if above_home != 0.0 {
         return Some((-above_home).max(0.0));

@@ -1,4 +1,4 @@
-//! Messages in both directions, and who controls the craft. Message numbers, bits and units are MAVLink's, written out here.
+//! Messages in both directions, and control of the craft. Numbers, bits and units are MAVLink's.
 
 use std::collections::BTreeMap;
 
@@ -76,7 +76,7 @@ fn measured(heard: &[AutopilotEvent]) -> Vec<CraftMeasurement> {
     heard.iter().filter_map(of_the_craft).collect()
 }
 
-/// The only message that `bytes` are.
+/// The only message in `bytes`.
 fn read(bytes: &[u8]) -> (MavHeader, MavMessage) {
     FrameReader::new(bytes)
         .read_any_message()
@@ -84,7 +84,7 @@ fn read(bytes: &[u8]) -> (MavHeader, MavMessage) {
 }
 
 #[test]
-fn the_craft_is_where_its_autopilot_says_in_degrees_and_metres_per_second() {
+fn the_craft_has_its_autopilot_s_state_in_degrees_and_metres_per_second() {
     let heard = reader().push(&frame(1, 1, &place()), 5.0);
     let here = Geographic {
         lat_deg: 38.41,
@@ -101,7 +101,7 @@ fn the_craft_is_where_its_autopilot_says_in_degrees_and_metres_per_second() {
 }
 
 #[test]
-fn the_first_surface_craft_is_taken_by_its_second_heartbeat_and_what_is_none_is_named_once() {
+fn the_first_surface_craft_is_taken_by_its_second_heartbeat_and_others_are_named_once() {
     let ardupilot = MavAutopilot::MAV_AUTOPILOT_ARDUPILOTMEGA;
     let mut reader = MavlinkReader::new(None, BTreeMap::new());
     let mut beat = |system, kind| reader.push(&frame(system, 1, &heartbeat_of(kind, ardupilot, 15)), 0.0);
@@ -113,14 +113,14 @@ fn the_first_surface_craft_is_taken_by_its_second_heartbeat_and_what_is_none_is_
     };
     assert_eq!(beat(5, aircraft), [named]);
     assert_eq!(beat(5, aircraft), []);
-    // After a start its autopilot states another type for a moment.
+    // After a start its autopilot briefly states another type.
     assert_eq!(beat(1, MavType::MAV_TYPE_GENERIC), []);
     assert_eq!(beat(1, boat), []);
     assert!(matches!(beat(1, boat)[..], [AutopilotEvent::Heartbeat(_)]));
-    // A craft whose type changes is steered no longer.
+    // A craft whose type changes is no longer steered.
     assert_eq!(beat(1, aircraft), []);
     assert_eq!(reader.craft(), Some(1));
-    // The operator's word for a number is none for a kind.
+    // The operator gives a number, not a type.
     let mut reader = MavlinkReader::new(Some(5), BTreeMap::new());
     let beat = frame(5, 1, &heartbeat_of(aircraft, ardupilot, 15));
     reader.push(&beat, 0.0);
@@ -131,7 +131,7 @@ fn the_first_surface_craft_is_taken_by_its_second_heartbeat_and_what_is_none_is_
 }
 
 #[test]
-fn an_auv_is_another_system_and_a_third_system_is_nothing() {
+fn an_auv_is_another_system_and_a_third_system_is_ignored() {
     let mut reader = reader();
     let heard = reader.push(&frame(7, 1, &place()), 5.0);
     let [AutopilotEvent::Measured(Measurement::Auv(fix))] = &heard[..] else {
@@ -148,7 +148,7 @@ fn an_auv_is_another_system_and_a_third_system_is_nothing() {
 }
 
 #[test]
-fn a_follow_target_tells_what_its_capabilities_say() {
+fn a_follow_target_has_the_values_of_its_capabilities() {
     let target = |capabilities| {
         MavMessage::FOLLOW_TARGET(FOLLOW_TARGET_DATA {
             lat: 384_100_000,
@@ -195,7 +195,7 @@ fn invalid_numbers_and_positions_are_rejected_by_name() {
 }
 
 #[test]
-fn a_depth_is_below_the_water_surface_and_not_above_sea_level() {
+fn a_depth_is_below_the_water_surface_and_not_relative_to_sea_level() {
     let depth = |relative_alt, alt| {
         let MavMessage::GLOBAL_POSITION_INT(here) = place() else {
             unreachable!("is a position")
@@ -233,7 +233,7 @@ fn a_depth_is_below_the_water_surface_and_not_above_sea_level() {
 }
 
 #[test]
-fn an_auv_whose_own_filter_is_lost_has_no_fixes_until_it_knows_its_position_again() {
+fn an_auv_has_no_fixes_while_its_own_filter_does_not_know_the_position() {
     // EKF_POS_HORIZ_ABS and EKF_CONST_POS_MODE; the same bits of ESTIMATOR_STATUS.
     let (absolute, constant) = (0x10, 0x80);
     let ekf = |flags| {
@@ -270,7 +270,7 @@ fn an_auv_whose_own_filter_is_lost_has_no_fixes_until_it_knows_its_position_agai
 }
 
 #[test]
-fn a_message_that_is_repeated_counts_once_unless_its_sender_has_no_clock() {
+fn a_repeated_message_counts_once_unless_its_sender_has_no_clock() {
     let at = |time_boot_ms| {
         let MavMessage::GLOBAL_POSITION_INT(here) = place() else {
             unreachable!("is a position")
@@ -290,7 +290,7 @@ fn a_message_that_is_repeated_counts_once_unless_its_sender_has_no_clock() {
 }
 
 #[test]
-fn ardupilot_is_sent_a_speed_ahead_and_a_heading() {
+fn ardupilot_gets_a_speed_ahead_and_a_heading() {
     let reference = Reference {
         speed: 1.25,
         heading: -2.0,
@@ -323,7 +323,7 @@ fn a_text_for_the_ground_station_is_cut_between_characters() {
 }
 
 #[test]
-fn no_reference_asks_for_going_astern() {
+fn no_reference_goes_astern() {
     let reference = Reference {
         speed: -1.0,
         heading: 0.0,
@@ -333,7 +333,7 @@ fn no_reference_asks_for_going_astern() {
 }
 
 #[test]
-fn px4_is_sent_a_velocity_that_is_speed_and_bearing() {
+fn px4_gets_a_velocity_of_speed_and_bearing() {
     let reference = Reference {
         speed: 2.0,
         heading: 0.5,
@@ -342,14 +342,14 @@ fn px4_is_sent_a_velocity_that_is_speed_and_bearing() {
     let MavMessage::SET_POSITION_TARGET_LOCAL_NED(target) = message else {
         panic!("{message:?}");
     };
-    // Yaw, bit 10, is to be ignored too.
+    // Yaw, bit 10, is to be ignored.
     assert_eq!(target.type_mask.bits(), 0x9C7 | 1 << 10);
     assert!((f64::from(target.vx) - 2.0 * 0.5_f64.cos()).abs() < 1e-6);
     assert!((f64::from(target.vy) - 2.0 * 0.5_f64.sin()).abs() < 1e-6);
 }
 
 #[test]
-fn px4_takes_references_in_offboard_alone() {
+fn px4_follows_references_in_offboard_only() {
     let mut reader = MavlinkReader::new(None, BTreeMap::new());
     let mut is_guided = |main_mode: u32| {
         let beat = heartbeat(MavAutopilot::MAV_AUTOPILOT_PX4, main_mode << 16);
@@ -361,7 +361,7 @@ fn px4_takes_references_in_offboard_alone() {
 }
 
 #[test]
-fn of_heartbeats_that_contradict_each_other_those_count_that_forbid_references() {
+fn contradictory_heartbeats_forbid_references() {
     let settings = AutopilotSettings::Mavlink {
         connect: "tcp:autopilot:1".parse().expect("an endpoint"),
         system: None,
@@ -415,7 +415,7 @@ fn known(mode: u32, is_armed: bool) -> Conditions {
 }
 
 #[test]
-fn control_is_taken_once_and_never_again_after_a_person_took_over() {
+fn control_is_taken_once_and_not_after_a_person_took_over() {
     let mut authority = Authority::new(true);
     assert_eq!(
         authority.decide(0.0, &known(4, false)),
@@ -458,7 +458,7 @@ fn an_autopilot_that_rejects_orders_gets_six_at_most() {
 }
 
 #[test]
-fn px4_gets_references_in_other_modes_so_that_it_can_enter_offboard() {
+fn px4_gets_references_in_other_modes_and_can_enter_offboard() {
     let beat = |mode| Heartbeat {
         autopilot: Autopilot::Px4,
         mode,
@@ -512,7 +512,7 @@ fn each_missing_condition_stops_references_with_its_own_reason() {
     for (change, silence) in cases {
         assert_eq!(decide(change), Action::Silent(silence));
     }
-    // A wire that reports no mode.
+    // A wire without mode.
     assert!(matches!(
         decide(|c| c.control = Control::Unreported),
         Action::Send(_)
@@ -553,7 +553,7 @@ fn a_craft_with_two_thrusters_steers_at_rest() {
     assert_eq!(parameters.steerage_way(), None);
 }
 
-/// `frame` with one byte changed, lost or doubled, or cut short.
+/// `frame` with one byte changed, lost or doubled, or truncated.
 fn damaged(frame: &[u8], kind: u8, at: prop::sample::Index, byte: u8) -> Vec<u8> {
     let mut damaged = frame.to_vec();
     let at = at.index(damaged.len());
@@ -568,7 +568,7 @@ fn damaged(frame: &[u8], kind: u8, at: prop::sample::Index, byte: u8) -> Vec<u8>
 
 proptest! {
     #[test]
-    fn a_stream_is_read_the_same_in_whatever_pieces_it_comes(cuts in proptest::collection::vec(1..40_usize, 1..40)) {
+    fn splitting_a_stream_changes_nothing(cuts in proptest::collection::vec(1..40_usize, 1..40)) {
         let whole: Vec<u8> = [frame(1, 1, &place()), b"\xFD\x09noise".to_vec(), frame(7, 1, &place()), frame(1, 1, &place())].concat();
         let at_once = reader().push(&whole, 1.0);
         let mut reader = reader();
@@ -582,20 +582,20 @@ proptest! {
     }
 
     #[test]
-    fn any_bytes_may_come(bytes in proptest::collection::vec(any::<u8>(), 0..2000)) {
+    fn any_bytes_give_no_measurement(bytes in proptest::collection::vec(any::<u8>(), 0..2000)) {
         let mut reader = reader();
         let heard = reader.push(&bytes, 1.0);
-        // A frame that is right by chance is one of 65,536.
+        // One frame of 65,536 is right by chance.
         prop_assert!(measured(&heard).is_empty());
     }
 
     #[test]
-    fn damaged_frames_say_nothing_new(
+    fn damaged_frames_add_no_measurement(
         damages in prop::collection::vec((0..4_u8, any::<prop::sample::Index>(), 1..=u8::MAX), 1..40),
     ) {
         let whole = frame(1, 1, &place());
         let mut stream: Vec<u8> = damages.into_iter().flat_map(|(kind, at, byte)| damaged(&whole, kind, at, byte)).collect();
-        // A frame that lost its beginning may swallow the start of the next ones.
+        // A frame without its beginning may consume the start of the next ones.
         stream.extend(whole.repeat(10));
         let said = measured(&reader().push(&whole, 1.0));
         let heard = measured(&reader().push(&stream, 1.0));

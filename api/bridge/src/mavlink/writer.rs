@@ -27,7 +27,7 @@ const AUTOPILOT: u8 = 1;
 /// Most bytes of a text. Source: MAVLink, `STATUSTEXT`.
 pub(crate) const TEXT_BYTES: usize = 50;
 
-/// Type mask that ignores all but velocity and yaw: bits 0 to 2 position, 6 to 8 acceleration, 11 yaw rate.
+/// Type mask for velocity and yaw only. It ignores bits 0 to 2, 6 to 8 and 11 (yaw rate).
 const SPEED_AND_HEADING: u16 = 0x9C7;
 /// Type mask that ignores all but velocity.
 const VELOCITY: u16 = 0xDC7;
@@ -35,13 +35,13 @@ const VELOCITY: u16 = 0xDC7;
 const CUSTOM_MODE: f32 = 1.0;
 /// Numbers and rates, Hz, of the messages that the bridge needs.
 const STREAMS: [(f32, f32); 5] = [
-    // GLOBAL_POSITION_INT, ATTITUDE: what a plan starts from.
+    // GLOBAL_POSITION_INT, ATTITUDE: the start of a plan.
     (33.0, 10.0),
     (30.0, 10.0),
-    // GPS_RAW_INT, EKF_STATUS_REPORT: whether it knows its position.
+    // GPS_RAW_INT, EKF_STATUS_REPORT: the state of its position.
     (24.0, 2.0),
     (193.0, 2.0),
-    // SYSTEM_TIME: whether its clock is right.
+    // SYSTEM_TIME: the error of its clock.
     (2.0, 1.0),
 ];
 const MICROSECONDS: f32 = 1e6;
@@ -64,7 +64,7 @@ impl MavlinkWriter {
         }))
     }
 
-    /// A text for the ground station, to which the autopilot passes it on: its first `TEXT_BYTES`.
+    /// A text for the ground station, to which the autopilot passes on its first `TEXT_BYTES`.
     pub(crate) fn text(&mut self, severity: MavSeverity, text: &str) -> Vec<u8> {
         let mut bytes = [0; TEXT_BYTES];
         let kept = text.floor_char_boundary(bytes.len());
@@ -75,8 +75,8 @@ impl MavlinkWriter {
 
     /// Speed ahead and heading, at `boot_ms` of this computer.
     ///
-    /// ArduPilot's Rover takes the length of the velocity as the speed ahead, over ground, and the yaw as the heading; a negative speed
-    /// would mean astern. PX4 takes speed and bearing from the velocity's components.
+    /// ArduPilot's Rover takes the length of the velocity as speed ahead, over ground, and the yaw
+    /// as heading; negative speeds mean astern. PX4 takes speed and bearing from the velocity.
     pub(crate) fn reference(&mut self, autopilot: Autopilot, reference: &Reference, boot_ms: u32) -> Vec<u8> {
         let speed = reference.speed.max(0.0);
         let (mask, [vx, vy]) = match autopilot {
@@ -117,7 +117,7 @@ impl MavlinkWriter {
         let kept = name.len().min(id.len());
         id[..kept].copy_from_slice(&name.as_bytes()[..kept]);
         self.frame(&MavMessage::PARAM_REQUEST_READ(PARAM_REQUEST_READ_DATA {
-            // By name.
+            // Requested by name.
             param_index: -1,
             target_system: self.system,
             target_component: AUTOPILOT,
@@ -129,7 +129,7 @@ impl MavlinkWriter {
     pub(crate) fn set_guided(&mut self, autopilot: Autopilot) -> Vec<u8> {
         let mode = match autopilot {
             Autopilot::ArduPilot => [CUSTOM_MODE, small(autopilot.guided_mode())],
-            // Main mode alone.
+            // The main mode only.
             Autopilot::Px4 => [CUSTOM_MODE, small(autopilot.guided_mode() >> 16)],
         };
         self.command(MavCmd::MAV_CMD_DO_SET_MODE, mode)

@@ -1,8 +1,8 @@
-//! Services that share their missions: after no answer the client goes to the next one.
+//! Services that share their missions: the client leaves a silent one for the next.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// The services, and which of them is asked.
+/// The services, and the one in use.
 #[derive(Debug)]
 pub(super) struct Services {
     urls: Vec<String>,
@@ -13,7 +13,7 @@ impl Services {
     /// The first of `urls` is asked first.
     ///
     /// # Panics
-    /// If there is none.
+    /// If `urls` is empty.
     pub(super) fn new(urls: &[String]) -> Self {
         assert!(!urls.is_empty(), "a client needs a service");
         let urls = urls.iter().map(|url| url.trim_end_matches('/').to_owned());
@@ -29,14 +29,14 @@ impl Services {
         (asked, &self.urls[asked])
     }
 
-    /// Moves on to the next service, because `silent` does not answer. Does nothing if another task has already moved on.
+    /// Leaves the `silent` service for the next one, unless another task has done so.
     pub(super) fn leave(&self, silent: usize) {
         let next = (silent + 1) % self.urls.len();
         let left = self
             .asked
             .compare_exchange(silent, next, Ordering::Relaxed, Ordering::Relaxed);
         if left.is_ok() && next != silent {
-            // The status line says that a service does not answer; several that are away would fill the log.
+            // The status line tells it; several absent services would fill the log.
             tracing::debug!(
                 from = self.urls[silent],
                 to = self.urls[next],

@@ -6,7 +6,7 @@ use std::{
     sync::{Mutex, PoisonError},
 };
 
-/// A file with a token, and the token as it was read last.
+/// A file with a token, and its last content.
 #[derive(Debug)]
 pub struct TokenFile {
     path: PathBuf,
@@ -25,7 +25,7 @@ impl TokenFile {
     }
 
     pub(super) fn another(&self, rejected: &str) -> Option<String> {
-        // A file that is just being written may be empty.
+        // A file that is being written may be empty.
         let token = token_in(&fs::read(&self.path).ok()?).ok()?;
         if token == rejected {
             return None;
@@ -35,7 +35,7 @@ impl TokenFile {
     }
 }
 
-/// The token in a file's content. Editors add a byte order mark and ends of lines; a token that no header can carry is an error.
+/// The token in a file's content, without an editor's byte order mark and line ends.
 fn token_in(content: &[u8]) -> io::Result<String> {
     let text = content.strip_prefix("\u{feff}".as_bytes()).unwrap_or(content);
     let token = text.trim_ascii();
@@ -51,7 +51,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_token_is_read_as_editors_save_it_and_nothing_else_is_one() {
+    fn tokens_are_read_as_editors_save_them_and_other_content_is_refused() {
         for saved in ["pf_1", "pf_1\n", "pf_1\r\n", "\u{feff}pf_1\r\n"] {
             assert_eq!(token_in(saved.as_bytes()).expect("a token"), "pf_1");
         }

@@ -12,7 +12,7 @@ use ureq::{
 /// A request to a service.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Call {
-    /// URL of the service, one of those that the client was made with.
+    /// URL of the service, one of the client's.
     pub service: String,
     /// Path and query.
     pub path: String,
@@ -40,7 +40,7 @@ pub struct Answer {
     pub body: Vec<u8>,
 }
 
-/// An answer on its way, or why there is none.
+/// An answer on its way, or the reason that there is none.
 pub type Answering = Pin<Box<dyn Future<Output = Result<Answer, String>> + Send>>;
 
 /// The way to the services.
@@ -55,7 +55,7 @@ enum Carrier {
 }
 
 impl Transport {
-    /// HTTP, where requests block threads of `clock`. `certificate`, PEM, is trusted instead of the usual root certificates.
+    /// HTTP, which blocks threads of `clock`. `certificate`, PEM, replaces the root certificates.
     pub fn http(clock: &Clock, certificate: Option<&[u8]>) -> Result<Self, ureq::Error> {
         let mut tls = TlsConfig::builder();
         if let Some(pem) = certificate {
@@ -63,9 +63,9 @@ impl Transport {
         }
         let config = Agent::config_builder()
             .tls_config(tls.build())
-            // A service is where its URL says. A token goes nowhere else.
+            // A service is at its URL. A token goes nowhere else.
             .max_redirects(0)
-            // The body of an error says what is wrong.
+            // The body of an error has the details.
             .http_status_as_error(false);
         Ok(Self {
             clock: clock.clone(),
@@ -73,7 +73,7 @@ impl Transport {
         })
     }
 
-    /// Services in the same process. Each answer must take some simulated time: a client that asks again at once would never end.
+    /// Services in the process. Answers must take simulated time, or repeated requests never end.
     pub fn in_process(clock: &Clock, services: impl Fn(Call) -> Answering + Send + Sync + 'static) -> Self {
         Self {
             clock: clock.clone(),
@@ -81,7 +81,7 @@ impl Transport {
         }
     }
 
-    /// The answer to `call`, if it comes within `limit`; else why there is none.
+    /// The answer to `call` within `limit`, or the reason that there is none.
     pub(super) async fn answer(&self, call: Call, limit: Duration) -> Result<Answer, String> {
         match &self.carrier {
             Carrier::Http(agent) => {
@@ -98,8 +98,8 @@ impl Transport {
     }
 }
 
-/// The environment's proxy (`ALL_PROXY`, `HTTPS_PROXY`, `HTTP_PROXY`; `NO_PROXY`), if a request to `url` goes through it: only with HTTPS,
-/// since a proxy reads what is sent through it without, tokens too; and never to this machine.
+/// The environment's proxy (`ALL_PROXY`, `HTTPS_PROXY`, `HTTP_PROXY`; `NO_PROXY`) for requests to
+/// `url`: only for HTTPS, since a proxy reads tokens otherwise, and never for this machine.
 #[must_use]
 pub fn proxy_of(url: &str) -> Option<Proxy> {
     proxied(url, Proxy::try_from_env())
@@ -122,7 +122,7 @@ fn is_this_machine(host: &str) -> bool {
 fn over_http(agent: &Agent, call: &Call, limit: Duration) -> Result<Answer, String> {
     let environment = Proxy::try_from_env();
     let proxy = proxied(&call.service, environment.clone());
-    // A proxy is set on a whole network, and forgotten: people look for the fault in the service.
+    // A network's proxy is easily forgotten: operators then search for the fault in the service.
     let way = match (&proxy, environment) {
         (Some(proxy), _) => format!(
             " (through the environment's proxy {}:{})",
@@ -158,7 +158,7 @@ fn asked(agent: &Agent, call: &Call, limit: Duration, proxy: Option<Proxy>) -> R
         ));
     }
     let body = match answer.body_mut().read_to_vec() {
-        // The status of a refusal says enough.
+        // The status of a refusal suffices.
         Err(_) if !status.is_success() => vec![],
         body => body.map_err(why)?,
     };
@@ -191,7 +191,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_proxy_carries_https_to_other_machines_alone() {
+    fn a_proxy_carries_https_to_other_machines_only() {
         let proxy = || Some(Proxy::new("http://proxy.ship:3128").expect("a proxy"));
         for direct in [
             "http://127.0.0.1:8080",

@@ -1,4 +1,4 @@
-//! A mission link beside services that reject tokens, lose missions, repeat plans and do not answer.
+//! A mission link with services that reject tokens, lose missions, repeat plans or are silent.
 
 use clock::Clock;
 use nalgebra::Vector2;
@@ -11,7 +11,7 @@ use crate::{
 
 mod services;
 
-/// Calls, and when they came.
+/// Calls, with their times.
 type Calls = Arc<Mutex<Vec<(Duration, Call)>>>;
 
 /// The outcome of a call.
@@ -140,7 +140,7 @@ async fn a_new_token_in_the_file_is_read_after_a_rejection() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_mission_that_the_service_lost_is_created_again() {
+async fn a_lost_mission_is_created_again() {
     let clock = Clock::simulated(0.0);
     let mut created = 0;
     let (transport, calls) = service(&clock, move |call| match (call.path.as_str(), &call.posted) {
@@ -166,7 +166,7 @@ async fn a_mission_that_the_service_lost_is_created_again() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_service_that_has_no_missions_for_a_moment_is_asked_again_each_second() {
+async fn a_service_without_missions_is_asked_again_each_second() {
     let clock = Clock::simulated(0.0);
     let back = clock.now() + Duration::from_secs(10);
     let timer = clock.clone();
@@ -191,7 +191,7 @@ async fn a_service_that_has_no_missions_for_a_moment_is_asked_again_each_second(
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_joined_mission_that_is_gone_ends_the_bridge_with_the_reason() {
+async fn a_lost_joined_mission_ends_the_bridge_with_the_reason() {
     let clock = Clock::simulated(0.0);
     let mut is_gone = false;
     let (transport, _) = service(&clock, move |call| {
@@ -212,7 +212,7 @@ async fn a_joined_mission_that_is_gone_ends_the_bridge_with_the_reason() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_link_that_is_dropped_asks_no_more() {
+async fn a_dropped_link_makes_no_calls() {
     let clock = Clock::simulated(0.0);
     let (transport, calls) = service(&clock, |_| (200, planned(1)));
     let link = joined(&clock, None, transport);
@@ -251,7 +251,7 @@ fn fix(auv: &str) -> AuvFix {
 }
 
 #[tokio::test(start_paused = true)]
-async fn reports_that_the_service_rejects_are_counted_with_the_last_reason() {
+async fn rejected_reports_are_counted_with_the_last_reason() {
     let clock = Clock::simulated(0.0);
     let (transport, _) = service(&clock, |call| {
         if is_for_plan(call) {
@@ -269,7 +269,7 @@ async fn reports_that_the_service_rejects_are_counted_with_the_last_reason() {
     });
     let link = joined(&clock, None, transport);
     let rejected = |count, why: &str| Some((count, why.to_owned()));
-    // With a state, which is accepted, and alone.
+    // With an accepted state, and alone.
     link.report_craft(&state(), false);
     link.report_auv(&fix("unlisted"));
     clock.sleep(Duration::from_secs(5)).await;
@@ -305,7 +305,7 @@ fn values_outside_the_ranges_of_the_api_are_clamped_and_counted() {
         (report["speed_mps"].as_f64(), report["sigma_m"].as_f64()),
         (Some(10.0), Some(0.001))
     );
-    // A receiver that knows its place to 5 mm is believed.
+    // A receiver's accuracy of 5 mm is accepted.
     let sigma_m = Some(5e-3);
     let report = auv_report(
         &AuvFix {
@@ -334,7 +334,7 @@ fn planned(sequence: u64) -> Value {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_plan_that_the_service_repeats_keeps_the_time_of_its_arrival() {
+async fn a_repeated_plan_keeps_the_time_of_its_arrival() {
     let clock = Clock::simulated(0.0);
     let (transport, calls) = service(&clock, |call| {
         if is_for_plan(call) {

@@ -1,4 +1,4 @@
-//! The fields of one sentence: numbers, units, positions and times. An empty or missing field is `None`, never 0.
+//! The fields of one sentence: numbers, units, positions, times. Empty fields are `None`, never 0.
 
 use std::ops::RangeInclusive;
 
@@ -23,12 +23,12 @@ const PAIR: usize = 2;
 pub(super) struct Fields<'a>(Vec<&'a str>);
 
 impl<'a> Fields<'a> {
-    /// The fields of what lies between `$` and `*`; `payload` is ASCII.
+    /// The fields of the text between `$` and `*`; `payload` is ASCII.
     pub(super) fn new(payload: &'a str) -> Self {
         Self(payload.split(',').collect())
     }
 
-    /// The field as written; empty where the sentence ends before it.
+    /// The field as written; empty beyond the sentence's end.
     pub(super) fn text(&self, field: usize) -> &'a str {
         self.0.get(field).copied().unwrap_or_default()
     }
@@ -51,7 +51,7 @@ impl<'a> Fields<'a> {
         }
     }
 
-    /// A number in `range` of which the next field names the unit, `unit`.
+    /// A number in `range` whose unit, in the next field, is `unit`.
     pub(super) fn number_in(
         &self,
         unit: &str,
@@ -89,7 +89,7 @@ impl<'a> Fields<'a> {
     }
 }
 
-/// A number of digits with at most one point, and a sign. Rust's own parser would take "nan", "inf" and "1e9" as well.
+/// Digits with at most one point, and a sign. Rust's parser would accept "nan", "inf" and "1e9".
 fn decimal(text: &str) -> Option<f64> {
     unsigned(text.strip_prefix(['+', '-']).unwrap_or(text)).and_then(|_| text.parse().ok())
 }
@@ -115,11 +115,11 @@ fn signed_degrees(text: &str, hemisphere: &str, hemispheres: [&str; 2]) -> Optio
     }
 }
 
-/// s after midnight of hhmmss.sss.
+/// Seconds after midnight of hhmmss.sss.
 pub(crate) fn seconds_after_midnight(text: &str) -> Option<f64> {
     let (hours, rest) = text.split_at_checked(PAIR)?;
     let (minutes, seconds) = rest.split_at_checked(PAIR)?;
-    // A time that was cut off on its way must not be taken for another.
+    // A truncated time must not become another one.
     let whole = |text: &str| text.bytes().take(PAIR).filter(u8::is_ascii_digit).count() == PAIR;
     if ![hours, minutes, seconds].into_iter().all(whole) {
         return None;

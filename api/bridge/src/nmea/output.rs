@@ -13,7 +13,7 @@ const STEPS_PER_DEGREE: f64 = 10.0;
 
 /// `reference` in four sentences, each with its checksum and line end: HTC, HTD, APB and `$PPLTF`.
 ///
-/// Headings are true, degrees in [0, 360), to 0.1°. An autopilot follows the sentence that it knows.
+/// Headings are true, degrees in [0, 360), to 0.1°. Autopilots follow the sentence that they know.
 ///
 /// ```text
 /// $INHTC,V,,,H,N,,,,,045.0,,,T,C*hh                          heading/track control command
@@ -22,15 +22,17 @@ const STEPS_PER_DEGREE: f64 = 10.0;
 /// $PPLTF,045.0,T,1.50,M*hh                                   heading and speed, m/s
 /// ```
 ///
-/// - HTC and HTD: no override, steering mode H (the commanded heading comes from elsewhere), turns not limited,
-///   heading-to-steer in field 10, true (T) in field 13. HTC is the command in IEC 61162-1 and HTD the answer of the
-///   controller: both are written, for autopilots that listen to HTD alone. The statuses in HTD are the controller's
-///   own: they are empty. Source of the fields: IEC 61162-1; Furuno VR-3000 operator's manual, page 31 (HTD).
-/// - APB: no cross-track error, not arrived, and all three bearings are the heading. Autopilots differ in which of them
-///   they steer (gpsd, "NMEA Revealed", APB), and add to it what corrects the cross-track error. pypilot takes a true
-///   bearing as course over ground.
-/// - `$PPLTF`: our own, because no standard sentence commands a speed. VTG and VHW would be taken for measurements; PRC is
-///   the position of a lever, and Maritime Robotics' `$PMARCRS` commands a course over ground.
+/// - HTC and HTD: no override, steering mode H (the commanded heading comes from elsewhere), turns
+///   not limited, heading-to-steer in field 10, true (T) in field 13. HTC is the command in IEC
+///   61162-1 and HTD the controller's answer: both are written, for autopilots that read HTD only.
+///   The statuses in HTD are the controller's own and empty. Source: IEC 61162-1; Furuno VR-3000
+///   operator's manual, page 31 (HTD).
+/// - APB: no cross-track error, not arrived, and all three bearings are the heading. Autopilots
+///   steer different ones (gpsd, "NMEA Revealed", APB), and correct the cross-track error. pypilot
+///   takes a true bearing as course over ground.
+/// - `$PPLTF`: our own, because no standard sentence commands a speed. VTG and VHW would count as
+///   measurements; PRC is the position of a lever, and Maritime Robotics' `$PMARCRS` commands a
+///   course.
 #[must_use]
 pub fn heading_and_speed_sentences(reference: &Reference) -> String {
     let Reference { speed, heading } = *reference;

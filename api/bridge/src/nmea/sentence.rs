@@ -1,6 +1,6 @@
 //! Reads one sentence as measurements of the craft.
 //!
-//! Source of the fields: IEC 61162-1 (NMEA 0183), as its sentences are listed in the manuals of Furuno's GP-170 and
+//! Source of the fields: IEC 61162-1 (NMEA 0183), as listed in the manuals of Furuno's GP-170 and
 //! RD-50 and in gpsd's "NMEA Revealed".
 
 use std::ops::RangeInclusive;
@@ -20,7 +20,7 @@ const DEGREE_PER_MINUTE: f64 = std::f64::consts::PI / (180.0 * 60.0);
 const SPEED_KN: RangeInclusive<f64> = 0.0..=102.2;
 /// Speeds along an axis of the craft, knots, within the same bound.
 const AXIS_SPEED_KN: RangeInclusive<f64> = -102.2..=102.2;
-/// Rates of turn that ROT has digits for, degrees a minute (Furuno FMD-3100, appendix 3).
+/// Rates of turn within the digits of ROT, degrees a minute (Furuno FMD-3100, appendix 3).
 const TURN_DEG_PER_MIN: RangeInclusive<f64> = -9999.9..=9999.9;
 
 const NO_CHECKSUM: &str = "no checksum";
@@ -31,7 +31,7 @@ const NOT_VALID: &str = "not valid";
 /// The sender reports that the value was entered by hand or simulated, or uses an unknown mode.
 const NOT_MEASURED: &str = "not measured";
 
-/// What a sentence says.
+/// The content of a sentence.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Content {
     /// The first two letters of the address.
@@ -41,7 +41,7 @@ pub(super) struct Content {
     pub(super) measured: Vec<CraftMeasurement>,
 }
 
-/// The content of `line`, from its `$` to the end of its checksum, or why it is rejected.
+/// The content of `line`, from its `$` to the end of its checksum, or the reason for its rejection.
 pub(super) fn read(line: &[u8]) -> Result<Content, &'static str> {
     let fields = Fields::new(checked_payload(line)?);
     let kind = kind(fields.text(0));
@@ -72,7 +72,7 @@ pub(super) fn read(line: &[u8]) -> Result<Content, &'static str> {
     })
 }
 
-/// Why a sentence of `kind` in which all used fields are empty is rejected.
+/// The rejection of a sentence of `kind` in which all used fields are empty.
 fn empty(kind: &str) -> &'static str {
     match kind {
         "GGA" => "GGA without a position",
@@ -95,10 +95,9 @@ pub(crate) fn checksum(payload: &[u8]) -> u8 {
     payload.iter().fold(0, |sum, byte| sum ^ byte)
 }
 
-/// What lies between `$` and `*`, if the checksum after it is right.
+/// The text between `$` and `*`, if the checksum after it is right.
 ///
-/// The checksum must be the last thing on the line: one that ends earlier could be a digit that a flipped bit turned
-/// into `*`.
+/// The checksum must end the line: in an earlier one, a flipped bit could have made the `*`.
 fn checked_payload(line: &[u8]) -> Result<&str, &'static str> {
     let [_, payload @ .., b'*', high, low] = line else {
         return Err(NO_CHECKSUM);
@@ -138,7 +137,7 @@ fn gga(fields: &Fields<'_>) -> Measured {
 }
 
 fn gll(fields: &Fields<'_>) -> Measured {
-    // Writers before NMEA 0183 2.0 leave the status out.
+    // Writers before NMEA 0183 2.0 omit the status.
     if !matches!(fields.text(6), "A" | "") {
         return Err(NO_FIX);
     }
@@ -193,7 +192,7 @@ fn vhw(fields: &Fields<'_>) -> Measured {
     Ok([heading, velocity])
 }
 
-/// Velocity through the water; without a second axis the sway is taken as 0. That over ground is not used: it needs the heading at the same instant.
+/// Velocity through the water; a missing sway is 0. That over ground needs a heading.
 fn vbw(fields: &Fields<'_>) -> Measured {
     if fields.text(3) != "A" {
         return Err(NOT_VALID);
@@ -204,7 +203,7 @@ fn vbw(fields: &Fields<'_>) -> Measured {
     Ok([velocity.map(CraftMeasurement::WaterVelocity), None])
 }
 
-/// The mode indicator of RMC and VTG. Writers before NMEA 0183 2.3, and ArduPilot, leave it out.
+/// The mode indicator of RMC and VTG. Writers before NMEA 0183 2.3, and ArduPilot, omit it.
 fn check_mode(mode: &str) -> Result<(), &'static str> {
     match mode {
         // Autonomous, differential, estimated, precise, real-time kinematic fixed and float.
@@ -229,7 +228,7 @@ fn heading(degrees: f64) -> CraftMeasurement {
     CraftMeasurement::Heading(wrapped(degrees.to_radians()))
 }
 
-/// Receivers leave out the course of a craft at rest.
+/// Receivers omit the course of a craft at rest.
 fn ground_velocity(speed: Option<f64>, course_deg: Option<f64>) -> Option<CraftMeasurement> {
     let speed = speed?;
     Some(match course_deg {

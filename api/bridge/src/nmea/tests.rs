@@ -1,4 +1,4 @@
-//! Sentences that others published, and what must hold of any bytes.
+//! Published sentences, and properties for any bytes.
 
 mod any_bytes;
 mod written;
@@ -15,11 +15,11 @@ use crate::{
 const MIDNIGHT_S: f64 = 1_773_446_400.0;
 /// 12:35:20 on that day: a second after the examples of gpsinformation.org were measured.
 const RECEIVED_S: f64 = MIDNIGHT_S + 45_320.0;
-/// Of values that another program computed to 16 digits.
+/// Tolerance of values that another program computed to 16 digits.
 const TOLERANCE: f64 = 1e-12;
 
-// Sources: gpsinformation.org/dale/nmea.htm (GGA, RMC, VTG), pynmea2 (the southern GGA), gpsd's "NMEA Revealed" (HDT),
-// SignalK (VHW), go-nmea (THS, ROT, VBW). The numbers are their documented contents, turned into SI by Python.
+// Sources: gpsinformation.org/dale/nmea.htm (GGA, RMC, VTG), pynmea2 (the southern GGA), gpsd's
+// "NMEA Revealed" (HDT), SignalK (VHW), go-nmea (THS, ROT, VBW), converted to SI by Python.
 const GGA: &str = "$GPGGA,123519,4807.038,N,01131.000,E,1,08,0.9,545.4,M,46.9,M,,*47";
 const RMC: &str = "$GPRMC,123519,A,4807.038,N,01131.000,E,022.4,084.4,230394,003.1,W*6A";
 const VTG: &str = "$GPVTG,054.7,T,034.4,M,005.5,N,010.2,K*48";
@@ -30,7 +30,7 @@ const VHW: &str = "$IIVHW,201.1,T,209.2,M,6.5,N,12.0,K*6E";
 const VBW: &str = "$VMVBW,-7.1,0.1,A,,,V,,V,,V*65";
 const PUBLISHED: [&str; 8] = [GGA, RMC, VTG, HDT, THS, ROT, VHW, VBW];
 
-/// The measurements in `text`, received at `received_s`, and the reasons for which others were rejected.
+/// The measurements in `text`, received at `received_s`, and the reasons of rejections.
 fn read_at(text: &str, received_s: f64) -> (Vec<(f64, CraftMeasurement)>, Vec<&'static str>) {
     let mut reader = NmeaReader::default();
     let mut read = Vec::new();
@@ -49,7 +49,7 @@ fn measured_in(sentence: &str) -> Vec<CraftMeasurement> {
     read.into_iter().map(|(_, measured)| measured).collect()
 }
 
-/// The one reason for which a sentence with the right checksum is rejected.
+/// The only reason that a sentence with the right checksum is rejected.
 fn refusal_of(payload: &str) -> &'static str {
     let (read, rejected) = read_at(&with_checksum(payload), RECEIVED_S);
     assert_eq!(read, [], "{payload}");
@@ -88,7 +88,7 @@ fn place(lat_deg: f64, lon_deg: f64) -> CraftMeasurement {
 }
 
 #[test]
-fn published_sentences_mean_what_their_publishers_say() {
+fn published_sentences_have_their_documented_content() {
     let munich = place(48.1173, 11.516_666_666_666_667);
     let velocity = GroundVelocity(Vector2::new(1.124_501_966_646_767_3, 11.468_558_234_101_74));
     assert_near(&measured_in(GGA), &[munich]);
@@ -112,7 +112,7 @@ fn published_sentences_mean_what_their_publishers_say() {
 }
 
 #[test]
-fn a_time_of_day_is_of_the_day_nearest_to_the_arrival() {
+fn a_time_of_day_belongs_to_the_day_nearest_to_the_arrival() {
     let gga = |time: &str| with_checksum(&format!("GPGGA,{time},4807.038,N,01131.000,W,4,08,0.9,,M,,M,,"));
     for (time, received_s, t_s) in [
         ("123519", RECEIVED_S, RECEIVED_S - 1.0),
@@ -135,7 +135,7 @@ fn a_time_of_day_is_of_the_day_nearest_to_the_arrival() {
 }
 
 #[test]
-fn values_that_are_not_measured_are_rejected_by_name() {
+fn unmeasured_values_are_rejected_by_name() {
     for (payload, reason) in [
         ("GPGGA,123519,4807.038,N,01131.000,E,0,00,,,M,,M,,", "no fix"),
         ("GPGGA,,,,,,0,00,99.99,,,,,,", "no fix"),
@@ -183,13 +183,13 @@ fn values_that_are_not_measured_are_rejected_by_name() {
 }
 
 #[test]
-fn a_missing_field_costs_no_other_field() {
+fn a_missing_field_does_not_affect_other_fields() {
     let munich = place(48.1173, 11.516_666_666_666_667);
     let one_knot = 0.514_444_444_444_444_5;
     let east = GroundVelocity(Vector2::new(0.0, one_knot));
     let place_only = &[munich][..];
     for (payload, expected) in [
-        // Course, speed, both, date, time, mode, variation of RMC.
+        // RMC without course, speed, both, date, time, mode, variation.
         (
             "GPRMC,123519,A,4807.038,N,01131.000,E,1.0,,140326,,,A",
             &[munich, GroundSpeed(one_knot)][..],
@@ -209,7 +209,7 @@ fn a_missing_field_costs_no_other_field() {
         ),
         ("GPRMC,123519,A,4807.038,N,01131.000,E,1.0,90.0", &[munich, east]),
         ("GPRMC,123519,A,,,,,1.0,90.0,140326,3.1,W,A", &[east]),
-        // Of GGA all but quality and position; of GLL time, status and mode.
+        // GGA with quality and position only; GLL without time, status and mode.
         ("GPGGA,,4807.038,N,01131.000,E,1", place_only),
         ("GPGLL,4807.038,N,01131.000,E,123519,A,A", place_only),
         ("GPGLL,4807.038,N,01131.000,E", place_only),
@@ -234,7 +234,7 @@ fn a_missing_field_costs_no_other_field() {
 }
 
 #[test]
-fn a_sentence_with_the_time_and_the_content_of_an_earlier_one_is_rejected() {
+fn a_sentence_with_the_time_and_content_of_an_earlier_one_is_rejected() {
     let gga = |time: &str, minutes: &str| {
         with_checksum(&format!(
             "GPGGA,{time},48{minutes},N,01131.000,E,1,08,0.9,,M,,M,,"
@@ -247,7 +247,7 @@ fn a_sentence_with_the_time_and_the_content_of_an_earlier_one_is_rejected() {
         (3, vec!["repeated sentence"]),
         "headings state no time"
     );
-    // At rest, and faster than its clock.
+    // At rest, and with a slow clock.
     for goes_on in [
         gga("123519", "07.038") + &gga("123520", "07.038"),
         gga("123519", "07.038") + &gga("123519", "07.039"),
@@ -328,8 +328,8 @@ fn a_sentence_is_read_after_garbage_without_a_line_end_and_with_a_small_checksum
 }
 
 #[test]
-fn what_ardupilot_writes_is_read() {
-    // As the formats of AP_NMEA_Output.cpp write 35.363262° S, 149.165237° E: no mode in RMC, minutes to 5 digits.
+fn sentences_of_ardupilot_are_read() {
+    // 35.363262° S, 149.165237° E by AP_NMEA_Output.cpp: no mode in RMC, minutes to 5 digits.
     let gga = with_checksum("GPGGA,123519.400,3521.79572,S,14909.91422,E,1,10,01.2,0584.09,M,0.0,M,,");
     let rmc = with_checksum("GPRMC,123519.400,A,3521.79572,S,14909.91422,E,2.92,45.00,140326,,");
     let (read, rejected) = read_at(&format!("{gga}{rmc}"), RECEIVED_S);

@@ -21,13 +21,13 @@ class Accepted(TypedDict):
 
 
 class Access(TypedDict):
-    """What the caller may do."""
+    """The caller's role and limits."""
 
     # Name of the caller's token, if the service requires tokens.
     caller: NotRequired[str | None]
     # Missions and craft to which the caller's token is limited, if it is.
     limit: NotRequired[TokenLimit | None]
-    # Whether the service requires tokens.
+    # `true` if the service requires tokens.
     protected: bool
     # `read-only`, `operator` or `admin`.
     role: str
@@ -236,9 +236,9 @@ class CraftEntry(TypedDict):
     craft: Craft
     # Its name: `preset` of a request's `craft`.
     name: str
-    # Where its numbers come from.
+    # The source of its numbers.
     source: str
-    # What it is.
+    # A short description of the craft.
     title: str
 
 
@@ -383,7 +383,7 @@ class ExampleEntry(TypedDict):
 
     # Its name in `/v1/examples/{name}`.
     name: str
-    # What it shows, in a line.
+    # Its subject, in one line.
     title: str
 
 
@@ -848,9 +848,9 @@ class Path(TypedDict):
 
 
 class PathOfFile(TypedDict):
-    """A `path`. If the file states no speed, `speed_mps` is missing: add it."""
+    """A `path`. Add `speed_mps` if the file states no speed."""
 
-    # Whether the last point leads back to the first.
+    # `true` if the last point leads back to the first.
     closed: bool
     # One segment of way-points.
     segments: list[WayPointsOfFile]
@@ -997,17 +997,17 @@ class Planned(TypedDict):
 
     # SHA-256 of the answer's JSON, hexadecimal.
     answer_sha256: str
-    # What the next plan needs of this one, if the deadline cut it short: then it cannot be computed again.
+    # The next plan's input from this one, if the deadline cut it short: it cannot be repeated.
     cut_short: NotRequired[PreviousPlan | None]
     # Time from when it was due to when it was made, s.
     late_s: float
-    # How it was computed.
+    # The method of the plan.
     method: Method
-    # Whether it is what was asked for.
+    # The plan's outcome: as requested, or degraded.
     outcome: Outcome
-    # What it predicts. Versions before 0.3 stored none.
+    # The plan's prediction. Versions before 0.3 stored none.
     prediction: NotRequired[Prediction | None]
-    # Why the outcome is `degraded`.
+    # The reason of the outcome `degraded`.
     reason: NotRequired[str | None]
     # The reference to steer.
     reference: Reference
@@ -1239,7 +1239,7 @@ class ProblemDocument(TypedDict):
 
     # The kind of problem, for programs.
     code: str
-    # What is wrong, and what to do about it.
+    # The fault and its remedy.
     detail: str
     # The invalid fields.
     errors: list[FieldError]
@@ -1401,9 +1401,9 @@ class Route(TypedDict):
 class RouteOfFile(TypedDict):
     """A route of a file."""
 
-    # What the file calls it; empty if it has no name.
+    # Name of the route in the file; empty without one.
     name: str
-    # What the file states and a path does not have.
+    # Statements of the file that a path does not have.
     notes: NotRequired[list[str]]
     # The `path` of an AUV, in a snapshot or a change of a mission.
     path: PathOfFile
@@ -1737,7 +1737,7 @@ class TargetPoint(TypedDict):
 
 
 class TokenLimit(TypedDict):
-    """Missions to which a token is limited: those that are named, and all of the craft that are named."""
+    """Missions to which a token is limited: the named ones, and all of the named craft."""
 
     # Names of craft, which missions have in `metadata.bridge`.
     craft: NotRequired[list[str]]
@@ -1837,7 +1837,7 @@ class UsedSlack(TypedDict):
 
 
 class Validation(TypedDict):
-    """How the service reads a snapshot."""
+    """The service's reading of a snapshot."""
 
     # The `plan_id` of its answer.
     plan_id: str
@@ -1924,7 +1924,7 @@ class Warning(TypedDict):
     pointer: str
 
 
-# A way-point: latitude and longitude, or north and east of a datum that the file does not name, m.
+# A way-point: latitude and longitude, or north and east of an unnamed datum, m.
 WayPoint: TypeAlias = "Origin | list[float]"
 
 
@@ -1944,27 +1944,27 @@ class WayPointsOfFile(TypedDict):
 class EventCreated(TypedDict):
     """The mission was created."""
 
-    # When.
+    # Time of this event.
     at_s: float
     kind: Literal["created"]
-    # What it was created with.
+    # The request that created it.
     mission: NewMission
 
 
 class EventRan(TypedDict):
     """The mission was started or resumed."""
 
-    # When.
+    # Time of this event.
     at_s: float
     kind: Literal["ran"]
-    # Seconds of the mission in one second; none for a live mission, or one that runs as fast as possible.
+    # Seconds of the mission in one second; none for live missions and unlimited speed.
     speed_factor: NotRequired[float | None]
 
 
 class EventPaused(TypedDict):
     """The mission was paused."""
 
-    # When.
+    # Time of this event.
     at_s: float
     kind: Literal["paused"]
 
@@ -1972,7 +1972,7 @@ class EventPaused(TypedDict):
 class EventChanged(TypedDict):
     """The setting was changed. Later plans use the new one."""
 
-    # When.
+    # Time of this event.
     at_s: float
     kind: Literal["changed"]
     # The members before.
@@ -1984,7 +1984,7 @@ class EventChanged(TypedDict):
 class EventReported(TypedDict):
     """Reports came in."""
 
-    # When the service received them.
+    # Time when the service received them.
     at_s: float
     # The reports.
     heard: Reports
@@ -2000,9 +2000,9 @@ class EventPlanned(Planned):
 class EventClockSet(TypedDict):
     """The service's clock was set while the mission was running."""
 
-    # When, by the new clock.
+    # Time by the new clock.
     at_s: float
-    # By how much it was set forward, s; negative if back.
+    # Step of the clock, s, positive forward.
     by_s: float
     kind: Literal["clock_set"]
 
@@ -2010,7 +2010,7 @@ class EventClockSet(TypedDict):
 class EventFinished(TypedDict):
     """The mission finished."""
 
-    # When.
+    # Time of this event.
     at_s: float
     kind: Literal["finished"]
 
@@ -2018,10 +2018,10 @@ class EventFinished(TypedDict):
 class EventFailed(TypedDict):
     """The mission failed."""
 
-    # When.
+    # Time of this event.
     at_s: float
     kind: Literal["failed"]
-    # Why.
+    # The reason.
     reason: str
 
 

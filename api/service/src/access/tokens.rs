@@ -1,4 +1,4 @@
-//! The token file. It holds digests: a token itself is shown once, when it is created.
+//! The token file. It holds digests; a token itself is shown once, when it is created.
 
 use std::{
     fs::{self, DirBuilder, File, OpenOptions},
@@ -18,16 +18,16 @@ use store::{EventStore, StoreError, TrustedClock};
 
 use crate::role::{Role, TokenLimit};
 
-/// Prefix of a token, by which people and secret scanners recognise one.
+/// Prefix of tokens, by which people and secret scanners recognise them.
 pub const PREFIX: &str = "pf_";
 
-/// Random bytes of a token: too many to guess, so that a fast hash is enough.
+/// Random bytes of a token. No attacker can guess as many, so a fast hash is enough.
 const RANDOM_BYTES: usize = 32;
 
 /// Longest name of a token, bytes.
 const NAME_BYTES_MAX: usize = 64;
 
-/// How often the file is checked for changes.
+/// Time between two checks of the file for changes.
 const REREAD: Duration = Duration::from_millis(500);
 
 /// The stored tokens.
@@ -53,7 +53,7 @@ pub struct StoredToken {
     pub sha256: Digest,
     /// Time of creation, Unix time, s.
     pub made_s: u64,
-    /// Time of expiry, Unix time, s; never if none.
+    /// Time of expiry, Unix time, s; without one, the token never expires.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub expires_s: Option<u64>,
 }
@@ -95,7 +95,7 @@ pub struct NewToken {
     pub role: Role,
     /// Missions and craft to which the client is limited; all if none.
     pub limit: Option<TokenLimit>,
-    /// Time of validity; unlimited if none.
+    /// Time of validity; unlimited without one.
     pub valid: Option<Duration>,
 }
 
@@ -125,10 +125,10 @@ pub enum TokenError {
 }
 
 impl TokenFile {
-    /// Reads the file at `path`; none if there is no such file.
+    /// Reads the file at `path`; `None` if there is no such file.
     pub fn read(path: &Path) -> Result<Option<Self>, TokenError> {
         match fs::read(path) {
-            // A person may have edited it.
+            // An editor may have added a byte-order mark.
             Ok(text) => serde_json::from_slice(text.strip_prefix("\u{feff}".as_bytes()).unwrap_or(&text))
                 .map(Some)
                 .map_err(|error| TokenError::NoTokens(path.to_owned(), error)),
@@ -153,7 +153,7 @@ impl TokenFile {
         getrandom::fill(&mut random).map_err(TokenError::Random)?;
         let token = format!("{PREFIX}{}", hex::encode(random));
         let now = whole(clock.unix_s());
-        // The first token comes before the first start of a service, which makes its data directory just as private.
+        // The service makes its data directory just as private.
         if let Some(directory) = path.parent() {
             let made = DirBuilder::new().recursive(true).mode(0o700).create(directory);
             made.map_err(|error| TokenError::File(directory.to_owned(), error))?;
@@ -187,7 +187,7 @@ impl TokenFile {
         })
     }
 
-    /// Copies the file at `path` to `to`, where no file may be. False if there is none.
+    /// Copies the file at `path` to `to`, which must not exist. `false` if there is no file.
     pub fn back_up(path: &Path, to: &Path) -> Result<bool, TokenError> {
         let refused = |error| TokenError::File(to.to_owned(), error);
         let Some(known) = Self::read(path)? else {
@@ -218,7 +218,7 @@ impl TokenFile {
         write_whole(path, &text)
     }
 
-    /// The stored token that matches, unless it has expired. Wrong tokens all take the same time.
+    /// The stored token that matches and has not expired. All wrong tokens take the same time.
     pub(super) fn find(&self, token: &str, now: u64) -> Option<&StoredToken> {
         let given = Digest::of(token);
         let mut found = None;
@@ -244,11 +244,11 @@ fn write_whole(path: &Path, text: &[u8]) -> io::Result<()> {
         .mode(0o600)
         .open(&new)?;
     file.write_all(text)?;
-    // A file that root creates must be readable by the service's user, who owns the directory. Others cannot chown.
+    // The directory's owner, the service, must be able to read a file that root creates.
     let _ = fchown(&file, Some(owner.uid()), Some(owner.gid()));
     file.sync_all()?;
     fs::rename(&new, path)?;
-    // Else a power cut may bring a revoked token back.
+    // Without this, a power cut may bring a revoked token back.
     directory.sync_all()
 }
 
@@ -259,16 +259,16 @@ pub struct Tokens(Arc<Mutex<Reread>>);
 #[derive(Debug)]
 struct Reread {
     path: PathBuf,
-    /// None until there is a file.
+    /// `None` until there is a file.
     known: Option<Arc<TokenFile>>,
     version: Option<Version>,
     looked: Instant,
     clock: Clock,
-    /// Decides which tokens have expired; the clock until there is one.
+    /// Decides which tokens have expired. Until it is bound, the machine's clock decides.
     trusted: Option<TrustedClock>,
 }
 
-/// Changes with the file.
+/// A value that changes with the file.
 type Version = (u64, u64, SystemTime);
 
 fn version(path: &Path) -> Option<Version> {
@@ -291,13 +291,13 @@ impl Tokens {
         Ok(Self(Arc::new(Mutex::new(reread))))
     }
 
-    /// Whether any token exists: then every client needs one.
+    /// `true` if any token exists: then every client needs one.
     #[must_use]
     pub fn are_made(&self) -> bool {
         self.known().is_some_and(|known| !known.tokens.is_empty())
     }
 
-    /// Binds them to the store: they expire by its trusted time, and a service that had tokens fails without them.
+    /// Binds them to the store's trusted time. Fails if it had tokens and there are none.
     pub(crate) async fn bind(&self, store: &EventStore) -> Result<(), StoreError> {
         self.locked().trusted = Some(store.clock().clone());
         if self.are_made() {
@@ -329,7 +329,7 @@ impl Tokens {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The stored tokens; none until there is a file.
+    /// The stored tokens; `None` until there is a file.
     pub(super) fn known(&self) -> Option<Arc<TokenFile>> {
         let mut reread = self.locked();
         if REREAD <= reread.clock.since(reread.looked) {
@@ -340,7 +340,7 @@ impl Tokens {
 }
 
 impl Reread {
-    /// Reloads the file if it changed. If it is gone or broken, no token is valid: the change may have revoked one.
+    /// Reloads a changed file. Without a readable file no token is valid.
     fn look(&mut self) {
         self.looked = self.clock.now();
         let version = version(&self.path);
@@ -397,7 +397,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn a_token_is_known_until_it_is_revoked_and_only_its_digest_is_stored() {
+    async fn a_token_is_valid_until_it_is_revoked_and_only_its_digest_is_stored() {
         let directory = tempfile::tempdir().expect("there is room");
         let path = directory.path().join("not-yet/there/tokens.json");
         let token = TokenFile::add(&path, new("bridge", Role::Operator, None), &clock()).expect("is made");
@@ -426,7 +426,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn a_file_of_an_earlier_version_limits_no_token() {
+    async fn tokens_of_an_earlier_version_have_no_limit() {
         let directory = tempfile::tempdir().expect("there is room");
         let path = directory.path().join("tokens.json");
         let sha256 = String::from(Digest::of("pf_a"));
@@ -438,7 +438,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn an_expired_token_is_no_longer_known() {
+    async fn an_expired_token_is_not_valid() {
         let directory = tempfile::tempdir().expect("there is room");
         let path = directory.path().join("tokens.json");
         let day = Duration::from_hours(24);
@@ -450,7 +450,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn a_file_that_is_made_later_counts_and_one_that_is_gone_or_broken_has_no_valid_token() {
+    async fn a_later_file_is_read_and_a_missing_or_broken_file_has_no_valid_token() {
         let directory = tempfile::tempdir().expect("there is room");
         let path = directory.path().join("tokens.json");
         let tokens = Tokens::open(&path, &clock()).expect("is read");
@@ -469,7 +469,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn names_are_plain_and_each_is_taken_once() {
+    async fn names_are_plain_and_unique() {
         let directory = tempfile::tempdir().expect("there is room");
         let path = directory.path().join("tokens.json");
         for wrong in ["", "a b", "a\n", &"x".repeat(65)] {

@@ -1,4 +1,4 @@
-//! The actor of one mission: commands, clock and state. Clients learn only what is on the disk.
+//! The actor of one mission: commands, clock and state. Clients learn only stored events.
 //!
 //! ```text
 //! requests ──► command ──► events ──► event store ──► state ──► view, event streams
@@ -40,25 +40,25 @@ pub(super) mod simulated;
 /// Requests that may wait for a mission: reports of a few vehicles for some seconds.
 const MAILBOX: usize = 32;
 
-/// How long the actor of a finished mission waits for another request, such as a repeated one.
+/// Time for which the actor of a finished mission waits for requests, such as a repeated one.
 const REST: Duration = Duration::from_secs(5);
 
-/// How many events a reader of the stream may be behind before it misses some.
+/// Events that a reader of the stream may be behind before it misses some.
 const STREAM: usize = 64;
 
-/// Why a simulated mission refuses reports.
+/// The reason that a simulated mission refuses reports.
 pub(super) const NO_REPORTS: &str = "a simulated mission makes its own reports; only live missions take them";
 
-/// Why a simulated mission keeps its setting.
+/// The reason that a simulated mission keeps its setting.
 pub(super) const FIXED_SETTING: &str = "the scenario sets what a simulated mission does: create another mission with the goal, \
     the keep-outs and the craft in its scenario_file";
 
-/// A command to a mission, and where its reply goes. If the client is gone, the reply is dropped.
+/// A command to a mission, and the channel of its reply. Without a client the reply is dropped.
 #[derive(Debug)]
 pub(super) struct Request {
     pub(super) command: Command,
     pub(super) key: Option<IdempotencyKey>,
-    /// The revisions of the mission for which the command is meant; none for any.
+    /// The revisions of the mission for which the command is meant.
     pub(super) if_match: IfMatch,
     /// The order behind the command, if there is one.
     pub(super) order: Option<AuditEntry>,
@@ -69,9 +69,9 @@ pub(super) struct Request {
 
 #[derive(Debug)]
 pub(super) enum Command {
-    /// Adds reports of vehicles, which were read with this origin.
+    /// Adds reports of vehicles, read with this origin.
     Report(Box<Reports>, Option<Origin>),
-    /// Replaces members of the setting, which were read with this origin.
+    /// Replaces members of the setting, read with this origin.
     Change(Box<Setting>, Option<Origin>),
     /// Starts or resumes the mission, with a speed factor for a simulated one.
     Run(Option<f64>),
@@ -82,7 +82,7 @@ pub(super) enum Command {
     Finish,
 }
 
-/// A client's name for a request, by which a repeated request is recognised.
+/// A client's name for a request, which identifies repeated requests.
 #[derive(Clone, Debug)]
 pub(crate) struct IdempotencyKey {
     pub(crate) key: String,
@@ -114,7 +114,7 @@ impl IdempotencyKey {
     }
 }
 
-/// What clients see of a mission.
+/// The clients' view of a mission.
 #[derive(Clone, Debug)]
 pub(super) struct View {
     pub(super) mission: Mission,
@@ -122,11 +122,11 @@ pub(super) struct View {
     pub(super) plan: Option<Arc<StoredPlan>>,
     /// Vehicles whose recent reports the next plan needs and lacks.
     pub(super) waits_for: Vec<String>,
-    /// What was said last of whether the craft is steered.
+    /// The last report of whether the craft is steered.
     pub(super) steering: Option<Steering>,
     /// Plans that were due and not made.
     pub(super) missed: u64,
-    /// When the last report was stored, or the service was started.
+    /// Time when the last report was stored, or the service was started.
     pub(super) reported: Instant,
 }
 
@@ -136,23 +136,23 @@ pub(super) struct StoredPlan {
     pub(super) sequence: u64,
     /// Its time on the mission's clock, s.
     pub(super) time: f64,
-    /// How long after it was due, s.
+    /// Delay after its due time, s.
     pub(super) late: f64,
     pub(super) answer: StoredAnswer,
-    /// When each vehicle was last heard, on the mission's clock, s.
+    /// Time when each vehicle was last heard, on the mission's clock, s.
     pub(super) heard: BTreeMap<String, f64>,
-    /// Its time by a monotonic clock; none for a plan from before the service was started.
+    /// Its time by a monotonic clock; `None` for a plan from before the start of the service.
     #[serde(skip)]
     pub(super) made: Option<Instant>,
 }
 
 impl StoredPlan {
-    /// Its age by the clock of its mission, which shows `now` if it is simulated, s.
+    /// Its age by the clock of its mission, s. A simulated mission's clock shows `now`.
     pub(super) fn age(&self, live: Option<&LiveMission>, now: f64, machine: &Clock) -> f64 {
         let Some(LiveMission { clock, .. }) = live else {
             return now - self.time;
         };
-        // The difference of clocks is too small after the clock was set back, the monotonic time after the machine slept.
+        // The greater age counts: one is too small after the clock was set back, one after a sleep.
         let steady = self
             .made
             .map_or(0.0, |made| clock.rate * machine.since(made).as_secs_f64());
@@ -171,7 +171,6 @@ pub(super) struct Checkpoint {
 }
 
 impl Checkpoint {
-    /// The stored form.
     pub(super) fn json(state: Option<MissionState>, plan: Option<Arc<StoredPlan>>) -> Vec<u8> {
         json(&Self { state, plan })
     }
@@ -183,17 +182,17 @@ pub(super) struct Handle {
     pub(super) requests: mpsc::Sender<Request>,
     pub(super) view: watch::Receiver<View>,
     pub(super) events: broadcast::WeakSender<StoredEvent>,
-    /// A live mission's configuration.
+    /// The configuration of a live mission.
     pub(super) live: Option<Arc<LiveMission>>,
     pub(super) ownership: Ownership,
 }
 
-/// How this service owns a mission.
+/// This service's ownership of a mission.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Ownership {
     /// Stored events carry it: the store refuses those of an earlier owner.
     pub(super) epoch: u64,
-    /// The service's incarnation when it took the mission. In a later one it has lost this mission.
+    /// The service's incarnation when it took the mission. A later one has lost the mission.
     pub(super) incarnation: u64,
 }
 
@@ -207,9 +206,9 @@ pub(super) struct LiveMission {
 /// The part of an actor that differs between live and simulated missions.
 pub(super) trait Actor: Send {
     fn context(&mut self) -> &mut Context;
-    /// When to advance next, if the mission is running.
+    /// The next time to advance a running mission.
     fn due(&self) -> Instant;
-    /// Executes a command of a mission that is not over, and answers it.
+    /// Executes a command of an unfinished mission, and answers it.
     fn execute(
         &mut self,
         command: Command,
@@ -221,7 +220,7 @@ pub(super) trait Actor: Send {
 /// Runs an actor until its last handle is dropped or its mission is over.
 pub(super) async fn run(mut actor: impl Actor) {
     while !actor.context().superseded {
-        // In turn, so that neither a flood of requests nor a slow plan delays the other.
+        // Requests and plans take turns, so that neither a flood nor a slow plan delays the other.
         match actor.context().try_next() {
             Ok(request) => serve(&mut actor, request).await,
             Err(TryRecvError::Empty) => {}
@@ -283,13 +282,13 @@ async fn answer(
 #[derive(Debug)]
 pub(super) struct Context {
     requests: mpsc::Receiver<Request>,
-    /// A request that came while the mission was at work.
+    /// A request that came during other work.
     called: Option<Request>,
     /// Number of the mission in the store.
     number: u64,
     epoch: u64,
     mission: Mission,
-    /// Whether the mission was deleted, has another owner, or may have events unknown to this actor. Then the actor ends.
+    /// `true` ends the actor: the mission is deleted, moved, or has unknown events.
     superseded: bool,
     store: EventStore,
     view: watch::Sender<View>,
@@ -297,14 +296,14 @@ pub(super) struct Context {
     planners: Planners,
     /// The order that is being executed.
     order: Option<AuditEntry>,
-    /// Counts the mission until it is over.
+    /// Counts the mission until its end.
     counted: Option<Counted>,
 }
 
 /// The answer to a request after its events were stored.
 struct Stored {
     answer: Vec<u8>,
-    /// Whether the events were stored now; otherwise the key had this answer before.
+    /// `false` if the key had this answer before.
     is_new: bool,
 }
 
@@ -360,13 +359,13 @@ impl Context {
         self.mission.status == Status::Running
     }
 
-    /// Whether a plan could be stored: one that is not stored must steer nothing, because another service may steer by now.
+    /// `false` if no plan can be stored. A plan must steer nothing then: another service may steer.
     fn may_plan(&self) -> bool {
         let lease = self.store.lease();
         lease.is_none_or(|lease| lease.incarnation().is_ok())
     }
 
-    /// Waits for a request, which is then the next one, or until no handle is left.
+    /// Waits for a request and keeps it for `try_next`, or until no handle is left.
     async fn called(&mut self) {
         if self.called.is_none() {
             self.called = self.requests.recv().await;
@@ -378,7 +377,7 @@ impl Context {
         self.called.take().map_or_else(|| self.requests.try_recv(), Ok)
     }
 
-    /// The next request. None if no handle is left, or no request came for some time after the mission's end.
+    /// The next request; `None` without handles, or some time after the mission's end.
     async fn next_request(&mut self) -> Option<Request> {
         if !self.mission.status.is_over() {
             return self.requests.recv().await;
@@ -387,13 +386,13 @@ impl Context {
         if let Ok(request) = clock.timeout(REST, self.requests.recv()).await {
             return request;
         }
-        // Requests that were already sent are still served.
+        // Serves requests that were already sent.
         self.requests.close();
         self.requests.recv().await
     }
 
-    /// Stores events of the mission and then publishes them. An event that is not on the disk does not count. `checkpoint` is
-    /// the fold of all events including these.
+    /// Stores events of the mission and then publishes them. An unstored event does not count.
+    /// `checkpoint` is the fold of all events including these.
     async fn append(
         &mut self,
         events: Vec<Event>,
@@ -423,7 +422,7 @@ impl Context {
             summary: json(&after),
             snapshot: checkpoint,
             answered: key.map(|key| key.with(answer.clone())),
-            // A command that changes nothing is not an order.
+            // A command without effect is not an order.
             order: self.order.take_if(|_| !events.is_empty()),
             room: self.room_for(events.first()),
         };
@@ -458,7 +457,7 @@ impl Context {
         }
         self.mission = after.clone();
         if self.mission.status.is_over() && self.store.lease().is_some() {
-            // The mission is free now: the next request starts it where it arrives. Those that were sent are answered.
+            // The mission is free: the next request starts it. Sent requests are answered.
             self.requests.close();
         }
         let is_report = matches!(events.first(), Some(Event::Reported { .. }));
@@ -469,16 +468,16 @@ impl Context {
             }
         });
         for event in stored {
-            // Fails if there are no readers.
+            // Fails without readers.
             let _ = self.events.send(event);
         }
         Ok(Stored { answer, is_new: true })
     }
 
-    /// How full the client's share of the disk may be when events are stored that begin with this one.
+    /// The disk space for storing events that begin with this one.
     fn room_for(&self, first: Option<&Event>) -> Room {
         match first {
-            // A live mission's plan is stored in any case: it guides a craft.
+            // A live mission's plan guides a craft, so it is stored in any case.
             Some(Event::Planned(_)) if self.mission.kind == "live" => Room::Any,
             Some(
                 Event::Paused { .. } | Event::Finished { .. } | Event::Failed { .. } | Event::ClockSet { .. },
@@ -487,7 +486,7 @@ impl Context {
         }
     }
 
-    /// Publishes the last plan, which is stored.
+    /// Publishes the last stored plan.
     fn show(&self, plan: Option<Arc<StoredPlan>>) {
         self.view.send_modify(|view| {
             view.plan = plan;
@@ -509,7 +508,6 @@ fn count(planners: &Planners, mission: &Mission) -> Option<Counted> {
     (!status.is_over()).then(|| planners.metrics.mission(kind, status.name()))
 }
 
-/// Logs a change.
 fn log(mission: &str, event: &Event) {
     match event {
         Event::Reported { .. } | Event::Planned(_) | Event::ClockSet { .. } => {}

@@ -37,8 +37,8 @@ pub(crate) const SPEED_FACTOR: RangeInclusive<f64> = 0.1..=1000.0;
 pub(crate) const TICKS: RangeInclusive<u32> = 1..=60;
 /// Greatest age of a report, s. An older time is not on the mission's clock.
 const AGE_MAX: f64 = 86_400.0;
-/// Greatest age of a state of the surface craft, s: an older one steers nothing. Less than the offset of the next time zone, because
-/// receivers and modems on local time state it as UTC.
+/// Greatest age of a state of the surface craft, s: an older one steers nothing. Less than a time
+/// zone, because receivers and modems state local time as UTC.
 const STATE_AGE_MAX: f64 = 1800.0;
 
 pub(crate) fn new_mission(new: &NewMission) -> Result<(), Vec<FieldError>> {
@@ -125,7 +125,7 @@ fn wrong_gains(gains: &LawGains, controller: Controller) -> Vec<FieldError> {
     given.filter_map(outside).collect()
 }
 
-/// What is wrong with a time at `pointer` of a report that came at `now` on the mission's clock, s.
+/// The fault of a report's time at `pointer`, received at `now` on the mission's clock, s.
 fn off_the_clock(pointer: &str, time: f64, now: f64, age_max: f64) -> Option<FieldError> {
     let limits = now - age_max..=now + AHEAD_MAX;
     let clock = "the mission's clock (Unix time, except in rehearsals)";
@@ -137,7 +137,7 @@ pub(crate) fn received(received_s: Option<f64>, now: f64) -> Result<(), Vec<Fiel
     none(received_s.and_then(|received| off_the_clock("/received_s", received, now, AGE_MAX)))
 }
 
-/// What is wrong with a report at `now` on the mission's clock, s: the only one of `heard`.
+/// The faults of the only report of `heard` at `now` on the mission's clock, s.
 pub(crate) fn report(config: &Live, heard: &Reports, now: f64) -> Vec<FieldError> {
     let mut errors = vec![];
     let time = |pointer: String, time: f64| off_the_clock(&pointer, time, now, AGE_MAX);
@@ -179,7 +179,7 @@ pub(crate) fn report(config: &Live, heard: &Reports, now: f64) -> Vec<FieldError
     errors
 }
 
-/// What is wrong with a `patch`, independently of the mission.
+/// The faults of a `patch`, independently of the mission.
 pub(crate) fn patch(patch: &Setting) -> Result<(), Vec<FieldError>> {
     if patch.origin == Some(None) {
         let detail = "the origin can be changed, not removed";
@@ -192,15 +192,15 @@ pub(crate) fn patch(patch: &Setting) -> Result<(), Vec<FieldError>> {
     }))
 }
 
-/// What is wrong with a `patch` of the mission of `config`, whatever is set there: it names an AUV that the mission does not have.
+/// The faults of a `patch` of the mission of `config` in any setting: AUVs that it does not have.
 pub(crate) fn patch_of(config: &Live, patch: &Setting) -> Result<(), Vec<FieldError>> {
     let is_known = |id: &&String| config.auvs.iter().any(|auv| auv.id == **id);
     let unknown = patch.paths.keys().find(|id| !is_known(id));
     none(unknown.map(|id| unknown_auv(config, "paths", id)))
 }
 
-/// What is wrong with a mission after its setting was changed by `patch` to that of `config`. The pointers refer to the patch.
-/// `has_moved` says whether its origin was changed.
+/// The faults of a mission whose setting `patch` changed to that of `config`, with pointers into
+/// the patch. `has_moved` is `true` if its origin was changed.
 pub(crate) fn changed(config: &Live, patch: &Setting, has_moved: bool) -> Result<(), Vec<FieldError>> {
     let mut trial = trial_request(config, 0.0);
     if !has_moved {
@@ -220,7 +220,7 @@ pub(crate) fn changed(config: &Live, patch: &Setting, has_moved: bool) -> Result
     })
 }
 
-/// Takes out of a trial the dives, and the paths that `patch` does not give: they were checked before, and checking them takes long.
+/// Removes dives and unpatched paths from a trial: they were checked before, which takes long.
 fn shorten(trial: &mut PlanRequest, patch: &Setting) {
     for auv in &mut trial.auvs {
         auv.dive = None;
@@ -238,7 +238,7 @@ fn shorten(trial: &mut PlanRequest, patch: &Setting) {
     }
 }
 
-/// The error that there is no AUV called `id`, by which `member` names one.
+/// The error that the mission has no AUV `id`, which is in `member`.
 fn unknown_auv(config: &Live, member: &str, id: &str) -> FieldError {
     let known: Vec<&str> = config.auvs.iter().map(|auv| auv.id.as_str()).collect();
     let pointer = format!("/{member}/{}", pointer_token(&shortened(id.to_owned())));

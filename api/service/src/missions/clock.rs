@@ -5,20 +5,20 @@ use std::time::Instant;
 use clock::Clock;
 use wire::mission::Live;
 
-/// Least step by which a clock counts as set, s: reports that are ahead by more are refused.
+/// Least step that counts as a clock being set, s. Reports that are further ahead are refused.
 const SET_MIN: f64 = 1.0;
 
-/// Unix time, or the clock of a rehearsal, which runs faster from the creation of the mission on.
+/// Unix time, or a rehearsal's clock, which runs faster from the creation of the mission.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MissionClock {
-    /// When the mission was created, Unix time, s.
+    /// Time of the mission's creation, Unix time, s.
     pub(super) created: f64,
     /// Seconds of this clock in one second.
     pub(super) rate: f64,
 }
 
 impl MissionClock {
-    /// The clock of a mission created at `created`, Unix time, s. For a simulated mission it is Unix time.
+    /// The clock of a mission created at `created`, Unix time, s; Unix time for a simulated one.
     pub(super) fn new(created: f64, live: Option<&Live>) -> Self {
         let rate = live.map_or(1.0, |live| live.clock_rate);
         Self { created, rate }
@@ -35,7 +35,7 @@ impl MissionClock {
     }
 }
 
-/// Detects that the clock of this machine was set.
+/// Detects steps of this machine's clock.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ClockWatch {
     unix: f64,
@@ -43,7 +43,7 @@ pub(super) struct ClockWatch {
 }
 
 impl ClockWatch {
-    /// Begins to watch now.
+    /// Starts watching.
     pub(super) fn new(clock: &Clock) -> Self {
         Self {
             unix: clock.unix_s(),
@@ -51,7 +51,7 @@ impl ClockWatch {
         }
     }
 
-    /// By how much the clock was set since the last call, s, positive forward. None below a second: slewing is no step.
+    /// The step of the clock since the last call, s, positive forward. Slewing is no step.
     pub(super) fn set_by(&mut self, clock: &Clock) -> Option<f64> {
         let now = Self::new(clock);
         let before = std::mem::replace(self, now);
@@ -67,7 +67,7 @@ mod tests {
     use super::*;
 
     #[tokio::test(start_paused = true)]
-    async fn a_clock_that_is_set_is_noticed_once_and_one_that_drifts_is_not() {
+    async fn a_step_of_the_clock_is_noticed_once_and_drift_is_not() {
         let clock = Clock::simulated(1e9);
         let mut watch = ClockWatch::new(&clock);
         let mut after = async |set_by: f64| {

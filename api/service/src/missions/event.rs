@@ -1,4 +1,4 @@
-//! The events of a mission, as they are stored and streamed.
+//! The events of a mission, as stored and streamed.
 
 use std::time::Duration;
 
@@ -25,27 +25,27 @@ use wire::{
 pub enum Event {
     /// The mission was created.
     Created {
-        /// When.
+        /// Time of this event.
         at_s: f64,
-        /// What it was created with.
+        /// The request that created it.
         mission: Box<NewMission>,
     },
     /// The mission was started or resumed.
     Ran {
-        /// When.
+        /// Time of this event.
         at_s: f64,
-        /// Seconds of the mission in one second; none for a live mission, or one that runs as fast as possible.
+        /// Seconds of the mission in one second; none for live missions and unlimited speed.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         speed_factor: Option<f64>,
     },
     /// The mission was paused.
     Paused {
-        /// When.
+        /// Time of this event.
         at_s: f64,
     },
     /// The setting was changed. Later plans use the new one.
     Changed {
-        /// When.
+        /// Time of this event.
         at_s: f64,
         /// The new members. The others are unchanged.
         setting: Box<Setting>,
@@ -54,7 +54,7 @@ pub enum Event {
     },
     /// Reports came in.
     Reported {
-        /// When the service received them.
+        /// Time when the service received them.
         at_s: f64,
         /// The reports.
         heard: Box<Reports>,
@@ -63,21 +63,21 @@ pub enum Event {
     Planned(Box<Planned>),
     /// The service's clock was set while the mission was running.
     ClockSet {
-        /// When, by the new clock.
+        /// Time by the new clock.
         at_s: f64,
-        /// By how much it was set forward, s; negative if back.
+        /// Step of the clock, s, positive forward.
         by_s: f64,
     },
     /// The mission finished.
     Finished {
-        /// When.
+        /// Time of this event.
         at_s: f64,
     },
     /// The mission failed.
     Failed {
-        /// When.
+        /// Time of this event.
         at_s: f64,
-        /// Why.
+        /// The reason.
         reason: String,
     },
 }
@@ -91,24 +91,24 @@ pub struct Planned {
     pub late_s: f64,
     /// Solve time, ns.
     pub solve_time_ns: u64,
-    /// Whether it is what was asked for.
+    /// The plan's outcome: as requested, or degraded.
     pub outcome: Outcome,
-    /// How it was computed.
+    /// The method of the plan.
     pub method: Method,
-    /// Why the outcome is `degraded`.
+    /// The reason of the outcome `degraded`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
     /// The reference to steer.
     pub reference: Reference,
     /// SHA-256 of the answer's JSON, hexadecimal.
     pub answer_sha256: String,
-    /// What the next plan needs of this one, if the deadline cut it short: then it cannot be computed again.
+    /// The next plan's input from this one, if the deadline cut it short: it cannot be repeated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cut_short: Option<Box<PreviousPlan>>,
     /// The true states of all vehicles, in a simulated mission.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub truth: Option<Box<Truth>>,
-    /// What it predicts. Versions before 0.3 stored none.
+    /// The plan's prediction. Versions before 0.3 stored none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub prediction: Option<Box<Prediction>>,
 }
@@ -120,7 +120,7 @@ pub(super) fn answer(made: &planners::Planned, origin: Option<Origin>) -> Stored
     answer.on_earth(origin).planned().into()
 }
 
-/// What the next plan needs of this one, its positions from `origin`.
+/// The next plan's input from this one, its positions from `origin`.
 pub(super) fn previous(made: &planners::Planned, origin: Option<Origin>) -> PreviousPlan {
     CraftFrame::previous_plan(&made.snapshot, &made.plan, origin)
 }
@@ -150,7 +150,7 @@ pub(super) fn planned(
     }
 }
 
-/// An answer with its JSON, which is written once and then hashed and stored.
+/// An answer with its JSON, which is written once, then hashed and stored.
 #[derive(Clone, Debug)]
 pub(super) struct StoredAnswer {
     pub(super) answer: PlanResponse,
@@ -199,7 +199,7 @@ pub(super) fn parsed<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, StoreError>
     serde_json::from_slice(bytes).map_err(|error| StoreError::Damaged(error.to_string()))
 }
 
-/// What the mission was created with: its first event.
+/// The request that created the mission: its first event.
 pub(super) fn created(reader: &EventReader, number: u64) -> Result<NewMission, StoreError> {
     let first = reader.events(number, 0, 1)?;
     match first.first().map(Event::read).transpose()? {

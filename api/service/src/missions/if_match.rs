@@ -1,4 +1,4 @@
-//! Which state of a mission a caller has seen.
+//! The state of a mission that a caller has seen.
 
 use axum::http::HeaderValue;
 use wire::mission::Mission;
@@ -21,7 +21,7 @@ impl IfMatch {
         }
     }
 
-    /// The tags of a header: entity tags in quotes, separated by commas. Weak tags match no mission.
+    /// The tags of a header: quoted entity tags, separated by commas. Weak tags match no mission.
     pub(super) fn of(header: &HeaderValue) -> Option<Self> {
         let text = header.to_str().ok()?.trim();
         if text == "*" {

@@ -1,4 +1,4 @@
-//! What lists and single missions tell about the last plan and whether the craft is steered, of missions that run here, and of others as they are stored.
+//! Missions in lists and single answers, with the last plan and the last report of steering.
 
 use std::sync::Arc;
 
@@ -19,8 +19,8 @@ use wire::mission::{LastSteering, Mission, MissionList, PlanSummary, Status};
 const LIST_BYTES_MAX: usize = 64 << 10;
 
 impl Missions {
-    /// At most `most` missions after the one numbered `after`, and the number after which more follow. Of them, those within
-    /// the caller's `limit`.
+    /// Lists those of the `most` missions after number `after` that the caller's `limit` allows,
+    /// and the number after which more follow.
     pub(super) async fn list(
         &self,
         after: u64,
@@ -58,14 +58,14 @@ impl Missions {
         self.planners.read_for_mission(Priority::Long, list).await
     }
 
-    /// A mission with what is known of it last; none if it is damaged.
+    /// A mission with its last plan and steering; `None` if it is damaged.
     fn listed(&self, stored: &StoredMission, last: Option<Last>) -> Option<Mission> {
         let mission = stored.summary().and_then(parsed::<Mission>);
         let mission = mission.inspect_err(|error| self.store.note_damage(error.to_string()));
         mission.ok().map(|mission| self.with(last, mission))
     }
 
-    /// The mission with what is known of it last.
+    /// The mission with its last plan and steering.
     fn with(&self, last: Option<Last>, mission: Mission) -> Mission {
         let (plan, steering) = last.or_else(|| self.last(&mission.id)).unwrap_or_default();
         Mission {
@@ -75,7 +75,7 @@ impl Missions {
         }
     }
 
-    /// The last plan of the mission `id` and whether its craft is steered, if the mission is active.
+    /// The last plan and steering of the mission `id`, if it is active.
     fn last(&self, id: &str) -> Option<Last> {
         let (view, live) = {
             let actors = self.actors();
@@ -90,7 +90,7 @@ impl Missions {
         Some((plan, view.steering.as_ref().map(|said| said.at(now))))
     }
 
-    /// The same of a mission that runs at another service, as it is stored.
+    /// The same of a mission that runs at another service, from the store.
     fn stored_last(&self, reader: &EventReader, stored: &StoredMission) -> Result<Option<Last>, StoreError> {
         if !self.are_shared() || matches!(self.active(&stored.id), Ok(Some(_))) {
             return Ok(None);
@@ -113,7 +113,7 @@ impl Missions {
         Ok(Some((plan.map(summary), steering)))
     }
 
-    /// The mission `id` as stored last, and what is known of its last plan.
+    /// The mission `id` as stored last, with its last plan and steering.
     pub(super) async fn find_with_plan(&self, id: &str) -> Result<Mission, Problem> {
         let (missions, name) = (self.clone(), id.to_owned());
         let found = self.read(move |reader| {
@@ -128,10 +128,10 @@ impl Missions {
     }
 }
 
-/// The last plan, and whether the craft is steered.
+/// The last plan, and the last report of whether the craft is steered.
 type Last = (Option<PlanSummary>, Option<LastSteering>);
 
-/// What a list tells about a plan of a mission whose clock shows `now` if it is simulated.
+/// A plan's entry in lists. A simulated mission's clock shows `now`.
 fn summary(
     plan: &StoredPlan,
     live: Option<&LiveMission>,

@@ -33,7 +33,7 @@ pub(super) const WAIT_MAX: f64 = 60.0;
 /// Longest `Idempotency-Key`, bytes.
 const KEY_BYTES_MAX: usize = 200;
 
-/// The mission of a path. The caller is not limited to others.
+/// The mission of a path, which the caller's limit allows.
 #[derive(IntoParams)]
 #[into_params(names("id"), parameter_in = Path)]
 pub(crate) struct MissionId(
@@ -65,8 +65,8 @@ where
 #[derive(IntoParams)]
 #[into_params(names("Idempotency-Key"), parameter_in = Header)]
 pub(crate) struct IdempotencyKeyHeader(
-    /// The client's name for this request, visible ASCII. A request that is sent again with its key is carried out once
-    /// and gets the same answer.
+    /// The client's name for this request, visible ASCII. A repeated request with the same key is
+    /// executed once and gets the same answer.
     #[param(value_type = Option<String>)]
     Option<HeaderValue>,
 );
@@ -110,7 +110,7 @@ impl IdempotencyKeyHeader {
     }
 }
 
-/// The `If-Match` header: the `ETag` of the mission that the caller saw. `*` and no header match any.
+/// The `If-Match` header: the `ETag` of a mission. `*` and a missing header match any.
 pub(crate) struct IfMatchHeader(pub(super) IfMatch);
 
 impl<S: Send + Sync> FromRequestParts<S> for IfMatchHeader {
@@ -152,7 +152,7 @@ impl<S: Send + Sync> FromRequestParts<S> for LastEventId {
     }
 }
 
-/// The limits of each parameter that has any, in JSON Schema.
+/// The limits of parameters, in JSON Schema.
 pub(crate) fn parameter_limits() -> [(&'static str, Map<String, Value>); 4] {
     let kind = Event::KINDS.join("|");
     let limits = [
@@ -184,7 +184,7 @@ pub(crate) struct PageQuery {
     pub(crate) limit: Option<usize>,
 }
 
-/// The length of a page, of which the client asked for `limit`.
+/// The length of a page, of which the client requested `limit`.
 pub(super) fn page_length(limit: Option<usize>) -> Result<usize, Problem> {
     let most = limit.unwrap_or(LIST_DEFAULT);
     if !(1..=LIST_MAX).contains(&most) {
@@ -210,10 +210,10 @@ pub(crate) struct AuditQuery {
 #[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ReferenceQuery {
-    /// How long to wait for a newer plan, s, at most 60. Default: 0.
+    /// Longest wait for a newer plan, s, at most 60. Default: 0.
     #[serde(default)]
     pub(super) wait_s: f64,
-    /// Wait for a plan newer than the one that the event with this number stored. Default: the current plan.
+    /// Wait for a plan newer than that of the event with this number. Default: the current plan.
     pub(super) after: Option<u64>,
 }
 
@@ -221,7 +221,7 @@ pub(crate) struct ReferenceQuery {
 #[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct EventsQuery {
-    /// Number of the event after which the stream begins. A `Last-Event-ID` header overrides it. Default: the newest event.
+    /// Begin after the event with this number. `Last-Event-ID` overrides it. Default: the newest.
     pub(super) after: Option<u64>,
 }
 
@@ -237,7 +237,7 @@ pub(crate) struct RecordQuery {
     pub(super) after: u64,
     /// Most events in the record. Default: all.
     pub(super) max_events: Option<u64>,
-    /// Kinds of events in the record, separated by commas, such as `planned,changed`. Default: every kind.
+    /// Kinds of events, separated by commas, such as `planned,changed`. Default: every kind.
     #[param(example = "planned")]
     pub(super) kinds: Option<String>,
 }

@@ -1,5 +1,5 @@
-//! The record of a mission, as a file for other programs. The mission may be of any length: memory holds a page of events, and
-//! what the format itself needs.
+//! The record of a mission, as a file for other programs. A mission may be of any length: memory
+//! holds a page of events and the format's own data.
 
 use std::{
     cell::OnceCell,
@@ -86,7 +86,7 @@ impl RecordFormat {
     }
 }
 
-/// Why a record was not written completely.
+/// The reason that a record is incomplete.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
     /// The format holds positions on Earth, and the mission has none.
@@ -106,8 +106,8 @@ pub enum RecordError {
     Write(#[from] io::Error),
 }
 
-/// Writes the record of the mission numbered `number` as the log has it now. Equal logs give equal bytes. After an error the
-/// record is incomplete.
+/// Writes the record of the mission numbered `number` as the log has it now. Equal logs give equal
+/// bytes. After an error the record is incomplete.
 pub fn write(
     reader: &EventReader,
     number: u64,
@@ -132,7 +132,7 @@ fn events_ndjson(events: &MissionEvents<'_>, out: &mut impl Write) -> Result<(),
     Ok(out.flush()?)
 }
 
-/// The event's JSON with its `sequence` in front. The stored JSON is not parsed: it stays the same to the byte.
+/// The event's JSON with its `sequence` in front. The stored JSON keeps its bytes.
 fn numbered(stored: &StoredEvent) -> Result<Vec<u8>, StoreError> {
     let Some(members) = stored.body.strip_prefix(b"{") else {
         return Err(StoreError::Damaged(format!(
@@ -145,7 +145,7 @@ fn numbered(stored: &StoredEvent) -> Result<Vec<u8>, StoreError> {
     Ok(line)
 }
 
-/// The events of a mission until now. They can be read more than once.
+/// The events of a mission until now. They can be read repeatedly.
 struct MissionEvents<'a> {
     reader: &'a EventReader,
     number: u64,
@@ -154,7 +154,7 @@ struct MissionEvents<'a> {
     created: Option<Box<NewMission>>,
     /// The mission's clock, from its first event.
     start: Timeline,
-    /// Where its datum lies from which event on, once looked up.
+    /// The datum's positions, each with the number of its first event, once looked up.
     origins: OnceCell<Vec<(u64, Origin)>>,
     filter: &'a EventFilter,
 }
@@ -254,13 +254,13 @@ impl<'a> MissionEvents<'a> {
         created.is_some_and(|created| created.live.is_some())
     }
 
-    /// What the rows of a part depend on before that part: its rows are the same as in the whole record.
+    /// The state before a part, so that its rows equal those of the whole record.
     fn before(&self) -> Result<Before, RecordError> {
         let mut before = Before {
             timeline: self.start,
             ..Before::default()
         };
-        // A live mission's clock runs by itself: its last plan tells only which fixes were refused.
+        // A live mission's clock is independent: only the last plan's refused fixes matter.
         let depends = !self.is_live() || self.filter.has(PLANNED);
         if 0 < self.filter.after && depends {
             let plan = self
@@ -273,7 +273,7 @@ impl<'a> MissionEvents<'a> {
         Ok(before)
     }
 
-    /// Passes each event whose kind is `wanted` to `take`, with its rows.
+    /// Passes each event of a `wanted` kind to `take`, with its rows.
     fn pass_each(
         &self,
         wanted: impl Fn(&str) -> bool,
@@ -322,7 +322,7 @@ impl Source for MissionEvents<'_> {
         about
     }
 
-    /// The last one: from the client or the first fix. Unknown for a scenario that this program no longer has.
+    /// The last origin, from client or first fix; unknown for scenarios that this program lacks.
     fn origin(&self) -> Option<Origin> {
         self.origins().last().map(|(_, origin)| *origin)
     }
@@ -338,7 +338,7 @@ impl Source for MissionEvents<'_> {
         self.pass_each(|_| true, take)
     }
 
-    /// Reads only events with positions of vehicles, because reading takes time: reports of a live mission, plans of a simulated one.
+    /// Reads only events with vehicle positions, to save time: live reports or simulated plans.
     fn for_each_with_places(
         &self,
         take: &mut dyn FnMut(&Entry<'_>) -> Result<(), RecordError>,

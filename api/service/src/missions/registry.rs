@@ -1,4 +1,4 @@
-//! All missions: active ones have an actor, the others are in the event store only.
+//! All missions: active ones have an actor, others are in the event store only.
 
 use std::{
     collections::BTreeMap,
@@ -49,22 +49,22 @@ const ACTORS_MAX: usize = 1_024;
 /// Hexadecimal digits of a mission's id.
 const ID_DIGITS: usize = 24;
 
-/// Most missions of one client that are not over.
+/// Most unfinished missions of one client.
 const OPEN_SHARE: usize = ACTORS_MAX / 2;
 
 /// Most readers of event streams.
 const STREAMS_MAX: usize = 256;
 
-/// Most records written at the same time, each on its own thread and in at most 9 MB.
+/// Most simultaneous records, each on its own thread and in at most 9 MB.
 const RECORDS_MAX: usize = 16;
 
 /// Most threads that read the store.
 const READERS_MAX: usize = 16;
 
-/// Most threads that ask who owns a mission.
+/// Most threads that look up mission owners.
 const OWNING_MAX: usize = 8;
 
-/// Actors that may be started at the same time, about.
+/// Actors that may be started at the same time, approximately.
 const STARTS: usize = 64;
 
 /// Longest wait of a client for the check of a simulation.
@@ -78,16 +78,16 @@ const ANSWER_TIME: Duration = Duration::from_secs(10);
 pub struct Missions {
     pub(super) store: EventStore,
     pub(super) planners: Planners,
-    /// Handles of active missions, by id. None once the service stops.
+    /// Handles of active missions, by id. `None` once the service stops.
     actors: Arc<Mutex<Option<BTreeMap<String, Handle>>>>,
     /// The store's salt.
     salt: Arc<[u8]>,
     pub(super) streams: Quota<Arc<str>>,
     pub(super) records: Quota<Arc<str>>,
     reading: Arc<Semaphore>,
-    /// For questions who owns a mission, which long reads must not delay.
+    /// For look-ups of owners, which long reads must not delay.
     owning: Arc<Semaphore>,
-    /// Held while an actor is started: missions share them by their ids.
+    /// Held while an actor starts. Missions share these locks by their ids.
     starts: Arc<[AsyncMutex<()>; STARTS]>,
 }
 
@@ -120,7 +120,7 @@ impl Missions {
         for mission in running {
             let id = mission.id.clone();
             if let Err(problem) = missions.start_actor(mission, Ownership::default()).await {
-                // A damaged mission does not stop the others; its clients get the error.
+                // Other missions continue; the clients of a damaged one get the error.
                 tracing::error!(mission = id, ?problem, "the mission does not continue");
             }
         }
@@ -139,23 +139,23 @@ impl Missions {
         &self.planners.clock
     }
 
-    /// Ends every actor and every stream. The next start continues from what is stored.
+    /// Ends every actor and every stream. The next start continues from the stored events.
     pub fn close(&self) {
         self.end_actors();
     }
 
-    /// As [`Self::close`]. What is returned has no sender once its actor has ended.
+    /// As [`Self::close`]. A result has no sender once its actor has ended.
     pub(super) fn end_actors(&self) -> Vec<WeakSender<StoredEvent>> {
         let ended = self.actors().take().into_iter().flatten();
         ended.map(|(_, handle)| handle.events).collect()
     }
 
-    /// Whether other services may have the missions.
+    /// `true` if other services may have the missions.
     pub(crate) fn are_shared(&self) -> bool {
         self.store.lease().is_some()
     }
 
-    /// Whether the service still has missions.
+    /// `true` until the service closes its missions.
     pub(super) fn is_open(&self) -> bool {
         self.actors().is_some()
     }
@@ -167,19 +167,19 @@ impl Missions {
         }
     }
 
-    /// Ends the actors of missions that the service owned before it had lost all.
+    /// Ends the actors of missions from before the service had lost all of them.
     pub(super) fn forget_before(&self, incarnation: u64) {
         if let Some(actors) = self.actors().as_mut() {
             actors.retain(|_, handle| handle.ownership.incarnation == incarnation);
         }
     }
 
-    /// Closes the event store once everything is stored. Call it after [`Self::close`] and the last request.
+    /// Closes the store once everything is stored, after [`Self::close`] and the last request.
     pub async fn close_store(&self) -> Result<(), StoreError> {
         self.store.close().await
     }
 
-    /// Fails if nothing can be stored.
+    /// Fails if the store cannot write.
     pub(crate) async fn probe(&self) -> Result<(), StoreError> {
         self.store.probe().await
     }
@@ -210,7 +210,7 @@ impl Missions {
         }
         let is_simulated = new.simulated.is_some();
         let check = move || check::new_mission(&new).map(|()| new);
-        // The check of a simulated mission starts its scenario, so it runs where simulations run, before what they have yet to do.
+        // The check starts the scenario, so it runs among simulations, before their work.
         let new = if is_simulated {
             let (checked, _job) = self.planners.simulate(Priority::Short, check);
             let checked = self.clock().timeout(CHECK_TIME, checked).await;
@@ -283,7 +283,7 @@ impl Missions {
         Ok((stored.number, parsed(stored.summary()?)?))
     }
 
-    /// What the client attached to the mission `id`.
+    /// The client's metadata of the mission `id`.
     pub(super) async fn metadata(&self, id: &str) -> Result<Map<String, Value>, Problem> {
         let active = self.actors().as_ref().and_then(|actors| actors.get(id).cloned());
         match active {
@@ -298,7 +298,6 @@ impl Missions {
         found.ok_or(Problem::NoMission)
     }
 
-    /// Deletes the mission `id`.
     pub(super) async fn delete(
         &self,
         id: &str,
@@ -310,7 +309,7 @@ impl Missions {
             let (_, mission) = self.find(id).await?;
             if_match.check(&mission)?;
         }
-        // Its actor may serve a last request: the store stores nothing for a deleted mission.
+        // Its actor may serve a last request: the store rejects events of a deleted mission.
         let gone = self.store.delete(id.to_owned(), order).await?;
         self.forget(id);
         if !gone {
@@ -369,7 +368,7 @@ impl Missions {
                 Ok(()) => {
                     return match self.clock().timeout(ANSWER_TIME, answer).await {
                         Ok(Ok(answer)) => answer,
-                        // The mission was deleted meanwhile, or its actor ended because the store knows more than it.
+                        // The mission was deleted, or the store has events unknown to its actor.
                         Ok(Err(_)) => {
                             self.stored(id).await?;
                             Err(Problem::Behind)
@@ -382,7 +381,7 @@ impl Missions {
         Err(Problem::Behind)
     }
 
-    /// The actor of the mission `id`, started if it is not running. Fails if another service owns the mission, or may own it by now.
+    /// The actor of the mission `id`, started if necessary. Fails if another service may own it.
     pub(super) async fn handle(&self, id: &str) -> Result<Handle, Problem> {
         if let Some(handle) = self.active(id)? {
             return Ok(handle);
@@ -474,7 +473,7 @@ impl Missions {
         Ok(handle)
     }
 
-    /// How many more missions can run here.
+    /// Number of missions that can still start here.
     pub(super) fn free_places(&self) -> usize {
         let actors = self.actors();
         let kept = actors
@@ -493,7 +492,7 @@ impl Missions {
         self.block(&self.reading, move || read(&store.reader()?)).await
     }
 
-    /// Asks who owns a mission, on a thread that may wait for the database.
+    /// Looks up an owner on a thread that may wait for the database.
     pub(super) async fn own<T: Send + 'static>(
         &self,
         ask: impl FnOnce() -> Result<T, StoreError> + Send + 'static,
@@ -501,7 +500,7 @@ impl Missions {
         self.block(&self.owning, ask).await
     }
 
-    /// Asks the store something on a thread that may wait, one of few.
+    /// Asks the store on one of a few threads that may wait.
     async fn block<T: Send + 'static>(
         &self,
         threads: &Arc<Semaphore>,
@@ -520,7 +519,7 @@ impl Missions {
         Ok(asked?)
     }
 
-    /// The problem of a client whose quota of `what` is used up.
+    /// The problem of a client with an exhausted quota of `what`.
     pub(super) fn quota_exceeded(&self, exceeded: QuotaExceeded, what: &'static str) -> Problem {
         self.planners.metrics.shed(Shed::Places);
         match exceeded {
@@ -529,8 +528,8 @@ impl Missions {
         }
     }
 
-    /// The same id for the same text: a repeated request finds the mission that it created. Without the store's salt the id
-    /// cannot be guessed.
+    /// An id that depends on the text only, so that a repeated request finds its mission. The
+    /// store's salt makes it unguessable.
     fn mission_id(&self, text: &str) -> String {
         format!(
             "m-{}",
@@ -543,12 +542,12 @@ impl Missions {
     }
 }
 
-/// Whether the actor runs a mission or serves a client, and so keeps its place.
+/// `true` for actors that run a mission or serve a client: they keep their places.
 fn keeps_place(handle: &Handle) -> bool {
     1 < handle.requests.strong_count() || handle.view.borrow().mission.status == Status::Running
 }
 
-/// What `mission` was created with, counted from its origin now, with its paths of now.
+/// The request that created `mission`, with the present origin and paths.
 pub(super) fn with_paths_of_now(
     reader: &EventReader,
     number: u64,
@@ -567,7 +566,7 @@ pub(super) fn with_paths_of_now(
     Ok(created)
 }
 
-/// What a mission was created with, and the fold of its events up to the one numbered `last`.
+/// The request that created a mission, and the fold of its events up to the one numbered `last`.
 fn fold(
     reader: &EventReader,
     number: u64,
@@ -579,10 +578,10 @@ fn fold(
         return Ok((created, Checkpoint::default()));
     };
     let mut checkpoint: Checkpoint = parsed(&body)?;
-    // A simulated mission has no state to fold: it is simulated again.
+    // A simulated mission has no state to fold: its events are simulated again.
     if let Some(state) = &mut checkpoint.state {
         let clock = MissionClock::new(created_s, created.live.as_ref());
-        // Every plan stores a checkpoint: no plan is among these events.
+        // Each plan stores a checkpoint, so no plan is among these events.
         reader.each(number, after, last, &mut |stored| {
             state.apply(&Event::read(stored)?, &clock);
             Ok(())

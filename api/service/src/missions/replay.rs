@@ -1,4 +1,4 @@
-//! Makes every plan of a mission again from its stored events, and compares the answers.
+//! Repeats every plan of a mission from its stored events, and compares the answers.
 
 use std::time::Duration;
 
@@ -26,14 +26,14 @@ pub struct Replayed {
     pub events: u64,
     /// Plans with the same answer, to the byte.
     pub equal: u64,
-    /// Plans that a deadline cut short. They cannot be made again and are taken as stored.
+    /// Plans that a deadline cut short. They cannot be repeated and are taken as stored.
     pub cut_short: u64,
     /// Numbers of the events whose plans have another answer.
     pub different: Vec<u64>,
 }
 
-/// Makes every plan of the mission `id` again. `progress` gets the numbers of the current and the last event. None if there is
-/// no such mission.
+/// Repeats every plan of the mission `id`. `progress` gets the numbers of the current and the last
+/// event. `None` if there is no such mission.
 pub fn replay(
     reader: &EventReader,
     id: &str,
@@ -78,7 +78,7 @@ enum Run {
 }
 
 impl Run {
-    /// The answer, made again; none if a deadline cut it short.
+    /// The repeated answer; `None` if a deadline cut it short.
     fn plan(&mut self, logged: &Planned) -> Result<Option<StoredAnswer>, StoreError> {
         match self {
             Self::Live(state, workspace) => {

@@ -1,6 +1,6 @@
 //! Retention: deletes old finished missions, and finishes live missions without reports.
 //!
-//! What is old is decided by the store's trusted time: a clock that was set wrongly deletes nothing.
+//! The store's trusted time decides the age of missions: a wrong clock deletes nothing.
 
 use std::{panic::AssertUnwindSafe, time::Duration};
 
@@ -16,18 +16,18 @@ use wire::mission::{Mission, Status};
 /// Time between two checks for missions that are due.
 const CHECK: Duration = Duration::from_mins(10);
 
-/// A disk that lasts no longer is warned of.
+/// Shortest remaining time of a disk without a warning.
 const SHORT: Duration = Duration::from_hours(7 * 24);
 
 /// The caller of these orders in the audit list.
 const CALLER: &str = "the service";
 
-/// How long missions are kept.
+/// Times for which missions are kept.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Retention {
-    /// A mission is deleted this long after its end, by the trusted time; never if none.
+    /// Time from a mission's end to its deletion, by the trusted time; unlimited without one.
     pub over: Option<Duration>,
-    /// A live mission is finished this long after its last report or the start of the service; never if none.
+    /// Time from a live mission's last report, or this start, to its end; unlimited without.
     pub abandoned: Option<Duration>,
 }
 
@@ -39,7 +39,7 @@ struct Expired {
 }
 
 impl Missions {
-    /// Follows the machine's clocks, and finishes and deletes missions that are due, again and again.
+    /// Repeatedly follows the machine's clocks, and finishes and deletes missions that are due.
     pub async fn keep_for(self, retention: Retention) {
         let mut measured = None;
         loop {
@@ -103,10 +103,10 @@ impl Missions {
         Ok(expired)
     }
 
-    /// Whether no report came for so long, by a monotonic clock.
+    /// `true` if no report came for `after`, by a monotonic clock.
     async fn is_silent(&self, mission: &Mission, after: Duration) -> bool {
         let handle = if self.are_shared() && mission.status == Status::Running {
-            // Each service judges those that it has: to ask for one would take it.
+            // Each service judges its own missions: a handle would take over another's.
             self.active(&mission.id).ok().flatten()
         } else {
             self.handle(&mission.id).await.ok()
@@ -115,7 +115,7 @@ impl Missions {
     }
 }
 
-/// The result, also if `work` panics: the next round tries again.
+/// The result of `work`; a panic is an error too, and the next round tries again.
 async fn or_panicked<T>(work: impl Future<Output = Result<T, Problem>>) -> Result<T, Problem> {
     let caught = AssertUnwindSafe(work).catch_unwind().await;
     caught.unwrap_or(Err(Problem::Panicked))
@@ -148,7 +148,7 @@ mod tests {
     use super::*;
 
     #[tokio::test(start_paused = true)]
-    async fn a_round_that_panics_is_a_problem_and_the_next_may_succeed() {
+    async fn a_round_that_panics_is_a_problem_and_the_next_round_runs() {
         let panics = async { panic!("a test wants this panic") };
         assert_eq!(or_panicked::<()>(panics).await, Err(Problem::Panicked));
         assert_eq!(or_panicked(async { Ok(1) }).await, Ok(1));

@@ -45,7 +45,7 @@ use wire::mission::{
 };
 use wire::{FieldError, Origin};
 
-/// How many of the last orders a refused call names.
+/// Number of the last orders in the refusal of a call.
 const ORDERS_TOLD: usize = 3;
 
 impl<S: Send + Sync> FromRequestParts<S> for Missions
@@ -59,7 +59,7 @@ where
     }
 }
 
-/// A call that orders something of a mission: which mission, who orders it, and the key of the request.
+/// An order for a mission: the mission, the caller, and the key of the request.
 pub(crate) struct OrderCall {
     missions: Missions,
     by: By,
@@ -114,7 +114,7 @@ fn tag(mission: &Mission) -> Option<HeaderValue> {
     HeaderValue::from_str(&format!("\"{}\"", mission.revision)).ok()
 }
 
-/// The same result; if the mission has changed, with the last orders of it.
+/// The same result. If the mission has changed, it has the last orders of the mission.
 async fn with_orders<T>(missions: &Missions, id: &str, result: Result<T, Problem>) -> Result<T, Problem> {
     let Err(Problem::Changed { revision, .. }) = result else {
         return result;
@@ -146,7 +146,7 @@ pub(crate) async fn create_mission(
     Ok((StatusCode::CREATED, location, Json(mission)).into_response())
 }
 
-/// Lists missions in the order of their creation: those that the caller's token is limited to, if it is.
+/// Lists missions in the order of their creation, within the limit of the caller's token.
 #[utoipa::path(get, path = "/v1/missions", tag = "missions", params(PageQuery),
     responses((status = 200, description = "One page of missions, and where the next page begins.", body = MissionList), MissionRefusals))]
 pub(crate) async fn list_missions(
@@ -158,7 +158,7 @@ pub(crate) async fn list_missions(
     missions.list(after, most, by.limit().cloned()).await.map(Json)
 }
 
-/// Lists who ordered what of which mission, in the order in which it was stored. Orders of deleted missions are included.
+/// Lists orders with their callers and missions, in stored order, also of deleted missions.
 #[utoipa::path(get, path = "/v1/audit", tag = "service", params(AuditQuery),
     responses((status = 200, description = "One page of orders, and where the next page begins.", body = OrderList), MissionRefusals))]
 pub(crate) async fn list_orders(
@@ -189,7 +189,7 @@ pub(crate) async fn get_mission(missions: Missions, MissionId(id): MissionId) ->
     Ok((tag, Json(mission)).into_response())
 }
 
-/// Returns what a map of a mission shows beside the vehicles, and what its controller knows.
+/// Returns a mission's scene for a map, beside the vehicles, and the knowledge of its controller.
 #[utoipa::path(get, path = "/v1/missions/{id}/scene", tag = "missions", params(MissionId),
     responses((status = 200, description = "The mission as it was created, with its paths of now.", body = Scene), MissionRefusals))]
 pub(crate) async fn get_scene(
@@ -209,14 +209,14 @@ pub(crate) async fn get_scene(
         .map(Json)
 }
 
-/// Changes what a live mission does, the paths of its AUVs, or where its datum lies, before it starts or while it runs. The next plan uses
-/// the new setting.
+/// Changes the setting of a live mission, such as its goal, the paths of its AUVs or its datum,
+/// before it starts or while it runs. The next plan uses the new setting.
 ///
-/// Each member given replaces the whole member; it is not merged, unlike in a JSON merge patch (RFC 7396). Of `paths`, each path does: AUVs
-/// that are not named keep theirs. To wait for a
-/// plan made with the new setting, ask for `reference` with `?after=` and the `sequence` of this answer. A change to what
-/// is set already stores no event. With `If-Match` and the mission's `ETag`, this call, `run`, `pause`, `finish`, `step` and
-/// `DELETE` are refused with 412 if the mission has changed since.
+/// Each given member replaces the whole member, unlike in a JSON merge patch (RFC 7396). Of
+/// `paths`, each given path does: AUVs that are not named keep theirs. To wait for a plan with the
+/// new setting, ask for `reference` with `?after=` and the `sequence` of this answer. A change
+/// without effect stores no event. With `If-Match` and the mission's `ETag`, this call, `run`,
+/// `pause`, `finish`, `step` and `DELETE` are refused with 412 if the mission has changed since.
 #[utoipa::path(patch, path = "/v1/missions/{id}", tag = "missions", params(MissionId, IdempotencyKeyHeader),
     request_body(content((Setting = "application/merge-patch+json"), (Setting = "application/json"))),
     responses((status = 200, description = "The change is on the disk.", body = Mission), MissionRefusals))]
@@ -286,8 +286,8 @@ pub(crate) async fn step_mission(
     call.send("step", &step, Command::Step(step.ticks)).await
 }
 
-/// The reports of a body for a mission with that `origin`: the acceptable ones, at their positions in metres and degrees, and what is
-/// wrong with the others. Without an origin, the first accepted position in latitude and longitude becomes it.
+/// The acceptable reports of a body for a mission with that `origin`, in metres and degrees, and
+/// the faults of the others. Without an origin, the first accepted position on Earth becomes it.
 fn read_reports(
     body: &[u8],
     live: &LiveMission,
@@ -314,9 +314,10 @@ fn read_reports(
     Ok(reports)
 }
 
-/// Adds reports to a live mission, each of which is accepted or rejected. The answer comes when the accepted ones are on the disk.
+/// Adds reports to a live mission. The answer comes when the accepted ones are on the disk.
 ///
-/// `rejected` names the others. If none is acceptable, or the body has another shape, the answer is 422, and nothing is stored.
+/// `rejected` names the others. If all are rejected, or the body has another shape, the answer is
+/// 422, and nothing is stored.
 #[utoipa::path(post, path = "/v1/missions/{id}/reports", tag = "missions",
     params(MissionId, IdempotencyKeyHeader),
     request_body = Reports,
@@ -329,7 +330,7 @@ pub(crate) async fn post_reports(
     key: IdempotencyKeyHeader,
     body: JsonBytes,
 ) -> Result<Response, Problem> {
-    // Looked up first: only the body of an existing mission is read at a mission's priority.
+    // Looked up first: bodies of existing missions only are read at a mission's priority.
     let handle = missions.handle(&id).await?;
     let live = handle.live.ok_or_else(|| Problem::conflict(NO_REPORTS))?;
     let origin = handle.view.borrow().mission.origin;
@@ -337,7 +338,7 @@ pub(crate) async fn post_reports(
     let clock = missions.clock().clone();
     let read = move || {
         let reports = read_reports(&body.bytes, &live, origin, &clock);
-        // The same for the same request, whatever of it is acceptable by now.
+        // Equal for equal requests, even if fewer reports are acceptable by now.
         let posted = serde_json::from_slice::<Value>(&body.bytes).unwrap_or_default();
         (reports, posted)
     };
@@ -348,7 +349,7 @@ pub(crate) async fn post_reports(
     Ok(as_json(missions.report(&id, reports, origin, key).await?))
 }
 
-/// Returns the current reference, its age, and how it was computed.
+/// Returns the current reference, its age, and its method.
 #[utoipa::path(get, path = "/v1/missions/{id}/reference", tag = "missions", params(MissionId, ReferenceQuery),
     responses((status = 200, description = "The newest reference.", body = CurrentReference), MissionRefusals))]
 pub(crate) async fn get_reference(
@@ -366,7 +367,7 @@ pub(crate) async fn get_reference(
         let newest = |view: &View| view.plan.as_ref().map_or(0, |plan| plan.sequence);
         let after = after.unwrap_or_else(|| newest(&view.borrow()));
         let end = missions.clock().now() + Duration::from_secs_f64(wait_s);
-        // After a newer plan, the time limit or the end of the mission, the newest plan is the answer.
+        // After a newer plan, the time limit or the mission's end, the newest plan is the answer.
         let newer = view.wait_for(|view| after < newest(view) || view.mission.status.is_over());
         let _ = missions.clock().timeout_at(end, newer).await.map(drop);
         if missions.are_shared() && !view.borrow().mission.status.is_over() {
@@ -394,10 +395,11 @@ pub(crate) async fn get_reference(
     }))
 }
 
-/// Streams the events of a mission as they happen: server-sent events, whose `id` is the event's number in the mission.
+/// Streams a mission's events as they happen: server-sent events, whose `id` is their number.
 ///
-/// After a break, `Last-Event-ID` resumes where the reader was. A reader that is too slow gets a `gap` with the numbers
-/// `from` and `to` of the events that it missed, and then the newest event. Comments between events keep the connection alive.
+/// After a break, `Last-Event-ID` resumes after the reader's last event. A slow reader gets a `gap`
+/// with the numbers `from` and `to` of missed events, and then the newest event. Comments between
+/// events keep the connection alive.
 #[utoipa::path(get, path = "/v1/missions/{id}/events", tag = "missions", params(MissionId, LastEventId, EventsQuery),
     responses((status = 200, description = "Events until the mission is over.", content_type = "text/event-stream",
             body = super::event::Event),
@@ -412,7 +414,7 @@ pub(crate) async fn stream_events(
     stream::events(missions, &by, &id, last.or(after)).await
 }
 
-/// Exports the events of a mission, all or some, as a file for other programs. The file may be of any length.
+/// Exports all or some events of a mission as a file for other programs, of any length.
 #[utoipa::path(
     get,
     path = "/v1/missions/{id}/record",
@@ -444,7 +446,7 @@ fn as_json(body: Vec<u8>) -> Response {
     ([(header::CONTENT_TYPE, "application/json")], body).into_response()
 }
 
-/// A record in the format that was asked for.
+/// A record in the requested format.
 struct Record;
 
 impl IntoResponses for Record {

@@ -1,4 +1,4 @@
-//! What a map of a mission shows beside the vehicles.
+//! The scene of a mission: the facts that a map shows beside the vehicles.
 
 use std::collections::BTreeMap;
 
@@ -17,7 +17,7 @@ use wire::{
 /// Most points of a path: a picture of a thousand pixels shows no more.
 const PATH_POINTS_MAX: usize = 400;
 
-/// The scene of a mission that was created so. It is empty if this program no longer has the scenario.
+/// The scene of a mission from its creation; empty for scenarios that this program lacks.
 pub(super) fn scene(mission: &NewMission) -> Scene {
     match (&mission.live, &mission.simulated) {
         (Some(live), _) => of_live(live),
@@ -103,7 +103,7 @@ fn faults(record: &Record) -> Vec<SceneFault> {
     written.collect()
 }
 
-/// What the controller knows, in words. All controllers know the same; laws use only the present.
+/// The controller's knowledge, in words. All controllers have the same; laws use the present only.
 fn information(scenario: &Scenario, simulated: &Simulated, faults: &[Fault]) -> String {
     let knowledge = &scenario.knowledge;
     let auvs = if knowledge.acoustics.is_some() {

@@ -1,4 +1,4 @@
-//! Missions that several services share: which of them this service continues, and how it hands them over.
+//! Missions that several services share: this service's part of them, and their hand-over.
 
 use std::{collections::HashSet, future::pending, time::Duration};
 
@@ -10,7 +10,7 @@ use store::{Lease, Owned, StoreError, StoredEvent, Turn};
 
 use crate::problem::Problem;
 
-/// Longest time between two turns: in less than a plan, missions that were handed over have a new owner.
+/// Longest time between two turns: new owners continue missions within a plan's period.
 const TURN_MAX: Duration = Duration::from_millis(250);
 
 /// Missions that are continued at the same time: each reads the store.
@@ -20,7 +20,7 @@ const STARTED_AT_ONCE: usize = 8;
 const END_TIME: Duration = Duration::from_secs(1);
 
 impl Missions {
-    /// Continues running missions that no service owns, up to this service's share, until the service stops.
+    /// Continues running missions without an owner, up to this service's share, until it stops.
     pub(super) async fn keep_share(self, lease: Lease) {
         let mut incarnation = None;
         // Damaged missions: their clients get the error.
@@ -52,7 +52,7 @@ impl Missions {
         let mut started: Vec<(String, Result<(), Problem>)> =
             taken.buffer_unordered(STARTED_AT_ONCE).collect().await;
         let n_taken = started.iter().filter(|(_, started)| started.is_ok()).count();
-        // Actors end when it is unknown whether their last event is stored.
+        // Actors end when it is unknown if their last event is stored.
         let ended = running.into_iter();
         let ended = ended.filter(|id| !failed.contains(id) && matches!(self.active(id), Ok(None)));
         let again = stream::iter(ended).map(|id| async move {
@@ -77,12 +77,12 @@ impl Missions {
         }
     }
 
-    /// Fails if another service has the mission `id`; starts it if none has.
+    /// Starts the mission `id` if no service has it. Fails if another one has it.
     pub(crate) async fn owner(&self, id: &str) -> Result<(), Problem> {
         self.handle(id).await.map(drop)
     }
 
-    /// Waits until this service has, or may have, lost the missions that it had in that incarnation: their streams end.
+    /// Waits until this service may have lost the missions of that incarnation: their streams end.
     pub(super) async fn lost(&self, incarnation: u64) -> Problem {
         let Some(lease) = self.store.lease() else {
             return pending().await;
@@ -97,13 +97,13 @@ impl Missions {
         }
     }
 
-    /// Whether that URL is this service's own: a call for it is not forwarded, also if another service advertises the same URL.
+    /// `true` for this service's URL, to which no call is forwarded, even if it is not unique.
     pub(crate) fn is_own(&self, url: &str) -> bool {
         self.store.lease().is_some_and(|lease| lease.url() == url)
     }
 
-    /// Ends every actor and every stream, and frees the missions for the other services. Without others, the next start continues
-    /// from what is stored.
+    /// Ends every actor and every stream, and frees the missions for the other services. Without
+    /// others, the next start continues from the stored events.
     pub async fn stop(&self) {
         let ended = self.end_actors();
         let Some(lease) = self.store.lease().cloned() else {

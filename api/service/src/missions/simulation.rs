@@ -45,7 +45,7 @@ pub(super) struct Tick {
     pub(super) made: planners::Planned,
 }
 
-/// The scenario that the client named or sent. The error is a text for people.
+/// The scenario that the client named or sent. The error is a text for users.
 pub(super) fn scenario(config: &Simulated) -> Result<Scenario, String> {
     let scenario = match (&config.scenario, &config.scenario_file) {
         (Some(name), None) => Scenario::named(name).ok_or_else(|| {
@@ -99,7 +99,7 @@ impl Simulation {
         self.mission.is_over()
     }
 
-    /// Makes a plan and simulates a second with it. A repeated simulation uses the `logged` reference instead.
+    /// Makes a plan and simulates a second with it. A replay uses the `logged` reference instead.
     pub(super) fn tick(
         &mut self,
         logged: Option<&Planned>,
@@ -144,13 +144,13 @@ impl Simulation {
         let start = self.clock.now();
         let (snapshot, plan) = if let Some(law) = &mut self.law {
             let guidance = law.guide(seen)?;
-            // With the current that the law subtracts, which it smooths over time.
+            // The current that the law subtracts, which it filters.
             let known = Snapshot::try_from(PlanRequest {
                 current: law.current().map(Into::into),
                 previous_plan: law.previous_plan(),
                 ..PlanRequest::clone(seen)
             })?;
-            // Forecasts and the law's trajectory need no solved program, and the law has made the schedule.
+            // Forecasts and the law's trajectory need no program; the law made the schedule.
             let stop = Stop::at_once();
             let plan = plan_until(&known, &self.parameters, workspace, &stop);
             let Baseline {

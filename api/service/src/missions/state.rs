@@ -1,4 +1,4 @@
-//! The state of a live mission: the fold of its events, and the planner's request that follows from it.
+//! The state of a live mission: the fold of its events, and the resulting planner request.
 
 use std::collections::BTreeMap;
 
@@ -16,25 +16,25 @@ use wire::{
     mission::{AscReport, Live, LiveAuv, Reports, Setting, Steering},
 };
 
-/// How long the surface craft's last state is extrapolated by its velocity, s. After that its position is unknown, and no plan
-/// is made.
+/// Longest extrapolation of the surface craft's last state by its velocity, s. After that its
+/// position is unknown, and no plan is made.
 pub(super) const ASC_AGE_MAX: f64 = 10.0;
 
-/// How old the surface craft's state may be for the planner to learn from it, s. A state that is only extrapolated keeps its
-/// heading and speed, whatever references ask for: it would be taken for a rudder or a thruster without effect.
+/// Greatest age of a surface craft's state from which the planner learns, s. An extrapolated state
+/// keeps heading and speed despite references, as if rudder or thruster had no effect.
 const LEARNT_AGE_MAX: f64 = 2.0;
 
-/// How far a vehicle's clock may be ahead of the service's, s of the mission's clock.
+/// Greatest lead of a vehicle's clock over the service's, s of the mission's clock.
 pub(super) const AHEAD_MAX: f64 = 1.0;
 
-/// The planner's request but for its time.
+/// The planner's request without its time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct MissionState {
     config: Live,
     /// The newest reports of each vehicle, in order of time.
     reports: BTreeMap<String, Vec<Report>>,
     asc: Option<AscReport>,
-    /// What was said last of whether the craft is steered. No plan depends on it.
+    /// The last report of whether the craft is steered. No plan depends on it.
     #[serde(default)]
     steering: Option<Steering>,
     previous_plan: Option<PreviousPlan>,
@@ -72,7 +72,7 @@ impl MissionState {
         self.config.origin
     }
 
-    /// Whether the first fix in latitude and longitude can become the origin: no position in metres is known yet.
+    /// `true` if the first fix on Earth can become the origin: no position in metres is known yet.
     pub(super) fn may_begin(&self) -> bool {
         let Live {
             origin,
@@ -94,8 +94,8 @@ impl MissionState {
 
     /// Replaces members of the setting, and drops what the previous plan derived from the old ones.
     ///
-    /// The previous trajectory and reference stay: the craft follows them until the next plan, whose heading turns from there. The
-    /// trajectory is continued only if no other has a lower predicted cost for the new goal.
+    /// The previous trajectory and reference stay, since the craft follows them until the next
+    /// plan. That plan continues the trajectory only if no other has a lower predicted cost.
     fn change(&mut self, setting: &Setting) {
         if let Some(origin) = setting.origin.flatten() {
             self.count_from(origin);
@@ -121,8 +121,8 @@ impl MissionState {
         }
     }
 
-    /// Puts the datum at `origin`. What is known stays where it is on Earth; directions are true and stay. What lies beyond all
-    /// coordinates then, such as a first fix that was wrong, is dropped.
+    /// Puts the datum at `origin`. Known positions stay on Earth, and so do true directions.
+    /// Positions that are now beyond all coordinates, such as a wrong first fix, are dropped.
     fn count_from(&mut self, origin: Origin) {
         let recount = self.config.origin.and_then(|before| Recount::new(before, origin));
         self.config.count_from(origin);
@@ -145,8 +145,8 @@ impl MissionState {
         }
     }
 
-    /// Adds reports at `now` on the mission's clock, s. It keeps the newest 64 fixes of each AUV, without duplicates, and the newest
-    /// state of the surface craft. Reports dated later than `now` are from before the clock was set back, and are dropped.
+    /// Adds reports at `now` on the mission's clock, s. Keeps the newest 64 distinct fixes of each
+    /// AUV and the newest craft state. Drops reports from before the clock was set back.
     fn take_reports(&mut self, heard: &Reports, now: f64) {
         for kept in self.reports.values_mut() {
             kept.retain(|fix| !is_ahead(fix.t_s, now));
@@ -179,17 +179,17 @@ impl MissionState {
         self.steering = said.max_by(|a, b| a.t_s.total_cmp(&b.t_s)).cloned();
     }
 
-    /// What was said last of whether the craft is steered.
+    /// The last report of whether the craft is steered.
     pub(super) fn steering(&self) -> Option<&Steering> {
         self.steering.as_ref()
     }
 
-    /// The next request contains this plan.
+    /// Puts this plan into the next request.
     pub(super) fn set_previous_plan(&mut self, plan: PreviousPlan) {
         self.previous_plan = Some(plan);
     }
 
-    /// The vehicles whose reports a plan at `now` on the mission's clock, s, lacks: `asc`, or AUVs of the goal.
+    /// The vehicles without the reports that a plan at `now` needs, s: `asc`, or AUVs of the goal.
     pub(super) fn waits_for(&self, now: f64) -> Vec<String> {
         let asc = self.asc.as_ref();
         let asc = asc.filter(|asc| now - asc.t_s <= ASC_AGE_MAX && !is_ahead(asc.t_s, now));
@@ -204,14 +204,14 @@ impl MissionState {
         fixes.filter(move |fix| !is_ahead(fix.t_s, now))
     }
 
-    /// When each vehicle was last heard, on the mission's clock, s: `asc` and the AUVs.
+    /// Time when each vehicle, `asc` or an AUV, was last heard, on the mission's clock, s.
     pub(super) fn heard(&self) -> BTreeMap<String, f64> {
         let asc = self.asc.iter().map(|asc| ("asc".to_owned(), asc.t_s));
         let newest = |(id, fixes): (&String, &Vec<Report>)| Some((id.clone(), fixes.last()?.t_s));
         asc.chain(self.reports.iter().filter_map(newest)).collect()
     }
 
-    /// The request for a plan at `now` on the mission's clock, s; none while reports are missing.
+    /// The request for a plan at `now` on the mission's clock, s; `None` while reports are missing.
     pub(super) fn request(&self, now: f64) -> Option<PlanRequest> {
         if !self.waits_for(now).is_empty() {
             return None;
@@ -248,8 +248,8 @@ impl MissionState {
     }
 }
 
-/// A craft that a person steers did not follow the reference of `plan`. Its own motion is taken for the reference, so that nothing is
-/// learnt of its response, and the next reference turns from the bow.
+/// Replaces the reference of `plan` by the motion of a craft that a person steers: the planner
+/// learns nothing of its response, and the next reference turns from the bow.
 fn take_motion_for_reference(plan: &mut PreviousPlan, asc: &Asc) {
     let over_ground = asc
         .ground_north_mps
@@ -262,7 +262,7 @@ fn take_motion_for_reference(plan: &mut PreviousPlan, asc: &Asc) {
     }
 }
 
-/// The craft's own motion is taken for what it was asked for, so that nothing is learnt of its response.
+/// Takes the craft's motion as requested, so that the planner learns nothing of its response.
 fn learn_nothing(plan: &mut PreviousPlan, asc: &Asc) {
     if let Some(craft) = &mut plan.craft_estimate {
         craft.asked_speed_mps = asc.speed_mps.max(0.0);
@@ -270,8 +270,8 @@ fn learn_nothing(plan: &mut PreviousPlan, asc: &Asc) {
     }
 }
 
-/// The facts of a mission's request. A previous plan that makes no valid snapshot, such as one that leads beyond all
-/// coordinates, is left out.
+/// The facts of a mission's request. A previous plan without a valid snapshot, such as one that
+/// leads beyond all coordinates, is left out.
 pub(super) fn facts(mut request: PlanRequest, due: &dyn Fn() -> bool) -> Result<Snapshot, Vec<FieldError>> {
     wire::snapshot_until(request.clone(), due).or_else(|_| {
         request.previous_plan = None;
@@ -284,7 +284,7 @@ fn surge_lag(limits: Option<&DeclaredLimits>) -> Option<f64> {
     limits.and_then(|limits| limits.surge_lag_s)
 }
 
-/// Whether a time is later than `now`, s, by more than the tolerance of clocks.
+/// `true` if a time is later than `now`, s, by more than the tolerance of clocks.
 fn is_ahead(time: f64, now: f64) -> bool {
     now + AHEAD_MAX < time
 }
@@ -326,7 +326,7 @@ fn known_by(fixes: Vec<Report>, auv: &LiveAuv) -> Auv {
     }
 }
 
-/// The fix for a request. A fix dated ahead counts as one of now.
+/// The fix for a request. A fix dated ahead gets the time `now`.
 fn aged(fix: &Report, now: f64) -> Report {
     Report {
         t_s: fix.t_s.min(now),
@@ -334,7 +334,7 @@ fn aged(fix: &Report, now: f64) -> Report {
     }
 }
 
-/// The surface craft `age` seconds after its state: moved with its velocity over ground, at the same heading and speed.
+/// The surface craft `age` seconds after its state, moved over ground, with its heading and speed.
 fn carried(asc: &Asc, age: f64, previous: Option<&PreviousPlan>, origin: Option<Origin>) -> Asc {
     let (sin, cos) = asc.heading_rad.sin_cos();
     let through_water = (
@@ -357,7 +357,7 @@ fn carried(asc: &Asc, age: f64, previous: Option<&PreviousPlan>, origin: Option<
     }
 }
 
-/// The request of a mission whose vehicles all lie still at the datum. It is invalid if the mission is invalid.
+/// The request of a mission with all vehicles at rest at the datum; valid for valid missions.
 pub(super) fn trial_request(config: &Live, now: f64) -> PlanRequest {
     let fix = Report::new(now, Vector2::zeros(), 1.0);
     let auvs = config.auvs.iter().map(|auv| known_by(vec![fix], auv));
@@ -383,7 +383,7 @@ mod tests {
         MissionState::new(serde_json::from_value(config).expect("has the shape"))
     }
 
-    /// Fixes of a and b, and a state of the surface craft going north at 1 m/s, `north` m north of the datum.
+    /// Fixes of a and b, and a surface craft `north` m north of the datum, going north at 1 m/s.
     fn heard(t_s: f64, north: f64) -> Reports {
         let fix = json!([{ "t_s": t_s, "north_m": north, "east_m": 5.0, "sigma_m": 1.0 }]);
         let heard = json!({ "auvs": { "a": fix, "b": fix }, "asc": [{ "t_s": t_s, "state": { "north_m": north,
@@ -392,7 +392,7 @@ mod tests {
     }
 
     #[test]
-    fn the_surface_craft_is_carried_on_for_ten_seconds_and_every_vehicle_of_the_goal_is_waited_for() {
+    fn the_surface_craft_is_extrapolated_for_ten_seconds_and_plans_wait_for_vehicles_of_the_goal() {
         let mut state = state();
         assert_eq!(state.waits_for(0.0), ["asc", "a", "b"]);
         state.take_reports(&heard(100.0, 7.0), 100.0);
@@ -402,7 +402,7 @@ mod tests {
     }
 
     #[test]
-    fn the_order_in_which_fixes_come_and_how_often_changes_nothing() {
+    fn order_and_repetition_of_fixes_change_nothing() {
         let (mut in_order, mut shuffled) = (state(), state());
         let times: Vec<f64> = (0..100).map(f64::from).collect();
         for &time in &times {
@@ -418,7 +418,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_heard_before_the_clock_was_set_back_is_not_taken_for_news() {
+    fn reports_from_before_the_clock_was_set_back_are_not_new() {
         let mut state = state();
         state.take_reports(&heard(1800.0, 500.0), 1800.0);
         // Half an hour back.
@@ -430,7 +430,7 @@ mod tests {
         assert_eq!(fixes.iter().map(|fix| fix.north_m).collect::<Vec<_>>(), [3.0]);
     }
 
-    /// A state in which all is heard at 10 s, a plan having been made at 9 s, and the same after a change.
+    /// A state with reports of 10 s and a plan of 9 s, and the same after a change.
     fn before_and_after(change: serde_json::Value) -> [MissionState; 2] {
         let mut before = state();
         before.take_reports(&heard(10.0, 1.0), 10.0);
@@ -444,7 +444,7 @@ mod tests {
     }
 
     #[test]
-    fn of_the_plan_before_a_change_stays_what_is_still_so() {
+    fn a_change_keeps_the_parts_of_the_previous_plan_that_still_hold() {
         let a = json!({ "kind": "track", "auv": "a" });
         let beside = json!({ "kind": "weighted", "weights": { "a": 1.0, "b": 0.0 },
             "offset": { "frame": "ned", "north_m": 1.0, "east_m": 0.0 } });
@@ -474,7 +474,7 @@ mod tests {
     }
 
     #[test]
-    fn another_craft_is_known_by_what_is_said_of_it_alone_and_turns_on_from_where_it_was_asked_to() {
+    fn another_craft_is_known_by_its_description_only_and_turns_from_the_last_reference() {
         let craft = json!({ "preset": "medusa", "relative_uncertainty": 0.0 });
         let snapshots = before_and_after(json!({ "craft": craft })).map(|state| {
             facts(state.request(10.0).expect("waits for no vehicle"), &|| false).expect("is valid")
@@ -492,7 +492,7 @@ mod tests {
     }
 
     #[test]
-    fn a_craft_that_a_person_steers_is_taken_to_have_been_asked_for_what_it_does() {
+    fn the_motion_of_a_craft_that_a_person_steers_counts_as_its_reference() {
         let [mut state, _] = before_and_after(json!({ "craft": null }));
         let asked = |state: &MissionState| {
             let plan = state
@@ -505,12 +505,12 @@ mod tests {
         let steered = asked(&state);
         assert_ne!((steered.0, steered.1), (1.0, 0.0));
         state.asc.as_mut().expect("is heard").steered = false;
-        // As the craft goes: 1 m/s to the north. What was learnt stays.
+        // The craft's motion: 1 m/s to the north. The learnt values stay.
         assert_eq!(asked(&state), (1.0, 0.0, steered.2));
     }
 
     #[test]
-    fn nothing_is_learnt_of_a_craft_that_is_not_heard_and_its_references_go_on() {
+    fn nothing_is_learnt_of_a_silent_craft_and_its_references_continue() {
         let [state, _] = before_and_after(json!({ "craft": null }));
         let heard_s = state.asc.as_ref().expect("is heard").t_s;
         let previous = |age: f64| {
@@ -528,7 +528,7 @@ mod tests {
     }
 
     #[test]
-    fn a_current_that_the_craft_observes_counts_before_that_of_the_mission() {
+    fn a_current_that_the_craft_observes_overrides_that_of_the_mission() {
         let mut state = state();
         state.take_reports(&heard(100.0, 7.0), 100.0);
         let east = |state: &MissionState| {
@@ -543,7 +543,7 @@ mod tests {
     }
 
     #[test]
-    fn a_previous_plan_that_leads_beyond_all_coordinates_ends_no_mission() {
+    fn a_mission_survives_a_previous_plan_that_leads_beyond_all_coordinates() {
         let mut state = state();
         state.take_reports(&heard(10.0, 1e6), 10.0);
         let beyond = json!({ "trajectory": [{ "t_s": 9.0, "north_m": 2e6, "east_m": 0.0, "speed_mps": 1.0,

@@ -1,4 +1,4 @@
-//! Answers that are streamed: events as they happen, and records.
+//! Streamed answers: events as they happen, and records.
 
 #![expect(
     clippy::disallowed_methods,
@@ -44,18 +44,18 @@ use crate::{access::By, pool::lower_priority, problem::Problem, quota::QuotaPerm
 /// Time between two keep-alive comments when nothing happens.
 const HEARTBEAT: Duration = Duration::from_secs(15);
 
-/// When an `EventSource` should reconnect.
+/// Time after which an `EventSource` should reconnect.
 const RETRY: Duration = Duration::from_secs(1);
 
 /// Events read from the store at once, for a client that was away: each may exceed 100 kB.
 const PAGE: usize = 4;
 
-/// Chunks of a record on their way: with their size, the memory that a slow reader costs.
+/// Chunks of a record in transit. With their size they bound the memory for a slow reader.
 const CHUNKS: usize = 4;
 /// Size of a chunk, bytes.
 const CHUNK: usize = 64 << 10;
 
-/// How long the client of a record may leave a chunk waiting.
+/// Longest time for which the client of a record may leave a chunk waiting.
 const PATIENCE: Duration = Duration::from_secs(10);
 
 /// A reader of a mission's events.
@@ -64,12 +64,12 @@ struct Subscription {
     number: u64,
     /// The last event that was sent.
     sent: u64,
-    /// Read from the store and not yet sent.
+    /// Events read from the store and not yet sent.
     page: std::vec::IntoIter<StoredEvent>,
-    /// Whether the store may have more events.
+    /// `true` if the store may have more events.
     behind: bool,
     stream: Receiver<StoredEvent>,
-    /// Of this service when it had the mission.
+    /// Incarnation of this service when it had the mission.
     incarnation: u64,
     after_gap: Option<StoredEvent>,
     _permit: QuotaPermit<Arc<str>>,
@@ -85,7 +85,7 @@ pub(super) async fn events(
     let permit = missions.streams.take(by.name(), 1);
     let permit = permit.map_err(|exceeded| missions.quota_exceeded(exceeded, "event streams"))?;
     let handle = missions.handle(id).await?;
-    // Before the store is read, so that no event falls between the two.
+    // Subscribed before the store is read, so that no event falls between the two.
     let stream = handle.events.upgrade().ok_or(Problem::Behind)?.subscribe();
     let incarnation = handle.ownership.incarnation;
     drop(handle);
@@ -127,7 +127,7 @@ fn sent_events(subscription: Subscription) -> impl Stream<Item = io::Result<SseE
 }
 
 impl Subscription {
-    /// The next event, and whether it is the mission's last.
+    /// The next event, and `true` with the mission's last.
     async fn next(&mut self) -> Result<Option<(SseEvent, bool)>, Problem> {
         if let Some(event) = self.after_gap.take() {
             return Ok(Some(self.send(&event)));
@@ -176,7 +176,6 @@ impl Subscription {
     }
 }
 
-/// The record of the mission `id`.
 pub(super) async fn record(
     missions: Missions,
     by: &By,
@@ -210,7 +209,7 @@ pub(super) async fn record(
     if is_simulated {
         spawn_blocking(write);
     } else {
-        // A thread of its own, because Tokio's plan for missions, too.
+        // A thread of its own, because missions plan on Tokio's threads too.
         let thread = thread::Builder::new().name("record".to_owned());
         let started = thread.spawn(move || {
             lower_priority();
@@ -241,8 +240,8 @@ pub(super) async fn record(
 /// A chunk of a record. An empty one marks the end of a complete record.
 type Chunk = Result<Bytes, RecordError>;
 
-/// The chunks up to the empty one. Without that one the writer failed, and the answer is cut off: the client notices that it
-/// is incomplete.
+/// The chunks up to the empty one. Without it the writer has failed, and the answer is cut off: the
+/// client notices that it is incomplete.
 fn complete_or_cut_off(first: Option<Chunk>, written: mpsc::Receiver<Chunk>) -> impl Stream<Item = Chunk> {
     stream::unfold(Some((first, written)), async |left| {
         let (first, mut written) = left?;
@@ -259,13 +258,13 @@ fn complete_or_cut_off(first: Option<Chunk>, written: mpsc::Receiver<Chunk>) -> 
     })
 }
 
-/// Sends what is written in chunks, which wait for the client. The last chunk is sent only when the record is complete, so
-/// that an error before the first chunk is answered as a problem.
+/// Sends the written bytes in chunks, which wait for the client. The last chunk is sent only when
+/// the record is complete, so that an error before the first chunk is answered as a problem.
 struct ChunkWriter {
     client: mpsc::Sender<Chunk>,
     runtime: runtime::Handle,
     chunk: Vec<u8>,
-    /// How long the client may leave a chunk waiting.
+    /// Longest time for which the client may leave a chunk waiting.
     patience: Duration,
 }
 
@@ -276,7 +275,7 @@ impl ChunkWriter {
         self.send(Bytes::new())
     }
 
-    /// Sends the error if there is room for it; it does not wait again for a client that takes nothing.
+    /// Sends the error if there is room; it does not wait for a client that reads nothing.
     fn fail(&mut self, error: RecordError) {
         tracing::debug!(%error, "a record ended early");
         let _ = self.client.try_send(Err(error));
@@ -318,7 +317,7 @@ mod tests {
 
     use super::*;
 
-    /// Writes a little more than the chunks on their way hold, for a client that takes all of them or none.
+    /// Writes more than the chunks in transit hold, for a client that reads all of them or none.
     async fn written(taken: bool) -> (io::Result<()>, Vec<Chunk>) {
         let (client, written) = mpsc::channel(CHUNKS);
         let runtime = runtime::Handle::current();
@@ -350,7 +349,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn a_record_that_is_taken_ends_when_it_is_whole() {
+    async fn a_record_that_is_read_ends_when_it_is_complete() {
         let (done, chunks) = written(true).await;
         done.expect("is taken");
         let bytes: usize = chunks
@@ -364,7 +363,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn a_record_that_no_client_takes_is_given_up_at_once_and_does_not_look_whole() {
+    async fn a_record_that_no_client_reads_is_abandoned_and_looks_incomplete() {
         let (done, chunks) = written(false).await;
         assert_eq!(
             done.expect_err("no client takes it").kind(),

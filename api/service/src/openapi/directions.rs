@@ -1,4 +1,4 @@
-//! Directions that requests may state in degrees, in the `OpenAPI` document. The planner's shapes have radians.
+//! Directions in degrees of requests, in the `OpenAPI` document. The planner's shapes have radians.
 
 use serde_json::{Value, json};
 use wire::{DIRECTION_DEG, DIRECTIONS};
@@ -8,7 +8,7 @@ use super::rules::add_rule;
 /// Shapes of requests with a direction.
 const SHAPES: [&str; 4] = ["Asc", "AuvState", "Report", "Offset"];
 
-/// Gives every shape with a direction in radians the same in degrees. One of the two is required where that in radians was.
+/// Adds degrees to every shape with a direction in radians. A required direction has one of both.
 pub(super) fn write(document: &mut Value) {
     for shape in SHAPES {
         let schema = &mut document["components"]["schemas"][shape];

@@ -1,5 +1,5 @@
-//! Ranges, lengths and defaults in the `OpenAPI` document, from the constants by which requests are checked: utoipa takes
-//! literals only.
+//! Ranges, lengths and defaults in the `OpenAPI` document, from the constants of the checks: utoipa
+//! takes literals only.
 
 use std::ops::RangeInclusive;
 
@@ -24,7 +24,7 @@ use crate::{
     missions::{check, parameters},
 };
 
-/// Writes what the checks accept into `document`.
+/// Writes the accepted values into `document`.
 pub(super) fn write(document: &mut Value) {
     let mut write = |at: &str, keyword: &str, value: Value| {
         let schema = document.pointer_mut(&place(at));
@@ -37,7 +37,7 @@ pub(super) fn write(document: &mut Value) {
         write(&at, "minimum", json!(range.start()));
         write(&at, "maximum", json!(range.end()));
     }
-    // The least depends on the slowest speed.
+    // The minimum depends on the slowest speed.
     write("Limits.speed_max_mps", "maximum", json!(SPEED_MAX_MOST));
     write("Step.ticks", "minimum", json!(check::TICKS.start()));
     write("Step.ticks", "maximum", json!(check::TICKS.end()));
@@ -65,7 +65,7 @@ pub(super) fn write(document: &mut Value) {
 }
 
 fn write_parameter_limits(call: &mut Value) {
-    // Asked for by index, a member that is not there would be put there.
+    // `get_mut`, because an index would insert a missing member.
     let parameters = call.get_mut("parameters").and_then(Value::as_array_mut);
     for parameter in parameters.into_iter().flatten() {
         for (name, mut limits) in parameters::parameter_limits() {
@@ -75,7 +75,7 @@ fn write_parameter_limits(call: &mut Value) {
                 schema.append(&mut limits);
             }
         }
-        // What is left out is no null.
+        // An absent parameter is not null.
         if let Some(kinds) = parameter.pointer_mut("/schema/type") {
             *kinds = rules::kind(kinds);
         }
@@ -108,7 +108,7 @@ const RANGES: [(&str, RangeInclusive<f64>); 18] = [
     ("Run.speed_factor", check::SPEED_FACTOR),
 ];
 
-/// Lengths by the [`place`] of their schema: the least where there is one, and the most.
+/// Lengths by the [`place`] of their schema: the minimum, if any, and the maximum.
 type Lengths = (&'static str, Option<usize>, usize);
 
 const TEXTS: [Lengths; 5] = [

@@ -1,19 +1,19 @@
-//! What members and items mean for each other, in the `OpenAPI` document: rules that stand in no single member.
+//! Rules between members and items in the `OpenAPI` document, which no single member states.
 //!
-//! They are written as `allOf`, which generators of clients pass over where they do not know it. A member that may be
-//! null is absent where it is.
+//! They are written as `allOf`, which generators of clients skip if they do not know it. Null and
+//! absent are equal for optional members.
 
 use planner::craft::PRESETS;
 use serde_json::{Map, Value, json};
 use wire::{LATITUDE_MAX_DEG, LONGITUDE_MAX_DEG, SCHEMA_VERSION};
 
-/// Points (north, east) that may be places on Earth as well.
+/// Points (north, east) that may be positions on Earth.
 const POINTS: [&str; 3] = ["from", "to", "centre"];
 
 /// Shapes with a position, in metres or on Earth.
 const POSITIONS: [&str; 4] = ["Asc", "AuvState", "Report", "KeepOut"];
 
-/// Writes every rule into `document`. Limits and directions in degrees have been written before.
+/// Writes every rule into `document`, after limits and directions in degrees.
 pub(super) fn write(document: &mut Value) {
     for (at, mut words) in words() {
         let schema = document.pointer_mut(&place(at)).and_then(Value::as_object_mut);
@@ -39,7 +39,7 @@ pub(super) fn write(document: &mut Value) {
     for shape in ["PlanRequest", "Live"] {
         let area = &mut schemas[shape]["properties"]["area"];
         area["items"] = corners.clone();
-        // None is no limit.
+        // An empty list is no limit.
         area["allOf"] = json!([{ "anyOf": [{ "maxItems": 0 }, { "minItems": area["minItems"] }] }]);
         area["minItems"] = json!(0);
     }
@@ -64,7 +64,7 @@ pub(super) fn write(document: &mut Value) {
     unsigned(document);
 }
 
-/// Either pair places what has this schema. Both may stand in what the service stored.
+/// Requires either pair of coordinates. Stored bodies may have both.
 fn write_position(schema: &mut Value) {
     let pairs = [["north_m", "east_m"], ["lat_deg", "lon_deg"]];
     if let Some(required) = schema["required"].as_array_mut() {
@@ -84,24 +84,24 @@ pub(super) fn add_rule(schema: &mut Value, rule: Value) {
     }
 }
 
-/// A point of that schema, or a place on Earth.
+/// A point of that schema, or a position on Earth.
 fn or_on_earth(point: &mut Value) {
     let metres = point.take();
     *point = json!({ "anyOf": [metres, { "$ref": "#/components/schemas/Origin" }] });
 }
 
-/// Of a shape, which of some members are given together.
+/// A combination of a shape's members that are given together.
 #[derive(Clone)]
 struct Variant {
-    /// A member that chooses, and its values that choose this.
+    /// A member that chooses this variant, and the values that do.
     choice: Option<(&'static str, Vec<&'static str>)>,
     given: &'static [&'static str],
-    /// Members that may be given as well. Those of other variants may not.
+    /// Further members that may be given. Those of other variants may not.
     optional: &'static [&'static str],
 }
 
 impl Variant {
-    /// Chosen by the member `by`.
+    /// A variant that the member `by` chooses.
     fn of(
         by: &'static str,
         values: &[&'static str],
@@ -150,7 +150,7 @@ impl Variant {
     }
 }
 
-/// Which of a schema's types is not null.
+/// The type of a schema that is not null.
 pub(super) fn kind(kinds: &Value) -> Value {
     match kinds {
         Value::Array(kinds) => kinds
@@ -225,7 +225,7 @@ fn one_of() -> Vec<(&'static str, Vec<Variant>)> {
     ]
 }
 
-/// What a goal of the kind `visit` may say.
+/// Optional members of a goal of the kind `visit`.
 const VISIT_OPTIONAL: [&str; 8] = [
     "cost",
     "weights",
@@ -288,7 +288,7 @@ fn words() -> Vec<(&'static str, Value)> {
     ]
 }
 
-/// utoipa says of every number of 64 bits that it may have a sign.
+/// Removes the sign of unsigned numbers of 64 bits, which utoipa describes as signed.
 fn unsigned(value: &mut Value) {
     if value.get("format").is_some_and(|format| format == "int64")
         && value.get("minimum").is_some_and(|least| *least == 0)

@@ -18,7 +18,7 @@ pub(crate) type ServeFlags = Flags<true>;
 impl<const OF_SERVICE: bool> Flags<OF_SERVICE> {
     const SETTINGS: &'static [Setting] = if OF_SERVICE { SERVE } else { COMMON };
 
-    /// The name of one given flag, if there is any.
+    /// The name of the first given flag.
     pub(crate) fn first(&self) -> Option<String> {
         let (setting, _) = self.0.first()?;
         Some(format!("--{}", setting.flag()))
@@ -49,7 +49,7 @@ fn flag(setting: &'static Setting) -> Arg {
     }
 }
 
-/// The flags that say where missions and tokens are kept, hidden: for commands that use neither.
+/// The hidden flags of missions and tokens, for commands without either.
 pub(crate) fn hidden_places() -> impl Iterator<Item = Arg> {
     let places = COMMON
         .iter()

@@ -1,4 +1,4 @@
-//! The table of settings: flags, environment variables, keys of the file and the table in the documentation.
+//! The table of settings: flags, environment variables, keys of the file, and documentation.
 
 use std::ops::RangeInclusive;
 
@@ -9,8 +9,8 @@ use wire::DEADLINE_MS;
 /// Prefix of the environment variables.
 pub(crate) const PREFIX: &str = "PILOTFISH_";
 
-/// One setting. Its flag is `--` and the name with hyphens, its variable [`PREFIX`] and the name in capitals, its key in
-/// the file the name.
+/// One setting. Its flag is `--` and the name with hyphens, its variable [`PREFIX`] and the name in
+/// capitals, its key in the file the name.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Setting {
     pub(crate) name: &'static str,
@@ -263,7 +263,7 @@ impl Kind {
     }
 }
 
-/// Whether `text` is a filter of log lines. `Targets` takes a word that is no level for a target.
+/// `true` if `text` is a filter of log lines. `Targets` reads an unknown level as a target.
 fn is_filter(text: &str) -> bool {
     let mut directives = text.split(',').filter(|directive| !directive.is_empty());
     text.parse::<Targets>().is_ok()

@@ -1,4 +1,4 @@
-//! Connections: how many, how long each may take to send a request, and how they end.
+//! Connections: their number, the time for their requests, and their end.
 
 use std::{io, net::IpAddr, sync::Arc, time::Duration};
 
@@ -33,28 +33,28 @@ const DRAIN: Duration = Duration::from_secs(10);
 /// Time for a request header, including the wait for the next request of a connection.
 const HEADER_TIME: Duration = Duration::from_secs(10);
 
-/// Longest head of a request, bytes; hyper itself refuses more than 100 headers. It also bounds what hyper buffers of bodies, so
-/// that all connections together buffer at most twice 64 MiB.
+/// Longest head of a request, bytes; hyper itself refuses more than 100 headers. It also bounds
+/// hyper's buffers of bodies, at most twice 64 MiB for all connections.
 const HEAD_BYTES_MAX: usize = 16 << 10;
 
-/// How long a client may take nothing of what was sent to it.
+/// Longest time for which a client may read nothing of an answer.
 const UNREAD_TIME: Duration = Duration::from_secs(5);
 
-/// Unread bytes of an answer that the system holds for a connection. More would keep a slow client's connection from being
-/// noticed, and costs memory for each connection.
+/// Unread bytes of an answer that the system holds for a connection. More would hide slow clients,
+/// and costs memory for each connection.
 const SEND_BUFFER: usize = 64 << 10;
 
 /// Pause when no connection can be accepted, for example without a free file descriptor.
 const ACCEPT_AGAIN: Duration = Duration::from_millis(100);
 
-/// Connections that the system completes before they are accepted: as many as there may be at once. Linux allows no more than
-/// `net.core.somaxconn`, by default as many.
+/// Connections that the system completes before they are accepted: as many as the greatest number
+/// at once. Linux allows at most `net.core.somaxconn`, by default as many.
 const WAITING_MAX: usize = CONNECTIONS_MAX;
 
 /// Most connections at once: a few for each running mission.
 const CONNECTIONS_MAX: usize = 4_096;
 
-/// File descriptors that the service itself needs: mission log, readers, records and refused connections.
+/// File descriptors of the service itself: mission log, readers, records, refused connections.
 const FILES_RESERVED: usize = 256;
 
 /// Connections that are refused at the same time; more are closed without an answer.
@@ -176,12 +176,12 @@ struct Client {
     place: Place,
 }
 
-/// Has the system keep newcomers of a burst, and limits what it does for clients that do not read. Accepted sockets inherit that.
+/// Sets the queue and the limits for clients that do not read, which accepted sockets inherit.
 pub(super) fn prepare(listener: &TcpListener) -> io::Result<()> {
-    // A second call changes the length of the queue only.
+    // A second call only changes the length of the queue.
     rustix::net::listen(listener, i32::try_from(WAITING_MAX).expect("is small"))?;
     sockopt::set_socket_send_buffer_size(listener, SEND_BUFFER)?;
-    // The system also ends closed connections whose last bytes are not taken.
+    // The system also ends closed connections with unread last bytes.
     sockopt::set_tcp_user_timeout(
         listener,
         u32::try_from(UNREAD_TIME.as_millis()).expect("is short"),

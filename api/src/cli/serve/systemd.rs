@@ -1,4 +1,4 @@
-//! Notes to systemd (`sd_notify(3)`): that the service listens, and that its planners work.
+//! Notes to systemd (`sd_notify(3)`): the service listens, and its planners work.
 
 use std::{
     env, io,
@@ -9,7 +9,7 @@ use std::{
     time::Duration,
 };
 
-/// The time after which systemd restarts a service without a heartbeat, and what sends one; none if it does not watch.
+/// The watchdog time of systemd and the function that sends a heartbeat; `None` without it.
 pub(super) fn heartbeat() -> Option<(Duration, fn())> {
     let of_this_process = env::var("WATCHDOG_PID").map_or(true, |pid| pid == std::process::id().to_string());
     let microseconds = env::var("WATCHDOG_USEC").ok()?.parse().ok()?;

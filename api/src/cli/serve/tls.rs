@@ -55,7 +55,7 @@ impl fmt::Debug for Tls {
 }
 
 impl Tls {
-    /// Reads certificate and key; none if neither is given.
+    /// Reads certificate and key; `None` if neither is given.
     pub(super) fn open(certificate: Option<&Path>, key: Option<&Path>) -> Result<Option<Self>, TlsError> {
         match (certificate, key) {
             (None, None) => Ok(None),

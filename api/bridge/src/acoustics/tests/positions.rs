@@ -1,7 +1,7 @@
-//! A small world: what modems print of an AUV whose place is known, and what the adapters make of it.
+//! A small world: modems print the known position of an AUV, and the adapters must find it.
 //!
-//! The second route to every position: Earth-centred coordinates of craft and AUV, their difference turned into
-//! the craft's tangent plane and body with matrices written out here, and printed as the modem prints it.
+//! The second route to every position: Earth-centred coordinates of craft and AUV. Matrices written
+//! out here turn their difference into the craft's tangent plane and body; modems print that.
 
 use std::f64::consts::PI;
 
@@ -17,7 +17,7 @@ use crate::{AuvFix, Geographic};
 const C: f64 = 1487.0;
 const RECEIVED_S: f64 = 1_779_500_000.0;
 const DECLINATION: f64 = -0.21;
-/// Of the transducer, below the antenna and below the surface.
+/// Depth of the transducer below the antenna and below the surface.
 const TRANSDUCER_DEPTH: f64 = 1.6;
 
 fn earth_centred(lat_deg: f64, lon_deg: f64, height: f64) -> Vector3<f64> {
@@ -72,12 +72,12 @@ fn world() -> impl Strategy<Value = World> {
     ];
     let attitude = (-PI..PI, -0.2..0.2, -0.2..0.2);
     let lever = (-8.0..8.0, -3.0..3.0, 0.0..3.0, -PI..PI, -0.1..0.1, -0.1..0.1);
-    // Steep enough that a depth cuts the line of sight at every attitude above.
+    // Steep enough for a depth to intersect the line of sight at each attitude above.
     let auv = (10.0..40.0, -PI..PI, 15.0..60.0);
     (place, attitude, lever, auv).prop_map(|((lat_deg, lon_deg), (heading, pitch, roll), lever, auv)| {
         let (distance, bearing, depth): (f64, f64, f64) = auv;
         let (north, east) = (distance * bearing.cos(), distance * bearing.sin());
-        // Roughly there: the world only has to know where it is, not how far.
+        // Approximate: the world must know the position, not the distance.
         let lat = lat_deg + north / 111_000.0;
         let lon = lon_deg + east / (111_000.0 * lat_deg.to_radians().cos());
         World {
@@ -114,7 +114,7 @@ impl World {
     fn sight(&self) -> Vector3<f64> {
         let (craft, mounting) = (self.craft.position, &self.mounting);
         let lever = Vector3::new(mounting.forward_m, mounting.starboard_m, mounting.down_m);
-        // The surface where the transducer's depth puts it, so that depths and heights agree.
+        // Depth and height refer to the same surface.
         let antenna_height = (self.body() * lever).z - TRANSDUCER_DEPTH;
         let antenna = earth_centred(craft.lat_deg, craft.lon_deg, antenna_height);
         let auv = earth_centred(self.auv.lat_deg, self.auv.lon_deg, -self.depth);
@@ -141,7 +141,7 @@ impl World {
         }
     }
 
-    /// What the adapter makes of `text`, with the craft here at `arrival_s` and elsewhere before and after.
+    /// The adapter's fix from `text`, with the craft here only at `arrival_s`.
     fn fix(&self, modem: ModemKind, text: &str, arrival_s: f64) -> AuvFix {
         let mut modem = Modem::new(&self.settings(modem)).expect("is usable");
         let known = KnownDepth {
@@ -154,7 +154,7 @@ impl World {
         let mut elsewhere = self.craft;
         elsewhere.position.lat_deg += 0.001;
         elsewhere.heading += 0.1;
-        // The time is rounded by less than a microsecond: the pose by less than 0.2 mm.
+        // Rounding changes the time by less than a microsecond and the pose by less than 0.2 mm.
         for (t_s, pose) in [
             (arrival_s - 1.0, elsewhere),
             (arrival_s, self.craft),
@@ -192,7 +192,7 @@ fn evologics(body: &str) -> String {
 
 proptest! {
     #[test]
-    fn evologics_positions_come_out_where_the_auv_is(world in world(), age in 0.0..5.0) {
+    fn evologics_positions_are_those_of_the_auv(world in world(), age in 0.0..5.0) {
         let (xyz, ned) = (world.local(), about_z(-DECLINATION) * world.sight());
         let travel = world.sight().norm() / C;
         let text = evologics(&format!(
@@ -207,7 +207,7 @@ proptest! {
     }
 
     #[test]
-    fn evologics_angles_and_a_depth_come_out_where_the_auv_is(world in world(), age in 0.0..5.0) {
+    fn evologics_angles_and_a_depth_give_the_auv_s_position(world in world(), age in 0.0..5.0) {
         let (xyz, ned) = (world.local(), about_z(-DECLINATION) * world.sight());
         prop_assume!(world.sight().z / world.sight().norm() > 0.2);
         let angles = |x: f64, y: f64, z: f64| (y.atan2(x), z.atan2(x.hypot(y)));
@@ -224,7 +224,7 @@ proptest! {
     }
 
     #[test]
-    fn seatrac_fixes_come_out_where_the_auv_is(world in world()) {
+    fn seatrac_fixes_are_those_of_the_auv(world in world()) {
         let (frd, sight) = (world.local(), world.sight());
         let ned = about_z(-DECLINATION) * sight;
         #[expect(clippy::cast_possible_truncation, reason = "a test's numbers fit")]
@@ -248,7 +248,7 @@ proptest! {
     }
 
     #[test]
-    fn apos_sentences_come_out_where_the_auv_is(world in world(), age in 0.0..5.0) {
+    fn apos_sentences_give_the_auv_s_position(world in world(), age in 0.0..5.0) {
         let sight = world.sight();
         let ahead = about_z(-world.craft.heading) * sight;
         let t_s: f64 = RECEIVED_S - age;
@@ -264,7 +264,7 @@ proptest! {
     }
 
     #[test]
-    fn patterns_come_out_where_the_auv_is(world in world(), age in 0.0..5.0) {
+    fn patterns_give_the_auv_s_position(world in world(), age in 0.0..5.0) {
         let (frd, sight) = (world.local(), world.sight());
         let body = format!("at 3 {:.4} {:.4} {:.4} after {age:.6}\n", frd.x, frd.y, frd.z);
         let north = format!("at 3 {:.4} {:.4} {:.4} after {age:.6}\n", sight.x, sight.y, sight.z);

@@ -1,4 +1,4 @@
-//! An hour with forty faults drawn at random: what is sent keeps its limits, stops with the navigation, and starts again.
+//! An hour of forty random faults: output keeps its limits, stops with the navigation, and resumes.
 
 use super::*;
 use crate::{
@@ -15,13 +15,13 @@ const FAULTS: u32 = 40;
 /// A fault and the quiet time after it, s: together an hour.
 const FAULT_S: u32 = 30;
 const QUIET_S: u32 = 60;
-/// After this time of a fault nothing is sent, and after this time of quiet something is, s.
+/// Time of a fault after which nothing is sent, and of quiet after which something is, s.
 const SILENT_AFTER_S: f64 = 15.0;
 const BACK_AFTER_S: f64 = 15.0;
 /// Rounding of sums of a few numbers below 10.
 const ROUNDING: f64 = 1e-9;
 
-/// What goes wrong.
+/// The fault.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Fault {
     PositionStays,
@@ -50,7 +50,7 @@ const KINDS: [Fault; 10] = [
 ];
 
 impl Fault {
-    /// Whether nothing may be sent.
+    /// `true` if nothing may be sent.
     fn stops(self) -> bool {
         match self {
             Self::PositionStays
@@ -63,7 +63,7 @@ impl Fault {
         }
     }
 
-    /// What arrives instead of `measured`; `start` is where the craft was at the start of the fault.
+    /// The measurement that replaces `measured`; `start` is the craft's place when the fault began.
     fn of(
         self,
         voyage: &Voyage,
@@ -98,7 +98,7 @@ struct Loop {
 }
 
 impl Loop {
-    /// One step; whether a reference was sent.
+    /// One step; `true` if a reference was sent.
     fn step(
         &mut self,
         plan: Option<Reference>,
@@ -154,7 +154,7 @@ impl Loop {
         true
     }
 
-    /// Another heading and speed now and then.
+    /// Occasionally a new heading and speed.
     fn planned(&mut self) -> Reference {
         let voyage = &mut self.voyage;
         if voyage.tenths.is_multiple_of(200) {
@@ -168,7 +168,7 @@ impl Loop {
 }
 
 #[test]
-fn in_an_hour_with_forty_faults_nothing_exceeds_the_limits_and_references_stop_and_start_again() {
+fn in_an_hour_of_forty_faults_references_keep_their_limits_stop_and_resume() {
     let mut voyage = Voyage::new(Sensors::Filter, 21);
     voyage.asked_until_s = f64::INFINITY;
     let mut bridge = Loop {
@@ -185,7 +185,7 @@ fn in_an_hour_with_forty_faults_nothing_exceeds_the_limits_and_references_stop_a
         KINDS[index]
     };
     for number in 0..FAULTS {
-        // Every kind once at least.
+        // Every kind at least once.
         let kind = KINDS
             .get(number as usize)
             .copied()

@@ -3,7 +3,7 @@
 use super::*;
 
 #[tokio::test(start_paused = true)]
-async fn a_service_that_does_not_answer_is_left_for_the_next_with_the_same_key() {
+async fn a_silent_service_is_left_for_the_next_with_the_same_key() {
     let urls = [
         "http://without-log",
         "http://refuses",
@@ -31,7 +31,7 @@ async fn a_service_that_does_not_answer_is_left_for_the_next_with_the_same_key()
     let key = |call: &Call| call.posted.as_ref().map(|posted| posted.key.clone());
     let first = reports.iter().filter(|(_, call)| key(call) == key(&reports[0].1));
     let asked: Vec<&String> = first.map(|(_, call)| &call.service).collect();
-    // The task that waits for plans also moves on to other services.
+    // The task that waits for plans also leaves silent services.
     assert!(
         asked.is_sorted_by_key(|service| urls.iter().position(|url| url == *service)),
         "{asked:?}"
@@ -46,7 +46,7 @@ async fn a_service_that_does_not_answer_is_left_for_the_next_with_the_same_key()
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_single_service_is_waited_for_four_seconds() {
+async fn the_wait_for_a_single_service_is_four_seconds() {
     let clock = Clock::simulated(0.0);
     let (transport, calls) = services(&clock, |call| {
         if is_report(call) || is_for_plan(call) {

@@ -1,4 +1,4 @@
-//! What must hold of any bytes in any pieces.
+//! Properties for any bytes in any pieces.
 
 use proptest::prelude::*;
 
@@ -28,7 +28,7 @@ fn are_numbers(measurement: &Measurement) -> bool {
     t_s.is_finite() && first.is_finite() && second.is_finite()
 }
 
-/// Sentences with right checksums around fields of any numbers and of nonsense.
+/// Sentences with right checksums around any numbers and invalid text.
 fn any_sentence() -> impl Strategy<Value = String> {
     let kind = prop::sample::select(vec![
         "GGA", "GLL", "RMC", "VTG", "HDT", "THS", "ROT", "VHW", "VBW", "HDG", "GSV",
@@ -75,7 +75,7 @@ fn any_good_sentence() -> impl Strategy<Value = String> {
         )
 }
 
-/// Wires: published sentences, damaged ones, and bytes of any kind, with and without line ends.
+/// Wires: published sentences, damaged ones, and any bytes, with and without line ends.
 fn any_wire() -> impl Strategy<Value = Vec<u8>> {
     let piece = prop_oneof![
         prop::sample::select(PUBLISHED.to_vec()).prop_map(|sentence| sentence.as_bytes().to_vec()),
@@ -104,7 +104,7 @@ proptest! {
     }
 
     #[test]
-    fn where_a_stream_is_split_changes_nothing(
+    fn splitting_a_stream_changes_nothing(
         wire in any_wire(),
         cuts in prop::collection::vec(any::<prop::sample::Index>(), 0..20),
     ) {
@@ -126,7 +126,7 @@ proptest! {
     }
 
     #[test]
-    fn a_flipped_bit_in_any_sentence_gives_no_other_measurement(
+    fn a_flipped_bit_never_gives_another_measurement(
         sentence in prop_oneof![1 => any_sentence(), 4 => any_good_sentence()],
         byte in any::<prop::sample::Index>(),
         bit in 0..BITS,

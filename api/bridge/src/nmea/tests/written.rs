@@ -1,4 +1,4 @@
-//! What an autopilot is sent.
+//! Sentences for an autopilot.
 
 use std::f64::consts::PI;
 
@@ -43,12 +43,12 @@ fn four_sentences_carry_heading_and_speed() {
             "$PPLTF,270.0,T,0.76,M",
         ]
     );
-    // Well formed, and never mistaken for a measurement.
+    // Well formed, and never read as a measurement.
     assert_eq!(read_at(&sentences, RECEIVED_S), (vec![], vec!["unused sentence"]));
 }
 
 #[test]
-fn no_speed_is_written_with_a_sign() {
+fn written_speeds_have_no_sign() {
     for speed in [0.0, -0.0, 0.004] {
         let sentences = heading_and_speed_sentences(&Reference { heading: 0.0, speed });
         assert!(sentences.contains("$PPLTF,000.0,T,0.00,M*"), "{sentences}");

@@ -1,4 +1,4 @@
-//! A live mission: it plans once a period from the reports so far, even if no new ones came.
+//! A live mission: it plans once a period from the reports so far, even without new ones.
 
 use std::{
     sync::Arc,
@@ -82,7 +82,7 @@ impl Actor for Live {
                 return Err(Problem::conflict(why));
             }
             Command::Run(None) if self.context.is_running() => return self.context.unchanged(key).await,
-            // Another request has set another origin meanwhile. Sent again, this one is read with that.
+            // Another request has set another origin. This one, repeated, is read with that.
             Command::Report(_, Some(origin)) | Command::Change(_, Some(origin))
                 if self.state.origin() != Some(origin) =>
             {
@@ -126,13 +126,13 @@ impl Actor for Live {
 }
 
 impl Live {
-    /// Fails if the reports do not count from the mission's origin, because they were read before it was known.
+    /// Fails for reports that were read before the mission's origin was known.
     fn check_origin(&self, heard: &Reports) -> Result<(), Problem> {
         match (heard.origin, self.state.origin()) {
             (None, None) => Ok(()),
             (None, Some(_)) if heard.is_complete() => Ok(()),
             (Some(_), None) if self.state.may_begin() => Ok(()),
-            // Another request set the origin meanwhile. Sent again, this one is read with that origin.
+            // Another request set the origin. This one, repeated, is read with that.
             (_, Some(_)) => Err(Problem::Behind),
             (Some(_), None) => {
                 let detail = "the mission has positions in metres from an unknown datum: give metres, or create a mission \
@@ -142,7 +142,7 @@ impl Live {
         }
     }
 
-    /// Changes the setting, if the result is valid. A change to what is set already stores nothing.
+    /// Changes the setting, if the result is valid. A change without effect stores nothing.
     async fn change(
         &mut self,
         at_s: f64,
@@ -154,7 +154,7 @@ impl Live {
         let origin = setting.origin.flatten().filter(|new| config.origin != Some(*new));
         if let Some(origin) = origin {
             config.count_from(origin);
-            // Their metres change: clients see the new ones in the event and in the setting.
+            // Their metres change: the event and the setting show clients the new ones.
             setting.keep_outs.get_or_insert(config.keep_outs.clone());
             setting.area.get_or_insert(config.area.clone());
         }
@@ -237,7 +237,7 @@ impl Live {
         Ok(())
     }
 
-    /// Stores an event if the service's clock was set since the last plan: reports from before and after do not match then.
+    /// Stores an event if the clock was set since the last plan: older reports do not match then.
     async fn note_clock_set(&mut self) {
         let Some(by_s) = self.watch.set_by(self.context.clock()) else {
             return;
@@ -268,7 +268,7 @@ impl Live {
         }
     }
 
-    /// Logs if the plans begin or cease to be degraded, or the craft to follow.
+    /// Logs changes in whether plans are degraded and the craft follows.
     fn log_changes(&self, newest: Option<&StoredPlan>) {
         let mission = &self.context.mission.id;
         let before = self.context.view.borrow().plan.clone();
@@ -321,8 +321,8 @@ fn follows(plan: &StoredPlan) -> bool {
     plan.answer.answer.craft_estimate.follows
 }
 
-/// When the mission's clock next shows a whole number of periods since its creation. So a restart does not align the plans of
-/// all missions.
+/// The next time when the clock shows whole periods since the mission's creation. So a restart does
+/// not align the plans of all missions.
 fn next_due(clock: &MissionClock, period: f64, machine: &Clock) -> Instant {
     let since = (clock.now(machine) - clock.created) / period;
     let left = (since.ceil() - since).clamp(0.0, 1.0) * period / clock.rate;

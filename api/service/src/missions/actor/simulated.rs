@@ -1,4 +1,4 @@
-//! A simulated mission: it runs as fast as the client asked for.
+//! A simulated mission, which runs as fast as its client requests.
 
 use std::{
     collections::BTreeMap,
@@ -29,10 +29,10 @@ use wire::mission;
 /// Plans that are stored together without a speed factor: some tens of milliseconds of work.
 const TICKS_AT_ONCE: usize = 16;
 
-/// How long a job goes on before it makes no further plan: other simulations and the checks of new missions wait for it.
+/// Longest work of a job: other simulations and checks of new missions wait for it.
 const SLICE: Duration = Duration::from_millis(50);
 
-/// How long a request to the mission waits before a job that has not begun gives way.
+/// Time for which a request waits before a job that has not begun gives way.
 const GRACE: Duration = Duration::from_millis(100);
 
 /// Pause after a failure.
@@ -43,18 +43,18 @@ const PATIENCE_MAX: Duration = Duration::from_mins(1);
 pub(in crate::missions) struct Simulated {
     context: Context,
     config: mission::Simulated,
-    /// None until it is needed: then it is simulated again up to the last stored event.
+    /// `None` until needed: then stored events are simulated again.
     flown: Option<Flown>,
     due: Instant,
     patience: Duration,
 }
 
-/// The simulation, and how far it has come.
+/// The simulation and its progress.
 struct Flown {
     simulation: Box<Simulation>,
-    /// Number of the last stored event that it knows.
+    /// Number of its last stored event.
     sequence: u64,
-    /// Plans after that event, which are not stored yet, and the event of the end, if it came.
+    /// Later plans, which are not stored yet, and the event of the end, if it came.
     ticks: Vec<Tick>,
     end: Option<Event>,
 }
@@ -99,7 +99,7 @@ impl Actor for Simulated {
         Ok(self.context.append(vec![event], key, None).await?.answer)
     }
 
-    /// Makes one plan, or several without a speed factor, or simulates a part of what is stored again.
+    /// Makes one plan, several without a speed factor, or repeats a part of the stored ones.
     async fn advance(&mut self) {
         let (due, n_ticks) = match self.context.mission.speed_factor {
             Some(factor) => {
@@ -130,8 +130,8 @@ impl Actor for Simulated {
 }
 
 impl Simulated {
-    /// A job of at most `n_ticks` plans, which are stored. False if it made none: it simulated again what is stored, or a request came
-    /// first.
+    /// Makes at most `n_ticks` plans in one job and stores them. `false` if it made none: it
+    /// repeated stored events, or a request came first.
     async fn proceed(&mut self, n_ticks: usize) -> Result<bool, Problem> {
         self.fly(n_ticks, true).await?;
         let made = self
@@ -142,7 +142,7 @@ impl Simulated {
         Ok(true)
     }
 
-    /// Makes `n_ticks` plans, or fewer at the end, in as many jobs as it takes.
+    /// Makes `n_ticks` plans, or fewer at the end, in as many jobs as necessary.
     async fn step(&mut self, n_ticks: usize, key: Option<IdempotencyKey>) -> Result<Stored, Problem> {
         loop {
             self.fly(n_ticks, false).await?;
@@ -152,8 +152,8 @@ impl Simulated {
         }
     }
 
-    /// A job of the simulation, until there are `n_ticks` plans to be stored. If it `gives_way`, it is given up for a request that came
-    /// before it began. If it fails, the simulation is dropped.
+    /// A job of the simulation that makes up to `n_ticks` plans. If it `gives_way`, a request that
+    /// comes before it begins cancels it. An error drops the simulation.
     async fn fly(&mut self, n_ticks: usize, gives_way: bool) -> Result<(), Problem> {
         let (config, store) = (self.config.clone(), self.context.store.clone());
         let (clock, number) = (self.context.clock().clone(), self.context.number);
@@ -191,7 +191,7 @@ impl Simulated {
         Ok(())
     }
 
-    /// Stores what was made. If it is not stored, the simulation is dropped.
+    /// Stores the new plans. An error drops the simulation.
     async fn store(&mut self, mut flown: Flown, key: Option<IdempotencyKey>) -> Result<Stored, Problem> {
         let ticks = mem::take(&mut flown.ticks);
         let n_plans = ticks.len() as u64;
@@ -242,8 +242,8 @@ impl Flown {
         self.ticks.len() == n_ticks || self.end.is_some()
     }
 
-    /// Goes on for [`SLICE`]: with what is stored up to the event `last`, from the reader and by the mission's number, then with new plans
-    /// until there are `n_ticks`.
+    /// Continues for [`SLICE`]: repeats the events stored up to `last`, from the reader and by the
+    /// mission's number, then makes new plans until there are `n_ticks`.
     fn until(
         mut self,
         last: u64,

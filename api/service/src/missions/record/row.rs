@@ -26,11 +26,11 @@ pub(super) fn outcome(outcome: Outcome) -> &'static str {
 pub(super) struct Timeline {
     /// A live mission's clock, which runs by itself.
     live: Option<MissionClock>,
-    /// A simulated mission's clock, which stands still between plans: the time of the last plan, s since the start.
+    /// A simulated mission's clock: the time of the last plan, s since the start.
     planned: f64,
 }
 
-/// What rows depend on beside their own event.
+/// The state before an event on which its rows depend.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Before {
     pub(super) timeline: Timeline,
@@ -72,7 +72,7 @@ impl Timeline {
         };
         match self.live {
             None => self.planned,
-            // Exact to the bit if the mission's clock is the service's.
+            // Exact to the bit for missions on the service's clock.
             Some(MissionClock { rate: 1.0, .. }) => at_s,
             Some(clock) => clock.at(at_s),
         }
@@ -82,7 +82,7 @@ impl Timeline {
 /// The fixes that the last plan refused: their times by vehicle, s.
 pub(super) type Refused = BTreeMap<String, Vec<f64>>;
 
-/// The rows of the event numbered `sequence` at `time` on the mission's clock. A fix that several plans refuse has one row.
+/// The rows of event `sequence` at `time` on the mission's clock. A refused fix has one row.
 pub(super) fn rows<'a>(sequence: u64, time: f64, event: &'a Event, refused: &mut Refused) -> Vec<Row<'a>> {
     let row = Row {
         sequence: Some(sequence),
@@ -194,8 +194,8 @@ fn planned<'a>(row: &Row<'a>, plan: &'a Planned) -> Row<'a> {
     }
 }
 
-/// When an AUV of a simulated mission was last heard, as the plan knew it, and its position then if a fix told it. The fix counts
-/// even if the estimate refuses it, so that position and age belong together.
+/// The last fix of an AUV of a simulated mission, as the plan knew it: its time, and its position
+/// if reported. It counts even if the estimate refuses it: position and age belong together.
 fn known_of<'a>(row: &Row<'a>, auv: &'a PredictedAuv) -> Row<'a> {
     let since_sent = |sent_s: f64| row.t_s.map(|now| now - sent_s);
     Row {
@@ -221,7 +221,7 @@ fn estimated<'a>(row: &Row<'a>, auv: &'a PredictedAuv) -> Option<Row<'a>> {
     })
 }
 
-/// The fixes of an AUV that this plan refuses and the plan before did not.
+/// The fixes of an AUV that this plan refuses and the previous one did not.
 fn newly_refused<'a>(
     row: &Row<'a>,
     auv: &'a PredictedAuv,

@@ -4,20 +4,19 @@ use std::vec;
 
 use store::{EventReader, StoreError, StoredEvent};
 
-/// Events read at once. With 64 fixes of each of 16 vehicles an event has about 0.2 MB, and a page 13 MB.
+/// Events read at once. With 64 fixes of each of 16 vehicles a page has 13 MB.
 const PAGE: usize = 64;
 
-/// The kind of plans.
 pub(super) const PLANNED: &str = "planned";
 
-/// Which events of a mission. Default: all.
+/// A selection of a mission's events. Default: all.
 #[derive(Clone, Debug, Default)]
 pub struct EventFilter {
     /// Only events after the one with this number.
     pub after: u64,
-    /// At most so many.
+    /// The greatest number of events.
     pub limit: Option<u64>,
-    /// Only events of these kinds; of every kind if empty.
+    /// Only events of these kinds; every kind if empty.
     pub kinds: Vec<String>,
 }
 
@@ -27,8 +26,8 @@ impl EventFilter {
     }
 }
 
-/// An iterator of stored events, read a page at a time. No transaction stays open: while a slow client reads, one would keep
-/// the write-ahead log from being truncated.
+/// An iterator of stored events, read a page at a time. Each page has its own transaction: a long
+/// one would keep the write-ahead log from being truncated.
 pub(super) struct StoredEvents<'a> {
     reader: &'a EventReader,
     /// The mission's number.
@@ -36,7 +35,7 @@ pub(super) struct StoredEvents<'a> {
     /// The sequence of the mission's last event.
     last: u64,
     after: u64,
-    /// How many more may follow.
+    /// The number of events that may follow.
     left: u64,
     filter: &'a EventFilter,
     page: vec::IntoIter<StoredEvent>,

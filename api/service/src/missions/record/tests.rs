@@ -30,7 +30,7 @@ static WHOLE: EventFilter = EventFilter {
     kinds: Vec::new(),
 };
 
-/// When the live mission was made, Unix time, s: a time that is no whole number of anything.
+/// Creation time of the live mission, Unix time, s, which is a multiple of no period.
 const MADE: f64 = 1_760_000_000.125;
 
 /// A log with one mission, of these events.
@@ -95,7 +95,7 @@ fn made(at_s: f64, mission: Value) -> Event {
     }
 }
 
-/// Of two vehicles off Sesimbra.
+/// Two vehicles off Sesimbra.
 fn made_live() -> Event {
     let live = json!({
         "auvs": [{"id": ODD}, {"id": "auv-2"}],
@@ -207,7 +207,7 @@ fn simulated() -> Vec<Event> {
 }
 
 #[tokio::test(start_paused = true)]
-async fn each_event_is_written_as_it_was_stored_behind_its_number() {
+async fn each_event_is_written_as_stored_behind_its_number() {
     for events in [live(), simulated()] {
         let logged = Logged::of(events.clone()).await;
         let text = String::from_utf8(logged.written(RecordFormat::EventsNdjson)).expect("is text");
@@ -226,7 +226,7 @@ async fn each_event_is_written_as_it_was_stored_behind_its_number() {
     }
 }
 
-/// The lines of the table, by column, without the cells that tell nothing.
+/// The lines of the table, by column, without empty cells.
 fn table(csv: &[u8]) -> Vec<BTreeMap<String, String>> {
     let mut reader = ::csv::Reader::from_reader(csv);
     let lines = reader.deserialize().map(|line| line.expect("is a line"));
@@ -249,7 +249,7 @@ fn line<'a>(cells: impl IntoIterator<Item = (&'a str, Value)>) -> BTreeMap<Strin
 }
 
 #[tokio::test(start_paused = true)]
-async fn the_table_of_a_live_mission_tells_every_observation_when_it_was_so() {
+async fn the_table_of_a_live_mission_has_every_observation_at_its_time() {
     let mut events = live();
     if let Event::Created { mission, .. } = &mut events[0] {
         mission.live.as_mut().expect("is live").origin = None;
@@ -322,7 +322,7 @@ async fn the_table_of_a_live_mission_tells_every_observation_when_it_was_so() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn the_table_of_a_simulated_mission_tells_who_was_where_on_the_missions_clock() {
+async fn the_table_of_a_simulated_mission_has_positions_on_the_mission_s_clock() {
     let logged = Logged::of(simulated()).await;
     let table = table(&logged.written(RecordFormat::Csv));
     let cells: Vec<_> = table
@@ -354,7 +354,7 @@ async fn the_table_of_a_simulated_mission_tells_who_was_where_on_the_missions_cl
 }
 
 #[tokio::test(start_paused = true)]
-async fn parquet_says_what_it_is_of() {
+async fn parquet_names_its_mission() {
     let logged = Logged::of(simulated()).await;
     let file = SerializedFileReader::new(Bytes::from(logged.written(RecordFormat::Parquet)));
     let file = file.expect("is Parquet");
@@ -391,13 +391,13 @@ fn messages(file: &[u8]) -> BTreeMap<String, Vec<(u64, u64, Value)>> {
     topics
 }
 
-/// Whether `time`, ns, is so many seconds after [`MADE`]. An f64 has Unix times to 256 ns.
+/// `true` if `time`, ns, is `seconds` after [`MADE`]. An f64 has Unix times to 256 ns.
 fn is_after_made(time: u64, seconds: u64) -> bool {
     (1_760_000_000_125_000_000 + seconds * 1_000_000_000).abs_diff(time) <= 256
 }
 
 #[tokio::test(start_paused = true)]
-async fn mcap_of_a_live_mission_logs_what_was_heard_when_it_was_and_publishes_it_when_it_was_so() {
+async fn mcap_of_a_live_mission_logs_reports_when_heard_and_publishes_them_when_true() {
     let logged = Logged::of(live()).await;
     let topics = messages(&logged.written(RecordFormat::Mcap));
     let counts: Vec<(&str, usize)> = topics
@@ -485,7 +485,7 @@ fn tracks(bytes: &[u8]) -> Vec<Track> {
 }
 
 #[tokio::test(start_paused = true)]
-async fn geojson_of_a_live_mission_has_a_line_of_who_was_heard_twice_in_the_order_of_time() {
+async fn geojson_of_a_live_mission_has_a_line_per_vehicle_heard_twice_in_order_of_time() {
     let logged = Logged::of(live()).await;
     let tracks = tracks(&logged.written(RecordFormat::Geojson));
     let [(kind, id, times, positions)] = tracks.as_slice() else {
@@ -503,7 +503,7 @@ async fn geojson_of_a_live_mission_has_a_line_of_who_was_heard_twice_in_the_orde
 }
 
 #[tokio::test(start_paused = true)]
-async fn reports_that_are_minutes_late_leave_a_line_in_the_order_of_time() {
+async fn a_line_is_in_order_of_time_despite_reports_that_are_minutes_late() {
     let logged = Logged::of(long(2_000)).await;
     let tracks = tracks(&logged.written(RecordFormat::Geojson));
     let [(_, _, times, positions)] = tracks.as_slice() else {
@@ -514,7 +514,7 @@ async fn reports_that_are_minutes_late_leave_a_line_in_the_order_of_time() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn geojson_of_a_simulated_mission_has_its_vehicles_where_the_scenario_lies() {
+async fn geojson_of_a_simulated_mission_has_its_vehicles_at_the_scenario_s_origin() {
     let logged = Logged::of(simulated()).await;
     let tracks = tracks(&logged.written(RecordFormat::Geojson));
     let who: Vec<_> = tracks
@@ -546,7 +546,7 @@ async fn geojson_of_a_simulated_mission_has_its_vehicles_where_the_scenario_lies
 }
 
 #[tokio::test(start_paused = true)]
-async fn without_a_place_on_earth_there_is_no_geojson_and_not_a_byte_of_it() {
+async fn without_a_position_on_earth_no_byte_of_geojson_is_written() {
     let mut events = live();
     let Event::Created { mission, .. } = &mut events[0] else {
         panic!("is made first")
@@ -589,7 +589,7 @@ async fn a_mission_without_events_is_written_too() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_happens_meanwhile_is_left_out() {
+async fn later_events_are_left_out_of_a_record() {
     let logged = Logged::of(live()).await;
     let events = MissionEvents::of(&logged.reader, logged.number, &WHOLE).expect("reads");
     logged.append(7, [planned(MADE + 6.0, None)]).await;
@@ -601,7 +601,7 @@ async fn what_happens_meanwhile_is_left_out() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_mission_that_is_gone_meanwhile_is_an_error_and_no_end() {
+async fn a_mission_deleted_during_its_record_is_an_error() {
     let logged = Logged::of(live()).await;
     let mut events = MissionEvents::of(&logged.reader, logged.number, &WHOLE).expect("reads");
     events.last += 1;
@@ -617,7 +617,7 @@ async fn a_mission_that_is_gone_meanwhile_is_an_error_and_no_end() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_rehearsals_clock_is_faster_from_when_the_mission_was_made() {
+async fn a_rehearsal_s_clock_is_faster_from_its_creation() {
     let mut events = live();
     let Event::Created { mission, .. } = &mut events[0] else {
         panic!("is made first")
@@ -625,7 +625,7 @@ async fn a_rehearsals_clock_is_faster_from_when_the_mission_was_made() {
     mission.live.as_mut().expect("is live").clock_rate = 10.0;
     let logged = Logged::of(events).await;
     let table = table(&logged.written(RecordFormat::Csv));
-    // Run half a second after, with reports when they say, which tell the mission's clock.
+    // Half a second after its creation it runs; reports state times of the mission's clock.
     assert_eq!(table[1]["t_s"], (MADE + 5.0).to_string());
     assert_eq!(table[1]["received_s"], (MADE + 0.5).to_string());
     assert_eq!(table[2]["received_s"], (MADE + 2.5).to_string());
@@ -633,7 +633,7 @@ async fn a_rehearsals_clock_is_faster_from_when_the_mission_was_made() {
 }
 
 #[test]
-fn words_are_those_of_the_answers() {
+fn names_in_records_are_those_of_the_answers() {
     let methods = [
         Method::Mpc,
         Method::PreviousPlan,
@@ -657,7 +657,7 @@ fn words_are_those_of_the_answers() {
     }
 }
 
-/// Counts, and keeps nothing.
+/// Counts bytes and drops them.
 #[derive(Default)]
 struct Counter {
     bytes: usize,
@@ -676,7 +676,7 @@ impl Write for Counter {
     }
 }
 
-/// A mission that was heard of `n` times, some minutes late now and then.
+/// A mission with `n` reports, some of them minutes late.
 fn long(n: u32) -> impl Iterator<Item = Event> {
     let later = (0..n).map(|k| {
         let at = MADE + f64::from(k);
@@ -691,7 +691,7 @@ fn long(n: u32) -> impl Iterator<Item = Event> {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_file_that_takes_nothing_is_an_error_and_no_panic() {
+async fn a_file_that_cannot_be_written_is_an_error_and_no_panic() {
     struct Full;
     impl Write for Full {
         fn write(&mut self, _: &[u8]) -> io::Result<usize> {
@@ -701,7 +701,7 @@ async fn a_file_that_takes_nothing_is_an_error_and_no_panic() {
             Err(io::ErrorKind::StorageFull.into())
         }
     }
-    // Once as it is written, once as it is ended.
+    // Once while it is written, once at its end.
     for events in [long(3_000).collect(), live()] {
         let logged = Logged::of(events).await;
         for format in RecordFormat::ALL {
@@ -714,7 +714,7 @@ async fn a_file_that_takes_nothing_is_an_error_and_no_panic() {
     }
 }
 
-/// A plan of a live mission at `t_s` that does not believe the fixes of `refused_t_s`.
+/// A plan of a live mission at `t_s` that refuses the fixes of `refused_t_s`.
 fn planned_without(t_s: f64, refused_t_s: &[f64]) -> Event {
     let auv = json!({
         "id": "auv-2", "positions": [[7.5, 1.25], [9.0, 1.25]], "depths_m": [4.0, 4.0],
@@ -737,7 +737,7 @@ fn planned_without(t_s: f64, refused_t_s: &[f64]) -> Event {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_live_plan_tells_where_its_auvs_are_believed_to_be_and_once_which_fixes_it_refuses() {
+async fn a_live_plan_has_rows_of_estimated_positions_and_one_for_each_refused_fix() {
     let [first, second, third] = [1.0, 2.0, 3.0].map(|s| MADE + s);
     let events = vec![
         made_live(),
@@ -767,7 +767,7 @@ mod slow {
 
     #[tokio::test(start_paused = true)]
     async fn five_times_the_mission_takes_the_same_memory() {
-        // More than Parquet's group of rows and GeoJSON's window hold.
+        // More than Parquet's row group and GeoJSON's window hold.
         const SOME: u32 = 20_000;
         const MANY: u32 = 100_000;
         let (some, many) = (Logged::of(long(SOME)).await, Logged::of(long(MANY)).await);
@@ -788,7 +788,7 @@ mod slow {
             );
             // A chunk of MCAP, and the message that does not fit into it.
             assert!(out.largest < (1 << 20) + (4 << 10), "{format:?}: {}", out.largest);
-            // What the indexes grow by, of Parquet the most.
+            // The growth of the indexes, of which Parquet's is the greatest.
             assert!(most < few + (256 << 10), "{format:?}: {few} and {most} bytes");
             assert!(most < 16 << 20, "{format:?}: {most} bytes");
         }

@@ -1,8 +1,8 @@
-//! A part of a record has the rows that the whole has, and what rows depend on of the events before theirs.
+//! A part of a record has the rows of the whole, which depend on the state before the part.
 
 use super::*;
 
-/// A rehearsal, ten times as fast as life, that refuses a fix, believes it again, and is changed.
+/// A rehearsal at ten times real speed that refuses a fix, accepts it again, and is changed.
 fn rehearsal() -> Vec<Event> {
     let mut made = made_live();
     let Event::Created { mission, .. } = &mut made else {
@@ -94,7 +94,7 @@ async fn a_record_in_two_parts_is_the_whole_wherever_it_is_split() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn rows_of_some_kinds_are_those_of_the_whole() {
+async fn rows_of_selected_kinds_equal_those_of_the_whole() {
     for events in [rehearsal(), simulated_with_a_refused_fix()] {
         let n = events.len() as u64;
         let logged = Logged::of(events.clone()).await;
@@ -128,7 +128,7 @@ async fn rows_of_some_kinds_are_those_of_the_whole() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_simulated_mission_says_when_a_fix_begins_to_be_refused() {
+async fn a_simulated_mission_has_a_row_when_a_fix_begins_to_be_refused() {
     let logged = Logged::of(simulated_with_a_refused_fix()).await;
     let rows = table(&logged.written(RecordFormat::Csv));
     let refused = rows.iter().filter(|row| row["kind"] == "refused");
@@ -139,12 +139,12 @@ async fn a_simulated_mission_says_when_a_fix_begins_to_be_refused() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_is_known_of_an_auv_is_the_place_and_the_age_of_one_fix() {
+async fn a_known_row_has_the_position_and_the_age_of_one_fix() {
     let mut events = simulated_with_a_refused_fix();
     for event in &mut events {
         let Event::Planned(plan) = event else { continue };
         let auv = &mut plan.prediction.as_mut().expect("has one").auvs[0];
-        // The estimate is 1.5 s old: it rests on another fix than the newest, which is refused.
+        // The estimate is 1.5 s old: it is from an older fix than the newest, which is refused.
         auv.heard = Some(wire::Heard {
             t_s: 2.5,
             north_m: 11.0,
