@@ -9,14 +9,14 @@ from typing import Any, Literal, NotRequired, TypeAlias, TypedDict
 
 
 class Accepted(TypedDict):
-    """What was accepted of what was heard is on the disk."""
+    """The accepted reports are on the disk."""
 
-    # Where the datum of the mission was put, by the first of these fixes.
+    # Place of the datum, if the first of these fixes has set it.
     origin: NotRequired[Origin | None]
-    # The reports that were rejected: of each the first fault, with a pointer into the body. An AUV that the mission
-    # does not know is named once. The others are on the disk.
+    # The first fault of each rejected report, with a pointer into the body. An AUV that the mission does not know
+    # is named once.
     rejected: NotRequired[list[FieldError]]
-    # Number of the event that stores it.
+    # Number of the event that stores them.
     sequence: int
 
 
@@ -82,15 +82,14 @@ class Asc(TypedDict):
 class AscReport(TypedDict):
     """A state of the surface craft."""
 
-    # Current as the craft's own observer has it: it counts before the mission's `current`, and nothing is made of
-    # the velocities.
+    # Current of the craft's observer: it overrides the mission's `current` and velocities.
     current: NotRequired[Current | None]
-    # What it was.
+    # The state.
     state: Asc
-    # Whether the mission's references steered it. Where a person did, nothing is learnt of how it answers
-    # references, what was learnt stays, and the next reference turns from where the bow is. Default: yes.
+    # `true` if the mission's references steered it. Otherwise its response is not learnt, earlier learning stays,
+    # and references turn from the present heading. Default: yes.
     steered: NotRequired[bool]
-    # When it was so, Unix time, s: at most a day ago, and at most 1 s ahead.
+    # Unix time of the state, s: at most a day ago, and at most 1 s ahead.
     t_s: float
 
 
@@ -140,7 +139,7 @@ class AuvState(TypedDict):
 
 
 class Baseline(TypedDict):
-    """What the line-of-sight law would do with the same request."""
+    """Answer of the line-of-sight law to the same request."""
 
     # Its heading reference, rad, in (−π, π].
     heading_rad: float
@@ -186,16 +185,16 @@ ChangedPath: TypeAlias = "Path | None"
 
 
 class Comparison(TypedDict):
-    """The same snapshot through the planner and through the laws that it is compared with."""
+    """Answers of the planner and of comparison laws to the same snapshot."""
 
-    # How the planner came to its plan, where `?explain=true` asks for it and half of the time that was left after
-    # the plan was enough for it.
+    # Explanation of the planner's plan, if `?explain=true` asks for it and half of the time left after the plan is
+    # enough.
     explanation: NotRequired[Explanation | None]
     # The plans by controller.
     plans: Plans
 
 
-# What steers the surface craft of a simulated mission.
+# Controller of the surface craft of a simulated mission.
 Controller: TypeAlias = Literal["mpc", "saturated_los", "saturated_los_tracker_frame", "integral_los", "waypoint_box"]
 
 
@@ -249,7 +248,7 @@ class CraftEstimate(TypedDict):
     asked_heading_rad: float
     # Speed through the water that this answer asks for, m/s.
     asked_speed_mps: float
-    # Whether the craft moves as predicted. If not, a warning says what was expected and what was measured.
+    # `true` if the craft moves as predicted; otherwise a warning names the difference.
     follows: bool
     # Kind of heading reference that the loop seems to hold.
     heading_held: HeadingReference
@@ -265,7 +264,7 @@ class CraftEstimate(TypedDict):
     surge_bias_mps2: Learnt
     # Lag of the speed behind a steadily rising reference, delay included, s.
     surge_lag_s: Learnt
-    # Sway per surge and yaw rate, s, positive where the craft drifts outwards in a turn.
+    # Sway per surge and yaw rate, s; positive if the craft drifts outwards in a turn.
     sway_per_yaw_rate_s: Learnt
 
 
@@ -286,33 +285,32 @@ class Current(TypedDict):
 
 
 class CurrentReference(TypedDict):
-    """The reference that counts now."""
+    """The reference to follow now."""
 
-    # Its age, s of the mission's clock. Beyond `plan.reference.valid_until_s` it should not be followed.
+    # Its age, s on the mission's clock. Do not follow it after `plan.reference.valid_until_s`.
     age_s: float
-    # When each vehicle was last heard, on the mission's clock, s: `asc` and the AUVs of the plan.
+    # Times at which `asc` and the plan's AUVs were last heard, on the mission's clock, s.
     heard_s: NotRequired[dict[str, float]]
-    # How long after it was due the plan was made, s.
+    # Delay of the plan after its due time, s.
     late_s: float
-    # What led to it.
+    # The fallback level or law that answered.
     method: Method
-    # Plans that were due and not made since the service took the mission up: it had too much to do, the disk took
-    # nothing, or what was known made no valid facts.
+    # Due plans that were not made since the service took over the mission: it was overloaded, the disk refused to
+    # write, or the known facts were invalid.
     missed: int
     # The mission.
     mission: str
-    # Whether it is what was asked for.
+    # Outcome of the plan.
     outcome: Outcome
-    # The plan, whole.
+    # The complete plan.
     plan: PlanResponse
     # Number of the event that stored the plan.
     sequence: int
-    # Where it is in its life: only one that is running plans anew.
+    # The mission's status. Only a running mission makes new plans.
     status: Status
-    # When the plan was made, on the mission's clock, s.
+    # Time of the plan on the mission's clock, s.
     t_s: float
-    # Vehicles of which nothing is known that another plan could rest on; empty as long as there is one every
-    # period.
+    # Vehicles without recent reports, for which the next plan waits; empty while plans are made.
     waits_for: NotRequired[list[str]]
 
 
@@ -417,17 +415,17 @@ Fallback: TypeAlias = Literal["los", "none"]
 class FieldError(TypedDict):
     """One wrong field of a request: a member of its body, or a parameter."""
 
-    # What is wrong, for programs.
+    # The fault, for programs.
     code: str
-    # What is wrong, for people.
+    # The fault, for people.
     detail: str
-    # The value given, where it is a number or a name.
+    # The given value, if it is a number or a name.
     given: NotRequired[Any]
-    # What would have been accepted.
+    # The accepted values.
     limit: NotRequired[Any]
-    # Name of the parameter at fault, where it is one: of the query, or a header.
+    # Name of the faulty parameter of the query or header, if it is one.
     parameter: NotRequired[str | None]
-    # Where, as a JSON pointer (RFC 6901); empty for the whole body, and for a parameter.
+    # Its place, as a JSON pointer (RFC 6901); empty for the whole body and for a parameter.
     pointer: str
 
 
@@ -498,7 +496,7 @@ class GoalPoint(TypedDict):
 
 
 class GoalTrajectory(TypedDict):
-    """Where the goal is expected."""
+    """Expected positions of the goal."""
 
     # One point for each of the plan's trajectory.
     trajectory: list[GoalPoint]
@@ -538,7 +536,7 @@ class Heard(TypedDict):
     east_m: float
     # Position north of the datum, m.
     north_m: float
-    # When it was sent, on the mission's clock, s.
+    # Time of sending, on the mission's clock, s.
     t_s: float
 
 
@@ -562,13 +560,13 @@ class KeepOut(TypedDict):
 
 
 class LastSteering(TypedDict):
-    """What was said last of whether the surface craft is steered."""
+    """The last reported state of steering."""
 
-    # How long ago, s on the mission's clock. What is older than 3 s is no longer known.
+    # Its age, s on the mission's clock. Beyond 3 s, the state is unknown.
     age_s: float
-    # What was so.
+    # The state.
     state: SteeringState
-    # Why, for people.
+    # The reason, for people.
     why: str
 
 
@@ -584,7 +582,7 @@ class LawGains(TypedDict):
 
 
 class Learnt(TypedDict):
-    """A number that was learnt."""
+    """A learnt number."""
 
     # Its standard deviation.
     sigma: float
@@ -623,33 +621,33 @@ class Limits(TypedDict):
 
 
 class Live(TypedDict):
-    """A mission of real vehicles. Its times are Unix times, s, but for a rehearsal's."""
+    """A mission of real vehicles. Its times are Unix times, s, except in a rehearsal."""
 
-    # What the acoustic link needs, as in a snapshot.
+    # Needs of the acoustic link, as in a snapshot.
     acoustics: NotRequired[Acoustics | None]
     # Corners of the area to stay in, as in a snapshot.
     area: NotRequired[list[list[float] | Origin]]
-    # The underwater vehicles, 1 to 16, and what is known of their plans.
+    # The underwater vehicles, 1 to 16, with their known paths and dives.
     auvs: list[LiveAuv]
-    # For rehearsals: how many seconds pass on the mission's clock in one, from 1 to 60, since the mission was made.
-    # Default: 1. The mission's clock shows `created_s + clock_rate · (Unix time − created_s)`.
+    # For rehearsals: seconds of the mission's clock per second, from 1 to 60. Default: 1. The clock shows
+    # `created_s + clock_rate · (Unix time − created_s)`.
     clock_rate: NotRequired[float]
-    # How the surface craft answers its references, as in a snapshot.
+    # Closed-loop response of the surface craft, as in a snapshot.
     craft: NotRequired[Craft | None]
     # Current at the surface, as in a snapshot.
     current: NotRequired[Current | None]
-    # How to guess the underwater vehicles' future, as in a snapshot.
+    # Forecast of the underwater vehicles, as in a snapshot.
     forecast: NotRequired[Forecast]
-    # What to do.
+    # The goal.
     goal: Goal
-    # What the last fallback level does, as in a snapshot.
+    # Behaviour of the last fallback level, as in a snapshot.
     hold: NotRequired[Hold]
     # Discs to keep out of, as in a snapshot.
     keep_outs: NotRequired[list[KeepOut]]
-    # What the surface craft is allowed, as in a snapshot.
+    # Limits of the surface craft, as in a snapshot.
     limits: NotRequired[Limits | None]
-    # Where the datum of all positions lies on Earth, as in a snapshot. Default: where the first fix in latitude and
-    # longitude is, as long as the mission has no position in metres.
+    # Place of the datum of all positions on Earth, as in a snapshot. Default: the first fix in latitude and
+    # longitude, while the mission has no position in metres.
     origin: NotRequired[Origin | None]
     # Time between two plans, s, from 0.5 to 60. Default: 1.
     period_s: NotRequired[float]
@@ -662,11 +660,11 @@ class Live(TypedDict):
 class LiveAuv(TypedDict):
     """An underwater vehicle of a live mission."""
 
-    # The sawtooth in which it dives, where that is known.
+    # The sawtooth in which it dives, if known.
     dive: NotRequired[Dive | None]
     # Its name, unique in the mission, 1 to 64 bytes.
     id: str
-    # The path that it follows, where that is known.
+    # Its path, if known.
     path: NotRequired[Path | None]
 
 
@@ -685,65 +683,61 @@ Method: TypeAlias = Literal[
 class Mission(TypedDict):
     """A mission."""
 
-    # When it was made, Unix time, s.
+    # Unix time of its creation, s.
     created_s: float
-    # When it was over, Unix time, s.
+    # Unix time of its end, s.
     finished_s: NotRequired[float | None]
     # Its name in paths.
     id: str
     # `simulated` or `live`.
     kind: str
-    # What the client gave it along.
+    # Metadata of the client.
     metadata: NotRequired[dict[str, Any]]
-    # Where the datum of a live mission lies on Earth, where that is known: as it was made with, by its first fix,
-    # or as it was changed.
+    # Place of a live mission's datum on Earth, if its creation, a fix or a change has set it.
     origin: NotRequired[Origin | None]
-    # The last plan, of a mission that was asked for or has run since the service was started.
+    # The last plan; after a start of the service, absent until the mission runs or is requested.
     plan: NotRequired[PlanSummary | None]
-    # Number of the event that last changed its setting or status: the `ETag` of answers with this mission, for `If-
-    # Match`.
+    # Number of the event that last changed its setting or status: the `ETag`, for `If-Match`.
     revision: NotRequired[int]
     # Number of its last event.
     sequence: int
-    # Of a live mission, what it does now and within which bounds: PATCH changes it.
+    # Changeable members of a live mission: PATCH changes them.
     setting: NotRequired[Setting | None]
-    # How many seconds of it pass in one; none: as fast as it can, or it is live.
+    # Seconds of a simulated mission per second; none: as fast as possible.
     speed_factor: NotRequired[float | None]
-    # When it was begun, Unix time, s.
+    # Unix time of its start, s.
     started_s: NotRequired[float | None]
-    # Where it is in its life.
+    # Its status.
     status: Status
-    # Whether the craft of a live mission is steered, as was said last. None: nobody has said it since the mission
-    # was begun.
+    # Last reported state of a live mission's steering. None: no report since the start.
     steering: NotRequired[LastSteering | None]
-    # When it was planned for last, on its own clock: s since the start of a simulated mission, Unix time of a live
-    # one.
+    # Time of its last plan: s since the start of a simulated mission, Unix time of a live one.
     t_s: float
-    # What people call it.
+    # Name for people.
     title: str
 
 
 class MissionList(TypedDict):
-    """Missions, in the order in which they were made."""
+    """Missions, in the order of their creation."""
 
-    # Some of them.
+    # A page of missions.
     missions: list[Mission]
-    # Where the next ones begin: the `after` to ask for them with. None: there are no more.
+    # Parameter `after` of the next page; none on the last page.
     next: NotRequired[int | None]
 
 
 class NewMission(TypedDict):
-    """A mission to be made: either `simulated` or `live`."""
+    """A mission to create: either `simulated` or `live`."""
 
     # Real vehicles, whose fixes are posted as they arrive.
     live: NotRequired[Live | None]
-    # Anything; comes back with the mission. At most 4096 bytes.
+    # Any data of the client, returned with the mission. At most 4096 bytes.
     metadata: NotRequired[dict[str, Any]]
     # Version of this shape: `"1.0"`.
     schema_version: Literal["1.0"]
     # Vehicles of the bundled simulator.
     simulated: NotRequired[Simulated | None]
-    # What people call it, at most 200 bytes. Default: the scenario and the seed, or the first AUV.
+    # Name for people, at most 200 bytes. Default: the scenario and the seed, or the first AUV.
     title: NotRequired[str | None]
 
 
@@ -759,11 +753,11 @@ class NextTurn(TypedDict):
 
 
 class Note(TypedDict):
-    """Something that happened aboard: a person took over, a heartbeat was lost."""
+    """An event aboard, for example a takeover by a person, or a lost heartbeat."""
 
-    # When, Unix time, s: at most a day ago, and at most 1 s ahead.
+    # Unix time, s: at most a day ago, and at most 1 s ahead.
     t_s: float
-    # What, at most 500 bytes.
+    # The event, at most 500 bytes.
     text: str
 
 
@@ -795,29 +789,28 @@ OffsetFrame: TypeAlias = Literal["ned", "target", "path", "polar"]
 
 
 class Order(TypedDict):
-    """An order that changed a mission, or deleted it."""
+    """An order that changed or deleted a mission."""
 
-    # What was ordered: `create`, `run`, `pause`, `step`, `change`, `finish`, `delete` or, by the service itself,
-    # `expire`.
+    # `create`, `run`, `pause`, `step`, `change`, `finish`, `delete`, or the service's `expire`.
     action: str
-    # When it was given, Unix time, s.
+    # Unix time of the order, s.
     at_s: float
-    # Who gave it: the name of a token, or an address where the service asks for none.
+    # Its author: the name of a token, or an address if the service needs no tokens.
     caller: str
     # The mission's `id`.
     mission: str
     # Its number.
     number: int
-    # The request, as the service's log has it.
+    # The request's id in the service's log.
     request_id: str
 
 
 class OrderList(TypedDict):
-    """Orders, in the order in which they were stored."""
+    """Orders, oldest first."""
 
-    # Where the next ones begin: the `after` to ask for them with. None: there are no more.
+    # Parameter `after` of the next page; none on the last page.
     next: NotRequired[int | None]
-    # Some of them.
+    # A page of orders.
     orders: list[Order]
 
 
@@ -830,7 +823,7 @@ class Origin(TypedDict):
     lon_deg: float
 
 
-# Whether an answer is what was asked for.
+# Outcome of a request.
 Outcome: TypeAlias = Literal["ok", "degraded"]
 
 
@@ -921,15 +914,15 @@ class PlanRequest(TypedDict):
 class PlanResponse(TypedDict):
     """A plan for the surface craft."""
 
-    # What the line-of-sight law would do.
+    # Answer of the line-of-sight law.
     baseline: Baseline
     # Estimate of the craft. The next request needs it in `previous_plan`.
     craft_estimate: CraftEstimate
     # The current that was used, if it is known. The next request needs it in `previous_plan`.
     current: NotRequired[Current | None]
-    # Where the goal is expected.
+    # Expected positions of the goal.
     goal: GoalTrajectory
-    # Course of what the goal follows, its offset apart, when that last moved, rad, in (−π, π].
+    # Last course of the point that the goal follows, without its offset, rad, in (−π, π].
     goal_course_rad: float
     # The request's metadata.
     metadata: NotRequired[dict[str, Any]]
@@ -937,25 +930,25 @@ class PlanResponse(TypedDict):
     method: Method
     # The request's `origin`.
     origin: NotRequired[Origin | None]
-    # Whether this is what was asked for.
+    # Outcome of the request.
     outcome: Outcome
-    # SHA-256 of the checked request, hexadecimal. Spelling, order of members, defaults, `metadata` and
-    # `deadline_ms` do not count. With an `origin`, positions count from the craft.
+    # SHA-256 of the checked request, hexadecimal, without `metadata` and `deadline_ms`. Spelling, order and
+    # defaults do not matter. With an `origin`, positions count from the craft.
     plan_id: str
     # Predicted cost of the trajectory.
     predicted: Predicted
-    # Why the outcome is `degraded`: `deadline` (it came before any program was solved; in a comparison, before the
-    # schedule that the law follows was whole), `solver_` and the status, `certificate`, or `stale_report`.
+    # Reason for `degraded`: `deadline` (before a program was solved; in a comparison, before the law's schedule was
+    # complete), `solver_` and the status, `certificate`, or `stale_report`.
     reason: NotRequired[str | None]
-    # What to steer now.
+    # Reference to steer now.
     reference: Reference
-    # Which underwater vehicle is served when, of a goal of the kind `visit`.
+    # Visits of underwater vehicles, for a goal of the kind `visit`.
     schedule: NotRequired[Schedule | None]
     # Version of this shape: `"1.0"`.
     schema_version: str
-    # What the solver did; absent if no program was involved.
+    # Report of the solver; absent if no program was involved.
     solver: NotRequired[Solver | None]
-    # Where each underwater vehicle is expected, in the request's order.
+    # Expected positions of each underwater vehicle, in the request's order.
     targets: list[PlannedTarget]
     # The planned trajectory, from now on, for replay until the next answer.
     trajectory: list[TrajectoryPoint]
@@ -966,29 +959,28 @@ class PlanResponse(TypedDict):
 
 
 class PlanSummary(TypedDict):
-    """What the last plan of a mission amounts to."""
+    """Summary of a mission's last plan."""
 
-    # Time since the plan's own, s on the mission's clock. It grows while no new plan is made: beyond some
-    # `period_s` of a mission that is running, plans are missed. 0 of a simulated mission, whose clock stands still
-    # from one plan to the next.
+    # Age of the plan, s on the mission's clock. An age of several `period_s` in a running mission means missed
+    # plans. Always 0 in a simulated mission: its clock stops between plans.
     age_s: float
-    # When each vehicle of a live mission was last heard, s on its clock.
+    # Times at which vehicles of a live mission were last heard, s on its clock.
     heard_s: dict[str, float]
-    # How long after it was due it was made, s.
+    # Delay of the plan after its due time, s.
     late_s: float
-    # What led to it.
+    # The fallback level or law that answered.
     method: Method
-    # Whether it is what was asked for.
+    # Outcome of the plan.
     outcome: Outcome
     # Time between two plans, s on the mission's clock.
     period_s: float
-    # Why the outcome is `degraded`, as the answer's `reason`.
+    # Reason for the outcome `degraded`, as in the answer.
     reason: NotRequired[str | None]
-    # Vehicles without recent reports, because of which no plan is made.
+    # Vehicles without recent reports, for which the next plan waits.
     waits_for: list[str]
     # Codes of `warnings`, in their order.
     warning_codes: NotRequired[list[str]]
-    # What it warns of, for people.
+    # Its warnings, for people.
     warnings: list[str]
 
 
@@ -1045,15 +1037,15 @@ class PlannedTarget(TypedDict):
 class Plans(TypedDict):
     """Plans by controller."""
 
-    # Integral line of sight's. Its integral starts at zero in every request: see its warning.
+    # Integral line-of-sight law. Its integral starts at zero in every request: see its warning.
     integral_los: PlanResponse
     # The planner's answer.
     mpc: PlanResponse
-    # The saturated line-of-sight law's, errors in the target's frame.
+    # Saturated line-of-sight law, errors in the target's frame.
     saturated_los: PlanResponse
-    # The saturated line-of-sight law's, errors in the tracker's frame.
+    # Saturated line-of-sight law, errors in the tracker's frame.
     saturated_los_tracker_frame: PlanResponse
-    # Way-points round a box. The box is drawn about one fix in every request: see its warning.
+    # Way-points around a box, which is drawn about one fix in every request: see its warning.
     waypoint_box: PlanResponse
 
 
@@ -1078,7 +1070,7 @@ class Predicted(TypedDict):
 
 
 class PredictedAuv(TypedDict):
-    """Where an underwater vehicle is expected at the times of a prediction."""
+    """Expected positions of an underwater vehicle at the times of a prediction."""
 
     # Age of the newest report that the forecast rests on, s.
     age_s: float
@@ -1086,41 +1078,41 @@ class PredictedAuv(TypedDict):
     covariances_m2: list[list[float]]
     # Depths, m, positive down.
     depths_m: list[float]
-    # The sawtooth in which it dives, by the depths that it reports.
+    # The sawtooth in which it dives, by its reported depths.
     dive: NotRequired[Dive | None]
-    # Velocity (north, east) beyond what its reports and the model explain, m/s.
+    # Part of its velocity (north, east) that reports and model do not explain, m/s.
     drift: list[float]
-    # The newest fix that was heard; none where the plan was given a state.
+    # The newest fix; none if the request gave a state.
     heard: NotRequired[Heard | None]
     # The vehicle.
     id: str
     # Positions.
     positions: list[list[float]]
-    # Times of the fixes that the estimate does not rest on, on the mission's clock, s.
+    # Times of fixes that the estimate does not use, on the mission's clock, s.
     refused_t_s: NotRequired[list[float]]
-    # How it follows its path, or what its track repeats, at its newest report.
+    # Its fit to its path or to a repeated track, at its newest report.
     route: NotRequired[Route | None]
 
 
 class PredictedCraft(TypedDict):
-    """What is known of the craft: likeliest values."""
+    """Likeliest values of the craft's parameters."""
 
-    # Whether the craft does what is predicted of it.
+    # `true` if the craft moves as predicted.
     follows: bool
-    # By how much the heading is behind a reference that turns steadily, s.
+    # Lag of the heading behind a steadily turning reference, s.
     heading_lag_s: float
-    # What the heading stays off its reference, rad.
+    # Steady offset of the heading from its reference, rad.
     heading_offset_rad: float
-    # Acceleration that the speed loop gives unasked, m/s².
+    # Disturbance of the speed loop: its acceleration at zero error, m/s².
     surge_bias_mps2: float
-    # By how much the speed is behind a reference that rises steadily, s.
+    # Lag of the speed behind a steadily rising reference, s.
     surge_lag_s: float
     # Sway per surge and yaw rate, s.
     sway_per_yaw_rate_s: float
 
 
 class Prediction(TypedDict):
-    """What a plan predicts, at some of its times. Positions are (north, east) of the datum, m."""
+    """A plan's predictions at some of its times. Positions are (north, east) from the datum, m."""
 
     # The times, s after the plan's, ascending.
     after_s: list[float]
@@ -1130,27 +1122,27 @@ class Prediction(TypedDict):
     auvs: list[PredictedAuv]
     # Predicted cost, by which the answer was chosen, m² s; none in plans of earlier versions.
     cost: NotRequired[float | None]
-    # What is known of the craft.
+    # Estimate of the craft.
     craft: PredictedCraft
-    # What the current (north, east) is taken for, m/s, where anything tells it.
+    # Current (north, east) that the plan uses, m/s, if known.
     current: NotRequired[list[float] | None]
-    # Where the goal is expected.
+    # Expected positions of the goal.
     goal: list[list[float]]
-    # Where the line-of-sight law would lead.
+    # Trajectory of the line-of-sight law.
     line_of_sight: list[list[float]]
     # Predicted cost of the line-of-sight law, m² s.
     line_of_sight_cost: NotRequired[float | None]
-    # What the line-of-sight law would have the craft steer.
+    # Reference of the line-of-sight law.
     line_of_sight_reference: SteerBy
-    # The same of the line-of-sight law.
+    # The same for the line-of-sight law, m.
     line_of_sight_rms_m: float
-    # Distance to the goal that the plan predicts over its horizon, root mean square, m.
+    # Predicted distance to the goal over the plan's horizon, root mean square, m.
     rms_m: float
-    # When each underwater vehicle is visited, of a goal of the kind `visit`.
+    # Visits of underwater vehicles, for a goal of the kind `visit`.
     schedule: NotRequired[Schedule | None]
     # Soft limits that the plan does not keep.
     violations: NotRequired[list[Violation]]
-    # What the answer warns of.
+    # Warnings of the answer.
     warnings: NotRequired[list[Warning]]
 
 
@@ -1283,11 +1275,11 @@ Reduce: TypeAlias = Literal["mean", "max"]
 class Reference(TypedDict):
     """Reference for the inner loops."""
 
-    # The same for people, degrees, in [0, 360).
+    # The same in degrees, for people, in [0, 360).
     heading_deg: float
     # Heading, or course over ground if `craft.heading_held` says so, rad, in (−π, π].
     heading_rad: float
-    # Speed for the craft's loop, m/s: through the water, or over ground if `craft.speed_held` says so.
+    # Speed for the craft's loop, m/s: through the water, or over ground by `craft.speed_held`.
     speed_mps: float
     # Do not follow it after this time, s on the request's clock.
     valid_until_s: float
@@ -1342,24 +1334,21 @@ class Report(TypedDict):
 
 
 class Reports(TypedDict):
-    """What was heard, in any order: late, twice, out of turn. Each report is accepted or rejected by itself."""
+    """Reports in any order, also late or repeated. Each is accepted or rejected by itself."""
 
     # States of the surface craft, at most 64. The newest counts.
     asc: NotRequired[list[AscReport]]
-    # Fixes, at most 64 of each underwater vehicle; `t_s` of each is the Unix time when it was sent.
+    # Fixes, at most 64 of each underwater vehicle; `t_s` is the Unix time of sending.
     auvs: NotRequired[dict[str, list[Report]]]
-    # What happened aboard that the mission's log is to tell, at most 64. No plan depends on it.
+    # Events aboard for the mission's log, at most 64. No plan depends on them.
     notes: NotRequired[list[Note]]
-    # Where the datum of the mission was put: by the first of these fixes, of a mission that had none. Written by
-    # the service.
+    # Place of the datum, if the first of these fixes has set it. Written by the service.
     origin: NotRequired[Origin | None]
-    # When the surface craft received them, Unix time, s. Default: when the service did.
+    # Unix time at which the surface craft received them, s. Default: that of the service.
     received_s: NotRequired[float | None]
-    # The reports that were rejected: of each the first fault, with a pointer into the body as it was posted.
-    # Written by the service.
+    # The first fault of each rejected report, at its place in the body. Written by the service.
     rejected: NotRequired[list[FieldError]]
-    # Whether the surface craft is steered, by whoever steers it, at most 64. The newest counts. No plan depends on
-    # it.
+    # States of steering, from the program that steers, at most 64. The newest counts.
     steering: NotRequired[list[Steering]]
 
 
@@ -1414,22 +1403,22 @@ class RouteOfFile(TypedDict):
 
 
 class Run(TypedDict):
-    """How to go on."""
+    """Parameters of a run."""
 
-    # How many seconds of a simulated mission pass in one, from 0.1 to 1000. Default: as fast as it can.
+    # Seconds of a simulated mission per second, from 0.1 to 1000. Default: as fast as possible.
     speed_factor: NotRequired[float | None]
 
 
 class Scene(TypedDict):
-    """What a map of a mission shows beside the vehicles, and what its controller knows, as of the mission's
-    creation. Later changes are in its `setting`.
+    """Map objects beside the vehicles, and the controller's information, as of the mission's creation. Later changes
+    are in its `setting`.
     """
 
     # Corners (north, east) of the area to stay in, m.
     area: list[list[float]]
     # The underwater vehicles.
     auvs: list[str]
-    # Seconds that pass on a live mission's clock in one.
+    # Seconds of a live mission's clock per second.
     clock_rate: float
     # Controller of a simulated mission.
     controller: NotRequired[Controller | None]
@@ -1437,18 +1426,17 @@ class Scene(TypedDict):
     duration_s: NotRequired[float | None]
     # Faults of a simulated mission, in the order of their starts.
     faults: NotRequired[list[SceneFault]]
-    # Gains that the law of a simulated mission was given.
+    # Gains of a simulated mission's law.
     gains: NotRequired[LawGains | None]
     # The goal of a simulated mission; that of a live one is in its setting.
     goal: NotRequired[Goal | None]
-    # What the controller knows, in words.
+    # The controller's information, in words.
     information: NotRequired[str | None]
     # Discs to keep out of.
     keep_outs: list[KeepOut]
-    # Where the datum lies on Earth, where that is known.
+    # Place of the datum on Earth, if known.
     origin: NotRequired[Origin | None]
-    # Points (north, east) of the paths of the underwater vehicles whose paths are known to the simulator or the
-    # mission, m.
+    # Points (north, east) of the known paths of underwater vehicles, m.
     paths: dict[str, list[list[float]]]
     # Time between two plans, s.
     period_s: float
@@ -1458,19 +1446,18 @@ class Scene(TypedDict):
     scenario: NotRequired[str | None]
     # The seed of a simulated mission.
     seed: NotRequired[int | None]
-    # Start of the settled scores (such as `settled_rms_m` of `pilotfish compare`) in a simulated mission, s since
-    # its start.
+    # Start of the settled scores, such as `settled_rms_m`, s since a simulated mission's start.
     settled_after_s: NotRequired[float | None]
 
 
 class SceneFault(TypedDict):
     """A fault of a simulated mission."""
 
-    # Start, s since the mission's.
+    # Start, s since the mission's start.
     from_s: float
     # End, s; none if it lasts until the mission's end.
     until_s: NotRequired[float | None]
-    # What goes wrong, in words.
+    # The fault, in words.
     what: str
 
 
@@ -1590,44 +1577,44 @@ class ServiceLimits(TypedDict):
 
 
 class Setting(TypedDict):
-    """What of a live mission can be changed while it runs, each member as the mission was made with it.
+    """The members of a live mission that can be changed while it runs.
 
-    As a patch: a member that is given replaces the one there was as a whole, and is not merged with it; `null`
-    leaves nothing; what is left out stays. At least one is given.
+    In a patch, a given member replaces the previous one as a whole, without merging. `null` removes it. Members
+    that are left out stay. At least one is given.
     """
 
     # Corners of the area to stay in.
     area: NotRequired[list[list[float] | Origin] | None]
     # Closed-loop response of the surface craft. After a change, learning starts anew.
     craft: NotRequired[Craft | None]
-    # What to do. `null` is refused: every mission has a goal.
+    # The goal. `null` is refused: every mission has one.
     goal: NotRequired[Goal]
     # Discs to keep out of.
     keep_outs: NotRequired[list[KeepOut] | None]
-    # What the operator allows the surface craft. Without `craft`, they also describe the craft.
+    # The operator's limits of the surface craft. Without `craft`, they also describe the craft.
     limits: NotRequired[Limits | None]
-    # Where the datum lies on Earth. All that the mission knows stays where it is on Earth. `null` is refused. The
-    # mission itself has its `origin` beside its setting.
+    # Place of the datum on Earth. Everything keeps its place on Earth. `null` is refused. A mission shows its
+    # `origin` beside its setting.
     origin: NotRequired[Origin]
-    # Paths of AUVs by name: each replaces the AUV's path as a whole, and `null` leaves it none. AUVs that are not
-    # named keep theirs. The mission's scene has its paths, its setting has not.
+    # Paths of AUVs by name. Each replaces the AUV's path as a whole; `null` removes it. Other AUVs keep theirs. A
+    # mission shows paths in its scene, not in its setting.
     paths: NotRequired[dict[str, ChangedPath]]
     # The planner's levers.
     tuning: NotRequired[Tuning | None]
 
 
 class Simulated(TypedDict):
-    """A mission of the simulator: `scenario` by name, or a whole one as `scenario_file`."""
+    """A mission of the simulator: a `scenario` by name, or a complete `scenario_file`."""
 
-    # What steers the surface craft. Default: `mpc`, the planner.
+    # Controller of the surface craft. Default: `mpc`, the planner.
     controller: NotRequired[Controller]
     # Gains of the law that `controller` names. Default: the service's.
     gains: NotRequired[LawGains | None]
     # Name of a built-in scenario with a surface craft.
     scenario: NotRequired[str | None]
-    # A scenario as its TOML file has it, at most 64 KiB. It may name no other file.
+    # Text of a scenario's TOML file, at most 64 KiB. It may not name other files.
     scenario_file: NotRequired[str | None]
-    # Seed of everything that the scenario leaves to chance. Default: 1.
+    # Seed of the scenario's random numbers. Default: 1.
     seed: NotRequired[int]
     # The planner's levers, as in a snapshot. Laws do not use them.
     tuning: NotRequired[Tuning | None]
@@ -1655,7 +1642,7 @@ class Solver(TypedDict):
 SpeedReference: TypeAlias = Literal["through_water", "over_ground"]
 
 
-# Where a mission is in its life.
+# Status of a mission.
 Status: TypeAlias = Literal["created", "running", "paused", "finished", "failed"]
 
 
@@ -1669,26 +1656,24 @@ class SteerBy(TypedDict):
 
 
 class Steering(TypedDict):
-    """Whether the surface craft is steered, as only who steers it knows: a bridge says it once a second. Nobody else
-    can.
-    """
+    """State of steering, known only to the program that steers. A bridge posts it once a second."""
 
-    # What is so.
+    # The state.
     state: SteeringState
-    # When it was so, Unix time, s: at most half an hour ago, and at most 1 s ahead.
+    # Unix time of the state, s: at most half an hour ago, and at most 1 s ahead.
     t_s: float
-    # Why, for people, at most 500 bytes.
+    # The reason, for people, at most 500 bytes.
     why: NotRequired[str]
 
 
-# Who has the surface craft.
+# State of the surface craft's steering.
 SteeringState: TypeAlias = Literal["steering", "degraded", "person", "waiting", "not_steering"]
 
 
 class Step(TypedDict):
-    """How far to go on."""
+    """Parameters of a step."""
 
-    # How many plans to make and follow, from 1 to 60. Default: 1.
+    # Plans to make and follow, from 1 to 60. Default: 1.
     ticks: NotRequired[int]
 
 
@@ -1769,30 +1754,30 @@ class TrueVehicle(TypedDict):
 
     # Depth, m, positive down.
     depth_m: float
-    # Position, m.
+    # Position east, m.
     east_m: float
     # Heading, rad, in (−π, π].
     heading_rad: float
-    # Position, m.
+    # Position north, m.
     north_m: float
     # Surge speed through the water, m/s.
     speed_mps: float
 
 
 class Truth(TypedDict):
-    """Where everybody truly is in a simulated mission, when a plan is made."""
+    """True states in a simulated mission at the time of a plan."""
 
     # The surface craft.
     asc: TrueVehicle
     # The underwater vehicles, by name.
     auvs: dict[str, TrueVehicle]
-    # From the surface craft to the goal, m.
+    # Distance of the surface craft to the goal, m.
     distance_m: float
     # Propulsion energy since the start, J.
     energy_j: float
-    # The goal's position, m.
+    # The goal's position east, m.
     goal_east_m: float
-    # The goal's position, m.
+    # The goal's position north, m.
     goal_north_m: float
 
 
@@ -1916,11 +1901,11 @@ class VisitCost(TypedDict):
 class Warning(TypedDict):
     """A warning about the request."""
 
-    # Which, for programs.
+    # The warning, for programs.
     code: str
-    # Which, for people.
+    # The warning, for people.
     detail: str
-    # Where in the request, as a JSON pointer.
+    # Its place in the request, as a JSON pointer.
     pointer: str
 
 
