@@ -1,4 +1,4 @@
-//! The least distance to its goal that a recorded surface craft could have kept with the whole future known.
+//! A lower bound on a recorded surface craft's distance to its goal, with the future known.
 
 use nalgebra::Vector2;
 use planner::angle::ned_from_body;
@@ -6,9 +6,9 @@ use sim::record::{Record, Row, SurfaceCraftRow};
 
 use crate::clairvoyant::{Pursuit, clairvoyant};
 
-/// Root mean square distance to the goal over the whole mission that no craft of this plant, from this
-/// start and in the recorded current, can come below, m; none without a surface craft or its plant, and none of a goal that visits,
-/// which is where its guide goes.
+/// Lower bound of the root mean square distance to the goal over the whole mission, m, for this
+/// plant, start and recorded current. `None` without a surface craft or its plant, and for a goal
+/// that visits: its guide chooses where to go.
 ///
 /// It solves a program with a stage for each row, which is too slow for a search.
 pub(crate) fn bound_rms_m(record: &Record) -> Option<f64> {
@@ -75,7 +75,7 @@ mod tests {
 
     #[test]
     fn the_bound_of_a_run_is_what_its_limits_leave_of_the_start() {
-        // The goal is put where it was not, out of reach and at rest: straight ahead at top speed is best.
+        // The goal is moved out of reach and at rest: straight ahead at top speed is best.
         let mut record = flown(&short("cross-current"), &mut los(), 1);
         let plant = record.plant.expect("calm water");
         let start = record.rows[0].surface_craft.expect("has one");

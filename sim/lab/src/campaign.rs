@@ -2,16 +2,16 @@
 //!
 //! ```text
 //! file ─ scenarios × craft → cases;  case × replicate → condition: seed, parameters
-//! case × laws × grid × tuning replicates → gains                         (a stage of its own, with its own seeds)
-//! condition × controllers × gains → runs → rows → chunks → runs.parquet → pilotfish.analysis (Python)
+//! case × laws × grid × tuning replicates → gains                 (a stage with its own seeds)
+//! condition × controllers × gains → runs → rows → chunks → runs.parquet → pilotfish.analysis
 //! ```
-//! All controllers of a condition fly from the same start, in the same water, with the same noise: every comparison is paired.
-//! A row depends only on the campaign file, its scenario files and the version of the program, except for measured times
-//! ([`rows::MEASURED`]): any number of jobs, shards and interruptions gives the same rows.
+//! All controllers of a condition have the same start, water and noise: comparisons are paired. A
+//! row depends only on the campaign file, its scenario files and the program's version, except for
+//! measured times ([`rows::MEASURED`]): jobs, shards and interruptions do not change it.
 //!
-//! In reading order: [`mod@file`] is the campaign file, [`design`] its cases and runs, [`controller`] a controller; `tune` and
-//! `fly` do the work, `score` scores a run, [`rows`] is the table of results, [`directory`] stores it, and [`run()`] flies what is
-//! left; [`summary()`] is a table of ratios. Statistics and reports are `pilotfish.analysis` of the Python package.
+//! In reading order: [`mod@file`] is the campaign file, [`design`] its cases and runs,
+//! [`controller`] a controller; `tune` and `fly` do the work, `score` scores a run, [`rows`] and
+//! [`directory`] keep results, [`run()`] flies missing runs, [`summary()`] is a table of ratios.
 
 mod chunk;
 pub mod controller;

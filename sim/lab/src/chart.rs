@@ -1,4 +1,4 @@
-//! Line charts as data: panels of lines with axes, in columns under a legend. The page's own code (crate `page`) draws them.
+//! Line charts as data: panels of lines and axes above a legend. Crate `page` draws them.
 
 use std::borrow::Cow;
 
@@ -7,7 +7,7 @@ use serde::Serialize;
 /// A colour as style sheets write it.
 pub(crate) type Colour = &'static str;
 
-/// Colours that colour-blind readers can distinguish. Source: M. Okabe, K. Ito, "Color Universal Design", 2008.
+/// Colours for colour-blind readers. Source: M. Okabe, K. Ito, "Color Universal Design", 2008.
 pub(crate) const BLUE: Colour = "#0072B2";
 pub(crate) const VERMILION: Colour = "#D55E00";
 /// For references, which lie under the measurements.
@@ -67,7 +67,7 @@ impl Line {
     }
 }
 
-/// How a line is drawn.
+/// Style of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Stroke {

@@ -1,6 +1,6 @@
-//! How near to its goal any craft could have stayed: a lower bound that knows the whole future.
+//! A lower bound on any craft's distance to its goal, with the future known.
 //!
-//! The best trajectory p_0 … p_N under nothing but what no craft of its kind can break:
+//! The best trajectory p_0 … p_N under limits that no craft of its kind can break:
 //!
 //! ```text
 //! minimise  Σ ‖p_k − r_k‖²   over p_1 … p_N,   w_k = (p_{k+1} − p_k) / Δt − m_k
@@ -9,31 +9,31 @@
 //! ‖w_k − w_{k−1}‖ ≤ Δt a_max + δ_k + δ_{k−1}         k = 1 … N − 1    acceleration
 //! ‖w_0 − v_0‖     ≤ ½ Δt a_max + δ_0                                  acceleration from the start
 //! ```
-//! r_k is the goal, v_0 the velocity through the water at the start, S the larger of the top speed and ‖v_0‖,
-//! m_k = ½ (c_k + c_{k+1}) and δ_k = ‖c_{k+1} − c_k‖ for the current c_k at tick k.
+//! r_k is the goal, v_0 the velocity through the water at the start, S the larger of the top speed
+//! and ‖v_0‖, m_k = ½ (c_k + c_{k+1}) and δ_k = ‖c_{k+1} − c_k‖ for the current c_k at tick k.
 //!
-//! **Nothing possible is cut off.** Let v(t) be a velocity through the water with ‖v‖ ≤ S and ‖dv/dt‖ ≤ a_max,
-//! v̄_k its mean over tick k and c̄_k the mean current that the craft meets then, so that
-//! (p_{k+1} − p_k) / Δt = v̄_k + c̄_k and w_k = v̄_k + (c̄_k − m_k), with no error of integration. Then
+//! **No possible motion is excluded.** Let v(t) be a velocity through the water with ‖v‖ ≤ S and
+//! ‖dv/dt‖ ≤ a_max, v̄_k its mean over tick k and c̄_k the mean current along its way. Then
+//! (p_{k+1} − p_k) / Δt = v̄_k + c̄_k and w_k = v̄_k + (c̄_k − m_k), without integration error, and
 //!
 //! ```text
-//! ‖v̄_k‖           ≤ S                                                           a mean of vectors no longer than S
-//! ‖v̄_k − v̄_{k−1}‖ = ‖∫ v(t + Δt) − v(t) dt‖ / Δt ≤ Δt a_max                     over t in tick k − 1
-//! ‖v̄_0 − v_0‖     = ‖∫ v(t) − v(0) dt‖ / Δt ≤ ∫ a_max t dt / Δt = ½ Δt a_max    over t in [0, Δt]
+//! ‖v̄_k‖           ≤ S                                                           mean of ‖v‖ ≤ S
+//! ‖v̄_k − v̄_{k−1}‖ = ‖∫ v(t + Δt) − v(t) dt‖ / Δt ≤ Δt a_max                     t in tick k − 1
+//! ‖v̄_0 − v_0‖     = ‖∫ v(t) − v(0) dt‖ / Δt ≤ ∫ a_max t dt / Δt = ½ Δt a_max    t in [0, Δt]
 //! ‖c̄_k − m_k‖     ≤ δ_k                                                         assumed
 //! ```
-//! The last line holds with a factor of two to spare where the current goes straight from c_k to c_{k+1},
-//! and is an assumption about what it does between two ticks otherwise. The currents are those that the
-//! recorded craft met: where they vary in space, the bound is one for craft in those same currents.
+//! The last line has a factor of two to spare if the current goes straight from c_k to c_{k+1}, and
+//! is otherwise an assumption about the current between ticks. The currents are those of the
+//! recorded craft: where they vary in space, the bound is for craft in these same currents.
 //!
-//! **No tolerance makes the bound a false one.** In deviations x = (p − r) / L from the goal the program is
-//! ½ xᵀ x subject to A x + s = b, s ∈ K, and every z in the dual cone K* = K bounds it from below:
+//! **No tolerance makes the bound false.** In deviations x = (p − r) / L from the goal the program
+//! is ½ xᵀ x subject to A x + s = b, s ∈ K, and every z in the dual cone K* = K bounds it below:
 //!
 //! ```text
 //! ½ xᵀ x ≥ −½ ‖Aᵀ z‖² − bᵀ z,    over the multiples of z at best   ½ max(0, −bᵀ z)² / ‖Aᵀ z‖²
 //! ```
-//! The bound is this figure, for the solver's z moved into the cone: a solution that is off is a bound that
-//! is lower, never one that is wrong.
+//! The bound is this value at the solver's z, moved into the cone: an inexact solution lowers the
+//! bound and never makes it false.
 
 use clarabel::{
     algebra::CscMatrix,
@@ -41,12 +41,12 @@ use clarabel::{
 };
 use nalgebra::Vector2;
 
-/// Tolerance of the solver: the bound comes out within a millionth of the least mean square (tested).
+/// Tolerance of the solver: the bound is within 1e-6 of the least mean square (tested).
 const TOLERANCE: f64 = 1e-8;
 /// Most interior-point iterations.
 const ITERATIONS_MAX: u32 = 100;
 
-/// Unit of length inside the program, m: fewest iterations and the tightest bound, see `docs/rationale.md#solver`.
+/// Unit of length in the program, m: fewest iterations, tightest bound (docs/rationale.md#solver).
 const LENGTH_UNIT: f64 = 100.0;
 
 /// Largest distance in units of length: from 100 km on, the unit grows with the distance.
@@ -85,7 +85,7 @@ pub(crate) struct Clairvoyant {
 
 /// The best trajectory after the goal and the bound that goes with it.
 ///
-/// None where the solver finds none. Time and memory grow in proportion to N (`docs/rationale.md#solver`).
+/// `None` without a solution. Time and memory are proportional to N (`docs/rationale.md#solver`).
 pub(crate) fn clairvoyant(pursuit: &Pursuit) -> Option<Clairvoyant> {
     let first = pursuit.start - pursuit.goal[0];
     let later_goals = &pursuit.goal[1..];
@@ -141,7 +141,7 @@ impl Pursuit {
         self.interval * (self.current[k] - self.current[k - 1]).norm()
     }
 
-    /// Of the tick that ends at k.
+    /// The speed limit of the tick that ends at k.
     fn speed(&self, k: usize) -> Disc {
         let fastest = self.speed_max.max(self.start_velocity.norm());
         Disc {
@@ -151,7 +151,7 @@ impl Pursuit {
         }
     }
 
-    /// Between the tick that ends at k and the one before, or the start.
+    /// The acceleration limit between the tick that ends at k and the previous tick, or the start.
     fn acceleration(&self, k: usize) -> Disc {
         let change = self.interval * self.interval * self.acceleration_max;
         if k == 1 {
@@ -169,8 +169,8 @@ impl Pursuit {
     }
 }
 
-/// ½ xᵀ x subject to A x + s = b, s ∈ K: x the deviations from tick 1 on in units of length, every disc a cone
-/// in units of its radius, so that a speed in a far chase counts as much as the distance.
+/// ½ xᵀ x subject to A x + s = b, s ∈ K: x are deviations from tick 1 on in units of length. Each
+/// disc is a cone in units of its radius: in a far chase, speed then counts like distance.
 struct Chase {
     constraints: CscMatrix<f64>,
     bounds: Vec<f64>,

@@ -1,6 +1,6 @@
-//! The planner and every tuned line-of-sight law on the same mission: same scenario, same seed, same snapshots. Where the goal visits,
-//! every rule instead, followed by the planner and by line of sight. It is a campaign of one scenario and one replicate, with gains
-//! that are found on the same replicate.
+//! The planner and every tuned line-of-sight law on the same mission: same scenario, seed and
+//! snapshots. For a goal that visits, every rule, followed by planner and line of sight. It is a
+//! campaign of one scenario and one replicate, which also tunes the gains.
 
 use std::collections::BTreeMap;
 
@@ -49,7 +49,7 @@ fn by_name<S: Serializer>(all: &[Controller], serializer: S) -> Result<S::Ok, S:
     serializer.collect_map(all.iter().map(|controller| (&controller.name, controller)))
 }
 
-/// Why missions that are compared gave no result.
+/// Compared missions gave no result.
 #[derive(Debug, thiserror::Error)]
 pub enum ComparisonError {
     /// There is nothing to guide.
@@ -62,7 +62,7 @@ pub enum ComparisonError {
     Mission(String, #[source] GuideError),
 }
 
-/// The controllers as a campaign file has them: the planner, a law outside of this program if there is one, then the laws in the order
+/// The controllers as in a campaign file: the planner, any external law, then the laws in the order
 /// of [`LosLaw::ALL`] or the rules in that of [`Rule::ALL`].
 fn controllers(scenario: &Scenario, guide: Option<&GuideUrl>) -> Vec<Value> {
     let mut all = vec![json!({ "name": PLANNER, "planner": {} })];
@@ -94,8 +94,8 @@ pub fn names(scenario: &Scenario, guide: Option<&GuideUrl>) -> Vec<String> {
         .collect()
 }
 
-/// The gains of the law's grid with the least root mean square distance to the goal over the whole mission. `progress` gets the
-/// fraction done.
+/// The gains of the law's grid with the least root mean square distance to the goal over the whole
+/// mission. `progress` gets the fraction done.
 pub fn best_gains(
     law: LosLaw,
     scenario: &Scenario,
@@ -134,7 +134,7 @@ fn visits(scenario: &Scenario) -> bool {
     craft.is_some_and(|craft| matches!(craft.goal, GoalFile::Visit { .. }))
 }
 
-/// What one controller knew and achieved.
+/// A controller's knowledge and scores.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Controller {
     /// Its name.
@@ -143,12 +143,12 @@ pub struct Controller {
     /// Its scores.
     #[serde(flatten)]
     pub scores: Scores,
-    /// What it knew.
+    /// Its knowledge.
     pub information: Information,
     /// Gains of a law: the best of its grid for this scenario and seed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gains: Option<LawGains>,
-    /// A rule's time of a turn, or of a stay beyond the goal's least time, s: the best of its grid for this scenario and seed.
+    /// A rule's turn, or stay beyond the goal's least time, s: the grid's best for this mission.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dwell_s: Option<f64>,
     /// The record.
@@ -157,25 +157,25 @@ pub struct Controller {
 }
 
 impl Controller {
-    /// What it is compared by: less is better.
+    /// The compared value; less is better.
     fn value(&self) -> f64 {
         let metrics = &self.scores.metrics;
         metrics.visits.map_or(metrics.rms_m, |visits| visits.mean_cost)
     }
 }
 
-/// What a controller knew.
+/// A controller's knowledge.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Information {
-    /// Forecast models of the underwater vehicles that it used; none if it looks at the present only.
+    /// Forecast models that it used for AUVs; none if it uses the present only.
     pub forecasts: Vec<&'static str>,
-    /// Whether every snapshot gave it the current.
+    /// `true` if every snapshot had the current.
     pub current_known: bool,
 }
 
 impl Comparison {
-    /// Runs the mission of the law at `guide`, if there is one, which may be away, then tunes the others and runs their missions.
-    /// `progress` gets what is being done and the fraction of it done.
+    /// Runs the mission of the law at `guide` first, if there is one: it may be away. Then tunes
+    /// the others and runs their missions. `progress` gets the activity and its fraction done.
     pub fn run(
         scenario: &Scenario,
         seed: u64,
@@ -196,8 +196,8 @@ impl Comparison {
         })
     }
 
-    /// The controller with the least of what is compared: mean cost of AUVs that are visited, or root mean square distance over the
-    /// whole mission.
+    /// The controller with the least compared value: mean cost of visited AUVs, or root mean square
+    /// distance over the whole mission.
     #[must_use]
     pub fn best(&self) -> &Controller {
         self.least(Controller::value)
@@ -209,7 +209,7 @@ impl Comparison {
         least.expect("the planner is one of them")
     }
 
-    /// Whether AUVs are visited.
+    /// `true` if AUVs are visited.
     fn visits(&self) -> bool {
         self.controllers[0].scores.metrics.visits.is_some()
     }
@@ -345,7 +345,7 @@ mod tests {
             // Most of it is the approach from 17 m off.
             assert!(worst(law) < 2.5, "{law:?}: {}", worst(law));
         }
-        // Half the box's diagonal, and as much as the target moves on from it.
+        // Half the box's diagonal, and the target's motion, which is as long.
         let round_the_box = worst(LosLaw::WaypointBox);
         assert!((15.0..70.0).contains(&round_the_box), "{round_the_box}");
     }

@@ -30,7 +30,7 @@ pub(crate) enum Block {
 /// A table; every row has as many cells as there are columns.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub(crate) struct Table {
-    /// Number of columns from the left that hold text; the others hold numbers and are aligned right.
+    /// Number of text columns, from the left; the others hold numbers and are aligned right.
     pub(crate) words: usize,
     /// Names of the columns.
     pub(crate) columns: Vec<String>,

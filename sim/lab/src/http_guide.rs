@@ -1,8 +1,8 @@
-//! A control law outside of this program, in any language: it gets each snapshot over HTTP and answers with a reference
-//! ([docs/own-law.md](../../../docs/own-law.md)).
+//! A control law outside of this program, in any language: it gets each snapshot over HTTP and
+//! answers with a reference ([docs/own-law.md](../../../docs/own-law.md)).
 //!
-//! It needs no memory of its own: `metadata` of its answer comes back in the next snapshot of the same mission, and so does a whole
-//! plan, as `previous_plan`. So the planner behind `/v1/plan` flies the mission that it flies here.
+//! It needs no memory: `metadata` of its answer returns in the mission's next snapshot, and a whole
+//! plan returns as `previous_plan`. So `/v1/plan` can be such a law.
 
 use std::{fmt, io, str::FromStr, time::Duration};
 
@@ -18,7 +18,7 @@ use sim::guide::{Guidance, Guide, GuideError, served};
 use ureq::{Agent, Error as HttpError, http::Uri};
 use wire::METADATA_BYTES_MAX;
 
-/// Longest wait for an answer. A law at sea answers within its second; this leaves room for slow languages and crowded machines.
+/// Longest wait for an answer. A law at sea has a second; this allows for busy machines.
 const ANSWER_TIME: Duration = Duration::from_secs(10);
 /// Largest answer, bytes: several times a plan for 16 AUVs.
 const ANSWER_BYTES_MAX: u64 = 1 << 20;
@@ -38,7 +38,7 @@ pub const GUIDE: &str = "guide";
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct GuideUrl(String);
 
-/// What is wrong with an address.
+/// An address is invalid.
 #[derive(Debug, thiserror::Error)]
 #[error("{0:?} is no address of a law, such as http://127.0.0.1:8000/")]
 pub struct NoGuideUrl(String);
@@ -65,7 +65,7 @@ impl fmt::Display for GuideUrl {
     }
 }
 
-/// Why a law gave no reference, with the time of the snapshot, s.
+/// A law gave no reference at this time of the snapshot, s.
 #[derive(Debug, thiserror::Error)]
 #[error("the guide {url} gave no reference at {t_s} s: {why}")]
 pub struct NoGuidance {
@@ -99,7 +99,7 @@ enum Why {
 }
 
 impl NoGuidance {
-    /// Whether it may be another time: the law was not there, or too slow.
+    /// `true` if the law was absent or too slow: it may answer later.
     #[must_use]
     pub fn may_pass(&self) -> bool {
         matches!(self.why, Why::Away(_) | Why::Closed(_) | Why::TooSlow)
@@ -139,7 +139,7 @@ impl HttpGuide {
         }
     }
 
-    /// What is sent: a request as `/v1/plan` takes it.
+    /// The request, as `/v1/plan` takes it.
     fn question(&self, snapshot: &Snapshot) -> Value {
         let mut request = serde_json::to_value(&**snapshot).expect("a request is JSON");
         if !self.metadata.is_empty() {
@@ -151,7 +151,7 @@ impl HttpGuide {
         request
     }
 
-    /// Asks again on a fresh connection if the one of the last answer was closed: some servers close after each answer without a word.
+    /// Asks again if the last answer's connection was closed: some servers close without notice.
     fn answer(&mut self, question: &Value) -> Result<Value, Why> {
         let answer = match self.ask(question) {
             Err(Why::Away(error)) if self.has_answered && is_closed(&error) => {
@@ -225,8 +225,8 @@ fn why(error: HttpError) -> Why {
     }
 }
 
-/// The reference in `answer`: a member `reference`, as in a plan, or the answer itself. A speed above the craft's largest is clipped, as
-/// its autopilot would.
+/// The reference in `answer`: a member `reference`, as in a plan, or the answer itself. A speed
+/// above the craft's largest is clipped, as its autopilot would.
 fn reference(snapshot: &Snapshot, answer: &Value) -> Result<Reference, Why> {
     let of = answer.get("reference").unwrap_or(answer);
     let number = |member| of[member].as_f64();
@@ -258,7 +258,7 @@ fn reference(snapshot: &Snapshot, answer: &Value) -> Result<Reference, Why> {
     })
 }
 
-/// The place of the AUV that `answer` serves: the next one of its schedule, as in a plan, or the one that `serves` names.
+/// Index of the AUV that `answer` serves: the next of its schedule, or the one in `serves`.
 fn serves(snapshot: &Snapshot, answer: &Value) -> Result<Option<usize>, Why> {
     if let Ok(schedule) = Schedule::deserialize(&answer["schedule"]) {
         return Ok(served(snapshot, &schedule));
@@ -271,7 +271,7 @@ fn serves(snapshot: &Snapshot, answer: &Value) -> Result<Option<usize>, Why> {
     place.map(Some).ok_or_else(unknown)
 }
 
-/// What comes back in the next snapshot.
+/// The metadata for the next snapshot.
 fn metadata(answer: &Value) -> Result<Map<String, Value>, Why> {
     let metadata = match answer.get("metadata") {
         None => return Ok(Map::new()),

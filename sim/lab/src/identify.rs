@@ -1,19 +1,20 @@
 //! Identification of a craft from a log of references and motion.
 //!
-//! Output-error identification: the craft's response model of [`planner::craft`] is simulated from the logged references
-//! alone, and its parameters are those for which the simulated motion is nearest to the measured one, by least squares
-//! over all samples. Source: L. Ljung, *System Identification: Theory for the User* (1999), chapters 7 and 9.
+//! Output-error identification: the craft's response model of [`planner::craft`] is simulated from
+//! the logged references alone. Its parameters minimise the squared differences from the measured
+//! motion. Source: L. Ljung, *System Identification: Theory for the User* (1999), chapters 7 and 9.
 //!
 //! ```text
 //! heading   ψ_m = ψ(ψ_ref; T or ω, ζ, t_d, r_max) + compass bias
-//! surge     log: u          sway log: v = −k_β u r
-//! ground    along the bow: u + v_c · bow          to starboard: v + v_c · starboard − compass bias · u
+//! surge     log: u                          sway log: v = −k_β u r
+//! ground    along the bow: u + v_c · bow    to starboard: v + v_c · starboard − compass bias · u
 //! ```
-//! The current v_c is assumed constant over the log; it and the compass bias are nuisance parameters. Whether the craft controls
-//! speed through the water or over ground, and heading or course, is decided by the better fit.
+//! The current v_c is assumed constant over the log; it and the compass bias are nuisance
+//! parameters. The better fit decides if the craft controls speed through the water or over ground,
+//! and heading or course.
 //!
-//! [`Log`] checks the rows, [`identify`] fits, and [`Identification`] has the parameters with their intervals, and what is
-//! missing. Nothing here reads files.
+//! [`Log`] checks the rows, [`identify`] fits, and [`Identification`] holds the parameters with
+//! their intervals and the missing ones. No function here reads files.
 
 use planner::craft::{CraftDescription, HeadingLoop, HeadingReference, Power, SpeedReference, SurgeLoop};
 
@@ -32,7 +33,7 @@ pub use log::{InvalidLog, Log, LogRow};
 pub use page::{page, summary};
 pub use parameter::{Parameter, Quantity};
 
-/// Least relative uncertainty of a craft file. Assumption: no craft is a first- or second-order system to a better accuracy.
+/// Least relative uncertainty of a craft file. Assumption: no craft fits the models better.
 const RELATIVE_UNCERTAINTY_MIN: f64 = 0.02;
 
 /// Measured and simulated motion by sample, for a page. `None` where nothing was measured.
@@ -63,12 +64,12 @@ pub struct Traces {
 pub struct Identification {
     /// Every parameter, identified or not.
     pub parameters: Vec<Parameter>,
-    /// Whether speed is through the water or over ground, if the log shows it.
+    /// Speed through the water or over ground, if the log shows it.
     pub speed_held: Option<SpeedReference>,
-    /// Whether the reference is a heading or a course, if the log shows it.
+    /// Reference of heading or of course, if the log shows it.
     pub heading_held: Option<HeadingReference>,
-    /// Mean current (north, east), m/s, with the standard deviation of each component, where the log has velocity over
-    /// ground.
+    /// Mean current (north, east), m/s, with each component's standard deviation, if the log has
+    /// velocity over ground.
     pub current: Option<[(f64, f64); 2]>,
     /// Compass bias against the satellite track, rad, with its standard deviation.
     pub compass_bias: Option<(f64, f64)>,
@@ -152,8 +153,8 @@ pub fn identify(log: &Log) -> Identification {
     let reference = reference::HeldReference::headings(log);
     let by_heading = heading::fit(log, &reference, None);
     let surge = surge::fit(log, &by_heading.simulated);
-    // Heading and course differ only in a current. If the craft controls its course, the bow turns differently from
-    // `by_heading`, and the surge fit depends on it: fit once more.
+    // Heading and course differ only in a current. If the craft controls its course, the bow turns
+    // differently from `by_heading`, on which the surge fit depends: fit once more.
     let by_course = surge.water.as_ref().map(|water| {
         let rough = heading::fit(log, &reference, Some(water));
         let surge = surge::fit(log, &rough.simulated);

@@ -1,9 +1,10 @@
 //! The laboratory: what a guidance law is worth, and what a craft is like.
 //!
-//! In reading order: [`rules`] visit AUVs without a schedule; [`http_guide`] is a law outside of this program; a [`campaign`] flies many
-//! controllers, at the best gains of their grids, under many conditions and on many craft, beside a lower bound (`clairvoyant`, `bound`);
-//! [`comparison`] is one of a single mission, with [`scores`] of each controller. [`trial`] simulates a sea trial, and [`mod@identify`] fits a craft to
-//! its log ([`log_file`]). [`report`] is a mission as one page, drawn as the service's page draws it.
+//! In reading order: [`rules`] visit AUVs without a schedule; [`http_guide`] is an external law; a
+//! [`campaign`] flies many controllers at their best gains under many conditions, with a lower
+//! bound (`clairvoyant`, `bound`); [`comparison`] is one of a single mission, with [`scores`].
+//! [`trial`] simulates a sea trial, and [`mod@identify`] fits a craft to its log ([`log_file`]).
+//! [`report`] is a mission as one page.
 //!
 //! Neither the planner nor the simulator depends on this crate.
 

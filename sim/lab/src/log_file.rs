@@ -1,7 +1,7 @@
 //! Logs of references and motion from files.
 //!
-//! A log is a table with a row for each sample: comma-separated values, Apache Parquet, or MCAP with the table's rows as messages.
-//! [`crate::identify`] fits a craft to it.
+//! A log is a table with a row per sample: comma-separated values, Apache Parquet, or MCAP with the
+//! table's rows as messages. [`crate::identify`] fits a craft to it.
 
 use std::{fs, io, path::Path};
 

@@ -1,4 +1,4 @@
-//! One or more missions that differ in the controller, as one page without network access: the service's page on recorded data.
+//! Missions of different controllers as one offline page: the service's page on recorded data.
 
 use ::record::{
     ExportError, Source as _,
@@ -18,7 +18,7 @@ pub struct ReportedRun<'a> {
     pub record: &'a Record,
     /// Predictions of the planner with the times of their plans, s; empty for other guides.
     pub predictions: &'a [(f64, Prediction)],
-    /// What the controller knew, in words; may be empty.
+    /// The controller's knowledge in words; may be empty.
     pub information: String,
     /// Gains of a law; none for another controller.
     pub gains: Option<LawGains>,
@@ -179,7 +179,7 @@ mod tests {
         mission::run(&scenario, &mut guide, 1, &mut |_| {}).expect("runs")
     }
 
-    /// What the page is given.
+    /// The page's data.
     fn data(page: &str) -> Value {
         let (_, rest) = page.split_once("id=\"data\">").expect("has data");
         let (json, _) = rest.split_once("</script>").expect("ends");

@@ -1,7 +1,7 @@
-//! Rules by which a craft visits AUVs without a schedule, for comparison: the clock, and what operators do by hand.
+//! Rules that visit AUVs without a schedule, for comparison: the clock, and operators' habits.
 //!
-//! A rule sees what the planner sees: the same snapshots, estimates and forecasts, and costs that it counts from them. It replaces the
-//! goal `visit` by one that the planner or a line-of-sight law then follows.
+//! A rule uses the planner's input: the same snapshots, estimates and forecasts, with costs from
+//! them. It replaces the goal `visit` by one that the planner or a line-of-sight law follows.
 
 use nalgebra::Vector2;
 use planner::{
@@ -21,7 +21,7 @@ mod tour;
 
 use tour::short_tour;
 
-/// Turns by the clock that are tried, s: at 1.5 m/s the shortest is 60 m, the longest more than a kilometre.
+/// Tried turns by the clock, s: at 1.5 m/s the shortest is 60 m, the longest over a kilometre.
 const TURNS: [f64; 8] = [40.0, 60.0, 80.0, 120.0, 240.0, 360.0, 540.0, 810.0];
 
 /// Stays beyond the goal's least time that are tried, s: fixes and data take time, an age none.
@@ -30,7 +30,7 @@ const STAYS: [f64; 3] = [0.0, 60.0, 180.0];
 /// Name of the guide that plans.
 const PLANNER: &str = "mpc";
 
-/// Steps towards where a moving AUV is met: each leaves the ratio of the speeds of what was missing, a fifth for most.
+/// Steps to a moving AUV's meeting point: each leaves the ratio of speeds of the error, mostly 1/5.
 const MEETING_STEPS: usize = 4;
 
 /// Slant range that a goal asks to stay within where data set none, m: the largest there may be.
@@ -107,7 +107,7 @@ struct Memory {
     then: f64,
     /// Places in the order of a short tour.
     tour: Vec<usize>,
-    /// How each is heard.
+    /// Hearing of each.
     hearing: Vec<Hearing>,
     /// Those that were served since all others were.
     served: Vec<bool>,
@@ -136,7 +136,7 @@ impl Ruled {
         }
     }
 
-    /// The goal instead of `visits`, and the place among the snapshot's AUVs of the one that is followed.
+    /// The goal instead of `visits`, and the index of the followed AUV in the snapshot.
     fn goal(&mut self, snapshot: &Snapshot, visits: &Visits) -> (Goal, Option<usize>) {
         let now = snapshot.t_s;
         let forecast = GoalForecast::holding(snapshot, None);
@@ -207,7 +207,7 @@ impl Memory {
         }
     }
 
-    /// What is seen of each AUV, with the costs carried on until now.
+    /// Observations of each AUV, with the costs carried on until now.
     fn look(&mut self, snapshot: &Snapshot, forecast: &GoalForecast) -> Vec<Seen> {
         let (here, elapsed) = (snapshot.asc.position(), snapshot.t_s - self.then);
         self.then = snapshot.t_s;
@@ -235,7 +235,7 @@ impl Memory {
         all
     }
 
-    /// The place that is next: the same until the craft was there for `stay` s, then the one that the rule says.
+    /// The next place: the same until the craft was there for `stay` s, then the rule's choice.
     fn next(&mut self, rule: Rule, now: f64, stay: f64, (seen, heard): (&[Seen], &[usize])) -> usize {
         if let Some((place, arrived)) = &mut self.next
             && heard.contains(place)

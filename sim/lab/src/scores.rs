@@ -1,4 +1,4 @@
-//! What a controller achieved on a mission, under the names that leave the program.
+//! A controller's scores on a mission, under their public names.
 
 use serde::Serialize;
 use sim::{
@@ -14,8 +14,8 @@ pub struct Scores {
     /// The record's metrics.
     #[serde(flatten)]
     pub metrics: SurfaceCraftMetrics,
-    /// How much nearer to the goal any craft of this hull could have stayed that knew the whole future, m
-    /// (root mean square); none in waves, whose push has no bound.
+    /// Gap between the root mean square distance and its lower bound for this hull with the future
+    /// known, m; `None` in waves, whose push has no bound.
     pub regret_m: Option<f64>,
 }
 
@@ -82,7 +82,7 @@ impl Scores {
     }
 }
 
-/// All scores of a mission as lines of a table: those of the surface craft, and how each AUV kept to its path.
+/// All scores as table lines: the surface craft's, and each AUV's distance from its path.
 #[must_use]
 pub fn lines(record: &Record) -> Vec<(String, String)> {
     let mut lines = Scores::of(record).map_or_else(Vec::new, |scores| scores.lines());

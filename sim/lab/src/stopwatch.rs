@@ -11,11 +11,11 @@ use sim::guide::{Guidance, Guide, GuideError};
 /// A guide whose solve times are measured.
 pub struct Stopwatch<'a> {
     guide: &'a mut dyn Guide,
-    /// What the snapshots held.
+    /// Contents of the snapshots.
     pub received: Received,
 }
 
-/// What a guide received over a mission.
+/// Input of a guide over a mission.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Received {
     /// The forecast models that the snapshots called for, in the order of their first use.

@@ -1,8 +1,8 @@
 //! A simulated sea trial: half an hour of manoeuvres that identify a craft.
 //!
-//! Zig-zag and turning circle follow the IMO's *Standards for ship manoeuvrability* (resolution MSC.137(76), 2002), scaled down,
-//! with references instead of rudder angles; speed and heading steps identify the response model, and the drift test the
-//! current.
+//! Zig-zag and turning circle follow the IMO's *Standards for ship manoeuvrability* (resolution
+//! MSC.137(76), 2002), scaled down, with references instead of rudder angles. Speed and heading
+//! steps identify the response model, the drift test the current.
 
 use std::f64::consts::TAU;
 
@@ -34,10 +34,10 @@ const WORKING: f64 = 0.5;
 /// Heading of the way back, rad: less than a half turn, whose side would be arbitrary.
 const BACK: f64 = 170.0 / 180.0 * std::f64::consts::PI;
 
-/// Current of a trial (north, east), m/s: enough to tell speed through the water from speed over ground.
+/// Current of a trial (north, east), m/s: separates speed through water and over ground.
 const CURRENT: Vector2<f64> = Vector2::new(0.12, 0.09);
 
-/// Turns of a circle: at least once although the craft lags, and not to where the way back would be a half turn.
+/// Turns of a circle: over one despite the craft's lag, without a half turn on the way back.
 const ROUNDS: f64 = 1.3;
 
 /// A part of a trial with one speed and one turn rate.
@@ -74,7 +74,7 @@ impl Trial {
             });
         };
         leg(60.0, WORKING, 0.0, 0.0);
-        // Speed steps up and down on one course and back on the other: small ones for the time constant, large ones for the limits.
+        // Speed steps on both courses: small ones for the time constant, large ones for the limits.
         for heading in [0.0, BACK] {
             leg(30.0, WORKING, heading, 0.0);
             for speed in [0.6, 0.5, 0.4, 0.5] {
@@ -135,7 +135,7 @@ pub struct TrialSetup {
     sensors: SensorSetup,
 }
 
-/// Why a trial cannot start.
+/// A trial cannot start.
 #[derive(Debug, thiserror::Error)]
 pub enum NoTrial {
     /// The scenario has no surface craft.
@@ -147,7 +147,7 @@ pub enum NoTrial {
 }
 
 impl TrialSetup {
-    /// A craft of that class with drag feed-forward, in a current of 0.15 m/s, with a small craft's sensors.
+    /// A craft of that class with drag feed-forward and usual sensors, in a current of 0.15 m/s.
     #[must_use]
     pub fn of_class(class: SurfaceClass) -> Self {
         let autopilot = class.autopilot(DragFeedForward::On);
@@ -191,7 +191,7 @@ impl TrialSetup {
     }
 }
 
-/// Simulates `trial` with the surface craft of `world`, and logs the measurements; empty without a craft.
+/// Simulates `trial` with the craft of `world` and logs the measurements; empty without a craft.
 fn fly(trial: &Trial, world: &mut World, sensors: &mut SurfaceSensors) -> Vec<LogRow> {
     let mut rows = Vec::new();
     let mut energy = world.surface_craft.as_ref().map_or(0.0, |craft| craft.energy);

@@ -17,15 +17,15 @@ use sim::{
 /// Starts up to 1 m and 0.1 rad apart.
 const SEEDS: [u64; 3] = [1, 2, 3];
 
-/// Where nothing comes up that the plan before did not foresee, a program solved anew is predicted to do best but for
-/// near ties: a lower fallback level answers once in so many times at most.
+/// Unless the previous plan missed an event, a newly solved program is predicted best except for
+/// near ties: a lower fallback level answers at most once in this number.
 const ONE_IN: usize = 100;
 
 /// Time from one hand-over to the next in paper-intermittent, s.
 const DWELL: f64 = 240.0;
 
-/// How long after a hand-over the plan made before it may still be as good as a new one, s. Measured: 29 s, as the craft
-/// comes alongside.
+/// Time after a hand-over within which the previous plan may still be as good as a new one, s.
+/// Measured: 29 s, as the craft comes alongside.
 const JUST_HANDED_OVER: f64 = 30.0;
 
 /// The law at its best gains for the very mission, and what it achieves with them.
@@ -87,14 +87,13 @@ fn the_planner_is_never_worse_than_tuned_line_of_sight() {
                 mpc.settled_rms_m <= 0.5 * los.settled_rms_m,
                 "{name}, seed {seed}"
             );
-            // Measured: all, but for the approach in paper-midpoint, where two are of lower fallback levels.
+            // Measured: all, except two of lower fallback levels in the approach of paper-midpoint.
             assert_by_the_program(&record, |_| true);
         }
     }
 }
 
-/// The strongest of the laws, which the planner does not beat everywhere: measured, its approach is up to 1.8 %
-/// nearer, for more energy.
+/// The strongest law. Measured: its approach is up to 1.8 % nearer, for more energy.
 #[test]
 fn line_of_sight_in_the_tracker_s_frame_gains_a_little_on_the_approach_and_loses_the_rest() {
     for name in ["paper-tracking", "paper-midpoint", "cross-current"] {
@@ -112,8 +111,8 @@ fn line_of_sight_in_the_tracker_s_frame_gains_a_little_on_the_approach_and_loses
     }
 }
 
-/// The gliders of `slocum` tell their velocity through the water, 0.05 m/s of current short. Taken for a velocity over
-/// ground, it leaves the craft 0.37 m behind.
+/// The gliders of `slocum` report their velocity through the water, without 0.05 m/s of current.
+/// Read as a velocity over ground, it leaves the craft 0.37 m behind.
 #[test]
 fn a_current_that_the_vehicles_do_not_know_of_is_found_out() {
     let scenario = Scenario::named("slocum").expect("exists").lasting(400.0);
@@ -141,8 +140,8 @@ fn anticipating_the_hand_over_halves_the_error() {
             mpc.rms_m,
             los.rms_m
         );
-        // While a hand-over comes into sight, and just after it, the plan before may be as good: measured, in a tenth of
-        // the answers then. Line of sight does not foresee it and is never better.
+        // Just before and after a foreseen hand-over the previous plan may be as good: measured, in
+        // a tenth of the answers then. Line of sight does not foresee it and is never better.
         let horizon: f64 = Parameters::default().steps.iter().sum();
         let far_from_hand_overs =
             |time: f64| (JUST_HANDED_OVER..DWELL - horizon).contains(&time.rem_euclid(DWELL));
@@ -156,9 +155,9 @@ fn anticipating_the_hand_over_halves_the_error() {
     }
 }
 
-/// The loop that winds up: the planner's model of it is optimistic. Its approach is slower than line of
-/// sight's by a few per cent, it keeps closer afterwards and at hand-overs, and pays with energy and with
-/// circles that it turns while the loop slows down.
+/// A winding-up loop: the planner's model of it is optimistic. Its approach is slower than line of
+/// sight's by a few per cent. It keeps closer afterwards and at hand-overs, and pays with energy
+/// and with circles that it turns while the loop slows down.
 #[test]
 fn without_drag_feed_forward_the_approach_is_lost_by_a_little_and_the_rest_won() {
     for (name, share) in [

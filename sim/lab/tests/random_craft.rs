@@ -90,8 +90,8 @@ fn the_medusa_s_step_tests_find_what_its_gains_say() {
         SurfaceClass::Medusa.autopilot(sim::inner_loop::DragFeedForward::On),
     );
     let tested = step_test(&hull, &autopilot).expect("it follows");
-    // At 0.65 m/s the Munk moment (m_v − m_u) m_u u² / d_v takes a third of the loop's damping 2ζω m_r away, and the
-    // quadratic yaw drag gives some back; half a period and the thrusters' 0.1 s are added.
+    // At 0.65 m/s the Munk moment (m_v − m_u) m_u u² / d_v takes a third of the loop's damping
+    // 2ζω m_r, less quadratic yaw drag. Half a period and the thrusters' 0.1 s are added.
     let (damping, munk) = (2.0 * 0.8 * 1.6 * 4.64, 10.0 * 50.0 * 0.65 * 0.65 / 55.1);
     let least = (damping - munk) / (1.6 * 1.6 * 4.64);
     let most = least + 6.23 * 0.3 / (1.6 * 1.6 * 4.64) + 0.15;
@@ -108,12 +108,12 @@ fn the_medusa_s_step_tests_find_what_its_gains_say() {
         (tested.craft.power.cubic_w_per_mps3 - 27.5).abs() < 1e-9
             && tested.craft.power.linear_w_per_mps.abs() < 1e-9
     );
-    // The clamped proportional part: 26 N/(m/s) · 0.2 m/s on 50 kg, and what its integral part adds.
+    // The clamped proportional part, 26 N/(m/s) · 0.2 m/s on 50 kg, and its integral part.
     let acceleration = tested.craft.surge.acceleration_max;
     assert!((0.08..0.13).contains(&acceleration), "{acceleration} m/s²");
 }
 
-/// Where craft and response are `duration` s after a reference that neither was fitted to: rad and m/s.
+/// Distance of craft and response, rad and m/s, `duration` s after an unfitted reference.
 fn apart(craft: &RandomCraft) -> (f64, f64) {
     let tested = &craft.tested;
     let (heading, surge) = (&tested.craft.heading, &tested.craft.surge);

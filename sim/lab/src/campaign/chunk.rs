@@ -11,7 +11,7 @@ use super::{
 };
 use crate::http_guide::NoGuidance;
 
-/// Flies all runs of a chunk, with the gains of its case. A run is left out where an earlier one has the same gains and stands for it.
+/// Flies the runs of a chunk with its case's gains, except those that an earlier run represents.
 pub(super) fn flown(
     campaign: &Campaign,
     chunk: Chunk,

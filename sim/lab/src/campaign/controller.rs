@@ -28,25 +28,25 @@ pub use variation::{Breakdown, Variation};
 pub struct Controller {
     /// Its name, unique in a campaign.
     pub name: String,
-    /// Name of its entry in the campaign file. An entry with `whole_grid` gives several controllers.
+    /// Name of its entry in the campaign file. A `whole_grid` entry gives several controllers.
     pub entry: String,
-    /// What it knows of paths.
+    /// Its knowledge of paths.
     pub paths: Paths,
-    /// What is declared to it of the surface craft.
+    /// Its knowledge of the surface craft.
     pub craft: CraftKnowledge,
     /// The law that steers.
     pub law: ControlLaw,
     /// The rule that visits AUVs instead of a schedule, and its time, s, if that is not tuned.
     pub rule: Option<(Rule, Option<f64>)>,
-    /// What differs from the scenario.
+    /// Its difference from the scenario.
     pub variation: Option<Variation>,
 }
 
-/// What a controller knows of the AUVs' paths, speeds and dives.
+/// A controller's knowledge of the AUVs' paths, speeds and dives.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Paths {
-    /// What the scenario grants.
+    /// As the scenario grants.
     #[default]
     AsScenario,
     /// Nothing, unless the goal itself is given along a path.
@@ -55,11 +55,11 @@ pub enum Paths {
     Known,
 }
 
-/// What is declared to a controller of the surface craft.
+/// A controller's knowledge of the surface craft.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum CraftKnowledge {
-    /// How it answers references, and all of its limits.
+    /// The response to references, and all limits.
     #[default]
     Declared,
     /// Its least and its largest speed.
@@ -101,8 +101,8 @@ impl Controller {
         }
     }
 
-    /// Whether it takes part in `scenario`. A law uses the present only, so knowing the paths makes a difference only where the
-    /// present must be estimated from old or noisy reports.
+    /// `true` if it takes part in `scenario`. A law uses only the present, so knowing the paths
+    /// matters only where the present is estimated from old or noisy reports.
     #[must_use]
     pub fn takes_part(&self, scenario: &Scenario) -> bool {
         if self
@@ -120,8 +120,7 @@ impl Controller {
                 let already_known = scenario.knowledge.paths;
                 self.paths != Paths::Known || !already_known && leaves_the_present_unsure(scenario)
             }
-            // The range back-off matters only with a range to keep, and the goal uncertainty only with acoustics: exact states
-            // have no covariance.
+            // No range to keep: no back-off. Exact states, without acoustics, have no covariance.
             ControlLaw::Planner { ref parameters, .. } => {
                 let usual = Parameters::default();
                 (parameters.range_back_off == usual.range_back_off || scenario.bounds.range_max_m.is_some())
@@ -157,13 +156,13 @@ impl Controller {
         }
     }
 
-    /// Whether anything of it is tuned.
+    /// `true` if a part of it is tuned.
     #[must_use]
     pub(super) fn is_tuned(&self) -> bool {
         1 < self.grid().len()
     }
 
-    /// When its craft breaks, s.
+    /// Time of the craft's breakdown, s.
     #[must_use]
     pub(super) fn breaks_at(&self) -> Option<f64> {
         match self.variation {
@@ -172,7 +171,7 @@ impl Controller {
         }
     }
 
-    /// What it knows and uses, in words.
+    /// Its knowledge and variation in words.
     #[must_use]
     pub fn information(&self) -> String {
         let of_paths = match self.paths {
@@ -275,7 +274,7 @@ impl Controller {
     }
 }
 
-/// Whether reports are late, noisy or missing.
+/// `true` if reports are late, noisy or missing.
 fn leaves_the_present_unsure(scenario: &Scenario) -> bool {
     use sim::scenario::FaultKindFile::{AuvDies, Silence};
     let silent = |fault: &sim::scenario::FaultFile| matches!(fault.what, Silence { .. } | AuvDies { .. });

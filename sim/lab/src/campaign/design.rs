@@ -22,7 +22,7 @@ pub use scenario_files::ScenarioFiles;
 const TUNING_STREAM: u64 = 1 << 40;
 /// Random streams of one replicate: one for the seed, one for each parameter.
 const STREAMS: u64 = 1 << 10;
-/// Fewest runs of a chunk, if the case has as many. A chunk is lost if a process is killed, and is the work of a worker at a time.
+/// Fewest runs of a chunk, if the case has that many. A killed process loses at most a chunk.
 const RUNS_PER_CHUNK: u64 = 6;
 
 /// A campaign that can be run.
@@ -47,7 +47,7 @@ pub struct Condition {
     pub case: usize,
     /// Number of the replicate.
     pub replicate: u64,
-    /// Whether it is for tuning.
+    /// `true` if it is for tuning.
     pub tuning: bool,
 }
 
@@ -103,7 +103,7 @@ impl Campaign {
         Self::of(CampaignFile::parse(text, file)?, text, file, scenario_files)
     }
 
-    /// These controllers, as a campaign file has them, on one mission, with gains that are found on the same mission.
+    /// These entries of a campaign file on one mission; gains are found on the same mission.
     pub(crate) fn of_mission(
         scenario: &Scenario,
         seed: u64,
@@ -186,7 +186,7 @@ impl Campaign {
         Ok(made)
     }
 
-    /// What a report needs: members of the file with their defaults, controllers, scenarios and craft.
+    /// Outline for reports: the file with its defaults, controllers, scenarios and craft.
     #[must_use]
     pub(super) fn outline(&self) -> Value {
         let controller = |controller: &Controller| {
@@ -234,7 +234,7 @@ impl Campaign {
         })
     }
 
-    /// The controller that the others are compared with: the one asked for, else the first law, else the first controller.
+    /// The reference of ratios: the file's, else the first law, else the first controller.
     pub(super) fn reference(&self) -> &str {
         let law = self
             .controllers
@@ -251,7 +251,7 @@ impl Campaign {
             .unwrap_or_default()
     }
 
-    /// The largest number of runs: a law with the same gains for two objectives flies once for both.
+    /// Largest number of runs: a law with the same gains for two objectives flies once for both.
     #[must_use]
     pub fn n_runs(&self) -> u64 {
         (0..self.cases.len())
@@ -344,7 +344,7 @@ impl Campaign {
         }
     }
 
-    /// Keys and values of the parameters, in the file's order. They are equal for the same replicate of every case.
+    /// Keys and values of the parameters, in the file's order; equal in a replicate of all cases.
     #[must_use]
     pub fn parameters(&self, condition: Condition) -> Vec<(&str, f64)> {
         let all = self.file.parameters.iter().zip(1..);
@@ -376,7 +376,7 @@ impl Campaign {
         case.with_parameters(&parameters, self.file.duration_s)
     }
 
-    /// A random stream for each replicate and purpose. It does not depend on the case, so that cases can be compared.
+    /// A random stream for each replicate and purpose, equal in all cases: they can be compared.
     fn rng(&self, condition: Condition, stream: u64) -> ChaCha8Rng {
         let mut rng = ChaCha8Rng::seed_from_u64(self.file.seed);
         let replicate = condition.replicate + if condition.tuning { TUNING_STREAM } else { 0 };
@@ -400,7 +400,7 @@ impl Campaign {
             .sum()
     }
 
-    /// Tries the extremes of each parameter in each scenario, so that a campaign does not fail after hours.
+    /// Tries the extremes of each parameter in each scenario before hours of work.
     fn check_parameters(&self) -> Result<(), (String, String)> {
         let mut tried: Vec<&str> = vec![];
         for case in &self.cases {

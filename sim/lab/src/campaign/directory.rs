@@ -81,7 +81,7 @@ impl fmt::Display for Shard {
     }
 }
 
-/// What a directory holds.
+/// The contents of a directory.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Manifest {
     /// Version of the tables.
@@ -90,7 +90,7 @@ pub struct Manifest {
     pub name: String,
     /// Version of the program.
     pub program: String,
-    /// SHA-256 of everything that decides its rows: campaign file, scenarios with their files, and the program's version.
+    /// SHA-256 of campaign file, scenarios with their files, and program version.
     pub digest: String,
     /// The part in this directory.
     pub shard: Shard,
@@ -99,7 +99,7 @@ pub struct Manifest {
     /// The scenario files that it names, as they were at its start.
     #[serde(default)]
     pub scenario_files: ScenarioFiles,
-    /// What a report needs of the campaign beside its rows: [`Campaign::outline`].
+    /// The campaign's outline for reports: [`Campaign::outline`].
     #[serde(default)]
     pub design: serde_json::Value,
 }
@@ -154,7 +154,7 @@ pub struct Directory {
     pub manifest: Manifest,
 }
 
-/// Why a directory cannot be used.
+/// A directory cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum DirectoryError {
     /// It cannot be read or written.
@@ -228,7 +228,7 @@ impl Directory {
         &self.path
     }
 
-    /// Whether all rows are in one table.
+    /// `true` if all rows are in one table.
     pub fn is_collected(&self) -> Result<bool, DirectoryError> {
         is_there(&self.path.join(RUNS))
     }
@@ -366,7 +366,7 @@ fn damaged(path: &Path, source: RowsError) -> DirectoryError {
     DirectoryError::Damaged(path.display().to_string(), source)
 }
 
-/// Whether there is such a file. Where that cannot be seen, nothing may be written over it.
+/// `true` if the file exists. An error if that is unknown: it must not be overwritten.
 fn is_there(path: &Path) -> Result<bool, DirectoryError> {
     path.try_exists().map_err(|source| io_error(path, source))
 }

@@ -40,8 +40,8 @@ pub struct CampaignFile {
     #[serde(default = "one")]
     #[schemars(range(max = SEED_MAX))]
     pub seed: u64,
-    /// Names of built-in scenarios, or paths of scenario files relative to the campaign file; every built-in scenario with a surface
-    /// craft if left out.
+    /// Names of built-in scenarios, or paths of scenario files relative to the campaign file; every
+    /// built-in scenario with a surface craft if left out.
     #[serde(default)]
     pub scenarios: Vec<String>,
     /// Longest mission, s; as the scenarios say if left out.
@@ -58,11 +58,11 @@ pub struct CampaignFile {
     /// Numbers of the scenarios that are drawn for each replicate; equal for all controllers.
     #[serde(default)]
     pub parameters: Vec<Parameter>,
-    /// How the gains of laws are found; needed by laws without `gains`.
+    /// The search for the gains of laws; needed by laws without `gains`.
     pub tuning: Option<Tuning>,
     /// The controllers.
     pub controllers: Vec<ControllerFile>,
-    /// What the report compares.
+    /// The comparisons of the report.
     #[serde(default)]
     pub report: ReportFile,
     /// Claims that the report decides.
@@ -101,7 +101,7 @@ pub enum CraftEntry {
     },
 }
 
-/// A number of the scenarios that is drawn for each replicate: uniformly between two limits, or one of a list.
+/// A number of the scenarios, drawn for each replicate: uniform in a range, or one of a list.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Parameter {
@@ -113,13 +113,13 @@ pub struct Parameter {
     pub choice: Option<Vec<f64>>,
 }
 
-/// How the gains of laws are found: the best of each law's grid, on replicates that are not scored.
+/// The search for the gains of laws: the best of each law's grid, on replicates for tuning only.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Tuning {
     /// Replicates of each scenario and craft.
     pub replicates: u64,
-    /// Seed of the first of these replicates; drawn from the campaign's seed if left out. They must not overlap the scored ones.
+    /// Seed of the first tuning replicate, apart from the scored ones; drawn if left out.
     pub first_seed: Option<u64>,
     /// A law flies once for each of these, at the gains with its least mean; `rms_m` if left out.
     #[serde(default = "nearness")]
@@ -130,7 +130,7 @@ fn nearness() -> Vec<Objective> {
     vec![Objective::RmsM]
 }
 
-/// What gains minimise.
+/// A quantity that gains minimise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Objective {
@@ -174,13 +174,13 @@ pub struct ControllerFile {
     /// Its name, unique in the campaign.
     #[schemars(length(min = 1, max = 80))]
     pub name: String,
-    /// What it knows of the AUVs' paths, speeds and dives.
+    /// Knowledge of the AUVs' paths, speeds and dives.
     #[serde(default)]
     pub paths: Paths,
-    /// What is declared to it of the surface craft.
+    /// Knowledge of the surface craft.
     #[serde(default)]
     pub craft: CraftKnowledge,
-    /// What differs from the scenario or the craft; nothing if left out.
+    /// Difference from the scenario or the craft; none if left out.
     pub variation: Option<Variation>,
     /// The planner. Give either this
     pub planner: Option<PlannerFile>,
@@ -198,7 +198,7 @@ pub struct ControllerFile {
 pub struct RuleFile {
     /// Its name.
     pub name: Rule,
-    /// Time of a turn by the clock, or of a stay beyond the goal's least time, s; tuned for each scenario and craft if left out.
+    /// Time of a turn, or of a stay beyond the goal's least time, s; tuned per case if left out.
     #[schemars(range(min = 0, max = 100_000))]
     pub dwell_s: Option<f64>,
 }
@@ -216,11 +216,11 @@ pub struct PlannerFile {
     pub range_back_off: Option<f64>,
     /// Least share of the weight of the distance to the goal, however uncertain the goal is.
     pub uncertain_goal_share: Option<f64>,
-    /// Share of the largest planned speed above which a law that is preferred to a plan is slew-limited as one.
+    /// Share of the largest planned speed above which a law preferred to a plan is slew-limited.
     pub hard_turn_share: Option<f64>,
     /// Fastest that a heading reference turns where the craft could turn faster, rad/s.
     pub heading_rate_max_radps: Option<f64>,
-    /// Whether the fallback level of least predicted cost answers.
+    /// `true`: the fallback level of least predicted cost answers.
     pub cost_decides: Option<bool>,
 }
 
@@ -237,21 +237,21 @@ pub struct LawFile {
     pub whole_grid: bool,
 }
 
-/// What the report compares.
+/// The comparisons of a report.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ReportFile {
-    /// The controller that the others are compared with; the first law if left out, else the first controller.
+    /// Controller to compare with; the first law if left out, else the first controller.
     pub reference: Option<String>,
     /// The compared columns; less is better in each.
     #[serde(default = "compared")]
     pub metrics: Vec<String>,
-    /// Two columns whose means are drawn against each other for each scenario, with the dominated controllers; none if left out.
+    /// Two columns whose means are plotted per scenario with the Pareto front; none if left out.
     pub pareto_front: Option<[String; 2]>,
 }
 
-/// A claim that a column of some controllers is small in some scenarios. It is decided for each controller and scenario, unless it
-/// says otherwise.
+/// A claim that a column of some controllers is small in some scenarios. It is decided for each
+/// controller and scenario, unless it says otherwise.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Claim {
@@ -265,15 +265,15 @@ pub struct Claim {
     /// The column; `rms_m` if left out.
     #[serde(default = "rms")]
     pub metric: String,
-    /// Names of the controllers to compare with: in each scenario the one with the least mean of the first tuning objective, at its
-    /// gains for that objective.
+    /// Controllers to compare with: in each scenario the one with the least mean of the first
+    /// tuning objective, at its gains for that objective.
     #[serde(default)]
     pub beside: Vec<String>,
-    /// What is claimed.
+    /// The claimed relation.
     pub is: Claimed,
 }
 
-/// What is claimed.
+/// A claimed relation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "snake_case")]
 pub enum Claimed {
@@ -283,15 +283,15 @@ pub enum Claimed {
     RatioSurelyAtMost(f64),
     /// The mean is at most this in every scenario; decided for all scenarios together.
     MeanAtMost(f64),
-    /// The median over scenarios of the ratio of the value to `factor` × bound + `spare_m` is at most 1; decided for all scenarios
-    /// together.
+    /// The median over scenarios of the ratio of the value to `factor` × bound + `spare_m` is at
+    /// most 1; decided for all scenarios together.
     WithinBound {
         /// Factor of the bound.
         factor: f64,
         /// Allowance beside it, m.
         spare_m: f64,
     },
-    /// No controller of `beside` dominates any of `controllers` in the columns of `report.pareto_front`.
+    /// No controller of `beside` dominates `controllers` in the columns of `report.pareto_front`.
     Undominated,
 }
 
@@ -315,7 +315,7 @@ impl Default for ReportFile {
     }
 }
 
-/// Why a campaign cannot be read.
+/// A campaign cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum CampaignError {
     /// The file cannot be read.

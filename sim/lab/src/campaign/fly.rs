@@ -19,14 +19,14 @@ use super::{
 };
 use crate::{bound::bound_rms_m, http_guide::NoGuidance, stopwatch::timed};
 
-/// Tolerance of the turn limit: the planner's references may turn exactly as fast as the craft, up to rounding.
+/// Tolerance of the turn limit: planned references may turn as fast as the craft, up to rounding.
 const ROUNDING: f64 = 1.0 + 1e-6;
 
 /// A mission that was flown.
 #[derive(Clone, Debug)]
 pub(super) struct FlownMission {
     pub(super) record: Record,
-    /// What the planner learnt of its craft; none for a law.
+    /// The planner's estimates of its craft; `None` for a law.
     pub(super) learnt: Option<Learnt>,
 }
 
@@ -77,8 +77,8 @@ pub(super) fn fly_while(
     }))
 }
 
-/// The result of a run, without the bound. If the mission fails, the result says why; but a law outside of this program that is away has
-/// no result, because it may be back later.
+/// The result of a run, without the bound. If the mission fails, the result says why. An external
+/// law without an answer has no result: it may answer later.
 pub(super) fn result(campaign: &Campaign, run: Run, gains: &RunGains) -> Result<RunResult, NoGuidance> {
     let controller = &campaign.controllers[run.controller];
     let begun = Instant::now();
@@ -143,8 +143,8 @@ pub(super) struct RunGains {
     pub(super) objectives: String,
 }
 
-/// Lower bound of the root mean square distance to the goal under this condition, m; none if it is unknown, or not the same for all
-/// controllers.
+/// Lower bound of the root mean square distance to the goal under this condition, m; `None` if it
+/// is unknown or differs between controllers.
 pub(super) fn bound(campaign: &Campaign, condition: Condition) -> Option<f64> {
     let controllers = campaign.cases[condition.case].controllers.iter();
     let controllers = controllers.map(|controller| &campaign.controllers[*controller]);

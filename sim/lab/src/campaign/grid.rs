@@ -1,4 +1,4 @@
-//! The gains that are tried of line-of-sight laws, so that the planner is compared with strong laws.
+//! The tried gains of line-of-sight laws: the planner is compared with strong laws.
 
 use planner::{
     los::{LawGains, LosGains, LosLaw, LosTuning},
@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 const LOOK_AHEADS: [f64; 5] = [1.0, 3.0, 5.0, 10.0, 20.0];
 /// Along-track gains tried, 1/s.
 const ALONG_TRACK_GAINS: [f64; 5] = [0.05, 0.1, 0.15, 0.3, 0.6];
-/// Integral gains tried, m/s: behind an AUV at 0.193 m/s they damp the cross-track error by 2.2, 1.3 and 0.7.
+/// Integral gains tried, m/s. Behind an AUV at 0.193 m/s, the cross-track damping is 2.2, 1.3, 0.7.
 const INTEGRAL_GAINS: [f64; 3] = [0.01, 0.03, 0.1];
 
 /// A point of a grid.
@@ -48,7 +48,7 @@ pub(crate) fn tuned(law: LosLaw, gains: LawGains) -> LosTuning {
     gains.tuning(law, Parameters::default().integral_gain)
 }
 
-/// The grid of `law`: look-aheads times along-track gains, and times integral gains for [`LosLaw::Integral`].
+/// Grid of `law`: look-aheads × along-track gains, × integral gains for [`LosLaw::Integral`].
 #[must_use]
 pub(crate) fn grid(law: LosLaw) -> Vec<LosTuning> {
     let default = [Parameters::default().integral_gain];

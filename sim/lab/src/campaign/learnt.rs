@@ -1,19 +1,19 @@
-//! What a planner learnt of its craft in a mission.
+//! A planner's estimates of its craft.
 
 use planner::craft::CraftEstimate;
 
-/// When the estimates are taken, s.
+/// Time of the estimates, s.
 const LEARNT_AT_S: f64 = 300.0;
 
-/// What a planner learnt of its craft during a mission.
+/// A planner's estimates of its craft during a mission.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Learnt {
     /// Start times of its alarms that the craft does not follow, s.
     pub(super) alarms_at_s: Vec<f64>,
     /// Total duration of the alarms, s.
     pub(super) alarm_s: f64,
-    /// Lag of the heading loop, lag of the surge loop and sway per yaw rate, s, each with its standard deviation, after
-    /// `LEARNT_AT_S`; none if the mission is shorter.
+    /// Lag of the heading loop, lag of the surge loop and sway per yaw rate, s, each with its
+    /// standard deviation, after `LEARNT_AT_S`; `None` if the mission is shorter.
     pub(super) estimates: Option<[(f64, f64); 3]>,
     is_alarmed: bool,
 }
@@ -34,7 +34,7 @@ impl Learnt {
         }
     }
 
-    /// Time from the breakdown at `broke` s to the next start of an alarm, s; none if there is none.
+    /// Time from the breakdown at `broke` s to the next start of an alarm, s; `None` without one.
     pub(super) fn noticed_after_s(&self, broke: f64) -> Option<f64> {
         let after = self.alarms_at_s.iter().map(|at| at - broke);
         after.into_iter().find(|after| 0.0 <= *after)

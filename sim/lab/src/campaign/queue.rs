@@ -9,8 +9,8 @@ use std::{
     thread,
 };
 
-/// The answers of `jobs` in order, or the error of the first job in order that failed. After a failure no further job is started.
-/// `done` is called after each job, by one thread at a time.
+/// The answers of `jobs` in order, or the error of the first failed job in order. After a failure
+/// no further job starts. `done` follows each job, one thread at a time.
 pub(super) fn in_parallel<Job: Sync, Answer: Send, Failure: Send>(
     jobs: &[Job],
     threads: NonZeroUsize,

@@ -18,17 +18,17 @@ pub struct Replay {
     pub run: Run,
     /// The controller's name.
     pub controller: String,
-    /// What the controller knows.
+    /// The controller's knowledge in words.
     pub information: String,
     /// Gains of its law; none for another controller.
     pub gains: Option<LawGains>,
     /// Its record.
     pub record: Record,
-    /// Whether its row is the same to the bit, except measured cells.
+    /// `true` if its row is bit-identical, except for measured cells.
     pub same: bool,
 }
 
-/// Why a run cannot be replayed.
+/// A run cannot be replayed.
 #[derive(Debug, thiserror::Error)]
 pub enum ReplayError {
     /// There is no such run.

@@ -47,7 +47,7 @@ pub(super) struct RunResult {
     pub(super) parameters: Vec<f64>,
     /// Its outcome, or why it failed.
     pub(super) outcome: Result<Outcome, String>,
-    /// Step tests of the craft: lag of the heading loop, lag of the surge loop, sway per yaw rate, s.
+    /// Step tests of the craft: heading lag, surge lag, sway per yaw rate, s.
     pub(super) tested: Option<[f64; 3]>,
     /// Time of a breakdown, s.
     pub(super) breaks_at_s: Option<f64>,
@@ -101,7 +101,7 @@ enum Cell {
     Word(Arc<str>),
 }
 
-/// Why tables cannot be read or joined.
+/// Tables cannot be read or joined.
 #[derive(Debug, thiserror::Error)]
 pub enum RowsError {
     /// Not Parquet.
@@ -188,7 +188,7 @@ impl Rows {
         self.rows.len()
     }
 
-    /// Whether it has no rows.
+    /// `true` without rows.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.rows.is_empty()
@@ -200,7 +200,7 @@ impl Rows {
         Some(self.rows.values().map(move |row| &row[place]))
     }
 
-    /// The numbers of a column, in the order of the runs; none where no column of numbers has that name.
+    /// A column's numbers in the order of the runs; `None` without a numeric column of that name.
     #[must_use]
     pub fn numbers(&self, name: &str) -> Option<Vec<Option<f64>>> {
         let number = |cell: &Cell| match cell {
@@ -241,7 +241,7 @@ impl Rows {
         })
     }
 
-    /// SHA-256 of all cells except the measured ones, column by column. Equal results have equal digests.
+    /// SHA-256 of all cells except the measured ones, column by column. Equal rows: equal digests.
     #[must_use]
     pub fn digest(&self) -> String {
         let mut bytes = vec![];

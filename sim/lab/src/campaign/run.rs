@@ -25,8 +25,8 @@ pub struct Progress {
     pub failed: u64,
 }
 
-/// Flies the runs of `campaign` that `directory` lacks, `jobs` at a time, and collects all rows. Equal campaigns give equal rows, with
-/// any number of threads and interruptions.
+/// Flies the runs of `campaign` that `directory` lacks, `jobs` at a time, and collects all rows.
+/// Neither threads nor interruptions change the rows.
 pub fn run(
     campaign: &Campaign,
     directory: &Directory,

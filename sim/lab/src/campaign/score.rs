@@ -10,7 +10,7 @@ use sim::{
 /// Distance to the goal that counts as near, m: a short look-ahead distance.
 pub(super) const NEAR: f64 = 3.0;
 
-/// Heading references that differ by more than this from one second to the next count as steep, rad/s.
+/// Steep: the heading reference changes by more than this from one second to the next, rad/s.
 ///
 /// 10°/s. Assumption: what a small twin-thruster craft follows without a jerk; its limit is 17°/s.
 pub(super) const STEEP: f64 = 0.174_532_925_199_432_95;
@@ -75,8 +75,8 @@ impl Score {
     }
 }
 
-/// Number of seconds in which the heading reference steps by more than `rate` allows, rad/s, and of all seconds. Callers divide them
-/// once: the digest of rows sees every bit.
+/// Number of seconds in which the heading reference turns faster than `rate`, rad/s, and of all
+/// seconds. Callers divide them once: the digest of rows contains every bit.
 pub(super) fn steps_above(rate: f64, record: &Record) -> (f64, f64) {
     let rows = record.rows.iter().filter_map(|row| row.surface_craft.as_ref());
     let headings: Vec<f64> = rows.map(|craft| craft.reference.heading.radians()).collect();
@@ -157,7 +157,7 @@ pub(super) const SCORES: [Number; 33] = [
     ("visit_deadlines_missed", |_, m| count(m.visits?.deadlines_missed)),
 ];
 
-/// By how much a speed reference is outside its limits, m/s; 0 where that is rounding.
+/// Distance of a speed reference from its limits, m/s; 0 within them, up to rounding.
 fn outside_limits(record: &Record, craft: &SurfaceCraftRow) -> f64 {
     let Some(limits) = &record.limits else { return 0.0 };
     let speed = craft.reference.speed;

@@ -1,4 +1,4 @@
-//! The table at the end of a campaign. Intervals, tests and claims are in `pilotfish.analysis` of the Python package.
+//! The table at the end of a campaign. Statistics and claims are `pilotfish.analysis` in Python.
 
 use std::{collections::BTreeMap, fmt::Write as _};
 
@@ -7,9 +7,9 @@ use super::{design::Campaign, rows::Rows};
 /// A controller's name, a scenario with a craft, and the bits of a replicate's number.
 type Place<'a> = (&'a str, [&'a str; 2], u64);
 
-/// A line for each controller: runs, failures, and the ratio of each metric of the report to the reference: the geometric mean over
-/// conditions that both flew, in which each scenario with a craft has the same weight. A law with several gains counts at those for the
-/// metric, else at its first.
+/// A line per controller: runs, failures, and each metric's ratio to the reference, the geometric
+/// mean over conditions that both flew. Each scenario with a craft has the same weight. A law with
+/// several gains counts at those for the metric, else at its first.
 #[must_use]
 pub fn summary(campaign: &Campaign, rows: &Rows) -> String {
     let (metrics, reference) = (&campaign.file.report.metrics, campaign.reference());

@@ -23,7 +23,7 @@ use super::{
     tune::tune,
 };
 
-/// Two scenarios, two craft, three controllers, a drawn parameter, gains for two objectives; a minute each.
+/// Two scenarios, two craft, three controllers, a drawn parameter, two objectives; a minute each.
 const SMALL: &str = r#"
 schema_version = "1"
 name = "small"
@@ -197,7 +197,7 @@ fn a_mistake_is_named_with_its_line_its_member_and_what_would_do() {
     }
 }
 
-/// A scenario whose goal visits and one whose goal does not; the clock by both that may follow it, and the planner.
+/// A goal that visits and one that does not; the clock with both its followers, and the planner.
 const VISITS: &str = r#"
 schema_version = "1"
 name = "visits"

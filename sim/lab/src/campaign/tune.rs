@@ -32,8 +32,7 @@ pub(crate) struct Best {
 }
 
 impl Gains {
-    /// The gains of the run of `controller` for the objective of that number; none where an earlier run has the same gains and stands
-    /// for both.
+    /// The gains of `controller` for that objective; `None` if an earlier run has the same gains.
     pub(super) fn of_run(
         &self,
         campaign: &Campaign,
@@ -73,8 +72,8 @@ pub(super) fn tuned_in(campaign: &Campaign, case: usize) -> Vec<usize> {
         .collect()
 }
 
-/// The best settings of one controller in one case; of equals the first of the grid. Points at which a mission fails are left out.
-/// `progress` gets the fraction done.
+/// The best settings of one controller in one case; the grid's first among equals. Points with a
+/// failed mission are left out. `progress` gets the fraction done.
 pub(crate) fn tune(campaign: &Campaign, case: usize, number: usize, progress: &mut dyn FnMut(f64)) -> Tuned {
     let controller = &campaign.controllers[number];
     let mut best: Vec<Best> = vec![];
@@ -101,8 +100,8 @@ pub(crate) fn tune(campaign: &Campaign, case: usize, number: usize, progress: &m
     }
 }
 
-/// Means of the objectives at `setting`; none if a mission failed, or as soon as all are certain to exceed `beaten`, as objectives only
-/// grow during a mission.
+/// Means of the objectives at `setting`; `None` if a mission failed, or once all must exceed
+/// `beaten`: objectives only grow during a mission.
 fn means(
     campaign: &Campaign,
     (case, controller): (usize, usize),

@@ -1,7 +1,7 @@
 //! A campaign as pieces of work that any machine can do, with results as bytes.
 //!
-//! [`run()`](super::run()) flies a campaign in one process; a program that uses many machines sends [`Work`] to them, and keeps each
-//! result under [`Work::name`].
+//! [`run()`](super::run()) flies a campaign in one process. A program with many machines sends them
+//! [`Work`] and keeps each result under [`Work::name`].
 
 use std::num::NonZeroUsize;
 
@@ -33,7 +33,7 @@ pub enum Work {
     },
 }
 
-/// Why a piece of work cannot be done.
+/// A piece of work cannot be done.
 #[derive(Debug, thiserror::Error)]
 pub enum WorkError {
     /// The work belongs to another campaign.

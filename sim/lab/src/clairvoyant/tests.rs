@@ -4,7 +4,7 @@ use super::*;
 
 const SPEED_MAX: f64 = 1.6;
 
-/// More than any speed that a chase here can reach in a tick: no limit at all.
+/// Larger than any speed change in a tick of these chases: no limit.
 const UNLIMITED: f64 = 100.0;
 
 fn pursuit(goal: Vec<Vector2<f64>>) -> Pursuit {
@@ -96,7 +96,7 @@ fn a_goal_at_rest_is_run_up_to_in_a_straight_line() {
 
 #[test]
 fn a_craft_from_rest_gathers_way_as_its_acceleration_lets_it() {
-    // Half a tick's worth in the first tick, then a whole one more each: p_k = ½ a (k Δt)², short of the goal.
+    // Half a tick's worth in the first tick, then whole ones: p_k = ½ a (k Δt)², short of the goal.
     let (distance, acceleration, dt) = (60.0, 0.1, 2.0);
     let mut chase = pursuit(vec![Vector2::new(0.0, distance); 8]);
     (chase.acceleration_max, chase.interval) = (acceleration, dt);
@@ -111,7 +111,7 @@ fn a_craft_that_has_to_brake_does_as_well_as_a_search_finds() {
     let mut chase = pursuit(vec![Vector2::new(distance, 0.0); 4]);
     (chase.acceleration_max, chase.start_velocity) = (acceleration, Vector2::new(0.9, 0.0));
     let found = best(&chase).mean_square;
-    // Mean velocities of three ticks on a grid of changes, along the line that start and goal lie on.
+    // Mean velocities of three ticks on a grid of changes, along the line from start to goal.
     let grid = |most: f64| (-100..=100).map(move |i| most * f64::from(i) / 100.0);
     let mut least = f64::INFINITY;
     for first in grid(0.5 * acceleration) {
@@ -219,8 +219,8 @@ proptest! {
         knots in proptest::collection::vec((-3.2..3.2_f64, 0.0..1.0_f64, -0.4..0.4_f64, -0.4..0.4_f64), 8),
         start in (-3.2..3.2_f64, 0.0..1.0_f64),
     ) {
-        // Full or less acceleration in a direction that changes within a tick, in a current that changes early
-        // or late within a tick, as far from its mean over two rows as it can; speed is held down by braking across, which is an acceleration like any other.
+        // The acceleration (any size to the full one) changes direction within a tick. The current
+        // changes early or late in it, farthest from its mean. Braking across limits the speed.
         const STEPS: u32 = 1000;
         let polar = |angle: f64, length: f64| Vector2::new(angle.cos(), angle.sin()) * length;
         let acceleration_max = 0.3;

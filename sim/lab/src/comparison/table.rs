@@ -8,10 +8,10 @@ use super::{Comparison, Controller, PLANNER};
 const COLUMNS: usize = 3;
 const HEAD_WIDTH: usize = 34;
 const WIDTH: usize = 22;
-/// From this share of the squared distances on, the approach decides what is counted over the whole mission.
+/// From this share of the squared distances on, the approach dominates whole-mission metrics.
 const APPROACH_SHARE: f64 = 0.5;
 
-/// What scores are called here, by their names elsewhere, in the order of the table. Others follow under their own names.
+/// Headings of scores, by their names elsewhere, in the table's order. Others follow by name.
 const HEADS: [(&str, &str); 26] = [
     ("visits.mean_cost", "mean cost of the AUVs"),
     ("visits.max_cost", "largest cost of an AUV"),
@@ -68,7 +68,7 @@ impl fmt::Display for Comparison {
 }
 
 impl Comparison {
-    /// Which controller has the least of what is compared, and whether the approach decided that.
+    /// Names the controller with the least compared value, and says if the approach decided that.
     fn write_least(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.visits() {
             return writeln!(f, "Least mean cost of the AUVs: {}.", self.best().name);

@@ -8,8 +8,8 @@ use nalgebra::{DMatrix, DVector, Dyn, U1, VecStorage};
 /// Standard deviations to either side of a 95 % interval.
 pub(super) const QUANTILE: f64 = 1.96;
 
-/// Half of the interval of the central differences. Parameters are logarithms, seconds, metres per second and radians,
-/// all of order 1; residuals are piecewise smooth, and smoother over a thousandth than over less.
+/// Half of the interval of the central differences. Parameters (logarithms, s, m/s, rad) are of
+/// order 1; residuals are piecewise smooth, and smoother over a thousandth than over less.
 const DIFFERENCE: f64 = 1e-3;
 /// Largest lag of the residuals' correlation, samples.
 const LAGS_MAX: usize = 400;
@@ -121,9 +121,9 @@ fn columns(model: &impl Fn(&[f64]) -> Vec<f64>, at: &[f64]) -> Vec<Vec<f64>> {
 /// ```text
 /// cov = H⁻¹ (Jᵀ Γ J) H⁻¹,   H = JᵀJ
 /// ```
-/// Γ is the residuals' covariance, taken to be stationary within a channel: its autocovariance is estimated from the
-/// residuals up to the first lag at which it is lost in noise. Residuals of a craft that is not quite the model are
-/// coloured, and σ² H⁻¹ would promise too much. Source: L. Ljung, *System Identification* (1999), section 9.4.
+/// Γ is the residuals' covariance, stationary within a channel: its autocovariance is estimated up
+/// to the first lag at which noise hides it. A craft unlike the model has coloured residuals, for
+/// which σ² H⁻¹ is too small. Source: L. Ljung, *System Identification* (1999), section 9.4.
 pub(super) fn estimates(
     model: impl Fn(&[f64]) -> Vec<f64>,
     fitted: &Fitted,
@@ -236,14 +236,14 @@ impl Fitted {
     }
 }
 
-/// Advantage in log likelihood of `one` over `other` on the same measurements, natural units, with coloured residuals.
+/// Advantage in log likelihood of `one` over `other` on the same data, for coloured residuals.
 pub(super) fn advantage(one: &Fitted, other: &Fitted) -> f64 {
     let count = effective_count(&one.residuals).min(effective_count(&other.residuals));
     0.5 * count
         * (other.sum_of_squares.max(f64::MIN_POSITIVE) / one.sum_of_squares.max(f64::MIN_POSITIVE)).ln()
 }
 
-/// Whether `one` fits the same measurements better than `other`; none if the odds are below 150 to 1.
+/// `true` if `one` fits the same data better than `other`; `None` at odds below 150 to 1.
 pub(super) fn better(one: &Fitted, other: &Fitted) -> Option<bool> {
     const DECISIVE: f64 = 5.0;
     let advantage = advantage(one, other);

@@ -16,7 +16,7 @@ const STEP_MAX: f64 = 0.1;
 pub(super) const SHORTEST: f64 = 1e-9;
 /// Time to ignore at the start, whose state the log does not contain, s.
 pub(super) const SETTLING: f64 = 10.0;
-/// Largest natural frequency and damping of a simulated second-order loop, rad/s and 1: stable with half of [`STEP_MAX`].
+/// Largest simulated natural frequency, rad/s, and damping: stable with half of [`STEP_MAX`].
 const FREQUENCY_MAX: f64 = 5.0;
 const DAMPING_MAX: f64 = 3.0;
 /// Below this speed over ground a craft has no course, m/s.
@@ -216,8 +216,8 @@ fn simulate(
     (simulated, predicted)
 }
 
-/// Crab angle of the current on heading `psi`, rad, between a row and the next. The sway of a turn is left out: the loop's
-/// parameters contain it, and the turn would depend on itself.
+/// Crab angle of the current on heading `psi`, rad, between a row and the next. The sway of a turn
+/// is left out: the loop's parameters contain it, and the turn would depend on itself.
 fn crab(water: &Water, row: usize, psi: f64) -> f64 {
     let (now, next) = (&water.motion[row], &water.motion[row + 1]);
     let ground = direction(psi) * (0.5 * (now.surge + next.surge)) + water.current;
@@ -227,7 +227,7 @@ fn crab(water: &Water, row: usize, psi: f64) -> f64 {
     wrap(ground.y.atan2(ground.x) - psi)
 }
 
-/// Turn of a second-order loop in a `step`, by two steps of the midpoint rule; updates the yaw rate.
+/// Turn of a second-order loop in `step`, by two midpoint steps; updates the yaw rate.
 fn turned(law: &Loop, error: f64, rate: &mut f64, step: f64) -> f64 {
     let omega = 1.0 / law.time;
     let acceleration =
@@ -244,7 +244,7 @@ fn turned(law: &Loop, error: f64, rate: &mut f64, step: f64) -> f64 {
     turned
 }
 
-/// Exact change of a first-order loop with that error and time constant in a `step`, at most at `rate_max`.
+/// Exact change of a first-order loop with that error in `step`, at most at `rate_max`.
 ///
 /// ```text
 /// ẋ = clamp(e/T, ±r),  ė = −ẋ:   r t until |e| = r T, then exponential
@@ -258,7 +258,7 @@ pub(super) fn approached(error: f64, time_constant: f64, rate_max: f64, step: f6
     gone.copysign(error)
 }
 
-/// Whether the craft makes way: without it, it does not answer.
+/// `true` if the craft makes way: without it, it does not answer.
 fn steers(row: &LogRow) -> bool {
     0.0 < row.speed_reference
 }

@@ -41,7 +41,7 @@ pub struct LogRow {
     pub power: Option<f64>,
 }
 
-/// Why a log cannot be used, in words.
+/// The reason why a log cannot be used, in words.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{0}")]
 pub struct InvalidLog(String);
@@ -55,8 +55,8 @@ pub struct Log {
 }
 
 impl Log {
-    /// Checks `rows`. Rows of one time are spread evenly until the next time, because loggers cut times to whole seconds; a row that
-    /// follows itself counts once. If no row has a velocity over ground, it is differenced from the positions.
+    /// Checks `rows`. Rows of one time are spread evenly until the next (loggers cut times to whole
+    /// seconds); repeated rows count once. Positions replace a missing velocity over ground.
     pub fn new(mut rows: Vec<LogRow>) -> Result<Self, InvalidLog> {
         let given = rows.len();
         if !(2..=ROWS_MAX).contains(&given) {
@@ -120,7 +120,7 @@ impl Log {
     }
 }
 
-/// Angles without jumps: each within half a turn of the one before it.
+/// Angles without jumps: each within half a turn of its predecessor.
 pub(super) fn continuous(angles: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut last = None;
     angles
@@ -132,7 +132,7 @@ pub(super) fn continuous(angles: impl Iterator<Item = f64>) -> Vec<f64> {
         .collect()
 }
 
-/// Fails if headings look like degrees. A heading in rad is wrapped, or counted on over several turns from a wrapped one without jumps.
+/// Fails if headings look like degrees: neither wrapped rad nor rad counted on without jumps.
 fn reject_degrees(rows: &[LogRow]) -> Result<(), InvalidLog> {
     let is_wrapped = |heading: f64| heading.abs() <= TAU;
     let jumps = |two: &[LogRow]| {

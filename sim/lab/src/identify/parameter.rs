@@ -2,7 +2,7 @@
 
 use super::fit::{self, Estimate};
 
-/// A parameter is not identified if its interval is wider than this share of its estimate to either side.
+/// A parameter with a wider interval than this share of its estimate is not identified.
 pub(super) const RELATIVE_WIDTH_MAX: f64 = 0.5;
 /// The same for delays and for sway per yaw rate, s, which may be 0.
 const ABSOLUTE_WIDTH_MAX: f64 = 0.5;
@@ -38,9 +38,9 @@ pub enum Quantity {
     PowerLinear,
     /// Cubic coefficient of propulsion power.
     PowerCubic,
-    /// Whether speed is through the water or over ground.
+    /// Speed through the water or over ground.
     SpeedReference,
-    /// Whether the reference is a heading or a course.
+    /// Reference of heading or of course.
     HeadingReference,
 }
 
@@ -105,7 +105,7 @@ impl Quantity {
         }
     }
 
-    /// Whether it is neither 0 nor infinite.
+    /// `true` if it is neither 0 nor infinite.
     pub(super) fn is_positive(self) -> bool {
         matches!(
             self,
@@ -129,7 +129,7 @@ pub struct Parameter {
     pub low: f64,
     /// Upper end of its interval; infinite if the log sets none.
     pub high: f64,
-    /// Whether the log identifies it; it is then in the craft file.
+    /// `true` if the log identifies it; it is then in the craft file.
     pub identified: bool,
 }
 
@@ -151,8 +151,8 @@ pub(super) fn positive(quantity: Quantity, logarithm: Estimate) -> Parameter {
     }
 }
 
-/// A time constant that was estimated as its logarithm. If it is almost 0, it is well known in seconds although its logarithm
-/// is not.
+/// A time constant that was estimated as its logarithm. One near 0 is well known in seconds
+/// although its logarithm is not.
 pub(super) fn time_constant(quantity: Quantity, logarithm: Estimate) -> Parameter {
     let value = logarithm.value.exp();
     let half = fit::QUANTILE * value * logarithm.sigma;

@@ -9,13 +9,13 @@ use super::{
 
 /// Below this speed a propeller's losses dominate, m/s.
 const SPEED_MIN: f64 = 0.1;
-/// What counts as steady: acceleration, m/s², and yaw rate, rad/s.
+/// Largest acceleration, m/s², and yaw rate, rad/s, of steady motion.
 const ACCELERATION_MAX: f64 = 0.005;
 const YAW_RATE_MAX: f64 = 0.01;
-/// How long it must have been steady, s: as long as speed loops settle.
+/// Least time of steady motion, s: speed loops settle in it.
 const STEADY_FOR: f64 = 10.0;
-/// Standard deviation of a steady simulated speed, as a part of it. Assumption: what the fits of speed and current leave,
-/// which the residuals of power do not show.
+/// Standard deviation of a steady simulated speed, as a part of it. Assumption: the error of the
+/// fits of speed and current, which the residuals of power do not show.
 const SPEED_SIGMA: f64 = 0.003;
 /// Power that cannot be distinguished from noise, W.
 const POWER_MIN: f64 = 1e-3;

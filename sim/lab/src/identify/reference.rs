@@ -4,8 +4,8 @@ use super::log::{Log, continuous};
 
 /// A piecewise constant reference.
 ///
-/// A simulation steps from change to change, not at fixed times: its result is then smooth in the delay, as least squares
-/// need.
+/// A simulation steps from change to change, not at fixed times: its result is then smooth in the
+/// delay, as least squares need.
 #[derive(Clone, Debug)]
 pub(super) struct HeldReference {
     times: Vec<f64>,

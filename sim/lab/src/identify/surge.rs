@@ -1,4 +1,4 @@
-//! The speed loop's parameters, sway in turns, and whether speed is through the water or over ground.
+//! The speed loop's parameters, sway in turns, and the kind of speed.
 
 use nalgebra::Vector2;
 use planner::{angle::direction, craft::SpeedReference};
@@ -18,18 +18,18 @@ const STARTS: [f64; 5] = [0.7, 1.5, 3.0, 6.0, 12.0];
 const DELAYS: [f64; 2] = [0.1, 1.0];
 /// Least residual of a channel's weight, m/s: a channel without noise must not outweigh all others.
 const RESIDUAL_MIN: f64 = 1e-4;
-/// A craft that turns faster than this, rad/s, loses speed, which the speed loop's model does not contain, and needs this long to
-/// recover, s. Assumption; the MEDUSA loses half its speed in a turn of 160°.
+/// Above this yaw rate, rad/s, a craft loses speed, which the speed loop's model does not contain,
+/// and recovers for this long, s. Assumption; the MEDUSA loses half its speed in a turn of 160°.
 const TURNING: f64 = 0.05;
 const RECOVERY: f64 = 20.0;
 /// With less time on straight courses than this, turns are used too, s.
 const STRAIGHT_MIN: f64 = 120.0;
-/// Kinds of measurements: surge and sway by the log, velocity over ground along the bow and to starboard.
+/// Kinds of measurements: logged surge and sway, ground velocity along the bow and to starboard.
 const N_CHANNELS: usize = 4;
 
-/// Indices of the parameters: ln T, t_d, ln a_acc, ln a_dec, k_β, 1/T_i, ln T_v, and with ground velocity the
-/// current and the compass bias. The sway's lag T_v is a nuisance parameter: sway builds up in a second or two, and without the lag
-/// k_β would be that of quick turns instead of a steady one.
+/// Indices of the parameters: ln T, t_d, ln a_acc, ln a_dec, k_β, 1/T_i, ln T_v, and with ground
+/// velocity the current and the compass bias. The sway's lag T_v is a nuisance parameter: sway
+/// builds up in a second or two, and without the lag k_β would be that of quick turns.
 const TIME_CONSTANT: usize = 0;
 const DELAY: usize = 1;
 const ACCELERATION: usize = 2;
@@ -47,7 +47,7 @@ const SWAY_LAGS: std::ops::RangeInclusive<f64> = 0.05..=20.0;
 pub(super) struct SurgeFit {
     estimates: Vec<Estimate>,
     integrator: Parameter,
-    /// Whether speed is through the water or over ground, if the log shows it.
+    /// Speed through the water or over ground, if the log shows it.
     pub(super) speed_held: Option<SpeedReference>,
     /// Motion through the water at each row.
     pub(super) simulated: Vec<Motion>,
@@ -67,7 +67,7 @@ struct Data<'a> {
     heading: &'a [Motion],
     begin: usize,
     has_ground: bool,
-    /// Whether the craft goes straight at each row: surge is fitted there only.
+    /// Rows in which the craft goes straight: surge is fitted there only.
     straight: Vec<bool>,
 }
 
@@ -85,11 +85,11 @@ struct Loop {
     compass_bias: f64,
 }
 
-/// What is fitted: residuals by kind of measurement.
+/// The fitted model: residuals by kind of measurement.
 #[derive(Clone, Copy, Debug)]
 struct Model {
     held: SpeedReference,
-    /// Whether the loop has an integral part.
+    /// `true` if the loop has an integral part.
     integrates: bool,
     weights: [f64; N_CHANNELS],
 }
@@ -176,7 +176,7 @@ pub(super) fn fit(log: &Log, heading: &[Motion]) -> SurgeFit {
     )
 }
 
-/// Whether the craft has gone straight for a while, at each row; true everywhere if it hardly ever does.
+/// Rows in which the craft has gone straight for a while; all rows if it hardly ever does.
 fn straight(log: &Log, heading: &[Motion]) -> Vec<bool> {
     let rows = log.rows();
     let mut turned_at = f64::NEG_INFINITY;
@@ -294,7 +294,8 @@ impl Data<'_> {
     }
 
     /// ```text
-    /// u̇ = clamp((u_ref(t − t_d) − u_held)/T, −a_dec, a_acc) + b,   ḃ = (u̇ − b)/T_i,   T_v v̇ = −k_β u r − v
+    /// u̇ = clamp((u_ref(t − t_d) − u_held)/T, −a_dec, a_acc) + b
+    /// ḃ = (u̇ − b)/T_i,   T_v v̇ = −k_β u r − v
     /// ```
     fn simulate(&self, law: &Loop) -> Vec<Motion> {
         let rows = self.log.rows();
@@ -357,7 +358,7 @@ impl Data<'_> {
         sum / f64::max(count, 1.0)
     }
 
-    /// Largest acceleration and deceleration that the log shows from one mean over two seconds to the next, m/s².
+    /// Largest logged acceleration and deceleration between means over two seconds, m/s².
     fn strongest(&self) -> (f64, f64) {
         const OVER: f64 = 2.0;
         let still = Loop::of(SpeedReference::ThroughWater, &[0.0; 7]);

@@ -193,7 +193,7 @@ fn some_craft(seed: u64) -> (Craft, Ocean) {
     (craft, ocean)
 }
 
-/// What `craft` truly has of `quantity`.
+/// The true value of `quantity` for `craft`.
 fn truth(craft: &Craft, quantity: Quantity) -> Option<f64> {
     let dynamics = craft.heading.dynamics;
     match (quantity, dynamics) {
@@ -219,7 +219,7 @@ fn truth(craft: &Craft, quantity: Quantity) -> Option<f64> {
     }
 }
 
-/// What the logs of `seeds` tell: intervals that hold the truth, intervals in all, and whatever else is wrong.
+/// The logs of `seeds`: intervals that hold the truth, intervals in all, and other errors.
 fn covered(seeds: std::ops::Range<u64>, colour: f64) -> (usize, usize, Vec<String>) {
     let trial = Trial::half_hour(1.5, 0.3);
     let (mut hits, mut count, mut wrong) = (0, 0, Vec::new());
@@ -265,14 +265,14 @@ fn share_covered(n_logs: u64, colour: f64) -> f64 {
 mod slow {
     use super::*;
 
-    /// The claim is 95 %. What is missing to it is the loops' interplay: intervals of one log miss together.
+    /// The claim is 95 %. Less is due to the loops' interplay: intervals of one log miss together.
     #[test]
     fn in_fifty_logs_the_intervals_hold_the_truth_as_often_as_claimed_and_all_modes_are_identified() {
         let share = share_covered(50, 0.0);
         assert!(0.90 <= share, "{share}");
     }
 
-    /// With residuals taken for white, a noise of this colour would be taken for a third of what it is.
+    /// As white noise, this colour would be estimated at a third of its size.
     #[test]
     fn coloured_noise_widens_the_intervals_until_they_hold_the_truth() {
         let share = share_covered(12, 0.8);
@@ -315,7 +315,7 @@ mod slow {
 
     #[test]
     fn what_a_log_does_not_show_is_left_out_and_the_manoeuvre_is_named() {
-        // Small steps at one speed in still water: no limit is reached, no modes are distinguished, and power has one speed.
+        // Small steps at one speed in still water: no limit, no difference of modes, one power.
         let (craft, ocean) = some_craft(0);
         let leg = |speed: f64, degrees: f64| crate::trial::Leg {
             duration: 30.0,
@@ -349,7 +349,7 @@ mod slow {
         assert!(!missing.contains(&Quantity::HeadingTimeConstant), "{found:?}");
     }
 
-    /// Craft whose hulls and autopilots are simulated, beside what step tests without noise say of them.
+    /// Simulated hulls and autopilots, compared with their step tests without noise.
     #[test]
     fn simulated_hulls_are_found_as_their_step_tests_have_them() {
         use crate::trial::TrialSetup;

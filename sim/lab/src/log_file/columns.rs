@@ -14,11 +14,11 @@ use super::{
 /// Names of a column in radians or degrees; the first that a file has counts.
 const HEADING_REFERENCE: &[&str] = &["reference_heading_rad", "reference_heading_deg"];
 const HEADING: &[&str] = &["heading_rad", "heading_deg"];
-/// Where a table has it, power is the increase of energy.
+/// Optional column: power is the increase of energy.
 const ENERGY: &str = "energy_j";
-/// Where a table has it, rows of AUVs are skipped; rows without a vehicle hold references.
+/// Optional column: rows of AUVs are skipped; rows without a vehicle hold references.
 const VEHICLE: &str = "vehicle";
-/// Where a table has it, rows of what was known are skipped: a record has the truth beside it.
+/// Optional column: rows of what was known are skipped; a record has the truth beside them.
 const KIND: &str = "kind";
 
 /// A column of a log: its name, and its value in a row.
@@ -82,7 +82,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// The samples of a table. References hold until the next; rows before the first, and without a heading, are passed over.
+/// The samples of a table. Rows without a reference (held until the next) or heading are skipped.
 pub(super) fn rows(table: &Table) -> Result<Vec<LogRow>, LogFileError> {
     let time = Reader::needed(table, &["t_s"])?;
     let speed_reference = Reader::needed(table, &["reference_speed_mps"])?;

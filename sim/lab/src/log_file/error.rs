@@ -4,7 +4,7 @@ use std::io;
 
 use crate::identify::InvalidLog;
 
-/// Why a log cannot be read.
+/// A log cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum LogFileError {
     /// It cannot be read.

@@ -46,8 +46,8 @@ fn visits(cost: VisitCost) -> Visits {
     }
 }
 
-/// What a rule follows each second for `seconds`, the craft jumping to what it is told a minute after that changed. `silent` is not heard
-/// since the start.
+/// The AUV that a rule follows in each of `seconds`. The craft jumps to a new place a minute after
+/// its order. `silent` is not heard after the start.
 fn followed(rule: Rule, dwell: f64, visits: &Visits, seconds: u32, silent: Option<usize>) -> Vec<usize> {
     let mut ruled = Ruled::new(Box::new(Asked::default()), rule, dwell);
     let (mut east, mut told, mut all) = (-50.0, (0, usize::MAX), vec![]);
@@ -86,7 +86,7 @@ fn in_order(followed: &[usize]) -> Vec<usize> {
 
 #[test]
 fn oldest_first_goes_round_in_the_order_in_which_they_were_served() {
-    // All are as old at first: by travel from −50 m. Then 60 s at each, and who is served within 20 m is new.
+    // Equal ages at first: by travel from −50 m. Then 60 s at each; service is within 20 m.
     let order = in_order(&followed(
         Rule::OldestFirst,
         0.0,
@@ -113,7 +113,7 @@ fn nearest_first_serves_every_vehicle_once_before_any_again() {
 #[test]
 fn the_greatest_cost_per_time_is_what_a_hand_calculation_says() {
     let mut visits = visits(VisitCost::Age);
-    // From 0 m, 60 s after the start: 60 s over 80 m, three times 60 s over 380 m, 60 s over 130 m, at the same speed.
+    // From 0 m, 60 s after the start: 60 s over 80 m, 3 · 60 s over 380 m, 60 s over 130 m.
     visits.weights.insert(VehicleId("auv-2".to_owned()), 3.0);
     let order = in_order(&followed(Rule::CostPerTime, 0.0, &visits, 130, None));
     assert_eq!(order[..2], [1, 0]);
@@ -143,7 +143,7 @@ fn a_stay_lasts_as_long_as_asked_for_beyond_the_least_time() {
 fn the_clock_follows_the_hour_and_a_vehicle_that_is_silent_is_left_out() {
     let visits = visits(VisitCost::Age);
     let all = followed(Rule::Clock, 40.0, &visits, 320, None);
-    // The shortest closed tour of places on a line is there and back: from the one that is nearest to the craft.
+    // The shortest closed tour of places on a line: there and back, from the nearest to the craft.
     for (second, next) in all.iter().enumerate() {
         assert_eq!(*next, all[40 * (second / 40) % 160], "{second}");
     }

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector2;
 
-/// A closed tour that no exchange of two of its legs shortens, from the place that is nearest to `here`.
+/// A closed tour from the place nearest to `here` that no exchange of two legs shortens.
 pub(super) fn short_tour(here: &Vector2<f64>, places: &[Vector2<f64>]) -> Vec<usize> {
     let mut tour: Vec<usize> = (0..places.len()).collect();
     let length = |tour: &[usize]| -> f64 {

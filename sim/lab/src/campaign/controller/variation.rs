@@ -12,13 +12,13 @@ use sim::{
     surface_craft::{Drag, SurfaceHull},
 };
 
-/// What differs from the scenario, or from the craft.
+/// A difference from the scenario or from the craft.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "snake_case")]
 pub enum Variation {
     /// Masses, inertia and drags of the hull are multiplied by this; the declared limits stay.
     Hull(f64),
-    /// This is added to every current that is known (north, east), m/s.
+    /// Error added to every known current (north, east), m/s.
     WrongCurrentMps([f64; 2]),
     /// The surface craft's clock is ahead by this, s.
     ClockAheadS(f64),
@@ -28,20 +28,20 @@ pub enum Variation {
     NoSurgeLag,
     /// The controller takes it that the craft turns as fast as any may.
     NoTurnRate,
-    /// The controller follows the AUV that the goal is on now, and does not foresee the next hand-over.
+    /// The controller follows the goal's present AUV and does not foresee the next hand-over.
     NoPreview,
     /// The controller is asked every so many seconds, and its answer is held meanwhile.
     AskedEveryS(u32),
     /// Something of the surface craft breaks, and stays broken.
     Breakdown {
-        /// What.
+        /// The broken part.
         what: Breakdown,
-        /// When, s.
+        /// Time of the breakdown, s.
         at_s: f64,
     },
 }
 
-/// What breaks.
+/// A breakdown of the surface craft.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Breakdown {
@@ -80,7 +80,7 @@ impl Breakdown {
 const TURN_RATE_ANY: f64 = 3.0;
 
 impl Variation {
-    /// Whether it has an effect in `scenario`.
+    /// `true` if it has an effect in `scenario`.
     pub(super) fn applies(self, scenario: &Scenario) -> bool {
         let craft = scenario.surface_craft.as_ref();
         match self {
@@ -130,7 +130,7 @@ impl Variation {
         }
     }
 
-    /// Whether it changes the craft itself.
+    /// `true` if it changes the craft itself.
     pub(in crate::campaign) fn changes_craft(self) -> bool {
         matches!(self, Self::Hull(_) | Self::Breakdown { .. })
     }

@@ -31,7 +31,7 @@ pub struct Case {
     drawn: Option<Arc<RandomCraft>>,
 }
 
-/// The random craft of `entry`. They are equal in all scenarios and drawn once, as each takes tens of ms.
+/// The random craft of `entry`, equal in all scenarios. Drawn once: each takes tens of ms.
 pub(super) fn drawn(entry: &CraftEntry) -> Result<Vec<Arc<RandomCraft>>, String> {
     match entry {
         CraftEntry::Random { first, count } => (*first..first + count)

@@ -20,7 +20,7 @@ use crate::{
 const TURN_MAX: f64 = 1.0e5;
 
 impl ControllerFile {
-    /// Its controllers: one, or one for each point of a grid. Otherwise the member that is wrong, and why.
+    /// Its controllers: one, or one per point of a grid. The error names the member and the reason.
     pub(in crate::campaign) fn controllers(&self) -> Result<Vec<Controller>, (String, String)> {
         let laws = match (&self.planner, &self.law, &self.guide) {
             (Some(planner), None, None) => vec![(self.name.clone(), planner.control_law()?)],
