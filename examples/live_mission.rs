@@ -1,12 +1,12 @@
-//! Rehearses a live mission: does what a surface craft's computer does at sea, in a simulated world at up to twenty times real time.
+//! Rehearses a live mission: the work of a surface craft's computer, at up to 20 times real time.
 //!
 //! ```text
 //! cargo run --release -- serve --data /tmp/missions            # the server, in another terminal
 //! cargo run --release -p examples --example live_mission
 //! ```
-//! Once a second of mission time it posts new reports and gets the reference. Kill the server on the way and restart it with
-//! the same --data: the mission resumes. Until then the craft follows the last reference while that is valid, and
-//! unacknowledged reports are posted again.
+//! Once a second of mission time it posts new reports and gets the reference. Kill the server and
+//! restart it with the same --data: the mission resumes. Meanwhile the craft follows the last
+//! reference while it is valid; unacknowledged reports are posted again.
 
 use std::{
     collections::BTreeMap,
@@ -29,11 +29,11 @@ use wire::{
 
 /// Longest silence of one AUV, s, in the middle of the mission.
 const SILENCE_MAX: f64 = 180.0;
-/// How long the approach takes, s.
+/// Duration of the approach, s.
 const SETTLED_AFTER: usize = 60;
 /// Between two printed lines, s of mission time.
 const LINE_INTERVAL: f64 = 20.0;
-/// How long to wait for the server at the beginning and at the end.
+/// Longest wait for the server at the beginning and at the end.
 const PATIENCE: Duration = Duration::from_mins(1);
 /// Pause between two attempts to post the last reports.
 const REST: Duration = Duration::from_millis(200);
@@ -219,7 +219,7 @@ impl Clock {
         self.created + self.rate * (unix - self.created)
     }
 
-    /// When the mission's time is `time`; now if that is past.
+    /// The instant of the mission time `time`; now if that is past.
     fn reaches(&self, time: f64) -> Instant {
         Instant::now() + Duration::from_secs_f64((time - self.now()).max(0.0) / self.rate)
     }
@@ -262,8 +262,8 @@ impl Bridge<'_> {
         self.posts += 1;
     }
 
-    /// Posts waiting reports until none is left, `end` has passed or the server does not answer. The newest goes first: the
-    /// craft's present position matters most.
+    /// Posts waiting reports until none is left, `end` has passed or the server does not answer.
+    /// The newest goes first: the craft's present position matters most.
     fn post(&mut self, end: Instant) -> Result<(), NoAnswer> {
         while let Some((key, heard)) = self.waiting.last() {
             match self.missions.report(self.mission, heard, key) {
@@ -284,7 +284,7 @@ impl Bridge<'_> {
         Ok(())
     }
 
-    /// Gets the reference. Without an answer, or without a plan since the server's start, the last one stays.
+    /// Gets the reference. Without an answer, or a plan since the server's start, it stays.
     fn ask(&mut self) -> Result<(), NoAnswer> {
         match self.missions.reference(self.mission) {
             Ok(Some(reference)) => self.reference = Some(reference),

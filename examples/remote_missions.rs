@@ -1,7 +1,7 @@
 //! A client of the missions of a Pilotfish server that survives restarts of the server.
 //!
-//! Requests that change something have an idempotency key and are repeated under it until there is an answer. A repeated
-//! request gets its first answer again and has no second effect.
+//! Requests that change something have an idempotency key and are repeated under it until an
+//! answer. A repeated request gets its first answer again and has no second effect.
 
 use std::{
     thread,
@@ -25,7 +25,7 @@ pub struct RemoteMissions {
     url: String,
 }
 
-/// Why a request failed. [`NoAnswer::may_pass`] says whether a retry makes sense.
+/// A failed request. [`NoAnswer::may_pass`] is `true` if a retry makes sense.
 #[derive(Debug, thiserror::Error)]
 pub enum NoAnswer {
     /// The server was not reached, or closed the connection.
@@ -63,7 +63,7 @@ pub enum NoAnswer {
 }
 
 impl NoAnswer {
-    /// Whether the same request may succeed later.
+    /// `true` if the same request may succeed later.
     #[must_use]
     pub fn may_pass(&self) -> bool {
         match self {
@@ -72,7 +72,7 @@ impl NoAnswer {
         }
     }
 
-    /// Whether the mission has no plan yet.
+    /// `true` if the mission has no plan yet.
     fn is_no_plan_yet(&self) -> bool {
         matches!(self, Self::Refused { problem, .. } if problem["code"] == "no_plan_yet")
     }

@@ -1,8 +1,8 @@
-//! A small world to rehearse a live mission in: two AUVs on lawn-mower paths, and a surface craft that gets acoustic fixes of
-//! them: inaccurate, late, reordered, and some twice.
+//! A small world to rehearse a live mission in: two AUVs on lawn-mower paths, and a surface craft
+//! with acoustic fixes of them: inaccurate, late, reordered, and some twice.
 //!
-//! The AUVs stay on their paths and are slower than planned. The craft is a simple model with the planner's limits; only the
-//! simulator (`sim/`) tests the planner.
+//! The AUVs stay on their paths and are slower than planned. The craft is a simple model with the
+//! planner's limits; only the simulator (`sim/`) tests the planner.
 
 use std::{f64::consts::TAU, ops::Range};
 
@@ -23,7 +23,7 @@ const STEP: f64 = 0.1;
 pub const AUV_IDS: [&str; 2] = ["auv-1", "auv-2"];
 /// Index of the AUV that falls silent.
 const SILENT: usize = 1;
-/// Where the AUVs' paths begin, east, m.
+/// Start of the AUVs' paths, east, m.
 const START_EAST: [f64; 2] = [0.0, 60.0];
 /// Length of a lane, and spacing of lanes, m.
 const LANE: [f64; 2] = [60.0, 20.0];
@@ -45,7 +45,7 @@ const DELAY_MAX: f64 = 8.0;
 /// Share of the fixes that arrive twice.
 const TWICE: f64 = 0.1;
 
-/// The craft: time constant of its speed, s, and the most that its speed, m/s², and its heading, rad/s, change. The
+/// The craft: time constant of its speed, s, largest acceleration, m/s², and yaw rate, rad/s. The
 /// defaults of [`wire::DeclaredLimits`].
 const SURGE_LAG: f64 = 2.5;
 const ACCELERATION_MAX: f64 = 0.09;
@@ -63,7 +63,7 @@ pub struct World {
     /// Corners of each AUV's path (north, east), m.
     paths: [Vec<[f64; 2]>; 2],
     craft: Craft,
-    /// When one AUV sends no fixes, s since the start.
+    /// Time without fixes of one AUV, s since the start.
     silence: Range<f64>,
     on_their_way: Vec<OnItsWay>,
     rng: ChaCha8Rng,
@@ -115,8 +115,8 @@ pub fn auvs(duration: f64) -> Vec<LiveAuv> {
 }
 
 impl World {
-    /// A world of `duration` s that begins at the mission time `start`. One AUV sends no fixes during `silence`, s since the
-    /// start.
+    /// A world of `duration` s that begins at the mission time `start`. One AUV sends no fixes
+    /// during `silence`, s since the start.
     #[must_use]
     pub fn new(start: f64, duration: f64, silence: Range<f64>, seed: u64) -> Self {
         Self {
@@ -141,7 +141,7 @@ impl World {
         f64::from(self.steps) / f64::from(STEPS_PER_S)
     }
 
-    /// Whether the time is a whole number of seconds.
+    /// `true` at a whole second.
     #[must_use]
     pub fn is_at_a_whole_second(&self) -> bool {
         self.steps.is_multiple_of(STEPS_PER_S)
@@ -168,7 +168,7 @@ impl World {
         }
     }
 
-    /// Whether one AUV sends no fixes.
+    /// `true` while one AUV sends no fixes.
     #[must_use]
     pub fn is_silent(&self) -> bool {
         self.silence.contains(&self.time())

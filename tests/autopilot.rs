@@ -1,8 +1,8 @@
-//! A small autopilot and its boat, as ArduPilot's Rover answers a bridge: messages in, a step in simulated time, messages out.
+//! A small autopilot and its boat, as ArduPilot's Rover answers a bridge, in simulated time.
 //!
-//! Like the real one, it follows references only in mode GUIDED and while armed: the velocity's length is the speed ahead over ground,
-//! clipped at `WP_SPEED`, the yaw is the heading. Three seconds without a reference stop it. Commands set the mode and arm; parameters
-//! are answered by name.
+//! Like the real one, it follows references only in mode GUIDED and while armed: the velocity's
+//! length is the speed ahead over ground, clipped at `WP_SPEED`, the yaw is the heading. It stops
+//! after three seconds without a reference. Commands set mode and arming, and read parameters.
 
 use mavlink::{
     MAVLinkV2MessageRaw, MavHeader,
@@ -19,14 +19,14 @@ pub const HOLD: u32 = 4;
 /// As above.
 pub const GUIDED: u32 = 15;
 
-/// Where (0, 0) is, degrees.
+/// Origin of positions: latitude and longitude, degrees.
 pub const ORIGIN: [f64; 2] = [38.41, -9.11];
 /// Metres in a degree of latitude, near enough over a few hundred metres.
 const METRES_PER_DEGREE: f64 = 111_319.5;
 /// Time without references after which it stops, s.
 const REFERENCE_AGE_MAX: f64 = 3.0;
-/// Time constants of its loops, s: the real one's heading is within 5° of a step of 30° after 1.5 s, its speed within a tenth after
-/// 2.3 s.
+/// Time constants of its loops, s. The real one's heading is within 5° of a step of 30° after 1.5
+/// s, its speed within a tenth after 2.3 s.
 const HEADING_TIME: f64 = 0.8;
 const SPEED_TIME: f64 = 1.0;
 const ACCELERATION_MAX: f64 = 1.0;
@@ -43,7 +43,7 @@ const PARAMETERS: [(&str, f32); 5] = [
 /// The system of the boat.
 pub const SYSTEM: u32 = 1;
 
-/// What the boat is and does.
+/// The boat and its state.
 #[derive(Clone, Debug)]
 pub struct Boat {
     /// (north, east), m.
@@ -54,11 +54,11 @@ pub struct Boat {
     pub speed: f64,
     /// As `HOLD`, `GUIDED`.
     pub mode: u32,
-    /// Whether it is armed.
+    /// `true` while armed.
     pub is_armed: bool,
-    /// Whether it sends heartbeats.
+    /// `true` while it sends heartbeats.
     pub has_heartbeat: bool,
-    /// Whether it knows its position.
+    /// `true` while it knows its position.
     pub has_position: bool,
     /// Orders received: of a mode, or to arm.
     pub orders: u64,
@@ -68,7 +68,7 @@ pub struct Boat {
     pub speed_time: f64,
     /// Fastest turn, rad/s.
     pub turn_rate_max: f64,
-    /// Whether the rudder stays where it is.
+    /// `true` while the rudder is stuck.
     pub is_rudder_stuck: bool,
     /// Speed, m/s, heading, rad, and when they came, s.
     reference: Option<(f64, f64, f64)>,
@@ -194,7 +194,7 @@ impl Boat {
         self.position += self.velocity(current) * dt;
     }
 
-    /// Over ground (north, east), m/s: its loop holds the part along the bow, the current carries it across.
+    /// Over ground (north, east), m/s: its loop holds the speed ahead; the current adds drift.
     fn velocity(&self, current: &Vector2<f64>) -> Vector2<f64> {
         let (sin, cos) = self.heading.sin_cos();
         let (bow, starboard) = (Vector2::new(cos, sin), Vector2::new(-sin, cos));

@@ -150,7 +150,7 @@ fn excessive(body: &str, rng: &mut ChaCha8Rng) -> Vec<u8> {
     let n = rng.random_range(17..3_000);
     match rng.random_range(0..4) {
         0 => return [b"[".repeat(n), b"]".repeat(n)].concat(),
-        // With its reports a vehicle is a kilobyte, and a body of over a mebibyte would be another refusal.
+        // A vehicle with reports is a kilobyte; a body of over a mebibyte is refused elsewhere.
         1 => value["auvs"] = json!(vec![value["auvs"][0].clone(); n.min(500)]),
         2 => value["auvs"][0]["id"] = json!("é".repeat(n)),
         _ => value["metadata"] = json!({ "pad": "x".repeat(n + 4_096) }),

@@ -15,7 +15,7 @@ const ANSWER_BYTES_MAX: usize = 32 << 20;
 /// Unix time at the start of a simulated machine, s.
 pub const START_S: f64 = 1.8e9;
 
-/// A service on a simulated machine. In a Tokio runtime whose time is paused, the same calls get the same answers on any processor.
+/// A service on a simulated machine: the same answers on any processor if Tokio's time is paused.
 #[must_use]
 pub fn simulated_machine() -> Settings {
     Settings {

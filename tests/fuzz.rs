@@ -38,8 +38,8 @@ pub struct Fuzzer {
 }
 
 impl Fuzzer {
-    /// Answers the body of a case, then the same facts a little later with the answer handed back, and so on. `until` runs the planning
-    /// that it gets with a stop signal.
+    /// Answers the body of a case, then the same facts a little later with the answer handed back,
+    /// and so on. `until` runs the planning that it gets with a stop signal.
     ///
     /// # Panics
     /// Where an answer has a number that is not finite, or is not taken back: the test's finding.
@@ -213,7 +213,7 @@ fn assert_finite(answer: &Value) {
     assert!(nulls.is_empty(), "no numbers: {nulls:?} of {answer}");
 }
 
-/// The request again with the answer as its previous plan, mostly at a later time, to which the craft has followed it.
+/// The request with the answer as previous plan, mostly later, after the craft followed it.
 fn later(request: &PlanRequest, answer: &Value, rng: &mut ChaCha8Rng) -> Value {
     let mut later = json!(request);
     later["previous_plan"] = answer.clone();

@@ -19,7 +19,7 @@ use planner::{
     snapshot::{Asc, Auv, AuvState, Goal, Limits, Offset, PlanRequest, PreviousPlan, Snapshot, VehicleId},
 };
 
-/// An AUV at (north, east) metres on a course, at the horizontal speed of a 50° sawtooth, 0.193 m/s.
+/// An AUV at (north, east) metres on a course, at a 50° sawtooth's horizontal 0.193 m/s.
 #[must_use]
 pub fn auv(id: &str, north: f64, east: f64, course: f64) -> Auv {
     let state = AuvState {

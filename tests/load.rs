@@ -1,7 +1,7 @@
-//! Missions by the hundred, from outside: `load --url http://127.0.0.1:8080 --missions 200 --minutes 10 --pid PID`.
+//! Hundreds of missions, from outside: `load --missions 200 --minutes 10 --pid PID`.
 //!
-//! Every mission has two AUVs and a surface craft, posts what was heard once a second at moments of its own, and looks
-//! at the reference twice in between. The clients' processor time is the service's where both run on one machine.
+//! Every mission has two AUVs and a surface craft, posts reports once a second at its own times,
+//! and reads the reference twice in between. On one machine, clients and service share the cores.
 
 use std::{error::Error, net::SocketAddr, time::Duration};
 
@@ -29,12 +29,12 @@ use http::{Connection, Request};
 use record::Plans;
 use tally::{Shared, memory};
 
-/// Least time between two missions that are made. No divisor of a second: plans are due whole seconds after their
-/// mission was made, and so those of many missions fall evenly into every second.
+/// Least time between two created missions. No divisor of a second: plans are due whole seconds
+/// after creation, and so spread evenly over every second.
 const APART_MIN: Duration = Duration::from_millis(17);
 /// Between two lines of progress.
 const TELL_EVERY: Duration = Duration::from_secs(30);
-/// When memory should no longer grow.
+/// Time after which memory should no longer grow.
 const WARM: Duration = Duration::from_mins(2);
 /// Between two steps.
 const STEP: Duration = Duration::from_mins(1);
@@ -174,7 +174,7 @@ impl Load {
         Ok(())
     }
 
-    /// What first says that there is too much to do, until `end`.
+    /// The first sign of too much work until `end`.
     async fn watch(&self, end: Instant) -> Option<String> {
         while Instant::now() < end {
             let sign = self.shared.lock().sign(LATE_AGE);

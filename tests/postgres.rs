@@ -16,11 +16,11 @@ use tempfile::TempDir;
 
 use crate::server::certificate;
 
-/// Where Debian has the programs of the server.
+/// Debian's directory of the server's programs.
 const DEBIAN: &str = "/usr/lib/postgresql";
 
-/// Runs the server until its input ends, at latest with the test's program, and then removes its directory. Prints a line once the server
-/// answers or fails to start. The server refuses to run as root, or with a key that others may read.
+/// Runs the server until its input ends, at the latest with the test's program, then deletes its
+/// directory. Prints a line on start or failure. Root and a key open to others are refused.
 const SCRIPT: &str = r#"
 cd "$1"
 : >log

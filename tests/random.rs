@@ -20,8 +20,8 @@ use planner::{
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// A snapshot's facts, another for every seed. About half are what a mission may meet; in the others any number may
-/// be at the edge of what is accepted, vehicles may coincide or be at rest, and an earlier plan may be another's.
+/// A snapshot's facts, different for every seed. Half are usual. In the others, numbers may be at
+/// the edge of their range, vehicles coincide or rest, and an earlier plan be another's.
 #[must_use]
 pub fn observation(seed: u64) -> PlanRequest {
     let mut draw = Draw {
@@ -31,7 +31,7 @@ pub fn observation(seed: u64) -> PlanRequest {
     draw.observation()
 }
 
-/// The planner's levers from most of what is accepted (horizons and iterations that can be solved in a debug build), another for every seed: each member in every other one.
+/// The planner's levers, each in every other seed, in the range that a debug build can solve.
 #[must_use]
 pub fn tuning(seed: u64) -> Tuning {
     let mut draw = Draw {
@@ -70,7 +70,7 @@ impl Draw {
         self.rng.random::<f64>() < share
     }
 
-    /// A number that is usual; where the snapshot is ugly, often one from the whole range or its very end.
+    /// A usual number; in an ugly snapshot often one from the whole range or its very end.
     fn number(&mut self, usual: (f64, f64), accepted: (f64, f64)) -> f64 {
         let (low, high) = if self.ugly && self.chance(0.3) {
             if self.chance(0.3) {
@@ -393,7 +393,7 @@ impl Draw {
         }
     }
 
-    /// What is said of the craft: nothing, a name, or any of its numbers.
+    /// The declared craft: nothing, a name, or any of its numbers.
     fn craft(&mut self) -> CraftDescription {
         let most_is_said = self.chance(0.5);
         let said = |draw: &mut Self| draw.chance(if most_is_said { 0.9 } else { 0.2 });
@@ -460,7 +460,7 @@ impl Draw {
         }
     }
 
-    /// What a filter may remember: every number by itself inside its range, and most of the time near `asc`.
+    /// A filter's memory: each number inside its range, and most of the time near `asc`.
     fn craft_memory(&mut self, asc: &Asc) -> CraftEstimate {
         let mut memory: Vec<f64> = Vec::with_capacity(MEMORY_LENGTH);
         let psi = if self.chance(0.8) {
@@ -526,7 +526,7 @@ impl Draw {
         [a, between(a, b), between(a, c), b, between(b, c), c]
     }
 
-    /// What a plan knew of an AUV: somewhere near the craft, or anywhere.
+    /// A previous plan's AUV: somewhere near the craft, or anywhere.
     fn previous_target(&mut self, auv: &Auv, asc: &Asc, t_s: f64) -> PreviousTarget {
         let position = self.place(asc.position(), 100.0);
         let mut axis = |usual: f64, most: f64| self.number((-usual, usual), (-most, most));

@@ -15,7 +15,7 @@ use tempfile::TempDir;
 pub struct Server {
     /// The program.
     pub process: Child,
-    /// What it prints after its first line, until somebody takes it.
+    /// Its output after the first line, until a caller takes it.
     pub printed: Option<BufReader<ChildStdout>>,
     /// Host and port.
     pub address: String,
@@ -24,7 +24,7 @@ pub struct Server {
 }
 
 impl Server {
-    /// Starts `program`, which must be `pilotfish` with or without `serve`, on a free port and with no missions.
+    /// Starts `program` (`pilotfish` with or without `serve`) on a free port, without missions.
     ///
     /// # Panics
     /// Where it does not start or prints no URL: the test's finding.
@@ -35,7 +35,7 @@ impl Server {
         Self::start_in(Some(data), program, 0)
     }
 
-    /// Starts `program` on `port`, such as that of another server before it, whose `--data` it may go on with.
+    /// Starts `program` on `port`, for example an earlier server's, whose `--data` it may continue.
     ///
     /// # Panics
     /// Where it does not start or prints no URL: the test's finding.
@@ -85,7 +85,7 @@ impl Server {
         port.expect("an address has a port").expect("a port is a number")
     }
 
-    /// Where it listens, such as `http://127.0.0.1:40123`.
+    /// Its address, such as `http://127.0.0.1:40123`.
     #[must_use]
     pub fn url(&self) -> String {
         format!("http://{}", self.address)

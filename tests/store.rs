@@ -15,7 +15,7 @@ pub fn event(sequence: u64, body: &str) -> StoredEvent {
     }
 }
 
-/// Appends `events` to `mission`: a new one if they begin with event 1, else the first mission of the store.
+/// Appends to `mission`: a new one if `events` begin with event 1, else the store's first one.
 #[must_use]
 pub fn append(mission: &str, events: Vec<StoredEvent>) -> Append {
     Append {

@@ -105,7 +105,8 @@ enum Command {
     /// Connect a craft's autopilot to a live mission.
     #[command(subcommand)]
     Bridge(Bridge),
-    /// Check everything that a bridge needs before departure: clocks, fixes, heading, current, parameters.
+    /// Check everything that a bridge needs before departure: clocks, fixes, heading, current,
+    /// parameters.
     Preflight(Preflight),
     /// Recompute every plan of a stored mission and compare.
     Replay(Replay),

@@ -1,5 +1,5 @@
-//! Longest time from the deadline to the answer, over requests of any kind. Reading, estimating from a thousand reports, the law's
-//! rollout and writing ignore the deadline.
+//! Longest time from the deadline to the answer, over requests of any kind. Reading, estimation
+//! from a thousand reports, the law's rollout and writing ignore the deadline.
 
 use std::time::Duration;
 

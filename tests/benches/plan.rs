@@ -1,4 +1,4 @@
-//! How long a plan takes: in the library, and over HTTP on loopback.
+//! The time of a plan: in the library, and over HTTP on loopback.
 //!
 //! One call a sample, so that the samples' own percentiles mean something: criterion leaves them in
 //! `target/criterion/*/*/new/sample.json`.
@@ -46,8 +46,8 @@ fn in_the_library(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// `planner::plan` with its snapshot: one AUV on lanes, 64 fixes 10 s apart. Its route is not used, found, declared with its turn radius,
-/// and declared without.
+/// `planner::plan` with its snapshot: one AUV on lanes, 64 fixes 10 s apart. Its route is unused,
+/// found, declared with its turn radius, and declared without.
 fn with_a_route(criterion: &mut Criterion) {
     let mut group = group(criterion, "route");
     let parameters = Parameters::default();
@@ -86,7 +86,7 @@ fn lanes(turn_radius_m: Option<f64>) -> DeclaredPath {
     }
 }
 
-/// What is known 15 minutes after the AUV began its lanes.
+/// The request 15 minutes after the AUV began its lanes.
 fn on_lanes(path: Option<DeclaredPath>, forecast: Forecast) -> PlanRequest {
     let sailed = lanes(Some(10.0)).path().expect("can be sailed");
     let mut rng = ChaCha8Rng::seed_from_u64(1);

@@ -1,15 +1,15 @@
-//! How long the subproblem of one SCP iteration takes: the planner's solver, kept and updated, beside Clarabel as it comes.
+//! The time of one SCP iteration's subproblem: the planner's updated solver, and Clarabel.
 //!
 //! ```text
 //! cargo bench -p tests --bench solvers -- [--rounds N] [--dump DIR]
 //! ```
-//! Both solve every scene in turn, one after the other, so that whatever else runs on the machine slows both. A
-//! machine that is busy all the time still slows the longer solves more: those past the scheduler's time slice,
-//! some milliseconds, are interrupted more often than not. Ratios are to be read on an idle one.
-//! Timed is all that another SCP iteration costs once its program is stated. Of the planner's solver: replacing the
-//! numbers, solving, copying the solution out. Of Clarabel: its own set-up with default settings, and solving.
-//! `--dump` leaves the programs with the solutions, and the times in `times.json`, for other solvers to be
-//! timed on: `tests/python/solvers.py`.
+//! Both solve every scene in turn, so that other work on the machine slows both. A busy machine
+//! slows the longer solves more: those past the scheduler's time slice, some milliseconds, are
+//! interrupted more often than not. Read ratios on an idle one. The time is that of a further SCP
+//! iteration whose program is stated. For the planner's solver: replacing the numbers, solving,
+//! copying the solution out. For Clarabel: its set-up with default settings, and solving. `--dump`
+//! writes the programs and solutions, and the times in `times.json`, for other solvers:
+//! `tests/python/solvers.py`.
 
 use std::{
     f64::consts::TAU,
@@ -34,14 +34,14 @@ use planner::{
 use serde_json::json;
 use wire::program_dump;
 
-/// Programs of a horizon: enough that none is a special case, few enough that all stay in the cache.
+/// Programs of a horizon: enough that none is a special case, and few enough for the cache.
 const N_SCENES: u32 = 40;
-/// Times that every program is solved, unless asked otherwise: the 99th percentile is then that of 1200.
+/// Default number of solves of each program: the 99th percentile is then that of 1200.
 const ROUNDS: usize = 30;
 /// Interval of the horizons that are all alike, s: the middle one of the default horizon.
 const INTERVAL: f64 = 2.0;
-/// Horizontal acoustic ranges of the two AUVs, m. They are 30 m abeam and the goal up to 3 m to one side, so that
-/// the ranges hold the craft back from a third of the goals.
+/// Horizontal acoustic ranges of the two AUVs, m. They are 30 m abeam and the goal up to 3 m to one
+/// side, so that the ranges hold the craft back from a third of the goals.
 const RANGES: [f64; 2] = [33.0, 32.0];
 
 fn main() {
@@ -127,8 +127,8 @@ fn horizons() -> [(&'static str, Vec<f64>); 4] {
     ]
 }
 
-/// A craft at 0.3 m/s in the midst of two AUVs on parallel courses, some metres from where it should be; all
-/// distances and speeds are assumptions.
+/// A craft at 0.3 m/s amid two AUVs on parallel courses, some metres from its goal; all distances
+/// and speeds are assumptions.
 struct Scene {
     steps: Vec<f64>,
     velocity: Vector2<f64>,
@@ -141,7 +141,7 @@ struct Scene {
 }
 
 impl Scene {
-    /// Scene number `i`: the goal lies elsewhere around the craft, and its way there bends another way.
+    /// Scene number `i`: another place of the goal around the craft, and another bend on its way.
     fn new(steps: &[f64], i: u32) -> Self {
         let angle = f64::from(i) * TAU / f64::from(N_SCENES);
         let times: Vec<f64> = std::iter::once(0.0)
@@ -197,11 +197,11 @@ impl Scene {
     }
 }
 
-/// What solving all programs of a horizon took.
+/// The costs of all programs of a horizon.
 struct Measured {
     kept: Times,
     as_it_comes: Times,
-    /// What the kept solver found, program by program.
+    /// The kept solver's solutions, program by program.
     solutions: Vec<Solution>,
     /// Farthest that the two solvers are apart in the first velocity, m/s.
     apart: f64,
@@ -211,7 +211,7 @@ impl Measured {
     fn over(programs: &[Program], rounds: usize) -> Self {
         let mut solvers = Solvers::default();
         let theirs: Vec<_> = programs.iter().map(AsItComes::new).collect();
-        // Warms up, too.
+        // This also warms up.
         let solutions: Vec<_> = programs.iter().map(|program| solvers.solve(program)).collect();
         let mut apart = 0.0_f64;
         for ((program, solution), as_it_comes) in programs.iter().zip(&solutions).zip(&theirs) {
@@ -345,7 +345,7 @@ fn csc(matrix: &Sparse) -> CscMatrix<f64> {
 struct Times {
     durations: Vec<Duration>,
     iterations: Vec<u32>,
-    /// How many ended within the solver's own tolerance.
+    /// Number of solves that ended within the solver's own tolerance.
     n_solved: u32,
 }
 

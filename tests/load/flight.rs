@@ -1,4 +1,4 @@
-//! One mission: two vehicles that dive along lanes, a craft that follows the reference, and what they post.
+//! One mission: two AUVs that dive along lanes, a craft that follows the reference, their posts.
 
 use std::{
     f64::consts::{PI, TAU},
@@ -24,17 +24,17 @@ const AUV_SPEED: f64 = 0.193;
 const LANE: f64 = 60.0;
 /// Standard deviation of a fix along either axis, m.
 const SIGMA: f64 = 1.5;
-/// Largest yaw rate of the craft, rad/s, and the time constant of its surge, s: the planner's own defaults.
+/// The planner's defaults: largest yaw rate of the craft, rad/s, and time constant of surge, s.
 const TURN_RATE: f64 = 0.3;
 const SURGE_LAG: f64 = 2.5;
 /// Between two posts of a mission.
 const PERIOD: Duration = Duration::from_secs(1);
 
-/// What the vehicles of a mission do.
+/// The vehicles of a mission and their motion.
 #[derive(Debug)]
 pub(crate) struct Sea {
     random: ChaCha8Rng,
-    /// Of the AUVs, along their lanes, m.
+    /// Distance of the AUVs along their lanes, m.
     along: f64,
     craft: Craft,
 }
@@ -109,7 +109,7 @@ fn unix_now() -> f64 {
     since.expect("the clock is set").as_secs_f64()
 }
 
-/// What a client reads of a reference.
+/// The members of a reference that a client reads.
 #[derive(Debug, Deserialize)]
 struct Seen {
     age_s: f64,
@@ -129,7 +129,7 @@ struct Reference {
     heading_rad: f64,
 }
 
-/// What a client reads of a mission.
+/// The members of a mission that a client reads.
 #[derive(Debug, Deserialize)]
 struct Made {
     id: String,

@@ -51,7 +51,7 @@ impl Request {
 #[derive(Debug)]
 pub(crate) struct Answer {
     pub(crate) status: u16,
-    /// What `Retry-After` says.
+    /// The answer's `Retry-After`.
     pub(crate) retry_after: Option<String>,
     pub(crate) body: Vec<u8>,
 }
@@ -61,7 +61,7 @@ pub(crate) struct Answer {
 pub(crate) struct Connection {
     address: SocketAddr,
     sender: Option<SendRequest<Body>>,
-    /// When the newest answer ended.
+    /// Time at which the newest answer ended.
     used: Instant,
 }
 
@@ -106,12 +106,12 @@ impl Connection {
 pub(crate) struct Lines {
     pub(crate) status: u16,
     pieces: BodyDataStream,
-    /// What of the last piece is not read.
+    /// The unread rest of the last piece.
     piece: Bytes,
 }
 
 impl Lines {
-    /// The answer to `request`, on a connection of its own, which keeps about `buffer` bytes that are not read.
+    /// The answer to `request` on its own connection, with about `buffer` bytes of unread data.
     pub(crate) async fn of(address: SocketAddr, request: &Request, buffer: Option<u32>) -> io::Result<Self> {
         let begun = timeout(PATIENCE, async {
             send(&mut open(address, buffer).await?, request).await

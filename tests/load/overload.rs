@@ -1,4 +1,4 @@
-//! Requests for plans that come whether the service keeps up or not: an open loop, beside live missions.
+//! Requests for plans in an open loop, which does not wait for the service, beside live missions.
 
 use std::{cell::RefCell, error::Error, fmt::Write as _, net::SocketAddr, rc::Rc, time::Duration};
 
@@ -16,21 +16,21 @@ use super::{
 
 /// The snapshot of every request.
 const SNAPSHOT: &str = include_str!("../../examples/snapshots/intermittent.json");
-/// Clients that ask one request after another, where the rate is sought that the service keeps up with.
+/// Clients with one request at a time each, which find the rate that the service sustains.
 const CLOSED_CLIENTS: usize = 4;
-/// How long the service is measured without overload.
+/// Time of measurement without overload.
 const PROBE: Duration = Duration::from_secs(10);
 /// Connections of the open loop; a request for which there is none is counted as not sent.
 const CONNECTIONS_MAX: usize = 2_000;
 /// The service has recovered when so many answers in a row come as fast as without load.
 const RECOVERED: usize = 20;
 
-/// What became of some requests.
+/// The outcome of some requests.
 #[derive(Debug, Default)]
 struct Outcome {
     /// From when a request was due to its answer, ms.
     planned: Samples,
-    /// Of those that were turned away.
+    /// Times of refusals.
     shed: Samples,
     other: u64,
     lost: u64,
@@ -138,7 +138,7 @@ async fn open(address: SocketAddr, rate: f64, time: Duration) -> Counted {
     counted
 }
 
-/// How long until plans come within `most` ms again.
+/// Time until plans come within `most` ms again.
 async fn recovery(address: SocketAddr, most: f64) -> Duration {
     let begun = Instant::now();
     let mut connection = Connection::new(address);
@@ -159,7 +159,7 @@ async fn recovery(address: SocketAddr, most: f64) -> Duration {
     since - begun
 }
 
-/// Measures without overload, then at `factor` times the rate that the service keeps up with, then how it recovers.
+/// Measures without overload, at `factor` times the sustained rate, and during the recovery.
 pub(crate) async fn run(
     address: SocketAddr,
     factor: f64,

@@ -14,15 +14,15 @@ use super::{
     tally::{Shared, memory, memory_kib},
 };
 
-/// How long they read, and how long the slow one does not.
+/// Time of reading, and of the slow reader's pause.
 const MINUTE: Duration = Duration::from_mins(1);
 /// Between two posts to the mission that many read.
 const CALM: Duration = Duration::from_millis(100);
-/// What the slow reader's side keeps for it, bytes: the system rounds it up to its own least.
+/// Receive buffer of the slow reader, bytes: the system rounds it up to its own least.
 const SMALL_BUFFER: u32 = 4096;
 /// Fixes of each vehicle in a post of the flood: the most that is taken.
 const FLOOD_FIXES: u32 = 64;
-/// How long the slow one may read until it meets its gap.
+/// Longest time for the slow reader to reach its gap.
 const CATCH_UP: Duration = Duration::from_mins(1);
 
 /// An event of a stream, or the events missed.
@@ -32,7 +32,7 @@ enum StreamItem {
     Gap { from: u64, to: u64 },
 }
 
-/// What the data of a gap say.
+/// The data of a gap.
 #[derive(Debug, Deserialize)]
 struct Gap {
     from: u64,
@@ -125,7 +125,7 @@ async fn next(lines: &mut Lines) -> io::Result<Option<StreamItem>> {
     Ok(None)
 }
 
-/// Posts until `end`, at once after every answer or every `pace`; the last number that was acknowledged.
+/// Posts until `end`, after every answer or every `pace`; returns the last acknowledged number.
 async fn post(
     address: SocketAddr,
     id: String,

@@ -1,4 +1,4 @@
-//! What the records of missions say of their plans.
+//! The plans in the records of missions.
 
 use std::{collections::BTreeMap, fmt, io, net::SocketAddr};
 
@@ -6,7 +6,7 @@ use serde::Deserialize;
 
 use super::http::{Lines, Request};
 
-/// What a line of a record says that matters here.
+/// The members of a record's line that matter here.
 #[derive(Debug, Deserialize)]
 struct Line {
     sequence: u64,
@@ -28,7 +28,7 @@ pub(crate) struct Plans {
     /// Largest time from when a plan was due to when it was about to be stored, s.
     late_max: f64,
     degraded: BTreeMap<String, u64>,
-    /// Events whose number does not continue that of the one before.
+    /// Events whose number does not continue the previous event's.
     breaks: u64,
 }
 

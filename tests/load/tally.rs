@@ -1,4 +1,4 @@
-//! What clients saw, and how it is reported.
+//! The clients' measurements and their report.
 
 use std::{
     collections::BTreeMap,
@@ -13,7 +13,7 @@ use super::http::Answer;
 #[derive(Debug, Default)]
 pub(crate) struct Samples {
     values: Vec<f64>,
-    /// How many had been reported.
+    /// Number of reported values.
     reported: usize,
 }
 
@@ -64,7 +64,7 @@ impl fmt::Display for Spread {
     }
 }
 
-/// What all clients together saw.
+/// The measurements of all clients.
 #[derive(Debug, Default)]
 pub(crate) struct Tally {
     /// Posts that are on the disk.
@@ -75,8 +75,8 @@ pub(crate) struct Tally {
     lost: u64,
     /// References asked for when there was no plan yet.
     pub(crate) no_plan_yet: u64,
-    /// From when a post was due to its acknowledgement, ms: a client that waits for one answer is late with the next
-    /// post, and that counts.
+    /// Time from a post's due time to its acknowledgement, ms: a client that waits for one answer
+    /// is late with the next post, and that counts.
     pub(crate) acks: Samples,
     /// Age of the plan that counts, s.
     pub(crate) ages: Samples,
@@ -114,7 +114,7 @@ impl Tally {
             .get_or_insert_with(|| format!("{what}: {error}"));
     }
 
-    /// What says that the service has too much to do.
+    /// A sign that the service has too much to do.
     pub(crate) fn sign(&self, age_max: f64) -> Option<String> {
         if let Some(failure) = &self.first_failure {
             return Some(format!("a request failed: {failure}"));

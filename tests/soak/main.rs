@@ -1,3 +1,3 @@
-//! Claims that need real time, inside one process: `cargo test -p tests --test soak`. They are not part of the gate.
+//! Claims that need real time, in one process: `cargo test -p tests --test soak`. Not in the gate.
 
 mod leases;

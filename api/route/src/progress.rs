@@ -4,7 +4,7 @@ use std::io::{self, Read};
 
 use crate::route::{POINTS_MAX, Route, RoutePoint, Unread};
 
-/// Largest file, also unpacked, bytes: a day's track. Reading takes at most eight times as much.
+/// Largest file, also unpacked, bytes: a day's track. Reading takes at most eight times this.
 pub const BYTES_MAX: usize = 8 << 20;
 
 /// Most routes of a file.

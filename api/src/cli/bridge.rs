@@ -49,7 +49,8 @@ pub(crate) enum Bridge {
     },
     /// An autopilot on NMEA 0183: sends position, heading and speed; follows HTC, HTD or APB.
     Nmea {
-        /// The autopilot: udp:HOST:PORT listens, udpout:HOST:PORT, tcp:HOST:PORT, serial:DEVICE:BAUD
+        /// The autopilot: udp:HOST:PORT listens, udpout:HOST:PORT, tcp:HOST:PORT,
+        /// serial:DEVICE:BAUD
         #[arg(long, value_name = "WIRE")]
         connect: Endpoint,
         #[command(flatten)]
@@ -84,7 +85,7 @@ pub(crate) struct Autopilot {
     auv: Vec<(u8, String)>,
 }
 
-/// How the mission is followed, with any autopilot.
+/// Following a mission, with any autopilot.
 #[derive(Debug, Args)]
 pub(crate) struct Following {
     #[command(flatten)]
@@ -103,7 +104,8 @@ pub(crate) struct Following {
     /// Send nothing that moves the craft; the status lines show the references.
     #[arg(long)]
     dry_run: bool,
-    /// End after this time, s, that of waiting for the craft included; the craft's own time-out stops it.
+    /// End after this time, s, that of waiting for the craft included; the craft's own time-out
+    /// stops it.
     #[arg(long, value_name = "S", value_parser = |text: &str| within(text, 0.0, 1e9))]
     end_after: Option<f64>,
 }
@@ -111,7 +113,8 @@ pub(crate) struct Following {
 /// Further sensors of the craft, and modems.
 #[derive(Debug, Args)]
 struct Sensors {
-    /// A wire with NMEA 0183 of the craft (position, heading, speed through water); may be repeated.
+    /// A wire with NMEA 0183 of the craft (position, heading, speed through water); may be
+    /// repeated.
     #[arg(long, value_name = "WIRE")]
     nmea: Vec<Endpoint>,
     /// An acoustic modem: its wire and its settings file; may be repeated.
@@ -122,11 +125,11 @@ struct Sensors {
     sigma: f64,
 }
 
-/// Which mission to follow, and where it is kept.
+/// The mission to follow, and its place.
 #[derive(Debug, Args)]
 struct MissionFlags {
-    /// The service; repeated, services that share their missions: the next is asked if one does not answer. Without it, the bridge
-    /// runs its own and keeps the mission in --data.
+    /// The service; repeated, services that share their missions: the next is asked if one does not
+    /// answer. Without it, the bridge runs its own and keeps the mission in --data.
     #[arg(long, value_name = "URL")]
     url: Vec<String>,
     /// File with the token for the service.

@@ -54,13 +54,15 @@ pub(crate) enum CampaignCommand {
 pub(crate) struct Fly {
     /// The campaign file, TOML (docs/campaigns.md).
     file: PathBuf,
-    /// Directory for the rows; created if missing. If it holds the same campaign, that is continued. [default: the campaign's name]
+    /// Directory for the rows; created if missing. If it holds the same campaign, that is
+    /// continued. [default: the campaign's name]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Runs in parallel; the results do not depend on it. [default: the number of processors]
     #[arg(long, value_name = "N")]
     jobs: Option<NonZeroUsize>,
-    /// Fly only this part, such as 1/3 for the first of three (for job arrays). `campaign merge` merges the parts.
+    /// Fly only this part, such as 1/3 for the first of three (for job arrays). `campaign merge`
+    /// merges the parts.
     #[arg(long, value_name = "I/N", default_value_t = Shard::WHOLE)]
     shard: Shard,
     /// Show what would be flown, and fly nothing.
@@ -232,7 +234,7 @@ struct Watch {
     bar: ProgressBar,
     clock: Clock,
     began: Instant,
-    /// When the runs of this process began, after the gains were found.
+    /// Time at which the runs of this process began, after the search for gains.
     flying_since: Option<Instant>,
     said: Option<Instant>,
     in_lines: bool,

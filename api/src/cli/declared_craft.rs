@@ -10,8 +10,9 @@ use serde_json::{Value, json};
 /// The surface craft as it is declared to the planner.
 #[derive(Debug, Args)]
 pub(crate) struct DeclaredCraft {
-    /// The surface craft as declared to the planner, in place of the snapshot's or scenario's `craft`; their limits still
-    /// apply. Either a name from `pilotfish crafts`, or a craft file, such as `pilotfish identify --craft` writes.
+    /// The surface craft as declared to the planner, in place of the snapshot's or scenario's
+    /// `craft`; their limits still apply. Either a name from `pilotfish crafts`, or a craft file,
+    /// such as `pilotfish identify --craft` writes.
     #[arg(long, value_name = "NAME|FILE")]
     craft: Option<String>,
 }

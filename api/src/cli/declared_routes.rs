@@ -19,8 +19,8 @@ use sim::scenario::{Kind, OriginFile, PathFile, Point, Quantity, Scenario, Scena
 /// Routes that the AUVs follow.
 #[derive(Debug, Args)]
 pub(crate) struct DeclaredRoutes {
-    /// The route that an AUV follows, from the file of a planning tool (docs/routes.md). FILE#NAME chooses one of several
-    /// routes. May be repeated.
+    /// The route that an AUV follows, from the file of a planning tool (docs/routes.md). FILE#NAME
+    /// chooses one of several routes. May be repeated.
     #[arg(long, value_name = "AUV=FILE", value_parser = auv_and_file)]
     route: Vec<(String, RouteFile)>,
     /// Horizontal speed of these AUVs through the water, m/s. Default: the file's.

@@ -12,7 +12,8 @@ use crate::cli::out_file::{OutFile, print};
 
 #[derive(Debug, Args)]
 pub(crate) struct Identify {
-    /// A log of references and motion: .csv, .parquet or .mcap, with the columns of docs/commissioning.md.
+    /// A log of references and motion: .csv, .parquet or .mcap, with the columns of
+    /// docs/commissioning.md.
     log: PathBuf,
     /// Write the craft file here; send it as `craft` of a request.
     #[arg(long, value_name = "FILE.json")]
@@ -22,7 +23,7 @@ pub(crate) struct Identify {
     report: Option<PathBuf>,
 }
 
-/// Why a log cannot be used.
+/// A log cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot use {path}")]
 struct NoLog {
@@ -30,7 +31,7 @@ struct NoLog {
     source: LogFileError,
 }
 
-/// Prints which parameters the log shows and which it does not, and writes craft file and page if asked to.
+/// Prints the identified and the missing parameters; writes craft file and page if asked to.
 pub(crate) fn identify(arguments: &Identify) -> Result<(), Box<dyn Error>> {
     // Before the fit, so that a file that cannot be written does not waste it.
     let craft_file = arguments.craft.as_deref().map(OutFile::new).transpose()?;

@@ -30,7 +30,8 @@ const SPEED_ASSUMED: f64 = 1.0;
 
 #[derive(Debug, Args)]
 pub(crate) struct Route {
-    /// A route file: GeoJSON, KML, KMZ, GPX, RTZ, QGroundControl .plan, QGC WPL, MOOS points, or CSV with named columns.
+    /// A route file: GeoJSON, KML, KMZ, GPX, RTZ, QGroundControl .plan, QGC WPL, MOOS points, or
+    /// CSV with named columns.
     #[arg(required_unless_present = "rectangle")]
     file: Option<PathBuf>,
     /// Which route of the file.
@@ -42,8 +43,8 @@ pub(crate) struct Route {
     /// Take the route for the corners of an area, and lay lanes over it this far apart, m.
     #[arg(long, value_name = "M")]
     lanes: Option<f64>,
-    /// In place of a file: a rectangle from its first corner, AHEAD metres long and STARBOARD metres wide, as seen along the
-    /// lanes.
+    /// In place of a file: a rectangle from its first corner, AHEAD metres long and STARBOARD
+    /// metres wide, as seen along the lanes.
     #[arg(
         long,
         value_name = "LAT,LON,AHEAD,STARBOARD",

@@ -25,11 +25,12 @@ enum Command {
     Add {
         /// Name of the client, as in logs and in the audit.
         name: String,
-        /// Permissions: read-only plans and reads; operator also creates, runs and reports to missions; admin also deletes
-        /// missions and reads the audit.
+        /// Permissions: read-only plans and reads; operator also creates, runs and reports to
+        /// missions; admin also deletes missions and reads the audit.
         #[arg(long, value_parser = PossibleValuesParser::new(Role::ALL.map(Role::name)))]
         role: String,
-        /// Limit the token to this mission; may be repeated. Without --mission and --craft it is valid for all missions.
+        /// Limit the token to this mission; may be repeated. Without --mission and --craft it is
+        /// valid for all missions.
         #[arg(long, value_name = "ID", value_parser = NonEmptyStringValueParser::new())]
         mission: Vec<String>,
         /// Limit the token to missions of this craft: the --name of its bridge; may be repeated.

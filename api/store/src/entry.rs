@@ -97,7 +97,7 @@ pub struct AuditEntry {
 /// The result of an append. Only `Stored` stores anything.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Appended {
-    /// It was stored.
+    /// The append was stored.
     Stored,
     /// A request with the same key had this answer.
     AnsweredBefore(Vec<u8>),

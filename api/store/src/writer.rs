@@ -49,7 +49,7 @@ pub(super) struct Writer {
     free_pages: bool,
     /// `true` if the last removal failed, for example on a full disk.
     stuck: bool,
-    /// Size of the largest failed append, bytes. The store is ready once it can store as much.
+    /// Size of the largest failed append, bytes. The store is ready once it can store this size.
     refused: Option<usize>,
     shares: Shares,
     known: Known,
@@ -104,7 +104,7 @@ impl Writer {
         }
     }
 
-    /// Merges as much as possible without waiting for readers.
+    /// Merges all that it can without waiting for readers.
     fn merge(&mut self) {
         self.unmerged = 0;
         if let Err(error) = merge(&self.connection, "PASSIVE") {
@@ -315,7 +315,7 @@ impl LogWriter for Writer {
         Ok(())
     }
 
-    /// Writes as much as the largest failed append: a disk may be full for that one only.
+    /// Writes the size of the largest failed append: a disk may be full for that one only.
     fn probe(&mut self) -> Result<(), StoreError> {
         self.known.check()?;
         self.confirm(vec![])?;

@@ -46,7 +46,7 @@ const TOLERANCE: f64 = 1e-8;
 /// Most interior-point iterations.
 const ITERATIONS_MAX: u32 = 100;
 
-/// Unit of length in the program, m: fewest iterations, tightest bound (docs/rationale.md#solver).
+/// Unit of length, m: fewest iterations and tightest bound (`docs/rationale.md#solver`).
 const LENGTH_UNIT: f64 = 100.0;
 
 /// Largest distance in units of length: from 100 km on, the unit grows with the distance.

@@ -31,7 +31,7 @@ pub(super) enum Fit {
     Fits,
     /// It fits the second hypothesis, which is now trusted, and did not fit the first at once.
     Jumped,
-    /// It is outside its gate.
+    /// Rejected: outside the gate.
     Missed,
 }
 

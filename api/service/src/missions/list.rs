@@ -90,7 +90,7 @@ impl Missions {
         Some((plan, view.steering.as_ref().map(|said| said.at(now))))
     }
 
-    /// The same of a mission that runs at another service, from the store.
+    /// Last values of a mission that runs at another service, from the store.
     fn stored_last(&self, reader: &EventReader, stored: &StoredMission) -> Result<Option<Last>, StoreError> {
         if !self.are_shared() || matches!(self.active(&stored.id), Ok(Some(_))) {
             return Ok(None);

@@ -1,4 +1,4 @@
-//! `pilotfish campaign submit`, `watch`, `collect` and `pilotfish worker`: a campaign over NATS JetStream.
+//! Campaigns over NATS JetStream: `campaign submit`, `watch`, `collect`, and `pilotfish worker`.
 
 use std::{error::Error, num::NonZeroUsize, path::PathBuf, time::Duration};
 
@@ -16,13 +16,15 @@ const LOOK_EVERY: Duration = Duration::from_secs(2);
 /// The broker, and how to log in.
 #[derive(Debug, Args)]
 pub(crate) struct BrokerFlags {
-    /// Addresses of the broker, separated by commas, such as nats://host:4222 or tls://user:password@host.
+    /// Addresses of the broker, separated by commas, such as nats://host:4222 or
+    /// tls://user:password@host.
     #[arg(long, value_name = "URL")]
     nats: String,
     /// Credentials file of NATS (.creds).
     #[arg(long, value_name = "FILE")]
     nats_creds: Option<PathBuf>,
-    /// Certificates of the authority that signed the broker's certificate, PEM [default: the system's].
+    /// Certificates of the authority that signed the broker's certificate, PEM [default: the
+    /// system's].
     #[arg(long, value_name = "FILE")]
     nats_ca: Option<PathBuf>,
     /// Certificate of this client, PEM.

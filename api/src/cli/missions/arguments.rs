@@ -8,7 +8,7 @@ use sim::scenario::Scenario;
 use super::error::MissionError;
 use crate::cli::{declared_craft::DeclaredCraft, declared_routes::DeclaredRoutes, scenarios::scenario};
 
-/// How a scenario is run.
+/// Options of a scenario's run.
 #[derive(Debug, Args)]
 pub(super) struct RunArguments {
     #[command(flatten)]
@@ -18,10 +18,12 @@ pub(super) struct RunArguments {
     /// Seed of all random numbers.
     #[arg(long, default_value_t = 1)]
     pub(super) seed: u64,
-    /// End the mission after this many seconds. If the settled metrics would begin later, they begin at once.
+    /// End the mission after this many seconds. If the settled metrics would begin later, they
+    /// begin at once.
     #[arg(long, value_name = "S", value_parser = clap::value_parser!(u32).range(1..=86_400))]
     duration_s: Option<u32>,
-    /// Set a number of the scenario (docs/scenario-keys.md), such as surface_craft.tuning.energy_weight_per_j=1; may be repeated.
+    /// Set a number of the scenario (docs/scenario-keys.md), such as
+    /// surface_craft.tuning.energy_weight_per_j=1; may be repeated.
     #[arg(long, value_name = "KEY=NUMBER", value_parser = assignment)]
     set: Vec<(String, f64)>,
 }

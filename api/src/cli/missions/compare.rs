@@ -22,13 +22,14 @@ use crate::cli::{
 
 #[derive(Debug, Args)]
 pub(crate) struct Compare {
-    /// A built-in scenario (`pilotfish scenarios` lists them), or the path of a scenario file, such as ./my.toml.
+    /// A built-in scenario (`pilotfish scenarios` lists them), or the path of a scenario file, such
+    /// as ./my.toml.
     #[arg(value_parser = NameOrFile, hide_possible_values = true)]
     scenario: String,
     #[command(flatten)]
     run: RunArguments,
-    /// Compare also the law at this address, which gets each snapshot over HTTP (docs/own-law.md), such as
-    /// http://127.0.0.1:8000/.
+    /// Compare also the law at this address, which gets each snapshot over HTTP (docs/own-law.md),
+    /// such as http://127.0.0.1:8000/.
     #[arg(long, value_name = "URL")]
     guide: Option<GuideUrl>,
     /// Format of the scores.
@@ -37,7 +38,8 @@ pub(crate) struct Compare {
     /// Write an interactive report of all missions to this file.
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
-    /// Write each controller's record to this directory, as `<controller>.parquet`. It is created if missing.
+    /// Write each controller's record to this directory, as `<controller>.parquet`. It is created
+    /// if missing.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }

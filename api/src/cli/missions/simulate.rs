@@ -42,11 +42,12 @@ const ALONG_TRACK_GAIN: &str = "along-track-gain-per-s";
 
 #[derive(Debug, Args)]
 pub(crate) struct Simulate {
-    /// A built-in scenario (`pilotfish scenarios` lists them), or the path of a scenario file, such as ./my.toml. With
-    /// --trial also medusa (the default) or otter.
+    /// A built-in scenario (`pilotfish scenarios` lists them), or the path of a scenario file, such
+    /// as ./my.toml. With --trial also medusa (the default) or otter.
     #[arg(required_unless_present = "trial", value_parser = NameOrFile, hide_possible_values = true)]
     scenario: Option<String>,
-    /// Simulate a sea trial (docs/commissioning.md) of the scenario's craft and write its log for `pilotfish identify`.
+    /// Simulate a sea trial (docs/commissioning.md) of the scenario's craft and write its log for
+    /// `pilotfish identify`.
     #[arg(
         long, requires = "out",
         conflicts_with_all = ["controller", "duration_s", "untimed", "report", "snapshots", "craft", "route", "tuned", "guide", "set"]
@@ -57,16 +58,16 @@ pub(crate) struct Simulate {
     /// The planner (mpc) or a line-of-sight law.
     #[arg(long, value_parser = Controller::parser(), default_value = Controller::PLANNER)]
     controller: Controller,
-    /// Steer by the law at this address, which gets each snapshot over HTTP (docs/own-law.md), such as
-    /// http://127.0.0.1:8000/.
+    /// Steer by the law at this address, which gets each snapshot over HTTP (docs/own-law.md), such
+    /// as http://127.0.0.1:8000/.
     #[arg(
         long, value_name = "URL",
         conflicts_with_all = ["controller", "snapshots", "tuned", "look_ahead_m", "along_track_gain_per_s"]
     )]
     guide: Option<GuideUrl>,
-    /// Write the record to this file; may be repeated. The suffix chooses the format: .csv, .parquet and .ndjson are
-    /// the table of docs/records.md, .geojson is a map, .mcap is for Foxglove and Lichtblick. A pipe or a device gets
-    /// CSV.
+    /// Write the record to this file; may be repeated. The suffix chooses the format: .csv,
+    /// .parquet and .ndjson are the table of docs/records.md, .geojson is a map, .mcap is for
+    /// Foxglove and Lichtblick. A pipe or a device gets CSV.
     #[arg(long, value_name = "FILE")]
     out: Vec<PathBuf>,
     /// Leave solve times out of record and report, so that the same command writes the same bytes.
@@ -84,7 +85,8 @@ pub(crate) struct Simulate {
         value_parser = clap::value_parser!(u32).range(1..)
     )]
     every: u32,
-    /// First tune the gains of the line-of-sight law for this scenario and seed, as `pilotfish compare` does.
+    /// First tune the gains of the line-of-sight law for this scenario and seed, as `pilotfish
+    /// compare` does.
     #[arg(long, conflicts_with_all = ["look_ahead_m", "along_track_gain_per_s"])]
     tuned: bool,
     #[arg(

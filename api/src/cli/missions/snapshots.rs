@@ -12,8 +12,8 @@ use wire::{Answer, Prediction};
 
 use crate::cli::out_file::{NotWritten, OutFile};
 
-/// A planner that keeps the first and every `every`-th further snapshot, and the prediction of every
-/// [`PREDICTION_EVERY`]-th plan. They are written after the mission, so that writing does not count as planning.
+/// A planner that keeps the first and every `every`-th further snapshot, and the prediction of
+/// every [`PREDICTION_EVERY`]-th plan. Both are written after the mission, outside planning time.
 pub(super) struct RecordedPlanner<'a> {
     pub(super) planner: MpcGuide,
     pub(super) n_plans: usize,

@@ -45,7 +45,7 @@ pub(crate) struct PostgresWriter {
     shares: Shares,
     shares_read: Option<Instant>,
     known: Known,
-    /// The largest failed append. The store is ready once it can store as much.
+    /// The largest failed append. The store is ready once it can store this size.
     refused: Option<Append>,
     clock: TrustedClock,
     metrics: StoreMetrics,
