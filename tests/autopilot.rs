@@ -88,7 +88,7 @@ pub fn frame(system: u32, message: &MavMessage) -> Vec<u8> {
     raw.raw_bytes().to_vec()
 }
 
-/// `GLOBAL_POSITION_INT` of what is at `position` (north, east), m.
+/// `GLOBAL_POSITION_INT` of a vehicle at `position` (north, east), m.
 #[must_use]
 #[expect(
     clippy::cast_possible_truncation,

@@ -117,7 +117,7 @@ impl Load {
         }
     }
 
-    /// Makes so many more missions that last until `end`; whether the service took all.
+    /// Creates that many missions that last until `end`; `true` if the service took all.
     async fn add(&mut self, missions: usize, end: Instant) -> Result<bool, Box<dyn Error>> {
         // The service hangs up on one that is idle for 10 s.
         let mut connection = Connection::new(self.address);

@@ -81,7 +81,7 @@ pub fn drop(url: &str) {
     );
 }
 
-/// Has `psql` execute statements in the database of a URL; what it prints.
+/// Executes statements by `psql` in the database of a URL, and returns the output.
 ///
 /// # Panics
 /// Where it fails: the test's finding.

@@ -1,4 +1,4 @@
-//! Snapshots from all over what is accepted, ugly ones included.
+//! Snapshots from the whole accepted range, extremes included.
 
 use std::f64::consts::PI;
 

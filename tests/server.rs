@@ -19,7 +19,7 @@ pub struct Server {
     pub printed: Option<BufReader<ChildStdout>>,
     /// Host and port.
     pub address: String,
-    /// Its missions, where it has a directory of its own.
+    /// Its missions, if it has its own directory.
     pub data: Option<TempDir>,
 }
 
@@ -45,7 +45,7 @@ impl Server {
     }
 
     fn start_in(data: Option<TempDir>, mut program: Command, port: u16) -> Self {
-        // Every call is logged at info: a test's output should show what is wrong alone.
+        // Every call is logged at info: a test's output should show only errors.
         let mut said = program.get_envs();
         if !said.any(|(name, value)| name == "PILOTFISH_LOG" && value.is_some()) {
             program.env("PILOTFISH_LOG", "warn");

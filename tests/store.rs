@@ -1,4 +1,4 @@
-//! Event stores and what is appended to them.
+//! Event stores and their appends.
 
 use std::time::Duration;
 

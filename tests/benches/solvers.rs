@@ -286,7 +286,7 @@ impl Measured {
     }
 }
 
-/// A program as Clarabel takes it, copied beforehand.
+/// A program in Clarabel's form, copied in advance.
 struct AsItComes {
     quadratic: CscMatrix<f64>,
     linear: Vec<f64>,

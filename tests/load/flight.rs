@@ -181,7 +181,7 @@ impl Flight {
         }
     }
 
-    /// Posts once a second, at moments of its own, and asks for the reference twice in between.
+    /// Posts once a second at its own times, and reads the reference twice in between.
     pub(crate) async fn fly(mut self, end: Instant) {
         let begin = Instant::now() + PERIOD.mul_f64(self.sea.random.random());
         for second in 0_u32.. {

@@ -14,10 +14,10 @@ use tokio::{
     time::{Instant, timeout},
 };
 
-/// Longer than the service lets anything take but streams and waits for a plan.
+/// Longer than the service allows for an answer, except streams and waits for a plan.
 const PATIENCE: Duration = Duration::from_secs(30);
 
-/// A connection that was not used for so long is made anew: the service closes them after 10 s.
+/// A connection idle for this time is replaced: the service closes it after 10 s.
 const IDLE_MAX: Duration = Duration::from_secs(5);
 
 /// The least that hyper takes for its own buffer, bytes.
@@ -101,7 +101,7 @@ impl Connection {
     }
 }
 
-/// An answer that is read line by line as it comes.
+/// An answer that is read line by line as it arrives.
 #[derive(Debug)]
 pub(crate) struct Lines {
     pub(crate) status: u16,

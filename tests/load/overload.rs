@@ -22,7 +22,7 @@ const CLOSED_CLIENTS: usize = 4;
 const PROBE: Duration = Duration::from_secs(10);
 /// Connections of the open loop; a request for which there is none is counted as not sent.
 const CONNECTIONS_MAX: usize = 2_000;
-/// The service has recovered when so many answers in a row come as fast as without load.
+/// The service has recovered when this many answers in a row are as fast as without load.
 const RECOVERED: usize = 20;
 
 /// The outcome of some requests.

@@ -46,7 +46,7 @@ struct Reader {
     last: u64,
     events: u64,
     gaps: Vec<Gap>,
-    /// Number that should have come, and the one that did.
+    /// The expected number and the received one.
     breaks: Vec<(u64, u64)>,
 }
 
@@ -209,7 +209,7 @@ fn tell(who: &str, reader: &Reader) {
     }
 }
 
-/// Reads, hangs up in the middle, and goes on where it was.
+/// Reads, disconnects in the middle, and resumes there.
 async fn read_and_come_again(address: SocketAddr, id: String, end: Instant) -> io::Result<Reader> {
     let mut first = Reader::new(address, &id, 0, None).await?;
     first.read_until(end - MINUTE / 2).await?;

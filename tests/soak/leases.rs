@@ -39,7 +39,7 @@ async fn a_service_waits_for_the_longer_lease_of_another() {
 }
 
 #[tokio::test]
-async fn a_service_that_is_gone_loses_its_missions_and_one_that_lives_keeps_them() {
+async fn a_dead_service_loses_its_missions_and_a_live_one_keeps_them() {
     let Some(url) = database() else { return };
     let (one, two) = (joined_for(&url, "one", LEASE), joined_for(&url, "two", LEASE));
     add(&one, append("a", vec![event(1, "made")])).await;
@@ -48,12 +48,12 @@ async fn a_service_that_is_gone_loses_its_missions_and_one_that_lives_keeps_them
     assert_eq!(acquired(&two), Err("http://one".to_owned()));
     drop(one);
     let took = until(|| acquired(&two).is_ok()).await;
-    // A stall of this machine begins the wait anew.
+    // A stall of this machine restarts the wait.
     assert!(LEASE / 2 < took && took < LEASE * 4, "{took:?}");
 }
 
 #[tokio::test]
-async fn a_service_that_others_take_for_gone_begins_anew() {
+async fn a_service_that_others_consider_dead_restarts() {
     let Some(url) = database() else { return };
     let one = joined_for(&url, "one", LEASE);
     let lease = one.lease().expect("is shared");
@@ -88,7 +88,7 @@ async fn services_remove_the_events_of_missions_that_another_program_deleted() {
 }
 
 #[tokio::test]
-async fn a_host_that_is_silent_does_not_keep_a_service_from_the_one_that_answers() {
+async fn a_silent_host_does_not_keep_a_service_from_the_one_that_answers() {
     let Some(url) = database() else { return };
     let silent = std::net::TcpListener::bind("127.0.0.1:0").expect("a port is free");
     let silent = silent

@@ -74,7 +74,7 @@ mod tests {
     }
 
     #[test]
-    fn the_bound_of_a_run_is_what_its_limits_leave_of_the_start() {
+    fn the_bound_of_a_run_follows_from_its_start_and_limits() {
         // The goal is moved out of reach and at rest: straight ahead at top speed is best.
         let mut record = flown(&short("cross-current"), &mut los(), 1);
         let plant = record.plant.expect("calm water");

@@ -21,7 +21,7 @@ pub(crate) struct Sheet {
     pub(crate) panels: Vec<Panel>,
 }
 
-/// Axes and what is drawn in them.
+/// Axes and their lines.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Panel {
     pub(crate) heading: String,

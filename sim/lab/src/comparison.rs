@@ -259,7 +259,7 @@ mod tests {
     use crate::rules::Ruled;
 
     #[test]
-    fn where_the_goal_visits_every_rule_flies_at_its_best_time() {
+    fn every_rule_flies_at_its_best_time_for_a_goal_that_visits() {
         let scenario = Scenario::named("visit-near").expect("exists").lasting(70.0);
         let comparison = Comparison::run(&scenario, 1, None, &mut |_, _| {}).expect("flies");
         let found: Vec<_> = comparison
@@ -299,7 +299,7 @@ mod tests {
     }
 
     #[test]
-    fn the_table_fits_a_hundred_columns_and_says_where_the_approach_decides() {
+    fn the_table_fits_a_hundred_columns_and_says_if_the_approach_decides() {
         let scenario = Scenario::named("paper-tracking").expect("exists").lasting(200.0);
         let mut comparison = Comparison::run(&scenario, 1, None, &mut |_, _| {}).expect("flies");
         let table = comparison.to_string();
@@ -334,7 +334,7 @@ mod tests {
     }
 
     #[test]
-    fn tuned_each_law_keeps_to_its_target() {
+    fn every_tuned_law_follows_its_target() {
         let scenario = Scenario::named("paper-tracking").expect("exists").lasting(600.0);
         let worst = |law| {
             let tuning = best_gains(law, &scenario, 1, &mut |_| {}).expect("tunes");

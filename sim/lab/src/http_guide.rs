@@ -106,7 +106,7 @@ impl NoGuidance {
     }
 }
 
-/// A law at an address, and what it gets back in the next snapshot.
+/// A law at an address, and its metadata for the next snapshot.
 #[derive(Debug)]
 pub struct HttpGuide {
     agent: Agent,

@@ -1,4 +1,4 @@
-//! The laboratory: what a guidance law is worth, and what a craft is like.
+//! The laboratory: comparison of guidance laws, and identification of craft.
 //!
 //! In reading order: [`rules`] visit AUVs without a schedule; [`http_guide`] is an external law; a
 //! [`campaign`] flies many controllers at their best gains under many conditions, with a lower

@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn a_report_says_the_gains_of_a_law_and_that_another_controller_has_none() {
+    fn a_report_shows_gains_for_a_law_and_none_for_another_controller() {
         let record = record();
         let gains = LawGains {
             look_ahead_m: 4.0,
@@ -246,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn a_report_of_nothing_is_a_page() {
+    fn an_empty_report_is_a_page() {
         assert!(report(&[]).ends_with("</html>\n"));
     }
 }

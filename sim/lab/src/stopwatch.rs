@@ -1,4 +1,4 @@
-//! Solve times, and what the snapshots held: the simulator has no clock.
+//! Solve times and contents of snapshots: the simulator has no clock.
 
 use std::time::Instant;
 

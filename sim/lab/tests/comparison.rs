@@ -28,7 +28,7 @@ const DWELL: f64 = 240.0;
 /// Measured: 29 s, as the craft comes alongside.
 const JUST_HANDED_OVER: f64 = 30.0;
 
-/// The law at its best gains for the very mission, and what it achieves with them.
+/// The law's best gains for this mission, and their metrics.
 fn tune(law: LosLaw, scenario: &Scenario, seed: u64) -> (LosTuning, SurfaceCraftMetrics) {
     let tuning = best_gains(law, scenario, seed, &mut |_| {}).expect("tunes");
     let record = run(scenario, &mut LosGuide::tuned(tuning), seed, &mut |_| {}).expect("runs");
@@ -95,7 +95,7 @@ fn the_planner_is_never_worse_than_tuned_line_of_sight() {
 
 /// The strongest law. Measured: its approach is up to 1.8 % nearer, for more energy.
 #[test]
-fn line_of_sight_in_the_tracker_s_frame_gains_a_little_on_the_approach_and_loses_the_rest() {
+fn line_of_sight_in_the_tracker_s_frame_wins_slightly_in_the_approach_and_loses_afterwards() {
     for name in ["paper-tracking", "paper-midpoint", "cross-current"] {
         let scenario = Scenario::named(name).expect("exists");
         let (_, law) = tune(LosLaw::TrackerFrame, &scenario, SEEDS[0]);
@@ -114,7 +114,7 @@ fn line_of_sight_in_the_tracker_s_frame_gains_a_little_on_the_approach_and_loses
 /// The gliders of `slocum` report their velocity through the water, without 0.05 m/s of current.
 /// Read as a velocity over ground, it leaves the craft 0.37 m behind.
 #[test]
-fn a_current_that_the_vehicles_do_not_know_of_is_found_out() {
+fn a_current_that_the_vehicles_do_not_report_is_estimated() {
     let scenario = Scenario::named("slocum").expect("exists").lasting(400.0);
     let record = run(
         &scenario,
@@ -159,7 +159,7 @@ fn anticipating_the_hand_over_halves_the_error() {
 /// sight's by a few per cent. It keeps closer afterwards and at hand-overs, and pays with energy
 /// and with circles that it turns while the loop slows down.
 #[test]
-fn without_drag_feed_forward_the_approach_is_lost_by_a_little_and_the_rest_won() {
+fn without_drag_feed_forward_the_planner_loses_slightly_in_the_approach_and_wins_afterwards() {
     for (name, share) in [
         ("paper-tracking", 1.04),
         ("paper-midpoint", 1.04),

@@ -1,4 +1,4 @@
-//! Surface craft drawn at random: what is drawn, and what step tests say of it.
+//! Random surface craft and their step tests.
 
 use std::path::Path;
 
@@ -36,7 +36,7 @@ fn a_seed_gives_the_same_craft_every_time_and_another_seed_another() {
 
 /// 248 was fitted an integrator that takes three days to wind up.
 #[test]
-fn what_step_tests_find_can_be_declared() {
+fn results_of_step_tests_can_be_declared() {
     for seed in 1..40 {
         let declared = CraftDescription::from(&craft(seed).tested.craft);
         assert_eq!(declared.faults(), [], "craft {seed}");
@@ -46,7 +46,7 @@ fn what_step_tests_find_can_be_declared() {
 }
 
 #[test]
-fn craft_of_every_kind_are_drawn_within_the_ranges_asked_for() {
+fn craft_of_every_kind_are_drawn_within_the_requested_ranges() {
     let all: Vec<RandomCraft> = (0..60).map(craft).collect();
     for craft in &all {
         let traits = &craft.traits;
@@ -54,7 +54,7 @@ fn craft_of_every_kind_are_drawn_within_the_ranges_asked_for() {
         assert!((0.5..=8.0).contains(&traits.heading_lag) && (0.5..=8.0).contains(&traits.surge_lag));
         assert!((0.03..=0.8).contains(&traits.acceleration));
         assert!((0.0..=2.0).contains(&traits.delay));
-        // The thrusters have what the acceleration asks for.
+        // The thrusters have the force for the acceleration.
         let pull = 2.0 * craft.hull.thrusters.ahead_max / craft.hull.mass_surge;
         assert!(traits.acceleration < pull, "{pull}");
     }
@@ -84,7 +84,7 @@ fn craft_of_every_kind_are_drawn_within_the_ranges_asked_for() {
 }
 
 #[test]
-fn the_medusa_s_step_tests_find_what_its_gains_say() {
+fn the_medusa_s_step_tests_agree_with_its_gains() {
     let (hull, autopilot) = (
         SurfaceClass::Medusa.hull(),
         SurfaceClass::Medusa.autopilot(sim::inner_loop::DragFeedForward::On),
@@ -171,7 +171,7 @@ fn apart(craft: &RandomCraft) -> (f64, f64) {
 }
 
 #[test]
-fn what_step_tests_say_foresees_a_manoeuvre_that_they_did_not_contain() {
+fn step_tests_predict_a_manoeuvre_that_they_did_not_contain() {
     // A loop with an integral part on its heading is behind a turn for a while, and then no more.
     let integral =
         |craft: &RandomCraft| craft.traits.heading_loop == HeadingLoopKind::ProportionalIntegralDerivative;
@@ -193,7 +193,7 @@ fn what_step_tests_say_foresees_a_manoeuvre_that_they_did_not_contain() {
 }
 
 #[test]
-fn a_wish_is_granted_and_the_rest_is_drawn() {
+fn requested_properties_are_kept_and_the_others_are_drawn() {
     let wishes = CraftConstraints {
         mass: Some(300.0),
         heading_loop: Some(HeadingLoopKind::Cascade),
@@ -218,7 +218,7 @@ fn with_class(class: &str) -> Result<Scenario, String> {
 }
 
 #[test]
-fn a_scenario_file_says_random_and_flies_a_craft_of_that_seed() {
+fn a_scenario_file_with_a_random_class_flies_a_craft_of_that_seed() {
     let scenario = with_class("class.random = {seed = 7, mass_kg = {uniform = [40, 60]}}").expect("right");
     let start = scenario.start(1).expect("valid");
     let flown = start.world.surface_craft.expect("has one");
@@ -246,7 +246,7 @@ fn a_scenario_file_says_random_and_flies_a_craft_of_that_seed() {
 }
 
 #[test]
-fn a_random_class_that_is_wrong_is_named_with_its_limit() {
+fn an_invalid_random_class_is_named_with_its_limit() {
     for (class, says) in [
         ("class.random = {mass_kg = 5}", "5 is outside 20 to 500 kg"),
         (

@@ -1,4 +1,4 @@
-//! A controller of a campaign: its control law, what it knows, and its variation.
+//! A controller of a campaign: its control law, its knowledge, and its variation.
 
 use planner::{
     craft::{CraftDescription, CraftEstimate},
@@ -131,7 +131,7 @@ impl Controller {
         }
     }
 
-    /// The law that steers; none where the planner does.
+    /// The law that steers; `None` for the planner.
     #[must_use]
     pub(super) fn los_law(&self) -> Option<LosLaw> {
         match self.law {
@@ -208,7 +208,7 @@ impl Controller {
         format!("{of_paths}{of_craft}; {uses}{visits}")
     }
 
-    /// The scenario with what it knows and with its variation.
+    /// The scenario with its knowledge and its variation.
     #[must_use]
     pub(super) fn scenario(&self, scenario: &Scenario) -> Scenario {
         let mut scenario = scenario.clone();
@@ -219,7 +219,7 @@ impl Controller {
         scenario
     }
 
-    /// Applies its variation to the start, and removes what is not declared to it of the craft.
+    /// Applies its variation to the start, and removes undeclared parts of the craft.
     pub(super) fn vary_start(&self, start: &mut Start) {
         if let Some(variation) = self.variation {
             variation.vary_start(start);

@@ -167,7 +167,7 @@ impl Objective {
     }
 }
 
-/// A controller, and what it knows.
+/// A controller and its knowledge.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ControllerFile {
@@ -232,7 +232,7 @@ pub struct LawFile {
     pub name: String,
     /// Its gains; tuned for each scenario and craft if left out.
     pub gains: Option<LawGains>,
-    /// Fly every point of the law's grid as a controller of its own.
+    /// Fly every point of the law's grid as a separate controller.
     #[serde(default)]
     pub whole_grid: bool,
 }

@@ -61,7 +61,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_failure_in_order_is_the_answer_and_later_jobs_are_left() {
+    fn the_first_failure_in_order_is_returned_and_no_later_job_starts() {
         let jobs: Vec<u64> = (0..1_000).collect();
         let two = NonZeroUsize::new(2).expect("positive");
         let work = |job: &u64| if *job < 5 { Ok(()) } else { Err(*job) };

@@ -67,7 +67,7 @@ pub(super) struct Outcome {
 /// Further columns in which less is better.
 pub(super) const MORE: [&str; 4] = ["too_fast_steps_percent", "alarms", "alarm_s", "noticed_after_s"];
 
-/// Columns of what the planner learnt: estimate, standard deviation, and step test.
+/// Columns of the planner's estimates: estimate, standard deviation, and step test.
 pub(super) const LEARNT: [[&str; 3]; 3] = [
     ["heading_lag_s", "heading_lag_sigma_s", "heading_lag_tested_s"],
     ["surge_lag_s", "surge_lag_sigma_s", "surge_lag_tested_s"],
@@ -88,7 +88,7 @@ const WORDS: [&str; 6] = [
     "failure",
 ];
 
-/// Rows by the number of their run, all with the same columns, of which the first is `run`.
+/// Rows by the number of their run, all with the same columns; the first is `run`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Rows {
     names: Vec<String>,

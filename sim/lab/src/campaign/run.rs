@@ -1,4 +1,4 @@
-//! Flies what is left of a campaign, on several threads.
+//! Flies the rest of a campaign on several threads.
 
 use std::num::NonZeroUsize;
 
@@ -68,7 +68,7 @@ pub fn run(
     } else {
         (NonZeroUsize::MIN, jobs)
     };
-    // Numbers of runs, and of those that failed.
+    // Numbers of runs and of failed runs.
     let fly = |chunk: &Chunk| -> Result<(usize, usize), DirectoryError> {
         let rows = flown(campaign, *chunk, &gains[chunk.case], threads)?;
         directory.store_chunk(chunk.number, &rows)?;

@@ -277,7 +277,7 @@ mod slow {
     use super::*;
 
     #[test]
-    fn a_clock_flies_at_its_best_turn_where_the_goal_visits_and_nowhere_else() {
+    fn a_clock_flies_at_its_best_turn_and_only_for_a_goal_that_visits() {
         let campaign = campaign(VISITS);
         let law = &campaign.controllers[2];
         let condition = campaign.tuning_conditions(0).next().expect("is one");
@@ -413,7 +413,7 @@ mod slow {
     }
 
     #[test]
-    fn every_number_of_a_run_leads_to_that_run_and_a_replay_is_the_same_to_the_bit() {
+    fn the_number_of_a_run_finds_it_and_its_replay_is_bit_identical() {
         let (campaign, rows) = small();
         let conditions = campaign.chunks().into_iter().flat_map(Chunk::conditions);
         let all: Vec<_> = conditions
@@ -491,7 +491,7 @@ planner = {}
     }
 
     #[test]
-    fn no_gains_of_the_grid_do_better_under_the_conditions_of_the_tuning() {
+    fn no_gains_of_the_grid_beat_the_tuned_gains_on_the_tuning_conditions() {
         let text = SMALL
             .replace("[\"paper-tracking\", \"noisy-fixes\"]", "[\"switching\"]")
             .replace("craft = [\"scenario\", \"otter\"]", "")
@@ -502,7 +502,7 @@ planner = {}
         let condition = campaign.tuning_conditions(0).next().expect("is one");
         assert_eq!(found.best.len(), 2);
         for (objective, best) in campaign.objectives().iter().zip(&found.best) {
-            // Every mission flown to its end, where the search breaks off those that are beaten.
+            // Every mission flown to its end; the search breaks off beaten ones.
             let values = law.grid().into_iter().map(|setting| {
                 let flown = fly(&campaign, condition, law, setting).expect("flies");
                 (

@@ -70,16 +70,16 @@ fn within_the_limits(pursuit: &Pursuit, positions: &[Vector2<f64>]) -> Vec<Vecto
 }
 
 #[test]
-fn a_slow_goal_from_the_crafts_own_place_can_be_kept() {
+fn the_bound_is_zero_for_a_slow_goal_at_the_craft_s_start() {
     let mut chase = pursuit((0..200).map(|k| Vector2::new(0.3, 0.2) * f64::from(k)).collect());
     chase.start_velocity = Vector2::new(0.3, 0.2);
     chase.acceleration_max = 0.1;
-    // Not exactly 0: the bound is what the solver's last dual point proves.
+    // Not exactly 0: the solver's last dual point proves the bound.
     assert!(best(&chase).mean_square < 1e-9);
 }
 
 #[test]
-fn a_goal_at_rest_is_run_up_to_in_a_straight_line() {
+fn the_approach_to_a_goal_at_rest_is_a_straight_line() {
     let goal = Vector2::new(30.0, -40.0);
     for n in [0, 1, 2, 3, 20, 31, 32, 100_u32] {
         let squares = (0..=n).map(|k: u32| f64::max(0.0, goal.norm() - SPEED_MAX * f64::from(k)).powi(2));
@@ -95,7 +95,7 @@ fn a_goal_at_rest_is_run_up_to_in_a_straight_line() {
 }
 
 #[test]
-fn a_craft_from_rest_gathers_way_as_its_acceleration_lets_it() {
+fn a_craft_at_rest_starts_with_its_largest_acceleration() {
     // Half a tick's worth in the first tick, then whole ones: p_k = ½ a (k Δt)², short of the goal.
     let (distance, acceleration, dt) = (60.0, 0.1, 2.0);
     let mut chase = pursuit(vec![Vector2::new(0.0, distance); 8]);
@@ -106,7 +106,7 @@ fn a_craft_from_rest_gathers_way_as_its_acceleration_lets_it() {
 }
 
 #[test]
-fn a_craft_that_has_to_brake_does_as_well_as_a_search_finds() {
+fn braking_agrees_with_a_search_over_velocities() {
     let (distance, acceleration) = (1.0, 0.4);
     let mut chase = pursuit(vec![Vector2::new(distance, 0.0); 4]);
     (chase.acceleration_max, chase.start_velocity) = (acceleration, Vector2::new(0.9, 0.0));
@@ -144,7 +144,7 @@ fn a_trajectory_within_the_limits_comes_within_a_millionth_of_the_bound() {
 }
 
 #[test]
-fn whatever_the_dual_point_the_bound_it_gives_is_none_too_high() {
+fn no_dual_point_gives_too_high_a_bound() {
     let chase = pursuit(wandering(40));
     let first = chase.start - chase.goal[0];
     let program = Chase::new(&chase.discs(), first, 40, chase.length_unit());
@@ -168,7 +168,7 @@ fn whatever_the_dual_point_the_bound_it_gives_is_none_too_high() {
 }
 
 #[test]
-fn a_goal_a_hundred_kilometres_off_is_as_good_as_any() {
+fn a_goal_a_hundred_kilometres_off_is_solved_as_well() {
     let goal = Vector2::new(6e4, 8e4);
     for n in [1, 2, 600_u32] {
         let found = best(&pursuit(vec![goal; n as usize + 1]));
@@ -179,7 +179,7 @@ fn a_goal_a_hundred_kilometres_off_is_as_good_as_any() {
 }
 
 #[test]
-fn a_craft_that_starts_faster_than_its_top_speed_is_taken_at_its_word() {
+fn a_start_faster_than_the_top_speed_raises_the_speed_limit() {
     let mut chase = pursuit(vec![Vector2::new(50.0, 0.0); 20]);
     (chase.start_velocity, chase.acceleration_max) = (Vector2::new(3.0, 0.0), 0.1);
     let slow = best(&chase).mean_square;

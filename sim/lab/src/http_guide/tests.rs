@@ -114,7 +114,7 @@ fn the_planner_behind_an_address_flies_the_mission_that_it_flies_here() {
 }
 
 #[test]
-fn what_a_law_says_is_what_the_craft_follows_up_to_its_largest_speed() {
+fn the_craft_follows_the_reference_of_a_law_up_to_its_largest_speed() {
     let fast = always(200, r#"{"speed_mps": 9, "heading_deg": 270}"#);
     let record = flown(&mut HttpGuide::new(&fast)).expect("flies");
     let limit = record.limits.expect("has a craft").speed_max;
@@ -145,7 +145,7 @@ fn metadata_of_an_answer_comes_back_in_the_next_snapshot_of_the_same_mission() {
 }
 
 #[test]
-fn a_law_that_gives_no_reference_ends_the_mission_with_its_fault() {
+fn a_law_without_a_reference_ends_the_mission_with_its_fault() {
     let large = format!("{{\"speed_mps\": 1, \"note\": \"{}\"}}", "x".repeat(1 << 20));
     let remembers = json!({"speed_mps": 1, "heading_rad": 0, "metadata": {"all": "x".repeat(4096)}});
     for (status, body, fault) in [
@@ -217,7 +217,7 @@ fn a_law_that_gives_no_reference_ends_the_mission_with_its_fault() {
 }
 
 #[test]
-fn a_law_that_closes_each_connection_after_an_answer_is_asked_again_once() {
+fn a_law_that_closes_each_connection_gets_one_repeated_request() {
     let asked = Arc::new(Mutex::new(0));
     let (count, from) = (asked.clone(), Arc::new(Mutex::new(u32::MAX)));
     let fails_from = from.clone();
@@ -248,7 +248,7 @@ fn a_law_that_closes_each_connection_after_an_answer_is_asked_again_once() {
 }
 
 #[test]
-fn a_law_that_is_too_slow_or_not_there_may_be_back_later_and_a_wrong_one_not() {
+fn a_slow_or_absent_law_may_answer_later_and_a_wrong_one_may_not() {
     // Its answer comes when the test ends.
     let (_ends, end) = mpsc::channel::<()>();
     let end = Mutex::new(end);
@@ -276,7 +276,7 @@ fn a_law_that_is_too_slow_or_not_there_may_be_back_later_and_a_wrong_one_not() {
 }
 
 #[test]
-fn only_addresses_are_addresses() {
+fn invalid_addresses_are_refused() {
     for text in [
         "",
         "127.0.0.1:8000",
@@ -337,7 +337,7 @@ fn campaign(url: &GuideUrl) -> Campaign {
 }
 
 #[test]
-fn a_campaign_stops_where_its_law_is_away_and_goes_on_when_it_is_back() {
+fn a_campaign_stops_without_its_law_and_continues_when_the_law_is_back() {
     let dies = Arc::new(AtomicBool::new(true));
     let dying = dies.clone();
     let url = served_at(Arc::new(move |body: &str| {

@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn headings_in_degrees_are_refused_and_those_counted_on_over_turns_are_read() {
+    fn headings_in_degrees_are_refused_and_unwrapped_headings_are_read() {
         let counted_on = rows();
         assert!(TAU < counted_on[599].heading);
         let in_degrees = |wrap: bool| {
@@ -228,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn times_cut_to_whole_seconds_are_spread_again_and_a_row_that_follows_itself_counts_once() {
+    fn times_cut_to_whole_seconds_are_spread_and_a_repeated_row_counts_once() {
         let mut cut = rows();
         for row in &mut cut {
             row.time = row.time.floor();

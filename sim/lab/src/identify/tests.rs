@@ -1,4 +1,4 @@
-//! Logs of craft that are known, and what is read off them.
+//! Logs of known craft, and their identification.
 
 use nalgebra::Vector2;
 use planner::{
@@ -45,7 +45,7 @@ struct Ocean {
     seed: u64,
 }
 
-/// A log of `trial`, made by a craft that is exactly what the model says.
+/// A log of `trial` by a craft that is exactly the model.
 fn log(craft: &Craft, trial: &Trial, ocean: &Ocean) -> Log {
     let mut rng = ChaCha8Rng::seed_from_u64(ocean.seed);
     let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
@@ -267,7 +267,7 @@ mod slow {
 
     /// The claim is 95 %. Less is due to the loops' interplay: intervals of one log miss together.
     #[test]
-    fn in_fifty_logs_the_intervals_hold_the_truth_as_often_as_claimed_and_all_modes_are_identified() {
+    fn intervals_of_fifty_logs_hold_the_truth_as_often_as_claimed_and_all_modes_are_identified() {
         let share = share_covered(50, 0.0);
         assert!(0.90 <= share, "{share}");
     }
@@ -280,7 +280,7 @@ mod slow {
     }
 
     #[test]
-    fn a_log_without_noise_gives_the_craft_back() {
+    fn a_log_without_noise_identifies_the_craft() {
         let silent = Noise {
             heading: 0.0,
             log: 0.0,
@@ -304,7 +304,7 @@ mod slow {
                 continue;
             }
             if truth.is_finite() {
-                // Half a per cent, or ten milliseconds: what a step of 2 ms and its Euler leave.
+                // Half a per cent or ten milliseconds: the error of Euler steps of 2 ms.
                 let error = (parameter.estimate - truth).abs();
                 assert!(error < 0.01_f64.max(0.005 * truth), "{truth} {parameter:?}");
             } else {
@@ -314,7 +314,7 @@ mod slow {
     }
 
     #[test]
-    fn what_a_log_does_not_show_is_left_out_and_the_manoeuvre_is_named() {
+    fn unidentified_parameters_are_left_out_and_their_manoeuvre_is_named() {
         // Small steps at one speed in still water: no limit, no difference of modes, one power.
         let (craft, ocean) = some_craft(0);
         let leg = |speed: f64, degrees: f64| crate::trial::Leg {
@@ -351,7 +351,7 @@ mod slow {
 
     /// Simulated hulls and autopilots, compared with their step tests without noise.
     #[test]
-    fn simulated_hulls_are_found_as_their_step_tests_have_them() {
+    fn identified_hulls_agree_with_their_step_tests() {
         use crate::trial::TrialSetup;
         use sim::{
             inner_loop::DragFeedForward,

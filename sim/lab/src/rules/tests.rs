@@ -1,4 +1,4 @@
-//! Snapshots made by hand, and what a guide is asked that a rule stands before.
+//! Hand-made snapshots, and the goals that a rule gives its guide.
 
 use std::{cell::RefCell, collections::BTreeSet, rc::Rc};
 
@@ -11,7 +11,7 @@ use planner::{
 
 use super::*;
 
-/// A guide that keeps the goals that it is asked for.
+/// A guide that stores the requested goals.
 #[derive(Default)]
 struct Asked(Rc<RefCell<Vec<Goal>>>);
 
@@ -85,7 +85,7 @@ fn in_order(followed: &[usize]) -> Vec<usize> {
 }
 
 #[test]
-fn oldest_first_goes_round_in_the_order_in_which_they_were_served() {
+fn oldest_first_repeats_the_order_of_service() {
     // Equal ages at first: by travel from −50 m. Then 60 s at each; service is within 20 m.
     let order = in_order(&followed(
         Rule::OldestFirst,
@@ -111,7 +111,7 @@ fn nearest_first_serves_every_vehicle_once_before_any_again() {
 }
 
 #[test]
-fn the_greatest_cost_per_time_is_what_a_hand_calculation_says() {
+fn the_greatest_cost_per_time_agrees_with_a_hand_calculation() {
     let mut visits = visits(VisitCost::Age);
     // From 0 m, 60 s after the start: 60 s over 80 m, 3 · 60 s over 380 m, 60 s over 130 m.
     visits.weights.insert(VehicleId("auv-2".to_owned()), 3.0);
@@ -123,7 +123,7 @@ fn the_greatest_cost_per_time_is_what_a_hand_calculation_says() {
 }
 
 #[test]
-fn a_stay_lasts_as_long_as_asked_for_beyond_the_least_time() {
+fn a_stay_exceeds_the_least_time_by_the_requested_one() {
     let data = VisitCost::Data {
         growth_kbps: 1.0,
         upload_kbps: 5.0,
@@ -140,7 +140,7 @@ fn a_stay_lasts_as_long_as_asked_for_beyond_the_least_time() {
 }
 
 #[test]
-fn the_clock_follows_the_hour_and_a_vehicle_that_is_silent_is_left_out() {
+fn the_clock_follows_the_hour_and_skips_a_silent_vehicle() {
     let visits = visits(VisitCost::Age);
     let all = followed(Rule::Clock, 40.0, &visits, 320, None);
     // The shortest closed tour of places on a line: there and back, from the nearest to the craft.
@@ -163,7 +163,7 @@ fn the_clock_follows_the_hour_and_a_vehicle_that_is_silent_is_left_out() {
 }
 
 #[test]
-fn goals_are_what_the_planner_and_the_laws_know() {
+fn every_rule_replaces_its_goal_by_one_that_planner_and_laws_know() {
     let asked = Rc::new(RefCell::new(vec![]));
     let visits = visits(VisitCost::Age);
     for rule in Rule::ALL {

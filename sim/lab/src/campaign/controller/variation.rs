@@ -30,7 +30,7 @@ pub enum Variation {
     NoTurnRate,
     /// The controller follows the goal's present AUV and does not foresee the next hand-over.
     NoPreview,
-    /// The controller is asked every so many seconds, and its answer is held meanwhile.
+    /// The controller answers once in this time, s; its answer is held meanwhile.
     AskedEveryS(u32),
     /// Something of the surface craft breaks, and stays broken.
     Breakdown {
@@ -288,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn a_guide_without_preview_follows_whose_turn_it_is() {
+    fn a_guide_without_preview_follows_the_present_auv() {
         let auvs = ["a", "b"].map(|id| VehicleId(id.to_owned()));
         let turns = [-0.5, 0.0, 0.99, 1.0, 2.0].map(|dwells| in_turn(&auvs, dwells).0);
         assert_eq!(turns, ["b", "a", "a", "b", "a"]);
@@ -297,7 +297,7 @@ mod tests {
     }
 
     #[test]
-    fn a_heavier_hull_is_slower_to_move_but_has_the_same_limits_declared() {
+    fn a_heavier_hull_is_slower_but_declares_the_same_limits() {
         let scenario = short("paper-tracking");
         let (heavy, usual) = (varied(Variation::Hull(1.3), &scenario), plain(&scenario));
         assert_eq!(heavy.limits, usual.limits);

@@ -16,7 +16,7 @@ use crate::{
     rules::Rule,
 };
 
-/// Longest turn or stay of a rule, s: beyond a day, whatever is asked for is never over.
+/// Longest turn or stay of a rule, s: more than a day.
 const TURN_MAX: f64 = 1.0e5;
 
 impl ControllerFile {
@@ -123,7 +123,7 @@ impl LawFile {
     }
 }
 
-/// The tuning with gains of the file, all of which are positive.
+/// The tuning with the file's gains, all positive.
 fn fixed(gains: LawGains, law: LosLaw) -> Result<LosTuning, (String, String)> {
     let tuning = tuned(law, gains);
     for (member, value) in [
