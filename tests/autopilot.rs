@@ -62,7 +62,7 @@ pub struct Boat {
     pub has_position: bool,
     /// Orders received: of a mode, or to arm.
     pub orders: u64,
-    /// Time constants of its loops, s; 0 where only the fastest turn limits it.
+    /// Time constants of its loops, s; 0 if only the fastest turn limits it.
     pub heading_time: f64,
     /// See `heading_time`.
     pub speed_time: f64,
@@ -70,7 +70,7 @@ pub struct Boat {
     pub turn_rate_max: f64,
     /// `true` while the rudder is stuck.
     pub is_rudder_stuck: bool,
-    /// Speed, m/s, heading, rad, and when they came, s.
+    /// Speed, m/s, heading, rad, and the time of their arrival, s.
     reference: Option<(f64, f64, f64)>,
     yaw_rate: f64,
 }

@@ -1,4 +1,4 @@
-//! Requests that are broken, in every way that a client may break one.
+//! Broken requests, by every way of breaking one.
 
 use rand::{RngExt, seq::IndexedRandom};
 use rand_chacha::ChaCha8Rng;
@@ -35,7 +35,7 @@ fn places(value: &Value, at: &str, found: &mut Vec<String>) {
     }
 }
 
-/// Every place at which such a value stands.
+/// Every place of such a value.
 #[must_use]
 pub fn places_of(value: &Value, such: fn(&Value) -> bool) -> Vec<String> {
     let mut found = Vec::new();
@@ -47,7 +47,7 @@ pub fn places_of(value: &Value, such: fn(&Value) -> bool) -> Vec<String> {
 /// Any one of them.
 ///
 /// # Panics
-/// Where there is none: the test's own mistake.
+/// If there is none: the test's own mistake.
 pub fn pick<'a, T>(rng: &mut ChaCha8Rng, list: &'a [T]) -> &'a T {
     list.choose(rng)
         .expect("the list is a constant or comes from an example")
@@ -86,7 +86,7 @@ fn wrong_type(body: &str, rng: &mut ChaCha8Rng) -> Vec<u8> {
     value.to_string().into_bytes()
 }
 
-/// A number that is far too large, too small, or none that JSON or physics knows.
+/// A number far too large or small, or unknown to JSON or physics.
 fn strange_number(body: &str, rng: &mut ChaCha8Rng) -> Vec<u8> {
     let mut value: Value = serde_json::from_str(body).expect("examples are JSON");
     let place = pick(rng, &places_of(&value, Value::is_number)).clone();

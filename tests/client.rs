@@ -40,7 +40,7 @@ impl Answer {
     /// The body as JSON.
     ///
     /// # Panics
-    /// Where it is none: the test's finding.
+    /// If it is none: the test's finding.
     #[must_use]
     pub fn json(&self) -> Value {
         serde_json::from_str(&self.text).expect("the answer is JSON")
@@ -49,7 +49,7 @@ impl Answer {
     /// The body as JSON, of an answer that must have that status.
     ///
     /// # Panics
-    /// Where it has another one: the test's finding.
+    /// If it has another one: the test's finding.
     #[must_use]
     pub fn expected(&self, status: u16) -> Value {
         assert_eq!(self.status.as_u16(), status, "{}", self.text);
@@ -67,7 +67,7 @@ impl Answer {
     /// The problem document, after checking what every one has.
     ///
     /// # Panics
-    /// Where it is none: the test's finding.
+    /// If it is none: the test's finding.
     #[must_use]
     pub fn problem(&self) -> Value {
         assert_eq!(self.content_type(), "application/problem+json", "{}", self.text);
@@ -97,7 +97,7 @@ impl Answer {
 /// Sends `request` to a service built with `settings`.
 ///
 /// # Panics
-/// Where there is no answer at all: the test's finding.
+/// If there is no answer at all: the test's finding.
 pub async fn send(settings: Settings, request: Request<Body>) -> Answer {
     send_to(app(settings), request).await
 }
@@ -105,7 +105,7 @@ pub async fn send(settings: Settings, request: Request<Body>) -> Answer {
 /// The JSON of `path`, which is there, on a simulated machine.
 ///
 /// # Panics
-/// Where it is refused: the test's finding.
+/// If it is refused: the test's finding.
 pub async fn served(path: &str) -> Value {
     let answer = send(simulated_machine(), get(path)).await;
     assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);
@@ -115,7 +115,7 @@ pub async fn served(path: &str) -> Value {
 /// The JSON of the answer to `body`, posted to `path` and accepted, on a simulated machine.
 ///
 /// # Panics
-/// Where it is refused: the test's finding.
+/// If it is refused: the test's finding.
 pub async fn answered(path: &str, body: impl Into<Body>) -> Value {
     let answer = send(simulated_machine(), post(path, body)).await;
     assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);
@@ -125,7 +125,7 @@ pub async fn answered(path: &str, body: impl Into<Body>) -> Value {
 /// Sends `request` to `service`.
 ///
 /// # Panics
-/// Where there is no answer at all: the test's finding.
+/// If there is no answer at all: the test's finding.
 pub async fn send_to(service: axum::Router, request: Request<Body>) -> Answer {
     let response = service.oneshot(request).await.expect("a router always answers");
     let (parts, body) = response.into_parts();
@@ -141,7 +141,7 @@ pub async fn send_to(service: axum::Router, request: Request<Body>) -> Answer {
 /// A GET request.
 ///
 /// # Panics
-/// Where `path` is no path: the test's own mistake.
+/// If `path` is no path: the test's own mistake.
 #[must_use]
 pub fn get(path: &str) -> Request<Body> {
     Request::get(path)
@@ -152,7 +152,7 @@ pub fn get(path: &str) -> Request<Body> {
 /// A POST request with a JSON body.
 ///
 /// # Panics
-/// Where `path` is no path: the test's own mistake.
+/// If `path` is no path: the test's own mistake.
 #[must_use]
 pub fn post(path: &str, body: impl Into<Body>) -> Request<Body> {
     Request::post(path)
@@ -164,7 +164,7 @@ pub fn post(path: &str, body: impl Into<Body>) -> Request<Body> {
 /// The body of an example.
 ///
 /// # Panics
-/// Where there is no such example: the test's own mistake.
+/// If there is no such example: the test's own mistake.
 #[must_use]
 pub fn example(name: &str) -> Value {
     let example = service::examples::EXAMPLES

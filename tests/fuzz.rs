@@ -1,4 +1,4 @@
-//! Numbered cases: requests of any kind, valid and broken, whose answers are handed back.
+//! Numbered cases: valid and broken requests, whose answers become previous plans.
 
 use std::{collections::BTreeMap, f64::consts::TAU, time::Duration};
 
@@ -19,17 +19,17 @@ use crate::{
     random,
 };
 
-/// Number of answers that are handed back one after the other.
+/// Number of consecutive answers that become previous plans.
 const CHAIN_MAX: usize = 3;
 
-/// Ends of accepted ranges, and where arithmetic changes its ways.
+/// Ends of accepted ranges and of arithmetic.
 const EDGES: [f64; 40] = [
     0.0, 5e-324, 1e-308, 1e-12, 1e-9, 1e-6, 0.001, 0.01, 0.05, 0.1, 0.5, 1.0, 1.4, 1.5, 2.0, 2.5, 3.0, 3.6,
     5.0, TAU, 10.0, 20.0, 25.0, 40.0, 60.0, 64.0, 100.0, 120.0, 600.0, 900.0, 1e3, 3600.0, 1e4, 1.2e4, 2e4,
     1e6, 2e6, 1e10, 1e11, 2e11,
 ];
 
-/// Plans for one case after the other, as a thread of the service does.
+/// Plans for consecutive cases, as a thread of the service does.
 #[derive(Debug, Default)]
 pub struct Fuzzer {
     workspace: Workspace,
@@ -42,7 +42,7 @@ impl Fuzzer {
     /// and so on. `until` runs the planning that it gets with a stop signal.
     ///
     /// # Panics
-    /// Where an answer has a number that is not finite, or is not taken back: the test's finding.
+    /// If an answer has a number that is not finite, or is not taken back: the test's finding.
     pub fn try_case(&mut self, number: u64, mut until: impl FnMut(&mut ChaCha8Rng, &mut dyn FnMut(&Stop))) {
         let case = Case(number);
         let (mut body, mut rng) = (case.body(), case.rng());
@@ -95,7 +95,7 @@ impl Case {
         ChaCha8Rng::seed_from_u64(self.0)
     }
 
-    /// A broken body, one with numbers at edges and parts of others, or one that is all valid.
+    /// A body that is broken, has numbers at edges and parts of others, or is valid.
     fn body(&self) -> Vec<u8> {
         let mut rng = self.rng();
         match rng.random_range(0..10) {
@@ -121,7 +121,7 @@ impl Case {
     }
 }
 
-/// An example, or anything else that is valid.
+/// An example or any valid request.
 fn request(rng: &mut ChaCha8Rng) -> Value {
     if rng.random_range(0..3) > 0
         && let request = random::observation(rng.random())

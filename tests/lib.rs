@@ -1,4 +1,4 @@
-//! Snapshots that the tests start from, and the service without a socket and with one.
+//! Initial snapshots of tests, and the service with and without a socket.
 
 pub mod autopilot;
 pub mod broken;
@@ -32,7 +32,7 @@ pub fn auv(id: &str, north: f64, east: f64, course: f64) -> Auv {
 /// The state of AUV number `i`, to be changed.
 ///
 /// # Panics
-/// Where it is known by reports: a test's own mistake.
+/// If it is known by reports: a test's own mistake.
 #[must_use]
 pub fn state(observation: &mut PlanRequest, i: usize) -> &mut AuvState {
     let state = observation.auvs[i].state.as_mut();
@@ -51,7 +51,7 @@ pub fn both() -> Vec<VehicleId> {
     vec![VehicleId("auv-1".into()), VehicleId("auv-2".into())]
 }
 
-/// The craft that the tests' limits are of, described by its name.
+/// The craft with the tests' limits, described by its name.
 #[must_use]
 pub fn medusa() -> CraftDescription {
     CraftDescription::of_preset("medusa")
@@ -109,7 +109,7 @@ pub fn offsets() -> [Offset; 2] {
 /// The observation as a snapshot.
 ///
 /// # Panics
-/// Where the observation is not a valid one: a test's own mistake.
+/// If the observation is not a valid one: a test's own mistake.
 #[must_use]
 pub fn snapshot(observation: PlanRequest) -> Snapshot {
     Snapshot::try_from(observation).expect("the test starts from a valid observation")

@@ -38,7 +38,7 @@ const TELL_EVERY: Duration = Duration::from_secs(30);
 const WARM: Duration = Duration::from_mins(2);
 /// Between two steps.
 const STEP: Duration = Duration::from_mins(1);
-/// More than missions need beside an overload to be made, and the measurements before and after it.
+/// More than the creation of missions and the measurements around an overload take.
 const SETTLED: Duration = Duration::from_mins(10);
 /// Age of a plan that is late by half a period, s.
 const LATE_AGE: f64 = 1.5;
@@ -95,7 +95,7 @@ async fn main() -> Result<(), Box<dyn Error>> {
     load.account().await
 }
 
-/// Missions under way, and what came of them so far.
+/// Missions under way, and their results so far.
 struct Load {
     address: SocketAddr,
     pid: Option<u32>,
@@ -119,7 +119,7 @@ impl Load {
 
     /// Creates that many missions that last until `end`; `true` if the service took all.
     async fn add(&mut self, missions: usize, end: Instant) -> Result<bool, Box<dyn Error>> {
-        // The service hangs up on one that is idle for 10 s.
+        // The service closes one that is idle for 10 s.
         let mut connection = Connection::new(self.address);
         let apart = Duration::from_secs(1) / u32::try_from(missions.max(1))?;
         for _ in 0..missions {
@@ -196,7 +196,7 @@ impl Load {
         );
     }
 
-    /// Ends all missions, and says what clients saw and what their records say.
+    /// Ends all missions, and prints the measurements of clients and records.
     async fn account(mut self) -> Result<(), Box<dyn Error>> {
         while self.flights.join_next().await.is_some() {}
         println!("\nmemory at the end        {}", memory(self.pid));

@@ -53,12 +53,12 @@ pub fn authority() -> Option<&'static str> {
 /// The URL of a new database. None without PostgreSQL: then the test is skipped, and says so.
 ///
 /// # Panics
-/// Where the server does not start: the test's finding.
+/// If the server does not start: the test's finding.
 #[must_use]
 pub fn database() -> Option<String> {
     static MADE: AtomicU32 = AtomicU32::new(0);
     let Some(server) = &*SERVER else {
-        // Not by `eprintln!`: what tests that pass print so is not shown.
+        // Not by `eprintln!`: its output is hidden for passed tests.
         let text = b"SKIPPED: PostgreSQL is not installed (apt-get install postgresql)\n";
         let _ = io::stderr().write_all(text);
         return None;
@@ -69,10 +69,10 @@ pub fn database() -> Option<String> {
     Some(format!("{server}/{name}"))
 }
 
-/// Removes the database of a URL that [`database`] has made, whatever is connected to it.
+/// Removes a database made by [`database`], despite its connections.
 ///
 /// # Panics
-/// Where it fails: the test's finding.
+/// If it fails: the test's finding.
 pub fn drop(url: &str) {
     let (server, name) = url.rsplit_once('/').expect("is a URL");
     let _ = psql(
@@ -84,7 +84,7 @@ pub fn drop(url: &str) {
 /// Executes statements by `psql` in the database of a URL, and returns the output.
 ///
 /// # Panics
-/// Where it fails: the test's finding.
+/// If it fails: the test's finding.
 #[must_use]
 pub fn psql(url: &str, statements: &str) -> String {
     let programs = programs().expect("there is a server");
@@ -120,7 +120,7 @@ fn programs() -> Option<PathBuf> {
 
 fn start() -> Option<Server> {
     let programs = programs()?;
-    // Below the ports of connections, which would take a free one before the server does.
+    // Below the ports of connections, which could take a free one before the server.
     let first = u16::try_from(process::id() % 10_000).expect("is small");
     let mut ports = (0..10_000).map(|k| 20_000 + (first + k) % 10_000);
     let port = ports.find(|port| TcpListener::bind((Ipv4Addr::LOCALHOST, *port)).is_ok());

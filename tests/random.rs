@@ -31,7 +31,7 @@ pub fn observation(seed: u64) -> PlanRequest {
     draw.observation()
 }
 
-/// The planner's levers, each in every other seed, in the range that a debug build can solve.
+/// The planner's levers, each set by every other seed, in the range that a debug build solves.
 #[must_use]
 pub fn tuning(seed: u64) -> Tuning {
     let mut draw = Draw {
@@ -346,7 +346,7 @@ impl Draw {
             .to_vec()
     }
 
-    /// A plan made a moment ago, by and large from where the craft is; or anybody's.
+    /// A recent plan, mostly from near the craft's place; or any plan.
     fn previous_plan(&mut self, asc: &Asc, auvs: &[Auv], time: f64) -> PreviousPlan {
         let began = time - self.number((0.5, 2.0), (0.0, 20.0));
         let (mut place, mut heading) = (asc.position(), asc.heading().radians() + 0.2 * self.angle());
@@ -518,7 +518,7 @@ impl Draw {
         CraftEstimate::from_memory(&memory).expect("is a memory")
     }
 
-    /// The upper triangle of one: a diagonal, and correlations that leave it positive.
+    /// The upper triangle of a covariance: a diagonal, and correlations that keep it positive.
     fn covariance(&mut self) -> [f64; 6] {
         let [a, b, c] = [(); 3].map(|()| self.number((1.0e-4, 0.5), (0.0, 100.0)));
         let rho = self.number((-0.4, 0.4), (-0.5, 0.5));

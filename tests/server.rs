@@ -27,7 +27,7 @@ impl Server {
     /// Starts `program` (`pilotfish` with or without `serve`) on a free port, without missions.
     ///
     /// # Panics
-    /// Where it does not start or prints no URL: the test's finding.
+    /// If it does not start or prints no URL: the test's finding.
     #[must_use]
     pub fn start(mut program: Command) -> Self {
         let data = tempfile::tempdir().expect("there is room");
@@ -38,7 +38,7 @@ impl Server {
     /// Starts `program` on `port`, for example an earlier server's, whose `--data` it may continue.
     ///
     /// # Panics
-    /// Where it does not start or prints no URL: the test's finding.
+    /// If it does not start or prints no URL: the test's finding.
     #[must_use]
     pub fn start_on(program: Command, port: u16) -> Self {
         Self::start_in(None, program, port)
@@ -78,7 +78,7 @@ impl Server {
     /// The port on which it listens.
     ///
     /// # Panics
-    /// Where it printed none: the test's finding.
+    /// If it printed none: the test's finding.
     #[must_use]
     pub fn port(&self) -> u16 {
         let port = self.address.rsplit_once(':').map(|(_, port)| port.parse());
@@ -94,7 +94,7 @@ impl Server {
 
 impl Drop for Server {
     fn drop(&mut self) {
-        // Already gone in a test that stops it.
+        // Some tests have already stopped it.
         let _ = self.process.kill();
         let _ = self.process.wait();
     }
@@ -103,7 +103,7 @@ impl Drop for Server {
 /// A certificate for this machine and its key, in files of `directory`.
 ///
 /// # Panics
-/// Where there is no room for them: the test's finding.
+/// If there is no room for them: the test's finding.
 #[must_use]
 pub fn certificate(directory: &Path) -> (String, String) {
     let CertifiedKey { cert, signing_key } =

@@ -43,7 +43,7 @@ pub fn order(caller: &str, action: &str) -> AuditEntry {
 /// Appends, and sees that it is stored.
 ///
 /// # Panics
-/// Where it is not: the test's finding.
+/// If it is not: the test's finding.
 pub async fn add(store: &EventStore, append: Append) {
     assert_eq!(store.append(append).await, Ok(Appended::Stored));
 }
@@ -51,7 +51,7 @@ pub async fn add(store: &EventStore, append: Append) {
 /// The store of a service with that lease, in a database of several.
 ///
 /// # Panics
-/// Where it does not open: the test's finding.
+/// If it does not open: the test's finding.
 #[must_use]
 pub fn joined_for(url: &str, name: &str, lease: Duration) -> EventStore {
     let url_of_service = format!("http://{name}");
@@ -65,7 +65,7 @@ pub fn joined_for(url: &str, name: &str, lease: Duration) -> EventStore {
 /// The epoch with which `store` owns the mission `a`; the URL of the owner if it is another.
 ///
 /// # Panics
-/// Where there is no such mission: the test's own mistake.
+/// If there is no such mission: the test's own mistake.
 pub fn acquired(store: &EventStore) -> Result<u64, String> {
     match store.lease().expect("is shared").acquire("a").expect("is asked") {
         Acquired::Here(owned) => Ok(owned.epoch),

@@ -32,7 +32,7 @@ fn group<'a>(criterion: &'a mut Criterion, name: &str) -> BenchmarkGroup<'a, Wal
     group
 }
 
-/// `planner::plan`: two AUVs, default horizon, a workspace that is kept.
+/// `planner::plan`: two AUVs, default horizon, a kept workspace.
 fn in_the_library(criterion: &mut Criterion) {
     let mut group = group(criterion, "plan");
     let parameters = Parameters::default();

@@ -38,7 +38,7 @@ use wire::program_dump;
 const N_SCENES: u32 = 40;
 /// Default number of solves of each program: the 99th percentile is then that of 1200.
 const ROUNDS: usize = 30;
-/// Interval of the horizons that are all alike, s: the middle one of the default horizon.
+/// Interval of horizons with equal steps, s: the middle one of the default horizon.
 const INTERVAL: f64 = 2.0;
 /// Horizontal acoustic ranges of the two AUVs, m. They are 30 m abeam and the goal up to 3 m to one
 /// side, so that the ranges hold the craft back from a third of the goals.
@@ -203,7 +203,7 @@ struct Measured {
     as_it_comes: Times,
     /// The kept solver's solutions, program by program.
     solutions: Vec<Solution>,
-    /// Farthest that the two solvers are apart in the first velocity, m/s.
+    /// Largest difference of the two solvers in the first velocity, m/s.
     apart: f64,
 }
 
@@ -350,7 +350,7 @@ struct Times {
 }
 
 impl Times {
-    /// Times one solve, which answers its iterations and whether it ended within tolerance.
+    /// Times one solve, which returns its iterations, and `true` if within tolerance.
     fn add(&mut self, solve: impl FnOnce() -> (u32, bool)) {
         let start = Instant::now();
         let (iterations, solved) = solve();
@@ -359,7 +359,7 @@ impl Times {
         self.n_solved += u32::from(solved);
     }
 
-    /// The time that `percent` of the solves stay below, µs.
+    /// The percentile of solve times, µs.
     fn percentile(&self, percent: usize) -> f64 {
         let mut sorted = self.durations.clone();
         sorted.sort_unstable();

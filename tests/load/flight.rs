@@ -159,7 +159,7 @@ pub(crate) async fn make(connection: &mut Connection, shared: &Shared) -> io::Re
     Ok(Some(id))
 }
 
-/// A mission and those who report to it.
+/// A mission and its reporters.
 #[derive(Debug)]
 pub(crate) struct Flight {
     pub(crate) index: usize,

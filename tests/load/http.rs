@@ -1,4 +1,4 @@
-//! A client of the service over a connection that is kept.
+//! A client of the service over a kept connection.
 
 use std::{io, mem, net::SocketAddr, time::Duration};
 
@@ -56,7 +56,7 @@ pub(crate) struct Answer {
     pub(crate) body: Vec<u8>,
 }
 
-/// A connection that is made when it is needed, and made again after it failed.
+/// A connection that is made on demand and again after a failure.
 #[derive(Debug)]
 pub(crate) struct Connection {
     address: SocketAddr,

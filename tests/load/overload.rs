@@ -20,7 +20,7 @@ const SNAPSHOT: &str = include_str!("../../examples/snapshots/intermittent.json"
 const CLOSED_CLIENTS: usize = 4;
 /// Time of measurement without overload.
 const PROBE: Duration = Duration::from_secs(10);
-/// Connections of the open loop; a request for which there is none is counted as not sent.
+/// Connections of the open loop; a request without one counts as not sent.
 const CONNECTIONS_MAX: usize = 2_000;
 /// The service has recovered when this many answers in a row are as fast as without load.
 const RECOVERED: usize = 20;
@@ -28,7 +28,7 @@ const RECOVERED: usize = 20;
 /// The outcome of some requests.
 #[derive(Debug, Default)]
 struct Outcome {
-    /// From when a request was due to its answer, ms.
+    /// Time from a request's due time to its answer, ms.
     planned: Samples,
     /// Times of refusals.
     shed: Samples,
@@ -81,7 +81,7 @@ fn request() -> Request {
     Request::post("/v1/plan", SNAPSHOT.to_owned())
 }
 
-/// So many clients, each asking one request after another.
+/// This number of clients, each with one request at a time.
 async fn closed(address: SocketAddr, clients: usize, time: Duration) -> Counted {
     let counted = Counted::default();
     let end = Instant::now() + time;

@@ -1,4 +1,4 @@
-//! Many who read a mission's events, and one who does not read.
+//! Many readers of a mission's events, and one that does not read.
 
 use std::{io, net::SocketAddr, time::Duration};
 
@@ -16,11 +16,11 @@ use super::{
 
 /// Time of reading, and of the slow reader's pause.
 const MINUTE: Duration = Duration::from_mins(1);
-/// Between two posts to the mission that many read.
+/// Time between two posts to the mission with many readers.
 const CALM: Duration = Duration::from_millis(100);
 /// Receive buffer of the slow reader, bytes: the system rounds it up to its own least.
 const SMALL_BUFFER: u32 = 4096;
-/// Fixes of each vehicle in a post of the flood: the most that is taken.
+/// Fixes of each vehicle in a post of the flood: the accepted maximum.
 const FLOOD_FIXES: u32 = 64;
 /// Longest time for the slow reader to reach its gap.
 const CATCH_UP: Duration = Duration::from_mins(1);
@@ -39,7 +39,7 @@ struct Gap {
     to: u64,
 }
 
-/// A reader of a mission's events, who knows which one must come next.
+/// A reader of a mission's events, which knows the next number.
 #[derive(Debug)]
 struct Reader {
     lines: Lines,
@@ -68,7 +68,7 @@ impl Reader {
         })
     }
 
-    /// Reads one event; whether there was one.
+    /// Reads one event; `true` if there was one.
     async fn step(&mut self) -> io::Result<bool> {
         match next(&mut self.lines).await? {
             None => return Ok(false),
@@ -154,7 +154,7 @@ async fn post(
     Ok((posts, last))
 }
 
-/// Lets many read a mission for a minute, and one not read another that is flooded.
+/// Many readers of a mission for a minute, and one that does not read a flooded mission.
 pub(crate) async fn run(address: SocketAddr, n_readers: usize, pid: Option<u32>) -> io::Result<()> {
     let mut connection = Connection::new(address);
     let shared = Shared::default();
@@ -244,7 +244,7 @@ async fn sleep_and_read(address: SocketAddr, id: String, end: Instant) -> io::Re
             return Ok(reader);
         }
     }
-    // The event after the gap: its number shows whether the gap says the truth.
+    // The event after the gap: its number checks the gap.
     if let Ok(read) = timeout_at(patience, reader.step()).await {
         read?;
     }

@@ -25,7 +25,7 @@ pub(crate) struct Plans {
     planned: u64,
     /// Largest time between two plans of a mission, s.
     interval_max: f64,
-    /// Largest time from when a plan was due to when it was about to be stored, s.
+    /// Largest time from a plan's due time to just before its storage, s.
     late_max: f64,
     degraded: BTreeMap<String, u64>,
     /// Events whose number does not continue the previous event's.

@@ -9,7 +9,7 @@ use std::{
 
 use super::http::Answer;
 
-/// Measured values, since the beginning and since they were last reported.
+/// Measured values since the beginning and since the last report.
 #[derive(Debug, Default)]
 pub(crate) struct Samples {
     values: Vec<f64>,
@@ -69,11 +69,11 @@ impl fmt::Display for Spread {
 pub(crate) struct Tally {
     /// Posts that are on the disk.
     pub(crate) acknowledged: u64,
-    /// Requests answered otherwise than they should be, by status.
+    /// Requests with an unexpected answer, by status.
     refused: BTreeMap<u16, u64>,
-    /// Requests that were not answered.
+    /// Requests without an answer.
     lost: u64,
-    /// References asked for when there was no plan yet.
+    /// Reads of a reference before the first plan.
     pub(crate) no_plan_yet: u64,
     /// Time from a post's due time to its acknowledgement, ms: a client that waits for one answer
     /// is late with the next post, and that counts.
@@ -84,7 +84,7 @@ pub(crate) struct Tally {
     pub(crate) missed: BTreeMap<usize, u64>,
     /// References whose plan a deadline cut short.
     pub(crate) cut_short: u64,
-    /// The first request that failed, and how.
+    /// The first failed request and its failure.
     first_failure: Option<String>,
 }
 
@@ -174,12 +174,12 @@ impl Tally {
     }
 }
 
-/// Memory that a process has of the machine's, as text.
+/// Resident memory of a process, as text.
 pub(crate) fn memory(pid: Option<u32>) -> String {
     memory_kib(pid).map_or("unknown".to_owned(), |kib| format!("{} MiB", kib / 1024))
 }
 
-/// Memory that a process has of the machine's, KiB.
+/// Resident memory of a process, KiB.
 pub(crate) fn memory_kib(pid: Option<u32>) -> Option<u64> {
     let status = fs::read_to_string(format!("/proc/{}/status", pid?)).ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;

@@ -10,13 +10,13 @@ use tests::{
 };
 use tokio::time::{Instant, sleep};
 
-/// A lease whose end a test waits for.
+/// A lease that a test lets lapse.
 const LEASE: Duration = Duration::from_secs(2);
 
-/// A wait that is longer fails the test.
+/// A longer wait fails the test.
 const PATIENCE: Duration = Duration::from_mins(1);
 
-/// Waits until that is so. Returns how long it took.
+/// Waits for the condition; returns the duration.
 async fn until(mut is_so: impl FnMut() -> bool) -> Duration {
     let begun = Instant::now();
     while !is_so() {

@@ -33,7 +33,7 @@ const PLANNER: &str = "mpc";
 /// Steps to a moving AUV's meeting point: each leaves the ratio of speeds of the error, mostly 1/5.
 const MEETING_STEPS: usize = 4;
 
-/// Slant range that a goal asks to stay within where data set none, m: the largest there may be.
+/// Slant range of a goal without data, m: the largest accepted.
 const RANGE: f64 = 2.0e4;
 
 /// A rule that says which AUV is next.
@@ -65,7 +65,7 @@ impl Rule {
         Self::MinimaxRange,
     ];
 
-    /// Its name, that of its planner's controller and that of its line-of-sight law's.
+    /// Names of its controllers: with the planner (also the rule's own), and with line of sight.
     #[must_use]
     pub fn names(self) -> [&'static str; 2] {
         match self {
@@ -107,11 +107,11 @@ struct Memory {
     then: f64,
     /// Places in the order of a short tour.
     tour: Vec<usize>,
-    /// Hearing of each.
+    /// Acoustic hearing of each AUV.
     hearing: Vec<Hearing>,
     /// Those that were served since all others were.
     served: Vec<bool>,
-    /// The place that is next, and when the craft came near it.
+    /// The next place, and the time at which the craft came near it.
     next: Option<(usize, Option<f64>)>,
 }
 
@@ -145,7 +145,7 @@ impl Ruled {
             .get_or_insert_with(|| Memory::new(snapshot, visits, &forecast));
         let seen = memory.look(snapshot, &forecast);
         let none = seen.iter().all(|seen| seen.silent);
-        // Where no one was heard, all may still be there.
+        // If no AUV was heard, all may still be there.
         let tour = memory.tour.iter().copied();
         let heard: Vec<usize> = tour.filter(|place| none || !seen[*place].silent).collect();
         let auvs: Vec<_> = heard

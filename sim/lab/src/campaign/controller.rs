@@ -51,7 +51,7 @@ pub enum Paths {
     AsScenario,
     /// Nothing, unless the goal itself is given along a path.
     Unknown,
-    /// Everything, whatever the scenario says.
+    /// Everything, independent of the scenario.
     Known,
 }
 
@@ -141,7 +141,7 @@ impl Controller {
         }
     }
 
-    /// The settings among which the best is found; a single one if nothing is tuned.
+    /// The settings to search; a single one if nothing is tuned.
     #[must_use]
     pub(crate) fn grid(&self) -> Vec<Setting> {
         let laws = match self.law {
@@ -281,7 +281,7 @@ fn leaves_the_present_unsure(scenario: &Scenario) -> bool {
     scenario.knowledge.acoustics.is_some() || scenario.faults.iter().any(silent)
 }
 
-/// A guide that gets snapshots as its controller's knowledge and variation change them.
+/// A guide whose snapshots are adapted to its controller's knowledge and variation.
 struct Adapted {
     guide: Box<dyn Guide>,
     without_paths: bool,

@@ -41,7 +41,7 @@ pub(super) fn fly(
     Ok(flown.expect("nothing stops it"))
 }
 
-/// The same, as long as `goes_on` says so after each plan; none if it stopped the mission.
+/// The same while `goes_on` is `true` after each plan; `None` if it stopped the mission.
 pub(super) fn fly_while(
     campaign: &Campaign,
     condition: Condition,
@@ -159,7 +159,7 @@ pub(super) fn bound(campaign: &Campaign, condition: Condition) -> Option<f64> {
         .ok()?
         .start(campaign.seed(condition))
         .ok()?;
-    // A goal that visits is where its controller goes.
+    // The controller itself chooses the place of a goal that visits.
     if matches!(briefed.observer?.briefing.goal, Goal::Visit(_)) {
         return None;
     }

@@ -23,7 +23,7 @@ pub(crate) struct Setting {
 }
 
 impl Setting {
-    /// All gains with all times; of either one none is one.
+    /// All gains with all times; an empty list counts as one unset value.
     #[must_use]
     pub(crate) fn grid(laws: &[LosTuning], dwells: &[f64]) -> Vec<Self> {
         fn some_or_none<T>(all: impl Iterator<Item = T>) -> Vec<Option<T>> {

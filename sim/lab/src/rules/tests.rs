@@ -234,7 +234,7 @@ fn the_tour_of_the_clock_is_nearly_the_shortest_of_all_orders() {
         assert_eq!(sorted, (0..6).collect::<Vec<_>>());
         let shortest = least(&mut vec![0], &mut (1..6).collect(), &length);
         let found = length(&tour);
-        // What no exchange of two legs shortens may be longer than the shortest.
+        // A tour that no exchange of two legs shortens may be longer than the shortest.
         assert!(found < 1.05 * shortest, "{set}: {found}, shortest {shortest}");
     }
 }

@@ -1,4 +1,4 @@
-//! Variations: what differs from the scenario or the craft for one controller.
+//! Variations: differences from the scenario or the craft for one controller.
 
 use planner::{
     path::Side,
@@ -16,23 +16,23 @@ use sim::{
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "snake_case")]
 pub enum Variation {
-    /// Masses, inertia and drags of the hull are multiplied by this; the declared limits stay.
+    /// Factor of the hull's masses, inertia and drags; the declared limits stay.
     Hull(f64),
     /// Error added to every known current (north, east), m/s.
     WrongCurrentMps([f64; 2]),
     /// The surface craft's clock is ahead by this, s.
     ClockAheadS(f64),
-    /// A fix is known later than the scenario says, by this, s.
+    /// Delay of every fix beyond the scenario's, s.
     LateReportsS(f64),
-    /// The controller takes the surge loop for one without lag.
+    /// The controller assumes a surge loop without lag.
     NoSurgeLag,
-    /// The controller takes it that the craft turns as fast as any may.
+    /// The controller assumes the largest turn rate that can be declared.
     NoTurnRate,
     /// The controller follows the goal's present AUV and does not foresee the next hand-over.
     NoPreview,
     /// The controller answers once in this time, s; its answer is held meanwhile.
     AskedEveryS(u32),
-    /// Something of the surface craft breaks, and stays broken.
+    /// A permanent breakdown of the surface craft.
     Breakdown {
         /// The broken part.
         what: Breakdown,
