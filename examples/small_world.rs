@@ -45,8 +45,7 @@ const DELAY_MAX: f64 = 8.0;
 /// Share of the fixes that arrive twice.
 const TWICE: f64 = 0.1;
 
-/// The craft: time constant of its speed, s, largest acceleration, m/s², and yaw rate, rad/s. The
-/// defaults of [`wire::DeclaredLimits`].
+/// Time constant of speed, s, largest acceleration, m/s², and yaw rate, rad/s: `wire`'s defaults.
 const SURGE_LAG: f64 = 2.5;
 const ACCELERATION_MAX: f64 = 0.09;
 const TURN_RATE_MAX: f64 = 0.3;
@@ -115,8 +114,7 @@ pub fn auvs(duration: f64) -> Vec<LiveAuv> {
 }
 
 impl World {
-    /// A world of `duration` s that begins at the mission time `start`. One AUV sends no fixes
-    /// during `silence`, s since the start.
+    /// A world of `duration` s from the mission time `start`. One AUV is silent during `silence`.
     #[must_use]
     pub fn new(start: f64, duration: f64, silence: Range<f64>, seed: u64) -> Self {
         Self {

@@ -25,8 +25,7 @@ pub const ORIGIN: [f64; 2] = [38.41, -9.11];
 const METRES_PER_DEGREE: f64 = 111_319.5;
 /// Time without references after which it stops, s.
 const REFERENCE_AGE_MAX: f64 = 3.0;
-/// Time constants of its loops, s. The real one's heading is within 5° of a step of 30° after 1.5
-/// s, its speed within a tenth after 2.3 s.
+/// Time constants, s. The real ones: 5° from a 30° step after 1.5 s, 10 % of speed after 2.3 s.
 const HEADING_TIME: f64 = 0.8;
 const SPEED_TIME: f64 = 1.0;
 const ACCELERATION_MAX: f64 = 1.0;

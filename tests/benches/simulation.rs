@@ -1,8 +1,7 @@
 //! The speed of the simulator: the vehicles alone, with the line-of-sight law, and with the planner
 //! once a second.
 //!
-//! The throughput is in simulated seconds: criterion's elements per second are simulated seconds
-//! per second of wall clock.
+//! Criterion's elements per second are simulated seconds per second of wall clock.
 
 use std::{f64::consts::FRAC_PI_4, time::Duration};
 

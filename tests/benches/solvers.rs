@@ -8,8 +8,7 @@
 //! interrupted more often than not. Read ratios on an idle one. The time is that of a further SCP
 //! iteration whose program is stated. For the planner's solver: replacing the numbers, solving,
 //! copying the solution out. For Clarabel: its set-up with default settings, and solving. `--dump`
-//! writes the programs and solutions, and the times in `times.json`, for other solvers:
-//! `tests/python/solvers.py`.
+//! writes programs, solutions and `times.json` for other solvers: `tests/python/solvers.py`.
 
 use std::{
     f64::consts::TAU,
@@ -127,8 +126,7 @@ fn horizons() -> [(&'static str, Vec<f64>); 4] {
     ]
 }
 
-/// A craft at 0.3 m/s amid two AUVs on parallel courses, some metres from its goal; all distances
-/// and speeds are assumptions.
+/// A craft at 0.3 m/s amid two AUVs on parallel courses, metres from its goal. Numbers are assumed.
 struct Scene {
     steps: Vec<f64>,
     velocity: Vector2<f64>,

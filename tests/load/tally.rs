@@ -75,8 +75,7 @@ pub(crate) struct Tally {
     lost: u64,
     /// Reads of a reference before the first plan.
     pub(crate) no_plan_yet: u64,
-    /// Time from a post's due time to its acknowledgement, ms: a client that waits for one answer
-    /// is late with the next post, and that counts.
+    /// Time from a post's due time to its acknowledgement, ms; the wait for earlier ones counts.
     pub(crate) acks: Samples,
     /// Age of the plan that counts, s.
     pub(crate) ages: Samples,

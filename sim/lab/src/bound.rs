@@ -8,9 +8,7 @@ use crate::clairvoyant::{Pursuit, clairvoyant};
 
 /// Lower bound of the root mean square distance to the goal over the whole mission, m, for this
 /// plant, start and recorded current. `None` without a surface craft or its plant, and for a goal
-/// that visits: its guide chooses where to go.
-///
-/// It solves a program with a stage for each row, which is too slow for a search.
+/// that visits: its guide chooses where to go. A program with a stage per row: slow.
 pub(crate) fn bound_rms_m(record: &Record) -> Option<f64> {
     let crafts: Option<Vec<&SurfaceCraftRow>> =
         record.rows.iter().map(|row| row.surface_craft.as_ref()).collect();

@@ -32,8 +32,7 @@
 //! ```text
 //! ½ xᵀ x ≥ −½ ‖Aᵀ z‖² − bᵀ z,    over the multiples of z at best   ½ max(0, −bᵀ z)² / ‖Aᵀ z‖²
 //! ```
-//! The bound is this value at the solver's z, moved into the cone: an inexact solution lowers the
-//! bound and never makes it false.
+//! The bound is this value at the solver's z, moved into the cone: an error of z only lowers it.
 
 use clarabel::{
     algebra::CscMatrix,

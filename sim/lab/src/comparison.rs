@@ -94,8 +94,7 @@ pub fn names(scenario: &Scenario, guide: Option<&GuideUrl>) -> Vec<String> {
         .collect()
 }
 
-/// The gains of the law's grid with the least root mean square distance to the goal over the whole
-/// mission. `progress` gets the fraction done.
+/// The law's best gains (least `rms_m` or visit cost). `progress` gets the fraction done.
 pub fn best_gains(
     law: LosLaw,
     scenario: &Scenario,
@@ -196,8 +195,7 @@ impl Comparison {
         })
     }
 
-    /// The controller with the least compared value: mean cost of visited AUVs, or root mean square
-    /// distance over the whole mission.
+    /// The controller with the least mean cost of visited AUVs, or the least `rms_m`.
     #[must_use]
     pub fn best(&self) -> &Controller {
         self.least(Controller::value)
@@ -231,7 +229,7 @@ fn fly(
     let record = mission::run(scenario, &mut stopwatch, seed, &mut show)
         .map_err(|error| ComparisonError::Mission(scenario.name.clone(), error))?;
     let received = stopwatch.received;
-    // A law looks at the present only, whatever the snapshots call for.
+    // A law uses the present only, independent of the snapshots' forecast models.
     let foresees = matches!(controller.law, ControlLaw::Planner { .. });
     let forecasts = received.forecasts.iter().filter(|_| foresees);
     Ok(Controller {

@@ -178,7 +178,7 @@ impl HttpGuide {
         serde_json::from_slice(&bytes).map_err(|error| Why::NotJson(error, quoted(&bytes)))
     }
 
-    /// The guidance in `answer`; of that, what comes back is kept.
+    /// The guidance in `answer`; keeps the parts for the next snapshot.
     fn guidance(&mut self, snapshot: &Snapshot, answer: Value) -> Result<Guidance, Why> {
         let reference = reference(snapshot, &answer)?;
         let serves = serves(snapshot, &answer)?;

@@ -68,8 +68,7 @@ pub struct Identification {
     pub speed_held: Option<SpeedReference>,
     /// Reference of heading or of course, if the log shows it.
     pub heading_held: Option<HeadingReference>,
-    /// Mean current (north, east), m/s, with each component's standard deviation, if the log has
-    /// velocity over ground.
+    /// Mean current (north, east) and standard deviations, m/s; needs velocity over ground.
     pub current: Option<[(f64, f64); 2]>,
     /// Compass bias against the satellite track, rad, with its standard deviation.
     pub compass_bias: Option<(f64, f64)>,

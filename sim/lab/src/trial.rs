@@ -147,7 +147,7 @@ pub enum NoTrial {
 }
 
 impl TrialSetup {
-    /// A craft of that class with drag feed-forward and usual sensors, in a current of 0.15 m/s.
+    /// A craft of that class, with drag feed-forward and small craft's sensors; current 0.15 m/s.
     #[must_use]
     pub fn of_class(class: SurfaceClass) -> Self {
         let autopilot = class.autopilot(DragFeedForward::On);

@@ -24,8 +24,7 @@ const ONE_IN: usize = 100;
 /// Time from one hand-over to the next in paper-intermittent, s.
 const DWELL: f64 = 240.0;
 
-/// Time after a hand-over within which the previous plan may still be as good as a new one, s.
-/// Measured: 29 s, as the craft comes alongside.
+/// Time after a hand-over within which the previous plan may be as good, s. Measured: 29 s.
 const JUST_HANDED_OVER: f64 = 30.0;
 
 /// The law's best gains for this mission, and their metrics.

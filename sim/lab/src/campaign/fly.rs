@@ -143,8 +143,7 @@ pub(super) struct RunGains {
     pub(super) objectives: String,
 }
 
-/// Lower bound of the root mean square distance to the goal under this condition, m; `None` if it
-/// is unknown or differs between controllers.
+/// Lower bound of `rms_m` in this condition, m; `None` if unknown or different for controllers.
 pub(super) fn bound(campaign: &Campaign, condition: Condition) -> Option<f64> {
     let controllers = campaign.cases[condition.case].controllers.iter();
     let controllers = controllers.map(|controller| &campaign.controllers[*controller]);

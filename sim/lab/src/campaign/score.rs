@@ -11,7 +11,6 @@ use sim::{
 pub(super) const NEAR: f64 = 3.0;
 
 /// Steep: the heading reference changes by more than this from one second to the next, rad/s.
-///
 /// 10°/s. Assumption: a small twin-thruster craft follows this smoothly; its limit is 17°/s.
 pub(super) const STEEP: f64 = 0.174_532_925_199_432_95;
 

@@ -1,4 +1,4 @@
-//! The same rows however a campaign is flown; each is the mission flown alone; mistakes are named.
+//! Rows are the same on all ways of flying, and equal missions flown alone; mistakes are named.
 
 use std::{fs, num::NonZeroUsize, path::Path, sync::OnceLock};
 
@@ -340,7 +340,7 @@ mod slow {
         flown(campaign, &at("again"), 2, Shard::new(1, 2));
         let chunks = campaign.chunks();
         for chunk in Shard::new(1, 2).chunks(&chunks).iter().skip(1) {
-            // What a process that was killed had kept: the rows of its whole chunks.
+            // A killed process had kept the rows of its whole chunks.
             let part = Directory::open(&at("again"))
                 .expect("is there")
                 .rows()

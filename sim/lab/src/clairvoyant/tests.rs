@@ -41,7 +41,7 @@ fn mean_square(pursuit: &Pursuit, positions: &[Vector2<f64>]) -> f64 {
     squares.sum::<f64>() / count(positions.len())
 }
 
-/// `positions` made to keep the limits to the last bit, tick after tick; in steady current only.
+/// `positions`, moved within the limits to the last bit, tick by tick; in steady current only.
 fn within_the_limits(pursuit: &Pursuit, positions: &[Vector2<f64>]) -> Vec<Vector2<f64>> {
     let dt = pursuit.interval;
     let (mut at, mut velocity) = (pursuit.start, pursuit.start_velocity);

@@ -91,7 +91,7 @@ impl Comparison {
     }
 }
 
-/// The part of the sum of squared distances of the whole mission that is from before it settled.
+/// The share of the approach in the mission's sum of squared distances.
 fn approach_share(controller: &Controller) -> f64 {
     let (rows, metrics) = (&controller.record.rows, &controller.scores.metrics);
     let settled = rows

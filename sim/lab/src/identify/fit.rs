@@ -68,7 +68,6 @@ impl<F: Fn(&[f64]) -> Vec<f64>> LeastSquaresProblem<f64, Dyn, Dyn> for Problem<F
 }
 
 /// Least squares of `model`, which gives the residuals at parameters, from `start` on.
-///
 /// Levenberg's and Marquardt's method as MINPACK has it.
 pub(super) fn least_squares(model: impl Fn(&[f64]) -> Vec<f64>, start: &[f64]) -> Fitted {
     let problem = Problem {

@@ -9,7 +9,7 @@ use planner::angle::wrap;
 const DURATION_MIN: f64 = 60.0;
 /// Most rows: four hours at 10 Hz and more.
 const ROWS_MAX: usize = 200_000;
-/// Longest time between two rows, s: over a longer time the turns of a heading are ambiguous.
+/// Longest time between two rows, s: beyond it, turns of a heading are ambiguous.
 const INTERVAL_MAX: f64 = 5.0;
 /// Fastest turn of a surface craft, rad/s. A heading in degrees seems to turn faster.
 const TURN_RATE_MAX: f64 = 3.0;

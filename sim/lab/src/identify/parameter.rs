@@ -151,8 +151,7 @@ pub(super) fn positive(quantity: Quantity, logarithm: Estimate) -> Parameter {
     }
 }
 
-/// A time constant that was estimated as its logarithm. One near 0 is well known in seconds
-/// although its logarithm is not.
+/// A time constant from its logarithm. Near 0, it is well known although the logarithm is not.
 pub(super) fn time_constant(quantity: Quantity, logarithm: Estimate) -> Parameter {
     let value = logarithm.value.exp();
     let half = fit::QUANTILE * value * logarithm.sigma;

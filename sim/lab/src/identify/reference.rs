@@ -4,8 +4,7 @@ use super::log::{Log, continuous};
 
 /// A piecewise constant reference.
 ///
-/// A simulation steps from change to change, not at fixed times: its result is then smooth in the
-/// delay, as least squares need.
+/// Simulations step from change to change: their result is then smooth in the delay.
 #[derive(Clone, Debug)]
 pub(super) struct HeldReference {
     times: Vec<f64>,
