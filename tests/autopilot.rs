@@ -43,6 +43,7 @@ const PARAMETERS: [(&str, f32); 5] = [
 pub const SYSTEM: u32 = 1;
 
 /// The boat and its state.
+#[expect(clippy::struct_excessive_bools, reason = "its parts fail one by one")]
 #[derive(Clone, Debug)]
 pub struct Boat {
     /// (north, east), m.

@@ -335,8 +335,8 @@ impl Sea {
                 MavMessage::STATUSTEXT(said) => {
                     let text = said.text.to_str().unwrap_or_default();
                     self.world.note("bridge", format!("says {text}"));
-                    if text.starts_with("... ") {
-                        state.text = format!("{} {}", state.text, &text[4..]);
+                    if let Some(more) = text.strip_prefix("... ") {
+                        state.text = format!("{} {more}", state.text);
                     } else {
                         text.clone_into(&mut state.text);
                     }
