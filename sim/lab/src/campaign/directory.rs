@@ -99,7 +99,7 @@ pub struct Manifest {
     /// The scenario files that it names, as they were at its start.
     #[serde(default)]
     pub scenario_files: ScenarioFiles,
-    /// The campaign's outline for reports: [`Campaign::outline`].
+    /// The campaign's outline for reports: `Campaign::outline`.
     #[serde(default)]
     pub design: serde_json::Value,
 }
