@@ -17,11 +17,13 @@ use utoipa::ToSchema;
 use store::StoreError;
 
 use crate::{
-    deadline::Arrival,
+    edge::{
+        arrival::Arrival,
+        problem::{Problem, ProblemDocument},
+    },
     examples::EXAMPLES,
     missions::Missions,
-    planners::Planners,
-    problem::{Problem, ProblemDocument},
+    planning::planners::Planners,
 };
 use wire::{PlanRequest, SCHEMA_VERSION};
 

@@ -15,57 +15,43 @@ use axum::{
 };
 use tower_http::catch_panic::CatchPanicLayer;
 
-pub mod access;
-mod admission;
-mod answer;
 mod app_state;
-pub mod batch;
-mod body;
 mod body_size;
 pub mod crafts;
-mod deadline;
+mod edge;
 pub mod examples;
-mod forward;
 pub mod health;
-mod hosts;
-mod in_process;
 mod metrics;
-mod middleware;
 pub mod missions;
-pub mod offline;
 mod openapi;
-mod page;
-pub mod places;
-mod planners;
 mod planning;
-mod pool;
-pub mod problem;
-mod query;
-pub mod quota;
-mod request_id;
-mod role;
-pub mod route_files;
 mod settings;
-mod trace;
 
-use answer::Room;
 use app_state::AppState;
-use body::Bodies;
 pub use body_size::BODY_BYTES_MAX;
-use forward::Forwarding;
-use health::Readiness;
-pub use hosts::Hosts;
 #[doc(hidden)]
-pub use in_process::{Answering, InProcess, MayHaveArrived};
+pub use edge::in_process::{Answering, InProcess, MayHaveArrived};
+pub use edge::{
+    access,
+    hosts::Hosts,
+    places, problem, quota,
+    trace::{TraceContext, TraceFn},
+};
+use edge::{
+    answer::Room,
+    body::Bodies,
+    middleware::{self, Middleware},
+    page,
+};
+use health::Readiness;
 use metrics::Metrics;
 pub use metrics::{Connections, Counted};
-use middleware::Middleware;
-use missions::Missions;
-use planners::Planners;
+use missions::{Missions, forward::Forwarding};
+use planning::planners::Planners;
+pub use planning::{batch, offline, route_files};
 use problem::Problem;
 pub use settings::{PlanFn, Settings};
 use store::{EventStore, StoreError, StoreMetrics};
-pub use trace::{TraceContext, TraceFn};
 
 /// The whole service without missions.
 ///

@@ -8,9 +8,11 @@ use utoipa::OpenApi;
 use utoipa_axum::{router::OpenApiRouter, routes};
 
 use crate::{
-    access::{self, is_public},
     app_state::AppState,
-    batch, crafts, examples, health, metrics, missions, planning, route_files,
+    crafts,
+    edge::access::{self, is_public},
+    examples, health, metrics, missions,
+    planning::{batch, plan, route_files},
 };
 
 mod bodies;
@@ -87,8 +89,8 @@ pub(crate) fn documented() -> OpenApiRouter<AppState> {
     struct Document;
 
     OpenApiRouter::with_openapi(Document::openapi())
-        .routes(routes!(planning::plan))
-        .routes(routes!(planning::compare))
+        .routes(routes!(plan::plan))
+        .routes(routes!(plan::compare))
         .routes(routes!(batch::plan_batch))
         .routes(routes!(batch::validate_plan))
         .routes(routes!(batch::get_limits))

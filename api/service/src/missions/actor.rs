@@ -28,7 +28,7 @@ use super::{
 };
 use store::{Append, Appended, AuditEntry, EventStore, KeyedAnswer, Room, StoreError, StoredEvent};
 
-use crate::{metrics::Counted, planners::Planners, problem::Problem};
+use crate::{edge::problem::Problem, metrics::Counted, planning::planners::Planners};
 use wire::{
     Origin,
     mission::{Accepted, Live, Mission, Reports, Setting, Status, Steering},

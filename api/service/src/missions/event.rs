@@ -12,7 +12,7 @@ use utoipa::ToSchema;
 
 use store::{EventReader, StoreError, StoredEvent};
 
-use crate::planners;
+use crate::planning::planners;
 use wire::{
     Answer, CraftFrame, Method, Origin, Outcome, PlanResponse, Prediction, PreviousPlan, Reference,
     mission::{NewMission, Reports, Setting, Truth},

@@ -3,7 +3,7 @@
 use axum::http::HeaderValue;
 use wire::mission::Mission;
 
-use crate::problem::Problem;
+use crate::edge::problem::Problem;
 
 /// The revisions of a mission for which a call is meant; none for any.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

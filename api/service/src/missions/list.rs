@@ -11,7 +11,10 @@ use super::{
 };
 use store::{EventReader, StoreError, StoredMission};
 
-use crate::{pool::Priority, problem::Problem, role::TokenLimit};
+use crate::{
+    edge::{problem::Problem, role::TokenLimit},
+    planning::pool::Priority,
+};
 use clock::Clock;
 use wire::mission::{LastSteering, Mission, MissionList, PlanSummary, Status};
 

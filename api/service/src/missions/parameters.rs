@@ -19,7 +19,7 @@ use super::{
     record::RecordFormat,
     registry::Missions,
 };
-use crate::{
+use crate::edge::{
     access::By,
     problem::Problem,
     query::{out_of_range, wrong_parameter},

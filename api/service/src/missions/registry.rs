@@ -30,12 +30,13 @@ use store::{
 };
 
 use crate::{
+    edge::{
+        problem::Problem,
+        quota::{Quota, QuotaExceeded},
+        request_id::new_id,
+    },
     metrics::Shed,
-    planners::Planners,
-    pool::Priority,
-    problem::Problem,
-    quota::{Quota, QuotaExceeded},
-    request_id::new_id,
+    planning::{planners::Planners, pool::Priority},
 };
 use wire::{
     Origin,

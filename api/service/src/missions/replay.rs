@@ -16,7 +16,7 @@ use super::{
 };
 use store::{EventReader, StoreError};
 
-use crate::planners;
+use crate::planning::planners;
 use wire::{PreviousPlan, mission::Mission};
 
 /// The result of a replay.

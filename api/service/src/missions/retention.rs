@@ -10,7 +10,7 @@ use futures_util::FutureExt as _;
 use super::{actor::Command, event::parsed, if_match::IfMatch, registry::Missions};
 use store::{AuditEntry, EventReader, StoreError};
 
-use crate::problem::Problem;
+use crate::edge::problem::Problem;
 use wire::mission::{Mission, Status};
 
 /// Time between two checks for missions that are due.

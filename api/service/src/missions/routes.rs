@@ -31,13 +31,14 @@ use super::{
 use store::EventReader;
 
 use crate::{
-    access::By,
-    admission::Work,
-    body::{JsonBody, JsonBytes, OptionalJsonBody},
-    planners::Planners,
-    pool::Priority,
-    problem::{MissionRefusals, Problem},
-    query::{ValidQuery, out_of_range, wrong_parameter},
+    edge::{
+        access::By,
+        body::JsonBytes,
+        problem::{MissionRefusals, Problem},
+        query::{ValidQuery, out_of_range, wrong_parameter},
+    },
+    missions::body::{JsonBody, OptionalJsonBody},
+    planning::{admission::Work, planners::Planners, pool::Priority},
 };
 use wire::mission::{
     Accepted, CurrentReference, Mission, MissionList, NewMission, OrderList, Reports, Run, Scene, Setting,

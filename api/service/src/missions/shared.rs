@@ -8,7 +8,7 @@ use tokio::sync::broadcast;
 use super::{actor::Ownership, registry::Missions};
 use store::{Lease, Owned, StoreError, StoredEvent, Turn};
 
-use crate::problem::Problem;
+use crate::edge::problem::Problem;
 
 /// Longest time between two turns: new owners continue missions within a plan's period.
 const TURN_MAX: Duration = Duration::from_millis(250);

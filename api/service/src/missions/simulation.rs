@@ -18,7 +18,7 @@ use sim::{
 };
 
 use super::event::{Planned, StoredAnswer, answer, planned};
-use crate::planners;
+use crate::planning::planners;
 use wire::mission::{Simulated, TrueVehicle, Truth};
 
 /// Time between two plans of the simulator, s.

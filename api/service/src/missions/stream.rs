@@ -39,7 +39,10 @@ use super::{
 };
 use store::StoredEvent;
 
-use crate::{access::By, pool::lower_priority, problem::Problem, quota::QuotaPermit};
+use crate::{
+    edge::{access::By, problem::Problem, quota::QuotaPermit},
+    planning::pool::lower_priority,
+};
 
 /// Time between two keep-alive comments when nothing happens.
 const HEARTBEAT: Duration = Duration::from_secs(15);

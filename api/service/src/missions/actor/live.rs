@@ -9,7 +9,7 @@ use clock::Clock;
 
 use super::{Actor, Checkpoint, Command, Context, IdempotencyKey, LiveMission, StoredPlan};
 use crate::{
-    deadline::Arrival,
+    edge::{arrival::Arrival, problem::Problem},
     metrics::{Counted, PlanFor},
     missions::{
         check,
@@ -17,8 +17,7 @@ use crate::{
         event::{Event, answer, planned, previous},
         state::{MissionState, facts},
     },
-    pool::Priority,
-    problem::Problem,
+    planning::pool::Priority,
 };
 use wire::{
     FieldError, Outcome, PlanRequest,

@@ -16,13 +16,13 @@ use super::{
 use store::{EventReader, StoreError};
 
 use crate::{
+    edge::problem::Problem,
     metrics::PlanFor,
     missions::{
         event::Event,
         simulation::{Simulation, Tick},
     },
-    pool::Priority,
-    problem::Problem,
+    planning::pool::Priority,
 };
 use wire::mission;
 

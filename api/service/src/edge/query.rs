@@ -7,7 +7,7 @@ use serde::{Serialize, de::DeserializeOwned};
 use serde_json::json;
 use wire::FieldError;
 
-use crate::problem::Problem;
+use crate::edge::problem::Problem;
 
 /// The query of a request. Its faults are [`Problem`]s.
 pub(crate) struct ValidQuery<T>(pub(crate) T);

@@ -16,14 +16,19 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::{
-    admission::Work,
-    body::JsonBytes,
     body_size::BODY_BYTES_MAX,
-    deadline::{Arrival, Deadline},
-    planners::{Planned, Planners},
-    planning::{Context, ValidRequest, answer, written},
-    problem::{Problem, ProblemDocument, Refusals},
-    request_id::RequestId,
+    edge::{
+        arrival::Arrival,
+        body::JsonBytes,
+        problem::{Problem, ProblemDocument, Refusals},
+        request_id::RequestId,
+    },
+    planning::{
+        admission::Work,
+        deadline::Deadline,
+        plan::{Context, ValidRequest, answer, written},
+        planners::{Planned, Planners},
+    },
 };
 use wire::{DEADLINE_MS, METADATA_BYTES_MAX, PlanRequest, PlanResponse, VALUES_MAX, plan_id};
 

@@ -6,14 +6,10 @@ use clock::Clock;
 use planner::stop::Stop;
 use wire::DEADLINE_MS;
 
-use crate::pool::Caller;
+use crate::{edge::arrival::Arrival, planning::pool::Caller};
 
 /// Time after the solver stops: its last iteration, the check and the writing of the answer.
 const RESERVE: Duration = Duration::from_millis(1);
-
-/// Time when the head of a request was read.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Arrival(pub(crate) Instant);
 
 /// Time when an answer is due.
 #[derive(Clone, Copy, Debug)]

@@ -16,7 +16,7 @@ use utoipa::ToSchema;
 
 use store::AuditEntry;
 
-use crate::{
+use crate::edge::{
     page,
     problem::{Problem, Refusals},
     request_id::RequestId,
@@ -24,7 +24,7 @@ use crate::{
 
 mod tokens;
 
-pub use crate::role::{Role, TokenLimit};
+pub use crate::edge::role::{Role, TokenLimit};
 pub use tokens::{NewToken, PREFIX as TOKEN_PREFIX, TokenError, TokenFile, Tokens};
 
 /// The caller's role and limits.

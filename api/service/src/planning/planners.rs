@@ -24,12 +24,14 @@ use tokio::sync::{
 use tracing::{Instrument as _, Span, info_span};
 
 use crate::{
-    admission::{Admission, Permit, Work},
     body_size::SHORT_BYTES_MAX,
-    deadline::{Arrival, Deadline},
+    edge::{arrival::Arrival, problem::Problem},
     metrics::{Metrics, PlanFor, Shed},
-    pool::{Caller, Job, Pool, Priority},
-    problem::Problem,
+    planning::{
+        admission::{Admission, Permit, Work},
+        deadline::Deadline,
+        pool::{Caller, Job, Pool, Priority},
+    },
     settings::{PlanFn, Settings},
 };
 

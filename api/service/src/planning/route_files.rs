@@ -9,13 +9,13 @@ use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
 use crate::{
-    admission::Work,
-    body::AnyBytes,
-    deadline::{Arrival, Deadline},
-    planners::Planners,
-    planning::written,
-    problem::{Problem, Refusals},
-    query::{ValidQuery, wrong_parameter},
+    edge::{
+        arrival::Arrival,
+        body::AnyBytes,
+        problem::{Problem, Refusals},
+        query::{ValidQuery, wrong_parameter},
+    },
+    planning::{admission::Work, deadline::Deadline, plan::written, planners::Planners},
 };
 use wire::{FieldError, Origin};
 

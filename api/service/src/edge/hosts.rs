@@ -13,7 +13,7 @@ use axum::http::{
     uri::Authority,
 };
 
-use crate::problem::Problem;
+use crate::edge::problem::Problem;
 
 const SEC_FETCH_SITE: HeaderName = HeaderName::from_static("sec-fetch-site");
 const SEC_FETCH_MODE: HeaderName = HeaderName::from_static("sec-fetch-mode");

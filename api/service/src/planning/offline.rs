@@ -12,13 +12,14 @@ use planner::{
 };
 
 use crate::{
-    body,
     body_size::BODY_BYTES_MAX,
-    deadline::{Arrival, Deadline},
-    planners::Planned,
-    planning::{ValidRequest, answer, check_fallback},
-    pool::Caller,
-    problem::Problem,
+    edge::{arrival::Arrival, body, problem::Problem},
+    planning::{
+        deadline::Deadline,
+        plan::{ValidRequest, answer, check_fallback},
+        planners::Planned,
+        pool::Caller,
+    },
 };
 use wire::{PlanRequest, PlanResponse};
 

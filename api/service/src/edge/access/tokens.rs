@@ -16,7 +16,7 @@ use subtle::ConstantTimeEq as _;
 
 use store::{EventStore, StoreError, TrustedClock};
 
-use crate::role::{Role, TokenLimit};
+use crate::edge::role::{Role, TokenLimit};
 
 /// Prefix of tokens, by which people and secret scanners recognise them.
 pub const PREFIX: &str = "pf_";

@@ -21,7 +21,7 @@ use store::StoreError;
 
 use crate::{
     body_size::BODY_BYTES_MAX,
-    role::{Role, TokenLimit},
+    edge::role::{Role, TokenLimit},
 };
 
 /// Most field errors in one document: a client corrects the first few and asks again.

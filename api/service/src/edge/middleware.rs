@@ -18,16 +18,18 @@ use clock::Clock;
 use tracing::{Instrument as _, Span, error_span, field::Empty};
 
 use crate::{
-    access::{Caller, Tokens, changes_nothing, is_public},
-    answer::{Answer, Room, StillAllowed, no_longer},
-    deadline::Arrival,
-    hosts::Hosts,
+    edge::{
+        access::{Caller, Tokens, changes_nothing, is_public},
+        answer::{Answer, Room, StillAllowed, no_longer},
+        arrival::Arrival,
+        hosts::Hosts,
+        page,
+        places::Place,
+        problem::Problem,
+        request_id::{self, RequestId},
+        trace::{TRACERESPONSE, TraceContext, TraceFn},
+    },
     metrics::{Metrics, Shed},
-    page,
-    places::Place,
-    problem::Problem,
-    request_id::{self, RequestId},
-    trace::{TRACERESPONSE, TraceContext, TraceFn},
 };
 
 /// The route label of requests without a route.

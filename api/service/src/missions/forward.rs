@@ -27,10 +27,12 @@ use tokio_rustls::rustls::ClientConfig;
 use store::{StoreError, roots::verified_by};
 
 use crate::{
-    in_process::{InProcess, MayHaveArrived},
+    edge::{
+        in_process::{InProcess, MayHaveArrived},
+        problem::Problem,
+        request_id::{self, RequestId},
+    },
     missions::Missions,
-    problem::Problem,
-    request_id::{self, RequestId},
 };
 
 /// Marks a forwarded call.

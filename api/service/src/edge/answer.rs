@@ -17,9 +17,11 @@ use tokio::time::Interval;
 
 use crate::{
     body_size::SHORT_BYTES_MAX,
-    places::Asking,
-    problem::Problem,
-    quota::{Quota, QuotaExceeded, QuotaPermit},
+    edge::{
+        places::Asking,
+        problem::Problem,
+        quota::{Quota, QuotaExceeded, QuotaPermit},
+    },
 };
 
 /// Time between two checks of a waiting caller. With the rereading of tokens, less than a second.

@@ -8,7 +8,7 @@ use std::{
 use clock::Clock;
 use prometheus_client::metrics::gauge::Gauge;
 
-use crate::{pool::Priority, problem::Problem};
+use crate::{edge::problem::Problem, planning::pool::Priority};
 
 /// Fixed cost of a request, in bytes of a body.
 const COST_MIN: f64 = 4096.0;
