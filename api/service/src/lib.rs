@@ -16,11 +16,11 @@ use axum::{
 use tower_http::catch_panic::CatchPanicLayer;
 
 mod app_state;
-mod body_size;
 pub mod crafts;
 mod edge;
 pub mod examples;
 pub mod health;
+pub mod limits;
 mod metrics;
 pub mod missions;
 mod openapi;
@@ -28,7 +28,6 @@ mod planning;
 mod settings;
 
 use app_state::AppState;
-pub use body_size::BODY_BYTES_MAX;
 #[doc(hidden)]
 pub use edge::in_process::{Answering, InProcess, MayHaveArrived};
 pub use edge::{
@@ -44,6 +43,7 @@ use edge::{
     page,
 };
 use health::Readiness;
+pub use limits::BODY_BYTES_MAX;
 use metrics::Metrics;
 pub use metrics::{Connections, Counted};
 use missions::{Missions, forward::Forwarding};

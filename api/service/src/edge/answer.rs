@@ -16,19 +16,16 @@ use http_body::{Frame, SizeHint};
 use tokio::time::Interval;
 
 use crate::{
-    body_size::SHORT_BYTES_MAX,
     edge::{
         places::Asking,
         problem::Problem,
         quota::{Quota, QuotaExceeded, QuotaPermit},
     },
+    limits::{ANSWERS_KIB_MAX, SHORT_BYTES_MAX},
 };
 
 /// Time between two checks of a waiting caller. With the rereading of tokens, less than a second.
 const CHECK: Duration = Duration::from_millis(400);
-
-/// Memory for long answers, KiB. The number of connections bounds that of short ones.
-const ROOM: usize = 128 << 10;
 
 /// Memory for answers on their way, shared by callers. Clones share it.
 #[derive(Clone, Debug)]
@@ -49,7 +46,7 @@ pub(crate) async fn no_longer(still_allowed: &StillAllowed, clock: &Clock) {
 
 impl Room {
     pub(crate) fn new() -> Self {
-        Self(Quota::new(ROOM))
+        Self(Quota::new(ANSWERS_KIB_MAX))
     }
 
     /// The same body, which takes room until it is sent. Fails without room for `caller`.
@@ -157,7 +154,7 @@ mod tests {
         while let Ok(body) = hold("greedy").await {
             held.push(to_bytes(body, 1 << 20).await.expect("is in memory"));
         }
-        assert_eq!(held.len(), ROOM / 1024 / 2);
+        assert_eq!(held.len(), ANSWERS_KIB_MAX / 1024 / 2);
         let refused = hold("greedy").await.expect_err("has its share");
         assert!(matches!(refused, Problem::Crowded { .. }), "{refused:?}");
         assert!(hold("another").await.is_ok());

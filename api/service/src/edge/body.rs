@@ -14,17 +14,11 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tracing::{Instrument as _, info_span};
 
 use crate::{
-    body_size::{BODY_BYTES_MAX, SHORT_BYTES_MAX},
     edge::problem::Problem,
+    limits::{BODIES_KIB_MAX, BODY_BYTES_MAX, PIECES_MAX, SHORT_BYTES_MAX},
     metrics::{Metrics, Shed},
 };
 use wire::Unread;
-
-/// Memory for bodies that arrive or wait to be read, KiB. It bounds the use by all clients.
-const ROOM: usize = 256 << 10;
-
-/// Most pieces of a body, each of which costs microseconds; half packets need a quarter of them.
-const PIECES_MAX: usize = 8_192;
 
 /// Settings and memory for receiving bodies.
 #[derive(Clone, Debug)]
@@ -42,7 +36,7 @@ impl Bodies {
         Self {
             clock,
             time_limit,
-            rooms: [ROOM, ROOM].map(|room| Arc::new(Semaphore::new(room / 2))),
+            rooms: [(); 2].map(|()| Arc::new(Semaphore::new(BODIES_KIB_MAX / 2))),
             metrics,
         }
     }

@@ -9,18 +9,13 @@ use std::{
     collections::{BTreeMap, BTreeSet, HashMap},
     net::{IpAddr, Ipv6Addr},
     sync::{Arc, Mutex, MutexGuard, PoisonError},
-    time::{Duration, Instant},
+    time::Instant,
 };
 
 use clock::Clock;
 use tokio::sync::Notify;
 
-/// A longer request without a token may lose its place to any newcomer, and the only caller of an
-/// address to a newcomer from there: a plan takes less time.
-const LONG: Duration = Duration::from_secs(3);
-
-/// Bits of an IPv6 address that name a network: one machine has all addresses of its network.
-const IPV6_NETWORK_BITS: u32 = 64;
+use crate::limits::{IPV6_NETWORK_BITS, LONG_REQUEST};
 
 /// Places for connections. Clones share them.
 #[derive(Clone)]
@@ -260,7 +255,7 @@ fn first(of: &OfAddress, serves: Serves, by: Instant) -> Option<u64> {
 }
 
 fn long_before(now: Instant) -> Instant {
-    now.checked_sub(LONG).unwrap_or(now)
+    now.checked_sub(LONG_REQUEST).unwrap_or(now)
 }
 
 /// The network of an address, which shares its places.
@@ -351,7 +346,9 @@ mod tests {
         let requests = asking.each_ref().map(Place::asks);
         let now = places.table().clock.now();
         assert!(places.take_at(now, GOOD).is_none());
-        let newcomer = places.take_at(now + 2 * LONG, GOOD).expect("takes a place");
+        let newcomer = places
+            .take_at(now + 2 * LONG_REQUEST, GOOD)
+            .expect("takes a place");
         assert!(lost(&asking[0]) && !lost(&asking[1]));
         serve(&newcomer, "bridge");
         drop(requests);
@@ -371,7 +368,7 @@ mod tests {
             "half is its share, in use by one caller"
         );
         let bridge = places
-            .take_at(now + 2 * LONG, GOOD)
+            .take_at(now + 2 * LONG_REQUEST, GOOD)
             .expect("takes a place that has lasted");
         assert!(lost(&seats[0]));
         serve(&bridge, "bridge");

@@ -20,12 +20,9 @@ use wire::{FieldError, mission::Order, shortened};
 use store::StoreError;
 
 use crate::{
-    body_size::BODY_BYTES_MAX,
     edge::role::{Role, TokenLimit},
+    limits::{BODY_BYTES_MAX, FIELD_ERRORS_MAX},
 };
-
-/// Most field errors in one document: a client corrects the first few and asks again.
-const FIELD_ERRORS_MAX: usize = 64;
 
 /// Time after which to repeat a request to a busy service, s. Plans take milliseconds: a full queue
 /// is no longer full a second later.

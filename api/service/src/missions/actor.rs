@@ -28,7 +28,12 @@ use super::{
 };
 use store::{Append, Appended, AuditEntry, EventStore, KeyedAnswer, Room, StoreError, StoredEvent};
 
-use crate::{edge::problem::Problem, metrics::Counted, planning::planners::Planners};
+use crate::{
+    edge::problem::Problem,
+    limits::{EVENTS_BEHIND_MAX, MAILBOX},
+    metrics::Counted,
+    planning::planners::Planners,
+};
 use wire::{
     Origin,
     mission::{Accepted, Live, Mission, Reports, Setting, Status, Steering},
@@ -37,14 +42,8 @@ use wire::{
 pub(super) mod live;
 pub(super) mod simulated;
 
-/// Requests that may wait for a mission: reports of a few vehicles for some seconds.
-const MAILBOX: usize = 32;
-
 /// Time for which the actor of a finished mission waits for requests, such as a repeated one.
 const REST: Duration = Duration::from_secs(5);
-
-/// Events that a reader of the stream may be behind before it misses some.
-const STREAM: usize = 64;
 
 /// The reason that a simulated mission refuses reports.
 pub(super) const NO_REPORTS: &str = "a simulated mission makes its own reports; only live missions take them";
@@ -326,7 +325,7 @@ impl Context {
             missed: 0,
             reported: planners.clock.now(),
         });
-        let (events, _) = broadcast::channel(STREAM);
+        let (events, _) = broadcast::channel(EVENTS_BEHIND_MAX);
         let handle = Handle {
             requests: requests_in,
             view: view_out,

@@ -13,13 +13,11 @@ use store::{EventReader, StoreError, StoredMission};
 
 use crate::{
     edge::{problem::Problem, role::TokenLimit},
+    limits::LIST_BYTES_MAX,
     planning::pool::Priority,
 };
 use clock::Clock;
 use wire::mission::{LastSteering, Mission, MissionList, PlanSummary, Status};
-
-/// Longest list of missions, bytes of their stored form, except for a list of one.
-const LIST_BYTES_MAX: usize = 64 << 10;
 
 impl Missions {
     /// Lists those of the `most` missions after number `after` that the caller's `limit` allows,

@@ -3,7 +3,6 @@
 use std::{
     collections::BTreeMap,
     sync::{Arc, Mutex, MutexGuard, PoisonError},
-    time::Duration,
 };
 
 use clock::Clock;
@@ -35,6 +34,9 @@ use crate::{
         quota::{Quota, QuotaExceeded},
         request_id::new_id,
     },
+    limits::{
+        ACTORS_MAX, ANSWER_TIME, CHECK_TIME, OPEN_SHARE, OWNING_MAX, READERS_MAX, RECORDS_MAX, STREAMS_MAX,
+    },
     metrics::Shed,
     planning::{planners::Planners, pool::Priority},
 };
@@ -44,35 +46,11 @@ use wire::{
     sha256,
 };
 
-/// Most active missions: more than two processors can plan for once a second.
-const ACTORS_MAX: usize = 1_024;
-
 /// Hexadecimal digits of a mission's id.
 const ID_DIGITS: usize = 24;
 
-/// Most unfinished missions of one client.
-const OPEN_SHARE: usize = ACTORS_MAX / 2;
-
-/// Most readers of event streams.
-const STREAMS_MAX: usize = 256;
-
-/// Most simultaneous records, each on its own thread and in at most 9 MB.
-const RECORDS_MAX: usize = 16;
-
-/// Most threads that read the store.
-const READERS_MAX: usize = 16;
-
-/// Most threads that look up mission owners.
-const OWNING_MAX: usize = 8;
-
 /// Actors that may be started at the same time, approximately.
 const STARTS: usize = 64;
-
-/// Longest wait of a client for the check of a simulation.
-const CHECK_TIME: Duration = Duration::from_secs(5);
-
-/// Longest wait of a client for a mission's reply.
-const ANSWER_TIME: Duration = Duration::from_secs(10);
 
 /// Every mission of a data directory. Clones share them.
 #[derive(Clone, Debug)]

@@ -41,6 +41,7 @@ use store::StoredEvent;
 
 use crate::{
     edge::{access::By, problem::Problem, quota::QuotaPermit},
+    limits::{CHUNK, CHUNK_TIME, CHUNKS},
     planning::pool::lower_priority,
 };
 
@@ -52,14 +53,6 @@ const RETRY: Duration = Duration::from_secs(1);
 
 /// Events read from the store at once, for a client that was away: each may exceed 100 kB.
 const PAGE: usize = 4;
-
-/// Chunks of a record in transit. With their size they bound the memory for a slow reader.
-const CHUNKS: usize = 4;
-/// Size of a chunk, bytes.
-const CHUNK: usize = 64 << 10;
-
-/// Longest time for which the client of a record may leave a chunk waiting.
-const PATIENCE: Duration = Duration::from_secs(10);
 
 /// A reader of a mission's events.
 struct Subscription {
@@ -198,7 +191,7 @@ pub(super) async fn record(
             client: chunks,
             runtime,
             chunk: Vec::with_capacity(CHUNK),
-            patience: PATIENCE,
+            patience: CHUNK_TIME,
         };
         let done = missions
             .store
@@ -325,7 +318,7 @@ mod tests {
         let (client, written) = mpsc::channel(CHUNKS);
         let runtime = runtime::Handle::current();
         // Simulated time does not pass while a blocking thread works.
-        let patience = if taken { PATIENCE } else { Duration::ZERO };
+        let patience = if taken { CHUNK_TIME } else { Duration::ZERO };
         let writer = spawn_blocking(move || {
             let mut out = ChunkWriter {
                 client,

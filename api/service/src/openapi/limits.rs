@@ -20,8 +20,8 @@ use wire::{
 
 use super::rules::{self, place};
 use crate::{
+    limits::BATCH_MAX,
     missions::{check, parameters},
-    planning::batch::BATCH_MAX,
 };
 
 /// Writes the accepted values into `document`.

@@ -8,33 +8,11 @@ use std::{
 use clock::Clock;
 use prometheus_client::metrics::gauge::Gauge;
 
-use crate::{edge::problem::Problem, planning::pool::Priority};
-
-/// Fixed cost of a request, in bytes of a body.
-const COST_MIN: f64 = 4096.0;
-
-/// Weight of the newest request in the moving averages.
-const NEWEST: f64 = 0.05;
-
-/// Longest work on one request that counts in the averages, s.
-const BUSY_MAX: f64 = 1.0;
-
-/// Longest queue that is still a burst; a longer one is standing. Source: Nichols and Jacobson,
-/// "Controlling Queue Delay", 2012: the interval of `CoDel`.
-const STANDING: Duration = Duration::from_millis(100);
-
-/// Time without refusals after which a queue that was cut may be long again. If it could grow at
-/// once, most requests admitted under lasting overload would wait in it.
-const CUT: Duration = Duration::from_secs(1);
-
-/// Wait of a standing queue, in mean times of work: two threads serve up to sixteen steady clients.
-const LONG_WAIT: f64 = 7.0;
-
-/// The same after a cut: admitted requests wait little longer than without overload.
-const SHORT_WAIT: f64 = 0.6;
-
-/// Least mean time of work for these waits, s.
-const BUSY_MIN: f64 = 2e-3;
+use crate::{
+    edge::problem::Problem,
+    limits::{BUSY_MAX, BUSY_MIN, COST_MIN, CUT, LONG_WAIT, NEWEST, SHORT_WAIT, STANDING},
+    planning::pool::Priority,
+};
 
 /// The kind of work of an admitted request. The time for a byte depends on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -16,13 +16,13 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::{
-    body_size::BODY_BYTES_MAX,
     edge::{
         arrival::Arrival,
         body::JsonBytes,
         problem::{Problem, ProblemDocument, Refusals},
         request_id::RequestId,
     },
+    limits::{BATCH_MAX, BODY_BYTES_MAX},
     planning::{
         admission::Work,
         deadline::Deadline,
@@ -31,9 +31,6 @@ use crate::{
     },
 };
 use wire::{DEADLINE_MS, METADATA_BYTES_MAX, PlanRequest, PlanResponse, VALUES_MAX, plan_id};
-
-/// Most snapshots in one request.
-pub(crate) const BATCH_MAX: usize = 64;
 
 /// Snapshots to plan for, independently of each other.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]

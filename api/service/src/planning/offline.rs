@@ -12,8 +12,8 @@ use planner::{
 };
 
 use crate::{
-    body_size::BODY_BYTES_MAX,
     edge::{arrival::Arrival, body, problem::Problem},
+    limits::BODY_BYTES_MAX,
     planning::{
         deadline::Deadline,
         plan::{ValidRequest, answer, check_fallback},

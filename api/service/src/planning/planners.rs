@@ -24,8 +24,8 @@ use tokio::sync::{
 use tracing::{Instrument as _, Span, info_span};
 
 use crate::{
-    body_size::SHORT_BYTES_MAX,
     edge::{arrival::Arrival, problem::Problem},
+    limits::{IDLE_BYTES_MAX, SHORT_BYTES_MAX},
     metrics::{Metrics, PlanFor, Shed},
     planning::{
         admission::{Admission, Permit, Work},
@@ -34,9 +34,6 @@ use crate::{
     },
     settings::{PlanFn, Settings},
 };
-
-/// Most bytes of the idle workspaces of requests, and of those of missions.
-const IDLE_BYTES_MAX: usize = 32 << 20;
 
 /// The planners, with their workspaces. Clones share them.
 #[derive(Clone, Debug)]

@@ -16,6 +16,10 @@ use rustix::{
 use service::{
     Connections as Count,
     access::Peer,
+    limits::{
+        BACKLOG, CONNECTIONS_MAX, DRAIN_TIME, FILES_RESERVED, HEAD_BYTES_MAX, HEADER_TIME, REFUSAL_TIME,
+        REFUSALS_MAX, SEND_BUFFER, UNREAD_TIME,
+    },
     places::{Place, Places},
 };
 use tokio::{
@@ -27,41 +31,8 @@ use tower::ServiceExt as _;
 
 use super::tls::Tls;
 
-/// Time for open requests after the stop signal: as long as a body may take to arrive.
-const DRAIN: Duration = Duration::from_secs(10);
-
-/// Time for a request header, including the wait for the next request of a connection.
-const HEADER_TIME: Duration = Duration::from_secs(10);
-
-/// Longest head of a request, bytes; hyper itself refuses more than 100 headers. It also bounds
-/// hyper's buffers of bodies, at most twice 64 MiB for all connections.
-const HEAD_BYTES_MAX: usize = 16 << 10;
-
-/// Longest time for which a client may read nothing of an answer.
-const UNREAD_TIME: Duration = Duration::from_secs(5);
-
-/// Unread bytes of an answer that the system holds for a connection. More would hide slow clients,
-/// and costs memory for each connection.
-const SEND_BUFFER: usize = 64 << 10;
-
 /// Pause when no connection can be accepted, for example without a free file descriptor.
 const ACCEPT_AGAIN: Duration = Duration::from_millis(100);
-
-/// Connections that the system completes before they are accepted: as many as the greatest number
-/// at once. Linux allows at most `net.core.somaxconn`, by default as many.
-const WAITING_MAX: usize = CONNECTIONS_MAX;
-
-/// Most connections at once: a few for each running mission.
-const CONNECTIONS_MAX: usize = 4_096;
-
-/// File descriptors of the service itself: mission log, readers, records, refused connections.
-const FILES_RESERVED: usize = 256;
-
-/// Connections that are refused at the same time; more are closed without an answer.
-const TURNED_AWAY_MAX: usize = 64;
-
-/// Time for a refused client to read the answer.
-const TURN_AWAY_TIME: Duration = Duration::from_millis(500);
 
 /// The answer to a refused client.
 const NO_PLACE: &str = r#"{"type":"urn:pilotfish:problem:crowded","title":"The service is at its limit","status":503,"code":"crowded","detail":"the service accepts no more connections; try again after the time in Retry-After"}"#;
@@ -92,7 +63,7 @@ impl Connections {
             under_way: GracefulShutdown::new(),
             places: Places::new(n_connections_max(), clock.clone()),
             clock,
-            refusals: Arc::new(Semaphore::new(TURNED_AWAY_MAX)),
+            refusals: Arc::new(Semaphore::new(REFUSALS_MAX)),
             count,
         }
     }
@@ -161,7 +132,7 @@ impl Connections {
     pub(super) async fn drain(self) {
         if self
             .clock
-            .timeout(DRAIN, self.under_way.shutdown())
+            .timeout(DRAIN_TIME, self.under_way.shutdown())
             .await
             .is_err()
         {
@@ -179,7 +150,7 @@ struct Client {
 /// Sets the queue and the limits for clients that do not read, which accepted sockets inherit.
 pub(super) fn prepare(listener: &TcpListener) -> io::Result<()> {
     // A second call only changes the length of the queue.
-    rustix::net::listen(listener, i32::try_from(WAITING_MAX).expect("is small"))?;
+    rustix::net::listen(listener, i32::try_from(BACKLOG).expect("is small"))?;
     sockopt::set_socket_send_buffer_size(listener, SEND_BUFFER)?;
     // The system also ends closed connections with unread last bytes.
     sockopt::set_tcp_user_timeout(
@@ -240,7 +211,7 @@ async fn turn_away(mut socket: TcpStream, clock: &Clock) {
         tokio::io::copy(&mut socket, &mut tokio::io::sink()).await
     };
     // The client may be gone.
-    let _ = clock.timeout(TURN_AWAY_TIME, answered).await;
+    let _ = clock.timeout(REFUSAL_TIME, answered).await;
 }
 
 #[cfg(test)]
