@@ -122,7 +122,7 @@ mod tests {
     use serde_json::{Value, json};
 
     use super::*;
-    use crate::{Offset, PlanRequest, Unread, mission::Setting, plan_id, read, read_reports, snapshot};
+    use crate::{Body, Offset, PlanRequest, Unread, mission::Setting, plan_id, read, read_reports, snapshot};
 
     fn body(asc: &Value, state: &Value, offset: &Value) -> Value {
         let mut body = json!({
@@ -171,7 +171,9 @@ mod tests {
             json!({ "t_s": 1, "north_m": 0, "east_m": 0, "sigma_m": 1, "course_deg": 90, "speed_mps": 0.2 });
         let state = json!({ "north_m": 0, "east_m": 0, "heading_deg": 90, "speed_mps": 0.2 });
         let body = json!({ "auvs": { "heading_deg": [fix] }, "asc": [{ "t_s": 1, "state": state }] });
-        let (heard, rejected) = read_reports(body.to_string().as_bytes(), None, |_| vec![]).expect("is read");
+        let body = body.to_string();
+        let body = Body::parse(body.as_bytes()).expect("is JSON");
+        let (heard, rejected) = read_reports(body, None, |_| vec![]).expect("is read");
         assert_eq!(rejected, Vec::<Vec<FieldError>>::new());
         assert_eq!(heard.auvs["heading_deg"][0].course_rad, Some(FRAC_PI_2));
         assert_eq!(heard.asc[0].state.heading_rad, FRAC_PI_2);

@@ -6,11 +6,15 @@
 //! The tree keeps the order of members, and duplicates: faults are found where the client wrote
 //! them. Every fault is a [`FieldError`] from the start; no other library's message is parsed.
 
-use std::{borrow::Cow, collections::HashSet, fmt};
+use std::{
+    borrow::Cow,
+    collections::{BTreeMap, HashSet},
+    fmt,
+};
 
 use planner::snapshot::pointer_token;
 use serde::{
-    Deserialize, Deserializer,
+    Deserialize, Deserializer, Serialize, Serializer,
     de::{
         self, DeserializeSeed, Expected, IntoDeserializer, MapAccess, SeqAccess, Unexpected, Visitor,
         value::StrDeserializer,
@@ -103,6 +107,40 @@ impl Json<'_> {
             Json::Null | Json::Bool(_) | Json::Number(_) | Json::Text(_) => {}
         }
         Ok(())
+    }
+}
+
+/// A body that is JSON. Bodies with equal values serialise to equal bytes.
+#[derive(Debug)]
+pub struct Body<'a>(pub(crate) Json<'a>);
+
+impl<'a> Body<'a> {
+    /// Fails for bodies that are not JSON or have too many values.
+    pub fn parse(body: &'a [u8]) -> Result<Self, Unread> {
+        parse(body).map(Self)
+    }
+}
+
+impl Serialize for Body<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.0.serialize(serializer)
+    }
+}
+
+impl Serialize for Json<'_> {
+    /// Members are in the order of their names. Of members with the same name, the last one counts.
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Json::Null => serializer.serialize_unit(),
+            Json::Bool(value) => value.serialize(serializer),
+            Json::Number(number) => number.serialize(serializer),
+            Json::Text(text) => text.serialize(serializer),
+            Json::List(items) => items.serialize(serializer),
+            Json::Object(members) => {
+                let members = members.iter().map(|(name, value)| (name, value));
+                members.collect::<BTreeMap<_, _>>().serialize(serializer)
+            }
+        }
     }
 }
 

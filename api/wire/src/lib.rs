@@ -31,7 +31,7 @@ pub use digest::{plan_id, sha256};
 pub use directions::{DIRECTION_DEG, DIRECTIONS};
 pub use dump::program_dump;
 pub use field_error::{FieldError, shortened};
-pub use json::{Unread, VALUES_MAX};
+pub use json::{Body, Unread, VALUES_MAX};
 pub use planner::{
     certificate::Residuals,
     craft::{CraftDescription, HeadingLoop, HeadingReference, Power, SpeedReference, SurgeLoop},

@@ -301,20 +301,6 @@ impl Setting {
             exchange(self.paths.get_mut(&auv.id).map(|path| &mut path.0), &mut auv.path);
         }
     }
-
-    /// The setting with the members of `patch`, without origin and paths.
-    #[must_use]
-    pub fn patched(self, patch: Self) -> Self {
-        Self {
-            goal: patch.goal.or(self.goal),
-            limits: patch.limits.or(self.limits),
-            craft: patch.craft.or(self.craft),
-            tuning: patch.tuning.or(self.tuning),
-            keep_outs: patch.keep_outs.or(self.keep_outs),
-            area: patch.area.or(self.area),
-            ..Self::default()
-        }
-    }
 }
 
 impl From<&Live> for Setting {

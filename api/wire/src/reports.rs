@@ -6,7 +6,7 @@ use serde::Deserialize;
 use crate::{
     FieldError,
     directions::WereInDegrees,
-    json::{Json, Misfit, Node, Unread, parse, token},
+    json::{Body, Json, Misfit, Node, Unread, token},
     mission::{AscReport, Note, Reports, Steering},
     positions::Positions,
 };
@@ -17,11 +17,10 @@ pub type Sorted = (Reports, Vec<Vec<FieldError>>);
 /// Reads reports, with positions in metres from `origin`. Without an origin, the first accepted
 /// position in latitude and longitude becomes the origin. `faults` checks a single report.
 pub fn read_reports(
-    body: &[u8],
+    Body(mut json): Body<'_>,
     origin: Option<Origin>,
     faults: impl Fn(&Reports) -> Vec<FieldError>,
 ) -> Result<Sorted, Unread> {
-    let mut json = parse(body)?;
     let items = take_items(&mut json);
     let rest = json
         .each_name_once()
@@ -190,7 +189,7 @@ mod tests {
 
     /// Rejects fixes of the time 0.
     fn read(body: &str, origin: Option<Origin>) -> Result<Sorted, Unread> {
-        read_reports(body.as_bytes(), origin, |one| {
+        read_reports(Body::parse(body.as_bytes())?, origin, |one| {
             let fixes = one
                 .auvs
                 .iter()

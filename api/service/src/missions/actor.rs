@@ -116,7 +116,7 @@ impl IdempotencyKey {
 /// The clients' view of a mission.
 #[derive(Clone, Debug)]
 pub(super) struct View {
-    pub(super) mission: Mission,
+    pub(super) mission: Arc<Mission>,
     /// The last plan.
     pub(super) plan: Option<Arc<StoredPlan>>,
     /// Vehicles whose recent reports the next plan needs and lacks.
@@ -160,19 +160,13 @@ impl StoredPlan {
 }
 
 /// The fold of a mission's events, stored beside them so that a restart reads few events.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Checkpoint {
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) struct Checkpoint<S = MissionState> {
     /// The state of a live mission.
     #[serde(rename = "known")]
-    pub(super) state: Option<MissionState>,
+    pub(super) state: Option<S>,
     /// The last plan.
     pub(super) plan: Option<Arc<StoredPlan>>,
-}
-
-impl Checkpoint {
-    pub(super) fn json(state: Option<MissionState>, plan: Option<Arc<StoredPlan>>) -> Vec<u8> {
-        json(&Self { state, plan })
-    }
 }
 
 /// A handle to the actor of a mission. The actor ends when its last handle is dropped.
@@ -286,7 +280,7 @@ pub(super) struct Context {
     /// Number of the mission in the store.
     number: u64,
     epoch: u64,
-    mission: Mission,
+    mission: Arc<Mission>,
     /// `true` ends the actor: the mission is deleted, moved, or has unknown events.
     superseded: bool,
     store: EventStore,
@@ -316,9 +310,10 @@ impl Context {
         store: EventStore,
         planners: Planners,
     ) -> (Self, Handle) {
+        let mission = Arc::new(mission);
         let (requests_in, requests) = mpsc::channel(MAILBOX);
         let (view, view_out) = watch::channel(View {
-            mission: mission.clone(),
+            mission: Arc::clone(&mission),
             plan,
             waits_for: vec![],
             steering: None,
@@ -391,19 +386,24 @@ impl Context {
     }
 
     /// Stores events of the mission and then publishes them. An unstored event does not count.
-    /// `checkpoint` is the fold of all events including these.
+    /// `checkpoint` is the fold of all events including these. A change of the setting needs it.
     async fn append(
         &mut self,
-        events: Vec<Event>,
+        events: &[Event],
         key: Option<IdempotencyKey>,
-        checkpoint: Option<Vec<u8>>,
+        checkpoint: Option<Checkpoint<&MissionState>>,
     ) -> Result<Stored, Problem> {
-        let mut after = self.mission.clone();
+        let mut after = Mission::clone(&self.mission);
         let mut stored = vec![];
-        for event in &events {
-            apply(&mut after, event);
+        for event in events {
+            apply(
+                &mut after,
+                event,
+                checkpoint.as_ref().and_then(|folded| folded.state),
+            );
             stored.push(event.stored(after.sequence));
         }
+        let after = Arc::new(after);
         let answer = match events.first() {
             Some(Event::Reported { heard, .. }) => json(&Accepted {
                 sequence: after.sequence,
@@ -419,7 +419,7 @@ impl Context {
             events: stored.clone(),
             status: after.status.name().to_owned(),
             summary: json(&after),
-            snapshot: checkpoint,
+            snapshot: checkpoint.as_ref().map(json),
             answered: key.map(|key| key.with(answer.clone())),
             // A command without effect is not an order.
             order: self.order.take_if(|_| !events.is_empty()),
@@ -448,13 +448,13 @@ impl Context {
                 return Err(Problem::Behind);
             }
         }
-        for event in &events {
+        for event in events {
             log(&after.id, event);
         }
         if after.status != self.mission.status {
             self.counted = count(&self.planners, &after);
         }
-        self.mission = after.clone();
+        self.mission = Arc::clone(&after);
         if self.mission.status.is_over() && self.store.lease().is_some() {
             // The mission is free: the next request starts it. Sent requests are answered.
             self.requests.close();
@@ -498,7 +498,7 @@ impl Context {
         if key.is_none() {
             return Ok(json(&self.mission));
         }
-        Ok(self.append(vec![], key, None).await?.answer)
+        Ok(self.append(&[], key, None).await?.answer)
     }
 }
 
@@ -521,8 +521,8 @@ fn log(mission: &str, event: &Event) {
     }
 }
 
-/// Applies an event to the mission as clients see it.
-fn apply(mission: &mut Mission, event: &Event) {
+/// Applies an event to the mission as clients see it; a change of the setting, from the `state` after it.
+fn apply(mission: &mut Mission, event: &Event, state: Option<&MissionState>) {
     mission.sequence += 1;
     if !matches!(
         event,
@@ -539,11 +539,7 @@ fn apply(mission: &mut Mission, event: &Event) {
         }
         Event::Paused { .. } => mission.status = Status::Paused,
         Event::Reported { heard, .. } => mission.origin = mission.origin.or(heard.origin),
-        Event::Changed { setting, .. } => {
-            let before = mission.setting.take().unwrap_or_default();
-            mission.setting = Some(before.patched(Setting::clone(setting)));
-            mission.origin = setting.origin.unwrap_or(mission.origin);
-        }
+        Event::Changed { .. } => state.into_iter().for_each(|state| state.show_in(mission)),
         Event::Planned(planned) => mission.t_s = planned.t_s,
         Event::Finished { at_s } => {
             mission.status = Status::Finished;

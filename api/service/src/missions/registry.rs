@@ -222,8 +222,10 @@ impl Missions {
             steering: None,
             id,
         };
-        let state = new.live.clone().map(MissionState::new);
-        let checkpoint = state.map(|state| Checkpoint::json(Some(state), None));
+        let checkpoint = new.live.clone().map(|live| Checkpoint {
+            state: Some(MissionState::new(live)),
+            plan: None,
+        });
         let event = Event::Created {
             at_s,
             mission: Box::new(new),
@@ -235,7 +237,7 @@ impl Missions {
             status: mission.status.name().to_owned(),
             events: vec![event.stored(mission.sequence)],
             summary: json(&mission),
-            snapshot: checkpoint,
+            snapshot: checkpoint.as_ref().map(json),
             answered: key.map(|key| key.with(json(&mission))),
             order: Some(order),
             room: Room::Half,
@@ -415,8 +417,7 @@ impl Missions {
             .read(move |reader| fold(reader, number, created_s, sequence))
             .await?;
         // Earlier versions did not store them here.
-        mission.setting = state.as_ref().map(|state| Setting::from(state.config()));
-        mission.origin = state.as_ref().and_then(MissionState::origin);
+        state.iter().for_each(|state| state.show_in(&mut mission));
         let mut actors = self.actors();
         let actors = actors.as_mut().ok_or(Problem::Log(StoreError::Closed))?;
         // Actors of finished missions may have ended.
@@ -554,7 +555,8 @@ fn fold(
 ) -> Result<(NewMission, Checkpoint), StoreError> {
     let created = created(reader, number)?;
     let Some((after, body)) = reader.snapshot(number)? else {
-        return Ok((created, Checkpoint::default()));
+        let (state, plan) = (None, None);
+        return Ok((created, Checkpoint { state, plan }));
     };
     let mut checkpoint: Checkpoint = parsed(&body)?;
     // A simulated mission has no state to fold: its events are simulated again.

@@ -10,7 +10,6 @@ use axum::{
 };
 use clock::Clock;
 use serde::Serialize;
-use serde_json::Value;
 use utoipa::{
     IntoResponses,
     openapi::{self, ContentBuilder, KnownFormat, Object, RefOr, ResponseBuilder, SchemaFormat, Type},
@@ -44,7 +43,7 @@ use wire::mission::{
     Accepted, CurrentReference, Mission, MissionList, NewMission, OrderList, Reports, Run, Scene, Setting,
     Step,
 };
-use wire::{FieldError, Origin};
+use wire::{Body, FieldError, Origin};
 
 /// Number of the last orders in the refusal of a call.
 const ORDERS_TOLD: usize = 3;
@@ -290,7 +289,7 @@ pub(crate) async fn step_mission(
 /// The acceptable reports of a body for a mission with that `origin`, in metres and degrees, and
 /// the faults of the others. Without an origin, the first accepted position on Earth becomes it.
 fn read_reports(
-    body: &[u8],
+    body: Body<'_>,
     live: &LiveMission,
     origin: Option<Origin>,
     clock: &Clock,
@@ -338,15 +337,15 @@ pub(crate) async fn post_reports(
     let bytes = body.bytes.len();
     let clock = missions.clock().clone();
     let read = move || {
-        let reports = read_reports(&body.bytes, &live, origin, &clock);
+        let posted = Body::parse(&body.bytes);
         // Equal for equal requests, even if fewer reports are acceptable by now.
-        let posted = serde_json::from_slice::<Value>(&body.bytes).unwrap_or_default();
-        (reports, posted)
+        let key = key.of(&by, "reports", &posted.as_ref().ok())?;
+        let reports = posted.map_err(Problem::from);
+        let reports = reports.and_then(|posted| read_reports(posted, &live, origin, &clock));
+        Ok::<_, Problem>((reports, key))
     };
-    let (reports, posted) = planners
-        .read_body_for_mission(Priority::Mission, bytes, read)
-        .await?;
-    let key = key.of(&by, "reports", &posted)?;
+    let read = planners.read_body_for_mission(Priority::Mission, bytes, read);
+    let (reports, key) = read.await??;
     Ok(as_json(missions.report(&id, reports, origin, key).await?))
 }
 

@@ -1,6 +1,6 @@
 //! The state of a live mission: the fold of its events, and the resulting planner request.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, mem};
 
 use planner::{
     angle::Heading,
@@ -13,7 +13,7 @@ use super::{clock::MissionClock, event::Event};
 use wire::{
     Asc, Auv, CraftFrame, DeclaredLimits, FieldError, Origin, PlanRequest, PreviousPlan, Recount, Report,
     Task, VehicleId,
-    mission::{AscReport, Live, LiveAuv, Reports, Setting, Steering},
+    mission::{AscReport, Live, LiveAuv, Mission, Reports, Setting, Steering},
 };
 
 /// Longest extrapolation of the surface craft's last state by its velocity, s. After that its
@@ -90,6 +90,12 @@ impl MissionState {
     /// The mission's configuration, as changed so far.
     pub(super) fn config(&self) -> &Live {
         &self.config
+    }
+
+    /// Writes the setting and the datum into the mission that clients see.
+    pub(super) fn show_in(&self, mission: &mut Mission) {
+        mission.setting = Some(Setting::from(&self.config));
+        mission.origin = self.config.origin;
     }
 
     /// Replaces members of the setting, and drops what the previous plan derived from the old ones.
@@ -184,9 +190,9 @@ impl MissionState {
         self.steering.as_ref()
     }
 
-    /// Puts this plan into the next request.
-    pub(super) fn set_previous_plan(&mut self, plan: PreviousPlan) {
-        self.previous_plan = Some(plan);
+    /// Puts this plan into the next request, and returns the one before.
+    pub(super) fn replace_previous_plan(&mut self, plan: Option<PreviousPlan>) -> Option<PreviousPlan> {
+        mem::replace(&mut self.previous_plan, plan)
     }
 
     /// The vehicles without the reports that a plan at `now` needs, s: `asc`, or AUVs of the goal.
@@ -211,8 +217,29 @@ impl MissionState {
         asc.chain(self.reports.iter().filter_map(newest)).collect()
     }
 
+    /// The snapshot for a plan at `now` on the mission's clock, s; `None` while reports are missing.
+    /// Leaves out a previous plan without a valid snapshot, such as one beyond all coordinates.
+    pub(super) fn snapshot(
+        &self,
+        now: f64,
+        due: &dyn Fn() -> bool,
+    ) -> Option<Result<Snapshot, Vec<FieldError>>> {
+        let valid = wire::snapshot_until(self.request(now)?, due);
+        Some(valid.or_else(|_| {
+            let request = self.request(now).expect("waits for no vehicle");
+            let previous_plan = None;
+            wire::snapshot_until(
+                PlanRequest {
+                    previous_plan,
+                    ..request
+                },
+                due,
+            )
+        }))
+    }
+
     /// The request for a plan at `now` on the mission's clock, s; `None` while reports are missing.
-    pub(super) fn request(&self, now: f64) -> Option<PlanRequest> {
+    fn request(&self, now: f64) -> Option<PlanRequest> {
         if !self.waits_for(now).is_empty() {
             return None;
         }
@@ -229,18 +256,10 @@ impl MissionState {
                 learn_nothing(plan, &asc.state);
             }
         }
-        let request = request(
-            &self.config,
-            now,
-            carried(
-                &asc.state,
-                now - asc.t_s,
-                self.previous_plan.as_ref(),
-                self.config.origin,
-            ),
-            self.config.auvs.iter().filter_map(heard).collect(),
-            previous_plan,
-        );
+        let before = self.previous_plan.as_ref();
+        let craft = carried(&asc.state, now - asc.t_s, before, self.config.origin);
+        let auvs = self.config.auvs.iter().filter_map(heard).collect();
+        let request = request(&self.config, now, craft, auvs, previous_plan);
         Some(PlanRequest {
             current: asc.current.or(request.current),
             ..request
@@ -268,15 +287,6 @@ fn learn_nothing(plan: &mut PreviousPlan, asc: &Asc) {
         craft.asked_speed_mps = asc.speed_mps.max(0.0);
         craft.asked_heading_rad = asc.heading_rad;
     }
-}
-
-/// The facts of a mission's request. A previous plan without a valid snapshot, such as one that
-/// leads beyond all coordinates, is left out.
-pub(super) fn facts(mut request: PlanRequest, due: &dyn Fn() -> bool) -> Result<Snapshot, Vec<FieldError>> {
-    wire::snapshot_until(request.clone(), due).or_else(|_| {
-        request.previous_plan = None;
-        wire::snapshot_until(request, due)
-    })
 }
 
 /// The surge lag in the limits, s.
@@ -391,6 +401,11 @@ mod tests {
         serde_json::from_value(heard).expect("has the shape")
     }
 
+    fn snapshot(state: &MissionState, now: f64) -> Snapshot {
+        let snapshot = state.snapshot(now, &|| false);
+        snapshot.expect("waits for no vehicle").expect("is valid")
+    }
+
     #[test]
     fn the_surface_craft_is_extrapolated_for_ten_seconds_and_plans_wait_for_vehicles_of_the_goal() {
         let mut state = state();
@@ -435,9 +450,12 @@ mod tests {
         let mut before = state();
         before.take_reports(&heard(10.0, 1.0), 10.0);
         before.config.limits = Some(DeclaredLimits::default());
-        let first = facts(before.request(9.0).expect("waits for no vehicle"), &|| false).expect("is valid");
-        let plan = plan(&first, &Parameters::default(), &mut Workspace::default());
-        before.set_previous_plan(PreviousPlan::from(&plan));
+        let plan = plan(
+            &snapshot(&before, 9.0),
+            &Parameters::default(),
+            &mut Workspace::default(),
+        );
+        before.previous_plan = Some(PreviousPlan::from(&plan));
         let mut after = before.clone();
         after.change(&serde_json::from_value(change).expect("has the shape"));
         [before, after]
@@ -476,9 +494,7 @@ mod tests {
     #[test]
     fn another_craft_is_known_by_its_description_only_and_turns_from_the_last_reference() {
         let craft = json!({ "preset": "medusa", "relative_uncertainty": 0.0 });
-        let snapshots = before_and_after(json!({ "craft": craft })).map(|state| {
-            facts(state.request(10.0).expect("waits for no vehicle"), &|| false).expect("is valid")
-        });
+        let snapshots = before_and_after(json!({ "craft": craft })).map(|state| snapshot(&state, 10.0));
         let lag = |snapshot: &Snapshot| {
             let (known, said) = (snapshot.craft_estimate(), snapshot.craft_prior());
             (known.heading.y, said.heading_lag.mean)
@@ -548,8 +564,7 @@ mod tests {
         state.take_reports(&heard(10.0, 1e6), 10.0);
         let beyond = json!({ "trajectory": [{ "t_s": 9.0, "north_m": 2e6, "east_m": 0.0, "speed_mps": 1.0,
             "heading_rad": 0.0 }] });
-        state.set_previous_plan(serde_json::from_value(beyond).expect("has the shape"));
-        let request = state.request(10.0).expect("waits for no vehicle");
-        facts(request, &|| false).expect("is made without it");
+        state.previous_plan = Some(serde_json::from_value(beyond).expect("has the shape"));
+        assert_eq!(snapshot(&state, 10.0).previous_plan, None);
     }
 }

@@ -96,7 +96,7 @@ impl Actor for Simulated {
             Command::Pause => Event::Paused { at_s },
             Command::Finish => Event::Finished { at_s },
         };
-        Ok(self.context.append(vec![event], key, None).await?.answer)
+        Ok(self.context.append(&[event], key, None).await?.answer)
     }
 
     /// Makes one plan, several without a speed factor, or repeats a part of the stored ones.
@@ -210,9 +210,13 @@ impl Simulated {
             metrics.plan(PlanFor::Simulated, &made.plan, made.solve_time);
         }
         let planned = |tick: Tick| Event::Planned(Box::new(tick.planned));
-        let events = ticks.into_iter().map(planned).chain(flown.end.take()).collect();
-        let checkpoint = plan.is_some().then(|| Checkpoint::json(None, plan.clone()));
-        let stored = self.context.append(events, key, checkpoint).await?;
+        let events = ticks.into_iter().map(planned).chain(flown.end.take());
+        let events: Vec<_> = events.collect();
+        let checkpoint = plan.clone().map(|plan| Checkpoint {
+            state: None,
+            plan: Some(plan),
+        });
+        let stored = self.context.append(&events, key, checkpoint).await?;
         if stored.is_new {
             flown.sequence = self.context.mission.sequence;
             self.flown = Some(flown);
