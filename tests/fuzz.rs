@@ -12,7 +12,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Map, Value, json};
 use service::{BODY_BYTES_MAX, examples::EXAMPLES};
-use wire::{Answer, FieldError, PlanRequest, Unread};
+use wire::{Answer, BodyError, FieldError, PlanRequest};
 
 use crate::{
     broken::{BREAKERS, pick, places_of},
@@ -201,7 +201,7 @@ fn splice(request: &mut Value, rng: &mut ChaCha8Rng) {
 
 fn read(body: &[u8]) -> Result<(PlanRequest, Snapshot), Vec<FieldError>> {
     let request: PlanRequest = wire::read(body).map_err(|unread| match unread {
-        Unread::Syntax(fault) | Unread::Misfit(fault) => vec![*fault],
+        BodyError::Syntax(fault) | BodyError::Shape(fault) => vec![*fault],
     })?;
     let snapshot = wire::snapshot(request.clone())?;
     Ok((request, snapshot))

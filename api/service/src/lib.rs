@@ -33,11 +33,11 @@ pub use edge::in_process::{Answering, InProcess, MayHaveArrived};
 pub use edge::{
     access,
     hosts::Hosts,
-    places, problem, quota,
+    problem, quota, slots,
     trace::{TraceContext, TraceFn},
 };
 use edge::{
-    answer::Room,
+    answer::AnswerMemory,
     body::Bodies,
     middleware::{self, Middleware},
     page,
@@ -87,7 +87,7 @@ fn routed(settings: Settings, planners: Planners, missions: Option<Missions>) ->
         tokens: settings.tokens,
         trace: settings.trace,
         metrics: metrics.clone(),
-        room: Room::new(),
+        answers: AnswerMemory::new(),
     };
     let readiness = Readiness::new(planners.clone(), missions.clone(), settings.stopping);
     if let Some((period, beat)) = settings.heartbeat {

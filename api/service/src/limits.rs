@@ -58,23 +58,23 @@ pub(crate) const FIELD_ERRORS_MAX: usize = 64;
 // Admission.
 
 /// Fixed cost of a request, in bytes of a body.
-pub(crate) const COST_MIN: f64 = 4096.0;
+pub(crate) const REQUEST_COST: f64 = 4096.0;
 /// Weight of the newest request in the moving averages.
-pub(crate) const NEWEST: f64 = 0.05;
+pub(crate) const NEWEST_WEIGHT: f64 = 0.05;
 /// Longest work on one request that counts in the averages, s.
-pub(crate) const BUSY_MAX: f64 = 1.0;
+pub(crate) const WORK_MAX: f64 = 1.0;
 /// Longest queue that is still a burst; a longer one is standing. Source: Nichols and Jacobson,
 /// "Controlling Queue Delay", 2012: the interval of `CoDel`.
-pub(crate) const STANDING: Duration = Duration::from_millis(100);
+pub(crate) const STANDING_QUEUE_TIME: Duration = Duration::from_millis(100);
 /// Time without refusals after which a queue that was cut may be long again. If it could grow at
 /// once, most requests admitted under lasting overload would wait in it.
-pub(crate) const CUT: Duration = Duration::from_secs(1);
+pub(crate) const CUT_QUEUE_TIME: Duration = Duration::from_secs(1);
 /// Wait of a standing queue, in mean times of work: two threads serve up to sixteen steady clients.
-pub(crate) const LONG_WAIT: f64 = 7.0;
+pub(crate) const QUEUE_WAIT_MAX: f64 = 7.0;
 /// The same after a cut: admitted requests wait little longer than without overload.
-pub(crate) const SHORT_WAIT: f64 = 0.6;
+pub(crate) const CUT_QUEUE_WAIT_MAX: f64 = 0.6;
 /// Least mean time of work for these waits, s.
-pub(crate) const BUSY_MIN: f64 = 2e-3;
+pub(crate) const WORK_MIN: f64 = 2e-3;
 /// Most bytes of the idle workspaces of requests, and of those of missions.
 pub(crate) const IDLE_BYTES_MAX: usize = 32 << 20;
 

@@ -139,30 +139,30 @@ pub(crate) enum Shed {
     Admission,
     /// It waited too long for a thread.
     Pool,
-    /// There was no memory for its body.
-    Room,
+    /// There was no memory for its body or its answer.
+    Memory,
     /// Its mission has too many requests before it.
     Mailbox,
     /// A limit of missions, streams or records is reached.
-    Places,
+    Limit,
 }
 
 impl Shed {
     const ALL: [Self; 5] = [
         Self::Admission,
         Self::Pool,
-        Self::Room,
+        Self::Memory,
         Self::Mailbox,
-        Self::Places,
+        Self::Limit,
     ];
 
     fn name(self) -> &'static str {
         match self {
             Self::Admission => "admission",
             Self::Pool => "pool",
-            Self::Room => "room",
+            Self::Memory => "room",
             Self::Mailbox => "mailbox",
-            Self::Places => "places",
+            Self::Limit => "places",
         }
     }
 }

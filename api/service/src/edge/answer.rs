@@ -17,9 +17,9 @@ use tokio::time::Interval;
 
 use crate::{
     edge::{
-        places::Asking,
         problem::Problem,
         quota::{Quota, QuotaExceeded, QuotaPermit},
+        slots::ActiveRequest,
     },
     limits::{ANSWERS_KIB_MAX, SHORT_BYTES_MAX},
 };
@@ -29,7 +29,7 @@ const CHECK: Duration = Duration::from_millis(400);
 
 /// Memory for answers on their way, shared by callers. Clones share it.
 #[derive(Clone, Debug)]
-pub(crate) struct Room(Quota<Arc<str>>);
+pub(crate) struct AnswerMemory(Quota<Arc<str>>);
 
 /// `true` while the caller of an answer may have it.
 pub(crate) type StillAllowed = Box<dyn Fn() -> bool + Send + Sync>;
@@ -44,12 +44,12 @@ pub(crate) async fn no_longer(still_allowed: &StillAllowed, clock: &Clock) {
     }
 }
 
-impl Room {
+impl AnswerMemory {
     pub(crate) fn new() -> Self {
         Self(Quota::new(ANSWERS_KIB_MAX))
     }
 
-    /// The same body, which takes room until it is sent. Fails without room for `caller`.
+    /// The same body, which takes memory until it is sent. Fails without memory for `caller`.
     pub(crate) async fn hold(&self, caller: Arc<str>, body: Body) -> Result<Body, Problem> {
         let length = body.size_hint().exact();
         let Some(length) = length.and_then(|length| usize::try_from(length).ok()) else {
@@ -59,23 +59,26 @@ impl Room {
             return Ok(body);
         }
         let what = "KiB of long answers on their way";
-        let held = self.0.take(caller, length.div_ceil(1 << 10));
-        let held = held.map_err(|exceeded| {
+        let permit = self.0.take(caller, length.div_ceil(1 << 10));
+        let permit = permit.map_err(|exceeded| {
             let (QuotaExceeded::OfAll(limit) | QuotaExceeded::OfClient(limit)) = exceeded;
             Problem::Crowded { what, limit }
         })?;
         let bytes = to_bytes(body, length).await.map_err(|_| Problem::Panicked)?;
-        Ok(Body::from(Bytes::from_owner(Held { bytes, _room: held })))
+        Ok(Body::from(Bytes::from_owner(HeldBytes {
+            bytes,
+            _permit: permit,
+        })))
     }
 }
 
-/// Bytes that take room. The connection drops them when they are sent.
-struct Held {
+/// Bytes that take memory. The connection drops them when they are sent.
+struct HeldBytes {
     bytes: Bytes,
-    _room: QuotaPermit<Arc<str>>,
+    _permit: QuotaPermit<Arc<str>>,
 }
 
-impl AsRef<[u8]> for Held {
+impl AsRef<[u8]> for HeldBytes {
     fn as_ref(&self) -> &[u8] {
         &self.bytes
     }
@@ -85,7 +88,7 @@ impl AsRef<[u8]> for Held {
 pub(crate) struct Answer {
     body: Body,
     /// Marks the connection as in use.
-    _asking: Option<Asking>,
+    _request: Option<ActiveRequest>,
     check: Option<(Interval, StillAllowed)>,
 }
 
@@ -93,7 +96,7 @@ impl Answer {
     /// Cuts off a streamed body when its caller is no longer allowed. Other bodies stay whole.
     pub(crate) fn body(
         body: Body,
-        asking: Option<Asking>,
+        request: Option<ActiveRequest>,
         still_allowed: Option<StillAllowed>,
         clock: &Clock,
     ) -> Body {
@@ -103,7 +106,7 @@ impl Answer {
             .map(|still_allowed| (clock.every(CHECK), still_allowed));
         Body::new(Self {
             body,
-            _asking: asking,
+            _request: request,
             check,
         })
     }
@@ -147,9 +150,9 @@ mod tests {
 
     #[tokio::test(start_paused = true)]
     async fn long_answers_take_room_until_they_are_sent_and_leave_half_to_other_callers() {
-        let room = Room::new();
+        let memory = AnswerMemory::new();
         let long = || Body::from(vec![b'x'; 1 << 20]);
-        let hold = async |caller: &str| room.hold(caller.into(), long()).await;
+        let hold = async |caller: &str| memory.hold(caller.into(), long()).await;
         let mut held = vec![];
         while let Ok(body) = hold("greedy").await {
             held.push(to_bytes(body, 1 << 20).await.expect("is in memory"));
@@ -159,7 +162,7 @@ mod tests {
         assert!(matches!(refused, Problem::Crowded { .. }), "{refused:?}");
         assert!(hold("another").await.is_ok());
         let short = Body::from(vec![b'x'; SHORT_BYTES_MAX]);
-        assert!(room.hold("greedy".into(), short).await.is_ok());
+        assert!(memory.hold("greedy".into(), short).await.is_ok());
         held.pop();
         assert!(hold("greedy").await.is_ok());
     }

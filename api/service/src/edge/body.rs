@@ -18,7 +18,7 @@ use crate::{
     limits::{BODIES_KIB_MAX, BODY_BYTES_MAX, PIECES_MAX, SHORT_BYTES_MAX},
     metrics::{Metrics, Shed},
 };
-use wire::Unread;
+use wire::BodyError;
 
 /// Settings and memory for receiving bodies.
 #[derive(Clone, Debug)]
@@ -26,8 +26,8 @@ pub(crate) struct Bodies {
     clock: Clock,
     /// Longest time for a body to arrive.
     time_limit: Duration,
-    /// One for plans and one for missions, so that neither uses the memory of the other.
-    rooms: [Arc<Semaphore>; 2],
+    /// Memory for plans, and for missions, KiB.
+    memory: [Arc<Semaphore>; 2],
     metrics: Metrics,
 }
 
@@ -36,9 +36,23 @@ impl Bodies {
         Self {
             clock,
             time_limit,
-            rooms: [(); 2].map(|()| Arc::new(Semaphore::new(BODIES_KIB_MAX / 2))),
+            memory: [(); 2].map(|()| Arc::new(Semaphore::new(BODIES_KIB_MAX / 2))),
             metrics,
         }
+    }
+
+    async fn receive(&self, request: Request) -> Result<JsonBytes, Problem> {
+        require_uncoded(request.headers())?;
+        require_short(request.headers())?;
+        let memory = &self.memory[usize::from(request.uri().path().starts_with("/v1/missions"))];
+        let received = whole(request.into_body(), memory).instrument(info_span!("receive"));
+        let received = self.clock.timeout(self.time_limit, received).await;
+        let received = received.map_err(|_| Problem::BodyTimedOut(self.time_limit))?;
+        received.inspect_err(|problem| {
+            if *problem == Problem::Overloaded {
+                self.metrics.shed(Shed::Memory);
+            }
+        })
     }
 }
 
@@ -46,38 +60,21 @@ impl Bodies {
 #[derive(Debug)]
 pub(crate) struct JsonBytes {
     pub(crate) bytes: Vec<u8>,
-    /// Held as long as the bytes.
-    room: Option<OwnedSemaphorePermit>,
+    /// The memory of a long body, held as long as its bytes.
+    _permit: Option<OwnedSemaphorePermit>,
 }
 
 impl JsonBytes {
     pub(crate) fn read<T: DeserializeOwned>(self) -> Result<T, Problem> {
-        read(&self.bytes)
-    }
-
-    /// Parses at most `most` items of its only member, `name`: each is a `T` or its error.
-    pub(crate) fn read_each<T: DeserializeOwned>(
-        self,
-        name: &str,
-        most: usize,
-    ) -> Result<Vec<Result<T, Problem>>, Problem> {
-        let items = wire::read_each(&self.bytes, name, most).map_err(Problem::from)?;
-        Ok(items
-            .into_iter()
-            .map(|item| item.map_err(Problem::from))
-            .collect())
+        Ok(wire::read(&self.bytes)?)
     }
 }
 
-pub(crate) fn read<T: DeserializeOwned>(body: &[u8]) -> Result<T, Problem> {
-    wire::read(body).map_err(Problem::from)
-}
-
-impl From<Unread> for Problem {
-    fn from(unread: Unread) -> Self {
-        match unread {
-            Unread::Syntax(error) => Self::Syntax(error),
-            Unread::Misfit(error) => Self::Invalid(vec![*error]),
+impl From<BodyError> for Problem {
+    fn from(error: BodyError) -> Self {
+        match error {
+            BodyError::Syntax(error) => Self::Syntax(error),
+            BodyError::Shape(error) => Self::Invalid(vec![*error]),
         }
     }
 }
@@ -90,7 +87,7 @@ where
 
     async fn from_request(request: Request, state: &S) -> Result<Self, Problem> {
         require_json(request.headers())?;
-        received(request, &Bodies::from_ref(state)).await
+        Bodies::from_ref(state).receive(request).await
     }
 }
 
@@ -105,63 +102,38 @@ where
     type Rejection = Problem;
 
     async fn from_request(request: Request, state: &S) -> Result<Self, Problem> {
-        received(request, &Bodies::from_ref(state)).await.map(Self)
+        Bodies::from_ref(state).receive(request).await.map(Self)
     }
 }
 
-async fn received(request: Request, bodies: &Bodies) -> Result<JsonBytes, Problem> {
-    require_uncoded(request.headers())?;
-    require_short(request.headers())?;
-    let Bodies {
-        clock,
-        time_limit,
-        rooms,
-        metrics,
-    } = bodies;
-    let room = &rooms[usize::from(request.uri().path().starts_with("/v1/missions"))];
-    let received = whole(request.into_body(), room).instrument(info_span!("receive"));
-    let received = clock
-        .timeout(*time_limit, received)
-        .await
-        .map_err(|_| Problem::BodyTimedOut(*time_limit))?;
-    received.inspect_err(|problem| {
-        if *problem == Problem::Overloaded {
-            metrics.shed(Shed::Room);
-        }
-    })
-}
-
-/// Receives the whole body, and takes room for it as it arrives.
-async fn whole(body: Body, room: &Arc<Semaphore>) -> Result<JsonBytes, Problem> {
-    let mut received = JsonBytes {
-        bytes: vec![],
-        room: None,
-    };
-    let mut pieces = body.into_data_stream();
+/// Receives the whole body, and takes memory for it as it arrives.
+async fn whole(body: Body, memory: &Arc<Semaphore>) -> Result<JsonBytes, Problem> {
+    let (mut bytes, mut permit) = (vec![], None::<OwnedSemaphorePermit>);
     let (mut taken, mut n_pieces) = (0, 0);
+    let mut pieces = body.into_data_stream();
     while let Some(piece) = pieces.next().await {
         n_pieces += 1;
         if PIECES_MAX < n_pieces {
             return Err(Problem::InPieces(PIECES_MAX));
         }
-        let piece = piece.map_err(|_| Problem::BodyUnreadable)?;
-        received.bytes.extend_from_slice(&piece);
-        if BODY_BYTES_MAX < received.bytes.len() {
+        bytes.extend_from_slice(&piece.map_err(|_| Problem::BodyUnreadable)?);
+        if BODY_BYTES_MAX < bytes.len() {
             return Err(Problem::TooLarge);
         }
-        // Short bodies take no room: the number of connections bounds them.
-        let long = received.bytes.len().saturating_sub(SHORT_BYTES_MAX);
+        // Short bodies take none: the number of connections bounds them.
+        let long = bytes.len().saturating_sub(SHORT_BYTES_MAX);
         let more = long.div_ceil(1 << 10) - taken;
-        let more = u32::try_from(more).expect("a body is at most a MiB");
-        let permit = Arc::clone(room).try_acquire_many_owned(more);
-        let permit = permit.map_err(|_| Problem::Overloaded)?;
-        taken += more as usize;
-        match &mut received.room {
-            Some(room) => room.merge(permit),
-            none => *none = Some(permit),
+        let kib = u32::try_from(more).expect("a body is at most a MiB");
+        let more_memory = Arc::clone(memory).try_acquire_many_owned(kib);
+        let more_memory = more_memory.map_err(|_| Problem::Overloaded)?;
+        taken += more;
+        match &mut permit {
+            Some(permit) => permit.merge(more_memory),
+            none => *none = Some(more_memory),
         }
     }
-    Ok(received)
+    let _permit = permit;
+    Ok(JsonBytes { bytes, _permit })
 }
 
 fn require_json(headers: &HeaderMap) -> Result<(), Problem> {

@@ -20,13 +20,13 @@ use tracing::{Instrument as _, Span, error_span, field::Empty};
 use crate::{
     edge::{
         access::{Caller, Tokens, changes_nothing, is_public},
-        answer::{Answer, Room, StillAllowed, no_longer},
+        answer::{Answer, AnswerMemory, StillAllowed, no_longer},
         arrival::Arrival,
         hosts::Hosts,
         page,
-        places::Place,
         problem::Problem,
         request_id::{self, RequestId},
+        slots::ConnectionSlot,
         trace::{TRACERESPONSE, TraceContext, TraceFn},
     },
     metrics::{Metrics, Shed},
@@ -38,14 +38,14 @@ const UNMATCHED: &str = "unmatched";
 /// Prefix of the routes of a mission.
 const MISSION: &str = "/v1/missions/{id}";
 
-/// Calls that keep missions alive: their connections keep their places.
-const LIVING: [(Method, &str); 2] = [
+/// Calls that keep missions alive: their connections keep their slots.
+const MISSION_CALLS: [(Method, &str); 2] = [
     (Method::POST, "/v1/missions/{id}/reports"),
     (Method::GET, "/v1/missions/{id}/events"),
 ];
 
 /// Routes that probes and bridges call often; their successful answers are logged at debug level.
-const STEADY: [&str; 5] = [
+const FREQUENT: [&str; 5] = [
     "/livez",
     "/readyz",
     "/metrics",
@@ -90,7 +90,7 @@ pub(crate) struct Middleware {
     pub(crate) tokens: Option<Tokens>,
     pub(crate) trace: TraceFn,
     pub(crate) metrics: Metrics,
-    pub(crate) room: Room,
+    pub(crate) answers: AnswerMemory,
 }
 
 impl Middleware {
@@ -121,20 +121,20 @@ impl Middleware {
         Box::new(move || Caller::of(tokens.as_ref(), peer, &headers).is_ok_and(|now| now == caller))
     }
 
-    /// Lets the service answer, within the room for answers. A change once made is never refused.
+    /// Lets the service answer, within the memory for answers. A change once made is never refused.
     async fn answer(&self, mut request: Request, caller: Caller, next: Next) -> Response {
-        let needs_room = changes_nothing(request.method(), request.uri().path());
+        let needs_memory = changes_nothing(request.method(), request.uri().path());
         let name = caller.name.clone();
         request.extensions_mut().insert(caller);
         let answer = next.run(request).await;
-        if !needs_room {
+        if !needs_memory {
             return answer;
         }
         let (head, body) = answer.into_parts();
-        match self.room.hold(name, body).await {
+        match self.answers.hold(name, body).await {
             Ok(body) => Response::from_parts(head, body),
             Err(problem) => {
-                self.metrics.shed(Shed::Room);
+                self.metrics.shed(Shed::Memory);
                 problem.into_response()
             }
         }
@@ -159,14 +159,14 @@ pub(crate) async fn handle(middleware: Middleware, mut request: Request, next: N
         .unwrap_or_else(|| TraceContext::within(parent, request_id::random));
     span.record("trace_id", format_args!("{:032x}", trace.trace));
 
-    let place = request.extensions_mut().remove::<Place>();
-    let asking = place.as_ref().map(Place::asks);
+    let slot = request.extensions_mut().remove::<ConnectionSlot>();
+    let active = slot.as_ref().map(ConnectionSlot::request);
     let mut still_allowed = None;
     let mut response = match middleware.admit(&request) {
         Ok(Some(caller)) => {
             span.record("caller", &*caller.name);
-            if let Some(place) = place.as_ref().filter(|_| caller.has_token) {
-                place.serves_a_caller(&caller.name);
+            if let Some(slot) = slot.as_ref().filter(|_| caller.has_token) {
+                slot.serves_a_caller(&caller.name);
             }
             let allowed = still_allowed.insert(middleware.still_allowed(&request, &caller));
             let answer = middleware.answer(request, caller, next).instrument(span.clone());
@@ -180,11 +180,11 @@ pub(crate) async fn handle(middleware: Middleware, mut request: Request, next: N
         Ok(None) => next.run(request).instrument(span.clone()).await,
         Err(problem) => problem.into_response(),
     };
-    if let Some(place) = place
+    if let Some(slot) = slot
         && response.status().is_success()
-        && LIVING.contains(&(method.clone(), route))
+        && MISSION_CALLS.contains(&(method.clone(), route))
     {
-        place.serves_a_mission();
+        slot.serves_a_mission();
     }
     let problem = response.extensions_mut().remove::<Problem>();
     if let Some(problem) = &problem {
@@ -206,7 +206,7 @@ pub(crate) async fn handle(middleware: Middleware, mut request: Request, next: N
         .metrics
         .request(&method, route, response.status(), took);
     span.in_scope(|| log(route, response.status(), took, problem.as_ref(), &clock));
-    response.map(|body| Answer::body(body, asking, still_allowed, &clock))
+    response.map(|body| Answer::body(body, active, still_allowed, &clock))
 }
 
 /// The fields of every log line about a request. The level is that of errors, so that log filters
@@ -243,7 +243,7 @@ fn log(route: &str, status: StatusCode, took: Duration, problem: Option<&Problem
         tracing::debug!(status, ms, "answered");
     } else if 500 <= status {
         tracing::warn!(status, ms, "answered");
-    } else if status < 300 && STEADY.contains(&route) {
+    } else if status < 300 && FREQUENT.contains(&route) {
         tracing::debug!(status, ms, "answered");
     } else {
         tracing::info!(status, ms, "answered");

@@ -13,10 +13,10 @@ static TRACEPARENT: HeaderName = HeaderName::from_static("traceparent");
 /// The header of an answer.
 pub(crate) static TRACERESPONSE: HeaderName = HeaderName::from_static("traceresponse");
 
-/// Puts a request's named span into its client's trace. Returns its own place, with a tracer.
+/// Puts a request's named span into its client's trace. Returns its own context, with a tracer.
 pub type TraceFn = fn(&Span, fmt::Arguments<'_>, Option<TraceContext>) -> Option<TraceContext>;
 
-/// A place in a trace.
+/// A span of a trace, by which the next span continues it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TraceContext {
     /// The trace; not zero.
@@ -28,7 +28,7 @@ pub struct TraceContext {
 }
 
 impl TraceContext {
-    /// The client's place, if it has one valid header.
+    /// The client's context, if it has one valid header.
     pub(crate) fn of(headers: &HeaderMap) -> Option<Self> {
         let mut given = headers.get_all(&TRACEPARENT).iter();
         match (given.next(), given.next()) {

@@ -46,7 +46,7 @@ const STORED: [&str; 3] = [MISSION, "/v1/missions/{id}/record", "/v1/missions/{i
 
 /// A client's headers that are not forwarded: those of its connection, and those about pages of
 /// other sites, which this service has checked.
-const OWN: [HeaderName; 8] = [
+const NOT_FORWARDED: [HeaderName; 8] = [
     header::HOST,
     header::CONNECTION,
     header::TRANSFER_ENCODING,
@@ -58,7 +58,7 @@ const OWN: [HeaderName; 8] = [
 ];
 
 /// Headers of an answer that are passed on; this service adds its own.
-const ANSWERED: [HeaderName; 5] = [
+const PASSED_ON: [HeaderName; 5] = [
     header::CONTENT_TYPE,
     header::CONTENT_LENGTH,
     header::CONTENT_DISPOSITION,
@@ -73,11 +73,11 @@ const CONNECT_TIME: Duration = Duration::from_secs(1);
 const HEAD_TIME: Duration = Duration::from_secs(75);
 
 /// Longest complete answer, bytes. It is read whole, since the other service may die meanwhile.
-const WHOLE_MAX: usize = 16 << 20;
+const ANSWER_BYTES_MAX: usize = 16 << 20;
 
 /// Longest silence within an answer: streams have a heartbeat every 15 s. A connection that was cut
 /// does not end by itself.
-const QUIET_MAX: Duration = Duration::from_secs(30);
+const SILENCE_MAX: Duration = Duration::from_secs(30);
 
 /// Time between two questions whether a silent service still has the mission.
 const ASK_AGAIN: Duration = Duration::from_millis(500);
@@ -87,7 +87,7 @@ const ASK_AGAIN: Duration = Duration::from_millis(500);
 pub(crate) struct Forwarding {
     missions: Missions,
     peers: Peers,
-    carrier: Carrier,
+    transport: Transport,
 }
 
 /// The services to which calls may be forwarded.
@@ -113,7 +113,7 @@ impl Peers {
 }
 
 #[derive(Clone)]
-enum Carrier {
+enum Transport {
     Http(Client<HttpsConnector<HttpConnector>, Body>),
     InProcess(InProcess),
 }
@@ -132,11 +132,11 @@ impl Forwarding {
             are_certified: tls.is_some(),
         };
         if let Some(others) = in_process {
-            let carrier = Carrier::InProcess(others);
+            let transport = Transport::InProcess(others);
             return Some(Self {
                 missions,
                 peers,
-                carrier,
+                transport,
             });
         }
         let mut connector = HttpConnector::new();
@@ -149,11 +149,11 @@ impl Forwarding {
             .https_or_http()
             .enable_http1()
             .wrap_connector(connector);
-        let carrier = Carrier::Http(Client::builder(TokioExecutor::new()).build(connector));
+        let transport = Transport::Http(Client::builder(TokioExecutor::new()).build(connector));
         Some(Self {
             missions,
             peers,
-            carrier,
+            transport,
         })
     }
 
@@ -179,9 +179,9 @@ impl Forwarding {
         let reads = request.method() == Method::GET;
         let silent = || if reads { elsewhere() } else { Problem::Unanswered };
         let has_token = request.headers().contains_key(header::AUTHORIZATION);
-        let address = match &self.carrier {
-            Carrier::InProcess(_) => Some(url.to_owned()),
-            Carrier::Http(_) => self.peers.address(url, has_token),
+        let address = match &self.transport {
+            Transport::InProcess(_) => Some(url.to_owned()),
+            Transport::Http(_) => self.peers.address(url, has_token),
         };
         let Some(request) = address.and_then(|address| to(&address, request)) else {
             tracing::error!(
@@ -198,7 +198,7 @@ impl Forwarding {
             () = self.missions.clock().sleep(HEAD_TIME) => return silent().into_response(),
         };
         match answer {
-            Ok(answer) => match self.handed_on(id, url, answer).await {
+            Ok(answer) => match self.passed_on(id, url, answer).await {
                 Ok(answer) => answer,
                 Err(_) => silent().into_response(),
             },
@@ -208,9 +208,9 @@ impl Forwarding {
     }
 
     async fn call(&self, url: &str, request: Request) -> Result<Response, MayHaveArrived> {
-        match &self.carrier {
-            Carrier::InProcess(others) => others.0(request).await,
-            Carrier::Http(client) => client
+        match &self.transport {
+            Transport::InProcess(others) => others.0(request).await,
+            Transport::Http(client) => client
                 .request(request)
                 .await
                 .map(|answer| answer.map(Body::new))
@@ -224,7 +224,7 @@ impl Forwarding {
 
     /// The answer with this service's headers: complete, or a stream that ends when the mission
     /// moves. Fails if the other service dies before a complete answer.
-    async fn handed_on(
+    async fn passed_on(
         self,
         id: &str,
         url: &str,
@@ -238,21 +238,21 @@ impl Forwarding {
         let body = if head.headers.contains_key(header::CONTENT_LENGTH) {
             tokio::select! {
             biased;
-                whole = to_bytes(body, WHOLE_MAX) => whole?.into(),
+                whole = to_bytes(body, ANSWER_BYTES_MAX) => whole?.into(),
                 () = moved(&self.missions, id, url, false) => return Err(axum::Error::new("the mission has moved")),
-                () = self.missions.clock().sleep(QUIET_MAX) => return Err(axum::Error::new("the other service fell silent")),
+                () = self.missions.clock().sleep(SILENCE_MAX) => return Err(axum::Error::new("the other service fell silent")),
             }
         } else {
             Body::from_stream(until_moved(body, self.missions, id.to_owned(), url.to_owned()))
         };
-        let mut handed_on = Response::new(body);
-        *handed_on.status_mut() = head.status;
-        for name in ANSWERED {
+        let mut passed_on = Response::new(body);
+        *passed_on.status_mut() = head.status;
+        for name in PASSED_ON {
             if let Some(value) = head.headers.get(&name) {
-                handed_on.headers_mut().insert(name, value.clone());
+                passed_on.headers_mut().insert(name, value.clone());
             }
         }
-        Ok(handed_on)
+        Ok(passed_on)
     }
 }
 
@@ -274,7 +274,7 @@ fn to(address: &str, mut request: Request) -> Option<Request> {
     *request.uri_mut() = format!("{address}{path}").parse::<Uri>().ok()?;
     let id = request.extensions().get().map(|RequestId(id)| id.clone());
     let headers = request.headers_mut();
-    for name in OWN {
+    for name in NOT_FORWARDED {
         headers.remove(name);
     }
     headers.insert(FORWARDED, HeaderValue::from_static("1"));
@@ -316,7 +316,7 @@ fn until_moved(
             biased;
             chunk = body.next() => Some((chunk?, Some((body, moved, clock)))),
             () = &mut moved => Some((Err(axum::Error::new("the mission has moved")), None)),
-            () = clock.sleep(QUIET_MAX) => Some((Err(axum::Error::new("the other service fell silent")), None)),
+            () = clock.sleep(SILENCE_MAX) => Some((Err(axum::Error::new("the other service fell silent")), None)),
         }
     })
 }

@@ -60,14 +60,14 @@ impl Missions {
     }
 
     /// A mission with its last plan and steering; `None` if it is damaged.
-    fn listed(&self, stored: &StoredMission, last: Option<Last>) -> Option<Mission> {
+    fn listed(&self, stored: &StoredMission, last: Option<LastValues>) -> Option<Mission> {
         let mission = stored.summary().and_then(parsed::<Mission>);
         let mission = mission.inspect_err(|error| self.store.note_damage(error.to_string()));
         mission.ok().map(|mission| self.with(last, mission))
     }
 
     /// The mission with its last plan and steering.
-    fn with(&self, last: Option<Last>, mission: Mission) -> Mission {
+    fn with(&self, last: Option<LastValues>, mission: Mission) -> Mission {
         let (plan, steering) = last.or_else(|| self.last(&mission.id)).unwrap_or_default();
         Mission {
             plan,
@@ -77,7 +77,7 @@ impl Missions {
     }
 
     /// The last plan and steering of the mission `id`, if it is active.
-    fn last(&self, id: &str) -> Option<Last> {
+    fn last(&self, id: &str) -> Option<LastValues> {
         let (view, live) = {
             let actors = self.actors();
             let handle = actors.as_ref()?.get(id)?;
@@ -91,8 +91,12 @@ impl Missions {
         Some((plan, view.steering.as_ref().map(|said| said.at(now))))
     }
 
-    /// Last values of a mission that runs at another service, from the store.
-    fn stored_last(&self, reader: &EventReader, stored: &StoredMission) -> Result<Option<Last>, StoreError> {
+    /// LastValues values of a mission that runs at another service, from the store.
+    fn stored_last(
+        &self,
+        reader: &EventReader,
+        stored: &StoredMission,
+    ) -> Result<Option<LastValues>, StoreError> {
         if !self.are_shared() || matches!(self.active(&stored.id), Ok(Some(_))) {
             return Ok(None);
         }
@@ -130,7 +134,7 @@ impl Missions {
 }
 
 /// The last plan, and the last report of whether the craft is steered.
-type Last = (Option<PlanSummary>, Option<LastSteering>);
+type LastValues = (Option<PlanSummary>, Option<LastSteering>);
 
 /// A plan's entry in lists. A simulated mission's clock shows `now`.
 fn summary(

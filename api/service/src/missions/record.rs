@@ -12,11 +12,11 @@ use serde_json::{Value, json};
 use utoipa::ToSchema;
 
 use super::{event::Event, simulation::scenario};
-use row::{Before, Timeline};
+use row::{RowContext, Timeline};
 use store::{EventReader, StoreError, StoredEvent};
 pub use stored::EventFilter;
 use stored::{PLANNED, StoredEvents};
-use wire::{Recount, mission::NewMission};
+use wire::{DatumChange, mission::NewMission};
 
 mod row;
 mod stored;
@@ -210,14 +210,14 @@ impl<'a> MissionEvents<'a> {
     }
 
     /// Counts the positions of rows of the event numbered `sequence` from the last origin.
-    fn recount(&self, sequence: u64, rows: &mut [Row<'_>]) {
+    fn count_from_last_datum(&self, sequence: u64, rows: &mut [Row<'_>]) {
         let [before @ .., (_, last)] = self.origins() else {
             return;
         };
         let since = |(since, _): &&(u64, Origin)| *since <= sequence;
         let then = self.origins().iter().rfind(since);
         let then = then.or(before.first()).filter(|(_, then)| then != last);
-        let Some(recount) = then.and_then(|(_, then)| Recount::new((*then).into(), (*last).into())) else {
+        let Some(change) = then.and_then(|(_, then)| DatumChange::new((*then).into(), (*last).into())) else {
             return;
         };
         for row in rows {
@@ -226,7 +226,7 @@ impl<'a> MissionEvents<'a> {
                 (&mut row.goal_north_m, &mut row.goal_east_m),
             ] {
                 if let (Some(north), Some(east)) = (north, east) {
-                    recount.position(north, east);
+                    change.position(north, east);
                 }
             }
         }
@@ -255,10 +255,10 @@ impl<'a> MissionEvents<'a> {
     }
 
     /// The state before a part, so that its rows equal those of the whole record.
-    fn before(&self) -> Result<Before, RecordError> {
-        let mut before = Before {
+    fn before(&self) -> Result<RowContext, RecordError> {
+        let mut before = RowContext {
             timeline: self.start,
-            ..Before::default()
+            ..RowContext::default()
         };
         // A live mission's clock is independent: only the last plan's refused fixes matter.
         let depends = !self.is_live() || self.filter.has(PLANNED);
@@ -292,7 +292,7 @@ impl<'a> MissionEvents<'a> {
             let event = Event::read(&stored)?;
             let logged_s = before.timeline.apply(&event);
             let mut rows = row::rows(stored.sequence, logged_s, &event, &mut before.refused);
-            self.recount(stored.sequence, &mut rows);
+            self.count_from_last_datum(stored.sequence, &mut rows);
             take(&Entry {
                 logged_s,
                 event: Some(&numbered(&stored)?),

@@ -399,10 +399,10 @@ impl Missions {
     }
 
     pub(super) fn start_of(&self, id: &str) -> &AsyncMutex<()> {
-        let place = id
+        let lock = id
             .bytes()
             .fold(0_usize, |sum, byte| sum.wrapping_mul(31) + usize::from(byte));
-        &self.starts[place % STARTS]
+        &self.starts[lock % STARTS]
     }
 
     pub(super) async fn start_actor(
@@ -430,10 +430,10 @@ impl Missions {
         }
         if ACTORS_MAX <= actors.len() {
             // Idle actors end here, and start again with the next request.
-            actors.retain(|_, handle| keeps_place(handle));
+            actors.retain(|_, handle| is_in_use(handle));
         }
         if ACTORS_MAX <= actors.len() {
-            self.planners.metrics.shed(Shed::Places);
+            self.planners.metrics.shed(Shed::Limit);
             return Err(Problem::Crowded {
                 what: "running missions",
                 limit: ACTORS_MAX,
@@ -454,12 +454,12 @@ impl Missions {
     }
 
     /// Number of missions that can still start here.
-    pub(super) fn free_places(&self) -> usize {
+    pub(super) fn n_startable(&self) -> usize {
         let actors = self.actors();
         let kept = actors
             .iter()
             .flat_map(BTreeMap::values)
-            .filter(|handle| keeps_place(handle));
+            .filter(|handle| is_in_use(handle));
         ACTORS_MAX.saturating_sub(kept.count())
     }
 
@@ -501,7 +501,7 @@ impl Missions {
 
     /// The problem of a client with an exhausted quota of `what`.
     pub(super) fn quota_exceeded(&self, exceeded: QuotaExceeded, what: &'static str) -> Problem {
-        self.planners.metrics.shed(Shed::Places);
+        self.planners.metrics.shed(Shed::Limit);
         match exceeded {
             QuotaExceeded::OfAll(limit) => Problem::Crowded { what, limit },
             QuotaExceeded::OfClient(limit) => Problem::Share { what, limit },
@@ -522,8 +522,8 @@ impl Missions {
     }
 }
 
-/// `true` for actors that run a mission or serve a client: they keep their places.
-fn keeps_place(handle: &Handle) -> bool {
+/// `true` for actors that run a mission or serve a client: they do not end.
+fn is_in_use(handle: &Handle) -> bool {
     1 < handle.requests.strong_count() || handle.view.borrow().mission.status == Status::Running
 }
 

@@ -31,7 +31,7 @@ impl Missions {
                     failed.clear();
                     self.forget_before(now);
                 }
-                let (asked, most) = (lease.clone(), self.free_places());
+                let (asked, most) = (lease.clone(), self.n_startable());
                 match self.own(move || asked.take_turn(most)).await {
                     Ok(turn) => self.take(turn, now, &mut failed).await,
                     Err(problem) => tracing::debug!(?problem, "no turn was taken"),

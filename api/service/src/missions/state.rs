@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{clock::MissionClock, event::Event};
 use wire::{
-    Asc, Auv, CraftFrame, DeclaredLimits, FieldError, Origin, PlanRequest, PreviousPlan, Recount, Report,
+    Asc, Auv, CraftFrame, DatumChange, DeclaredLimits, FieldError, Origin, PlanRequest, PreviousPlan, Report,
     Task, VehicleId,
     mission::{AscReport, Live, LiveAuv, Mission, Reports, Setting, Steering},
 };
@@ -130,24 +130,27 @@ impl MissionState {
     /// Puts the datum at `origin`. Known positions stay on Earth, and so do true directions.
     /// Positions that are now beyond all coordinates, such as a wrong first fix, are dropped.
     fn count_from(&mut self, origin: Origin) {
-        let recount = self.config.origin.and_then(|before| Recount::new(before, origin));
+        let change = self
+            .config
+            .origin
+            .and_then(|before| DatumChange::new(before, origin));
         self.config.count_from(origin);
-        let Some(recount) = recount else { return };
+        let Some(change) = change else { return };
         let is_near = |north: f64, east: f64| north.abs().max(east.abs()) <= COORDINATE_MAX;
         for fixes in self.reports.values_mut() {
             for fix in fixes.iter_mut() {
-                recount.position(&mut fix.north_m, &mut fix.east_m);
+                change.position(&mut fix.north_m, &mut fix.east_m);
             }
             fixes.retain(|fix| is_near(fix.north_m, fix.east_m));
         }
         if let Some(AscReport { state, .. }) = &mut self.asc {
-            recount.position(&mut state.north_m, &mut state.east_m);
+            change.position(&mut state.north_m, &mut state.east_m);
         }
         self.asc
             .take_if(|asc| !is_near(asc.state.north_m, asc.state.east_m));
         if let Some(plan) = &mut self.previous_plan {
             plan.origin = plan.origin.and(Some(origin));
-            plan.move_positions(|position| recount.moved(&position));
+            plan.move_positions(|position| change.moved(&position));
         }
     }
 

@@ -10,7 +10,10 @@ use prometheus_client::metrics::gauge::Gauge;
 
 use crate::{
     edge::problem::Problem,
-    limits::{BUSY_MAX, BUSY_MIN, COST_MIN, CUT, LONG_WAIT, NEWEST, SHORT_WAIT, STANDING},
+    limits::{
+        CUT_QUEUE_TIME, CUT_QUEUE_WAIT_MAX, NEWEST_WEIGHT, QUEUE_WAIT_MAX, REQUEST_COST, STANDING_QUEUE_TIME,
+        WORK_MAX, WORK_MIN,
+    },
     planning::pool::Priority,
 };
 
@@ -89,19 +92,24 @@ impl Admission {
         priority: Priority,
         due: Instant,
     ) -> Result<Arc<Permit>, Problem> {
-        let cost = COST_MIN + float(bytes);
+        let cost = REQUEST_COST + float(bytes);
         let mut load = self.load();
         let waits = load.waits();
         let is_cut = load.cut_until.is_some_and(|until| now < until);
-        let wait = if is_cut { SHORT_WAIT } else { LONG_WAIT };
-        let stands = load.n_threads <= float(load.n) && (1.0 + wait) * load.busy.max(BUSY_MIN) < waits;
+        let wait = if is_cut {
+            CUT_QUEUE_WAIT_MAX
+        } else {
+            QUEUE_WAIT_MAX
+        };
+        let stands = load.n_threads <= float(load.n) && (1.0 + wait) * load.busy.max(WORK_MIN) < waits;
         let since = stands.then(|| *load.standing_since.get_or_insert(now));
         if !stands {
             load.standing_since = None;
         }
-        let too_long = since.is_some_and(|since| is_cut || STANDING < now.saturating_duration_since(since));
+        let too_long =
+            since.is_some_and(|since| is_cut || STANDING_QUEUE_TIME < now.saturating_duration_since(since));
         if too_long {
-            load.cut_until = Some(now + CUT);
+            load.cut_until = Some(now + CUT_QUEUE_TIME);
         }
         let hopeless = due.saturating_duration_since(now).as_secs_f64() <= waits;
         if load.n_max <= load.n || too_long || (0 < load.n && hopeless) {
@@ -152,7 +160,7 @@ impl Permit {
 impl Drop for Permit {
     fn drop(&mut self) {
         let busy = self.busy.get_mut().unwrap_or_else(PoisonError::into_inner);
-        let busy = busy.as_secs_f64().min(BUSY_MAX);
+        let busy = busy.as_secs_f64().min(WORK_MAX);
         let mut load = self.admission.load();
         load.n -= 1;
         load.gauge.dec();
@@ -163,8 +171,8 @@ impl Drop for Permit {
             load.cost = [0.0; KINDS];
         }
         if 0.0 < busy {
-            load.rate[kind] += NEWEST * (busy / self.cost - load.rate[kind]);
-            load.busy += NEWEST * (busy - load.busy);
+            load.rate[kind] += NEWEST_WEIGHT * (busy / self.cost - load.rate[kind]);
+            load.busy += NEWEST_WEIGHT * (busy - load.busy);
         }
     }
 }
@@ -177,7 +185,7 @@ mod tests {
     fn slow() -> Admission {
         let admission = Admission::new(1, 64, Gauge::default());
         let mut load = admission.load();
-        load.rate[Work::Plan as usize] = 10e-3 / (2.0 * COST_MIN);
+        load.rate[Work::Plan as usize] = 10e-3 / (2.0 * REQUEST_COST);
         load.busy = 10e-3;
         drop(load);
         admission

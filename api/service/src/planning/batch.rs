@@ -102,7 +102,7 @@ pub(crate) async fn plan_batch(
     let permit = planners.admit(Work::Batch, body.bytes.len())?;
     let (clock, limit) = (planners.clock.clone(), planners.deadline);
     let read = planners.read(&permit, move |caller| {
-        let requests = body.read_each::<PlanRequest>("requests", BATCH_MAX)?;
+        let requests = wire::read_each::<PlanRequest>(&body.bytes, "requests", BATCH_MAX)?;
         let n = requests.len();
         let valid = requests.into_iter().enumerate().map(|(i, request)| {
             let request = request?;

@@ -12,7 +12,7 @@ use planner::{
 };
 
 use crate::{
-    edge::{arrival::Arrival, body, problem::Problem},
+    edge::{arrival::Arrival, problem::Problem},
     limits::BODY_BYTES_MAX,
     planning::{
         deadline::Deadline,
@@ -38,7 +38,7 @@ pub fn plan(
     if BODY_BYTES_MAX < body.len() {
         return Err(Problem::TooLarge);
     }
-    let request: PlanRequest = body::read(body)?;
+    let request: PlanRequest = wire::read(body)?;
     let stop = match request.deadline_ms {
         Some(wish) => Deadline::new(arrival, Some(wish), LIMIT).stop(&clock, Caller::STAYS),
         None => Stop::never(),

@@ -20,7 +20,7 @@ use service::{
         BACKLOG, CONNECTIONS_MAX, DRAIN_TIME, FILES_RESERVED, HEAD_BYTES_MAX, HEADER_TIME, REFUSAL_TIME,
         REFUSALS_MAX, SEND_BUFFER, UNREAD_TIME,
     },
-    places::{Place, Places},
+    slots::{ConnectionSlot, ConnectionSlots},
 };
 use tokio::{
     io::{AsyncRead, AsyncWrite, AsyncWriteExt as _},
@@ -35,7 +35,7 @@ use super::tls::Tls;
 const ACCEPT_AGAIN: Duration = Duration::from_millis(100);
 
 /// The answer to a refused client.
-const NO_PLACE: &str = r#"{"type":"urn:pilotfish:problem:crowded","title":"The service is at its limit","status":503,"code":"crowded","detail":"the service accepts no more connections; try again after the time in Retry-After"}"#;
+const NO_SLOT: &str = r#"{"type":"urn:pilotfish:problem:crowded","title":"The service is at its limit","status":503,"code":"crowded","detail":"the service accepts no more connections; try again after the time in Retry-After"}"#;
 
 /// Serves connections.
 pub(super) struct Connections {
@@ -44,7 +44,7 @@ pub(super) struct Connections {
     router: Router,
     tls: Option<Arc<Tls>>,
     under_way: GracefulShutdown,
-    places: Places,
+    slots: ConnectionSlots,
     refusals: Arc<Semaphore>,
     count: Count,
 }
@@ -61,7 +61,7 @@ impl Connections {
             router,
             tls,
             under_way: GracefulShutdown::new(),
-            places: Places::new(n_connections_max(), clock.clone()),
+            slots: ConnectionSlots::new(n_connections_max(), clock.clone()),
             clock,
             refusals: Arc::new(Semaphore::new(REFUSALS_MAX)),
             count,
@@ -83,7 +83,7 @@ impl Connections {
             tracing::debug!(%error, "cannot set TCP_NODELAY");
         }
         let peer = peer.ip().to_canonical();
-        let Some(place) = self.places.take(peer) else {
+        let Some(slot) = self.slots.acquire(peer) else {
             self.count.turned_away();
             self.turn_away(socket);
             return;
@@ -95,7 +95,7 @@ impl Connections {
             let _counted = counted;
             let client = Client {
                 peer,
-                place: place.clone(),
+                slot: slot.clone(),
             };
             let served = async {
                 match tls {
@@ -109,7 +109,7 @@ impl Connections {
             };
             tokio::select! {
                 () = served => {}
-                () = place.lost() => tracing::debug!(%peer, "a connection gave way to another"),
+                () = slot.revoked() => tracing::debug!(%peer, "a connection gave way to another"),
             }
         });
     }
@@ -141,10 +141,10 @@ impl Connections {
     }
 }
 
-/// The other end of a connection, and its place here.
+/// The other end of a connection, and its slot here.
 struct Client {
     peer: IpAddr,
-    place: Place,
+    slot: ConnectionSlot,
 }
 
 /// Sets the queue and the limits for clients that do not read, which accepted sockets inherit.
@@ -170,7 +170,7 @@ async fn serve<S: AsyncRead + AsyncWrite + Unpin + 'static>(
 ) {
     let answer = service_fn(move |mut request: Request<Incoming>| {
         request.extensions_mut().insert(Peer(client.peer));
-        request.extensions_mut().insert(client.place.clone());
+        request.extensions_mut().insert(client.slot.clone());
         let router = router.clone();
         async move { router.oneshot(request.map(Body::new)).await }
     });
@@ -201,8 +201,8 @@ fn n_connections_max() -> usize {
 async fn turn_away(mut socket: TcpStream, clock: &Clock) {
     let answer = format!(
         "HTTP/1.1 503 Service Unavailable\r\nretry-after: 1\r\nconnection: close\r\n\
-         content-type: application/problem+json\r\ncontent-length: {}\r\n\r\n{NO_PLACE}",
-        NO_PLACE.len()
+         content-type: application/problem+json\r\ncontent-length: {}\r\n\r\n{NO_SLOT}",
+        NO_SLOT.len()
     );
     let answered = async {
         socket.write_all(answer.as_bytes()).await?;

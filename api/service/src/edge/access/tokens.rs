@@ -28,7 +28,7 @@ const RANDOM_BYTES: usize = 32;
 const NAME_BYTES_MAX: usize = 64;
 
 /// Time between two checks of the file for changes.
-const REREAD: Duration = Duration::from_millis(500);
+const CHECK: Duration = Duration::from_millis(500);
 
 /// The stored tokens.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -254,15 +254,15 @@ fn write_whole(path: &Path, text: &[u8]) -> io::Result<()> {
 
 /// The tokens of a file, reloaded when it changes. Clones share them.
 #[derive(Clone, Debug)]
-pub struct Tokens(Arc<Mutex<Reread>>);
+pub struct Tokens(Arc<Mutex<TokenCache>>);
 
 #[derive(Debug)]
-struct Reread {
+struct TokenCache {
     path: PathBuf,
     /// `None` until there is a file.
     known: Option<Arc<TokenFile>>,
     version: Option<Version>,
-    looked: Instant,
+    checked: Instant,
     clock: Clock,
     /// Decides which tokens have expired. Until it is bound, the machine's clock decides.
     trusted: Option<TrustedClock>,
@@ -280,15 +280,15 @@ impl Tokens {
     /// The tokens of the file at `path`, which may be created later.
     pub fn open(path: &Path, clock: &Clock) -> Result<Self, TokenError> {
         let version = version(path);
-        let reread = Reread {
+        let cache = TokenCache {
             path: path.to_owned(),
             known: TokenFile::read(path)?.map(Arc::new),
             version,
-            looked: clock.now(),
+            checked: clock.now(),
             clock: clock.clone(),
             trusted: None,
         };
-        Ok(Self(Arc::new(Mutex::new(reread))))
+        Ok(Self(Arc::new(Mutex::new(cache))))
     }
 
     /// `true` if any token exists: then every client needs one.
@@ -309,7 +309,7 @@ impl Tokens {
         let (tokens, store, clock) = (self.clone(), store.clone(), self.locked().clock.clone());
         tokio::spawn(async move {
             while !tokens.are_made() {
-                clock.sleep(REREAD).await;
+                clock.sleep(CHECK).await;
             }
             if let Err(error) = store.protect().await {
                 tracing::error!(%error, "cannot record in the mission log that the service has tokens");
@@ -320,29 +320,29 @@ impl Tokens {
 
     /// The time by which tokens expire, Unix time, s.
     pub(super) fn now(&self) -> u64 {
-        let reread = self.locked();
-        let trusted = reread.trusted.as_ref().map(TrustedClock::now_s);
-        whole(trusted.unwrap_or_else(|| reread.clock.unix_s()))
+        let cache = self.locked();
+        let trusted = cache.trusted.as_ref().map(TrustedClock::now_s);
+        whole(trusted.unwrap_or_else(|| cache.clock.unix_s()))
     }
 
-    fn locked(&self) -> MutexGuard<'_, Reread> {
+    fn locked(&self) -> MutexGuard<'_, TokenCache> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// The stored tokens; `None` until there is a file.
     pub(super) fn known(&self) -> Option<Arc<TokenFile>> {
-        let mut reread = self.locked();
-        if REREAD <= reread.clock.since(reread.looked) {
-            reread.look();
+        let mut cache = self.locked();
+        if CHECK <= cache.clock.since(cache.checked) {
+            cache.reload();
         }
-        reread.known.clone()
+        cache.known.clone()
     }
 }
 
-impl Reread {
+impl TokenCache {
     /// Reloads a changed file. Without a readable file no token is valid.
-    fn look(&mut self) {
-        self.looked = self.clock.now();
+    fn reload(&mut self) {
+        self.checked = self.clock.now();
         let version = version(&self.path);
         if version == self.version {
             return;
@@ -416,7 +416,7 @@ mod tests {
         }
 
         TokenFile::revoke(&path, "bridge").expect("is there");
-        tokens.0.lock().expect("no thread panics").look();
+        tokens.0.lock().expect("no thread panics").reload();
         assert_eq!(valid(&tokens, &token), None);
         assert!(valid(&tokens, &other).is_some());
         assert!(matches!(
@@ -456,14 +456,14 @@ mod tests {
         let tokens = Tokens::open(&path, &clock()).expect("is read");
         assert!(tokens.known().is_none() && !tokens.are_made());
         let token = TokenFile::add(&path, new("bridge", Role::Operator, None), &clock()).expect("is made");
-        tokens.0.lock().expect("no thread panics").look();
+        tokens.0.lock().expect("no thread panics").reload();
         assert!(valid(&tokens, &token).is_some() && tokens.are_made());
         for broken in [Some("{"), None] {
             match broken {
                 Some(text) => fs::write(&path, text).expect("is written"),
                 None => fs::remove_file(&path).expect("is there"),
             }
-            tokens.0.lock().expect("no thread panics").look();
+            tokens.0.lock().expect("no thread panics").reload();
             assert_eq!(valid(&tokens, &token), None, "{broken:?}");
         }
     }

@@ -31,7 +31,7 @@ const EVENTS_PER_CHECKPOINT_MAX: u32 = 64;
 pub(in crate::missions) struct Live {
     context: Context,
     state: Arc<MissionState>,
-    made: Arc<LiveMission>,
+    mission: Arc<LiveMission>,
     /// Real time between two plans.
     period: Duration,
     due: Instant,
@@ -43,15 +43,15 @@ pub(in crate::missions) struct Live {
 }
 
 impl Live {
-    pub(in crate::missions) fn new(context: Context, made: Arc<LiveMission>, state: MissionState) -> Self {
-        let LiveMission { config, clock } = &*made;
+    pub(in crate::missions) fn new(context: Context, mission: Arc<LiveMission>, state: MissionState) -> Self {
+        let LiveMission { config, clock } = &*mission;
         let mut this = Self {
             due: next_due(clock, config.period_s, context.clock()),
             period: Duration::from_secs_f64(config.period_s / config.clock_rate),
             watch: ClockWatch::new(context.clock()),
             context,
             state: Arc::new(state),
-            made,
+            mission,
             since_checkpoint: 0,
             does_not_follow: None,
         };
@@ -94,7 +94,11 @@ impl Actor for Live {
             }
             Command::Change(setting, _) => return self.change(at_s, setting, key).await,
             Command::Run(None) => {
-                self.due = next_due(&self.made.clock, self.made.config.period_s, self.context.clock());
+                self.due = next_due(
+                    &self.mission.clock,
+                    self.mission.config.period_s,
+                    self.context.clock(),
+                );
                 let speed_factor = None;
                 Event::Ran { at_s, speed_factor }
             }
@@ -111,7 +115,7 @@ impl Actor for Live {
         let due = self.due;
         self.set_next_due();
         self.note_clock_set().await;
-        let now = self.made.clock.now(self.context.clock());
+        let now = self.mission.clock.now(self.context.clock());
         if !self.state.waits_for(now).is_empty() {
             return self.show_heard();
         }
@@ -188,7 +192,7 @@ impl Live {
             EVENTS_PER_CHECKPOINT_MAX <= self.since_checkpoint || matches!(event, Event::Changed { .. });
         let after = is_due.then(|| {
             let mut after = MissionState::clone(&self.state);
-            after.apply(&event, &self.made.clock);
+            after.apply(&event, &self.mission.clock);
             after
         });
         let checkpoint = after.as_ref().map(|after| Checkpoint {
@@ -201,7 +205,7 @@ impl Live {
             if let Some(after) = after {
                 (self.state, self.since_checkpoint) = (Arc::new(after), 0);
             } else {
-                Arc::make_mut(&mut self.state).apply(&events[0], &self.made.clock);
+                Arc::make_mut(&mut self.state).apply(&events[0], &self.mission.clock);
                 self.since_checkpoint += 1;
             }
             self.show_heard();
@@ -322,7 +326,7 @@ impl Live {
     }
 
     fn show_heard(&self) {
-        let waits_for = self.state.waits_for(self.made.clock.now(self.context.clock()));
+        let waits_for = self.state.waits_for(self.mission.clock.now(self.context.clock()));
         self.context.view.send_if_modified(|view| {
             let changed = view.waits_for != waits_for;
             view.waits_for = waits_for;

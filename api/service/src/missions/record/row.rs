@@ -32,12 +32,12 @@ pub(super) struct Timeline {
 
 /// The state before an event on which its rows depend.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Before {
+pub(super) struct RowContext {
     pub(super) timeline: Timeline,
     pub(super) refused: Refused,
 }
 
-impl Before {
+impl RowContext {
     /// Applies an event without rows.
     pub(super) fn apply(&mut self, event: &Event) {
         self.timeline.apply(event);
