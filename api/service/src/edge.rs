@@ -1,4 +1,4 @@
-//! The edge: what a client sends and gets, before and after its work. It knows no planner and no mission.
+//! The edge: requests before their work, and answers after it. It knows no planner and no mission.
 //!
 //! ```text
 //! middleware (request id, hosts, access) → body, query → handler → answer, problem → middleware

@@ -44,7 +44,6 @@ use edge::{
 };
 use health::Readiness;
 pub use limits::BODY_BYTES_MAX;
-use metrics::Metrics;
 pub use metrics::{Connections, Counted};
 use missions::{Missions, forward::Forwarding};
 use planning::planners::Planners;
@@ -57,12 +56,7 @@ use store::{EventStore, StoreError, StoreMetrics};
 ///
 /// Call it inside a Tokio runtime: plans run on its blocking threads.
 pub fn app(settings: Settings) -> Router {
-    let metrics = Metrics::new(
-        &settings.connections,
-        &StoreMetrics::default(),
-        settings.log_lines_dropped,
-    );
-    let planners = Planners::new(&settings, metrics);
+    let planners = Planners::new(&settings, &StoreMetrics::default());
     routed(settings, planners, None)
 }
 
@@ -72,8 +66,7 @@ pub async fn service(settings: Settings, store: EventStore) -> Result<(Router, M
     if let Some(tokens) = &settings.tokens {
         tokens.bind(&store).await?;
     }
-    let metrics = Metrics::new(&settings.connections, store.metrics(), settings.log_lines_dropped);
-    let planners = Planners::new(&settings, metrics);
+    let planners = Planners::new(&settings, store.metrics());
     let missions = Missions::resume(store.clone(), planners.clone()).await?;
     let router = routed(settings, planners, Some(missions.clone()));
     Ok((router, missions))

@@ -1,7 +1,7 @@
 //! Every limit on what clients may use: connections, bodies, answers, admission, missions.
 //!
-//! Ranges of members of requests are the planner's and those of [`missions`](crate::missions). How much of the disk
-//! one client's missions may fill is a setting; [`store::Room`] says which events it holds for.
+//! Ranges of members of requests are the planner's, and those of missions. How much of the disk one
+//! client's missions may fill is a setting; [`store::Room`] says for which events it holds.
 
 use std::time::Duration;
 

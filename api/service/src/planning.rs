@@ -1,4 +1,4 @@
-//! Planning: which requests are admitted, on which threads they are read and planned, and until when.
+//! Planning: admission of requests, threads that read them and plan, and deadlines.
 
 pub(crate) mod admission;
 pub mod batch;

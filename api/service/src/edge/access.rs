@@ -6,7 +6,7 @@
 use std::{net::IpAddr, sync::Arc};
 
 use axum::{
-    Extension, Json,
+    Json,
     extract::FromRequestParts,
     http::{HeaderMap, Method, header, request::Parts},
 };
@@ -79,28 +79,23 @@ impl Caller {
         peer: Option<Peer>,
         headers: &HeaderMap,
     ) -> Result<Self, Problem> {
-        match tokens.and_then(|tokens| Some((tokens.known()?, tokens.now()))) {
-            Some((known, now)) => {
-                let token = known
-                    .find(bearer(headers)?, now)
-                    .ok_or(Problem::Unauthenticated)?;
-                Ok(Self {
-                    name: token.name.as_str().into(),
-                    role: token.role,
-                    limit: token.limit.clone(),
-                    has_token: true,
-                })
-            }
-            None => Ok(Self {
-                name: peer.map_or_else(
-                    || "this program".into(),
-                    |Peer(address)| address.to_string().into(),
-                ),
+        let Some((known, now)) = tokens.and_then(|tokens| Some((tokens.known()?, tokens.now()))) else {
+            let name = peer.map_or("this program".to_owned(), |Peer(address)| address.to_string());
+            return Ok(Self {
+                name: name.into(),
                 role: Role::Admin,
                 limit: None,
                 has_token: false,
-            }),
-        }
+            });
+        };
+        let token = known.find(bearer(headers)?, now);
+        let token = token.ok_or(Problem::Unauthenticated)?;
+        Ok(Self {
+            name: token.name.as_str().into(),
+            role: token.role,
+            limit: token.limit.clone(),
+            has_token: true,
+        })
     }
 
     /// Fails if the caller's role or limit forbids the call for every mission.
@@ -108,14 +103,11 @@ impl Caller {
         if let (AUDIT, Some(limit)) = (path, &self.limit) {
             return Err(Problem::Limited(limit.clone()));
         }
-        let needed = needed_role(method, path);
-        if needed <= self.role {
+        let (needed, role) = (needed_role(method, path), self.role);
+        if needed <= role {
             return Ok(());
         }
-        Err(Problem::Forbidden {
-            needed,
-            role: self.role,
-        })
+        Err(Problem::Forbidden { needed, role })
     }
 }
 
@@ -160,16 +152,11 @@ impl<S: Send + Sync> FromRequestParts<S> for By {
     type Rejection = Problem;
 
     async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Problem> {
-        let Extension(caller) = Extension::from_request_parts(parts, &())
-            .await
-            .map_err(|_| Problem::Unauthenticated)?;
-        let Extension(clock) = Extension::from_request_parts(parts, &())
-            .await
-            .map_err(|_| Problem::Unauthenticated)?;
-        let request = parts.extensions.get().map(|RequestId(id)| id.clone());
+        let known = &parts.extensions;
+        let request = known.get().map(|RequestId(id)| id.clone());
         Ok(Self {
-            clock,
-            caller,
+            clock: known.get().cloned().ok_or(Problem::Unauthenticated)?,
+            caller: known.get().cloned().ok_or(Problem::Unauthenticated)?,
             request: request.unwrap_or_default(),
         })
     }
@@ -203,11 +190,9 @@ fn bearer(headers: &HeaderMap) -> Result<&str, Problem> {
     let (Some(value), None) = (given.next(), given.next()) else {
         return Err(Problem::Unauthenticated);
     };
-    value
-        .to_str()
-        .ok()
-        .and_then(|value| value.split_once(' '))
-        .filter(|(scheme, _)| scheme.eq_ignore_ascii_case("bearer"))
+    let parts = value.to_str().ok().and_then(|value| value.split_once(' '));
+    let parts = parts.filter(|(scheme, _)| scheme.eq_ignore_ascii_case("bearer"));
+    parts
         .map(|(_, token)| token.trim())
         .ok_or(Problem::Unauthenticated)
 }

@@ -51,13 +51,13 @@ impl AnswerMemory {
 
     /// The same body, which takes memory until it is sent. Fails without memory for `caller`.
     pub(crate) async fn hold(&self, caller: Arc<str>, body: Body) -> Result<Body, Problem> {
-        let length = body.size_hint().exact();
-        let Some(length) = length.and_then(|length| usize::try_from(length).ok()) else {
+        let length = body
+            .size_hint()
+            .exact()
+            .and_then(|length| usize::try_from(length).ok());
+        let Some(length) = length.filter(|length| SHORT_BYTES_MAX < *length) else {
             return Ok(body);
         };
-        if length <= SHORT_BYTES_MAX {
-            return Ok(body);
-        }
         let what = "KiB of long answers on their way";
         let permit = self.0.take(caller, length.div_ceil(1 << 10));
         let permit = permit.map_err(|exceeded| {
@@ -101,9 +101,8 @@ impl Answer {
         clock: &Clock,
     ) -> Body {
         let streamed = body.size_hint().exact().is_none();
-        let check = still_allowed
-            .filter(|_| streamed)
-            .map(|still_allowed| (clock.every(CHECK), still_allowed));
+        let check = still_allowed.filter(|_| streamed);
+        let check = check.map(|still_allowed| (clock.every(CHECK), still_allowed));
         Body::new(Self {
             body,
             _request: request,

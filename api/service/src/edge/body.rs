@@ -41,7 +41,8 @@ impl Bodies {
         }
     }
 
-    async fn receive(&self, request: Request) -> Result<JsonBytes, Problem> {
+    /// Receives a body of any content type.
+    pub(crate) async fn receive(&self, request: Request) -> Result<BodyBytes, Problem> {
         require_uncoded(request.headers())?;
         require_short(request.headers())?;
         let memory = &self.memory[usize::from(request.uri().path().starts_with("/v1/missions"))];
@@ -56,15 +57,15 @@ impl Bodies {
     }
 }
 
-/// A body, not yet parsed: declared as JSON, or the file of [`AnyBytes`].
+/// A body, not yet parsed. As an argument of a handler it is declared as JSON.
 #[derive(Debug)]
-pub(crate) struct JsonBytes {
+pub(crate) struct BodyBytes {
     pub(crate) bytes: Vec<u8>,
     /// The memory of a long body, held as long as its bytes.
     _permit: Option<OwnedSemaphorePermit>,
 }
 
-impl JsonBytes {
+impl BodyBytes {
     pub(crate) fn read<T: DeserializeOwned>(self) -> Result<T, Problem> {
         Ok(wire::read(&self.bytes)?)
     }
@@ -79,7 +80,7 @@ impl From<BodyError> for Problem {
     }
 }
 
-impl<S: Send + Sync> FromRequest<S> for JsonBytes
+impl<S: Send + Sync> FromRequest<S> for BodyBytes
 where
     Bodies: FromRef<S>,
 {
@@ -91,23 +92,8 @@ where
     }
 }
 
-/// A body of any content type.
-#[derive(Debug)]
-pub(crate) struct AnyBytes(pub(crate) JsonBytes);
-
-impl<S: Send + Sync> FromRequest<S> for AnyBytes
-where
-    Bodies: FromRef<S>,
-{
-    type Rejection = Problem;
-
-    async fn from_request(request: Request, state: &S) -> Result<Self, Problem> {
-        Bodies::from_ref(state).receive(request).await.map(Self)
-    }
-}
-
 /// Receives the whole body, and takes memory for it as it arrives.
-async fn whole(body: Body, memory: &Arc<Semaphore>) -> Result<JsonBytes, Problem> {
+async fn whole(body: Body, memory: &Arc<Semaphore>) -> Result<BodyBytes, Problem> {
     let (mut bytes, mut permit) = (vec![], None::<OwnedSemaphorePermit>);
     let (mut taken, mut n_pieces) = (0, 0);
     let mut pieces = body.into_data_stream();
@@ -132,36 +118,32 @@ async fn whole(body: Body, memory: &Arc<Semaphore>) -> Result<JsonBytes, Problem
             none => *none = Some(more_memory),
         }
     }
-    let _permit = permit;
-    Ok(JsonBytes { bytes, _permit })
+    Ok(BodyBytes {
+        bytes,
+        _permit: permit,
+    })
 }
 
 fn require_json(headers: &HeaderMap) -> Result<(), Problem> {
-    let Some(given) = announced(headers) else {
-        return Err(Problem::NotJson(None));
-    };
+    let given = headers.get(header::CONTENT_TYPE);
+    let given = given.ok_or_else(|| Problem::NotJson(String::new()))?;
+    let given = String::from_utf8_lossy(given.as_bytes()).into_owned();
     let essence = given.split(';').next().unwrap_or_default();
     let essence = essence.trim().to_ascii_lowercase();
     if essence != "application/json" && !(essence.starts_with("application/") && essence.ends_with("+json")) {
-        return Err(Problem::NotJson(Some(given)));
+        return Err(Problem::NotJson(format!(", not {given}")));
     }
     require_utf8(&given)
 }
 
-fn announced(headers: &HeaderMap) -> Option<String> {
-    let given = headers.get(header::CONTENT_TYPE)?;
-    Some(String::from_utf8_lossy(given.as_bytes()).into_owned())
-}
-
 fn require_utf8(content_type: &str) -> Result<(), Problem> {
-    let parameters = content_type.split(';').skip(1);
-    for parameter in parameters.map(|part| part.trim().to_ascii_lowercase()) {
-        let charset = parameter
-            .strip_prefix("charset=")
-            .map(|name| name.trim_matches('"'));
-        if charset.is_some_and(|name| name != "utf-8") {
-            return Err(Problem::NotUtf8(content_type.to_owned()));
-        }
+    let is_other = |parameter: &str| {
+        let parameter = parameter.trim().to_ascii_lowercase();
+        let charset = parameter.strip_prefix("charset=");
+        charset.is_some_and(|name| name.trim_matches('"') != "utf-8")
+    };
+    if content_type.split(';').skip(1).any(is_other) {
+        return Err(Problem::NotUtf8(content_type.to_owned()));
     }
     Ok(())
 }
@@ -169,10 +151,8 @@ fn require_utf8(content_type: &str) -> Result<(), Problem> {
 fn require_uncoded(headers: &HeaderMap) -> Result<(), Problem> {
     for given in headers.get_all(header::CONTENT_ENCODING) {
         let given = String::from_utf8_lossy(given.as_bytes());
-        if given
-            .split(',')
-            .any(|coding| !coding.trim().eq_ignore_ascii_case("identity"))
-        {
+        let is_plain = |coding: &str| coding.trim().eq_ignore_ascii_case("identity");
+        if !given.split(',').all(is_plain) {
             return Err(Problem::Coded(given.into_owned()));
         }
     }

@@ -8,7 +8,7 @@
 use std::{net::IpAddr, sync::Arc};
 
 use axum::http::{
-    HeaderMap, Method, Version,
+    HeaderMap, HeaderValue, Method, Version,
     header::{HOST, HeaderName, ORIGIN},
     uri::Authority,
 };
@@ -27,10 +27,9 @@ impl Hosts {
     #[must_use]
     pub fn new(names: impl IntoIterator<Item = String>) -> Self {
         let known = |name: String| {
-            let host = name
-                .parse::<Authority>()
-                .map(|authority| authority.host().to_owned());
-            host.unwrap_or(name).to_ascii_lowercase()
+            let authority = name.parse::<Authority>();
+            let host = authority.map_or(name, |authority| authority.host().to_owned());
+            host.to_ascii_lowercase()
         };
         Self(names.into_iter().map(known).collect())
     }
@@ -48,11 +47,9 @@ impl Hosts {
             (None, None) if version < Version::HTTP_11 => None,
             _ => return Err(Problem::HostHeader),
         };
+        let parsed = |host: &HeaderValue| host.to_str().ok()?.parse::<Authority>().ok();
         let host = host
-            .map(|host| {
-                let text = host.to_str().map_err(|_| Problem::HostHeader)?;
-                text.parse::<Authority>().map_err(|_| Problem::HostHeader)
-            })
+            .map(|host| parsed(host).ok_or(Problem::HostHeader))
             .transpose()?;
         if let Some(host) = &host
             && !self.knows(host.host())
@@ -83,9 +80,8 @@ fn from_here(method: &Method, headers: &HeaderMap, host: Option<&Authority>) -> 
     }
     if let Some(origin) = headers.get(ORIGIN) {
         let origin = origin.to_str().ok().and_then(|origin| origin.split_once("://"));
-        let same = origin
-            .is_some_and(|(_, origin)| host.is_some_and(|host| host.as_str().eq_ignore_ascii_case(origin)));
-        if !same {
+        let is_host = |origin| host.is_some_and(|host| host.as_str().eq_ignore_ascii_case(origin));
+        if !origin.is_some_and(|(_, origin)| is_host(origin)) {
             return Err(Problem::CrossSite);
         }
     }

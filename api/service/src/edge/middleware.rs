@@ -155,8 +155,8 @@ pub(crate) async fn handle(middleware: Middleware, mut request: Request, next: N
     let route = route.as_ref().map_or(UNMATCHED, MatchedPath::as_str);
     let span = span(&method, route, &path, &id);
     let parent = TraceContext::of(request.headers());
-    let trace = (middleware.trace)(&span, format_args!("{method} {route}"), parent)
-        .unwrap_or_else(|| TraceContext::within(parent, request_id::random));
+    let trace = (middleware.trace)(&span, format_args!("{method} {route}"), parent);
+    let trace = trace.unwrap_or_else(|| TraceContext::within(parent, request_id::random));
     span.record("trace_id", format_args!("{:032x}", trace.trace));
 
     let slot = request.extensions_mut().remove::<ConnectionSlot>();
@@ -202,9 +202,8 @@ pub(crate) async fn handle(middleware: Middleware, mut request: Request, next: N
     }
 
     let took = clock.since(start);
-    middleware
-        .metrics
-        .request(&method, route, response.status(), took);
+    let metrics = &middleware.metrics;
+    metrics.request(&method, route, response.status(), took);
     span.in_scope(|| log(route, response.status(), took, problem.as_ref(), &clock));
     response.map(|body| Answer::body(body, active, still_allowed, &clock))
 }
@@ -238,13 +237,11 @@ fn log(route: &str, status: StatusCode, took: Duration, problem: Option<&Problem
                 "requests refused since the last such line, this one last"
             );
         }
-    } else if problem == Some(&Problem::Panicked) {
+    } else if problem == Some(&Problem::Panicked) || (status < 300 && FREQUENT.contains(&route)) {
         // The panic has its own line.
         tracing::debug!(status, ms, "answered");
     } else if 500 <= status {
         tracing::warn!(status, ms, "answered");
-    } else if status < 300 && FREQUENT.contains(&route) {
-        tracing::debug!(status, ms, "answered");
     } else {
         tracing::info!(status, ms, "answered");
     }

@@ -24,12 +24,11 @@ impl<T: DeserializeOwned, S: Send + Sync> FromRequestParts<S> for ValidQuery<T> 
             }
         }
         let pairs = serde_urlencoded::Deserializer::new(form_urlencoded::parse(query));
-        serde_path_to_error::deserialize(pairs)
-            .map(Self)
-            .map_err(|error| {
-                let name = error.path().to_string();
-                wrong_parameter(&name, "query", error.into_inner().to_string())
-            })
+        let read = serde_path_to_error::deserialize(pairs).map_err(|error| {
+            let name = error.path().to_string();
+            wrong_parameter(&name, "query", error.into_inner().to_string())
+        });
+        read.map(Self)
     }
 }
 

@@ -22,12 +22,8 @@ pub(crate) struct RequestId(pub(crate) String);
 impl RequestId {
     /// The client's own id if it is short and plain, otherwise a new one.
     pub(crate) fn of(headers: &HeaderMap) -> Self {
-        let plain = |id: &&str| {
-            (1..=LENGTH_MAX).contains(&id.len())
-                && id
-                    .bytes()
-                    .all(|byte| byte.is_ascii_alphanumeric() || b"-_.:".contains(&byte))
-        };
+        let is_plain = |byte: u8| byte.is_ascii_alphanumeric() || b"-_.:".contains(&byte);
+        let plain = |id: &&str| (1..=LENGTH_MAX).contains(&id.len()) && id.bytes().all(is_plain);
         let given = headers.get(&HEADER).and_then(|id| id.to_str().ok()).filter(plain);
         Self(given.map_or_else(new_id, str::to_owned))
     }

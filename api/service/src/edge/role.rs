@@ -64,11 +64,13 @@ impl TokenLimit {
 impl fmt::Display for TokenLimit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { missions, craft } = self;
-        let listed = [("missions", missions), ("craft", craft)]
-            .into_iter()
-            .filter(|(_, names)| !names.is_empty())
-            .map(|(kind, names)| format!("{kind} {}", names.join(", ")));
-        f.write_str(&listed.collect::<Vec<_>>().join("; "))
+        let mut listed = vec![];
+        for (kind, names) in [("missions", missions), ("craft", craft)] {
+            if !names.is_empty() {
+                listed.push(format!("{kind} {}", names.join(", ")));
+            }
+        }
+        f.write_str(&listed.join("; "))
     }
 }
 

@@ -129,7 +129,7 @@ pub(super) struct View {
     pub(super) reported: Instant,
 }
 
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct StoredPlan {
     /// Number of the event that stored it.
     pub(super) sequence: u64,
@@ -393,24 +393,22 @@ impl Context {
         key: Option<IdempotencyKey>,
         checkpoint: Option<Checkpoint<&MissionState>>,
     ) -> Result<Stored, Problem> {
+        let state = checkpoint.as_ref().and_then(|folded| folded.state);
         let mut after = Mission::clone(&self.mission);
         let mut stored = vec![];
         for event in events {
-            apply(
-                &mut after,
-                event,
-                checkpoint.as_ref().and_then(|folded| folded.state),
-            );
+            apply(&mut after, event, state);
             stored.push(event.stored(after.sequence));
         }
         let after = Arc::new(after);
-        let answer = match events.first() {
-            Some(Event::Reported { heard, .. }) => json(&Accepted {
+        let summary = json(&after);
+        let answer = match events {
+            [Event::Reported { heard, .. }] => json(&Accepted {
                 sequence: after.sequence,
                 origin: heard.origin,
                 rejected: heard.rejected.clone(),
             }),
-            _ => json(&after),
+            _ => summary.clone(),
         };
         let append = Append {
             mission: after.id.clone(),
@@ -418,7 +416,7 @@ impl Context {
             epoch: self.epoch,
             events: stored.clone(),
             status: after.status.name().to_owned(),
-            summary: json(&after),
+            summary,
             snapshot: checkpoint.as_ref().map(json),
             answered: key.map(|key| key.with(answer.clone())),
             // A command without effect is not an order.
@@ -427,10 +425,12 @@ impl Context {
         };
         let append = self.store.append(append).instrument(info_span!("write"));
         let appended = append.await;
-        if appended == Err(StoreError::Unanswered) && self.store.lease().is_some() {
-            // The events may be stored: the next actor reads the store.
-            self.superseded = true;
-        }
+        // The store may have these events or others: the next actor reads it.
+        self.superseded |= match &appended {
+            Err(error) => *error == StoreError::Unanswered && self.store.lease().is_some(),
+            Ok(Appended::MissionGone | Appended::OutOfSequence | Appended::NotOwner) => true,
+            Ok(_) => false,
+        };
         match appended? {
             Appended::Stored => {}
             Appended::AnsweredBefore(answer) => {
@@ -439,14 +439,8 @@ impl Context {
             }
             Appended::KeyTaken => return Err(Problem::KeyTaken),
             Appended::ShareUsed => return Err(Problem::DiskShare),
-            Appended::MissionGone => {
-                self.superseded = true;
-                return Err(Problem::NoMission);
-            }
-            Appended::OutOfSequence | Appended::NotOwner => {
-                self.superseded = true;
-                return Err(Problem::Behind);
-            }
+            Appended::MissionGone => return Err(Problem::NoMission),
+            Appended::OutOfSequence | Appended::NotOwner => return Err(Problem::Behind),
         }
         for event in events {
             log(&after.id, event);
@@ -459,7 +453,7 @@ impl Context {
             // The mission is free: the next request starts it. Sent requests are answered.
             self.requests.close();
         }
-        let is_report = matches!(events.first(), Some(Event::Reported { .. }));
+        let is_report = matches!(events, [Event::Reported { .. }]);
         self.view.send_modify(|view| {
             view.mission = after;
             if is_report {
@@ -486,9 +480,9 @@ impl Context {
     }
 
     /// Publishes the last stored plan.
-    fn show(&self, plan: Option<Arc<StoredPlan>>) {
+    fn show(&self, plan: Arc<StoredPlan>) {
         self.view.send_modify(|view| {
-            view.plan = plan;
+            view.plan = Some(plan);
             view.waits_for.clear();
         });
     }
@@ -507,27 +501,26 @@ fn count(planners: &Planners, mission: &Mission) -> Option<Counted> {
     (!status.is_over()).then(|| planners.metrics.mission(kind, status.name()))
 }
 
+/// `true` for an event that changes a mission's setting or status.
+fn changes(event: &Event) -> bool {
+    !matches!(
+        event,
+        Event::Reported { .. } | Event::Planned(_) | Event::ClockSet { .. }
+    )
+}
+
 fn log(mission: &str, event: &Event) {
-    match event {
-        Event::Reported { .. } | Event::Planned(_) | Event::ClockSet { .. } => {}
-        Event::Failed { reason, .. } => tracing::warn!(mission, reason, "a mission failed"),
-        Event::Created { .. }
-        | Event::Ran { .. }
-        | Event::Paused { .. }
-        | Event::Changed { .. }
-        | Event::Finished { .. } => {
-            tracing::info!(mission, change = event.kind(), "a mission changed");
-        }
+    if let Event::Failed { reason, .. } = event {
+        tracing::warn!(mission, reason, "a mission failed");
+    } else if changes(event) {
+        tracing::info!(mission, change = event.kind(), "a mission changed");
     }
 }
 
-/// Applies an event to the mission as clients see it; a change of the setting, from the `state` after it.
+/// Applies an event to the mission as clients see it. After a change, `state` has the new setting.
 fn apply(mission: &mut Mission, event: &Event, state: Option<&MissionState>) {
     mission.sequence += 1;
-    if !matches!(
-        event,
-        Event::Reported { .. } | Event::Planned(_) | Event::ClockSet { .. }
-    ) {
+    if changes(event) {
         mission.revision = mission.sequence;
     }
     match event {
@@ -539,7 +532,7 @@ fn apply(mission: &mut Mission, event: &Event, state: Option<&MissionState>) {
         }
         Event::Paused { .. } => mission.status = Status::Paused,
         Event::Reported { heard, .. } => mission.origin = mission.origin.or(heard.origin),
-        Event::Changed { .. } => state.into_iter().for_each(|state| state.show_in(mission)),
+        Event::Changed { .. } => state.expect("is given with a change").show_in(mission),
         Event::Planned(planned) => mission.t_s = planned.t_s,
         Event::Finished { at_s } => {
             mission.status = Status::Finished;

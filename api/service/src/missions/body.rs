@@ -6,7 +6,7 @@ use serde::de::DeserializeOwned;
 
 use crate::{
     edge::{
-        body::{Bodies, JsonBytes},
+        body::{Bodies, BodyBytes},
         problem::Problem,
     },
     planning::{planners::Planners, pool::Priority},
@@ -26,7 +26,7 @@ where
     type Rejection = Problem;
 
     async fn from_request(request: Request, state: &S) -> Result<Self, Problem> {
-        let body = JsonBytes::from_request(request, state).await?;
+        let body = BodyBytes::from_request(request, state).await?;
         let (planners, bytes) = (Planners::from_ref(state), body.bytes.len());
         let read = planners.read_body_for_mission(Priority::Long, bytes, || body.read());
         read.await?.map(Self)

@@ -127,33 +127,21 @@ impl Forwarding {
         in_process: Option<InProcess>,
     ) -> Option<Self> {
         let missions = missions.filter(|missions| missions.are_shared())?.clone();
-        let peers = Peers {
-            named,
-            are_certified: tls.is_some(),
+        let are_certified = tls.is_some();
+        let http = || {
+            let mut plain = HttpConnector::new();
+            plain.set_connect_timeout(Some(CONNECT_TIME));
+            plain.set_nodelay(true);
+            plain.enforce_http(false);
+            let tls = tls.unwrap_or_else(|| verified_by(None).expect("ring has TLS 1.2 and 1.3"));
+            let connector = HttpsConnectorBuilder::new().with_tls_config(tls).https_or_http();
+            let connector = connector.enable_http1().wrap_connector(plain);
+            Transport::Http(Client::builder(TokioExecutor::new()).build(connector))
         };
-        if let Some(others) = in_process {
-            let transport = Transport::InProcess(others);
-            return Some(Self {
-                missions,
-                peers,
-                transport,
-            });
-        }
-        let mut connector = HttpConnector::new();
-        connector.set_connect_timeout(Some(CONNECT_TIME));
-        connector.set_nodelay(true);
-        connector.enforce_http(false);
-        let tls = tls.unwrap_or_else(|| verified_by(None).expect("ring has TLS 1.2 and 1.3"));
-        let connector = HttpsConnectorBuilder::new()
-            .with_tls_config(tls)
-            .https_or_http()
-            .enable_http1()
-            .wrap_connector(connector);
-        let transport = Transport::Http(Client::builder(TokioExecutor::new()).build(connector));
         Some(Self {
             missions,
-            peers,
-            transport,
+            peers: Peers { named, are_certified },
+            transport: in_process.map_or_else(http, Transport::InProcess),
         })
     }
 
@@ -197,28 +185,25 @@ impl Forwarding {
             () = moved(&self.missions, id, url, false) => return silent().into_response(),
             () = self.missions.clock().sleep(HEAD_TIME) => return silent().into_response(),
         };
-        match answer {
-            Ok(answer) => match self.passed_on(id, url, answer).await {
-                Ok(answer) => answer,
-                Err(_) => silent().into_response(),
-            },
-            Err(MayHaveArrived(true)) => silent().into_response(),
-            Err(MayHaveArrived(false)) => elsewhere().into_response(),
-        }
+        let answer = match answer {
+            Ok(answer) => self.passed_on(id, url, answer).await.map_err(|_| silent()),
+            Err(MayHaveArrived(true)) => Err(silent()),
+            Err(MayHaveArrived(false)) => Err(elsewhere()),
+        };
+        answer.unwrap_or_else(Problem::into_response)
     }
 
     async fn call(&self, url: &str, request: Request) -> Result<Response, MayHaveArrived> {
         match &self.transport {
             Transport::InProcess(others) => others.0(request).await,
-            Transport::Http(client) => client
-                .request(request)
-                .await
-                .map(|answer| answer.map(Body::new))
-                .map_err(|error| {
+            Transport::Http(client) => {
+                let answer = client.request(request).await.map_err(|error| {
                     let cause = std::error::Error::source(&error).map(ToString::to_string);
                     tracing::warn!(%error, cause, url, "the other service did not answer");
                     MayHaveArrived(!error.is_connect())
-                }),
+                });
+                Ok(answer?.map(Body::new))
+            }
         }
     }
 

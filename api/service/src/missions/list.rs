@@ -31,13 +31,12 @@ impl Missions {
         let missions = self.clone();
         let page = move |reader: &EventReader| {
             let (stored, more) = reader.missions(after, most, LIST_BYTES_MAX)?;
-            let known = stored
-                .iter()
-                .map(|stored| match missions.stored_last(reader, stored) {
-                    Err(StoreError::Damaged(_)) => Ok(None),
-                    last => last,
-                });
-            Ok((known.collect::<Result<Vec<_>, _>>()?, stored, more))
+            let known = |stored: &StoredMission| match missions.stored_last(reader, stored) {
+                Err(StoreError::Damaged(_)) => Ok(None),
+                last => last,
+            };
+            let known = stored.iter().map(known).collect::<Result<Vec<_>, _>>()?;
+            Ok((known, stored, more))
         };
         let (known, stored, more) = self.read(page).await?;
         let missions = self.clone();
@@ -46,14 +45,13 @@ impl Missions {
                 |limit: &TokenLimit| limit.names(&mission.id) || limit.names_craft_of(&mission.metadata);
             limit.as_ref().is_none_or(named)
         };
-        let list = move || MissionList {
-            next: stored.last().filter(|_| more).map(|last| last.number),
-            missions: stored
-                .iter()
-                .zip(known)
-                .filter_map(|(stored, last)| missions.listed(stored, last))
-                .filter(is_within)
-                .collect(),
+        let list = move || {
+            let all = stored.iter().zip(known);
+            let listed = all.filter_map(|(stored, last)| missions.listed(stored, last));
+            MissionList {
+                missions: listed.filter(is_within).collect(),
+                next: stored.last().filter(|_| more).map(|last| last.number),
+            }
         };
         // On a thread for long work: many clients may ask at once.
         self.planners.read_for_mission(Priority::Long, list).await
@@ -105,7 +103,7 @@ impl Missions {
         let Some((_, body)) = body.filter(|_| mission.status == Status::Running) else {
             return Ok(None);
         };
-        let Checkpoint { state, plan } = parsed(&body)?;
+        let Checkpoint { state, plan }: Checkpoint = parsed(&body)?;
         let (mut live, mut waits_for, mut steering) = (None, vec![], None);
         if let Some(state) = &state {
             let clock = MissionClock::new(mission.created_s, Some(state.config()));

@@ -91,10 +91,8 @@ impl Missions {
             tokio::spawn(missions.clone().keep_share(lease.clone()));
             return Ok(missions);
         }
-        let running = missions
-            .store
-            .reader()?
-            .missions_with_status(Status::Running.name())?;
+        let status = Status::Running.name();
+        let running = missions.store.reader()?.missions_with_status(status)?;
         let n_running = running.len();
         for mission in running {
             let id = mission.id.clone();
@@ -169,41 +167,22 @@ impl Missions {
         key: Option<IdempotencyKey>,
         order: AuditEntry,
     ) -> Result<Mission, Problem> {
-        // Earlier versions derived the id from the key without a salt.
-        if let Some(key) = &key
-            && let Some(before) = key
-                .answered(
-                    &self.store,
-                    &format!("m-{}", &sha256(format!("key {}", key.key).as_bytes())[..16]),
-                )
-                .await?
-        {
-            return Ok(parsed(&before)?);
+        if let Some(key) = &key {
+            // Earlier versions derived the id from the key without a salt.
+            let id = format!("m-{}", &sha256(format!("key {}", key.key).as_bytes())[..16]);
+            if let Some(before) = key.answered(&self.store, &id).await? {
+                return Ok(parsed(&before)?);
+            }
         }
         let caller = order.caller.clone();
         if OPEN_SHARE <= self.read(move |reader| reader.count_open(&caller)).await? {
-            return Err(Problem::Share {
-                what: "missions that are not over",
-                limit: OPEN_SHARE,
-            });
+            let (what, limit) = ("missions that are not over", OPEN_SHARE);
+            return Err(Problem::Share { what, limit });
         }
-        let is_simulated = new.simulated.is_some();
-        let check = move || check::new_mission(&new).map(|()| new);
-        // The check starts the scenario, so it runs among simulations, before their work.
-        let new = if is_simulated {
-            let (checked, _job) = self.planners.simulate(Priority::Short, check);
-            let checked = self.clock().timeout(CHECK_TIME, checked).await;
-            let checked = checked.map_err(|_| self.planners.too_late())?;
-            checked.map_err(|_| Problem::Panicked)?
-        } else {
-            self.planners.read_for_mission(Priority::Long, check).await?
-        };
-        let new = new.map_err(Problem::Invalid)?;
+        let new = self.checked(new).await?;
         let at_s = self.clock().unix_s();
-        let id = self.mission_id(&key.as_ref().map_or_else(
-            || format!("{} {at_s}", new_id()),
-            |key| format!("key {}", key.key),
-        ));
+        let by_key = key.as_ref().map(|key| format!("key {}", key.key));
+        let id = self.mission_id(&by_key.unwrap_or_else(|| format!("{} {at_s}", new_id())));
         let mission = Mission {
             title: new.title().unwrap_or_else(|| id.clone()),
             kind: if new.live.is_some() { "live" } else { "simulated" }.to_owned(),
@@ -226,9 +205,10 @@ impl Missions {
             state: Some(MissionState::new(live)),
             plan: None,
         });
+        let created = Box::new(new);
         let event = Event::Created {
             at_s,
-            mission: Box::new(new),
+            mission: created,
         };
         let append = Append {
             mission: mission.id.clone(),
@@ -256,6 +236,22 @@ impl Missions {
             Appended::ShareUsed => Err(Problem::DiskShare),
             Appended::MissionGone | Appended::OutOfSequence | Appended::NotOwner => Err(Problem::NoMission),
         }
+    }
+
+    /// The same request, if it is valid.
+    async fn checked(&self, new: NewMission) -> Result<NewMission, Problem> {
+        let is_simulated = new.simulated.is_some();
+        let check = move || check::new_mission(&new).map(|()| new);
+        // The check starts the scenario, so it runs among simulations, before their work.
+        let new = if is_simulated {
+            let (checked, _job) = self.planners.simulate(Priority::Short, check);
+            let checked = self.clock().timeout(CHECK_TIME, checked).await;
+            let checked = checked.map_err(|_| self.planners.too_late())?;
+            checked.map_err(|_| Problem::Panicked)?
+        } else {
+            self.planners.read_for_mission(Priority::Long, check).await?
+        };
+        new.map_err(Problem::Invalid)
     }
 
     /// The mission `id` as stored last, and its number.
@@ -329,14 +325,13 @@ impl Missions {
         order: Option<AuditEntry>,
     ) -> Result<Vec<u8>, Problem> {
         let (reply, answer) = oneshot::channel();
-        let span = Span::current();
         let mut request = Request {
             command,
             key,
             if_match,
             order,
             reply,
-            span,
+            span: Span::current(),
         };
         // The actor of a finished mission may end at this moment; then a new one answers.
         for _ in 0..2 {
@@ -372,9 +367,8 @@ impl Missions {
             return Ok(handle);
         }
         let Some(lease) = self.store.lease() else {
-            return self
-                .start_actor(self.stored(id).await?, Ownership::default())
-                .await;
+            let stored = self.stored(id).await?;
+            return self.start_actor(stored, Ownership::default()).await;
         };
         let incarnation = lease.incarnation()?;
         let (lease, name) = (lease.clone(), id.to_owned());
@@ -417,7 +411,9 @@ impl Missions {
             .read(move |reader| fold(reader, number, created_s, sequence))
             .await?;
         // Earlier versions did not store them here.
-        state.iter().for_each(|state| state.show_in(&mut mission));
+        if let Some(state) = &state {
+            state.show_in(&mut mission);
+        }
         let mut actors = self.actors();
         let actors = actors.as_mut().ok_or(Problem::Log(StoreError::Closed))?;
         // Actors of finished missions may have ended.
@@ -434,10 +430,8 @@ impl Missions {
         }
         if ACTORS_MAX <= actors.len() {
             self.planners.metrics.shed(Shed::Limit);
-            return Err(Problem::Crowded {
-                what: "running missions",
-                limit: ACTORS_MAX,
-            });
+            let (what, limit) = ("running missions", ACTORS_MAX);
+            return Err(Problem::Crowded { what, limit });
         }
         let clock = MissionClock::new(created_s, created.live.as_ref());
         let live = created.live.map(|config| Arc::new(LiveMission { config, clock }));
@@ -456,11 +450,8 @@ impl Missions {
     /// Number of missions that can still start here.
     pub(super) fn n_startable(&self) -> usize {
         let actors = self.actors();
-        let kept = actors
-            .iter()
-            .flat_map(BTreeMap::values)
-            .filter(|handle| is_in_use(handle));
-        ACTORS_MAX.saturating_sub(kept.count())
+        let kept = actors.iter().flat_map(BTreeMap::values);
+        ACTORS_MAX.saturating_sub(kept.filter(|handle| is_in_use(handle)).count())
     }
 
     /// Reads the store on a thread that may wait for the disk.
@@ -511,10 +502,8 @@ impl Missions {
     /// An id that depends on the text only, so that a repeated request finds its mission. The
     /// store's salt makes it unguessable.
     fn mission_id(&self, text: &str) -> String {
-        format!(
-            "m-{}",
-            &sha256(&[&*self.salt, text.as_bytes()].concat())[..ID_DIGITS]
-        )
+        let digest = sha256(&[&*self.salt, text.as_bytes()].concat());
+        format!("m-{}", &digest[..ID_DIGITS])
     }
 
     pub(super) fn actors(&self) -> MutexGuard<'_, Option<BTreeMap<String, Handle>>> {

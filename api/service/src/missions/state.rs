@@ -74,17 +74,11 @@ impl MissionState {
 
     /// `true` if the first fix on Earth can become the origin: no position in metres is known yet.
     pub(super) fn may_begin(&self) -> bool {
-        let Live {
-            origin,
-            auvs,
-            keep_outs,
-            area,
-            ..
-        } = &self.config;
+        let config = &self.config;
         let nothing_heard = self.asc.is_none() && self.reports.values().all(Vec::is_empty);
-        let nothing_told =
-            keep_outs.is_empty() && area.is_empty() && auvs.iter().all(|auv| auv.path.is_none());
-        origin.is_none() && nothing_heard && nothing_told
+        let no_path = config.auvs.iter().all(|auv| auv.path.is_none());
+        let nothing_told = config.keep_outs.is_empty() && config.area.is_empty() && no_path;
+        config.origin.is_none() && nothing_heard && nothing_told
     }
 
     /// The mission's configuration, as changed so far.
@@ -117,9 +111,9 @@ impl MissionState {
             plan.goal_course_rad = None;
         }
         let is_another_craft = replaced.craft.is_some_and(|before| before != config.craft);
-        let has_another_lag = replaced
-            .limits
-            .is_some_and(|before| surge_lag(before.as_ref()) != surge_lag(config.limits.as_ref()));
+        let lag = |limits: Option<&DeclaredLimits>| limits.and_then(|limits| limits.surge_lag_s);
+        let has_another_lag = |before: Option<_>| lag(before.as_ref()) != lag(config.limits.as_ref());
+        let has_another_lag = replaced.limits.is_some_and(has_another_lag);
         if (is_another_craft || has_another_lag)
             && let Some(craft) = &mut plan.craft_estimate
         {
@@ -130,10 +124,8 @@ impl MissionState {
     /// Puts the datum at `origin`. Known positions stay on Earth, and so do true directions.
     /// Positions that are now beyond all coordinates, such as a wrong first fix, are dropped.
     fn count_from(&mut self, origin: Origin) {
-        let change = self
-            .config
-            .origin
-            .and_then(|before| DatumChange::new(before, origin));
+        let before = self.config.origin;
+        let change = before.and_then(|before| DatumChange::new(before, origin));
         self.config.count_from(origin);
         let Some(change) = change else { return };
         let is_near = |north: f64, east: f64| north.abs().max(east.abs()) <= COORDINATE_MAX;
@@ -166,11 +158,9 @@ impl MissionState {
             let kept = self.reports.entry(id.clone()).or_default();
             for fix in fixes {
                 let place = kept.partition_point(|earlier| earlier.t_s <= fix.t_s);
-                let same_time = kept[..place]
-                    .iter()
-                    .rev()
-                    .take_while(|earlier| earlier.t_s >= fix.t_s);
-                if same_time.into_iter().all(|earlier| earlier != fix) {
+                let earlier = kept[..place].iter().rev();
+                let mut same_time = earlier.take_while(|earlier| earlier.t_s >= fix.t_s);
+                if same_time.all(|earlier| earlier != fix) {
                     kept.insert(place, *fix);
                 }
             }
@@ -273,10 +263,9 @@ impl MissionState {
 /// Replaces the reference of `plan` by the motion of a craft that a person steers: the planner
 /// learns nothing of its response, and the next reference turns from the bow.
 fn take_motion_for_reference(plan: &mut PreviousPlan, asc: &Asc) {
-    let over_ground = asc
-        .ground_north_mps
-        .zip(asc.ground_east_mps)
-        .map(|(north, east)| north * asc.heading_rad.cos() + east * asc.heading_rad.sin());
+    let over_ground = asc.ground_north_mps.zip(asc.ground_east_mps);
+    let (sin, cos) = (asc.heading_rad.sin(), asc.heading_rad.cos());
+    let over_ground = over_ground.map(|(north, east)| north * cos + east * sin);
     learn_nothing(plan, asc);
     if let Some(reference) = &mut plan.reference {
         reference.speed_mps = over_ground.unwrap_or(asc.speed_mps).max(0.0);
@@ -290,11 +279,6 @@ fn learn_nothing(plan: &mut PreviousPlan, asc: &Asc) {
         craft.asked_speed_mps = asc.speed_mps.max(0.0);
         craft.asked_heading_rad = asc.heading_rad;
     }
-}
-
-/// The surge lag in the limits, s.
-fn surge_lag(limits: Option<&DeclaredLimits>) -> Option<f64> {
-    limits.and_then(|limits| limits.surge_lag_s)
 }
 
 /// `true` if a time is later than `now`, s, by more than the tolerance of clocks.
@@ -341,10 +325,8 @@ fn known_by(fixes: Vec<Report>, auv: &LiveAuv) -> Auv {
 
 /// The fix for a request. A fix dated ahead gets the time `now`.
 fn aged(fix: &Report, now: f64) -> Report {
-    Report {
-        t_s: fix.t_s.min(now),
-        ..*fix
-    }
+    let t_s = fix.t_s.min(now);
+    Report { t_s, ..*fix }
 }
 
 /// The surface craft `age` seconds after its state, moved over ground, with its heading and speed.
@@ -565,7 +547,7 @@ mod tests {
     fn a_mission_survives_a_previous_plan_that_leads_beyond_all_coordinates() {
         let mut state = state();
         state.take_reports(&heard(10.0, 1e6), 10.0);
-        let beyond = json!({ "trajectory": [{ "t_s": 9.0, "north_m": 2e6, "east_m": 0.0, "speed_mps": 1.0,
+        let beyond = json!({ "trajectory": [{ "t_s": 9.0, "north_m": 3e6, "east_m": 0.0, "speed_mps": 1.0,
             "heading_rad": 0.0 }] });
         state.previous_plan = Some(serde_json::from_value(beyond).expect("has the shape"));
         assert_eq!(snapshot(&state, 10.0).previous_plan, None);

@@ -193,12 +193,11 @@ pub(super) async fn record(
             chunk: Vec::with_capacity(CHUNK),
             patience: CHUNK_TIME,
         };
-        let done = missions
-            .store
-            .reader()
-            .map_err(RecordError::from)
-            .and_then(|reader| record::write(&reader, number, format, &filter, &mut out));
-        if let Err(error) = done.and_then(|()| Ok(out.finish()?)) {
+        let mut whole = || -> Result<(), RecordError> {
+            record::write(&missions.store.reader()?, number, format, &filter, &mut out)?;
+            Ok(out.finish()?)
+        };
+        if let Err(error) = whole() {
             out.fail(error);
         }
     };

@@ -18,7 +18,7 @@ use utoipa::ToSchema;
 use crate::{
     edge::{
         arrival::Arrival,
-        body::JsonBytes,
+        body::BodyBytes,
         problem::{Problem, ProblemDocument, Refusals},
         request_id::RequestId,
     },
@@ -97,7 +97,7 @@ pub(crate) async fn plan_batch(
     State(planners): State<Planners>,
     Extension(arrival): Extension<Arrival>,
     Extension(id): Extension<RequestId>,
-    body: JsonBytes,
+    body: BodyBytes,
 ) -> Result<Response, Problem> {
     let permit = planners.admit(Work::Batch, body.bytes.len())?;
     let (clock, limit) = (planners.clock.clone(), planners.deadline);
@@ -155,7 +155,7 @@ fn as_json(status: u16, plan: Option<PlanResponse>, problem: Option<ProblemDocum
     (status = 200, description = "The snapshot is valid.", body = Validation), Refusals))]
 pub(crate) async fn validate_plan(
     State(planners): State<Planners>,
-    body: JsonBytes,
+    body: BodyBytes,
 ) -> Result<Response, Problem> {
     let permit = planners.admit(Work::Reading, body.bytes.len())?;
     let read = planners.read(&permit, |_| {

@@ -1,6 +1,6 @@
 //! The calls that plan for one snapshot.
 
-use std::{array, sync::Arc};
+use std::sync::Arc;
 
 use axum::{
     Extension, Json,
@@ -22,7 +22,7 @@ use utoipa::IntoParams;
 use crate::{
     edge::{
         arrival::Arrival,
-        body::JsonBytes,
+        body::BodyBytes,
         problem::{Problem, Refusals},
         query::ValidQuery,
     },
@@ -42,7 +42,7 @@ use wire::{Answer, Comparison, Origin, PlanRequest, PlanResponse, Plans};
 pub(crate) async fn plan(
     State(planners): State<Planners>,
     Extension(arrival): Extension<Arrival>,
-    body: JsonBytes,
+    body: BodyBytes,
 ) -> Result<Response, Problem> {
     let answer = |context: &Context, planned: &Planned, _, _: &Stop| {
         Ok(written(|| answer(planned, context).planned()))
@@ -68,7 +68,7 @@ pub(crate) async fn compare(
     State(planners): State<Planners>,
     Extension(arrival): Extension<Arrival>,
     ValidQuery(CompareQuery { explain }): ValidQuery<CompareQuery>,
-    body: JsonBytes,
+    body: BodyBytes,
 ) -> Result<Response, Problem> {
     let (parameters, clock) = (Arc::clone(&planners.parameters), planners.clock.clone());
     let compared = move |context: &Context, planned: &Planned, deadline: Deadline, stop: &Stop| {
@@ -86,18 +86,13 @@ pub(crate) async fn compare(
         let wanted = explain && !stop.is_due();
         let explanation = wanted.then(explained).flatten();
         let answer = answer(planned, context);
-        let [
-            saturated_los,
-            saturated_los_tracker_frame,
-            integral_los,
-            waypoint_box,
-        ] = array::from_fn(|law| answer.law(LosLaw::ALL[law], &laws[law]));
+        let law = |law: usize| answer.law(LosLaw::ALL[law], &laws[law]);
         let plans = Plans {
             mpc: answer.planned(),
-            saturated_los,
-            saturated_los_tracker_frame,
-            integral_los,
-            waypoint_box,
+            saturated_los: law(0),
+            saturated_los_tracker_frame: law(1),
+            integral_los: law(2),
+            waypoint_box: law(3),
         };
         Ok(written(|| Comparison { plans, explanation }))
     };
@@ -108,7 +103,7 @@ pub(crate) async fn compare(
 async fn planned<T: Send + 'static>(
     planners: &Planners,
     (work, arrival): (Work, Arrival),
-    body: JsonBytes,
+    body: BodyBytes,
     answer: impl Fn(&Context, &Planned, Deadline, &Stop) -> Result<T, Problem> + Send + Sync + 'static,
 ) -> Result<T, Problem> {
     let permit = planners.admit(work, body.bytes.len())?;

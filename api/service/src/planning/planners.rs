@@ -17,6 +17,7 @@ use planner::{
     snapshot::Snapshot,
     stop::Stop,
 };
+use store::StoreMetrics;
 use tokio::sync::{
     Semaphore,
     oneshot::{self, Receiver, error::TryRecvError},
@@ -68,18 +69,12 @@ pub(crate) struct Planned {
 }
 
 impl Planners {
-    pub(crate) fn new(settings: &Settings, metrics: Metrics) -> Self {
-        let &Settings {
-            plan,
-            planners,
-            waiting,
-            deadline,
-            ..
-        } = settings;
-        let clock = &settings.clock;
+    pub(crate) fn new(settings: &Settings, store: &StoreMetrics) -> Self {
+        let (planners, waiting, clock) = (settings.planners, settings.waiting, &settings.clock);
+        let metrics = Metrics::new(&settings.connections, store, settings.log_lines_dropped);
         let waiting_in = |pool| Priority::ALL.map(|priority| metrics.waiting(pool, priority.name()));
         Self {
-            plan,
+            plan: settings.plan,
             parameters: Arc::new(Parameters::default()),
             idle: Arc::default(),
             short: Admission::new(planners, waiting, metrics.admitted("short")),
@@ -88,7 +83,7 @@ impl Planners {
             planning: Pool::new("plan", planners, waiting_in("plan"), clock),
             missions: Arc::new(Semaphore::new(planners)),
             simulating: Pool::new("simulate", (planners / 2).max(1), waiting_in("simulate"), clock),
-            deadline,
+            deadline: settings.deadline,
             clock: clock.clone(),
             metrics,
         }
@@ -325,7 +320,7 @@ mod tests {
     use std::sync::mpsc;
 
     use super::*;
-    use crate::{examples::EXAMPLES, metrics::Connections};
+    use crate::examples::EXAMPLES;
 
     /// The machine's threads run, and every machine meets the deadline.
     #[tokio::test]
@@ -334,8 +329,7 @@ mod tests {
             planners: 1,
             ..Settings::default()
         };
-        let metrics = Metrics::new(&Connections::default(), &store::StoreMetrics::default(), || 0);
-        let planners = Planners::new(&settings, metrics);
+        let planners = Planners::new(&settings, &StoreMetrics::default());
         let (open, gate) = mpsc::channel::<()>();
         let gate = Arc::new(Mutex::new(gate));
         let held = [&planners.reading, &planners.planning].map(|pool| {

@@ -2,7 +2,11 @@
 
 use std::borrow::Cow;
 
-use axum::{Extension, extract::State, response::Response};
+use axum::{
+    Extension,
+    extract::{Request, State},
+    response::Response,
+};
 use planner::path::{Leg, SEGMENTS_MAX};
 use route::{Place, Route, RoutePoint, Unread};
 use serde::{Deserialize, Serialize};
@@ -11,7 +15,7 @@ use utoipa::{IntoParams, ToSchema};
 use crate::{
     edge::{
         arrival::Arrival,
-        body::AnyBytes,
+        body::Bodies,
         problem::{Problem, Refusals},
         query::{ValidQuery, wrong_parameter},
     },
@@ -124,10 +128,12 @@ pub(crate) struct RouteQuery {
     responses((status = 200, description = "The route.", body = RouteOfFile), Refusals))]
 pub(crate) async fn read_route(
     State(planners): State<Planners>,
+    State(bodies): State<Bodies>,
     Extension(arrival): Extension<Arrival>,
     ValidQuery(RouteQuery { name }): ValidQuery<RouteQuery>,
-    AnyBytes(body): AnyBytes,
+    request: Request,
 ) -> Result<Response, Problem> {
+    let body = bodies.receive(request).await?;
     let permit = planners.admit(Work::Reading, body.bytes.len())?;
     let (clock, limit) = (planners.clock.clone(), planners.deadline);
     let read = move |caller| {
@@ -142,12 +148,10 @@ pub(crate) async fn read_route(
         })?;
         let route = route::select(routes, name.as_deref())
             .map_err(|error| wrong_parameter("name", "route_name", error.to_string()))?;
-        if SEGMENTS_MAX < route.points.len() {
-            return Err(Problem::Invalid(vec![FieldError::too_long(
-                "",
-                route.points.len(),
-                SEGMENTS_MAX,
-            )]));
+        let n_points = route.points.len();
+        if SEGMENTS_MAX < n_points {
+            let fault = FieldError::too_long("", n_points, SEGMENTS_MAX);
+            return Err(Problem::Invalid(vec![fault]));
         }
         let path = PathOfFile::from(&route);
         Ok(written(|| RouteOfFile {

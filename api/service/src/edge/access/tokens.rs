@@ -80,9 +80,8 @@ impl TryFrom<String> for Digest {
 
     fn try_from(text: String) -> Result<Self, Self::Error> {
         let mut bytes = [0; 32];
-        let read = hex::decode_to_slice(text, &mut bytes);
-        read.map(|()| Self(bytes))
-            .map_err(|_| "a SHA-256 has 64 hexadecimal digits")
+        hex::decode_to_slice(text, &mut bytes).map_err(|_| "a SHA-256 has 64 hexadecimal digits")?;
+        Ok(Self(bytes))
     }
 }
 
@@ -127,24 +126,19 @@ pub enum TokenError {
 impl TokenFile {
     /// Reads the file at `path`; `None` if there is no such file.
     pub fn read(path: &Path) -> Result<Option<Self>, TokenError> {
-        match fs::read(path) {
-            // An editor may have added a byte-order mark.
-            Ok(text) => serde_json::from_slice(text.strip_prefix("\u{feff}".as_bytes()).unwrap_or(&text))
-                .map(Some)
-                .map_err(|error| TokenError::NoTokens(path.to_owned(), error)),
-            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
-            Err(error) => Err(TokenError::File(path.to_owned(), error)),
-        }
+        let text = match fs::read(path) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+            read => read.map_err(|error| TokenError::File(path.to_owned(), error))?,
+        };
+        // An editor may have added a byte-order mark.
+        let read = serde_json::from_slice(text.strip_prefix("\u{feff}".as_bytes()).unwrap_or(&text));
+        read.map(Some)
+            .map_err(|error| TokenError::NoTokens(path.to_owned(), error))
     }
 
     /// Creates a token, stores its digest in the file at `path`, and returns it.
     pub fn add(path: &Path, new: NewToken, clock: &Clock) -> Result<String, TokenError> {
-        let NewToken {
-            name,
-            role,
-            limit,
-            valid,
-        } = new;
+        let (name, valid) = (new.name, new.valid);
         let plain = |byte: u8| byte.is_ascii_alphanumeric() || b"._-".contains(&byte);
         if !(1..=NAME_BYTES_MAX).contains(&name.len()) || !name.bytes().all(plain) {
             return Err(TokenError::Name(name));
@@ -164,8 +158,8 @@ impl TokenFile {
             }
             known.tokens.push(StoredToken {
                 name,
-                role,
-                limit,
+                role: new.role,
+                limit: new.limit,
                 sha256: Digest::of(&token),
                 made_s: now,
                 expires_s: valid.map(|valid| now.saturating_add(valid.as_secs())),
@@ -237,12 +231,9 @@ fn write_whole(path: &Path, text: &[u8]) -> io::Result<()> {
     let directory = path.parent().filter(|parent| !parent.as_os_str().is_empty());
     let directory = File::open(directory.unwrap_or(Path::new(".")))?;
     let owner = directory.metadata()?;
-    let mut file = OpenOptions::new()
-        .write(true)
-        .create(true)
-        .truncate(true)
-        .mode(0o600)
-        .open(&new)?;
+    let mut file = OpenOptions::new();
+    let file = file.write(true).create(true).truncate(true).mode(0o600);
+    let mut file = file.open(&new)?;
     file.write_all(text)?;
     // The directory's owner, the service, must be able to read a file that root creates.
     let _ = fchown(&file, Some(owner.uid()), Some(owner.gid()));
@@ -348,20 +339,15 @@ impl TokenCache {
             return;
         }
         self.version = version;
-        match TokenFile::read(&self.path) {
-            Ok(Some(known)) => {
-                tracing::info!(tokens = known.tokens.len(), "reloaded the token file");
-                self.known = Some(Arc::new(known));
-            }
+        let read = TokenFile::read(&self.path);
+        match &read {
+            Ok(Some(known)) => tracing::info!(tokens = known.tokens.len(), "reloaded the token file"),
             Ok(None) => {
                 tracing::error!(path = %self.path.display(), "the token file is gone; all calls are refused");
-                self.known = Some(Arc::default());
             }
-            Err(error) => {
-                tracing::error!(%error, "the token file is broken; all calls are refused");
-                self.known = Some(Arc::default());
-            }
+            Err(error) => tracing::error!(%error, "the token file is broken; all calls are refused"),
         }
+        self.known = Some(Arc::new(read.ok().flatten().unwrap_or_default()));
     }
 }
 

@@ -187,7 +187,7 @@ impl Live {
         event: Event,
         key: Option<IdempotencyKey>,
     ) -> Result<Vec<u8>, Problem> {
-        // Every plan and every change stores a checkpoint. Without them, reports store one now and then.
+        // Plans and changes store checkpoints. Without them, reports store one now and then.
         let is_due =
             EVENTS_PER_CHECKPOINT_MAX <= self.since_checkpoint || matches!(event, Event::Changed { .. });
         let after = is_due.then(|| {
@@ -229,19 +229,19 @@ impl Live {
         let answer = answer(&made, self.state.origin());
         let late = self.context.clock().since(due);
         let event = planned(now, late, &made, &answer);
-        let plan = Some(Arc::new(StoredPlan {
+        let plan = Arc::new(StoredPlan {
             sequence: self.context.mission.sequence + 1,
             time: now,
             late: late.as_secs_f64(),
             answer,
             heard: self.state.heard(),
             made: Some(made_at),
-        }));
+        });
         let next = Some(previous(&made, self.state.origin()));
         let before = Arc::make_mut(&mut self.state).replace_previous_plan(next);
         let checkpoint = Checkpoint {
             state: Some(&*self.state),
-            plan: plan.clone(),
+            plan: Some(Arc::clone(&plan)),
         };
         let events = [Event::Planned(Box::new(event))];
         if let Err(problem) = self.context.append(&events, None, Some(checkpoint)).await {
@@ -252,7 +252,7 @@ impl Live {
         let metrics = &self.context.planners.metrics;
         metrics.plan(PlanFor::Live, &made.plan, made.solve_time);
         metrics.late(late);
-        self.log_changes(plan.as_deref());
+        self.log_changes(&plan);
         self.context.show(plan);
         self.count_does_not_follow();
         self.since_checkpoint = 0;
@@ -288,22 +288,19 @@ impl Live {
     }
 
     /// Logs changes in whether plans are degraded and the craft follows.
-    fn log_changes(&self, newest: Option<&StoredPlan>) {
+    fn log_changes(&self, newest: &StoredPlan) {
         let mission = &self.context.mission.id;
         let before = self.context.view.borrow().plan.clone();
         let degraded = |plan: &StoredPlan| plan.answer.answer.outcome == Outcome::Degraded;
-        match (
-            before.as_deref().is_some_and(degraded),
-            newest.is_some_and(degraded),
-        ) {
+        match (before.as_deref().is_some_and(degraded), degraded(newest)) {
             (false, true) => {
-                let reason = newest.and_then(|plan| plan.answer.answer.reason.as_deref());
+                let reason = newest.answer.answer.reason.as_deref();
                 tracing::warn!(mission, reason, "plans are degraded");
             }
             (true, false) => tracing::info!(mission, "plans are no longer degraded"),
             (false, false) | (true, true) => {}
         }
-        match (before.as_deref().is_none_or(follows), newest.is_none_or(follows)) {
+        match (before.as_deref().is_none_or(follows), follows(newest)) {
             (true, false) => tracing::warn!(mission, "the craft does not follow"),
             (false, true) => tracing::info!(mission, "the craft follows again"),
             (true, true) | (false, false) => {}

@@ -224,7 +224,7 @@ impl Simulated {
         if stored.is_new {
             progress.sequence = self.context.mission.sequence;
             self.progress = Some(progress);
-            if plan.is_some() {
+            if let Some(plan) = plan {
                 self.context.show(plan);
             }
         }
