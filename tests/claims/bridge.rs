@@ -18,6 +18,7 @@ use mavlink::{MavlinkReader, dialects::ardupilotmega::MavMessage};
 use nalgebra::Vector2;
 use serde_json::{Value, json};
 use tests::autopilot::{Boat, GUIDED, SYSTEM, frame};
+use wire::mission::CurrentReference;
 
 /// Limits of the mission, and the speed and heading of its plans: too fast, and astern.
 const SPEED_MAX: f64 = 1.2;
@@ -86,27 +87,25 @@ async fn sail(clock: Clock, sea: Arc<Mutex<Sea>>, wire: Input) {
     }
 }
 
+/// An answer of the service in the API's shape.
+const REFERENCE: &str = include_str!("../../api/bridge/src/tests/reference.json");
+
 /// The service's answer at `now_s`: a mission, and a new plan each second.
-fn answer(call: &Call, now_s: f64) -> (u16, Value) {
+fn answer(call: &Call, now_s: f64) -> Value {
     if call.path.contains("/reference?") {
-        let point = json!({
-            "t_s": now_s, "north_m": 0.0, "east_m": 0.0,
-            "speed_mps": WANTED.0, "heading_rad": WANTED.1, "valid_until_s": now_s + 1e9,
-        });
-        let plan = json!({
-            "method": "mpc", "outcome": "ok", "reference": point, "baseline": point,
-            "trajectory": [point], "goal": { "trajectory": [point] },
-        });
-        let sequence = Duration::from_secs_f64(now_s).as_secs();
-        return (
-            200,
-            json!({ "t_s": now_s, "age_s": 0.0, "sequence": sequence, "status": "running", "plan": plan }),
-        );
+        let mut answer: CurrentReference = serde_json::from_str(REFERENCE).expect("has the API's shape");
+        (answer.t_s, answer.sequence) = (now_s, Duration::from_secs_f64(now_s).as_secs());
+        let plan = &mut answer.plan;
+        (plan.reference.speed_mps, plan.reference.heading_rad) = WANTED;
+        plan.reference.valid_until_s = now_s + 1e9;
+        (plan.trajectory[0].speed_mps, plan.trajectory[0].heading_rad) = WANTED;
+        plan.trajectory[0].t_s = now_s;
+        return json!(answer);
     }
     if call.path.starts_with("/v1/missions?") {
-        return (200, json!({ "missions": [], "next": null }));
+        return json!({ "missions": [] });
     }
-    (200, json!({ "id": "m-1", "status": "running" }))
+    json!({ "id": "m-1", "title": "", "kind": "live", "status": "running", "created_s": 0.0, "t_s": 0.0, "sequence": 1 })
 }
 
 /// A minute of `boat` and a bridge whose service falls silent after half a minute.
@@ -135,10 +134,9 @@ async fn voyage(boat: Boat, settings: Settings) -> Sea {
                 std::future::pending::<()>().await;
             }
             timer.sleep(LATENCY).await;
-            let (status, body) = answer(&call, now_s);
             Ok(Answer {
-                status,
-                body: body.to_string().into_bytes(),
+                status: 200,
+                body: answer(&call, now_s).to_string().into_bytes(),
             })
         })
     });
