@@ -187,20 +187,24 @@ pub fn select(mut routes: Vec<Route>, name: Option<&str>) -> Result<Route, Unrea
         return Ok(routes.swap_remove(k));
     }
     let names = routes.iter().map(|route| format!("{:?}", route.name));
-    let mut listed = names.take(NAMES_TOLD).collect::<Vec<_>>().join(", ");
-    if NAMES_TOLD < routes.len() {
-        listed += &format!(" and {} more", routes.len() - NAMES_TOLD);
-    }
-    Err(match name {
-        Some(name) => {
-            let fault = format!("is not in the file, which has {listed}");
-            Unread::new(format!("route {name:?}"), fault)
-        }
-        None => {
-            let fault = format!("has {} routes, choose one by name: {listed}", routes.len());
-            Unread::new("file", fault)
-        }
-    })
+    let listed = names.take(NAMES_TOLD).collect::<Vec<_>>();
+    let n = routes.len();
+    let more = match n.saturating_sub(NAMES_TOLD) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    let listed = listed.join(", ") + &more;
+    let (place, fault) = match name {
+        Some(name) => (
+            format!("route {name:?}"),
+            format!("is not in the file, which has {listed}"),
+        ),
+        None => (
+            "file".to_owned(),
+            format!("has {n} routes, choose one by name: {listed}"),
+        ),
+    };
+    Err(Unread::new(place, fault))
 }
 
 /// Number of line ends in `text`.
