@@ -14,7 +14,6 @@ use command::{agent, try_ask};
 
 mod access;
 mod bridge;
-mod campaign;
 mod commands;
 mod connections;
 mod example;

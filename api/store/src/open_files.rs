@@ -5,9 +5,10 @@ use std::{
     io,
     os::unix::fs::MetadataExt as _,
     path::{Path, PathBuf},
+    sync::Arc,
 };
 
-use super::error::StoreError;
+use super::{Backend, error::StoreError, reader::EventReader};
 
 /// The files of an open store.
 ///
@@ -15,15 +16,27 @@ use super::error::StoreError;
 /// of SQLite's locks. Those end when this process closes any descriptor of the database, so every
 /// connection is dropped before this.
 #[derive(Debug)]
-pub(super) struct Place {
+pub(super) struct OpenFiles {
     _database: File,
+    /// The store's file first.
     files: Vec<(PathBuf, Identity)>,
+}
+
+impl Backend for Arc<OpenFiles> {
+    fn reader(&self) -> Result<EventReader, StoreError> {
+        self.check()?;
+        EventReader::open(&self.files[0].0, Some(Arc::clone(self)))
+    }
+
+    fn path(&self) -> Option<&Path> {
+        Some(&self.files[0].0)
+    }
 }
 
 /// Device and inode of a file.
 type Identity = (u64, u64);
 
-impl Place {
+impl OpenFiles {
     /// Notes the locked `database` at `path` and its other files, which exist.
     pub(super) fn new(path: &Path, database: File) -> io::Result<Self> {
         let main = database.metadata()?;
