@@ -30,6 +30,7 @@ use serde_json::Value;
 
 use crate::{Entry, ExportError, Scene, Source, source::plain};
 use messages::{Time, Vehicle};
+use schemas::{EVENT, ROW};
 
 mod messages;
 mod scene;
@@ -106,21 +107,16 @@ impl<'a, W: Write> Log<'a, W> {
         let logged = Time::of_seconds(entry.logged_s);
         if let Some(scene) = scene {
             let update = scene::update(&scene, logged).to_string();
-            self.message(
-                "/scene",
-                || schemas::of("SceneUpdate"),
-                [logged, logged],
-                update.as_bytes(),
-            )?;
+            self.message("/scene", "SceneUpdate", [logged, logged], update.as_bytes())?;
         }
         if let Some(event) = entry.event {
-            self.message("/events", schemas::event, [logged, logged], event)?;
+            self.message("/events", EVENT, [logged, logged], event)?;
         }
         for row in &entry.rows {
             let time = Time::of_seconds(row.t_s.unwrap_or_default());
             let times = [time, logged];
             let json = serde_json::to_vec(row).expect("an object of numbers and words");
-            self.message(ROWS, schemas::row, times, &json)?;
+            self.message(ROWS, ROW, times, &json)?;
             let Some((id, mut vehicle)) = Vehicle::of(row) else {
                 continue;
             };
@@ -128,42 +124,29 @@ impl<'a, W: Write> Log<'a, W> {
                 vehicle.heading -= datum.convergence(&vehicle.position);
             }
             let transforms = messages::frame_transforms(id, &vehicle, time).to_string();
-            self.message(
-                "/tf",
-                || schemas::of("FrameTransforms"),
-                times,
-                transforms.as_bytes(),
-            )?;
+            self.message("/tf", "FrameTransforms", times, transforms.as_bytes())?;
             let pose = messages::pose_in_frame(&vehicle, time).to_string();
-            self.message(
-                &format!("/{id}/pose"),
-                || schemas::of("PoseInFrame"),
-                times,
-                pose.as_bytes(),
-            )?;
+            let topic = format!("/{id}/pose");
+            self.message(&topic, "PoseInFrame", times, pose.as_bytes())?;
             if let Some(datum) = self.datum {
                 let fix = messages::location_fix(id, &vehicle, datum, time).to_string();
-                self.message(
-                    &format!("/{id}/fix"),
-                    || schemas::of("LocationFix"),
-                    times,
-                    fix.as_bytes(),
-                )?;
+                let topic = format!("/{id}/fix");
+                self.message(&topic, "LocationFix", times, fix.as_bytes())?;
             }
         }
         Ok(())
     }
 
-    /// Writes a JSON message with its publish and log time. The schema's name is its title.
+    /// Writes a JSON message of a type with its publish and log time. The schema's name is its title.
     fn message(
         &mut self,
         topic: &str,
-        schema: fn() -> Value,
+        kind: &str,
         [published, logged]: [Time; 2],
         message: &[u8],
     ) -> McapResult<()> {
         if !self.channels.contains_key(topic) {
-            let schema = schema();
+            let schema = schemas::of(kind);
             let name = schema["title"].as_str().unwrap_or_default();
             let schema = self
                 .file
