@@ -169,10 +169,14 @@ impl<'a, W: Write> Log<'a, W> {
 #[cfg(test)]
 mod tests {
     use mcap::{MessageStream, Summary};
+    use nalgebra::Vector2;
     use serde_json::json;
 
     use super::*;
-    use crate::sample_for_tests::{self, Sample};
+    use crate::{
+        Format,
+        sample_for_tests::{self, Sample},
+    };
 
     fn written(record: &Sample) -> Vec<u8> {
         let mut bytes = vec![];
@@ -235,6 +239,25 @@ mod tests {
         assert_eq!(times, [0, 500_000_000, 1_000_000_000]);
         assert_eq!(poses[1].1["timestamp"], json!({"sec": 0, "nsec": 500_000_000}));
         assert_eq!(poses[2].1["timestamp"], json!({"sec": 1, "nsec": 0}));
+    }
+
+    #[test]
+    fn poses_turn_true_headings_into_the_frame_of_the_datum() {
+        let yaw = |true_headings| {
+            let mut record = sample_for_tests::record();
+            record.true_headings = true_headings;
+            let mut file = vec![];
+            crate::write(&record, Format::Mcap, &mut file).expect("can be written");
+            let orientation = &messages(&file, "/asc/pose")[0].1["pose"]["orientation"];
+            let number = |member: &str| orientation[member].as_f64().expect("is a number");
+            2.0 * number("z").atan2(number("w"))
+        };
+        let origin = sample_for_tests::record().origin.expect("is there");
+        let datum = Datum::new(&origin).expect("is on Earth");
+        // Two metres east of the datum; yaw is counter-clockwise.
+        let convergence = datum.convergence(&Vector2::new(1.0, 2.0));
+        assert!(1e-8 < convergence);
+        assert!((yaw(true) - yaw(false) - convergence).abs() < 1e-12);
     }
 
     #[test]
