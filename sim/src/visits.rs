@@ -98,7 +98,7 @@ pub(crate) struct TrueCosts {
     relative: Vec<f64>,
     /// `true`: first served in time; `false`: late; none before either.
     in_time: Vec<Option<bool>>,
-    /// Time of the last look, s.
+    /// Time of the last tick, s.
     then: f64,
 }
 
@@ -119,8 +119,8 @@ impl TrueCosts {
     }
 
     /// Service of the world's AUV number `auv` now; none if it is dead or not of the goal. Call it
-    /// for each AUV before [`TrueCosts::looked`].
-    pub(crate) fn look(&mut self, world: &World, craft: &SurfaceCraft, auv: usize) -> Option<Service> {
+    /// for each AUV before [`TrueCosts::end_tick`].
+    pub(crate) fn observe(&mut self, world: &World, craft: &SurfaceCraft, auv: usize) -> Option<Service> {
         let (now, is) = (world.time(), &world.auvs[auv]);
         let place = self.costs.auvs.iter().position(|id| *id == is.id)?;
         if world.faults.behaviour(auv, now) == Behaviour::Drifts {
@@ -143,8 +143,8 @@ impl TrueCosts {
         })
     }
 
-    /// Ends a round of [`TrueCosts::look`] over all AUVs.
-    pub(crate) fn looked(&mut self, world: &World) {
+    /// Ends a tick, in which [`TrueCosts::observe`] was called for all AUVs.
+    pub(crate) fn end_tick(&mut self, world: &World) {
         self.then = world.time();
     }
 }

@@ -20,7 +20,7 @@ pub(crate) struct TrueGoal {
 }
 
 /// The point that a goal follows, without its offset.
-struct Followed<'a> {
+struct GoalPoint<'a> {
     position: Vector2<f64>,
     /// Velocity over ground (north, east), m/s.
     velocity: Vector2<f64>,
@@ -47,7 +47,7 @@ impl TrueGoal {
     /// A goal that visits is at the vehicle `serves`, or without that at the nearest of its
     /// vehicles.
     pub(crate) fn position(&mut self, world: &World, serves: Option<usize>) -> Vector2<f64> {
-        let followed = followed(&self.goal, world, serves);
+        let followed = goal_point(&self.goal, world, serves);
         if SPEED_AT_REST <= followed.velocity.norm() {
             self.course = Course::of(&followed.velocity);
         }
@@ -64,13 +64,13 @@ impl TrueGoal {
     }
 }
 
-fn followed<'a>(goal: &Goal, world: &'a World, serves: Option<usize>) -> Followed<'a> {
+fn goal_point<'a>(goal: &Goal, world: &'a World, serves: Option<usize>) -> GoalPoint<'a> {
     let named = |id: &VehicleId| -> &'a SimulatedAuv {
         let mut auvs = world.auvs.iter();
         auvs.find(|auv| auv.id == *id)
             .expect("a scenario's goal names its own vehicles")
     };
-    let one = |auv: &'a SimulatedAuv| Followed {
+    let one = |auv: &'a SimulatedAuv| GoalPoint {
         position: auv.position(),
         velocity: ground_velocity(auv, world),
         auv: Some(auv),
@@ -97,7 +97,7 @@ fn followed<'a>(goal: &Goal, world: &'a World, serves: Option<usize>) -> Followe
                 depth: auv.depth(),
             });
             let nearest = nearest_to_all(&below.collect::<Vec<_>>());
-            Followed {
+            GoalPoint {
                 position: nearest.position,
                 ..mean(world, auvs.into_iter().zip(nearest.weights))
             }
@@ -113,14 +113,14 @@ fn nearest<'a>(auvs: impl Iterator<Item = &'a SimulatedAuv>, world: &World) -> &
     nearest.expect("a goal names a vehicle")
 }
 
-fn mean<'a>(world: &World, weighted: impl Iterator<Item = (&'a SimulatedAuv, f64)>) -> Followed<'a> {
+fn mean<'a>(world: &World, weighted: impl Iterator<Item = (&'a SimulatedAuv, f64)>) -> GoalPoint<'a> {
     let (mut position, mut velocity, mut sum) = (Vector2::zeros(), Vector2::zeros(), 0.0);
     for (auv, weight) in weighted {
         position += auv.position() * weight;
         velocity += ground_velocity(auv, world) * weight;
         sum += weight;
     }
-    Followed {
+    GoalPoint {
         position: position / sum,
         velocity: velocity / sum,
         auv: None,

@@ -32,9 +32,9 @@ impl CurrentGrid {
     pub fn at(&self, time: f64, position: &Vector2<f64>) -> Vector2<f64> {
         let [times, norths, easts] = &self.axes;
         let (t, n, e) = (
-            Between::new(times, time),
-            Between::new(norths, position.x),
-            Between::new(easts, position.y),
+            Interpolation::new(times, time),
+            Interpolation::new(norths, position.x),
+            Interpolation::new(easts, position.y),
         );
         let node = |t, n, e| self.currents[(t * norths.len() + n) * easts.len() + e];
         t.interpolate(|t| n.interpolate(|n| e.interpolate(|e| node(t, n, e))))
@@ -43,14 +43,14 @@ impl CurrentGrid {
 
 /// A coordinate between two neighbours of an axis.
 #[derive(Clone, Copy)]
-struct Between {
+struct Interpolation {
     before: usize,
     after: usize,
     /// Share of the distance from `before` to `after`, in [0, 1); 0 if they are the same.
     share: f64,
 }
 
-impl Between {
+impl Interpolation {
     fn new(axis: &[f64], coordinate: f64) -> Self {
         let before = axis
             .partition_point(|&place| place <= coordinate)

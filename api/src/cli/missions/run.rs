@@ -1,12 +1,15 @@
-//! Arguments that `simulate` and `compare` share.
+//! The options of a scenario's run, and the files of its record.
 
-use std::error::Error;
+use std::{error::Error, path::Path};
 
 use clap::Args;
-use sim::scenario::Scenario;
+use record::{self, ExportError, Format};
+use sim::{record::Record, scenario::Scenario};
 
-use super::error::MissionError;
-use crate::cli::{declared_craft::DeclaredCraft, declared_routes::DeclaredRoutes, scenarios::scenario};
+use crate::cli::{
+    declared_craft::DeclaredCraft, declared_routes::DeclaredRoutes, failure::Failure, out_file::OutFile,
+    scenarios::scenario,
+};
 
 /// Options of a scenario's run.
 #[derive(Debug, Args)]
@@ -46,9 +49,36 @@ impl RunArguments {
         }
         if let Some((_, craft)) = self.craft.read()? {
             let surface_craft = scenario.surface_craft.as_mut();
-            surface_craft.ok_or(MissionError::NoSurfaceCraft)?.craft = Some(craft);
+            let surface_craft = surface_craft.ok_or("the scenario has no surface craft: remove --craft")?;
+            surface_craft.craft = Some(craft);
         }
-        self.routes.sail(&mut scenario, self.seed)?;
+        self.routes.follow(&mut scenario, self.seed)?;
         Ok(scenario)
+    }
+}
+
+/// A file for a record.
+pub(super) struct RecordFile {
+    file: OutFile,
+    format: Format,
+}
+
+impl RecordFile {
+    /// The file at `path`, whose suffix chooses the format, for a record of `scenario`.
+    pub(super) fn new(path: &Path, scenario: &Scenario) -> Result<Self, Failure> {
+        let file = OutFile::new(path)?;
+        let format = match Format::of(path) {
+            // Pipes and devices seldom have a suffix.
+            Err(_) if file.is_stream() && path.extension().is_none() => Format::Csv,
+            named => named.map_err(|error| file.refused(error))?,
+        };
+        if format == Format::Geojson && scenario.origin.is_none() {
+            return Err(file.refused(ExportError::NoOrigin));
+        }
+        Ok(Self { file, format })
+    }
+
+    pub(super) fn write(&self, record: &Record) -> Result<(), Failure> {
+        self.file.write(|out| record::write(record, self.format, out))
     }
 }
