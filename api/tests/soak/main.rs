@@ -17,7 +17,6 @@ mod bridge;
 mod campaign;
 mod commands;
 mod connections;
-mod example;
 mod faults;
 mod kill;
 mod shared;
