@@ -105,7 +105,7 @@ impl Case {
                 bytes
             }
             1 => {
-                let (_, break_it) = pick(&mut rng, &BREAKERS);
+                let break_it = pick(&mut rng, &BREAKERS);
                 let request = request(&mut rng).to_string();
                 break_it(&request, &mut rng)
             }
@@ -199,12 +199,25 @@ fn splice(request: &mut Value, rng: &mut ChaCha8Rng) {
     }
 }
 
-fn read(body: &[u8]) -> Result<(PlanRequest, Snapshot), Vec<FieldError>> {
-    let request: PlanRequest = wire::read(body).map_err(|unread| match unread {
-        Unread::Syntax(fault) | Unread::Misfit(fault) => vec![*fault],
-    })?;
-    let snapshot = wire::snapshot(request.clone())?;
-    Ok((request, snapshot))
+/// The request in a body, or its faults.
+///
+/// # Panics
+/// If a fault has no place, or JSON is not called JSON: the test's finding.
+pub fn read(body: &[u8]) -> Result<(PlanRequest, Snapshot), Vec<FieldError>> {
+    let read = wire::read(body).map_err(|unread| {
+        let (is_json, fault) = match unread {
+            Unread::Syntax(fault) => (false, fault),
+            Unread::Misfit(fault) => (true, fault),
+        };
+        assert_eq!(serde_json::from_slice::<Value>(body).is_ok(), is_json, "{fault:?}");
+        vec![*fault]
+    });
+    let read = read.and_then(|request: PlanRequest| Ok((request.clone(), wire::snapshot(request)?)));
+    let has_place = |fault: &FieldError| fault.pointer.is_empty() || fault.pointer.starts_with('/');
+    if let Err(faults) = &read {
+        assert!(!faults.is_empty() && faults.iter().all(has_place), "{faults:?}");
+    }
+    read
 }
 
 /// A number that is not finite is written as null.

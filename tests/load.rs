@@ -17,8 +17,6 @@ mod flight;
 mod http;
 #[path = "load/overload.rs"]
 mod overload;
-#[path = "load/readers.rs"]
-mod readers;
 #[path = "load/record.rs"]
 mod record;
 #[path = "load/tally.rs"]
@@ -61,11 +59,8 @@ struct Arguments {
     /// Add so many missions every minute instead, until the service has too much to do.
     #[arg(long)]
     step: Option<usize>,
-    /// Let so many read the events of one mission instead, and one not read.
-    #[arg(long, conflicts_with = "step")]
-    readers: Option<usize>,
     /// Ask for plans beside the missions, so many times as often as the service keeps up with.
-    #[arg(long, value_name = "FACTOR", conflicts_with_all = ["step", "readers"])]
+    #[arg(long, value_name = "FACTOR", conflicts_with = "step")]
     overload: Option<f64>,
 }
 
@@ -77,9 +72,6 @@ async fn main() -> Result<(), Box<dyn Error>> {
         .trim_start_matches("http://")
         .trim_end_matches('/')
         .parse()?;
-    if let Some(n_readers) = arguments.readers {
-        return Ok(readers::run(address, n_readers, arguments.pid).await?);
-    }
     let mut load = Load::new(address, arguments.pid);
     let time = Duration::from_secs_f64(60.0 * arguments.minutes);
     match (arguments.step, arguments.overload) {

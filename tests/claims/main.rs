@@ -9,7 +9,6 @@ mod fallback_levels;
 mod fuzz;
 mod guarantees;
 mod imports;
-mod malformed_bodies;
 mod missions;
 mod paper_corrections;
 mod rejections;

@@ -32,7 +32,7 @@ const PERIOD: Duration = Duration::from_secs(1);
 
 /// The vehicles of a mission and their motion.
 #[derive(Debug)]
-pub(crate) struct Sea {
+struct Sea {
     random: ChaCha8Rng,
     /// Distance of the AUVs along their lanes, m.
     along: f64,
@@ -50,7 +50,7 @@ struct Craft {
 }
 
 impl Sea {
-    pub(crate) fn new(seed: u64) -> Self {
+    fn new(seed: u64) -> Self {
         Self {
             random: ChaCha8Rng::seed_from_u64(seed),
             along: 0.0,
@@ -78,19 +78,13 @@ impl Sea {
         3_f64.sqrt() * (2.0 * self.random.random::<f64>() - 1.0)
     }
 
-    /// Reports with `fixes` of each AUV, the last of them of now.
-    pub(crate) fn reports(&mut self, fixes: u32) -> Value {
-        let now = unix_now();
-        let mut lane = |east: f64| -> Vec<Value> {
-            (0..fixes)
-                .rev()
-                .map(|back| {
-                    // Fixes in one post were sent a millisecond after each other.
-                    let t_s = now - 1e-3 * f64::from(back);
-                    let (north_m, east_m) = (self.along + SIGMA * self.noise(), east + SIGMA * self.noise());
-                    json!({ "t_s": t_s, "north_m": north_m, "east_m": east_m, "sigma_m": SIGMA, "depth_m": 9.0 })
-                })
-                .collect()
+    /// Reports of now.
+    fn reports(&mut self) -> Value {
+        let since = SystemTime::now().duration_since(UNIX_EPOCH);
+        let now = since.expect("the clock is set").as_secs_f64();
+        let mut lane = |east: f64| {
+            let (north_m, east_m) = (self.along + SIGMA * self.noise(), east + SIGMA * self.noise());
+            json!([{ "t_s": now, "north_m": north_m, "east_m": east_m, "sigma_m": SIGMA, "depth_m": 9.0 }])
         };
         let auvs = json!({ "auv-1": lane(0.0), "auv-2": lane(LANE) });
         let craft = &self.craft;
@@ -102,11 +96,6 @@ impl Sea {
         });
         json!({ "auvs": auvs, "asc": [{ "t_s": now, "state": state }] })
     }
-}
-
-fn unix_now() -> f64 {
-    let since = SystemTime::now().duration_since(UNIX_EPOCH);
-    since.expect("the clock is set").as_secs_f64()
 }
 
 /// The members of a reference that a client reads.
@@ -162,8 +151,8 @@ pub(crate) async fn make(connection: &mut Connection, shared: &Shared) -> io::Re
 /// A mission and its reporters.
 #[derive(Debug)]
 pub(crate) struct Flight {
-    pub(crate) index: usize,
-    pub(crate) id: String,
+    index: usize,
+    id: String,
     connection: Connection,
     sea: Sea,
     shared: Shared,
@@ -202,7 +191,7 @@ impl Flight {
     }
 
     async fn report(&mut self, due: Instant, second: u32) {
-        let heard = self.sea.reports(1).to_string();
+        let heard = self.sea.reports().to_string();
         let post = Request::post(&format!("/v1/missions/{}/reports", self.id), heard);
         let answer = self
             .connection

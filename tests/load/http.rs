@@ -10,7 +10,7 @@ use futures_util::StreamExt as _;
 use hyper::client::conn::http1::{Builder, SendRequest};
 use hyper_util::rt::TokioIo;
 use tokio::{
-    net::TcpSocket,
+    net::TcpStream,
     time::{Instant, timeout},
 };
 
@@ -87,7 +87,7 @@ impl Connection {
     async fn exchange(&mut self, request: &Request) -> io::Result<Answer> {
         let mut sender = match self.sender.take() {
             Some(sender) => sender,
-            None => open(self.address, None).await?,
+            None => open(self.address).await?,
         };
         let (head, body) = send(&mut sender, request).await?.into_parts();
         let retry_after = head.headers.get(header::RETRY_AFTER);
@@ -111,11 +111,9 @@ pub(crate) struct Lines {
 }
 
 impl Lines {
-    /// The answer to `request` on its own connection, with about `buffer` bytes of unread data.
-    pub(crate) async fn of(address: SocketAddr, request: &Request, buffer: Option<u32>) -> io::Result<Self> {
-        let begun = timeout(PATIENCE, async {
-            send(&mut open(address, buffer).await?, request).await
-        });
+    /// The answer to `request` on its own connection.
+    pub(crate) async fn of(address: SocketAddr, request: &Request) -> io::Result<Self> {
+        let begun = timeout(PATIENCE, async { send(&mut open(address).await?, request).await });
         let begun = begun.await.map_err(|_| io::ErrorKind::TimedOut)??;
         Ok(Self {
             status: begun.status().as_u16(),
@@ -143,16 +141,8 @@ impl Lines {
     }
 }
 
-async fn open(address: SocketAddr, buffer: Option<u32>) -> io::Result<SendRequest<Body>> {
-    let socket = if address.is_ipv4() {
-        TcpSocket::new_v4()?
-    } else {
-        TcpSocket::new_v6()?
-    };
-    if let Some(bytes) = buffer {
-        socket.set_recv_buffer_size(bytes)?;
-    }
-    let socket = socket.connect(address).await?;
+async fn open(address: SocketAddr) -> io::Result<SendRequest<Body>> {
+    let socket = TcpStream::connect(address).await?;
     socket.set_nodelay(true)?;
     let begun = Builder::new()
         .max_buf_size(BUFFER)

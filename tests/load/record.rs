@@ -36,7 +36,7 @@ impl Plans {
     /// Takes up the record of one more mission, as it is read.
     pub(crate) async fn read(&mut self, address: SocketAddr, id: &str) -> io::Result<()> {
         let get = Request::get(&format!("/v1/missions/{id}/record?format=events_ndjson"));
-        let mut lines = Lines::of(address, &get, None).await?;
+        let mut lines = Lines::of(address, &get).await?;
         if lines.status != 200 {
             let problem = lines.next().await?.unwrap_or_default();
             return Err(io::Error::other(format!("{}: {problem}", lines.status)));

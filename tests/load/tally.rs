@@ -175,12 +175,10 @@ impl Tally {
 
 /// Resident memory of a process, as text.
 pub(crate) fn memory(pid: Option<u32>) -> String {
-    memory_kib(pid).map_or("unknown".to_owned(), |kib| format!("{} MiB", kib / 1024))
-}
-
-/// Resident memory of a process, KiB.
-pub(crate) fn memory_kib(pid: Option<u32>) -> Option<u64> {
-    let status = fs::read_to_string(format!("/proc/{}/status", pid?)).ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
-    line.split_whitespace().next()?.parse().ok()
+    let kib = || -> Option<u64> {
+        let status = fs::read_to_string(format!("/proc/{}/status", pid?)).ok()?;
+        let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
+        line.split_whitespace().next()?.parse().ok()
+    };
+    kib().map_or("unknown".to_owned(), |kib| format!("{} MiB", kib / 1024))
 }
