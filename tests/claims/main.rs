@@ -3,7 +3,6 @@
 //! `api/tests/program` starts the program: only a package's own tests know its binary.
 
 mod any_snapshot;
-mod bridge;
 mod deadline;
 mod fallback_levels;
 mod fuzz;

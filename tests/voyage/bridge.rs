@@ -42,6 +42,7 @@ impl BridgeProcess {
             rate_hz: [2.0, 5.0, 10.0][draws.random_range(0..3)],
             report_interval: Duration::from_millis([200, 500, 1_000][draws.random_range(0..3)]),
             take_control: true,
+            dry_run: world.course.is_dry,
             ..Settings::default()
         };
         if world.course.only.is_some() {
@@ -79,7 +80,7 @@ impl BridgeProcess {
 
     pub(super) fn start(&mut self) {
         self.world.note("bridge", "starts");
-        self.sea.new_bridge();
+        self.sea.new_bridge(1.0 / self.settings.rate_hz);
         let settings = Settings {
             nmea: vec![],
             modems: vec![],

@@ -14,10 +14,14 @@ use super::{
 const SHOWN: usize = 20;
 
 /// Every claim: its name, and the part with its promise.
-pub const CLAIMS: [(&str, &str); 20] = [
+pub const CLAIMS: [(&str, &str); 21] = [
     (
         "limits",
         "bridge: no reference is faster, turns faster or accelerates more than the mission allows",
+    ),
+    (
+        "rate",
+        "bridge: without faults, references are sent at their rate without a gap",
     ),
     (
         "heartbeat",

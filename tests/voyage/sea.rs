@@ -88,6 +88,8 @@ struct State {
 /// Knowledge of this process of the bridge.
 #[derive(Default)]
 struct Known {
+    /// Time between two references, s.
+    period_s: f64,
     heartbeat_left_s: Option<f64>,
     /// Time since which the craft is under way, s.
     under_way_since_s: Option<f64>,
@@ -120,7 +122,10 @@ fn hull_and_stops(seed: u64) -> (Boat, bool, bool) {
 
 impl Sea {
     pub(super) fn new(world: &Arc<World>, seed: u64) -> Self {
-        let (boat, stops, is_noisy) = hull_and_stops(seed);
+        let (mut boat, stops, is_noisy) = hull_and_stops(seed);
+        if world.course.is_dry && seed % 2 == 1 {
+            (boat.mode, boat.is_armed) = (GUIDED, true);
+        }
         let mut rng = rng(seed, 4);
         Self {
             world: Arc::clone(world),
@@ -150,10 +155,11 @@ impl Sea {
         }
     }
 
-    /// Starts a bridge without knowledge.
-    pub(super) fn new_bridge(&self) {
+    /// Starts a bridge without knowledge, which sends a reference each `period_s`.
+    pub(super) fn new_bridge(&self, period_s: f64) {
         let mut state = lock(&self.state);
         state.known = Known {
+            period_s,
             unguided_since_s: state.known.unguided_since_s,
             wire_bad_s: state.known.wire_bad_s,
             sent_s: state.known.sent_s,
@@ -303,7 +309,8 @@ impl Sea {
             state.known.unguided_since_s.or(Some(t_s))
         };
         let is_cut = now.has(Kind::WireCut);
-        let is_due = CLEAR_S <= now.quiet_s(t_s) && !now.is_paused && state.input.is_some();
+        let may_steer = !now.is_paused && !self.world.course.is_dry;
+        let is_due = CLEAR_S <= now.quiet_s(t_s) && may_steer && state.input.is_some();
         drop(now);
         let boat = &state.boat;
         let (mode, armed) = (boat.mode, boat.is_armed);
@@ -381,6 +388,10 @@ impl Sea {
             && t_s - before_s <= 3.0
         {
             let elapsed = t_s - before_s;
+            let off = (elapsed - known.period_s).abs();
+            world.claim("rate", !world.course.is_nominal || off <= 1.1e-3, || {
+                format!("{elapsed:.4} s after the last one, every {:.1} s is expected", known.period_s)
+            });
             let turn = (heading - before_heading)
                 .sin()
                 .atan2((heading - before_heading).cos())
