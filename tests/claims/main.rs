@@ -15,6 +15,5 @@ mod service;
 mod store;
 mod telemetry;
 mod violations;
-mod visits;
 mod voyages;
 mod wire;
