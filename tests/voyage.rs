@@ -37,7 +37,7 @@ mod shown;
 
 use bridge::BridgeProcess;
 use checker::Checker;
-pub use checker::{CLAIMS, Entry};
+pub use checker::{Entry, claims};
 use database::Database;
 pub use faults::Kind;
 use faults::{Fault, Now, schedule};
@@ -195,6 +195,7 @@ pub fn sail(seed: u64, course: Course) -> Voyage {
 }
 
 /// Sails the voyages of `seeds` on this many threads, else one on each processor, while `goes_on`.
+#[must_use]
 pub fn sail_all(
     seeds: Range<u64>,
     course: Course,

@@ -11,12 +11,10 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
 use serde_json::{Value, json};
+use tests::client::{get, post, with};
 use tokio::time::{Instant, sleep_until};
 
-use super::{
-    http::{Connection, Request},
-    tally::Shared,
-};
+use super::{http::Connection, tally::Shared};
 
 /// Horizontal speed of a 50° sawtooth, m/s.
 const AUV_SPEED: f64 = 0.193;
@@ -131,16 +129,14 @@ pub(crate) async fn make(connection: &mut Connection, shared: &Shared) -> io::Re
         "goal": { "kind": "midpoint", "auvs": ["auv-1", "auv-2"] },
     });
     let new = json!({ "schema_version": "1.0", "title": "load", "live": live });
-    let made = connection
-        .ask(&Request::post("/v1/missions", new.to_string()))
-        .await?;
+    let made = connection.ask(post("/v1/missions", new.to_string())).await?;
     if made.status != 201 {
         shared.lock().refuse("a mission to be made", &made);
         return Ok(None);
     }
     let Made { id } = serde_json::from_slice(&made.body)?;
-    let run = Request::post(&format!("/v1/missions/{id}/run"), "{}".to_owned());
-    let running = connection.ask(&run).await?;
+    let run = post(&format!("/v1/missions/{id}/run"), "{}");
+    let running = connection.ask(run).await?;
     if running.status != 200 {
         shared.lock().refuse("a mission to be begun", &running);
         return Ok(None);
@@ -192,11 +188,9 @@ impl Flight {
 
     async fn report(&mut self, due: Instant, second: u32) {
         let heard = self.sea.reports().to_string();
-        let post = Request::post(&format!("/v1/missions/{}/reports", self.id), heard);
-        let answer = self
-            .connection
-            .ask(&post.header("idempotency-key", &second.to_string()))
-            .await;
+        let post = post(&format!("/v1/missions/{}/reports", self.id), heard);
+        let keyed = with(post, "idempotency-key", &second.to_string());
+        let answer = self.connection.ask(keyed).await;
         let mut tally = self.shared.lock();
         match answer {
             Ok(answer) if answer.status == 200 => {
@@ -209,8 +203,8 @@ impl Flight {
     }
 
     async fn look(&mut self) {
-        let get = Request::get(&format!("/v1/missions/{}/reference", self.id));
-        let answer = self.connection.ask(&get).await;
+        let get = get(&format!("/v1/missions/{}/reference", self.id));
+        let answer = self.connection.ask(get).await;
         let mut tally = self.shared.lock();
         let answer = match answer {
             Ok(answer) if answer.status == 200 => answer,

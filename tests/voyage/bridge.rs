@@ -47,12 +47,8 @@ impl BridgeProcess {
         };
         if world.course.only.is_some() {
             // The displays are those of a bridge with default settings.
-            let Settings {
-                rate_hz,
-                report_interval,
-                ..
-            } = Settings::default();
-            (settings.rate_hz, settings.report_interval) = (rate_hz, report_interval);
+            let usual = Settings::default();
+            (settings.rate_hz, settings.report_interval) = (usual.rate_hz, usual.report_interval);
         }
         let Limits {
             speed_max,
