@@ -16,7 +16,6 @@ mod access;
 mod bridge;
 mod commands;
 mod connections;
-mod example;
 mod faults;
 mod kill;
 mod shared;

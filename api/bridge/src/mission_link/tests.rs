@@ -323,7 +323,8 @@ fn the_service_reads_what_is_posted_as_places_on_earth() {
     };
     let body = serde_json::to_vec(&posted).expect("is JSON");
     let origin = Some(state().position);
-    let (read, rejected) = ::wire::read_reports(&body, origin, |_| vec![]).expect("is read");
+    let body = ::wire::Body::parse(&body).expect("is JSON");
+    let (read, rejected) = ::wire::read_reports(body, origin, |_| vec![]).expect("is read");
     assert!(rejected.is_empty(), "{rejected:?}");
     let (craft, auv) = (&read.asc[0].state, &read.auvs["auv-1"][0]);
     assert_eq!([craft.north_m, craft.east_m, auv.north_m, auv.east_m], [0.0; 4]);
