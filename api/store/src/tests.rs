@@ -73,6 +73,7 @@ async fn fault(store: &EventStore) -> String {
 /// Closes a store, whose write-ahead file is then merged.
 async fn close(store: EventStore) {
     store.close().await.expect("is closed");
+    drop(store);
 }
 
 /// A store of this directory as an earlier program left it, at this version and with this content.
