@@ -156,7 +156,8 @@ fn a_search_without_time_continues_the_previous_schedule() {
     };
     let mut worse_without = 0;
     for seed in 0..12 {
-        let request = by_age(random(9000 + seed, 8, 1000.0));
+        let mut request = random(9000 + seed, 8, 1000.0);
+        (request.current, request.asc.speed_mps) = (None, 0.0);
         let schedule = scheduled(&request);
         let mut request = after_leg(&request, &schedule, 1.0);
         let after = scheduled_with(&request, &hurried);
