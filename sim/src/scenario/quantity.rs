@@ -324,7 +324,7 @@ mod tests {
                 Some((1.0, 12_f64.sqrt().recip())),
             ),
             ("v = {normal = [1.0, 0.2]}", 0.0..=5.0, Some((1.0, 0.2))),
-            ("v = {normal = [4.9, 0.5]}", 3.0..=5.0, None),
+            ("v = {normal = [4.9, 0.5]}", 2.0..=5.0, None),
             ("v = {choice = [0.1, 0.2]}", 0.1..=0.2, Some((0.15, 0.05))),
         ] {
             let quantity = read(text).expect("a distribution");
