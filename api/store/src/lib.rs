@@ -33,6 +33,7 @@ use tokio::sync::{
 };
 
 mod acknowledged;
+mod backend;
 mod command;
 #[cfg(feature = "postgres")]
 mod copy;
@@ -62,6 +63,7 @@ mod trusted_time;
 mod writer;
 
 use acknowledged::{Acknowledged, Compared, LIST_NAME};
+use backend::Backend;
 use command::{Command, LogWriter, Reply, run};
 #[cfg(feature = "postgres")]
 pub use copy::{Copied, StorePlace, copy};
@@ -96,25 +98,6 @@ const WAITING_MAX: usize = 1_024;
 pub struct EventStore {
     shared: Arc<Shared>,
     writer: Sender<Command>,
-}
-
-/// A directory or a database. Its writer is a [`LogWriter`].
-trait Backend: Debug + Send + Sync {
-    /// A reading connection.
-    fn reader(&self) -> Result<EventReader, StoreError>;
-
-    /// The store's file, if it has one.
-    fn path(&self) -> Option<&Path> {
-        None
-    }
-
-    /// The service's lease of missions, if other services can own them.
-    fn lease(&self) -> Option<&Lease> {
-        None
-    }
-
-    /// Disturbs all connections from now on.
-    fn trouble(&self, _: Option<Trouble>) {}
 }
 
 #[derive(Debug)]
@@ -193,23 +176,6 @@ impl EventStore {
         // The losses were noted above.
         writer.list(outdated);
         Self::run(open_files, clock, metrics, writer).map_err(refused)
-    }
-
-    /// `true` if the database of a URL is on another machine, whose services may share it.
-    #[must_use]
-    pub fn is_elsewhere(url: &str) -> bool {
-        postgres::is_elsewhere(url)
-    }
-
-    /// Opens the store in the database of a URL, for a service that takes part as `member`, or for
-    /// a program that appends nothing. The missions of one client may take at most `share` bytes.
-    pub fn open_database(
-        url: &str,
-        member: Option<Member>,
-        share: u64,
-        machine: &Clock,
-    ) -> Result<Self, StoreError> {
-        postgres::open_store(url, member, share, machine)
     }
 
     fn run(

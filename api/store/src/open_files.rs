@@ -5,10 +5,9 @@ use std::{
     io,
     os::unix::fs::MetadataExt as _,
     path::{Path, PathBuf},
-    sync::Arc,
 };
 
-use super::{Backend, error::StoreError, reader::EventReader};
+use super::error::StoreError;
 
 /// The files of an open store.
 ///
@@ -20,17 +19,6 @@ pub(super) struct OpenFiles {
     _database: File,
     /// The store's file first.
     files: Vec<(PathBuf, Identity)>,
-}
-
-impl Backend for Arc<OpenFiles> {
-    fn reader(&self) -> Result<EventReader, StoreError> {
-        self.check()?;
-        EventReader::open(&self.files[0].0, Some(Arc::clone(self)))
-    }
-
-    fn path(&self) -> Option<&Path> {
-        Some(&self.files[0].0)
-    }
 }
 
 /// Device and inode of a file.
@@ -50,6 +38,11 @@ impl OpenFiles {
             _database: database,
             files,
         })
+    }
+
+    /// The store's file.
+    pub(super) fn path(&self) -> &Path {
+        &self.files[0].0
     }
 
     /// Fails if a file was deleted or replaced since the start: writes to it would be lost.

@@ -22,7 +22,8 @@ use tokio_postgres::{
 };
 
 use super::{
-    Backend, EventStore,
+    EventStore,
+    backend::Backend,
     command::LogWriter as _,
     error::StoreError,
     metrics::StoreMetrics,
@@ -60,12 +61,14 @@ pub(super) fn open(url: &str) -> Result<Database, StoreError> {
     Ok(database)
 }
 
-/// A reader of the database of a URL.
-pub(super) fn reading(url: &str) -> Result<EventReader, StoreError> {
-    let database = database(url)?;
-    let pooled = database.reading()?;
-    pooled.with(|link| schema::require_newest(link, database.name()))?;
-    Ok(EventReader::in_database(pooled))
+impl EventReader {
+    /// Reads the store in the database of a URL; services may be writing to it.
+    pub fn of_database(url: &str) -> Result<Self, StoreError> {
+        let database = database(url)?;
+        let pooled = database.reading()?;
+        pooled.with(|link| schema::require_newest(link, database.name()))?;
+        Ok(Self::in_database(pooled))
+    }
 }
 
 /// A database, and this service's lease of missions in it.
@@ -89,25 +92,36 @@ impl Backend for Joined {
     }
 }
 
-/// The store in the database of a URL.
-pub(super) fn open_store(
-    url: &str,
-    member: Option<Member>,
-    share: u64,
-    machine: &Clock,
-) -> Result<EventStore, StoreError> {
-    let database = open(url)?;
-    let mut time = TrustedTime::read(&database.connect()?)?;
-    time.adopt(machine);
-    let clock = TrustedClock::new(time, machine);
-    let join = |member| Lease::join(database.clone(), member, machine);
-    let lease = member.map(join).transpose()?;
-    let metrics = StoreMetrics::default();
-    let joined = Joined { database, lease };
-    let mut writer = PostgresWriter::new(&joined, share, clock.clone(), metrics.clone())?;
-    writer.keep_time(time)?;
-    let name = joined.database.name().to_owned();
-    EventStore::run(joined, clock, metrics, writer).map_err(|error| StoreError::open(name.as_ref(), &error))
+impl EventStore {
+    /// `true` if the database of a URL may be on another machine, whose services may share it. A
+    /// wrong URL is refused later.
+    #[must_use]
+    pub fn is_elsewhere(url: &str) -> bool {
+        let config = without_tls(url).parse::<Config>();
+        config.is_ok_and(|config| !is_on_this_machine(&config))
+    }
+
+    /// Opens the store in the database of a URL, for a service that takes part as `member`, or for
+    /// a program that appends nothing. The missions of one client may take at most `share` bytes.
+    pub fn open_database(
+        url: &str,
+        member: Option<Member>,
+        share: u64,
+        machine: &Clock,
+    ) -> Result<Self, StoreError> {
+        let database = open(url)?;
+        let mut time = TrustedTime::read(&database.connect()?)?;
+        time.adopt(machine);
+        let clock = TrustedClock::new(time, machine);
+        let join = |member| Lease::join(database.clone(), member, machine);
+        let lease = member.map(join).transpose()?;
+        let metrics = StoreMetrics::default();
+        let mut writer = PostgresWriter::new((&database, &lease), share, clock.clone(), metrics.clone())?;
+        writer.keep_time(time)?;
+        let name = database.name().to_owned();
+        let joined = Joined { database, lease };
+        Self::run(joined, clock, metrics, writer).map_err(|error| StoreError::open(name.as_ref(), &error))
+    }
 }
 
 fn database(url: &str) -> Result<Database, StoreError> {
@@ -197,12 +211,6 @@ fn of_each_host(address: &str) -> Vec<String> {
     });
     // Hosts may also be parameters.
     parts.unwrap_or_else(|| vec![address.to_owned()])
-}
-
-/// `true` if the database of a URL may be on another machine. A wrong URL is refused later.
-pub(super) fn is_elsewhere(url: &str) -> bool {
-    let config = without_tls(url).parse::<Config>();
-    config.is_ok_and(|config| !is_on_this_machine(&config))
 }
 
 fn is_on_this_machine(config: &Config) -> bool {

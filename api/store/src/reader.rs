@@ -6,14 +6,13 @@ use rusqlite::{Connection, OpenFlags};
 use wire::mission::Order;
 
 use super::{
-    digest::{CHECKPOINT, digest, summary_of},
+    digest::{CHECKPOINT, digest},
     entry::{FIND_ANSWER, PreviousAnswer, StoredEvent, StoredMission},
     error::StoreError,
     locked::Locked,
     open_files::OpenFiles,
     packed::unpack,
-    postgres,
-    rows::{Param, Row, Rows},
+    rows::{MISSION, Param, Row, Rows, stored_mission},
     schema,
     sql::{LOCK_TIME, limit, signed, unsigned},
 };
@@ -47,11 +46,6 @@ impl EventReader {
         let connection = connect(&path)?;
         schema::require_newest(&connection, &path)?;
         Ok(Self(Box::new(connection), None))
-    }
-
-    /// Reads the store in the database of a URL; services may be writing to it.
-    pub fn of_database(url: &str) -> Result<Self, StoreError> {
-        postgres::reading(url)
     }
 
     pub(super) fn in_database(connection: impl Rows + 'static) -> Self {
@@ -298,22 +292,6 @@ fn connect(path: &Path) -> Result<Connection, StoreError> {
 
 fn select_missions(condition: &str) -> String {
     format!("SELECT {MISSION} FROM missions WHERE {condition}")
-}
-
-/// The columns that [`stored_mission`] reads.
-pub(super) const MISSION: &str = "number, id, summary, status, sequence, head, digest";
-
-/// Reads the columns [`MISSION`].
-pub(super) fn stored_mission(row: &dyn Row) -> Result<StoredMission, StoreError> {
-    let (number, id, summary): (_, String, Vec<u8>) = (row.get(0)?, row.get(1)?, row.get(2)?);
-    let (status, head, stored): (String, Vec<u8>, Vec<u8>) = (row.get(3)?, row.get(5)?, row.get(6)?);
-    let expected = digest(number, row.get(4)?, &summary_of(&status, &id), &head, &summary);
-    Ok(StoredMission {
-        number: unsigned(number),
-        id,
-        summary,
-        is_whole: stored == expected,
-    })
 }
 
 /// Selects events of mission `?1`; those that meet `first` with their predecessor's digest.

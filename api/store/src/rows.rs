@@ -7,7 +7,12 @@ use rusqlite::{
     types::{FromSql, ValueRef},
 };
 
-use super::error::StoreError;
+use super::{
+    digest::{digest, summary_of},
+    entry::StoredMission,
+    error::StoreError,
+    sql::unsigned,
+};
 
 /// A value for each store of this program.
 #[cfg(feature = "postgres")]
@@ -126,4 +131,20 @@ impl Rows for Connection {
         }
         Ok(())
     }
+}
+
+/// The columns that [`stored_mission`] reads.
+pub(super) const MISSION: &str = "number, id, summary, status, sequence, head, digest";
+
+/// Reads the columns [`MISSION`].
+pub(super) fn stored_mission(row: &dyn Row) -> Result<StoredMission, StoreError> {
+    let (number, id, summary): (_, String, Vec<u8>) = (row.get(0)?, row.get(1)?, row.get(2)?);
+    let (status, head, stored): (String, Vec<u8>, Vec<u8>) = (row.get(3)?, row.get(5)?, row.get(6)?);
+    let expected = digest(number, row.get(4)?, &summary_of(&status, &id), &head, &summary);
+    Ok(StoredMission {
+        number: unsigned(number),
+        id,
+        summary,
+        is_whole: stored == expected,
+    })
 }

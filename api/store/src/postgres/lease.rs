@@ -16,7 +16,7 @@ use super::{
     super::{
         error::StoreError,
         ownership::{Acquired, BEATS, Member, Owned, Turn},
-        reader::{MISSION, stored_mission},
+        rows::{MISSION, stored_mission},
         sql::{new_id, without_nul},
     },
     keeper::{Keeper, Membership},

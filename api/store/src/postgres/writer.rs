@@ -16,7 +16,6 @@ use super::{
         sql::{DELETED, PROTECT, PURGE_EVENTS, new_id, signed, without_nul},
         trusted_time::{TrustedClock, TrustedTime},
     },
-    Joined,
     batch::{Batch, end, keep_order, number_in_order},
     lease::Lease,
     link::{Database, Link},
@@ -70,7 +69,7 @@ pub(super) struct PostgresWriter {
 
 impl PostgresWriter {
     pub(super) fn new(
-        Joined { database, lease }: &Joined,
+        (database, lease): (&Database, &Option<Lease>),
         share: u64,
         clock: TrustedClock,
         metrics: StoreMetrics,
