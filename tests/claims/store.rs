@@ -409,7 +409,7 @@ async fn every_change_of_stored_data_is_named(place: Place) {
     // The start of a restart.
     place.change(&format!("UPDATE missions SET summary = {of_b} WHERE number = 1"));
     let named = a("its summary is not what was stored");
-    assert_eq!(faults(&store), [named.clone()]);
+    assert_eq!(faults(&store), std::slice::from_ref(&named));
     store.inspect();
     let found = store.probe().await.expect_err("is damaged");
     assert_eq!(found.to_string(), named);

@@ -41,7 +41,8 @@ pub(crate) fn pages() -> Vec<Page> {
         name,
     };
     let names = others.chain(guides).chain(docs);
-    names.filter(|name| name.ends_with(".md")).map(page).collect()
+    let is_page = |name: &String| Path::new(name).extension().is_some_and(|is| is == "md");
+    names.filter(is_page).map(page).collect()
 }
 
 /// Fails with the faults of all pages.
