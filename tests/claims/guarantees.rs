@@ -531,7 +531,7 @@ fn a_course_that_is_not_a_number_is_refused() {
         ..PreviousPlan::default()
     });
     let refused = Snapshot::try_from(scene).expect_err("NaN is no course");
-    assert_eq!(refused.0[0].field, "previous_plan/goal_course_rad");
+    assert_eq!(refused.0[0].pointer, "/previous_plan/goal_course_rad");
 }
 
 /// The plan's `reference` becomes the craft's command.

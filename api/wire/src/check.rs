@@ -3,7 +3,7 @@
 use planner::snapshot::{InvalidRequest, PlanRequest, SCHEMA_VERSION, Snapshot};
 use serde_json::Value;
 
-use super::{DEADLINE_MS, METADATA_BYTES_MAX, field_pointers::length, positions::wrong_place};
+use super::{DEADLINE_MS, METADATA_BYTES_MAX, positions::wrong_place};
 use crate::{CraftFrame, FieldError};
 
 /// The snapshot of `request`, in the frame at the craft if it has an origin. Fails with all faults.
@@ -22,7 +22,7 @@ pub fn snapshot_until(mut request: PlanRequest, due: &dyn Fn() -> bool) -> Resul
     match Snapshot::until(request, due) {
         Ok(snapshot) if envelope.is_empty() => Ok(snapshot),
         Ok(_) => Err(envelope),
-        Err(invalid) => Err(with_fields(envelope, &invalid)),
+        Err(InvalidRequest(fields)) => Err([envelope, fields].concat()),
     }
 }
 
@@ -42,13 +42,8 @@ pub fn check(request: &PlanRequest) -> Result<(), Vec<FieldError>> {
     match request.check() {
         Ok(()) if envelope.is_empty() => Ok(()),
         Ok(()) => Err(envelope),
-        Err(invalid) => Err(with_fields(envelope, &invalid)),
+        Err(InvalidRequest(fields)) => Err([envelope, fields].concat()),
     }
-}
-
-fn with_fields(mut errors: Vec<FieldError>, InvalidRequest(fields): &InvalidRequest) -> Vec<FieldError> {
-    errors.extend(fields.iter().map(FieldError::from));
-    errors
 }
 
 /// The fault of a `schema_version`, if it has one.
@@ -80,9 +75,11 @@ fn envelope_faults(request: &PlanRequest) -> Vec<FieldError> {
     let deadline = request.deadline_ms;
     invalid.extend(deadline.and_then(|given| FieldError::outside("/deadline_ms", given, &DEADLINE_MS)));
     let bytes = Value::Object(request.metadata.clone()).to_string().len();
-    if METADATA_BYTES_MAX < bytes {
-        let pointer = "/metadata".to_owned();
-        invalid.push(length(pointer, bytes, 0..=METADATA_BYTES_MAX, "bytes"));
-    }
+    invalid.extend(FieldError::of_length(
+        "/metadata",
+        bytes,
+        &(0..=METADATA_BYTES_MAX),
+        "bytes",
+    ));
     invalid
 }

@@ -27,7 +27,9 @@ fn scenario(text: &str, id: &str) -> Result<Scenario, String> {
 
 fn parsed(toml: &str, track: &str) -> Result<Scenario, String> {
     let files = Files::kept(BTreeMap::from([("track.csv".to_owned(), track.to_owned())]));
-    Scenario::parse(toml, "mine.toml", files).map_err(|error| error.to_string())
+    let read = Scenario::parse(toml, "mine.toml", files);
+    read.and_then(Scenario::checked)
+        .map_err(|error| error.to_string())
 }
 
 /// A spiral that dives and climbs, once a second for a minute, from a time of day on.
@@ -282,8 +284,8 @@ fn a_member_that_contradicts_a_track_is_refused() {
         assert!(refused.contains(fault), "{refused}");
     }
     parsed(&alone("depth_m = 4\n"), track).expect("has a depth of its own");
-    let absent =
-        Scenario::parse(&alone(""), "mine.toml", Files::kept(BTreeMap::new())).expect_err("is absent");
+    let read = Scenario::parse(&alone(""), "mine.toml", Files::kept(BTreeMap::new()));
+    let absent = read.and_then(Scenario::checked).expect_err("is absent");
     assert!(
         absent
             .to_string()

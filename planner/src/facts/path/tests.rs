@@ -1,11 +1,11 @@
 use std::f64::consts::{PI, TAU};
 
 use nalgebra::Vector2;
+use serde_json::Value;
 
 use super::*;
 use crate::facts::{
     angle::{direction, wrap},
-    invalid_field::{InvalidField, InvalidReason},
     path::piece::Piece,
 };
 
@@ -244,34 +244,42 @@ fn a_path_from_its_lines_and_arcs_is_the_same() {
     }
 }
 
-fn refused(path: Result<Path, InvalidPath>) -> (String, InvalidReason) {
-    let InvalidPath(InvalidField { field, reason }) = path.expect_err("is none");
-    (field, reason)
+/// The place and the code of a fault, the number that it is about and the largest one accepted.
+fn refused(path: Result<Path, InvalidPath>) -> (String, String, f64, f64) {
+    let fault = path.expect_err("is none");
+    let number = |value: &Value| value.as_f64();
+    let given = fault.given.as_ref().and_then(number);
+    let most = fault.limit.as_ref().and_then(|limit| number(&limit["most"]));
+    (
+        fault.pointer,
+        fault.code,
+        given.unwrap_or(f64::NAN),
+        most.unwrap_or(f64::NAN),
+    )
 }
 
 #[test]
 fn a_fillet_without_room_is_refused_with_the_largest_possible_radius() {
-    let (field, reason) = refused(square(15.1));
+    let (place, code, given, most) = refused(square(15.1));
     // Two right angles on the leg of 30 m: 15 m each.
-    let InvalidReason::Fillet { given, most } = reason else {
-        panic!("{reason:?}")
-    };
-    assert!(field.starts_with("segments/0/points/"));
+    assert!(place.starts_with("/segments/0/points/"));
+    assert_eq!(code, "fillet");
     assert!(given == 15.1 && (most - 15.0).abs() < 1e-9);
     assert!(square(most).is_ok());
     let back = [(0.0, 0.0), (30.0, 0.0), (0.0, 0.0)].map(|(n, e)| Vector2::new(n, e));
-    let (field, reason) = refused(Path::waypoints(&back, 1.0, false));
-    assert_eq!(field, "segments/0/points/1");
-    assert!(matches!(reason, InvalidReason::Fillet { most, .. } if most < 1e-9));
+    let (place, code, _, most) = refused(Path::waypoints(&back, 1.0, false));
+    assert_eq!((&*place, &*code), ("/segments/0/points/1", "fillet"));
+    assert!(most < 1e-9);
 }
 
 #[test]
 fn a_corner_without_a_fillet_is_a_kink_and_a_straight_line_needs_none() {
-    let (field, reason) = refused(square(0.0));
-    assert_eq!(field, "segments/0/points/0");
-    assert!(
-        matches!(reason, InvalidReason::Kink { given, most: KINK_MAX } if (given - PI / 2.0).abs() < 1e-9)
+    let (place, code, given, most) = refused(square(0.0));
+    assert_eq!(
+        (&*place, &*code, most),
+        ("/segments/0/points/0", "kink", KINK_MAX)
     );
+    assert!((given - PI / 2.0).abs() < 1e-9);
     let row = [0.0, 10.0, 25.0].map(|north| Vector2::new(north, 2.0 * north));
     let path = Path::waypoints(&row, 0.0, false).expect("has no corner");
     assert!((path.length() - 25.0 * 5_f64.sqrt()).abs() < 1e-9);
@@ -282,16 +290,15 @@ fn segments_that_do_not_join_are_refused_with_the_size_of_the_gap_or_kink() {
     let line = |from: [f64; 2], to: [f64; 2]| Segment::Line { from, to };
     let first = line([0.0, 0.0], [10.0, 0.0]);
     let gap = [first.clone(), line([10.0, 0.002], [20.0, 0.002])];
-    let (field, reason) = refused(Path::from_segments(&gap, false));
-    assert_eq!(field, "segments/1");
-    assert!(matches!(reason, InvalidReason::Gap { given, most: GAP_MAX } if (given - 0.002).abs() < 1e-12));
+    let (place, code, given, most) = refused(Path::from_segments(&gap, false));
+    assert_eq!((&*place, &*code, most), ("/segments/1", "gap", GAP_MAX));
+    assert!((given - 0.002).abs() < 1e-12);
     let kink = [first.clone(), line([10.0, 0.0], [20.0, 0.1])];
-    let (field, reason) = refused(Path::from_segments(&kink, false));
-    assert_eq!(field, "segments/1");
-    assert!(matches!(reason, InvalidReason::Kink { given, .. } if (given - 0.01_f64.atan()).abs() < 1e-12));
-    let (field, reason) = refused(Path::from_segments(std::slice::from_ref(&first), true));
-    assert_eq!(field, "segments/0");
-    assert!(matches!(reason, InvalidReason::Gap { given: 10.0, .. }));
+    let (place, code, given, _) = refused(Path::from_segments(&kink, false));
+    assert_eq!((&*place, &*code), ("/segments/1", "kink"));
+    assert!((given - 0.01_f64.atan()).abs() < 1e-12);
+    let (place, code, given, _) = refused(Path::from_segments(std::slice::from_ref(&first), true));
+    assert_eq!((&*place, &*code, given), ("/segments/0", "gap", 10.0));
     // Coordinates rounded to millimetres join.
     let rounded = [first, line([10.0, 0.0004], [20.0, 0.0])];
     assert!(Path::from_segments(&rounded, false).is_ok());
@@ -307,7 +314,7 @@ fn invalid_numbers_are_refused_by_name() {
                     from: origin.into(),
                     to: [strange, 0.0],
                 },
-                "segments/0/to/0",
+                "/segments/0/to/0",
             ),
             (
                 Segment::Arc {
@@ -315,7 +322,7 @@ fn invalid_numbers_are_refused_by_name() {
                     centre: origin.into(),
                     angle_rad: 1.0,
                 },
-                "segments/0/from/1",
+                "/segments/0/from/1",
             ),
             (
                 Segment::Arc {
@@ -323,7 +330,7 @@ fn invalid_numbers_are_refused_by_name() {
                     centre: origin.into(),
                     angle_rad: strange,
                 },
-                "segments/0/angle_rad",
+                "/segments/0/angle_rad",
             ),
             (
                 Segment::Waypoints {
@@ -332,7 +339,7 @@ fn invalid_numbers_are_refused_by_name() {
                     turn_radius_m: None,
                     legs: vec![],
                 },
-                "segments/0/fillet_m",
+                "/segments/0/fillet_m",
             ),
         ] {
             assert_eq!(refused(Path::from_segments(&[segment], false)).0, at_fault);
@@ -345,13 +352,14 @@ fn invalid_numbers_are_refused_by_name() {
         from: origin.into(),
         to: origin.into(),
     };
-    let (field, reason) = refused(Path::from_segments(&[point], false));
-    assert_eq!(field, "segments/0/to");
+    let fault = Path::from_segments(&[point], false).expect_err("is none");
     assert!(
-        reason.to_string().starts_with("both ends are within 0.001 m"),
-        "{reason}"
+        fault
+            .to_string()
+            .starts_with("/segments/0/to: both ends are within 0.001 m"),
+        "{fault}"
     );
-    assert_eq!(refused(Path::from_segments(&[], false)).0, "segments");
+    assert_eq!(refused(Path::from_segments(&[], false)).0, "/segments");
 }
 
 #[test]
@@ -433,12 +441,11 @@ fn any_ten_thousand_points_make_a_searchable_path() {
 
 #[test]
 fn way_points_at_one_place_are_refused() {
-    let (field, reason) = refused(route(&[(5.0, 0.0), (5.0, 0.05), (5.0, 0.0)], 5.0, false));
-    assert_eq!(field, "segments/0/points");
-    assert!(matches!(reason, InvalidReason::OnePlace { .. }));
+    let (place, code, ..) = refused(route(&[(5.0, 0.0), (5.0, 0.05), (5.0, 0.0)], 5.0, false));
+    assert_eq!((&*place, &*code), ("/segments/0/points", "one_place"));
     assert_eq!(
         refused(route(&[(0.0, 0.0), (9.0, 2e6)], 5.0, false)).0,
-        "segments/0/points/1/1"
+        "/segments/0/points/1/1"
     );
 }
 
@@ -457,14 +464,14 @@ fn a_speed_profile_is_straight_between_its_knots_and_constant_outside() {
     }
     assert!(SpeedProfile::constant(0.3).is_ok_and(|profile| profile.at(1e5) == 0.3));
     for (knots, at_fault) in [
-        (vec![], "knots"),
-        (vec![(0.0, 0.0)], "knots/0/1"),
-        (vec![(0.0, f64::NAN)], "knots/0/1"),
-        (vec![(0.0, 0.1), (f64::INFINITY, 0.1)], "knots/1/0"),
-        (vec![(0.0, 0.1), (1.0, 0.1), (1.0, 0.2)], "knots/2/0"),
+        (vec![], "/knots"),
+        (vec![(0.0, 0.0)], "/knots/0/1"),
+        (vec![(0.0, f64::NAN)], "/knots/0/1"),
+        (vec![(0.0, 0.1), (f64::INFINITY, 0.1)], "/knots/1/0"),
+        (vec![(0.0, 0.1), (1.0, 0.1), (1.0, 0.2)], "/knots/2/0"),
     ] {
-        let InvalidPath(invalid) = SpeedProfile::new(knots).expect_err("is none");
-        assert_eq!(invalid.field, at_fault);
+        let fault = SpeedProfile::new(knots).expect_err("is none");
+        assert_eq!(fault.pointer, at_fault);
     }
 }
 
@@ -492,11 +499,11 @@ fn legs_keep_their_speeds_and_depths_at_repeated_points_and_back_to_the_first() 
             assert_eq!(point.leg, leg(*speed), "{place:?}");
         }
     }
-    let field = |legs, closed| path(legs, closed).expect_err("is refused").0.field;
-    assert_eq!(field(vec![leg(1.0); 2], false), "segments/0/legs");
-    assert_eq!(field(vec![leg(1.0); 3], true), "segments/0/legs");
+    let field = |legs, closed| path(legs, closed).expect_err("is refused").pointer;
+    assert_eq!(field(vec![leg(1.0); 2], false), "/segments/0/legs");
+    assert_eq!(field(vec![leg(1.0); 3], true), "/segments/0/legs");
     assert_eq!(
         field(vec![leg(1.0), leg(11.0), leg(1.0)], false),
-        "segments/0/legs/1/speed_mps"
+        "/segments/0/legs/1/speed_mps"
     );
 }

@@ -68,43 +68,43 @@ fn an_invalid_visit_goal_is_refused_by_field_and_value() {
     let changes: [(Change<'_>, &str); 12] = [
         (
             &|visits| visits.auvs.push("auv-0".into()),
-            "goal/auvs/3: duplicate name \"auv-0\"",
+            "/goal/auvs/3: duplicate name (given: \"auv-0\")",
         ),
         (
             &|visits| visits.auvs.push("x".into()),
-            "goal/auvs/3: no vehicle is called \"x\"",
+            "/goal/auvs/3: no vehicle in `auvs` has this id (given: \"x\")",
         ),
         (
             &|visits| visits.auvs.clear(),
-            "goal/auvs: must have 1 to 16 items, has 0",
+            "/goal/auvs: must have 1 to 16 items (given: 0)",
         ),
         (
             &|visits| visits.within_m = 0.5,
-            "goal/within_m: 0.5 is not in [1, 5000]",
+            "/goal/within_m: must be from 1 to 5000 (given: 0.5)",
         ),
         (
             &|visits| visits.dwell_min_s = f64::NAN,
-            "goal/dwell_min_s: NaN is not in [0, 3600]",
+            "/goal/dwell_min_s: must be from 0 to 3600",
         ),
         (
             &|visits| visits.weights = visits.auvs.iter().map(|id| (id.clone(), 0.0)).collect(),
-            "goal/weights: at least one",
+            "/goal/weights: at least one",
         ),
         (
             &|visits| _ = visits.weights.insert("auv-1".into(), -1.0),
-            "goal/weights/auv-1: -1 is not in [0, 1000000]",
+            "/goal/weights/auv-1: must be from 0 to 1000000 (given: -1.0)",
         ),
         (
             &|visits| _ = visits.serve_by_s.insert("x".into(), 1.0),
-            "goal/serve_by_s/x: only vehicles in goal/auvs",
+            "/goal/serve_by_s/x: only vehicles in goal/auvs",
         ),
         (
             &|visits| _ = visits.costs_now.insert("auv-1".into(), 1e13),
-            "goal/costs_now/auv-1: 10000000000000 is not in",
+            "/goal/costs_now/auv-1: must be from 0 to 1000000000000 (given",
         ),
         (
             &|visits| visits.next = Some("y".into()),
-            "goal/next: only vehicles in goal/auvs",
+            "/goal/next: only vehicles in goal/auvs",
         ),
         (
             &|visits| {
@@ -114,7 +114,7 @@ fn an_invalid_visit_goal_is_refused_by_field_and_value() {
                     range_max_m: 0.1,
                 }
             },
-            "goal/cost/upload_kbps: 0 is not in [0.001, 1000000]",
+            "/goal/cost/upload_kbps: must be from 0.001 to 1000000 (given: 0.0)",
         ),
         (
             &|visits| {
@@ -125,7 +125,7 @@ fn an_invalid_visit_goal_is_refused_by_field_and_value() {
                     interval_s: 1.0,
                 };
             },
-            "goal/cost/growth_m2ps: 1000000000 is not in",
+            "/goal/cost/growth_m2ps: must be from 0.000001 to 1000000 (given",
         ),
     ];
     for (change, fault) in changes {

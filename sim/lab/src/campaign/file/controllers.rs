@@ -3,7 +3,7 @@
 use planner::{
     los::{LawGains, LosGains, LosLaw, LosTuning},
     parameters::Parameters,
-    snapshot::{InvalidField, Tuning},
+    snapshot::Tuning,
 };
 
 use super::{ControllerFile, LawFile, PlannerFile, RuleFile};
@@ -68,8 +68,8 @@ impl ControllerFile {
 
 impl PlannerFile {
     fn control_law(&self) -> Result<ControlLaw, (String, String)> {
-        if let Some(InvalidField { field, reason }) = self.tuning.faults("planner").into_iter().next() {
-            return Err((field.replace('/', "."), reason.to_string()));
+        if let Some(fault) = self.tuning.faults("planner").first() {
+            return Err((fault.pointer.replace('/', "."), fault.words()));
         }
         let mut parameters = Parameters::default().tuned(&self.tuning);
         parameters.range_back_off = self.range_back_off.unwrap_or(parameters.range_back_off);
