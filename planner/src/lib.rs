@@ -70,6 +70,8 @@ pub mod program;
 mod scp;
 pub mod snapshot;
 pub mod solve;
+#[cfg(test)]
+mod tests;
 mod visit;
 
 pub use choose::{

@@ -15,27 +15,37 @@ use std::{
     time::Duration,
 };
 
+use clock::Clock;
 use tokio_postgres::{
     Config,
     config::{Host, SslMode, TargetSessionAttrs},
 };
 
-use super::error::StoreError;
-use crate::roots::verified_by;
+use super::{
+    Backend, EventStore,
+    command::LogWriter as _,
+    error::StoreError,
+    metrics::StoreMetrics,
+    ownership::{Member, Trouble},
+    reader::EventReader,
+    roots::verified_by,
+    trusted_time::{TrustedClock, TrustedTime},
+};
 
 pub(super) mod batch;
 mod columns;
 mod keeper;
-pub(super) mod lease;
-pub(super) mod link;
-pub(super) mod member;
+mod lease;
+mod link;
 mod schema;
 mod tls;
 mod wait;
-pub(super) mod writer;
+mod writer;
 
-use link::{Database, PATIENCE, Pooled};
+pub use lease::Lease;
+use link::{Database, PATIENCE};
 use tls::Tls;
+use writer::PostgresWriter;
 
 /// Time for a connection to one host: the next host may answer.
 const CONNECT_TIME: Duration = Duration::from_secs(1);
@@ -50,16 +60,58 @@ pub(super) fn open(url: &str) -> Result<Database, StoreError> {
     Ok(database)
 }
 
-/// A reading connection to the database of a URL.
-pub(super) fn reading(url: &str) -> Result<Pooled, StoreError> {
+/// A reader of the database of a URL.
+pub(super) fn reading(url: &str) -> Result<EventReader, StoreError> {
     let database = database(url)?;
     let pooled = database.reading()?;
     pooled.with(|link| schema::require_newest(link, database.name()))?;
-    Ok(pooled)
+    Ok(EventReader::in_database(pooled))
+}
+
+/// A database, and this service's lease of missions in it.
+#[derive(Debug)]
+struct Joined {
+    database: Database,
+    lease: Option<Lease>,
+}
+
+impl Backend for Joined {
+    fn reader(&self) -> Result<EventReader, StoreError> {
+        Ok(EventReader::in_database(self.database.reading()?))
+    }
+
+    fn lease(&self) -> Option<&Lease> {
+        self.lease.as_ref()
+    }
+
+    fn trouble(&self, trouble: Option<Trouble>) {
+        self.database.trouble(trouble);
+    }
+}
+
+/// The store in the database of a URL.
+pub(super) fn open_store(
+    url: &str,
+    member: Option<Member>,
+    share: u64,
+    machine: &Clock,
+) -> Result<EventStore, StoreError> {
+    let database = open(url)?;
+    let mut time = TrustedTime::read(&database.connect()?)?;
+    time.adopt(machine);
+    let clock = TrustedClock::new(time, machine);
+    let join = |member| Lease::join(database.clone(), member, machine);
+    let lease = member.map(join).transpose()?;
+    let metrics = StoreMetrics::default();
+    let joined = Joined { database, lease };
+    let mut writer = PostgresWriter::new(&joined, share, clock.clone(), metrics.clone())?;
+    writer.keep_time(time)?;
+    let name = joined.database.name().to_owned();
+    EventStore::run(joined, clock, metrics, writer).map_err(|error| StoreError::open(name.as_ref(), &error))
 }
 
 fn database(url: &str) -> Result<Database, StoreError> {
-    let (address, mut tls) = (without_tls(url), TlsWanted::of(url));
+    let address = without_tls(url);
     let read = |address: &str| {
         let config = address.parse::<Config>();
         // The library's reason may repeat the password.
@@ -70,26 +122,19 @@ fn database(url: &str) -> Result<Database, StoreError> {
         return Err(invalid("begins with postgres:// and names a host"));
     }
     let name = name(&config);
-    let refused = |reason: String| StoreError::open(name.as_ref(), &reason);
-    if tls.mode.is_none() && is_on_this_machine(&config) {
-        tls.mode = Some("disable".to_owned());
-    }
-    let (ssl_mode, roots) = match tls.mode.as_deref() {
+    let refused = |reason: &str| StoreError::open(name.as_ref(), &reason);
+    let unencrypted = || is_on_this_machine(&config).then(|| "disable".to_owned());
+    let (ssl_mode, roots) = match parameter(url, "sslmode").or_else(unencrypted).as_deref() {
         Some("disable") => (SslMode::Disable, None),
         Some("require" | "verify-full") => {
-            let file = tls.roots.ok_or_else(|| {
-                refused(
-                    "sslmode needs sslrootcert=FILE, by which the server's certificate is verified"
-                        .to_owned(),
-                )
+            let file = parameter(url, "sslrootcert").ok_or_else(|| {
+                refused("sslmode needs sslrootcert=FILE, by which the server's certificate is verified")
             })?;
             (SslMode::Require, Some(PathBuf::from(file)))
         }
         _ => {
-            return Err(refused(
-                "add sslmode=verify-full&sslrootcert=FILE, or sslmode=disable in a trusted network"
-                    .to_owned(),
-            ));
+            let advice = "add sslmode=verify-full&sslrootcert=FILE, or sslmode=disable in a trusted network";
+            return Err(refused(advice));
         }
     };
     let mut hosts = vec![];
@@ -110,7 +155,7 @@ fn database(url: &str) -> Result<Database, StoreError> {
             .keepalives_retries(2);
         hosts.push(host);
     }
-    let client = verified_by(roots.as_deref()).map_err(refused)?;
+    let client = verified_by(roots.as_deref()).map_err(|reason| refused(&reason))?;
     Database::new(hosts, Tls(Arc::new(client)), name)
 }
 
@@ -118,37 +163,22 @@ fn invalid(why: &str) -> StoreError {
     StoreError::open(Path::new("of --store"), &format!("the URL {why}"))
 }
 
-/// The TLS parameters of a URL. Certificates are verified as by PostgreSQL's `verify-full`.
-struct TlsWanted {
-    mode: Option<String>,
-    roots: Option<String>,
+/// A parameter of TLS. Certificates are verified as by PostgreSQL's `verify-full`.
+fn parameter(url: &str, key: &str) -> Option<String> {
+    let (_, query) = url.split_once('?')?;
+    let mut pairs = form_urlencoded::parse(query.as_bytes());
+    let (_, value) = pairs.find(|(name, _)| name == key)?;
+    Some(value.into_owned())
 }
 
-impl TlsWanted {
-    fn of(url: &str) -> Self {
-        let query = url.split_once('?').map_or("", |(_, query)| query);
-        let value = |key: &str| {
-            let mut pairs = form_urlencoded::parse(query.as_bytes());
-            pairs
-                .find(|(name, _)| name == key)
-                .map(|(_, value)| value.into_owned())
-        };
-        Self {
-            mode: value("sslmode"),
-            roots: value("sslrootcert"),
-        }
-    }
-}
-
-/// The URL without the parameters of [`TlsWanted`].
+/// The URL without the parameters of TLS.
 fn without_tls(url: &str) -> String {
     let Some((address, query)) = url.split_once('?') else {
         return url.to_owned();
     };
-    let others = query
-        .split('&')
-        .filter(|pair| !pair.starts_with("sslmode=") && !pair.starts_with("sslrootcert="));
-    format!("{address}?{}", others.collect::<Vec<_>>().join("&"))
+    let is_other = |pair: &&str| !pair.starts_with("sslmode=") && !pair.starts_with("sslrootcert=");
+    let others: Vec<_> = query.split('&').filter(is_other).collect();
+    format!("{address}?{}", others.join("&"))
 }
 
 /// One address for each host of `address`.
