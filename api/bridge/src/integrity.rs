@@ -521,3 +521,6 @@ fn is_recent(at_s: Option<f64>, t_s: f64, within_s: f64) -> bool {
 fn gate([at_once, per_second]: [f64; 2], elapsed: f64) -> f64 {
     at_once + per_second * elapsed.abs()
 }
+
+#[cfg(test)]
+mod tests;

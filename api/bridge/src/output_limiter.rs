@@ -225,6 +225,41 @@ mod tests {
     }
 
     #[test]
+    fn a_turn_goes_towards_the_reference_by_the_shorter_way() {
+        // In a tenth of a second, 0.02 rad.
+        for (before, asked, expected) in [
+            (0.0, 1.0, 0.02),
+            (0.0, -1.0, -0.02),
+            (3.13, -3.0, 3.15 - 2.0 * PI),
+            (1.0, 1.01, 1.01),
+        ] {
+            let mut limiter = OutputLimiter::default();
+            let before = reference(0.5, before);
+            assert_eq!(limiter.limit(0.0, &before, &before, &LIMITS), Some(before));
+            let sent = limiter.limit(0.1, &reference(0.5, asked), &before, &LIMITS);
+            let heading = sent.expect("is finite").heading;
+            assert!((heading - expected).abs() < ROUNDING, "{heading} rad");
+        }
+    }
+
+    #[test]
+    fn the_fastest_speed_is_sent_unchanged_and_a_faster_one_is_cut_and_counted() {
+        let mut limiter = OutputLimiter::default();
+        let fastest = reference(LIMITS.speed_max, 0.0);
+        assert_eq!(limiter.limit(0.0, &fastest, &fastest, &LIMITS), Some(fastest));
+        assert_eq!(limiter.changes().total(), 0);
+        let sent = limiter.limit(0.1, &reference(1.5, 0.0), &fastest, &LIMITS);
+        assert_eq!(sent, Some(fastest));
+        assert_eq!(limiter.changes().to_string(), "speed above the limit: 1");
+    }
+
+    #[test]
+    fn a_plan_is_followed_until_ten_seconds_after_its_arrival() {
+        assert!(OutputLimiter::may_follow(5.0, 15.0));
+        assert!(!OutputLimiter::may_follow(5.0, 15.1));
+    }
+
+    #[test]
     fn stopping_is_never_delayed() {
         let mut limiter = OutputLimiter::default();
         let fast = reference(1.0, 0.0);
@@ -238,7 +273,8 @@ mod tests {
         let (mut limits, mut craft) = (DeclaredLimits::default(), CraftDescription::default());
         assert_eq!(OutputLimits::declared(&limits, &craft), OutputLimits::default());
         (limits.speed_max_mps, limits.acceleration_max_mps2) = (Some(1.2), Some(0.1));
-        craft.heading_loop.rate_max_radps = Some(0.4);
+        // Zero is no limit.
+        (limits.turn_rate_max_radps, craft.heading_loop.rate_max_radps) = (Some(0.0), Some(0.4));
         craft.surge_loop.acceleration_max_mps2 = Some(0.3);
         let declared = OutputLimits::declared(&limits, &craft);
         let expected = OutputLimits {

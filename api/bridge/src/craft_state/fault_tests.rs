@@ -396,6 +396,38 @@ fn impossible_speeds_and_turns_are_not_used() {
 }
 
 #[test]
+fn a_second_receiver_is_named_from_thirty_metres_away() {
+    for (off_m, is_named) in [(20.0, false), (60.0, true)] {
+        let mut mission = Mission::new(Sensors::Filter, 22);
+        mission.nominal(60);
+        for _ in 0..100 {
+            mission.step(&mut |_, measured| measured);
+            let there = mission.position + Vector2::new(off_m, 0.0);
+            let second = CraftMeasurement::Position(place(&there));
+            mission.state.take(mission.now_s(), SENSOR, &second);
+        }
+        let named = mission.raised.contains(&Alarm::PositionsDiffer);
+        assert_eq!(named, is_named, "{off_m} m");
+    }
+}
+
+#[test]
+fn a_slow_craft_whose_receiver_omits_the_course_raises_no_alarm() {
+    let mut state = CraftState::default();
+    for t_s in (0..120).map(f64::from) {
+        let position = Vector2::new(0.45 * t_s, 0.0);
+        for measured in [
+            CraftMeasurement::Heading(0.0),
+            CraftMeasurement::Position(place(&position)),
+            CraftMeasurement::GroundSpeed(0.45),
+        ] {
+            state.take(t_s, AUTOPILOT, &measured);
+        }
+        assert_eq!(state.alarms().next(), None, "{t_s} s");
+    }
+}
+
+#[test]
 fn a_velocity_that_contradicts_the_positions_is_not_used() {
     for (sensors, wrong) in [
         (Sensors::Filter, Vector2::zeros()),
@@ -449,19 +481,19 @@ fn a_frozen_heading_of_a_turning_craft_is_not_used() {
 }
 
 #[test]
-fn a_second_compass_that_differs_is_named_and_the_first_one_is_used() {
-    let mut mission = Mission::new(Sensors::Filter, 14);
-    mission.nominal(60);
-    for tenth in 0..300 {
-        mission.step(&mut |_, measured| measured);
-        let second = CraftMeasurement::Heading(wrap(mission.heading + 1.2));
-        mission.state.take(mission.now_s(), SENSOR, &second);
-        let state = mission.state.newest().expect("the first one is right");
-        assert!(wrap(state.heading - mission.heading).abs() < 0.1);
-        assert!(
-            tenth < 60 || mission.raised.contains(&Alarm::HeadingsDiffer),
-            "{tenth}"
-        );
+fn a_second_compass_is_named_from_twenty_degrees_off_and_the_first_one_is_used() {
+    for (off, is_named) in [(0.2, false), (1.2, true)] {
+        let mut mission = Mission::new(Sensors::Filter, 14);
+        mission.nominal(60);
+        for tenth in 0..300 {
+            mission.step(&mut |_, measured| measured);
+            let second = CraftMeasurement::Heading(wrap(mission.heading + off));
+            mission.state.take(mission.now_s(), SENSOR, &second);
+            let state = mission.state.newest().expect("the first one is right");
+            assert!(wrap(state.heading - mission.heading).abs() < 0.1);
+            let named = mission.raised.contains(&Alarm::HeadingsDiffer);
+            assert!(tenth < 60 || named == is_named, "{off} rad: {tenth}");
+        }
     }
 }
 
@@ -535,10 +567,15 @@ fn a_position_that_drifts_from_the_velocity_at_half_a_metre_per_second_is_named(
     for (sensors, within_s) in [(Sensors::Filter, 16.0), (Sensors::Receiver(1.5), 20.0)] {
         let mut mission = Mission::straight_on_after(sensors, 19, 50);
         let start_s = mission.now_s();
-        mission.raises_within(within_s, Alarm::PositionDrifts, &mut |mission, measured| {
+        let mut drifts = |mission: &Mission, measured| {
             let off = direction(2.0) * (0.5 * (mission.now_s() - start_s));
             at(mission.position + off, measured)
-        });
+        };
+        mission.raises_within(within_s, Alarm::PositionDrifts, &mut drifts);
+        for _ in 0..50 {
+            mission.step(&mut drifts);
+            assert!(mission.state.alarms().any(|alarm| alarm == Alarm::PositionDrifts));
+        }
         assert!(mission.state.newest().is_some(), "the positions count");
     }
 }

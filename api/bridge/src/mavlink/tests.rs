@@ -388,12 +388,12 @@ fn control_is_taken_once_and_not_after_a_person_took_over() {
     let ordered = Action::OrderGuided(Autopilot::ArduPilot);
     let sent = known(15, true).reference.map(Action::Send).expect("is present");
     for (now, mode, is_armed, action) in [
-        (0.0, 4, false, ordered),
-        (0.1, 4, false, Action::Silent(Silence::NotGuided)),
-        (2.1, 15, false, Action::OrderArm),
-        (4.2, 15, true, sent),
-        (5.0, 4, true, Action::Silent(Silence::TakenOver)),
-        (5.1, 15, false, Action::Silent(Silence::NotArmed)),
+        (10.0, 4, false, ordered),
+        (11.9, 4, false, Action::Silent(Silence::NotGuided)),
+        (12.1, 15, false, Action::OrderArm),
+        (14.2, 15, true, sent),
+        (15.0, 4, true, Action::Silent(Silence::TakenOver)),
+        (15.1, 15, false, Action::Silent(Silence::NotArmed)),
         (500.0, 4, true, Action::Silent(Silence::TakenOver)),
         (500.1, 15, false, Action::Silent(Silence::NotArmed)),
         (501.0, 15, true, sent),
