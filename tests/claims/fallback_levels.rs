@@ -6,7 +6,7 @@ use planner::{
     parameters::Parameters,
     plan::{Degraded, Method, Plan, Programs, plan_with},
     program::Program,
-    snapshot::{Hold, Limits, PlanRequest, PreviousPlan, Snapshot, TrajectoryPoint},
+    snapshot::{Hold, Limits, PlanRequest, PreviousCraft, PreviousPlan, Snapshot, TrajectoryPoint},
     solve::{Solution, SolverStatus, Solvers},
 };
 use tests::{followed, goals, observation, planned, snapshot, state};
@@ -134,7 +134,7 @@ fn a_law_that_beats_the_previous_plan_at_speed_turns_no_faster_than_a_plan() {
         let step = wrap(answer.reference.heading.radians() - away.radians()).abs();
         (step, answer)
     };
-    let (slow_step, slow) = answer(0.1);
+    let (slow_step, slow) = answer(0.5);
     assert_eq!(slow.predicted, slow.baseline.predicted);
     assert!(
         (slow_step - Limits::MEDUSA.turn_rate_max).abs() < 1e-9,
@@ -296,4 +296,99 @@ fn a_previous_plan_from_the_future_is_not_followed() {
         plan_with_status(&snapshot(odd), SolverStatus::MaxTime).method,
         Method::SaturatedLos
     );
+}
+
+#[test]
+fn a_plan_begins_at_its_snapshot_and_is_valid_for_ten_seconds() {
+    for goal in goals() {
+        let snapshot = snapshot(observation(goal));
+        let answer = plan_with_status(&snapshot, SolverStatus::Solved);
+        let trajectory: Vec<f64> = answer.trajectory.iter().map(|point| point.t_s).collect();
+        let goal: Vec<f64> = answer.goal.iter().map(|point| point.t_s).collect();
+        assert_eq!((trajectory[0], &trajectory), (200.0, &goal));
+        assert_eq!(answer.valid_until, 210.0);
+        // This craft's loops hold heading and speed through the water.
+        let (command, asked) = (answer.reference, answer.reference_through_water);
+        assert!(wrap(command.heading.radians() - asked.heading.radians()).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn the_distance_from_the_goal_counts_as_the_planner_s() {
+    let answer = plan_with_status(&snapshot(followed(1.0)), SolverStatus::Solved);
+    let goal = answer.goal[0].motion().position;
+    let square = (goal - answer.trajectory[0].position()).norm_squared();
+    // A first-order mean over half a minute, after a second.
+    let mean = (1.0 - (-1.0_f64 / 30.0).exp()) * square;
+    assert!((answer.craft.realised.planner - mean).abs() < 1e-9 * mean);
+}
+
+#[test]
+fn the_law_steers_while_it_is_on_trial_and_does_not_for_a_stale_report() {
+    let mut on_trial = followed(1.0);
+    let mut craft = plan_with_status(&snapshot(on_trial.clone()), SolverStatus::Solved).craft;
+    (craft.monitor.alarm, craft.monitor.statistic) = (true, 100.0);
+    craft.realised.law_steers = true;
+    let (speed, heading) = (on_trial.asc.speed_mps, on_trial.asc.heading());
+    let previous = on_trial.previous_plan.as_mut().expect("it has one");
+    previous.reference = Some(Reference { speed, heading }.into());
+    previous.craft_estimate = Some(PreviousCraft {
+        asked_speed_mps: speed,
+        asked_heading_rad: heading.radians(),
+        memory: craft.memory().to_vec(),
+    });
+    let answer = plan_with_status(&snapshot(on_trial.clone()), SolverStatus::Solved);
+    assert_eq!(how(&answer), (Method::SaturatedLos, None));
+    state(&mut on_trial, 0).age_s = 901.0;
+    let answer = planned(on_trial);
+    assert_eq!(how(&answer), (Method::Hold, Some(Degraded::StaleReport)));
+}
+
+#[test]
+fn a_goal_at_rest_keeps_its_last_course() {
+    let mut at_rest = followed(1.0);
+    state(&mut at_rest, 0).speed_mps = 0.0;
+    for course in [2.0, -1.0] {
+        let previous = at_rest.previous_plan.as_mut().expect("it has one");
+        previous.goal_course_rad = Some(course);
+        let answer = planned(at_rest.clone());
+        assert!(wrap(answer.goal_course.radians() - course).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn a_command_that_is_held_back_is_the_same_through_the_water() {
+    let mut observation = followed(1.0);
+    let (speed, heading) = (observation.asc.speed_mps, observation.asc.heading());
+    let far = Heading::new(heading.radians() + 1.0);
+    let previous = observation.previous_plan.as_mut().expect("it has one");
+    previous.reference = Some(Reference { speed, heading: far }.into());
+    previous.craft_estimate = Some(PreviousCraft {
+        asked_speed_mps: speed,
+        asked_heading_rad: heading.radians(),
+        memory: vec![],
+    });
+    let answer = plan_with_status(&snapshot(observation), SolverStatus::Solved);
+    let (command, asked) = (answer.reference.heading, answer.reference_through_water.heading);
+    assert!(0.5 < wrap(command.radians() - heading.radians()));
+    assert!(wrap(command.radians() - asked.radians()).abs() < 1e-9);
+}
+
+#[test]
+fn a_continued_plan_asks_for_its_speed_of_the_next_seconds() {
+    let answer = |faster_at: fn(f64) -> f64| {
+        let mut observation = followed(3.0);
+        let now = observation.t_s;
+        let previous = observation.previous_plan.as_mut().expect("it has one");
+        for point in &mut previous.trajectory {
+            point.speed_mps += faster_at(point.t_s - now);
+        }
+        let answer = plan_with_status(&snapshot(observation), SolverStatus::MaxTime);
+        assert_eq!(answer.method, Method::PreviousPlan);
+        answer.reference.speed
+    };
+    let of_then = answer(|_| 0.0);
+    assert_eq!(answer(|later| if later < 0.5 { -0.01 } else { 0.0 }), of_then);
+    assert_eq!(answer(|later| if 10.5 < later { 0.01 } else { 0.0 }), of_then);
+    assert!(of_then < answer(|_| 0.01));
 }

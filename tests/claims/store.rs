@@ -615,11 +615,15 @@ async fn free_missions_are_shared_out() {
     assert_eq!(turn(&two, 9).taken.len(), 2);
     let again = turn(&one, 9);
     assert_eq!((again.taken.len(), again.running.len()), (0, 3));
+    // A mission more is for the one that has fewer.
+    add(&one, append("m5", vec![event(1, "made")])).await;
+    assert_eq!(turn(&one, 9).taken.len(), 0);
+    assert_eq!(turn(&two, 9).taken.len(), 1);
     two.lease().expect("is shared").leave().expect("is stored");
     // A service without room for all leaves the others to the next.
     assert_eq!(turn(&one, 1).taken.len(), 1);
     assert_eq!(turn(&one, 0).taken.len(), 0);
-    assert_eq!(turn(&one, 9).taken.len(), 1);
+    assert_eq!(turn(&one, 9).taken.len(), 2);
 }
 
 #[test]
