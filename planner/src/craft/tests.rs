@@ -20,7 +20,16 @@ use crate::{
         reference::{Reference, TrajectoryPoint},
     },
     snapshot::request::PlanRequest,
+    tuned::CraftNumbers,
 };
+
+const TUNED: &CraftNumbers = &CraftNumbers::DEFAULT;
+
+impl From<&CraftDescription> for Prior {
+    fn from(declared: &CraftDescription) -> Self {
+        Self::new(declared, TUNED)
+    }
+}
 
 /// Pseudo-random numbers in [−1, 1): a linear congruence.
 struct Noise(u64);
@@ -370,7 +379,7 @@ fn stuck(before: &Effect, reference: f64) -> Effect {
     let half = |from: f64| from + 0.5 * (reference - from);
     before.after(
         (reference, before.seen),
-        effect::SPEED_SIGMA,
+        (TUNED.effect_speed_sigma, TUNED),
         1.0,
         |a, b| a - b,
         half,
@@ -411,8 +420,9 @@ fn a_loop_without_effect_is_not_learnt() {
     let prior = Prior::from(&undeclared());
     assert!(known.heading_effect.is_missing());
     assert_eq!((known.heading.y, known.heading.z), (prior.heading_lag.mean, 0.0));
-    let model =
-        |estimate: &CraftEstimate| CraftModel::learnt(&prior, estimate, &Limits::ANY, &Vector2::zeros());
+    let model = |estimate: &CraftEstimate| {
+        CraftModel::learnt(&prior, estimate, &Limits::ANY, &Vector2::zeros(), TUNED)
+    };
     let rate = model(&known).limits.turn_rate_max;
     assert_eq!(rate, 0.5 * Ship::RATE_MAX);
     // The loop works again.

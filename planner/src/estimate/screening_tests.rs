@@ -8,7 +8,10 @@
 use nalgebra::Vector2;
 
 use super::{
-    interacting::Interacting, kalman::Kalman, screening::ScreenedReports, tests::Random, track::Track,
+    interacting::Interacting,
+    kalman::Kalman,
+    screening::ScreenedReports,
+    tests::{Random, TUNED},
 };
 use crate::facts::{
     angle::Course,
@@ -103,10 +106,10 @@ fn outcome(case: Case, estimate: impl Fn(&[(usize, Report)]) -> Kalman) -> Outco
     for seed in 0..N_FLIGHTS {
         let (reports, truth) = flight(case, case.n(), seed);
         let time = reports.last().expect("6 or more").1.t_s;
-        let found = estimate(&reports).at(time);
+        let found = estimate(&reports).at(time, TUNED);
         let error = found.position() - truth;
         squares += error.norm_squared();
-        let covariance = found.covariance().fixed_view::<2, 2>(0, 0).into_owned();
+        let covariance = found.covariance.fixed_view::<2, 2>(0, 0).into_owned();
         normalised += error.dot(&(covariance.try_inverse().expect("positive definite") * error)) / 2.0;
     }
     #[expect(clippy::cast_precision_loss, reason = "few")]
@@ -119,11 +122,11 @@ fn outcome(case: Case, estimate: impl Fn(&[(usize, Report)]) -> Kalman) -> Outco
 
 /// The estimate from unscreened reports.
 fn before(reports: &[(usize, Report)]) -> Kalman {
-    Track::through(reports, Interacting::start).filter.combined()
+    Interacting::track(reports, TUNED).filter.combined()
 }
 
 fn after(reports: &[(usize, Report)]) -> Kalman {
-    ScreenedReports::new(reports.to_vec(), &|| false)
+    ScreenedReports::new(reports.to_vec(), TUNED, &|| false)
         .track
         .filter
         .combined()
@@ -166,7 +169,7 @@ fn a_speed_that_becomes_0_is_contradicted_by_the_third_fix() {
                 report.speed_mps = Some(0.0);
             }
             flights += 1;
-            late += u32::from(!ScreenedReports::new(reports, &|| false).velocity_contradicted);
+            late += u32::from(!ScreenedReports::new(reports, TUNED, &|| false).velocity_contradicted);
         }
         println!("{speed} m/s, {interval} s: {late} of {flights} not within three fixes");
         assert!(late <= flights / 20, "{speed} m/s: {late} of {flights}");
@@ -181,7 +184,7 @@ fn a_fix_of_unusual_accuracy_discards_no_other() {
             let (mut reports, _) = flight(TYPICAL, 30, seed);
             for place in [0, 12, 29] {
                 let claimed = std::mem::replace(&mut reports[place].1.sigma_m, odd);
-                let screened = ScreenedReports::new(reports.clone(), &|| false);
+                let screened = ScreenedReports::new(reports.clone(), TUNED, &|| false);
                 rejected += reports.len() - screened.track.used.len();
                 reports[place].1.sigma_m = claimed;
             }
@@ -223,9 +226,9 @@ fn a_second_return_of_a_ping_inflates_no_accuracy() {
             let echo = Report::new(report.t_s, report.position() + Vector2::new(40.0, 30.0), 1.5);
             [(2 * number, report), (2 * number + 1, echo)]
         });
-        let screened = ScreenedReports::new(echoed.collect(), &|| false);
+        let screened = ScreenedReports::new(echoed.collect(), TUNED, &|| false);
         assert_eq!(screened.inflation, 0.0, "seed {seed}");
-        let error = (screened.track.filter.combined().at(last).position() - truth).norm();
+        let error = (screened.track.filter.combined().at(last, TUNED).position() - truth).norm();
         assert!(error < 6.0, "seed {seed}: {error} m");
     }
 }
@@ -286,7 +289,8 @@ mod slow {
                         // Fixes farther apart than a lane show no velocity.
                         let seeds = if speed * interval < 100.0 { N_FLIGHTS } else { 0 };
                         for seed in 0..seeds {
-                            let screened = ScreenedReports::new(flight(case, case.n(), seed).0, &|| false);
+                            let screened =
+                                ScreenedReports::new(flight(case, case.n(), seed).0, TUNED, &|| false);
                             flights += 1;
                             if screened.inflation > 0.0 || screened.velocity_contradicted {
                                 doubted += 1;

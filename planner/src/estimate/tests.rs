@@ -13,9 +13,10 @@ use proptest::prelude::*;
 use super::*;
 use crate::{
     estimate::{
-        from_reports::in_order,
-        kalman::{ACCELERATION_DENSITY, Kalman},
-        on_path::Spread,
+        from_reports::{Estimator, in_order},
+        kalman::Kalman,
+        legs::TrackPoint,
+        on_path::{PathHypothesis, Spread},
     },
     facts::{
         angle::{Course, angle_of, ned_from_body},
@@ -28,7 +29,30 @@ use crate::{
         },
         previous_plan::{PreviousEstimate, RememberedTarget},
     },
+    tuned::EstimateNumbers,
 };
+
+pub(crate) const TUNED: &EstimateNumbers = &EstimateNumbers::DEFAULT;
+
+impl Estimate {
+    pub(crate) fn new(
+        auv: &Auv,
+        path: Option<&KnownPath>,
+        now: f64,
+        current: &Vector2<f64>,
+        previous: Option<(RememberedTarget, f64)>,
+        before: Option<&[TrackPoint]>,
+        due: &dyn Fn() -> bool,
+    ) -> Self {
+        let estimator = Estimator {
+            now,
+            current: *current,
+            tuned: TUNED,
+            due,
+        };
+        estimator.estimate(auv, path, previous, before)
+    }
+}
 
 /// Standard deviation of a fix and interval between two, typical of acoustic networks.
 const SIGMA: f64 = 1.5;
@@ -76,7 +100,7 @@ fn flight(
             time += t;
             // The two integrals of white noise over t: variances q t and q t³/3, covariance q t²/2.
             let (first, second) = (random.normal(), random.normal());
-            let scale = (ACCELERATION_DENSITY * t).sqrt();
+            let scale = (TUNED.acceleration_density * t).sqrt();
             position += velocity * t + (first * 0.5 + second / 12_f64.sqrt()) * (scale * t);
             velocity += first * scale;
         }
@@ -179,10 +203,10 @@ fn the_gate_reduces_the_error_with_two_percent_of_outliers() {
                     &found.state.velocity(),
                     &found.state.covariance().expect("made of reports"),
                 );
-                newest.at(690.0).position()
+                newest.at(690.0, TUNED).position()
             } else {
                 let (first, later) = reports.split_first().expect("not empty");
-                let mut filter = Kalman::start(first);
+                let mut filter = Kalman::start(first, TUNED);
                 for report in later {
                     filter.accept_ungated(report);
                 }
@@ -321,7 +345,11 @@ fn a_turn_reported_more_than_a_minute_ago_is_unused() {
 #[test]
 fn the_present_sigma_is_the_filter_s_prediction() {
     let (reports, ..) = flight(&mut Random(9), 5, Vector2::new(0.2, 0.1));
-    let sigma = |now| estimate(&reports, now).position_sigma().expect("made of reports");
+    let sigma = |now| {
+        estimate(&reports, now)
+            .position_sigma(TUNED)
+            .expect("made of reports")
+    };
     let covariance = estimate(&reports, 540.0)
         .state
         .covariance
@@ -333,7 +361,7 @@ fn the_present_sigma_is_the_filter_s_prediction() {
             covariance[i][i]
                 + 2.0 * t * covariance[i][i + 2]
                 + t * t * covariance[i + 2][i + 2]
-                + ACCELERATION_DENSITY * t.powi(3) / 3.0
+                + TUNED.acceleration_density * t.powi(3) / 3.0
         })
         .sum();
     assert!((sigma(570.0) - variance.sqrt()).abs() < 1e-12);
@@ -768,7 +796,7 @@ fn reports_older_than_an_hour_count_if_there_are_no_others() {
     let ages = Estimate::new(&auv, Some(&known), 1.0e11, &Vector2::zeros(), None, None, &|| {
         false
     });
-    assert!(ages.position_sigma().is_some_and(f64::is_finite));
+    assert!(ages.position_sigma(TUNED).is_some_and(f64::is_finite));
 }
 
 fn report(extent: f64) -> impl Strategy<Value = Report> {
@@ -872,14 +900,16 @@ fn the_next_turn_is_the_first_one_ahead_with_the_sense_of_motion() {
             state: Vector4::new(along, 0.0, 0.0, 0.0),
             covariance: Matrix4::identity(),
             sense,
-            spread: Spread {
-                along_density: 0.0,
-                speed_density: 0.0,
-                offset_density: 0.0,
-                path_variance: 0.0,
-            },
+            spread: Spread::default(),
         };
-        let turn = fit.next_turn(&known, &Vector2::zeros());
+        let assumed = PathHypothesis {
+            known: &known,
+            current: Vector2::zeros(),
+            speed_density: 0.0,
+            roughness: None,
+            tuned: TUNED,
+        };
+        let turn = fit.next_turn(&assumed);
         turn.map(|turn| ((turn.in_s * 0.5).round(), (turn.by_rad / FRAC_PI_2).round()))
     };
     // The open one: 90 m, an arc of 16 m, 80 m, an arc, 90 m.

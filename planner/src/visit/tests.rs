@@ -182,10 +182,12 @@ fn enumerated(
             continue;
         };
         let there = fleet.travelled(state, to, arrival);
-        for dwell in fleet
-            .law
-            .dwells(there.costs[to], track.depth_at(arrival.time), fleet.dwell_min)
-        {
+        for dwell in fleet.law.dwells(
+            there.costs[to],
+            track.depth_at(arrival.time),
+            fleet.dwell_min,
+            &fleet.tuned,
+        ) {
             let left = fleet.visited_until(&there, to, fleet.horizon.min(arrival.time + dwell));
             best = best.min(worth(fleet, &fleet.visited_until(&left, to, fleet.horizon)));
             if left.time < fleet.horizon {

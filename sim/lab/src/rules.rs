@@ -296,7 +296,7 @@ impl Guide for Ruled {
             goal: Task { goal, offset },
             ..PlanRequest::clone(snapshot)
         };
-        let guidance = self.guide.guide(&Snapshot::try_from(request)?)?;
+        let guidance = self.guide.guide(&snapshot.again(request)?)?;
         Ok(Guidance { serves, ..guidance })
     }
 }

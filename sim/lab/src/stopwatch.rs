@@ -57,6 +57,7 @@ impl Guide for Stopwatch<'_> {
                     .filter(|_| estimate.route.is_none_or(|route| route.is_followed())),
                 fit: None,
                 dive: auv.dive,
+                tuned: &snapshot.tuned().forecast,
             };
             let model = AuvForecast::new(&estimate.state, intent, snapshot.forecast, &current).model;
             if !self.received.forecasts.contains(&model) {

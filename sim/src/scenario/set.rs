@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use planner::{
     craft::{CraftDescription, HeadingLoop, Power, SurgeLoop},
     snapshot::Tuning,
+    tuned::Tuned,
 };
 
 use super::{
@@ -155,6 +156,15 @@ impl<P: Part> Part for BTreeMap<String, P> {
     }
 }
 
+impl Part for Tuned {
+    fn set(&mut self, key: &[&str], value: f64) -> Result<(), String> {
+        match key {
+            [table, name] => self.set(table, name, value),
+            _ => no_number(),
+        }
+    }
+}
+
 /// Parts with the names of their members; after `=`, the result of [`Part::created`].
 macro_rules! tables {
     ($($part:ty $(= $created:expr;)? { $($member:ident),* })*) => {$(
@@ -182,7 +192,8 @@ tables! {
     KeepOutFile { north_m, east_m, radius_m }
     FaultFile { from_s, until_s, what }
     SurfaceCraftFile {
-        class, north_m, east_m, heading_rad, speed_mps, goal, goal_offset, contact_range_m, limits, craft, tuning
+        class, north_m, east_m, heading_rad, speed_mps, goal, goal_offset, contact_range_m, limits, craft, tuning,
+        parameters
     }
     RandomCraftFile { mass_kg, heading_lag_s, surge_lag_s, acceleration_mps2, delay_s }
     LimitsFile {
@@ -334,9 +345,15 @@ mod tests {
             "surface_craft.craft.heading_loop.time_constant_s",
             "surface_craft.limits.surge_lag_s",
             "surface_craft.tuning.energy_weight_per_j",
+            "surface_craft.parameters.estimate.gate",
         ] {
             scenario.set(key, 0.5).expect("is a number");
         }
+        let start = scenario.start(1).expect("starts");
+        let briefing = start.observer.expect("has a craft").briefing;
+        assert_eq!(briefing.tuned.estimate.gate, 0.5);
+        let unknown = scenario.set("surface_craft.parameters.estimate.gates", 0.5);
+        unknown.expect_err("there is no such number");
         let craft = scenario.surface_craft.expect("has one");
         assert_eq!(craft.limits.surge_lag_s, Some(Quantity::fixed(0.5)));
         let response = craft.craft.expect("is created");

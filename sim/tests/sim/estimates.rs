@@ -64,8 +64,9 @@ fn claims(scenario: &Scenario) -> Claims {
                 sum.accuracy_contradicted += f64::from(u8::from(estimate.inflation > 0.0));
                 sum.velocity_contradicted += f64::from(u8::from(estimate.velocity_contradicted));
                 sum.square_miss += error.norm_squared();
-                sum.normalised += 0.5 * error.norm_squared()
-                    / (0.5 * estimate.position_sigma().expect("made of reports").powi(2));
+                let sigma = estimate.position_sigma(&snapshot.tuned().estimate);
+                sum.normalised +=
+                    0.5 * error.norm_squared() / (0.5 * sigma.expect("made of reports").powi(2));
             }
         }
     }

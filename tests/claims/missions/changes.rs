@@ -498,21 +498,24 @@ async fn the_levers_of_a_mission_make_its_plans_and_can_be_changed() {
         usual["plan_id"], tuned["plan_id"],
         "they are asked for something else"
     );
-    let file = |steps: &str| {
+    let with = |line: &str| {
         let text = Scenario::text("switching").expect("exists");
         let (before, after) = text.split_once("[surface_craft]\n").expect("has a craft");
-        format!("{before}[surface_craft]\ntuning.steps_s = {steps}\n{after}")
+        format!("{before}[surface_craft]\n{line}\n{after}")
     };
+    let file = |steps: &str| with(&format!("tuning.steps_s = {steps}"));
     let from_file = plan_of(json!({ "scenario_file": file("[1, 1, 2, 2, 4]") })).await;
     assert_eq!(from_file["plan_id"], tuned["plan_id"]);
     let replaced = json!({ "scenario_file": file("[2, 2, 2]"), "tuning": steps });
     assert_eq!(plan_of(replaced).await["plan_id"], tuned["plan_id"]);
-    let wrong = json!({ "schema_version": "1.0", "simulated": { "scenario_file": file("[1, 1]") } });
-    let refused = service.post("/v1/missions", &wrong).await;
-    assert_eq!(refused.status, StatusCode::UNPROCESSABLE_ENTITY);
-    assert!(
-        refused.text.contains("surface_craft.tuning.steps_s"),
-        "{}",
-        refused.text
-    );
+    let numbers = with("parameters.estimate.gate = 9.2");
+    for (wrong, key) in [
+        (file("[1, 1]"), "surface_craft.tuning.steps_s"),
+        (numbers, "surface_craft.parameters"),
+    ] {
+        let wrong = json!({ "schema_version": "1.0", "simulated": { "scenario_file": wrong } });
+        let refused = service.post("/v1/missions", &wrong).await;
+        assert_eq!(refused.status, StatusCode::UNPROCESSABLE_ENTITY);
+        assert!(refused.text.contains(key), "{}", refused.text);
+    }
 }

@@ -10,6 +10,7 @@ use planner::{
     plan::{Baseline, Plan, SolverReport, Workspace, baseline_from, plan, plan_until},
     snapshot::{PlanRequest, PreviousPlan, Snapshot, Tuning},
     stop::Stop,
+    tuned::Tuned,
 };
 use sim::{
     guide::{Guidance, Guide as _, GuideError, LosGuide},
@@ -59,10 +60,10 @@ pub(super) fn scenario(config: &Simulated) -> Result<Scenario, String> {
         }
         _ => return Err("give either scenario, a name, or scenario_file, the content of a file".to_owned()),
     };
-    if scenario.has_surface_craft() {
-        Ok(scenario)
-    } else {
-        Err("the scenario has no surface craft to plan for".to_owned())
+    match &scenario.surface_craft {
+        Some(craft) if craft.parameters == Tuned::DEFAULT => Ok(scenario),
+        Some(_) => Err("surface_craft.parameters: a client may not set them".to_owned()),
+        None => Err("the scenario has no surface craft to plan for".to_owned()),
     }
 }
 
@@ -145,7 +146,7 @@ impl Simulation {
         let (snapshot, plan) = if let Some(law) = &mut self.law {
             let guidance = law.guide(seen)?;
             // The current that the law subtracts, which it filters.
-            let known = Snapshot::try_from(PlanRequest {
+            let known = seen.again(PlanRequest {
                 current: law.current().map(Into::into),
                 previous_plan: law.previous_plan(),
                 ..PlanRequest::clone(seen)
@@ -181,7 +182,7 @@ impl Simulation {
                 tuning: self.tuning.clone().or_else(|| seen.tuning.clone()),
                 ..PlanRequest::clone(seen)
             };
-            let snapshot = Snapshot::try_from(observation)?;
+            let snapshot = seen.again(observation)?;
             let plan = plan(&snapshot, &self.parameters, workspace);
             self.previous = Some(PreviousPlan::from(&plan));
             (snapshot, plan)

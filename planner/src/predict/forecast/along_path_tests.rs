@@ -32,8 +32,7 @@ impl Follower {
     fn intent(&self) -> Intent<'_> {
         Intent {
             path: Some(&self.path),
-            fit: None,
-            dive: None,
+            ..Intent::default()
         }
     }
 }

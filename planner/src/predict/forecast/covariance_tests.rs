@@ -183,7 +183,7 @@ fn waiting_never_reduces_the_covariance() {
             vehicle.state.covariance = covariance.map(|matrix| matrix.transpose().into());
             let forecast = forecast(&vehicle, model);
             let mut before = covariance
-                .unwrap_or_else(default_covariance)
+                .unwrap_or_else(|| default_covariance(&ForecastNumbers::DEFAULT))
                 .fixed_view::<2, 2>(0, 0)
                 .trace();
             assert!((forecast.position_variance(0.0) - before).abs() < 1e-12);

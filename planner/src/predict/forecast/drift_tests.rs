@@ -234,8 +234,7 @@ fn the_drift_fades_along_a_path() {
     );
     let intent = Intent {
         path: Some(&known),
-        fit: None,
-        dive: None,
+        ..Intent::default()
     };
     let without = AuvForecast::new(&reported(200.0, 0.0), intent, Forecast::Auto, &STILL);
     // By thirty seconds of drift, and no farther.

@@ -5,6 +5,7 @@ use planner::{
     los::{LosLaw, LosTuning},
     parameters::Parameters,
     snapshot::{Forecast, ForecastModel, Limits, Offset, PlanRequest, Snapshot, Tuning},
+    tuned::Tuned,
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -79,6 +80,8 @@ pub enum ControlLaw {
         parameters: Box<Parameters>,
         /// The levers that replace those of the scenario, if it sets any.
         tuning: Option<Tuning>,
+        /// The tuned numbers that replace those of the scenario, if it sets any.
+        tuned: Option<Box<Tuned>>,
         /// The forecast model that it must use; its own choice if none.
         forecast: Option<ForecastModel>,
     },
@@ -224,12 +227,12 @@ impl Controller {
         if let Some(variation) = self.variation {
             variation.vary_start(start);
         }
-        if let ControlLaw::Planner {
-            tuning: Some(tuning), ..
-        } = &self.law
+        if let ControlLaw::Planner { tuning, tuned, .. } = &self.law
             && let Some(observer) = &mut start.observer
         {
-            observer.briefing.tuning = Some(tuning.clone());
+            let briefing = &mut observer.briefing;
+            briefing.tuning = tuning.clone().or(briefing.tuning.take());
+            briefing.tuned = tuned.as_deref().copied().unwrap_or(briefing.tuned);
         }
         if self.craft == CraftKnowledge::Speeds
             && let Some(observer) = &mut start.observer
@@ -325,7 +328,7 @@ impl Guide for Adapted {
                 (auv.path, auv.dive) = (None, None);
             }
         }
-        let guidance = self.guide.guide(&Snapshot::try_from(observation)?)?;
+        let guidance = self.guide.guide(&snapshot.again(observation)?)?;
         self.held = Some(guidance);
         Ok(guidance)
     }

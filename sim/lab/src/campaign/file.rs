@@ -1,8 +1,8 @@
 //! Campaign files: TOML of the shape of [`CampaignFile`].
 
-use std::{fs, io, path::Path};
+use std::{collections::BTreeMap, fs, io, path::Path};
 
-use planner::{los::LawGains, snapshot::ForecastModel};
+use planner::{los::LawGains, snapshot::ForecastModel, tuned::Tuned};
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
 use schemars::JsonSchema;
@@ -222,6 +222,11 @@ pub struct PlannerFile {
     pub heading_rate_max_radps: Option<f64>,
     /// `true`: the fallback level of least predicted cost answers.
     pub cost_decides: Option<bool>,
+    /// Tuned numbers by table and name, such as `parameters.estimate.gate`; the scenario's if left
+    /// out.
+    #[serde(default)]
+    #[schemars(with = "BTreeMap<String, BTreeMap<String, f64>>")]
+    pub parameters: Tuned,
 }
 
 /// A line-of-sight law.

@@ -63,8 +63,9 @@ pub(super) fn fly_while(
             .as_ref()
             .map(|snapshot| timed(guide.as_mut(), snapshot))
             .transpose()?;
-        if let Some(known) = guide.craft_estimate() {
-            learnt.get_or_insert_default().look(time, interval, known);
+        if let (Some(known), Some(snapshot)) = (guide.craft_estimate(), &snapshot) {
+            let tuned = &snapshot.tuned().craft;
+            learnt.get_or_insert_default().look(time, interval, known, tuned);
         }
         mission.step(snapshot.as_ref().zip(asked));
         if !goes_on(&mission) {

@@ -175,6 +175,11 @@ fn a_mistake_is_named_with_its_line_its_member_and_what_would_do() {
         ),
         ("planner = {}", "planner = {scp = 3}", "unknown field `scp`"),
         (
+            "planner = {}",
+            "planner = { parameters.estimate.gates = 9.2 }",
+            "there is no tuned number estimate.gates",
+        ),
+        (
             "name = \"saturated_los\" }",
             "name = \"straight\" }",
             "controllers[1].law.name: there is no law \"straight\", only saturated_los",
@@ -535,6 +540,10 @@ planner = {}
 craft = "speeds"
 
 [[controllers]]
+name = "noisy log"
+planner = { parameters.craft.speed_noise = 1.0 }
+
+[[controllers]]
 name = "thruster lost"
 planner = {}
 variation = { breakdown = { what = "port_thruster_lost", at_s = 150.0 } }
@@ -546,7 +555,9 @@ variation = { breakdown = { what = "port_thruster_lost", at_s = 150.0 } }
             let row = words.iter().position(|word| *word == controller).expect("flew");
             rows.numbers(name).expect("a column")[row]
         };
-        assert_ne!(of("mpc auto", "rms_m"), of("speeds alone", "rms_m"));
+        for other in ["speeds alone", "noisy log"] {
+            assert_ne!(of("mpc auto", "rms_m"), of(other, "rms_m"), "{other}");
+        }
         for name in LEARNT.as_flattened() {
             assert!(of("speeds alone", name).is_some_and(f64::is_finite), "{name}");
         }

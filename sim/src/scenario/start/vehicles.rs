@@ -68,6 +68,7 @@ impl Scenario {
             },
             limits: limits(&file.limits, &kind.limits, draw)?,
             tuning: tuning(file.tuning.as_ref())?,
+            tuned: file.parameters,
             craft: craft_description(file.craft.as_ref(), &file.limits, kind.craft, draw)?,
             current: self.knowledge.current == CurrentKnowledge::Known,
             paths: self.knowledge.paths,

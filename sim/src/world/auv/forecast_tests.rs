@@ -64,8 +64,8 @@ fn known(auv: &SimulatedAuv, current: Vector2<f64>, diving: bool) -> Known {
 fn forecast(auv: &Known, current: Vector2<f64>) -> AuvForecast {
     let intent = Intent {
         path: Some(&auv.path),
-        fit: None,
         dive: auv.dive,
+        ..Intent::default()
     };
     AuvForecast::new(&auv.state, intent, Forecast::Path, &current)
 }

@@ -4,6 +4,7 @@ use planner::{
     los::{LawGains, LosGains, LosLaw, LosTuning},
     parameters::Parameters,
     snapshot::{InvalidField, Tuning},
+    tuned::Tuned,
 };
 
 use super::{ControllerFile, LawFile, PlannerFile, RuleFile};
@@ -82,6 +83,7 @@ impl PlannerFile {
         Ok(ControlLaw::Planner {
             parameters: Box::new(parameters),
             tuning: (self.tuning != Tuning::default()).then(|| self.tuning.clone()),
+            tuned: (self.parameters != Tuned::DEFAULT).then(|| Box::new(self.parameters)),
             forecast: self.forecast,
         })
     }
