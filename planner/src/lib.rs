@@ -71,6 +71,8 @@ pub mod program;
 mod scp;
 pub mod snapshot;
 pub mod solve;
+#[cfg(test)]
+mod tests;
 pub mod tuned;
 mod visit;
 

@@ -31,7 +31,7 @@ pub use digest::{plan_id, sha256};
 pub use directions::{DIRECTION_DEG, DIRECTIONS};
 pub use dump::program_dump;
 pub use field_error::{FieldError, shortened};
-pub use json::{Unread, VALUES_MAX};
+pub use json::{Body, BodyError, VALUES_MAX};
 pub use planner::{
     certificate::Residuals,
     craft::{CraftDescription, HeadingLoop, HeadingReference, Power, SpeedReference, SurgeLoop},
@@ -49,7 +49,7 @@ pub use planner::{
         VehicleId,
     },
 };
-pub use positions::{LATITUDE_MAX_DEG, LONGITUDE_MAX_DEG, Recount};
+pub use positions::{DatumChange, LATITUDE_MAX_DEG, LONGITUDE_MAX_DEG};
 pub use prediction::{Heard, PredictedAuv, PredictedCraft, Prediction, SteerBy};
 pub use read::{read, read_each, read_from};
 pub use reports::{Sorted, read_reports};

@@ -159,28 +159,25 @@ mod tests {
         super::sawtooth(reports, u_h, &EstimateNumbers::DEFAULT)
     }
 
+    fn report(t_s: f64, depth: f64) -> (usize, Report) {
+        let depth_m = Some(depth);
+        let fix = Report::new(t_s, Vector2::zeros(), 1.0);
+        (0, Report { depth_m, ..fix })
+    }
+
     /// Reports of `depth` over 640 s, every ten seconds, three in ten lost, with a gauge of 0.1 m.
     fn reports(depth: impl Fn(f64) -> f64, random: &mut Random) -> Vec<(usize, Report)> {
-        let mut report = |k: u32| {
+        let heard = |k: u32| {
             let t_s = 10.0 * f64::from(k);
-            let depth_m = Some(depth(t_s) + 0.1 * random.normal().x);
-            let is_heard = 0.3 < random.uniform();
-            is_heard.then(|| {
-                (
-                    0,
-                    Report {
-                        depth_m,
-                        ..Report::new(t_s, Vector2::zeros(), 1.0)
-                    },
-                )
-            })
+            let depth = depth(t_s) + 0.1 * random.normal().x;
+            (0.3 < random.uniform()).then(|| report(t_s, depth))
         };
-        (0..64).filter_map(&mut report).collect()
+        (0..64).filter_map(heard).collect()
     }
 
     #[test]
     fn a_sawtooth_is_found_and_forecasts_the_depth() {
-        let (mut found, mut held, mut n) = (0.0, 0.0, 0.0);
+        let (mut found, mut held, mut n) = (0.0, 0.0, 0);
         for (seed, (height, pitch)) in
             (0..100_u32).zip([(20.0, 0.6), (40.0, 0.9), (15.0, 0.4)].into_iter().cycle())
         {
@@ -198,7 +195,7 @@ mod tests {
             let Some(seen) = sawtooth(&reports, 0.3) else {
                 continue;
             };
-            n += 1.0;
+            n += 1;
             let (_, newest) = reports.last().expect("most are heard");
             let depth = newest.depth_m.expect("all have one");
             let forecast = DepthForecast::at_speed(depth, Some(seen), 0.3);
@@ -208,8 +205,10 @@ mod tests {
                 held += (depth - then).powi(2);
             }
         }
-        let [found, held] = [found, held].map(|sum: f64| (sum / (3.0 * n)).sqrt());
-        assert!(90.0 <= n && found < 0.2 * held, "{n}, {found} m, {held} m");
+        assert!(
+            90 <= n && found < 0.2_f64.powi(2) * held,
+            "{n}, {found} m², {held} m²"
+        );
     }
 
     #[test]
@@ -217,45 +216,28 @@ mod tests {
         // Few different depths, so that legs often have the same rate.
         for seed in 0..20_000 {
             let mut random = Random(seed);
-            let report = |k: u32| {
-                let depth_m = Some((6.0 * random.uniform()).floor() * 3.0);
-                let t_s = 10.0 * f64::from(k);
-                (
-                    0,
-                    Report {
-                        depth_m,
-                        ..Report::new(t_s, Vector2::zeros(), 1.0)
-                    },
-                )
-            };
+            let report = |k: u32| report(10.0 * f64::from(k), (6.0 * random.uniform()).floor() * 3.0);
             let reports: Vec<_> = (0..24).map(report).collect();
-            if let Some(Dive {
-                depth_min_m,
-                depth_max_m,
-                ..
-            }) = sawtooth(&reports, 0.3)
-            {
-                assert!(
-                    0.0 <= depth_min_m && depth_min_m < depth_max_m && depth_max_m < 40.0,
-                    "{seed}"
-                );
+            if let Some(dive) = sawtooth(&reports, 0.3) {
+                let (least, most) = (dive.depth_min_m, dive.depth_max_m);
+                assert!(0.0 <= least && least < most && most < 40.0, "{seed}");
             }
         }
     }
 
     #[test]
     fn depths_over_rough_ground_are_no_sawtooth() {
-        let mut n = 0;
-        for seed in 0..200 {
-            let mut random = Random(seed);
+        let is_found = |seed: &u64| {
+            let mut random = Random(*seed);
             let waves: Vec<_> = (0..6).map(|_| (random.normal(), random.uniform())).collect();
             let depth = |t: f64| {
                 let wave =
-                    |(a, f): &(Vector2<f64>, f64)| (0.03 * f * t).sin() * a.x + (0.03 * f * t).cos() * a.y;
+                    |(a, f): &(Vector2<f64>, f64)| a.x * (0.03 * f * t).sin() + a.y * (0.03 * f * t).cos();
                 30.0 + 4.0 * waves.iter().map(wave).sum::<f64>()
             };
-            n += u32::from(sawtooth(&reports(depth, &mut random), 0.5).is_some());
-        }
+            sawtooth(&reports(depth, &mut random), 0.5).is_some()
+        };
+        let n = (0..200).filter(is_found).count();
         assert!(n <= 2, "{n}");
     }
 }

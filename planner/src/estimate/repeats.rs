@@ -404,7 +404,7 @@ struct Match {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{estimate::tests::Random, facts::angle::direction};
+    use crate::{estimate::tests::Random, tests::prelude::*};
 
     const SIGMA: f64 = 1.5;
     const SPEED: f64 = 0.9;
@@ -414,15 +414,12 @@ mod tests {
     /// which those before the last 640 s are in the stored track of earlier answers.
     fn past_track(path: &Path, time: f64, seed: u64) -> PastTrack<'static> {
         let mut random = Random(seed);
-        let fix = |k: u32| {
-            let t_s = 10.0 * f64::from(k);
+        let fix = |t_s: f64| {
             let place = path.at(SPEED * t_s).position + random.normal() * SIGMA;
             (0, Report::new(t_s, place, SIGMA))
         };
-        let fixes: Vec<_> = (0..400)
-            .map(fix)
-            .filter(|(_, report)| report.t_s <= time)
-            .collect();
+        let times = (0..400).map(|k| 10.0 * f64::from(k));
+        let fixes: Vec<_> = times.take_while(|t_s| *t_s <= time).map(fix).collect();
         let mut past_track = PastTrack::default();
         for end in (1..=fixes.len()).step_by(3).chain([fixes.len()]) {
             let window = &fixes[end.saturating_sub(64)..end];
@@ -462,29 +459,20 @@ mod tests {
     #[test]
     fn lanes_are_found_in_the_third_and_predict_the_next_turn() {
         let path = lanes();
-        let (mut squares, mut n) = (0.0, 0.0);
+        let mut squares = 0.0;
         for seed in 0..10 {
             // The third lane begins after 552 s.
             assert_eq!(past_track(&path, 400.0, seed).repeats(), None, "{seed}");
             for time in [700.0, 750.0, 1000.0, 1900.0] {
                 let repeats = past_track(&path, time, seed).repeats().expect("repeats");
                 assert_eq!(repeats.track.pattern, Pattern::Lanes);
-                assert!(
-                    (repeats.track.spacing_m - 30.0).abs() < 2.0,
-                    "{}",
-                    repeats.track.spacing_m
-                );
+                near(repeats.track.spacing_m, 30.0, 2.0);
                 // From corner to corner: the half circles extend the lanes by 15 m.
-                assert!(
-                    (220.0 - repeats.track.leg_m).abs() < 20.0,
-                    "{}",
-                    repeats.track.leg_m
-                );
+                near(repeats.track.leg_m, 220.0, 20.0);
                 squares += off(&path, time, &repeats).powi(2);
-                n += 1.0;
             }
         }
-        let rms = f64::sqrt(squares / n);
+        let rms = f64::sqrt(squares / 40.0);
         assert!(rms < 5.0, "{rms}");
     }
 
@@ -502,8 +490,7 @@ mod tests {
 
     #[test]
     fn way_points_without_a_pattern_have_no_repeats() {
-        let mut found = 0;
-        for seed in 1000..1200 {
+        let repeats = |seed: &u64| {
             let mut random = Random(100 + seed);
             let (mut place, mut course) = (Vector2::zeros(), 0.0);
             let point = |_| {
@@ -512,8 +499,9 @@ mod tests {
                 place.into()
             };
             let path = through((0..20).map(point).collect());
-            found += u32::from(past_track(&path, 1500.0, seed).repeats().is_some());
-        }
+            past_track(&path, 1500.0, *seed).repeats().is_some()
+        };
+        let found = (1000..1200).filter(repeats).count();
         assert!(found <= 2, "{found}");
     }
 
@@ -534,94 +522,69 @@ mod tests {
     #[test]
     fn a_pattern_rotates_and_moves_with_the_track() {
         let past_track = past_track(&lanes(), 900.0, 3);
-        let turned = |point: &TrackPoint| {
-            let (sin, cos) = f64::sin_cos(1.1);
-            [
-                point[0],
-                500.0 + cos * point[1] - sin * point[2],
-                sin * point[1] + cos * point[2],
-            ]
+        let moved = |place: &Vector2<f64>| ned_from_body(1.1) * place + Vector2::new(500.0, 0.0);
+        let point = |point: &TrackPoint| {
+            let [north, east] = moved(&place(point)).into();
+            [point[0], north, east]
         };
-        let moved = PastTrack {
-            points: past_track.points.iter().map(turned).collect(),
-            fixes: past_track
-                .fixes
-                .iter()
-                .map(|fix| place(&turned(&[0.0, fix.x, fix.y])))
-                .collect(),
+        let elsewhere = PastTrack {
+            points: past_track.points.iter().map(point).collect(),
+            fixes: past_track.fixes.iter().map(moved).collect(),
             ..past_track.clone()
         };
-        let [here, there] = [past_track, moved].map(|past_track| past_track.repeats().expect("repeats"));
-        assert!((here.track.residual_m - there.track.residual_m).abs() < 1.0e-9);
-        let end = |repeats: &Repeats| repeats.path.path.at(repeats.path.path.length()).position;
-        let expected = turned(&[0.0, end(&here).x, end(&here).y]);
-        assert!((end(&there) - place(&expected)).norm() < 1.0e-6);
+        let [here, there] = [past_track, elsewhere].map(|track| track.repeats().expect("repeats"));
+        near(here.track.residual_m, there.track.residual_m, 1.0e-9);
+        let [here, there] = [here, there].map(|repeats| repeats.path.path);
+        let end = |path: &Path| path.at(path.length()).position;
+        near_to(end(&there), moved(&end(&here)), 1.0e-6);
     }
 
     #[test]
     fn a_fix_of_negligible_weight_keeps_all_points_finite() {
         let fix = |k: u32| {
-            let t_s = 10.0 * f64::from(k);
-            let report = if k < 5 {
-                Report::new(t_s, Vector2::zeros(), 1.0e-3)
-            } else {
-                Report::new(t_s, Vector2::new(3.0e5, 0.0), 1.0e5)
-            };
-            (0, report)
+            let (north, sigma) = if k < 5 { (0.0, 1.0e-3) } else { (3.0e5, 1.0e5) };
+            (
+                0,
+                Report::new(10.0 * f64::from(k), Vector2::new(north, 0.0), sigma),
+            )
         };
-        let past_track = PastTrack::new(
-            &[],
-            &(0..8).map(fix).collect::<Vec<_>>(),
-            &Vector2::zeros(),
-            TUNED,
-        );
-        assert!(
-            past_track
-                .points
-                .iter()
-                .flatten()
-                .all(|number| number.is_finite())
-        );
+        let fixes: Vec<_> = (0..8).map(fix).collect();
+        let past_track = PastTrack::new(&[], &fixes, &Vector2::zeros(), TUNED);
+        let mut numbers = past_track.points.iter().flatten();
+        assert!(numbers.all(|number| number.is_finite()));
+    }
+
+    /// Fixes every ten seconds from `begin`, s, on, due north at `speed`.
+    fn northward(begin: f64, speed: f64) -> Vec<(usize, Report)> {
+        let fix = |k: u32| {
+            let t_s = begin + 10.0 * f64::from(k);
+            (0, Report::new(t_s, Vector2::new(speed * t_s, 0.0), SIGMA))
+        };
+        (0..20).map(fix).collect()
     }
 
     #[test]
     fn a_long_leg_and_the_track_before_it_are_one_track() {
         // Half an hour on one leg leaves no corner among the reports.
-        let fixes: Vec<_> = (0..20_u32)
-            .map(|k| {
-                let t_s = 4.0e3 + 10.0 * f64::from(k);
-                (0, Report::new(t_s, Vector2::new(t_s, 0.0), SIGMA))
-            })
-            .collect();
         let remembered = [[0.0, 0.0, 50.0], [50.0, 0.0, 0.0], [3.99e3, 3.99e3, 0.0]];
-        let past_track = PastTrack::new(&remembered, &fixes, &Vector2::zeros(), TUNED);
+        let past_track = PastTrack::new(&remembered, &northward(4.0e3, 1.0), &Vector2::zeros(), TUNED);
         assert_eq!(past_track.points[..2], remembered[..2]);
     }
 
     #[test]
     fn an_impossible_stored_track_is_dropped() {
-        let fixes: Vec<_> = (0..20_u32)
-            .map(|k| {
-                (
-                    0,
-                    Report::new(
-                        1.0e3 + 10.0 * f64::from(k),
-                        Vector2::new(f64::from(k), 0.0),
-                        SIGMA,
-                    ),
-                )
-            })
-            .collect();
+        let fixes = northward(1.0e3, 0.1);
         let new = |remembered: &[TrackPoint]| PastTrack::new(remembered, &fixes, &Vector2::zeros(), TUNED);
         let alone = new(&[]);
         for garbage in [
             [[990.0, 1.0e300, 0.0], [995.0, -1.0e300, 0.0]],
-            [[995.0, 0.0, 0.0], [990.0, 0.0, 0.0]],
-            [[-1.0e300, 0.0, 0.0], [990.0, 0.0, 0.0]],
-            [[980.0, 0.0, 0.0], [990.0, 400.0, 0.0]],
+            [[995.0, 100.0, 0.0], [990.0, 100.0, 0.0]],
+            [[-1.0e300, 100.0, 0.0], [990.0, 100.0, 0.0]],
+            [[980.0, 100.0, 0.0], [990.0, 500.0, 0.0]],
         ] {
             assert_eq!(new(&garbage), alone);
         }
-        assert!(new(&[[900.0, 0.0, -80.0], [950.0, 0.0, -40.0]]).points.len() > alone.points.len());
+        let possible = new(&[[900.0, 100.0, -80.0], [950.0, 100.0, -40.0]]);
+        assert!(possible.points.len() > alone.points.len());
     }
 }

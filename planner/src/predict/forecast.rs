@@ -362,13 +362,13 @@ mod drift_tests;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::facts::angle::Course;
+    use crate::tests::{moving, near, near_to, slope};
 
     fn state(turn_rate: f64, age: f64) -> AuvState {
         AuvState {
             turn_rate_radps: turn_rate,
             age_s: age,
-            ..AuvState::new(Vector2::new(3.0, -4.0), 5.0, Course::new(0.7), 0.193)
+            ..moving(3.0, -4.0, 5.0, 0.7, 0.193)
         }
     }
 
@@ -377,36 +377,30 @@ mod tests {
     }
 
     #[test]
-    fn a_constant_turn_integrates_its_own_velocity() {
+    fn a_constant_turn_integrates_its_own_velocity_and_closes_its_circle() {
         let forecast = forecast(&state(0.02, 1.5), Forecast::Auto);
         assert_eq!(forecast.model, ForecastModel::ConstantTurn);
         for ahead in [0.0, 10.0, 78.0] {
-            let h = 1e-3;
-            let slope = (forecast.at(ahead + h).position - forecast.at(ahead - h).position) / (2.0 * h);
             // Central difference: error h²/6 · ‖v‖ ω², far below the tolerance.
-            assert!((slope - forecast.at(ahead).velocity).norm() < 1e-9);
+            let moves = slope(|time| forecast.at(time).position, ahead, 1e-3);
+            near_to(moves, forecast.at(ahead).velocity, 1e-9);
         }
-    }
-
-    #[test]
-    fn a_constant_turn_closes_its_circle() {
-        let forecast = forecast(&state(0.05, 0.0), Forecast::ConstantTurn);
-        let period = std::f64::consts::TAU / 0.05;
-        assert!((forecast.at(period).position - forecast.at(0.0).position).norm() < 1e-12);
+        let lap = forecast.at(std::f64::consts::TAU / 0.02);
+        near_to(lap.position, forecast.at(0.0).position, 1e-12);
     }
 
     #[test]
     fn a_straight_course_is_the_limit_of_a_slow_turn() {
         let straight = forecast(&state(0.0, 2.0), Forecast::ConstantVelocity);
         let slow = forecast(&state(1e-9, 2.0), Forecast::ConstantTurn);
-        assert!((straight.at(78.0).position - slow.at(78.0).position).norm() < 1e-6);
+        near_to(straight.at(78.0).position, slow.at(78.0).position, 1e-6);
     }
 
     #[test]
     fn an_old_report_is_predicted_to_now() {
         let forecast = forecast(&state(0.0, 10.0), Forecast::Auto);
         let moved = forecast.at(0.0).position - Vector2::new(3.0, -4.0);
-        assert!((moved.norm() - 1.93).abs() < 1e-12);
+        near(moved.norm(), 1.93, 1e-12);
     }
 
     #[test]

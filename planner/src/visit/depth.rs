@@ -155,7 +155,7 @@ mod tests {
     #[test]
     fn the_depth_of_a_glider_is_forecast_better_than_a_constant() {
         let mut rng = ChaCha8Rng::seed_from_u64(35);
-        // Mean square errors of the oscillation and of a constant depth, by time ahead.
+        // Square errors of the oscillation and of a constant depth, by time ahead.
         let aheads = [30.0, 60.0, 120.0, 240.0, 600.0, 1500.0];
         let (mut errors, mut n_seen) = ([[0.0; 2]; 6], 0);
         for _ in 0..400 {
@@ -174,23 +174,25 @@ mod tests {
             }
         }
         assert!(300 < n_seen, "{n_seen} of 400 swing");
-        for (ahead, [swing, held]) in aheads.iter().zip(errors) {
-            let ratio = (swing / held).sqrt();
-            assert!(ratio < 0.85, "{ahead} s ahead: {ratio}");
-        }
+        let ratios = errors.map(|[swing, held]: [f64; 2]| (swing / held).sqrt());
+        assert!(
+            ratios.iter().all(|ratio| *ratio < 0.85),
+            "{ratios:?} at {aheads:?}"
+        );
     }
 
     #[test]
     fn a_monotonic_depth_does_not_oscillate() {
-        let seen = |depth: &dyn Fn(f64) -> f64, n| Swing::seen(&reports(depth, 900.0, n), 900.0, TUNED);
         let deep = |time: f64| glider(time, 30.0, 0.15, 60.0);
-        assert!(seen(&deep, 64).is_some() && seen(&deep, 5).is_none() && seen(&deep, 0).is_none());
         let level = |time: f64| 20.0 + 1.5 * (0.3 * time).sin();
-        assert!(seen(&level, 64).is_none());
         let launched = |time: f64| (0.5 * (time - 180.0)).clamp(0.0, 60.0);
-        assert!(seen(&launched, 64).is_none());
         let dropout = |time: f64| if (500.0..510.0).contains(&time) { 0.0 } else { 60.0 };
-        assert!(seen(&dropout, 64).is_none());
+        let depths: [&dyn Fn(f64) -> f64; 4] = [&deep, &level, &launched, &dropout];
+        let seen = depths.map(|depth| Swing::seen(&reports(depth, 900.0, 64), 900.0, TUNED).is_some());
+        assert_eq!(seen, [true, false, false, false]);
+        for n in [0, 5] {
+            assert!(Swing::seen(&reports(deep, 900.0, n), 900.0, TUNED).is_none());
+        }
         let mut unknown = reports(deep, 900.0, 64);
         for report in &mut unknown {
             report.depth_m = None;
@@ -205,21 +207,18 @@ mod tests {
         for _ in 0..300 {
             let (step, n) = (rng.random_range(0.0..30.0), rng.random_range(6..64));
             let mut reports = reports(|_| 0.0, 900.0, n);
+            let (mut least, mut most) = (f64::MAX, 0.0_f64);
             for report in &mut reports {
-                report.depth_m =
-                    Some(40.0 + rng.random_range(-0.5..0.5) + if rng.random_bool(0.3) { step } else { 0.0 });
+                let deeper = rng.random_bool(0.3);
+                let depth = 40.0 + rng.random_range(-0.5..0.5) + if deeper { step } else { 0.0 };
+                (least, most) = (least.min(depth), most.max(depth));
+                report.depth_m = Some(depth);
                 report.t_s += rng.random_range(-12.0..12.0);
             }
-            let depths = || reports.iter().filter_map(|report| report.depth_m);
-            let (least, most) = (depths().fold(f64::MAX, f64::min), depths().fold(0.0, f64::max));
             if let Some(swing) = Swing::seen(&reports, 900.0, TUNED) {
                 n_seen += 1;
-                let times = (0..400).map(|k| 10.0 * f64::from(k));
-                assert!(
-                    times
-                        .map(|time| swing.at(time))
-                        .all(|depth| (least..=most).contains(&depth))
-                );
+                let mut depths = (0..400).map(|k| swing.at(10.0 * f64::from(k)));
+                assert!(depths.all(|depth| (least..=most).contains(&depth)));
             }
         }
         assert!(100 < n_seen, "{n_seen} swing");

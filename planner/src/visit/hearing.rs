@@ -105,31 +105,27 @@ mod tests {
     const AGE_MAX: f64 = 900.0;
     /// Interval between plans, s.
     const STEP: f64 = 1.0;
+    const TUNED: &VisitNumbers = &VisitNumbers::DEFAULT;
 
     /// A report each 10 s until 0 s, without the `lost` ones; the newest is number 0.
     fn reports(depth_m: Option<f64>, lost: impl Fn(u32) -> bool) -> Vec<Report> {
-        let kept = (0..40).filter(|k| !lost(*k));
         let at = |k| Report {
             depth_m,
             ..Report::new(-10.0 * f64::from(k), Vector2::zeros(), 1.5)
         };
-        kept.map(at).collect()
-    }
-
-    fn heard(reports: &[Report], age: f64, distance: f64) -> Heard<'_> {
-        Heard {
-            tuned: &VisitNumbers::DEFAULT,
-            reports,
-            age,
-            distance,
-        }
+        (0..40).filter(|k| !lost(*k)).map(at).collect()
     }
 
     /// First age, s, at which an AUV is silent, with the craft at `distance` at each age.
     fn silent_at(reports: &[Report], distance: impl Fn(f64) -> f64) -> f64 {
         let (mut hearing, mut age) = (Hearing::default(), 0.0);
         loop {
-            let heard = heard(reports, age, distance(age));
+            let heard = Heard {
+                tuned: TUNED,
+                reports,
+                age,
+                distance: distance(age),
+            };
             hearing = hearing.later(STEP, &heard);
             if hearing.is_silent(&heard, AGE_MAX) {
                 return age;
@@ -145,11 +141,6 @@ mod tests {
         // While reports arrive, the hearing range extends to the craft's distance.
         assert_eq!(silent_at(&all, |age| 300.0 + age.min(11.0)), AGE_MAX + STEP);
         assert_eq!(silent_at(&[], |_| 0.0), AGE_MAX + STEP);
-    }
-
-    #[test]
-    fn time_out_of_hearing_range_does_not_count() {
-        let all = reports(Some(8.0), |_| false);
         // Away from an age of 21 s for ten minutes, then back: 61 s more make 81.
         let away = |age: f64| f64::from(u8::from((20.5..620.5).contains(&age)));
         assert_eq!(silent_at(&all, |age| 250.0 + 900.0 * away(age)), 681.0);
@@ -159,35 +150,39 @@ mod tests {
     fn a_silent_auv_stays_silent_until_a_report_arrives() {
         let all = reports(Some(8.0), |_| false);
         let (within, unheard) = (300.0, 81.0);
-        let look = |age| {
-            let heard = heard(&all, age, 5000.0);
+        for (age, expected) in [(700.0, true), (3.0, false)] {
+            let heard = Heard {
+                tuned: TUNED,
+                reports: &all,
+                age,
+                distance: 5000.0,
+            };
             let hearing = Hearing { within, unheard }.later(STEP, &heard);
-            hearing.is_silent(&heard, AGE_MAX)
-        };
-        assert!(look(700.0) && !look(3.0));
+            assert_eq!(hearing.is_silent(&heard, AGE_MAX), expected);
+        }
     }
 
     #[test]
-    fn lost_reports_pauses_and_dives_are_no_silence() {
-        let silent_at = |reports: &[Report]| silent_at(reports, |_| 10.0);
-        assert_eq!(silent_at(&reports(Some(8.0), |k| k % 2 == 1)), 161.0);
-        // After 200 s without a report, as many are no silence.
-        assert_eq!(silent_at(&reports(Some(8.0), |k| (10..29).contains(&k))), 401.0);
-        let dived = silent_at(&reports(Some(1.0), |_| false));
-        assert_eq!(dived, AGE_MAX + STEP);
-        let no_depth = silent_at(&reports(None, |_| false));
-        assert_eq!(no_depth, 81.0);
-    }
-
-    #[test]
-    fn simultaneous_reports_count_once() {
-        let silent_at = |lost: fn(u32) -> bool| {
-            let once = reports(Some(8.0), lost).into_iter();
-            let twice: Vec<_> = once.flat_map(|report| [report; 2]).collect();
-            silent_at(&twice, |_| 10.0)
+    fn lost_or_repeated_reports_pauses_and_dives_are_no_silence() {
+        let never = AGE_MAX + STEP;
+        let once = |depth, lost: fn(u32) -> bool| reports(depth, lost);
+        let twice = |lost| {
+            once(Some(8.0), lost)
+                .into_iter()
+                .flat_map(|report| [report; 2])
+                .collect()
         };
-        assert_eq!(silent_at(|_| false), 81.0);
-        // Four reports show no interval.
-        assert_eq!(silent_at(|k| 3 < k), AGE_MAX + STEP);
+        for (reports, expected) in [
+            (once(Some(8.0), |k| k % 2 == 1), 161.0),
+            // After 200 s without a report, as many are no silence.
+            (once(Some(8.0), |k| (10..29).contains(&k)), 401.0),
+            (once(Some(1.0), |_| false), never),
+            (once(None, |_| false), 81.0),
+            (twice(|_| false), 81.0),
+            // Four reports show no interval.
+            (twice(|k| 3 < k), never),
+        ] {
+            assert_eq!(silent_at(&reports, |_| 10.0), expected);
+        }
     }
 }
