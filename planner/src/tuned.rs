@@ -79,11 +79,9 @@ impl Tuned {
         visit: VisitNumbers::DEFAULT,
     };
 
-    /// Sets the number `name` of a `table`, such as `gate` of `estimate`.
-    ///
-    /// # Errors
-    /// The reason, if there is no such number, or `value` is not above 0.
-    pub fn set(&mut self, table: &str, name: &str, value: f64) -> Result<(), String> {
+    /// Sets the number `name` of a `table`, such as `gate` of `estimate`; an error if there is no
+    /// such number, or `value` is not above 0.
+    fn set(&mut self, table: &str, name: &str, value: f64) -> Result<(), String> {
         let number = match table {
             "craft" => self.craft.by_name(name),
             "estimate" => self.estimate.by_name(name),

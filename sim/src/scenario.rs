@@ -115,16 +115,31 @@ impl Scenario {
         Self::parse(&text, &file, Files::beside(beside))
     }
 
-    /// The scenario in `text`, which was read from `file`. It is started with one seed to find
-    /// numbers that do not fit together.
+    /// The scenario in `text`, which was read from `file`. [`Self::start`] shows whether its numbers
+    /// fit together.
     pub fn parse(text: &str, file: &str, files: Files) -> Result<Self, ScenarioError> {
-        let source = Source {
+        let mut source = Source {
             file: file.to_owned(),
             text: text.to_owned(),
+            tree: Value::Null,
         };
         // A tree between text and types: they are then compiled for one reader, in half the time.
-        let tree: Value = toml::from_str(text).map_err(|error| source.unreadable(&error))?;
-        let mut scenario: Self = serde_path_to_error::deserialize(tree).map_err(|error| {
+        source.tree = toml::from_str(text).map_err(|error| source.unreadable(&error))?;
+        let scenario = Self::of_tree(&source.tree).map_err(|wrong| source.refused(wrong))?;
+        Ok(Self {
+            files,
+            source,
+            ..scenario
+        })
+    }
+
+    /// The same scenario, if its numbers fit together with one seed.
+    pub fn checked(self) -> Result<Self, ScenarioError> {
+        self.start(0).map(|_| self)
+    }
+
+    fn of_tree(tree: &Value) -> Result<Self, InvalidScenario> {
+        serde_path_to_error::deserialize(tree).map_err(|error| {
             let field = error.path().to_string();
             // The path of the whole file is a dot.
             let field = if field == "." { "file".to_owned() } else { field };
@@ -133,12 +148,8 @@ impl Scenario {
                 .inner()
                 .to_string()
                 .replace("type: null", "value: not a finite number");
-            source.refused(field, reason)
-        })?;
-        scenario.files = files;
-        scenario.source = source;
-        scenario.start(0)?;
-        Ok(scenario)
+            InvalidScenario { field, reason }
+        })
     }
 
     /// The texts of the files that it names, by name, for [`Files::kept`]. An error if one of them
@@ -224,7 +235,8 @@ mod tests {
         ) {
             assert!(text.contains(&right), "{right}");
             let text = text.replacen(&right, &wrong, 1);
-            let error = Scenario::parse(&text, "my.toml", Files::default()).expect_err(&wrong);
+            let read = Scenario::parse(&text, "my.toml", Files::default());
+            let error = read.and_then(Scenario::checked).expect_err(&wrong);
             let message = error.to_string();
             assert!(message.contains(&says), "{message}");
             // The last line: an earlier equal one is right. A missing member is on no line: its

@@ -283,9 +283,9 @@ fn a_number_of_a_scenario_is_set() {
     for (set, says) in [
         (
             "surface_craft.tuning.position_weight_per_m2=11",
-            "is not in [0.01, 10]",
+            "must be from 0.01 to 10",
         ),
-        ("surface_craft.tuning.scp_iterations=1.5", "is not a count"),
+        ("surface_craft.tuning.scp_iterations=1.5", "expected u32"),
         ("surface_craft.sped=1", "no number with this key"),
         ("seed", "give a key"),
     ] {

@@ -380,5 +380,6 @@ fn with_the_rest(text: &str) -> Result<(), String> {
     }
     let text = toml::to_string(&scenario).expect("a table is TOML");
     let files = Files::kept(BTreeMap::from([(file.to_owned(), track.to_owned())]));
-    Scenario::parse(&text, "docs", files).map_or_else(|error| Err(error.to_string()), |_| Ok(()))
+    let read = Scenario::parse(&text, "docs", files).and_then(Scenario::checked);
+    read.map_or_else(|error| Err(error.to_string()), |_| Ok(()))
 }

@@ -28,7 +28,7 @@ fn repairs_of_a_route_are_named_and_a_file_without_one_is_refused_by_line() {
     has_all(&printed(&route(repaired, " --speed 1.5")), &notes);
     for (text, says) in [
         ("lat,lon\n38,-9\n91,-9\n", "line 3: latitude 91"),
-        ("north_m,east_m\n0,0\n", "must have 2 to 10000 points, has 1"),
+        ("north_m,east_m\n0,0\n", "must have 2 to 10000 points (given: 1)"),
     ] {
         has_all(refusal(&route(text, "")), &[says]);
     }

@@ -5,7 +5,7 @@ use std::mem;
 use planner::snapshot::{InvalidRequest, PlanRequest, SCHEMA_VERSION, Snapshot};
 use serde_json::Value;
 
-use super::{DEADLINE_MS, METADATA_BYTES_MAX, field_pointers::length, positions::wrong_place};
+use super::{DEADLINE_MS, METADATA_BYTES_MAX, positions::wrong_place};
 use crate::{CraftFrame, FieldError};
 
 /// The snapshot of `request`, in the frame at the craft if it has an origin. Fails with all faults.
@@ -40,13 +40,12 @@ pub fn check(request: &PlanRequest) -> Result<(), Vec<FieldError>> {
 }
 
 /// Fails with the faults of the envelope and then those of the planner.
-fn all<T>(mut faults: Vec<FieldError>, checked: Result<T, InvalidRequest>) -> Result<T, Vec<FieldError>> {
+fn all<T>(envelope: Vec<FieldError>, checked: Result<T, InvalidRequest>) -> Result<T, Vec<FieldError>> {
     match checked {
-        Ok(valid) if faults.is_empty() => return Ok(valid),
-        Ok(_) => {}
-        Err(InvalidRequest(fields)) => faults.extend(fields.iter().map(FieldError::from)),
+        Ok(valid) if envelope.is_empty() => Ok(valid),
+        Ok(_) => Err(envelope),
+        Err(InvalidRequest(fields)) => Err([envelope, fields].concat()),
     }
-    Err(faults)
 }
 
 /// The fault of a `schema_version`, if it has one.
@@ -78,9 +77,11 @@ fn envelope_faults(request: &PlanRequest) -> Vec<FieldError> {
     let deadline = request.deadline_ms;
     invalid.extend(deadline.and_then(|given| FieldError::outside("/deadline_ms", given, &DEADLINE_MS)));
     let bytes = Value::Object(request.metadata.clone()).to_string().len();
-    if METADATA_BYTES_MAX < bytes {
-        let pointer = "/metadata".to_owned();
-        invalid.push(length(pointer, bytes, 0..=METADATA_BYTES_MAX, "bytes"));
-    }
+    invalid.extend(FieldError::of_length(
+        "/metadata",
+        bytes,
+        &(0..=METADATA_BYTES_MAX),
+        "bytes",
+    ));
     invalid
 }

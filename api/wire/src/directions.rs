@@ -2,20 +2,13 @@
 
 use std::ops::RangeInclusive;
 
-use planner::snapshot::ANGLE;
+use planner::snapshot::{ANGLE, DIRECTIONS};
 use serde_json::Number;
 
 use crate::{
     FieldError,
     json::{Json, ShapeError, token},
 };
-
-/// Names of directions, clockwise from north, in degrees and in radians.
-pub const DIRECTIONS: [[&str; 2]; 3] = [
-    ["heading_deg", "heading_rad"],
-    ["course_deg", "course_rad"],
-    ["bearing_deg", "bearing_rad"],
-];
 
 /// Range of directions in degrees: as many turns as in radians.
 pub const DIRECTION_DEG: RangeInclusive<f64> = ANGLE.start().to_degrees()..=ANGLE.end().to_degrees();

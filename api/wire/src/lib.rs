@@ -14,8 +14,6 @@ mod craft_frame;
 mod digest;
 mod directions;
 mod dump;
-mod field_error;
-mod field_pointers;
 mod json;
 pub mod mission;
 mod positions;
@@ -28,9 +26,8 @@ mod write_answer;
 pub use check::{check, snapshot, snapshot_until, unsupported_version, with_defaults};
 pub use craft_frame::CraftFrame;
 pub use digest::{plan_id, sha256};
-pub use directions::{DIRECTION_DEG, DIRECTIONS};
+pub use directions::DIRECTION_DEG;
 pub use dump::program_dump;
-pub use field_error::{FieldError, shortened};
 pub use json::{Body, BodyError, VALUES_MAX};
 pub use planner::{
     certificate::Residuals,
@@ -43,10 +40,10 @@ pub use planner::{
     },
     program::Slack,
     snapshot::{
-        Acoustics, Asc, Auv, AuvState, Current, DeclaredLimits, DeclaredPath, Dive, Drift, Fallback,
-        Forecast, Goal, Hold, KeepOut, Offset, Origin, PlanRequest, PreviousCraft, PreviousEstimate,
-        PreviousPlan, PreviousReference, PreviousTarget, Report, SCHEMA_VERSION, Task, TrajectoryPoint,
-        VehicleId,
+        Acoustics, Asc, Auv, AuvState, Current, DIRECTIONS, DeclaredLimits, DeclaredPath, Dive, Drift,
+        Fallback, FieldError, Forecast, Goal, Hold, KeepOut, Offset, Origin, PlanRequest, PreviousCraft,
+        PreviousEstimate, PreviousPlan, PreviousReference, PreviousTarget, Report, SCHEMA_VERSION, Task,
+        TrajectoryPoint, VehicleId, shortened,
     },
 };
 pub use positions::{DatumChange, LATITUDE_MAX_DEG, LONGITUDE_MAX_DEG};

@@ -14,7 +14,7 @@ use crate::{
         presets::{PRESETS, Preset},
     },
     facts::{
-        invalid_field::{InvalidField, InvalidReason},
+        field_error::FieldError,
         ranges::{CRAFT, HEADING_LOOP, POWER, Range, SURGE_LOOP},
     },
 };
@@ -239,51 +239,45 @@ impl CraftDescription {
         }
     }
 
-    /// All faults, by their JSON names: `craft/heading_loop/delay_s`.
+    /// All faults, by their JSON names: `/craft/heading_loop/delay_s`.
     #[must_use]
-    pub fn faults(&self) -> Vec<InvalidField> {
+    pub fn faults(&self) -> Vec<FieldError> {
         let mut faults = Vec::new();
-        let mut fail = |member: &str, reason| {
-            let field = format!("craft/{member}");
-            faults.push(InvalidField { field, reason });
-        };
-        if let Some(given) = self.preset.clone().filter(|_| self.preset().is_none()) {
-            let known = PRESETS.iter().map(|preset| preset.name).collect();
-            fail("preset", InvalidReason::UnknownPreset { given, known });
+        if let Some(given) = self.preset.as_deref().filter(|_| self.preset().is_none()) {
+            let known: Vec<_> = PRESETS.iter().map(|preset| preset.name).collect();
+            let detail = format!("the known craft are {}", known.join(", "));
+            let fault = FieldError::new("/craft/preset", "unknown_preset", detail);
+            faults.push(fault.given(given).limit(known));
         }
+        let mut fail = |member: &str, code: &str, detail: &str| {
+            faults.push(FieldError::new(format_args!("/craft/{member}"), code, detail));
+        };
         let heading = &self.heading_loop;
         let second_order = (heading.natural_frequency_radps, heading.damping);
-        let together = InvalidReason::Incomplete {
-            detail: "give both `natural_frequency_radps` and `damping`, or neither",
-        };
+        let together = "give both `natural_frequency_radps` and `damping`, or neither";
         match (heading.time_constant_s, second_order) {
-            (None, (Some(_), None)) => fail("heading_loop/damping", together),
-            (None, (None, Some(_))) => fail("heading_loop/natural_frequency_radps", together),
+            (None, (Some(_), None)) => fail("heading_loop/damping", "missing", together),
+            (None, (None, Some(_))) => fail("heading_loop/natural_frequency_radps", "missing", together),
             (Some(_), (Some(_), _) | (_, Some(_))) => {
                 let detail = "either a time constant, or a natural frequency and a damping ratio";
-                fail(
-                    "heading_loop/time_constant_s",
-                    InvalidReason::Unexpected { detail },
-                );
+                fail("heading_loop/time_constant_s", "unexpected", detail);
             }
             (None, (None, None) | (Some(_), Some(_))) | (Some(_), (None, None)) => {}
         }
         match (self.surge_loop.integrates, self.surge_loop.integral_time_s) {
             (Some(true), None) => {
                 let detail = "declare an integrator by `integral_time_s`, or leave `integrates` out to have it estimated";
-                fail("surge_loop/integral_time_s", InvalidReason::Incomplete { detail });
+                fail("surge_loop/integral_time_s", "missing", detail);
             }
             (Some(false), Some(_)) => {
                 let detail = "`integral_time_s` contradicts `integrates`: false";
-                fail("surge_loop/integral_time_s", InvalidReason::Unexpected { detail });
+                fail("surge_loop/integral_time_s", "unexpected", detail);
             }
             (None | Some(true), Some(_)) | (None | Some(false), None) => {}
         }
         self.map(|member, range, given| {
-            if let Some(&given) = given.filter(|given| !range.contains(given)) {
-                let (least, most) = (*range.start(), *range.end());
-                fail(member, InvalidReason::OutOfRange { given, least, most });
-            }
+            let outside = |given: &f64| FieldError::outside(format_args!("/craft/{member}"), *given, range);
+            faults.extend(given.and_then(outside));
             given.copied()
         });
         faults
@@ -360,7 +354,7 @@ mod tests {
     use super::*;
 
     fn faults(craft: &CraftDescription) -> Vec<String> {
-        craft.faults().into_iter().map(|fault| fault.field).collect()
+        craft.faults().into_iter().map(|fault| fault.pointer).collect()
     }
 
     #[test]
@@ -388,7 +382,7 @@ mod tests {
         assert_eq!(time(&said(None, None)), Craft::MEDUSA.surge.integral_time);
         assert_eq!(time(&said(Some(true), Some(9.0))), Some(9.0));
         for contradiction in [said(Some(false), Some(9.0)), said(Some(true), None)] {
-            assert_eq!(faults(&contradiction)[0], "craft/surge_loop/integral_time_s");
+            assert_eq!(faults(&contradiction)[0], "/craft/surge_loop/integral_time_s");
         }
     }
 
@@ -396,6 +390,6 @@ mod tests {
     fn a_number_that_is_not_finite_is_named() {
         let mut craft = CraftDescription::default();
         craft.surge_loop.time_constant_s = Some(f64::NAN);
-        assert_eq!(faults(&craft)[0], "craft/surge_loop/time_constant_s");
+        assert_eq!(faults(&craft)[0], "/craft/surge_loop/time_constant_s");
     }
 }

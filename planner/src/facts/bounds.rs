@@ -1,16 +1,14 @@
 //! Bounds of the craft's position: keep-outs, area, acoustic range, distance to surfaced AUVs.
 
-use std::{
-    f64::consts::{FRAC_PI_2, TAU},
-    ops::RangeInclusive,
-};
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
+use serde_json::json;
 use utoipa::ToSchema;
 
 use crate::facts::{
-    invalid_field::{InvalidField, InvalidReason},
+    field_error::FieldError,
     ranges::{ACOUSTIC_RANGE, AREA_CORNERS, COORDINATE_MAX, KEEP_OUT, KEEP_OUTS_MAX, SURFACING_SEPARATION},
 };
 
@@ -70,31 +68,38 @@ pub fn bounds_faults(
     keep_outs: &[KeepOut],
     area: &[Vector2<f64>],
     range_max: Option<f64>,
-) -> Vec<InvalidField> {
-    let mut faults = Vec::new();
-    if KEEP_OUTS_MAX < keep_outs.len() {
-        faults.push(wrong_length("keep_outs", keep_outs.len(), 0..=KEEP_OUTS_MAX));
-    }
+) -> Vec<FieldError> {
+    let n = keep_outs.len();
+    let mut faults = Vec::from_iter(FieldError::of_length(
+        "/keep_outs",
+        n,
+        &(0..=KEEP_OUTS_MAX),
+        "items",
+    ));
     for (i, disc) in keep_outs.iter().enumerate() {
         let numbers = [disc.north_m, disc.east_m, disc.radius_m];
         for ((name, range), given) in KEEP_OUT.into_iter().zip(numbers) {
-            faults.extend(outside(format!("keep_outs/{i}/{name}"), given, range));
+            faults.extend(FieldError::outside(
+                format_args!("/keep_outs/{i}/{name}"),
+                given,
+                &range,
+            ));
         }
     }
     faults.extend(area_faults(area));
     if let Some(range) = range_max {
-        faults.extend(outside("acoustics/range_max_m".to_owned(), range, ACOUSTIC_RANGE));
+        faults.extend(FieldError::outside(
+            "/acoustics/range_max_m",
+            range,
+            &ACOUSTIC_RANGE,
+        ));
     }
     faults
 }
 
 /// The fault of the distance to keep from AUVs at the surface, if any.
-pub(crate) fn separation_fault(separation: Option<f64>) -> Option<InvalidField> {
-    outside(
-        "surfacing_separation_m".to_owned(),
-        separation?,
-        SURFACING_SEPARATION,
-    )
+pub(crate) fn separation_fault(separation: Option<f64>) -> Option<FieldError> {
+    FieldError::outside("/surfacing_separation_m", separation?, &SURFACING_SEPARATION)
 }
 
 /// Corners (north, east) of a checked area without its dents, clockwise seen from above; begins
@@ -139,18 +144,22 @@ fn turn(before: Vector2<f64>, corner: Vector2<f64>, after: Vector2<f64>) -> f64 
     before.perp(&after).atan2(before.dot(&after))
 }
 
-fn area_faults(area: &[Vector2<f64>]) -> Vec<InvalidField> {
+fn area_faults(area: &[Vector2<f64>]) -> Vec<FieldError> {
     if area.is_empty() {
         return Vec::new();
     }
-    if !AREA_CORNERS.contains(&area.len()) {
-        return vec![wrong_length("area", area.len(), AREA_CORNERS)];
+    if let Some(fault) = FieldError::of_length("/area", area.len(), &AREA_CORNERS, "items") {
+        return vec![fault];
     }
     let mut faults = Vec::new();
     for (i, corner) in area.iter().enumerate() {
         for (axis, given) in [corner.x, corner.y].into_iter().enumerate() {
             let range = -COORDINATE_MAX..=COORDINATE_MAX;
-            faults.extend(outside(format!("area/{i}/{axis}"), given, range));
+            faults.extend(FieldError::outside(
+                format_args!("/area/{i}/{axis}"),
+                given,
+                &range,
+            ));
         }
     }
     // Numbers that are not finite have no sides to measure.
@@ -161,24 +170,23 @@ fn area_faults(area: &[Vector2<f64>]) -> Vec<InvalidField> {
 }
 
 /// The first reason why `area` is not the border of a convex area, once round.
-fn shape_fault(area: &[Vector2<f64>]) -> Option<InvalidField> {
-    let fault = |field: String, reason| Some(InvalidField { field, reason });
+fn shape_fault(area: &[Vector2<f64>]) -> Option<FieldError> {
     let n = area.len();
     let side = |i: usize| area[(i + 1) % n] - area[i % n];
     for i in 0..n {
         let given = side(i).norm();
         if given < AREA_SIZE_MIN {
-            let least = AREA_SIZE_MIN;
-            return fault(
-                format!("area/{}", (i + 1) % n),
-                InvalidReason::TooNear { given, least },
+            let place = format_args!("/area/{}", (i + 1) % n);
+            let detail = format!(
+                "is {given} m from the corner before it, less than {AREA_SIZE_MIN} m: give every corner once"
             );
+            return Some(too_small(FieldError::new(place, "too_near", detail), given));
         }
     }
     let given = (0..n).map(|i| width_from(area, i)).fold(f64::INFINITY, f64::min);
     if given < AREA_SIZE_MIN {
-        let least = AREA_SIZE_MIN;
-        return fault("area".to_owned(), InvalidReason::TooNarrow { given, least });
+        let detail = format!("the area is only {given} m wide, less than {AREA_SIZE_MIN} m");
+        return Some(too_small(FieldError::new("/area", "too_narrow", detail), given));
     }
     let kept = border(area);
     let orientation = doubled_area(area).signum();
@@ -190,10 +198,17 @@ fn shape_fault(area: &[Vector2<f64>]) -> Option<InvalidField> {
         turned += given;
         // Rounding adds up to far less than this radian, which tells one turn from two.
         if given < -STRAIGHT || TAU + 1.0 < turned {
-            return fault(format!("area/{i}"), InvalidReason::NotConvex { given });
+            let detail =
+                format!("turns by {given} rad: the corners, in order, must go once round a convex area");
+            let fault = FieldError::new(format_args!("/area/{i}"), "not_convex", detail);
+            return Some(fault.given(given).limit(json!({ "least": 0.0 })));
         }
     }
     None
+}
+
+fn too_small(fault: FieldError, given: f64) -> FieldError {
+    fault.given(given).limit(json!({ "least": AREA_SIZE_MIN }))
 }
 
 /// Distance of the farthest corner from the line along side `i`, m.
@@ -212,28 +227,10 @@ fn doubled_area(area: &[Vector2<f64>]) -> f64 {
     fan.sum()
 }
 
-fn outside(field: String, given: f64, range: RangeInclusive<f64>) -> Option<InvalidField> {
-    let within = range.contains(&given);
-    let (least, most) = range.into_inner();
-    let reason = InvalidReason::OutOfRange { given, least, most };
-    (!within).then_some(InvalidField { field, reason })
-}
-
-fn wrong_length(field: &str, given: usize, range: RangeInclusive<usize>) -> InvalidField {
-    let (least, most) = range.into_inner();
-    InvalidField {
-        field: field.to_owned(),
-        reason: InvalidReason::Length {
-            unit: "items",
-            given,
-            least,
-            most,
-        },
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use serde_json::Value;
+
     use super::*;
     use crate::facts::angle::direction;
 
@@ -241,11 +238,13 @@ mod tests {
         points.iter().map(|point| Vector2::from(*point)).collect()
     }
 
-    /// The field and reason of the only fault of an area.
-    fn fault(points: &[[f64; 2]]) -> Option<(String, InvalidReason)> {
+    /// The place and the code of the only fault of an area, and the number that it is about.
+    fn fault(points: &[[f64; 2]]) -> Option<(String, String, Option<f64>)> {
         let faults = area_faults(&corners(points));
         assert!(faults.len() < 2, "{faults:?}");
-        faults.into_iter().next().map(|fault| (fault.field, fault.reason))
+        let number = |given: Value| given.as_f64();
+        let parts = |fault: FieldError| (fault.pointer, fault.code, fault.given.and_then(number));
+        faults.into_iter().next().map(parts)
     }
 
     const SQUARE: [[f64; 2]; 4] = [[0.0, 0.0], [100.0, 0.0], [100.0, 50.0], [0.0, 50.0]];
@@ -261,17 +260,17 @@ mod tests {
     }
 
     fn is_not_convex(points: &[[f64; 2]]) -> bool {
-        matches!(fault(points), Some((_, InvalidReason::NotConvex { .. })))
+        fault(points).is_some_and(|(_, code, _)| code == "not_convex")
     }
 
     #[test]
     fn a_corner_that_turns_the_other_way_is_named_for_both_directions_of_the_area() {
         let mut points = vec![SQUARE[0], SQUARE[1], [40.0, 20.0], SQUARE[2], SQUARE[3]];
-        let (field, reason) = fault(&points).expect("a notch");
-        assert_eq!(field, "area/2");
-        assert!(matches!(reason, InvalidReason::NotConvex { given } if given < -0.5));
+        let (place, code, turn) = fault(&points).expect("a notch");
+        assert_eq!((&*place, &*code), ("/area/2", "not_convex"));
+        assert!(turn.is_some_and(|turn| turn < -0.5));
         points.reverse();
-        assert_eq!(fault(&points).expect("a notch").0, "area/2");
+        assert_eq!(fault(&points).expect("a notch").0, "/area/2");
     }
 
     #[test]
@@ -302,8 +301,9 @@ mod tests {
     fn a_border_that_goes_round_twice_or_crosses_itself_is_not_convex() {
         let corner = |k| direction(f64::from(k) * 0.8 * std::f64::consts::PI) * 100.0;
         let star: Vec<_> = (0..5).map(|k| corner(k).into()).collect();
-        let (_, reason) = fault(&star).expect("a pentagram turns twice");
-        assert!(matches!(reason, InvalidReason::NotConvex { given } if given > 0.0));
+        let (_, code, turn) = fault(&star).expect("a pentagram turns twice");
+        assert_eq!(code, "not_convex");
+        assert!(turn.is_some_and(|turn| turn > 0.0));
         assert!(is_not_convex(&[SQUARE[0], SQUARE[2], SQUARE[1], SQUARE[3]]));
     }
 
@@ -313,16 +313,16 @@ mod tests {
         let (discs, area) = ([disc(1.0), disc(0.05)], corners(&[[0.0; 2]; 2]));
         let faults = bounds_faults(&discs, &area, Some(f64::INFINITY)).into_iter();
         let expected = [
-            "keep_outs/0/east_m",
-            "keep_outs/1/east_m",
-            "keep_outs/1/radius_m",
-            "area",
-            "acoustics/range_max_m",
+            "/keep_outs/0/east_m",
+            "/keep_outs/1/east_m",
+            "/keep_outs/1/radius_m",
+            "/area",
+            "/acoustics/range_max_m",
         ];
-        assert_eq!(faults.map(|fault| fault.field).collect::<Vec<_>>(), expected);
+        assert_eq!(faults.map(|fault| fault.pointer).collect::<Vec<_>>(), expected);
         let endless = fault(&[[0.0, 0.0], [1.0, f64::INFINITY], [2.0, 0.0]]);
-        assert_eq!(endless.expect("not finite").0, "area/1/1");
-        let (_, reason) = fault(&[[0.0; 2]; 65]).expect("too many");
-        assert!(matches!(reason, InvalidReason::Length { given: 65, .. }));
+        assert_eq!(endless.expect("not finite").0, "/area/1/1");
+        let (_, code, given) = fault(&[[0.0; 2]; 65]).expect("too many");
+        assert_eq!((&*code, given), ("length", Some(65.0)));
     }
 }

@@ -75,6 +75,13 @@ const FORESEEN: RangeInclusive<f64> = -2.0 * COORDINATE_MAX..=2.0 * COORDINATE_M
 /// An angle, rad; more than a turn is a mistake, such as degrees.
 pub const ANGLE: RangeInclusive<f64> = -TAU..=TAU;
 
+/// Names of directions, clockwise from north, in degrees and in radians.
+pub const DIRECTIONS: [[&str; 2]; 3] = [
+    ["heading_deg", "heading_rad"],
+    ["course_deg", "course_rad"],
+    ["bearing_deg", "bearing_rad"],
+];
+
 /// Time on the client's clock, s.
 pub(crate) const TIME: RangeInclusive<f64> = -TIME_MAX..=TIME_MAX;
 

@@ -2,10 +2,11 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use serde_json::json;
 use utoipa::ToSchema;
 
 use crate::facts::{
-    invalid_field::{InvalidField, InvalidReason},
+    field_error::FieldError,
     ranges::{HORIZON, STEP, STEPS_COUNT, STEPS_TIMES_ITERATIONS_MOST, TUNING},
 };
 
@@ -52,23 +53,12 @@ pub struct Tuning {
 impl Tuning {
     /// All its faults, by member within `field`.
     #[must_use]
-    pub fn faults(&self, field: &str) -> Vec<InvalidField> {
-        let fault = |member: String, reason| InvalidField {
-            field: format!("{field}/{member}"),
-            reason,
-        };
+    pub fn faults(&self, field: &str) -> Vec<FieldError> {
+        let steps_s = format_args!("{field}/steps_s");
         let n_steps = self.steps_s.as_ref().map(Vec::len);
         // A list that is too long is not checked step by step.
-        if let Some(given) = n_steps.filter(|given| !STEPS_COUNT.contains(given)) {
-            let (least, most) = STEPS_COUNT.into_inner();
-            let unit = "items";
-            let reason = InvalidReason::Length {
-                unit,
-                given,
-                least,
-                most,
-            };
-            return vec![fault("steps_s".to_owned(), reason)];
+        if let Some(fault) = n_steps.and_then(|n| FieldError::of_length(steps_s, n, &STEPS_COUNT, "items")) {
+            return vec![fault];
         }
         let values = [
             self.position_weight_per_m2,
@@ -87,10 +77,8 @@ impl Tuning {
         let steps = steps.map(|(i, step)| (format!("steps_s/{i}"), STEP, *step));
         let mut faults: Vec<_> = numbers
             .chain(steps)
-            .filter(|(_, range, given)| !range.contains(given))
-            .map(|(member, range, given)| {
-                let (least, most) = range.into_inner();
-                fault(member, InvalidReason::OutOfRange { given, least, most })
+            .filter_map(|(member, range, given)| {
+                FieldError::outside(format_args!("{field}/{member}"), given, &range)
             })
             .collect();
         // A horizon with wrong steps adds no information.
@@ -98,18 +86,21 @@ impl Tuning {
             let (least, most) = HORIZON.into_inner();
             let given: f64 = steps.iter().sum();
             if !(least - ROUNDING..=most + ROUNDING).contains(&given) {
-                let reason = InvalidReason::Horizon { given, least, most };
-                faults.push(fault("steps_s".to_owned(), reason));
+                let detail = format!("the steps add up to {given} s, which is not in [{least}, {most}]");
+                let fault = FieldError::new(steps_s, "out_of_range", detail).given(given);
+                faults.push(fault.limit(json!({ "least": least, "most": most })));
             }
             // Without `scp_iterations`, every accepted number of steps is within the effort.
             let iterations = self.scp_iterations.map_or(1, |iterations| iterations as usize);
-            if STEPS_TIMES_ITERATIONS_MOST < steps.len() * iterations {
-                let reason = InvalidReason::Effort {
-                    steps: steps.len(),
-                    iterations,
-                    most: STEPS_TIMES_ITERATIONS_MOST,
-                };
-                faults.push(fault("scp_iterations".to_owned(), reason));
+            let (n_steps, most) = (steps.len(), STEPS_TIMES_ITERATIONS_MOST);
+            let given = n_steps * iterations;
+            if most < given {
+                let detail = format!(
+                    "{n_steps} steps in {iterations} iterations are {given}, and at most {most} are accepted"
+                );
+                let place = format_args!("{field}/scp_iterations");
+                let fault = FieldError::new(place, "out_of_range", detail).given(given);
+                faults.push(fault.limit(json!({ "most": most })));
             }
         }
         faults
@@ -131,23 +122,26 @@ mod tests {
             (of(&[2.5, 2.5], None), ""),
             // They add up to a little less than 5.
             (of(&[0.1; 50], None), ""),
-            (of(&[5.0, f64::NAN], None), "steps_s/1: NaN is not in [0.1, 10]"),
+            (
+                of(&[5.0, f64::NAN], None),
+                "steps_s/1: must be from 0.1 to 10 (given: null)",
+            ),
             (
                 of(&[1.0, 2.0], None),
-                "steps_s: the steps add up to 3 s, which is not in [5, 600]",
+                "steps_s: the steps add up to 3 s, which is not in [5, 600] (given: 3.0)",
             ),
             (
                 of(&[5.0; 121], None),
-                "steps_s: must have 2 to 120 items, has 121",
+                "steps_s: must have 2 to 120 items (given: 121)",
             ),
             (
                 of(&[5.0; 120], Some(3)),
-                "scp_iterations: 120 steps in 3 iterations are 360, and at most 300 are accepted",
+                "scp_iterations: 120 steps in 3 iterations are 360, and at most 300 are accepted (given: 360)",
             ),
         ] {
-            let faults = tuning.faults("tuning").into_iter();
+            let faults = tuning.faults("/tuning").into_iter();
             let faults: Vec<_> = faults.map(|fault| fault.to_string()).collect();
-            let expected = (!expected.is_empty()).then(|| format!("tuning/{expected}"));
+            let expected = (!expected.is_empty()).then(|| format!("/tuning/{expected}"));
             assert_eq!(faults, Vec::from_iter(expected));
         }
     }

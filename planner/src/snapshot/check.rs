@@ -17,10 +17,9 @@ use crate::{
         auv::{Auv, Dive, VehicleId},
         bounds::{bounds_faults, separation_fault},
         evidence::Report,
+        field_error::{FieldError, pointer_token},
         goal::{Goal, Offset, Task},
-        invalid_field::{InvalidField, InvalidReason, pointer_token},
         known_path::{DeclaredPath, KnownPath},
-        path::limits::InvalidPath,
         previous_plan::{PreviousPlan, PreviousTarget},
         ranges::{
             ANGLE, AREA_CORNERS, ASC, ASC_GROUND, AUVS_MAX, CURRENT, DIVE, GOAL_IN_TURN, GOAL_RANGE,
@@ -39,7 +38,7 @@ use crate::{
 /// All faults of a request, in the order of its fields.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))]
-pub struct InvalidRequest(pub Vec<InvalidField>);
+pub struct InvalidRequest(pub Vec<FieldError>);
 
 impl PlanRequest {
     /// Checks all fields; estimates nothing.
@@ -68,7 +67,7 @@ impl PlanRequest {
 }
 
 /// The faults that `check` finds.
-fn found(check: impl FnOnce(&mut Check)) -> Vec<InvalidField> {
+fn found(check: impl FnOnce(&mut Check)) -> Vec<FieldError> {
     let mut found = Check::default();
     check(&mut found);
     found.invalid
@@ -77,7 +76,7 @@ fn found(check: impl FnOnce(&mut Check)) -> Vec<InvalidField> {
 impl Report {
     /// Its faults at time `now`, s, by member within `field`.
     #[must_use]
-    pub fn faults(&self, field: &str, now: f64) -> Vec<InvalidField> {
+    pub fn faults(&self, field: &str, now: f64) -> Vec<FieldError> {
         found(|check| check.report(field, self, now))
     }
 }
@@ -85,7 +84,7 @@ impl Report {
 impl Asc {
     /// Its faults, by member within `field`.
     #[must_use]
-    pub fn faults(&self, field: &str) -> Vec<InvalidField> {
+    pub fn faults(&self, field: &str) -> Vec<FieldError> {
         found(|check| check.asc(field, self))
     }
 }
@@ -93,68 +92,49 @@ impl Asc {
 impl Current {
     /// Its faults, by member within `field`.
     #[must_use]
-    pub fn faults(&self, field: &str) -> Vec<InvalidField> {
+    pub fn faults(&self, field: &str) -> Vec<FieldError> {
         found(|check| check.current(field, self))
     }
 }
 
 #[derive(Default)]
 pub(crate) struct Check {
-    pub(crate) invalid: Vec<InvalidField>,
+    pub(crate) invalid: Vec<FieldError>,
 }
 
 impl Check {
-    pub(crate) fn fail(&mut self, field: fmt::Arguments<'_>, reason: InvalidReason) {
-        self.invalid.push(InvalidField {
-            field: field.to_string(),
-            reason,
-        });
+    pub(crate) fn fail(&mut self, place: fmt::Arguments<'_>, code: &str, detail: &str) {
+        self.invalid.push(FieldError::new(place, code, detail));
     }
 
-    pub(crate) fn within(&mut self, field: fmt::Arguments<'_>, given: f64, range: RangeInclusive<f64>) {
-        if !range.contains(&given) {
-            let (least, most) = range.into_inner();
-            self.fail(field, InvalidReason::OutOfRange { given, least, most });
-        }
+    /// The given name is the fault.
+    pub(crate) fn fail_name(&mut self, place: fmt::Arguments<'_>, code: &str, detail: &str, id: &VehicleId) {
+        self.invalid
+            .push(FieldError::new(place, code, detail).given(&*id.0));
     }
 
-    pub(crate) fn length(&mut self, field: fmt::Arguments<'_>, given: usize, range: RangeInclusive<usize>) {
-        self.count(field, given, range, "items");
+    pub(crate) fn within(&mut self, place: fmt::Arguments<'_>, given: f64, range: &RangeInclusive<f64>) {
+        self.invalid.extend(FieldError::outside(place, given, range));
     }
 
-    fn count(
-        &mut self,
-        field: fmt::Arguments<'_>,
-        given: usize,
-        range: RangeInclusive<usize>,
-        unit: &'static str,
-    ) {
-        if !range.contains(&given) {
-            let (least, most) = range.into_inner();
-            self.fail(
-                field,
-                InvalidReason::Length {
-                    unit,
-                    given,
-                    least,
-                    most,
-                },
-            );
-        }
+    pub(crate) fn length(&mut self, place: fmt::Arguments<'_>, given: usize, range: &RangeInclusive<usize>) {
+        self.invalid
+            .extend(FieldError::of_length(place, given, range, "items"));
     }
 
     fn lengths(&mut self, request: &PlanRequest) {
-        self.length(format_args!("auvs"), request.auvs.len(), 1..=AUVS_MAX);
+        self.length(format_args!("/auvs"), request.auvs.len(), &(1..=AUVS_MAX));
         for (i, auv) in request.auvs.iter().enumerate() {
             if let Some(reports) = &auv.reports {
-                self.length(format_args!("auvs/{i}/reports"), reports.len(), 1..=REPORTS_MAX);
+                self.length(
+                    format_args!("/auvs/{i}/reports"),
+                    reports.len(),
+                    &(1..=REPORTS_MAX),
+                );
             }
             if let Some(path) = &auv.path {
-                self.length(
-                    format_args!("auvs/{i}/path/segments"),
-                    path.count(),
-                    1..=SEGMENTS_MAX,
-                );
+                let place = format_args!("/auvs/{i}/path/segments");
+                self.length(place, path.count(), &(1..=SEGMENTS_MAX));
             }
         }
         match &request.goal.goal {
@@ -163,54 +143,42 @@ impl Check {
             | Goal::Midpoint { auvs }
             | Goal::Range { auvs, .. }
             | Goal::Visit(Visits { auvs, .. }) => {
-                self.length(format_args!("goal/auvs"), auvs.len(), 1..=AUVS_MAX);
+                self.length(format_args!("/goal/auvs"), auvs.len(), &(1..=AUVS_MAX));
             }
             Goal::Weighted { weights } => {
-                self.length(format_args!("goal/weights"), weights.len(), 1..=AUVS_MAX);
+                self.length(format_args!("/goal/weights"), weights.len(), &(1..=AUVS_MAX));
             }
         }
         self.length(
-            format_args!("keep_outs"),
+            format_args!("/keep_outs"),
             request.keep_outs.len(),
-            0..=KEEP_OUTS_MAX,
+            &(0..=KEEP_OUTS_MAX),
         );
         if !request.area.is_empty() {
-            self.length(format_args!("area"), request.area.len(), AREA_CORNERS);
+            self.length(format_args!("/area"), request.area.len(), &AREA_CORNERS);
         }
         if let Some(previous) = &request.previous_plan {
-            let n_points = previous.trajectory.len();
-            self.length(
-                format_args!("previous_plan/trajectory"),
-                n_points,
-                0..=TRAJECTORY_POINTS_MAX,
-            );
             let n_targets = previous.targets.iter().flatten().count();
-            self.length(format_args!("previous_plan/targets"), n_targets, 0..=AUVS_MAX);
+            let mut at_most = |most: usize, list: &str, n: usize| {
+                self.length(format_args!("/previous_plan/{list}"), n, &(0..=most));
+            };
+            at_most(TRAJECTORY_POINTS_MAX, "trajectory", previous.trajectory.len());
+            at_most(AUVS_MAX, "targets", n_targets);
             if let Some(schedule) = &previous.schedule {
-                let n_visits = schedule.visits.len();
-                self.length(
-                    format_args!("previous_plan/schedule/visits"),
-                    n_visits,
-                    0..=VISITS_MAX,
-                );
-                let n_vehicles = schedule.costs.len();
-                self.length(
-                    format_args!("previous_plan/schedule/costs"),
-                    n_vehicles,
-                    0..=AUVS_MAX,
-                );
+                at_most(VISITS_MAX, "schedule/visits", schedule.visits.len());
+                at_most(AUVS_MAX, "schedule/costs", schedule.costs.len());
             }
         }
     }
 
     /// Checks everything but the lengths of lists.
     fn members(&mut self, request: &PlanRequest) -> Vec<Option<KnownPath>> {
-        self.within(format_args!("t_s"), request.t_s, TIME);
-        self.asc("asc", &request.asc);
+        self.within(format_args!("/t_s"), request.t_s, &TIME);
+        self.asc("/asc", &request.asc);
         let paths = self.auvs(&request.auvs, request.t_s);
         self.goal(&request.goal, &request.auvs);
         if let Some(current) = &request.current {
-            self.current("current", current);
+            self.current("/current", current);
         }
         if let Some(limits) = &request.limits {
             self.limits(limits);
@@ -221,7 +189,7 @@ impl Check {
         self.invalid
             .extend(separation_fault(request.surfacing_separation_m));
         if let Some(tuning) = &request.tuning {
-            self.invalid.extend(tuning.faults("tuning"));
+            self.invalid.extend(tuning.faults("/tuning"));
         }
         if let Some(previous) = &request.previous_plan {
             self.previous_plan(previous);
@@ -233,7 +201,21 @@ impl Check {
     /// Checks each of `values` against its range.
     pub(crate) fn numbers<const N: usize>(&mut self, field: &str, ranges: &[Range; N], values: [f64; N]) {
         for ((name, range), value) in ranges.iter().zip(values) {
-            self.within(format_args!("{field}/{name}"), value, range.clone());
+            self.within(format_args!("{field}/{name}"), value, range);
+        }
+    }
+
+    /// Checks the given ones of `values` against their ranges.
+    pub(crate) fn given_numbers<const N: usize>(
+        &mut self,
+        field: &str,
+        ranges: &[Range; N],
+        values: [Option<f64>; N],
+    ) {
+        for ((name, range), value) in ranges.iter().zip(values) {
+            if let Some(value) = value {
+                self.within(format_args!("{field}/{name}"), value, range);
+            }
         }
     }
 
@@ -249,15 +231,13 @@ impl Check {
         self.numbers(field, &ASC, values);
         let ground = [asc.ground_north_mps, asc.ground_east_mps];
         let n_given = ground.iter().flatten().count();
-        for ((name, range), value) in ASC_GROUND.into_iter().zip(ground) {
+        for ((name, range), value) in ASC_GROUND.iter().zip(ground) {
+            let place = format_args!("{field}/{name}");
             match value {
-                Some(value) => self.within(format_args!("{field}/{name}"), value, range),
+                Some(value) => self.within(place, value, range),
                 None if n_given == 1 => {
                     let detail = "give both components of the ground velocity, or neither";
-                    self.fail(
-                        format_args!("{field}/{name}"),
-                        InvalidReason::Incomplete { detail },
-                    );
+                    self.fail(place, "missing", detail);
                 }
                 None => {}
             }
@@ -268,22 +248,15 @@ impl Check {
         let mut paths = Vec::with_capacity(auvs.len());
         let mut seen = HashSet::new();
         for (i, auv) in auvs.iter().enumerate() {
-            self.count(
-                format_args!("auvs/{i}/id"),
-                auv.id.0.len(),
-                1..=ID_LENGTH_MAX,
-                "bytes",
-            );
-            if auv.id.0.chars().any(char::is_control) {
-                let given = auv.id.0.clone();
-                self.fail(
-                    format_args!("auvs/{i}/id"),
-                    InvalidReason::ControlCharacter { given },
-                );
+            let id = &auv.id;
+            let place = format_args!("/auvs/{i}/id");
+            let too_long = FieldError::of_length(place, id.0.len(), &(1..=ID_LENGTH_MAX), "bytes");
+            self.invalid.extend(too_long);
+            if id.0.chars().any(char::is_control) {
+                self.fail_name(place, "control_character", "a name has no control characters", id);
             }
-            if !seen.insert(&auv.id) {
-                let given = auv.id.0.clone();
-                self.fail(format_args!("auvs/{i}/id"), InvalidReason::Duplicate { given });
+            if !seen.insert(id) {
+                self.fail_name(place, "duplicate", "duplicate name", id);
             }
             self.evidence(i, auv, now);
             paths.push(auv.path.as_ref().and_then(|path| self.path(i, path)));
@@ -296,14 +269,12 @@ impl Check {
 
     /// The path, if its segments join.
     fn path(&mut self, auv: usize, path: &DeclaredPath) -> Option<KnownPath> {
-        self.numbers(&format!("auvs/{auv}/path"), &PATH, [path.speed_mps]);
-        match path.known() {
-            Ok(known) => Some(known),
-            Err(InvalidPath(InvalidField { field, reason })) => {
-                self.fail(format_args!("auvs/{auv}/path/{field}"), reason);
-                None
-            }
-        }
+        let place = format!("/auvs/{auv}/path");
+        self.numbers(&place, &PATH, [path.speed_mps]);
+        let known = path
+            .known()
+            .map_err(|fault| self.invalid.push(fault.within(&place)));
+        known.ok()
     }
 
     fn dive(&mut self, auv: usize, dive: &Dive) {
@@ -318,25 +289,25 @@ impl Check {
             dive.pitch_rad,
             dive.reversal(),
         ];
-        self.numbers(&format!("auvs/{auv}/dive"), &ranges, values);
+        self.numbers(&format!("/auvs/{auv}/dive"), &ranges, values);
     }
 
     fn goal(&mut self, task: &Task, auvs: &[Auv]) {
         match &task.goal {
-            Goal::Track { auv } => self.vehicle(format_args!("goal/auv"), auv, auvs),
+            Goal::Track { auv } => self.vehicle(format_args!("/goal/auv"), auv, auvs),
             Goal::Intermittent {
                 auvs: named,
                 dwell_s,
                 epoch_s,
             } => {
                 self.vehicles(named, auvs);
-                self.numbers("goal", &GOAL_IN_TURN, [*dwell_s, *epoch_s]);
+                self.numbers("/goal", &GOAL_IN_TURN, [*dwell_s, *epoch_s]);
             }
             Goal::Midpoint { auvs: named } => self.vehicles(named, auvs),
             Goal::Weighted { weights } => self.weights(weights, auvs),
             Goal::Range { auvs: named, range_m } => {
                 self.vehicles(named, auvs);
-                self.numbers("goal", &GOAL_RANGE, [*range_m]);
+                self.numbers("/goal", &GOAL_RANGE, [*range_m]);
             }
             Goal::Visit(visits) => self.visits(visits, auvs),
         }
@@ -348,42 +319,50 @@ impl Check {
     fn weights(&mut self, weights: &BTreeMap<VehicleId, f64>, auvs: &[Auv]) {
         for (id, weight) in weights {
             let name = pointer_token(&id.0);
-            self.vehicle(format_args!("goal/weights/{name}"), id, auvs);
-            self.within(format_args!("goal/weights/{name}"), *weight, WEIGHT);
+            self.vehicle(format_args!("/goal/weights/{name}"), id, auvs);
+            self.within(format_args!("/goal/weights/{name}"), *weight, &WEIGHT);
         }
         if weights.values().all(|weight| *weight == 0.0) {
-            self.fail(format_args!("goal/weights"), InvalidReason::AllZero);
+            self.no_weight();
         }
+    }
+
+    fn no_weight(&mut self) {
+        self.fail(
+            format_args!("/goal/weights"),
+            "all_zero",
+            "at least one weight must be above 0",
+        );
     }
 
     fn offset(&mut self, offset: &Offset, goal: &Goal, auvs: &[Auv]) {
         match *offset {
             Offset::Ned { north_m, east_m } => {
-                self.numbers("goal/offset", &OFFSET_NED, [north_m, east_m]);
+                self.numbers("/goal/offset", &OFFSET_NED, [north_m, east_m]);
             }
             Offset::Target { ahead_m, starboard_m } | Offset::Path { ahead_m, starboard_m } => {
-                self.numbers("goal/offset", &OFFSET_AHEAD, [ahead_m, starboard_m]);
+                self.numbers("/goal/offset", &OFFSET_AHEAD, [ahead_m, starboard_m]);
             }
             Offset::Polar { range_m, bearing_rad } => {
-                self.numbers("goal/offset", &OFFSET_POLAR, [range_m, bearing_rad]);
+                self.numbers("/goal/offset", &OFFSET_POLAR, [range_m, bearing_rad]);
             }
         }
         if !matches!(offset, Offset::Path { .. }) {
             return;
         }
-        let field = format_args!("goal/offset/frame");
+        let place = format_args!("/goal/offset/frame");
         match goal {
             Goal::Track { .. } | Goal::Intermittent { .. } | Goal::Visit(_) => {
                 let named = |id: &VehicleId| auvs.iter().find(|auv| auv.id == *id);
                 for auv in goal.vehicles().filter_map(named) {
                     if auv.path.is_none() {
-                        let given = auv.id.0.clone();
-                        self.fail(field, InvalidReason::NoPath { given });
+                        self.fail_name(place, "no_path", "this vehicle has no `path`", &auv.id);
                     }
                 }
             }
             Goal::Midpoint { .. } | Goal::Weighted { .. } | Goal::Range { .. } => {
-                self.fail(field, InvalidReason::NoCommonPath);
+                let detail = "an offset along a path needs a goal that follows one vehicle at a time";
+                self.fail(place, "no_path", detail);
             }
         }
     }
@@ -391,17 +370,16 @@ impl Check {
     fn vehicles(&mut self, named: &[VehicleId], auvs: &[Auv]) {
         let mut seen = HashSet::new();
         for (i, id) in named.iter().enumerate() {
-            self.vehicle(format_args!("goal/auvs/{i}"), id, auvs);
+            self.vehicle(format_args!("/goal/auvs/{i}"), id, auvs);
             if !seen.insert(id) {
-                let given = id.0.clone();
-                self.fail(format_args!("goal/auvs/{i}"), InvalidReason::Duplicate { given });
+                self.fail_name(format_args!("/goal/auvs/{i}"), "duplicate", "duplicate name", id);
             }
         }
     }
 
-    fn vehicle(&mut self, field: fmt::Arguments<'_>, id: &VehicleId, auvs: &[Auv]) {
+    fn vehicle(&mut self, place: fmt::Arguments<'_>, id: &VehicleId, auvs: &[Auv]) {
         if !auvs.iter().any(|auv| auv.id == *id) {
-            self.fail(field, InvalidReason::UnknownVehicle { given: id.0.clone() });
+            self.fail_name(place, "unknown_vehicle", "no vehicle in `auvs` has this id", id);
         }
     }
 
@@ -412,22 +390,22 @@ impl Check {
     fn previous_plan(&mut self, previous: &PreviousPlan) {
         self.trajectory(&previous.trajectory);
         for (i, target) in previous.targets.iter().flatten().enumerate() {
-            self.previous_target(&format!("previous_plan/targets/{i}"), target);
+            self.previous_target(&format!("/previous_plan/targets/{i}"), target);
         }
         if let Some(course) = previous.goal_course_rad {
-            self.within(format_args!("previous_plan/goal_course_rad"), course, ANGLE);
+            self.within(format_args!("/previous_plan/goal_course_rad"), course, &ANGLE);
         }
         if let Some(current) = &previous.current {
-            self.current("previous_plan/current", current);
+            self.current("/previous_plan/current", current);
         }
         if let Some(craft) = &previous.craft_estimate {
             let asked = [craft.asked_speed_mps, craft.asked_heading_rad];
-            self.numbers("previous_plan/craft_estimate", &PREVIOUS_ASKED, asked);
+            self.numbers("/previous_plan/craft_estimate", &PREVIOUS_ASKED, asked);
         }
         if let Some(reference) = &previous.reference {
             let heading = reference.heading_rad.unwrap_or(0.0);
             let numbers = [reference.speed_mps, heading];
-            self.numbers("previous_plan/reference", &PREVIOUS_REFERENCE, numbers);
+            self.numbers("/previous_plan/reference", &PREVIOUS_REFERENCE, numbers);
         }
         if let Some(schedule) = &previous.schedule {
             self.schedule(schedule);
@@ -437,7 +415,7 @@ impl Check {
     fn limits(&mut self, declared: &DeclaredLimits) {
         let limits = Limits::from(declared);
         let [slowest, others @ ..] = LIMITS;
-        self.numbers("limits", &[slowest], [limits.speed_min]);
+        self.numbers("/limits", &[slowest], [limits.speed_min]);
         // The gap keeps the speed cone and the forward half-plane apart.
         let least_top_speed = if limits.speed_min.is_finite() {
             limits.speed_min + 0.05
@@ -445,20 +423,20 @@ impl Check {
             0.05
         };
         self.within(
-            format_args!("limits/speed_max_mps"),
+            format_args!("/limits/speed_max_mps"),
             limits.speed_max,
-            least_top_speed..=SPEED_MAX_MOST,
+            &(least_top_speed..=SPEED_MAX_MOST),
         );
         let values = [
             limits.turn_rate_max,
             limits.acceleration_max,
             limits.deceleration_max,
         ];
-        self.numbers("limits", &others, values);
+        self.numbers("/limits", &others, values);
     }
 
     fn trajectory(&mut self, points: &[TrajectoryPoint]) {
-        let field = "previous_plan/trajectory";
+        let field = "/previous_plan/trajectory";
         for (i, point) in points.iter().enumerate() {
             let values = [
                 point.t_s,
@@ -472,11 +450,9 @@ impl Check {
         for (i, pair) in points.windows(2).enumerate() {
             let [before, after] = pair else { continue };
             if after.t_s <= before.t_s {
-                let reason = InvalidReason::NotIncreasing {
-                    given: after.t_s,
-                    before: before.t_s,
-                };
-                self.fail(format_args!("{field}/{}/t_s", i + 1), reason);
+                let place = format_args!("{field}/{}/t_s", i + 1);
+                self.invalid
+                    .push(FieldError::not_increasing(place, after.t_s, before.t_s));
             }
         }
     }

@@ -207,7 +207,9 @@ fn requested_properties_are_kept_and_the_others_are_drawn() {
 fn with_class(class: &str) -> Result<Scenario, String> {
     let text = Scenario::text("calm").expect("exists");
     let text = text.replacen("class = \"medusa\"", class, 1);
-    Scenario::parse(&text, "my.toml", Files::default()).map_err(|error| error.to_string())
+    let read = Scenario::parse(&text, "my.toml", Files::default());
+    read.and_then(Scenario::checked)
+        .map_err(|error| error.to_string())
 }
 
 #[test]

@@ -108,13 +108,6 @@ impl<K: Kind> Quantity<K> {
         Self::of(Distribution::Fixed(value))
     }
 
-    /// Always `value`; an error if it is outside the kind's limits.
-    pub(super) fn checked(value: f64) -> Result<Self, String> {
-        let fixed = Distribution::Fixed(value);
-        fixed.check(&Self::RANGE, K::UNIT)?;
-        Ok(Self::of(fixed))
-    }
-
     /// A value for one seed, in SI. A fixed number draws nothing from `rng`.
     pub fn draw(&self, rng: &mut ChaCha8Rng) -> f64 {
         self.distribution.draw(&Self::RANGE, rng)
@@ -164,7 +157,8 @@ struct Form {
     unit: &'static str,
 }
 
-const DISTRIBUTIONS: [&str; 3] = ["uniform", "normal", "choice"];
+/// The kinds of distributions.
+pub(super) const DISTRIBUTIONS: [&str; 3] = ["uniform", "normal", "choice"];
 
 impl<'de> Visitor<'de> for Form {
     type Value = Distribution;

@@ -1,296 +1,84 @@
 //! Sets a number by its key, such as `knowledge.acoustics.latency_s` or `auvs[0].speed_mps`.
 
-use std::collections::BTreeMap;
+use std::mem;
 
-use planner::{
-    craft::{CraftDescription, HeadingLoop, Power, SurgeLoop},
-    snapshot::Tuning,
-    tuned::Tuned,
-};
+use serde_json::{Map, Value, json};
 
-use super::{
-    InvalidScenario,
-    file::{
-        AcousticsFile, AuvFile, BoundsFile, CurrentFile, DiveFile, FaultFile, FaultKindFile, GaussMarkovFile,
-        GoalFile, KeepOutFile, KnowledgeFile, LimitsFile, NavigationErrorFile, OffsetFile, OriginFile,
-        PathFile, RandomCraftFile, Scenario, SegmentFile, SensorsFile, ShearFile, SpeedKnot,
-        SurfaceClassFile, SurfaceCraftFile, VisitCostFile, WaterFile, WavesFile,
-    },
-    quantity::{Distribution, Kind, Quantity},
-};
+use super::{InvalidScenario, file::Scenario, quantity::DISTRIBUTIONS, source::Source};
+
+const NO_NUMBER: &str = "the scenario has no number with this key";
 
 impl Scenario {
     /// Replaces the number at `key` by the fixed `value`. An omitted optional table is created if
     /// it has no required members, else it must be in the file. [`Self::start`] shows whether the
-    /// numbers still fit together.
+    /// numbers still fit together. Changes since the file was read are lost.
     pub fn set(&mut self, key: &str, value: f64) -> Result<(), InvalidScenario> {
-        let steps: Vec<&str> = key.split(['.', '[']).collect();
-        Part::set(self, &steps, value).map_err(|reason| InvalidScenario {
-            field: key.to_owned(),
-            reason,
-        })
-    }
-}
-
-/// A part of a scenario file.
-trait Part: Sized {
-    /// The part that [`Self::set`] creates if the file omits it; none if it has required members.
-    fn created() -> Option<Self> {
-        None
-    }
-
-    /// Sets the number at the end of `key`, which starts at this part.
-    fn set(&mut self, _key: &[&str], _value: f64) -> Result<(), String> {
-        no_number()
-    }
-}
-
-fn no_number() -> Result<(), String> {
-    Err("the scenario has no number with this key".to_owned())
-}
-
-impl<K: Kind> Part for Quantity<K> {
-    fn created() -> Option<Self> {
-        Some(Self::fixed(K::MIN))
-    }
-
-    fn set(&mut self, key: &[&str], value: f64) -> Result<(), String> {
-        if !key.is_empty() {
-            return no_number();
+        let field = key.to_owned();
+        let mut tree = self.source.tree.clone();
+        if let Err(reason) = put(&mut tree, key, value) {
+            return Err(InvalidScenario { field, reason });
         }
-        *self = Self::checked(value)?;
-        Ok(())
-    }
-}
-
-/// Its range shows at [`Scenario::start`].
-impl Part for Distribution {
-    fn created() -> Option<Self> {
-        Some(Self::default())
-    }
-
-    fn set(&mut self, key: &[&str], value: f64) -> Result<(), String> {
-        if !key.is_empty() {
-            return no_number();
-        }
-        *self = Self::Fixed(value);
-        Ok(())
-    }
-}
-
-/// Its range shows at [`Scenario::start`].
-impl Part for f64 {
-    fn created() -> Option<Self> {
-        Some(0.0)
-    }
-
-    fn set(&mut self, key: &[&str], value: f64) -> Result<(), String> {
-        if !key.is_empty() {
-            return no_number();
-        }
-        *self = value;
-        Ok(())
-    }
-}
-
-/// Its range shows at [`Scenario::start`].
-impl Part for u32 {
-    fn created() -> Option<Self> {
-        Some(0)
-    }
-
-    fn set(&mut self, key: &[&str], value: f64) -> Result<(), String> {
-        if !key.is_empty() {
-            return no_number();
-        }
-        *self = value
-            .to_string()
-            .parse()
-            .map_err(|_| format!("{value} is not a count"))?;
-        Ok(())
-    }
-}
-
-impl<P: Part> Part for Option<P> {
-    fn set(&mut self, key: &[&str], value: f64) -> Result<(), String> {
-        if let Some(part) = self {
-            return part.set(key, value);
-        }
-        let Some(mut part) = P::created() else {
-            return no_number();
+        let read = Self::of_tree(&tree).map_err(|wrong| {
+            let reason = if wrong.field == key && !wrong.reason.starts_with("unknown field") {
+                wrong.reason
+            } else {
+                format!("{NO_NUMBER}: {wrong}")
+            };
+            InvalidScenario { field, reason }
+        })?;
+        let source = mem::take(&mut self.source);
+        *self = Self {
+            files: mem::take(&mut self.files),
+            source: Source { tree, ..source },
+            ..read
         };
-        part.set(key, value)?;
-        *self = Some(part);
         Ok(())
     }
 }
 
-impl<P: Part> Part for Vec<P> {
-    fn set(&mut self, key: &[&str], value: f64) -> Result<(), String> {
-        let n = self.len();
-        match key {
-            [index, rest @ ..] => match index
-                .strip_suffix(']')
-                .and_then(|index| index.parse::<usize>().ok())
-            {
-                Some(index) if index < n => self[index].set(rest, value),
-                Some(index) => Err(format!("the list has {n} items; there is no item {index}")),
-                None => no_number(),
-            },
-            [] => no_number(),
+/// Puts a number into the tree of a file.
+fn put(tree: &mut Value, key: &str, value: f64) -> Result<(), String> {
+    let place = key.split(['.', '[']).try_fold(tree, step)?;
+    let is_number = match place {
+        Value::Null | Value::Number(_) => true,
+        Value::Object(table) => DISTRIBUTIONS.iter().any(|name| table.contains_key(*name)),
+        _ => false,
+    };
+    if !is_number {
+        return Err(NO_NUMBER.to_owned());
+    }
+    if !value.is_finite() {
+        return Err(format!("{value} is not a finite number"));
+    }
+    // Counts are whole numbers, and numbers that may be fractions are read from both.
+    let whole = value.to_string().parse::<i64>().ok().filter(|_| !place.is_f64());
+    *place = whole.map_or_else(|| json!(value), Value::from);
+    Ok(())
+}
+
+/// The item or member of `here`, null if it is a member that the file omits.
+fn step<'a>(here: &'a mut Value, name: &str) -> Result<&'a mut Value, String> {
+    if here.is_null() {
+        *here = Value::Object(Map::new());
+    }
+    let index = name.strip_suffix(']').map(str::parse::<usize>);
+    match (here, index) {
+        (Value::Object(table), None) => Ok(table.entry(name).or_insert(Value::Null)),
+        (Value::Array(items), Some(Ok(index))) => {
+            let n = items.len();
+            let missing = || format!("the list has {n} items; there is no item {index}");
+            items.get_mut(index).ok_or_else(missing)
         }
-    }
-}
-
-impl<P: Part> Part for BTreeMap<String, P> {
-    fn set(&mut self, key: &[&str], value: f64) -> Result<(), String> {
-        match key {
-            [name, rest @ ..] => {
-                let mut part = self.remove(*name);
-                let set = part.set(rest, value);
-                self.extend(part.map(|part| ((*name).to_owned(), part)));
-                set
-            }
-            [] => no_number(),
-        }
-    }
-}
-
-impl Part for Tuned {
-    fn set(&mut self, key: &[&str], value: f64) -> Result<(), String> {
-        match key {
-            [table, name] => self.set(table, name, value),
-            _ => no_number(),
-        }
-    }
-}
-
-/// Parts with the names of their members; after `=`, the result of [`Part::created`].
-macro_rules! tables {
-    ($($part:ty $(= $created:expr;)? { $($member:ident),* })*) => {$(
-        impl Part for $part {
-            $(fn created() -> Option<Self> {
-                $created
-            })?
-
-            fn set(&mut self, key: &[&str], value: f64) -> Result<(), String> {
-                match key {
-                    $([name, rest @ ..] if *name == stringify!($member) => self.$member.set(rest, value),)*
-                    _ => no_number(),
-                }
-            }
-        }
-    )*};
-}
-
-tables! {
-    Scenario {
-        duration_s, settled_after_s, origin, surface_craft, auvs, water, knowledge, bounds, faults
-    }
-    OriginFile { lat_deg, lon_deg }
-    BoundsFile { keep_outs, range_max_m, energy_max_j }
-    KeepOutFile { north_m, east_m, radius_m }
-    FaultFile { from_s, until_s, what }
-    SurfaceCraftFile {
-        class, north_m, east_m, heading_rad, speed_mps, goal, goal_offset, contact_range_m, limits, craft, tuning,
-        parameters
-    }
-    RandomCraftFile { mass_kg, heading_lag_s, surge_lag_s, acceleration_mps2, delay_s }
-    LimitsFile {
-        speed_min_mps, speed_max_mps, turn_rate_max_radps, acceleration_max_mps2, deceleration_max_mps2, surge_lag_s
-    }
-    CraftDescription<Distribution> = Some(Self::default()); {
-        heading_loop, surge_loop, sway_per_yaw_rate_s, power, relative_uncertainty
-    }
-    HeadingLoop<Distribution> { time_constant_s, natural_frequency_radps, damping, delay_s, rate_max_radps }
-    SurgeLoop<Distribution> { time_constant_s, delay_s, acceleration_max_mps2, deceleration_max_mps2, integral_time_s }
-    Power<Distribution> = Some(Self::default()); { linear_w_per_mps, cubic_w_per_mps3 }
-    Tuning = Some(Self::default()); {
-        position_weight_per_m2, velocity_weight_per_m2ps2, acceleration_weight_per_m2ps4, terminal_position_weight_per_m2,
-        terminal_velocity_weight_per_m2ps2, energy_weight_per_j, scp_iterations, steps_s
-    }
-    AuvFile {
-        north_of_path_m, east_of_path_m, heading_off_path_rad, depth_m, speed_mps, speed_profile, dive, navigation_error,
-        path
-    }
-    NavigationErrorFile = Some(Self::default()); { north_m, east_m, drift_share, drift_heading_rad }
-    SpeedKnot { along_m, speed_mps }
-    DiveFile { depth_min_m, depth_max_m, pitch_rad }
-    WaterFile { current, gauss_markov, shear, waves }
-    GaussMarkovFile { sigma_mps, correlation_s }
-    ShearFile { depth_m, factor, turn_rad }
-    WavesFile { heading_sigma_rad, surge_sigma_mps, peak_period_s, damping }
-    KnowledgeFile { sensors, acoustics }
-    SensorsFile {
-        position_sigma_m, position_correlation_s, velocity_sigma_mps, heading_sigma_rad, heading_bias_rad,
-        yaw_rate_sigma_radps, speed_sigma_mps
-    }
-    AcousticsFile {
-        frame_s, slot_length_s, slots_s, latency_s, position_sigma_m, depth_sigma_m, course_sigma_rad, speed_sigma_mps,
-        range_max_m, loss, loss_at_range_max, outlier_share, outlier_sigma_m, sound_speed_mps
-    }
-}
-
-/// Parts of several kinds, each with the name of its kind as its only key.
-macro_rules! kinds_of {
-    ($($part:ident { $($name:literal: $kind:ident { $($member:ident),* })* })*) => {$(
-        impl Part for $part {
-            fn set(&mut self, key: &[&str], value: f64) -> Result<(), String> {
-                match (self, key) {
-                    $($((Self::$kind { $member, .. }, [$name, name, rest @ ..]) if *name == stringify!($member) => {
-                        $member.set(rest, value)
-                    })*)*
-                    _ => no_number(),
-                }
-            }
-        }
-    )*};
-}
-
-kinds_of! {
-    FaultKindFile { "thruster": Thruster { share }
-        "clock_offset": ClockOffset { offset_s }
-        "auv_leaves_path": AuvLeavesPath { heading_rad }
-    }
-    CurrentFile { "constant": Constant { north_mps, east_mps } }
-    GoalFile {
-        "intermittent": Intermittent { dwell_s, epoch_s }
-        "weighted": Weighted { weights }
-        "range": Range { range_m }
-        "visit": Visit { cost, weights, within_m, dwell_min_s, serve_by_s }
-    }
-    VisitCostFile {
-        "uncertainty": Uncertainty { growth_m2ps, sigma_m, sigma_rad, interval_s }
-        "data": Data { growth_kbps, upload_kbps, range_max_m }
-    }
-    OffsetFile {
-        "ned": Ned { north_m, east_m }
-        "target": Target { ahead_m, starboard_m }
-        "path": Path { ahead_m, starboard_m }
-    }
-    PathFile {
-        "lawn_mower": LawnMower { heading_rad, lane_length_m, lane_spacing_m }
-        "waypoints": Waypoints { fillet_m, turn_radius_m }
-        "circle": Circle { radius_m, bearing_rad }
-        "segments": Segments { segments }
-        "geojson": Geojson { fillet_m }
-        "random_survey": RandomSurvey { heading_rad, leg_m, spacing_m, turn_radius_m }
-    }
-    SegmentFile { "arc": Arc { angle_rad } }
-}
-
-impl Part for SurfaceClassFile {
-    fn set(&mut self, key: &[&str], value: f64) -> Result<(), String> {
-        match (self, key) {
-            (Self::Random(random), ["random", rest @ ..]) => random.set(rest, value),
-            _ => no_number(),
-        }
+        _ => Err(NO_NUMBER.to_owned()),
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use planner::craft::SurgeLoop;
+
     use super::*;
+    use crate::scenario::quantity::{Distribution, Quantity};
 
     fn named(name: &str) -> Scenario {
         Scenario::named(name).expect("exists")

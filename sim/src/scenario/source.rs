@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use serde_json::Value;
 use toml::{
     Spanned,
     de::{DeTable, DeValue},
@@ -19,6 +20,8 @@ pub struct Source {
     pub file: String,
     /// The text.
     pub text: String,
+    /// The values in it.
+    pub(super) tree: Value,
 }
 
 impl Source {
@@ -30,11 +33,11 @@ impl Source {
         self.invalid(line, InvalidScenario { field, reason })
     }
 
-    /// The error of a file that cannot be read as a scenario because of its member `field`.
-    pub(super) fn refused(&self, field: String, reason: String) -> ScenarioError {
-        match misshapen(&self.text, &field) {
-            Some((line, wrong)) => self.invalid(line, wrong),
-            None => self.wrong(InvalidScenario { field, reason }),
+    /// The error of a file that cannot be read as a scenario because of one of its members.
+    pub(super) fn refused(&self, wrong: InvalidScenario) -> ScenarioError {
+        match misshapen(&self.text, &wrong.field) {
+            Some((line, misshapen)) => self.invalid(line, misshapen),
+            None => self.wrong(wrong),
         }
     }
 
@@ -254,7 +257,8 @@ mod tests {
             let text = Scenario::text("cross-current").expect("exists");
             assert!(text.contains(&right), "{right}");
             let text = text.replacen(&right, &wrong, 1);
-            let error = Scenario::parse(&text, "my.toml", Files::default()).expect_err(&wrong);
+            let read = Scenario::parse(&text, "my.toml", Files::default());
+            let error = read.and_then(Scenario::checked).expect_err(&wrong);
             let message = error.to_string();
             assert!(
                 message.starts_with("my.toml:") && message.contains(&says),

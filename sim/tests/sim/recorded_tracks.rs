@@ -25,7 +25,9 @@ fn scenario(text: &str) -> Result<Scenario, String> {
 
 fn with_track(toml: &str, track: &str) -> Result<Scenario, String> {
     let files = Files::kept(BTreeMap::from([("track.csv".to_owned(), track.to_owned())]));
-    Scenario::parse(toml, "mine.toml", files).map_err(|error| error.to_string())
+    let read = Scenario::parse(toml, "mine.toml", files);
+    read.and_then(Scenario::checked)
+        .map_err(|error| error.to_string())
 }
 
 /// A spiral that dives and climbs, once a second for a minute, from a time of day on.
@@ -224,7 +226,10 @@ fn a_member_that_contradicts_a_track_is_refused() {
     }
     with_track(&alone("depth_m = 4\n"), track).expect("has a depth of its own");
     let absent = Scenario::parse(&alone(""), "mine.toml", Files::kept(BTreeMap::new()));
-    let absent = absent.expect_err("is absent").to_string();
+    let absent = absent
+        .and_then(Scenario::checked)
+        .expect_err("is absent")
+        .to_string();
     assert!(
         absent.contains("auvs[0].track: \"track.csv\" was not stored"),
         "{absent}"

@@ -96,7 +96,8 @@ fn a_scenario_sets_the_cost_of_visits_and_refuses_unvisited_vehicles() {
     scenario.set(upload, 3.0).expect("is a number of the scenario");
     assert!(scenario.start(0).is_ok());
     let wrong = text(&goal.replace("serve_by_s = {auv-2", "serve_by_s = {auv-9"));
-    let error = Scenario::parse(&wrong, "visits.toml", Files::default()).expect_err("is refused");
+    let read = Scenario::parse(&wrong, "visits.toml", Files::default());
+    let error = read.and_then(Scenario::checked).expect_err("is refused");
     let says = "surface_craft.goal.visit.serve_by_s.auv-9";
     assert!(error.to_string().contains(says), "{error}");
 }

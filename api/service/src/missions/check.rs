@@ -3,10 +3,7 @@
 use std::ops::RangeInclusive;
 
 use clock::Clock;
-use planner::{
-    los::LawGains,
-    snapshot::{InvalidField, pointer_token},
-};
+use planner::{los::LawGains, snapshot::pointer_token};
 use serde_json::json;
 
 use super::{
@@ -95,9 +92,9 @@ fn check_simulated(config: &Simulated) -> Vec<FieldError> {
         return vec![FieldError::too_long(pointer, length, SCENARIO_BYTES_MAX)];
     }
     let tuning = config.tuning.as_ref();
-    let levers = tuning.map_or_else(Vec::new, |tuning| tuning.faults("simulated/tuning"));
+    let levers = tuning.map_or_else(Vec::new, |tuning| tuning.faults("/simulated/tuning"));
     if !levers.is_empty() {
-        return levers.iter().map(FieldError::from).collect();
+        return levers;
     }
     if let Some(gains) = &config.gains {
         let errors = wrong_gains(gains, config.controller);
@@ -139,7 +136,6 @@ pub(crate) fn received(received_s: Option<f64>, now: f64) -> Result<(), Vec<Fiel
 pub(crate) fn report(config: &Live, heard: &Reports, now: f64) -> Vec<FieldError> {
     let mut errors = vec![];
     let time = |pointer: String, time: f64| off_the_clock(&pointer, time, now, AGE_MAX);
-    let faults = |found: Vec<InvalidField>| found.into_iter().map(|fault| FieldError::from(&fault));
     for (id, fixes) in &heard.auvs {
         if !config.auvs.iter().any(|auv| auv.id == *id) {
             errors.push(unknown_auv(config, "auvs", id));
@@ -147,10 +143,10 @@ pub(crate) fn report(config: &Live, heard: &Reports, now: f64) -> Vec<FieldError
         }
         let token = pointer_token(id);
         for (i, fix) in fixes.iter().enumerate() {
-            let field = format!("auvs/{token}/{i}");
-            errors.extend(time(format!("/{field}/t_s"), fix.t_s));
+            let place = format!("/auvs/{token}/{i}");
+            errors.extend(time(format!("{place}/t_s"), fix.t_s));
             // The time has been checked.
-            errors.extend(faults(wire::Report { t_s: now, ..*fix }.faults(&field, now)));
+            errors.extend(wire::Report { t_s: now, ..*fix }.faults(&place, now));
         }
     }
     let too_long = |pointer: String, text: &str| {
@@ -168,9 +164,9 @@ pub(crate) fn report(config: &Live, heard: &Reports, now: f64) -> Vec<FieldError
     for (i, report) in heard.asc.iter().enumerate() {
         let pointer = format!("/asc/{i}/t_s");
         errors.extend(off_the_clock(&pointer, report.t_s, now, STATE_AGE_MAX));
-        errors.extend(faults(report.state.faults(&format!("asc/{i}/state"))));
+        errors.extend(report.state.faults(&format!("/asc/{i}/state")));
         if let Some(current) = report.current {
-            errors.extend(faults(current.faults(&format!("asc/{i}/current"))));
+            errors.extend(current.faults(&format!("/asc/{i}/current")));
         }
     }
     errors

@@ -3,13 +3,14 @@
 use std::f64::consts::TAU;
 
 use nalgebra::Vector2;
+use serde_json::json;
 
 use crate::facts::{
     angle::{direction, wrap},
-    invalid_field::InvalidReason,
+    field_error::FieldError,
     path::{
         curve::{Path, Side},
-        limits::{GAP_MAX, InvalidPath, SEGMENTS_MAX, invalid, require_count, require_straight},
+        limits::{GAP_MAX, InvalidPath, SEGMENTS_MAX, require_count, require_straight},
         piece::Piece,
         segment::Segment,
     },
@@ -26,11 +27,11 @@ impl Path {
     /// its `fillet_m`. Without a `fillet_m`, corners may have any angle.
     pub fn from_segments(segments: &[Segment], closed: bool) -> Result<Self, InvalidPath> {
         let given = segments.iter().map(Segment::count).sum();
-        require_count(format_args!("segments"), given, 1..=SEGMENTS_MAX, "segments")?;
+        require_count(format_args!("/segments"), given, &(1..=SEGMENTS_MAX), "segments")?;
         let mut path = Self::starting_at(Vector2::zeros(), 0.0);
         let ring = closed && segments.len() == 1;
         for (i, segment) in segments.iter().enumerate() {
-            let field = format!("segments/{i}");
+            let field = format!("/segments/{i}");
             let pieces = segment.pieces(&field, ring)?;
             if let (Some(next), false) = (pieces.first(), path.pieces.is_empty()) {
                 path.require_joint(&field, next)?;
@@ -41,7 +42,7 @@ impl Path {
             path.segments.push(segment.clone());
         }
         if let (Some(first), true) = (path.pieces.first(), closed) {
-            path.require_joint("segments/0", first)?;
+            path.require_joint("/segments/0", first)?;
         }
         path.closed = closed;
         Ok(path)
@@ -89,11 +90,9 @@ impl Path {
     fn require_joint(&self, field: &str, next: &Piece) -> Result<(), InvalidPath> {
         let gap = (next.start - self.end.position).norm();
         if GAP_MAX < gap {
-            let (given, most) = (gap, GAP_MAX);
-            return Err(invalid(
-                format_args!("{field}"),
-                InvalidReason::Gap { given, most },
-            ));
+            let detail = format!("starts {gap} m from where the path is; at most {GAP_MAX} m is allowed");
+            let fault = FieldError::new(field, "gap", detail).given(gap);
+            return Err(Box::new(fault.limit(json!({ "most": GAP_MAX }))));
         }
         require_straight(format_args!("{field}"), wrap(next.tangent - self.end.tangent))
     }

@@ -1,11 +1,10 @@
 //! Limits of a path's parts, and the error for violations.
 
-use std::{f64::consts::TAU, fmt};
+use std::{f64::consts::TAU, fmt, ops::RangeInclusive};
 
-use crate::facts::{
-    invalid_field::{InvalidField, InvalidReason},
-    ranges::COORDINATE_MAX,
-};
+use serde_json::json;
+
+use crate::facts::{field_error::FieldError, ranges::COORDINATE_MAX};
 
 /// Most segments of a path, every way-point counted as one.
 pub const SEGMENTS_MAX: usize = 10_000;
@@ -29,18 +28,20 @@ pub const KINK_MAX: f64 = 1e-3;
 /// Largest angle of an arc, rad: a full circle, with rounding.
 pub const ARC_ANGLE_MAX: f64 = TAU + KINK_MAX;
 
-/// The first field at fault, as slash-separated names (`segments/2/points/0/1` is the east of the
-/// first point of the third segment).
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{0}")]
-pub struct InvalidPath(pub InvalidField);
+/// The first fault (`/segments/2/points/0/1` is the east of the first point of the third segment).
+pub type InvalidPath = Box<FieldError>;
 
 pub(super) fn require_straight(field: fmt::Arguments<'_>, turn: f64) -> Result<(), InvalidPath> {
-    let (given, most) = (turn.abs(), KINK_MAX);
-    if most < given {
-        return Err(invalid(field, InvalidReason::Kink { given, most }));
+    let given = turn.abs();
+    if given <= KINK_MAX {
+        return Ok(());
     }
-    Ok(())
+    let detail = format!(
+        "the direction changes by {given} rad at a point (at most {KINK_MAX} rad): insert an arc, or way-points with \
+         room to turn"
+    );
+    let fault = FieldError::new(field, "kink", detail).given(given);
+    Err(Box::new(fault.limit(json!({ "most": KINK_MAX }))))
 }
 
 pub(super) fn require_point(field: fmt::Arguments<'_>, [north, east]: &[f64; 2]) -> Result<(), InvalidPath> {
@@ -51,22 +52,10 @@ pub(super) fn require_point(field: fmt::Arguments<'_>, [north, east]: &[f64; 2])
 pub(super) fn require_count(
     field: fmt::Arguments<'_>,
     given: usize,
-    range: std::ops::RangeInclusive<usize>,
-    unit: &'static str,
+    range: &RangeInclusive<usize>,
+    unit: &str,
 ) -> Result<(), InvalidPath> {
-    if range.contains(&given) {
-        return Ok(());
-    }
-    let (least, most) = range.into_inner();
-    Err(invalid(
-        field,
-        InvalidReason::Length {
-            unit,
-            given,
-            least,
-            most,
-        },
-    ))
+    FieldError::of_length(field, given, range, unit).map_or(Ok(()), |fault| Err(Box::new(fault)))
 }
 
 pub(crate) fn require_within(
@@ -75,15 +64,11 @@ pub(crate) fn require_within(
     least: f64,
     most: f64,
 ) -> Result<(), InvalidPath> {
-    if (least..=most).contains(&given) {
-        return Ok(());
-    }
-    Err(invalid(field, InvalidReason::OutOfRange { given, least, most }))
+    FieldError::outside(field, given, &(least..=most)).map_or(Ok(()), |fault| Err(Box::new(fault)))
 }
 
-pub(crate) fn invalid(field: fmt::Arguments<'_>, reason: InvalidReason) -> InvalidPath {
-    InvalidPath(InvalidField {
-        field: field.to_string(),
-        reason,
-    })
+/// Points at one place: `all points` or `both ends`, at most `within` m from the first.
+pub(super) fn one_place(field: fmt::Arguments<'_>, points: &str, within: f64) -> InvalidPath {
+    let detail = format!("{points} are within {within} m; give at least two places");
+    Box::new(FieldError::new(field, "one_place", detail))
 }

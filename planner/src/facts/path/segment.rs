@@ -8,11 +8,11 @@ use utoipa::ToSchema;
 
 use crate::facts::{
     angle::angle_of,
-    invalid_field::InvalidReason,
+    field_error::FieldError,
     members::{members, needed},
     path::{
         limits::{
-            ARC_ANGLE_MAX, InvalidPath, LENGTH_MAX, LENGTH_MIN, TURN_RADIUS, invalid, require_point,
+            ARC_ANGLE_MAX, InvalidPath, LENGTH_MAX, LENGTH_MIN, TURN_RADIUS, one_place, require_point,
             require_within,
         },
         piece::{Leg, Piece},
@@ -174,11 +174,7 @@ impl Segment {
                 require_point(format_args!("{field}/to"), to)?;
                 let length = between(from, to).norm();
                 if length < LENGTH_MIN {
-                    let (points, within) = ("both ends", LENGTH_MIN);
-                    return Err(invalid(
-                        format_args!("{field}/to"),
-                        InvalidReason::OnePlace { points, within },
-                    ));
+                    return Err(one_place(format_args!("{field}/to"), "both ends", LENGTH_MIN));
                 }
                 require_within(format_args!("{field}/to"), length, LENGTH_MIN, LENGTH_MAX)?;
             }
@@ -191,11 +187,8 @@ impl Segment {
                 require_point(format_args!("{field}/centre"), centre)?;
                 let radius = between(centre, from).norm();
                 if radius < LENGTH_MIN {
-                    let (points, within) = ("beginning and centre", LENGTH_MIN);
-                    return Err(invalid(
-                        format_args!("{field}/centre"),
-                        InvalidReason::OnePlace { points, within },
-                    ));
+                    let place = format_args!("{field}/centre");
+                    return Err(one_place(place, "beginning and centre", LENGTH_MIN));
                 }
                 require_within(format_args!("{field}/centre"), radius, LENGTH_MIN, LENGTH_MAX)?;
                 let (field, least) = (format_args!("{field}/angle_rad"), LENGTH_MIN / radius);
@@ -214,10 +207,8 @@ impl Segment {
                     },
                     (Some(_), Some(_)) => {
                         let detail = "give fillet_m, which must fit, or turn_radius_m, which is made to fit";
-                        return Err(invalid(
-                            format_args!("{field}/turn_radius_m"),
-                            InvalidReason::Unexpected { detail },
-                        ));
+                        let place = format_args!("{field}/turn_radius_m");
+                        return Err(Box::new(FieldError::new(place, "unexpected", detail)));
                     }
                 };
                 return legs(points, declared, ring, corners, field);

@@ -1,8 +1,8 @@
 //! Speed along a path.
 
 use crate::facts::{
-    invalid_field::InvalidReason,
-    path::limits::{InvalidPath, LENGTH_MAX, invalid, require_within},
+    field_error::FieldError,
+    path::limits::{InvalidPath, LENGTH_MAX, require_count, require_within},
 };
 
 /// Fastest speed along a path, m/s: that of the fastest AUV that a snapshot accepts.
@@ -27,27 +27,16 @@ impl SpeedProfile {
     /// From `knots` of arc length, m, and speed, m/s. Fails without knots, or with the first whose
     /// arc length does not increase, or whose speed is not positive; both must be finite.
     pub fn new(knots: Vec<(f64, f64)>) -> Result<Self, InvalidPath> {
-        if knots.is_empty() {
-            let (given, least, most) = (0, 1, usize::MAX);
-            return Err(invalid(
-                format_args!("knots"),
-                InvalidReason::Length {
-                    unit: "items",
-                    given,
-                    least,
-                    most,
-                },
-            ));
-        }
+        require_count(format_args!("/knots"), knots.len(), &(1..=usize::MAX), "items")?;
         for (k, (gamma, speed)) in knots.iter().enumerate() {
-            require_within(format_args!("knots/{k}/0"), *gamma, -LENGTH_MAX, LENGTH_MAX)?;
-            require_within(format_args!("knots/{k}/1"), *speed, SPEED_MIN, SPEED_MAX)?;
+            require_within(format_args!("/knots/{k}/0"), *gamma, -LENGTH_MAX, LENGTH_MAX)?;
+            require_within(format_args!("/knots/{k}/1"), *speed, SPEED_MIN, SPEED_MAX)?;
         }
         for (k, pair) in knots.windows(2).enumerate() {
             let (before, given) = (pair[0].0, pair[1].0);
             if given <= before {
-                let reason = InvalidReason::NotIncreasing { given, before };
-                return Err(invalid(format_args!("knots/{}/0", k + 1), reason));
+                let place = format_args!("/knots/{}/0", k + 1);
+                return Err(Box::new(FieldError::not_increasing(place, given, before)));
             }
         }
         Ok(Self { knots })

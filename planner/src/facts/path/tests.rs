@@ -1,11 +1,9 @@
 use std::f64::consts::{PI, TAU};
 
+use serde_json::Value;
+
 use super::*;
-use crate::{
-    facts::path::piece::Piece,
-    snapshot::{InvalidField, InvalidReason},
-    tests::prelude::*,
-};
+use crate::{facts::path::piece::Piece, tests::prelude::*};
 
 fn mower() -> Path {
     Path::lawn_mower(Vector2::new(3.0, -2.0), 0.4, 50.0, 20.0, 4)
@@ -195,25 +193,32 @@ fn a_path_from_its_own_segments_or_lines_and_arcs_is_the_same() {
     }
 }
 
-fn refused(path: Result<Path, InvalidPath>) -> (String, InvalidReason) {
-    let InvalidPath(InvalidField { field, reason }) = path.expect_err("is none");
-    (field, reason)
+/// The place and the code of a fault, the number that it is about and the largest one accepted.
+fn refused(path: Result<Path, InvalidPath>) -> (String, String, f64, f64) {
+    let fault = path.expect_err("is none");
+    let number = |value: &Value| value.as_f64();
+    let given = fault.given.as_ref().and_then(number);
+    let most = fault.limit.as_ref().and_then(|limit| number(&limit["most"]));
+    (
+        fault.pointer,
+        fault.code,
+        given.unwrap_or(f64::NAN),
+        most.unwrap_or(f64::NAN),
+    )
 }
 
 #[test]
 fn a_fillet_without_room_is_refused_with_the_largest_possible_radius() {
-    let (field, reason) = refused(square(15.1));
+    let (place, code, given, most) = refused(square(15.1));
     // Two right angles on the leg of 30 m: 15 m each.
-    let InvalidReason::Fillet { given, most } = reason else {
-        panic!("{reason:?}")
-    };
-    assert!(field.starts_with("segments/0/points/") && given == 15.1);
+    assert_eq!(code, "fillet");
+    assert!(place.starts_with("/segments/0/points/") && given == 15.1);
     near(most, 15.0, 1e-9);
     assert!(square(most).is_ok());
     let back = points([(0.0, 0.0), (30.0, 0.0), (0.0, 0.0)]);
-    let (field, reason) = refused(Path::waypoints(&back, 1.0, false));
-    assert_eq!(field, "segments/0/points/1");
-    assert!(matches!(reason, InvalidReason::Fillet { most, .. } if most < 1e-9));
+    let (place, code, _, most) = refused(Path::waypoints(&back, 1.0, false));
+    assert_eq!((&*place, &*code), ("/segments/0/points/1", "fillet"));
+    assert!(most < 1e-9);
 }
 
 #[test]
@@ -229,32 +234,25 @@ fn segments_that_do_not_join_are_refused_with_the_size_of_the_gap_or_kink() {
     let first = line([0.0, 0.0], [10.0, 0.0]);
     let joined = |next: Segment| Path::from_segments(&[first.clone(), next], false);
     let ring = Path::from_segments(std::slice::from_ref(&first), true);
-    for (path, at, is_kink, expected) in [
-        (square(0.0), "segments/0/points/0", true, PI / 2.0),
+    for (path, at, expected_code, expected) in [
+        (square(0.0), "/segments/0/points/0", "kink", PI / 2.0),
         (
             joined(line([10.0, 0.002], [20.0, 0.002])),
-            "segments/1",
-            false,
+            "/segments/1",
+            "gap",
             0.002,
         ),
         (
             joined(line([10.0, 0.0], [20.0, 0.1])),
-            "segments/1",
-            true,
+            "/segments/1",
+            "kink",
             0.01_f64.atan(),
         ),
-        (ring, "segments/0", false, 10.0),
+        (ring, "/segments/0", "gap", 10.0),
     ] {
-        let (field, reason) = refused(path);
-        let (kink, given) = match reason {
-            InvalidReason::Gap { given, most: GAP_MAX } => (false, given),
-            InvalidReason::Kink {
-                given,
-                most: KINK_MAX,
-            } => (true, given),
-            other => panic!("{other:?}"),
-        };
-        assert_eq!((&*field, kink), (at, is_kink));
+        let (place, code, given, most) = refused(path);
+        assert_eq!((&*place, &*code), (at, expected_code));
+        assert_eq!(most, if code == "kink" { KINK_MAX } else { GAP_MAX });
         near(given, expected, 1e-9);
     }
     // Coordinates rounded to millimetres join.
@@ -283,19 +281,19 @@ fn invalid_numbers_are_refused_by_name() {
             (arc([5.0, 0.0], strange), "angle_rad"),
             (waypoints, "fillet_m"),
         ] {
-            let (field, _) = refused(Path::from_segments(&[segment], false));
-            assert_eq!(field, format!("segments/0/{at_fault}"));
+            let (place, ..) = refused(Path::from_segments(&[segment], false));
+            assert_eq!(place, format!("/segments/0/{at_fault}"));
         }
         let endless = Path::starting_at(origin.into(), 0.0).line(strange);
         assert!(endless.check().is_err());
         assert!(Path::circle(origin.into(), strange, Side::Port, 0.0).is_err());
     }
     let (from, to) = (origin, origin);
-    let (field, reason) = refused(Path::from_segments(&[Segment::Line { from, to }], false));
-    assert_eq!(field, "segments/0/to");
-    let says = reason.to_string();
-    assert!(says.starts_with("both ends are within 0.001 m"), "{says}");
-    assert_eq!(refused(Path::from_segments(&[], false)).0, "segments");
+    let point = Path::from_segments(&[Segment::Line { from, to }], false).expect_err("is none");
+    let says = point.to_string();
+    let expected = "/segments/0/to: both ends are within 0.001 m";
+    assert!(says.starts_with(expected), "{says}");
+    assert_eq!(refused(Path::from_segments(&[], false)).0, "/segments");
 }
 
 #[test]
@@ -364,11 +362,10 @@ fn any_ten_thousand_points_make_a_searchable_path() {
 
 #[test]
 fn way_points_at_one_place_are_refused() {
-    let (field, reason) = refused(route(&[(5.0, 0.0), (5.0, 0.05), (5.0, 0.0)], 5.0, false));
-    assert_eq!(field, "segments/0/points");
-    assert!(matches!(reason, InvalidReason::OnePlace { .. }));
-    let (field, _) = refused(route(&[(0.0, 0.0), (9.0, 2e6)], 5.0, false));
-    assert_eq!(field, "segments/0/points/1/1");
+    let (place, code, ..) = refused(route(&[(5.0, 0.0), (5.0, 0.05), (5.0, 0.0)], 5.0, false));
+    assert_eq!((&*place, &*code), ("/segments/0/points", "one_place"));
+    let (place, ..) = refused(route(&[(0.0, 0.0), (9.0, 2e6)], 5.0, false));
+    assert_eq!(place, "/segments/0/points/1/1");
 }
 
 #[test]
@@ -380,14 +377,14 @@ fn a_speed_profile_is_straight_between_its_knots_and_constant_outside() {
     }
     assert!(SpeedProfile::constant(0.3).is_ok_and(|profile| profile.at(1e5) == 0.3));
     for (knots, at_fault) in [
-        (vec![], "knots"),
-        (vec![(0.0, 0.0)], "knots/0/1"),
-        (vec![(0.0, f64::NAN)], "knots/0/1"),
-        (vec![(0.0, 0.1), (f64::INFINITY, 0.1)], "knots/1/0"),
-        (vec![(0.0, 0.1), (1.0, 0.1), (1.0, 0.2)], "knots/2/0"),
+        (vec![], "/knots"),
+        (vec![(0.0, 0.0)], "/knots/0/1"),
+        (vec![(0.0, f64::NAN)], "/knots/0/1"),
+        (vec![(0.0, 0.1), (f64::INFINITY, 0.1)], "/knots/1/0"),
+        (vec![(0.0, 0.1), (1.0, 0.1), (1.0, 0.2)], "/knots/2/0"),
     ] {
-        let InvalidPath(invalid) = SpeedProfile::new(knots).expect_err("is none");
-        assert_eq!(invalid.field, at_fault);
+        let fault = SpeedProfile::new(knots).expect_err("is none");
+        assert_eq!(fault.pointer, at_fault);
     }
 }
 
@@ -415,7 +412,7 @@ fn legs_keep_their_speeds_and_depths_at_repeated_points_and_back_to_the_first() 
         }
     }
     let field = |speeds: &[f64], closed| refused(path(speeds, closed)).0;
-    assert_eq!(field(&[1.0; 2], false), "segments/0/legs");
-    assert_eq!(field(&[1.0; 3], true), "segments/0/legs");
-    assert_eq!(field(&[1.0, 11.0, 1.0], false), "segments/0/legs/1/speed_mps");
+    assert_eq!(field(&[1.0; 2], false), "/segments/0/legs");
+    assert_eq!(field(&[1.0; 3], true), "/segments/0/legs");
+    assert_eq!(field(&[1.0, 11.0, 1.0], false), "/segments/0/legs/1/speed_mps");
 }

@@ -7,13 +7,14 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use nalgebra::Vector2;
+use serde_json::json;
 
 use crate::facts::{
     angle::{angle_of, direction, wrap},
-    invalid_field::InvalidReason,
+    field_error::FieldError,
     path::{
         limits::{
-            InvalidPath, KINK_MAX, LENGTH_MAX, LENGTH_MIN, SEGMENTS_MAX, invalid, require_count,
+            InvalidPath, KINK_MAX, LENGTH_MAX, LENGTH_MIN, SEGMENTS_MAX, one_place, require_count,
             require_point, require_straight, require_within,
         },
         piece::{Leg, Piece},
@@ -52,7 +53,7 @@ pub(super) fn legs(
     let legs = Legs::new(points, ring, corners, field)?;
     if !declared.is_empty() {
         let n = points.len() - usize::from(!ring);
-        require_count(format_args!("{field}/legs"), declared.len(), n..=n, "legs")?;
+        require_count(format_args!("{field}/legs"), declared.len(), &(n..=n), "legs")?;
     }
     for (k, leg) in declared.iter().enumerate() {
         let given = [leg.speed_mps, leg.depth_m];
@@ -114,7 +115,7 @@ impl Legs {
         require_count(
             format_args!("{field}/points"),
             given.len(),
-            n_least..=SEGMENTS_MAX,
+            &(n_least..=SEGMENTS_MAX),
             "points",
         )?;
         for (k, point) in given.iter().enumerate() {
@@ -144,11 +145,8 @@ impl Legs {
             legs.given_at.pop();
         }
         if legs.points.len() < n_least {
-            let (points, within) = ("all points", repeated_within);
-            return Err(invalid(
-                format_args!("{field}/points"),
-                InvalidReason::OnePlace { points, within },
-            ));
+            let place = format_args!("{field}/points");
+            return Err(one_place(place, "all points", repeated_within));
         }
         for leg in 0..legs.n() {
             let end = legs.given_at[(leg + 1) % legs.points.len()];
@@ -222,11 +220,13 @@ impl Legs {
         } else {
             leg
         };
-        let given = radius;
-        Err(invalid(
-            format_args!("{field}/points/{}", self.given_at[sharper]),
-            InvalidReason::Fillet { given, most },
-        ))
+        let place = format_args!("{field}/points/{}", self.given_at[sharper]);
+        let detail = format!(
+            "the legs that meet here have no room for a fillet of {radius} m, only for {most} m; without `fillet_m` every \
+             corner gets the radius that fits"
+        );
+        let fault = FieldError::new(place, "fillet", detail).given(radius);
+        Err(Box::new(fault.limit(json!({ "most": most }))))
     }
 
     /// Arcs of `radius`, or of a shared fraction where those at both ends of a leg do not fit.

@@ -1,12 +1,13 @@
 //! Checks of AUV states and reports.
 
 use nalgebra::Matrix4;
+use serde_json::json;
 
 use crate::{
     facts::{
         auv::Auv,
         evidence::{AuvState, Report},
-        invalid_field::InvalidReason,
+        field_error::FieldError,
         ranges::{AUV_STATE, COVARIANCE, REPORT, REPORT_AGE_MAX, REPORT_AHEAD_MAX, TELEMETRY},
     },
     snapshot::check::Check,
@@ -15,9 +16,7 @@ use crate::{
 /// Tolerance for a negative eigenvalue through rounding, relative to the largest element.
 const COVARIANCE_ROUNDING: f64 = 1.0e-9;
 
-const TOGETHER: InvalidReason = InvalidReason::Incomplete {
-    detail: "give both course and speed, or neither",
-};
+const TOGETHER: &str = "give both course and speed, or neither";
 
 impl Check {
     /// Checks AUV number `i` at time `now`, s.
@@ -26,22 +25,16 @@ impl Check {
             (Some(state), None) => self.state(i, state),
             (None, Some(reports)) => {
                 for (j, report) in reports.iter().enumerate() {
-                    self.report(&format!("auvs/{i}/reports/{j}"), report, now);
+                    self.report(&format!("/auvs/{i}/reports/{j}"), report, now);
                 }
             }
             (None, None) => {
                 let detail = "either `state` or `reports` must say where the vehicle is";
-                self.fail(
-                    format_args!("auvs/{i}/state"),
-                    InvalidReason::Incomplete { detail },
-                );
+                self.fail(format_args!("/auvs/{i}/state"), "missing", detail);
             }
             (Some(_), Some(_)) => {
                 let detail = "either `state` or `reports` says where the vehicle is, not both";
-                self.fail(
-                    format_args!("auvs/{i}/reports"),
-                    InvalidReason::Unexpected { detail },
-                );
+                self.fail(format_args!("/auvs/{i}/reports"), "unexpected", detail);
             }
         }
     }
@@ -56,29 +49,25 @@ impl Check {
             state.turn_rate_radps,
             state.age_s,
         ];
-        self.numbers(&format!("auvs/{i}/state"), &AUV_STATE, values);
+        self.numbers(&format!("/auvs/{i}/state"), &AUV_STATE, values);
         if let Some(covariance) = state.covariance() {
-            self.covariance(&format!("auvs/{i}/state/covariance"), &covariance);
+            self.covariance(&format!("/auvs/{i}/state/covariance"), &covariance);
         }
     }
 
     pub(crate) fn report(&mut self, field: &str, report: &Report, now: f64) {
         match (report.course_rad, report.speed_mps) {
-            (Some(_), None) => self.fail(format_args!("{field}/speed_mps"), TOGETHER),
-            (None, Some(_)) => self.fail(format_args!("{field}/course_rad"), TOGETHER),
+            (Some(_), None) => self.fail(format_args!("{field}/speed_mps"), "missing", TOGETHER),
+            (None, Some(_)) => self.fail(format_args!("{field}/course_rad"), "missing", TOGETHER),
             (Some(_), Some(_)) | (None, None) => {}
         }
         // A `now` that is not finite is a fault of its own; here the report counts as from now.
         if now.is_finite() {
-            let (given, least, most) = (report.t_s, now - REPORT_AGE_MAX, now + REPORT_AHEAD_MAX);
-            if !(least..=most).contains(&given) {
-                let reason = InvalidReason::OffTheClock {
-                    given,
-                    now,
-                    least,
-                    most,
-                };
-                self.fail(format_args!("{field}/t_s"), reason);
+            let (given, range) = (report.t_s, now - REPORT_AGE_MAX..=now + REPORT_AHEAD_MAX);
+            if !range.contains(&given) {
+                let place = format_args!("{field}/t_s");
+                let fault = FieldError::off_the_clock(place, given, "the request's `t_s`", now, &range);
+                self.invalid.push(fault);
             }
         }
         let values = [report.north_m, report.east_m, report.sigma_m];
@@ -89,11 +78,7 @@ impl Check {
             report.speed_mps,
             report.turn_rate_radps,
         ];
-        for ((name, range), value) in TELEMETRY.into_iter().zip(telemetry) {
-            if let Some(value) = value {
-                self.within(format_args!("{field}/{name}"), value, range);
-            }
-        }
+        self.given_numbers(field, &TELEMETRY, telemetry);
     }
 
     fn covariance(&mut self, field: &str, covariance: &Matrix4<f64>) {
@@ -103,18 +88,20 @@ impl Check {
             for column in 0..4 {
                 let (value, mirrored) = (covariance[(row, column)], covariance[(column, row)]);
                 let place = format_args!("{field}/{row}/{column}");
-                self.within(place, value, COVARIANCE);
+                self.within(place, value, &COVARIANCE);
                 if column < row && value.is_finite() && mirrored.is_finite() {
                     let place = format_args!("{field}/{row}/{column}");
-                    self.within(place, value, mirrored - rounding..=mirrored + rounding);
+                    self.within(place, value, &(mirrored - rounding..=mirrored + rounding));
                 }
             }
         }
         if self.invalid.len() == before {
             let least = covariance.symmetric_eigenvalues().min();
             if least < -rounding {
-                let reason = InvalidReason::NegativeVariance { given: least };
-                self.fail(format_args!("{field}"), reason);
+                let detail =
+                    format!("not a covariance: its smallest eigenvalue is {least}, and must not be negative");
+                let fault = FieldError::new(field, "negative_variance", detail).given(least);
+                self.invalid.push(fault.limit(json!({ "least": 0 })));
             }
         }
     }

@@ -5,20 +5,18 @@ use std::collections::BTreeMap;
 use super::Check;
 use crate::facts::{
     auv::{Auv, VehicleId},
-    invalid_field::{InvalidReason, pointer_token},
+    field_error::pointer_token,
     ranges::{GOAL_VISIT, SERVED_VEHICLE, TIME, VISIT, VISIT_COST, VISIT_DATA, VISIT_UNCERTAINTY, WEIGHT},
     schedule::Schedule,
     visit::{VisitCost, Visits},
 };
 
-const NOT_NAMED: InvalidReason = InvalidReason::Unexpected {
-    detail: "only vehicles in goal/auvs are visited",
-};
+const NOT_NAMED: &str = "only vehicles in goal/auvs are visited";
 
 impl Check {
     pub(super) fn visits(&mut self, visits: &Visits, auvs: &[Auv]) {
         self.vehicles(&visits.auvs, auvs);
-        self.numbers("goal", &GOAL_VISIT, [visits.within_m, visits.dwell_min_s]);
+        self.numbers("/goal", &GOAL_VISIT, [visits.within_m, visits.dwell_min_s]);
         match visits.cost {
             VisitCost::Age => {}
             VisitCost::Uncertainty {
@@ -28,13 +26,13 @@ impl Check {
                 interval_s,
             } => {
                 let values = [growth_m2ps, sigma_m, sigma_rad, interval_s];
-                self.numbers("goal/cost", &VISIT_UNCERTAINTY, values);
+                self.numbers("/goal/cost", &VISIT_UNCERTAINTY, values);
             }
             VisitCost::Data {
                 growth_kbps,
                 upload_kbps,
                 range_max_m,
-            } => self.numbers("goal/cost", &VISIT_DATA, [growth_kbps, upload_kbps, range_max_m]),
+            } => self.numbers("/goal/cost", &VISIT_DATA, [growth_kbps, upload_kbps, range_max_m]),
         }
         let by_name = [
             ("weights", &visits.weights, WEIGHT),
@@ -45,10 +43,10 @@ impl Check {
             self.each_named(member, values, &visits.auvs, &range);
         }
         if visits.auvs.iter().all(|id| visits.weight(id) == 0.0) {
-            self.fail(format_args!("goal/weights"), InvalidReason::AllZero);
+            self.no_weight();
         }
         if visits.next.as_ref().is_some_and(|id| !visits.auvs.contains(id)) {
-            self.fail(format_args!("goal/next"), NOT_NAMED);
+            self.fail(format_args!("/goal/next"), "unexpected", NOT_NAMED);
         }
     }
 
@@ -62,14 +60,14 @@ impl Check {
         for (id, value) in values {
             let name = pointer_token(&id.0);
             if !named.contains(id) {
-                self.fail(format_args!("goal/{member}/{name}"), NOT_NAMED);
+                self.fail(format_args!("/goal/{member}/{name}"), "unexpected", NOT_NAMED);
             }
-            self.within(format_args!("goal/{member}/{name}"), *value, range.clone());
+            self.within(format_args!("/goal/{member}/{name}"), *value, range);
         }
     }
 
     pub(super) fn schedule(&mut self, schedule: &Schedule) {
-        let field = "previous_plan/schedule";
+        let field = "/previous_plan/schedule";
         for (i, visit) in schedule.visits.iter().enumerate() {
             let values = [
                 visit.arrive_s,
@@ -88,7 +86,7 @@ impl Check {
                 [vehicle.cost, vehicle.heard_within_m, vehicle.unheard_s],
             );
             if let Some(served_by) = vehicle.served_by_s {
-                self.within(format_args!("{field}/costs/{i}/served_by_s"), served_by, TIME);
+                self.within(format_args!("{field}/costs/{i}/served_by_s"), served_by, &TIME);
             }
         }
     }

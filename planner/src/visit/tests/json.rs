@@ -52,18 +52,18 @@ fn a_goal_survives_json_with_explicit_defaults() {
 fn an_invalid_visit_goal_is_refused_by_field_and_value() {
     for [member, value, fault] in rows(
         r#"
-        auvs        | ["auv-0", "auv-1", "auv-0"]          | auvs/2: duplicate name "auv-0"
-        auvs        | ["auv-0", "x"]                       | auvs/1: no vehicle is called "x"
-        auvs        | []                                   | auvs: must have 1 to 16 items, has 0
-        within_m    | 0.5                                  | within_m: 0.5 is not in [1, 5000]
-        dwell_min_s | -1.0                                 | dwell_min_s: -1 is not in [0, 3600]
+        auvs        | ["auv-0", "auv-1", "auv-0"]          | auvs/2: duplicate name (given: "auv-0")
+        auvs        | ["auv-0", "x"]                       | auvs/1: no vehicle in `auvs` has this id (given: "x")
+        auvs        | []                                   | auvs: must have 1 to 16 items (given: 0)
+        within_m    | 0.5                                  | within_m: must be from 1 to 5000 (given: 0.5)
+        dwell_min_s | -1.0                                 | dwell_min_s: must be from 0 to 3600 (given: -1.0)
         weights     | { "auv-0": 0, "auv-1": 0, "auv-2": 0 } | weights: at least one
-        weights     | { "auv-1": -1 }                      | weights/auv-1: -1 is not in [0, 1000000]
+        weights     | { "auv-1": -1 }                      | weights/auv-1: must be from 0 to 1000000 (given: -1.0)
         serve_by_s  | { "x": 1 }                           | serve_by_s/x: only vehicles in goal/auvs
-        costs_now   | { "auv-1": 1e13 }                    | costs_now/auv-1: 10000000000000 is not in
+        costs_now   | { "auv-1": 1e13 }                    | costs_now/auv-1: must be from 0 to 1000000000000 (given
         next        | "y"                                  | next: only vehicles in goal/auvs
-        cost | { "kind": "data", "growth_kbps": 1, "upload_kbps": 0, "range_max_m": 9 } | cost/upload_kbps: 0 is not in [0.001, 1000000]
-        cost | { "kind": "uncertainty", "growth_m2ps": 1e9 } | cost/growth_m2ps: 1000000000 is not in
+        cost | { "kind": "data", "growth_kbps": 1, "upload_kbps": 0, "range_max_m": 9 } | cost/upload_kbps: must be from 0.001 to 1000000 (given: 0.0)
+        cost | { "kind": "uncertainty", "growth_m2ps": 1e9 } | cost/growth_m2ps: must be from 0.000001 to 1000000 (given
         "#,
     ) {
         let mut request = random(0, 3, 100.0);
@@ -71,6 +71,6 @@ fn an_invalid_visit_goal_is_refused_by_field_and_value() {
         goal[member] = serde_json::from_str(&value).expect("is JSON");
         request.goal = task(goal).expect("has the shape");
         let error = Snapshot::try_from(request).expect_err("is refused").to_string();
-        assert!(error.contains(&format!("goal/{fault}")), "{error}");
+        assert!(error.contains(&format!("/goal/{fault}")), "{error}");
     }
 }

@@ -4,7 +4,7 @@ use planner::craft::CraftDescription;
 
 use super::{
     draw::Draw,
-    invalid::{InvalidScenario, invalid},
+    invalid::{InvalidScenario, invalid, of_snapshot},
 };
 use crate::scenario::{
     file::LimitsFile,
@@ -43,7 +43,8 @@ fn described(file: &CraftDescription<Distribution>, seed: u64) -> Result<CraftDe
     let mut out_of_range = None;
     let craft = file.map(|member, range, number| {
         if let Some(Err(reason)) = number.map(|number| number.check(range, unit_of(member))) {
-            out_of_range.get_or_insert(invalid(key(&format!("craft/{member}")), reason));
+            let field = format!("surface_craft.craft.{}", member.replace('/', "."));
+            out_of_range.get_or_insert(invalid(field, reason));
             return None;
         }
         draw.take_within(number, range)
@@ -52,11 +53,7 @@ fn described(file: &CraftDescription<Distribution>, seed: u64) -> Result<CraftDe
         return Err(wrong);
     }
     match craft.faults().first() {
-        Some(fault) => Err(invalid(key(&fault.field), &fault.reason)),
+        Some(fault) => Err(of_snapshot("surface_craft", fault)),
         None => Ok(craft),
     }
-}
-
-fn key(field: &str) -> String {
-    format!("surface_craft.{}", field.replace('/', "."))
 }

@@ -3,11 +3,11 @@
 use std::{f64::consts::TAU, ops::RangeInclusive};
 
 use nalgebra::Vector2;
-use planner::snapshot::{InvalidField, KeepOut, bounds_faults, clockwise};
+use planner::snapshot::{FieldError, KeepOut, bounds_faults, clockwise};
 
 use super::{
     draw::{Draw, Stream, check_count, stream},
-    invalid::{InvalidScenario, invalid},
+    invalid::{InvalidScenario, invalid, of_snapshot},
 };
 use crate::{
     observe::{Acoustics, AcousticsSetup, Briefing, Observer, SensorSetup, SurfaceSensors},
@@ -228,17 +228,18 @@ pub(super) fn bounds(file: &BoundsFile, draw: &mut Draw) -> Result<Bounds, Inval
             bounds.area = clockwise(&bounds.area);
             Ok(bounds)
         }
-        Some(InvalidField { field, reason }) => Err(invalid(field_in_file(field), reason)),
+        Some(fault) => {
+            // A scenario has the range beside the other bounds.
+            let pointer = fault.pointer.replace("/acoustics", "");
+            Err(of_snapshot(
+                "bounds",
+                &FieldError {
+                    pointer,
+                    ..fault.clone()
+                },
+            ))
+        }
     }
-}
-
-/// The member of a scenario file for a field of a snapshot's bounds: `bounds.area[2]` for `area/2`.
-fn field_in_file(field: &str) -> String {
-    let parts = field.split('/').filter(|part| *part != "acoustics");
-    parts.fold("bounds".to_owned(), |name, part| match part.parse::<usize>() {
-        Ok(index) => format!("{name}[{index}]"),
-        Err(_) => format!("{name}.{part}"),
-    })
 }
 
 fn sensors(file: &SensorsFile, draw: &mut Draw) -> SensorSetup {

@@ -2,6 +2,8 @@
 
 use std::fmt::Display;
 
+use planner::snapshot::FieldError;
+
 /// A member of a scenario that does not fit the others.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{field}: {reason}")]
@@ -10,6 +12,16 @@ pub struct InvalidScenario {
     pub field: String,
     /// The mistake, with the value and the limit.
     pub reason: String,
+}
+
+/// The fault of a snapshot's member, which is in the table `table` of a scenario.
+pub(super) fn of_snapshot(table: &str, fault: &FieldError) -> InvalidScenario {
+    let steps = fault.pointer.split('/').skip(1);
+    let field = steps.fold(table.to_owned(), |field, step| match step.parse::<usize>() {
+        Ok(index) => format!("{field}[{index}]"),
+        Err(_) => format!("{field}.{step}"),
+    });
+    invalid(field, fault.words())
 }
 
 pub(super) fn invalid(field: impl Into<String>, reason: impl Display) -> InvalidScenario {

@@ -13,7 +13,7 @@ use planner::{
 use super::{
     craft::craft_description,
     draw::Draw,
-    invalid::{InvalidScenario, invalid},
+    invalid::{InvalidScenario, invalid, of_snapshot},
     path::{point_out_of_range, speed_profile},
 };
 use crate::{
@@ -257,9 +257,9 @@ fn constraints(file: &RandomCraftFile, draw: &mut Draw) -> CraftConstraints {
 
 /// The same tuning, checked.
 fn tuning(file: Option<&Tuning>) -> Result<Option<Tuning>, InvalidScenario> {
-    let faults = file.map(|tuning| tuning.faults("surface_craft/tuning"));
-    match faults.into_iter().flatten().next() {
-        Some(fault) => Err(invalid(fault.field.replace('/', "."), fault.reason)),
+    let faults = file.map(|tuning| tuning.faults("/tuning"));
+    match faults.iter().flatten().next() {
+        Some(fault) => Err(of_snapshot("surface_craft", fault)),
         None => Ok(file.cloned()),
     }
 }

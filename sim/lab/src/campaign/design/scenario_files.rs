@@ -34,7 +34,8 @@ impl ScenarioFiles {
                 continue;
             }
             let path: PathBuf = folder.join(name);
-            let scenario = Scenario::read(&path)?;
+            // Numbers that do not fit together are found before hours of work.
+            let scenario = Scenario::read(&path)?.checked()?;
             let beside = scenario.texts_beside().map_err(|error| {
                 let (file, field) = (path.display().to_string(), format!("scenarios[{i}]"));
                 CampaignError::Invalid(file, 1, field, error.to_string())

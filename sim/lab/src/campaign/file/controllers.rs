@@ -3,7 +3,7 @@
 use planner::{
     los::{LawGains, LosGains, LosLaw, LosTuning},
     parameters::Parameters,
-    snapshot::{InvalidField, Tuning},
+    snapshot::Tuning,
     tuned::Tuned,
 };
 
@@ -67,8 +67,8 @@ impl ControllerFile {
 
 impl PlannerFile {
     fn control_law(&self) -> Result<ControlLaw, Wrong> {
-        if let Some(InvalidField { field, reason }) = self.tuning.faults("planner").into_iter().next() {
-            return wrong(field.replace('/', "."), reason.to_string());
+        if let Some(fault) = self.tuning.faults("planner").first() {
+            return wrong(fault.pointer.replace('/', "."), fault.words());
         }
         let usual = Parameters::default().tuned(&self.tuning);
         let parameters = Parameters {

@@ -1,13 +1,24 @@
 //! A wrong field of a request: its place, its fault and the accepted values.
 
-use std::{fmt::Display, ops::RangeInclusive};
+use std::{
+    fmt::{self, Display},
+    ops::RangeInclusive,
+};
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use utoipa::ToSchema;
 
+use crate::facts::ranges::{ANGLE, DIRECTIONS};
+
 /// Longest part of a request that a document repeats, characters.
 const QUOTE_LENGTH_MAX: usize = 200;
+
+/// `name` as a token of a JSON pointer. Source: RFC 6901, section 3.
+#[must_use]
+pub fn pointer_token(name: &str) -> String {
+    name.replace('~', "~0").replace('/', "~1")
+}
 
 /// One wrong field of a request: a member of its body, or a parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -31,11 +42,19 @@ pub struct FieldError {
     pub limit: Option<Value>,
 }
 
+impl Display for FieldError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.pointer, self.words())
+    }
+}
+
+impl std::error::Error for FieldError {}
+
 impl FieldError {
     /// An error at `pointer`.
-    pub fn new(pointer: impl Into<String>, code: &str, detail: impl Into<String>) -> Self {
+    pub fn new(pointer: impl Display, code: &str, detail: impl Into<String>) -> Self {
         Self {
-            pointer: pointer.into(),
+            pointer: pointer.to_string(),
             parameter: None,
             code: code.to_owned(),
             detail: shortened(detail.into()),
@@ -56,7 +75,7 @@ impl FieldError {
     /// A time at `pointer`, s, outside its range around `now` on `clock`. States the difference: if
     /// the client meant the present, the skew of its clock.
     pub fn off_the_clock(
-        pointer: impl Into<String>,
+        pointer: impl Display,
         given: f64,
         clock: &str,
         now: f64,
@@ -80,7 +99,7 @@ impl FieldError {
     }
 
     /// A list or a text at `pointer` with `given` items or bytes, more than `most`.
-    pub fn too_long(pointer: impl Into<String>, given: usize, most: usize) -> Self {
+    pub fn too_long(pointer: impl Display, given: usize, most: usize) -> Self {
         Self::new(
             pointer,
             "too_long",
@@ -90,24 +109,75 @@ impl FieldError {
         .limit(json!({ "most": most }))
     }
 
+    /// The error of a list or text with too few or too many of `unit`, such as `items` or `bytes`.
+    pub fn of_length(
+        pointer: impl Display,
+        given: usize,
+        range: &RangeInclusive<usize>,
+        unit: &str,
+    ) -> Option<Self> {
+        let (least, most) = (range.start(), range.end());
+        (!range.contains(&given)).then(|| {
+            Self::new(pointer, "length", format!("must have {least} to {most} {unit}"))
+                .given(given)
+                .limit(json!({ "least": least, "most": most }))
+        })
+    }
+
+    /// The error of a number that is not above the previous one.
+    pub fn not_increasing(pointer: impl Display, given: f64, before: f64) -> Self {
+        let detail = format!("{given} must be greater than the previous value, {before}");
+        let fault = Self::new(pointer, "not_increasing", detail);
+        fault.given(given).limit(json!({ "above": before }))
+    }
+
     /// The error of a number at `pointer` outside its range.
     pub fn outside<T: Copy + Display + PartialOrd + Serialize>(
-        pointer: impl Into<String>,
+        pointer: impl Display,
         given: T,
         range: &RangeInclusive<T>,
     ) -> Option<Self> {
         (!range.contains(&given)).then(|| Self::out_of_range(pointer, given, *range.start(), *range.end()))
     }
 
-    pub(crate) fn out_of_range<T: Copy + Display + Serialize>(
-        pointer: impl Into<String>,
+    /// Asks whether an angle of more than a turn is in degrees.
+    fn out_of_range<T: Copy + Display + Serialize>(
+        pointer: impl Display,
         given: T,
         least: T,
         most: T,
     ) -> Self {
-        Self::new(pointer, "out_of_range", format!("must be from {least} to {most}"))
+        let mut error = Self::new(pointer, "out_of_range", format!("must be from {least} to {most}"))
             .given(json!(given))
-            .limit(json!({ "least": least, "most": most }))
+            .limit(json!({ "least": least, "most": most }));
+        let name = error.pointer.rsplit('/').next().unwrap_or_default();
+        let given = error.given.as_ref().and_then(Value::as_f64);
+        let is_turn = given.is_some_and(|given| ANGLE.contains(&given));
+        // An earlier answer has radians.
+        if name.ends_with("_rad") && !is_turn && !error.pointer.contains("/previous_plan/") {
+            let degrees = DIRECTIONS.iter().find(|[_, radians]| name == *radians);
+            error.detail += " rad: may be degrees";
+            if let Some([degrees, _]) = degrees {
+                error.detail.extend([": `", degrees, "`"]);
+            }
+        }
+        error
+    }
+
+    /// The fault and the given value, for people.
+    #[must_use]
+    pub fn words(&self) -> String {
+        match &self.given {
+            Some(given) => format!("{} (given: {given})", self.detail),
+            None => self.detail.clone(),
+        }
+    }
+
+    /// The same error with `place` before its pointer.
+    #[must_use]
+    pub fn within(mut self, place: &str) -> Self {
+        self.pointer.insert_str(0, place);
+        self
     }
 
     /// Adds the given value.
