@@ -291,7 +291,7 @@ impl AuvForecast {
     /// newest report is no newer, Δ exceeds a minute, or p − p⁻ is a jump. Position noise mostly
     /// cancels.
     ///
-    /// Along paths a drift must fade, see `docs/rationale.md#forecasts`.
+    /// Along paths a drift must fade, see [`ForecastNumbers::drift_memory`].
     pub(crate) fn after(
         earlier: &RememberedTarget,
         between: f64,
