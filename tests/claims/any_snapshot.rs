@@ -62,7 +62,7 @@ fn every_answer_is_within_the_limits_and_no_worse_than_line_of_sight() {
     assert!(10 * refused < n_snapshots(), "{refused} refused");
 }
 
-/// A client may send any memory of the craft's filter: it is used whole or not at all.
+/// A client may send any memory of the craft's filter: it is used whole, or discarded.
 #[test]
 fn any_memory_of_the_craft_is_used_or_causes_a_warning_and_a_finite_answer() {
     let (parameters, mut workspace) = (Parameters::default(), Workspace::default());

@@ -86,7 +86,7 @@ impl Service {
         created + 10.0 * (self.clock.unix_s() - created)
     }
 
-    /// The same of the mission with that path.
+    /// Time on the clock of the rehearsal at that path.
     async fn now(&self, mission: &str) -> f64 {
         self.mission_now(&self.ask(mission).await)
     }

@@ -99,7 +99,7 @@ pub(crate) struct MissionLink {
 struct Shared {
     client: MissionClient,
     status: Mutex<LinkStatus>,
-    /// What the next request posts. Lists are bounded; of states, only the newest waits.
+    /// The content of the next request. Its lists are bounded; only the newest state waits.
     outbox: Mutex<Reports>,
     clock: BridgeClock,
     /// Standard deviation of fixes that state none, m.

@@ -277,7 +277,7 @@ fn warnings(snapshot: &Snapshot, plan: &Plan) -> Vec<Warning> {
     warnings
 }
 
-/// Warnings of vehicles that the schedule serves late or not at all.
+/// Warnings of vehicles that the schedule serves late or omits.
 fn about_visits(snapshot: &Snapshot, plan: &Plan) -> Vec<Warning> {
     let (Some(schedule), Goal::Visit(visits)) = (&plan.schedule, &snapshot.goal.goal) else {
         return Vec::new();

@@ -97,7 +97,7 @@ impl Decision {
         })
     }
 
-    /// `reference` within the limits of output, for the craft in `state`, from which it is confirmed.
+    /// Limits `reference` for the craft in `state`, which later confirms that it follows.
     pub(super) fn limited(
         &mut self,
         now: f64,

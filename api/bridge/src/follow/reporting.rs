@@ -1,4 +1,4 @@
-//! What operators are told: the status line, the mission's state of steering, and STATUSTEXT.
+//! Words for operators: the status line, the mission's state of steering, and STATUSTEXT.
 
 use ::wire::mission::SteeringState;
 
@@ -166,8 +166,7 @@ impl<'a> Facts<'a> {
         parts.join(", ")
     }
 
-    /// The plan, with its reference limited as it is sent. A plan that is too old to follow has only
-    /// its age.
+    /// The plan in words, with the reference as it is sent. Of a plan that is too old, only its age.
     fn plan_parts(self, plan: &Plan) -> Vec<String> {
         let age = self.now - plan.planned.planned_s;
         let mut parts = Vec::new();

@@ -183,7 +183,7 @@ impl MissionState {
         self.steering.as_ref()
     }
 
-    /// Puts this plan into the next request, and returns the one before.
+    /// Puts this plan into the next request, and returns the previous plan.
     pub(super) fn replace_previous_plan(&mut self, plan: Option<PreviousPlan>) -> Option<PreviousPlan> {
         mem::replace(&mut self.previous_plan, plan)
     }
