@@ -25,6 +25,8 @@ mod screening_tests;
 mod speed_band_tests;
 #[cfg(test)]
 pub(crate) mod tests;
+#[cfg(test)]
+mod tracking_error_tests;
 
 pub use from_reports::{Estimate, Route};
 pub use on_path::{NextTurn, PathFit, Spread};

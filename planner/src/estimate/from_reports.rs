@@ -11,7 +11,7 @@ use crate::{
         kalman::Kalman,
         legs::TrackPoint,
         on_path::{NextTurn, OnPath, PathFit, PathHypothesis},
-        repeats::{PastTrack, Repeats},
+        repeats::{LOOSE_SCATTERS, PastTrack, Repeats},
         screening::ScreenedReports,
         track::Track,
         turn::{clear, remembered_turn_rate, turn_rate},
@@ -121,7 +121,7 @@ impl<'a> Estimator<'a> {
             let path = path.filter(|_| !(self.due)());
             let declared = auv.path.as_ref().filter(|_| path.is_some());
             let others = declared.map_or_else(Vec::new, DeclaredPath::with_other_turn_radii);
-            let paths: Vec<_> = path.cloned().into_iter().chain(others).collect();
+            let paths: Vec<_> = others.into_iter().chain(path.cloned()).collect();
             let found = self.filtered(reports, &paths, before);
             return Estimate {
                 dive: found.dive.filter(|_| auv.dive.is_none()),
@@ -158,10 +158,15 @@ impl<'a> Estimator<'a> {
         } = ScreenedReports::new(self.without_repeated(&self.numbered(reports)), tuned, due);
         let infers = before.is_some();
         let before = before.filter(|_| paths.is_empty());
-        let past_track = before.map_or_else(PastTrack::default, |before| {
-            PastTrack::new(before, &free.used, &self.current, tuned)
-        });
-        let repeats = if due() { None } else { past_track.repeats() };
+        let past_track = |scatter: f64| {
+            before.map_or_else(PastTrack::default, |before| {
+                PastTrack::new(before, &free.used, &self.current, scatter, tuned)
+            })
+        };
+        let exact = past_track(1.0);
+        let repeats = (!due()).then(|| exact.repeats()).flatten();
+        let loose = LOOSE_SCATTERS.into_iter().take_while(|_| !due());
+        let repeats = repeats.or_else(|| loose.map(past_track).find_map(|track| track.repeats()));
         let along = self.on_likeliest_path(paths, repeats.as_ref(), &screened);
         let route = along.as_ref().map(|along| Route {
             probability: match repeats {
@@ -193,7 +198,7 @@ impl<'a> Estimator<'a> {
             route,
             repeats,
             path,
-            track: past_track.points,
+            track: exact.points,
         }
     }
 
@@ -333,20 +338,28 @@ fn probability_of_following(
         return 0.0;
     }
     let tuned = along.filter.assumed().tuned;
-    let likelihoods = along.log_likelihoods().zip(free.log_likelihoods());
+    let inside = along.innovations.iter().map(|innovation| innovation.accepted);
+    let likelihoods = inside.zip(along.log_likelihoods().zip(free.log_likelihoods()));
     let intervals = reports.iter().zip(&reports[1..]);
     let steps = intervals.map(|((_, from), (_, to))| to.t_s - from.t_s);
     let passed = along.innovations.len().saturating_sub(newest);
-    steps
-        .zip(likelihoods)
-        .skip(passed)
-        .fold(tuned.follows_at_first, |follows, (elapsed, (along, free))| {
+    steps.zip(likelihoods).skip(passed).fold(
+        tuned.follows_at_first,
+        |follows, (elapsed, (inside, (along, free)))| {
+            // Free motion predicts the next fix as well as a loosely followed path does, and what is
+            // beyond it worse: a fix inside the gate says little against the path.
+            let odds_max = if inside {
+                tuned.odds_inside.min(odds_max)
+            } else {
+                odds_max
+            };
             let [leaves, returns] =
                 [tuned.leaves_after, tuned.returns_after].map(|after| -(-elapsed / after).exp_m1());
             let follows = follows * (1.0 - leaves) + (1.0 - follows) * returns;
             let ratio = (free - along).exp().min(odds_max);
             follows / (follows + (1.0 - follows) * ratio)
-        })
+        },
+    )
 }
 
 /// Order by all members, time first and north-dependent ones last: the given order has no effect.

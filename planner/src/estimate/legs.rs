@@ -57,8 +57,13 @@ impl Sums {
 }
 
 /// The ends of the legs of least price, each at constant velocity, through `reports`, at least one,
-/// in order of time: optimal by dynamic programming over the beginning of the last leg.
-pub(crate) fn legs(reports: &[(usize, Report)], tuned: &EstimateNumbers) -> Vec<[TrackPoint; 2]> {
+/// in order of time, for a `scatter` about them in standard deviations of a fix: optimal by dynamic
+/// programming over the beginning of the last leg.
+pub(crate) fn legs(
+    reports: &[(usize, Report)],
+    scatter: f64,
+    tuned: &EstimateNumbers,
+) -> Vec<[TrackPoint; 2]> {
     let start = reports[0].1;
     // For each number of reports: the least price, the beginning of the last leg, and its sums.
     let mut cheapest = vec![(0.0, 0, Sums::default())];
@@ -69,7 +74,7 @@ pub(crate) fn legs(reports: &[(usize, Report)], tuned: &EstimateNumbers) -> Vec<
             *sums = sums.and(
                 report.t_s - start.t_s,
                 report.position() - start.position(),
-                report.sigma_m.max(tuned.fix_sigma_min),
+                scatter * report.sigma_m.max(tuned.fix_sigma_min),
             );
             Some((
                 cheapest[begin].0 + tuned.leg_price + sums.residual(),

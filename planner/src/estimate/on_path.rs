@@ -1,8 +1,8 @@
 //! Filter of a vehicle that follows a known path by its own navigation.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_PI_2, TAU};
 
-use nalgebra::{Matrix2, Matrix2x4, Matrix4, Vector2, Vector4};
+use nalgebra::{Matrix2, Matrix2x6, Matrix4, Matrix6, Vector2, Vector6};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -15,7 +15,7 @@ use crate::{
         angle::{direction, ned_from_body},
         evidence::{Report, SPEED_AT_REST},
         known_path::{KnownPath, foot_speed},
-        path::piece::Piece,
+        path::piece::{Piece, starboard},
     },
     tuned::EstimateNumbers,
 };
@@ -63,6 +63,36 @@ fn navigations(tuned: &EstimateNumbers) -> [Navigation; 2] {
     ]
 }
 
+/// How closely a vehicle keeps to the path that it means to follow.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Tracking {
+    /// Probability.
+    share: f64,
+    /// Standard deviation of its cross-track error, m.
+    error_sigma: f64,
+    /// Variance that a turn adds to that error and to the place along the path, m²/rad: the vehicle
+    /// overshoots a corner or cuts it.
+    turn_density: f64,
+    /// Standard deviation of the way that each radian of a turn takes beyond the path's, m/rad.
+    corner_sigma: f64,
+}
+
+/// Exact, loose and rough tracking.
+fn trackings(tuned: &EstimateNumbers) -> [Tracking; 3] {
+    let tracking = |share: f64, error_sigma: f64, turn: f64, corner_sigma: f64| Tracking {
+        share,
+        error_sigma,
+        turn_density: turn * turn / FRAC_PI_2,
+        corner_sigma,
+    };
+    let (loose, rough) = (tuned.loose_share, tuned.rough_share);
+    [
+        tracking(1.0 - loose - rough, 0.0, 0.0, tuned.exact_corner),
+        tracking(loose, tuned.loose_sigma, tuned.loose_turn, tuned.loose_corner),
+        tracking(rough, tuned.rough_sigma, tuned.rough_turn, tuned.rough_corner),
+    ]
+}
+
 /// Standard deviation of an unknown place along the path, m: negligible information beside any fix.
 const ANYWHERE: f64 = 1000.0;
 
@@ -70,7 +100,7 @@ const ANYWHERE: f64 = 1000.0;
 const FEET_MAX: usize = 4;
 
 /// Most hypotheses.
-const HYPOTHESES_MAX: usize = 16;
+const HYPOTHESES_MAX: usize = 24;
 
 /// Probability below which a hypothesis is dropped.
 const PROBABILITY_MIN: f64 = 3.0e-3;
@@ -88,14 +118,17 @@ pub(crate) struct PathHypothesis<'a> {
     pub(crate) tuned: &'a EstimateNumbers,
 }
 
-/// A vehicle on a path displaced by the error of its navigation.
+/// A vehicle on a path displaced by the error of its navigation, and beside it by its own.
 ///
 /// ```text
-/// x = (γ, b, o)   p = p_P(γ) + o (measured)   γ̇ = ±(u_P(γ) + b) + w_s   ḃ = w_b   ȯ = w_o
+/// x = (γ, b, o, e, c)   p = p_P(γ) + o + e n(γ) (measured)
+/// γ̇ = ±(u_P(γ) + b − c |ψ̇_P|) + w_s   ḃ = w_b   ȯ = w_o   ė = −e/τ ∓ k c ψ̇_P + w_e   ċ = 0
 /// ```
-/// u_P is the speed over ground from the declared speed and current, o the offset (north, east). A
-/// straight leg shows o across it; a turn shows the rest. The leg, the navigation and the sense are
-/// hypotheses, each with its own filter and probability.
+/// u_P is the speed over ground from the declared speed and current, o the offset (north, east), e
+/// the cross-track error, a stationary process with the correlation time τ, n the normal to
+/// starboard, and c the way that a turn takes beyond the path's, which carries the vehicle outwards
+/// by a share k. A straight leg shows o across it; a turn shows the rest. The leg, the navigation,
+/// the tracking and the sense are hypotheses, each with its own filter and probability.
 #[derive(Clone, Debug)]
 pub(crate) struct OnPath<'a> {
     assumed: PathHypothesis<'a>,
@@ -139,15 +172,23 @@ pub struct Spread {
     pub offset_density: f64,
     /// Variance of the path's points along either axis, m².
     pub path_variance: f64,
+    /// Variance of the cross-track error, m².
+    pub error_variance: f64,
+    /// Rate at which the cross-track error fades, 1/s.
+    pub error_rate: f64,
+    /// Growth of its variance, and of the place's, with the turned angle, m²/rad.
+    pub turn_density: f64,
 }
 
 /// Place of a vehicle on its path, its speed, and the path's offset.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PathFit {
-    /// Place γ along the path, m; excess speed, m/s; offset of the path (north, east), m.
-    pub state: Vector4<f64>,
+    /// Place γ along the path, m; excess speed, m/s; offset of the path (north, east), m;
+    /// cross-track error, m, positive to starboard of the path; way of a turn beyond the path's,
+    /// m/rad.
+    pub state: Vector6<f64>,
     /// Covariance of these.
-    pub covariance: Matrix4<f64>,
+    pub covariance: Matrix6<f64>,
     /// 1, or −1 for a vehicle that follows the path backwards.
     pub sense: f64,
     /// Growth of the uncertainty.
@@ -159,6 +200,12 @@ struct Hypothesis {
     probability: f64,
     fit: PathFit,
 }
+
+/// Index of the cross-track error in a state.
+const ERROR: usize = 4;
+
+/// Index of the way of a turn beyond the path's.
+const CORNER: usize = 5;
 
 impl PathFit {
     /// Place along the path, m.
@@ -179,9 +226,22 @@ impl PathFit {
         Vector2::new(self.state.z, self.state.w)
     }
 
+    /// Cross-track error, m, positive to starboard of the path.
+    #[must_use]
+    pub fn error(&self) -> f64 {
+        self.state[ERROR]
+    }
+
+    /// Way of a turn beyond the path's, m/rad: positive if the vehicle overshoots its corners.
+    #[must_use]
+    pub fn corner(&self) -> f64 {
+        self.state[CORNER]
+    }
+
     /// Position on `known`, m.
     pub(crate) fn position(&self, known: &KnownPath) -> Vector2<f64> {
-        known.path.at(self.state.x).position + self.offset()
+        let point = known.path.at(self.state.x);
+        point.position + self.offset() + starboard(point.tangent) * self.error()
     }
 
     /// Rate of the place γ, m/s.
@@ -271,22 +331,33 @@ impl PathFit {
     }
 
     /// Derivative of position and speed by the state: rows north, east.
-    fn jacobian(tangent: f64) -> Matrix2x4<f64> {
-        let along = direction(tangent);
-        Matrix2x4::new(along.x, 0.0, 1.0, 0.0, along.y, 0.0, 0.0, 1.0)
+    fn jacobian(tangent: f64) -> Matrix2x6<f64> {
+        let (along, across) = (direction(tangent), starboard(tangent));
+        Matrix2x6::new(
+            along.x, 0.0, 1.0, 0.0, across.x, 0.0, //
+            along.y, 0.0, 0.0, 1.0, across.y, 0.0,
+        )
     }
 
-    /// Covariance of the position at `tangent`, m², after `elapsed` seconds.
+    /// Covariance of the position at `tangent`, m², after `elapsed` seconds and a turn by `turned`.
     #[must_use]
-    pub fn position_covariance(&self, tangent: f64, elapsed: f64) -> Matrix2<f64> {
+    pub fn position_covariance(&self, tangent: f64, elapsed: f64, turned: f64) -> Matrix2<f64> {
         let mut jacobian = Self::jacobian(tangent);
-        let along = direction(tangent);
-        jacobian.set_column(1, &(along * (self.sense * elapsed)));
+        let (along, across) = (direction(tangent), starboard(tangent));
         let spread = &self.spread;
-        let ahead = spread.along_density * elapsed + spread.speed_density * elapsed.powi(3) / 3.0;
+        let kept = (-elapsed * spread.error_rate).exp();
+        jacobian.set_column(1, &(along * (self.sense * elapsed)));
+        jacobian.set_column(ERROR, &(across * kept));
+        jacobian.set_column(CORNER, &(along * (-self.sense * turned.abs())));
+        let turning = spread.turn_density * turned.abs();
+        let ahead = spread.along_density * elapsed + spread.speed_density * elapsed.powi(3) / 3.0 + turning;
+        // No less than now: waiting adds no information.
+        let settled = spread.error_variance.max(self.covariance[(ERROR, ERROR)]);
+        let beside = settled * (1.0 - kept * kept) + turning;
         let anywhere = spread.path_variance + spread.offset_density * elapsed;
         jacobian * self.covariance * jacobian.transpose()
             + along * along.transpose() * ahead
+            + across * across.transpose() * beside
             + Matrix2::identity() * anywhere
     }
 
@@ -294,22 +365,38 @@ impl PathFit {
     fn carry_on(&mut self, t: f64, assumed: &PathHypothesis<'_>) {
         let steps = (t / STEP_MAX).ceil().min(STEPS_MAX);
         let step = if steps > 0.0 { t / steps } else { 0.0 };
-        let mut done = 0.0;
+        let (mut done, mut turned, mut to_starboard) = (0.0, 0.0, 0.0);
+        let kept = (-step * self.spread.error_rate).exp();
+        let mut tangent = assumed.known.path.at(self.state.x).tangent;
         while done < steps {
             // Midpoint rule, accurate to second order.
             let start = self.state.x;
             self.state.x += 0.5 * step * self.rate(assumed);
             self.state.x = start + step * self.rate(assumed);
+            let by = assumed.known.path.at(self.state.x).tangent - tangent;
+            tangent += by;
+            turned += by.abs();
+            to_starboard = to_starboard * kept + self.sense * by;
+            self.state.x -= self.sense * by.abs() * self.corner();
+            let outwards = -assumed.tuned.corner_out * self.sense * by * self.corner();
+            self.state[ERROR] = self.state[ERROR] * kept + outwards;
             done += 1.0;
         }
-        let mut f = Matrix4::identity();
+        let kept = (-t * self.spread.error_rate).exp();
+        let mut f = Matrix6::identity();
         f[(0, 1)] = self.sense * t;
+        f[(ERROR, ERROR)] = kept;
+        f[(0, CORNER)] = -self.sense * turned;
+        f[(ERROR, CORNER)] = -assumed.tuned.corner_out * to_starboard;
         let (q_s, q_b, q_o) = (
             self.spread.along_density,
             self.spread.speed_density,
             self.spread.offset_density * t,
         );
-        let mut q = Matrix4::from_diagonal(&Vector4::new(q_s * t + q_b * t.powi(3) / 3.0, q_b * t, q_o, q_o));
+        let turning = self.spread.turn_density * turned;
+        let q_e = self.spread.error_variance * (1.0 - kept * kept) + turning;
+        let q_along = q_s * t + q_b * t.powi(3) / 3.0 + turning;
+        let mut q = Matrix6::from_diagonal(&Vector6::new(q_along, q_b * t, q_o, q_o, q_e, 0.0));
         q[(0, 1)] = 0.5 * q_b * t * t * self.sense;
         q[(1, 0)] = q[(0, 1)];
         self.covariance = f * self.covariance * f.transpose() + q;
@@ -318,13 +405,13 @@ impl PathFit {
     /// Updates with a position in Joseph's form, as in [`Kalman`].
     fn update(
         &mut self,
-        h: &Matrix2x4<f64>,
+        h: &Matrix2x6<f64>,
         innovation: &Vector2<f64>,
         inverse: &Matrix2<f64>,
         variance: f64,
     ) {
         let gain = self.covariance * h.transpose() * inverse;
-        let kept = Matrix4::identity() - gain * h;
+        let kept = Matrix6::identity() - gain * h;
         let covariance = kept * self.covariance * kept.transpose() + gain * gain.transpose() * variance;
         self.covariance = (covariance + covariance.transpose()) * 0.5;
         self.state += gain * innovation;
@@ -356,15 +443,20 @@ impl<'a> OnPath<'a> {
         } = assumed;
         let navigations = navigations(tuned);
         for gamma in known.path.feet::<FEET_MAX>(&report.position(), tuned.reach) {
-            if roughness.is_some() {
-                filter.insert(filter.begun(gamma, &navigations[0], 0.0, 1.0, report));
-                continue;
-            }
-            for navigation in &navigations {
-                for part in navigation.parts.0 {
-                    filter.insert(filter.begun(gamma, navigation, *part, 1.0, report));
+            for tracking in &trackings(tuned) {
+                let mut insert = |navigation: &Navigation, part: f64, sense: f64| {
+                    filter.insert(filter.begun(gamma, (navigation, tracking), part, sense, report));
+                };
+                if roughness.is_some() {
+                    insert(&navigations[0], 0.0, 1.0);
+                    continue;
                 }
-                filter.insert(filter.begun(gamma, navigation, 0.0, -1.0, report));
+                for navigation in &navigations {
+                    for part in navigation.parts.0 {
+                        insert(navigation, *part, 1.0);
+                    }
+                    insert(navigation, 0.0, -1.0);
+                }
             }
         }
         filter.normalise();
@@ -375,7 +467,7 @@ impl<'a> OnPath<'a> {
     fn begun(
         &self,
         gamma: f64,
-        navigation: &Navigation,
+        (navigation, tracking): (&Navigation, &Tracking),
         part: f64,
         sense: f64,
         report: &Report,
@@ -388,13 +480,20 @@ impl<'a> OnPath<'a> {
         let variances = Vector2::new((navigation.parts.1 * sigma).powi(2), sigma.powi(2));
         let speed_variance =
             tuned.path_speed_sigma.powi(2) + (tuned.path_speed_share * known.horizontal_speed).powi(2);
-        let mut covariance =
-            Matrix4::from_diagonal(&Vector4::new(ANYWHERE.powi(2), speed_variance, 0.0, 0.0));
+        let error_variance = tracking.error_sigma.powi(2);
+        let mut covariance = Matrix6::from_diagonal(&Vector6::new(
+            ANYWHERE.powi(2),
+            speed_variance,
+            0.0,
+            0.0,
+            error_variance,
+            tracking.corner_sigma.powi(2),
+        ));
         covariance
             .fixed_view_mut::<2, 2>(2, 2)
             .copy_from(&(turn * Matrix2::from_diagonal(&variances) * turn.transpose()));
         let mut fit = PathFit {
-            state: Vector4::new(gamma - ahead, 0.0, offset.x, offset.y),
+            state: Vector6::new(gamma - ahead, 0.0, offset.x, offset.y, 0.0, 0.0),
             covariance,
             sense,
             spread: Spread {
@@ -402,6 +501,9 @@ impl<'a> OnPath<'a> {
                 speed_density: self.assumed.speed_density,
                 offset_density: navigation.offset_density,
                 path_variance: self.assumed.roughness.unwrap_or(0.0).powi(2),
+                error_variance,
+                error_rate: tuned.error_time.recip(),
+                turn_density: tracking.turn_density,
             },
         };
         let innovation = self.take_in(&mut fit, report);
@@ -411,7 +513,11 @@ impl<'a> OnPath<'a> {
             1.0 - tuned.backwards
         };
         Hypothesis {
-            probability: navigation.share * share * (-0.5 * part * part).exp() * innovation.density,
+            probability: navigation.share
+                * tracking.share
+                * share
+                * (-0.5 * part * part).exp()
+                * innovation.density,
             fit,
         }
     }
@@ -442,7 +548,9 @@ impl<'a> OnPath<'a> {
         let (fit, known) = (self.fit(), self.assumed.known);
         let tangent = known.path.at(fit.state.x).tangent;
         let (along, h) = (direction(tangent), PathFit::jacobian(tangent));
-        let across = Vector2::new(-along.y, along.x);
+        let across = starboard(tangent);
+        let swing = fit.spread.error_variance * fit.spread.error_rate.powi(2);
+        let across_variance = self.assumed.tuned.across_sigma.powi(2) + swing;
         let with_speed = h * fit.covariance.column(1) * along.transpose() * fit.sense;
         let mut covariance = Matrix4::zeros();
         covariance
@@ -453,8 +561,7 @@ impl<'a> OnPath<'a> {
             .fixed_view_mut::<2, 2>(2, 0)
             .copy_from(&with_speed.transpose());
         covariance.fixed_view_mut::<2, 2>(2, 2).copy_from(
-            &(along * along.transpose() * fit.covariance.m22
-                + across * across.transpose() * self.assumed.tuned.across_sigma.powi(2)),
+            &(along * along.transpose() * fit.covariance.m22 + across * across.transpose() * across_variance),
         );
         let covariance = (covariance + covariance.transpose()) * 0.5;
         let velocity = along * fit.rate(&self.assumed);
@@ -466,7 +573,7 @@ impl<'a> OnPath<'a> {
         let PathHypothesis { known, tuned, .. } = self.assumed;
         let point = known.path.at(fit.state.x);
         let h = PathFit::jacobian(point.tangent);
-        let error = report.position() - point.position - fit.offset();
+        let error = report.position() - fit.position(known);
         let noise = report.sigma_m.powi(2) + fit.spread.path_variance;
         let covariance = h * fit.covariance * h.transpose() + Matrix2::identity() * noise;
         let determinant = covariance.determinant().max(f64::MIN_POSITIVE);
@@ -552,8 +659,9 @@ impl Filter for OnPath<'_> {
                 best = (hypothesis.probability, innovation);
             }
         }
-        let (_, innovation) = best;
-        if innovation.accepted {
+        let (best_probability, innovation) = best;
+        // Outside the gate too, so that a looser tracking gains what a refused fix says for it.
+        if 0.0 < best_probability {
             then.normalise();
             *self = then;
         }
@@ -572,7 +680,7 @@ impl Filter for OnPath<'_> {
             .take_while(|one| 0.0 < one.probability)
         {
             let fit = &mut hypothesis.fit;
-            let offset = report.position() - self.assumed.known.path.at(fit.state.x).position;
+            let offset = report.position() - fit.position(self.assumed.known) + fit.offset();
             (fit.state.z, fit.state.w) = (offset.x, offset.y);
             for axis in 2..4 {
                 fit.covariance.fill_row(axis, 0.0);

@@ -20,6 +20,9 @@ use crate::{
     tuned::EstimateNumbers,
 };
 
+/// Scatters of a weaving vehicle about the legs of its track, in standard deviations of a fix.
+pub(crate) const LOOSE_SCATTERS: [f64; 2] = [1.6, 2.5];
+
 /// Most points of a stored track, the newest ones; a lane with its turn needs five or six.
 pub(crate) const TRACK_POINTS_MAX: usize = 96;
 
@@ -79,7 +82,7 @@ pub struct RepeatedTrack {
 pub(crate) struct PastTrack<'a> {
     tuned: &'a EstimateNumbers,
     pub(crate) points: Vec<TrackPoint>,
-    /// Standard deviation of its fixes, m.
+    /// Standard deviation of its fixes about its legs, m.
     sigma: f64,
     /// Its speed through the water in motion, m/s.
     speed: f64,
@@ -91,17 +94,19 @@ pub(crate) struct PastTrack<'a> {
 
 impl<'a> PastTrack<'a> {
     /// Through `reports`, in order of time, in a `current` (north, east), m/s, after the
-    /// `remembered` track of an earlier answer.
+    /// `remembered` track of an earlier answer, for a `scatter` about its legs in standard deviations
+    /// of a fix.
     pub(crate) fn new(
         remembered: &[TrackPoint],
         reports: &[(usize, Report)],
         current: &Vector2<f64>,
+        scatter: f64,
         tuned: &'a EstimateNumbers,
     ) -> Self {
         let Some((_, first)) = reports.first() else {
             return Self::default();
         };
-        let legs = legs(reports, tuned);
+        let legs = legs(reports, scatter, tuned);
         let mut points = before(remembered, first);
         let (mut way, mut time) = (0.0, 0.0);
         for [from, to] in &legs {
@@ -119,7 +124,7 @@ impl<'a> PastTrack<'a> {
         // The median: one inaccurate fix must not straighten the rest.
         let mut sigmas: Vec<_> = reports.iter().map(|(_, report)| report.sigma_m).collect();
         sigmas.sort_by(f64::total_cmp);
-        let sigma = sigmas[sigmas.len() / 2].max(tuned.fix_sigma_min);
+        let sigma = scatter * sigmas[sigmas.len() / 2].max(tuned.fix_sigma_min);
         let mut points = simplified(&points, tuned.track_tolerance * sigma);
         points.drain(..points.len().saturating_sub(TRACK_POINTS_MAX));
         Self {
@@ -423,7 +428,7 @@ mod tests {
         let mut past_track = PastTrack::default();
         for end in (1..=fixes.len()).step_by(3).chain([fixes.len()]) {
             let window = &fixes[end.saturating_sub(64)..end];
-            past_track = PastTrack::new(&past_track.points, window, &Vector2::zeros(), TUNED);
+            past_track = PastTrack::new(&past_track.points, window, &Vector2::zeros(), 1.0, TUNED);
         }
         past_track
     }
@@ -549,7 +554,7 @@ mod tests {
             )
         };
         let fixes: Vec<_> = (0..8).map(fix).collect();
-        let past_track = PastTrack::new(&[], &fixes, &Vector2::zeros(), TUNED);
+        let past_track = PastTrack::new(&[], &fixes, &Vector2::zeros(), 1.0, TUNED);
         let mut numbers = past_track.points.iter().flatten();
         assert!(numbers.all(|number| number.is_finite()));
     }
@@ -567,14 +572,15 @@ mod tests {
     fn a_long_leg_and_the_track_before_it_are_one_track() {
         // Half an hour on one leg leaves no corner among the reports.
         let remembered = [[0.0, 0.0, 50.0], [50.0, 0.0, 0.0], [3.99e3, 3.99e3, 0.0]];
-        let past_track = PastTrack::new(&remembered, &northward(4.0e3, 1.0), &Vector2::zeros(), TUNED);
+        let past_track = PastTrack::new(&remembered, &northward(4.0e3, 1.0), &Vector2::zeros(), 1.0, TUNED);
         assert_eq!(past_track.points[..2], remembered[..2]);
     }
 
     #[test]
     fn an_impossible_stored_track_is_dropped() {
         let fixes = northward(1.0e3, 0.1);
-        let new = |remembered: &[TrackPoint]| PastTrack::new(remembered, &fixes, &Vector2::zeros(), TUNED);
+        let new =
+            |remembered: &[TrackPoint]| PastTrack::new(remembered, &fixes, &Vector2::zeros(), 1.0, TUNED);
         let alone = new(&[]);
         for garbage in [
             [[990.0, 1.0e300, 0.0], [995.0, -1.0e300, 0.0]],

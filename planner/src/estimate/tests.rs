@@ -2,7 +2,7 @@
 
 use std::{f64::consts::FRAC_PI_2, sync::Arc};
 
-use nalgebra::{Matrix2, Matrix4, Vector4};
+use nalgebra::{Matrix2, Matrix6, Vector6};
 use proptest::prelude::*;
 
 use super::*;
@@ -727,8 +727,8 @@ fn the_next_turn_is_the_first_one_ahead_with_the_sense_of_motion() {
     let (closed, open) = (path(&square, true), path(&square, false));
     let next = |path: &Path, along: f64, sense: f64| {
         let fit = PathFit {
-            state: Vector4::new(along, 0.0, 0.0, 0.0),
-            covariance: Matrix4::identity(),
+            state: Vector6::new(along, 0.0, 0.0, 0.0, 0.0, 0.0),
+            covariance: Matrix6::identity(),
             sense,
             spread: Spread::default(),
         };

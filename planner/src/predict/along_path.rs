@@ -81,6 +81,9 @@ struct Stretch {
     rate: f64,
     /// λ = dγ̇/dγ, 1/s.
     growth: f64,
+    /// Angle turned before, rad, and per metre since, rad/m; positive whatever the side.
+    turned: f64,
+    curvature: f64,
 }
 
 impl AlongPath {
@@ -108,26 +111,37 @@ impl AlongPath {
         let mut schedule = Schedule {
             known,
             offset,
+            corner: fit.map_or(0.0, PathFit::corner),
             ground_speed,
             turn: turn_of_a_stretch(path, current),
             sense: ground_speed(known.speed_at(&point), point.tangent).signum(),
             time: 0.0,
+            turned: 0.0,
             time_max: state.age_s + LOOKED_AHEAD,
             stretches: &mut stretches,
         };
         let lap = schedule.fill(gamma);
-        let cross_course = if state.speed_mps < SPEED_AT_REST || fit.is_some() {
-            0.0
-        } else {
-            state.course().unit().dot(&starboard(point.tangent))
+        // A fit's tracking error fades; a vehicle without a fit settles beside the path.
+        let (offset, approach, approach_rate) = match fit {
+            Some(fit) => (fit.error(), -fit.error(), fit.spread.error_rate),
+            None => {
+                let cross_course = if state.speed_mps < SPEED_AT_REST {
+                    0.0
+                } else {
+                    state.course().unit().dot(&starboard(point.tangent))
+                };
+                let length = tuned.approach_length;
+                let rate = state.speed_mps.max(SPEED_AT_REST) / length;
+                (offset, length * cross_course, rate)
+            }
         };
         Self {
             path: Arc::clone(path),
             fit: fit.copied().map(Box::new),
             horizontal_speed,
             offset,
-            approach: tuned.approach_length * cross_course,
-            approach_rate: state.speed_mps.max(SPEED_AT_REST) / tuned.approach_length,
+            approach,
+            approach_rate,
             reported_tangent: point.tangent,
             lap,
             stretches,
@@ -188,7 +202,8 @@ impl AlongPath {
         tuned: &ForecastNumbers,
     ) -> Matrix2<f64> {
         if let Some(fit) = &self.fit {
-            return fit.position_covariance(self.tangent(elapsed, lead).0, elapsed);
+            let tangent = self.tangent(elapsed, lead).0;
+            return fit.position_covariance(tangent, elapsed, self.turned(elapsed));
         }
         let reported = ned_from_body(self.reported_tangent);
         let mut covariance = reported.transpose() * state.fixed_view::<2, 2>(0, 0) * reported;
@@ -207,22 +222,34 @@ impl AlongPath {
 
     /// Arc length of the point abeam of the vehicle, m, and its rate, m/s.
     fn foot(&self, elapsed: f64) -> (f64, f64) {
-        let (laps_length, elapsed) = match self.lap {
-            Some((time, length)) => {
-                let laps = (elapsed / time).floor();
-                (laps * length, elapsed - laps * time)
-            }
-            None => (0.0, elapsed),
-        };
-        let after = self
-            .stretches
-            .partition_point(|stretch| stretch.time <= elapsed)
-            .max(1);
-        let stretch = &self.stretches[after - 1];
-        let since = elapsed - stretch.time;
-        let gamma = stretch.gamma + stretch.rate * since * exponential_mean(stretch.growth * since);
+        let (laps, since, stretch) = self.stretch(elapsed);
         let rate = stretch.rate * (stretch.growth * since).exp();
-        (gamma + laps_length, rate)
+        let laps_length = self.lap.map_or(0.0, |(_, length)| laps * length);
+        (stretch.gamma + stretch.way(since) + laps_length, rate)
+    }
+
+    /// Angle turned along the path, rad, to either side.
+    fn turned(&self, elapsed: f64) -> f64 {
+        let (laps, since, stretch) = self.stretch(elapsed);
+        laps * self.path.total_turn() + stretch.turned + stretch.curvature * stretch.way(since).abs()
+    }
+
+    /// Completed laps, and the time, s, on the present stretch.
+    fn stretch(&self, elapsed: f64) -> (f64, f64, &Stretch) {
+        let (laps, elapsed) = self.lap.map_or((0.0, elapsed), |(time, _)| {
+            let laps = (elapsed / time).floor();
+            (laps, elapsed - laps * time)
+        });
+        let begun = |stretch: &Stretch| stretch.time <= elapsed;
+        let stretch = &self.stretches[self.stretches.partition_point(begun).max(1) - 1];
+        (laps, elapsed - stretch.time, stretch)
+    }
+}
+
+impl Stretch {
+    /// Signed distance along the path `since` its beginning, m.
+    fn way(&self, since: f64) -> f64 {
+        self.rate * since * exponential_mean(self.growth * since)
     }
 }
 
@@ -230,12 +257,16 @@ impl AlongPath {
 struct Schedule<'a, F> {
     known: &'a KnownPath,
     offset: f64,
+    /// Way of a turn beyond the path's, m/rad.
+    corner: f64,
     /// Rate of the foot, m/s, by horizontal speed through the water and tangent.
     ground_speed: F,
     turn: f64,
     /// 1 for a vehicle that moves forwards along its path, −1 for one carried backwards.
     sense: f64,
     time: f64,
+    /// Angle turned so far, rad.
+    turned: f64,
     /// Time without need for further stretches, s after the report.
     time_max: f64,
     stretches: &'a mut Vec<Stretch>,
@@ -327,7 +358,10 @@ impl<F: Fn(f64, f64) -> f64> Schedule<'_, F> {
             gamma,
             rate: self.sense * before,
             growth: if before > 0.0 { change } else { 0.0 },
+            turned: self.turned,
+            curvature: curvature.abs(),
         });
+        self.turned += length * curvature.abs();
         // If the speed vanishes within, the vehicle approaches that point for ever.
         if before <= 0.0 || after <= 0.0 {
             return false;
@@ -343,6 +377,8 @@ impl<F: Fn(f64, f64) -> f64> Schedule<'_, F> {
             gamma,
             rate: self.sense * rate,
             growth: 0.0,
+            turned: self.turned,
+            curvature: 0.0,
         });
         rate > 0.0
     }
@@ -350,7 +386,8 @@ impl<F: Fn(f64, f64) -> f64> Schedule<'_, F> {
     /// Speed of the vehicle's foot along the path in its sense of travel, m/s.
     fn rate(&self, point: &PathPoint) -> f64 {
         let speed = (self.ground_speed)(self.known.speed_at(point), point.tangent);
-        self.sense * speed / (1.0 - point.curvature * self.offset).max(FOOT_FACTOR_MIN)
+        let longer = self.corner * point.curvature.abs();
+        self.sense * speed / (1.0 + longer - point.curvature * self.offset).max(FOOT_FACTOR_MIN)
     }
 }
 

@@ -93,7 +93,8 @@ impl AuvForecast {
         let along = match (choice, intent.path) {
             (Forecast::Path, Some(known)) => Some(along_path(known)),
             (Forecast::Auto | Forecast::Declared, Some(known)) if SPEED_AT_REST <= state.speed_mps => {
-                Some(along_path(known)).filter(|along| along.offset.abs() <= OFFSET_FROM_PATH_MAX)
+                Some(along_path(known))
+                    .filter(|along| intent.fit.is_some() || along.offset.abs() <= OFFSET_FROM_PATH_MAX)
             }
             _ => None,
         };

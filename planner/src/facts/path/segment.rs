@@ -16,7 +16,7 @@ use crate::facts::{
             require_within,
         },
         piece::{Leg, Piece},
-        waypoints::{Corners, legs},
+        waypoints::{Corners, Overshot, legs},
     },
 };
 
@@ -167,7 +167,12 @@ impl Segment {
     }
 
     /// Its checked pieces; `ring`: way-points lead back to the first.
-    pub(super) fn pieces(&self, field: &str, ring: bool) -> Result<Vec<Piece>, InvalidPath> {
+    pub(super) fn pieces(
+        &self,
+        field: &str,
+        ring: bool,
+        overshot: Option<Overshot>,
+    ) -> Result<Vec<Piece>, InvalidPath> {
         match self {
             Self::Line { from, to } => {
                 require_point(format_args!("{field}/from"), from)?;
@@ -204,6 +209,7 @@ impl Segment {
                     (Some(radius), None) => Corners::Fillets { radius },
                     (None, radius) => Corners::Turns {
                         radius: radius.unwrap_or(TURN_RADIUS),
+                        overshot,
                     },
                     (Some(_), Some(_)) => {
                         let detail = "give fillet_m, which must fit, or turn_radius_m, which is made to fit";
