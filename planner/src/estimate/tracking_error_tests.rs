@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::{Estimate, Route, tests::Random};
+use super::{Estimate, tests::Random};
 use crate::{
     facts::options::Forecast,
     predict::forecast::{AuvForecast, Intent},
@@ -122,7 +122,7 @@ fn a_minute_ahead(vehicle: &Vehicle, points: &[Vector2<f64>], declares: bool) ->
     });
     let known = declared.as_ref().map(|path| path.known().expect("is a path"));
     let (mut squares, mut inside, mut n) = (0.0, 0.0, 0.0);
-    for seed in 20..22 {
+    for seed in [20] {
         let mut random = Random(seed);
         let (mut reports, mut track) = (Vec::new(), Vec::new());
         for (t_s, known_positions) in (0_u32..).zip(positions.windows(AHEAD + 1)).step_by(INTERVAL) {
@@ -166,25 +166,22 @@ fn a_minute_ahead(vehicle: &Vehicle, points: &[Vector2<f64>], declares: bool) ->
     (f64::sqrt(squares / n), inside / n)
 }
 
-/// Prints the table of `docs/rationale.md`.
+/// Prints errors and coverage; the bounds are for other tracks and seeds than the numbers were
+/// chosen on.
 #[test]
-fn vehicles_that_weave_overshoot_and_cut_corners_keep_their_declared_route() {
-    let lanes = lanes();
-    let walk = random_walk();
-    for (vehicle, lanes_max, walk_max) in VEHICLES
-        .iter()
-        .zip([(3.0, 10.0), (8.0, 16.0), (6.0, 8.0), (8.0, 16.0), (14.0, 24.0)])
-        .map(|(v, (a, b))| (v, a, b))
-    {
-        for (pattern, points, most) in [("lanes", &lanes, lanes_max), ("way-points", &walk, walk_max)] {
-            let [(declared, inside), (undeclared, _)] =
-                [true, false].map(|declares| a_minute_ahead(vehicle, points, declares));
-            println!(
-                "{:12} {pattern:10} {declared:5.1} m {:3.0} %  {undeclared:5.1} m",
-                vehicle.name,
-                100.0 * inside
-            );
-            assert!(declared < most, "{} on {pattern}: {declared} m", vehicle.name);
+fn vehicles_that_weave_overshoot_or_cut_corners_keep_their_routes() {
+    let most = [(3.0, 9.0), (6.0, 8.0), (6.0, 11.0), (5.0, 23.0), (14.0, 24.0)];
+    for (vehicle, (most_on_lanes, most_on_walk)) in VEHICLES.iter().zip(most) {
+        for (pattern, points, most) in [
+            ("lanes", lanes(), most_on_lanes),
+            ("way-points", random_walk(), most_on_walk),
+        ] {
+            let (off, inside) = a_minute_ahead(vehicle, &points, true);
+            println!("{:12} {pattern:10} {off:5.1} m, {inside:4.2} inside", vehicle.name);
+            assert!(off < most, "{}, {pattern}: {off} m", vehicle.name);
         }
+        let (off, inside) = a_minute_ahead(vehicle, &lanes(), false);
+        println!("{:12} undeclared {off:5.1} m, {inside:4.2} inside", vehicle.name);
+        assert!(off < 26.0, "{}, undeclared: {off} m", vehicle.name);
     }
 }
