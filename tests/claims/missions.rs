@@ -403,7 +403,8 @@ async fn a_command_of_another_kind_of_mission_is_a_conflict() {
     }
 }
 
-/// All missions, read in pages of `limit` at most of fewer bytes than that, and the number of pages.
+/// All missions, read in pages of at most `limit` missions and `bytes_max` bytes, and the number of
+/// pages.
 async fn pages(service: &Service, limit: u32, bytes_max: usize) -> (Vec<String>, usize) {
     let (mut after, mut paths) = (json!(0), vec![]);
     for n in 1.. {

@@ -1,4 +1,4 @@
-//! Where a store is: a directory, or a database.
+//! The place of a store: a directory, or a database.
 
 use std::{fmt::Debug, path::Path, sync::Arc};
 
