@@ -42,9 +42,6 @@ pub fn places_of(value: &Value, such: fn(&Value) -> bool) -> Vec<String> {
 }
 
 /// Any one of them.
-///
-/// # Panics
-/// If there is none: the test's own mistake.
 pub fn pick<'a, T>(rng: &mut ChaCha8Rng, list: &'a [T]) -> &'a T {
     list.choose(rng)
         .expect("the list is a constant or comes from an example")

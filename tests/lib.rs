@@ -33,9 +33,6 @@ pub fn auv(id: &str, north: f64, east: f64, course: f64) -> Auv {
 }
 
 /// The state of AUV number `i`, to be changed.
-///
-/// # Panics
-/// If it is known by reports: a test's own mistake.
 #[must_use]
 pub fn state(observation: &mut PlanRequest, i: usize) -> &mut AuvState {
     let state = observation.auvs[i].state.as_mut();
@@ -110,9 +107,6 @@ pub fn offsets() -> [Offset; 2] {
 }
 
 /// The observation as a snapshot.
-///
-/// # Panics
-/// If the observation is not a valid one: a test's own mistake.
 #[must_use]
 pub fn snapshot(observation: PlanRequest) -> Snapshot {
     Snapshot::try_from(observation).expect("the test starts from a valid observation")
@@ -132,9 +126,6 @@ pub fn answer(snapshot: &Snapshot, plan: &Plan) -> wire::PlanResponse {
 }
 
 /// The first goal, and a craft that has followed the plan made `age` seconds ago and hands it back.
-///
-/// # Panics
-/// Never: the plan begins before now.
 #[must_use]
 pub fn followed(age: f64) -> PlanRequest {
     let mut observation = observation(goals()[0].clone());

@@ -25,9 +25,6 @@ pub struct Server {
 
 impl Server {
     /// Starts `program` (`pilotfish` with or without `serve`) on a free port, without missions.
-    ///
-    /// # Panics
-    /// If it does not start or prints no URL: the test's finding.
     #[must_use]
     pub fn start(mut program: Command) -> Self {
         let data = tempfile::tempdir().expect("there is room");
@@ -36,9 +33,6 @@ impl Server {
     }
 
     /// Starts `program` on `port`, for example an earlier server's, whose `--data` it may continue.
-    ///
-    /// # Panics
-    /// If it does not start or prints no URL: the test's finding.
     #[must_use]
     pub fn start_on(program: Command, port: u16) -> Self {
         Self::start_in(None, program, port)
@@ -69,9 +63,6 @@ impl Server {
     }
 
     /// The port on which it listens.
-    ///
-    /// # Panics
-    /// If it printed none: the test's finding.
     #[must_use]
     pub fn port(&self) -> u16 {
         let port = self.address.rsplit_once(':').map(|(_, port)| port.parse());
@@ -94,9 +85,6 @@ impl Drop for Server {
 }
 
 /// A certificate for this machine and its key, in files of `directory`.
-///
-/// # Panics
-/// If there is no room for them: the test's finding.
 #[must_use]
 pub fn certificate(directory: &Path) -> (String, String) {
     let CertifiedKey { cert, signing_key } =

@@ -41,17 +41,11 @@ pub fn order(caller: &str, action: &str) -> AuditEntry {
 }
 
 /// Appends, and sees that it is stored.
-///
-/// # Panics
-/// If it is not: the test's finding.
 pub async fn add(store: &EventStore, append: Append) {
     assert_eq!(store.append(append).await, Ok(Appended::Stored));
 }
 
 /// The store of a service with that lease, in a database of several.
-///
-/// # Panics
-/// If it does not open: the test's finding.
 #[must_use]
 pub fn joined_for(url: &str, name: &str, lease: Duration) -> EventStore {
     let url_of_service = format!("http://{name}");
@@ -63,9 +57,6 @@ pub fn joined_for(url: &str, name: &str, lease: Duration) -> EventStore {
 }
 
 /// The epoch with which `store` owns the mission `a`; the URL of the owner if it is another.
-///
-/// # Panics
-/// If there is no such mission: the test's own mistake.
 pub fn acquired(store: &EventStore) -> Result<u64, String> {
     match store.lease().expect("is shared").acquire("a").expect("is asked") {
         Acquired::Here(owned) => Ok(owned.epoch),

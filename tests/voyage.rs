@@ -176,9 +176,6 @@ fn rng(seed: u64, part: u64) -> ChaCha8Rng {
 }
 
 /// Sails the voyage of `seed`.
-///
-/// # Panics
-/// If the machine has no memory disk or no runtime can be made.
 #[must_use]
 pub fn sail(seed: u64, course: Course) -> Voyage {
     let log = shown::Log::default();
