@@ -33,7 +33,6 @@ fn places(value: &Value, at: &str, found: &mut Vec<String>) {
 }
 
 /// Every place of such a value.
-#[must_use]
 pub fn places_of(value: &Value, such: fn(&Value) -> bool) -> Vec<String> {
     let mut found = vec![];
     places(value, "", &mut found);

@@ -16,7 +16,6 @@ const ANSWER_BYTES_MAX: usize = 32 << 20;
 pub const START_S: f64 = 1.8e9;
 
 /// A service on a simulated machine: the same answers on any processor if Tokio's time is paused.
-#[must_use]
 pub fn simulated_machine() -> Settings {
     Settings {
         clock: Clock::simulated(START_S),
@@ -38,7 +37,6 @@ pub struct Answer {
 
 impl Answer {
     /// The body as JSON.
-    #[must_use]
     pub fn json(&self) -> Value {
         serde_json::from_str(&self.text).expect("the answer is JSON")
     }
@@ -60,27 +58,23 @@ impl Answer {
     }
 
     /// The body as JSON, of an answer that must have that status.
-    #[must_use]
     pub fn expected(&self, status: u16) -> Value {
         self.must_be(status);
         self.json()
     }
 
     /// The header, as text; empty without one.
-    #[must_use]
     pub fn header(&self, name: &str) -> &str {
         let value = self.headers.get(name);
         value.map_or("", |value| value.to_str().unwrap_or_default())
     }
 
     /// The content type.
-    #[must_use]
     pub fn content_type(&self) -> &str {
         self.header("content-type")
     }
 
     /// The problem document, after checking what every one has.
-    #[must_use]
     pub fn problem(&self) -> Value {
         assert_eq!(self.content_type(), "application/problem+json", "{}", self.text);
         let document = self.json();
@@ -94,7 +88,6 @@ impl Answer {
     }
 
     /// Pointer and code of each field error.
-    #[must_use]
     pub fn faults(&self) -> Vec<(String, String)> {
         let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
         let document = self.problem();
@@ -105,7 +98,6 @@ impl Answer {
 }
 
 /// The list of that one fault.
-#[must_use]
 pub fn fault(pointer: &str, code: &str) -> Vec<(String, String)> {
     vec![(pointer.to_owned(), code.to_owned())]
 }
@@ -139,20 +131,17 @@ pub async fn send_to(service: axum::Router, request: Request<Body>) -> Answer {
 }
 
 /// A request without a body.
-#[must_use]
 pub fn call(method: &str, path: &str) -> Request<Body> {
     let request = Request::builder().method(method).uri(path);
     request.body(Body::empty()).expect("the test gives a path")
 }
 
 /// A GET request.
-#[must_use]
 pub fn get(path: &str) -> Request<Body> {
     call("GET", path)
 }
 
 /// A POST request with a JSON body.
-#[must_use]
 pub fn post(path: &str, body: impl Into<Body>) -> Request<Body> {
     let mut request = with(call("POST", path), "content-type", "application/json");
     *request.body_mut() = body.into();
@@ -160,7 +149,6 @@ pub fn post(path: &str, body: impl Into<Body>) -> Request<Body> {
 }
 
 /// The request with that header.
-#[must_use]
 pub fn with(mut request: Request<Body>, name: &'static str, value: &str) -> Request<Body> {
     let value = HeaderValue::from_bytes(value.as_bytes()).expect("the test gives a value");
     request.headers_mut().insert(name, value);
@@ -168,7 +156,6 @@ pub fn with(mut request: Request<Body>, name: &'static str, value: &str) -> Requ
 }
 
 /// The body of an example.
-#[must_use]
 pub fn example(name: &str) -> Value {
     let example = service::examples::EXAMPLES
         .iter()
