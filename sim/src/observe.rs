@@ -5,7 +5,7 @@
 
 use nalgebra::Vector2;
 use planner::{
-    angle::{Course, ned_from_body},
+    angle::Course,
     craft::CraftDescription,
     path::Segment,
     snapshot::{
@@ -191,15 +191,7 @@ impl Observer {
             self.receive_every_state(world);
         }
         let current = world.water.current(&craft.position(), 0.0);
-        let truth = SurfaceTruth {
-            position: craft.position(),
-            heading: craft.state[2],
-            surge: craft.state[3],
-            sway: craft.state[4],
-            yaw_rate: craft.state[5],
-            ground_velocity: ned_from_body(craft.state[2]) * Vector2::new(craft.state[3], craft.state[4])
-                + current,
-        };
+        let truth = SurfaceTruth::of(craft, current);
         let asc = self
             .sensors
             .measure(&truth, world.faults.gnss_works(time), interval);

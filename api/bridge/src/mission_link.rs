@@ -32,7 +32,7 @@ use crate::{
 const RETRY: Duration = Duration::from_millis(300);
 /// The same for finding the mission.
 const FIND_RETRY: Duration = Duration::from_secs(1);
-/// Metres of a position in degrees: `null` in JSON, for which the service computes the number.
+/// Metres of a position in degrees: not in JSON, because the service computes them.
 const IN_DEGREES: f64 = f64::NAN;
 
 /// State of the mission at one moment.
