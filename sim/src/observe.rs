@@ -3,6 +3,8 @@
 //! All guidance laws see the same [`Snapshot`]: errors of sensors and messages have their own
 //! random streams, and every step draws the same number from them.
 
+use std::sync::Arc;
+
 use nalgebra::Vector2;
 use planner::{
     angle::Course,
@@ -208,7 +210,8 @@ impl Observer {
                     received.reports(clock, briefing.messages == Messages::Reports),
                 )
             };
-            if !briefing.paths || auv.track.is_some() {
+            let declares_none = auv.track.is_some() && Arc::ptr_eq(&auv.declared, &auv.path);
+            if !briefing.paths || declares_none {
                 return known;
             }
             // The planned speed at the last known position: the present position is unknown.
@@ -353,10 +356,10 @@ fn telemetry_of(auv: &SimulatedAuv, world: &World) -> Telemetry {
     }
 }
 
-/// The path of an AUV's mission plan at a horizontal `speed`, m/s. A plan of way-points does not
-/// contain its vehicle's turning radius.
+/// The path that an AUV declares at a horizontal `speed`, m/s. A plan of way-points does not contain
+/// its vehicle's turning radius.
 fn known_path(auv: &SimulatedAuv, speed: f64) -> DeclaredPath {
-    let mut path = DeclaredPath::new(&auv.path, speed);
+    let mut path = DeclaredPath::new(&auv.declared, speed);
     for segment in &mut path.segments {
         if let Segment::Waypoints { turn_radius_m, .. } = segment {
             *turn_radius_m = None;

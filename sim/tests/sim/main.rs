@@ -22,6 +22,7 @@ mod scenario_reference;
 mod scenarios;
 mod step_responses;
 mod surface_craft;
+mod tracking_errors;
 mod underwater_vehicle;
 mod visits;
 
