@@ -177,7 +177,10 @@ fn vehicles_that_weave_overshoot_or_cut_corners_keep_their_routes() {
             ("way-points", random_walk(), most_on_walk),
         ] {
             let (off, inside) = a_minute_ahead(vehicle, &points, true);
-            println!("{:12} {pattern:10} {off:5.1} m, {inside:4.2} inside", vehicle.name);
+            println!(
+                "{:12} {pattern:10} {off:5.1} m, {inside:4.2} inside",
+                vehicle.name
+            );
             assert!(off < most, "{}, {pattern}: {off} m", vehicle.name);
         }
         let (off, inside) = a_minute_ahead(vehicle, &lanes(), false);
