@@ -445,7 +445,8 @@ impl<'a> OnPath<'a> {
         for gamma in known.path.feet::<FEET_MAX>(&report.position(), tuned.reach) {
             for tracking in &trackings(tuned) {
                 let mut insert = |navigation: &Navigation, part: f64, sense: f64| {
-                    filter.insert(filter.begun(gamma, (navigation, tracking), part, sense, report));
+                    let begun = filter.begun(gamma, (navigation, tracking), part, sense, report);
+                    filter.insert(&begun);
                 };
                 if roughness.is_some() {
                     insert(&navigations[0], 0.0, 1.0);
@@ -604,13 +605,13 @@ impl<'a> OnPath<'a> {
     }
 
     /// Inserts a hypothesis by probability; drops the least probable if there are too many.
-    fn insert(&mut self, hypothesis: Hypothesis) {
+    fn insert(&mut self, hypothesis: &Hypothesis) {
         let place = self
             .hypotheses
             .partition_point(|other| hypothesis.probability <= other.probability);
         if let Some(from) = self.hypotheses.get_mut(place..).filter(|from| !from.is_empty()) {
             from.rotate_right(1);
-            from[0] = hypothesis;
+            from[0] = *hypothesis;
         }
     }
 

@@ -1,5 +1,10 @@
 //! Forecasts of vehicles that do not keep exactly to the way-points that they mean to follow.
 
+#![expect(
+    clippy::disallowed_macros,
+    reason = "the planner has no output, its tests print what they measured"
+)]
+
 use std::f64::consts::TAU;
 
 use super::{Estimate, tests::Random};
@@ -89,7 +94,11 @@ impl Vehicle {
 
 fn lanes() -> Vec<Vector2<f64>> {
     let lane = |lane: u8| {
-        let ends = if lane % 2 == 0 { [0.0, 140.0] } else { [140.0, 0.0] };
+        let ends = if lane.is_multiple_of(2) {
+            [0.0, 140.0]
+        } else {
+            [140.0, 0.0]
+        };
         ends.map(|north| Vector2::new(north, 30.0 * f64::from(lane)))
     };
     (0..14).flat_map(lane).collect()

@@ -122,18 +122,17 @@ impl AlongPath {
         };
         let lap = schedule.fill(gamma);
         // A fit's tracking error fades; a vehicle without a fit settles beside the path.
-        let (offset, approach, approach_rate) = match fit {
-            Some(fit) => (fit.error(), -fit.error(), fit.spread.error_rate),
-            None => {
-                let cross_course = if state.speed_mps < SPEED_AT_REST {
-                    0.0
-                } else {
-                    state.course().unit().dot(&starboard(point.tangent))
-                };
-                let length = tuned.approach_length;
-                let rate = state.speed_mps.max(SPEED_AT_REST) / length;
-                (offset, length * cross_course, rate)
-            }
+        let (offset, approach, approach_rate) = if let Some(fit) = fit {
+            (fit.error(), -fit.error(), fit.spread.error_rate)
+        } else {
+            let cross_course = if state.speed_mps < SPEED_AT_REST {
+                0.0
+            } else {
+                state.course().unit().dot(&starboard(point.tangent))
+            };
+            let length = tuned.approach_length;
+            let rate = state.speed_mps.max(SPEED_AT_REST) / length;
+            (offset, length * cross_course, rate)
         };
         Self {
             path: Arc::clone(path),
