@@ -161,7 +161,9 @@ impl MissionClient {
         let path = format!("/{id}/reference?wait_s={}&after={after}", self.wait_s);
         match self.get(&path).await {
             Err(ServiceError::Rejected { code, .. }) if code == "no_plan_yet" => Ok(None),
-            answer => serde_json::from_value(used(answer?)).map(Some).map_err(unavailable),
+            answer => serde_json::from_value(used(answer?))
+                .map(Some)
+                .map_err(unavailable),
         }
     }
 

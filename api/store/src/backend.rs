@@ -2,9 +2,7 @@
 
 use std::{fmt::Debug, path::Path, sync::Arc};
 
-use super::{
-    error::StoreError, open_files::OpenFiles, ownership::Trouble, reader::EventReader,
-};
+use super::{error::StoreError, open_files::OpenFiles, ownership::Trouble, reader::EventReader};
 
 /// A directory or a database. Its writer is a [`LogWriter`](super::command::LogWriter).
 pub(super) trait Backend: Debug + Send + Sync {

@@ -7,11 +7,7 @@
 use std::f64::consts::TAU;
 
 use nalgebra::Vector2;
-use planner::{
-    angle::Heading,
-    los::Reference,
-    snapshot::Limits,
-};
+use planner::{angle::Heading, los::Reference, snapshot::Limits};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
