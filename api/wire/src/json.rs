@@ -8,12 +8,12 @@
 
 use std::{borrow::Cow, collections::HashSet, fmt};
 
-use planner::snapshot::pointer_token;
+use planner::snapshot::{TAGGED, pointer_token};
 use serde::{
     Deserialize, Deserializer,
     de::{
-        self, DeserializeSeed, Expected, IntoDeserializer, MapAccess, SeqAccess, Unexpected, Visitor,
-        value::StrDeserializer,
+        self, DeserializeSeed, EnumAccess, Expected, IntoDeserializer, MapAccess, SeqAccess, Unexpected,
+        VariantAccess, Visitor, value::StrDeserializer,
     },
     forward_to_deserialize_any,
 };
@@ -267,11 +267,7 @@ impl de::Error for Misfit {
         Self::new(token(name), "missing", "must be given")
     }
 
-    /// Without `known` members, another kind of object has this one.
     fn unknown_field(name: &str, known: &'static [&'static str]) -> Self {
-        if known.is_empty() {
-            return Self::new(token(name), "unexpected", "this kind has no such member");
-        }
         let detail = format!("unknown member; known members are {}", listed(known));
         Self::new(token(name), "unknown_field", detail)
     }
@@ -297,12 +293,18 @@ pub(crate) struct Node<'a> {
     json: &'a Json<'a>,
     /// `true` for an item of a list of fixed length.
     in_fixed_list: bool,
+    /// Of an object that is read as one of several kinds: its tag, which names the kind, and perhaps
+    /// a member that is read apart. Null members of such an object are omitted ones.
+    hidden: &'static str,
 }
 
 impl<'a> Node<'a> {
     pub(crate) fn whole(json: &'a Json<'a>) -> Self {
-        let in_fixed_list = false;
-        Self { json, in_fixed_list }
+        Self {
+            json,
+            in_fixed_list: false,
+            hidden: "",
+        }
     }
 
     fn must_be<T>(self, expected: &str) -> Result<T, Misfit> {
@@ -347,7 +349,7 @@ impl<'de> Deserializer<'de> for Node<'de> {
             Json::Number(number) => visit_number(number, visitor),
             Json::Text(text) => visitor.visit_str(text),
             Json::List(items) => visitor.visit_seq(Items::new(items, false)),
-            Json::Object(members) => visitor.visit_map(Members::new(members)),
+            Json::Object(members) => visitor.visit_map(Members::new(members, self.hidden)),
         }
     }
 
@@ -393,10 +395,21 @@ impl<'de> Deserializer<'de> for Node<'de> {
 
     fn deserialize_newtype_struct<V: Visitor<'de>>(
         self,
-        _: &'static str,
+        name: &'static str,
         visitor: V,
     ) -> Result<V::Value, Misfit> {
-        visitor.visit_newtype_struct(self)
+        let Some(hidden) = name.strip_prefix(TAGGED) else {
+            return visitor.visit_newtype_struct(self);
+        };
+        if !matches!(self.json, Json::Object(_)) {
+            return self.must_be("an object");
+        }
+        let apart = |name| Some((name, Self::whole(self.json.member(name)?)));
+        let parts = [
+            Some(("", Self { hidden, ..self })),
+            hidden.split(' ').nth(1).and_then(apart),
+        ];
+        visitor.visit_seq(Parts(parts.into_iter().flatten()))
     }
 
     fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
@@ -432,7 +445,7 @@ impl<'de> Deserializer<'de> for Node<'de> {
 
     fn deserialize_map<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
         match self.json {
-            Json::Object(members) => visitor.visit_map(Members::new(members)),
+            Json::Object(members) => visitor.visit_map(Members::new(members, self.hidden)),
             _ => self.must_be("an object"),
         }
     }
@@ -454,6 +467,7 @@ impl<'de> Deserializer<'de> for Node<'de> {
         visitor: V,
     ) -> Result<V::Value, Misfit> {
         match self.json {
+            Json::Object(_) if !self.hidden.is_empty() => visitor.visit_enum(self),
             Json::Text(text) => visitor.visit_enum(StrDeserializer::new(text)),
             _ => self.must_be("text"),
         }
@@ -465,6 +479,74 @@ impl<'de> Deserializer<'de> for Node<'de> {
 
     forward_to_deserialize_any! {
         i8 i16 i32 i64 i128 u8 u16 u128 f32 char bytes byte_buf unit unit_struct tuple_struct identifier
+    }
+}
+
+/// An object of one of several kinds, then the member that is read apart, with its name.
+struct Parts<'a>(std::iter::Flatten<std::array::IntoIter<Option<(&'static str, Node<'a>)>, 2>>);
+
+impl<'de> SeqAccess<'de> for Parts<'de> {
+    type Error = Misfit;
+
+    fn next_element_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<Option<T::Value>, Misfit> {
+        let Some((name, node)) = self.0.next() else {
+            return Ok(None);
+        };
+        let part = seed.deserialize(node);
+        part.map(Some).map_err(|misfit| {
+            if name.is_empty() {
+                misfit
+            } else {
+                misfit.within(name)
+            }
+        })
+    }
+}
+
+/// An object whose tag names its kind.
+impl<'de> EnumAccess<'de> for Node<'de> {
+    type Error = Misfit;
+    type Variant = Self;
+
+    fn variant_seed<T: DeserializeSeed<'de>>(self, seed: T) -> Result<(T::Value, Self), Misfit> {
+        let tag = self.hidden.split(' ').next().unwrap_or_default();
+        let kind = match self.json.member(tag) {
+            None => return Err(de::Error::missing_field(tag)),
+            Some(Json::Text(name)) => seed.deserialize(StrDeserializer::new(name)),
+            Some(other) => Self::whole(other).must_be("text"),
+        };
+        kind.map(|kind| (kind, self)).map_err(|misfit| misfit.within(tag))
+    }
+}
+
+impl<'de> VariantAccess<'de> for Node<'de> {
+    type Error = Misfit;
+
+    fn unit_variant(self) -> Result<(), Misfit> {
+        let Json::Object(members) = self.json else {
+            return self.must_be("an object");
+        };
+        let unexpected = |(name, _): &(Cow<'_, str>, Json<'_>)| {
+            Misfit::new(token(name), "unknown_field", "this kind has no such member")
+        };
+        let first = Members::new(members, self.hidden).advance();
+        first.map_or(Ok(()), |member| Err(unexpected(member)))
+    }
+
+    fn newtype_variant_seed<T: DeserializeSeed<'de>>(self, seed: T) -> Result<T::Value, Misfit> {
+        seed.deserialize(self)
+    }
+
+    fn tuple_variant<V: Visitor<'de>>(self, _: usize, _: V) -> Result<V::Value, Misfit> {
+        self.must_be("an object")
+    }
+
+    fn struct_variant<V: Visitor<'de>>(
+        self,
+        _: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Misfit> {
+        self.deserialize_map(visitor)
     }
 }
 
@@ -491,8 +573,8 @@ impl<'de> SeqAccess<'de> for Items<'de> {
             return Ok(None);
         };
         let node = Node {
-            json,
             in_fixed_list: self.fixed,
+            ..Node::whole(json)
         };
         let item = seed
             .deserialize(node)
@@ -503,17 +585,27 @@ impl<'de> SeqAccess<'de> for Items<'de> {
 
 /// The members of an object, with their names.
 struct Members<'a> {
-    members: std::slice::Iter<'a, (Cow<'a, str>, Json<'a>)>,
+    rest: std::slice::Iter<'a, (Cow<'a, str>, Json<'a>)>,
+    hidden: &'static str,
     /// The member whose name was read last.
-    member: Option<&'a (Cow<'a, str>, Json<'a>)>,
+    last: Option<&'a (Cow<'a, str>, Json<'a>)>,
 }
 
 impl<'a> Members<'a> {
-    fn new(members: &'a [(Cow<'a, str>, Json<'a>)]) -> Self {
+    fn new(members: &'a [(Cow<'a, str>, Json<'a>)], hidden: &'static str) -> Self {
         Self {
-            members: members.iter(),
-            member: None,
+            rest: members.iter(),
+            hidden,
+            last: None,
         }
+    }
+
+    /// The next member that the shape may have.
+    fn advance(&mut self) -> Option<&'a (Cow<'a, str>, Json<'a>)> {
+        let hidden = self.hidden;
+        let is_hidden = |name: &str| hidden.split(' ').any(|hidden| hidden == name);
+        self.rest
+            .find(|(name, json)| hidden.is_empty() || !(is_hidden(name) || matches!(json, Json::Null)))
     }
 }
 
@@ -521,13 +613,13 @@ impl<'de> MapAccess<'de> for Members<'de> {
     type Error = Misfit;
 
     fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, Misfit> {
-        self.member = self.members.next();
-        let name = self.member.map(|(name, _)| StrDeserializer::new(name));
+        self.last = self.advance();
+        let name = self.last.map(|(name, _)| StrDeserializer::new(name));
         name.map(|name| seed.deserialize(name)).transpose()
     }
 
     fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, Misfit> {
-        let (name, json) = self.member.expect("a name is read before its value");
+        let (name, json) = self.last.expect("a name is read before its value");
         seed.deserialize(Node::whole(json))
             .map_err(|misfit| misfit.within(name))
     }

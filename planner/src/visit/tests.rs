@@ -71,7 +71,7 @@ fn random(seed: u64, n: usize, far: f64) -> PlanRequest {
     let auvs: Vec<_> = (0..n).map(|i| auv(i, &mut rng)).collect();
     let mut visits = Visits::new(auvs.iter().map(|auv| auv.id.clone()).collect());
     visits.cost = costs()[rng.random_range(0..3)];
-    visits.dwell_min_s = 30.0;
+    visits.dwell_min_s = Some(30.0);
     visits.costs_now = auvs
         .iter()
         .map(|auv| (auv.id.clone(), rng.random_range(0.0..400.0)))

@@ -35,6 +35,12 @@ pub struct Quantity<K> {
     kind: PhantomData<K>,
 }
 
+impl From<f64> for Distribution {
+    fn from(value: f64) -> Self {
+        Self::Fixed(value)
+    }
+}
+
 impl Default for Distribution {
     fn default() -> Self {
         Self::Fixed(0.0)
@@ -86,6 +92,11 @@ pub(super) fn unit_of(member: &str) -> &'static str {
         ("_w_per_mps3", "W/(m/s)³"),
         ("_radps", "rad/s"),
         ("_mps2", "m/s²"),
+        ("_m2ps", "m²/s"),
+        ("_kbps", "kbit/s"),
+        ("_mps", "m/s"),
+        ("_rad", "rad"),
+        ("_m", "m"),
         ("_s", "s"),
     ];
     let known = units.iter().find(|(end, _)| member.ends_with(end));

@@ -78,7 +78,7 @@ mod tests {
     use planner::craft::SurgeLoop;
 
     use super::*;
-    use crate::scenario::quantity::{Distribution, Quantity};
+    use crate::scenario::quantity::Distribution;
 
     /// Every number that `value` has outside of points, with its key.
     fn numbers(key: &str, value: &toml::Value, found: &mut Vec<(String, f64)>) {
@@ -137,7 +137,7 @@ mod tests {
             scenario.set(key, 0.5).expect("is a number");
         }
         let craft = scenario.surface_craft.expect("has one");
-        assert_eq!(craft.limits.surge_lag_s, Some(Quantity::fixed(0.5)));
+        assert_eq!(craft.limits.surge_lag_s, Some(Distribution::Fixed(0.5)));
         let response = craft.craft.expect("is created");
         assert_eq!(
             response.heading_loop.time_constant_s,

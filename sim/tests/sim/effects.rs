@@ -3,10 +3,12 @@
 use pilotfish_sim::{
     guide::{Guide, MpcGuide},
     mission::Mission,
-    scenario::{LimitsFile, RandomCraftFile, Scenario, SurfaceClassFile},
+    scenario::{RandomCraftFile, Scenario, SurfaceClassFile},
     world::fault::{Fault, FaultKind},
 };
-use planner::{angle::wrap, craft::CraftDescription, parameters::Parameters, path::Side};
+use planner::{
+    angle::wrap, craft::CraftDescription, parameters::Parameters, path::Side, snapshot::DeclaredLimits,
+};
 
 use crate::named;
 
@@ -70,7 +72,7 @@ fn with_craft(name: &str, class: SurfaceClassFile, declared: bool, seconds: f64)
     let mut scenario = named(name);
     let craft = scenario.surface_craft.as_mut().expect("has one");
     craft.class = class;
-    craft.limits = LimitsFile::default();
+    craft.limits = DeclaredLimits::default();
     craft.craft = (!declared).then(CraftDescription::default);
     scenario.lasting(seconds)
 }

@@ -10,7 +10,7 @@ fn no_sequence_costs_less_than_the_bound() {
         let far = if seed % 2 == 0 { 150.0 } else { 500.0 };
         let mut request = random(9000 + seed, n, far);
         if seed % 5 == 0 {
-            visits(&mut request).dwell_min_s = 15.0;
+            visits(&mut request).dwell_min_s = Some(15.0);
         }
         let fleet = fleet(&request, horizon(&request, if n == 3 { 500.0 } else { 900.0 }));
         let least = enumerated(&fleet, &fleet.start(), None, Fleet::cost);
@@ -38,7 +38,7 @@ fn the_gap_for_distant_auvs_at_rest_is_below_a_half() {
             state.speed_mps = 0.0;
         }
         let goal = visits(&mut request);
-        (goal.cost, goal.reduce, goal.dwell_min_s) = (VisitCost::Age, Reduce::Mean, 0.0);
+        (goal.cost, goal.reduce, goal.dwell_min_s) = (VisitCost::Age, Reduce::Mean, Some(0.0));
         gaps.push(scheduled(&request).gap);
     }
     gaps.sort_by(f64::total_cmp);

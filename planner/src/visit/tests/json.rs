@@ -83,7 +83,7 @@ fn an_invalid_visit_goal_is_refused_by_field_and_value() {
             "/goal/within_m: must be from 1 to 5000 (given: 0.5)",
         ),
         (
-            &|visits| visits.dwell_min_s = f64::NAN,
+            &|visits| visits.dwell_min_s = Some(f64::NAN),
             "/goal/dwell_min_s: must be from 0 to 3600",
         ),
         (

@@ -190,7 +190,7 @@ fn an_added_auv_changes_the_next_visit_at_once_if_better_by_the_margin() {
         let craft = Asc::new(Vector2::zeros(), Heading::new(0.0), 0.0);
         request.asc = craft;
         let goal = visits(&mut request);
-        (goal.cost, goal.reduce, goal.dwell_min_s) = (VisitCost::Age, Reduce::Mean, 0.0);
+        (goal.cost, goal.reduce, goal.dwell_min_s) = (VisitCost::Age, Reduce::Mean, Some(0.0));
         let costs: Vec<_> = goal.auvs.iter().cloned().zip([300.0, 100.0, cost]).collect();
         goal.costs_now = costs.into_iter().collect();
         let mut two = request.clone();
@@ -225,7 +225,7 @@ fn a_request_for_the_next_visit_ends_with_it_for_any_least_time() {
         }
         request.current = None;
         *visits(&mut request) = Visits {
-            dwell_min_s: dwell_min,
+            dwell_min_s: Some(dwell_min),
             next: Some("auv-0".into()),
             ..Visits::new(vec!["auv-0".into(), "auv-1".into()])
         };

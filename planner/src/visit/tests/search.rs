@@ -184,7 +184,7 @@ fn the_cost_before_a_visit_includes_the_growth_until_arrival() {
         let mut request = random(2200 + seed, 3, 900.0);
         (request.current, request.asc.speed_mps) = (None, 0.0);
         let goal = visits(&mut request);
-        (goal.cost, goal.dwell_min_s) = (VisitCost::Age, 0.0);
+        (goal.cost, goal.dwell_min_s) = (VisitCost::Age, Some(0.0));
         let schedule = scheduled(&request);
         let first = &schedule.visits[0];
         let now = schedule.costs.iter().find(|known| known.auv == first.auv);
@@ -282,7 +282,7 @@ fn after_the_deadline_few_of_many_visits_are_tried() {
         // All sixteen are always near and need no stay: thousands of visits fit.
         let mut request = random(seed, 16, 300.0);
         let visits = visits(&mut request);
-        (visits.within_m, visits.dwell_min_s) = (5000.0, 0.0);
+        (visits.within_m, visits.dwell_min_s) = (5000.0, Some(0.0));
         let fleet = fleet(&request, horizon(&request, 1800.0));
         let first = fleet.candidates.len() - 1;
         for n in [0, 7, 600] {

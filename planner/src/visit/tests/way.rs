@@ -44,7 +44,7 @@ fn a_distant_next_auv_does_not_shorten_a_visit() {
     let at = |north: f64| AuvState::new(Vector2::new(north, 0.0), 5.0, Course::new(0.0), 0.0);
     let auvs = vec![Auv::new("here", at(40.0)), Auv::new("far", at(-560.0))];
     let mut goal = Visits::new(auvs.iter().map(|auv| auv.id.clone()).collect());
-    (goal.cost, goal.dwell_min_s) = (costs()[1], 30.0);
+    (goal.cost, goal.dwell_min_s) = (costs()[1], Some(30.0));
     goal.costs_now = [("here".into(), 1.0), ("far".into(), 20.0)].into();
     goal.next = Some("here".into());
     let craft = Asc::new(Vector2::zeros(), Heading::new(0.0), SPEED);
@@ -88,7 +88,7 @@ fn the_goal_departs_from_the_first_auv_no_faster_than_the_craft() {
             let at = |north: f64| AuvState::new(Vector2::new(north, 0.0), 5.0, Course::new(course), speed);
             let auvs = vec![Auv::new("here", at(40.0)), Auv::new("there", at(40.0 + apart))];
             let mut goal = Visits::new(auvs.iter().map(|auv| auv.id.clone()).collect());
-            (goal.cost, goal.dwell_min_s) = (costs()[1], 30.0);
+            (goal.cost, goal.dwell_min_s) = (costs()[1], Some(30.0));
             goal.costs_now = [("here".into(), 0.8), ("there".into(), 12.0)].into();
             goal.next = Some("here".into());
             let craft = Asc::new(Vector2::new(59.0, 0.0), Heading::new(0.0), 1.0);

@@ -1,6 +1,6 @@
 //! Units and limits of a scenario's numbers.
 
-use planner::snapshot::{ACOUSTIC_RANGE, CURRENT_MAX, KEEP_OUT_RADIUS, OFFSET_MAX, TIME_CONSTANT};
+use planner::snapshot::{ACOUSTIC_RANGE, CURRENT_MAX, KEEP_OUT_RADIUS};
 
 use crate::world::surface_craft::random;
 
@@ -37,28 +37,6 @@ kinds! {
     Coordinate: -1.0e5, 1.0e5, "m";
     /// A positive length.
     Length: 0.01, 1.0e5, "m";
-    /// Slant range to stay within; the range of a snapshot.
-    SlantRange: 1.0, 2.0e4, "m";
-    /// A component of an offset; the range of a snapshot.
-    OffsetComponent: -OFFSET_MAX, OFFSET_MAX, "m";
-    /// Distance within which a vehicle is served; like the next eight, with a snapshot's range.
-    ServedWithin: 1.0, 5.0e3, "m";
-    /// Least time with a vehicle.
-    Dwell: 0.0, 3600.0, "s";
-    /// Growth of a variance.
-    VarianceGrowth: 1.0e-6, 1.0e6, "m²/s";
-    /// Standard deviation of a fix.
-    FixSigma: 0.001, 1.0e5, "m";
-    /// Standard deviation of a bearing.
-    BearingSigma: 0.0, 1.0, "rad";
-    /// Time between two fixes.
-    FixInterval: 0.1, 3600.0, "s";
-    /// Rate at which a vehicle gathers data.
-    DataRate: 0.0, 1.0e6, "kbit/s";
-    /// Rate at which a vehicle uploads data.
-    UploadRate: 0.001, 1.0e6, "kbit/s";
-    /// Weight of a vehicle in a mean; the range of a snapshot.
-    Weight: 0.0, 1.0e6, "";
     /// Depth, positive down. Twice the depth that gliders reach.
     Depth: 0.0, 2000.0, "m";
     /// A heading or a change of one, rad.
@@ -121,16 +99,8 @@ kinds! {
     FrameTime: 1.0, 3600.0, "s";
     /// Length of a message, or of its processing.
     MessageTime: 0.001, 30.0, "s";
-    /// Time constant of a control loop; the range of a snapshot.
-    LoopLag: *TIME_CONSTANT.start(), *TIME_CONSTANT.end(), "s";
-    /// Least speed at which a craft steers.
-    LeastSpeed: 0.0, 2.0, "m/s";
     /// Speed of sound in water.
     SoundSpeed: 1400.0, 1600.0, "m/s";
-    /// Largest rate of turn.
-    TurnRate: 0.01, 2.0, "rad/s";
-    /// Largest acceleration.
-    Acceleration: 0.005, 5.0, "m/s²";
     /// Dry mass of a random surface craft.
     CraftMass: random::MASS[0], random::MASS[1], "kg";
     /// Design lag of a loop of a random craft.

@@ -83,7 +83,7 @@ fn changes_of_next(mut request: PlanRequest, step: f64, n_plans: usize) -> usize
     let mut changes = 0;
     for _ in 0..n_plans {
         let next = schedule.visits[0].clone();
-        let dwells = 0.0 < visits(&mut request).dwell_min_s;
+        let dwells = 0.0 < visits(&mut request).dwell_min();
         let over = if dwells { next.leave_s } else { next.arrive_s };
         request = after_leg(&request, &schedule, step);
         schedule = scheduled(&request);
@@ -115,7 +115,7 @@ fn the_next_visit_is_stable_between_auvs_of_equal_cost() {
         for cost in goal.costs_now.values_mut() {
             *cost = 100.0;
         }
-        goal.dwell_min_s = if seed % 2 == 0 { 0.0 } else { 30.0 };
+        goal.dwell_min_s = Some(if seed % 2 == 0 { 0.0 } else { 30.0 });
         assert_eq!(changes_of_next(request, 4.0, 25), 0, "seed {seed}");
     }
 }
@@ -141,7 +141,7 @@ fn noise_rarely_changes_the_next_visit_in_large_fleets() {
         let mut request = random(8000 + seed, 5, 1000.0);
         (request.current, request.asc.speed_mps) = (None, 0.0);
         let goal = visits(&mut request);
-        (goal.cost, goal.reduce, goal.dwell_min_s) = (VisitCost::Age, Reduce::Mean, 0.0);
+        (goal.cost, goal.reduce, goal.dwell_min_s) = (VisitCost::Age, Reduce::Mean, Some(0.0));
         let mut schedule = scheduled(&request);
         for _ in 0..30 {
             let next = schedule.visits[0].clone();
