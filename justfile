@@ -86,7 +86,7 @@ scenario-keys:
     UPDATE_DOCS=1 cargo test -p pilotfish-sim the_reference_of_keys
 
 # Hundreds of live missions on a service of their own, in release: ten minutes, or what the arguments say, such as
-# `just load --step 50` (until it has too much to do) or `just load --readers 100` (event streams)
+# `just load --step 50` (until it has too much to do)
 load *more:
     #!/usr/bin/env bash
     set -euo pipefail

@@ -2,7 +2,7 @@
 
 use axum::{
     body::{Body, to_bytes},
-    http::{HeaderMap, Request, StatusCode, header},
+    http::{HeaderMap, HeaderValue, Request, StatusCode},
 };
 use clock::Clock;
 use serde_json::Value;
@@ -46,22 +46,52 @@ impl Answer {
         serde_json::from_str(&self.text).expect("the answer is JSON")
     }
 
+    /// Asserts the status.
+    ///
+    /// # Panics
+    /// If it is another one: the test's finding.
+    pub fn must_be(&self, status: u16) {
+        assert_eq!(self.status.as_u16(), status, "{}", self.text);
+    }
+
+    /// Asserts status and code of a refusal.
+    ///
+    /// # Panics
+    /// If they are others: the test's finding.
+    pub fn must_refuse(&self, status: u16, code: &str) {
+        self.must_be(status);
+        assert_eq!(self.problem()["code"], code, "{}", self.text);
+    }
+
+    /// Asserts that the text is in the answer.
+    ///
+    /// # Panics
+    /// If it is not: the test's finding.
+    pub fn must_say(&self, text: &str) {
+        assert!(self.text.contains(text), "{text} is not in {}", self.text);
+    }
+
     /// The body as JSON, of an answer that must have that status.
     ///
     /// # Panics
     /// If it has another one: the test's finding.
     #[must_use]
     pub fn expected(&self, status: u16) -> Value {
-        assert_eq!(self.status.as_u16(), status, "{}", self.text);
+        self.must_be(status);
         self.json()
+    }
+
+    /// The header, as text; empty without one.
+    #[must_use]
+    pub fn header(&self, name: &str) -> &str {
+        let value = self.headers.get(name);
+        value.map_or("", |value| value.to_str().unwrap_or_default())
     }
 
     /// The content type.
     #[must_use]
     pub fn content_type(&self) -> &str {
-        self.headers
-            .get(header::CONTENT_TYPE)
-            .map_or("", |value| value.to_str().unwrap_or_default())
+        self.header("content-type")
     }
 
     /// The problem document, after checking what every one has.
@@ -86,12 +116,16 @@ impl Answer {
     pub fn faults(&self) -> Vec<(String, String)> {
         let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
         let document = self.problem();
-        let errors = document["errors"].as_array().cloned().unwrap_or_default();
-        errors
-            .iter()
-            .map(|error| (text(&error["pointer"]), text(&error["code"])))
-            .collect()
+        let errors = document["errors"].as_array().into_iter().flatten();
+        let faults = errors.map(|error| (text(&error["pointer"]), text(&error["code"])));
+        faults.collect()
     }
+}
+
+/// The list of that one fault.
+#[must_use]
+pub fn fault(pointer: &str, code: &str) -> Vec<(String, String)> {
+    vec![(pointer.to_owned(), code.to_owned())]
 }
 
 /// Sends `request` to a service built with `settings`.
@@ -107,9 +141,7 @@ pub async fn send(settings: Settings, request: Request<Body>) -> Answer {
 /// # Panics
 /// If it is refused: the test's finding.
 pub async fn served(path: &str) -> Value {
-    let answer = send(simulated_machine(), get(path)).await;
-    assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);
-    answer.json()
+    send(simulated_machine(), get(path)).await.expected(200)
 }
 
 /// The JSON of the answer to `body`, posted to `path` and accepted, on a simulated machine.
@@ -117,9 +149,7 @@ pub async fn served(path: &str) -> Value {
 /// # Panics
 /// If it is refused: the test's finding.
 pub async fn answered(path: &str, body: impl Into<Body>) -> Value {
-    let answer = send(simulated_machine(), post(path, body)).await;
-    assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);
-    answer.json()
+    send(simulated_machine(), post(path, body)).await.expected(200)
 }
 
 /// Sends `request` to `service`.
@@ -138,27 +168,39 @@ pub async fn send_to(service: axum::Router, request: Request<Body>) -> Answer {
     }
 }
 
-/// A GET request.
+/// A request without a body.
 ///
 /// # Panics
-/// If `path` is no path: the test's own mistake.
+/// If there is no such method or path: the test's own mistake.
+#[must_use]
+pub fn call(method: &str, path: &str) -> Request<Body> {
+    let request = Request::builder().method(method).uri(path);
+    request.body(Body::empty()).expect("the test gives a path")
+}
+
+/// A GET request.
 #[must_use]
 pub fn get(path: &str) -> Request<Body> {
-    Request::get(path)
-        .body(Body::empty())
-        .expect("the test gives a path")
+    call("GET", path)
 }
 
 /// A POST request with a JSON body.
-///
-/// # Panics
-/// If `path` is no path: the test's own mistake.
 #[must_use]
 pub fn post(path: &str, body: impl Into<Body>) -> Request<Body> {
-    Request::post(path)
-        .header(header::CONTENT_TYPE, "application/json")
-        .body(body.into())
-        .expect("the test gives a path")
+    let mut request = with(call("POST", path), "content-type", "application/json");
+    *request.body_mut() = body.into();
+    request
+}
+
+/// The request with that header.
+///
+/// # Panics
+/// If that is no value of a header: the test's own mistake.
+#[must_use]
+pub fn with(mut request: Request<Body>, name: &'static str, value: &str) -> Request<Body> {
+    let value = HeaderValue::from_bytes(value.as_bytes()).expect("the test gives a value");
+    request.headers_mut().insert(name, value);
+    request
 }
 
 /// The body of an example.

@@ -1,20 +1,21 @@
 //! Numbered cases: valid and broken requests, whose answers become previous plans.
 
-use std::{collections::BTreeMap, f64::consts::TAU, time::Duration};
+use std::{collections::BTreeMap, f64::consts::TAU};
 
 use planner::{
     parameters::Parameters,
     plan::{Workspace, plan_until},
-    snapshot::Snapshot,
+    snapshot::{Goal, Snapshot, Visits},
     stop::Stop,
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 use service::{BODY_BYTES_MAX, examples::EXAMPLES};
-use wire::{Answer, FieldError, PlanRequest, Unread};
+use wire::{BodyError, FieldError, PlanRequest};
 
 use crate::{
+    answer,
     broken::{BREAKERS, pick, places_of},
     random,
 };
@@ -71,8 +72,7 @@ impl Fuzzer {
     fn answered(&mut self, body: &[u8], stop: &Stop) -> Result<(PlanRequest, Vec<u8>), String> {
         let (request, snapshot) = read(body).map_err(|faults| faults[0].code.clone())?;
         let plan = plan_until(&snapshot, &Parameters::default(), &mut self.workspace, stop);
-        let metadata = Map::new();
-        let answer = Answer::new(&snapshot, &plan, Duration::ZERO, &metadata).planned();
+        let answer = answer(&snapshot, &plan);
         let answer = serde_json::to_vec(&answer).expect("strings, numbers and lists only");
         Ok((request, answer))
     }
@@ -105,7 +105,7 @@ impl Case {
                 bytes
             }
             1 => {
-                let (_, break_it) = pick(&mut rng, &BREAKERS);
+                let break_it = pick(&mut rng, &BREAKERS);
                 let request = request(&mut rng).to_string();
                 break_it(&request, &mut rng)
             }
@@ -123,11 +123,13 @@ impl Case {
 
 /// An example or any valid request.
 fn request(rng: &mut ChaCha8Rng) -> Value {
-    if rng.random_range(0..3) > 0
-        && let request = random::observation(rng.random())
-        && request.check().is_ok()
-    {
-        return json!(request);
+    let mut any = random::observation(rng.random());
+    if rng.random_range(0..6) == 0 {
+        let auvs = any.auvs.iter().map(|auv| auv.id.clone()).collect();
+        any.goal = Goal::Visit(Visits::new(auvs)).into();
+    }
+    if rng.random_range(0..3) > 0 && any.check().is_ok() {
+        return json!(any);
     }
     serde_json::from_str(pick(rng, &EXAMPLES).body).expect("examples are JSON")
 }
@@ -147,10 +149,8 @@ fn mutate(request: &mut Value, rng: &mut ChaCha8Rng) {
         7 => splice(request, rng),
         _ => {
             let objects = places_of(request, Value::is_object);
-            let members = request
-                .pointer_mut(pick::<String>(rng, &objects))
-                .and_then(Value::as_object_mut);
-            let members = members.expect("was just found");
+            let members = request.pointer_mut(pick::<String>(rng, &objects));
+            let members = members.and_then(Value::as_object_mut).expect("was just found");
             let names: Vec<String> = members.keys().cloned().collect();
             if !names.is_empty() {
                 members.remove(pick(rng, &names));
@@ -165,9 +165,8 @@ fn at_edge(request: &mut Value, rng: &mut ChaCha8Rng) {
     if numbers.is_empty() {
         return;
     }
-    let number = request
-        .pointer_mut(pick::<String>(rng, &numbers))
-        .expect("was just found");
+    let number = request.pointer_mut(pick::<String>(rng, &numbers));
+    let number = number.expect("was just found");
     let was = number.as_f64().expect("is a number");
     let edge = *pick(rng, &EDGES) * if rng.random() { 1.0 } else { -1.0 };
     *number = json!(match rng.random_range(0..8) {
@@ -181,16 +180,13 @@ fn at_edge(request: &mut Value, rng: &mut ChaCha8Rng) {
 
 /// Makes a list longer, shorter, or turns it round.
 fn splice(request: &mut Value, rng: &mut ChaCha8Rng) {
-    let lists = places_of(request, |value| {
-        value.as_array().is_some_and(|list| !list.is_empty())
-    });
+    let is_long = |value: &Value| value.as_array().is_some_and(|list| !list.is_empty());
+    let lists = places_of(request, is_long);
     if lists.is_empty() {
         return;
     }
-    let list = request
-        .pointer_mut(pick::<String>(rng, &lists))
-        .and_then(Value::as_array_mut);
-    let list = list.expect("was just found");
+    let list = request.pointer_mut(pick::<String>(rng, &lists));
+    let list = list.and_then(Value::as_array_mut).expect("was just found");
     match rng.random_range(0..4) {
         0 => list.truncate(rng.random_range(0..list.len())),
         1 => list.reverse(),
@@ -199,12 +195,26 @@ fn splice(request: &mut Value, rng: &mut ChaCha8Rng) {
     }
 }
 
-fn read(body: &[u8]) -> Result<(PlanRequest, Snapshot), Vec<FieldError>> {
-    let request: PlanRequest = wire::read(body).map_err(|unread| match unread {
-        Unread::Syntax(fault) | Unread::Misfit(fault) => vec![*fault],
-    })?;
-    let snapshot = wire::snapshot(request.clone())?;
-    Ok((request, snapshot))
+/// The request in a body, or its faults.
+///
+/// # Panics
+/// If a fault has no place, or JSON is not called JSON: the test's finding.
+pub fn read(body: &[u8]) -> Result<(PlanRequest, Snapshot), Vec<FieldError>> {
+    let read = wire::read(body).map_err(|unread| {
+        let (is_json, fault) = match unread {
+            BodyError::Syntax(fault) => (false, fault),
+            BodyError::Shape(fault) => (true, fault),
+        };
+        let found = serde_json::from_slice::<Value>(body).is_ok();
+        assert_eq!(found, is_json, "{fault:?}");
+        vec![*fault]
+    });
+    let read = read.and_then(|request: PlanRequest| Ok((request.clone(), wire::snapshot(request)?)));
+    let has_place = |fault: &FieldError| fault.pointer.is_empty() || fault.pointer.starts_with('/');
+    if let Err(faults) = &read {
+        assert!(!faults.is_empty() && faults.iter().all(has_place), "{faults:?}");
+    }
+    read
 }
 
 /// A number that is not finite is written as null.

@@ -6,16 +6,19 @@ pub mod client;
 pub mod fuzz;
 pub mod postgres;
 pub mod random;
+pub mod refusals;
 pub mod server;
 pub mod store;
 pub mod voyage;
+
+use std::time::Duration;
 
 use nalgebra::Vector2;
 use planner::{
     angle::{Course, Heading},
     craft::CraftDescription,
     parameters::Parameters,
-    plan::{Workspace, plan},
+    plan::{Plan, Workspace, plan},
     snapshot::{Asc, Auv, AuvState, Goal, Limits, Offset, PlanRequest, PreviousPlan, Snapshot, VehicleId},
 };
 
@@ -115,6 +118,19 @@ pub fn snapshot(observation: PlanRequest) -> Snapshot {
     Snapshot::try_from(observation).expect("the test starts from a valid observation")
 }
 
+/// The plan of a new workspace for the observation.
+#[must_use]
+pub fn planned(observation: PlanRequest) -> Plan {
+    let snapshot = snapshot(observation);
+    plan(&snapshot, &Parameters::default(), &mut Workspace::default())
+}
+
+/// The answer to the snapshot with that plan.
+#[must_use]
+pub fn answer(snapshot: &Snapshot, plan: &Plan) -> wire::PlanResponse {
+    wire::Answer::new(snapshot, plan, Duration::ZERO, &serde_json::Map::new()).planned()
+}
+
 /// The first goal, and a craft that has followed the plan made `age` seconds ago and hands it back.
 ///
 /// # Panics
@@ -122,16 +138,13 @@ pub fn snapshot(observation: PlanRequest) -> Snapshot {
 #[must_use]
 pub fn followed(age: f64) -> PlanRequest {
     let mut observation = observation(goals()[0].clone());
-    let before = snapshot(PlanRequest {
+    let answer = planned(PlanRequest {
         t_s: observation.t_s - age,
         ..observation.clone()
     });
-    let answer = plan(&before, &Parameters::default(), &mut Workspace::default());
-    let now = answer
-        .trajectory
-        .iter()
-        .rfind(|point| point.t_s <= observation.t_s)
-        .expect("the plan was made before");
+    let mut points = answer.trajectory.iter();
+    let now = points.rfind(|point| point.t_s <= observation.t_s);
+    let now = now.expect("the plan was made before");
     observation.asc = Asc::new(now.position(), now.heading(), now.speed_mps);
     let moved = state(&mut observation, 0).velocity() * age;
     let auv = state(&mut observation, 0);

@@ -6,6 +6,7 @@
 use std::{error::Error, net::SocketAddr, time::Duration};
 
 use clap::Parser;
+use tests::client::post;
 use tokio::{
     task::JoinSet,
     time::{Instant, sleep, sleep_until},
@@ -17,15 +18,13 @@ mod flight;
 mod http;
 #[path = "load/overload.rs"]
 mod overload;
-#[path = "load/readers.rs"]
-mod readers;
 #[path = "load/record.rs"]
 mod record;
 #[path = "load/tally.rs"]
 mod tally;
 
 use flight::{Flight, make};
-use http::{Connection, Request};
+use http::Connection;
 use record::Plans;
 use tally::{Shared, memory};
 
@@ -61,25 +60,16 @@ struct Arguments {
     /// Add so many missions every minute instead, until the service has too much to do.
     #[arg(long)]
     step: Option<usize>,
-    /// Let so many read the events of one mission instead, and one not read.
-    #[arg(long, conflicts_with = "step")]
-    readers: Option<usize>,
     /// Ask for plans beside the missions, so many times as often as the service keeps up with.
-    #[arg(long, value_name = "FACTOR", conflicts_with_all = ["step", "readers"])]
+    #[arg(long, value_name = "FACTOR", conflicts_with = "step")]
     overload: Option<f64>,
 }
 
 #[tokio::main(flavor = "current_thread")]
 async fn main() -> Result<(), Box<dyn Error>> {
     let arguments = Arguments::parse();
-    let address: SocketAddr = arguments
-        .url
-        .trim_start_matches("http://")
-        .trim_end_matches('/')
-        .parse()?;
-    if let Some(n_readers) = arguments.readers {
-        return Ok(readers::run(address, n_readers, arguments.pid).await?);
-    }
+    let address = arguments.url.trim_start_matches("http://").trim_end_matches('/');
+    let address: SocketAddr = address.parse()?;
     let mut load = Load::new(address, arguments.pid);
     let time = Duration::from_secs_f64(60.0 * arguments.minutes);
     match (arguments.step, arguments.overload) {
@@ -189,11 +179,8 @@ impl Load {
     fn tell(&self) {
         let progress = self.shared.lock().progress();
         let seconds = self.begun.elapsed().as_secs();
-        println!(
-            "{seconds} s, {} missions: {progress}; memory {}",
-            self.ids.len(),
-            memory(self.pid)
-        );
+        let (missions, memory) = (self.ids.len(), memory(self.pid));
+        println!("{seconds} s, {missions} missions: {progress}; memory {memory}");
     }
 
     /// Ends all missions, and prints the measurements of clients and records.
@@ -204,13 +191,11 @@ impl Load {
         let mut plans = Plans::default();
         let mut connection = Connection::new(self.address);
         for id in &self.ids {
-            let finish = Request::post(&format!("/v1/missions/{id}/finish"), String::new());
-            let finished = connection.ask(&finish).await?;
+            let finish = post(&format!("/v1/missions/{id}/finish"), "");
+            let finished = connection.ask(finish).await?;
             if finished.status != 200 {
-                println!(
-                    "{id} is not finished: {}",
-                    String::from_utf8_lossy(&finished.body)
-                );
+                let problem = String::from_utf8_lossy(&finished.body);
+                println!("{id} is not finished: {problem}");
             }
         }
         for id in &self.ids {

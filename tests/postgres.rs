@@ -75,10 +75,8 @@ pub fn database() -> Option<String> {
 /// If it fails: the test's finding.
 pub fn drop(url: &str) {
     let (server, name) = url.rsplit_once('/').expect("is a URL");
-    let _ = psql(
-        &format!("{server}/postgres"),
-        &format!("DROP DATABASE {name} WITH (FORCE)"),
-    );
+    let drop = format!("DROP DATABASE {name} WITH (FORCE)");
+    let _ = psql(&format!("{server}/postgres"), &drop);
 }
 
 /// Executes statements by `psql` in the database of a URL, and returns the output.
@@ -88,24 +86,15 @@ pub fn drop(url: &str) {
 #[must_use]
 pub fn psql(url: &str, statements: &str) -> String {
     let programs = programs().expect("there is a server");
+    let flags = "--no-psqlrc --tuples-only --no-align --set=ON_ERROR_STOP=1";
     let asked = Command::new(programs.join("psql"))
-        .args([
-            "--no-psqlrc",
-            "--tuples-only",
-            "--no-align",
-            "--set=ON_ERROR_STOP=1",
-            url,
-            "-c",
-            statements,
-        ])
+        .args(flags.split(' '))
+        .args([url, "-c", statements])
         .output()
         .expect("psql starts");
-    assert!(
-        asked.status.success(),
-        "{}",
-        String::from_utf8_lossy(&asked.stderr)
-    );
-    String::from_utf8_lossy(&asked.stdout).trim().to_owned()
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim().to_owned();
+    assert!(asked.status.success(), "{}", text(&asked.stderr));
+    text(&asked.stdout)
 }
 
 /// The folder of `initdb`, which no path has on Debian.
@@ -137,11 +126,8 @@ fn start() -> Option<Server> {
     let mut said = String::new();
     let printed = BufReader::new(process.stdout.as_mut().expect("is piped")).read_line(&mut said);
     let log = || fs::read_to_string(folder.join("log")).unwrap_or_default();
-    assert!(
-        printed.is_ok() && said == "ready\n",
-        "the server does not start: {}",
-        log()
-    );
+    let is_ready = printed.is_ok() && said == "ready\n";
+    assert!(is_ready, "the server does not start: {}", log());
     Some(Server {
         port,
         certificate,

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use nalgebra::Vector2;
+use nalgebra::{Matrix4, Vector2, Vector4};
 use planner::{
     angle::{Course, Heading},
     craft::{
@@ -120,26 +120,18 @@ impl Draw {
             deceleration_max: self.number((0.03, 0.3), (0.001, 5.0)),
         };
         let craft = self.craft();
-        let n_discs = if self.chance(0.4) {
+        let n_discs = self.chance(0.4).then(|| {
             let most = if self.ugly && self.chance(0.2) { 33 } else { 4 };
             self.rng.random_range(1..most)
-        } else {
-            0
-        };
+        });
         let in_one_place = self.chance(0.1);
-        let keep_outs = (0..n_discs)
-            .map(|_| {
-                KeepOut::new(
-                    self.place(asc.position(), if in_one_place { 0.0 } else { 60.0 }),
-                    self.number((2.0, 20.0), (0.1, 1.0e4)),
-                )
-            })
-            .collect();
-        let area = if self.chance(0.3) {
-            self.area(asc.position())
-        } else {
-            vec![]
+        let spread = if in_one_place { 0.0 } else { 60.0 };
+        let mut disc = || {
+            let centre = self.place(asc.position(), spread);
+            KeepOut::new(centre, self.number((2.0, 20.0), (0.1, 1.0e4)))
         };
+        let keep_outs = (0..n_discs.unwrap_or(0)).map(|_| disc()).collect();
+        let area = self.chance(0.3).then(|| self.area(asc.position()));
         let previous_plan = self.chance(0.5).then(|| self.previous_plan(&asc, &auvs, time));
         let by = Vector2::new(
             self.number((-30.0, 30.0), (-1.0e3, 1.0e3)),
@@ -155,7 +147,7 @@ impl Draw {
             limits: Some(limits.into()),
             craft: Some(craft),
             keep_outs,
-            area,
+            area: area.unwrap_or_default(),
             acoustics: self.chance(0.4).then(|| Acoustics {
                 range_max_m: self.number((20.0, 200.0), (1.0, 2.0e4)),
             }),
@@ -169,11 +161,7 @@ impl Draw {
                 Forecast::Path,
                 Forecast::Declared,
             ][self.rng.random_range(0..7)],
-            hold: if self.chance(0.5) {
-                Hold::Stop
-            } else {
-                Hold::SlowTurn
-            },
+            hold: [Hold::SlowTurn, Hold::Stop][usize::from(self.chance(0.5))],
             previous_plan,
             ..PlanRequest::new(time, asc, auvs, Task { goal, offset })
         }
@@ -219,12 +207,7 @@ impl Draw {
                         self.number((0.1, 9.0), (0.0, 1.0e4)),
                         self.number((0.001, 0.01), (0.0, 1.0)),
                     );
-                    [
-                        [p, 0.0, 0.0, 0.0],
-                        [0.0, p, 0.0, 0.0],
-                        [0.0, 0.0, v, 0.0],
-                        [0.0, 0.0, 0.0, v],
-                    ]
+                    Matrix4::from_diagonal(&Vector4::new(p, p, v, v)).into()
                 }),
                 ..AuvState::new(
                     position,
@@ -463,11 +446,8 @@ impl Draw {
     /// A filter's memory: each number inside its range, and most of the time near `asc`.
     fn craft_memory(&mut self, asc: &Asc) -> CraftEstimate {
         let mut memory: Vec<f64> = Vec::with_capacity(MEMORY_LENGTH);
-        let psi = if self.chance(0.8) {
-            asc.heading().radians()
-        } else {
-            self.angle()
-        };
+        let psi = asc.heading().radians();
+        let psi = if self.chance(0.8) { psi } else { self.angle() };
         memory.extend([
             psi,
             self.number((-1.0, 2.0), (-6.0, 6.0)),

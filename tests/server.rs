@@ -58,15 +58,8 @@ impl Server {
         let mut printed = BufReader::new(process.stdout.take().expect("is piped"));
         let mut line = String::new();
         printed.read_line(&mut line).expect("prints its URL");
-        let address = line
-            .trim()
-            .rsplit_once("://")
-            .expect("prints its URL")
-            .1
-            .split(',')
-            .next()
-            .expect("a text has a beginning")
-            .to_owned();
+        let (_, address) = line.trim().rsplit_once("://").expect("prints its URL");
+        let address = address.split(',').next().unwrap_or_default().to_owned();
         Self {
             process,
             printed: Some(printed),

@@ -11,7 +11,12 @@
 use std::{
     collections::BTreeMap,
     fmt::Write as _,
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    ops::Range,
+    sync::{
+        Arc, Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicU64, Ordering},
+    },
+    thread,
     time::Duration,
 };
 
@@ -32,7 +37,7 @@ mod shown;
 
 use bridge::BridgeProcess;
 use checker::Checker;
-pub use checker::{CLAIMS, Entry};
+pub use checker::{Entry, claims};
 use database::Database;
 pub use faults::Kind;
 use faults::{Fault, Now, schedule};
@@ -54,7 +59,7 @@ const TAKES_S: f64 = 4.0;
 const SHARED: u64 = 10;
 
 /// Course of a voyage.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Course {
     /// Its duration, s.
     pub duration_s: f64,
@@ -64,6 +69,8 @@ pub struct Course {
     pub only: Option<Kind>,
     /// `true`: two services share a database. None: every tenth seed. Never without PostgreSQL.
     pub is_shared: Option<bool>,
+    /// `true`: the bridge may not move the boat, which with an odd seed is guided and armed.
+    pub is_dry: bool,
 }
 
 /// Result of a voyage.
@@ -185,6 +192,39 @@ pub fn sail(seed: u64, course: Course) -> Voyage {
     runtime
         .expect("a runtime starts")
         .block_on(sailed(seed, course, log.clone()))
+}
+
+/// Sails the voyages of `seeds` on this many threads, else one on each processor, while `goes_on`.
+#[must_use]
+pub fn sail_all(
+    seeds: Range<u64>,
+    course: Course,
+    jobs: Option<usize>,
+    goes_on: impl Fn(&Voyage) -> bool + Sync,
+) -> Vec<Voyage> {
+    let next = AtomicU64::new(seeds.start);
+    let work = || {
+        let mut voyages = vec![];
+        loop {
+            let seed = next.fetch_add(1, Ordering::Relaxed);
+            if seeds.end <= seed {
+                return voyages;
+            }
+            let voyage = sail(seed, course);
+            if !goes_on(&voyage) {
+                next.store(seeds.end, Ordering::Relaxed);
+            }
+            voyages.push(voyage);
+        }
+    };
+    let jobs = jobs.unwrap_or_else(|| thread::available_parallelism().map_or(1, Into::into));
+    thread::scope(|scope| {
+        let workers: Vec<_> = (0..jobs).map(|_| scope.spawn(work)).collect();
+        let joined = workers.into_iter().map(thread::ScopedJoinHandle::join);
+        joined
+            .flat_map(|voyages| voyages.unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+            .collect()
+    })
 }
 
 async fn sailed(seed: u64, mut course: Course, log: shown::Log) -> Voyage {

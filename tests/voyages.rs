@@ -2,16 +2,10 @@
 //!
 //! `voyages --seeds 1000 --first 1 --duration 300`; one voyage with its newest events: `--seed 7`.
 
-use std::{
-    collections::BTreeMap,
-    process::ExitCode,
-    sync::atomic::{AtomicU64, Ordering},
-    thread,
-    time::Instant,
-};
+use std::{collections::BTreeMap, process::ExitCode, time::Instant};
 
 use clap::Parser;
-use tests::voyage::{CLAIMS, Course, Kind, Voyage, sail};
+use tests::voyage::{self, Course, Kind, Voyage, sail, sail_all};
 
 #[derive(Debug, Parser)]
 struct Arguments {
@@ -49,23 +43,18 @@ fn main() -> ExitCode {
     let course = Course {
         duration_s: arguments.duration,
         is_nominal: arguments.nominal,
-        only: None,
         is_shared: arguments.shared,
+        ..Course::default()
     };
     if arguments.shown {
         for kind in Kind::SHOWN {
-            let only = Some(kind);
-            let is_shared = Some(false);
-            for shown in sail(
-                arguments.first,
-                Course {
-                    only,
-                    is_shared,
-                    ..course
-                },
-            )
-            .shown
-            {
+            let (only, is_shared) = (Some(kind), Some(false));
+            let alone = Course {
+                only,
+                is_shared,
+                ..course
+            };
+            for shown in sail(arguments.first, alone).shown {
                 println!("{}", serde_json::to_string(&shown).expect("is JSON"));
             }
         }
@@ -74,44 +63,16 @@ fn main() -> ExitCode {
     if let Some(seed) = arguments.seed {
         let voyage = sail(seed, course);
         println!("{}digest {:016x}", voyage.told(), voyage.digest);
-        return if voyage.broken.is_none() {
-            ExitCode::SUCCESS
-        } else {
-            ExitCode::FAILURE
-        };
+        return ExitCode::from(u8::from(voyage.broken.is_some()));
     }
     let began = Instant::now();
-    let next = AtomicU64::new(arguments.first);
-    let end = arguments.first + arguments.seeds;
-    let jobs = arguments
-        .jobs
-        .unwrap_or_else(|| thread::available_parallelism().map_or(1, Into::into));
-    let sailed: Vec<Voyage> = thread::scope(|scope| {
-        let workers: Vec<_> = (0..jobs)
-            .map(|_| {
-                scope.spawn(|| {
-                    let mut sailed = vec![];
-                    loop {
-                        let seed = next.fetch_add(1, Ordering::Relaxed);
-                        if end <= seed {
-                            return sailed;
-                        }
-                        let voyage = sail(seed, course);
-                        if voyage.broken.is_some() {
-                            println!("{}", voyage.told());
-                            if arguments.until_broken {
-                                next.store(end, Ordering::Relaxed);
-                            }
-                        }
-                        sailed.push(voyage);
-                    }
-                })
-            })
-            .collect();
-        workers
-            .into_iter()
-            .flat_map(|worker| worker.join().expect("a voyage panicked"))
-            .collect()
+    let seeds = arguments.first..arguments.first + arguments.seeds;
+    let sailed = sail_all(seeds, course, arguments.jobs, |voyage| {
+        let is_broken = voyage.broken.is_some();
+        if is_broken {
+            println!("{}", voyage.told());
+        }
+        !(is_broken && arguments.until_broken)
     });
     summary(&sailed, began.elapsed().as_secs_f64())
 }
@@ -132,14 +93,11 @@ fn summary(sailed: &[Voyage], took_s: f64) -> ExitCode {
         println!("| {kind} | {n} |");
     }
     println!("\n| claim | checked | |\n|---|--:|---|");
-    for (name, text) in CLAIMS {
+    for (name, text) in voyage::claims() {
         println!("| {name} | {} | {text} |", claims.get(name).copied().unwrap_or(0));
     }
-    let broken: Vec<u64> = sailed
-        .iter()
-        .filter(|voyage| voyage.broken.is_some())
-        .map(|voyage| voyage.seed)
-        .collect();
+    let broken = sailed.iter().filter(|voyage| voyage.broken.is_some());
+    let broken: Vec<u64> = broken.map(|voyage| voyage.seed).collect();
     let sum = |index: usize| sailed.iter().map(|voyage| voyage.steered_s[index]).sum::<f64>();
     println!(
         "\nreferences were sent for {:.0} s, of which {:.1} % without a reservation",
@@ -151,9 +109,5 @@ fn summary(sailed: &[Voyage], took_s: f64) -> ExitCode {
         sailed.len(),
         simulated / took_s
     );
-    if broken.is_empty() {
-        ExitCode::SUCCESS
-    } else {
-        ExitCode::FAILURE
-    }
+    ExitCode::from(u8::from(!broken.is_empty()))
 }

@@ -18,6 +18,7 @@ mod crafts;
 mod declared_craft;
 mod declared_routes;
 mod demo;
+mod failure;
 #[cfg(feature = "laboratory")]
 mod identify;
 mod manual;
@@ -35,29 +36,7 @@ mod token;
 mod trial;
 mod upkeep;
 
-#[cfg(feature = "postgres")]
-use self::copy_store::{CopyStore, copy_store};
-use self::{
-    backup::{Backup, back_up},
-    bridge::{Bridge, Preflight, bridge, preflight},
-    config::{CommonFlags, ConfigError, Layers, ServeFlags, hidden_places, show},
-    crafts::{Crafts, crafts},
-    demo::{Demo, demo},
-    manual::{Completions, ManualPages, completions, manual_pages},
-    plan::{Plan, plan},
-    replay::{Replay, replay},
-    route::{Route, route},
-    scenarios::{Scenarios, scenarios},
-    serve::serve,
-    token::{Token, token},
-    upkeep::{Retain, retain, vacuum},
-};
-#[cfg(feature = "laboratory")]
-use self::{
-    campaign::{CampaignCommand, campaign},
-    identify::{Identify, identify},
-    missions::{Compare, Simulate, compare, simulate},
-};
+use self::config::{CommonFlags, Layers, ServeFlags, hidden_places, show};
 pub(crate) use self::{config::Config, out_file::visible};
 
 /// Formation planner for a surface craft that accompanies underwater vehicles.
@@ -80,68 +59,57 @@ enum Command {
     /// Run the HTTP service (the default).
     Serve(ServeFlags),
     /// Run a simulated mission, and show it in the browser (--data DIRECTORY keeps it).
-    Demo(Demo),
+    Demo(demo::Demo),
     /// Print the configuration and the source of each value.
     Config(ServeFlags),
     /// Create, list and revoke the tokens of clients.
-    Token(Token),
+    Token(token::Token),
     /// Plan for one snapshot without a server.
-    Plan(Plan),
+    Plan(plan::Plan),
     /// Print and draw the route of a planning tool's file; lay lanes over an area.
-    Route(Route),
+    Route(route::Route),
     /// Simulate one mission with one controller.
     #[cfg(feature = "laboratory")]
-    Simulate(Simulate),
+    Simulate(missions::Simulate),
     /// Simulate one mission with the planner and with each tuned line-of-sight law.
     #[cfg(feature = "laboratory")]
-    Compare(Compare),
+    Compare(missions::Compare),
     /// List the built-in scenarios; print a scenario file, or the JSON Schema of scenario files.
-    Scenarios(Scenarios),
+    Scenarios(scenarios::Scenarios),
     /// Identify the parameters of a craft from the log of a sea trial.
     #[cfg(feature = "laboratory")]
-    Identify(Identify),
+    Identify(identify::Identify),
     /// List the built-in craft; print a craft file.
-    Crafts(Crafts),
+    Crafts(crafts::Crafts),
     /// Connect a craft's autopilot to a live mission.
     #[command(subcommand)]
-    Bridge(Bridge),
+    Bridge(bridge::Bridge),
     /// Check everything that a bridge needs before departure: clocks, fixes, heading, current,
     /// parameters.
-    Preflight(Preflight),
+    Preflight(bridge::Preflight),
     /// Recompute every plan of a stored mission and compare.
-    Replay(Replay),
+    Replay(replay::Replay),
     /// Copy the mission log and the tokens; the service may be running.
-    Backup(Backup),
+    Backup(backup::Backup),
     /// Copy all missions from a data directory to a database, or back (stop the services first).
     #[cfg(feature = "postgres")]
-    CopyStore(CopyStore),
+    CopyStore(copy_store::CopyStore),
     /// Delete old finished missions (stop the service first; a running service has --keep-days).
-    Retention(Retain),
+    Retention(upkeep::Retain),
     /// Return the disk space of deleted missions (stop the service first).
     Vacuum,
     /// Simulate many missions with several controllers, and report the statistics.
     #[cfg(feature = "laboratory")]
     #[command(subcommand)]
-    Campaign(CampaignCommand),
+    Campaign(campaign::CampaignCommand),
     /// Run the campaigns of a broker until no work is left.
     #[cfg(feature = "nats")]
     Worker(campaign::WorkerFlags),
     /// Print the completion script of a shell.
-    Completions(Completions),
+    Completions(manual::Completions),
     /// Write the manual pages.
     #[command(name = "man")]
-    ManualPages(ManualPages),
-}
-
-/// The command line or the configuration is wrong.
-#[derive(Debug, thiserror::Error)]
-pub(crate) enum UsageError {
-    #[error(transparent)]
-    Config(#[from] ConfigError),
-    #[error("{0} is an option of serve and config only")]
-    NotOfService(String),
-    #[error("the missions are in a database (--store), which has backups and a vacuum of its own")]
-    InDatabase,
+    ManualPages(manual::ManualPages),
 }
 
 /// Commands that use missions or tokens. The help of the others omits `--data` and `--tokens`.
@@ -205,16 +173,16 @@ impl Arguments {
     }
 
     /// The layers of the configuration.
-    pub(crate) fn layers(&self) -> Result<Layers, UsageError> {
+    pub(crate) fn layers(&self) -> Result<Layers, Box<dyn Error>> {
         let flags = match &self.command {
             None => vec![&self.serve],
             Some(Command::Serve(flags) | Command::Config(flags)) => vec![&self.serve, flags],
             Some(_) => match self.serve.first() {
-                Some(flag) => return Err(UsageError::NotOfService(flag)),
+                Some(flag) => return Err(format!("{flag} is an option of serve and config only").into()),
                 None => vec![],
             },
         };
-        Ok(Layers::read(self.config.as_deref(), &self.common, &flags)?)
+        Layers::read(self.config.as_deref(), &self.common, &flags)
     }
 
     /// The log filter. By default, a bridge's or a demo's own service logs warnings only.
@@ -229,37 +197,39 @@ impl Arguments {
 
     pub(crate) fn run(self, layers: &Layers, config: &Config) -> Result<(), Box<dyn Error>> {
         if config.store.is_some() && matches!(self.command, Some(Command::Backup(_) | Command::Vacuum)) {
-            return Err(UsageError::InDatabase.into());
+            let advice =
+                "the missions are in a database (--store), which has backups and a vacuum of its own";
+            return Err(advice.into());
         }
         match self.command {
-            None | Some(Command::Serve(_)) => serve(config)?,
-            Some(Command::Demo(arguments)) => demo(&arguments, layers, config)?,
+            None | Some(Command::Serve(_)) => serve::serve(config)?,
+            Some(Command::Demo(arguments)) => demo::demo(&arguments, layers, config)?,
             Some(Command::Config(_)) => show(layers)?,
-            Some(Command::Token(arguments)) => token(&arguments, &config.tokens())?,
-            Some(Command::Plan(arguments)) => plan(&arguments)?,
-            Some(Command::Route(arguments)) => route(&arguments)?,
+            Some(Command::Token(arguments)) => token::token(&arguments, &config.tokens())?,
+            Some(Command::Plan(arguments)) => plan::plan(&arguments)?,
+            Some(Command::Route(arguments)) => route::route(&arguments)?,
             #[cfg(feature = "laboratory")]
-            Some(Command::Simulate(arguments)) => simulate(&arguments)?,
+            Some(Command::Simulate(arguments)) => missions::simulate(&arguments)?,
             #[cfg(feature = "laboratory")]
-            Some(Command::Compare(arguments)) => compare(&arguments)?,
-            Some(Command::Scenarios(arguments)) => scenarios(&arguments)?,
+            Some(Command::Compare(arguments)) => missions::compare(&arguments)?,
+            Some(Command::Scenarios(arguments)) => scenarios::scenarios(&arguments)?,
             #[cfg(feature = "laboratory")]
-            Some(Command::Identify(arguments)) => identify(&arguments)?,
-            Some(Command::Crafts(arguments)) => crafts(&arguments)?,
-            Some(Command::Bridge(arguments)) => bridge(arguments, config)?,
-            Some(Command::Preflight(arguments)) => preflight(&arguments, config)?,
-            Some(Command::Replay(arguments)) => replay(&arguments, config)?,
-            Some(Command::Backup(arguments)) => back_up(&arguments, &config.data, &config.tokens())?,
+            Some(Command::Identify(arguments)) => identify::identify(&arguments)?,
+            Some(Command::Crafts(arguments)) => crafts::crafts(&arguments)?,
+            Some(Command::Bridge(arguments)) => bridge::bridge(arguments, config)?,
+            Some(Command::Preflight(arguments)) => bridge::preflight(&arguments, config)?,
+            Some(Command::Replay(arguments)) => replay::replay(&arguments, config)?,
+            Some(Command::Backup(arguments)) => backup::back_up(&arguments, &config.data, &config.tokens())?,
             #[cfg(feature = "postgres")]
-            Some(Command::CopyStore(arguments)) => copy_store(&arguments)?,
-            Some(Command::Retention(arguments)) => retain(&arguments, config)?,
-            Some(Command::Vacuum) => vacuum(&config.data)?,
+            Some(Command::CopyStore(arguments)) => copy_store::copy_store(&arguments)?,
+            Some(Command::Retention(arguments)) => upkeep::retain(&arguments, config)?,
+            Some(Command::Vacuum) => upkeep::vacuum(&config.data)?,
             #[cfg(feature = "laboratory")]
-            Some(Command::Campaign(command)) => campaign(&command)?,
+            Some(Command::Campaign(command)) => campaign::campaign(&command)?,
             #[cfg(feature = "nats")]
             Some(Command::Worker(arguments)) => campaign::work(&arguments)?,
-            Some(Command::Completions(arguments)) => completions(&arguments, command_line())?,
-            Some(Command::ManualPages(arguments)) => manual_pages(&arguments, command_line())?,
+            Some(Command::Completions(arguments)) => manual::completions(&arguments, command_line())?,
+            Some(Command::ManualPages(arguments)) => manual::manual_pages(&arguments, command_line())?,
         }
         Ok(())
     }

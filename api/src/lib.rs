@@ -27,7 +27,7 @@ pub fn run() -> ExitCode {
     let layers = match arguments.layers() {
         Ok(layers) => layers,
         Err(error) => {
-            explain(&error);
+            explain(&*error);
             return ExitCode::from(USAGE);
         }
     };

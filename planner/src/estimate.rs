@@ -28,5 +28,5 @@ pub(crate) mod tests;
 
 pub use from_reports::{Estimate, Route};
 pub use on_path::{NextTurn, PathFit, Spread};
-pub use repeats::Repeats;
+pub use repeats::{RepeatedTrack, Repeats};
 pub use rigid_motion::Pattern;

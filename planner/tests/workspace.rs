@@ -2,7 +2,7 @@
 
 use allocation_counter::measure;
 use pilotfish_planner::{
-    Asc, Auv, AuvState, Goal, Parameters, Snapshot, VehicleId, Workspace,
+    Asc, Auv, AuvState, Goal, Parameters, Snapshot, Workspace,
     angle::{Course, Heading},
     nalgebra::Vector2,
     plan::plan_until,
@@ -15,23 +15,16 @@ use pilotfish_planner::{
 fn shape(n_auvs: usize, n_discs: usize, n_steps: usize) -> Snapshot {
     let at = |k: usize| Vector2::new(30.0 * f64::from(u8::try_from(k).expect("small")), 40.0);
     let auv = |k: usize| {
-        Auv::new(
-            format!("auv-{k}").as_str(),
-            AuvState::new(at(k), 8.0, Course::new(0.0), 0.3),
-        )
+        let state = AuvState::new(at(k), 8.0, Course::new(0.0), 0.3);
+        Auv::new(format!("auv-{k}").as_str(), state)
     };
     let auvs: Vec<_> = (0..n_auvs).map(auv).collect();
-    let ids: Vec<VehicleId> = auvs.iter().map(|auv: &Auv| auv.id.clone()).collect();
     let craft = Asc::new(Vector2::zeros(), Heading::new(0.0), 1.0);
-    let mut request = PlanRequest::new(
-        0.0,
-        craft,
-        auvs,
-        Goal::Range {
-            auvs: ids,
-            range_m: 500.0,
-        },
-    );
+    let goal = Goal::Range {
+        auvs: auvs.iter().map(|auv| auv.id.clone()).collect(),
+        range_m: 500.0,
+    };
+    let mut request = PlanRequest::new(0.0, craft, auvs, goal);
     request.keep_outs = (0..n_discs).map(|k| KeepOut::new(at(k) * -1.0, 3.0)).collect();
     request.tuning = Some(Tuning {
         steps_s: Some(vec![1.0; n_steps]),
@@ -53,15 +46,10 @@ fn the_stated_size_of_a_workspace_is_its_allocation() {
         let snapshot = shape(n_auvs, n_discs, n_steps);
         let mut workspace = Workspace::default();
         planned(&mut Workspace::default(), &snapshot);
-        let taken = measure(|| planned(&mut workspace, &snapshot));
-        let (said, taken) = (
-            workspace.bytes(),
-            usize::try_from(taken.bytes_current).expect("takes memory"),
-        );
-        assert!(
-            3 * taken < 4 * said && 3 * said < 4 * taken,
-            "{said} said, {taken} taken"
-        );
+        let taken = measure(|| planned(&mut workspace, &snapshot)).bytes_current;
+        let (said, taken) = (workspace.bytes(), usize::try_from(taken).expect("takes memory"));
+        let is_near = 3 * taken < 4 * said && 3 * said < 4 * taken;
+        assert!(is_near, "{said} said, {taken} taken");
     }
 }
 
@@ -76,14 +64,11 @@ fn a_workspace_respects_its_limit_for_any_shapes() {
         assert!(workspace.bytes() <= 4 * KEPT_BYTES_MAX, "{}", workspace.bytes());
     }
     assert!(KEPT_BYTES_MAX < most);
-    let before = i64::try_from(workspace.bytes()).expect("is small");
-    let freed = measure(|| workspace.shrink());
+    let before = workspace.bytes();
+    let freed = measure(|| workspace.shrink()).bytes_current;
     assert!(workspace.bytes() <= 2 * KEPT_BYTES_MAX);
-    let left = i64::try_from(workspace.bytes()).expect("is small");
-    assert!(
-        3 * (before - left) <= 4 * -freed.bytes_current,
-        "{before} {left} {freed:?}"
-    );
+    let less = i64::try_from(before - workspace.bytes()).expect("is small");
+    assert!(3 * less <= 4 * -freed, "{before} {less} {freed}");
 }
 
 #[test]

@@ -24,6 +24,8 @@ pub mod mission;
 pub mod observe;
 pub mod record;
 pub mod scenario;
+#[cfg(test)]
+mod tests;
 pub mod visits;
 pub mod world;
 

@@ -357,7 +357,9 @@ fn quantile(sorted: &[f64], per_cent: usize) -> Option<f64> {
     sorted.get(rank).copied()
 }
 
-fn mean(values: &[f64]) -> f64 {
+/// The mean; 0 of nothing.
+#[must_use]
+pub fn mean(values: &[f64]) -> f64 {
     #[expect(
         clippy::cast_precision_loss,
         reason = "a mission has thousands of rows, not 2⁵³"
@@ -366,7 +368,9 @@ fn mean(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |sum, value| sum + value) / n
 }
 
-fn rms(values: &[f64]) -> f64 {
+/// The root mean square; 0 of nothing.
+#[must_use]
+pub fn rms(values: &[f64]) -> f64 {
     mean(&values.iter().map(|value| value * value).collect::<Vec<_>>()).sqrt()
 }
 

@@ -150,9 +150,9 @@ impl Mission {
         };
         if let (Some(costs), Some(craft)) = (&mut self.costs, &world.surface_craft) {
             for (place, auv) in row.auvs.iter_mut().enumerate() {
-                auv.service = costs.look(world, craft, place);
+                auv.service = costs.observe(world, craft, place);
             }
-            costs.looked(world);
+            costs.end_tick(world);
         }
         for _ in 0..PERIODS_PER_PLAN {
             self.start

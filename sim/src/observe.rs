@@ -13,6 +13,7 @@ use planner::{
         InvalidRequest, LEG_HEIGHT_MIN, Limits, Offset, PlanRequest, REPORT_SIGMA_MAX, REPORT_SIGMA_MIN,
         Report, Snapshot, Task, Tuning,
     },
+    tuned::Tuned,
 };
 
 use crate::{
@@ -49,6 +50,8 @@ pub struct Briefing {
     pub craft: CraftDescription,
     /// The planner's tuning.
     pub tuning: Option<Tuning>,
+    /// Numbers of its estimates and forecasts.
+    pub tuned: Tuned,
     /// `true`: snapshots contain the current at the craft.
     pub current: bool,
     /// `true`: snapshots contain paths, speeds and dives of the underwater vehicles.
@@ -227,7 +230,7 @@ impl Observer {
         };
         let auvs = self.received.iter().zip(&world.auvs).map(auv).collect();
         let range_max_m = briefing.bounds.range_max;
-        Snapshot::try_from(PlanRequest {
+        let request = PlanRequest {
             current: briefing.current.then_some(current.into()),
             limits: Some(briefing.limits.into()),
             craft: Some(briefing.craft.clone()),
@@ -245,7 +248,8 @@ impl Observer {
                     offset: briefing.offset,
                 },
             )
-        })
+        };
+        Snapshot::with(request, &briefing.tuned, &|| false)
     }
 
     /// The counts of messages, with acoustics.

@@ -257,6 +257,7 @@ fn of_the_class(member: &str, description: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tests::rows;
 
     #[test]
     fn every_built_in_file_has_the_name_of_its_scenario() {
@@ -267,84 +268,43 @@ mod tests {
     }
 
     #[test]
-    fn equal_seeds_draw_equal_starts_and_other_seeds_others() {
-        let scenario = Scenario::named("paper-tracking").expect("exists");
-        let start = |seed| scenario.start(seed).expect("valid").world.auvs[0].position();
-        assert_eq!(start(7), start(7));
-        assert_ne!(start(7), start(8));
-    }
-
-    #[test]
     fn a_wrong_file_names_line_member_value_and_limit() {
         let text = Scenario::text("paper-midpoint").expect("exists");
-        for (right, wrong, says) in [
-            (
-                "duration_s = 1800",
-                "duration_s = 1e9",
-                "duration_s: 1000000000 is outside 1 to 86400 s",
-            ),
-            (
-                "duration_s = 1800",
-                "duration_s = \"long\"",
-                "duration_s: invalid type",
-            ),
-            ("duration_s = 1800", "duration_s = ", "syntax"),
-            (
-                "settled_after_s = 120",
-                "settled_after_s = 1800",
-                "settled_after_s: 1800 s is less than a second before the end",
-            ),
-            (
-                "id = \"auv-2\"",
-                "id = \"auv-1\"",
-                "auvs[1].id: \"auv-1\" is the name of two",
-            ),
-            (
-                "auvs = [\"auv-1\", \"auv-2\"]",
-                "auvs = [\"auv-1\", \"auv-3\"]",
-                "midpoint.auvs[1]: no vehicle in `auvs` has this id (given: \"auv-3\")",
-            ),
-            (
-                "lanes = 4",
-                "lanes = 0",
-                "lawn_mower.lanes: 0 is outside 1 to 100",
-            ),
-            (
-                "lane_length_m = 100",
-                "lane_length = 100",
-                "lawn_mower.lane_length: unknown field `lane_length`, expected one of",
-            ),
-            (
-                "contact_range_m = 30",
-                "",
-                "surface_craft: missing field `contact_range_m`",
-            ),
-            (
-                "class = \"medusa\"",
-                "class = \"catamaran\"",
-                "surface_craft.class: unknown variant `catamaran`",
-            ),
-        ] {
-            assert!(text.contains(right), "{right}");
-            let text = text.replacen(right, wrong, 1);
+        for [right, wrong, says] in rows(
+            r#"
+            duration_s = 1800       | duration_s = 1e9              | duration_s: 1000000000 is outside 1 to 86400 s
+            duration_s = 1800       | duration_s = "long"           | duration_s: invalid type
+            duration_s = 1800       | duration_s =                  | syntax
+            settled_after_s = 120   | settled_after_s = 1800        | settled_after_s: 1800 s is less than a second before
+            id = "auv-2"            | id = "auv-1"                  | auvs[1].id: "auv-1" is the name of two
+            auvs = ["auv-1", "auv-2"] | auvs = ["auv-1", "auv-3"]   | auvs[1]: no vehicle in `auvs` has this id (given: "auv-3")
+            lanes = 4               | lanes = 0                     | lawn_mower.lanes: 0 is outside 1 to 100
+            lane_length_m = 100     | lane_length = 100             | lane_length: unknown field `lane_length`, expected one of
+            contact_range_m = 30    |                               | surface_craft: missing field `contact_range_m`
+            class = "medusa"        | class = "catamaran"           | surface_craft.class: unknown variant `catamaran`
+            "#,
+        ) {
+            assert!(text.contains(&right), "{right}");
+            let text = text.replacen(&right, &wrong, 1);
             let read = Scenario::parse(&text, "my.toml", Files::default());
-            let error = read.and_then(Scenario::checked).expect_err(wrong);
+            let error = read.and_then(Scenario::checked).expect_err(&wrong);
             let message = error.to_string();
-            assert!(message.contains(says), "{message}");
-            let lines: Vec<&str> = text.lines().collect();
+            assert!(message.contains(&says), "{message}");
             // The last line: an earlier equal one is right. A missing member is on no line: its
             // table is named.
-            let line = if wrong.is_empty() {
-                lines.iter().position(|line| *line == "[surface_craft]")
+            let wrong = if wrong.is_empty() {
+                "[surface_craft]"
             } else {
-                lines.iter().rposition(|line| line.contains(wrong))
+                &wrong
             };
-            let line = line.expect("there");
-            assert!(
-                message.starts_with(&format!("my.toml:{}: ", line + 1)),
-                "{message}, line {}",
-                line + 1
-            );
+            let lines: Vec<&str> = text.lines().collect();
+            let line = lines
+                .iter()
+                .rposition(|line| line.contains(wrong))
+                .expect("there")
+                + 1;
+            let begin = format!("my.toml:{line}: ");
+            assert!(message.starts_with(&begin), "{message}, {begin}");
         }
     }
 }

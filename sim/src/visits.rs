@@ -98,7 +98,7 @@ pub(crate) struct TrueCosts {
     relative: Vec<f64>,
     /// `true`: first served in time; `false`: late; none before either.
     in_time: Vec<Option<bool>>,
-    /// Time of the last look, s.
+    /// Time of the last tick, s.
     then: f64,
 }
 
@@ -119,8 +119,8 @@ impl TrueCosts {
     }
 
     /// Service of the world's AUV number `auv` now; none if it is dead or not of the goal. Call it
-    /// for each AUV before [`TrueCosts::looked`].
-    pub(crate) fn look(&mut self, world: &World, craft: &SurfaceCraft, auv: usize) -> Option<Service> {
+    /// for each AUV before [`TrueCosts::end_tick`].
+    pub(crate) fn observe(&mut self, world: &World, craft: &SurfaceCraft, auv: usize) -> Option<Service> {
         let (now, is) = (world.time(), &world.auvs[auv]);
         let place = self.costs.auvs.iter().position(|id| *id == is.id)?;
         if world.faults.behaviour(auv, now) == Behaviour::Drifts {
@@ -143,8 +143,8 @@ impl TrueCosts {
         })
     }
 
-    /// Ends a round of [`TrueCosts::look`] over all AUVs.
-    pub(crate) fn looked(&mut self, world: &World) {
+    /// Ends a tick, in which [`TrueCosts::observe`] was called for all AUVs.
+    pub(crate) fn end_tick(&mut self, world: &World) {
         self.then = world.time();
     }
 }
@@ -152,6 +152,7 @@ impl TrueCosts {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tests::near;
 
     fn costs(cost: VisitCost) -> Costs {
         Costs::new(&Visits {
@@ -180,36 +181,30 @@ mod tests {
             interval_s: 10.0,
         };
         let [before, after] = visited(uncertainty);
-        let fresh = (0.03_f64 * 22.5).sqrt();
-        assert!((before - (fresh + 30.0)).abs() < 1e-9);
+        near(before, (0.03_f64 * 22.5).sqrt() + 30.0, 1e-9);
         // dP/dt = q − P²/(R T), R = 1.5² + (0.02 · 30)², by Euler's rule with steps of 1 ms.
         let noise = (2.25 + 0.36) * 10.0;
-        let mut expected = before;
-        for _ in 0..400_000 {
-            expected += 1e-3 * (0.03 - expected * expected / noise);
-        }
+        let step = |p, _| p + 1e-3 * (0.03 - p * p / noise);
         // Fixes once a second and continuous ones differ by half a second's growth at most.
-        assert!((after - expected).abs() < 0.03, "{after}, expected {expected}");
+        near(after, (0..400_000).fold(before, step), 0.03);
+        // 500 kbit fall at 3 · 0.9 − 0.5 = 2.2 kbit/s and are gone after 228 s.
+        assert_eq!(visited(data(300.0)), [500.0, 0.0]);
+        assert_eq!(visited(VisitCost::Age), [1000.0, 0.0]);
+    }
 
-        let data = VisitCost::Data {
+    fn data(range_max_m: f64) -> VisitCost {
+        VisitCost::Data {
             growth_kbps: 0.5,
             upload_kbps: 3.0,
-            range_max_m: 300.0,
-        };
-        // 500 kbit fall at 3 · 0.9 − 0.5 = 2.2 kbit/s and are gone after 228 s.
-        assert_eq!(visited(data), [500.0, 0.0]);
-        assert_eq!(visited(VisitCost::Age), [1000.0, 0.0]);
+            range_max_m,
+        }
     }
 
     #[test]
     fn a_vehicle_below_the_upload_range_is_not_served() {
-        let costs = costs(VisitCost::Data {
-            growth_kbps: 0.5,
-            upload_kbps: 3.0,
-            range_max_m: 100.0,
-        });
-        assert!(costs.serves(20.0, 99.0));
-        assert!(!costs.serves(20.0, 100.0));
-        assert!(!costs.serves(20.1, 5.0));
+        let costs = costs(data(100.0));
+        let served =
+            [(20.0, 99.0), (20.0, 100.0), (20.1, 5.0)].map(|(near, slant)| costs.serves(near, slant));
+        assert_eq!(served, [true, false, false]);
     }
 }

@@ -17,6 +17,7 @@ use std::{
     time::{Duration, Instant},
 };
 
+use clap::Parser as _;
 use clarabel::{
     algebra::CscMatrix,
     solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus as ClarabelStatus, SupportedConeT},
@@ -35,8 +36,6 @@ use wire::program_dump;
 
 /// Programs of a horizon: enough that none is a special case, and few enough for the cache.
 const N_SCENES: u32 = 40;
-/// Default number of solves of each program: the 99th percentile is then that of 1200.
-const ROUNDS: usize = 30;
 /// Interval of horizons with equal steps, s: the middle one of the default horizon.
 const INTERVAL: f64 = 2.0;
 /// Horizontal acoustic ranges of the two AUVs, m. They are 30 m abeam and the goal up to 3 m to one
@@ -44,36 +43,17 @@ const INTERVAL: f64 = 2.0;
 const RANGES: [f64; 2] = [33.0, 32.0];
 
 fn main() {
-    let arguments = Arguments::read(std::env::args().skip(1));
-    if let Some(folder) = &arguments.dump {
-        fs::create_dir_all(folder).expect("a folder that can be written");
-    }
+    let arguments = Arguments::parse();
     println!(
         "median and 99th percentile of {} solves, µs; iterations of the mean solve; share within own tolerance\n\n\
-         {:>8} {:>4} {:>5} {:>5} | {:>7} {:>7} {:>5} {:>6} | {:>8} {:>7} {:>5} {:>6} | {:>5} {:>10}",
+         horizon    N  vars  rows |     kept     p99 iter. solved | Clarabel     p99 iter. solved | ratio  v_1 apart",
         arguments.rounds * N_SCENES as usize,
-        "horizon",
-        "N",
-        "vars",
-        "rows",
-        "kept",
-        "p99",
-        "iter.",
-        "solved",
-        "Clarabel",
-        "p99",
-        "iter.",
-        "solved",
-        "ratio",
-        "v_1 apart"
     );
     let mut times = serde_json::Map::new();
     for (name, steps) in horizons() {
         let scenes: Vec<_> = (0..N_SCENES).map(|i| Scene::new(&steps, i)).collect();
-        let programs: Vec<_> = scenes
-            .iter()
-            .map(|scene| Program::new(&scene.subproblem()))
-            .collect();
+        let programs = scenes.iter().map(|scene| Program::new(&scene.subproblem()));
+        let programs: Vec<_> = programs.collect();
         let measured = Measured::over(&programs, arguments.rounds);
         measured.print(name, &programs[0]);
         if let Some(folder) = &arguments.dump {
@@ -82,37 +62,27 @@ fn main() {
         }
     }
     if let Some(folder) = &arguments.dump {
-        fs::write(
-            folder.join("times.json"),
-            format!("{:#}\n", serde_json::Value::from(times)),
-        )
-        .expect("a folder that can be written");
+        let times = format!("{:#}\n", serde_json::Value::from(times));
+        write(folder, "times.json", &times);
     }
 }
 
+fn write(folder: &Path, name: &str, text: &str) {
+    let written = fs::create_dir_all(folder).and_then(|()| fs::write(folder.join(name), text));
+    written.expect("a folder that can be written");
+}
+
+#[derive(clap::Parser)]
 struct Arguments {
+    /// Number of solves of each program: the 99th percentile of 30 is that of 1200.
+    #[arg(long, default_value_t = 30)]
     rounds: usize,
+    /// Folder for programs, solutions and times.
+    #[arg(long)]
     dump: Option<PathBuf>,
-}
-
-impl Arguments {
-    fn read(mut arguments: impl Iterator<Item = String>) -> Self {
-        let mut read = Self {
-            rounds: ROUNDS,
-            dump: None,
-        };
-        while let Some(argument) = arguments.next() {
-            let mut value = || arguments.next().expect("a value after the flag");
-            match argument.as_str() {
-                "--rounds" => read.rounds = value().parse().expect("a number of rounds"),
-                "--dump" => read.dump = Some(value().into()),
-                // Cargo says that it is a benchmark.
-                "--bench" => {}
-                other => panic!("{other} is none of --rounds N, --dump DIR"),
-            }
-        }
-        read
-    }
+    /// Cargo says that it is a benchmark.
+    #[arg(long, hide = true)]
+    bench: bool,
 }
 
 /// Names of the horizons, and their intervals.
@@ -142,12 +112,10 @@ impl Scene {
     /// Scene number `i`: another place of the goal around the craft, and another bend on its way.
     fn new(steps: &[f64], i: u32) -> Self {
         let angle = f64::from(i) * TAU / f64::from(N_SCENES);
-        let times: Vec<f64> = std::iter::once(0.0)
-            .chain(steps.iter().scan(0.0, |t, step| {
-                *t += step;
-                Some(*t)
-            }))
-            .collect();
+        let mut times = vec![0.0];
+        for step in steps {
+            times.push(times[times.len() - 1] + step);
+        }
         let end = times[steps.len()];
         let at = |t: f64, place: Vector2<f64>| place + t * Vector2::new(0.193, 0.02);
         let range = |abeam: f64, radius: f64| AcousticRange {
@@ -248,18 +216,12 @@ impl Measured {
     fn print(&self, name: &str, program: &Program) {
         let (kept, theirs) = (&self.kept, &self.as_it_comes);
         println!(
-            "{name:>8} {:>4} {:>5} {:>5} | {:>7.0} {:>7.0} {:>5.1} {:>5.0}% | {:>8.0} {:>7.0} {:>5.1} {:>5.0}% | {:>5.3} {:>5.3} mm/s",
+            "{name:>8} {:>4} {:>5} {:>5} | {} | {} | {:>5.3} {:>5.3} mm/s",
             program.layout.n_stages,
             program.layout.n_variables(),
             program.layout.n_rows(),
-            kept.percentile(50),
-            kept.percentile(99),
-            kept.iterations(),
-            100.0 * kept.solved(),
-            theirs.percentile(50),
-            theirs.percentile(99),
-            theirs.iterations(),
-            100.0 * theirs.solved(),
+            kept.row(),
+            theirs.row(),
             kept.percentile(50) / theirs.percentile(50),
             1e3 * self.apart,
         );
@@ -278,8 +240,7 @@ impl Measured {
     fn dump(&self, folder: &Path, name: &str, programs: &[Program]) {
         for (i, (program, solution)) in programs.iter().zip(&self.solutions).enumerate() {
             let text = program_dump(program, solution).to_string();
-            fs::write(folder.join(format!("{name}-{i:02}.json")), text)
-                .expect("a folder that can be written");
+            write(folder, &format!("{name}-{i:02}.json"), &text);
         }
     }
 }
@@ -314,15 +275,9 @@ impl AsItComes {
             verbose: false,
             ..DefaultSettings::default()
         };
-        let mut solver = DefaultSolver::new(
-            &self.quadratic,
-            &self.linear,
-            &self.constraints,
-            &self.bounds,
-            &self.cones,
-            settings,
-        )
-        .expect("a program in standard form");
+        let (p, q, a, b) = (&self.quadratic, &self.linear, &self.constraints, &self.bounds);
+        let solver = DefaultSolver::new(p, q, a, b, &self.cones, settings);
+        let mut solver = solver.expect("a program in standard form");
         solver.solve();
         solver
     }
@@ -376,6 +331,13 @@ impl Times {
 
     fn n(&self) -> f64 {
         f64::from(u32::try_from(self.iterations.len()).expect("far fewer solves"))
+    }
+
+    fn row(&self) -> String {
+        let (median, high) = (self.percentile(50), self.percentile(99));
+        let solved = 100.0 * self.solved();
+        let iterations = self.iterations();
+        format!("{median:>8.0} {high:>7.0} {iterations:>5.1} {solved:>5.0}%")
     }
 
     fn summary(&self) -> serde_json::Value {

@@ -8,7 +8,7 @@ import { flown, startService } from "./service.mjs";
 const SCENARIOS = ["calm", "otter", "cross-current", "survey-lanes", "switching", "survey-declared", "noisy-fixes", "fast-lawn-mower", "visit-near", "otter"];
 
 /** The warnings that are alarms of the bridge, from its source. */
-const source = await readFile(new URL("../../api/bridge/src/follow/status_line.rs", import.meta.url), "utf8");
+const source = await readFile(new URL("../../api/bridge/src/follow/reporting.rs", import.meta.url), "utf8");
 const [, NOT_HEARD] = /const NOT_HEARD: &str = "(\w+)"/.exec(source);
 const TOLD = [.../const NOT_FOLLOWED: \[&str; \d+\] = \[([^\]]*)\]/.exec(source)[1].matchAll(/"(\w+)"/g)].map(([, code]) => code);
 

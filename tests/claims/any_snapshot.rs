@@ -39,46 +39,45 @@ struct Tally {
 #[test]
 fn every_answer_is_within_the_limits_and_no_worse_than_line_of_sight() {
     let n_threads = std::thread::available_parallelism().map_or(1, |n| n.get() as u64);
-    let shares: Vec<Tally> = std::thread::scope(|scope| {
-        let threads: Vec<_> = (0..n_threads)
-            .map(|share| {
-                // In pairs, because every other one is odd.
-                let mine = move |seed: &u64| seed / 2 % n_threads == share;
-                scope.spawn(move || tally((0..n_snapshots()).filter(mine)))
-            })
-            .collect();
-        let joined = threads.into_iter().map(std::thread::ScopedJoinHandle::join);
-        joined
-            .map(|share| share.unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
-            .collect()
-    });
-    let refused: u64 = shares.iter().map(|share| share.refused).sum();
-    let unsolved: u64 = shares.iter().map(|share| share.unsolved).sum();
+    let (mut refused, mut unsolved) = (0, 0);
     let mut answers: BTreeMap<String, u64> = BTreeMap::new();
-    for (how, n) in shares.into_iter().flat_map(|share| share.answers) {
-        *answers.entry(how).or_default() += n;
-    }
+    std::thread::scope(|scope| {
+        // In pairs, because every other one is odd.
+        let mine = |share: u64| move |seed: &u64| seed / 2 % n_threads == share;
+        let begin = |share| scope.spawn(move || tally((0..n_snapshots()).filter(mine(share))));
+        let threads: Vec<_> = (0..n_threads).map(begin).collect();
+        for thread in threads {
+            let share = thread
+                .join()
+                .unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+            (refused, unsolved) = (refused + share.refused, unsolved + share.unsolved);
+            for (how, n) in share.answers {
+                *answers.entry(how).or_default() += n;
+            }
+        }
+    });
     println!("{refused} were no snapshots; the others: {answers:#?}");
     assert!(1000 * unsolved <= n_snapshots(), "{unsolved} unsolved");
-    assert!(
-        10 * refused < n_snapshots(),
-        "{refused} refused: the generator is off"
-    );
+    // Else the generator is off.
+    assert!(10 * refused < n_snapshots(), "{refused} refused");
 }
 
-/// A client may send any memory of the craft's filter: it is used whole or not at all.
+/// A client may send any memory of the craft's filter: it is used whole, or discarded.
 #[test]
 fn any_memory_of_the_craft_is_used_or_causes_a_warning_and_a_finite_answer() {
     let (parameters, mut workspace) = (Parameters::default(), Workspace::default());
     let mut scene = tests::followed(1.0);
     let plain = plan(&tests::snapshot(scene.clone()), &parameters, &mut workspace);
     let honest = PreviousPlan::from(&plain);
-    let memory = honest
-        .craft_estimate
-        .as_ref()
-        .expect("every plan has one")
-        .memory
-        .clone();
+    let memory = honest.craft_estimate.as_ref().expect("every plan has one");
+    let memory = memory.memory.clone();
+    let with_memory = |memory: &[f64]| {
+        let mut previous = honest.clone();
+        if let Some(craft) = &mut previous.craft_estimate {
+            craft.memory = memory.to_vec();
+        }
+        previous
+    };
     let mut rng = ChaCha8Rng::seed_from_u64(32);
     let (mut used, mut refused) = (0, 0);
     for _ in 0..4000 {
@@ -90,19 +89,12 @@ fn any_memory_of_the_craft_is_used_or_causes_a_warning_and_a_finite_answer() {
                 .choose(&mut rng)
                 .expect("there are some");
         }
-        let mut previous = honest.clone();
-        if let Some(craft) = &mut previous.craft_estimate {
-            craft.memory = changed.clone();
-        }
+        let previous = with_memory(&changed);
+        let unusable = previous.has_unusable_memory();
         scene.previous_plan = Some(previous);
         let snapshot = tests::snapshot(scene.clone());
         let answer = plan(&snapshot, &parameters, &mut workspace);
-        let unusable = scene
-            .previous_plan
-            .as_ref()
-            .is_some_and(PreviousPlan::has_unusable_memory);
-        let count = if unusable { &mut refused } else { &mut used };
-        *count += 1;
+        *(if unusable { &mut refused } else { &mut used }) += 1;
         let numbers = answer.craft.memory();
         assert!(numbers.iter().all(|number| number.is_finite()), "{changed:?}");
         assert!(answer.reference.speed.is_finite(), "{changed:?}");
@@ -112,10 +104,7 @@ fn any_memory_of_the_craft_is_used_or_causes_a_warning_and_a_finite_answer() {
     // Each correlation is possible, all of them together are not: the filter gets no number.
     let mut impossible = vec![0.0; memory.len()];
     (impossible[9], impossible[12], impossible[14], impossible[17]) = (1.0, 0.1, -0.163, 0.138);
-    let mut previous = honest;
-    if let Some(craft) = &mut previous.craft_estimate {
-        craft.memory = impossible;
-    }
+    let previous = with_memory(&impossible);
     assert!(previous.has_unusable_memory());
     scene.previous_plan = Some(previous);
     let answer = plan(&tests::snapshot(scene), &parameters, &mut workspace);
@@ -138,14 +127,9 @@ fn tally(seeds: impl Iterator<Item = u64>) -> Tally {
         };
         let answer = plan(&scene, &parameters, &mut workspace);
         assert_usable(seed, &scene, &answer);
-        let how = format!(
-            "{:?}, {:?}, {:?}",
-            answer.method, answer.degraded, answer.solver.status
-        );
-        if !matches!(
-            answer.solver.status,
-            SolverStatus::Solved | SolverStatus::Unsolved
-        ) {
+        let status = answer.solver.status;
+        let how = format!("{:?}, {:?}, {status:?}", answer.method, answer.degraded);
+        if !matches!(status, SolverStatus::Solved | SolverStatus::Unsolved) {
             println!("seed {seed}: {how} {:?}", answer.solver);
         }
         tally.unsolved += u64::from(!matches!(answer.degraded, None | Some(Degraded::StaleReport)));
@@ -158,24 +142,17 @@ fn tally(seeds: impl Iterator<Item = u64>) -> Tally {
 fn assert_usable(seed: u64, scene: &Snapshot, answer: &Plan) {
     // The range of a request's current.
     let slow = |current: Current| Vector2::from(current).amax() <= 3.0;
-    assert!(
-        answer.current.is_none_or(slow),
-        "seed {seed}: {:?}",
-        answer.current
-    );
+    let current = answer.current;
+    assert!(current.is_none_or(slow), "seed {seed}: {current:?}");
     let (limits, speed) = (scene.limits(), answer.reference_through_water.speed);
     let stopped = answer.method == Method::Hold && speed == 0.0;
-    assert!(
-        limits.speed_min <= speed && speed <= limits.speed_max || stopped,
-        "seed {seed}: speed {speed}"
-    );
+    let kept = limits.speed_min <= speed && speed <= limits.speed_max;
+    assert!(kept || stopped, "seed {seed}: speed {speed}");
     // A current changes the command of an over-ground loop by its own size at most, and never makes
     // it negative or larger than the largest speed.
     let (commanded, most) = (answer.reference.speed, speed + scene.current().norm());
-    assert!(
-        0.0 <= commanded && commanded <= (most + 1e-12).min(limits.speed_max),
-        "seed {seed}: speed {commanded}"
-    );
+    let kept = 0.0 <= commanded && commanded <= (most + 1e-12).min(limits.speed_max);
+    assert!(kept, "seed {seed}: speed {commanded}");
     for reference in [answer.reference, answer.reference_through_water] {
         let heading = reference.heading.radians();
         assert!(-PI < heading && heading <= PI, "seed {seed}: heading {heading}");
@@ -183,38 +160,23 @@ fn assert_usable(seed: u64, scene: &Snapshot, answer: &Plan) {
     // The memory in an answer is accepted unchanged.
     let memory = answer.craft.memory();
     let read = planner::craft::CraftEstimate::from_memory(&memory);
-    assert!(
-        read.is_some_and(|read| read.memory() == memory),
-        "seed {seed}: {memory:?}"
-    );
-    let numbers = answer.trajectory.iter().flat_map(|point| {
-        [
-            point.t_s,
-            point.position().x,
-            point.position().y,
-            point.speed_mps,
-            point.heading().radians(),
-        ]
-    });
-    let scores = [answer.predicted, answer.baseline.predicted]
-        .into_iter()
-        .flat_map(|predicted| [predicted.cost, predicted.rms_error_m, predicted.energy_j]);
-    let amounts = answer
-        .violations
-        .iter()
-        .flat_map(|violation| [violation.t_s, violation.amount]);
-    let goal = answer
-        .goal
-        .iter()
-        .flat_map(|goal| [goal.north_m, goal.east_m, goal.north_mps, goal.east_mps]);
-    assert!(
-        numbers
-            .chain(scores)
-            .chain(amounts)
-            .chain(goal)
-            .all(f64::is_finite),
-        "seed {seed}: {answer:?}"
-    );
+    let is_kept = read.is_some_and(|read| read.memory() == memory);
+    assert!(is_kept, "seed {seed}: {memory:?}");
+    let mut numbers = vec![];
+    for point in &answer.trajectory {
+        numbers.extend([point.t_s, point.position().x, point.position().y]);
+        numbers.extend([point.speed_mps, point.heading().radians()]);
+    }
+    for predicted in [answer.predicted, answer.baseline.predicted] {
+        numbers.extend([predicted.cost, predicted.rms_error_m, predicted.energy_j]);
+    }
+    for violation in &answer.violations {
+        numbers.extend([violation.t_s, violation.amount]);
+    }
+    for goal in &answer.goal {
+        numbers.extend([goal.north_m, goal.east_m, goal.north_mps, goal.east_mps]);
+    }
+    assert!(numbers.into_iter().all(f64::is_finite), "seed {seed}: {answer:?}");
 }
 
 fn assert_no_worse(seed: u64, scene: &Snapshot, answer: &Plan, parameters: &Parameters) {

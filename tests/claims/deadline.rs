@@ -8,7 +8,6 @@ use std::{
     time::Duration,
 };
 
-use axum::http::StatusCode;
 use clock::Clock;
 use planner::{
     los::LosLaw,
@@ -54,14 +53,10 @@ fn decision(mut plan: Plan) -> Plan {
 fn a_signal_that_is_never_due_changes_no_bit() {
     for goal in goals() {
         let snapshot = snapshot(observation(goal));
-        let alone = plan(&snapshot, &Parameters::default(), &mut Workspace::default());
+        let (parameters, mut workspace) = (Parameters::default(), Workspace::default());
+        let alone = plan(&snapshot, &parameters, &mut workspace);
         let (stop, looks) = due_at(usize::MAX);
-        let watched = plan_until(
-            &snapshot,
-            &Parameters::default(),
-            &mut Workspace::default(),
-            &stop,
-        );
+        let watched = plan_until(&snapshot, &parameters, &mut Workspace::default(), &stop);
         assert_eq!(watched, alone);
         assert!(!watched.solver.deadline_hit);
         // Once before each SCP iteration, and at least once for each of the interior-point solver.
@@ -129,12 +124,9 @@ fn stubborn(snapshot: &Snapshot, parameters: &Parameters, workspace: &mut Worksp
 }
 
 fn assert_degraded_by_the_deadline(answer: &Answer) {
-    assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);
-    let plan = answer.json();
-    assert_eq!(
-        (&plan["outcome"], &plan["reason"], &plan["method"]),
-        (&json!("degraded"), &json!("deadline"), &json!("saturated_los"))
-    );
+    let plan = answer.expected(200);
+    let how = json!([plan["outcome"], plan["reason"], plan["method"]]);
+    assert_eq!(how, json!(["degraded", "deadline", "saturated_los"]));
     assert_eq!(plan["solver"]["deadline_hit"], true);
     assert_eq!(plan["reference"]["speed_mps"], plan["baseline"]["speed_mps"]);
 }
@@ -161,10 +153,8 @@ async fn a_planner_that_does_not_stop_delays_no_answer_or_other_request() {
     *is_open.lock().expect("no thread panics with it") = true;
     opened.notify_all();
     let whole = send_to(service, post("/v1/plan", EXAMPLES[0].body)).await.json();
-    assert_eq!(
-        (&whole["outcome"], &whole["solver"]["deadline_hit"]),
-        (&json!("ok"), &json!(false))
-    );
+    let how = json!([whole["outcome"], whole["solver"]["deadline_hit"]]);
+    assert_eq!(how, json!(["ok", false]));
 }
 
 /// A service that answers within `limit` and whose work waits `lag` for a thread: it reads a
@@ -206,10 +196,8 @@ async fn an_explanation_without_time_left_delays_no_comparison() {
         let mut request = example("track");
         request["deadline_ms"] = json!(2e3);
         let request = post("/v1/plan/compare?explain=true", request.to_string());
-        let answer = send_to(service, request).await;
-        assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);
+        let compared = send_to(service, request).await.expected(200);
         assert_eq!(clock.since(start), Duration::from_millis(took_ms));
-        let compared = answer.json();
         let mpc = &compared["plans"]["mpc"];
         assert_eq!(mpc["outcome"] == "ok", is_explained, "{compared}");
         assert_eq!(compared["explanation"].is_object(), is_explained, "{compared}");
@@ -225,17 +213,13 @@ async fn a_law_is_degraded_only_if_the_deadline_shortened_its_schedule() {
         for law in LosLaw::ALL {
             let plan = &compared["plans"][law.name()];
             let reason = (laws == "degraded").then_some("deadline");
-            assert_eq!(
-                (&plan["outcome"], &plan["reason"]),
-                (&json!(laws), &json!(reason))
-            );
+            assert_eq!(json!([plan["outcome"], plan["reason"]]), json!([laws, reason]));
             assert_eq!(plan["trajectory"].as_array().map(Vec::len), Some(31));
         }
         let mut strict = example(name);
         strict["fallback"] = json!("none");
         let refused = send_to(service, post("/v1/plan/compare", strict.to_string())).await;
-        assert_eq!(refused.status, StatusCode::GATEWAY_TIMEOUT);
-        assert_eq!(refused.problem()["code"], "timed_out");
+        refused.must_refuse(504, "timed_out");
     }
 }
 
@@ -286,10 +270,8 @@ fn estimates_without_time_use_the_newest_reports_and_keep_the_track() {
     assert_eq!(estimate.rejected, (0..56).collect::<Vec<_>>());
     assert!(!estimate.track.is_empty());
     let plan = plan(&hasty, &Parameters::default(), &mut Workspace::default());
-    assert!(
-        plan.solver.deadline_hit,
-        "no program is solved for less than what is known"
-    );
+    // No program is solved for less than what is known.
+    assert!(plan.solver.deadline_hit);
     assert_eq!(plan.degraded, Some(Degraded::Deadline));
     assert_eq!(plan.baseline.degraded, Some(Degraded::Deadline));
 }
@@ -343,22 +325,15 @@ async fn work_for_a_disconnected_client_ends_and_all_work_is_admitted() {
     given_up(&service, "/v1/plan/batch", &batch, async || ()).await;
     // The second of the batch did not begin.
     let ready = send_to(service, post("/v1/plan/validate", EXAMPLES[0].body)).await;
-    assert_eq!(
-        (ready.status, WORK[0].load(Ordering::Relaxed)),
-        (StatusCode::OK, 3)
-    );
+    ready.must_be(200);
+    assert_eq!(WORK[0].load(Ordering::Relaxed), 3);
     let full = app(Settings {
         waiting: 0,
         ..settings
     });
     let route = async || {
         let refused = send_to(full.clone(), post("/v1/routes", "lat,lon\n1,1")).await;
-        assert_eq!(
-            refused.status,
-            StatusCode::SERVICE_UNAVAILABLE,
-            "{}",
-            refused.text
-        );
+        refused.must_be(503);
     };
     given_up(&full, "/v1/plan", &example("track"), route).await;
 }
@@ -388,9 +363,7 @@ async fn a_comparison_is_answered_for_any_deadline() {
         let mut hasty = example("intermittent");
         hasty["deadline_ms"] = json!(deadline_ms);
         let request = post("/v1/plan/compare?explain=true", hasty.to_string());
-        let answer = send_to(service, request).await;
-        assert_eq!(answer.status, StatusCode::OK, "{deadline_ms}: {}", answer.text);
-        let compared = answer.json();
+        let compared = send_to(service, request).await.expected(200);
         let mpc = &compared["plans"]["mpc"];
         assert!(mpc["reference"].is_object());
         assert_eq!(mpc["outcome"] == "ok", 10.0 < deadline_ms, "{deadline_ms}: {mpc}");

@@ -2,10 +2,15 @@
 //! answer is accepted as `previous_plan`, for any stop of the planner.
 //!
 //! `PILOTFISH_FUZZ_CASES=1000000 cargo test --release -p tests --test claims fuzz -- --nocapture`
-//! tries so many, `PILOTFISH_FUZZ_FIRST=N` from case N on. Overruns: `cargo bench -p tests --bench
-//! overrun`.
+//! tries so many, `PILOTFISH_FUZZ_FIRST=N` from case N on.
 
-use tests::{broken::pick, fuzz::Fuzzer};
+use rand::SeedableRng as _;
+use rand_chacha::ChaCha8Rng;
+use service::examples::EXAMPLES;
+use tests::{
+    broken::{BREAKERS, pick},
+    fuzz::{Fuzzer, read},
+};
 
 use crate::deadline::due_at;
 
@@ -38,4 +43,16 @@ fn answers_to_any_bytes_are_finite_and_accepted_back() {
         tally.values().sum::<u64>() < 4 * tally["planned"],
         "few are valid: {tally:?}"
     );
+}
+
+#[test]
+fn a_thousand_broken_bodies_are_refused_at_a_place_and_only_invalid_json_is_no_json() {
+    let mut rng = ChaCha8Rng::seed_from_u64(20_260_114);
+    let bodies = BREAKERS.iter().cycle().take(1_250);
+    let refused = bodies.filter(|break_it| {
+        let body = break_it(pick(&mut rng, &EXAMPLES).body, &mut rng);
+        read(&body).is_err()
+    });
+    // Most changes break a request: the reader checks them.
+    assert!(1_000 < refused.count());
 }

@@ -3,13 +3,11 @@
 //! `api/tests/program` starts the program: only a package's own tests know its binary.
 
 mod any_snapshot;
-mod bridge;
 mod deadline;
 mod fallback_levels;
 mod fuzz;
 mod guarantees;
 mod imports;
-mod malformed_bodies;
 mod missions;
 mod paper_corrections;
 mod rejections;
@@ -17,6 +15,5 @@ mod service;
 mod store;
 mod telemetry;
 mod violations;
-mod visits;
 mod voyages;
 mod wire;

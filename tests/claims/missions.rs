@@ -5,7 +5,7 @@ use std::{fs, sync::Arc, time::Duration};
 use axum::{
     Router,
     body::Body,
-    http::{HeaderValue, Request, StatusCode},
+    http::{Method, Request},
 };
 use clock::Clock;
 use futures_util::StreamExt as _;
@@ -25,19 +25,21 @@ use sim::{
 };
 use store::{EventReader, EventStore, FILE_NAME};
 use tempfile::TempDir;
-use tests::client::{Answer, get, post, send_to, simulated_machine};
+use tests::{
+    client::{Answer, call, fault, get, post, send_to, simulated_machine, with},
+    refusals::assert_refused,
+};
 use tower::ServiceExt as _;
 
 mod changes;
 mod earth;
 mod laws;
 mod orders;
-mod parts;
 
 /// A service on a simulated machine: its time passes while everything waits.
-struct Service {
-    clock: Clock,
-    router: Router,
+pub(crate) struct Service {
+    pub(crate) clock: Clock,
+    pub(crate) router: Router,
     missions: Missions,
     data: TempDir,
 }
@@ -45,8 +47,11 @@ struct Service {
 impl Service {
     /// With no missions yet.
     async fn start() -> Self {
-        let data = tempfile::tempdir().expect("is made");
-        Self::start_in(simulated_machine(), data, u64::MAX).await
+        Self::start_with(simulated_machine()).await
+    }
+
+    pub(crate) async fn start_with(settings: Settings) -> Self {
+        Self::start_in(settings, tempfile::tempdir().expect("is made"), u64::MAX).await
     }
 
     /// On the store in `data`, of which a client may use `share` bytes.
@@ -63,14 +68,9 @@ impl Service {
     }
 
     async fn restart(self) -> Self {
-        let Self {
-            clock,
-            router,
-            missions,
-            data,
-        } = self;
-        missions.close();
-        drop((router, missions));
+        let Self { clock, data, .. } = self;
+        self.missions.close();
+        drop((self.router, self.missions));
         // Simulated time passes when the store's writer has ended.
         clock.sleep(Duration::from_millis(1)).await;
         let settings = Settings {
@@ -86,41 +86,89 @@ impl Service {
         created + 10.0 * (self.clock.unix_s() - created)
     }
 
+    /// Time on the clock of the rehearsal at that path.
+    async fn now(&self, mission: &str) -> f64 {
+        self.mission_now(&self.ask(mission).await)
+    }
+
+    async fn send(&self, request: Request<Body>) -> Answer {
+        send_to(self.router.clone(), request).await
+    }
+
     async fn get(&self, path: &str) -> Answer {
-        send_to(self.router.clone(), get(path)).await
+        self.send(get(path)).await
     }
 
     async fn post(&self, path: &str, body: &Value) -> Answer {
-        send_to(self.router.clone(), post(path, body.to_string())).await
+        self.send(post(path, body.to_string())).await
     }
 
-    async fn post_keyed(&self, path: &str, body: &Value, key: &'static str) -> Answer {
-        let mut request = post(path, body.to_string());
-        request
-            .headers_mut()
-            .insert("idempotency-key", HeaderValue::from_static(key));
-        send_to(self.router.clone(), request).await
+    async fn post_keyed(&self, path: &str, body: &Value, key: &str) -> Answer {
+        let request = post(path, body.to_string());
+        self.send(with(request, "idempotency-key", key)).await
+    }
+
+    async fn patch_keyed(&self, mission: &str, body: &Value, key: &str) -> Answer {
+        let mut request = with(post(mission, body.to_string()), "idempotency-key", key);
+        *request.method_mut() = Method::PATCH;
+        let merge_patch = "application/merge-patch+json";
+        self.send(with(request, "content-type", merge_patch)).await
+    }
+
+    async fn patch(&self, mission: &str, body: &Value) -> Answer {
+        let mut request = post(mission, body.to_string());
+        *request.method_mut() = Method::PATCH;
+        self.send(request).await
+    }
+
+    /// Changes the mission, and returns it.
+    async fn change(&self, mission: &str, body: Value) -> Value {
+        self.patch(mission, &body).await.expected(200)
+    }
+
+    async fn delete(&self, mission: &str) -> Answer {
+        self.send(call("DELETE", mission)).await
     }
 
     /// Creates a mission, and returns its path.
     async fn create(&self, body: &Value) -> String {
         let made = self.post("/v1/missions", body).await;
-        assert_eq!(made.status, StatusCode::CREATED, "{}", made.text);
-        let path = made.headers["location"].to_str().expect("is text").to_owned();
+        made.must_be(201);
+        let path = made.header("location").to_owned();
         assert!(path.ends_with(made.json()["id"].as_str().expect("has a name")));
         path
     }
 
     async fn ask(&self, path: &str) -> Value {
-        let answer = self.get(path).await;
-        assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);
-        answer.json()
+        self.get(path).await.expected(200)
     }
 
-    async fn order(&self, mission: &str, order: &str, body: Value) -> Value {
-        let answer = self.post(&format!("{mission}/{order}"), &body).await;
-        assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);
-        answer.json()
+    pub(crate) async fn order(&self, mission: &str, order: &str, body: Value) -> Value {
+        self.post(&format!("{mission}/{order}"), &body)
+            .await
+            .expected(200)
+    }
+
+    /// Reports both AUVs and the surface craft of now.
+    async fn hear(&self, mission: &str) -> Value {
+        let now = self.now(mission).await;
+        self.order(mission, "reports", heard(now)).await
+    }
+
+    /// Starts a live mission with reports.
+    pub(crate) async fn running(&self) -> String {
+        let mission = self.create(&live()).await;
+        self.hear(&mission).await;
+        self.order(&mission, "run", json!({})).await;
+        mission
+    }
+
+    /// The reference by the next plan after that event.
+    async fn reference_after(&self, mission: &str, sequence: &Value) -> Value {
+        let path = format!("{mission}/reference?wait_s=10&after={sequence}");
+        let reference = self.ask(&path).await;
+        assert!(sequence.as_u64() < reference["sequence"].as_u64(), "{reference}");
+        reference
     }
 
     /// The mission with that status, which it must reach within a simulated minute.
@@ -131,55 +179,71 @@ impl Service {
             if seen["status"] == status {
                 return seen;
             }
-            assert!(
-                self.clock.since(start) < Duration::from_mins(1),
-                "is not {status}: {seen}"
-            );
+            let waited = self.clock.since(start);
+            assert!(waited < Duration::from_mins(1), "is not {status}: {seen}");
             self.clock.sleep(Duration::from_millis(20)).await;
         }
     }
 
     /// Asserts that the simulated mission is `flown`, to the bit. Returns its plans.
     async fn assert_is(&self, mission: &str, flown: &sim::record::Record) -> Vec<Value> {
-        let mut planned = self.record(mission).await;
-        planned.retain(|event| event["kind"] == "planned");
+        let planned = self.record(mission, "events_ndjson&kinds=planned").await;
         assert_eq!(planned.len(), flown.rows.len());
         for (event, row) in planned.iter().zip(&flown.rows) {
             let craft = row.surface_craft.as_ref().expect("is there");
-            let truth = &event["truth"];
-            assert_eq!(
-                (&event["t_s"], &event["outcome"]),
-                (&json!(row.time), &json!("ok"))
-            );
-            assert_eq!(truth["asc"]["north_m"], craft.position.x);
-            assert_eq!(truth["asc"]["east_m"], craft.position.y);
-            assert_eq!(truth["distance_m"], craft.distance());
-            assert_eq!(event["reference"]["speed_mps"], craft.reference.speed);
+            let (position, truth) = (craft.position, &event["truth"]);
+            let found = [
+                &event["t_s"],
+                &truth["asc"]["north_m"],
+                &truth["asc"]["east_m"],
+                &truth["distance_m"],
+                &event["reference"]["speed_mps"],
+            ];
+            let expected = [
+                row.time,
+                position.x,
+                position.y,
+                craft.distance(),
+                craft.reference.speed,
+            ];
+            assert_eq!(found.map(Value::as_f64), expected.map(Some));
+            assert_eq!(event["outcome"], "ok");
         }
         planned
     }
 
     /// Replays every plan of a mission, and asserts that all are equal. Returns their number.
     fn n_replayed(&self, mission: &str) -> u64 {
-        let id = mission.rsplit('/').next().expect("has a name");
         let reader = EventReader::of(self.data.path()).expect("opens");
-        let replayed = replay(&reader, id, &mut |_, _| {})
-            .expect("is whole")
-            .expect("is there");
+        let replayed = replay(&reader, id(mission), &mut |_, _| {});
+        let replayed = replayed.expect("is whole").expect("is there");
         assert_eq!((&*replayed.different, replayed.cut_short), (&[] as &[u64], 0));
         replayed.equal
     }
 
-    /// Every event of the mission.
-    async fn record(&self, mission: &str) -> Vec<Value> {
-        let answer = self.get(&format!("{mission}/record?format=events_ndjson")).await;
-        assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);
-        let lines = answer
-            .text
-            .lines()
-            .map(|line| serde_json::from_str(line).expect("is JSON"));
-        lines.collect()
+    /// The lines of the mission's record in that format.
+    async fn record(&self, mission: &str, format: &str) -> Vec<Value> {
+        let record = self.get(&format!("{mission}/record?format={format}")).await;
+        record.must_be(200);
+        let lines = record.text.lines();
+        lines
+            .map(|line| serde_json::from_str(line).expect("is JSON"))
+            .collect()
     }
+
+    /// Every event of the mission.
+    async fn events(&self, mission: &str) -> Vec<Value> {
+        self.record(mission, "events_ndjson").await
+    }
+}
+
+/// The name of a mission with that path.
+pub(crate) fn id(mission: &str) -> &str {
+    mission.rsplit('/').next().expect("is a path")
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().expect("is a number")
 }
 
 fn simulated(scenario: &str) -> Value {
@@ -189,13 +253,14 @@ fn simulated(scenario: &str) -> Value {
 /// A scenario of a minute, as a client sends a whole one.
 fn short_scenario() -> Value {
     let text = Scenario::text("paper-tracking").expect("exists");
-    let duration = text
+    let lines = text
         .lines()
-        .find(|line| line.starts_with("duration_s"))
-        .expect("is there");
-    let text = text.replace(duration, "duration_s = 60.0");
-    let settled = text.lines().find(|line| line.starts_with("settled_after_s"));
-    let text = settled.map_or(text.clone(), |line| text.replace(line, "settled_after_s = 0.0"));
+        .map(|line| match line.split_once(" = ").map_or("", |(key, _)| key) {
+            "duration_s" => "duration_s = 60.0",
+            "settled_after_s" => "settled_after_s = 0.0",
+            _ => line,
+        });
+    let text = lines.collect::<Vec<_>>().join("\n");
     json!({ "schema_version": "1.0", "simulated": { "scenario_file": text, "seed": 3 } })
 }
 
@@ -232,72 +297,51 @@ async fn every_plan_has_its_prediction_and_a_record_can_be_read_in_parts() {
     let service = Service::start().await;
     let mission = service.create(&simulated("noisy-fixes")).await;
     service.order(&mission, "step", json!({ "ticks": 30 })).await;
-    let part = async |query: &str| {
-        let answer = service.get(&format!("{mission}/record?{query}")).await;
-        assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);
-        answer.text
-    };
-    let lines = part("format=events_ndjson&kinds=planned&after=11&max_events=3").await;
-    let events: Vec<Value> = lines
-        .lines()
-        .map(|line| serde_json::from_str(line).expect("is JSON"))
-        .collect();
-    assert_eq!(
-        events
-            .iter()
-            .map(|event| event["sequence"].as_u64())
-            .collect::<Vec<_>>(),
-        [Some(12), Some(13), Some(14)]
-    );
+    let part = "events_ndjson&kinds=planned&after=11&max_events=3";
+    let events = service.record(&mission, part).await;
+    let sequences: Vec<_> = events.iter().map(|event| &event["sequence"]).collect();
+    assert_eq!(sequences, [12, 13, 14]);
     for event in &events {
         assert!(event["prediction"].to_string().len() < 2_000, "{event}");
         let prediction: wire::Prediction =
             serde_json::from_value(event["prediction"].clone()).expect("has the shape");
-        let n = prediction.after_s.len();
+        let (n, auv) = (prediction.after_s.len(), &prediction.auvs[0]);
         assert!((2..=13).contains(&n) && prediction.after_s[0] == 0.0 && prediction.after_s.is_sorted());
-        assert!(
-            [
-                prediction.asc.len(),
-                prediction.goal.len(),
-                prediction.line_of_sight.len()
-            ] == [n; 3]
-        );
-        let auv = &prediction.auvs[0];
-        assert!([auv.positions.len(), auv.depths_m.len(), auv.covariances_m2.len()] == [n; 3]);
+        let lengths = [
+            prediction.asc.len(),
+            prediction.goal.len(),
+            prediction.line_of_sight.len(),
+            auv.positions.len(),
+            auv.depths_m.len(),
+            auv.covariances_m2.len(),
+        ];
+        assert_eq!(lengths, [n; 6]);
         // Variances and the correlation of a covariance, which grows with time.
-        assert!(
-            auv.covariances_m2
-                .iter()
-                .all(|[nn, ne, ee]| 0.0 < *nn && ne * ne <= nn * ee)
-        );
-        assert!(
-            auv.covariances_m2
-                .windows(2)
-                .all(|pair| pair[0][0] + pair[0][2] <= pair[1][0] + pair[1][2] + 1e-3)
-        );
+        let mut covariances = auv.covariances_m2.iter();
+        assert!(covariances.all(|[nn, ne, ee]| 0.0 < *nn && ne * ne <= nn * ee));
+        let mut pairs = auv.covariances_m2.windows(2);
+        assert!(pairs.all(|pair| pair[0][0] + pair[0][2] <= pair[1][0] + pair[1][2] + 1e-3));
         // The future is unknown: the fix is one that was sent, and its age is that of the estimate.
-        let heard = auv.heard.expect("was heard");
-        assert!(heard.t_s <= event["t_s"].as_f64().expect("has a time"));
+        assert!(auv.heard.expect("was heard").t_s <= number(&event["t_s"]));
     }
+    let part = async |query: &str| {
+        let answer = service.get(&format!("{mission}/record?{query}")).await;
+        answer.must_be(200);
+        answer.text
+    };
     let first = part("format=csv&max_events=1").await;
     assert_eq!(first.lines().count(), 2, "a header and the making: {first}");
     let orders = part("format=csv&kinds=created,ran").await;
-    assert!(
-        orders.lines().skip(1).all(|line| line.contains("created")),
-        "{orders}"
-    );
+    let mut rows = orders.lines().skip(1);
+    assert!(rows.all(|line| line.contains("created")), "{orders}");
     assert_eq!(part("format=events_ndjson&after=99999").await, "");
     let known = part("format=csv&kinds=planned&max_events=1").await;
     assert!(known.lines().any(|line| line.contains(",known,")), "{known}");
-    let answer = service
-        .get(&format!("{mission}/record?format=csv&kinds=planned,nonsense"))
-        .await;
-    assert_eq!(answer.status, StatusCode::UNPROCESSABLE_ENTITY);
-    assert!(
-        answer.text.contains("\"kinds\"") && answer.text.contains("clock_set"),
-        "{}",
-        answer.text
-    );
+    let unknown = format!("{mission}/record?format=csv&kinds=planned,nonsense");
+    let answer = service.get(&unknown).await;
+    answer.must_be(422);
+    answer.must_say("\"kinds\"");
+    answer.must_say("clock_set");
 }
 
 /// The log has four plans a page; reading gives their whole JSON.
@@ -314,10 +358,9 @@ async fn a_plan_takes_less_than_a_kilobyte_of_the_disk() {
     let plan = bytes("SELECT CAST(avg(length(body)) AS INTEGER) FROM events WHERE kind = 'planned'");
     let checkpoint = bytes("SELECT length(body) FROM snapshots");
     assert!(plan < 1_000 && checkpoint < 10_000, "{plan}, {checkpoint}");
-    let read = service
-        .get(&format!("{mission}/record?format=events_ndjson&kinds=planned"))
-        .await;
-    assert!(read.text.lines().count() == 30 && 30 * 2_000 < read.text.len());
+    let read = format!("{mission}/record?format=events_ndjson&kinds=planned");
+    let read = service.get(&read).await.text;
+    assert!(read.lines().count() == 30 && 30 * 2_000 < read.len());
 }
 
 #[tokio::test(start_paused = true)]
@@ -327,25 +370,19 @@ async fn a_scene_has_the_contents_of_a_map_and_the_controller_s_task() {
     new["simulated"]["controller"] = json!("saturated_los");
     let mission = service.create(&new).await;
     let scene = service.ask(&format!("{mission}/scene")).await;
-    assert_eq!(
-        (scene["controller"].as_str(), scene["duration_s"].as_f64()),
-        (Some("saturated_los"), Some(1920.0))
-    );
     // Like `pilotfish compare`, whose scores are of a record of the same scenario.
     let scenario = Scenario::named("crowded").expect("exists");
     let flown = mission::Mission::new(&scenario, "", 1).expect("starts");
+    let expected = json!(["saturated_los", 1920.0, flown.record().settled_after]);
     assert_eq!(
-        scene["settled_after_s"].as_f64(),
-        Some(flown.record().settled_after)
+        json!([scene["controller"], scene["duration_s"], scene["settled_after_s"]]),
+        expected
     );
-    assert_eq!(scene["keep_outs"].as_array().map(Vec::len), Some(1));
-    assert_eq!(scene["paths"].as_object().map(serde_json::Map::len), Some(2));
-    assert!(
-        scene["range_max_m"].as_f64().is_some()
-            && scene["information"]
-                .as_str()
-                .is_some_and(|said| said.contains("current"))
-    );
+    let n_paths = scene["paths"].as_object().map(serde_json::Map::len);
+    let n_discs = scene["keep_outs"].as_array().map(Vec::len);
+    assert_eq!((n_discs, n_paths), (Some(1), Some(2)));
+    let information = scene["information"].as_str().unwrap_or_default();
+    assert!(scene["range_max_m"].is_number() && information.contains("current"));
 
     let mut new = live();
     new["live"]["auvs"][0]["path"] =
@@ -354,28 +391,14 @@ async fn a_scene_has_the_contents_of_a_map_and_the_controller_s_task() {
     let mission = service.create(&new).await;
     let scene = service.ask(&format!("{mission}/scene")).await;
     let path = scene["paths"]["auv-1"].as_array().expect("is known");
-    assert_eq!(
-        (&path[0], path.last()),
-        (&json!([0.0, 0.0]), Some(&json!([100.0, 0.0])))
-    );
-    assert_eq!(
-        (
-            scene["clock_rate"].as_f64(),
-            scene["area"].as_array().map(Vec::len)
-        ),
-        (Some(10.0), Some(4))
-    );
+    assert_eq!(json!([path[0], path.last()]), json!([[0.0, 0.0], [100.0, 0.0]]));
+    let n_corners = scene["area"].as_array().map(Vec::len);
+    assert_eq!((scene["clock_rate"].as_f64(), n_corners), (Some(10.0), Some(4)));
     assert!(scene["information"].is_null() && scene["settled_after_s"].is_null());
-    assert_eq!(
-        service.get("/v1/missions/m-nowhere/scene").await.status,
-        StatusCode::NOT_FOUND
-    );
+    service.get("/v1/missions/m-nowhere/scene").await.must_be(404);
 
-    let access = service.ask("/v1/access").await;
-    assert_eq!(
-        access,
-        json!({ "role": "admin", "caller": null, "protected": false })
-    );
+    let everything = json!({ "role": "admin", "caller": null, "protected": false });
+    assert_eq!(service.ask("/v1/access").await, everything);
 }
 
 #[tokio::test(start_paused = true)]
@@ -383,53 +406,30 @@ async fn a_whole_scenario_may_be_sent_and_its_errors_are_named() {
     let service = Service::start().await;
     let mission = service.create(&short_scenario()).await;
     service.order(&mission, "run", json!({})).await;
-    let finished = service.until(&mission, "finished").await;
-    assert_eq!(finished["t_s"], 59.0);
-
-    for (mut body, place, value, pointer, said) in [
-        (
-            simulated("nowhere"),
-            "",
-            Value::Null,
-            "/simulated/scenario",
-            "paper-tracking",
-        ),
-        (
-            json!({ "schema_version": "1.0" }),
-            "",
-            Value::Null,
-            "",
-            "either simulated or live",
-        ),
-        (
-            short_scenario(),
-            "/simulated/scenario_file",
-            json!("title = 1"),
-            "/simulated/scenario_file",
-            "scenario_file:1",
-        ),
-        (live(), "/schema_version", json!("9"), "/schema_version", "1.0"),
-        (live(), "/title", json!("x".repeat(201)), "/title", "200"),
-        (live(), "/live/period_s", json!(0.1), "/live/period_s", "0.5"),
-        (live(), "/live/clock_rate", json!(100.0), "/live/clock_rate", "60"),
-        (live(), "/live/auvs/0/id", json!(""), "/live/auvs/0/id", ""),
-        (
-            live(),
-            "/live/auvs/0/id",
-            json!("asc"),
-            "/live/auvs/0/id",
-            "surface craft",
-        ),
-        (live(), "/live/goal/auvs", json!(["x"]), "/live/goal/auvs/0", ""),
-    ] {
-        if !place.is_empty() {
-            *body.pointer_mut(place).expect("is there") = value;
-        }
-        let answer = service.post("/v1/missions", &body).await;
-        assert_eq!(answer.status, StatusCode::UNPROCESSABLE_ENTITY, "{}", answer.text);
-        assert_eq!(answer.faults()[0].0, pointer, "{}", answer.text);
-        assert!(answer.text.contains(said), "{}", answer.text);
-    }
+    assert_eq!(service.until(&mission, "finished").await["t_s"], 59.0);
+    let create = async |body: Value| service.post("/v1/missions", &body).await;
+    let table = r#"
+        /simulated/scenario  "nowhere"                  invalid  ~paper-tracking
+        .                    {"schema_version":"1.0"}   one_of   ~either simulated or live
+    "#;
+    assert_refused(&simulated("calm"), table, &create).await;
+    let table = r#"/simulated/scenario_file  "title = 1"  invalid  ~scenario_file:1"#;
+    assert_refused(&short_scenario(), table, &create).await;
+    let mut of_one = live();
+    of_one["live"]["goal"]["auvs"] = json!(["auv-2"]);
+    let long = "x".repeat(201);
+    let table = format!(
+        r#"
+        /schema_version   "9"       unsupported      ~1.0
+        /title            "{long}"  too_long         ~200
+        /live/period_s    0.1       out_of_range     ~0.5
+        /live/clock_rate  100.0     out_of_range     ~60
+        /live/auvs/0/id   ""        length
+        /live/auvs/0/id   "asc"     reserved         ~surface craft
+        /live/goal/auvs   ["x"]     unknown_vehicle  /live/goal/auvs/0
+    "#
+    );
+    assert_refused(&of_one, &table, &create).await;
 }
 
 #[tokio::test(start_paused = true)]
@@ -453,33 +453,23 @@ async fn a_live_mission_plans_every_period_degrades_with_age_and_names_missing_v
     let service = Service::start().await;
     let mission = service.create(&live()).await;
     let made = service.ask(&mission).await;
-    assert_eq!(
-        (&made["title"], &made["metadata"]["boat"]),
-        (&json!("two AUVs"), &json!(7))
-    );
+    let named = json!([made["title"], made["metadata"]["boat"]]);
+    assert_eq!(named, json!(["two AUVs", 7]));
     service.order(&mission, "run", json!({})).await;
     let reference = format!("{mission}/reference");
     let unknown = service.get(&reference).await;
-    assert_eq!(unknown.status, StatusCode::CONFLICT);
-    assert_eq!(unknown.problem()["code"], "no_plan_yet");
-    assert!(unknown.text.contains("asc, auv-1, auv-2"), "{}", unknown.text);
+    unknown.must_refuse(409, "no_plan_yet");
+    unknown.must_say("asc, auv-1, auv-2");
 
     let now = service.mission_now(&made);
     let accepted = service.order(&mission, "reports", heard(now)).await;
-    let first = service.ask(&format!("{reference}?wait_s=10")).await;
-    assert!(accepted["sequence"].as_u64() < first["sequence"].as_u64());
-    assert_eq!(
-        (&first["outcome"], &first["method"]),
-        (&json!("ok"), &json!("mpc"))
-    );
-    assert_eq!(
-        first["heard_s"],
-        json!({ "asc": now, "auv-1": now - 4.0, "auv-2": now - 2.0 })
-    );
+    let first = service.reference_after(&mission, &accepted["sequence"]).await;
+    assert_eq!(json!([first["outcome"], first["method"]]), json!(["ok", "mpc"]));
+    let heard_s = json!({ "asc": now, "auv-1": now - 4.0, "auv-2": now - 2.0 });
+    assert_eq!(first["heard_s"], heard_s);
     // Periods of 1 s on a clock of tenfold speed, as exactly as a float holds Unix time.
-    let after = first["sequence"].as_u64().expect("is a number");
-    let second = service.ask(&format!("{reference}?wait_s=10&after={after}")).await;
-    let apart = second["t_s"].as_f64().expect("is one") - first["t_s"].as_f64().expect("is one");
+    let second = service.reference_after(&mission, &first["sequence"]).await;
+    let apart = number(&second["t_s"]) - number(&first["t_s"]);
     assert!((apart - 1.0).abs() < UNIX_RESOLUTION_S, "{apart}");
     // A fix from before all others, one twice, and one out of turn.
     let late = json!({ "auvs": { "auv-1": [fix(now - 1.0, 10.6, -20.0), fix(now - 60.0, 0.0, -20.0),
@@ -491,19 +481,14 @@ async fn a_live_mission_plans_every_period_degrades_with_age_and_names_missing_v
     let silent = service.ask(&reference).await;
     assert_eq!(silent["waits_for"], json!(["asc"]));
     // A client that lists missions sees that the plan is several periods old.
-    let listed = service.ask("/v1/missions").await["missions"][0]["plan"].clone();
-    assert_eq!(
-        (listed["period_s"].as_f64(), &listed["waits_for"]),
-        (Some(1.0), &json!(["asc"]))
-    );
+    let listed = async || service.ask("/v1/missions").await["missions"][0]["plan"].clone();
+    let before = listed().await;
+    let periods = json!([before["period_s"], before["waits_for"]]);
+    assert_eq!(periods, json!([1.0, ["asc"]]));
     service.clock.sleep(Duration::from_millis(500)).await;
-    let later = service.ask("/v1/missions").await["missions"][0]["plan"].clone();
-    let age = |plan: &Value| plan["age_s"].as_f64().expect("is one");
-    assert!(
-        (age(&later) - age(&listed) - 5.0).abs() < UNIX_RESOLUTION_S,
-        "{listed} {later}"
-    );
-    let carried = silent["t_s"].as_f64().expect("is one") - now;
+    let aged = number(&listed().await["age_s"]) - number(&before["age_s"]);
+    assert!((aged - 5.0).abs() < UNIX_RESOLUTION_S, "{aged}");
+    let carried = number(&silent["t_s"]) - now;
     assert!((carried - 10.0).abs() < UNIX_RESOLUTION_S, "{carried}");
     assert_eq!(silent["heard_s"]["auv-1"], now - 1.0);
 
@@ -515,47 +500,38 @@ async fn a_live_mission_plans_every_period_degrades_with_age_and_names_missing_v
 async fn a_vehicle_with_stale_reports_is_not_followed_and_is_named() {
     let service = Service::start().await;
     let mission = service.create(&live()).await;
-    let made = service.ask(&mission).await;
-    let now = service.mission_now(&made);
-    let age = Parameters::default().report_age_max;
+    let now = service.now(&mission).await;
+    let then = now - Parameters::default().report_age_max - 1.0;
     let mut old = heard(now);
-    old["auvs"]["auv-1"][0]["t_s"] = json!(now - age - 1.0);
+    old["auvs"]["auv-1"][0]["t_s"] = json!(then);
     service.order(&mission, "reports", old).await;
     service.order(&mission, "run", json!({})).await;
-    let held = service
-        .ask(&format!("{mission}/reference?wait_s=5&after=0"))
-        .await;
-    assert_eq!(
-        (&held["outcome"], &held["method"]),
-        (&json!("degraded"), &json!("hold"))
-    );
-    assert_eq!(held["plan"]["reason"], "stale_report");
-    assert_eq!(held["heard_s"]["auv-1"], now - age - 1.0);
+    let held = service.reference_after(&mission, &json!(0)).await;
+    let how = json!([held["outcome"], held["method"], held["plan"]["reason"]]);
+    assert_eq!(how, json!(["degraded", "hold", "stale_report"]));
+    assert_eq!(held["heard_s"]["auv-1"], then);
 }
 
 #[tokio::test(start_paused = true)]
 async fn a_restart_keeps_all_knowledge_and_plans_as_before() {
     let mut service = Service::start().await;
     let mission = service.create(&live()).await;
-    let made = service.ask(&mission).await;
+    let reference = format!("{mission}/reference");
     service.order(&mission, "run", json!({})).await;
     for _ in 0..3 {
-        let now = service.mission_now(&made);
-        service.order(&mission, "reports", heard(now)).await;
-        service.ask(&format!("{mission}/reference?wait_s=5")).await;
+        let now = service.now(&mission).await;
+        service.hear(&mission).await;
+        service.ask(&format!("{reference}?wait_s=5")).await;
         // Heard after the last snapshot.
         let more = json!({ "auvs": { "auv-2": [fix(now - 1.0, 11.0, 20.0)] } });
         let heard = service.order(&mission, "reports", more).await;
-        let after = heard["sequence"].as_u64().expect("is a number");
         service = service.restart().await;
         // The previous plan is there until the next, which is made without a request.
-        let kept = service.ask(&format!("{mission}/reference")).await;
-        assert_eq!(kept["plan"]["outcome"], "ok");
-        let next = format!("{mission}/reference?wait_s=5&after={after}");
-        let planned = service.ask(&next).await;
+        assert_eq!(service.ask(&reference).await["plan"]["outcome"], "ok");
+        let planned = service.reference_after(&mission, &heard["sequence"]).await;
         assert_eq!(planned["heard_s"]["auv-2"], now - 1.0);
     }
-    let last = service.ask(&format!("{mission}/reference")).await;
+    let last = service.ask(&reference).await;
     for _ in 0..2 {
         let finished = service.order(&mission, "finish", json!({})).await;
         assert_eq!(finished["status"], "finished");
@@ -563,70 +539,59 @@ async fn a_restart_keeps_all_knowledge_and_plans_as_before() {
     // The last plan is there; a client does not wait for the next, which never comes.
     let service = service.restart().await;
     let asked = service.clock.now();
-    let kept = service.ask(&format!("{mission}/reference?wait_s=60")).await;
+    let kept = service.ask(&format!("{reference}?wait_s=60")).await;
     assert_eq!(service.clock.now(), asked);
     assert!(last["sequence"].as_u64() <= kept["sequence"].as_u64());
-    assert_eq!(
-        (&kept["status"], &kept["plan"]["schema_version"]),
-        (&json!("finished"), &json!("1.0"))
-    );
+    let state = json!([kept["status"], kept["plan"]["schema_version"]]);
+    assert_eq!(state, json!(["finished", "1.0"]));
     assert!(3 < service.n_replayed(&mission));
-    let record = service.record(&mission).await;
-    let sequences: Vec<u64> = record
-        .iter()
-        .filter_map(|event| event["sequence"].as_u64())
-        .collect();
-    assert!(
-        sequences.iter().copied().eq(1..=record.len() as u64),
-        "{sequences:?}"
-    );
-    assert_eq!(record.last().expect("is there")["kind"], "finished");
+    let events = service.events(&mission).await;
+    let sequences = events.iter().filter_map(|event| event["sequence"].as_u64());
+    assert!(sequences.eq(1..=events.len() as u64), "{events:?}");
+    assert_eq!(events.last().expect("is there")["kind"], "finished");
 }
 
 #[tokio::test(start_paused = true)]
 async fn a_repeated_request_with_its_key_is_carried_out_once() {
     let service = Service::start().await;
     let made = service.post_keyed("/v1/missions", &live(), "make").await;
-    assert_eq!(made.status, StatusCode::CREATED);
     let again = service.post_keyed("/v1/missions", &live(), "make").await;
-    assert_eq!((again.status, again.json()), (StatusCode::CREATED, made.json()));
-    let other = service
-        .post_keyed("/v1/missions", &simulated("paper-tracking"), "make")
-        .await;
+    assert_eq!(again.expected(201), made.expected(201));
+    let other = simulated("paper-tracking");
+    let other = service.post_keyed("/v1/missions", &other, "make").await;
     assert_eq!(other.problem()["code"], "idempotency_key_taken");
 
-    let mission = format!("/v1/missions/{}", made.json()["id"].as_str().expect("has a name"));
-    let reports = format!("{mission}/reports");
-    let body = heard(service.mission_now(&made.json()));
-    let first = service.post_keyed(&reports, &body, "first").await;
+    let mission = made.header("location").to_owned();
+    let (reports, finish) = (format!("{mission}/reports"), format!("{mission}/finish"));
+    let body = heard(service.now(&mission).await);
+    let to_auv_1 = json!({ "goal": { "kind": "track", "auv": "auv-1" } });
+    let report = async |service: &Service, key: &str| service.post_keyed(&reports, &body, key).await;
+    let first = report(&service, "first").await;
     assert_eq!(first.json(), json!({ "sequence": 2 }));
-    service.post_keyed(&reports, &body, "second").await;
-    service
-        .post_keyed(&format!("{mission}/finish"), &json!({}), "end")
-        .await;
+    report(&service, "second").await;
+    let changed = service.patch_keyed(&mission, &to_auv_1, "to 1").await;
+    assert_eq!(changed.json()["sequence"], 4);
+    service.post_keyed(&finish, &json!({}), "end").await;
     let service = service.restart().await;
     // A client that lost the answer gets it, although the mission is over.
-    assert_eq!(
-        service.post_keyed(&reports, &body, "first").await.json(),
-        json!({ "sequence": 2 })
-    );
-    let ended = service
-        .post_keyed(&format!("{mission}/finish"), &json!({}), "end")
+    assert_eq!(report(&service, "first").await.json(), first.json());
+    let again = service.patch_keyed(&mission, &to_auv_1, "to 1").await;
+    assert_eq!(again.expected(200), changed.json());
+    let taken = service
+        .patch_keyed(&mission, &json!({ "area": null }), "to 1")
         .await;
+    assert_eq!(taken.problem()["code"], "idempotency_key_taken");
+    let ended = service.post_keyed(&finish, &json!({}), "end").await;
     assert_eq!(ended.json()["status"], "finished");
-    let new = service.post_keyed(&reports, &body, "third").await;
-    assert_eq!(
-        (new.status, new.problem()["code"].as_str()),
-        (StatusCode::CONFLICT, Some("conflict"))
-    );
-    assert_eq!(service.ask(&mission).await["sequence"], 4);
+    report(&service, "third").await.must_refuse(409, "conflict");
+    assert_eq!(service.ask(&mission).await["sequence"], 5);
 }
 
 #[tokio::test(start_paused = true)]
 async fn reports_without_an_acceptable_one_are_refused_with_each_fault_s_place() {
     let service = Service::start().await;
     let mission = service.create(&live()).await;
-    let now = service.mission_now(&service.ask(&mission).await);
+    let now = service.now(&mission).await;
     let mut body = heard(now);
     body["auvs"]["auv-1"][0]["north_m"] = json!(1e9);
     body["auvs"]["auv-2"][0]["sigma_m"] = json!(-1.0);
@@ -636,50 +601,41 @@ async fn reports_without_an_acceptable_one_are_refused_with_each_fault_s_place()
     body["asc"][0]["current"] = json!({ "north_mps": 1e6, "east_mps": 0 });
     let note = |t_s: f64, length: usize| json!({ "t_s": t_s, "text": "x".repeat(length) });
     body["notes"] = json!([note(5.0, 3), note(now, 501)]);
-    let refused = service.post(&format!("{mission}/reports"), &body).await;
-    let mut pointers: Vec<String> = refused.faults().into_iter().map(|(pointer, _)| pointer).collect();
+    let post = async |body: &Value| service.post(&format!("{mission}/reports"), body).await;
+    let mut pointers: Vec<_> = post(&body)
+        .await
+        .faults()
+        .into_iter()
+        .map(|(pointer, _)| pointer)
+        .collect();
     pointers.sort();
-    assert_eq!(
-        pointers,
-        [
-            "/asc/0/current/north_mps",
-            "/asc/0/state/speed_mps",
-            "/asc/0/t_s",
-            "/auvs/auv-1/0/north_m",
-            "/auvs/auv-2/0/sigma_m",
-            "/auvs/a~1b",
-            "/notes/0/t_s",
-            "/notes/1/text"
-        ]
-    );
+    let expected = "/asc/0/current/north_mps /asc/0/state/speed_mps /asc/0/t_s /auvs/auv-1/0/north_m \
+        /auvs/auv-2/0/sigma_m /auvs/a~1b /notes/0/t_s /notes/1/text";
+    assert_eq!(pointers.join(" "), expected);
     let ahead = json!({ "auvs": { "auv-1": [fix(now + 1000.0, 0.0, 0.0)] } });
-    let refused = service.post(&format!("{mission}/reports"), &ahead).await;
     assert_eq!(
-        refused.faults(),
-        [("/auvs/auv-1/0/t_s".to_owned(), "out_of_range".to_owned())]
-    );
-    for nothing in [json!({}), json!({ "received_s": now })] {
-        let refused = service.post(&format!("{mission}/reports"), &nothing).await;
-        assert_eq!(refused.faults()[0].1, "missing");
-    }
-    let many = json!({ "auvs": { "auv-1": vec![fix(now, 0.0, 0.0); 65] } });
-    let refused = service.post(&format!("{mission}/reports"), &many).await;
-    assert_eq!(refused.faults()[0].1, "too_long");
-    // A map would keep one of two equal names.
-    let twice = format!(
-        r#"{{"auvs":{{"auv-1":[{0}],"auv-1":[{0}]}}}}"#,
-        fix(now, 0.0, 0.0)
-    );
-    let refused = send_to(service.router.clone(), post(&format!("{mission}/reports"), twice)).await;
-    assert_eq!(
-        refused.faults(),
-        [("/auvs/auv-1".to_owned(), "duplicate_field".to_owned())]
+        post(&ahead).await.faults(),
+        fault("/auvs/auv-1/0/t_s", "out_of_range")
     );
     let others: serde_json::Map<String, Value> = (0..1000).map(|k| (k.to_string(), json!([]))).collect();
+    for (body, code) in [
+        (json!({}), "missing"),
+        (json!({ "received_s": now }), "missing"),
+        (
+            json!({ "auvs": { "auv-1": vec![fix(now, 0.0, 0.0); 65] } }),
+            "too_long",
+        ),
+        (json!({ "auvs": others }), "too_long"),
+    ] {
+        assert_eq!(post(&body).await.faults()[0].1, code);
+    }
+    // A map would keep one of two equal names.
+    let fix = fix(now, 0.0, 0.0);
+    let twice = format!(r#"{{"auvs":{{"auv-1":[{fix}],"auv-1":[{fix}]}}}}"#);
     let refused = service
-        .post(&format!("{mission}/reports"), &json!({ "auvs": others }))
+        .send(tests::client::post(&format!("{mission}/reports"), twice))
         .await;
-    assert_eq!(refused.faults(), [("/auvs".to_owned(), "too_long".to_owned())]);
+    assert_eq!(refused.faults(), fault("/auvs/auv-1", "duplicate_field"));
     assert_eq!(service.ask(&mission).await["sequence"], 1);
 }
 
@@ -687,7 +643,7 @@ async fn reports_without_an_acceptable_one_are_refused_with_each_fault_s_place()
 async fn a_rejected_report_affects_no_other() {
     let service = Service::start().await;
     let mission = service.create(&live()).await;
-    let now = service.mission_now(&service.ask(&mission).await);
+    let now = service.now(&mission).await;
     let mut body = heard(now);
     let mut odd = fix(now, 3.0, 4.0);
     odd["sigma_m"] = json!(1e9);
@@ -696,33 +652,25 @@ async fn a_rejected_report_affects_no_other() {
     body["auvs"]["auv-9"] = json!([fix(now, 0.0, 0.0), fix(now, 1.0, 0.0)]);
     body["notes"] = json!([{ "t_s": now, "text": 5 }, { "t_s": now, "text": "kept" }]);
     let reports = format!("{mission}/reports");
-    let answer = service.post_keyed(&reports, &body, "some").await;
-    assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);
-    let accepted = answer.json();
-    let rejected = accepted["rejected"].as_array().expect("a list");
-    let mut pointers: Vec<_> = rejected.iter().map(|error| error["pointer"].as_str()).collect();
-    pointers.sort();
+    let accepted = service.post_keyed(&reports, &body, "some").await.expected(200);
+    let mut rejected = accepted["rejected"].as_array().expect("a list").clone();
+    rejected.sort_by_key(|error| error["pointer"].to_string());
+    let pointers: Vec<_> = rejected.iter().map(|error| &error["pointer"]).collect();
     let expected = [
         "/auvs/auv-1/0/sigma_m",
         "/auvs/auv-1/1/north_m",
         "/auvs/auv-9",
         "/notes/0/text",
     ];
-    assert_eq!(pointers, expected.map(Some), "{accepted}");
-    let sigma = rejected
-        .iter()
-        .find(|error| error["pointer"] == expected[0])
-        .expect("is there");
-    assert_eq!(
-        (&sigma["given"], &sigma["code"]),
-        (&json!(1e9), &json!("out_of_range"))
-    );
+    assert_eq!(pointers, expected);
+    let sigma = &rejected[0];
+    let fault = json!([sigma["given"], sigma["code"]]);
+    assert_eq!(fault, json!([1e9, "out_of_range"]));
     assert!(sigma["limit"]["most"].is_number(), "{sigma}");
     assert_eq!(service.post_keyed(&reports, &body, "some").await.json(), accepted);
 
-    let stored = &service.record(&mission).await[1]["heard"];
-    let left = heard(now);
-    assert_eq!(stored["auvs"], left["auvs"]);
+    let stored = &service.events(&mission).await[1]["heard"];
+    assert_eq!(stored["auvs"], heard(now)["auvs"]);
     assert_eq!(stored["notes"], json!([{ "t_s": now, "text": "kept" }]));
     assert_eq!(stored["rejected"], accepted["rejected"]);
     assert_eq!(service.ask(&mission).await["sequence"], 2);
@@ -732,36 +680,25 @@ async fn a_rejected_report_affects_no_other() {
 async fn a_wrong_clock_is_reported_in_seconds() {
     let service = Service::start().await;
     let mission = service.create(&live()).await;
-    for (off, told) in [(1000.0, "ahead of"), (-90_000.0, "behind")] {
-        let now = service.mission_now(&service.ask(&mission).await);
-        let off_clock = json!({ "received_s": now + off, "auvs": { "auv-1": [fix(now + off, 0.0, 0.0)] }, "asc": asc(now + off) });
-        let refused = service.post(&format!("{mission}/reports"), &off_clock).await;
-        let document = refused.problem();
-        let errors = document["errors"].as_array().expect("a list");
-        let pointers: Vec<_> = errors.iter().map(|error| error["pointer"].as_str()).collect();
-        let expected = ["/received_s", "/auvs/auv-1/0/t_s", "/asc/0/t_s"].map(Some);
-        assert!(
-            pointers.iter().all(|pointer| expected.contains(pointer)),
-            "{document}"
-        );
-        for error in errors {
+    let reports = format!("{mission}/reports");
+    for (off, told) in [(1000.0, "1000.0 s ahead of"), (-90_000.0, "90000.0 s behind")] {
+        let now = service.now(&mission).await + off;
+        let off_clock =
+            json!({ "received_s": now, "auvs": { "auv-1": [fix(now, 0.0, 0.0)] }, "asc": asc(now) });
+        let document = service.post(&reports, &off_clock).await.problem();
+        for error in document["errors"].as_array().expect("a list") {
+            let pointer = error["pointer"].as_str().expect("a text");
+            let expected = ["/received_s", "/auvs/auv-1/0/t_s", "/asc/0/t_s"];
+            assert!(expected.contains(&pointer), "{document}");
             let detail = error["detail"].as_str().expect("a text");
-            let (seconds, rest) = detail
-                .strip_prefix("is ")
-                .and_then(|rest| rest.split_once(" s "))
-                .expect(detail);
-            assert!(
-                rest.starts_with(&format!("{told} the mission's clock")),
-                "{detail}"
-            );
-            let seconds: f64 = seconds.parse().expect("a number");
-            assert_eq!(seconds, off.abs(), "{detail}");
+            let told = format!("is {told} the mission's clock");
+            assert!(detail.starts_with(&told), "{detail}");
         }
     }
     // A receiver on local time: an AUV's fix may be that old, a state of the craft not.
-    let late = service.mission_now(&service.ask(&mission).await) - 3600.0;
-    let reports = json!({ "auvs": { "auv-1": [fix(late, 0.0, 0.0)] }, "asc": asc(late) });
-    let accepted = service.post(&format!("{mission}/reports"), &reports).await.json();
+    let late = service.now(&mission).await - 3600.0;
+    let body = json!({ "auvs": { "auv-1": [fix(late, 0.0, 0.0)] }, "asc": asc(late) });
+    let accepted = service.post(&reports, &body).await.json();
     let rejected = accepted["rejected"].as_array().expect("a list");
     assert_eq!(rejected.len(), 1, "{accepted}");
     assert_eq!(rejected[0]["pointer"], "/asc/0/t_s");
@@ -771,78 +708,45 @@ async fn a_wrong_clock_is_reported_in_seconds() {
 async fn every_call_names_a_wrong_parameter() {
     let service = Service::start().await;
     let mission = service.create(&live()).await;
-    let faults = async |request: Request<Body>| {
-        let refused = send_to(service.router.clone(), request).await;
-        assert_eq!(
-            refused.status,
-            StatusCode::UNPROCESSABLE_ENTITY,
-            "{}",
-            refused.text
-        );
+    let assert_names = async |request: Request<Body>, name: &str, code: &str| {
+        let path = request.uri().to_string();
+        let refused = service.send(request).await;
+        refused.must_be(422);
         let document = refused.problem();
-        let error = document["errors"][0].clone();
-        let (name, pointer) = (error["parameter"].as_str(), error["pointer"].as_str());
-        assert_eq!(pointer, Some(""), "{document}");
-        let name = name
-            .unwrap_or_else(|| panic!("no parameter: {document}"))
-            .to_owned();
+        let error = &document["errors"][0];
+        let found = json!([error["parameter"], error["code"], error["pointer"]]);
+        assert_eq!(found, json!([name, code, ""]), "{path}: {document}");
         let detail = document["detail"].as_str().expect("a text");
         assert!(detail.starts_with(&format!("the parameter {name}: ")), "{detail}");
-        (name, error["code"].as_str().expect("a text").to_owned())
     };
-    let fault = |name: &str, code: &str| (name.to_owned(), code.to_owned());
-    for (path, expected) in [
-        ("/v1/missions?after=-1".to_owned(), fault("after", "query")),
-        ("/v1/missions?limit=ten".to_owned(), fault("limit", "query")),
-        (
-            "/v1/missions?after=0&limit=0".to_owned(),
-            fault("limit", "out_of_range"),
-        ),
-        (
-            "/v1/missions?limit=1&limit=2".to_owned(),
-            fault("limit", "duplicate_field"),
-        ),
-        ("/v1/missions?page=1".to_owned(), fault("page", "query")),
-        (
-            format!("{mission}/reference?wait_s=soon"),
-            fault("wait_s", "query"),
-        ),
-        (
-            format!("{mission}/reference?wait_s=61"),
-            fault("wait_s", "out_of_range"),
-        ),
-        (format!("{mission}/reference?after=x"), fault("after", "query")),
-        (format!("{mission}/events?after=1.5"), fault("after", "query")),
-        (format!("{mission}/record?format=xlsx"), fault("format", "query")),
-        (format!("{mission}/record"), fault("format", "missing")),
-    ] {
-        assert_eq!(faults(get(&path)).await, expected, "{path}");
+    let table = "
+        /v1/missions?after=-1            after   query
+        /v1/missions?limit=ten           limit   query
+        /v1/missions?after=0&limit=0     limit   out_of_range
+        /v1/missions?limit=1&limit=2     limit   duplicate_field
+        /v1/missions?page=1              page    query
+        MISSION/reference?wait_s=soon    wait_s  query
+        MISSION/reference?wait_s=61      wait_s  out_of_range
+        MISSION/reference?after=x        after   query
+        MISSION/events?after=1.5         after   query
+        MISSION/record?format=xlsx       format  query
+        MISSION/record                   format  missing
+    ";
+    for row in table.trim().lines() {
+        let cells: Vec<_> = row.split_whitespace().collect();
+        let path = cells[0].replace("MISSION", &mission);
+        assert_names(get(&path), cells[1], cells[2]).await;
     }
-    let with = |mut request: Request<Body>, name: &'static str, value: &str| {
-        let value = HeaderValue::from_bytes(value.as_bytes()).expect("is one");
-        request.headers_mut().insert(name, value);
-        request
-    };
-    let events = get(&format!("{mission}/events"));
-    assert_eq!(
-        faults(with(events, "last-event-id", "last")).await,
-        fault("Last-Event-ID", "last_event_id")
-    );
-    for call in ["run", "pause", "finish", "step"] {
-        let order = post(&format!("{mission}/{call}"), "{}");
-        let fault = fault("Idempotency-Key", "idempotency_key");
-        assert_eq!(faults(with(order, "idempotency-key", "é")).await, fault, "{call}");
-    }
-    for (path, body) in [
-        ("/v1/missions".to_owned(), live()),
-        (format!("{mission}/reports"), heard(service.clock.unix_s())),
-    ] {
-        let sent = with(post(&path, body.to_string()), "idempotency-key", "");
-        assert_eq!(
-            faults(sent).await,
-            fault("Idempotency-Key", "idempotency_key"),
-            "{path}"
-        );
+    let events = with(get(&format!("{mission}/events")), "last-event-id", "last");
+    assert_names(events, "Last-Event-ID", "last_event_id").await;
+    let mut keyed: Vec<_> = ["run", "pause", "finish", "step"]
+        .map(|order| (format!("{mission}/{order}"), json!({}), "é"))
+        .into();
+    keyed.push(("/v1/missions".to_owned(), live(), ""));
+    keyed.push((format!("{mission}/reports"), heard(service.clock.unix_s()), ""));
+    for (path, body, key) in keyed {
+        let request = with(post(&path, body.to_string()), "idempotency-key", key);
+        assert_names(request, "Idempotency-Key", "idempotency_key").await;
     }
 }
 
@@ -851,40 +755,49 @@ async fn a_command_of_another_kind_of_mission_is_a_conflict() {
     let service = Service::start().await;
     let real = service.create(&live()).await;
     let unreal = service.create(&simulated("paper-tracking")).await;
-    let now = service.clock.unix_s();
     for (path, body) in [
         (format!("{real}/step"), json!({})),
         (format!("{real}/run"), json!({ "speed_factor": 2.0 })),
-        (format!("{unreal}/reports"), heard(now)),
-        (format!("{unreal}/reference"), json!(null)),
+        (format!("{unreal}/reports"), heard(service.clock.unix_s())),
     ] {
-        let refused = match body {
-            Value::Null => service.get(&path).await,
-            body => service.post(&path, &body).await,
-        };
-        assert_eq!(refused.status, StatusCode::CONFLICT, "{path}: {}", refused.text);
+        service.post(&path, &body).await.must_be(409);
     }
-    service
-        .order(&unreal, "run", json!({ "speed_factor": 0.5 }))
-        .await;
+    service.get(&format!("{unreal}/reference")).await.must_be(409);
+    let slowly = json!({ "speed_factor": 0.5 });
+    service.order(&unreal, "run", slowly).await;
     let refused = service.post(&format!("{unreal}/step"), &json!({})).await;
-    assert!(refused.text.contains("pause it first"), "{}", refused.text);
-    for (path, body) in [
+    refused.must_say("pause it first");
+    for (order, body) in [
         ("run", json!({ "speed_factor": 0.0 })),
         ("step", json!({ "ticks": 0 })),
     ] {
-        let refused = service.post(&format!("{unreal}/{path}"), &body).await;
+        let refused = service.post(&format!("{unreal}/{order}"), &body).await;
         assert_eq!(refused.faults()[0].1, "out_of_range");
     }
-    for unknown_id in ["%ff", "deleted%201", "a%2Fb"] {
-        let unknown = service.get(&format!("/v1/missions/{unknown_id}")).await;
-        assert_eq!(unknown.problem()["code"], "no_mission", "{unknown_id}");
+    for unknown in ["unknown", "%ff", "deleted%201", "a%2Fb"] {
+        let unknown = service.get(&format!("/v1/missions/{unknown}")).await;
+        unknown.must_refuse(404, "no_mission");
     }
-    let unknown = service.get("/v1/missions/unknown").await;
-    assert_eq!(
-        (unknown.status, unknown.problem()["code"].as_str()),
-        (StatusCode::NOT_FOUND, Some("no_mission"))
-    );
+}
+
+/// All missions, read in pages of `limit` at most of fewer bytes than that, and the number of pages.
+async fn pages(service: &Service, limit: u32, bytes_max: usize) -> (Vec<String>, usize) {
+    let (mut after, mut paths) = (json!(0), vec![]);
+    for n in 1.. {
+        let page = service
+            .get(&format!("/v1/missions?after={after}&limit={limit}"))
+            .await;
+        assert!(page.text.len() < bytes_max, "{}", page.text.len());
+        let page = page.json();
+        let missions = page["missions"].as_array().expect("is a list");
+        let ids = missions.iter().filter_map(|mission| mission["id"].as_str());
+        paths.extend(ids.map(|id| format!("/v1/missions/{id}")));
+        after = page["next"].clone();
+        if after.is_null() {
+            return (paths, n);
+        }
+    }
+    unreachable!("there is a last page")
 }
 
 #[tokio::test(start_paused = true)]
@@ -894,87 +807,46 @@ async fn missions_are_listed_in_order_page_by_page_and_a_deleted_one_is_gone() {
     for _ in 0..5 {
         made.push(service.create(&simulated("paper-tracking")).await);
     }
-    let ids = |list: &Value| -> Vec<String> {
-        let missions = list["missions"].as_array().expect("is a list");
-        missions
-            .iter()
-            .map(|mission| format!("/v1/missions/{}", mission["id"].as_str().expect("is text")))
-            .collect()
-    };
-    let (mut after, mut listed) = (0, vec![]);
-    loop {
-        let page = service.ask(&format!("/v1/missions?after={after}&limit=2")).await;
-        listed.extend(ids(&page));
-        match page["next"].as_u64() {
-            Some(next) => after = next,
-            None => break,
-        }
-    }
-    assert_eq!(listed, made);
-    let delete = |path: &str| Request::delete(path).body(Body::empty()).expect("is a path");
-    let gone = send_to(service.router.clone(), delete(&made[2])).await;
-    assert_eq!(gone.status, StatusCode::NO_CONTENT);
-    assert_eq!(service.get(&made[2]).await.status, StatusCode::NOT_FOUND);
-    let gone = send_to(service.router.clone(), delete(&made[2])).await;
-    assert_eq!(gone.status, StatusCode::NOT_FOUND);
+    assert_eq!(pages(&service, 2, usize::MAX).await, (made.clone(), 3));
+    service.delete(&made[2]).await.must_be(204);
+    service.get(&made[2]).await.must_be(404);
+    service.delete(&made[2]).await.must_be(404);
     made.remove(2);
-    assert_eq!(ids(&service.ask("/v1/missions").await), made);
-}
-
-#[tokio::test(start_paused = true)]
-async fn a_list_of_long_missions_comes_in_short_pages() {
-    let service = Service::start().await;
+    assert_eq!(pages(&service, 100, usize::MAX).await, (made, 1));
+    // Pages of long missions are short.
     let mut long = simulated("paper-tracking");
     long["metadata"] = json!({ "text": "x".repeat(4_000) });
     for _ in 0..100 {
         service.create(&long).await;
     }
-    let (mut after, mut n_listed, mut pages) = (0, 0, 0);
-    loop {
-        let page = service
-            .get(&format!("/v1/missions?after={after}&limit=1000"))
-            .await;
-        assert!(page.text.len() < 100_000, "{}", page.text.len());
-        let page = page.json();
-        n_listed += page["missions"].as_array().expect("is a list").len();
-        pages += 1;
-        match page["next"].as_u64() {
-            Some(next) => after = next,
-            None => break,
-        }
-    }
-    assert_eq!(n_listed, 100);
-    assert!(4 < pages, "{pages}");
+    let (listed, n_pages) = pages(&service, 1000, 100_000).await;
+    assert_eq!(listed.len(), 104);
+    assert!(4 < n_pages, "{n_pages}");
 }
 
 #[tokio::test(start_paused = true)]
 async fn a_mission_deleted_during_reads_is_gone_and_not_damaged() {
     let service = Arc::new(Service::start().await);
     for _ in 0..4 {
-        let mission = service.create(&live()).await;
-        service.order(&mission, "run", json!({})).await;
-        let now = service.mission_now(&service.ask(&mission).await);
+        let mission = service.running().await;
         for _ in 0..40 {
-            service.order(&mission, "reports", heard(now)).await;
+            service.hear(&mission).await;
         }
         let (answered, mut answers) = tokio::sync::mpsc::unbounded_channel();
-        let readers: Vec<_> = [
+        let calls = [
             "reference",
             "reference?wait_s=1",
             "record?format=csv",
             "events?after=0",
-        ]
-        .map(|call| {
-            let (service, path, answered) = (
-                Arc::clone(&service),
-                format!("{mission}/{call}"),
-                answered.clone(),
-            );
+        ];
+        let readers = calls.map(|call| {
+            let (service, answered) = (Arc::clone(&service), answered.clone());
+            let path = format!("{mission}/{call}");
             tokio::spawn(async move {
                 loop {
-                    let request = Request::get(&path).body(Body::empty()).expect("is a path");
-                    let answer = service.router.clone().oneshot(request).await.expect("answers");
-                    let status = answer.status();
+                    let answer = service.router.clone().oneshot(get(&path)).await;
+                    let answer = answer.expect("answers");
+                    let status = answer.status().as_u16();
                     // A stream or a record may end early: it is not whole.
                     let mut pieces = answer.into_body().into_data_stream();
                     while let Some(Ok(_)) = pieces.next().await {}
@@ -982,38 +854,56 @@ async fn a_mission_deleted_during_reads_is_gone_and_not_damaged() {
                     let _ = answered.send(());
                     tokio::task::yield_now().await;
                     match status {
-                        StatusCode::OK | StatusCode::CONFLICT => {}
-                        StatusCode::NOT_FOUND => return,
+                        200 | 409 => {}
+                        404 => return,
                         other => panic!("{path}: {other}"),
                     }
                 }
             })
-        })
-        .into();
+        });
         for _ in 0..40 {
             answers.recv().await.expect("goes on");
         }
-        let delete = Request::delete(&mission).body(Body::empty()).expect("is a path");
-        let gone = send_to(service.router.clone(), delete).await;
-        assert_eq!(gone.status, StatusCode::NO_CONTENT);
+        service.delete(&mission).await.must_be(204);
         for reader in readers {
             reader.await.expect("sees no damage");
         }
     }
-    assert_eq!(service.get("/readyz").await.status, StatusCode::OK);
+    service.get("/readyz").await.must_be(200);
 }
 
-/// Text of a stream of events until `enough` of it has come, or its end.
-async fn read(router: &Router, request: Request<Body>, enough: impl Fn(&str) -> bool) -> String {
-    let answer = router.clone().oneshot(request).await.expect("answers");
-    assert_eq!(answer.status(), StatusCode::OK);
-    let mut pieces = answer.into_body().into_data_stream();
-    let mut text = String::new();
-    while !enough(&text) {
-        let Some(piece) = pieces.next().await else { break };
-        text.push_str(std::str::from_utf8(&piece.expect("is whole")).expect("is text"));
+/// A stream of events that is read piece by piece.
+struct Stream {
+    pieces: axum::body::BodyDataStream,
+    text: String,
+}
+
+impl Stream {
+    async fn of(service: &Service, request: Request<Body>) -> Self {
+        let answer = service.router.clone().oneshot(request).await.expect("answers");
+        assert_eq!(answer.status(), 200);
+        Self {
+            pieces: answer.into_body().into_data_stream(),
+            text: String::new(),
+        }
     }
-    text
+
+    /// Reads until the event of that number has come, or to the end.
+    async fn read_to(&mut self, last: u64) -> &str {
+        while !self.text.contains(&format!("id: {last}\n"))
+            && let Some(piece) = self.pieces.next().await
+        {
+            let piece = piece.expect("is whole");
+            self.text.push_str(std::str::from_utf8(&piece).expect("is text"));
+        }
+        &self.text
+    }
+}
+
+/// The text of the whole stream.
+async fn read(service: &Service, request: Request<Body>) -> String {
+    let mut stream = Stream::of(service, request).await;
+    stream.read_to(u64::MAX).await.to_owned()
 }
 
 fn ids(text: &str) -> Vec<u64> {
@@ -1023,21 +913,16 @@ fn ids(text: &str) -> Vec<u64> {
 
 #[tokio::test(start_paused = true)]
 async fn a_stream_sends_every_event_once_from_the_reader_s_position_on() {
-    let service = Service::start().await;
+    let service = Arc::new(Service::start().await);
     let mission = service.create(&short_scenario()).await;
     service.order(&mission, "step", json!({ "ticks": 20 })).await;
     let events = format!("{mission}/events");
-    let from_the_start = read(&service.router, get(&format!("{events}?after=0")), |text| {
-        ids(text).len() == 21
-    });
-    assert_eq!(ids(&from_the_start.await), (1..=21).collect::<Vec<_>>());
+    let mut whole = Stream::of(&service, get(&format!("{events}?after=0"))).await;
+    assert_eq!(ids(whole.read_to(21).await), (1..=21).collect::<Vec<_>>());
 
-    let mut resumed = get(&events);
-    resumed
-        .headers_mut()
-        .insert("last-event-id", HeaderValue::from_static("7"));
-    let router = service.router.clone();
-    let reader = tokio::spawn(async move { read(&router, resumed, |_| false).await });
+    let resumed = with(get(&events), "last-event-id", "7");
+    let shared = Arc::clone(&service);
+    let reader = tokio::spawn(async move { read(&shared, resumed).await });
     service.order(&mission, "run", json!({})).await;
     let finished = service.until(&mission, "finished").await;
     let last = finished["sequence"].as_u64().expect("is a number");
@@ -1046,8 +931,7 @@ async fn a_stream_sends_every_event_once_from_the_reader_s_position_on() {
     assert!(text.contains("event: finished"));
     // Nothing more comes, which keeps a browser from asking for ever.
     for after in [last, u64::MAX] {
-        let over = service.get(&format!("{events}?after={after}")).await;
-        assert_eq!(over.status, StatusCode::NO_CONTENT);
+        service.get(&format!("{events}?after={after}")).await.must_be(204);
     }
 }
 
@@ -1055,39 +939,18 @@ async fn a_stream_sends_every_event_once_from_the_reader_s_position_on() {
 async fn a_slow_reader_learns_the_numbers_of_missed_events() {
     let service = Service::start().await;
     let mission = service.create(&live()).await;
-    let answer = service
-        .router
-        .clone()
-        .oneshot(get(&format!("{mission}/events")))
-        .await;
-    let mut pieces = answer.expect("answers").into_body().into_data_stream();
-    let made = service.ask(&mission).await;
-    let post = async || {
-        service
-            .order(&mission, "reports", heard(service.mission_now(&made)))
-            .await
-    };
-    post().await;
-    let mut text = String::new();
-    let mut take = async |text: &mut String, last: u64| {
-        while !text.contains(&format!("id: {last}\n")) {
-            let piece = pieces.next().await;
-            text.push_str(std::str::from_utf8(&piece.expect("goes on").expect("is whole")).expect("is text"));
-        }
-    };
-    take(&mut text, 2).await;
+    let mut stream = Stream::of(&service, get(&format!("{mission}/events"))).await;
+    service.hear(&mission).await;
+    stream.read_to(2).await;
     for _ in 0..100 {
-        post().await;
+        service.hear(&mission).await;
     }
-    take(&mut text, 102).await;
+    let text = stream.read_to(102).await;
     assert_eq!(text.matches("event: gap").count(), 1);
     // The last 64 are kept for a client that is behind.
-    let gap = text
-        .lines()
-        .find_map(|line| line.strip_prefix("data: {\"from\""))
-        .expect("is there");
-    assert_eq!(gap, ":3,\"kind\":\"gap\",\"to\":38}");
-    assert_eq!(ids(&text), [2].into_iter().chain(39..=102).collect::<Vec<_>>());
+    let gap = r#"data: {"from":3,"kind":"gap","to":38}"#;
+    assert!(text.contains(gap), "{text}");
+    assert_eq!(ids(text), [2].into_iter().chain(39..=102).collect::<Vec<_>>());
 }
 
 #[tokio::test(start_paused = true)]
@@ -1095,35 +958,19 @@ async fn an_overloaded_mission_sends_a_retry_time_and_delays_no_other() {
     let service = Service::start().await;
     let flooded = service.create(&live()).await;
     let neighbour = service.create(&live()).await;
-    let made = service.ask(&neighbour).await;
-    let body = heard(service.mission_now(&made)).to_string();
-    let posts = (0..200).map(|_| {
-        send_to(
-            service.router.clone(),
-            post(&format!("{flooded}/reports"), body.clone()),
-        )
-    });
-    let flood = futures_util::future::join_all(posts);
-    let reports = format!("{neighbour}/reports");
-    let calm = heard(service.mission_now(&made));
-    let beside = service.post(&reports, &calm);
-    let (answers, beside) = tokio::join!(flood, beside);
-    assert_eq!(beside.status, StatusCode::OK, "{}", beside.text);
-    let accepted = answers
-        .iter()
-        .filter(|answer| answer.status == StatusCode::OK)
-        .count();
-    let refused: Vec<&Answer> = answers
-        .iter()
-        .filter(|answer| answer.status != StatusCode::OK)
-        .collect();
-    assert!(!refused.is_empty() && 32 <= accepted, "{accepted}");
+    let (flood, calm) = (format!("{flooded}/reports"), format!("{neighbour}/reports"));
+    let body = heard(service.now(&neighbour).await);
+    let flood = futures_util::future::join_all((0..200).map(|_| service.post(&flood, &body)));
+    let (answers, beside) = tokio::join!(flood, service.post(&calm, &body));
+    beside.must_be(200);
+    let (accepted, refused): (Vec<_>, Vec<_>) = answers.iter().partition(|answer| answer.status == 200);
+    assert!(!refused.is_empty() && 32 <= accepted.len(), "{}", accepted.len());
     for answer in refused {
         assert_eq!(answer.problem()["code"], "mission_behind");
-        assert_eq!(answer.headers["retry-after"], "1");
+        assert_eq!(answer.header("retry-after"), "1");
     }
     // Refused requests are not stored, acknowledged ones are.
-    assert_eq!(service.ask(&flooded).await["sequence"], accepted + 1);
+    assert_eq!(service.ask(&flooded).await["sequence"], accepted.len() + 1);
 }
 
 #[tokio::test(start_paused = true)]
@@ -1135,18 +982,13 @@ async fn a_service_without_its_data_directory_acknowledges_nothing_and_is_not_re
         service.post("/v1/missions", &live()).await,
         service.get("/readyz").await,
     ] {
-        assert_eq!(answer.status, StatusCode::SERVICE_UNAVAILABLE);
-        let detail = answer.problem()["detail"].to_string();
-        assert!(detail.contains("deleted or replaced"), "{detail}");
+        answer.must_be(503);
+        answer.must_say("deleted or replaced");
     }
     fs::rename(&away, here).expect("is there");
-}
-
-#[tokio::test(start_paused = true)]
-async fn a_service_without_a_data_directory_names_the_option() {
-    let answer = tests::client::send(simulated_machine(), get("/v1/missions")).await;
-    assert_eq!(answer.status, StatusCode::SERVICE_UNAVAILABLE);
-    assert!(answer.text.contains("--data"), "{}", answer.text);
+    let none = tests::client::send(simulated_machine(), get("/v1/missions")).await;
+    none.must_be(503);
+    none.must_say("--data");
 }
 
 mod slow {
@@ -1159,13 +1001,10 @@ mod slow {
         assert_eq!(service.ask(&mission).await["status"], "created");
         let stepped = service.order(&mission, "step", json!({ "ticks": 5 })).await;
         assert_eq!(stepped["sequence"], 6);
-        let running = service
-            .order(&mission, "run", json!({ "speed_factor": 100.0 }))
-            .await;
-        assert_eq!(
-            (running["status"].as_str(), &running["speed_factor"]),
-            (Some("running"), &json!(100.0))
-        );
+        let fast = json!({ "speed_factor": 100.0 });
+        let running = service.order(&mission, "run", fast).await;
+        let seen = json!([running["status"], running["speed_factor"]]);
+        assert_eq!(seen, json!(["running", 100.0]));
         service.clock.sleep(Duration::from_millis(305)).await;
         let paused = service.order(&mission, "pause", json!({})).await;
         assert_eq!(paused["status"], "paused");
@@ -1183,13 +1022,9 @@ mod slow {
         }
 
         let scenario = Scenario::named("paper-intermittent").expect("exists");
-        let flown = mission::run(
-            &scenario,
-            &mut MpcGuide::new(Parameters::default()),
-            1,
-            &mut |_| {},
-        );
-        service.assert_is(&mission, &flown.expect("flies")).await;
+        let mut guide = MpcGuide::new(Parameters::default());
+        let flown = mission::run(&scenario, &mut guide, 1, &mut |_| {}).expect("flies");
+        service.assert_is(&mission, &flown).await;
         assert_eq!(service.n_replayed(&mission), 1920);
     }
 
@@ -1218,11 +1053,9 @@ mod slow {
                 integral_gain: parameters.integral_gain,
             };
             // Slightly longer than the mission's plans.
-            let scenario = Scenario::named("paper-intermittent")
-                .expect("exists")
-                .lasting(300.0);
-            let mut flown =
-                mission::run(&scenario, &mut LosGuide::tuned(tuning), 1, &mut |_| {}).expect("flies");
+            let scenario = Scenario::named("paper-intermittent").expect("exists");
+            let (scenario, mut guide) = (scenario.lasting(300.0), LosGuide::tuned(tuning));
+            let mut flown = mission::run(&scenario, &mut guide, 1, &mut |_| {}).expect("flies");
             flown.rows.truncate(280);
             for event in service.assert_is(&mission, &flown).await {
                 assert_eq!(event["method"], name);

@@ -5,11 +5,8 @@ use std::{
     time::Duration,
 };
 
-use axum::{
-    body::Body,
-    http::{HeaderValue, Method, Request, StatusCode},
-};
-use futures_util::StreamExt as _;
+use axum::{body::Body, http::StatusCode};
+use futures_util::{StreamExt as _, stream};
 use hyper::server::conn::http1;
 use hyper_util::{rt::TokioIo, service::TowerToHyperService};
 use planner::{
@@ -23,7 +20,8 @@ use serde_json::{Value, json};
 use service::{Hosts, Settings, app, examples::EXAMPLES};
 use tests::{
     broken::places_of,
-    client::{Answer, example, get, post, send, send_to, simulated_machine},
+    client::{Answer, call, example, fault, get, post, send, send_to, simulated_machine, with},
+    refusals::{self, put},
 };
 use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _, duplex};
 
@@ -31,76 +29,13 @@ async fn planned(body: impl Into<Body>) -> Answer {
     send(simulated_machine(), post("/v1/plan", body)).await
 }
 
-/// The faults found in the track example after `change`.
-async fn faults_after(change: impl FnOnce(&mut Value)) -> Vec<(String, String)> {
-    let mut body = example("track");
-    change(&mut body);
-    let answer = planned(body.to_string()).await;
-    assert_eq!(answer.status, StatusCode::UNPROCESSABLE_ENTITY, "{}", answer.text);
-    answer.faults()
+/// The answer to a request without changes and with that header.
+async fn with_header(settings: Settings, name: &'static str, value: &str) -> Answer {
+    send(settings, with(post("/v1/plan", EXAMPLES[0].body), name, value)).await
 }
 
-/// Puts `value` at `place`, in new objects where there are none; none removes the member.
-fn put(body: &mut Value, place: &str, value: Option<Value>) {
-    let Some((parent, name)) = place.rsplit_once('/') else {
-        *body = value.expect("a body is not taken away");
-        return;
-    };
-    if body.pointer(parent).is_none() {
-        put(body, parent, Some(json!({})));
-    }
-    let name = name.replace("~1", "/").replace("~0", "~");
-    match (body.pointer_mut(parent).expect("was made"), value) {
-        (Value::Array(items), Some(value)) => items[name.parse::<usize>().expect("a number")] = value,
-        (parent, Some(value)) => parent[name] = value,
-        (parent, None) => drop(parent.as_object_mut().expect("an object").remove(&name)),
-    }
-}
-
-/// Each row is a place (`.`: the body), the value put there (`absent`: none), and the code of the
-/// refusal; then in any order: another pointer, limits, detail. Two spaces separate cells.
 async fn assert_refused(base: &Value, table: &str) {
-    let rows = table.lines().map(str::trim);
-    for row in rows.filter(|row| !row.is_empty() && !row.starts_with('#')) {
-        let cells: Vec<_> = row
-            .split("  ")
-            .map(str::trim)
-            .filter(|cell| !cell.is_empty())
-            .collect();
-        let [place, value, code, rest @ ..] = &*cells else {
-            panic!("{row}")
-        };
-        let value: Option<Value> = (*value != "absent").then(|| serde_json::from_str(value).expect(row));
-        let place = place.trim_start_matches('.');
-        let mut body = base.clone();
-        put(&mut body, place, value.clone());
-        let answer = planned(body.to_string()).await;
-        assert_eq!(
-            answer.status,
-            StatusCode::UNPROCESSABLE_ENTITY,
-            "{row}: {}",
-            answer.text
-        );
-        let error = answer.problem()["errors"][0].clone();
-        let mut pointer = place;
-        for cell in rest {
-            if cell.starts_with('/') {
-                pointer = cell;
-            } else if let Some((least, most)) = cell.split_once("..") {
-                let limits = [least, most].map(|limit| limit.parse::<f64>().expect(row));
-                let named = ["least", "most"].map(|name| error["limit"][name].as_f64().expect(row));
-                assert_eq!(named, limits, "{row}");
-                let number = value.as_ref().filter(|value| value.is_number());
-                assert!(
-                    number.is_none_or(|number| error["given"].as_f64() == number.as_f64()),
-                    "{row}"
-                );
-            } else {
-                assert_eq!(error["detail"], *cell, "{row}");
-            }
-        }
-        assert_eq!(answer.faults(), fault(pointer, code), "{row}");
-    }
+    refusals::assert_refused(base, table, async |body: Value| planned(body.to_string()).await).await;
 }
 
 /// `true` if the track example is planned with `value` at `place`.
@@ -110,29 +45,22 @@ async fn is_accepted(place: &str, value: Value) -> bool {
     planned(body.to_string()).await.status == StatusCode::OK
 }
 
-fn fault(pointer: &str, code: &str) -> Vec<(String, String)> {
-    vec![(pointer.to_owned(), code.to_owned())]
-}
-
 #[tokio::test(start_paused = true)]
 async fn invalid_json_is_refused_at_its_fault() {
+    let and_more = format!("{} x", EXAMPLES[0].body);
     for (body, pointer) in [
         ("", ""),
         ("{", ""),
         ("not json", ""),
+        (&*and_more, ""),
         (r#"{"t_s":NaN}"#, "/t_s"),
         (r#"{"asc":{"north_m":1e999}}"#, "/asc/north_m"),
         (r#"{"auvs":[{"id":"a"#, "/auvs/0/id"),
     ] {
-        let answer = planned(body).await;
-        assert_eq!(answer.status, StatusCode::BAD_REQUEST, "{body}");
+        let answer = planned(body.to_owned()).await;
+        answer.must_be(400);
         assert_eq!(answer.faults(), fault(pointer, "syntax"), "{body}");
     }
-    let answer = planned(format!("{} x", EXAMPLES[0].body)).await;
-    assert_eq!(
-        (answer.status, answer.faults()),
-        (StatusCode::BAD_REQUEST, fault("", "syntax"))
-    );
 }
 
 #[tokio::test(start_paused = true)]
@@ -142,16 +70,9 @@ async fn a_member_is_refused_by_place_and_reason() {
         /a~1b~0c                  1                   unknown_field
         /asc/speed_mps            absent              missing
         /asc/ground_north_mps     0.3                 missing           /asc/ground_east_mps
-        /auvs/0/state/depth_m     "deep"              wrong_type
         /auvs/0/state/speed_mps   -0.1                out_of_range      0..10
         /auvs/0/state             [18,6,9,0,0,0,0]    wrong_type
-        /current                  [0.0,0.1]           wrong_type
-        /goal/kind                "attend"            unknown_variant
-        /deadline_ms              0                   out_of_range
-        /deadline_ms              0.049               out_of_range
         /deadline_ms              60001               out_of_range
-        /deadline_ms              -1                  out_of_range
-        /deadline_ms              "soon"              wrong_type
         # An angle in degrees is not wrapped.
         /asc/heading_rad          90                  out_of_range      must be from -6.283185307179586 to 6.283185307179586 rad: may be degrees: `heading_deg`
         /auvs/0/state/course_rad  45                  out_of_range      must be from -6.283185307179586 to 6.283185307179586 rad: may be degrees: `course_deg`
@@ -172,12 +93,19 @@ async fn a_member_is_refused_by_place_and_reason() {
         /auvs/0       {"name":"a"}    unknown_field    /auvs/0/name  unknown member; known members are `id`, `state`, `reports`, `path`, `dive`
     "#;
     assert_refused(&example("track"), table).await;
-    let mut body = example("track");
-    body["auvs"][0]["id"] = json!("é".repeat(65));
-    let error = planned(body.to_string()).await.problem()["errors"][0].clone();
-    assert_eq!(error["detail"], "must have 1 to 64 bytes");
+    let long = "é".repeat(65);
+    for (id, code, said) in [
+        (&*long, "length", "must have 1 to 64 bytes"),
+        ("auv\u{0}1", "control_character", ""),
+    ] {
+        let mut body = example("track");
+        (body["auvs"][0]["id"], body["goal"]["auv"]) = (json!(id), json!(id));
+        let answer = planned(body.to_string()).await;
+        answer.must_say(said);
+        assert_eq!(answer.faults(), fault("/auvs/0/id", code));
+    }
     let marked = planned(format!("\u{feff}{}", EXAMPLES[0].body)).await;
-    assert!(marked.text.contains("byte order mark"), "{}", marked.text);
+    marked.must_say("byte order mark");
 }
 
 #[tokio::test(start_paused = true)]
@@ -188,7 +116,7 @@ async fn a_list_instead_of_an_object_is_refused_even_beside_ignored_members() {
         body["current"] = json!([0.0, 0.1]);
         body["previous_plan"] = json!({ "trajectory": [], "ignored": "JUNK" });
         let answer = planned(body.to_string().replace("\"JUNK\"", junk)).await;
-        assert_eq!(answer.status, StatusCode::BAD_REQUEST, "{}", answer.text);
+        answer.must_be(400);
         let faults = answer.faults();
         assert_eq!(faults[0].1, "syntax");
         assert!(faults[0].0.starts_with("/previous_plan/ignored"), "{faults:?}");
@@ -196,33 +124,24 @@ async fn a_list_instead_of_an_object_is_refused_even_beside_ignored_members() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_repeated_member_is_named() {
-    let body = EXAMPLES[0].body.trim_end();
-    let twice = format!("{},\"t_s\":1}}", &body[..body.len() - 1]);
-    let answer = planned(twice).await;
-    assert_eq!(answer.status, StatusCode::UNPROCESSABLE_ENTITY);
-    assert_eq!(answer.faults(), fault("/t_s", "duplicate_field"));
-    let answer = planned(r#"{"asc":{"north_m":1,"north_m":2}}"#).await;
-    assert_eq!(answer.faults(), fault("/asc/north_m", "duplicate_field"));
-}
-
-#[tokio::test(start_paused = true)]
-async fn repeated_names_and_too_many_values_in_metadata_are_named() {
-    let body = example("track").to_string();
-    let with = |metadata: &str| body.replacen('{', &format!("{{\"metadata\":{metadata},"), 1);
-    let answer = planned(with(r#"{"a":[{"b":1,"c":2,"b":3}]}"#)).await;
-    assert_eq!(answer.faults(), fault("/metadata/a/0/b", "duplicate_field"));
-    let answer = planned(with(&format!("[{}0]", "0,".repeat(200_000)))).await;
-    assert_eq!(answer.faults(), fault("", "too_many_values"));
-}
-
-#[tokio::test(start_paused = true)]
-async fn a_control_character_in_a_name_is_refused() {
-    let faults = faults_after(|body| {
-        body["auvs"][0]["id"] = json!("auv\u{0}1");
-        body["goal"]["auv"] = json!("auv\u{0}1");
-    });
-    assert_eq!(faults.await, fault("/auvs/0/id", "control_character"));
+async fn a_repeated_name_and_too_many_values_are_refused() {
+    let and = |member: &str| EXAMPLES[0].body.replacen('{', &format!("{{{member},"), 1);
+    let long = format!(r#""metadata":[{}0]"#, "0,".repeat(200_000));
+    let twice = r#"{"asc":{"north_m":1,"north_m":2}}"#;
+    let deep = r#""metadata":{"a":[{"b":1,"c":2,"b":3}]}"#;
+    let weights = r#""kind":"weighted","weights":{"auv-1":1,"auv-1":2}"#;
+    let weighted = example("track").to_string().replace(r#""kind":"track""#, weights);
+    for (body, pointer, code) in [
+        (and(r#""t_s":1"#), "/t_s", "duplicate_field"),
+        (twice.to_owned(), "/asc/north_m", "duplicate_field"),
+        (weighted, "/goal/weights/auv-1", "duplicate_field"),
+        (and(deep), "/metadata/a/0/b", "duplicate_field"),
+        (and(&long), "", "too_many_values"),
+    ] {
+        let answer = planned(body).await;
+        answer.must_be(422);
+        assert_eq!(answer.faults(), fault(pointer, code));
+    }
 }
 
 #[tokio::test(start_paused = true)]
@@ -231,31 +150,21 @@ async fn an_invalid_report_is_located() {
         "speed_mps": 0.2, "turn_rate_radps": 0 });
     let mut body = example("track");
     body["auvs"] = json!([{ "id": "auv-1", "reports": [good, good] }]);
-    let table = "
-        /auvs/0/reports/1/t_s              -2.1e11  out_of_range
+    let many = json!(vec![good; 65]);
+    let table = format!(
+        "
         /auvs/0/reports/1/t_s              121.1    out_of_range
-        /auvs/0/reports/1/north_m          2e6      out_of_range
+        /auvs/0/reports/1/t_s              180.0    out_of_range  ~is 60.0 s ahead of the request's `t_s`
         /auvs/0/reports/1/sigma_m          0        out_of_range
-        /auvs/0/reports/1/depth_m          -11      out_of_range
         /auvs/0/reports/1/course_rad       45       out_of_range
-        /auvs/0/reports/1/speed_mps        -0.1     out_of_range
-        /auvs/0/reports/1/turn_rate_radps  1.1      out_of_range
         /auvs/0/reports/1/course_rad       null     missing
         /auvs/0/reports/1/speed_mps        null     missing
         /auvs/0/reports/1/height_m         0        unknown_field
         /auvs/0/reports                    []       length
-    ";
-    assert_refused(&body, table).await;
-    let mut late = body.clone();
-    late["auvs"][0]["reports"][1]["t_s"] = json!(180.0);
-    let detail = planned(late.to_string()).await.problem()["detail"].to_string();
-    assert!(
-        detail.contains("is 60.0 s ahead of the request's `t_s`"),
-        "{detail}"
+        /auvs/0/reports                    {many}   length
+    "
     );
-    body["auvs"][0]["reports"] = json!(vec![good; 65]);
-    let answer = planned(body.to_string()).await;
-    assert_eq!(answer.faults(), fault("/auvs/0/reports", "length"));
+    assert_refused(&body, &table).await;
 }
 
 #[tokio::test(start_paused = true)]
@@ -341,27 +250,14 @@ fn with_everything() -> Value {
 async fn no_error_demands_the_type_that_was_sent() {
     let whole = with_everything();
     let service = app(simulated_machine());
+    let others = json!([true, "text", -7.5, [], [1, 2, 3], vec![1; 20], {}, null]);
     let mut n_wrong_types = 0;
     for place in places_of(&whole, |_| true) {
-        for wrong in [
-            json!(true),
-            json!("text"),
-            json!(-7.5),
-            json!([]),
-            json!([1, 2, 3]),
-            json!(vec![1; 20]),
-            json!({}),
-            json!(null),
-        ] {
+        for wrong in others.as_array().expect("is a list") {
             let mut body = whole.clone();
             *body.pointer_mut(&place).expect("was just listed") = wrong.clone();
             let answer = send_to(service.clone(), post("/v1/plan", body.to_string())).await;
-            assert_eq!(
-                answer.status,
-                StatusCode::UNPROCESSABLE_ENTITY,
-                "{place}: {}",
-                answer.text
-            );
+            assert_eq!(answer.status, 422, "{place}: {}", answer.text);
             let error = answer.problem()["errors"][0].clone();
             if error["code"] != "wrong_type" {
                 continue;
@@ -370,10 +266,8 @@ async fn no_error_demands_the_type_that_was_sent() {
             let detail = error["detail"].as_str().expect("text");
             let wanted = detail.strip_prefix("must be ").expect("says what is wanted");
             let (wanted, given) = wanted.rsplit_once(", not ").expect("says what is given");
-            assert!(
-                given != "this" && !wanted.starts_with(given),
-                "{place}: {wrong}: {detail}"
-            );
+            let is_apt = given != "this" && !wanted.starts_with(given);
+            assert!(is_apt, "{place}: {wrong}: {detail}");
             // The member of a whole request has the required type.
             let pointer = error["pointer"].as_str().expect("text");
             let right = match whole.pointer(pointer) {
@@ -391,29 +285,7 @@ async fn no_error_demands_the_type_that_was_sent() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn every_number_of_a_craft_has_limits() {
-    for (place, least, most) in [
-        ("heading_loop/time_constant_s", 0.0, 60.0),
-        ("heading_loop/delay_s", 0.0, 10.0),
-        ("heading_loop/rate_max_radps", 0.001, 3.0),
-        ("surge_loop/time_constant_s", 0.0, 60.0),
-        ("surge_loop/delay_s", 0.0, 10.0),
-        ("surge_loop/acceleration_max_mps2", 0.001, 10.0),
-        ("surge_loop/deceleration_max_mps2", 0.001, 10.0),
-        ("surge_loop/integral_time_s", 0.5, 600.0),
-        ("sway_per_yaw_rate_s", -5.0, 20.0),
-        ("power/linear_w_per_mps", 0.0, 1.0e6),
-        ("power/cubic_w_per_mps3", 0.0, 1.0e6),
-        ("relative_uncertainty", 0.0, 2.0),
-    ] {
-        for value in [least, most] {
-            let place = format!("/craft/{place}");
-            assert!(is_accepted(&place, json!(value)).await, "{place}: {value}");
-        }
-        let (below, above) = (least - 1e-6, most + 1e-6);
-        let table = format!("/craft/{place}  {below}  out_of_range\n/craft/{place}  {above}  out_of_range");
-        assert_refused(&example("track"), &table).await;
-    }
+async fn a_craft_that_contradicts_itself_is_refused() {
     let table = r#"
         /craft/preset        "titanic"        unknown_preset
         /craft/heading_loop  {"damping":0.8}  missing         /craft/heading_loop/natural_frequency_radps
@@ -462,20 +334,11 @@ async fn a_returned_plan_is_checked() {
     let table = format!(
         r#"
         /previous_plan/craft_estimate/asked_speed_mps              41       out_of_range
-        /previous_plan/craft_estimate/asked_heading_rad            45       out_of_range
         /previous_plan/reference/speed_mps                         1e300    out_of_range
-        /previous_plan/reference/speed_mps                         -0.1     out_of_range
-        /previous_plan/reference/heading_rad                       45       out_of_range
         /previous_plan/goal_course_rad                             90       out_of_range
-        /previous_plan/trajectory/0/heading_rad                    90       out_of_range
         # It is no faster than a current that is given.
         /current                        {{"north_mps":-3.1,"east_mps":0}}   out_of_range     /current/north_mps  -3..3
         /previous_plan/current/east_mps                            -3.1     out_of_range     -3..3
-        /previous_plan/targets/0/estimate/age_s                    -1       out_of_range
-        /previous_plan/targets/0/estimate/north_m                  2.1e6    out_of_range
-        /previous_plan/targets/0/estimate/depth_m                  -11      out_of_range
-        /previous_plan/targets/0/estimate/east_mps                 21       out_of_range
-        /previous_plan/targets/0/estimate/turn_rate_radps          1.1      out_of_range
         /previous_plan/targets/0/drift/east_mps                    3.1      out_of_range
         /previous_plan/targets/0  {{"id":"auv-1","estimate":{{"age_s":-1,"north_m":0,"east_m":0,"depth_m":0,"north_mps":0,"east_mps":0,"turn_rate_radps":0}}}}  out_of_range  /previous_plan/targets/0/estimate/age_s
         /previous_plan/origin  {{"lat_deg":0,"lon_deg":-361}}  out_of_range  /previous_plan/origin/lon_deg
@@ -502,34 +365,20 @@ async fn a_goal_has_exactly_the_members_of_its_kind() {
         /goal          {{"kind":"weighted","weights":{crowd}}}                                length        /goal/weights
         /goal          {{"kind":"weighted","weights":{{"auv-1":0}}}}                          all_zero      /goal/weights
         /goal          {{"kind":"weighted","weights":{{"auv-1":-0.1}}}}                       out_of_range  /goal/weights/auv-1
-        /goal          {{"kind":"weighted","weights":{{"auv-1":1.1e6}}}}                      out_of_range  /goal/weights/auv-1
         /goal          {{"kind":"weighted","weights":{{"auv-1":"much"}}}}                     wrong_type    /goal/weights/auv-1
-        /goal          {{"kind":"weighted","weights":{{"auv-1":null}}}}                       wrong_type    /goal/weights/auv-1
         /goal          {{"kind":"weighted","weights":{{"auv-1":1,"a/b~c":1}}}}                unknown_vehicle  /goal/weights/a~1b~0c
         /goal          {{"kind":"weighted","weights":[0.7,0.3]}}                              wrong_type    /goal/weights
-        /goal          {{"kind":"weighted","weights":0.7}}                                    wrong_type    /goal/weights
         /goal          {{"kind":"range","auvs":["auv-1"]}}                                    missing       /goal/range_m
         /goal          {{"kind":"range","auvs":["auv-1"],"range_m":0.9}}                      out_of_range  /goal/range_m
-        /goal          {{"kind":"range","auvs":["auv-1"],"range_m":20001}}                    out_of_range  /goal/range_m
         /goal/offset   {{"frame":"ned","north_m":1}}                                          missing       /goal/offset/east_m
         /goal/offset   {{"frame":"target","ahead_m":1,"starboard_m":2,"north_m":0}}           unknown_field  /goal/offset/north_m
-        /goal/offset   {{"frame":"target","ahead_m":1,"starboard_m":1000.1}}                  out_of_range  /goal/offset/starboard_m
-        /goal/offset   {{"frame":"ned","north_m":-1000.1,"east_m":0}}                         out_of_range  /goal/offset/north_m
         /goal/offset   {{"frame":"polar","range_m":-1,"bearing_rad":0}}                       out_of_range  /goal/offset/range_m
-        /goal/offset   {{"frame":"polar","range_m":1,"bearing_rad":90}}                       out_of_range  /goal/offset/bearing_rad
         /goal/offset   {{"frame":"body"}}                                                     unknown_variant  /goal/offset/frame
         /goal/offset   {{"frame":"path","ahead_m":1,"starboard_m":2}}                         no_path       /goal/offset/frame
         /goal/offset   ["ned",1,2]                                                            wrong_type
     "#
     );
     assert_refused(&example("track"), &table).await;
-    let twice = example("track").to_string().replace(
-        r#""kind":"track""#,
-        r#""kind":"weighted","weights":{"auv-1":1,"auv-1":2}"#,
-    );
-    let answer = planned(twice).await;
-    assert_eq!(answer.status, StatusCode::UNPROCESSABLE_ENTITY, "{}", answer.text);
-    assert_eq!(answer.faults(), fault("/goal/weights/auv-1", "duplicate_field"));
 }
 
 #[tokio::test(start_paused = true)]
@@ -570,9 +419,7 @@ async fn a_continuous_path_is_accepted_and_used_in_the_forecast() {
     let back = json!({ "kind": "waypoints", "points": [[50, 20], [0, 20], [0, 60]], "fillet_m": 5 });
     body["auvs"][0]["path"] = json!({ "segments": [lane(), turn(), back], "speed_mps": 0.193 });
     body["forecast"] = json!("path");
-    let answer = planned(body.to_string()).await;
-    assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);
-    let answer: Value = serde_json::from_str(&answer.text).expect("is JSON");
+    let answer = planned(body.to_string()).await.expected(200);
     assert_eq!(answer["targets"][0]["forecast"], "path");
 }
 
@@ -599,10 +446,8 @@ async fn an_invalid_path_is_located() {
         {at}/0/to         [2e6,0]       out_of_range  {at}/0/to/0
         {at}/0/to         absent        missing
         {at}/0/angle_rad  1             unknown_field
-        {at}/0/from       [1]           length
         {at}/0/from       [1,2,3]       length
         {at}/0/from       {{"north_m":1}}  wrong_type
-        {at}/0/from       "here"        wrong_type
         /auvs/0/path/speed_mps  0       out_of_range  0.01..10
     "#
     );
@@ -630,26 +475,15 @@ async fn invalid_bounds_and_dives_are_located() {
         /keep_outs               [[0,0,1]]                        wrong_type    /keep_outs/0
         /area                    [[0,0],[9,0]]                    length
         /area                    {corners}                        length
-        /area                    [[0,0],[9,0],[9]]                length        /area/2
         /area                    [[0,0],[9,0],[9,9,0]]            length        /area/2
         /area                    [[0,0],[9,0],[9,2e6]]            out_of_range  /area/2/1
         /area                    [[0,0],[9,0],[5,2],[9,9],[0,9]]  not_convex    /area/2
         /area                    [[0,0],[9,0],[9,9],[0,0]]        too_near      /area/0
         /area                    [[0,0],[9,0],[18,0]]             too_narrow
         /acoustics               {{}}                             missing       /acoustics/range_max_m
-        /acoustics/range_max_m   0.5                              out_of_range
         /acoustics/range_max_m   30000                            out_of_range  1..20000
-        /acoustics               100                              wrong_type
         /surfacing_separation_m  0.4                              out_of_range
-        /surfacing_separation_m  "5 m"                            wrong_type
         /tuning/position_weight_per_m2            0               out_of_range  0.01..10
-        /tuning/velocity_weight_per_m2ps2         -1              out_of_range  0..150
-        /tuning/acceleration_weight_per_m2ps4     10001           out_of_range  0..10000
-        /tuning/terminal_position_weight_per_m2   101             out_of_range  0..100
-        /tuning/terminal_velocity_weight_per_m2ps2  1501          out_of_range  0..1500
-        /tuning/energy_weight_per_j               -0.1            out_of_range  0..10
-        /tuning/energy_weight_per_j               "1"             wrong_type
-        /tuning/scp_iterations                    0               out_of_range  1..10
         /tuning/scp_iterations                    2.5             wrong_type
         /tuning/steps_s                           [10]            length        2..120
         /tuning/steps_s                           [1,1]           out_of_range  5..600
@@ -658,8 +492,6 @@ async fn invalid_bounds_and_dives_are_located() {
         /tuning/slack                             1               unknown_field
         /auvs/0/dive/depth_min_m  -0.1                            out_of_range  0..11999.5
         /auvs/0/dive/depth_max_m  1.4                             out_of_range  1.5..12000
-        /auvs/0/dive/pitch_rad    50                              out_of_range  0.05..1.4
-        /auvs/0/dive/reversal_s   0                               out_of_range  0.1..120
     "#
     );
     assert_refused(&body, &table).await;
@@ -667,74 +499,79 @@ async fn invalid_bounds_and_dives_are_located() {
 
 #[tokio::test(start_paused = true)]
 async fn another_version_and_long_metadata_are_refused_together() {
-    let faults = faults_after(|body| {
-        body["schema_version"] = json!("2.0");
-        body["metadata"] = json!({ "long": "x".repeat(5000) });
-    })
-    .await;
-    assert_eq!(
-        faults,
-        [
-            fault("/schema_version", "unsupported"),
-            fault("/metadata", "length")
-        ]
-        .concat()
-    );
-}
-
-#[tokio::test(start_paused = true)]
-async fn a_huge_list_is_refused_before_its_items_are_compared() {
-    let names: Vec<_> = (0..50_000).map(|i| i.to_string()).collect();
-    let goal = json!({ "kind": "midpoint", "auvs": names });
-    assert_eq!(
-        faults_after(|body| body["goal"] = goal).await,
-        fault("/goal/auvs", "length")
-    );
-}
-
-#[tokio::test(start_paused = true)]
-async fn a_long_name_is_not_repeated_in_full() {
     let mut body = example("track");
-    body["goal"]["auv"] = json!("x".repeat(100_000));
+    body["schema_version"] = json!("2.0");
+    body["metadata"] = json!({ "long": "x".repeat(5000) });
+    let (version, metadata) = (
+        fault("/schema_version", "unsupported"),
+        fault("/metadata", "length"),
+    );
     let answer = planned(body.to_string()).await;
-    assert_eq!(answer.faults(), fault("/goal/auv", "unknown_vehicle"));
-    assert!(answer.text.len() < 2_000);
+    assert_eq!(answer.faults(), [version, metadata].concat());
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_body_that_is_not_announced_as_json_is_refused() {
-    for content_type in [
-        None,
-        Some("text/plain"),
-        Some("application/x-www-form-urlencoded"),
+async fn a_huge_list_is_not_compared_and_a_long_name_not_repeated_in_full() {
+    let names: Vec<_> = (0..50_000).map(|i| i.to_string()).collect();
+    for (goal, pointer, code) in [
+        (
+            json!({ "kind": "midpoint", "auvs": names }),
+            "/goal/auvs",
+            "length",
+        ),
+        (
+            json!({ "kind": "track", "auv": "x".repeat(100_000) }),
+            "/goal/auv",
+            "unknown_vehicle",
+        ),
     ] {
-        let mut request = Request::post("/v1/plan");
-        if let Some(content_type) = content_type {
-            request = request.header("content-type", content_type);
-        }
-        let request = request.body(Body::from(EXAMPLES[0].body)).expect("a request");
-        let answer = send(simulated_machine(), request).await;
-        assert_eq!(answer.status, StatusCode::UNSUPPORTED_MEDIA_TYPE);
-        assert_eq!(answer.problem()["code"], "unsupported_media_type");
+        let mut body = example("track");
+        body["goal"] = goal;
+        let answer = planned(body.to_string()).await;
+        assert_eq!(answer.faults(), fault(pointer, code));
+        assert!(answer.text.len() < 2_000);
     }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_body_in_another_type_coding_or_character_set_is_refused() {
+    for (name, value, said) in [
+        ("content-encoding", "gzip", "gzip"),
+        ("content-encoding", "identity, br", "br"),
+        ("content-type", "application/json; charset=utf-16", "utf-16"),
+        ("content-type", "application/json; Charset=\"latin1\"", "latin1"),
+    ] {
+        let answer = with_header(simulated_machine(), name, value).await;
+        answer.must_be(415);
+        let detail = answer.problem()["detail"].to_string();
+        assert!(detail.contains(said), "{detail}");
+    }
+    for other in ["text/plain", "application/x-www-form-urlencoded"] {
+        let answer = with_header(simulated_machine(), "content-type", other).await;
+        answer.must_refuse(415, "unsupported_media_type");
+    }
+    for (name, value) in [
+        ("content-encoding", "Identity"),
+        ("content-type", "application/json;charset=\"UTF-8\""),
+    ] {
+        with_header(simulated_machine(), name, value).await.must_be(200);
+    }
+    let mut untyped = post("/v1/plan", EXAMPLES[0].body);
+    untyped.headers_mut().clear();
+    let answer = send(simulated_machine(), untyped).await;
+    answer.must_refuse(415, "unsupported_media_type");
 }
 
 #[tokio::test(start_paused = true)]
 async fn a_body_of_over_a_mebibyte_is_refused() {
     let answer = planned(" ".repeat(service::BODY_BYTES_MAX + 1)).await;
-    assert_eq!(answer.status, StatusCode::PAYLOAD_TOO_LARGE);
-    assert_eq!(answer.problem()["code"], "body_too_large");
-    let full = planned(" ".repeat(service::BODY_BYTES_MAX)).await;
-    assert_eq!(full.status, StatusCode::BAD_REQUEST, "all of a mebibyte is read");
-}
-
-#[tokio::test(start_paused = true)]
-async fn a_body_announced_as_too_long_is_refused_before_it_is_read() {
-    let mut request = post("/v1/plan", EXAMPLES[0].body);
-    let long = HeaderValue::from(service::BODY_BYTES_MAX + 1);
-    request.headers_mut().insert("content-length", long);
-    let answer = send(simulated_machine(), request).await;
-    assert_eq!(answer.status, StatusCode::PAYLOAD_TOO_LARGE, "{}", answer.text);
+    answer.must_refuse(413, "body_too_large");
+    // All of a mebibyte is read.
+    planned(" ".repeat(service::BODY_BYTES_MAX)).await.must_be(400);
+    // Refused before it is read.
+    let long = (service::BODY_BYTES_MAX + 1).to_string();
+    let announced = with_header(simulated_machine(), "content-length", &long).await;
+    announced.must_refuse(413, "body_too_large");
 }
 
 /// The service's whole answer to the bytes of `request`, until it closes the connection.
@@ -764,9 +601,13 @@ async fn a_slow_body_is_refused_before_planning() {
     let answer = said(settings, half).await;
     assert_eq!(clock.since(start), LIMIT);
     assert!(answer.starts_with("HTTP/1.1 408 "), "{answer}");
-    assert!(answer.contains("connection: close"), "{answer}");
-    assert!(answer.contains("application/problem+json"), "{answer}");
-    assert!(answer.contains(r#""code":"body_timed_out""#), "{answer}");
+    for part in [
+        "connection: close",
+        "application/problem+json",
+        r#""code":"body_timed_out""#,
+    ] {
+        assert!(answer.contains(part), "{answer}");
+    }
 }
 
 #[tokio::test(start_paused = true)]
@@ -777,138 +618,57 @@ async fn a_body_slower_than_the_deadline_is_answered_by_a_lower_level() {
     };
     let clock = settings.clock.clone();
     let (head, tail) = EXAMPLES[0].body.split_at(20);
-    let pieces = futures_util::stream::once(async move { Ok::<_, std::io::Error>(head) }).chain(
-        futures_util::stream::once(async move {
-            clock.sleep(Duration::from_millis(200)).await;
-            Ok(tail)
-        }),
-    );
-    let answer = send(settings, post("/v1/plan", Body::from_stream(pieces))).await;
-    assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);
-    assert_eq!(answer.json()["reason"], "deadline");
+    let late = stream::once(async move {
+        clock.sleep(Duration::from_millis(200)).await;
+        Ok::<_, std::io::Error>(tail)
+    });
+    let pieces = Body::from_stream(stream::iter([Ok(head)]).chain(late));
+    let answer = send(settings, post("/v1/plan", pieces)).await.expected(200);
+    assert_eq!(answer["reason"], "deadline");
 }
 
 #[tokio::test(start_paused = true)]
 async fn a_body_of_too_many_pieces_is_refused_even_if_they_are_short() {
-    for (n_pieces, status) in [(8_000, StatusCode::OK), (9_000, StatusCode::BAD_REQUEST)] {
+    for (n_pieces, status) in [(8_000, 200), (9_000, 400)] {
         let spaces = (1..n_pieces).map(|_| " ");
         let pieces = spaces.chain([EXAMPLES[0].body]).map(Ok::<_, std::io::Error>);
-        let body = Body::from_stream(futures_util::stream::iter(pieces));
-        let answer = send(simulated_machine(), post("/v1/plan", body)).await;
-        assert_eq!(answer.status, status, "{}", answer.text);
-    }
-}
-
-#[tokio::test(start_paused = true)]
-async fn invalid_http_gets_a_status_without_a_body() {
-    for (head, status) in [
-        ("this is no HTTP\r\n\r\n".to_owned(), 400),
-        (
-            "GET /livez HTTP/1.1\r\nhost: a\r\ncontent-length: none\r\n\r\n".to_owned(),
-            400,
-        ),
-        (
-            format!("GET /{} HTTP/1.1\r\nhost: a\r\n\r\n", "x".repeat(1 << 16)),
-            414,
-        ),
-        (
-            format!("GET /livez HTTP/1.1\r\n{}\r\n", "a: b\r\n".repeat(101)),
-            431,
-        ),
-    ] {
-        let answer = said(simulated_machine(), &head).await;
-        assert!(answer.starts_with(&format!("HTTP/1.1 {status} ")), "{answer}");
-        let (_, body) = answer.split_once("\r\n\r\n").expect("has a head");
-        assert_eq!(body, "", "{status}");
-    }
-}
-
-#[tokio::test(start_paused = true)]
-async fn a_body_in_another_coding_or_character_set_is_refused() {
-    for (name, value, said) in [
-        ("content-encoding", "gzip", "gzip"),
-        ("content-encoding", "identity, br", "br"),
-        ("content-type", "application/json; charset=utf-16", "utf-16"),
-        ("content-type", "application/json; Charset=\"latin1\"", "latin1"),
-    ] {
-        let mut request = post("/v1/plan", EXAMPLES[0].body);
-        let value = HeaderValue::from_static(value);
-        request.headers_mut().insert(name, value);
-        let answer = send(simulated_machine(), request).await;
-        assert_eq!(answer.status, StatusCode::UNSUPPORTED_MEDIA_TYPE, "{said}");
-        let problem = answer.problem();
-        assert!(
-            problem["detail"].as_str().expect("text").contains(said),
-            "{problem}"
-        );
-    }
-    for (name, value) in [
-        ("content-encoding", "Identity"),
-        ("content-type", "application/json;charset=\"UTF-8\""),
-    ] {
-        let mut request = post("/v1/plan", EXAMPLES[0].body);
-        request
-            .headers_mut()
-            .insert(name, HeaderValue::from_static(value));
-        assert_eq!(
-            send(simulated_machine(), request).await.status,
-            StatusCode::OK,
-            "{value}"
-        );
+        planned(Body::from_stream(stream::iter(pieces)))
+            .await
+            .must_be(status);
     }
 }
 
 #[tokio::test(start_paused = true)]
 async fn an_unknown_route_and_an_unknown_example_are_not_found() {
     let answer = send(simulated_machine(), get("/v2/plan")).await;
-    assert_eq!(
-        (answer.status, answer.problem()["code"].clone()),
-        (StatusCode::NOT_FOUND, json!("no_route"))
-    );
+    answer.must_refuse(404, "no_route");
     assert_eq!(answer.problem()["instance"], "/v2/plan");
     for path in ["/v1/examples/nothing", "/v1/examples/%ff"] {
         let answer = send(simulated_machine(), get(path)).await;
-        assert_eq!(answer.status, StatusCode::NOT_FOUND);
-        assert!(
-            answer.problem()["detail"]
-                .as_str()
-                .expect("text")
-                .contains("GET /v1/examples")
-        );
+        answer.must_be(404);
+        let detail = answer.problem()["detail"].to_string();
+        assert!(detail.contains("GET /v1/examples"), "{detail}");
     }
 }
 
 #[tokio::test(start_paused = true)]
 async fn a_wrong_method_is_answered_with_the_right_ones() {
     for (method, path, allowed) in [
-        (Method::GET, "/v1/plan", "POST"),
-        (Method::DELETE, "/v1/examples", "GET,HEAD"),
-        (Method::POST, "/", "GET,HEAD"),
-        (Method::PUT, "/openapi.json", "GET,HEAD"),
+        ("GET", "/v1/plan", "POST"),
+        ("DELETE", "/v1/examples", "GET,HEAD"),
+        ("POST", "/", "GET,HEAD"),
+        ("PUT", "/openapi.json", "GET,HEAD"),
     ] {
-        let request = Request::builder()
-            .method(method)
-            .uri(path)
-            .body(Body::empty())
-            .expect("a request");
-        let answer = send(simulated_machine(), request).await;
-        assert_eq!(answer.status, StatusCode::METHOD_NOT_ALLOWED, "{path}");
-        assert_eq!(answer.problem()["code"], "method_not_allowed");
-        assert_eq!(answer.headers["allow"], allowed, "{path}");
+        let answer = send(simulated_machine(), call(method, path)).await;
+        answer.must_refuse(405, "method_not_allowed");
+        assert_eq!(answer.header("allow"), allowed, "{path}");
     }
 }
 
-fn assert_try_again(answer: &Answer, status: StatusCode, code: &str) {
-    assert_eq!(answer.status, status, "{}", answer.text);
-    assert_eq!(answer.problem()["code"], code);
-    assert_eq!(answer.headers["retry-after"], "1");
-}
-
-/// The answer to a request that would always fail.
-fn assert_do_not_try_again(answer: &Answer, code: &str) {
-    assert_eq!(answer.status, StatusCode::SERVICE_UNAVAILABLE, "{}", answer.text);
-    assert_eq!(answer.problem()["code"], code);
-    assert!(!answer.headers.contains_key("retry-after"));
+/// Asserts a refusal; `again`: of a request that may succeed later.
+fn assert_refusal(answer: &Answer, status: u16, code: &str, again: bool) {
+    answer.must_refuse(status, code);
+    assert_eq!(answer.header("retry-after"), if again { "1" } else { "" });
 }
 
 #[tokio::test(start_paused = true)]
@@ -920,16 +680,11 @@ async fn a_request_beyond_the_queue_is_refused_and_the_others_are_answered() {
     };
     settings.clock.delay_threads(Duration::from_millis(300));
     let service = app(settings);
-    let asked = (0..3).map(|_| tokio::spawn(send_to(service.clone(), post("/v1/plan", EXAMPLES[0].body))));
-    let mut answers = Vec::new();
-    for answer in asked.collect::<Vec<_>>() {
-        answers.push(answer.await.expect("no panic"));
-    }
-    let (served, turned_away): (Vec<_>, Vec<_>) = answers
-        .into_iter()
-        .partition(|answer| answer.status == StatusCode::OK);
+    let asked = (0..3).map(|_| send_to(service.clone(), post("/v1/plan", EXAMPLES[0].body)));
+    let answers = futures_util::future::join_all(asked).await.into_iter();
+    let (served, turned_away): (Vec<_>, Vec<_>) = answers.partition(|answer| answer.status == 200);
     assert_eq!((served.len(), turned_away.len()), (2, 1));
-    assert_try_again(&turned_away[0], StatusCode::SERVICE_UNAVAILABLE, "overloaded");
+    assert_refusal(&turned_away[0], 503, "overloaded", true);
 }
 
 #[tokio::test(start_paused = true)]
@@ -940,7 +695,7 @@ async fn a_deadline_too_short_for_an_iteration_is_refused_without_a_fallback() {
     let settings = simulated_machine();
     settings.clock.delay_threads(Duration::from_millis(30));
     let answer = send(settings, post("/v1/plan", strict.to_string())).await;
-    assert_try_again(&answer, StatusCode::GATEWAY_TIMEOUT, "timed_out");
+    assert_refusal(&answer, 504, "timed_out", true);
 }
 
 #[tokio::test(start_paused = true)]
@@ -963,11 +718,10 @@ async fn a_panic_is_a_problem_document_and_the_next_request_is_served() {
     let mut far = example("track");
     far["asc"]["north_m"] = json!(2e3);
     let answer = send_to(service.clone(), post("/v1/plan", far.to_string())).await;
-    assert_eq!(answer.status, StatusCode::INTERNAL_SERVER_ERROR);
-    assert_eq!(answer.problem()["code"], "internal");
+    answer.must_refuse(500, "internal");
     assert!(!answer.text.contains("on purpose"));
     let next = send_to(service, post("/v1/plan", EXAMPLES[0].body)).await;
-    assert_eq!(next.status, StatusCode::OK);
+    next.must_be(200);
 }
 
 /// The planner, with a solver that ran out of iterations.
@@ -986,33 +740,19 @@ async fn the_client_chooses_a_fallback_or_a_refusal_without_a_solution() {
         ..simulated_machine()
     };
     let degraded = send(settings.clone(), post("/v1/plan", EXAMPLES[0].body)).await;
-    assert_eq!(degraded.status, StatusCode::OK);
-    assert_eq!(degraded.json()["outcome"], "degraded");
-    assert_eq!(degraded.json()["reason"], "solver_max_iterations");
-
+    let degraded = degraded.expected(200);
+    assert_eq!(
+        (&degraded["outcome"], &degraded["reason"]),
+        (&json!("degraded"), &json!("solver_max_iterations"))
+    );
     let mut strict = example("track");
     strict["fallback"] = json!("none");
-    let refused = send(settings, post("/v1/plan", strict.to_string())).await;
-    assert_do_not_try_again(&refused, "no_solution");
-    assert!(
-        refused.problem()["detail"]
-            .as_str()
-            .expect("text")
-            .contains("solver_max_iterations")
-    );
-}
-
-#[tokio::test(start_paused = true)]
-async fn a_service_whose_planner_gives_up_is_not_ready() {
-    let answer = send(
-        Settings {
-            plan: gives_up,
-            ..simulated_machine()
-        },
-        get("/readyz"),
-    )
-    .await;
-    assert_do_not_try_again(&answer, "not_ready");
+    let refused = send(settings.clone(), post("/v1/plan", strict.to_string())).await;
+    assert_refusal(&refused, 503, "no_solution", false);
+    refused.must_say("solver_max_iterations");
+    // A service whose planner gives up is not ready.
+    let answer = send(settings, get("/readyz")).await;
+    assert_refusal(&answer, 503, "not_ready", false);
 }
 
 #[tokio::test(start_paused = true)]
@@ -1052,28 +792,16 @@ async fn another_origin_and_another_host_get_a_reason() {
         hosts: Some(Hosts::default()),
         ..simulated_machine()
     };
-    let with = async |name: &'static str, value: &'static str| {
-        let mut request = post("/v1/plan", EXAMPLES[0].body);
-        let headers = request.headers_mut();
-        headers.insert("host", HeaderValue::from_static("localhost:8080"));
-        headers.insert(name, HeaderValue::from_static(value));
-        send(settings(), request).await
+    let asked = async |name: &'static str, value: &'static str| {
+        let here = with(post("/v1/plan", EXAMPLES[0].body), "host", "localhost:8080");
+        send(settings(), with(here, name, value)).await
     };
-    assert_eq!(
-        with("origin", "http://localhost:8080").await.status,
-        StatusCode::OK
-    );
-    let foreign = with("origin", "http://evil.example").await;
-    assert_eq!(foreign.status, StatusCode::FORBIDDEN);
-    assert_eq!(foreign.problem()["code"], "cross_site");
-    let rebound = with("host", "evil.example").await;
-    assert_eq!(rebound.status, StatusCode::MISDIRECTED_REQUEST);
-    assert!(
-        rebound.text.contains("--allow-host evil.example"),
-        "{}",
-        rebound.text
-    );
+    asked("origin", "http://localhost:8080").await.must_be(200);
+    let foreign = asked("origin", "http://evil.example").await;
+    foreign.must_refuse(403, "cross_site");
+    let rebound = asked("host", "evil.example").await;
+    rebound.must_be(421);
+    rebound.must_say("--allow-host evil.example");
     let nameless = send(settings(), post("/v1/plan", EXAMPLES[0].body)).await;
-    assert_eq!(nameless.status, StatusCode::BAD_REQUEST);
-    assert_eq!(nameless.problem()["code"], "host_header");
+    nameless.must_refuse(400, "host_header");
 }

@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use axum::http::HeaderValue;
 use clock::Clock;
+use futures_util::future::join_all;
 use service::{Settings, service};
 use store::{
     Append, Appended, Copied, EventReader, EventStore, FILE_NAME, KeyedAnswer, Room, StoreError, StorePlace,
@@ -11,7 +11,7 @@ use store::{
 };
 use tempfile::TempDir;
 use tests::{
-    client::{START_S, post, send_to},
+    client::{START_S, post, send_to, with},
     postgres::{authority, database, psql},
     server::certificate,
     store::{acquired, add, append, at_epoch, event, joined_for, order},
@@ -53,9 +53,7 @@ impl Place {
     async fn open(&self) -> EventStore {
         self.open_with(u64::MAX).await
     }
-}
 
-impl Place {
     /// Changes stored data, like damage.
     fn change(&self, statements: &str) {
         match self {
@@ -116,6 +114,10 @@ fn keyed(sequence: u64, request: u8, answer: &str) -> Append {
     }
 }
 
+async fn delete(store: &EventStore, mission: &str) -> Result<bool, StoreError> {
+    store.delete(mission.to_owned(), order("one", "delete")).await
+}
+
 /// Bodies of all events, whose numbers the reader has checked.
 fn bodies(store: &EventStore, id: &str) -> Vec<String> {
     let reader = store.reader().expect("opens");
@@ -148,19 +150,9 @@ async fn waiting_appends_share_a_commit_and_only_a_bad_one_fails(place: Place) {
         50 => append("a", vec![event(2, "two"), event(2, "again")]),
         _ => append(&format!("m{k}"), vec![event(1, "x"), event(2, "y")]),
     });
-    let tasks: Vec<_> = all
-        .map(|append| {
-            let store = store.clone();
-            tokio::spawn(async move { store.append(append).await })
-        })
-        .collect();
-    let mut failed = vec![];
-    for (k, task) in tasks.into_iter().enumerate() {
-        if task.await.expect("does not panic").is_err() {
-            failed.push(k);
-        }
-    }
-    assert_eq!(failed, [50]);
+    let stored = join_all(all.map(|append| store.append(append))).await;
+    let failed = (0..100).filter(|k| stored[*k].is_err());
+    assert_eq!(failed.collect::<Vec<_>>(), [50]);
     assert_eq!(bodies(&store, "a"), ["one"]);
     assert_eq!(bodies(&store, "m99"), ["x", "y"]);
     store.probe().await.expect("is ready");
@@ -193,14 +185,8 @@ async fn a_deleted_mission_is_gone_at_once_and_its_number_is_not_reused(place: P
     let store = place.open().await;
     add(&store, append("a", (1..=1200).map(|k| event(k, "x")).collect())).await;
     add(&store, append("b", vec![event(1, "y")])).await;
-    assert_eq!(
-        store.delete("a".to_owned(), order("one", "delete")).await,
-        Ok(true)
-    );
-    assert_eq!(
-        store.delete("a".to_owned(), order("one", "delete")).await,
-        Ok(false)
-    );
+    assert_eq!(delete(&store, "a").await, Ok(true));
+    assert_eq!(delete(&store, "a").await, Ok(false));
     let late = || append("a", vec![event(1201, "late")]);
     assert_eq!(store.append(late()).await, Ok(Appended::MissionGone));
     let reader = store.reader().expect("opens");
@@ -251,16 +237,12 @@ async fn a_client_beyond_its_share_stores_nothing_and_others_still_do(place: Pla
     drop(store);
     let store = place.open_with(2_000).await;
     assert_eq!(store.append(made("b", "one")).await, Ok(Appended::ShareUsed));
-    assert_eq!(
-        store.delete("a".to_owned(), order("one", "delete")).await,
-        Ok(true)
-    );
+    assert_eq!(delete(&store, "a").await, Ok(true));
     add(&store, made("b", "one")).await;
     let reader = store.reader().expect("opens");
-    assert_eq!(
-        (reader.count_open("one"), reader.count_open("two")),
-        (Ok(1), Ok(1))
-    );
+    for caller in ["one", "two"] {
+        assert_eq!(reader.count_open(caller), Ok(1));
+    }
 }
 
 async fn orders_are_listed_page_by_page(place: Place) {
@@ -374,58 +356,51 @@ async fn every_change_of_stored_data_is_named(place: Place) {
     }
     place.change("CREATE TABLE whole AS SELECT * FROM events");
     place.change("CREATE TABLE whole_states AS SELECT * FROM snapshots");
-    let a = |what: &str| vec![format!("the mission log is damaged: mission a: {what}")];
+    let damaged = |what: &str| format!("the mission log is damaged: mission {what}");
+    let a = |what: &str| damaged(&format!("a: {what}"));
     let of_b = "(SELECT body FROM whole WHERE mission = 2 AND sequence = 2)";
+    // `2nd`: of event 2 of mission a.
     for (damage, named) in [
         (
-            format!("UPDATE events SET body = {of_b} WHERE mission = 1 AND sequence = 2"),
-            a("event 2 is not what was stored"),
+            "UPDATE events SET body = OF_B 2nd",
+            "event 2 is not what was stored",
         ),
         (
-            "UPDATE events SET kind = 'planned' WHERE mission = 1 AND sequence = 2".to_owned(),
-            a("event 2 is not what was stored"),
+            "UPDATE events SET kind = 'planned' 2nd",
+            "event 2 is not what was stored",
         ),
         (
-            "UPDATE events SET digest = (SELECT digest FROM whole WHERE mission = 1 AND sequence = 3)
-             WHERE mission = 1 AND sequence = 2"
-                .to_owned(),
-            a("event 2 is not what was stored"),
+            "UPDATE events SET digest = (SELECT digest FROM whole WHERE mission = 1 AND sequence = 3) 2nd",
+            "event 2 is not what was stored",
         ),
         (
-            "UPDATE events SET sequence = 9 WHERE mission = 1 AND sequence = 2;
+            "UPDATE events SET sequence = 9 2nd;
              UPDATE events SET sequence = 2 WHERE mission = 1 AND sequence = 3;
-             UPDATE events SET sequence = 3 WHERE mission = 1 AND sequence = 9"
-                .to_owned(),
-            a("event 2 is not what was stored"),
+             UPDATE events SET sequence = 3 WHERE mission = 1 AND sequence = 9",
+            "event 2 is not what was stored",
         ),
         (
-            "DELETE FROM events WHERE mission = 1 AND sequence = 1".to_owned(),
-            a("event 1 is missing"),
+            "DELETE FROM events WHERE mission = 1 AND sequence = 1",
+            "event 1 is missing",
+        ),
+        ("DELETE FROM events 2nd", "event 2 is missing"),
+        (
+            "DELETE FROM events WHERE mission = 2 AND sequence = 2; UPDATE events SET mission = 2 2nd",
+            "event 2 is missing, b: event 2 is not what was stored",
         ),
         (
-            "DELETE FROM events WHERE mission = 1 AND sequence = 2".to_owned(),
-            a("event 2 is missing"),
+            "UPDATE snapshots SET body = OF_B WHERE mission = 1",
+            "its checkpoint at event 4 is not what was stored",
         ),
         (
-            "DELETE FROM events WHERE mission = 2 AND sequence = 2;
-             UPDATE events SET mission = 2 WHERE mission = 1 AND sequence = 2"
-                .to_owned(),
-            [
-                a("event 2 is missing"),
-                vec!["the mission log is damaged: mission b: event 2 is not what was stored".to_owned()],
-            ]
-            .concat(),
-        ),
-        (
-            format!("UPDATE snapshots SET body = {of_b} WHERE mission = 1"),
-            a("its checkpoint at event 4 is not what was stored"),
-        ),
-        (
-            "UPDATE snapshots SET sequence = 3 WHERE mission = 1".to_owned(),
-            a("its checkpoint at event 3 is not what was stored"),
+            "UPDATE snapshots SET sequence = 3 WHERE mission = 1",
+            "its checkpoint at event 3 is not what was stored",
         ),
     ] {
-        place.change(&damage);
+        let damage = damage.replace("OF_B", of_b);
+        place.change(&damage.replace("2nd", "WHERE mission = 1 AND sequence = 2"));
+        let named = format!("a: {named}");
+        let named: Vec<_> = named.split(", ").map(damaged).collect();
         assert_eq!(faults(&store), named, "{damage}");
         place.change("DELETE FROM events; INSERT INTO events SELECT * FROM whole");
         place.change("DELETE FROM snapshots; INSERT INTO snapshots SELECT * FROM whole_states");
@@ -433,29 +408,27 @@ async fn every_change_of_stored_data_is_named(place: Place) {
     }
     // The start of a restart.
     place.change(&format!("UPDATE missions SET summary = {of_b} WHERE number = 1"));
-    assert_eq!(faults(&store), a("its summary is not what was stored"));
+    let named = a("its summary is not what was stored");
+    assert_eq!(faults(&store), std::slice::from_ref(&named));
     store.inspect();
     let found = store.probe().await.expect_err("is damaged");
-    assert_eq!(found.to_string(), a("its summary is not what was stored")[0]);
+    assert_eq!(found.to_string(), named);
     // Nothing continues a mission whose last event differs.
-    place.change("DELETE FROM events WHERE mission = 1 AND sequence = 4");
     let named = a("its last event, 4, is missing or is not what was stored");
-    let refused = store
-        .append(append("a", vec![event(5, "on")]))
-        .await
-        .expect_err("is damaged");
-    assert_eq!(refused.to_string(), named[0]);
-    place.change(&format!("INSERT INTO events SELECT mission, sequence, kind, {of_b}, {} FROM whole WHERE mission = 1 AND sequence = 4", "(SELECT digest FROM whole WHERE mission = 2 AND sequence = 4)"));
-    let refused = store
-        .append(append("a", vec![event(5, "on")]))
-        .await
-        .expect_err("is damaged");
-    assert_eq!(refused.to_string(), named[0]);
-    let reader = store.reader().expect("opens");
-    assert_eq!(
-        reader.last_sequence(1).expect_err("is damaged").to_string(),
-        named[0]
-    );
+    let digest_of_b = "(SELECT digest FROM whole WHERE mission = 2 AND sequence = 4)";
+    for damage in [
+        "DELETE FROM events WHERE mission = 1 AND sequence = 4".to_owned(),
+        format!(
+            "INSERT INTO events SELECT mission, sequence, kind, {of_b}, {digest_of_b}
+             FROM whole WHERE mission = 1 AND sequence = 4"
+        ),
+    ] {
+        place.change(&damage);
+        let refused = store.append(append("a", vec![event(5, "on")])).await;
+        assert_eq!(refused.expect_err("is damaged").to_string(), named);
+    }
+    let last = store.reader().expect("opens").last_sequence(1);
+    assert_eq!(last.expect_err("is damaged").to_string(), named);
 }
 
 async fn an_open_store_that_is_set_back_stores_nothing_more(place: Place) {
@@ -467,10 +440,8 @@ async fn an_open_store_that_is_set_back_stores_nothing_more(place: Place) {
         "DELETE FROM events WHERE sequence = 3; DELETE FROM snapshots;
          UPDATE missions SET sequence = 2, head = (SELECT digest FROM events WHERE sequence = 2)",
     );
-    let refused = store
-        .append(append("a", vec![event(4, "on")]))
-        .await
-        .expect_err("it was set back");
+    let refused = store.append(append("a", vec![event(4, "on")])).await;
+    let refused = refused.expect_err("it was set back");
     let named = "mission a has events up to 2, and 3 was acknowledged";
     assert!(refused.to_string().contains(named), "{refused}");
     for (mission, sequence) in [("a", 3), ("b", 1)] {
@@ -511,11 +482,8 @@ async fn a_database_without_room_for_events_is_not_ready_until_it_has() {
     store.probe().await.expect("has room");
     add(&store, more()).await;
     // The attempts left nothing.
-    let (missions, _) = store
-        .reader()
-        .expect("opens")
-        .missions(0, 9, 1 << 10)
-        .expect("reads");
+    let reader = store.reader().expect("opens");
+    let (missions, _) = reader.missions(0, 9, 1 << 10).expect("reads");
     assert_eq!((missions.len(), bodies(&store, "a").len()), (1, 2));
 }
 
@@ -538,10 +506,8 @@ async fn a_database_of_the_first_schema_gets_the_digests_of_its_events() {
         "ALTER TABLE events DROP COLUMN digest; ALTER TABLE snapshots DROP COLUMN digest;
          ALTER TABLE missions DROP COLUMN head, DROP COLUMN digest; UPDATE pilotfish_schema SET version = 1",
     );
-    assert!(matches!(
-        EventReader::of_database(&url),
-        Err(StoreError::TooOld { .. })
-    ));
+    let read = EventReader::of_database(&url);
+    assert!(matches!(read, Err(StoreError::TooOld { .. })));
     let store = place.open().await;
     assert_eq!(psql(&url, digests), before);
     let reader = store.reader().expect("opens");
@@ -591,23 +557,19 @@ async fn a_client_s_token_never_goes_to_addresses_from_the_database_alone() {
         ..append("a", vec![event(1, "made")])
     };
     add(&joined(&url, "one"), paused).await;
-    let _ = psql(
-        &url,
-        &format!(
-            "INSERT INTO services (id, url, lease_ms, beat) VALUES ('stranger', '{address}', 3600000, 0);
-             UPDATE missions SET owner_service = 'stranger'"
-        ),
+    let owner = format!(
+        "INSERT INTO services (id, url, lease_ms, beat) VALUES ('stranger', '{address}', 3600000, 0);
+         UPDATE missions SET owner_service = 'stranger'"
     );
+    let _ = psql(&url, &owner);
     let pause = async |peers| {
         let settings = Settings {
             peers,
             ..Settings::default()
         };
         let (router, _missions) = service(settings, joined(&url, "two")).await.expect("starts");
-        let mut request = post("/v1/missions/a/pause", "{}");
-        let token = HeaderValue::from_static("Bearer secret");
-        request.headers_mut().insert("authorization", token);
-        send_to(router, request).await
+        let request = post("/v1/missions/a/pause", "{}");
+        send_to(router, with(request, "authorization", "Bearer secret")).await
     };
     let refused = pause(vec![]).await;
     assert_eq!(refused.problem()["code"], "mission_elsewhere");
@@ -646,11 +608,8 @@ async fn free_missions_are_shared_out() {
         add(&one, append(&format!("m{k}"), vec![event(1, "made")])).await;
     }
     let turn = |store: &EventStore, most| {
-        store
-            .lease()
-            .expect("is shared")
-            .take_turn(most)
-            .expect("is asked")
+        let lease = store.lease().expect("is shared");
+        lease.take_turn(most).expect("is asked")
     };
     assert_eq!(turn(&one, 9).taken.len(), 3);
     assert_eq!(turn(&two, 9).taken.len(), 2);
@@ -669,14 +628,10 @@ fn a_database_of_a_newer_program_is_refused_and_not_changed() {
     drop(EventStore::open_database(&url, None, u64::MAX, &Clock::machine()).expect("opens"));
     let _ = psql(&url, "UPDATE pilotfish_schema SET version = 99");
     let refused = EventStore::open_database(&url, None, u64::MAX, &Clock::machine());
-    assert!(
-        matches!(refused, Err(StoreError::TooNew { found: 99, .. })),
-        "{refused:?}"
-    );
-    assert!(matches!(
-        EventReader::of_database(&url),
-        Err(StoreError::TooNew { .. })
-    ));
+    let is_too_new = matches!(refused, Err(StoreError::TooNew { found: 99, .. }));
+    assert!(is_too_new, "{refused:?}");
+    let read = EventReader::of_database(&url);
+    assert!(matches!(read, Err(StoreError::TooNew { .. })));
     assert_eq!(psql(&url, "SELECT version FROM pilotfish_schema"), "99");
 }
 
@@ -703,10 +658,7 @@ async fn a_store_moves_to_a_database_and_back() {
         ..append("c", vec![event(1, "x"), event(2, "y")])
     };
     add(&store, finished).await;
-    assert_eq!(
-        store.delete("deleted".to_owned(), order("one", "delete")).await,
-        Ok(true)
-    );
+    assert_eq!(delete(&store, "deleted").await, Ok(true));
     let salt = store.reader().expect("opens").salt();
     store.close().await.expect("ends");
     drop(store);
@@ -719,18 +671,14 @@ async fn a_store_moves_to_a_database_and_back() {
         let (from, to) = (path(from), path(to));
         let copied = copy_at_rest(&from, &to).await.expect("is copied");
         assert_eq!((copied.missions, copied.events), (2, 3));
-        let again = copy_at_rest(&from, &to)
-            .await
-            .expect_err("has missions")
-            .to_string();
+        let again = copy_at_rest(&from, &to).await.expect_err("has missions");
+        let again = again.to_string();
         assert!(again.contains("choose an empty store"), "{again}");
     }
     for place in [&between, &last] {
         let store = place.open().await;
-        assert_eq!(
-            (bodies(&store, "a"), bodies(&store, "c")),
-            (vec!["x".to_owned()], vec!["x".to_owned(), "y".to_owned()])
-        );
+        assert_eq!(bodies(&store, "a"), ["x"]);
+        assert_eq!(bodies(&store, "c"), ["x", "y"]);
         let reader = store.reader().expect("opens");
         assert_eq!(reader.salt(), salt);
         assert_eq!(reader.orders(None, 0, 9).expect("reads").len(), 2);

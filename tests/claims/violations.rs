@@ -3,13 +3,12 @@
 use nalgebra::Vector2;
 use planner::{
     los::LosLaw,
-    parameters::Parameters,
-    plan::{CostTerms, SoftLimit, Subject, Unit, Violation, Workspace, plan},
+    plan::{CostTerms, SoftLimit, Subject, Unit, Violation},
     program::Slack,
     snapshot::{Acoustics, KeepOut, PlanRequest},
 };
 use serde_json::{Map, Value, json};
-use tests::{auv, goals, observation, place, snapshot, state};
+use tests::{auv, goals, observation, place, planned, snapshot, state};
 use wire::{Answer, PlanResponse};
 
 /// A craft that violates every limit of position: inside one of three discs, outside its area,
@@ -36,12 +35,7 @@ fn listed_from(n: usize) -> PlanRequest {
 }
 
 fn broken(scene: PlanRequest) -> Vec<Violation> {
-    plan(
-        &snapshot(scene),
-        &Parameters::default(),
-        &mut Workspace::default(),
-    )
-    .violations
+    planned(scene).violations
 }
 
 fn of_limit(violations: &[Violation], limit: SoftLimit) -> Violation {
@@ -75,78 +69,53 @@ fn a_disc_and_an_auv_at_the_surface_are_distinguished() {
         ..amiss()
     });
     let about_discs = |violation: &Violation| violation.limit == SoftLimit::KeepOut;
-    assert!(discs_only.iter().any(about_discs));
-    assert!(
-        discs_only
-            .iter()
-            .all(|violation| violation.limit != SoftLimit::SurfacingSeparation)
-    );
+    let about_auvs = |violation: &Violation| violation.limit == SoftLimit::SurfacingSeparation;
+    assert!(discs_only.iter().any(about_discs) && !discs_only.iter().any(about_auvs));
     let auvs_only = broken(PlanRequest {
         keep_outs: vec![],
         ..amiss()
     });
-    assert_eq!(
-        of_limit(&auvs_only, SoftLimit::SurfacingSeparation).pointer,
-        Some(Subject::Auv(1))
-    );
+    let violation = of_limit(&auvs_only, SoftLimit::SurfacingSeparation);
+    assert_eq!(violation.pointer, Some(Subject::Auv(1)));
     assert!(!auvs_only.iter().any(about_discs));
 }
 
 #[test]
 fn the_words_of_answers_are_fixed() {
-    assert_eq!(
-        json!([
-            SoftLimit::ForwardSpeed,
-            SoftLimit::TurnRate,
-            SoftLimit::AcousticRange,
-            SoftLimit::Area,
-            SoftLimit::KeepOut,
-            SoftLimit::SurfacingSeparation
-        ]),
-        json!([
-            "forward_speed",
-            "turn_rate",
-            "acoustic_range",
-            "area",
-            "keep_out",
-            "surfacing_separation"
-        ])
-    );
-    assert_eq!(
-        json!([
-            Slack::Motion,
-            Slack::AcousticRange,
-            Slack::OtherRange,
-            Slack::Area,
-            Slack::KeepOut
-        ]),
-        json!(["motion", "acoustic_range", "other_range", "area", "keep_out"])
-    );
-    assert_eq!(
-        json!([
-            Unit::Metres,
-            Unit::MetresPerSecond,
-            Unit::MetresPerSecondSquared,
-            Unit::OfMotion
-        ]),
-        json!(["m", "m/s", "m/s²", "m/s or m/s²"])
-    );
-    assert_eq!(
-        json!([Subject::KeepOut(0), Subject::Auv(1), Subject::Area]),
-        json!(["/keep_outs/0", "/auvs/1", "/area"])
-    );
-    assert_eq!(
-        serde_json::to_string(&CostTerms::default()).expect("becomes JSON"),
-        r#"{"acceleration":0.0,"broken_limits":0.0,"energy":0.0,"terminal":0.0,"tracking":0.0,"velocity":0.0}"#
-    );
+    for (value, word) in [
+        (json!(SoftLimit::ForwardSpeed), "forward_speed"),
+        (json!(SoftLimit::TurnRate), "turn_rate"),
+        (json!(SoftLimit::AcousticRange), "acoustic_range"),
+        (json!(SoftLimit::Area), "area"),
+        (json!(SoftLimit::KeepOut), "keep_out"),
+        (json!(SoftLimit::SurfacingSeparation), "surfacing_separation"),
+        (json!(Slack::Motion), "motion"),
+        (json!(Slack::AcousticRange), "acoustic_range"),
+        (json!(Slack::OtherRange), "other_range"),
+        (json!(Slack::Area), "area"),
+        (json!(Slack::KeepOut), "keep_out"),
+        (json!(Unit::Metres), "m"),
+        (json!(Unit::MetresPerSecond), "m/s"),
+        (json!(Unit::MetresPerSecondSquared), "m/s²"),
+        (json!(Unit::OfMotion), "m/s or m/s²"),
+        (json!(Subject::KeepOut(0)), "/keep_outs/0"),
+        (json!(Subject::Auv(1)), "/auvs/1"),
+        (json!(Subject::Area), "/area"),
+    ] {
+        assert_eq!(value, word);
+    }
+    let terms = serde_json::to_string(&CostTerms::default()).expect("becomes JSON");
+    let names = "acceleration broken_limits energy terminal tracking velocity".split(' ');
+    let names: Vec<_> = names.map(|name| format!("\"{name}\":0.0")).collect();
+    let expected = names.join(",");
+    assert_eq!(terms, format!("{{{expected}}}"));
 }
 
 #[test]
 fn the_pointer_of_a_violation_leads_to_its_member_of_the_request() {
     let snapshot = snapshot(listed_from(2));
     let request = serde_json::to_value(&*snapshot).expect("becomes JSON");
-    let parameters = Parameters::default();
-    let plan = plan(&snapshot, &parameters, &mut Workspace::default());
+    let plan = planned(listed_from(2));
     let metadata = Map::new();
     let answer = Answer::new(&snapshot, &plan, std::time::Duration::ZERO, &metadata);
     for response in [answer.planned(), answer.law(LosLaw::SaturatedLos, &plan.baseline)] {

@@ -1,11 +1,8 @@
 //! Voyages of two hundred seeds, and one voyage twice. `just voyages N` sails more and longer ones.
 
-use std::{
-    sync::atomic::{AtomicU64, Ordering},
-    thread,
-};
+use std::ops::Range;
 
-use tests::voyage::{Course, Kind, sail};
+use tests::voyage::{Course, Kind, Voyage, sail, sail_all};
 
 const SEEDS: u64 = 200;
 
@@ -14,30 +11,20 @@ const COURSE: Course = Course {
     is_nominal: false,
     only: None,
     is_shared: None,
+    is_dry: false,
 };
 
-/// Sails these seeds on as many threads as there are processors, each voyage on one.
-fn sail_all(seeds: std::ops::Range<u64>, course: Course) {
-    let next = AtomicU64::new(seeds.start);
-    thread::scope(|scope| {
-        for _ in 0..thread::available_parallelism().map_or(1, Into::into) {
-            scope.spawn(|| {
-                loop {
-                    let seed = next.fetch_add(1, Ordering::Relaxed);
-                    if seeds.end <= seed {
-                        return;
-                    }
-                    let voyage = sail(seed, course);
-                    assert!(voyage.broken.is_none(), "{}", voyage.told());
-                }
-            });
-        }
-    });
+/// The voyages of `seeds`, in which every claim holds.
+fn unbroken(seeds: Range<u64>, course: Course) -> Vec<Voyage> {
+    sail_all(seeds, course, None, |voyage| {
+        assert!(voyage.broken.is_none(), "{}", voyage.told());
+        true
+    })
 }
 
 #[test]
 fn every_claim_holds_in_two_hundred_voyages_with_faults() {
-    sail_all(1..1 + SEEDS, COURSE);
+    unbroken(1..1 + SEEDS, COURSE);
 }
 
 #[test]
@@ -46,9 +33,23 @@ fn a_voyage_without_faults_has_no_alarm() {
         is_nominal: true,
         ..COURSE
     };
-    sail_all(2..5, quiet);
+    unbroken(2..5, quiet);
     let is_shared = Some(true);
-    sail_all(5..6, Course { is_shared, ..quiet });
+    unbroken(5..6, Course { is_shared, ..quiet });
+}
+
+#[test]
+fn a_dry_run_reports_and_moves_nothing() {
+    let dry = Course {
+        is_nominal: true,
+        is_dry: true,
+        ..COURSE
+    };
+    for voyage in unbroken(1..3, dry) {
+        // A plan needs reports. Every reference and every order is checked.
+        let checks = ["plans", "limits", "orders"].map(|claim| voyage.claims.contains_key(claim));
+        assert_eq!(checks, [true, false, false], "{}", voyage.told());
+    }
 }
 
 /// Faults without evidence within 3 s: no fix of an AUV, a stuck rudder until the next turn.

@@ -4,13 +4,13 @@ use std::time::Duration;
 
 use nalgebra::Vector2;
 use planner::{
-    craft::{Craft, CraftDescription, HeadingLoop, SurgeLoop},
+    craft::{Craft, CraftDescription},
     parameters::Parameters,
     plan::{Plan, Workspace, plan},
     snapshot::{Dive, Limits, Snapshot},
 };
 use serde_json::{Value, json};
-use tests::{goals, observation, random, snapshot};
+use tests::{answer, goals, observation, random, snapshot};
 use wire::{Answer, CraftFrame, Origin, PlanRequest, PlanResponse, PreviousPlan, TrajectoryPoint, plan_id};
 
 fn through_json(request: &PlanRequest) -> PlanRequest {
@@ -30,6 +30,13 @@ fn planned(snapshot: &Snapshot) -> Plan {
     plan(snapshot, &Parameters::default(), &mut Workspace::default())
 }
 
+/// The codes of the warnings in the answer.
+fn warnings(request: &PlanRequest) -> Vec<String> {
+    let snapshot = read(request);
+    let warnings = answer(&snapshot, &planned(&snapshot)).warnings;
+    warnings.into_iter().map(|warning| warning.code).collect()
+}
+
 /// Numbers without a decimal fraction, in every member that a seed draws.
 #[test]
 fn a_request_survives_json_to_the_bit() {
@@ -43,14 +50,25 @@ fn a_request_survives_json_to_the_bit() {
 }
 
 #[test]
-fn an_area_means_the_same_in_either_order_of_corners() {
-    let mut request = plain();
-    request.area = vec![[0.0, 0.0], [100.0, 0.0], [120.0, 50.0], [0.0, 80.0]];
-    let clockwise = read(&request);
-    request.area[1..].reverse();
-    let counter = read(&request);
-    assert_eq!(clockwise, counter);
-    assert_eq!(plan_id(&clockwise), plan_id(&counter));
+fn an_area_and_weights_mean_the_same_in_any_order() {
+    let of_area = |area: Vec<[f64; 2]>| PlanRequest { area, ..plain() };
+    let weighted = |text: &str| PlanRequest {
+        goal: serde_json::from_str(text).expect("has the shape"),
+        ..plain()
+    };
+    for [one, other] in [
+        [
+            of_area(vec![[0.0, 0.0], [100.0, 0.0], [120.0, 50.0], [0.0, 80.0]]),
+            of_area(vec![[0.0, 0.0], [0.0, 80.0], [120.0, 50.0], [100.0, 0.0]]),
+        ],
+        [
+            weighted(r#"{ "kind": "weighted", "weights": { "auv-1": 0.7, "auv-2": 0.3 } }"#),
+            weighted(r#"{ "weights": { "auv-2": 0.3, "auv-1": 0.7 }, "kind": "weighted" }"#),
+        ],
+    ] {
+        let (one, other) = (read(&one), read(&other));
+        assert_eq!((plan_id(&one), &one), (plan_id(&other), &other));
+    }
 }
 
 #[test]
@@ -58,22 +76,8 @@ fn a_range_and_a_bearing_equal_north_and_east() {
     let mut request = plain();
     let text = r#"{ "frame": "polar", "range_m": 20.0, "bearing_rad": -1.5707963267948966 }"#;
     request.goal.offset = Some(serde_json::from_str(text).expect("has the shape"));
-    let offset = read(&request).goal.offset;
-    let by = offset.expect("is there").vector();
+    let by = read(&request).goal.offset.expect("is there").vector();
     assert!((by - Vector2::new(0.0, -20.0)).norm() < 1e-12, "{by}");
-}
-
-#[test]
-fn weights_mean_the_same_in_any_order() {
-    let read = |text: &str| {
-        let mut request = plain();
-        request.goal = serde_json::from_str(text).expect("has the shape");
-        self::read(&request)
-    };
-    let one = read(r#"{ "kind": "weighted", "weights": { "auv-1": 0.7, "auv-2": 0.3 } }"#);
-    let other = read(r#"{ "weights": { "auv-2": 0.3, "auv-1": 0.7 }, "kind": "weighted" }"#);
-    assert_eq!(one, other);
-    assert_eq!(plan_id(&one), plan_id(&other));
 }
 
 /// Above an AUV that rests against the current, speed through the water is 0 over ground.
@@ -90,14 +94,9 @@ fn a_reference_over_ground_below_the_slowest_speed_is_named() {
             "craft": { "preset": "medusa", "speed_held": speed_held },
         });
         let request: PlanRequest = serde_json::from_value(request).expect("is a request");
-        let (snapshot, metadata) = (read(&request), serde_json::Map::new());
-        let plan = planned(&snapshot);
-        let answer = Answer::new(&snapshot, &plan, Duration::ZERO, &metadata).planned();
-        let codes = answer.warnings.into_iter().map(|warning| warning.code);
-        let is_named = codes
-            .collect::<Vec<_>>()
-            .contains(&"reference_below_speed_min".to_owned());
-        (plan.reference.speed, is_named)
+        let codes = warnings(&request);
+        let is_named = codes.contains(&"reference_below_speed_min".to_owned());
+        (planned(&read(&request)).reference.speed, is_named)
     };
     let (over_ground, is_named) = station("over_ground");
     assert!(over_ground < 0.2 && is_named, "{over_ground}");
@@ -112,14 +111,7 @@ fn two_vehicles_with_one_name_are_named_and_a_repeated_fix_counts_once() {
             "schema_version": "1.0", "t_s": 1000.0, "auvs": [{ "id": "auv-1", "reports": reports }], "goal": { "kind": "track", "auv": "auv-1" },
             "asc": { "north_m": 0.0, "east_m": 0.0, "heading_rad": 0.0, "speed_mps": 0.5, "sway_mps": 0.0, "yaw_rate_radps": 0.0 },
         });
-        let snapshot = read(&serde_json::from_value(request).expect("is a request"));
-        let (plan, metadata) = (planned(&snapshot), serde_json::Map::new());
-        let answer = Answer::new(&snapshot, &plan, Duration::ZERO, &metadata).planned();
-        answer
-            .warnings
-            .into_iter()
-            .map(|warning| warning.code)
-            .collect::<Vec<_>>()
+        warnings(&serde_json::from_value(request).expect("is a request"))
     };
     let fix = |second: u32, north_m: f64, later: f64| json!({ "t_s": 900.0 + f64::from(second) + later, "north_m": north_m, "east_m": 30.0, "sigma_m": 1.5 });
     let contradict = &"reports_contradict".to_owned();
@@ -153,13 +145,11 @@ fn omitted_limits_limit_speed_alone() {
     assert_eq!(model.acceleration_max, Craft::MEDUSA.surge.acceleration_max);
     let text = r#"{ "speed_max_mps": 0.9 }"#;
     request.limits = Some(serde_json::from_str(text).expect("has the shape"));
-    assert_eq!(
-        *read(&request).limits(),
-        Limits {
-            speed_max: 0.9,
-            ..Limits::ANY
-        }
-    );
+    let slow = Limits {
+        speed_max: 0.9,
+        ..Limits::ANY
+    };
+    assert_eq!(*read(&request).limits(), slow);
 }
 
 #[test]
@@ -198,24 +188,13 @@ fn limits_describe_an_undescribed_craft() {
     let text = r#"{ "turn_rate_max_radps": 0.25, "acceleration_max_mps2": 0.07, "surge_lag_s": 3.5 }"#;
     request.limits = Some(serde_json::from_str(text).expect("has the shape"));
     let snapshot = read(&request);
-    let expected = CraftDescription {
-        heading_loop: HeadingLoop {
-            rate_max_radps: Some(0.25),
-            ..HeadingLoop::default()
-        },
-        surge_loop: SurgeLoop {
-            acceleration_max_mps2: Some(0.07),
-            time_constant_s: Some(3.5),
-            ..SurgeLoop::default()
-        },
-        ..CraftDescription::default()
-    };
+    let mut expected = CraftDescription::default();
+    expected.heading_loop.rate_max_radps = Some(0.25);
+    expected.surge_loop.acceleration_max_mps2 = Some(0.07);
+    expected.surge_loop.time_constant_s = Some(3.5);
     assert_eq!(snapshot.craft, Some(expected));
-    assert_eq!(
-        snapshot.craft_model().limits.deceleration_max,
-        0.06,
-        "the generic craft's"
-    );
+    // The generic craft's.
+    assert_eq!(snapshot.craft_model().limits.deceleration_max, 0.06);
     // They limit a described craft.
     request.craft = Some(serde_json::from_str(r#"{ "preset": "otter" }"#).expect("has the shape"));
     let otter = read(&request);
@@ -230,8 +209,7 @@ fn limits_describe_an_undescribed_craft() {
 fn an_answer_sent_back_equals_its_plan() {
     let snapshot = snapshot(plain());
     let plan = planned(&snapshot);
-    let metadata = serde_json::Map::new();
-    let answer = wire::Answer::new(&snapshot, &plan, std::time::Duration::ZERO, &metadata).planned();
+    let answer = answer(&snapshot, &plan);
     let text = serde_json::to_string(&answer).expect("becomes JSON");
     let received: PreviousPlan = serde_json::from_str(&text).expect("has the shape");
     assert_eq!(received, PreviousPlan::from(&plan));
@@ -286,9 +264,8 @@ fn an_answer_on_earth_does_not_depend_on_the_origin() {
             });
             let plan = planned(&snapshot);
             let metadata = serde_json::Map::new();
-            let answer = Answer::new(&snapshot, &plan, Duration::ZERO, &metadata)
-                .on_earth(Some(origin))
-                .planned();
+            let answer = Answer::new(&snapshot, &plan, Duration::ZERO, &metadata);
+            let answer = answer.on_earth(Some(origin)).planned();
             let text = serde_json::to_string(&answer).expect("becomes JSON");
             let received: PreviousPlan = serde_json::from_str(&text).expect("has the shape");
             let kept = CraftFrame::previous_plan(&snapshot, &plan, Some(origin));
@@ -302,11 +279,9 @@ fn an_answer_on_earth_does_not_depend_on_the_origin() {
     // The vehicle goes 55 m along its path in frame metres, 0.15 % off at 600 km from the datum.
     for (far, metres) in [(answers(69.4, 18.3), 0.001), (answers(68.0, 4.0), 0.1)] {
         for (far, near) in far.iter().zip(&near) {
-            assert!(
-                (far.reference.heading_rad - near.reference.heading_rad).abs() < 1e-4,
-                "{far:?}"
-            );
-            assert!((far.reference.speed_mps - near.reference.speed_mps).abs() < 1e-4);
+            let turned = far.reference.heading_rad - near.reference.heading_rad;
+            let faster = far.reference.speed_mps - near.reference.speed_mps;
+            assert!(turned.abs() < 1e-4 && faster.abs() < 1e-4, "{far:?}");
             let ends = [far, near].map(|answer| answer.trajectory.last().expect("has stages"));
             let off = |of: fn(&TrajectoryPoint) -> Option<f64>, per_degree: f64| {
                 let [far, near] = ends.map(|end| of(end).expect("has a place"));

@@ -11,12 +11,10 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
 use serde_json::{Value, json};
+use tests::client::{get, post, with};
 use tokio::time::{Instant, sleep_until};
 
-use super::{
-    http::{Connection, Request},
-    tally::Shared,
-};
+use super::{http::Connection, tally::Shared};
 
 /// Horizontal speed of a 50° sawtooth, m/s.
 const AUV_SPEED: f64 = 0.193;
@@ -32,7 +30,7 @@ const PERIOD: Duration = Duration::from_secs(1);
 
 /// The vehicles of a mission and their motion.
 #[derive(Debug)]
-pub(crate) struct Sea {
+struct Sea {
     random: ChaCha8Rng,
     /// Distance of the AUVs along their lanes, m.
     along: f64,
@@ -50,7 +48,7 @@ struct Craft {
 }
 
 impl Sea {
-    pub(crate) fn new(seed: u64) -> Self {
+    fn new(seed: u64) -> Self {
         Self {
             random: ChaCha8Rng::seed_from_u64(seed),
             along: 0.0,
@@ -78,19 +76,13 @@ impl Sea {
         3_f64.sqrt() * (2.0 * self.random.random::<f64>() - 1.0)
     }
 
-    /// Reports with `fixes` of each AUV, the last of them of now.
-    pub(crate) fn reports(&mut self, fixes: u32) -> Value {
-        let now = unix_now();
-        let mut lane = |east: f64| -> Vec<Value> {
-            (0..fixes)
-                .rev()
-                .map(|back| {
-                    // Fixes in one post were sent a millisecond after each other.
-                    let t_s = now - 1e-3 * f64::from(back);
-                    let (north_m, east_m) = (self.along + SIGMA * self.noise(), east + SIGMA * self.noise());
-                    json!({ "t_s": t_s, "north_m": north_m, "east_m": east_m, "sigma_m": SIGMA, "depth_m": 9.0 })
-                })
-                .collect()
+    /// Reports of now.
+    fn reports(&mut self) -> Value {
+        let since = SystemTime::now().duration_since(UNIX_EPOCH);
+        let now = since.expect("the clock is set").as_secs_f64();
+        let mut lane = |east: f64| {
+            let (north_m, east_m) = (self.along + SIGMA * self.noise(), east + SIGMA * self.noise());
+            json!([{ "t_s": now, "north_m": north_m, "east_m": east_m, "sigma_m": SIGMA, "depth_m": 9.0 }])
         };
         let auvs = json!({ "auv-1": lane(0.0), "auv-2": lane(LANE) });
         let craft = &self.craft;
@@ -102,11 +94,6 @@ impl Sea {
         });
         json!({ "auvs": auvs, "asc": [{ "t_s": now, "state": state }] })
     }
-}
-
-fn unix_now() -> f64 {
-    let since = SystemTime::now().duration_since(UNIX_EPOCH);
-    since.expect("the clock is set").as_secs_f64()
 }
 
 /// The members of a reference that a client reads.
@@ -142,16 +129,14 @@ pub(crate) async fn make(connection: &mut Connection, shared: &Shared) -> io::Re
         "goal": { "kind": "midpoint", "auvs": ["auv-1", "auv-2"] },
     });
     let new = json!({ "schema_version": "1.0", "title": "load", "live": live });
-    let made = connection
-        .ask(&Request::post("/v1/missions", new.to_string()))
-        .await?;
+    let made = connection.ask(post("/v1/missions", new.to_string())).await?;
     if made.status != 201 {
         shared.lock().refuse("a mission to be made", &made);
         return Ok(None);
     }
     let Made { id } = serde_json::from_slice(&made.body)?;
-    let run = Request::post(&format!("/v1/missions/{id}/run"), "{}".to_owned());
-    let running = connection.ask(&run).await?;
+    let run = post(&format!("/v1/missions/{id}/run"), "{}");
+    let running = connection.ask(run).await?;
     if running.status != 200 {
         shared.lock().refuse("a mission to be begun", &running);
         return Ok(None);
@@ -162,8 +147,8 @@ pub(crate) async fn make(connection: &mut Connection, shared: &Shared) -> io::Re
 /// A mission and its reporters.
 #[derive(Debug)]
 pub(crate) struct Flight {
-    pub(crate) index: usize,
-    pub(crate) id: String,
+    index: usize,
+    id: String,
     connection: Connection,
     sea: Sea,
     shared: Shared,
@@ -202,12 +187,10 @@ impl Flight {
     }
 
     async fn report(&mut self, due: Instant, second: u32) {
-        let heard = self.sea.reports(1).to_string();
-        let post = Request::post(&format!("/v1/missions/{}/reports", self.id), heard);
-        let answer = self
-            .connection
-            .ask(&post.header("idempotency-key", &second.to_string()))
-            .await;
+        let heard = self.sea.reports().to_string();
+        let post = post(&format!("/v1/missions/{}/reports", self.id), heard);
+        let keyed = with(post, "idempotency-key", &second.to_string());
+        let answer = self.connection.ask(keyed).await;
         let mut tally = self.shared.lock();
         match answer {
             Ok(answer) if answer.status == 200 => {
@@ -220,8 +203,8 @@ impl Flight {
     }
 
     async fn look(&mut self) {
-        let get = Request::get(&format!("/v1/missions/{}/reference", self.id));
-        let answer = self.connection.ask(&get).await;
+        let get = get(&format!("/v1/missions/{}/reference", self.id));
+        let answer = self.connection.ask(get).await;
         let mut tally = self.shared.lock();
         let answer = match answer {
             Ok(answer) if answer.status == 200 => answer,

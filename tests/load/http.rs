@@ -4,13 +4,14 @@ use std::{io, mem, net::SocketAddr, time::Duration};
 
 use axum::{
     body::{Body, BodyDataStream, Bytes, to_bytes},
-    http::{HeaderName, HeaderValue, Request as HttpRequest, Response, header},
+    http::{Request, Response, header},
 };
 use futures_util::StreamExt as _;
 use hyper::client::conn::http1::{Builder, SendRequest};
 use hyper_util::rt::TokioIo;
+use tests::client::with;
 use tokio::{
-    net::TcpSocket,
+    net::TcpStream,
     time::{Instant, timeout},
 };
 
@@ -22,30 +23,6 @@ const IDLE_MAX: Duration = Duration::from_secs(5);
 
 /// The least that hyper takes for its own buffer, bytes.
 const BUFFER: usize = 8 << 10;
-
-/// A request.
-#[derive(Clone, Debug)]
-pub(crate) struct Request(HttpRequest<String>);
-
-impl Request {
-    pub(crate) fn get(path: &str) -> Self {
-        let request = HttpRequest::get(path).header(header::HOST, "localhost");
-        Self(request.body(String::new()).expect("is a path"))
-    }
-
-    pub(crate) fn post(path: &str, body: String) -> Self {
-        let request = HttpRequest::post(path)
-            .header(header::HOST, "localhost")
-            .header(header::CONTENT_TYPE, "application/json");
-        Self(request.body(body).expect("is a path"))
-    }
-
-    pub(crate) fn header(mut self, name: &'static str, value: &str) -> Self {
-        let value = HeaderValue::from_str(value).expect("is a value");
-        self.0.headers_mut().insert(HeaderName::from_static(name), value);
-        self
-    }
-}
 
 /// An answer, read to its end.
 #[derive(Debug)]
@@ -75,7 +52,7 @@ impl Connection {
     }
 
     /// The answer to `request`.
-    pub(crate) async fn ask(&mut self, request: &Request) -> io::Result<Answer> {
+    pub(crate) async fn ask(&mut self, request: Request<Body>) -> io::Result<Answer> {
         if IDLE_MAX < self.used.elapsed() {
             self.sender = None;
         }
@@ -84,10 +61,10 @@ impl Connection {
         answer.unwrap_or_else(|_| Err(io::ErrorKind::TimedOut.into()))
     }
 
-    async fn exchange(&mut self, request: &Request) -> io::Result<Answer> {
+    async fn exchange(&mut self, request: Request<Body>) -> io::Result<Answer> {
         let mut sender = match self.sender.take() {
             Some(sender) => sender,
-            None => open(self.address, None).await?,
+            None => open(self.address).await?,
         };
         let (head, body) = send(&mut sender, request).await?.into_parts();
         let retry_after = head.headers.get(header::RETRY_AFTER);
@@ -111,11 +88,9 @@ pub(crate) struct Lines {
 }
 
 impl Lines {
-    /// The answer to `request` on its own connection, with about `buffer` bytes of unread data.
-    pub(crate) async fn of(address: SocketAddr, request: &Request, buffer: Option<u32>) -> io::Result<Self> {
-        let begun = timeout(PATIENCE, async {
-            send(&mut open(address, buffer).await?, request).await
-        });
+    /// The answer to `request` on its own connection.
+    pub(crate) async fn of(address: SocketAddr, request: Request<Body>) -> io::Result<Self> {
+        let begun = timeout(PATIENCE, async { send(&mut open(address).await?, request).await });
         let begun = begun.await.map_err(|_| io::ErrorKind::TimedOut)??;
         Ok(Self {
             status: begun.status().as_u16(),
@@ -143,16 +118,8 @@ impl Lines {
     }
 }
 
-async fn open(address: SocketAddr, buffer: Option<u32>) -> io::Result<SendRequest<Body>> {
-    let socket = if address.is_ipv4() {
-        TcpSocket::new_v4()?
-    } else {
-        TcpSocket::new_v6()?
-    };
-    if let Some(bytes) = buffer {
-        socket.set_recv_buffer_size(bytes)?;
-    }
-    let socket = socket.connect(address).await?;
+async fn open(address: SocketAddr) -> io::Result<SendRequest<Body>> {
+    let socket = TcpStream::connect(address).await?;
     socket.set_nodelay(true)?;
     let begun = Builder::new()
         .max_buf_size(BUFFER)
@@ -162,8 +129,8 @@ async fn open(address: SocketAddr, buffer: Option<u32>) -> io::Result<SendReques
     Ok(sender)
 }
 
-async fn send(sender: &mut SendRequest<Body>, request: &Request) -> io::Result<Response<Body>> {
+async fn send(sender: &mut SendRequest<Body>, request: Request<Body>) -> io::Result<Response<Body>> {
     sender.ready().await.map_err(io::Error::other)?;
-    let answer = sender.send_request(request.0.clone().map(Body::from));
+    let answer = sender.send_request(with(request, "host", "localhost"));
     Ok(answer.await.map_err(io::Error::other)?.map(Body::new))
 }

@@ -1,16 +1,17 @@
 //! Requests for plans in an open loop, which does not wait for the service, beside live missions.
 
-use std::{cell::RefCell, error::Error, fmt::Write as _, net::SocketAddr, rc::Rc, time::Duration};
+use std::{cell::RefCell, error::Error, net::SocketAddr, rc::Rc, time::Duration};
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use tests::client::post;
 use tokio::{
     task::LocalSet,
     time::{Instant, sleep_until},
 };
 
 use super::{
-    http::{Connection, Request},
+    http::Connection,
     tally::{Samples, memory},
 };
 
@@ -39,34 +40,22 @@ struct Outcome {
 
 impl Outcome {
     fn table(&self, seconds: f64) -> String {
-        let mut table = String::new();
         #[expect(clippy::cast_precision_loss, reason = "counts of minutes")]
         let rate = |n: usize| n as f64 / seconds;
-        for (name, samples) in [("planned", &self.planned), ("turned away", &self.shed)] {
+        let rows = [("planned", &self.planned), ("turned away", &self.shed)].map(|(name, samples)| {
             let (n, spread) = (samples.len(), samples.all());
-            writeln!(table, "  {name}: {n}, {:.0}/s, p50/p99/max {spread} ms", rate(n))
-                .expect("a string takes everything");
-        }
-        let Self {
-            other,
-            lost,
-            not_sent,
-            ..
-        } = self;
-        writeln!(
-            table,
-            "  other answers {other}, not answered {lost}, not sent {not_sent}"
-        )
-        .expect("a string takes everything");
-        table
+            format!("  {name}: {n}, {:.0}/s, p50/p99/max {spread} ms\n", rate(n))
+        });
+        let (other, lost, not_sent) = (self.other, self.lost, self.not_sent);
+        rows.concat() + &format!("  other answers {other}, not answered {lost}, not sent {not_sent}\n")
     }
 }
 
 type Counted = Rc<RefCell<Outcome>>;
 
 /// Asks once, and counts the answer. `due` is when the request should have been sent.
-async fn ask(connection: &mut Connection, request: &Request, due: Instant, counted: &Counted) {
-    let answer = connection.ask(request).await;
+async fn ask(connection: &mut Connection, due: Instant, counted: &Counted) {
+    let answer = connection.ask(post("/v1/plan", SNAPSHOT)).await;
     let ms = due.elapsed().as_secs_f64() * 1e3;
     let mut counted = counted.borrow_mut();
     match answer.map(|answer| answer.status) {
@@ -75,10 +64,6 @@ async fn ask(connection: &mut Connection, request: &Request, due: Instant, count
         Ok(_) => counted.other += 1,
         Err(_) => counted.lost += 1,
     }
-}
-
-fn request() -> Request {
-    Request::post("/v1/plan", SNAPSHOT.to_owned())
 }
 
 /// This number of clients, each with one request at a time.
@@ -90,9 +75,8 @@ async fn closed(address: SocketAddr, clients: usize, time: Duration) -> Counted 
         let counted = Rc::clone(&counted);
         tasks.spawn_local(async move {
             let mut connection = Connection::new(address);
-            let request = request();
             while Instant::now() < end {
-                ask(&mut connection, &request, Instant::now(), &counted).await;
+                ask(&mut connection, Instant::now(), &counted).await;
             }
         });
     }
@@ -104,7 +88,6 @@ async fn closed(address: SocketAddr, clients: usize, time: Duration) -> Counted 
 async fn open(address: SocketAddr, rate: f64, time: Duration) -> Counted {
     let counted = Counted::default();
     let free: Rc<RefCell<Vec<Connection>>> = Rc::default();
-    let request = Rc::new(request());
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let mut made = 0;
     let mut due = Instant::now();
@@ -126,9 +109,9 @@ async fn open(address: SocketAddr, rate: f64, time: Duration) -> Counted {
                     counted.borrow_mut().not_sent += 1;
                     continue;
                 };
-                let (counted, free, request) = (Rc::clone(&counted), Rc::clone(&free), Rc::clone(&request));
+                let (counted, free) = (Rc::clone(&counted), Rc::clone(&free));
                 tokio::task::spawn_local(async move {
-                    ask(&mut connection, &request, due, &counted).await;
+                    ask(&mut connection, due, &counted).await;
                     free.borrow_mut().push(connection);
                 });
             }
@@ -142,14 +125,12 @@ async fn open(address: SocketAddr, rate: f64, time: Duration) -> Counted {
 async fn recovery(address: SocketAddr, most: f64) -> Duration {
     let begun = Instant::now();
     let mut connection = Connection::new(address);
-    let request = request();
-    let mut in_a_row = 0;
-    let mut since = begun;
+    let (mut in_a_row, mut since) = (0, begun);
     while in_a_row < RECOVERED {
-        let due = Instant::now();
-        let answer = connection.ask(&request).await;
-        let fast = due.elapsed().as_secs_f64() * 1e3 <= most;
-        if fast && answer.is_ok_and(|answer| answer.status == 200) {
+        let counted = Counted::default();
+        ask(&mut connection, Instant::now(), &counted).await;
+        let planned = counted.borrow().planned.all();
+        if planned.high() <= most {
             in_a_row += 1;
         } else {
             in_a_row = 0;
@@ -169,10 +150,8 @@ pub(crate) async fn run(
     let alone = closed(address, 1, PROBE).await;
     println!("one client\n{}", alone.borrow().table(PROBE.as_secs_f64()));
     let several = closed(address, CLOSED_CLIENTS, PROBE).await;
-    println!(
-        "{CLOSED_CLIENTS} clients\n{}",
-        several.borrow().table(PROBE.as_secs_f64())
-    );
+    let table = several.borrow().table(PROBE.as_secs_f64());
+    println!("{CLOSED_CLIENTS} clients\n{table}");
     #[expect(clippy::cast_precision_loss, reason = "counts of seconds")]
     let sustainable = several.borrow().planned.len() as f64 / PROBE.as_secs_f64();
     if sustainable == 0.0 {

@@ -3,8 +3,9 @@
 use std::{collections::BTreeMap, fmt, io, net::SocketAddr};
 
 use serde::Deserialize;
+use tests::client::get;
 
-use super::http::{Lines, Request};
+use super::http::Lines;
 
 /// The members of a record's line that matter here.
 #[derive(Debug, Deserialize)]
@@ -35,8 +36,8 @@ pub(crate) struct Plans {
 impl Plans {
     /// Takes up the record of one more mission, as it is read.
     pub(crate) async fn read(&mut self, address: SocketAddr, id: &str) -> io::Result<()> {
-        let get = Request::get(&format!("/v1/missions/{id}/record?format=events_ndjson"));
-        let mut lines = Lines::of(address, &get, None).await?;
+        let get = get(&format!("/v1/missions/{id}/record?format=events_ndjson"));
+        let mut lines = Lines::of(address, get).await?;
         if lines.status != 200 {
             let problem = lines.next().await?.unwrap_or_default();
             return Err(io::Error::other(format!("{}: {problem}", lines.status)));
@@ -72,10 +73,10 @@ impl Plans {
 
 impl fmt::Display for Plans {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (missions, breaks) = (self.missions, self.breaks);
         writeln!(
             out,
-            "records                  {} missions, {} breaks",
-            self.missions, self.breaks
+            "records                  {missions} missions, {breaks} breaks"
         )?;
         writeln!(out, "posts in the log         {}", self.reported)?;
         writeln!(out, "plans in the log         {}", self.planned)?;

@@ -2,8 +2,7 @@
 
 use std::{
     collections::BTreeMap,
-    fmt::{self, Write as _},
-    fs,
+    fmt, fs,
     sync::{Arc, Mutex, MutexGuard},
 };
 
@@ -134,15 +133,9 @@ impl Tally {
     }
 
     fn counts(&self) -> String {
-        let mut line = format!("{} acknowledged, refused", self.acknowledged);
-        if self.refused.is_empty() {
-            line += " none";
-        }
-        for (status, times) in &self.refused {
-            write!(line, " {times}×{status}").expect("a string takes everything");
-        }
-        write!(line, ", {} lost, {} missed", self.lost, self.missed()).expect("a string takes everything");
-        line
+        let (acknowledged, refused, lost) = (self.acknowledged, &self.refused, self.lost);
+        let missed = self.missed();
+        format!("{acknowledged} acknowledged, refused {refused:?}, {lost} lost, {missed} missed")
     }
 
     /// One line about what came since the last.
@@ -157,30 +150,27 @@ impl Tally {
 
     /// All of it.
     pub(crate) fn table(&self) -> String {
-        let mut table = format!("posts                    {}\n", self.counts());
         let rows = [
-            ("ack p50/p99/max, ms      ", self.acks.all()),
-            ("plan age p50/p99/max, s  ", self.ages.all()),
+            ("posts", self.counts()),
+            ("ack p50/p99/max, ms", self.acks.all().to_string()),
+            ("plan age p50/p99/max, s", self.ages.all().to_string()),
+            ("asked before any plan", self.no_plan_yet.to_string()),
         ];
-        for (name, spread) in rows {
-            writeln!(table, "{name}{spread}").expect("a string takes everything");
-        }
-        writeln!(table, "asked before any plan    {}", self.no_plan_yet).expect("a string takes everything");
-        if let Some(failure) = &self.first_failure {
-            writeln!(table, "first failure            {failure}").expect("a string takes everything");
-        }
-        table
+        let failure = self.first_failure.iter();
+        let rows = rows
+            .into_iter()
+            .chain(failure.map(|failure| ("first failure", failure.clone())));
+        let rows = rows.map(|(name, value)| format!("{name:<25}{value}\n"));
+        rows.collect::<Vec<_>>().concat()
     }
 }
 
 /// Resident memory of a process, as text.
 pub(crate) fn memory(pid: Option<u32>) -> String {
-    memory_kib(pid).map_or("unknown".to_owned(), |kib| format!("{} MiB", kib / 1024))
-}
-
-/// Resident memory of a process, KiB.
-pub(crate) fn memory_kib(pid: Option<u32>) -> Option<u64> {
-    let status = fs::read_to_string(format!("/proc/{}/status", pid?)).ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
-    line.split_whitespace().next()?.parse().ok()
+    let kib = || -> Option<u64> {
+        let status = fs::read_to_string(format!("/proc/{}/status", pid?)).ok()?;
+        let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
+        line.split_whitespace().next()?.parse().ok()
+    };
+    kib().map_or("unknown".to_owned(), |kib| format!("{} MiB", kib / 1024))
 }

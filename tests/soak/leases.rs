@@ -3,10 +3,10 @@
 use std::time::Duration;
 
 use clock::Clock;
-use store::{Appended, EventStore, StoreError};
+use store::EventStore;
 use tests::{
     postgres::{database, psql},
-    store::{acquired, add, append, at_epoch, event, joined_for, order},
+    store::{acquired, add, append, event, joined_for, order},
 };
 use tokio::time::{Instant, sleep};
 
@@ -39,42 +39,9 @@ async fn a_service_waits_for_the_longer_lease_of_another() {
 }
 
 #[tokio::test]
-async fn a_dead_service_loses_its_missions_and_a_live_one_keeps_them() {
-    let Some(url) = database() else { return };
-    let (one, two) = (joined_for(&url, "one", LEASE), joined_for(&url, "two", LEASE));
-    add(&one, append("a", vec![event(1, "made")])).await;
-    assert_eq!(acquired(&one), Ok(1));
-    sleep(LEASE + LEASE / 2).await;
-    assert_eq!(acquired(&two), Err("http://one".to_owned()));
-    drop(one);
-    let took = until(|| acquired(&two).is_ok()).await;
-    // A stall of this machine restarts the wait.
-    assert!(LEASE / 2 < took && took < LEASE * 4, "{took:?}");
-}
-
-#[tokio::test]
-async fn a_service_that_others_consider_dead_restarts() {
-    let Some(url) = database() else { return };
-    let one = joined_for(&url, "one", LEASE);
-    let lease = one.lease().expect("is shared");
-    add(&one, append("a", vec![event(1, "made")])).await;
-    assert_eq!((lease.incarnation(), acquired(&one)), (Ok(1), Ok(1)));
-    let _ = psql(&url, "DELETE FROM services");
-    assert_eq!(one.append(at_epoch(1, 2)).await, Ok(Appended::NotOwner));
-    until(|| lease.incarnation() == Ok(2)).await;
-    assert_eq!(acquired(&one), Ok(2));
-    lease.leave().expect("is stored");
-    assert_eq!(lease.incarnation(), Err(StoreError::Closed));
-    assert_eq!(psql(&url, "SELECT count(*) FROM services"), "0");
-}
-
-#[tokio::test]
 async fn services_remove_the_events_of_missions_that_another_program_deleted() {
     let Some(url) = database() else { return };
-    let (one, two) = (
-        joined_for(&url, "one", PATIENCE),
-        joined_for(&url, "two", PATIENCE),
-    );
+    let [one, two] = ["one", "two"].map(|name| joined_for(&url, name, PATIENCE));
     add(&one, append("a", (1..=1200).map(|k| event(k, "x")).collect())).await;
     let tool = EventStore::open_database(&url, None, u64::MAX, &Clock::machine()).expect("opens");
     let deleted = tool.delete("a".to_owned(), order("tool", "expire")).await;
@@ -91,11 +58,8 @@ async fn services_remove_the_events_of_missions_that_another_program_deleted() {
 async fn a_silent_host_does_not_keep_a_service_from_the_one_that_answers() {
     let Some(url) = database() else { return };
     let silent = std::net::TcpListener::bind("127.0.0.1:0").expect("a port is free");
-    let silent = silent
-        .local_addr()
-        .map(|address| (silent, address))
-        .expect("is bound");
-    let url = url.replace("127.0.0.1", &format!("{},127.0.0.1", silent.1));
+    let address = silent.local_addr().expect("is bound");
+    let url = url.replace("127.0.0.1", &format!("{address},127.0.0.1"));
     let begun = Instant::now();
     let store = joined_for(&url, "one", PATIENCE);
     add(&store, append("a", vec![event(1, "made")])).await;

@@ -42,16 +42,13 @@ impl BridgeProcess {
             rate_hz: [2.0, 5.0, 10.0][draws.random_range(0..3)],
             report_interval: Duration::from_millis([200, 500, 1_000][draws.random_range(0..3)]),
             take_control: true,
+            dry_run: world.course.is_dry,
             ..Settings::default()
         };
         if world.course.only.is_some() {
             // The displays are those of a bridge with default settings.
-            let Settings {
-                rate_hz,
-                report_interval,
-                ..
-            } = Settings::default();
-            (settings.rate_hz, settings.report_interval) = (rate_hz, report_interval);
+            let usual = Settings::default();
+            (settings.rate_hz, settings.report_interval) = (usual.rate_hz, usual.report_interval);
         }
         let Limits {
             speed_max,
@@ -79,7 +76,7 @@ impl BridgeProcess {
 
     pub(super) fn start(&mut self) {
         self.world.note("bridge", "starts");
-        self.sea.new_bridge();
+        self.sea.new_bridge(1.0 / self.settings.rate_hz);
         let settings = Settings {
             nmea: vec![],
             modems: vec![],

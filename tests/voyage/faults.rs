@@ -296,10 +296,7 @@ impl Now {
 
     /// Time without an active fault, s.
     pub(super) fn quiet_s(&self, t_s: f64) -> f64 {
-        if self.active.is_empty() {
-            t_s - self.quiet_since_s
-        } else {
-            0.0
-        }
+        let quiet_s = t_s - self.quiet_since_s;
+        if self.is_quiet() { quiet_s } else { 0.0 }
     }
 }

@@ -33,6 +33,7 @@ use super::{
     faults::{Fault, Kind},
     lock, planners, rng,
 };
+use crate::client::{get, post, with};
 
 /// Longest answer read, bytes.
 const ANSWER_BYTES_MAX: usize = 16 << 20;
@@ -103,12 +104,7 @@ struct Running {
 
 impl Host {
     pub(super) fn new(world: &Arc<World>, seed: u64, database: Option<Database>) -> Self {
-        let memory = Path::new("/dev/shm");
-        let root = if memory.is_dir() {
-            tempfile::tempdir_in(memory)
-        } else {
-            tempfile::tempdir()
-        };
+        let root = tempfile::tempdir_in("/dev/shm").or_else(|_| tempfile::tempdir());
         Self {
             world: Arc::clone(world),
             root: root.expect("a directory can be made"),
@@ -165,8 +161,8 @@ impl Host {
         let (router, missions) = started.expect("the service starts");
         self.world.note("host", format!("service {service} starts"));
         let probed = store.probe().await;
-        self.world
-            .claim("no loss reported", probed.is_ok(), || format!("{probed:?}"));
+        let otherwise = || format!("{probed:?}");
+        self.world.claim("no loss reported", probed.is_ok(), otherwise);
         self.check_store();
         let mut state = lock(&self.state);
         store.trouble(state.troubles[service]);
@@ -198,8 +194,8 @@ impl Host {
                     let kept = lock(&self.rng).random_range(0..=more.len());
                     let torn = [&before[..], &more[..kept]].concat();
                     fs::write(new.join(WRITE_AHEAD), torn).expect("is written");
-                    self.world
-                        .note("host", format!("{kept} of {} bytes reached the disk", more.len()));
+                    let said = format!("{kept} of {} bytes reached the disk", more.len());
+                    self.world.note("host", said);
                 }
             }
         }
@@ -250,11 +246,8 @@ impl Host {
 
     /// Claims that the missions of this service get another owner in time.
     pub(super) async fn expect_taken(self: Arc<Self>, service: usize, kind: Kind) {
-        let within = if kind == Kind::ServiceStopped {
-            TURN
-        } else {
-            TAKE_OVER
-        };
+        let is_told = kind == Kind::ServiceStopped;
+        let within = if is_told { TURN } else { TAKE_OVER };
         self.world.aboard.sleep(within).await;
         let Some(database) = &self.database else { return };
         // A fault may have struck the other one meanwhile.
@@ -276,30 +269,25 @@ impl Host {
     }
 
     pub(super) async fn fill_disk(&self, full: bool) {
-        let store = lock(&self.state).running[0]
-            .as_ref()
-            .map(|running| running.store.clone());
+        let running = |state: &State| Some(state.running[0].as_ref()?.store.clone());
+        let store = running(&lock(&self.state));
         if let Some(store) = store {
             let limited = store.limit_growth(full.then_some(2)).await;
-            self.world
-                .note("host", format!("the disk is full: {full}, {limited:?}"));
+            let said = format!("the disk is full: {full}, {limited:?}");
+            self.world.note("host", said);
         }
     }
 
     /// The answer of a service: status and body. Fails if there is none.
     pub(super) async fn ask(&self, service: usize, request: Request) -> Result<(u16, Vec<u8>), String> {
-        let mut builder = HttpRequest::builder().uri(&request.path);
-        if let Some(key) = &request.key {
-            builder = builder.header("idempotency-key", key);
-        }
-        let built = match &request.body {
-            None => builder.body(Body::empty()),
-            Some(body) => builder
-                .method("POST")
-                .header(header::CONTENT_TYPE, "application/json")
-                .body(Body::from(body.clone())),
+        let mut built = match &request.body {
+            None => get(&request.path),
+            Some(body) => post(&request.path, body.clone()),
         };
-        let (status, body) = self.answer(service, built.expect("is a request")).await?;
+        if let Some(key) = &request.key {
+            built = with(built, "idempotency-key", key);
+        }
+        let (status, body) = self.answer(service, built).await?;
         if (200..300).contains(&status) {
             self.learn(&request, &body);
         }
@@ -308,17 +296,10 @@ impl Host {
 
     async fn answer(&self, service: usize, request: HttpRequest<Body>) -> Result<(u16, Vec<u8>), String> {
         let mut killed = self.killed[service].subscribe();
-        let router = lock(&self.state).running[service]
-            .as_ref()
-            .map(|running| running.router.clone());
-        let router = router.ok_or("connection refused")?;
-        let path = request
-            .uri()
-            .path()
-            .rsplit('/')
-            .next()
-            .unwrap_or_default()
-            .to_owned();
+        let running = |state: &State| Some(state.running[service].as_ref()?.router.clone());
+        let router = running(&lock(&self.state)).ok_or("connection refused")?;
+        let path = request.uri().path().rsplit('/').next();
+        let path = path.unwrap_or_default().to_owned();
         let answered = FORWARDED.scope(Cell::new(false), async {
             let response = router.oneshot(request).await.expect("a router always answers");
             let status = response.status().as_u16();
@@ -360,9 +341,8 @@ impl Host {
             let id = answer["id"].as_str().expect("a mission has an id").to_owned();
             let before = state.mission.get_or_insert(id.clone()).clone();
             drop(state);
-            self.world
-                .claim("one mission", before == id, || format!("{before}, then {id}"));
-            return;
+            let otherwise = || format!("{before}, then {id}");
+            return self.world.claim("one mission", before == id, otherwise);
         }
         let Some(sequence) = answer["sequence"].as_u64() else {
             return;
@@ -473,9 +453,8 @@ impl Host {
         self.world.aboard.sleep(Duration::from_secs(15)).await;
         self.check_store();
         let Some(mission) = self.mission() else {
-            return self
-                .world
-                .claim("one mission", false, || "there is none".to_owned());
+            let otherwise = || "there is none".to_owned();
+            return self.world.claim("one mission", false, otherwise);
         };
         let reader = self.reader();
         let stored = reader.mission(&mission).expect("is read").expect("is there");
@@ -506,15 +485,12 @@ impl Host {
             format!("{twice:?} times in the log")
         });
         self.world.checker().log = log;
-        let replayed = replay(&reader, &mission, &mut |_, _| {})
-            .expect("is replayed")
-            .expect("is there");
+        let replayed = replay(&reader, &mission, &mut |_, _| {}).expect("is replayed");
+        let different = replayed.expect("is there").different;
         // A planner that lied is not the one that replays.
-        let lied = planners::has_lied();
-        self.world
-            .claim("replay", lied || replayed.different.is_empty(), || {
-                format!("plans {:?} have another answer", replayed.different)
-            });
+        let holds = planners::has_lied() || different.is_empty();
+        let otherwise = || format!("plans {different:?} have another answer");
+        self.world.claim("replay", holds, otherwise);
     }
 }
 
@@ -522,11 +498,8 @@ impl Host {
 fn reported(request: &[u8], answer: &Value) -> Option<Value> {
     let request: Value = serde_json::from_slice(request).ok()?;
     let places = ["/asc/0/state/heading_rad", "/notes/0/text"];
-    let mut reported = places.iter().filter_map(|place| request.pointer(place));
-    reported
-        .next()
-        .filter(|_| answer.get("rejected").is_none())
-        .cloned()
+    let reported = places.iter().find_map(|place| request.pointer(place));
+    reported.filter(|_| answer.get("rejected").is_none()).cloned()
 }
 
 /// The answer of another service to a forwarded call.

@@ -88,6 +88,8 @@ struct State {
 /// Knowledge of this process of the bridge.
 #[derive(Default)]
 struct Known {
+    /// Time between two references, s.
+    period_s: f64,
     heartbeat_left_s: Option<f64>,
     /// Time since which the craft is under way, s.
     under_way_since_s: Option<f64>,
@@ -120,7 +122,10 @@ fn hull_and_stops(seed: u64) -> (Boat, bool, bool) {
 
 impl Sea {
     pub(super) fn new(world: &Arc<World>, seed: u64) -> Self {
-        let (boat, stops, is_noisy) = hull_and_stops(seed);
+        let (mut boat, stops, is_noisy) = hull_and_stops(seed);
+        if world.course.is_dry && seed % 2 == 1 {
+            (boat.mode, boat.is_armed) = (GUIDED, true);
+        }
         let mut rng = rng(seed, 4);
         Self {
             world: Arc::clone(world),
@@ -150,10 +155,11 @@ impl Sea {
         }
     }
 
-    /// Starts a bridge without knowledge.
-    pub(super) fn new_bridge(&self) {
+    /// Starts a bridge without knowledge, which sends a reference each `period_s`.
+    pub(super) fn new_bridge(&self, period_s: f64) {
         let mut state = lock(&self.state);
         state.known = Known {
+            period_s,
             unguided_since_s: state.known.unguided_since_s,
             wire_bad_s: state.known.wire_bad_s,
             sent_s: state.known.sent_s,
@@ -244,11 +250,8 @@ impl Sea {
         state.boat.step(t_s, step_s, &still);
         let (position, course) = &mut state.auv;
         *course += 0.02 * (0.05 * t_s).sin();
-        let speed = if state.stops && 130.0 < t_s % 200.0 {
-            0.0
-        } else {
-            AUV_SPEED
-        };
+        let rests = state.stops && 130.0 < t_s % 200.0;
+        let speed = if rests { 0.0 } else { AUV_SPEED };
         *position += speed * step_s * Vector2::new(course.cos(), course.sin());
 
         let mut shown = state.boat.clone();
@@ -262,24 +265,19 @@ impl Sea {
         }
         let mut said = shown.messages(STEPS * state.step, &still);
         said.append(&mut answers);
-        let heartbeat = said
-            .iter()
-            .any(|message| matches!(message, MavMessage::HEARTBEAT(_)));
+        let is_heartbeat = |message: &MavMessage| matches!(message, MavMessage::HEARTBEAT(_));
+        let heartbeat = said.iter().any(is_heartbeat);
         let mut bytes: Vec<u8> = said.iter().flat_map(|message| frame(SYSTEM, message)).collect();
         if state.fix_due_s <= t_s {
             state.fix_due_s = t_s + FIX_S;
             let is_lost = self.world.course.is_nominal && state.rng.random_bool(LOST_FIXES);
             if !now.has(Kind::AuvSilent) && !is_lost {
                 let velocity = speed * Vector2::new(state.auv.1.cos(), state.auv.1.sin());
-                let noise = if state.is_noisy && self.world.course.is_nominal {
-                    normal(&mut state.rng) * SIGMA_M
-                } else {
-                    still
-                };
-                bytes.extend(frame(
-                    u32::from(AUV),
-                    &place(&(state.auv.0 + noise), &velocity, None),
-                ));
+                let mut position = state.auv.0;
+                if state.is_noisy && self.world.course.is_nominal {
+                    position += normal(&mut state.rng) * SIGMA_M;
+                }
+                bytes.extend(frame(u32::from(AUV), &place(&position, &velocity, None)));
             }
         }
         state.step += 1;
@@ -291,19 +289,14 @@ impl Sea {
         if heartbeat && !now.has(Kind::WireCut) {
             state.known.heartbeat_left_s = Some(t_s);
         }
-        state.known.under_way_since_s = if state.boat.speed < WAY {
-            None
-        } else {
-            state.known.under_way_since_s.or(Some(t_s))
-        };
+        let known = &mut state.known;
+        let rests = state.boat.speed < WAY;
+        known.under_way_since_s = (!rests).then(|| known.under_way_since_s.unwrap_or(t_s));
         let is_ours = state.boat.mode == GUIDED && state.boat.is_armed;
-        state.known.unguided_since_s = if is_ours {
-            None
-        } else {
-            state.known.unguided_since_s.or(Some(t_s))
-        };
+        known.unguided_since_s = (!is_ours).then(|| known.unguided_since_s.unwrap_or(t_s));
         let is_cut = now.has(Kind::WireCut);
-        let is_due = CLEAR_S <= now.quiet_s(t_s) && !now.is_paused && state.input.is_some();
+        let may_steer = !now.is_paused && !self.world.course.is_dry;
+        let is_due = CLEAR_S <= now.quiet_s(t_s) && may_steer && state.input.is_some();
         drop(now);
         let boat = &state.boat;
         let (mode, armed) = (boat.mode, boat.is_armed);
@@ -381,6 +374,13 @@ impl Sea {
             && t_s - before_s <= 3.0
         {
             let elapsed = t_s - before_s;
+            let off = (elapsed - known.period_s).abs();
+            world.claim("rate", !world.course.is_nominal || off <= 1.1e-3, || {
+                format!(
+                    "{elapsed:.4} s after the last one, every {:.1} s is expected",
+                    known.period_s
+                )
+            });
             let turn = (heading - before_heading)
                 .sin()
                 .atan2((heading - before_heading).cos())

@@ -43,7 +43,7 @@ pub(crate) use self::{
     georeference::KnownDepth,
     pose::{CraftPose, PoseHistory},
 };
-use crate::{AuvFix, Rejects};
+use crate::{AuvFix, Parsed, Rejects};
 
 /// Most AUVs whose newest fixes are kept, so that names on a wire do not fill the memory.
 const AUVS_MAX: usize = 64;
@@ -58,7 +58,6 @@ pub struct Modem {
     rejects: Rejects,
 }
 
-/// The format of a modem's lines.
 #[derive(Debug)]
 enum Format {
     Evologics(Frame),
@@ -130,14 +129,13 @@ impl Modem {
         self.georeference.note_depth(auv, depth);
     }
 
-    /// Rejected lines by reason.
     pub(crate) fn rejects(&self) -> &Rejects {
         &self.rejects
     }
 }
 
 impl Format {
-    fn read(&self, line: &str, received_s: f64) -> Result<Observation, &'static str> {
+    fn read(&self, line: &str, received_s: f64) -> Parsed<Observation> {
         match self {
             Self::Evologics(frame) => evologics::read(line, *frame, received_s),
             Self::Seatrac(frame) => seatrac::read(line, *frame, received_s),

@@ -2,8 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use ::mavlink::dialects::ardupilotmega::MavSeverity;
-
 use crate::{
     Measurement, Rejects,
     mavlink::{
@@ -34,7 +32,6 @@ pub enum AutopilotSettings {
     },
 }
 
-/// An open link.
 pub(crate) enum AutopilotLink {
     Mavlink {
         send: Output,
@@ -55,7 +52,6 @@ pub(crate) enum AutopilotLink {
 const SYSTEM: u8 = 1;
 
 impl AutopilotLink {
-    /// Opens the link's wire with `open`.
     pub(crate) fn open(settings: AutopilotSettings, open: impl FnOnce(&Endpoint) -> Output) -> Self {
         match settings {
             AutopilotSettings::Mavlink {
@@ -93,9 +89,8 @@ impl AutopilotLink {
                             tracing::info!(system, "autopilot found");
                             *writer = MavlinkWriter::new(system);
                         }
-                        if !newest.may_be_steered()
-                            && heartbeat.is_some_and(|(before, _)| before.may_be_steered())
-                        {
+                        let was_ours = heartbeat.is_some_and(|(before, _)| before.may_be_steered());
+                        if was_ours && !newest.may_be_steered() {
                             *refused = Some((*newest, t_s));
                         }
                         *heartbeat = Some((*newest, t_s));
@@ -127,7 +122,6 @@ impl AutopilotLink {
         }
     }
 
-    /// Rejected input.
     pub(crate) fn rejects(&self) -> &Rejects {
         match self {
             Self::Mavlink { reader, .. } => reader.rejects(),
@@ -143,20 +137,6 @@ impl AutopilotLink {
                 writer.reference(heartbeat.autopilot, reference, boot_ms(now))
             }),
         }
-    }
-
-    /// Sends a text for the ground station. NMEA 0183 has none.
-    pub(crate) fn send_text(&mut self, severity: MavSeverity, text: &str) {
-        self.send_frames(|writer, _| writer.text(severity, text));
-    }
-
-    /// Orders the mode in which references are followed.
-    pub(crate) fn order_guided(&mut self, autopilot: Autopilot) {
-        self.send_frames(|writer, _| writer.set_guided(autopilot));
-    }
-
-    pub(crate) fn order_arm(&mut self) {
-        self.send_frames(|writer, _| writer.arm());
     }
 
     /// Sends the bridge's heartbeat, even before the autopilot's: some wires wait for it.
@@ -177,8 +157,8 @@ impl AutopilotLink {
         });
     }
 
-    /// Sends frames to an autopilot that has been heard.
-    fn send_frames(&mut self, frames: impl FnOnce(&mut MavlinkWriter, Heartbeat) -> Vec<u8>) {
+    /// Sends frames to an autopilot that has been heard. NMEA 0183 has none.
+    pub(crate) fn send_frames(&mut self, frames: impl FnOnce(&mut MavlinkWriter, Heartbeat) -> Vec<u8>) {
         if let Self::Mavlink {
             send,
             writer,

@@ -8,11 +8,9 @@
 //! turns neither confirm nor contradict: a rudder that sticks on a straight course is seen at the
 //! first turn. A turn towards the reference confirms, whatever its cause.
 
-use crate::{
-    Geographic, MeasuredState,
-    recent_positions::moved,
-    reference::{Reference, wrapped},
-};
+use planner::angle::wrap;
+
+use crate::{MeasuredState, Origin, recent_positions::moved, reference::Reference};
 
 /// T, s: receivers and compasses send once a second, and a craft starts turning within a second.
 const WITHIN_S: f64 = 1.5;
@@ -37,7 +35,7 @@ pub(crate) struct Confirmation {
     state_s: f64,
     /// Time of the last motion of the position, s, and the position then.
     moved_s: f64,
-    place: Option<Geographic>,
+    place: Option<Origin>,
     /// Time when the heading was last right, s, and the smoothed heading then, rad.
     turned_s: f64,
     turned: f64,
@@ -65,15 +63,14 @@ impl Confirmation {
         let speed = state
             .ground_velocity
             .map_or(state.water_velocity.x.abs(), |velocity| velocity.norm());
-        let has_moved = self
-            .place
-            .is_none_or(|place| moved(&place, &state.position).norm() > MOVED_M);
+        let has_moved = |place: Origin| moved(&place, &state.position).norm() > MOVED_M;
+        let has_moved = self.place.is_none_or(has_moved);
         if has_moved || speed.max(sent.speed) < WAY {
             (self.moved_s, self.place) = (now, Some(state.position));
         }
-        let error = wrapped(sent.heading - state.heading);
-        self.heading += share * wrapped(state.heading - self.heading);
-        let turned = wrapped(self.heading - self.turned);
+        let error = wrap(sent.heading - state.heading);
+        self.heading += share * wrap(state.heading - self.heading);
+        let turned = wrap(self.heading - self.turned);
         if error.abs() <= ON_HEADING || turned * error.signum() >= TURNED.max(TURNED_SHARE * error.abs()) {
             (self.turned_s, self.turned) = (now, self.heading);
         } else if turned * error < 0.0 {
@@ -116,7 +113,7 @@ mod tests {
             let (north_m, heading, age_s) = at(t_s);
             MeasuredState {
                 t_s: t_s - age_s,
-                position: Geographic {
+                position: Origin {
                     lat_deg: 38.0 + north_m / 111_195.0,
                     lon_deg: -9.0,
                 },

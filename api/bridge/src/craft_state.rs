@@ -2,11 +2,11 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use geodesy::direction;
 use nalgebra::Vector2;
+use planner::angle::direction;
 
 use crate::{
-    CraftMeasurement, Geographic, Rejects,
+    CraftMeasurement, Origin, Rejects,
     current_observer::CurrentObserver,
     integrity::{Alarm, Integrity, Source},
     recent_positions::moved,
@@ -26,7 +26,7 @@ type Dated<T> = Option<(f64, T)>;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct CraftState {
     integrity: Integrity,
-    position: Dated<Geographic>,
+    position: Dated<Origin>,
     heading: Dated<f64>,
     yaw_rate: Dated<f64>,
     ground_velocity: Dated<Vector2<f64>>,
@@ -46,7 +46,7 @@ pub(crate) struct CraftState {
 #[derive(Clone, Debug, Default)]
 struct VelocityBias {
     bias: Vector2<f64>,
-    start: Option<(f64, Geographic)>,
+    start: Option<(f64, Origin)>,
     sum: Vector2<f64>,
     count: f64,
 }
@@ -67,9 +67,10 @@ impl VelocityBias {
         &mut self,
         t_s: f64,
         heading: f64,
-        position: &Geographic,
+        position: &Origin,
         over_ground: &Vector2<f64>,
     ) -> Vector2<f64> {
+        let (bow, starboard) = (direction(heading), direction(heading + FRAC_PI_2));
         self.sum += over_ground;
         self.count += 1.0;
         let (start_s, from) = *self.start.get_or_insert((t_s, *position));
@@ -79,18 +80,15 @@ impl VelocityBias {
         } else if span >= BIAS_INTERVAL_S {
             let off = self.sum / self.count - moved(&from, position) / span;
             if off.norm() <= BIAS_MAX {
-                let body = Vector2::new(
-                    direction(heading).dot(&off),
-                    direction(heading + FRAC_PI_2).dot(&off),
-                );
+                let body = Vector2::new(bow.dot(&off), starboard.dot(&off));
                 self.bias += (body - self.bias) * (span / BIAS_TIME_S);
             }
             self.begin(t_s, position, over_ground);
         }
-        over_ground - direction(heading) * self.bias.x - direction(heading + FRAC_PI_2) * self.bias.y
+        over_ground - bow * self.bias.x - starboard * self.bias.y
     }
 
-    fn begin(&mut self, t_s: f64, position: &Geographic, over_ground: &Vector2<f64>) {
+    fn begin(&mut self, t_s: f64, position: &Origin, over_ground: &Vector2<f64>) {
         self.start = Some((t_s, *position));
         self.sum = *over_ground;
         self.count = 1.0;
@@ -102,7 +100,7 @@ impl VelocityBias {
 pub(crate) struct MeasuredState {
     /// Time of the state, s.
     pub(crate) t_s: f64,
-    pub(crate) position: Geographic,
+    pub(crate) position: Origin,
     /// Heading, rad, true.
     pub(crate) heading: f64,
     /// Velocity through the water (ahead, to starboard), m/s, measured or estimated.
@@ -129,15 +127,11 @@ impl CraftState {
             CraftMeasurement::GroundVelocity(velocity) => self.take_ground_velocity(t_s, &velocity),
             CraftMeasurement::GroundSpeed(speed) => {
                 let is_at_rest = speed < REST_SPEED;
-                let course = if is_at_rest {
-                    Some(Vector2::zeros())
-                } else {
-                    let moving = self
-                        .integrity
-                        .recent()
-                        .velocity()
-                        .and_then(|moved| moved.try_normalize(REST_SPEED));
-                    moving.or_else(|| fresh(self.heading, t_s).map(direction))
+                let ahead = || fresh(self.heading, t_s).map(direction);
+                let moving = self.integrity.recent().velocity();
+                let course = match moving.and_then(|moved| moved.try_normalize(REST_SPEED)) {
+                    _ if is_at_rest => Some(Vector2::zeros()),
+                    moving => moving.or_else(ahead),
                 };
                 if let Some(course) = course {
                     self.take_ground_velocity(t_s, &(course * speed));
@@ -234,21 +228,21 @@ impl CraftState {
 
 /// The value, if it was measured near `t_s`.
 fn fresh<T: Copy>(dated: Dated<T>, t_s: f64) -> Option<T> {
-    dated
-        .filter(|(at, _)| (t_s - at).abs() <= AGE_MAX_S)
-        .map(|(_, value)| value)
+    let (at, value) = dated?;
+    ((t_s - at).abs() <= AGE_MAX_S).then_some(value)
 }
 
 #[cfg(test)]
-mod doubts_tests;
+mod fault_tests;
 #[cfg(test)]
 mod tests {
     use super::{
         CraftMeasurement::{GroundSpeed, GroundVelocity, Heading, Position},
         *,
     };
+    use crate::on_earth;
 
-    const HERE: Geographic = Geographic {
+    const HERE: Origin = Origin {
         lat_deg: 38.0,
         lon_deg: -9.0,
     };
@@ -263,20 +257,14 @@ mod tests {
     }
 
     /// Goes at 1 m/s over ground along `heading` for `seconds`; the filter reports 1.02 m/s.
-    fn sailed(
-        state: &mut CraftState,
-        start: Geographic,
-        start_s: f64,
-        heading: f64,
-        seconds: u32,
-    ) -> Geographic {
+    fn goes(state: &mut CraftState, start: Origin, start_s: f64, heading: f64, seconds: u32) -> Origin {
         let bow = direction(heading);
         let scale = (1.0 / 6_371_000.0_f64).to_degrees();
         let mut position = start;
         for tenth in 0..seconds * 10 {
             let t_s = start_s + 0.1 * f64::from(tenth);
             let gone = bow * (0.1 * f64::from(tenth)) * scale;
-            position = Geographic {
+            position = Origin {
                 lat_deg: start.lat_deg + gone.x,
                 lon_deg: start.lon_deg + gone.y / start.lat_deg.to_radians().cos(),
             };
@@ -290,10 +278,10 @@ mod tests {
     #[test]
     fn a_velocity_that_positions_contradict_is_corrected_on_every_heading() {
         for start in [(38.0, -9.0), (-60.0, 179.9999)] {
-            let start = Geographic::new(start.0, start.1).expect("is on Earth");
+            let start = on_earth(start.0, start.1).expect("is on Earth");
             let mut state = CraftState::default();
-            let there = sailed(&mut state, start, 0.0, 0.5, 100);
-            sailed(&mut state, there, 100.0, 2.6, 20);
+            let there = goes(&mut state, start, 0.0, 0.5, 100);
+            goes(&mut state, there, 100.0, 2.6, 20);
             let velocity = ground_velocity(&state);
             assert!((velocity - direction(2.6)).norm() < 0.002, "{velocity}");
         }
@@ -302,12 +290,12 @@ mod tests {
     #[test]
     fn a_jump_of_the_position_is_no_velocity() {
         let mut state = CraftState::default();
-        let there = sailed(&mut state, HERE, 0.0, 0.5, 60);
-        let far = Geographic {
+        let there = goes(&mut state, HERE, 0.0, 0.5, 60);
+        let far = Origin {
             lat_deg: there.lat_deg + 0.01,
             ..there
         };
-        sailed(&mut state, far, 60.0, 0.5, 4);
+        goes(&mut state, far, 60.0, 0.5, 4);
         let velocity = ground_velocity(&state);
         assert!((velocity - direction(0.5)).norm() < 0.01, "{velocity}");
     }
@@ -342,7 +330,7 @@ mod tests {
         assert!((ahead - direction(0.3)).norm() < 1e-12, "{ahead}");
         for second in 1..8_u8 {
             let t_s = f64::from(second);
-            let north = Geographic {
+            let north = Origin {
                 lat_deg: HERE.lat_deg + (t_s / 6_371_000.0).to_degrees(),
                 ..HERE
             };

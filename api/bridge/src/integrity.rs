@@ -17,9 +17,10 @@ mod sources;
 mod track;
 mod turns;
 
-use std::{collections::BTreeSet, fmt};
+use std::collections::BTreeSet;
 
 use nalgebra::Vector2;
+use planner::angle::{angle_of, wrap};
 
 pub(crate) use self::sources::Source;
 
@@ -29,9 +30,9 @@ use self::{
     turns::Turns,
 };
 use crate::{
-    CraftMeasurement, Geographic, Rejects,
+    CraftMeasurement, Origin, Rejects,
     recent_positions::{RecentPositions, moved},
-    reference::{Reference, wrapped},
+    reference::Reference,
 };
 
 /// Fastest surface craft, even carried by a ship, m/s.
@@ -70,8 +71,8 @@ const STEADY_MIN_S: f64 = 5.0;
 const FROZEN_TRAVEL_M: f64 = 5.7;
 const FROZEN_SPEED: f64 = 0.3;
 /// Travel by references, m, and time without way, s, that contradict a frozen position.
-const ASKED_M: f64 = 10.0;
-const ASKED_S: f64 = 30.0;
+const REQUESTED_M: f64 = 10.0;
+const REQUESTED_S: f64 = 30.0;
 /// A heading within this angle, rad, stays: less than any craft under way yaws.
 const HEADING_STILL: f64 = 0.005;
 /// Turn by yaw rate in [`TURN_WINDOW_S`] that is real, rad: twice what the bias of a gyro makes.
@@ -92,99 +93,70 @@ const JUMP_SHOWN_S: f64 = 10.0;
 /// Greatest age of a value that predicts, s.
 const FRESH_S: f64 = 2.0;
 
-/// A contradiction in the navigation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+/// A contradiction in the navigation, the worst first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, thiserror::Error)]
 pub(crate) enum Alarm {
     /// Positions at two places alternately, or at a new one each time.
+    #[error("the position jumps between places: two receivers, or two vehicles with one system number")]
     PositionJumps,
-    /// The position stays while velocity or references show that the craft moves.
+    #[error(
+        "the position does not change although measured or reference speed is not zero: receiver frozen, or no thrust"
+    )]
     PositionFrozen,
-    /// Alternating headings of two values.
+    #[error("the heading jumps: two compasses, or two vehicles with one system number")]
     HeadingJumps,
     /// The heading stays while yaw rate or course show that the craft turns.
+    #[error("the heading stays while the craft turns: compass frozen")]
     HeadingFrozen,
-    /// The position jumped and stays there.
+    #[error("the position jumped: the new position is used")]
     PositionJumped,
-    /// The position stays while references ask for way.
+    #[error(
+        "the position does not change although the reference speed is not zero: check thrust and receiver"
+    )]
     NoWay,
-    /// Two sources of the position differ.
+    #[error("two sources of the position differ: check the receivers")]
     PositionsDiffer,
-    /// Two sources of the heading differ.
+    #[error("two sources of the heading differ: check the compasses")]
     HeadingsDiffer,
-    /// The measured velocity contradicts the positions.
+    #[error("the velocity contradicts the positions: those count")]
     VelocityContradicts,
-    /// Positions and measured velocity slowly diverge.
+    #[error("positions and velocity drift apart: check the receiver; the positions count")]
     PositionDrifts,
-    /// The heading jumped and stays there.
+    #[error("the heading jumped: the new heading is used; check the compass")]
     HeadingJumped,
     /// The heading turns otherwise than the yaw rate, or opposite to the course.
+    #[error(
+        "the heading turns otherwise than the craft: yaw mirrored or compass off, or a current faster than the craft"
+    )]
     HeadingContradicts,
+    #[error("the course is far off the heading: compass off, strong current, or astern")]
     CourseOffHeading,
 }
 
 impl Alarm {
     /// `true` for alarms without a trustworthy state: nothing is sent.
     pub(crate) fn stops(self) -> bool {
-        match self {
-            Self::PositionJumps | Self::PositionFrozen | Self::HeadingJumps | Self::HeadingFrozen => true,
-            Self::PositionJumped
-            | Self::NoWay
-            | Self::PositionsDiffer
-            | Self::HeadingsDiffer
-            | Self::VelocityContradicts
-            | Self::PositionDrifts
-            | Self::HeadingJumped
-            | Self::HeadingContradicts
-            | Self::CourseOffHeading => false,
-        }
-    }
-}
-
-impl fmt::Display for Alarm {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::PositionJumps => {
-                "the position jumps between places: two receivers, or two vehicles with one system number"
-            }
-            Self::PositionFrozen => {
-                "the position does not change although measured or reference speed is not zero: receiver frozen, or no thrust"
-            }
-            Self::NoWay => "the position does not change although the reference speed is not zero: check thrust and receiver",
-            Self::HeadingJumps => "the heading jumps: two compasses, or two vehicles with one system number",
-            Self::HeadingFrozen => "the heading stays while the craft turns: compass frozen",
-            Self::PositionJumped => "the position jumped: the new position is used",
-            Self::PositionsDiffer => "two sources of the position differ: check the receivers",
-            Self::HeadingsDiffer => "two sources of the heading differ: check the compasses",
-            Self::VelocityContradicts => "the velocity contradicts the positions: those count",
-            Self::PositionDrifts => "positions and velocity drift apart: check the receiver; the positions count",
-            Self::HeadingContradicts => {
-                "the heading turns otherwise than the craft: yaw mirrored or compass off, or a current faster than the craft"
-            }
-            Self::HeadingJumped => "the heading jumped: the new heading is used; check the compass",
-            Self::CourseOffHeading => {
-                "the course is far off the heading: compass off, strong current, or astern"
-            }
-        })
+        self <= Self::HeadingFrozen
     }
 }
 
 /// The checks with their memory. Times are s on one clock.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Integrity {
-    positions: Sources<Geographic>,
+    positions: Sources<Origin>,
     headings: Sources<f64>,
     velocities: Sources<()>,
     water_velocities: Sources<()>,
     yaw_rates: Sources<()>,
-    place: Track<Geographic>,
-    bow: Track<f64>,
-    motion: Track<Vector2<f64>>,
+    position_track: Track<Origin>,
+    heading_track: Track<f64>,
+    velocity_track: Track<Vector2<f64>>,
     yaw_rate: Option<(f64, f64)>,
     recent: RecentPositions,
     /// Time since which velocity and positions contradict each other, s.
     apart_since_s: Option<f64>,
-    still: Option<Still>,
-    steady: Option<Steady>,
+    stationary: Option<StationaryPosition>,
+    constant: Option<ConstantHeading>,
     turns: Turns,
     /// Integral of the yaw rate, rad, and its greatest error from changes between measurements.
     turned: f64,
@@ -204,18 +176,18 @@ pub(crate) struct Integrity {
 
 /// A position that has not moved.
 #[derive(Clone, Copy, Debug)]
-struct Still {
+struct StationaryPosition {
     since_s: f64,
-    place: Geographic,
+    position: Origin,
     /// Integral of the velocity at the start (north, east), m.
     travelled: Vector2<f64>,
     /// Travel that references have requested since, m.
-    asked: f64,
+    requested: f64,
 }
 
 /// A heading that has not changed.
 #[derive(Clone, Copy, Debug)]
-struct Steady {
+struct ConstantHeading {
     began_s: f64,
     /// Start of the window of `turned`.
     since_s: f64,
@@ -229,24 +201,23 @@ struct Steady {
 impl Integrity {
     /// `true` if the state may use the measurement of `source` at `t_s`.
     pub(crate) fn admits(&mut self, t_s: f64, source: Source, measured: &CraftMeasurement) -> bool {
-        match measured {
-            CraftMeasurement::Position(position) => self.admits_position(t_s, source, *position),
-            CraftMeasurement::Heading(heading) => self.admits_heading(t_s, source, *heading),
+        match *measured {
+            CraftMeasurement::Position(position) => self.admits_position(t_s, source, position),
+            CraftMeasurement::Heading(heading) => self.admits_heading(t_s, source, heading),
             CraftMeasurement::GroundVelocity(velocity) => {
                 self.may_move(velocity.norm()) && self.velocities.uses_any(t_s, source)
             }
             CraftMeasurement::GroundSpeed(speed) => {
-                self.may_move(*speed) && self.velocities.uses_any(t_s, source)
+                self.may_move(speed) && self.velocities.uses_any(t_s, source)
             }
             CraftMeasurement::WaterVelocity(velocity) => {
                 self.may_move(velocity.norm()) && self.water_velocities.uses_any(t_s, source)
             }
             CraftMeasurement::YawRate(rate) => {
-                let is_possible = rate.abs() <= YAW_RATE_MAX;
-                self.count_unless(is_possible, "turns faster than a surface craft");
+                let is_possible = self.is_possible(rate, YAW_RATE_MAX, "turns faster than a surface craft");
                 let is_used = is_possible && self.yaw_rates.uses_any(t_s, source);
                 if is_used {
-                    self.turn(t_s, *rate);
+                    self.turn(t_s, rate);
                 }
                 is_used
             }
@@ -256,7 +227,7 @@ impl Integrity {
     /// `true` if the state may use an admitted velocity over ground (north, east), m/s: it has not
     /// jumped and agrees with the positions.
     pub(crate) fn admits_velocity(&mut self, t_s: f64, velocity: Vector2<f64>) -> bool {
-        let fit = self.motion.take(t_s, velocity, |(at, before)| {
+        let fit = self.velocity_track.take(t_s, velocity, |(at, before)| {
             (velocity - before).norm() <= gate(VELOCITY_GATE, t_s - at)
         });
         if fit == Fit::Missed {
@@ -274,8 +245,8 @@ impl Integrity {
 
     /// Records that a reference was sent and followed for `seconds`.
     pub(crate) fn sent(&mut self, reference: &Reference, seconds: f64) {
-        if let Some(still) = &mut self.still {
-            still.asked += reference.speed * seconds;
+        if let Some(stationary) = &mut self.stationary {
+            stationary.requested += reference.speed * seconds;
         }
     }
 
@@ -294,13 +265,28 @@ impl Integrity {
 
     /// `true` for speeds that a surface craft can reach, m/s.
     fn may_move(&mut self, speed: f64) -> bool {
-        let is_possible = speed.abs() <= SPEED_MAX;
-        self.count_unless(is_possible, "faster than a surface craft");
+        self.is_possible(speed, SPEED_MAX, "faster than a surface craft")
+    }
+
+    fn is_possible(&mut self, value: f64, most: f64, otherwise: &'static str) -> bool {
+        let is_possible = value.abs() <= most;
+        self.rejects.add(otherwise, u64::from(!is_possible));
         is_possible
     }
 
-    fn count_unless(&mut self, is_possible: bool, reason: &'static str) {
-        self.rejects.add(reason, u64::from(!is_possible));
+    /// The trusted velocity over ground (north, east) near `t_s`, m/s.
+    fn velocity(&self, t_s: f64) -> Option<Vector2<f64>> {
+        let (at, velocity) = self.velocity_track.newest()?;
+        ((t_s - at).abs() <= FRESH_S).then_some(velocity)
+    }
+
+    /// The limit of `alarm`, which ends well inside its gate.
+    fn limit(&self, alarm: Alarm, gate: f64) -> f64 {
+        if self.alarms.contains(&alarm) {
+            0.5 * gate
+        } else {
+            gate
+        }
     }
 
     fn set(&mut self, alarm: Alarm, is_raised: bool) {
@@ -311,7 +297,7 @@ impl Integrity {
         }
     }
 
-    fn admits_position(&mut self, t_s: f64, source: Source, position: Geographic) -> bool {
+    fn admits_position(&mut self, t_s: f64, source: Source, position: Origin) -> bool {
         let is_used = self.positions.uses(t_s, source, position, |here, there, age| {
             moved(here, there).norm() > gate(POSITIONS_APART, age)
         });
@@ -319,19 +305,18 @@ impl Integrity {
         if !is_used {
             return false;
         }
-        let velocity = self.motion.newest().filter(|(at, _)| (t_s - at).abs() <= FRESH_S);
-        let velocity = velocity.map_or(Vector2::zeros(), |(_, velocity)| velocity);
-        let fit = self.place.take(t_s, position, |(at, before)| {
+        let velocity = self.velocity(t_s).unwrap_or_default();
+        let fit = self.position_track.take(t_s, position, |(at, before)| {
             let elapsed = t_s - at;
             (moved(before, &position) - velocity * elapsed).norm() <= gate(POSITION_GATE, elapsed)
         });
         if fit == Fit::Jumped {
             self.jumped_s = Some(t_s);
             self.recent.clear();
-            self.still = None;
+            self.stationary = None;
         }
-        self.set(Alarm::PositionJumps, self.place.is_contested(t_s));
-        self.set(Alarm::PositionJumped, is_shown(self.jumped_s, t_s));
+        self.set(Alarm::PositionJumps, self.position_track.is_contested(t_s));
+        self.set(Alarm::PositionJumped, is_recent(self.jumped_s, t_s, JUMP_SHOWN_S));
         if fit == Fit::Missed {
             self.rejects.count("position jumps");
             return false;
@@ -340,93 +325,86 @@ impl Integrity {
             self.compare_drift();
         }
         self.compare_with_velocity(t_s);
-        self.compare_still(t_s, position);
+        self.compare_stationary(t_s, position);
         true
     }
 
     /// Compares the drift of positions from the integral of the velocity with its limit.
     fn compare_drift(&mut self) {
         if let Some(drift) = self.recent.drift().filter(|drift| drift.span_s >= DRIFT_AFTER_S) {
-            let speed = self.motion.newest().map_or(0.0, |(_, velocity)| velocity.norm());
+            let speed = self
+                .velocity_track
+                .newest()
+                .map_or(0.0, |(_, velocity)| velocity.norm());
             let most = gate(DRIFT, speed).max(DRIFT_SIGMAS * drift.slope_sigma);
-            let is_raised = self.alarms.contains(&Alarm::PositionDrifts);
-            // It ends well inside its gate.
-            let least = if is_raised { 0.5 * most } else { most };
-            let is_apart = drift.slope.norm() > least;
-            self.set(
-                Alarm::PositionDrifts,
-                is_apart && !self.alarms.contains(&Alarm::VelocityContradicts),
-            );
+            let is_apart = drift.slope.norm() > self.limit(Alarm::PositionDrifts, most);
+            let is_raised = is_apart && !self.alarms.contains(&Alarm::VelocityContradicts);
+            self.set(Alarm::PositionDrifts, is_raised);
         }
     }
 
     /// Compares positions with the integral of the velocity.
     fn compare_with_velocity(&mut self, t_s: f64) {
-        let Some((span, apart)) = self
-            .recent
-            .mismatch()
-            .filter(|(span, _)| *span >= MISMATCH_AFTER_S)
-        else {
+        let mismatch = self.recent.mismatch();
+        let Some((span, apart)) = mismatch.filter(|(span, _)| *span >= MISMATCH_AFTER_S) else {
             return;
         };
-        let most = gate(MISMATCH, span);
-        if self.alarms.contains(&Alarm::VelocityContradicts) {
-            // It ends well inside its gate.
-            self.set(Alarm::VelocityContradicts, apart > 0.5 * most);
-            return;
+        let is_apart = apart > self.limit(Alarm::VelocityContradicts, gate(MISMATCH, span));
+        let mut is_raised = is_apart;
+        if !self.alarms.contains(&Alarm::VelocityContradicts) {
+            let since_s = self.apart_since_s.unwrap_or(t_s);
+            self.apart_since_s = is_apart.then_some(since_s);
+            is_raised &= t_s - since_s >= MISMATCH_FOR_S;
         }
-        let since_s = self.apart_since_s.unwrap_or(t_s);
-        self.apart_since_s = (apart > most).then_some(since_s);
-        let contradicts = apart > most && t_s - since_s >= MISMATCH_FOR_S;
-        self.set(Alarm::VelocityContradicts, contradicts);
+        self.set(Alarm::VelocityContradicts, is_raised);
     }
 
     /// Compares a position that stays with velocity and references.
-    fn compare_still(&mut self, t_s: f64, position: Geographic) {
+    fn compare_stationary(&mut self, t_s: f64, position: Origin) {
         let travelled = self.recent.travelled();
-        let start = Still {
+        let start = StationaryPosition {
             since_s: t_s,
-            place: position,
+            position,
             travelled,
-            asked: 0.0,
+            requested: 0.0,
         };
-        let still = *self.still.get_or_insert(start);
+        let stationary = *self.stationary.get_or_insert(start);
         let mut has_no_way = false;
-        if moved(&still.place, &position).norm() > STILL_M {
-            self.still = Some(start);
+        if moved(&stationary.position, &position).norm() > STILL_M {
+            self.stationary = Some(start);
             if self.position_frozen_s.take().is_some() {
                 // The kept positions show no motion.
                 self.recent.clear();
             }
         } else {
-            let (travel, time) = ((travelled - still.travelled).norm(), t_s - still.since_s);
+            let (travel, time) = (
+                (travelled - stationary.travelled).norm(),
+                t_s - stationary.since_s,
+            );
             let has_pace = |by: f64| by >= FROZEN_SPEED * time;
             let is_way = |by: f64, least: f64| by >= least && has_pace(by);
-            let is_asked = is_way(still.asked, ASKED_M);
-            has_no_way = is_asked;
-            if is_way(travel, FROZEN_TRAVEL_M) && time >= STILL_MIN_S || is_asked && time >= ASKED_S {
+            let is_requested = is_way(stationary.requested, REQUESTED_M);
+            has_no_way = is_requested;
+            let is_frozen =
+                is_way(travel, FROZEN_TRAVEL_M) && time >= STILL_MIN_S || is_requested && time >= REQUESTED_S;
+            if is_frozen {
                 self.position_frozen_s = Some(t_s);
-                // The next evidence must be new.
-                self.still = Some(Still {
-                    place: still.place,
-                    ..start
-                });
-            } else if !has_pace(travel) && !has_pace(still.asked) {
-                // A craft at rest gives no evidence: a receiver may have frozen at the berth.
-                self.still = Some(Still {
-                    place: still.place,
-                    ..start
-                });
+            }
+            // The next evidence must be new. A craft at rest gives none: a receiver may have frozen
+            // at the berth.
+            if is_frozen || !has_pace(travel) && !has_pace(stationary.requested) {
+                let position = stationary.position;
+                self.stationary = Some(StationaryPosition { position, ..start });
             }
         }
-        let is_frozen = self.position_frozen_s.is_some_and(|at| t_s - at <= LATCH_S);
+        let is_frozen = is_recent(self.position_frozen_s, t_s, LATCH_S);
         self.set(Alarm::PositionFrozen, is_frozen);
         self.set(Alarm::NoWay, has_no_way && !is_frozen);
     }
 
     fn admits_heading(&mut self, t_s: f64, source: Source, heading: f64) -> bool {
         let is_used = self.headings.uses(t_s, source, heading, |here, there, age| {
-            wrapped(here - there).abs() > gate(HEADINGS_APART, age)
+            wrap(here - there).abs() > gate(HEADINGS_APART, age)
         });
         self.set(Alarm::HeadingsDiffer, self.headings.differ());
         if !is_used {
@@ -434,15 +412,18 @@ impl Integrity {
         }
         let rate = self.yaw_rate.filter(|(at, _)| (t_s - at).abs() <= FRESH_S);
         let (rate, heading_gate) = rate.map_or((0.0, HEADING_GATE), |(_, rate)| (rate, HEADING_GATE_BY_RATE));
-        let fit = self.bow.take(t_s, heading, |(at, before)| {
+        let fit = self.heading_track.take(t_s, heading, |(at, before)| {
             let elapsed = t_s - at;
-            wrapped(heading - before - rate * elapsed).abs() <= gate(heading_gate, elapsed)
+            wrap(heading - before - rate * elapsed).abs() <= gate(heading_gate, elapsed)
         });
         if fit == Fit::Jumped {
             self.heading_jumped_s = Some(t_s);
         }
-        self.set(Alarm::HeadingJumps, self.bow.is_contested(t_s));
-        self.set(Alarm::HeadingJumped, is_shown(self.heading_jumped_s, t_s));
+        self.set(Alarm::HeadingJumps, self.heading_track.is_contested(t_s));
+        self.set(
+            Alarm::HeadingJumped,
+            is_recent(self.heading_jumped_s, t_s, JUMP_SHOWN_S),
+        );
         if fit == Fit::Missed {
             self.rejects.count("heading jumps");
             return false;
@@ -452,7 +433,7 @@ impl Integrity {
             .is_some_and(|(at, _)| (t_s - at).abs() <= RATE_GAP_MAX_S);
         let turned = is_measured.then_some([self.turned, self.turned_error]);
         let is_kept = self.turns.push(t_s, heading, turned, self.recent.travelled());
-        self.compare_steady(t_s, heading);
+        self.compare_constant(t_s, heading);
         self.compare_with_course(t_s, heading);
         if is_kept {
             self.compare_turns(t_s);
@@ -466,17 +447,17 @@ impl Integrity {
         if self.turns.contradict_rate() || is_moving && self.turns.contradict_course() {
             self.contradicted_s = Some(t_s);
         }
-        let is_so = is_shown(self.contradicted_s, t_s) && !self.alarms.contains(&Alarm::HeadingFrozen);
-        self.set(Alarm::HeadingContradicts, is_so);
+        let is_recent = is_recent(self.contradicted_s, t_s, JUMP_SHOWN_S);
+        let is_raised = is_recent && !self.alarms.contains(&Alarm::HeadingFrozen);
+        self.set(Alarm::HeadingContradicts, is_raised);
     }
 
     /// Compares the heading with the measured course.
     fn compare_with_course(&mut self, t_s: f64, heading: f64) {
-        let measured = self.motion.newest().filter(|(at, _)| (t_s - at).abs() <= FRESH_S);
-        let velocity = measured
-            .map(|(_, velocity)| velocity)
+        let velocity = self
+            .velocity(t_s)
             .filter(|velocity| velocity.norm() >= COURSE_SPEED);
-        let off = velocity.map(|velocity| wrapped(velocity.y.atan2(velocity.x) - heading).abs());
+        let off = velocity.map(|velocity| wrap(angle_of(&velocity) - heading).abs());
         let since_s = self.off_course_s.unwrap_or(t_s);
         self.off_course_s = off.filter(|off| *off >= COURSE_OFF).map(|_| since_s);
         let is_off = self.off_course_s.is_some() && t_s - since_s >= COURSE_OFF_FOR_S;
@@ -484,39 +465,40 @@ impl Integrity {
     }
 
     /// Compares a heading that stays with yaw rate and course.
-    fn compare_steady(&mut self, t_s: f64, heading: f64) {
-        let start = Steady {
+    fn compare_constant(&mut self, t_s: f64, heading: f64) {
+        let start = ConstantHeading {
             began_s: t_s,
             since_s: t_s,
             heading,
             turned: self.turned,
             course: None,
         };
-        let steady = self.steady.get_or_insert(start);
-        if wrapped(heading - steady.heading).abs() > HEADING_STILL {
-            *steady = start;
+        let constant = self.constant.get_or_insert(start);
+        if wrap(heading - constant.heading).abs() > HEADING_STILL {
+            *constant = start;
             self.heading_frozen_s = None;
         } else {
-            let velocity = self.recent.velocity();
-            let course = velocity
-                .filter(|velocity| velocity.norm() >= COURSE_SPEED)
-                .map(|velocity| velocity.y.atan2(velocity.x));
-            steady.course = course.and_then(|course| steady.course.or(Some(course)));
+            let velocity = self
+                .recent
+                .velocity()
+                .filter(|velocity| velocity.norm() >= COURSE_SPEED);
+            let course = velocity.map(|velocity| angle_of(&velocity));
+            constant.course = course.and_then(|course| constant.course.or(Some(course)));
             let changed = course
-                .zip(steady.course)
-                .map_or(0.0, |(now, then)| wrapped(now - then));
-            let is_turned = (self.turned - steady.turned).abs() >= TURN_BY_RATE
+                .zip(constant.course)
+                .map_or(0.0, |(now, then)| wrap(now - then));
+            let is_turned = (self.turned - constant.turned).abs() >= TURN_BY_RATE
                 || changed.abs() >= TURN_BY_COURSE
-                || self.turns.swing_since(steady.began_s);
-            let time = t_s - steady.since_s;
+                || self.turns.swing_since(constant.began_s);
+            let time = t_s - constant.since_s;
             if is_turned && time >= STEADY_MIN_S {
                 self.heading_frozen_s = Some(t_s);
-                *steady = start;
+                *constant = start;
             } else if time > TURN_WINDOW_S {
-                (steady.since_s, steady.turned) = (t_s, self.turned);
+                (constant.since_s, constant.turned) = (t_s, self.turned);
             }
         }
-        let is_frozen = self.heading_frozen_s.is_some_and(|at| t_s - at <= LATCH_S);
+        let is_frozen = is_recent(self.heading_frozen_s, t_s, LATCH_S);
         self.set(Alarm::HeadingFrozen, is_frozen);
     }
 
@@ -530,9 +512,9 @@ impl Integrity {
     }
 }
 
-/// `true` if a jump at `at_s` is recent at `t_s`, s.
-fn is_shown(at_s: Option<f64>, t_s: f64) -> bool {
-    at_s.is_some_and(|at_s| t_s - at_s <= JUMP_SHOWN_S)
+/// `true` at `t_s` from the event of `at_s` on, for `within_s`, s.
+fn is_recent(at_s: Option<f64>, t_s: f64, within_s: f64) -> bool {
+    at_s.is_some_and(|at_s| t_s - at_s <= within_s)
 }
 
 /// A gate that widens with the elapsed time, s.

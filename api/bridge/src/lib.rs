@@ -34,14 +34,19 @@ pub mod preflight;
 mod recent_positions;
 pub mod reference;
 mod rejects;
+#[cfg(test)]
+mod tests;
 pub mod wire;
 
 pub(crate) use self::{
     craft_state::{CraftState, MeasuredState},
     integrity::{Alarm, Source},
     plan::Plan,
+    rejects::{Parsed, reject_if},
 };
+pub use planner::snapshot::Origin;
+
 pub use self::{
-    measurement::{AuvFix, CraftMeasurement, Geographic, Measurement},
+    measurement::{AuvFix, CraftMeasurement, Measurement, on_earth},
     rejects::Rejects,
 };

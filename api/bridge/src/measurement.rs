@@ -1,30 +1,21 @@
 //! Measurements, independent of the wire.
 
 use nalgebra::Vector2;
+use planner::snapshot::Origin;
 
-/// A position on Earth (WGS 84), degrees, positive north and east.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Geographic {
-    /// Geodetic latitude, degrees, within ±90.
-    pub lat_deg: f64,
-    /// Longitude, degrees, within ±180.
-    pub lon_deg: f64,
-}
-
-impl Geographic {
-    /// The position, if in range. `None` at 0°, 0°, which receivers without a position report.
-    #[must_use]
-    pub fn new(lat_deg: f64, lon_deg: f64) -> Option<Self> {
-        let on_earth = lat_deg.abs() <= 90.0 && lon_deg.abs() <= 180.0 && (lat_deg, lon_deg) != (0.0, 0.0);
-        on_earth.then_some(Self { lat_deg, lon_deg })
-    }
+/// The position at this latitude and longitude, degrees, if in range. `None` at 0°, 0°, which
+/// receivers without a position report.
+#[must_use]
+pub fn on_earth(lat_deg: f64, lon_deg: f64) -> Option<Origin> {
+    let is_in_range = lat_deg.abs() <= 90.0 && lon_deg.abs() <= 180.0;
+    (is_in_range && (lat_deg, lon_deg) != (0.0, 0.0)).then_some(Origin { lat_deg, lon_deg })
 }
 
 /// One measurement of the surface craft.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum CraftMeasurement {
     /// Position.
-    Position(Geographic),
+    Position(Origin),
     /// Velocity over ground (north, east), m/s.
     GroundVelocity(Vector2<f64>),
     /// Speed over ground, m/s, of a receiver without a course: many omit it at rest.
@@ -45,7 +36,7 @@ pub struct AuvFix {
     /// Time of the position, s of Unix time.
     pub t_s: f64,
     /// Position.
-    pub position: Geographic,
+    pub position: Origin,
     /// Standard deviation of the position along either axis, m, if known.
     pub sigma_m: Option<f64>,
     /// Depth, m, positive down.

@@ -1,16 +1,22 @@
 //! HTTP requests of a live mission: a client of the service's API.
 
-use std::{error::Error, time::Duration};
+use std::{
+    error::Error,
+    sync::atomic::{AtomicUsize, Ordering},
+    time::Duration,
+};
 
-use serde::{Deserialize, Serialize};
-use serde_json::{Map, Value, json};
+use ::wire::{
+    FieldError,
+    mission::{Accepted, CurrentReference, Mission, MissionList, Reports, Run, Status},
+};
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
+use serde_json::Value;
 use ureq::http::StatusCode;
 
-mod services;
 mod token_file;
 mod transport;
 
-use services::Services;
 pub use token_file::TokenFile;
 pub use transport::{Answer, Answering, Call, Posted, Transport, proxy_of};
 
@@ -30,7 +36,9 @@ const DIGEST: &str = "bridge_setup";
 
 /// A client of one service, or of several that share their missions.
 pub struct MissionClient {
-    services: Services,
+    urls: Vec<String>,
+    /// Index of the service in use.
+    current: AtomicUsize,
     token: Option<TokenFile>,
     transport: Transport,
     answer_timeout: Duration,
@@ -46,72 +54,41 @@ pub(crate) enum ServiceError {
     /// The token is not accepted, and its file has no other one.
     #[error("the token is rejected: write a valid one to the file of --token-file")]
     Unauthorised,
-    /// The service does not know the mission.
     #[error("the service has no such mission")]
     NoMission,
-    /// The request cannot be carried out.
     #[error("rejected ({code}): {detail}")]
-    Rejected {
-        /// The problem's code.
-        code: String,
-        /// The fault.
-        detail: String,
-    },
+    Rejected { code: String, detail: String },
 }
 
-/// The members of a mission that a bridge needs.
-#[derive(Clone, Debug, Deserialize)]
-pub(crate) struct MissionInfo {
-    pub(crate) id: String,
-    pub(crate) status: String,
-    #[serde(default)]
-    pub(crate) metadata: Value,
-    #[serde(default)]
-    pub(crate) setting: Value,
-}
-
-#[derive(Debug, Deserialize)]
-struct Page {
-    missions: Vec<MissionInfo>,
-    next: Option<u64>,
-}
-
-impl MissionInfo {
-    /// `true` if it has ended.
-    pub(crate) fn is_over(&self) -> bool {
-        matches!(self.status.as_str(), "finished" | "failed")
-    }
-}
-
-/// The body of one report.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub(crate) struct Reports {
-    /// Fixes, by AUV.
-    #[serde(skip_serializing_if = "Map::is_empty")]
-    pub(crate) auvs: Map<String, Value>,
-    /// States of the surface craft.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub(crate) asc: Vec<Value>,
-    /// Notes for the mission's log.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub(crate) notes: Vec<Value>,
-    /// The state of the steering.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub(crate) steering: Vec<Value>,
+/// The members of a problem (RFC 9457) that a bridge reads; answers of others may lack them.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+struct Problem {
+    code: String,
+    detail: String,
+    errors: Vec<FieldError>,
 }
 
 impl MissionClient {
     /// A client of the service at `urls`, or of several that share their missions, of which it
     /// leaves silent ones. `token` authorises it; after a rejection the file is read again.
+    ///
+    /// # Panics
+    /// If `urls` is empty.
     #[must_use]
     pub fn new(urls: &[String], token: Option<TokenFile>, transport: Transport) -> Self {
+        assert!(!urls.is_empty(), "a client needs a service");
         let (answer_timeout, wait_s) = if urls.len() == 1 {
             (ANSWER_TIMEOUT, WAIT_S)
         } else {
             (ANSWER_TIMEOUT_OF_SEVERAL, WAIT_S_OF_SEVERAL)
         };
         Self {
-            services: Services::new(urls),
+            urls: urls
+                .iter()
+                .map(|url| url.trim_end_matches('/').to_owned())
+                .collect(),
+            current: AtomicUsize::new(0),
             token,
             transport,
             answer_timeout,
@@ -127,47 +104,40 @@ impl MissionClient {
         digest: &str,
         body: &Value,
         key: &str,
-    ) -> Result<MissionInfo, ServiceError> {
-        let mut after = 0;
-        loop {
-            let page: Page = self.get(&format!("?after={after}")).await?;
-            let is_ours = |mission: &&MissionInfo| mission.metadata[NAME] == name && !mission.is_over();
-            if let Some(found) = page.missions.iter().find(is_ours) {
-                return if found.metadata[DIGEST] == digest {
-                    self.run(found.clone()).await
-                } else {
-                    Err(ServiceError::Rejected {
+    ) -> Result<Mission, ServiceError> {
+        let mut after = Some(0);
+        while let Some(from) = after {
+            let page: MissionList = self.get(&format!("?after={from}")).await?;
+            let mut missions = page.missions.into_iter();
+            match missions.find(|mission| says(mission, NAME, name) && !mission.status.is_over()) {
+                Some(found) if says(&found, DIGEST, digest) => return self.run(found).await,
+                Some(Mission { id, .. }) => {
+                    return Err(ServiceError::Rejected {
                         code: "another_setup".to_owned(),
                         detail: format!(
-                            "mission {} has the name {name:?} and another setup: finish it (POST …/finish) or choose another --name",
-                            found.id
+                            "mission {id} has the name {name:?} and another setup: finish it (POST …/finish) or choose another --name"
                         ),
-                    })
-                };
-            }
-            match page.next {
-                Some(next) => after = next,
-                None => break,
+                    });
+                }
+                None => after = page.next,
             }
         }
         let mut body = body.clone();
         body["metadata"][NAME] = name.into();
         body["metadata"][DIGEST] = digest.into();
-        let made: MissionInfo = self.post("", &body, &format!("bridge-{name}-{key}")).await?;
+        let made = self.post("", &body, &format!("bridge-{name}-{key}")).await?;
         self.run(made).await
     }
 
-    pub(crate) async fn run(&self, mission: MissionInfo) -> Result<MissionInfo, ServiceError> {
-        if mission.status == "created" {
-            let path = format!("/{}/run", mission.id);
-            let _: Value = self
-                .post(&path, &json!({}), &format!("{}-run", mission.id))
-                .await?;
+    pub(crate) async fn run(&self, mission: Mission) -> Result<Mission, ServiceError> {
+        if mission.status == Status::Created {
+            let (path, key) = (format!("/{}/run", mission.id), format!("{}-run", mission.id));
+            let _: Mission = self.post(&path, &Run::default(), &key).await?;
         }
         Ok(mission)
     }
 
-    pub(crate) async fn mission(&self, id: &str) -> Result<MissionInfo, ServiceError> {
+    pub(crate) async fn mission(&self, id: &str) -> Result<Mission, ServiceError> {
         self.get(&format!("/{id}")).await
     }
 
@@ -178,61 +148,72 @@ impl MissionClient {
         reports: &Reports,
         key: &str,
     ) -> Result<Vec<String>, ServiceError> {
-        let body =
-            serde_json::to_value(reports).map_err(|error| ServiceError::Unavailable(error.to_string()))?;
-        let answer: Value = self.post(&format!("/{id}/reports"), &body, key).await?;
-        Ok(faults(&answer["rejected"]))
+        let answer: Accepted = self.post(&format!("/{id}/reports"), reports, key).await?;
+        Ok(faults(&answer.rejected))
     }
 
     /// The newest plan; waits some seconds for one after event `after`. `None` before the first.
-    pub(crate) async fn reference(&self, id: &str, after: u64) -> Result<Option<Value>, ServiceError> {
-        let wait_s = self.wait_s;
-        match self
-            .get(&format!("/{id}/reference?wait_s={wait_s}&after={after}"))
-            .await
-        {
+    pub(crate) async fn reference(
+        &self,
+        id: &str,
+        after: u64,
+    ) -> Result<Option<CurrentReference>, ServiceError> {
+        let path = format!("/{id}/reference?wait_s={}&after={after}", self.wait_s);
+        match self.get(&path).await {
             Err(ServiceError::Rejected { code, .. }) if code == "no_plan_yet" => Ok(None),
             answer => answer.map(Some),
         }
     }
 
-    async fn get<T: for<'de> Deserialize<'de>>(&self, path: &str) -> Result<T, ServiceError> {
+    async fn get<T: DeserializeOwned>(&self, path: &str) -> Result<T, ServiceError> {
         self.answered(path, None).await
     }
 
-    async fn post<T: for<'de> Deserialize<'de>>(
+    async fn post<T: DeserializeOwned>(
         &self,
         path: &str,
-        body: &Value,
+        body: &impl Serialize,
         key: &str,
     ) -> Result<T, ServiceError> {
-        let (key, body) = (key.to_owned(), body.to_string().into_bytes());
+        let body = serde_json::to_vec(body).map_err(unavailable)?;
+        let key = key.to_owned();
         self.answered(path, Some(Posted { key, body })).await
     }
 
     /// The answer to a GET, or to a POST of `posted`, at this path of the missions. After silence
     /// of a service, the next call goes to the next one.
-    async fn answered<T: for<'de> Deserialize<'de>>(
+    async fn answered<T: DeserializeOwned>(
         &self,
         path: &str,
         posted: Option<Posted>,
     ) -> Result<T, ServiceError> {
-        let (asked, service) = self.services.asked();
+        let number = self.current.load(Ordering::Relaxed);
         let answer = self.authorised(Call {
-            service: service.to_owned(),
+            service: self.urls[number].clone(),
             path: format!("{MISSIONS}{path}"),
             token: self.token.as_ref().map(TokenFile::token),
             posted,
         });
         let answer = answer.await;
         if let Err(ServiceError::Unavailable(_)) = answer {
-            self.services.leave(asked);
+            self.leave(number);
         }
         answer
     }
 
+    /// Leaves the `silent` service for the next one, unless another task has done so.
+    fn leave(&self, silent: usize) {
+        let (next, order) = ((silent + 1) % self.urls.len(), Ordering::Relaxed);
+        let left = self.current.compare_exchange(silent, next, order, order);
+        if left.is_ok() && next != silent {
+            // The status line tells it; several absent services would fill the log.
+            let [from, to] = [silent, next].map(|service| &*self.urls[service]);
+            tracing::debug!(from, to, "asks the next service");
+        }
+    }
+
     /// The answer to `call`, repeated with a new token of the file if its own is rejected.
-    async fn authorised<T: for<'de> Deserialize<'de>>(&self, mut call: Call) -> Result<T, ServiceError> {
+    async fn authorised<T: DeserializeOwned>(&self, mut call: Call) -> Result<T, ServiceError> {
         match (self.ask(call.clone()).await, &self.token, &call.token) {
             (Err(ServiceError::Unauthorised), Some(file), Some(token)) => {
                 call.token = Some(file.another(token).ok_or(ServiceError::Unauthorised)?);
@@ -242,48 +223,43 @@ impl MissionClient {
         }
     }
 
-    async fn ask<T: for<'de> Deserialize<'de>>(&self, call: Call) -> Result<T, ServiceError> {
+    async fn ask<T: DeserializeOwned>(&self, call: Call) -> Result<T, ServiceError> {
         let answer = self.transport.answer(call, self.answer_timeout).await;
         read(&answer.map_err(ServiceError::Unavailable)?)
     }
 }
 
-fn read<T: for<'de> Deserialize<'de>>(answer: &Answer) -> Result<T, ServiceError> {
-    let unavailable = |error: &dyn Error| ServiceError::Unavailable(error.to_string());
-    let status = StatusCode::from_u16(answer.status).map_err(|error| unavailable(&error))?;
+/// `true` if the client's `member` of a mission has this value.
+fn says(mission: &Mission, member: &str, value: &str) -> bool {
+    mission.metadata.get(member).and_then(Value::as_str) == Some(value)
+}
+
+fn read<T: DeserializeOwned>(answer: &Answer) -> Result<T, ServiceError> {
+    let status = StatusCode::from_u16(answer.status).map_err(unavailable)?;
     if status.is_success() {
-        return serde_json::from_slice(&answer.body).map_err(|error| unavailable(&error));
+        return serde_json::from_slice(&answer.body).map_err(unavailable);
     }
-    let problem: Value = serde_json::from_slice(&answer.body).unwrap_or_default();
-    match (status.as_u16(), problem["code"].as_str()) {
-        (401, _) => return Err(ServiceError::Unauthorised),
-        // Any other 404 comes from an address without a service.
-        (404, Some("no_mission")) => return Err(ServiceError::NoMission),
-        _ => {}
-    }
-    let faults = faults(&problem["errors"]);
-    let detail = if faults.is_empty() {
-        text(&problem, "detail")
+    let problem: Problem = serde_json::from_slice(&answer.body).unwrap_or_default();
+    let detail = if problem.errors.is_empty() {
+        problem.detail
     } else {
-        faults.join("; ")
+        faults(&problem.errors).join("; ")
     };
-    if status.is_server_error() || status.as_u16() == 429 {
-        return Err(ServiceError::Unavailable(format!("{status}: {detail}")));
-    }
-    Err(ServiceError::Rejected {
-        code: text(&problem, "code"),
-        detail,
+    Err(match (status.as_u16(), problem.code) {
+        (401, _) => ServiceError::Unauthorised,
+        // Any other 404 comes from an address without a service.
+        (404, code) if code == "no_mission" => ServiceError::NoMission,
+        (429 | 500.., _) => ServiceError::Unavailable(format!("{status}: {detail}")),
+        (_, code) => ServiceError::Rejected { code, detail },
     })
 }
 
-/// The faults with their places in the request.
-fn faults(errors: &Value) -> Vec<String> {
-    let errors = errors.as_array().into_iter().flatten();
-    errors
-        .map(|error| format!("{}: {}", text(error, "pointer"), text(error, "detail")))
-        .collect()
+fn unavailable(error: impl Error) -> ServiceError {
+    ServiceError::Unavailable(error.to_string())
 }
 
-fn text(value: &Value, member: &str) -> String {
-    value[member].as_str().unwrap_or_default().to_owned()
+/// The faults with their places in the request.
+fn faults(errors: &[FieldError]) -> Vec<String> {
+    let fault = |error: &FieldError| format!("{}: {}", error.pointer, error.detail);
+    errors.iter().map(fault).collect()
 }

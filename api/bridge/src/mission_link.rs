@@ -2,29 +2,38 @@
 //! slow service never delays the craft's messages.
 
 use std::{
-    collections::{BTreeMap, VecDeque},
+    mem,
     sync::{Arc, Mutex, MutexGuard, PoisonError},
     time::Duration,
 };
 
-use planner::snapshot::ranges_by_shape;
-use serde_json::{Value, json};
+use ::wire::{
+    Asc, Current, Report,
+    mission::{
+        AscReport, CurrentReference, Mission, Note, Reports, Setting, Status, Steering, SteeringState,
+    },
+};
+use planner::{
+    angle::angle_of,
+    snapshot::{REPORTS_MAX, ranges_by_shape},
+};
+use serde_json::Value;
 use sha2::{Digest as _, Sha256};
 use tokio::task::JoinSet;
 
 use crate::{
     AuvFix, MeasuredState, Rejects,
     bridge_clock::BridgeClock,
-    mission_client::{MissionClient, Reports, ServiceError},
+    mission_client::{MissionClient, ServiceError},
     plan::Plan,
 };
 
-/// Most waiting fixes of one AUV, and notes: the service accepts as many in one request.
-const WAITING_MAX: usize = 64;
 /// Between two tries.
 const RETRY: Duration = Duration::from_millis(300);
 /// The same for finding the mission.
 const FIND_RETRY: Duration = Duration::from_secs(1);
+/// Metres of a position in degrees: `null` in JSON, for which the service computes the number.
+const IN_DEGREES: f64 = f64::NAN;
 
 /// State of the mission at one moment.
 #[derive(Clone, Debug, Default)]
@@ -32,8 +41,8 @@ pub(crate) struct LinkStatus {
     /// ID of the mission, while it is known.
     pub(crate) mission: Option<String>,
     /// The mission's settings when it was found.
-    pub(crate) setting: Value,
-    pub(crate) plan: Option<Plan>,
+    pub(crate) setting: Setting,
+    pub(crate) plan: Option<Arc<Plan>>,
     /// The reason that the service did not answer the last request.
     pub(crate) trouble: Option<String>,
     /// Values outside the API's ranges that were clamped, by member.
@@ -50,8 +59,8 @@ pub(crate) struct LinkStatus {
 impl LinkStatus {
     fn count_rejected(&mut self, faults: Vec<String>) {
         for fault in faults {
-            let count = self.rejected.as_ref().map_or(0, |(count, _)| *count);
-            self.rejected = Some((count + 1, fault));
+            let (count, why) = self.rejected.get_or_insert_default();
+            (*count, *why) = (*count + 1, fault);
         }
     }
 }
@@ -82,27 +91,19 @@ impl MissionChoice {
 }
 
 /// A mission that two tasks keep until this is dropped.
-#[derive(Debug)]
 pub(crate) struct MissionLink {
     shared: Arc<Shared>,
     _tasks: JoinSet<()>,
 }
 
-#[derive(Debug)]
 struct Shared {
+    client: MissionClient,
     status: Mutex<LinkStatus>,
-    outbox: Mutex<Outbox>,
+    /// The content of the next request. Its lists are bounded; only the newest state waits.
+    outbox: Mutex<Reports>,
     clock: BridgeClock,
     /// Standard deviation of fixes that state none, m.
     sigma_m: f64,
-}
-
-#[derive(Debug, Default)]
-struct Outbox {
-    asc: Option<Value>,
-    auvs: BTreeMap<String, VecDeque<Value>>,
-    notes: VecDeque<Value>,
-    steering: Option<Value>,
 }
 
 impl MissionLink {
@@ -117,15 +118,14 @@ impl MissionLink {
         let shared = Arc::new(Shared {
             status: Mutex::default(),
             outbox: Mutex::default(),
+            client,
             clock,
             sigma_m,
         });
-        let client = Arc::new(client);
-        let (reporter, planner) = (Arc::clone(&shared), Arc::clone(&shared));
-        let reports = Arc::clone(&client);
+        let (reports, plans) = (Arc::clone(&shared), Arc::clone(&shared));
         let mut tasks = JoinSet::new();
-        tasks.spawn(async move { reporter.post_reports(&reports, &mission, interval).await });
-        tasks.spawn(async move { planner.wait_for_plans(&client).await });
+        tasks.spawn(async move { reports.post_reports(&mission, interval).await });
+        tasks.spawn(async move { plans.wait_for_plans().await });
         Self {
             shared,
             _tasks: tasks,
@@ -140,20 +140,22 @@ impl MissionLink {
     pub(crate) fn report_craft(&self, state: &MeasuredState, is_steered: bool) {
         let t_s = self.shared.clock.unix_s(state.t_s);
         let report = asc_report(t_s, state, is_steered, &mut lock(&self.shared.status).clamped);
-        lock(&self.shared.outbox).asc = Some(report);
+        lock(&self.shared.outbox).asc = vec![report];
     }
 
     /// Posts a fix soon, with Unix time.
     pub(crate) fn report_auv(&self, fix: &AuvFix) {
         let report = auv_report(fix, self.shared.sigma_m, &mut lock(&self.shared.status).clamped);
-        let mut outbox = lock(&self.shared.outbox);
-        push(outbox.auvs.entry(fix.auv.clone()).or_default(), report);
+        push(
+            lock(&self.shared.outbox).auvs.entry(fix.auv.clone()).or_default(),
+            report,
+        );
     }
 
-    /// Posts the state of the steering soon, with the bridge's time. A newer one replaces it.
-    pub(crate) fn report_steering(&self, t_s: f64, state: &str, why: &str) {
-        let said = json!({ "t_s": self.shared.clock.unix_s(t_s), "state": state, "why": why });
-        lock(&self.shared.outbox).steering = Some(said);
+    /// Posts the state of the steering soon, with the bridge's time.
+    pub(crate) fn report_steering(&self, t_s: f64, state: SteeringState, why: &str) {
+        let (t_s, why) = (self.shared.clock.unix_s(t_s), why.to_owned());
+        lock(&self.shared.outbox).steering = vec![Steering { t_s, state, why }];
     }
 
     /// Writes into the mission's log soon, with the time on the bridge's clock.
@@ -163,7 +165,7 @@ impl MissionLink {
 }
 
 impl Shared {
-    async fn post_reports(&self, client: &MissionClient, choice: &MissionChoice, interval: Duration) {
+    async fn post_reports(&self, choice: &MissionChoice, interval: Duration) {
         let clock = &self.clock.machine;
         // Keys of this run only.
         let run = self.clock.unix_s(0.0).to_bits();
@@ -172,37 +174,37 @@ impl Shared {
             let known = lock(&self.status).mission.clone();
             let mission = match known {
                 Some(mission) => mission,
-                None => self.find(client, choice).await,
+                None => self.find(choice).await,
             };
-            let reports = lock(&self.outbox).take();
+            let reports = mem::take(&mut *lock(&self.outbox));
             if reports != Reports::default() {
                 let key = format!("bridge-{run:x}-{number}");
-                self.post_until_answered(client, &mission, &reports, &key).await;
+                self.post_until_answered(&mission, &reports, &key).await;
             }
             clock.sleep(interval.saturating_sub(clock.since(started))).await;
         }
     }
 
     /// Finds or creates the mission, with unlimited attempts.
-    async fn find(&self, client: &MissionClient, mission: &MissionChoice) -> String {
+    async fn find(&self, mission: &MissionChoice) -> String {
         let key = format!("{:x}", self.clock.machine.unix_s().to_bits());
         loop {
             let found = match mission {
-                MissionChoice::Joined(id) => match client.mission(id).await {
-                    Ok(mission) => client.run(mission).await,
+                MissionChoice::Joined(id) => match self.client.mission(id).await {
+                    Ok(mission) => self.client.run(mission).await,
                     error => error,
                 },
                 MissionChoice::Named { name, digest, body } => {
-                    client.find_or_create(name, digest, body, &key).await
+                    self.client.find_or_create(name, digest, body, &key).await
                 }
             };
             match found {
                 Ok(mission) => {
                     let mut status = lock(&self.status);
                     status.trouble = None;
-                    status.is_over = mission.is_over();
+                    status.is_over = mission.status.is_over();
                     status.mission = Some(mission.id.clone());
-                    status.setting = mission.setting;
+                    status.setting = mission.setting.unwrap_or_default();
                     return mission.id;
                 }
                 Err(error) => {
@@ -235,13 +237,13 @@ impl Shared {
     }
 
     fn note(&self, t_s: f64, text: &str) {
-        let note = json!({ "t_s": self.clock.unix_s(t_s), "text": text });
-        push(&mut lock(&self.outbox).notes, note);
+        let (t_s, text) = (self.clock.unix_s(t_s), text.to_owned());
+        push(&mut lock(&self.outbox).notes, Note { t_s, text });
     }
 
-    async fn post_until_answered(&self, client: &MissionClient, mission: &str, reports: &Reports, key: &str) {
+    async fn post_until_answered(&self, mission: &str, reports: &Reports, key: &str) {
         loop {
-            match client.report(mission, reports, key).await {
+            match self.client.report(mission, reports, key).await {
                 Ok(rejected) => {
                     let mut status = lock(&self.status);
                     status.trouble = None;
@@ -257,18 +259,16 @@ impl Shared {
         }
     }
 
-    async fn wait_for_plans(&self, client: &MissionClient) {
+    async fn wait_for_plans(&self) {
         let mut newest = Newest::default();
         loop {
             let mission = lock(&self.status).mission.clone();
             if mission.is_some() && mission != newest.mission {
-                newest = Newest {
-                    mission: mission.clone(),
-                    ..Newest::default()
-                };
+                newest = Newest::default();
+                newest.mission.clone_from(&mission);
             }
             let is_new = match mission {
-                Some(mission) => self.wait_for_plan(client, &mission, &mut newest).await,
+                Some(mission) => self.wait_for_plan(&mission, &mut newest).await,
                 None => false,
             };
             if !is_new {
@@ -278,51 +278,52 @@ impl Shared {
     }
 
     /// Returns `true` for a plan that is newer than `newest`.
-    async fn wait_for_plan(&self, client: &MissionClient, mission: &str, newest: &mut Newest) -> bool {
-        match client.reference(mission, newest.sequence).await {
-            Ok(Some(answer)) => {
-                let now_s = self.clock.now_s();
-                let sequence = answer["sequence"].as_u64().unwrap_or(0);
-                // A service that lost the mission to another one repeats old plans.
-                if sequence < newest.sequence {
-                    return false;
-                }
-                let is_new = sequence > newest.sequence;
-                if is_new {
-                    (newest.sequence, newest.arrived_s) = (sequence, now_s);
-                }
-                let plan = Plan::from_answer(&answer, newest.arrived_s, now_s);
-                let status = answer["status"].as_str();
-                let is_running = status == Some("running");
-                let mut now = lock(&self.status);
-                // The mission was lost meanwhile.
-                if now.mission.as_deref() != Some(mission) {
-                    return false;
-                }
-                now.is_over = matches!(status, Some("finished" | "failed"));
-                now.is_paused = !is_running && !now.is_over;
-                // A paused mission makes no plans, and its last one is not followed.
-                now.plan = plan.filter(|_| is_running);
-                is_new
-            }
+    async fn wait_for_plan(&self, mission: &str, newest: &mut Newest) -> bool {
+        match self.client.reference(mission, newest.sequence).await {
+            Ok(Some(answer)) => self.take(answer, mission, newest),
             Ok(None) => {
                 // Without a plan, the mission's status shows if one will come.
-                if let Ok(found) = client.mission(mission).await {
+                if let Ok(Mission { status, .. }) = self.client.mission(mission).await {
                     let mut now = lock(&self.status);
-                    now.is_over = found.is_over();
-                    now.is_paused = found.status == "paused";
+                    now.is_over = status.is_over();
+                    now.is_paused = status == Status::Paused;
                 }
-                false
-            }
-            Err(ServiceError::NoMission) => {
-                self.lose(mission);
                 false
             }
             Err(error) => {
-                lock(&self.status).trouble = Some(error.to_string());
+                match error {
+                    ServiceError::NoMission => self.lose(mission),
+                    error => lock(&self.status).trouble = Some(error.to_string()),
+                }
                 false
             }
         }
+    }
+
+    /// Follows the plan in `answer`. Returns `true` if it is newer than `newest`.
+    fn take(&self, answer: CurrentReference, mission: &str, newest: &mut Newest) -> bool {
+        // A service that lost the mission to another one repeats old plans.
+        if answer.sequence < newest.sequence {
+            return false;
+        }
+        let now_s = self.clock.now_s();
+        let is_new = answer.sequence > newest.sequence;
+        if is_new {
+            (newest.sequence, newest.arrived_s) = (answer.sequence, now_s);
+        }
+        let mut now = lock(&self.status);
+        // The mission was lost meanwhile.
+        if now.mission.as_deref() != Some(mission) {
+            return false;
+        }
+        let is_running = answer.status == Status::Running;
+        now.is_over = answer.status.is_over();
+        now.is_paused = !is_running && !now.is_over;
+        // A paused mission makes no plans, and its last one is not followed.
+        now.plan = Plan::new(answer, newest.arrived_s, now_s)
+            .filter(|_| is_running)
+            .map(Arc::new);
+        is_new
     }
 }
 
@@ -335,31 +336,11 @@ struct Newest {
     arrived_s: f64,
 }
 
-impl Outbox {
-    fn take(&mut self) -> Reports {
-        let Self {
-            asc,
-            auvs,
-            notes,
-            steering,
-        } = std::mem::take(self);
-        let auvs = auvs.into_iter();
-        Reports {
-            auvs: auvs
-                .map(|(auv, fixes)| (auv, fixes.into_iter().collect()))
-                .collect(),
-            asc: asc.into_iter().collect(),
-            notes: notes.into_iter().collect(),
-            steering: steering.into_iter().collect(),
-        }
-    }
-}
-
-/// Adds `value`; drops the oldest if too many wait.
-fn push(waiting: &mut VecDeque<Value>, value: Value) {
-    waiting.push_back(value);
-    if waiting.len() > WAITING_MAX {
-        waiting.pop_front();
+/// Adds `item`; drops the oldest if more wait than the service accepts in one request.
+fn push<T>(waiting: &mut Vec<T>, item: T) {
+    waiting.push(item);
+    if waiting.len() > REPORTS_MAX {
+        waiting.remove(0);
     }
 }
 
@@ -379,45 +360,49 @@ fn clamped(value: f64, [shape, member]: [&str; 2], name: &'static str, counts: &
     value.clamp(*range.start(), *range.end())
 }
 
-fn asc_report(t_s: f64, state: &MeasuredState, is_steered: bool, counts: &mut Rejects) -> Value {
+fn asc_report(t_s: f64, state: &MeasuredState, steered: bool, counts: &mut Rejects) -> AscReport {
     let mut within = |value: f64, place, name| clamped(value, place, name, counts);
-    let current = state.current.map(|current| {
-        json!({
-            "north_mps": within(current.x, ["Current", "north_mps"], "current"),
-            "east_mps": within(current.y, ["Current", "east_mps"], "current"),
-        })
+    let current = state.current.map(|current| Current {
+        north_mps: within(current.x, ["Current", "north_mps"], "current"),
+        east_mps: within(current.y, ["Current", "east_mps"], "current"),
     });
     let mut asc = |value: f64, member, name| within(value, ["Asc", member], name);
     let ground = state.ground_velocity;
-    json!({
-        "t_s": t_s,
-        "steered": is_steered,
-        "current": current,
-        "state": {
-            "lat_deg": state.position.lat_deg,
-            "lon_deg": state.position.lon_deg,
-            "heading_rad": state.heading,
-            "speed_mps": asc(state.water_velocity.x, "speed_mps", "speed"),
-            "sway_mps": asc(state.water_velocity.y, "sway_mps", "sway"),
-            "yaw_rate_radps": asc(state.yaw_rate, "yaw_rate_radps", "yaw rate"),
-            "ground_north_mps": ground.map(|velocity| asc(velocity.x, "ground_north_mps", "ground velocity")),
-            "ground_east_mps": ground.map(|velocity| asc(velocity.y, "ground_east_mps", "ground velocity")),
-        },
-    })
+    let state = Asc {
+        north_m: IN_DEGREES,
+        east_m: IN_DEGREES,
+        lat_deg: Some(state.position.lat_deg),
+        lon_deg: Some(state.position.lon_deg),
+        heading_rad: state.heading,
+        speed_mps: asc(state.water_velocity.x, "speed_mps", "speed"),
+        sway_mps: asc(state.water_velocity.y, "sway_mps", "sway"),
+        yaw_rate_radps: asc(state.yaw_rate, "yaw_rate_radps", "yaw rate"),
+        ground_north_mps: ground.map(|velocity| asc(velocity.x, "ground_north_mps", "ground velocity")),
+        ground_east_mps: ground.map(|velocity| asc(velocity.y, "ground_east_mps", "ground velocity")),
+    };
+    AscReport {
+        t_s,
+        state,
+        current,
+        steered,
+    }
 }
 
-fn auv_report(fix: &AuvFix, sigma_m: f64, counts: &mut Rejects) -> Value {
+fn auv_report(fix: &AuvFix, sigma_m: f64, counts: &mut Rejects) -> Report {
     let mut within = |value: f64, member, name| clamped(value, ["Report", member], name, counts);
     let velocity = fix.ground_velocity;
-    json!({
-        "t_s": fix.t_s,
-        "lat_deg": fix.position.lat_deg,
-        "lon_deg": fix.position.lon_deg,
-        "sigma_m": within(fix.sigma_m.unwrap_or(sigma_m), "sigma_m", "AUV's accuracy"),
-        "depth_m": fix.depth_m.map(|depth| within(depth, "depth_m", "AUV's depth")),
-        "course_rad": velocity.map(|velocity| velocity.y.atan2(velocity.x)),
-        "speed_mps": velocity.map(|velocity| within(velocity.norm(), "speed_mps", "AUV's speed")),
-    })
+    Report {
+        t_s: fix.t_s,
+        north_m: IN_DEGREES,
+        east_m: IN_DEGREES,
+        lat_deg: Some(fix.position.lat_deg),
+        lon_deg: Some(fix.position.lon_deg),
+        sigma_m: within(fix.sigma_m.unwrap_or(sigma_m), "sigma_m", "AUV's accuracy"),
+        depth_m: fix.depth_m.map(|depth| within(depth, "depth_m", "AUV's depth")),
+        course_rad: velocity.map(|velocity| angle_of(&velocity)),
+        speed_mps: velocity.map(|velocity| within(velocity.norm(), "speed_mps", "AUV's speed")),
+        turn_rate_radps: None,
+    }
 }
 
 #[cfg(test)]

@@ -1,8 +1,13 @@
 //! Completes the body of a new mission from the autopilot's parameters and the craft's position.
+//!
+//! The body stays the operator's JSON, whose faults the service names. Only `limits` and `craft`
+//! are read, if they have the API's shape.
 
-use serde_json::{Map, Value, json};
+use ::wire::{CraftDescription, DeclaredLimits, HeadingLoop, HeadingReference, SpeedReference, SurgeLoop};
+use serde::de::DeserializeOwned;
+use serde_json::{Value, json};
 
-use crate::{Geographic, mavlink::Parameters, recent_positions::moved};
+use crate::{Origin, mavlink::Parameters, recent_positions::moved};
 
 /// Larger limits make no difference with one or two plans per second, rad/s, m/s².
 const TURN_RATE_MAX: f64 = 2.0;
@@ -22,13 +27,13 @@ pub(crate) fn needs_origin(live: &Value) -> bool {
 #[derive(Debug, Default)]
 pub(crate) struct Settling {
     /// The beginning of agreement, s, and its first position.
-    since: Option<(f64, Geographic)>,
+    since: Option<(f64, Origin)>,
 }
 
 impl Settling {
     /// The `position` at `now_s`, s, if positions have agreed for long enough.
-    pub(crate) fn settled(&mut self, now_s: f64, position: Option<Geographic>) -> Option<Geographic> {
-        let agrees = |first: &Geographic| position.is_some_and(|now| moved(first, &now).norm() <= SETTLED_M);
+    pub(crate) fn settled(&mut self, now_s: f64, position: Option<Origin>) -> Option<Origin> {
+        let agrees = |first: &Origin| position.is_some_and(|now| moved(first, &now).norm() <= SETTLED_M);
         self.since = self
             .since
             .filter(|(_, first)| agrees(first))
@@ -37,69 +42,73 @@ impl Settling {
     }
 }
 
-/// Adds craft and limits that the body does not state, from the autopilot and its parameters.
-pub(crate) fn complete(setup: &mut Value, parameters: &Parameters, is_autopilot: bool) {
-    let live = &mut setup["live"];
+/// A member of `live`, the default if it is left out; `None` if the service will reject it.
+pub(crate) fn declared<T: DeserializeOwned + Default>(live: &Value, member: &str) -> Option<T> {
+    match &live[member] {
+        Value::Null => Some(T::default()),
+        given => T::deserialize(given).ok(),
+    }
+}
+
+/// Adds craft and limits that `live` does not state, from the autopilot and its parameters.
+pub(crate) fn complete(live: &mut Value, parameters: &Parameters, is_autopilot: bool) {
     let at_most = |value: Option<f64>, most: f64| value.map(|value| value.min(most));
     let turn_rate = at_most(parameters.turn_rate_max(), TURN_RATE_MAX);
     let acceleration = at_most(parameters.acceleration_max(), ACCELERATION_MAX);
     let deceleration = at_most(parameters.deceleration_max(), ACCELERATION_MAX);
     if is_autopilot && live["craft"].is_null() {
-        live["craft"] = json!({
-            "speed_held": "over_ground",
-            "heading_held": "heading",
+        live["craft"] = json!(CraftDescription::<f64> {
+            speed_held: Some(SpeedReference::OverGround),
+            heading_held: Some(HeadingReference::Heading),
             // Without this, the planner assumes a slow craft.
-            "heading_loop": { "rate_max_radps": turn_rate },
-            "surge_loop": { "acceleration_max_mps2": acceleration, "deceleration_max_mps2": deceleration },
+            heading_loop: HeadingLoop {
+                rate_max_radps: turn_rate,
+                ..HeadingLoop::default()
+            },
+            surge_loop: SurgeLoop {
+                acceleration_max_mps2: acceleration,
+                deceleration_max_mps2: deceleration,
+                ..SurgeLoop::default()
+            },
+            ..CraftDescription::default()
         });
     }
-    let body_max = live["limits"]["speed_max_mps"].as_f64().unwrap_or(f64::INFINITY);
-    let steerage_way = parameters
-        .steerage_way()
-        .filter(|_| is_autopilot)
-        .map(|least| least.min(0.5 * body_max));
-    let known = [
-        ("speed_min_mps", steerage_way),
-        ("speed_max_mps", parameters.speed_max()),
-        ("turn_rate_max_radps", turn_rate),
-        ("acceleration_max_mps2", acceleration),
-        ("deceleration_max_mps2", deceleration),
-    ];
-    if live["limits"].is_null() {
-        live["limits"] = Map::new().into();
-    }
-    for (name, value) in known {
-        if let (Some(value), true) = (value, live["limits"][name].is_null()) {
-            live["limits"][name] = value.into();
-        }
+    if let Some(mut limits) = declared::<DeclaredLimits>(live, "limits") {
+        let steerage_way = parameters.steerage_way().filter(|_| is_autopilot);
+        let half = 0.5 * limits.speed_max_mps.unwrap_or(f64::INFINITY);
+        limits.speed_min_mps = limits.speed_min_mps.or(at_most(steerage_way, half));
+        limits.speed_max_mps = limits.speed_max_mps.or(parameters.speed_max());
+        limits.turn_rate_max_radps = limits.turn_rate_max_radps.or(turn_rate);
+        limits.acceleration_max_mps2 = limits.acceleration_max_mps2.or(acceleration);
+        limits.deceleration_max_mps2 = limits.deceleration_max_mps2.or(deceleration);
+        live["limits"] = json!(limits);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::on_earth;
 
     #[test]
     fn only_the_operator_sets_the_origin_of_positions_in_metres() {
         let auvs = json!([{ "id": "a" }]);
-        assert!(needs_origin(&json!({ "auvs": auvs })));
-        for live in [
-            json!({ "auvs": auvs, "origin": { "lat_deg": 1.0, "lon_deg": 2.0 } }),
-            json!({ "auvs": auvs, "keep_outs": [] }),
-            json!({ "auvs": [{ "id": "a", "path": {} }] }),
+        for (live, needs) in [
+            (json!({ "auvs": auvs }), true),
+            (
+                json!({ "auvs": auvs, "origin": { "lat_deg": 1.0, "lon_deg": 2.0 } }),
+                false,
+            ),
+            (json!({ "auvs": auvs, "keep_outs": [] }), false),
+            (json!({ "auvs": [{ "id": "a", "path": {} }] }), false),
         ] {
-            assert!(!needs_origin(&live), "{live}");
+            assert_eq!(needs_origin(&live), needs, "{live}");
         }
     }
 
     #[test]
     fn the_first_positions_of_a_starting_receiver_are_no_origin() {
-        let at = |lat_deg| {
-            Some(Geographic {
-                lat_deg,
-                lon_deg: -9.0,
-            })
-        };
+        let at = |lat_deg| on_earth(lat_deg, -9.0);
         let mut settling = Settling::default();
         // Last week's place, nothing, two kilometres off, then the craft's own, under way at 2 m/s.
         let starting = [at(12.0), at(12.0), None, at(38.02), at(38.01)];
@@ -107,9 +116,30 @@ mod tests {
             assert_eq!(settling.settled(f64::from(second), position), None);
         }
         let under_way = |second: f64| at(38.0 + second * 1.8e-5);
-        let settled: Vec<_> = (5_u8..10)
-            .filter_map(|second| settling.settled(f64::from(second), under_way(f64::from(second))))
-            .collect();
-        assert_eq!(settled.first().copied(), under_way(8.0));
+        let settled = (5_u8..10)
+            .map(f64::from)
+            .find_map(|second| settling.settled(second, under_way(second)));
+        assert_eq!(settled, under_way(8.0));
+    }
+
+    #[test]
+    fn parameters_complete_what_the_operator_leaves_out() {
+        let mut parameters = Parameters::default();
+        for (name, value) in [
+            ("WP_SPEED", 1.0),
+            ("ATC_STR_RAT_MAX", 720.0),
+            ("SERVO1_FUNCTION", 26.0),
+        ] {
+            parameters.note(name, value);
+        }
+        let mut live = json!({ "limits": { "speed_max_mps": 0.25 } });
+        complete(&mut live, &parameters, true);
+        let limits = json!({ "speed_min_mps": 0.125, "speed_max_mps": 0.25, "turn_rate_max_radps": 2.0 });
+        assert_eq!(live["limits"], limits);
+        assert_eq!(live["craft"]["heading_loop"], json!({ "rate_max_radps": 2.0 }));
+        // A wrong member is for the service to name.
+        let mut wrong = json!({ "limits": { "sped": 1 }, "craft": {} });
+        complete(&mut wrong, &parameters, true);
+        assert_eq!(wrong, json!({ "limits": { "sped": 1 }, "craft": {} }));
     }
 }

@@ -39,22 +39,22 @@ const SECONDS_PER_DAY: f64 = 86_400.0;
 #[derive(Clone, Debug, Default)]
 pub struct NmeaReader {
     line: Vec<u8>,
-    place: Place,
+    state: LineState,
     /// The newest sentences with a time of day, by talker.
     timed: VecDeque<Content>,
     rejects: Rejects,
 }
 
-/// The place of the next byte in the stream.
+/// The state of the current line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-enum Place {
+enum LineState {
     /// After a line end.
     #[default]
-    Between,
+    Empty,
     /// After the `$` or `!` of a sentence.
     Sentence,
-    /// In a line that is no sentence, or too long.
-    Garbage,
+    /// No sentence, or too long.
+    Skipped,
 }
 
 impl NmeaReader {
@@ -67,20 +67,20 @@ impl NmeaReader {
         debug_assert!(received_s.is_finite(), "the caller's clock works");
         let mut measurements = Vec::new();
         for &byte in bytes {
-            match (byte, self.place) {
+            match (byte, self.state) {
                 (b'$' | b'!', _) => {
                     self.finish_line(received_s, &mut measurements);
                     self.line.push(byte);
-                    self.place = Place::Sentence;
+                    self.state = LineState::Sentence;
                 }
                 (b'\r' | b'\n', _) => {
                     self.finish_line(received_s, &mut measurements);
-                    self.place = Place::Between;
+                    self.state = LineState::Empty;
                 }
-                (_, Place::Sentence) if self.line.len() < LINE_MAX => self.line.push(byte),
-                (_, Place::Sentence) => self.skip_line("too long"),
-                (_, Place::Between) => self.skip_line("no sentence"),
-                (_, Place::Garbage) => {}
+                (_, LineState::Sentence) if self.line.len() < LINE_MAX => self.line.push(byte),
+                (_, LineState::Sentence) => self.skip_line("too long"),
+                (_, LineState::Empty) => self.skip_line("no sentence"),
+                (_, LineState::Skipped) => {}
             }
         }
         measurements
@@ -95,11 +95,11 @@ impl NmeaReader {
     fn skip_line(&mut self, reason: &'static str) {
         self.rejects.count(reason);
         self.line.clear();
-        self.place = Place::Garbage;
+        self.state = LineState::Skipped;
     }
 
     fn finish_line(&mut self, received_s: f64, measurements: &mut Vec<Measurement>) {
-        if self.place == Place::Sentence {
+        if self.state == LineState::Sentence {
             match sentence::read(&self.line) {
                 Ok(content) if self.is_repeated(&content) => self.rejects.count("repeated sentence"),
                 Ok(content) => {
@@ -119,17 +119,14 @@ impl NmeaReader {
 
     /// `true` for a recent sentence's time and content: a stopped clock, or a wire that repeats.
     fn is_repeated(&mut self, content: &Content) -> bool {
-        if content.time_of_day.is_none() {
-            return false;
+        let is_repeated = self.timed.contains(content);
+        if content.time_of_day.is_some() && !is_repeated {
+            self.timed.push_back(content.clone());
+            if self.timed.len() > TIMED_MAX {
+                self.timed.pop_front();
+            }
         }
-        if self.timed.contains(content) {
-            return true;
-        }
-        self.timed.push_back(content.clone());
-        if self.timed.len() > TIMED_MAX {
-            self.timed.pop_front();
-        }
-        false
+        is_repeated
     }
 
     /// The instant of `time_of_day` nearest to `received_s`, if near enough.

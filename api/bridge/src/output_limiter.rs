@@ -10,13 +10,10 @@
 //!
 //! After a pause the craft's own heading and speed take the place of the last reference.
 
-use serde_json::Value;
+use ::wire::{CraftDescription, DeclaredLimits};
+use planner::{angle::wrap, snapshot::Limits};
 
-use crate::{
-    Rejects,
-    mavlink::Parameters,
-    reference::{Reference, wrapped},
-};
+use crate::{Rejects, mavlink::Parameters, reference::Reference};
 
 /// Longest use of a plan after its arrival, s, as in the service, for any stated validity.
 const PLAN_AGE_MAX_S: f64 = 10.0;
@@ -39,10 +36,10 @@ pub(crate) struct OutputLimits {
 }
 
 impl Default for OutputLimits {
-    /// Defaults: the API's own speed limit, and a small craft's turns and accelerations.
+    /// Defaults: the planner's speed limit, and a small craft's turns and accelerations.
     fn default() -> Self {
         Self {
-            speed_max: 1.5,
+            speed_max: Limits::ANY.speed_max,
             turn_rate_max: 0.5,
             acceleration_max: 0.5,
         }
@@ -50,26 +47,19 @@ impl Default for OutputLimits {
 }
 
 impl OutputLimits {
-    /// The limits in the settings of a mission: members `limits` and `craft`.
-    pub(crate) fn declared(settings: &Value) -> Self {
-        let (limits, craft) = (&settings["limits"], &settings["craft"]);
-        let lowest = |values: &[&Value], otherwise: f64| {
-            let stated = values.iter().filter_map(|value| value.as_f64());
-            let lowest = stated.filter(|value| *value > 0.0).reduce(f64::min);
-            lowest.unwrap_or(otherwise)
+    /// The lowest limits that a mission declares.
+    pub(crate) fn declared(limits: &DeclaredLimits, craft: &CraftDescription) -> Self {
+        let lowest = |stated: [Option<f64>; 2], otherwise: f64| {
+            let stated = stated.into_iter().flatten().filter(|value| *value > 0.0);
+            stated.reduce(f64::min).unwrap_or(otherwise)
         };
-        let (heading, surge) = (&craft["heading_loop"], &craft["surge_loop"]);
+        let (turn_rate, acceleration) = (limits.turn_rate_max_radps, limits.acceleration_max_mps2);
+        let (heading, surge) = (&craft.heading_loop, &craft.surge_loop);
         let any = Self::default();
         Self {
-            speed_max: lowest(&[&limits["speed_max_mps"]], any.speed_max),
-            turn_rate_max: lowest(
-                &[&limits["turn_rate_max_radps"], &heading["rate_max_radps"]],
-                any.turn_rate_max,
-            ),
-            acceleration_max: lowest(
-                &[&limits["acceleration_max_mps2"], &surge["acceleration_max_mps2"]],
-                any.acceleration_max,
-            ),
+            speed_max: lowest([limits.speed_max_mps, None], any.speed_max),
+            turn_rate_max: lowest([turn_rate, heading.rate_max_radps], any.turn_rate_max),
+            acceleration_max: lowest([acceleration, surge.acceleration_max_mps2], any.acceleration_max),
         }
     }
 
@@ -118,12 +108,12 @@ impl OutputLimiter {
             .unwrap_or((now_s, *craft));
         let elapsed = now_s - before_s;
 
-        let turn = wrapped(asked.heading - before.heading);
+        let turn = wrap(asked.heading - before.heading);
         let slew = limits.turn_rate_max * elapsed;
         if turn.abs() > slew {
             self.changes.count("turn too fast");
         }
-        let heading = wrapped(before.heading + turn.clamp(-slew, slew));
+        let heading = wrap(before.heading + turn.clamp(-slew, slew));
 
         let most = limits.speed_max;
         if asked.speed > most {
@@ -151,7 +141,6 @@ mod tests {
     use std::f64::consts::PI;
 
     use proptest::prelude::*;
-    use serde_json::json;
 
     use super::*;
 
@@ -197,7 +186,7 @@ mod tests {
                     Some((at, before)) if now - at <= PAUSE_MAX_S => (now - at, before),
                     _ => (0.0, reference(craft_speed.clamp(0.0, LIMITS.speed_max), bow)),
                 };
-                let turned = wrapped(sent.heading - before.heading).abs();
+                let turned = wrap(sent.heading - before.heading).abs();
                 prop_assert!(turned <= LIMITS.turn_rate_max * elapsed + ROUNDING, "{turned} rad in {elapsed} s");
                 let faster = sent.speed - before.speed;
                 prop_assert!(faster <= 4.0 * LIMITS.acceleration_max * elapsed + ROUNDING, "{faster} m/s in {elapsed} s");
@@ -211,7 +200,7 @@ mod tests {
             let asked = reference(speed, heading);
             for tenth in 0..40_u8 {
                 let sent = limiter.limit(0.1 * f64::from(tenth), &asked, &asked, &LIMITS).expect("is finite");
-                prop_assert!((sent.speed - speed).abs() < ROUNDING && wrapped(sent.heading - heading).abs() < ROUNDING);
+                prop_assert!((sent.speed - speed).abs() < ROUNDING && wrap(sent.heading - heading).abs() < ROUNDING);
             }
             prop_assert_eq!(limiter.changes().total(), 0);
         }
@@ -246,11 +235,12 @@ mod tests {
 
     #[test]
     fn limits_are_the_lower_ones_of_mission_and_autopilot() {
-        let settings = json!({
-            "limits": { "speed_max_mps": 1.2, "acceleration_max_mps2": 0.1 },
-            "craft": { "heading_loop": { "rate_max_radps": 0.4 }, "surge_loop": { "acceleration_max_mps2": 0.3 } },
-        });
-        let declared = OutputLimits::declared(&settings);
+        let (mut limits, mut craft) = (DeclaredLimits::default(), CraftDescription::default());
+        assert_eq!(OutputLimits::declared(&limits, &craft), OutputLimits::default());
+        (limits.speed_max_mps, limits.acceleration_max_mps2) = (Some(1.2), Some(0.1));
+        craft.heading_loop.rate_max_radps = Some(0.4);
+        craft.surge_loop.acceleration_max_mps2 = Some(0.3);
+        let declared = OutputLimits::declared(&limits, &craft);
         let expected = OutputLimits {
             speed_max: 1.2,
             turn_rate_max: 0.4,
@@ -264,13 +254,5 @@ mod tests {
         let within = declared.within(&parameters);
         assert!((within.speed_max - 1.0).abs() < ROUNDING);
         assert!((within.turn_rate_max - 10.0_f64.to_radians()).abs() < ROUNDING);
-        assert_eq!(OutputLimits::declared(&json!({})), OutputLimits::default());
-    }
-
-    #[test]
-    fn a_plan_is_followed_for_ten_seconds_after_its_arrival() {
-        assert!(OutputLimiter::may_follow(5.0, 15.0));
-        assert!(!OutputLimiter::may_follow(5.0, 15.1));
-        assert!(!OutputLimiter::may_follow(f64::NAN, 0.0));
     }
 }

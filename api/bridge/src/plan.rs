@@ -1,125 +1,98 @@
-//! Reads a plan from the service's answer.
+//! A plan of the mission, on the bridge's clock.
 
+use ::wire::{Learnt, mission::CurrentReference};
 use nalgebra::Vector2;
-use serde_json::Value;
+use planner::{angle::angle_of, craft::SpeedReference};
+use serde::Serialize;
 
 use crate::reference::{PlannedReference, Reference, Stage};
 
 /// A plan of the mission.
 #[derive(Clone, Debug)]
 pub(crate) struct Plan {
+    /// The service's answer, on the mission's clock.
+    pub(crate) answer: CurrentReference,
     /// The reference and the planned motion, on the bridge's clock.
     pub(crate) planned: PlannedReference,
-    /// Time of its first arrival, s of the bridge's clock.
-    pub(crate) arrived_s: f64,
     /// The reference of line of sight for the same craft.
     pub(crate) line_of_sight: Reference,
-    /// Method and outcome, such as `mpc ok`.
-    pub(crate) method: String,
-    /// The reason that the outcome is `degraded`.
-    pub(crate) reason: Option<String>,
+    /// Time of its first arrival, s of the bridge's clock.
+    pub(crate) arrived_s: f64,
     /// From the craft to the goal, m.
     pub(crate) distance_m: f64,
-    /// Estimated lags of the craft, as text.
-    pub(crate) lags: String,
-    /// The current, as text.
-    pub(crate) current: String,
-    /// The vehicles that the mission waits for.
-    pub(crate) waits_for: Vec<String>,
-    /// Warnings of the plan: code, and detail for people.
-    pub(crate) warnings: Vec<[String; 2]>,
 }
 
 impl Plan {
     /// The plan in an answer of `now_s`, which first arrived at `arrived_s`, both s of the bridge's
-    /// clock; `None` if it is incomplete.
+    /// clock; `None` without a trajectory.
     #[must_use]
-    pub(crate) fn from_answer(answer: &Value, arrived_s: f64, now_s: f64) -> Option<Self> {
-        let plan = &answer["plan"];
-        let planned_at = answer["t_s"].as_f64()?;
+    pub(crate) fn new(answer: CurrentReference, arrived_s: f64, now_s: f64) -> Option<Self> {
+        let plan = &answer.plan;
+        let reference = |speed, heading| Reference { speed, heading };
         // From the mission's clock to the bridge's.
-        let shift = now_s - answer["age_s"].as_f64()? - planned_at;
-        let stages: Option<Vec<Stage>> = plan["trajectory"]
-            .as_array()?
-            .iter()
-            .map(|point| {
-                Some(Stage {
-                    t_s: point["t_s"].as_f64()? + shift,
-                    reference: reference(point)?,
-                })
-            })
-            .collect();
-        let craft = &plan["craft_estimate"];
-        let lag = |name: &str| craft[name]["value"].as_f64().unwrap_or(0.0).max(0.0);
-        let current = Vector2::new(
-            plan["current"]["north_mps"].as_f64().unwrap_or(0.0),
-            plan["current"]["east_mps"].as_f64().unwrap_or(0.0),
-        );
-        let is_over_ground = craft["speed_held"] == "over_ground";
-        let goal = position(&plan["goal"]["trajectory"][0])?;
-        let distance_m = (position(&plan["trajectory"][0])? - goal).norm();
+        let shift = now_s - answer.age_s - answer.t_s;
+        let stages = plan.trajectory.iter().map(|point| Stage {
+            t_s: point.t_s + shift,
+            reference: reference(point.speed_mps, point.heading_rad),
+        });
+        let goal = plan.goal.trajectory.first()?;
+        let from_goal = plan.trajectory.first()?.position() - Vector2::new(goal.north_m, goal.east_m);
+        let craft = &plan.craft_estimate;
+        let is_over_ground = craft.speed_held == SpeedReference::OverGround;
+        let current = plan.current.filter(|_| is_over_ground);
         Some(Self {
             arrived_s,
             planned: PlannedReference {
-                planned_s: planned_at + shift,
-                first: reference(&plan["reference"])?,
-                lags: [lag("heading_lag_s"), lag("surge_lag_s")],
-                current: if is_over_ground { current } else { Vector2::zeros() },
-                valid_until_s: plan["reference"]["valid_until_s"].as_f64()? + shift,
-                stages: stages?,
+                planned_s: answer.t_s + shift,
+                first: reference(plan.reference.speed_mps, plan.reference.heading_rad),
+                lags: [&craft.heading_lag_s, &craft.surge_lag_s].map(|lag| lag.value.max(0.0)),
+                current: current.map_or_else(Vector2::zeros, Vector2::from),
+                valid_until_s: plan.reference.valid_until_s + shift,
+                stages: stages.collect(),
             },
-            line_of_sight: reference(&plan["baseline"])?,
-            method: format!(
-                "{} {}",
-                plan["method"].as_str().unwrap_or("?"),
-                plan["outcome"].as_str().unwrap_or("?")
-            ),
-            reason: plan["reason"].as_str().map(str::to_owned),
-            distance_m,
-            lags: lags(craft),
-            current: current_words(&current),
-            waits_for: items(&answer["waits_for"], |name| Some(name.as_str()?.to_owned())),
-            warnings: items(&plan["warnings"], |warning| {
-                let [code, detail] = ["code", "detail"].map(|name| warning[name].as_str().map(str::to_owned));
-                Some([code?, detail.unwrap_or_default()])
-            }),
+            line_of_sight: reference(plan.baseline.speed_mps, plan.baseline.heading_rad),
+            distance_m: from_goal.norm(),
+            answer,
         })
+    }
+
+    /// Method and outcome, such as `mpc ok`.
+    pub(crate) fn method(&self) -> String {
+        let plan = &self.answer.plan;
+        format!("{} {}", name(&plan.method), name(&plan.outcome))
+    }
+
+    /// The planner's estimate of the craft's lags.
+    pub(crate) fn lags(&self) -> String {
+        let craft = &self.answer.plan.craft_estimate;
+        let text = |lag: &Learnt| format!("{:.1}±{:.1} s", lag.value, lag.sigma);
+        let (heading, speed) = (text(&craft.heading_lag_s), text(&craft.surge_lag_s));
+        format!("heading lag {heading}, speed lag {speed}")
+    }
+
+    pub(crate) fn current(&self) -> String {
+        let current = self.answer.plan.current;
+        format!(
+            "current {}",
+            speed_to(&current.map_or_else(Vector2::zeros, Vector2::from))
+        )
+    }
+
+    /// Codes of the plan's warnings.
+    pub(crate) fn warnings(&self) -> impl Iterator<Item = &str> {
+        self.answer.plan.warnings.iter().map(|warning| &*warning.code)
     }
 }
 
-fn position(point: &Value) -> Option<Vector2<f64>> {
-    Some(Vector2::new(
-        point["north_m"].as_f64()?,
-        point["east_m"].as_f64()?,
-    ))
+/// Speed and direction of a current, for people.
+pub(crate) fn speed_to(current: &Vector2<f64>) -> String {
+    let towards = angle_of(current).to_degrees().rem_euclid(360.0);
+    format!("{:.2} m/s to {towards:03.0}°", current.norm())
 }
 
-fn reference(point: &Value) -> Option<Reference> {
-    Some(Reference {
-        speed: point["speed_mps"].as_f64()?,
-        heading: point["heading_rad"].as_f64()?,
-    })
-}
-
-fn items<T>(list: &Value, item: impl Fn(&Value) -> Option<T>) -> Vec<T> {
-    let items = list.as_array().into_iter().flatten();
-    items.filter_map(item).collect()
-}
-
-/// The planner's estimate of the craft's lags.
-fn lags(craft: &Value) -> String {
-    let value = |name: &str| {
-        let [value, sigma] = ["value", "sigma"].map(|part| craft[name][part].as_f64().unwrap_or(0.0));
-        format!("{value:.1}±{sigma:.1} s")
-    };
-    format!(
-        "heading lag {}, speed lag {}",
-        value("heading_lag_s"),
-        value("surge_lag_s")
-    )
-}
-
-fn current_words(current: &Vector2<f64>) -> String {
-    let towards = current.y.atan2(current.x).to_degrees().rem_euclid(360.0);
-    format!("current {:.2} m/s to {towards:03.0}°", current.norm())
+/// A name in the API.
+pub(crate) fn name(of: &impl Serialize) -> String {
+    let name = serde_json::to_value(of).ok();
+    let name = name.as_ref().and_then(|name| name.as_str());
+    name.expect("names are texts in JSON").to_owned()
 }

@@ -2,10 +2,13 @@
 
 use std::fmt;
 
+use planner::angle::{angle_of, wrap};
+
 use crate::{
+    MeasuredState,
     follow::{Bridge, CLOCK_ERROR_MAX_S, Fixes},
     mavlink::{Control, HEARTBEAT_AGE_MAX_S, Silence},
-    reference::wrapped,
+    plan::speed_to,
 };
 
 /// Result of a check.
@@ -92,26 +95,23 @@ fn fails(detail: impl Into<String>) -> Finding {
 }
 
 fn autopilot(bridge: &Bridge) -> Finding {
-    let (heartbeat, age) = match bridge.control() {
-        Control::Unreported => {
-            return warns(
-                "this wire reports no mode: check yourself that the autopilot follows references, and how to take over",
-            );
+    match bridge.control() {
+        Control::Unreported => warns(
+            "this wire reports no mode: check yourself that the autopilot follows references, and how to take over",
+        ),
+        Control::Reported(None) => fails("no heartbeat: check --connect, the baud rate and the cable"),
+        Control::Reported(Some((_, age))) if age > HEARTBEAT_AGE_MAX_S => {
+            fails(format!("no heartbeat for {age:.0} s"))
         }
-        Control::Reported(None) => {
-            return fails("no heartbeat: check --connect, the baud rate and the cable");
+        Control::Reported(Some((heartbeat, _))) => {
+            let armed = if heartbeat.is_armed { "armed" } else { "not armed" };
+            let seen = format!("{:?}, {}, {armed}", heartbeat.autopilot, heartbeat.mode_name());
+            match (heartbeat.is_guided(), heartbeat.is_armed) {
+                (true, true) => passes(seen),
+                (true, false) => warns(format!("{seen}: {}", Silence::NotArmed)),
+                (false, _) => warns(format!("{seen}: {}", Silence::NotGuided)),
+            }
         }
-        Control::Reported(Some(heard)) => heard,
-    };
-    if age > HEARTBEAT_AGE_MAX_S {
-        return fails(format!("no heartbeat for {age:.0} s"));
-    }
-    let armed = if heartbeat.is_armed { "armed" } else { "not armed" };
-    let seen = format!("{:?}, {}, {armed}", heartbeat.autopilot, heartbeat.mode_name());
-    match (heartbeat.is_guided(), heartbeat.is_armed) {
-        (true, true) => passes(seen),
-        (true, false) => warns(format!("{seen}: {}", Silence::NotArmed)),
-        (false, _) => warns(format!("{seen}: {}", Silence::NotGuided)),
     }
 }
 
@@ -132,10 +132,8 @@ fn parameters(bridge: &Bridge) -> Finding {
     if missing.is_empty() {
         passes(seen)
     } else {
-        warns(format!(
-            "{seen}; no answer for {}: check them yourself",
-            missing.join(", ")
-        ))
+        let missing = missing.join(", ");
+        warns(format!("{seen}; no answer for {missing}: check them yourself"))
     }
 }
 
@@ -145,10 +143,9 @@ fn position(bridge: &Bridge) -> Finding {
         Some(_) if telemetry.position_known == Some(false) => {
             fails("the autopilot does not trust its position: wait for GNSS and its filter")
         }
-        Some(state) => passes(format!(
-            "{:.6}°, {:.6}°",
-            state.position.lat_deg, state.position.lon_deg
-        )),
+        Some(MeasuredState { position, .. }) => {
+            passes(format!("{:.6}°, {:.6}°", position.lat_deg, position.lon_deg))
+        }
         None => match telemetry.craft.distrusted() {
             Some(alarm) => fails(alarm.to_string()),
             None => fails(joined(telemetry.craft.missing(bridge.now_s()).map(str::to_owned))),
@@ -188,24 +185,18 @@ fn fixes(bridge: &Bridge, auvs: &[String]) -> Vec<Finding> {
     let now = bridge.now_s();
     let finding = |(auv, fixes): (&String, &Fixes)| {
         let (age, count) = (now - fixes.at_s, fixes.count);
-        let sigma = fixes
-            .newest
-            .sigma_m
-            .map_or_else(String::new, |sigma| format!(", ±{sigma:.1} m"));
+        let sigma = fixes.newest.sigma_m.map(|sigma| format!(", ±{sigma:.1} m"));
+        let sigma = sigma.unwrap_or_default();
+        let is_new = age <= FIX_AGE_MAX_S;
         let detail = format!("{auv}: {count}, the newest {age:.0} s ago{sigma}");
-        if age <= FIX_AGE_MAX_S {
-            passes(detail)
-        } else {
-            fails(detail)
-        }
+        if is_new { passes(detail) } else { fails(detail) }
     };
     let unheard = auvs.iter().filter(|auv| !fixes.contains_key(*auv));
     let unheard = unheard.map(|auv| fails(format!("{auv}: none; check --auv and --modem, and ping it")));
     let findings: Vec<Finding> = fixes.iter().map(finding).chain(unheard).collect();
     if findings.is_empty() {
-        return vec![fails(
-            "no reports from any AUV: check --auv and --modem, and ping one",
-        )];
+        let none = "no reports from any AUV: check --auv and --modem, and ping one";
+        return vec![fails(none)];
     }
     findings
 }
@@ -216,11 +207,12 @@ fn heading(bridge: &Bridge) -> Finding {
     };
     let velocity = state.ground_velocity;
     let Some(velocity) = velocity.filter(|velocity| velocity.norm() >= SPEED_FOR_COURSE) else {
+        let slow = "the craft is too slow: drive straight ahead";
         return warns(format!(
-            "the craft is too slow: drive straight ahead at {SPEED_FOR_COURSE} m/s or more, and check again"
+            "{slow} at {SPEED_FOR_COURSE} m/s or more, and check again"
         ));
     };
-    let off = wrapped(velocity.y.atan2(velocity.x) - state.heading);
+    let off = wrap(angle_of(&velocity) - state.heading);
     let seen = format!("{:+.0}°", off.to_degrees());
     if off.abs() <= COURSE_ERROR_MAX {
         passes(seen)
@@ -239,32 +231,24 @@ fn current(bridge: &Bridge) -> Finding {
     if craft.has_speed_log() {
         return warns("not estimated beside a speed log: the planner takes it from your mission");
     }
-    let estimate = craft.current();
-    let current = estimate.current();
-    let direction = current.y.atan2(current.x).to_degrees().rem_euclid(360.0);
-    let seen = format!("{:.2} m/s to {direction:03.0}°", current.norm());
+    let (current, sigma) = (craft.current().current(), craft.current().sigma());
+    let seen = speed_to(&current);
     if current.norm() > CURRENT_MAX {
         fails(format!(
             "{seen} is not plausible: check the compass and the speed log"
         ))
-    } else if estimate.sigma() > CURRENT_SIGMA_MAX {
-        warns(format!(
-            "{seen} so far, ±{:.2} m/s along one axis: drive on two headings, and check again",
-            estimate.sigma()
-        ))
+    } else if sigma > CURRENT_SIGMA_MAX {
+        let seen = format!("{seen} so far, ±{sigma:.2} m/s along one axis");
+        warns(format!("{seen}: drive on two headings, and check again"))
     } else {
         passes(seen)
     }
 }
 
 fn input(bridge: &Bridge) -> Finding {
-    let pieces = bridge.telemetry().pieces.iter();
-    let silent: Vec<String> = bridge
-        .wires()
-        .zip(pieces)
-        .filter(|(_, count)| **count == 0)
-        .map(|(wire, _)| wire)
-        .collect();
+    let pieces = bridge.wires().zip(&bridge.telemetry().pieces);
+    let silent = pieces.filter(|(_, count)| **count == 0);
+    let silent: Vec<String> = silent.map(|(wire, _)| wire).collect();
     if !silent.is_empty() {
         return fails(format!("nothing from {}", silent.join(", ")));
     }
@@ -288,23 +272,17 @@ fn plans(bridge: &Bridge) -> Finding {
     let Some(plan) = link.plan else {
         return fails("none yet: the mission needs the craft and every AUV of its goal");
     };
-    let seen = format!(
-        "{}, {:.1} m from the goal, {}, {}",
-        plan.method, plan.distance_m, plan.lags, plan.current
-    );
-    if plan
-        .warnings
-        .iter()
-        .any(|[code, _]| code == "craft_does_not_follow")
-    {
-        fails(format!(
-            "{seen}; the craft does not follow its references: identify it (docs/commissioning.md)"
-        ))
-    } else if plan.warnings.is_empty() {
+    let (method, distance_m) = (plan.method(), plan.distance_m);
+    let (lags, current) = (plan.lags(), plan.current());
+    let seen = format!("{method}, {distance_m:.1} m from the goal, {lags}, {current}");
+    let codes: Vec<_> = plan.warnings().map(|code| code.replace('_', " ")).collect();
+    if plan.warnings().any(|code| code == "craft_does_not_follow") {
+        let remedy = "the craft does not follow its references: identify it (docs/commissioning.md)";
+        fails(format!("{seen}; {remedy}"))
+    } else if codes.is_empty() {
         passes(seen)
     } else {
-        let codes = plan.warnings.iter().map(|[code, _]| code.replace('_', " "));
-        warns(format!("{seen}; {}", codes.collect::<Vec<_>>().join(", ")))
+        warns(format!("{seen}; {}", codes.join(", ")))
     }
 }
 

@@ -3,8 +3,9 @@
 use std::collections::VecDeque;
 
 use nalgebra::Vector2;
+use planner::angle::wrap;
 
-use crate::{Geographic, reference::wrapped};
+use crate::Origin;
 
 /// Mean radius: the ellipsoid differs by 0.3 %, over a few metres.
 const EARTH_RADIUS_M: f64 = 6_371_000.0;
@@ -23,8 +24,8 @@ const TREND_COUNT_MIN: usize = 5;
 /// Positions by time.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct RecentPositions {
-    kept: VecDeque<Kept>,
-    newest: Option<Kept>,
+    samples: VecDeque<Sample>,
+    newest: Option<Sample>,
     travelled: Vector2<f64>,
     /// The newest measured velocity (north, east), m/s, and its time, s.
     velocity: Option<(f64, Vector2<f64>)>,
@@ -33,40 +34,44 @@ pub(crate) struct RecentPositions {
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Kept {
+struct Sample {
     t_s: f64,
-    position: Geographic,
+    position: Origin,
     /// Integral of the measured velocity so far (north, east), m.
     travelled: Vector2<f64>,
 }
 
 impl RecentPositions {
     /// Adds the position at `t_s`, s. A gap or a clock set back restarts. `true` if it is kept.
-    pub(crate) fn push(&mut self, t_s: f64, position: Geographic) -> bool {
+    pub(crate) fn push(&mut self, t_s: f64, position: Origin) -> bool {
         let gap = self.newest.map_or(0.0, |before| t_s - before.t_s);
         if !(0.0..=GAP_MAX_S).contains(&gap) {
-            self.kept.clear();
+            self.samples.clear();
         }
         // The velocity of this moment comes later.
         let since = self.velocity.map(|(at, velocity)| (t_s - at, velocity));
         let since = since.filter(|(elapsed, _)| (0.0..=GAP_MAX_S).contains(elapsed));
-        let newest = Kept {
+        let travelled =
+            self.travelled + since.map_or(Vector2::zeros(), |(elapsed, velocity)| velocity * elapsed);
+        let newest = Sample {
             t_s,
             position,
-            travelled: since.map_or(self.travelled, |(elapsed, velocity)| {
-                self.travelled + velocity * elapsed
-            }),
+            travelled,
         };
         self.newest = Some(newest);
         let is_kept = self
-            .kept
+            .samples
             .back()
             .is_none_or(|before| t_s - before.t_s >= KEEP_EACH_S);
         if is_kept {
-            self.kept.push_back(newest);
+            self.samples.push_back(newest);
         }
-        while self.kept.front().is_some_and(|oldest| t_s - oldest.t_s > KEPT_S) {
-            self.kept.pop_front();
+        while self
+            .samples
+            .front()
+            .is_some_and(|oldest| t_s - oldest.t_s > KEPT_S)
+        {
+            self.samples.pop_front();
         }
         is_kept
     }
@@ -84,7 +89,7 @@ impl RecentPositions {
 
     /// Forgets all positions: the next one belongs to another motion.
     pub(crate) fn clear(&mut self) {
-        self.kept.clear();
+        self.samples.clear();
         self.newest = None;
     }
 
@@ -97,7 +102,10 @@ impl RecentPositions {
     pub(crate) fn velocity(&self) -> Option<Vector2<f64>> {
         let newest = self.newest?;
         let [least, most] = VELOCITY_SPAN_S;
-        let start = self.kept.iter().find(|kept| newest.t_s - kept.t_s <= most)?;
+        let start = self
+            .samples
+            .iter()
+            .find(|sample| newest.t_s - sample.t_s <= most)?;
         let span = newest.t_s - start.t_s;
         (span >= least).then(|| moved(&start.position, &newest.position) / span)
     }
@@ -111,10 +119,13 @@ impl RecentPositions {
     pub(crate) fn drift(&self) -> Option<Trend> {
         let start = self.newest?;
         self.velocity.filter(|(at, _)| start.t_s - at <= GAP_MAX_S)?;
-        let known = self.kept.iter().filter(|kept| kept.t_s >= self.measured_since_s);
-        trend(known.map(|kept| {
-            let by_velocity = kept.travelled - start.travelled;
-            (kept.t_s, moved(&start.position, &kept.position) - by_velocity)
+        let known = self
+            .samples
+            .iter()
+            .filter(|sample| sample.t_s >= self.measured_since_s);
+        trend(known.map(|sample| {
+            let by_velocity = sample.travelled - start.travelled;
+            (sample.t_s, moved(&start.position, &sample.position) - by_velocity)
         }))
     }
 
@@ -122,7 +133,10 @@ impl RecentPositions {
     /// longest time with both.
     pub(crate) fn mismatch(&self) -> Option<(f64, f64)> {
         let newest = self.newest?;
-        let start = self.kept.iter().find(|kept| kept.t_s >= self.measured_since_s)?;
+        let start = self
+            .samples
+            .iter()
+            .find(|sample| sample.t_s >= self.measured_since_s)?;
         let by_positions = moved(&start.position, &newest.position);
         let by_velocity = newest.travelled - start.travelled;
         Some((newest.t_s - start.t_s, (by_positions - by_velocity).norm()))
@@ -147,11 +161,8 @@ pub(crate) fn trend(values: impl Iterator<Item = (f64, Vector2<f64>)>) -> Option
     if values.len() < TREND_COUNT_MIN {
         return None;
     }
-    let (times, sum) = values
-        .iter()
-        .fold((0.0, Vector2::zeros()), |(times, sum), (t_s, value)| {
-            (times + t_s, sum + value)
-        });
+    let times: f64 = values.iter().map(|(t_s, _)| t_s).sum();
+    let sum: Vector2<f64> = values.iter().map(|(_, value)| value).sum();
     let (middle_s, mean) = (times / count, sum / count);
     let (mut spread, mut slope, mut square) = (0.0, Vector2::zeros(), 0.0);
     for (t_s, value) in &values {
@@ -170,9 +181,9 @@ pub(crate) fn trend(values: impl Iterator<Item = (f64, Vector2<f64>)>) -> Option
 }
 
 /// Displacement (north, east), m, between two nearby positions.
-pub(crate) fn moved(from: &Geographic, to: &Geographic) -> Vector2<f64> {
+pub(crate) fn moved(from: &Origin, to: &Origin) -> Vector2<f64> {
     let north = (to.lat_deg - from.lat_deg).to_radians();
     // The shorter distance, also across the antimeridian.
-    let east = wrapped((to.lon_deg - from.lon_deg).to_radians());
+    let east = wrap((to.lon_deg - from.lon_deg).to_radians());
     Vector2::new(north, east * from.lat_deg.to_radians().cos()) * EARTH_RADIUS_M
 }

@@ -1,9 +1,7 @@
 //! The reference between two plans.
 
-use std::f64::consts::{PI, TAU};
-
-use geodesy::direction;
 use nalgebra::Vector2;
+use planner::angle::{direction, wrap};
 
 /// Speed and heading for the autopilot.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,10 +51,10 @@ impl PlannedReference {
         }
         let [heading_lag, speed_lag] = self.lags;
         let since = t_s.max(self.planned_s);
-        let turn = wrapped(
+        let turn = wrap(
             self.motion(since + heading_lag).heading - self.motion(self.planned_s + heading_lag).heading,
         );
-        let heading = wrapped(self.first.heading + turn);
+        let heading = wrap(self.first.heading + turn);
         let faster = self.motion(since + speed_lag).speed - self.motion(self.planned_s + speed_lag).speed;
         let carried = self
             .current
@@ -91,13 +89,8 @@ fn between(from: &Stage, to: &Stage, t_s: f64) -> Reference {
     let (before, after) = (from.reference, to.reference);
     Reference {
         speed: before.speed + part * (after.speed - before.speed),
-        heading: wrapped(before.heading + part * wrapped(after.heading - before.heading)),
+        heading: wrap(before.heading + part * wrap(after.heading - before.heading)),
     }
-}
-
-/// The same direction in [−π, π].
-pub(crate) fn wrapped(angle: f64) -> f64 {
-    (angle + PI).rem_euclid(TAU) - PI
 }
 
 #[cfg(test)]
@@ -108,7 +101,7 @@ mod tests {
     fn turning(lags: [f64; 2], current: Vector2<f64>) -> PlannedReference {
         let stages = (0..30_u8).map(|k| {
             let after = f64::from(k);
-            let heading = wrapped(3.0 + 0.1 * after);
+            let heading = wrap(3.0 + 0.1 * after);
             Stage {
                 t_s: 100.0 + after,
                 reference: Reference {
@@ -136,7 +129,7 @@ mod tests {
         for tenths in 0..=100_u8 {
             let after = 0.1 * f64::from(tenths);
             let reference = plan.at(100.0 + after).expect("the plan is valid");
-            assert!(wrapped(reference.heading - (3.2 + 0.1 * after)).abs() < 1e-12);
+            assert!(wrap(reference.heading - (3.2 + 0.1 * after)).abs() < 1e-12);
             assert!((reference.speed - (1.2 + 0.01 * after)).abs() < 1e-12);
         }
     }

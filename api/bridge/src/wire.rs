@@ -139,7 +139,7 @@ pub fn open(endpoint: &Endpoint, input: Input) -> Output {
     let (kept, endpoint) = (Arc::clone(&line), endpoint.clone());
     thread::spawn(move || keep_open(&endpoint, &kept, &input));
     Box::new(move |bytes| {
-        let mut line: MutexGuard<Option<Line>> = line.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut line: MutexGuard<Option<OpenWire>> = line.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(open) = line.as_mut()
             && let Err(error) = open.write(bytes)
         {
@@ -149,11 +149,11 @@ pub fn open(endpoint: &Endpoint, input: Input) -> Output {
 }
 
 /// Opens, reads until it breaks, and repeats.
-fn keep_open(endpoint: &Endpoint, kept: &Mutex<Option<Line>>, input: &Input) {
+fn keep_open(endpoint: &Endpoint, kept: &Mutex<Option<OpenWire>>, input: &Input) {
     let keep = |line| *kept.lock().unwrap_or_else(PoisonError::into_inner) = line;
     let mut was_open = true;
     loop {
-        match Line::open(endpoint) {
+        match OpenWire::open(endpoint) {
             Ok(line) => {
                 tracing::info!(%endpoint, "open");
                 was_open = true;
@@ -177,13 +177,13 @@ fn keep_open(endpoint: &Endpoint, kept: &Mutex<Option<Line>>, input: &Input) {
 }
 
 /// Forwards bytes until the wire breaks (then it returns the reason) or the receiver is gone.
-fn read(mut line: Line, kept: &Mutex<Option<Line>>, input: &Input) -> Option<io::Error> {
+fn read(mut line: OpenWire, kept: &Mutex<Option<OpenWire>>, input: &Input) -> Option<io::Error> {
     let mut buffer = [0; READ_BYTES];
     loop {
         match line.read(&mut buffer, kept) {
             Ok(0) => return Some(io::ErrorKind::UnexpectedEof.into()),
             Ok(count) => {
-                let piece = input.piece(buffer[..count].to_vec(), matches!(line, Line::Udp { .. }));
+                let piece = input.piece(buffer[..count].to_vec(), matches!(line, OpenWire::Udp { .. }));
                 input.received.blocking_send(piece).ok()?;
             }
             Err(error) if is_pause(&error) => {}
@@ -205,7 +205,7 @@ fn is_pause(error: &io::Error) -> bool {
 
 /// An open wire.
 #[derive(Clone, Debug)]
-enum Line {
+enum OpenWire {
     Udp {
         socket: Arc<UdpSocket>,
         /// All addresses of a name, until one of them answers.
@@ -215,7 +215,7 @@ enum Line {
     Serial(Arc<SerialPort>),
 }
 
-impl Line {
+impl OpenWire {
     fn open(endpoint: &Endpoint) -> io::Result<Self> {
         match endpoint {
             Endpoint::Udp(address) => Self::udp(UdpSocket::bind(address.as_str())?, vec![]),
@@ -360,8 +360,8 @@ mod tests {
 
     #[test]
     fn a_listening_wire_answers_its_last_sender() {
-        let line = Line::open(&Endpoint::Udp("127.0.0.1:0".to_owned())).expect("a free port");
-        let Line::Udp { socket, .. } = &line else {
+        let line = OpenWire::open(&Endpoint::Udp("127.0.0.1:0".to_owned())).expect("a free port");
+        let OpenWire::Udp { socket, .. } = &line else {
             panic!("{line:?}")
         };
         let address = socket.local_addr().expect("is bound");
@@ -399,14 +399,14 @@ mod tests {
         let here = craft.local_addr().expect("is bound");
         let nowhere = SocketAddr::from(([0, 0, 0, 0, 0, 0, 0, 1], here.port()));
         let (socket, peers) = socket_to(&[nowhere, here]).expect("a socket");
-        let mut line = Line::udp(socket, peers).expect("is open");
+        let mut line = OpenWire::udp(socket, peers).expect("is open");
         line.write(b"hello").expect("is sent");
         let mut heard = [0; 8];
         let (count, bridge) = craft.recv_from(&mut heard).expect("is heard");
         assert_eq!(&heard[..count], b"hello");
         craft.send_to(b"aye", bridge).expect("is answered");
         line.read(&mut heard, &Mutex::new(None)).expect("is heard");
-        let Line::Udp { peers, .. } = line else {
+        let OpenWire::Udp { peers, .. } = line else {
             unreachable!("is UDP");
         };
         assert_eq!(

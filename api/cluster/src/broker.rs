@@ -124,11 +124,8 @@ pub(crate) fn failed<E: Into<async_nats::Error>>(what: impl Into<String>) -> imp
 /// The id of a campaign on a broker.
 #[must_use]
 pub fn id_of(manifest: &Manifest) -> String {
-    format!(
-        "{}-{}",
-        manifest.name,
-        &manifest.digest[..DIGEST_LETTERS.min(manifest.digest.len())]
-    )
+    let digest = &manifest.digest[..DIGEST_LETTERS.min(manifest.digest.len())];
+    format!("{}-{digest}", manifest.name)
 }
 
 /// A version as a token of a subject, which has no dots.
@@ -148,11 +145,8 @@ pub(crate) fn subjects_of(version: &str) -> String {
 
 /// The version in a subject of work.
 pub(crate) fn version_in(subject: &str) -> Option<&str> {
-    subject
-        .strip_prefix(SUBJECT)?
-        .strip_prefix('.')?
-        .split('.')
-        .next()
+    let version = subject.strip_prefix(SUBJECT)?.strip_prefix('.')?;
+    version.split('.').next()
 }
 
 impl Broker {
@@ -186,13 +180,12 @@ impl Broker {
         let url = without_secrets(&access.url);
         let addresses: Vec<&str> = url.split(',').collect();
         let client = options.connect(addresses).await;
-        let client =
-            client.map_err(|error| ClusterError::NoConnection(url.clone(), advice(&error), error))?;
+        let no_connection = |error| ClusterError::NoConnection(url.clone(), advice(&error), error);
+        let client = client.map_err(no_connection)?;
+        let context = jetstream::ContextBuilder::new().timeout(REQUEST_TIMEOUT);
         Ok(Self {
             clock: clock.clone(),
-            jetstream: jetstream::ContextBuilder::new()
-                .timeout(REQUEST_TIMEOUT)
-                .build(client),
+            jetstream: context.build(client),
         })
     }
 
@@ -226,11 +219,8 @@ impl Broker {
             duplicate_window: DUPLICATE_WINDOW,
             ..stream::Config::default()
         };
-        let stream = self
-            .jetstream
-            .get_or_create_stream(config)
-            .await
-            .map_err(failed("make the stream of work"))?;
+        let stream = self.jetstream.get_or_create_stream(config).await;
+        let stream = stream.map_err(failed("make the stream of work"))?;
         self.replicate(stream.cached_info(), replicas).await?;
         Ok(stream)
     }
@@ -288,10 +278,8 @@ impl Broker {
             num_replicas: replicas,
             ..object_store::Config::default()
         };
-        self.jetstream
-            .create_object_store(config)
-            .await
-            .map_err(failed("make the campaign's bucket"))
+        let bucket = self.jetstream.create_object_store(config).await;
+        bucket.map_err(failed("make the campaign's bucket"))
     }
 
     /// The bucket of a campaign.
@@ -309,11 +297,9 @@ impl Broker {
     /// A submitted campaign.
     pub async fn campaign(&self, id: &str) -> Result<(Manifest, Campaign), ClusterError> {
         let bucket = self.bucket(id).await?;
-        let bytes = fetch(&bucket, MANIFEST, &self.clock)
-            .await?
-            .ok_or_else(|| ClusterError::NoCampaign(id.to_owned()))?;
-        let manifest: Manifest =
-            serde_json::from_slice(&bytes).map_err(|_| ClusterError::NoCampaign(id.to_owned()))?;
+        let none = || ClusterError::NoCampaign(id.to_owned());
+        let bytes = fetch(&bucket, MANIFEST, &self.clock).await?.ok_or_else(none)?;
+        let manifest: Manifest = serde_json::from_slice(&bytes).map_err(|_| none())?;
         let (ours, our_rows) = (env!("CARGO_PKG_VERSION"), SCHEMA_VERSION);
         if (ours, our_rows) != (&manifest.program, &manifest.schema_version) {
             let (theirs, their_rows) = (manifest.program, manifest.schema_version);
@@ -332,9 +318,8 @@ impl Broker {
 
 /// `true` if the broker answered that there is no such bucket.
 fn is_missing(error: &ObjectStoreError) -> bool {
-    let cause = error
-        .source()
-        .and_then(|cause| cause.downcast_ref::<GetStreamError>());
+    let cause = error.source();
+    let cause = cause.and_then(|cause| cause.downcast_ref::<GetStreamError>());
     cause.is_some_and(|cause| {
         matches!(cause.kind(), GetStreamErrorKind::JetStream(answer) if answer.error_code() == ErrorCode::STREAM_NOT_FOUND)
     })
@@ -347,24 +332,17 @@ pub(crate) async fn fetch(
     clock: &Clock,
 ) -> Result<Option<Vec<u8>>, ClusterError> {
     let what = format!("fetch {name}");
-    clock
-        .timeout(READ_TIMEOUT, fetch_unhurried(bucket, name))
-        .await
-        .map_err(failed(what))?
-}
-
-async fn fetch_unhurried(bucket: &ObjectStore, name: &str) -> Result<Option<Vec<u8>>, ClusterError> {
-    let mut object = match bucket.get(name).await {
-        Ok(object) => object,
-        Err(error) if error.kind() == object_store::GetErrorKind::NotFound => return Ok(None),
-        Err(error) => return Err(failed(format!("fetch {name}"))(error)),
+    let bytes = async {
+        let mut object = match bucket.get(name).await {
+            Ok(object) => object,
+            Err(error) if error.kind() == object_store::GetErrorKind::NotFound => return Ok(None),
+            Err(error) => return Err(failed(&*what)(error)),
+        };
+        let mut bytes = vec![];
+        object.read_to_end(&mut bytes).await.map_err(failed(&*what))?;
+        Ok::<_, ClusterError>(Some(bytes))
     };
-    let mut bytes = vec![];
-    object
-        .read_to_end(&mut bytes)
-        .await
-        .map_err(failed(format!("fetch {name}")))?;
-    Ok(Some(bytes))
+    clock.timeout(READ_TIMEOUT, bytes).await.map_err(failed(&*what))?
 }
 
 /// Stores an object: it is then on the broker's disk, or on a majority of its servers.
@@ -379,19 +357,16 @@ pub(crate) async fn store(bucket: &ObjectStore, name: &str, bytes: &[u8]) -> Res
 /// Names of the objects of a bucket. The answering server may lag: the list is complete up to some
 /// moment, and may lack later objects.
 pub(crate) async fn names(bucket: &ObjectStore, clock: &Clock) -> Result<Vec<String>, ClusterError> {
-    clock
-        .timeout(READ_TIMEOUT, names_unhurried(bucket))
-        .await
-        .map_err(failed("list what is done"))?
-}
-
-async fn names_unhurried(bucket: &ObjectStore) -> Result<Vec<String>, ClusterError> {
-    let mut list = bucket.list().await.map_err(failed("list what is done"))?;
-    let mut names = vec![];
-    while let Some(info) = list.next().await {
-        names.push(info.map_err(failed("list what is done"))?.name);
-    }
-    Ok(names)
+    const WHAT: &str = "list what is done";
+    let names = async {
+        let mut list = bucket.list().await.map_err(failed(WHAT))?;
+        let mut names = vec![];
+        while let Some(info) = list.next().await {
+            names.push(info.map_err(failed(WHAT))?.name);
+        }
+        Ok::<_, ClusterError>(names)
+    };
+    clock.timeout(READ_TIMEOUT, names).await.map_err(failed(WHAT))?
 }
 
 /// Advice about a broker that does not answer yet.
@@ -404,16 +379,11 @@ const HUNG_UP: &str = "the broker closed the connection: does it need TLS (tls:/
 fn advice(error: &ConnectError) -> &'static str {
     // The client has no error kinds for these.
     let words = error.to_string();
+    let authority = "give the authority that signed its certificate (--nats-ca)";
     let by_words = [
-        (
-            "UnknownIssuer",
-            "give the authority that signed its certificate (--nats-ca)",
-        ),
+        ("UnknownIssuer", authority),
         // An authority of the same name with another key.
-        (
-            "BadSignature",
-            "give the authority that signed its certificate (--nats-ca)",
-        ),
+        ("BadSignature", authority),
         (
             "Expired",
             "its certificate has expired, or the clock of this machine is wrong",
@@ -445,9 +415,8 @@ fn advice(error: &ConnectError) -> &'static str {
         }
         ConnectErrorKind::Dns | ConnectErrorKind::TimedOut | ConnectErrorKind::MaxReconnects => IS_IT_THERE,
         ConnectErrorKind::Io => {
-            let cause = error
-                .source()
-                .and_then(|cause| cause.downcast_ref::<std::io::Error>());
+            let cause = error.source();
+            let cause = cause.and_then(|cause| cause.downcast_ref::<std::io::Error>());
             match cause.map(std::io::Error::kind) {
                 Some(
                     ErrorKind::ConnectionRefused | ErrorKind::HostUnreachable | ErrorKind::NetworkUnreachable,
@@ -479,11 +448,8 @@ fn without_secrets(url: &str) -> String {
         (None, Some((_, host))) => host.to_owned(),
         (_, None) => address.to_owned(),
     };
-    url.split(',')
-        .map(str::trim)
-        .map(shown)
-        .collect::<Vec<_>>()
-        .join(",")
+    let addresses: Vec<_> = url.split(',').map(str::trim).map(shown).collect();
+    addresses.join(",")
 }
 
 #[cfg(test)]

@@ -41,10 +41,10 @@ pub struct Worker {
     jobs: usize,
     /// Starts without a result after which work is given up.
     tries_max: i64,
-    campaigns: Mutex<HashMap<String, Known>>,
+    campaigns: Mutex<HashMap<String, CachedCampaign>>,
 }
 
-type Known = Arc<(Manifest, Campaign, ObjectStore)>;
+type CachedCampaign = Arc<(Manifest, Campaign, ObjectStore)>;
 
 impl Worker {
     /// Does `jobs` pieces of work in parallel, and gives up work started `tries_max` times in vain.
@@ -176,7 +176,7 @@ impl Worker {
             return acknowledged(message, AckKind::Term).await;
         };
         let WorkMessage { campaign: id, work } = order;
-        let known = self.known(&id).await?;
+        let known = self.campaign(&id).await?;
         let (_, campaign, bucket) = &*known;
         let tries = message.info().map_or(1, |info| info.delivered);
         if self.tries_max < tries {
@@ -253,22 +253,18 @@ impl Worker {
         Ok(())
     }
 
-    async fn known(&self, id: &str) -> Result<Known, ClusterError> {
-        if let Some(known) = self
-            .campaigns
-            .lock()
-            .expect("nothing panics while it holds the lock")
-            .get(id)
-        {
-            return Ok(Arc::clone(known));
+    async fn campaign(&self, id: &str) -> Result<CachedCampaign, ClusterError> {
+        let campaigns = || {
+            let campaigns = self.campaigns.lock();
+            campaigns.expect("nothing panics while it holds the lock")
+        };
+        let known = campaigns().get(id).cloned();
+        if let Some(known) = known {
+            return Ok(known);
         }
         let (manifest, campaign) = self.broker.campaign(id).await?;
         let known = Arc::new((manifest, campaign, self.broker.bucket(id).await?));
-        let mut campaigns = self
-            .campaigns
-            .lock()
-            .expect("nothing panics while it holds the lock");
-        campaigns.insert(id.to_owned(), Arc::clone(&known));
+        campaigns().insert(id.to_owned(), Arc::clone(&known));
         Ok(known)
     }
 }

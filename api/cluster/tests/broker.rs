@@ -14,7 +14,9 @@ use async_nats::jetstream;
 use clock::Clock;
 use futures_util::StreamExt as _;
 use lab::campaign::{Campaign, Directory, Manifest, ScenarioFiles, Shard, rows::SCHEMA_VERSION, run};
-use pilotfish_cluster::{Access, Broker, ClusterError, Worker, WorkerEvent, collect, progress, submit};
+use pilotfish_cluster::{
+    Access, Broker, ClusterError, Submitted, Worker, WorkerEvent, collect, progress, submit,
+};
 use rcgen::{BasicConstraints, CertificateParams, IsCa, Issuer, KeyPair};
 use sim::scenario::Scenario;
 use tempfile::TempDir;
@@ -75,19 +77,9 @@ impl Server {
             .map(|_| format!("nats://127.0.0.1:{}", free_port()))
             .collect();
         let flags = |(i, own): (usize, &String)| {
-            let name = format!("s{i}");
             let all = routes.join(",");
-            let flags = [
-                "--name",
-                &name,
-                "--cluster_name",
-                "three",
-                "--cluster",
-                own,
-                "--routes",
-                &all,
-            ];
-            flags.map(str::to_owned).to_vec()
+            let flags = format!("--name s{i} --cluster_name three --cluster {own} --routes {all}");
+            flags.split(' ').map(str::to_owned).collect()
         };
         routes.iter().enumerate().map(flags).map(Self::with).collect()
     }
@@ -95,30 +87,34 @@ impl Server {
     fn spawn(port: u16, data: &Path, flags: &[String]) -> Child {
         let program =
             std::env::var("NATS_SERVER").expect("NATS_SERVER names a nats-server; .ci/nats sets it");
-        let data = data.display().to_string();
+        let (data, port) = (data.display().to_string(), port.to_string());
         let mut command = Command::new(program);
-        command.args(["-js", "-a", "127.0.0.1", "-p", &port.to_string(), "-sd", &data]);
-        command
-            .args(flags)
-            .stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .spawn()
-            .expect("nats-server starts")
+        command.args(["-js", "-a", "127.0.0.1", "-p", &port, "-sd", &data]);
+        let silent = command.args(flags).stdout(Stdio::null()).stderr(Stdio::null());
+        silent.spawn().expect("nats-server starts")
+    }
+
+    fn kill(&mut self) {
+        self.child.kill().expect("runs");
+        self.child.wait().expect("was started");
     }
 
     /// Kills the broker, and starts it again on the same port and data.
     fn restart(&mut self) {
-        self.child.kill().expect("runs");
-        self.child.wait().expect("was started");
+        self.kill();
         self.child = Self::spawn(self.port, self.data.path(), &self.flags);
     }
 
-    async fn broker(&self) -> Broker {
-        self.broker_for(&Access {
-            url: format!("nats://127.0.0.1:{}", self.port),
+    /// Access with this login, or none.
+    fn access(&self, login: &str) -> Access {
+        Access {
+            url: format!("nats://{login}127.0.0.1:{}", self.port),
             ..Access::default()
-        })
-        .await
+        }
+    }
+
+    async fn broker(&self) -> Broker {
+        self.broker_for(&self.access("")).await
     }
 
     async fn broker_for(&self, access: &Access) -> Broker {
@@ -132,11 +128,8 @@ impl Server {
     }
 
     async fn plain(&self) -> jetstream::Context {
-        jetstream::new(
-            async_nats::connect(format!("127.0.0.1:{}", self.port))
-                .await
-                .expect("answers"),
-        )
+        let client = async_nats::connect(format!("127.0.0.1:{}", self.port)).await;
+        jetstream::new(client.expect("answers"))
     }
 }
 
@@ -156,9 +149,19 @@ fn flown_here(campaign: &Campaign) -> String {
     let folder = TempDir::new().expect("is a folder");
     let directory = Directory::create(folder.path(), Manifest::of(campaign, Shard::WHOLE)).expect("is new");
     let jobs = std::num::NonZeroUsize::new(2).expect("positive");
-    run(campaign, &directory, jobs, &mut |_| {})
-        .expect("flies")
-        .digest()
+    let rows = run(campaign, &directory, jobs, &mut |_| {});
+    rows.expect("flies").digest()
+}
+
+async fn sent(broker: &Broker, campaign: &Campaign) -> Submitted {
+    submit(broker, campaign, 1).await.expect("is sent")
+}
+
+/// The digest of the rows of a campaign whose work is done.
+async fn collected(broker: &Broker, id: &str) -> String {
+    let folder = TempDir::new().expect("is a folder");
+    let (_, rows) = collect(broker, id, folder.path()).await.expect("all is there");
+    rows.digest()
 }
 
 /// Lets workers work until the campaign is over.
@@ -176,18 +179,16 @@ async fn work(
     for _ in 0..workers {
         crew.push(Worker::new(server.broker().await, 1, tries_max));
     }
-    let flying = futures_util::future::join_all(
-        crew.iter()
-            .map(|worker| worker.run(stopped.clone(), None, &notify)),
-    );
+    let runs = crew
+        .iter()
+        .map(|worker| worker.run(stopped.clone(), None, &notify));
+    let flying = futures_util::future::join_all(runs);
     let watching = async {
         let broker = server.broker().await;
         for step in 0..600 {
             meanwhile(step).await;
-            if progress(&broker, id)
-                .await
-                .is_ok_and(|progress| progress.is_over())
-            {
+            let progress = progress(&broker, id).await;
+            if progress.is_ok_and(|progress| progress.is_over()) {
                 break;
             }
             sleep(Duration::from_millis(200)).await;
@@ -208,26 +209,22 @@ async fn any_number_of_workers_gives_the_rows_of_one_process() {
     for workers in [1, 2, 4] {
         let (server, folder) = (Server::start(), TempDir::new().expect("is a folder"));
         let broker = server.broker().await;
-        let sent = submit(&broker, &campaign, 1).await.expect("is sent");
+        let first = sent(&broker, &campaign).await;
         // Gains first: chunks are sent once the gains of their case are found.
-        assert_eq!((sent.sent, sent.done), (2, 0));
-        let early = collect(&broker, &sent.id, &folder.path().join("early"))
-            .await
-            .expect_err("nothing is done");
-        assert!(matches!(early, ClusterError::Unfinished(0, _)), "{early}");
-        work(&server, &sent.id, workers, 5, async |_| {}).await;
-        let (_, rows) = collect(&broker, &sent.id, &folder.path().join("a"))
-            .await
-            .expect("all is there");
-        assert_eq!(rows.digest(), here, "{workers} workers");
+        assert_eq!((first.sent, first.done), (2, 0));
+        let early = collect(&broker, &first.id, &folder.path().join("early")).await;
+        assert!(matches!(early, Err(ClusterError::Unfinished(0, _))));
+        work(&server, &first.id, workers, 5, async |_| {}).await;
         // The same bytes twice, also in measured columns.
-        collect(&broker, &sent.id, &folder.path().join("b"))
-            .await
-            .expect("all is there");
-        let bytes =
-            |name: &str| std::fs::read(folder.path().join(name).join("runs.parquet")).expect("is written");
-        assert_eq!(bytes("a"), bytes("b"));
-        let again = submit(&broker, &campaign, 1).await.expect("is sent");
+        let mut bytes = vec![];
+        for name in ["a", "b"] {
+            let path = folder.path().join(name);
+            let (_, rows) = collect(&broker, &first.id, &path).await.expect("all is there");
+            assert_eq!(rows.digest(), here, "{workers} workers");
+            bytes.push(std::fs::read(path.join("runs.parquet")).expect("is written"));
+        }
+        assert_eq!(bytes[0], bytes[1]);
+        let again = sent(&broker, &campaign).await;
         assert_eq!((again.sent, again.done), (0, campaign.chunks().len()));
     }
 }
@@ -239,26 +236,16 @@ async fn scenario_files_travel_to_workers_that_do_not_have_them() {
     let scenario = Scenario::text("cross-current").expect("is built in");
     let mine = scenario.replace("\"cross-current\"", "\"mine\"");
     std::fs::write(folder.path().join("mine.toml"), mine).expect("is written");
-    std::fs::write(
-        &file,
-        SMALL.replace("scenarios = [", "scenarios = [\"mine.toml\", "),
-    )
-    .expect("is written");
+    let text = SMALL.replace("scenarios = [", "scenarios = [\"mine.toml\", ");
+    std::fs::write(&file, text).expect("is written");
     let campaign = Campaign::read(&file).expect("is a campaign");
     drop(folder);
     let (server, folder) = (Server::start(), TempDir::new().expect("is a folder"));
     let broker = server.broker().await;
-    let sent = submit(&broker, &campaign, 1).await.expect("is sent");
-    work(&server, &sent.id, 1, 5, async |_| {}).await;
-    let (_, rows) = collect(&broker, &sent.id, folder.path())
-        .await
-        .expect("all is there");
-    assert!(
-        rows.words("scenario")
-            .expect("a column")
-            .iter()
-            .any(|name| *name == "mine")
-    );
+    let id = sent(&broker, &campaign).await.id;
+    work(&server, &id, 1, 5, async |_| {}).await;
+    let (_, rows) = collect(&broker, &id, folder.path()).await.expect("all is there");
+    assert!(rows.words("scenario").expect("a column").contains(&"mine"));
     assert_eq!(rows.digest(), flown_here(&campaign));
 }
 
@@ -266,10 +253,8 @@ async fn scenario_files_travel_to_workers_that_do_not_have_them() {
 async fn a_broker_that_is_killed_twice_loses_nothing() {
     let campaign = small(&SMALL.replace("duration_s = 30", "duration_s = 120"));
     let here = flown_here(&campaign);
-    let (mut server, folder) = (Server::start(), TempDir::new().expect("is a folder"));
-    let sent = submit(&server.broker().await, &campaign, 1)
-        .await
-        .expect("is sent");
+    let mut server = Server::start();
+    let id = sent(&server.broker().await, &campaign).await.id;
     let server_again = Mutex::new(&mut server);
     // The workers use the port, whichever process is behind it.
     let port = Server {
@@ -278,16 +263,13 @@ async fn a_broker_that_is_killed_twice_loses_nothing() {
         data: TempDir::new().expect("is a folder"),
         flags: vec![],
     };
-    work(&port, &sent.id, 2, 20, async |step| {
+    work(&port, &id, 2, 20, async |step| {
         if step == 5 || step == 20 {
             server_again.lock().expect("free").restart();
         }
     })
     .await;
-    let (_, rows) = collect(&port.broker().await, &sent.id, folder.path())
-        .await
-        .expect("all is there");
-    assert_eq!(rows.digest(), here);
+    assert_eq!(collected(&port.broker().await, &id).await, here);
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -295,71 +277,50 @@ async fn work_that_never_succeeds_is_given_up_and_named() {
     let campaign = small(SMALL);
     let server = Server::start();
     let broker = server.broker().await;
-    let sent = submit(&broker, &campaign, 1).await.expect("is sent");
+    let first = sent(&broker, &campaign).await;
     // A worker takes work and dies, again and again.
     let plain = server.plain().await;
     let (stop, stopped) = watch::channel(true);
-    Worker::new(server.broker().await, 1, 1)
-        .run(stopped, None, &|_| {})
-        .await
-        .expect("makes the queue");
+    let worker = Worker::new(server.broker().await, 1, 1);
+    worker.run(stopped, None, &|_| {}).await.expect("makes the queue");
     drop(stop);
     let stream = plain.get_stream("PILOTFISH_WORK").await.expect("is there");
     let version = env!("CARGO_PKG_VERSION").replace('.', "-");
     let name = format!("workers-{version}_{SCHEMA_VERSION}");
     let queue = stream
         .get_consumer::<jetstream::consumer::pull::Config>(&name)
-        .await
-        .expect("is there");
+        .await;
+    let queue = queue.expect("is there");
     for _ in 0..3 {
-        let mut messages = queue
-            .batch()
-            .max_messages(2)
-            .expires(Duration::from_secs(10))
-            .messages()
-            .await
-            .expect("answers");
+        let batch = queue.batch().max_messages(2).expires(Duration::from_secs(10));
+        let mut messages = batch.messages().await.expect("answers");
         // All are taken before one is returned, which could come again in the same round.
         let mut taken = vec![];
         while let Some(message) = messages.next().await {
             taken.push(message.expect("is work"));
         }
-        assert_eq!(taken.len(), sent.sent);
+        assert_eq!(taken.len(), first.sent);
         for message in taken {
-            message
-                .ack_with(jetstream::AckKind::Nak(None))
-                .await
-                .expect("answers");
+            let returned = message.ack_with(jetstream::AckKind::Nak(None)).await;
+            returned.expect("answers");
         }
     }
-    let events = work(&server, &sent.id, 1, 3, async |step| {
-        assert!(step < 500, "is over");
-    })
-    .await;
-    drop(events);
-    let end = progress(&broker, &sent.id).await.expect("is there");
-    assert!(
-        !end.parked.is_empty() && end.parked.iter().all(|parked| parked.starts_with("gains/")),
-        "{end:?}"
-    );
+    let in_time = async |step: usize| assert!(step < 500, "is over");
+    work(&server, &first.id, 1, 3, in_time).await;
+    let end = progress(&broker, &first.id).await.expect("is there");
+    let all_gains = end.parked.iter().all(|parked| parked.starts_with("gains/"));
+    assert!(!end.parked.is_empty() && all_gains, "{end:?}");
     let folder = TempDir::new().expect("is a folder");
-    let refused = collect(&broker, &sent.id, folder.path())
-        .await
-        .expect_err("work was given up");
-    assert!(
-        refused.to_string().contains("started 3 times without a result"),
-        "{refused}"
-    );
+    let refused = collect(&broker, &first.id, folder.path()).await;
+    let refused = refused.expect_err("work was given up").to_string();
+    assert!(refused.contains("started 3 times without a result"), "{refused}");
     // A second submission gets new tries.
-    let again = submit(&broker, &campaign, 1).await.expect("is sent");
+    let again = sent(&broker, &campaign).await;
     assert_eq!(again.sent, end.parked.len());
-    let waiting = progress(&broker, &sent.id).await.expect("is there");
+    let waiting = progress(&broker, &first.id).await.expect("is there");
     assert!(!waiting.is_over() && waiting.parked.is_empty(), "{waiting:?}");
-    work(&server, &sent.id, 2, 3, async |_| {}).await;
-    let (_, rows) = collect(&broker, &sent.id, folder.path())
-        .await
-        .expect("all is there");
-    assert_eq!(rows.digest(), flown_here(&campaign));
+    work(&server, &first.id, 2, 3, async |_| {}).await;
+    assert_eq!(collected(&broker, &first.id).await, flown_here(&campaign));
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -372,39 +333,30 @@ async fn a_campaign_has_the_requested_copies_even_if_a_worker_came_first() {
     let (_stop, stopped) = watch::channel(false);
     let idle = Some(Duration::from_secs(1));
     worker.run(stopped, idle, &|_| {}).await.expect("makes the queue");
-    let sent = submit(&broker, &campaign, 3).await.expect("is sent");
+    let id = submit(&broker, &campaign, 3).await.expect("is sent").id;
     let plain = servers[1].plain().await;
-    for name in ["PILOTFISH_WORK".to_owned(), format!("OBJ_pilotfish-{}", sent.id)] {
+    for name in ["PILOTFISH_WORK".to_owned(), format!("OBJ_pilotfish-{id}")] {
         let stream = plain.get_stream(&name).await.expect("is there");
         assert_eq!(stream.cached_info().config.num_replicas, 3, "{name}");
     }
-    work(&servers[2], &sent.id, 2, 5, async |_| {}).await;
-    let folder = TempDir::new().expect("is a folder");
-    let (_, rows) = collect(&broker, &sent.id, folder.path())
-        .await
-        .expect("all is there");
-    assert_eq!(rows.digest(), flown_here(&campaign));
+    work(&servers[2], &id, 2, 5, async |_| {}).await;
+    assert_eq!(collected(&broker, &id).await, flown_here(&campaign));
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_worker_waits_for_its_broker() {
     let mut server = Server::start();
-    server.child.kill().expect("runs");
-    server.child.wait().expect("was started");
-    let access = Access {
-        url: format!("nats://127.0.0.1:{}", server.port),
-        ..Access::default()
-    };
+    server.kill();
+    let access = server.access("");
     let events = Mutex::new(vec![]);
     let notify = |event: WorkerEvent| events.lock().expect("no panic holds it").push(event);
     let started = async {
         sleep(Duration::from_millis(500)).await;
         server.child = Server::spawn(server.port, server.data.path(), &[]);
     };
-    let (awaited, ()) = tokio::join!(
-        Broker::connect_when_ready(&access, "test", &Clock::machine(), &notify),
-        started
-    );
+    let clock = Clock::machine();
+    let connected = Broker::connect_when_ready(&access, "test", &clock, &notify);
+    let (awaited, ()) = tokio::join!(connected, started);
     awaited.expect("is there in the end");
     let events = events.into_inner().expect("no panic held it");
     assert!(
@@ -417,32 +369,21 @@ async fn a_worker_waits_for_its_broker() {
 async fn a_silent_broker_is_not_taken_for_one_without_the_campaign() {
     let mut server = Server::start();
     let broker = server.broker().await;
-    server.child.kill().expect("runs");
-    server.child.wait().expect("was started");
-    let silent = progress(&broker, "small-0123456789ab")
-        .await
-        .expect_err("nothing answers");
-    assert!(matches!(silent, ClusterError::Broker(..)), "{silent}");
+    server.kill();
+    let silent = progress(&broker, "small-0123456789ab").await;
+    assert!(matches!(silent, Err(ClusterError::Broker(..))), "{silent:?}");
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_password_in_the_address_opens_a_broker_and_a_wrong_one_is_named() {
     let server = Server::with(["--user", "me", "--pass", "s@cret"].map(str::to_owned).to_vec());
-    let with = |who: &str| Access {
-        url: format!("nats://{who}127.0.0.1:{}", server.port),
-        ..Access::default()
-    };
-    let broker = server.broker_for(&with("me:s%40cret@")).await;
-    submit(&broker, &small(SMALL), 1).await.expect("is sent");
-    for who in ["", "me:wrong@", "token@"] {
-        let refused = Broker::connect(&with(who), "test", &Clock::machine())
-            .await
-            .expect_err("is refused")
-            .to_string();
-        assert!(
-            refused.contains("user:password@") && !refused.contains("wrong"),
-            "{refused}"
-        );
+    let broker = server.broker_for(&server.access("me:s%40cret@")).await;
+    sent(&broker, &small(SMALL)).await;
+    for login in ["", "me:wrong@", "token@"] {
+        let refused = Broker::connect(&server.access(login), "test", &Clock::machine()).await;
+        let refused = refused.expect_err("is refused").to_string();
+        let names_no_secret = refused.contains("user:password@") && !refused.contains("wrong");
+        assert!(names_no_secret, "{refused}");
     }
 }
 
@@ -479,16 +420,15 @@ async fn certificates_open_a_broker_and_a_missing_one_is_named() {
         certificate: client.map(|name| (at(name), at(&format!("{name}-key")))),
     };
     let broker = server.broker_for(&access("ours", Some("ours-client"))).await;
-    submit(&broker, &small(SMALL), 1).await.expect("is sent");
+    sent(&broker, &small(SMALL)).await;
     for (access, advice) in [
         (access("theirs", Some("ours-client")), "--nats-ca"),
         (access("ours", None), "--nats-cert"),
         (access("nowhere", None), "nowhere"),
     ] {
-        let refused = Broker::connect(&access, "test", &Clock::machine())
-            .await
-            .expect_err("is refused");
-        assert!(refused.to_string().contains(advice), "{refused}");
+        let refused = Broker::connect(&access, "test", &Clock::machine()).await;
+        let refused = refused.expect_err("is refused").to_string();
+        assert!(refused.contains(advice), "{refused}");
     }
 }
 
@@ -497,46 +437,32 @@ async fn work_for_another_version_is_refused_by_name_and_left_for_it() {
     let server = Server::start();
     let broker = server.broker().await;
     let campaign = small(SMALL);
-    let sent = submit(&broker, &campaign, 1).await.expect("is sent");
+    let id = sent(&broker, &campaign).await.id;
     let plain = server.plain().await;
-    let work = plain
-        .publish("pilotfish.work.9-9-9_1.other-000000000000.chunks.0", "{}".into())
-        .await;
+    let subject = "pilotfish.work.9-9-9_1.other-000000000000.chunks.0";
+    let work = plain.publish(subject, "{}".into()).await;
     work.expect("is sent").await.expect("is stored");
     let events = Mutex::new(vec![]);
     let (_stop, stopped) = watch::channel(true);
     let worker = Worker::new(server.broker().await, 1, 5);
-    worker
-        .run(stopped, None, &|event| events.lock().expect("free").push(event))
-        .await
-        .expect("starts");
+    let notify = |event| events.lock().expect("free").push(event);
+    worker.run(stopped, None, &notify).await.expect("starts");
     let events = events.into_inner().expect("free");
-    assert!(
-        events
-            .iter()
-            .any(|event| matches!(event, WorkerEvent::Refused(words) if words.contains("9-9-9_1"))),
-        "{events:?}"
-    );
+    let named =
+        |event: &WorkerEvent| matches!(event, WorkerEvent::Refused(words) if words.contains("9-9-9_1"));
+    assert!(events.iter().any(named), "{events:?}");
     // A campaign with another program's manifest is refused by name.
-    let bucket = plain
-        .get_object_store(format!("pilotfish-{}", sent.id))
-        .await
-        .expect("is there");
+    let bucket = plain.get_object_store(format!("pilotfish-{id}")).await;
+    let bucket = bucket.expect("is there");
     let manifest = Manifest {
         program: "9.9.9".to_owned(),
         ..Manifest::of(&campaign, Shard::WHOLE)
     };
     let json = serde_json::to_vec(&manifest).expect("is JSON");
-    bucket
-        .put("manifest", &mut std::io::Cursor::new(json))
-        .await
-        .expect("is stored");
-    let refused = progress(&broker, &sent.id)
-        .await
-        .expect_err("is another version's");
+    let stored = bucket.put("manifest", &mut std::io::Cursor::new(json)).await;
+    stored.expect("is stored");
+    let refused = progress(&broker, &id).await.expect_err("is another version's");
     assert!(refused.to_string().contains("is of version 9.9.9"), "{refused}");
-    assert!(matches!(
-        progress(&broker, "nowhere-0").await,
-        Err(ClusterError::NoCampaign(_))
-    ));
+    let nowhere = progress(&broker, "nowhere-0").await;
+    assert!(matches!(nowhere, Err(ClusterError::NoCampaign(_))));
 }

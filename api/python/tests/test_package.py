@@ -34,6 +34,12 @@ def test_types_are_as_the_service_says(url):
     subprocess.run([sys.executable, PACKAGE / "generate.py", url, "--check"], check=True)
 
 
+def test_the_synchronous_client_is_that_of_the_asynchronous_one():
+    subprocess.run([sys.executable, PACKAGE / "generate.py", "--check"], check=True)
+    text = (PACKAGE / "src" / "pilotfish" / "client.py").read_text(encoding="utf-8")
+    assert not re.findall(r"async|await|Async|__a", text.split("\n", 3)[3])
+
+
 def test_the_readme_gets_from_pip_to_a_plot(url, tmp_path):
     install, code = re.findall(r"```(?:bash|python)\n(.*?)```", README, re.DOTALL)[:2]
     lines = [line for line in (install + code).splitlines() if line.strip()]

@@ -26,7 +26,7 @@ MISMATCH, MISMATCH_AFTER_S, MISMATCH_FOR_S = (8.0, 0.3), 5.0, 2.0
 DRIFT, DRIFT_SIGMAS, DRIFT_AFTER_S = (0.35, 0.05), 5.0, 10.0
 STILL_M, STILL_MIN_S = 0.1, 3.0
 FROZEN_TRAVEL_M, FROZEN_SPEED = 5.7, 0.3
-ASKED_M, ASKED_S = 10.0, 30.0
+REQUESTED_M, REQUESTED_S = 10.0, 30.0
 HEADING_STILL, STEADY_MIN_S = 0.005, 5.0
 TURN_BY_RATE, TURN_WINDOW_S, TURN_BY_COURSE = 0.8, 20.0, 1.0
 COURSE_SPEED, COURSE_OFF, COURSE_OFF_FOR_S = 0.7, 0.9, 10.0
@@ -434,9 +434,9 @@ class Doubts:
         else:
             travel, time = (float(np.linalg.norm(travelled - still.travelled)), t_s - still.since_s)
             pace = FROZEN_SPEED * time
-            has_no_way = still.asked >= ASKED_M and still.asked >= pace
+            has_no_way = still.asked >= REQUESTED_M and still.asked >= pace
             is_way = travel >= FROZEN_TRAVEL_M and travel >= pace
-            if (is_way and time >= STILL_MIN_S) or (has_no_way and time >= ASKED_S):
+            if (is_way and time >= STILL_MIN_S) or (has_no_way and time >= REQUESTED_S):
                 self._since_s["position frozen"] = t_s
                 # The next evidence must be new.
                 self._still = _Still(t_s, still.place, travelled)

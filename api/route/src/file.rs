@@ -53,12 +53,8 @@ pub fn read_until(bytes: &[u8], due: &dyn Fn() -> bool) -> Result<Vec<Route>, Un
 fn decoded(bytes: &[u8]) -> Cow<'_, str> {
     let utf16 = |of: fn([u8; 2]) -> u16| {
         let units = bytes[2..].chunks_exact(2).map(|pair| of([pair[0], pair[1]]));
-        let chars = char::decode_utf16(units);
-        Cow::Owned(
-            chars
-                .map(|char| char.unwrap_or(char::REPLACEMENT_CHARACTER))
-                .collect(),
-        )
+        let chars = char::decode_utf16(units).map(|char| char.unwrap_or(char::REPLACEMENT_CHARACTER));
+        Cow::Owned(chars.collect())
     };
     match bytes {
         [0xFF, 0xFE, ..] => utf16(u16::from_le_bytes),

@@ -87,10 +87,8 @@ fn located(text: &str, pointer: &str) -> String {
 fn geojson(mut value: Value, progress: &mut Progress<'_>) -> Result<Vec<Route>, Unread> {
     let crs = value["crs"].to_string();
     if crs.contains("EPSG") && !crs.contains("4326") {
-        return Err(Unread::new(
-            "/crs",
-            "is not WGS 84; export it in longitude and latitude",
-        ));
+        let fault = "is not WGS 84; export it in longitude and latitude";
+        return Err(Unread::new("/crs", fault));
     }
     let features = if value["type"] == "FeatureCollection" {
         let Value::Array(items) = value["features"].take() else {
@@ -153,10 +151,8 @@ fn geojson(mut value: Value, progress: &mut Progress<'_>) -> Result<Vec<Route>, 
                 }
             }
             Some(GeometryValue::MultiPolygon { .. } | GeometryValue::GeometryCollection { .. }) => {
-                return Err(Unread::new(
-                    place,
-                    "is of many areas or kinds; keep one line or one area",
-                ));
+                let fault = "is of many areas or kinds; keep one line or one area";
+                return Err(Unread::new(place, fault));
             }
             None => continue,
         }

@@ -40,10 +40,8 @@ pub fn lanes_over(corners: &[[f64; 2]], mower: &LawnMower) -> Result<Vec<[f64; 2
         .map(|[n, e]| [n * cos + e * sin, e * cos - n * sin])
         .collect();
     let across = || turned.iter().map(|corner| corner[1]);
-    let (least, most) = (
-        across().fold(f64::INFINITY, f64::min),
-        across().fold(f64::NEG_INFINITY, f64::max),
-    );
+    let least = across().fold(f64::INFINITY, f64::min);
+    let most = across().fold(f64::NEG_INFINITY, f64::max);
     let spacing = mower.spacing_m;
     let n_lanes = ((most - least) / spacing).round().max(1.0);
     #[expect(clippy::cast_precision_loss, reason = "200,000")]
@@ -56,13 +54,11 @@ pub fn lanes_over(corners: &[[f64; 2]], mower: &LawnMower) -> Result<Vec<[f64; 2
     let (mut lane, mut back) = (0.0, false);
     while lane < n_lanes {
         let starboard = least + margin + lane * spacing;
-        let crossings = crossings(&turned, starboard);
-        if crossings[0] < crossings[1] {
-            let ends = if back {
-                [crossings[1], crossings[0]]
-            } else {
-                crossings
-            };
+        let mut ends = crossings(&turned, starboard);
+        if ends[0] < ends[1] {
+            if back {
+                ends.reverse();
+            }
             points.extend(ends.map(|ahead| [ahead * cos - starboard * sin, ahead * sin + starboard * cos]));
             back = !back;
         }

@@ -118,9 +118,8 @@ impl Route {
     }
 
     pub(crate) fn named(name: impl Into<String>) -> Self {
-        let name = name.into();
         Self {
-            name,
+            name: name.into(),
             ..Self::default()
         }
     }
@@ -150,10 +149,9 @@ impl RoutePoint {
             );
             return Err(Unread::new(place, fault));
         }
+        let below = height.filter(|height| *height < 0.0 && height.is_finite());
         Ok(Self {
-            depth_m: height
-                .filter(|height| *height < 0.0 && height.is_finite())
-                .map(|height| -height),
+            depth_m: below.map(|height| -height),
             ..Self::at(Place::Earth { lat_deg, lon_deg })
         })
     }
@@ -162,10 +160,8 @@ impl RoutePoint {
         if north_m.is_finite() && east_m.is_finite() {
             return Ok(Self::at(Place::Local([north_m, east_m])));
         }
-        Err(Unread::new(
-            place,
-            format!("north {north_m}, east {east_m} is no position"),
-        ))
+        let fault = format!("north {north_m}, east {east_m} is no position");
+        Err(Unread::new(place, fault))
     }
 
     fn at(place: Place) -> Self {
@@ -183,34 +179,32 @@ impl RoutePoint {
 /// # Errors
 /// No route has the name, or there are several and no name: the message lists the names.
 pub fn select(mut routes: Vec<Route>, name: Option<&str>) -> Result<Route, Unread> {
-    let listed = |routes: &[Route]| {
-        let names = routes.iter().map(|route| format!("{:?}", route.name));
-        let names = names.take(NAMES_TOLD).collect::<Vec<_>>().join(", ");
-        let more = routes.len().saturating_sub(NAMES_TOLD);
-        if more == 0 {
-            names
-        } else {
-            format!("{names} and {more} more")
-        }
+    let found = match name {
+        Some(name) => routes.iter().position(|route| route.name == name),
+        None => (routes.len() == 1).then_some(0),
     };
-    match name {
-        Some(name) => match routes.iter().position(|route| route.name == name) {
-            Some(k) => Ok(routes.swap_remove(k)),
-            None => Err(Unread::new(
-                format!("route {name:?}"),
-                format!("is not in the file, which has {}", listed(&routes)),
-            )),
-        },
-        None if routes.len() == 1 => Ok(routes.remove(0)),
-        None => Err(Unread::new(
-            "file",
-            format!(
-                "has {} routes, choose one by name: {}",
-                routes.len(),
-                listed(&routes)
-            ),
-        )),
+    if let Some(k) = found {
+        return Ok(routes.swap_remove(k));
     }
+    let names = routes.iter().map(|route| format!("{:?}", route.name));
+    let listed = names.take(NAMES_TOLD).collect::<Vec<_>>();
+    let n = routes.len();
+    let more = match n.saturating_sub(NAMES_TOLD) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    let listed = listed.join(", ") + &more;
+    let (place, fault) = match name {
+        Some(name) => (
+            format!("route {name:?}"),
+            format!("is not in the file, which has {listed}"),
+        ),
+        None => (
+            "file".to_owned(),
+            format!("has {n} routes, choose one by name: {listed}"),
+        ),
+    };
+    Err(Unread::new(place, fault))
 }
 
 /// Number of line ends in `text`.

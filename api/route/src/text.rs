@@ -198,10 +198,8 @@ fn points(progress: &mut Progress<'_>, route: &mut Route, place: &str, list: &st
     for pair in list.split(':').map(str::trim).filter(|pair| !pair.is_empty()) {
         let mut parts = pair.split(',').map(str::trim);
         let (Some(x), Some(y)) = (parts.next(), parts.next()) else {
-            return Err(Unread::new(
-                place,
-                format!("{:?} is no x,y of MOOS", shortened(pair)),
-            ));
+            let fault = format!("{:?} is no x,y of MOOS", shortened(pair));
+            return Err(Unread::new(place, fault));
         };
         if x == "label" {
             y.clone_into(&mut route.name);
@@ -267,9 +265,8 @@ fn pattern(progress: &mut Progress<'_>, place: &str, text: &str) -> Result<Route
         let [north, east] = corner(*port, end * along);
         (north - start[0]).hypot(east - start[1])
     };
-    let nearest = entries
-        .into_iter()
-        .min_by(|one, other| away(one).total_cmp(&away(other)));
+    let entries = entries.into_iter();
+    let nearest = entries.min_by(|one, other| away(one).total_cmp(&away(other)));
     let (first, mut end) = nearest.expect("there are four");
     let step = if first == far { spacing } else { -spacing };
     let mut route = Route::named(member(text, "label").unwrap_or_default());
@@ -288,10 +285,8 @@ fn pattern(progress: &mut Progress<'_>, place: &str, text: &str) -> Result<Route
 /// a column of names, unless each name has one point and so belongs to it.
 fn csv(text: &str, progress: &mut Progress<'_>) -> Result<Vec<Route>, Unread> {
     let header = text.lines().next().unwrap_or_default();
-    let delimiter = [b'\t', b';', b',']
-        .into_iter()
-        .find(|byte| header.as_bytes().contains(byte));
-    let delimiter = delimiter.unwrap_or(b',');
+    let is_in_header = |byte: &u8| header.as_bytes().contains(byte);
+    let delimiter = *b"\t;".iter().find(|byte| is_in_header(byte)).unwrap_or(&b',');
     progress.columns(text, delimiter)?;
     let mut reader = ::csv::ReaderBuilder::new()
         .delimiter(delimiter)
@@ -301,12 +296,8 @@ fn csv(text: &str, progress: &mut Progress<'_>) -> Result<Vec<Route>, Unread> {
         let line = error.position().map_or(1, ::csv::Position::line);
         Unread::new(format!("line {line}"), error.to_string())
     };
-    let names: Vec<String> = reader
-        .headers()
-        .map_err(broken)?
-        .iter()
-        .map(str::to_lowercase)
-        .collect();
+    let names = reader.headers().map_err(broken)?.iter();
+    let names: Vec<String> = names.map(str::to_lowercase).collect();
     let column = |known: &[&str]| names.iter().position(|name| known.contains(&name.as_str()));
     let lat = column(&["lat", "latitude", "lat_deg"]);
     let lon = column(&["lon", "lng", "long", "longitude", "lon_deg"]);
@@ -332,11 +323,8 @@ fn csv(text: &str, progress: &mut Progress<'_>) -> Result<Vec<Route>, Unread> {
         let read = |column: usize| {
             let text = record.get(column).unwrap_or_default();
             // If semicolons separate columns, decimals have commas.
-            if delimiter == b';' {
-                number(&place, &text.replace(',', "."))
-            } else {
-                number(&place, text)
-            }
+            let decimal = if delimiter == b';' { "," } else { "." };
+            number(&place, &text.replace(decimal, "."))
         };
         let given = |column: Option<usize>| {
             column.filter(|column| record.get(*column).is_some_and(|text| !text.is_empty()))
@@ -358,11 +346,9 @@ fn csv(text: &str, progress: &mut Progress<'_>) -> Result<Vec<Route>, Unread> {
     }
     progress.route(&mut routes, "file", route)?;
     if named_route.is_none() && 1 < routes.len() && routes.iter().all(|route| route.points.len() == 1) {
-        let points = routes.into_iter().flat_map(|route| route.points).collect();
-        return Ok(vec![Route {
-            points,
-            ..Route::default()
-        }]);
+        let mut joined = Route::named("");
+        joined.points = routes.into_iter().flat_map(|route| route.points).collect();
+        return Ok(vec![joined]);
     }
     Ok(routes)
 }

@@ -33,20 +33,14 @@ const ROUTES: [&str; 4] = ["rte", "trk", "Placemark", "route"];
 pub(crate) fn unpacked(bytes: &[u8], progress: &Progress<'_>) -> Result<Vec<u8>, Unread> {
     let broken = |error: &dyn std::fmt::Display| Unread::new("ZIP archive", error.to_string());
     let mut archive = zip::ZipArchive::new(Cursor::new(bytes)).map_err(|error| broken(&error))?;
-    let names: Vec<String> = archive
-        .file_names()
-        .filter_map(|name| name.ok().map(Cow::into_owned))
-        .collect();
-    let main = names.iter().find(|name| *name == "doc.kml");
-    let kml = || {
-        names
-            .iter()
-            .find(|name| name.to_ascii_lowercase().ends_with(".kml"))
-    };
-    let name = main
-        .or_else(kml)
-        .ok_or_else(|| Unread::new("ZIP archive", "has no .kml file"))?
-        .clone();
+    let names = archive.file_names().filter_map(Result::ok);
+    let is_kml = |name: &Cow<'_, str>| name.to_ascii_lowercase().ends_with(".kml");
+    let mut names: Vec<String> = names.filter(is_kml).map(Cow::into_owned).collect();
+    let main = names.iter().position(|name| name == "doc.kml").unwrap_or(0);
+    if names.is_empty() {
+        return Err(Unread::new("ZIP archive", "has no .kml file"));
+    }
+    let name = names.swap_remove(main);
     let file = archive.by_name(&name).map_err(|error| broken(&error))?;
     let mut unpacked = Vec::new();
     // The archive's statement of its size is unverified.
@@ -57,10 +51,8 @@ pub(crate) fn unpacked(bytes: &[u8], progress: &Progress<'_>) -> Result<Vec<u8>,
         .read_to_end(&mut unpacked)
         .map_err(|error| broken(&error))?;
     if BYTES_MAX < unpacked.len() {
-        return Err(Unread::new(
-            name,
-            format!("is larger than {BYTES_MAX} bytes when unpacked"),
-        ));
+        let fault = format!("is larger than {BYTES_MAX} bytes when unpacked");
+        return Err(Unread::new(name, fault));
     }
     Ok(unpacked)
 }
@@ -109,11 +101,9 @@ pub(crate) fn routes(text: &str, progress: Progress<'_>) -> Result<Vec<Route>, U
             }
             Event::Eof if found.open.is_empty() => return found.routes(),
             Event::Eof => {
-                let open = found.open.last().cloned().unwrap_or_default();
-                return Err(Unread::new(
-                    found.place(),
-                    format!("the file ends inside <{}>; is it whole?", shortened(&open)),
-                ));
+                let open = found.open.last().map_or("", String::as_str);
+                let fault = format!("the file ends inside <{}>; is it whole?", shortened(open));
+                return Err(Unread::new(found.place(), fault));
             }
             Event::Comment(_) | Event::Decl(_) | Event::PI(_) | Event::DocType(_) => {}
         }
@@ -158,10 +148,8 @@ impl Found<'_> {
     fn begin(&mut self, element: &BytesStart<'_>) -> Result<(), Unread> {
         let place = self.place();
         if TAG_BYTES_MAX < element.len() {
-            let fault = format!(
-                "has a tag of {} bytes, at most {TAG_BYTES_MAX} are read",
-                element.len()
-            );
+            let n = element.len();
+            let fault = format!("has a tag of {n} bytes, at most {TAG_BYTES_MAX} are read");
             return Err(Unread::new(place, fault));
         }
         let name = String::from_utf8_lossy(element.local_name().as_ref()).into_owned();

@@ -2,7 +2,9 @@
 
 use axum::extract::FromRef;
 
-use crate::{body::Bodies, health::Readiness, metrics::Metrics, missions::Missions, planners::Planners};
+use crate::{
+    edge::body::Bodies, health::Readiness, metrics::Metrics, missions::Missions, planning::planners::Planners,
+};
 
 #[derive(Clone, FromRef)]
 pub(crate) struct AppState {

@@ -9,7 +9,7 @@ use axum::{
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::problem::{Problem, ProblemDocument};
+use crate::edge::problem::{Problem, ProblemDocument};
 use wire::PlanRequest;
 
 /// An example request.

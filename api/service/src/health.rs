@@ -17,11 +17,13 @@ use utoipa::ToSchema;
 use store::StoreError;
 
 use crate::{
-    deadline::Arrival,
+    edge::{
+        arrival::Arrival,
+        problem::{Problem, ProblemDocument},
+    },
     examples::EXAMPLES,
     missions::Missions,
-    planners::Planners,
-    problem::{Problem, ProblemDocument},
+    planning::planners::Planners,
 };
 use wire::{PlanRequest, SCHEMA_VERSION};
 
@@ -73,20 +75,19 @@ impl Readiness {
 
     async fn check(&self) -> Result<(), Problem> {
         if self.stopping.load(Ordering::Relaxed) {
-            return Err(Problem::NotReady(
-                "the service is about to stop; use another".to_owned(),
-            ));
+            let reason = "the service is about to stop; use another";
+            return Err(Problem::NotReady(reason.to_owned()));
         }
         // The lock is held while planning, so that a burst of probes makes one plan.
         let mut verdict = self.verdict.lock().await;
-        match &*verdict {
-            Some((reached, result)) if self.planners.clock.since(*reached) < VERDICT_LIFE => result.clone(),
-            Some(_) | None => {
-                let result = self.try_everything().await;
-                *verdict = Some((self.planners.clock.now(), result.clone()));
-                result
-            }
+        if let Some((reached, result)) = &*verdict
+            && self.planners.clock.since(*reached) < VERDICT_LIFE
+        {
+            return result.clone();
         }
+        let result = self.try_everything().await;
+        *verdict = Some((self.planners.clock.now(), result.clone()));
+        result
     }
 
     /// Calls `beat` once a `period` or oftener while planners and the log's writer work.

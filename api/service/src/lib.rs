@@ -15,68 +15,48 @@ use axum::{
 };
 use tower_http::catch_panic::CatchPanicLayer;
 
-pub mod access;
-mod admission;
-mod answer;
 mod app_state;
-pub mod batch;
-mod body;
-mod body_size;
 pub mod crafts;
-mod deadline;
+mod edge;
 pub mod examples;
-mod forward;
 pub mod health;
-mod hosts;
-mod in_process;
+pub mod limits;
 mod metrics;
-mod middleware;
 pub mod missions;
-pub mod offline;
 mod openapi;
-mod page;
-pub mod places;
-mod planners;
 mod planning;
-mod pool;
-pub mod problem;
-mod query;
-pub mod quota;
-mod request_id;
-mod role;
-pub mod route_files;
 mod settings;
-mod trace;
 
-use answer::Room;
 use app_state::AppState;
-use body::Bodies;
-pub use body_size::BODY_BYTES_MAX;
-use forward::Forwarding;
-use health::Readiness;
-pub use hosts::Hosts;
 #[doc(hidden)]
-pub use in_process::{Answering, InProcess, MayHaveArrived};
-use metrics::Metrics;
+pub use edge::in_process::{Answering, InProcess, MayHaveArrived};
+pub use edge::{
+    access,
+    hosts::Hosts,
+    problem, quota, slots,
+    trace::{TraceContext, TraceFn},
+};
+use edge::{
+    answer::AnswerMemory,
+    body::Bodies,
+    middleware::{self, Middleware},
+    page,
+};
+use health::Readiness;
+pub use limits::BODY_BYTES_MAX;
 pub use metrics::{Connections, Counted};
-use middleware::Middleware;
-use missions::Missions;
-use planners::Planners;
+use missions::{Missions, forward::Forwarding};
+use planning::planners::Planners;
+pub use planning::{batch, offline, route_files};
 use problem::Problem;
 pub use settings::{PlanFn, Settings};
 use store::{EventStore, StoreError, StoreMetrics};
-pub use trace::{TraceContext, TraceFn};
 
 /// The whole service without missions.
 ///
 /// Call it inside a Tokio runtime: plans run on its blocking threads.
 pub fn app(settings: Settings) -> Router {
-    let metrics = Metrics::new(
-        &settings.connections,
-        &StoreMetrics::default(),
-        settings.log_lines_dropped,
-    );
-    let planners = Planners::new(&settings, metrics);
+    let planners = Planners::new(&settings, &StoreMetrics::default());
     routed(settings, planners, None)
 }
 
@@ -86,8 +66,7 @@ pub async fn service(settings: Settings, store: EventStore) -> Result<(Router, M
     if let Some(tokens) = &settings.tokens {
         tokens.bind(&store).await?;
     }
-    let metrics = Metrics::new(&settings.connections, store.metrics(), settings.log_lines_dropped);
-    let planners = Planners::new(&settings, metrics);
+    let planners = Planners::new(&settings, store.metrics());
     let missions = Missions::resume(store.clone(), planners.clone()).await?;
     let router = routed(settings, planners, Some(missions.clone()));
     Ok((router, missions))
@@ -101,7 +80,7 @@ fn routed(settings: Settings, planners: Planners, missions: Option<Missions>) ->
         tokens: settings.tokens,
         trace: settings.trace,
         metrics: metrics.clone(),
-        room: Room::new(),
+        answers: AnswerMemory::new(),
     };
     let readiness = Readiness::new(planners.clone(), missions.clone(), settings.stopping);
     if let Some((period, beat)) = settings.heartbeat {

@@ -139,30 +139,30 @@ pub(crate) enum Shed {
     Admission,
     /// It waited too long for a thread.
     Pool,
-    /// There was no memory for its body.
-    Room,
+    /// There was no memory for its body or its answer.
+    Memory,
     /// Its mission has too many requests before it.
     Mailbox,
     /// A limit of missions, streams or records is reached.
-    Places,
+    Limit,
 }
 
 impl Shed {
     const ALL: [Self; 5] = [
         Self::Admission,
         Self::Pool,
-        Self::Room,
+        Self::Memory,
         Self::Mailbox,
-        Self::Places,
+        Self::Limit,
     ];
 
     fn name(self) -> &'static str {
         match self {
             Self::Admission => "admission",
             Self::Pool => "pool",
-            Self::Room => "room",
+            Self::Memory => "room",
             Self::Mailbox => "mailbox",
-            Self::Places => "places",
+            Self::Limit => "places",
         }
     }
 }
@@ -231,10 +231,8 @@ impl Metrics {
             ("route", route.to_owned()),
             ("status", format!("{}xx", status.as_u16() / 100)),
         ];
-        self.counts
-            .requests
-            .get_or_create(&labels)
-            .observe(took.as_secs_f64());
+        let times = self.counts.requests.get_or_create(&labels);
+        times.observe(took.as_secs_f64());
     }
 
     pub(crate) fn shed(&self, reason: Shed) {
@@ -263,20 +261,15 @@ impl Metrics {
             ("method", method(plan.method)),
             ("outcome", if plan.degraded.is_some() { "degraded" } else { "ok" }),
         ];
-        let Counts {
-            plans,
-            solve_time: times,
-            solver_iterations,
-            scp_iterations,
-            ..
-        } = &*self.counts;
-        plans.get_or_create(&labels).inc();
-        times
-            .get_or_create(&[("purpose", made_for.name())])
-            .observe(solve_time.as_secs_f64());
-        solver_iterations.observe(f64::from(plan.solver.iterations));
+        let counts = &self.counts;
+        counts.plans.get_or_create(&labels).inc();
+        let times = counts.solve_time.get_or_create(&[("purpose", made_for.name())]);
+        times.observe(solve_time.as_secs_f64());
+        counts
+            .solver_iterations
+            .observe(f64::from(plan.solver.iterations));
         #[expect(clippy::cast_precision_loss, reason = "a few")]
-        scp_iterations.observe(plan.solver.scp_iterations as f64);
+        counts.scp_iterations.observe(plan.solver.scp_iterations as f64);
     }
 
     /// Counts a mission in memory, until the result is dropped.
@@ -301,30 +294,13 @@ impl Metrics {
         self.counts.does_not_follow_begun.inc();
         Counted::new(self.counts.does_not_follow.clone())
     }
-
-    /// All metrics, in Prometheus's text format.
-    fn exposition(&self) -> Result<String, fmt::Error> {
-        let mut text = String::new();
-        encode(&mut text, &self.registry)?;
-        Ok(text)
-    }
 }
 
 /// The name of a standard method, or another label for invented ones.
 fn known(method: &Method) -> &str {
-    let known = [
-        Method::GET,
-        Method::HEAD,
-        Method::POST,
-        Method::PUT,
-        Method::PATCH,
-        Method::DELETE,
-        Method::OPTIONS,
-    ];
-    if known.contains(method) {
-        method.as_str()
-    } else {
-        "other"
+    match method.as_str() {
+        known @ ("GET" | "HEAD" | "POST" | "PUT" | "PATCH" | "DELETE" | "OPTIONS") => known,
+        _ => "other",
     }
 }
 
@@ -389,9 +365,8 @@ fn resident_bytes() -> Option<u64> {
     (status = 200, description = "Metrics in the text format of OpenMetrics.", body = String,
         content_type = "application/openmetrics-text")))]
 pub(crate) async fn get_metrics(State(metrics): State<Metrics>) -> impl IntoResponse {
-    let text = metrics
-        .exposition()
-        .expect("a string takes all that is written to it");
+    let mut text = String::new();
+    encode(&mut text, &metrics.registry).expect("a string takes all that is written to it");
     let content_type = "application/openmetrics-text; version=1.0.0; charset=utf-8";
     ([(header::CONTENT_TYPE, content_type)], text)
 }

@@ -8,9 +8,11 @@
 //! ```
 
 mod actor;
+mod body;
 pub(crate) mod check;
 mod clock;
 pub mod event;
+pub(crate) mod forward;
 mod if_match;
 mod list;
 pub(crate) mod parameters;

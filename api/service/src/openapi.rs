@@ -8,9 +8,12 @@ use utoipa::OpenApi;
 use utoipa_axum::{router::OpenApiRouter, routes};
 
 use crate::{
-    access::{self, is_public},
     app_state::AppState,
-    batch, crafts, examples, health, metrics, missions, planning, route_files,
+    crafts,
+    edge::access::{self, is_public},
+    examples, health, metrics,
+    missions::routes as calls,
+    planning::{batch, plan, route_files},
 };
 
 mod bodies;
@@ -88,35 +91,32 @@ pub(crate) fn documented() -> OpenApiRouter<AppState> {
     struct Document;
 
     OpenApiRouter::with_openapi(Document::openapi())
-        .routes(routes!(planning::plan))
-        .routes(routes!(planning::compare))
+        .routes(routes!(plan::plan))
+        .routes(routes!(plan::compare))
         .routes(routes!(batch::plan_batch))
         .routes(routes!(batch::validate_plan))
         .routes(routes!(batch::get_limits))
         .routes(routes!(examples::list_examples))
         .routes(routes!(examples::get_example))
         .routes(routes!(crafts::list_crafts))
+        .routes(routes!(calls::create_mission, calls::list_missions))
         .routes(routes!(
-            missions::routes::create_mission,
-            missions::routes::list_missions
+            calls::get_mission,
+            calls::patch_mission,
+            calls::delete_mission
         ))
-        .routes(routes!(
-            missions::routes::get_mission,
-            missions::routes::patch_mission,
-            missions::routes::delete_mission
-        ))
-        .routes(routes!(missions::routes::run_mission))
-        .routes(routes!(missions::routes::pause_mission))
-        .routes(routes!(missions::routes::finish_mission))
-        .routes(routes!(missions::routes::step_mission))
-        .routes(routes!(missions::routes::post_reports))
-        .routes(routes!(missions::routes::get_reference))
-        .routes(routes!(missions::routes::stream_events))
-        .routes(routes!(missions::routes::get_record))
-        .routes(routes!(missions::routes::get_scene))
+        .routes(routes!(calls::run_mission))
+        .routes(routes!(calls::pause_mission))
+        .routes(routes!(calls::finish_mission))
+        .routes(routes!(calls::step_mission))
+        .routes(routes!(calls::post_reports))
+        .routes(routes!(calls::get_reference))
+        .routes(routes!(calls::stream_events))
+        .routes(routes!(calls::get_record))
+        .routes(routes!(calls::get_scene))
         .routes(routes!(route_files::read_route))
         .routes(routes!(access::get_access))
-        .routes(routes!(missions::routes::list_orders))
+        .routes(routes!(calls::list_orders))
         .routes(routes!(health::livez))
         .routes(routes!(health::readyz))
         .routes(routes!(health::version))

@@ -15,7 +15,10 @@ use planner::{
 };
 use tokio_rustls::rustls::ClientConfig;
 
-use crate::{access::Tokens, hosts::Hosts, in_process::InProcess, metrics::Connections, trace::TraceFn};
+use crate::{
+    edge::{access::Tokens, hosts::Hosts, in_process::InProcess, trace::TraceFn},
+    metrics::Connections,
+};
 
 /// A function that plans: [`planner::plan::plan_until`], or in tests one that fails on purpose.
 pub type PlanFn = fn(&Snapshot, &Parameters, &mut Workspace, &Stop) -> Plan;

@@ -17,14 +17,6 @@ pub(crate) struct Backup {
     to: PathBuf,
 }
 
-/// The copy is not complete.
-#[derive(Debug, thiserror::Error)]
-#[error("{}\nwhat is whole was copied to {}", damage.join("\n"), to.display())]
-pub(crate) struct NotWhole {
-    damage: Vec<String>,
-    to: PathBuf,
-}
-
 /// Copies everything acknowledged until now, and the `tokens`, and checks the copy.
 pub(crate) fn back_up(arguments: &Backup, data: &Path, tokens: &Path) -> Result<(), Box<dyn Error>> {
     let Backup { to } = arguments;
@@ -36,8 +28,12 @@ pub(crate) fn back_up(arguments: &Backup, data: &Path, tokens: &Path) -> Result<
     // Without its tokens, a service that had some does not start.
     let has_tokens = TokenFile::back_up(tokens, &to.join(TOKENS))?;
     if !damage.is_empty() {
-        let to = to.clone();
-        return Err(NotWhole { damage, to }.into());
+        return Err(format!(
+            "{}\nwhat is whole was copied to {}",
+            damage.join("\n"),
+            to.display()
+        )
+        .into());
     }
     print(&format!(
         "copied {}{} to {} and checked the copy; to serve it: pilotfish serve --data {}\n",

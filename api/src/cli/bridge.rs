@@ -25,7 +25,8 @@ use tokio::{runtime, sync::oneshot};
 
 use super::{
     config::Config,
-    declared_routes::{DeclaredRoutes, NoRoute},
+    declared_routes::DeclaredRoutes,
+    failure::{Failure, because_of},
     out_file::print,
     serve::{HangUp, serve_and},
 };
@@ -172,33 +173,6 @@ enum Goal {
     Visit,
 }
 
-/// The reason that the bridge does not start.
-#[derive(Debug, thiserror::Error)]
-enum NoBridge {
-    #[error(
-        "no AUV: name one with --auv N=NAME or in a modem's settings, or give --setup FILE or --mission ID"
-    )]
-    NoAuv,
-    #[error("several AUVs need a --goal: visit, intermittent, midpoint, or track (the first AUV)")]
-    NoGoal,
-    #[error("{} cannot be read", .0.display())]
-    Unreadable(PathBuf, #[source] io::Error),
-    #[error("{} is not JSON", .0.display())]
-    NoJson(PathBuf, #[source] serde_json::Error),
-    #[error("{} cannot be read as the settings of a modem", .0.display())]
-    NoModem(PathBuf, #[source] serde_json::Error),
-    #[error("the file of --certificate contains no certificate")]
-    NoCertificate(#[source] Box<dyn Error + Send + Sync>),
-    #[error(transparent)]
-    Route(#[from] NoRoute),
-    #[error("no craft was heard on --connect within {0} s")]
-    Unheard(f64),
-    #[error("the bridge's own service did not start")]
-    NoService,
-    #[error("{0} of {1} checks failed: correct them before departure")]
-    NotReady(usize, usize),
-}
-
 /// Follows the mission until it is over.
 pub(crate) fn bridge(bridge: Bridge, config: &Config) -> Result<(), Box<dyn Error>> {
     run(follow(bridge, config, &Clock::machine()))
@@ -249,7 +223,7 @@ async fn follow(bridge: Bridge, config: &Config, clock: &Clock) -> Result<(), Bo
     let patience = limit.map_or(PATIENCE, |limit| limit.min(PATIENCE));
     let is_heard = follower.wait_for_craft(patience).await;
     if let (false, Some(end_after)) = (is_heard, following.end_after) {
-        return Err(NoBridge::Unheard(end_after).into());
+        return Err(format!("no craft was heard on --connect within {end_after} s").into());
     }
     follower.follow(missions, mission).await;
     for contradiction in follower.contradictions() {
@@ -286,7 +260,8 @@ async fn look(arguments: &Preflight, config: &Config, clock: &Clock) -> Result<(
         .filter(|check| check.verdict == Verdict::Fails)
         .count();
     if failed > 0 {
-        return Err(NoBridge::NotReady(failed, checks.len()).into());
+        let n_checks = checks.len();
+        return Err(format!("{failed} of {n_checks} checks failed: correct them before departure").into());
     }
     Ok(())
 }
@@ -310,8 +285,9 @@ impl Sensors {
     fn open(&self) -> Result<(Settings, Vec<String>), Box<dyn Error>> {
         let (mut modems, mut names) = (vec![], vec![]);
         for (endpoint, file) in &self.modem {
-            let settings: acoustics::Settings = serde_json::from_value(json_of(file)?)
-                .map_err(|error| NoBridge::NoModem(file.clone(), error))?;
+            let settings = serde_json::from_value::<acoustics::Settings>(json_of(file)?);
+            let wrong = format!("{} cannot be read as the settings of a modem", file.display());
+            let settings = settings.map_err(because_of(wrong))?;
             names.extend(settings.names.values().cloned());
             modems.push((endpoint.clone(), Modem::new(&settings)?));
         }
@@ -326,7 +302,7 @@ impl Sensors {
 }
 
 impl MissionFlags {
-    fn mission(&self, mut auvs: Vec<String>) -> Result<MissionChoice, NoBridge> {
+    fn mission(&self, mut auvs: Vec<String>) -> Result<MissionChoice, Box<dyn Error>> {
         let mut seen = BTreeSet::new();
         auvs.retain(|auv| seen.insert(auv.clone()));
         if let Some(id) = &self.mission {
@@ -343,8 +319,10 @@ impl MissionFlags {
     }
 
     /// The body of a mission with these AUVs.
-    fn body(&self, auvs: &[String]) -> Result<Value, NoBridge> {
-        let first = auvs.first().ok_or(NoBridge::NoAuv)?;
+    fn body(&self, auvs: &[String]) -> Result<Value, Box<dyn Error>> {
+        let first = auvs.first().ok_or(
+            "no AUV: name one with --auv N=NAME or in a modem's settings, or give --setup FILE or --mission ID",
+        )?;
         let goal = match (self.goal, auvs.len()) {
             (Some(Goal::Track), _) | (None, 1) => json!({ "kind": "track", "auv": first }),
             (Some(Goal::Intermittent), _) => {
@@ -352,7 +330,10 @@ impl MissionFlags {
             }
             (Some(Goal::Midpoint), _) => json!({ "kind": "midpoint", "auvs": auvs }),
             (Some(Goal::Visit), _) => json!({ "kind": "visit", "auvs": auvs }),
-            (None, _) => return Err(NoBridge::NoGoal),
+            (None, _) => {
+                let goals = "visit, intermittent, midpoint, or track (the first AUV)";
+                return Err(format!("several AUVs need a --goal: {goals}").into());
+            }
         };
         let auvs: Vec<Value> = auvs.iter().map(|id| json!({ "id": id })).collect();
         let mut live = json!({ "auvs": auvs, "goal": goal, "period_s": self.period });
@@ -363,11 +344,7 @@ impl MissionFlags {
     }
 
     /// The services at --url, or the bridge's own.
-    async fn service(&self, config: &Config, clock: &Clock) -> Result<MissionClient, NoBridge> {
-        let unreadable = |file: &PathBuf| {
-            let file = file.clone();
-            |error| NoBridge::Unreadable(file, error)
-        };
+    async fn service(&self, config: &Config, clock: &Clock) -> Result<MissionClient, Box<dyn Error>> {
         let token = self.token_file.as_ref();
         let token = token.map(|file| TokenFile::read(file.clone()).map_err(unreadable(file)));
         let certificate = self.certificate.as_ref();
@@ -378,14 +355,15 @@ impl MissionFlags {
         } else {
             self.url.clone()
         };
-        let transport = Transport::http(clock, certificate.as_deref())
-            .map_err(|error| NoBridge::NoCertificate(error.into()))?;
+        let transport = Transport::http(clock, certificate.as_deref());
+        let none = "the file of --certificate contains no certificate";
+        let transport = transport.map_err(because_of(none))?;
         Ok(MissionClient::new(&urls, token, transport))
     }
 }
 
 /// Starts a service on a free port of this machine and returns its URL. The program ends with it.
-async fn own_service(config: &Config, clock: &Clock) -> Result<String, NoBridge> {
+async fn own_service(config: &Config, clock: &Clock) -> Result<String, &'static str> {
     let config = config.on_any_loopback_port();
     let (sender, url) = oneshot::channel();
     clock.spawn_blocking(move || {
@@ -397,22 +375,26 @@ async fn own_service(config: &Config, clock: &Clock) -> Result<String, NoBridge>
         match served {
             Ok(()) => process::exit(0),
             Err(error) => {
-                tracing::error!(error = &error as &dyn Error, "the bridge's own service stopped");
+                tracing::error!(error = &*error, "the bridge's own service stopped");
                 process::exit(1);
             }
         }
     });
     let Ok(Ok(url)) = clock.timeout(START, url).await else {
-        return Err(NoBridge::NoService);
+        return Err("the bridge's own service did not start");
     };
     tracing::info!(url, "the bridge's own service keeps the mission");
     Ok(url)
 }
 
-fn json_of(file: &Path) -> Result<Value, NoBridge> {
-    let text = fs::read_to_string(file).map_err(|error| NoBridge::Unreadable(file.to_owned(), error))?;
-    serde_json::from_str(text.trim_start_matches('\u{feff}'))
-        .map_err(|error| NoBridge::NoJson(file.to_owned(), error))
+fn json_of(file: &Path) -> Result<Value, Failure> {
+    let text = fs::read_to_string(file).map_err(unreadable(file))?;
+    let json = serde_json::from_str(text.trim_start_matches('\u{feff}'));
+    json.map_err(because_of(format!("{} is not JSON", file.display())))
+}
+
+fn unreadable(file: &Path) -> impl FnOnce(io::Error) -> Failure {
+    because_of(format!("{} cannot be read", file.display()))
 }
 
 fn named_system(text: &str) -> Result<(u8, String), &'static str> {

@@ -4,7 +4,7 @@ use std::{
     error::Error,
     io::{self, IsTerminal as _},
     num::NonZeroUsize,
-    path::PathBuf,
+    path::{Path, PathBuf},
     time::{Duration, Instant},
 };
 
@@ -16,7 +16,7 @@ use lab::{
     report::ReportedRun,
 };
 
-use crate::cli::out_file::{OutFile, print, print_rows, visible};
+use crate::cli::out_file::{OutFile, print, print_json, print_rows, visible};
 
 #[cfg(feature = "nats")]
 mod cluster;
@@ -36,7 +36,7 @@ pub(crate) enum CampaignCommand {
     /// Merge the shards of a campaign.
     Merge(Merge),
     /// Print the SHA-256 of all rows except measured times. Equal results have equal digests.
-    Digest(Of),
+    Digest(Flown),
     /// Print the JSON Schema of campaign files.
     Schema,
     /// Send a campaign to workers over NATS JetStream, and print its id.
@@ -71,7 +71,7 @@ pub(crate) struct Fly {
 }
 
 #[derive(Debug, Args)]
-pub(crate) struct Of {
+pub(crate) struct Flown {
     /// Directory of a campaign that was flown.
     dir: PathBuf,
 }
@@ -102,21 +102,16 @@ pub(crate) fn campaign(command: &CampaignCommand) -> Result<(), Box<dyn Error>> 
         CampaignCommand::Run(arguments) => fly(arguments),
         CampaignCommand::Replay(arguments) => fly_again(arguments),
         CampaignCommand::Merge(Merge { parts, out }) => {
-            let parts = parts
-                .iter()
-                .map(|part| Directory::open(part))
-                .collect::<Result<Vec<_>, _>>()?;
+            let parts = parts.iter().map(|part| Directory::open(part));
+            let parts = parts.collect::<Result<Vec<_>, _>>()?;
             let (whole, rows) = Directory::merge(out, &parts)?;
             print_rows(whole.path(), rows.len(), &rows.digest())
         }
-        CampaignCommand::Digest(Of { dir }) => {
+        CampaignCommand::Digest(Flown { dir }) => {
             let rows = Directory::open(dir)?.rows()?;
             Ok(print(&format!("{}\n", rows.digest()))?)
         }
-        CampaignCommand::Schema => {
-            let json = serde_json::to_string_pretty(&CampaignFile::schema()).expect("a schema is JSON");
-            Ok(print(&(json + "\n"))?)
-        }
+        CampaignCommand::Schema => Ok(print_json(&CampaignFile::schema())?),
         #[cfg(feature = "nats")]
         CampaignCommand::Submit(arguments) => cluster::send(arguments),
         #[cfg(feature = "nats")]
@@ -131,19 +126,16 @@ fn fly(arguments: &Fly) -> Result<(), Box<dyn Error>> {
     if arguments.dry_run {
         return Ok(print(&outline(&campaign))?);
     }
-    let out = arguments
-        .out
-        .clone()
-        .unwrap_or_else(|| PathBuf::from(&campaign.file.name));
-    let directory = Directory::create(&out, Manifest::of(&campaign, arguments.shard))?;
-    let mut watch = Watch::new();
+    let out = arguments.out.as_deref().unwrap_or(Path::new(&campaign.file.name));
+    let directory = Directory::create(out, Manifest::of(&campaign, arguments.shard))?;
+    let mut display = ProgressDisplay::new();
     let rows = run(
         &campaign,
         &directory,
         arguments.jobs.unwrap_or_else(jobs),
-        &mut |progress| watch.show(progress),
+        &mut |progress| display.show(progress),
     )?;
-    watch.end();
+    display.end();
     print_rows(directory.path(), rows.len(), &rows.digest())?;
     Ok(print(&summary(&campaign, &rows))?)
 }
@@ -189,10 +181,8 @@ fn fly_again(arguments: &Replay) -> Result<(), Box<dyn Error>> {
     let file = format!("{}/campaign.json", arguments.dir.display());
     let campaign = directory.manifest.campaign(&file)?;
     let number = arguments.run;
-    let page = arguments
-        .report
-        .clone()
-        .unwrap_or_else(|| arguments.dir.join(format!("replay-{number}.html")));
+    let page = arguments.report.clone();
+    let page = page.unwrap_or_else(|| arguments.dir.join(format!("replay-{number}.html")));
     let file = OutFile::new(&page)?;
     let flown = replay(&campaign, &directory.rows()?, number)?;
     let reported = ReportedRun {
@@ -207,13 +197,11 @@ fn fly_again(arguments: &Replay) -> Result<(), Box<dyn Error>> {
         "NOT the same row"
     };
     let ran_by = &directory.manifest.program;
-    let note = if flown.same || ran_by == env!("CARGO_PKG_VERSION") {
+    let this = env!("CARGO_PKG_VERSION");
+    let note = if flown.same || ran_by == this {
         String::new()
     } else {
-        format!(
-            " (flown by version {ran_by}; this is {})",
-            env!("CARGO_PKG_VERSION")
-        )
+        format!(" (flown by version {ran_by}; this is {this})")
     };
     print(&format!(
         "run {number}: {} in {}, replicate {}: {outcome}{note}\n{}\n",
@@ -230,7 +218,7 @@ fn fly_again(arguments: &Replay) -> Result<(), Box<dyn Error>> {
 }
 
 /// Shows the progress of a campaign: a bar, or a line now and then where there is no terminal.
-struct Watch {
+struct ProgressDisplay {
     bar: ProgressBar,
     clock: Clock,
     began: Instant,
@@ -240,7 +228,7 @@ struct Watch {
     in_lines: bool,
 }
 
-impl Watch {
+impl ProgressDisplay {
     fn new() -> Self {
         let clock = Clock::machine();
         let style = ProgressStyle::with_template("{wide_bar} {msg}").expect("the template is a constant");

@@ -2,13 +2,14 @@
 
 use std::{
     collections::BTreeMap,
-    env, fs, io,
+    env,
+    error::Error,
+    fs,
     path::{Path, PathBuf},
     time::Duration,
 };
 
 use rustix::fs::statvfs;
-use serde::Deserialize;
 use service::{access::TOKEN_PREFIX, missions::retention::Retention};
 use store::FILE_NAME;
 use toml::{Table, Value};
@@ -17,9 +18,13 @@ mod flags;
 mod setting;
 
 pub(crate) use flags::{CommonFlags, ServeFlags, hidden_places};
+pub(crate) use setting::Config;
 use setting::{COMMON, PREFIX, SERVE, Setting, all};
 
-use super::out_file::{NotPrinted, print};
+use super::{
+    failure::{Failure, because_of},
+    out_file::print,
+};
 
 /// Variable of the configuration file's path.
 const FILE_VARIABLE: &str = "PILOTFISH_CONFIG";
@@ -29,31 +34,6 @@ pub(crate) const TOKENS: &str = "tokens.json";
 
 /// Bytes in a GiB.
 const GIB: f64 = 1024.0 * 1024.0 * 1024.0;
-
-/// Every setting, after all layers.
-#[derive(Clone, Debug, Deserialize)]
-pub(crate) struct Config {
-    pub(crate) data: PathBuf,
-    pub(crate) store: Option<String>,
-    pub(crate) tokens: Option<PathBuf>,
-    pub(crate) log: String,
-    pub(crate) log_format: String,
-    pub(crate) host: String,
-    pub(crate) port: u16,
-    pub(crate) allow_host: Vec<String>,
-    pub(crate) tls_certificate: Option<PathBuf>,
-    pub(crate) tls_key: Option<PathBuf>,
-    pub(crate) insecure: bool,
-    pub(crate) deadline_ms: f64,
-    pub(crate) keep_days: f64,
-    pub(crate) abandoned_hours: f64,
-    client_gib: f64,
-    pub(crate) advertise: Option<String>,
-    pub(crate) advertise_ca: Option<PathBuf>,
-    pub(crate) peers: Vec<String>,
-    pub(crate) lease_s: f64,
-    pub(crate) shutdown_delay_s: f64,
-}
 
 impl Config {
     /// The same for a service in this program: a free loopback port, no TLS, its own missions.
@@ -88,13 +68,10 @@ impl Config {
             return u64::MAX;
         }
         // The directory may not exist yet.
-        let mut places = self
-            .data
-            .ancestors()
-            .filter(|place| !place.as_os_str().is_empty());
-        let disk = places
-            .find_map(|place| statvfs(place).ok())
-            .or_else(|| statvfs(".").ok());
+        let places = self.data.ancestors();
+        let mut places = places.filter(|place| !place.as_os_str().is_empty());
+        let disk = places.find_map(|place| statvfs(place).ok());
+        let disk = disk.or_else(|| statvfs(".").ok());
         let log = fs::metadata(self.data.join(FILE_NAME)).map_or(0, |log| log.len());
         let room = disk.map(|disk| disk.f_bavail.saturating_mul(disk.f_frsize).saturating_add(log));
         room.map_or(u64::MAX, |room| room / 2)
@@ -108,30 +85,6 @@ impl Config {
             abandoned: after(self.abandoned_hours),
         }
     }
-}
-
-/// The configuration is wrong.
-#[derive(Debug, thiserror::Error)]
-pub(crate) enum ConfigError {
-    #[error("cannot read the configuration file {}", .0.display())]
-    File(PathBuf, #[source] io::Error),
-    #[error("the configuration file {} is not TOML", .0.display())]
-    Syntax(PathBuf, #[source] Box<toml::de::Error>),
-    #[error("{file}: unknown setting {key:?}; the settings are {}", names())]
-    UnknownKey { file: String, key: String },
-    #[error("{variable} is not UTF-8")]
-    NotText { variable: String },
-    #[error("{source_name}: {value} {wanted}")]
-    Value {
-        /// The flag, the variable, or the file and its key.
-        source_name: String,
-        value: String,
-        wanted: String,
-    },
-}
-
-fn names() -> String {
-    all().map(|setting| setting.name).collect::<Vec<_>>().join(", ")
 }
 
 /// The value of each setting after all layers, and its source.
@@ -148,7 +101,7 @@ impl Layers {
         path: Option<&Path>,
         common: &CommonFlags,
         serve: &[&ServeFlags],
-    ) -> Result<Self, ConfigError> {
+    ) -> Result<Self, Box<dyn Error>> {
         let mut layers = Self::default();
         for setting in all() {
             if let Some(default) = setting.default {
@@ -156,11 +109,9 @@ impl Layers {
                 layers.set(setting, value, "default".to_owned());
             }
         }
-        let path = path
-            .map(Path::to_owned)
-            .or_else(|| env::var_os(FILE_VARIABLE).map(PathBuf::from));
-        if let Some(path) = path {
-            layers.add_file(&path)?;
+        let stated = env::var_os(FILE_VARIABLE).map(PathBuf::from);
+        if let Some(path) = path.or(stated.as_deref()) {
+            layers.add_file(path)?;
         }
         layers.add_environment(!serve.is_empty())?;
         let flags = [&common.0].into_iter().chain(serve.iter().map(|flags| &flags.0));
@@ -177,9 +128,8 @@ impl Layers {
 
     /// `true` if the value of this setting is from its flag.
     pub(crate) fn has_flag(&self, name: &str) -> bool {
-        self.sources
-            .get(name)
-            .is_some_and(|source| source.starts_with("--"))
+        let source = self.sources.get(name);
+        source.is_some_and(|source| source.starts_with("--"))
     }
 
     fn set(&mut self, setting: &Setting, value: Value, source: String) {
@@ -187,28 +137,27 @@ impl Layers {
         self.sources.insert(setting.name.to_owned(), source);
     }
 
-    fn add_file(&mut self, path: &Path) -> Result<(), ConfigError> {
-        let text = fs::read_to_string(path).map_err(|error| ConfigError::File(path.to_owned(), error))?;
-        let table: Table = text
-            .parse()
-            .map_err(|error| ConfigError::Syntax(path.to_owned(), Box::new(error)))?;
-        let file = path.display().to_string();
+    fn add_file(&mut self, path: &Path) -> Result<(), Box<dyn Error>> {
+        let file = path.display();
+        let text = fs::read_to_string(path);
+        let text = text.map_err(because_of(format!("cannot read the configuration file {file}")))?;
+        let table = text.parse::<Table>();
+        let table = table.map_err(because_of(format!("the configuration file {file} is not TOML")))?;
         for (key, value) in table {
             let Some(setting) = all().find(|setting| setting.name == key) else {
-                return Err(ConfigError::UnknownKey { file, key });
+                let names: Vec<_> = all().map(|setting| setting.name).collect();
+                let names = names.join(", ");
+                return Err(format!("{file}: unknown setting {key:?}; the settings are {names}").into());
             };
-            setting.kind.check(&value).map_err(|wanted| ConfigError::Value {
-                source_name: format!("{file}: {key}"),
-                value: shown(&value),
-                wanted,
-            })?;
-            self.set(setting, value, file.clone());
+            let wrong = |wanted: String| format!("{file}: {key}: {} {wanted}", shown(&value));
+            setting.kind.check(&value).map_err(wrong)?;
+            self.set(setting, value, file.to_string());
         }
         Ok(())
     }
 
     /// Warns in the service of unknown variables with the prefix; orchestrators may set some.
-    fn add_environment(&mut self, of_service: bool) -> Result<(), ConfigError> {
+    fn add_environment(&mut self, of_service: bool) -> Result<(), Box<dyn Error>> {
         for (variable, text) in env::vars_os() {
             let Some(variable) = variable.to_str().filter(|variable| variable.starts_with(PREFIX)) else {
                 continue;
@@ -223,14 +172,9 @@ impl Layers {
                 }
                 continue;
             };
-            let text = text.to_str().ok_or_else(|| ConfigError::NotText {
-                variable: variable.to_owned(),
-            })?;
-            let value = setting.kind.read(text).map_err(|wanted| ConfigError::Value {
-                source_name: variable.to_owned(),
-                value: shown(&Value::from(text)),
-                wanted,
-            })?;
+            let text = text.to_str().ok_or_else(|| format!("{variable} is not UTF-8"))?;
+            let wrong = |wanted: String| format!("{variable}: {} {wanted}", shown(&Value::from(text)));
+            let value = setting.kind.read(text).map_err(wrong)?;
             self.set(setting, value, variable.to_owned());
         }
         Ok(())
@@ -238,7 +182,7 @@ impl Layers {
 }
 
 /// `pilotfish config`: prints the configuration as a file, and the source of each value.
-pub(crate) fn show(layers: &Layers) -> Result<(), NotPrinted> {
+pub(crate) fn show(layers: &Layers) -> Result<(), Failure> {
     let lines = all().map(|Setting { name, .. }| match layers.values.get(*name) {
         Some(value) => (format!("{name} = {}", shown(value)), &*layers.sources[*name]),
         None => (format!("# {name} ="), "default"),
@@ -275,7 +219,7 @@ fn shown(value: &Value) -> String {
 mod tests {
     use super::*;
 
-    fn layers(text: &str, flags: &[(&str, &str)]) -> Result<Layers, ConfigError> {
+    fn layers(text: &str, flags: &[(&str, &str)]) -> Result<Layers, Box<dyn Error>> {
         let directory = tempfile::tempdir().expect("there is room");
         let path = directory.path().join("pilotfish.toml");
         fs::write(&path, text).expect("is written");
@@ -283,11 +227,8 @@ mod tests {
             let setting = all().find(|setting| setting.name == name).expect("is one");
             (setting, setting.kind.read(text).expect("is valid"))
         });
-        Layers::read(
-            Some(&path),
-            &CommonFlags::default(),
-            &[&flags::Flags(given.collect())],
-        )
+        let flags = flags::Flags(given.collect());
+        Layers::read(Some(&path), &CommonFlags::default(), &[&flags])
     }
 
     #[test]

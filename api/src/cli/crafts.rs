@@ -13,14 +13,6 @@ pub(crate) struct Crafts {
     craft: Option<String>,
 }
 
-/// There is no craft of that name.
-#[derive(Debug, thiserror::Error)]
-#[error(
-    "unknown craft {0:?}; the built-in craft are {list}",
-    list = PRESETS.iter().map(|preset| preset.name).collect::<Vec<_>>().join(", ")
-)]
-struct NoCraft(String);
-
 /// Prints the list, or one craft's file.
 pub(crate) fn crafts(arguments: &Crafts) -> Result<(), Box<dyn Error>> {
     let Some(name) = &arguments.craft else {
@@ -32,6 +24,12 @@ pub(crate) fn crafts(arguments: &Crafts) -> Result<(), Box<dyn Error>> {
         };
         return Ok(print(&PRESETS.iter().map(line).collect::<String>())?);
     };
-    let preset = Preset::named(name).ok_or_else(|| NoCraft(name.clone()))?;
+    let preset = Preset::named(name).ok_or_else(|| {
+        let names: Vec<_> = PRESETS.iter().map(|preset| preset.name).collect();
+        format!(
+            "unknown craft {name:?}; the built-in craft are {}",
+            names.join(", ")
+        )
+    })?;
     Ok(print_json(&CraftDescription::from(&preset.craft))?)
 }

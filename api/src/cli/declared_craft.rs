@@ -1,11 +1,13 @@
 //! `--craft`: the surface craft as it is declared to the planner.
 
-use std::{fs, io};
+use std::fs;
 
 use clap::Args;
 use planner::craft::{CraftDescription, Preset};
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
+
+use super::failure::{Failure, because_of};
 
 /// The surface craft as it is declared to the planner.
 #[derive(Debug, Args)]
@@ -17,46 +19,27 @@ pub(crate) struct DeclaredCraft {
     craft: Option<String>,
 }
 
-/// The declared craft cannot be read.
-#[derive(Debug, thiserror::Error)]
-pub(crate) enum NoDeclaredCraft {
-    #[error("--craft {given}: neither a built-in craft (`pilotfish crafts` lists them) nor a readable file")]
-    Read { given: String, source: io::Error },
-    #[error("--craft {given}: not a craft file (see docs/craft.md)")]
-    NotACraft {
-        given: String,
-        source: serde_json::Error,
-    },
-}
-
 impl DeclaredCraft {
     /// The given `craft` object, whose members are checked, not their ranges.
-    pub(crate) fn json(&self) -> Result<Option<Value>, NoDeclaredCraft> {
+    pub(crate) fn json(&self) -> Result<Option<Value>, Failure> {
         self.read::<CraftDescription>()
             .map(|read| read.map(|(json, _)| json))
     }
 
     /// The given craft: its JSON and its value.
-    pub(crate) fn read<T: DeserializeOwned>(&self) -> Result<Option<(Value, T)>, NoDeclaredCraft> {
-        let Some(given) = self.craft.clone() else {
-            return Ok(None);
-        };
-        let json = if Preset::named(&given).is_some() {
+    pub(crate) fn read<T: DeserializeOwned>(&self) -> Result<Option<(Value, T)>, Failure> {
+        let Some(given) = &self.craft else { return Ok(None) };
+        let wrong = format!("--craft {given}: not a craft file (see docs/craft.md)");
+        let json = if Preset::named(given).is_some() {
             json!({ "preset": given })
         } else {
-            match fs::read(&given) {
-                Ok(text) => {
-                    match serde_json::from_slice(text.strip_prefix("\u{feff}".as_bytes()).unwrap_or(&text)) {
-                        Ok(json) => json,
-                        Err(source) => return Err(NoDeclaredCraft::NotACraft { given, source }),
-                    }
-                }
-                Err(source) => return Err(NoDeclaredCraft::Read { given, source }),
-            }
+            let text = fs::read(given).map_err(because_of(format!(
+                "--craft {given}: neither a built-in craft (`pilotfish crafts` lists them) nor a readable file"
+            )))?;
+            let json = text.strip_prefix("\u{feff}".as_bytes()).unwrap_or(&text);
+            serde_json::from_slice(json).map_err(because_of(&*wrong))?
         };
-        match serde_json::from_value(json.clone()) {
-            Ok(craft) => Ok(Some((json, craft))),
-            Err(source) => Err(NoDeclaredCraft::NotACraft { given, source }),
-        }
+        let craft = serde_json::from_value(json.clone()).map_err(because_of(wrong))?;
+        Ok(Some((json, craft)))
     }
 }

@@ -1,20 +1,23 @@
 //! `--route`: the routes that AUVs follow, from the files of planning tools.
 
 use std::{
-    fs, io,
+    error::Error,
+    fs,
     path::{Path, PathBuf},
 };
 
 use clap::Args;
 use geodesy::Datum;
 use planner::{
-    path::{InvalidPath, Segment},
+    path::Segment,
     snapshot::{DeclaredPath, Origin},
 };
-use route::{Place, Route, Unread};
+use route::{Place, Route};
 use serde_json::{Value, json};
 use service::route_files::{PathOfFile, legs};
-use sim::scenario::{Kind, OriginFile, PathFile, Point, Quantity, Scenario, ScenarioError, SegmentFile};
+use sim::scenario::{Kind, OriginFile, PathFile, Point, Quantity, Scenario, SegmentFile};
+
+use super::failure::{Failure, because_of};
 
 /// Routes that the AUVs follow.
 #[derive(Debug, Args)]
@@ -35,28 +38,8 @@ struct RouteFile {
     name: Option<String>,
 }
 
-/// There is no such route.
-#[derive(Debug, thiserror::Error)]
-pub(crate) enum NoRoute {
-    #[error("cannot read {}", .0.display())]
-    Read(PathBuf, #[source] io::Error),
-    #[error("{}", .0.display())]
-    Unread(PathBuf, #[source] Unread),
-    #[error("{} states no speed: add --route-speed", .0.display())]
-    NoSpeed(PathBuf),
-    #[error("--route {0}: no AUV has this id")]
-    NoAuv(String),
-    #[error("no vehicle can sail the route")]
-    Path(#[from] InvalidPath),
-    #[error("a route has either latitudes and longitudes or metres, not both")]
-    Mixed,
-    #[error(transparent)]
-    NotOnEarth(#[from] geodesy::NotOnEarth),
-    #[error("scenarios take {0} from {1} to {2}, and the route has {3}")]
-    OutOfRange(&'static str, f64, f64, f64),
-    #[error(transparent)]
-    Scenario(#[from] Box<ScenarioError>),
-}
+/// The failure of a path with turns that no vehicle makes.
+pub(crate) const CANNOT_SAIL: &str = "no vehicle can sail the route";
 
 fn auv_and_file(text: &str) -> Result<(String, RouteFile), String> {
     let Some((auv, file)) = text
@@ -74,11 +57,10 @@ fn auv_and_file(text: &str) -> Result<(String, RouteFile), String> {
 }
 
 /// The route called `name` in a file, or its only route.
-pub(crate) fn read(file: &Path, name: Option<&str>) -> Result<Route, NoRoute> {
-    let bytes = fs::read(file).map_err(|error| NoRoute::Read(file.to_owned(), error))?;
-    route::read(&bytes)
-        .and_then(|routes| route::select(routes, name))
-        .map_err(|error| NoRoute::Unread(file.to_owned(), error))
+pub(crate) fn read(file: &Path, name: Option<&str>) -> Result<Route, Failure> {
+    let bytes = fs::read(file).map_err(because_of(format!("cannot read {}", file.display())))?;
+    let route = route::read(&bytes).and_then(|routes| route::select(routes, name));
+    route.map_err(because_of(file.display().to_string()))
 }
 
 /// Its first point on Earth.
@@ -90,13 +72,15 @@ pub(crate) fn first_on_earth(route: &Route) -> Option<Origin> {
 }
 
 /// Its points (north, east), m; those on Earth from `datum`.
-pub(crate) fn local(route: &Route, datum: Option<&Datum>) -> Result<Vec<[f64; 2]>, NoRoute> {
+pub(crate) fn local(route: &Route, datum: Option<&Datum>) -> Result<Vec<[f64; 2]>, Box<dyn Error>> {
     let metres = |place: Place| match (place, datum) {
         (Place::Earth { lat_deg, lon_deg }, Some(datum)) => {
             Ok(datum.to_local(&Origin { lat_deg, lon_deg }.into())?.into())
         }
         (Place::Local(point), None) => Ok(point),
-        (Place::Earth { .. }, None) | (Place::Local(_), Some(_)) => Err(NoRoute::Mixed),
+        (Place::Earth { .. }, None) | (Place::Local(_), Some(_)) => {
+            Err("a route has either latitudes and longitudes or metres, not both".into())
+        }
     };
     route.points.iter().map(|point| metres(point.place)).collect()
 }
@@ -122,46 +106,43 @@ impl DeclaredRoutes {
     }
 
     /// Each AUV's route, and its speed on it, m/s.
-    fn read(&self) -> impl Iterator<Item = Result<(&str, Route, Result<f64, NoRoute>), NoRoute>> {
+    fn read(&self) -> impl Iterator<Item = Result<(&str, Route, Result<f64, String>), Failure>> {
         self.route.iter().map(|(auv, file)| {
             let mut route = read(&file.path, file.name.as_deref())?;
-            if self.route_speed.is_some() {
-                route
-                    .points
-                    .iter_mut()
-                    .for_each(|point| point.speed_mps = self.route_speed);
+            for point in route.points.iter_mut().filter(|_| self.route_speed.is_some()) {
+                point.speed_mps = self.route_speed;
             }
-            let speed = route.speed_mps();
-            let speed = speed.ok_or_else(|| NoRoute::NoSpeed(file.path.clone()));
+            let none = || format!("{} states no speed: add --route-speed", file.path.display());
+            let speed = route.speed_mps().ok_or_else(none);
             Ok((auv.as_str(), route, speed))
         })
     }
 
     /// The first point of the first route, if on Earth: an origin for a mission without another.
-    pub(crate) fn origin(&self) -> Result<Option<Origin>, NoRoute> {
+    pub(crate) fn origin(&self) -> Result<Option<Origin>, Failure> {
         let first = self.read().next().transpose()?;
         Ok(first.and_then(|(_, route, _)| first_on_earth(&route)))
     }
 
     /// Gives the AUVs of `body`, a snapshot or the live part of a mission, their paths.
-    pub(crate) fn put_into(&self, body: &mut Value) -> Result<(), NoRoute> {
+    pub(crate) fn put_into(&self, body: &mut Value) -> Result<(), Box<dyn Error>> {
         for read in self.read() {
             let (id, route, speed) = read?;
             let auvs = body.get_mut("auvs").and_then(Value::as_array_mut);
             let mut auvs = auvs.into_iter().flatten().filter_map(Value::as_object_mut);
             let auv = auvs.find(|auv| auv.get("id").is_some_and(|name| name == id));
-            let auv = auv.ok_or_else(|| NoRoute::NoAuv(id.to_owned()))?;
+            let auv = auv.ok_or_else(|| no_auv(id))?;
             speed?;
             auv.insert("path".to_owned(), json!(PathOfFile::from(&route)));
         }
         Ok(())
     }
 
-    /// Lets the AUVs of `scenario` sail their routes. The first point on Earth is a missing origin.
-    pub(crate) fn sail(&self, scenario: &mut Scenario, seed: u64) -> Result<(), NoRoute> {
+    /// Lets the AUVs of `scenario` follow their routes. The first point on Earth is a missing origin.
+    pub(crate) fn follow(&self, scenario: &mut Scenario, seed: u64) -> Result<(), Box<dyn Error>> {
         for read in self.read() {
             let (id, route, speed) = read?;
-            let mut origin = scenario.start(seed).map_err(Box::new)?.origin;
+            let mut origin = scenario.start(seed)?.origin;
             if let (None, Some(first)) = (origin, first_on_earth(&route)) {
                 origin = Some(first.into());
                 let (lat_deg, lon_deg) = (
@@ -174,12 +155,13 @@ impl DeclaredRoutes {
             let datum = datum.map(|origin| Datum::new(&origin)).transpose()?;
             let points = local(&route, datum.as_ref())?;
             let auv = scenario.auvs.iter_mut().find(|auv| auv.id == id);
-            let auv = auv.ok_or_else(|| NoRoute::NoAuv(id.to_owned()))?;
+            let auv = auv.ok_or_else(|| no_auv(id))?;
             if let Ok(speed) = speed {
                 auv.speed_mps = Some(fixed("a speed", speed)?);
                 auv.speed_profile = None;
             }
-            let path = declared(&route, points, speed.unwrap_or(auv.class.speed())).path()?;
+            let path = declared(&route, points, speed.unwrap_or(auv.class.speed())).path();
+            let path = path.map_err(because_of(CANNOT_SAIL))?;
             let segments = path
                 .lines_and_arcs()
                 .map(|piece| segment(&piece))
@@ -194,9 +176,13 @@ impl DeclaredRoutes {
     }
 }
 
-fn segment(piece: &Segment) -> Result<SegmentFile, NoRoute> {
+fn no_auv(id: &str) -> String {
+    format!("--route {id}: no AUV has this id")
+}
+
+fn segment(piece: &Segment) -> Result<SegmentFile, String> {
     let point = |[north, east]: [f64; 2]| {
-        Ok::<_, NoRoute>(Point(vec![
+        Ok::<_, String>(Point(vec![
             fixed("coordinates", north)?,
             fixed("coordinates", east)?,
         ]))
@@ -215,14 +201,17 @@ fn segment(piece: &Segment) -> Result<SegmentFile, NoRoute> {
             centre: point(centre)?,
             angle_rad: fixed("an angle", angle_rad)?,
         }),
-        Segment::Waypoints { .. } => unreachable!("a path is sailed along lines and arcs"),
+        Segment::Waypoints { .. } => unreachable!("a path is followed along lines and arcs"),
     }
 }
 
 /// The number, if it is within the scenario's range.
-fn fixed<K: Kind>(what: &'static str, value: f64) -> Result<Quantity<K>, NoRoute> {
-    if (K::MIN..=K::MAX).contains(&value) {
+fn fixed<K: Kind>(what: &'static str, value: f64) -> Result<Quantity<K>, String> {
+    let (least, most) = (K::MIN, K::MAX);
+    if (least..=most).contains(&value) {
         return Ok(Quantity::fixed(value));
     }
-    Err(NoRoute::OutOfRange(what, K::MIN, K::MAX, value))
+    Err(format!(
+        "scenarios take {what} from {least} to {most}, and the route has {value}"
+    ))
 }

@@ -2,7 +2,7 @@
 
 use std::{
     error::Error,
-    fs, io,
+    fs,
     net::{SocketAddr, TcpListener},
     os::unix::process::CommandExt as _,
     path::Path,
@@ -17,6 +17,7 @@ use serde_json::{Value, json};
 
 use crate::cli::{
     config::{Config, Layers},
+    failure::because_of,
     out_file::print,
     scenarios::{NameOrFile, scenario},
     serve::{HangUp, serve_and},
@@ -41,17 +42,6 @@ pub(crate) struct Demo {
     no_browser: bool,
 }
 
-/// The reason that there is no mission to show.
-#[derive(Debug, thiserror::Error)]
-enum NoDemo {
-    #[error("cannot make a directory for the mission: name one with --data")]
-    NoDirectory(#[source] io::Error),
-    #[error("the service did not answer")]
-    Unanswered(#[from] ureq::Error),
-    #[error("the service refuses the mission: {0}")]
-    Refused(String),
-}
-
 /// Serves, runs the mission and opens its page until Ctrl-C. Without `--data` it is then deleted.
 pub(crate) fn demo(demo: &Demo, layers: &Layers, config: &Config) -> Result<(), Box<dyn Error>> {
     let title = scenario(&demo.scenario)?.title;
@@ -60,7 +50,8 @@ pub(crate) fn demo(demo: &Demo, layers: &Layers, config: &Config) -> Result<(), 
         None
     } else {
         let directory = tempfile::Builder::new().prefix("pilotfish-demo-").tempdir();
-        Some(directory.map_err(NoDemo::NoDirectory)?)
+        let advice = "cannot make a directory for the mission: name one with --data";
+        Some(directory.map_err(because_of(advice))?)
     };
     let mut own = config.on_any_loopback_port();
     own.port = demo.port.unwrap_or_else(|| free_or_any(config.port));
@@ -133,15 +124,17 @@ fn begin(
     Ok(format!("http://{address}/#/mission/{id}"))
 }
 
-fn post(url: &str, body: &Value) -> Result<Value, NoDemo> {
+fn post(url: &str, body: &Value) -> Result<Value, Box<dyn Error + Send + Sync>> {
+    const UNANSWERED: &str = "the service did not answer";
     let call = ureq::post(url)
         .config()
         .http_status_as_error(false)
         .proxy(None)
         .build();
-    let mut answer = call.send_json(body)?;
+    let mut answer = call.send_json(body).map_err(because_of(UNANSWERED))?;
     let is_done = answer.status().is_success();
-    let answer: Value = answer.body_mut().read_json()?;
+    let answer = answer.body_mut().read_json::<Value>();
+    let answer = answer.map_err(because_of(UNANSWERED))?;
     if is_done {
         return Ok(answer);
     }
@@ -151,7 +144,8 @@ fn post(url: &str, body: &Value) -> Result<Value, NoDemo> {
     } else {
         &answer["detail"]
     };
-    Err(NoDemo::Refused(detail.as_str().unwrap_or_default().to_owned()))
+    let detail = detail.as_str().unwrap_or_default();
+    Err(format!("the service refuses the mission: {detail}").into())
 }
 
 /// Opens the page in the user's browser, which Ctrl-C does not end.

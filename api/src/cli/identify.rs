@@ -5,10 +5,13 @@ use std::{error::Error, path::PathBuf};
 use clap::Args;
 use lab::{
     identify::{self, page, summary},
-    log_file::{LogFileError, read},
+    log_file::read,
 };
 
-use crate::cli::out_file::{OutFile, print};
+use crate::cli::{
+    failure::because_of,
+    out_file::{OutFile, print},
+};
 
 #[derive(Debug, Args)]
 pub(crate) struct Identify {
@@ -23,23 +26,13 @@ pub(crate) struct Identify {
     report: Option<PathBuf>,
 }
 
-/// A log cannot be used.
-#[derive(Debug, thiserror::Error)]
-#[error("cannot use {path}")]
-struct NoLog {
-    path: PathBuf,
-    source: LogFileError,
-}
-
 /// Prints the identified and the missing parameters; writes craft file and page if asked to.
 pub(crate) fn identify(arguments: &Identify) -> Result<(), Box<dyn Error>> {
     // Before the fit, so that a file that cannot be written does not waste it.
     let craft_file = arguments.craft.as_deref().map(OutFile::new).transpose()?;
     let page_file = arguments.report.as_deref().map(OutFile::new).transpose()?;
-    let log = read(&arguments.log).map_err(|source| NoLog {
-        path: arguments.log.clone(),
-        source,
-    })?;
+    let log = read(&arguments.log);
+    let log = log.map_err(because_of(format!("cannot use {}", arguments.log.display())))?;
     let found = identify::identify(&log);
     let craft = serde_json::to_string_pretty(&found.description()).expect("a craft is JSON");
     if let Some(file) = craft_file {

@@ -5,7 +5,7 @@ use std::{fs, io, path::PathBuf};
 use clap::{Args, Command};
 use clap_complete::Shell;
 
-use crate::cli::out_file::{NotPrinted, print};
+use crate::cli::{failure::Failure, out_file::print};
 
 #[derive(Debug, Args)]
 pub(crate) struct Completions {
@@ -20,7 +20,7 @@ pub(crate) struct ManualPages {
 }
 
 /// Prints the completion script of a shell for the program's `command`.
-pub(crate) fn completions(arguments: &Completions, mut command: Command) -> Result<(), NotPrinted> {
+pub(crate) fn completions(arguments: &Completions, mut command: Command) -> Result<(), Failure> {
     let mut file = Vec::new();
     clap_complete::generate(arguments.shell, &mut command, "pilotfish", &mut file);
     print(&String::from_utf8_lossy(&file))

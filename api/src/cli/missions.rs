@@ -1,9 +1,7 @@
 //! `pilotfish simulate` and `compare`: whole missions on the command line.
 
-mod arguments;
 mod compare;
-mod error;
-mod files;
+mod run;
 mod simulate;
 mod snapshots;
 

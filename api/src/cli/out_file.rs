@@ -12,6 +12,8 @@ use std::{
 
 use serde::Serialize;
 
+use super::failure::{Failure, because_of};
+
 /// A file that can be written.
 #[derive(Debug)]
 pub(crate) struct OutFile {
@@ -22,32 +24,10 @@ pub(crate) struct OutFile {
     partial: Option<PathBuf>,
 }
 
-/// The reason that a file is not written.
-#[derive(Debug, thiserror::Error)]
-#[error("cannot write {path}")]
-pub(crate) struct NotWritten {
-    path: PathBuf,
-    source: Box<dyn Error + Send + Sync>,
-}
-
-/// Standard output cannot be written.
-#[derive(Debug, thiserror::Error)]
-#[error("cannot print the result")]
-pub(crate) struct NotPrinted(#[from] io::Error);
-
-impl NotWritten {
-    fn new(path: &Path, source: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
-        Self {
-            path: path.to_owned(),
-            source: source.into(),
-        }
-    }
-}
-
 impl OutFile {
     /// Fails early if the file cannot be written. Leaves nothing on the disk.
-    pub(crate) fn new(name: &Path) -> Result<Self, NotWritten> {
-        let (path, partial) = place(name).map_err(|source| NotWritten::new(name, source))?;
+    pub(crate) fn new(name: &Path) -> Result<Self, Failure> {
+        let (path, partial) = place(name).map_err(not_written(name))?;
         Ok(Self {
             name: name.to_owned(),
             path,
@@ -61,15 +41,15 @@ impl OutFile {
     }
 
     /// The error that this file was not written.
-    pub(crate) fn refused(&self, source: impl Into<Box<dyn Error + Send + Sync>>) -> NotWritten {
-        NotWritten::new(&self.name, source)
+    pub(crate) fn refused(&self, source: impl Into<Box<dyn Error + Send + Sync>>) -> Failure {
+        not_written(&self.name)(source)
     }
 
     /// Writes the file with `write`.
     pub(crate) fn write<E: From<io::Error> + Into<Box<dyn Error + Send + Sync>>>(
         &self,
         write: impl FnOnce(&mut BufWriter<File>) -> Result<(), E>,
-    ) -> Result<(), NotWritten> {
+    ) -> Result<(), Failure> {
         let to = self.partial.as_ref().unwrap_or(&self.path);
         let mut written = File::create(to).map_err(E::from).and_then(|file| {
             let mut file = BufWriter::new(file);
@@ -87,7 +67,7 @@ impl OutFile {
     }
 
     /// Writes `text`.
-    pub(crate) fn write_text(&self, text: &str) -> Result<(), NotWritten> {
+    pub(crate) fn write_text(&self, text: &str) -> Result<(), Failure> {
         self.write(|out| out.write_all(text.as_bytes()))
     }
 }
@@ -118,8 +98,12 @@ fn beside(path: &Path) -> PathBuf {
 }
 
 /// Creates the directory if it is missing.
-pub(crate) fn directory(path: &Path) -> Result<(), NotWritten> {
-    fs::create_dir_all(path).map_err(|error| NotWritten::new(path, error))
+pub(crate) fn directory(path: &Path) -> Result<(), Failure> {
+    fs::create_dir_all(path).map_err(not_written(path))
+}
+
+fn not_written<E: Into<Box<dyn Error + Send + Sync>>>(path: &Path) -> impl FnOnce(E) -> Failure {
+    because_of(format!("cannot write {}", path.display()))
 }
 
 /// `text` with its control characters, except line ends and tabs, escaped as in JSON: names and
@@ -141,11 +125,11 @@ pub(crate) fn visible(text: &str) -> Cow<'_, str> {
 }
 
 /// Prints `text`.
-pub(crate) fn print(text: &str) -> Result<(), NotPrinted> {
+pub(crate) fn print(text: &str) -> Result<(), Failure> {
     match io::stdout().write_all(visible(text).as_bytes()) {
         // The reader has read enough, as `head` does.
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
-        result => Ok(result?),
+        result => result.map_err(because_of("cannot print the result")),
     }
 }
 
@@ -158,7 +142,7 @@ pub(crate) fn print_rows(directory: &Path, n_rows: usize, digest: &str) -> Resul
 }
 
 /// Prints `value` as JSON.
-pub(crate) fn print_json(value: &impl Serialize) -> Result<(), NotPrinted> {
+pub(crate) fn print_json(value: &impl Serialize) -> Result<(), Failure> {
     let json = serde_json::to_string_pretty(value).expect("strings, numbers and lists only");
     print(&(json + "\n"))
 }

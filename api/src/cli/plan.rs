@@ -11,13 +11,14 @@ use clap::Args;
 use planner::solve::TOLERANCE;
 use serde::Serialize;
 use serde_json::Value;
-use service::{offline, problem::ProblemDocument};
+use service::offline;
 use wire::program_dump;
 
 use crate::cli::{
     declared_craft::DeclaredCraft,
-    declared_routes::{DeclaredRoutes, NoRoute},
-    out_file::{NotPrinted, OutFile, print, print_json},
+    declared_routes::DeclaredRoutes,
+    failure::{Failure, because_of},
+    out_file::{OutFile, print, print_json},
 };
 
 /// The name of standard input.
@@ -53,29 +54,11 @@ fn tolerance(text: &str) -> Result<f64, String> {
     }
 }
 
-/// There is no plan.
-#[derive(Debug, thiserror::Error)]
-enum PlanError {
-    #[error("cannot read {path}")]
-    Read { path: PathBuf, source: io::Error },
-    #[error("no program was solved: {0} is not written")]
-    NothingToDump(PathBuf),
-    /// The problem document was printed instead of the answer.
-    #[error("{}", .0.detail)]
-    Refused(Box<ProblemDocument>),
-}
-
 /// Prints the answer, or the problem document that the service would send.
 pub(crate) fn plan(arguments: &Plan) -> Result<(), Box<dyn Error>> {
-    let body = read(&arguments.file).map_err(|source| PlanError::Read {
-        path: arguments.file.clone(),
-        source,
-    })?;
-    let body = match arguments.craft.json()? {
-        Some(craft) => with_craft(body, craft),
-        None => body,
-    };
-    let body = with_routes(body, &arguments.routes)?;
+    let body = read(&arguments.file);
+    let body = body.map_err(because_of(format!("cannot read {}", arguments.file.display())))?;
+    let body = declared(body, arguments)?;
     let dump = arguments.dump.as_deref().map(OutFile::new).transpose()?;
     let mut last = None;
     let answer = offline::plan(&body, arguments.tolerance, &mut |program, solution| {
@@ -88,34 +71,28 @@ pub(crate) fn plan(arguments: &Plan) -> Result<(), Box<dyn Error>> {
         Err(problem) => {
             let document = problem.document(&arguments.file.to_string_lossy(), "pilotfish-plan");
             print_answer(&document, arguments.compact)?;
-            return Err(PlanError::Refused(Box::new(document)).into());
+            return Err(document.detail.into());
         }
     }
     let Some(file) = dump else { return Ok(()) };
-    let last = last.ok_or_else(|| PlanError::NothingToDump(file.name.clone()))?;
+    let last =
+        last.ok_or_else(|| format!("no program was solved: {} is not written", file.name.display()))?;
     Ok(file.write_text(&format!("{last}\n"))?)
 }
 
-/// The snapshot with this `craft`. The planner reports other bodies than JSON objects.
-fn with_craft(body: Vec<u8>, craft: Value) -> Vec<u8> {
-    match serde_json::from_slice(&body) {
-        Ok(Value::Object(mut snapshot)) => {
-            snapshot.insert("craft".to_owned(), craft);
-            Value::Object(snapshot).to_string().into_bytes()
-        }
-        Ok(_) | Err(_) => body,
-    }
-}
-
-/// The snapshot with these `routes`. The planner reports other bodies than JSON objects.
-fn with_routes(body: Vec<u8>, routes: &DeclaredRoutes) -> Result<Vec<u8>, NoRoute> {
-    if routes.is_empty() {
+/// The snapshot in `body` with declared craft and routes. The planner reports other bodies.
+fn declared(body: Vec<u8>, arguments: &Plan) -> Result<Vec<u8>, Box<dyn Error>> {
+    let craft = arguments.craft.json()?;
+    if craft.is_none() && arguments.routes.is_empty() {
         return Ok(body);
     }
-    let Ok(mut snapshot) = serde_json::from_slice(&body) else {
+    let Ok(mut snapshot) = serde_json::from_slice::<Value>(&body) else {
         return Ok(body);
     };
-    routes.put_into(&mut snapshot)?;
+    if let (Some(members), Some(craft)) = (snapshot.as_object_mut(), craft) {
+        members.insert("craft".to_owned(), craft);
+    }
+    arguments.routes.put_into(&mut snapshot)?;
     Ok(snapshot.to_string().into_bytes())
 }
 
@@ -128,7 +105,7 @@ fn read(path: &Path) -> io::Result<Vec<u8>> {
     Ok(body)
 }
 
-fn print_answer(answer: &impl Serialize, compact: bool) -> Result<(), NotPrinted> {
+fn print_answer(answer: &impl Serialize, compact: bool) -> Result<(), Failure> {
     if !compact {
         return print_json(answer);
     }

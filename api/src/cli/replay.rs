@@ -15,19 +15,6 @@ pub(crate) struct Replay {
     mission: String,
 }
 
-/// The plans cannot be compared, or they differ.
-#[derive(Debug, thiserror::Error)]
-pub(crate) enum NotReplayed {
-    #[error("unknown mission {0}; GET /v1/missions lists all")]
-    Unknown(String),
-    #[error("{n_different} of {n_plans} plans differ from the stored answers, first in event {first}")]
-    Different {
-        n_different: usize,
-        n_plans: u64,
-        first: u64,
-    },
-}
-
 /// Prints the number of equal plans.
 pub(crate) fn replay(arguments: &Replay, config: &Config) -> Result<(), Box<dyn Error>> {
     let reader = match &config.store {
@@ -40,8 +27,9 @@ pub(crate) fn replay(arguments: &Replay, config: &Config) -> Result<(), Box<dyn 
         bar.set_position(at);
     })?;
     bar.finish_and_clear();
+    let mission = &arguments.mission;
     let Some(replayed) = replayed else {
-        return Err(NotReplayed::Unknown(arguments.mission.clone()).into());
+        return Err(format!("unknown mission {mission}; GET /v1/missions lists all").into());
     };
     let Replayed {
         events,
@@ -49,20 +37,17 @@ pub(crate) fn replay(arguments: &Replay, config: &Config) -> Result<(), Box<dyn 
         cut_short,
         different,
     } = replayed;
-    let n_plans = equal + cut_short + different.len() as u64;
+    let n_different = different.len();
+    let n_plans = equal + cut_short + n_different as u64;
     print(&format!(
-        "{}: {events} events, {n_plans} plans: {equal} equal byte for byte, {} different, {cut_short} not compared because \
-         their deadline cut them short\n",
-        arguments.mission,
-        different.len()
+        "{mission}: {events} events, {n_plans} plans: {equal} equal byte for byte, {n_different} different, {cut_short} not \
+         compared because their deadline cut them short\n"
     ))?;
     match different.first() {
         None => Ok(()),
-        Some(&first) => Err(NotReplayed::Different {
-            n_different: different.len(),
-            n_plans,
-            first,
-        }
+        Some(first) => Err(format!(
+            "{n_different} of {n_plans} plans differ from the stored answers, first in event {first}"
+        )
         .into()),
     }
 }

@@ -1,4 +1,4 @@
-//! `pilotfish route`: a route of a planning tool's file as it is sailed; lanes over an area.
+//! `pilotfish route`: a route of a planning tool's file as it is followed; lanes over an area.
 
 use std::{
     error::Error,
@@ -11,14 +11,15 @@ use clap::Args;
 use geodesy::Datum;
 use planner::{
     nalgebra::{Rotation2, Vector2},
-    path::{LOOP_FROM, Path as Sailed, REPEATED_WITHIN, Segment},
+    path::{LOOP_FROM, Path as TrackPath, REPEATED_WITHIN, Segment},
     snapshot::Origin,
 };
 use route::{LawnMower, Route as FileRoute, lanes_over};
 use serde_json::json;
 
 use crate::cli::{
-    declared_routes::{NoRoute, declared, first_on_earth, local, read},
+    declared_routes::{CANNOT_SAIL, declared, first_on_earth, local, read},
+    failure::because_of,
     out_file::{OutFile, print},
 };
 
@@ -72,10 +73,6 @@ pub(crate) struct Route {
     svg: Option<PathBuf>,
 }
 
-#[derive(Debug, thiserror::Error)]
-#[error("--rectangle needs four numbers: latitude, longitude, length and width")]
-struct NoRectangle;
-
 /// Prints the route and writes the requested files.
 pub(crate) fn route(arguments: &Route) -> Result<(), Box<dyn Error>> {
     let open = |file: &Option<PathBuf>| file.as_deref().map(OutFile::new).transpose();
@@ -88,57 +85,46 @@ pub(crate) fn route(arguments: &Route) -> Result<(), Box<dyn Error>> {
     };
     let datum = origin.map(|origin| Datum::new(&origin.into())).transpose()?;
     if let Some(spacing_m) = arguments.lanes {
-        points = lanes_over(
-            &points,
-            &LawnMower {
-                spacing_m,
-                heading_rad,
-            },
-        )?;
+        let pattern = LawnMower {
+            spacing_m,
+            heading_rad,
+        };
+        points = lanes_over(&points, &pattern)?;
         (route.closed, route.points) = (false, vec![]);
     }
     let stated = arguments.speed.or_else(|| route.speed_mps());
     let path = declared(&route, points.clone(), stated.unwrap_or(SPEED_ASSUMED));
-    let sailed = path.path().map_err(NoRoute::from)?;
+    let followed = path.path().map_err(because_of(CANNOT_SAIL))?;
     if let Some(file) = out {
         file.write_text(&file_of(&route, &points, datum.as_ref(), stated))?;
     }
     if let Some(file) = svg {
-        file.write_text(&drawn(&sailed, &points))?;
+        file.write_text(&picture(&followed, &points))?;
     }
     let radius = route.turn_radius_m().unwrap_or(path.turn_radius());
     let mut text = legs(&points, route.closed, datum.as_ref());
-    let (speed, length) = (path.speed_mps, sailed.length());
+    let (speed, length) = (path.speed_mps, followed.length());
+    if !route.name.is_empty() {
+        let _ = write!(text, "{}: ", route.name);
+    }
+    let closed = if route.closed { "closed" } else { "open" };
+    let assumed = stated.map_or(" (assumed: the file states none)", |_| "");
+    let (n_points, minutes) = (points.len(), length / speed / 60.0);
     let _ = writeln!(
         text,
-        "{}{} way-points, {length:.0} m as sailed, {}; {:.1} min at {speed} m/s{}; turns of {radius:.1} m",
-        if route.name.is_empty() {
-            String::new()
-        } else {
-            format!("{}: ", route.name)
-        },
-        points.len(),
-        if route.closed { "closed" } else { "open" },
-        length / speed / 60.0,
-        if stated.is_none() {
-            " (assumed: the file states none)"
-        } else {
-            ""
-        },
+        "{n_points} way-points, {length:.0} m as sailed, {closed}; {minutes:.1} min at {speed} m/s{assumed}; turns of {radius:.1} m"
     );
-    for note in repairs(&sailed, &points, radius)
-        .into_iter()
-        .chain(route.left_out())
-    {
+    let repairs = repairs(&followed, &points, radius);
+    for note in repairs.into_iter().chain(route.left_out()) {
         let _ = writeln!(text, "note: {note}");
     }
     Ok(print(&text)?)
 }
 
-type Read = (FileRoute, Option<Origin>, Vec<[f64; 2]>);
+type LocalRoute = (FileRoute, Option<Origin>, Vec<[f64; 2]>);
 
 /// A route, the datum of its metres, and its points (north, east), m.
-fn of_file(file: &Path, name: Option<&str>) -> Result<Read, Box<dyn Error>> {
+fn of_file(file: &Path, name: Option<&str>) -> Result<LocalRoute, Box<dyn Error>> {
     let route = read(file, name)?;
     let origin = first_on_earth(&route);
     let datum = origin.map(|origin| Datum::new(&origin.into())).transpose()?;
@@ -146,9 +132,9 @@ fn of_file(file: &Path, name: Option<&str>) -> Result<Read, Box<dyn Error>> {
     Ok((route, origin, points))
 }
 
-fn of_rectangle(rectangle: &[f64], heading: f64) -> Result<Read, NoRectangle> {
+fn of_rectangle(rectangle: &[f64], heading: f64) -> Result<LocalRoute, &'static str> {
     let &[lat_deg, lon_deg, ahead, starboard] = rectangle else {
-        return Err(NoRectangle);
+        return Err("--rectangle needs four numbers: latitude, longitude, length and width");
     };
     let corner = |ahead, starboard| (Rotation2::new(heading) * Vector2::new(ahead, starboard)).into();
     let corners = vec![
@@ -162,28 +148,16 @@ fn of_rectangle(rectangle: &[f64], heading: f64) -> Result<Read, NoRectangle> {
 
 /// A table of the legs: end, length and direction of each.
 fn legs(points: &[[f64; 2]], closed: bool, datum: Option<&Datum>) -> String {
-    let head = if datum.is_some() {
-        ("latitude", "longitude")
-    } else {
-        ("north, m", "east, m")
-    };
-    let mut text = format!(
-        "{:>5}{:>13}{:>13}{:>10}{:>11}\n",
-        "to", head.0, head.1, "leg, m", "course, °"
-    );
+    let (first, second) = datum.map_or(("north, m", "east, m"), |_| ("latitude", "longitude"));
+    let mut text = format!("   to{first:>13}{second:>13}    leg, m  course, °\n");
     let first = points.first().filter(|_| closed);
     let ends = points.iter().chain(first).enumerate();
     for (k, end) in ends.take(LEGS_PRINTED) {
         let place = datum.map(|datum| Origin::from(datum.from_local(&Vector2::from(*end))));
+        let number = k % points.len();
         let _ = match place {
-            Some(place) => write!(
-                text,
-                "{:>5}{:>13.6}{:>13.6}",
-                k % points.len(),
-                place.lat_deg,
-                place.lon_deg
-            ),
-            None => write!(text, "{:>5}{:>13.1}{:>13.1}", k % points.len(), end[0], end[1]),
+            Some(Origin { lat_deg, lon_deg }) => write!(text, "{number:>5}{lat_deg:>13.6}{lon_deg:>13.6}"),
+            None => write!(text, "{number:>5}{:>13.1}{:>13.1}", end[0], end[1]),
         };
         if k > 0 {
             let leg = Vector2::from(*end) - Vector2::from(points[k - 1]);
@@ -200,7 +174,7 @@ fn legs(points: &[[f64; 2]], closed: bool, datum: Option<&Datum>) -> String {
 }
 
 /// Differences of the path from straight legs, beyond corners of `radius`, m.
-fn repairs(path: &Sailed, points: &[[f64; 2]], radius: f64) -> Vec<String> {
+fn repairs(path: &TrackPath, points: &[[f64; 2]], radius: f64) -> Vec<String> {
     let apart =
         |pair: &&[[f64; 2]]| (Vector2::from(pair[1]) - Vector2::from(pair[0])).norm() < REPEATED_WITHIN;
     let repeated = points.windows(2).filter(apart).count();
@@ -232,8 +206,8 @@ fn repairs(path: &Sailed, points: &[[f64; 2]], radius: f64) -> Vec<String> {
             "points that repeat the one before and are left out: {repeated}"
         ));
     }
-    if tight().count() > 0 {
-        let n = tight().count();
+    let n = tight().count();
+    if n > 0 {
         notes.push(format!(
             "arcs that are tighter because their legs are short: {n}, down to {tightest:.2} m"
         ));
@@ -271,7 +245,7 @@ fn file_of(route: &FileRoute, points: &[[f64; 2]], datum: Option<&Datum>, speed:
 }
 
 /// A picture of the path and its way-points, north up.
-fn drawn(path: &Sailed, points: &[[f64; 2]]) -> String {
+fn picture(path: &TrackPath, points: &[[f64; 2]]) -> String {
     let (mut least, mut most) = (Vector2::from(points[0]), Vector2::from(points[0]));
     for point in points {
         (least, most) = (

@@ -6,7 +6,7 @@ use clap::{
     Arg, Args, Command,
     builder::{PossibleValue, StringValueParser, TypedValueParser},
 };
-use sim::scenario::{Scenario, ScenarioError};
+use sim::scenario::Scenario;
 
 use crate::cli::out_file::{print, print_json};
 
@@ -18,19 +18,6 @@ pub(crate) struct Scenarios {
     /// Print the JSON Schema of scenario files.
     #[arg(long, conflicts_with = "scenario")]
     schema: bool,
-}
-
-/// The reason that no scenario was found.
-#[derive(Debug, thiserror::Error)]
-pub(crate) enum NoScenario {
-    #[error(
-        "unknown scenario {0:?}{nearest}; the built-in scenarios are {list}; name your own file by its path, such as ./my.toml",
-        nearest = nearest(.0).map_or_else(String::new, |name| format!(" (did you mean {name:?}?)")),
-        list = Scenario::names().join(", ")
-    )]
-    Unknown(String),
-    #[error(transparent)]
-    File(#[from] ScenarioError),
 }
 
 /// The built-in name that is most similar to `argument`.
@@ -65,12 +52,21 @@ impl TypedValueParser for NameOrFile {
 }
 
 /// The built-in scenario of that name, or the scenario file at that path.
-pub(crate) fn scenario(argument: &str) -> Result<Scenario, NoScenario> {
+pub(crate) fn scenario(argument: &str) -> Result<Scenario, Box<dyn Error>> {
     let path = Path::new(argument);
     if path.extension().is_some() || path.components().count() != 1 {
         return Ok(Scenario::read(path)?);
     }
-    Scenario::named(argument).ok_or_else(|| NoScenario::Unknown(argument.to_owned()))
+    Ok(Scenario::named(argument).ok_or_else(|| unknown(argument))?)
+}
+
+fn unknown(argument: &str) -> String {
+    let nearest = nearest(argument).map(|name| format!(" (did you mean {name:?}?)"));
+    format!(
+        "unknown scenario {argument:?}{}; the built-in scenarios are {}; name your own file by its path, such as ./my.toml",
+        nearest.unwrap_or_default(),
+        Scenario::names().join(", ")
+    )
 }
 
 /// The first line of every scenario file, by which editors find the schema.
@@ -88,7 +84,7 @@ pub(crate) fn scenarios(arguments: &Scenarios) -> Result<(), Box<dyn Error>> {
         return Ok(print_json(&Scenario::schema())?);
     }
     if let Some(name) = &arguments.scenario {
-        let text = Scenario::text(name).ok_or_else(|| NoScenario::Unknown(name.clone()))?;
+        let text = Scenario::text(name).ok_or_else(|| unknown(name))?;
         return Ok(print(&copied_out(text))?);
     }
     let line = |name: &str| {

@@ -1,6 +1,7 @@
 //! `pilotfish serve`: the service on a socket.
 
 use std::{
+    error::Error,
     io::{self, Write},
     net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, ToSocketAddrs as _},
     path::Path,
@@ -10,13 +11,8 @@ use std::{
 
 use axum::http::Uri;
 use clock::Clock;
-use service::{
-    Hosts, Settings,
-    access::{TokenError, Tokens},
-    examples::EXAMPLES,
-    service,
-};
-use store::{EventStore, Member, StoreError, roots::verified_by};
+use service::{Hosts, Settings, access::Tokens, examples::EXAMPLES, service};
+use store::{EventStore, Member, roots::verified_by};
 use tokio::{
     net::TcpListener,
     signal::unix::{Signal, SignalKind, signal},
@@ -25,55 +21,20 @@ use tokio_rustls::rustls::ClientConfig;
 
 use self::{
     connections::{Connections, prepare},
-    tls::{Tls, TlsError},
+    tls::Tls,
 };
-use super::config::Config;
+use super::{config::Config, failure::because_of};
 
 mod connections;
 mod systemd;
 mod tls;
 
-/// The service cannot start, or it stopped.
-#[derive(Debug, thiserror::Error)]
-pub(crate) enum ServeError {
-    #[error(
-        "other machines can reach {address}, but the service has {missing}: add what is missing, listen on 127.0.0.1, or \
-         use --insecure in a trusted network"
-    )]
-    Exposed { address: IpAddr, missing: String },
-    #[error("port {0} is in use: choose another --port, or --port 0 for a free one")]
-    PortTaken(u16),
-    #[error("cannot listen on {addresses:?}: choose another --host or --port")]
-    Listen {
-        addresses: Vec<SocketAddr>,
-        source: io::Error,
-    },
-    #[error("{0} has no address: choose another --host")]
-    UnknownHost(String, #[source] io::Error),
-    #[error(transparent)]
-    Tokens(#[from] TokenError),
-    #[error(transparent)]
-    Tls(#[from] TlsError),
-    #[error("cannot use the mission log")]
-    Log(#[from] StoreError),
-    #[error(
-        "services that share missions call each other: add --advertise {0}://HOST:PORT, where they reach this one"
-    )]
-    NotAdvertised(&'static str),
-    #[error(
-        "the other services' certificates are verified: add --advertise-ca FILE, the certificate of their authority (PEM)"
-    )]
-    NoAuthority,
-    #[error("{0} is no URL of a service: give --advertise and --peers http://HOST:PORT or https://HOST:PORT")]
-    Advertised(String),
-    #[error("cannot use --advertise-ca: {0}")]
-    Authority(String),
-    #[error("the service stopped")]
-    Stopped(#[from] io::Error),
-}
+/// Failures with a cause.
+const STOPPED: &str = "the service stopped";
+const UNUSABLE_LOG: &str = "cannot use the mission log";
 
 /// Serves until Ctrl-C or SIGTERM, then finishes open requests.
-pub(crate) fn serve(config: &Config) -> Result<(), ServeError> {
+pub(crate) fn serve(config: &Config) -> Result<(), Box<dyn Error>> {
     serve_and(config, HangUp::Reloads, greet)
 }
 
@@ -91,11 +52,13 @@ pub(crate) fn serve_and(
     config: &Config,
     hang_up: HangUp,
     listens: impl FnOnce(SocketAddr, bool),
-) -> Result<(), ServeError> {
+) -> Result<(), Box<dyn Error>> {
     let host = config.host.trim_start_matches('[').trim_end_matches(']');
     let addresses: Vec<SocketAddr> = (host, config.port)
         .to_socket_addrs()
-        .map_err(|source| ServeError::UnknownHost(host.to_owned(), source))?
+        .map_err(because_of(format!(
+            "{host} has no address: choose another --host"
+        )))?
         .collect();
     let clock = Clock::machine();
     let tokens = Tokens::open(&config.tokens(), &clock)?;
@@ -104,14 +67,13 @@ pub(crate) fn serve_and(
         check_exposed(address.ip(), tokens.are_made(), tls.is_some(), config.insecure)?;
     }
     let advertised = config.advertise.as_deref().filter(|_| config.store.is_some());
-    let advertised = advertised
-        .map(|url| Ok::<_, ServeError>(advertised_name(url)?.1))
-        .transpose()?;
+    let advertised = advertised.map(advertised_name).transpose()?;
     let peers = config.peers.iter().map(|url| {
         let (scheme, name) = advertised_name(url)?;
-        Ok::<_, ServeError>(format!("{scheme}://{name}"))
+        Ok::<_, String>(format!("{scheme}://{name}"))
     });
-    let names = [Some(host.to_owned()), advertised]
+    let names = [Some(host.to_owned()), advertised.map(|(_, name)| name)];
+    let names = names
         .into_iter()
         .flatten()
         .chain(config.allow_host.iter().cloned());
@@ -128,7 +90,8 @@ pub(crate) fn serve_and(
         trace: crate::otlp::place,
         ..Settings::default()
     };
-    let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
+    let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build();
+    let runtime = runtime.map_err(because_of(STOPPED))?;
     runtime.block_on(run(&addresses, settings, tls, (config, hang_up), listens))?;
     // Stops without waiting for busy planners.
     runtime.shutdown_background();
@@ -136,7 +99,7 @@ pub(crate) fn serve_and(
 }
 
 /// Fails if other machines can reach the service without tokens and TLS, unless `insecure`.
-fn check_exposed(address: IpAddr, has_tokens: bool, has_tls: bool, insecure: bool) -> Result<(), ServeError> {
+fn check_exposed(address: IpAddr, has_tokens: bool, has_tls: bool, insecure: bool) -> Result<(), String> {
     let missing = match (has_tokens, has_tls) {
         (true, true) => return Ok(()),
         (false, true) => "no tokens (pilotfish token add)",
@@ -144,8 +107,10 @@ fn check_exposed(address: IpAddr, has_tokens: bool, has_tls: bool, insecure: boo
         (false, false) => "neither tokens (pilotfish token add) nor TLS (--tls-certificate, --tls-key)",
     };
     if !insecure {
-        let missing = missing.to_owned();
-        return Err(ServeError::Exposed { address, missing });
+        return Err(format!(
+            "other machines can reach {address}, but the service has {missing}: add what is missing, listen on 127.0.0.1, or \
+             use --insecure in a trusted network"
+        ));
     }
     let risk = if has_tokens {
         "tokens can be read on the network and used"
@@ -162,27 +127,30 @@ async fn run(
     tls: Option<Tls>,
     (config, hang_up): (&Config, HangUp),
     listens: impl FnOnce(SocketAddr, bool),
-) -> Result<(), ServeError> {
+) -> Result<(), Box<dyn Error>> {
     let shutdown_delay = Duration::from_secs_f64(config.shutdown_delay_s);
-    let listener = TcpListener::bind(addresses)
-        .await
-        .map_err(|source| match (source.kind(), addresses) {
-            (io::ErrorKind::AddrInUse, [address, ..]) => ServeError::PortTaken(address.port()),
-            _ => ServeError::Listen {
-                addresses: addresses.to_vec(),
-                source,
-            },
-        })?;
-    prepare(&listener)?;
+    let listener = match (TcpListener::bind(addresses).await, addresses) {
+        (Err(error), [address, ..]) if error.kind() == io::ErrorKind::AddrInUse => {
+            let port = address.port();
+            return Err(
+                format!("port {port} is in use: choose another --port, or --port 0 for a free one").into(),
+            );
+        }
+        (bound, _) => bound.map_err(because_of(format!(
+            "cannot listen on {addresses:?}: choose another --host or --port"
+        )))?,
+    };
+    prepare(&listener).map_err(because_of(STOPPED))?;
+    let address = listener.local_addr().map_err(because_of(STOPPED))?;
     let stopping = Arc::clone(&settings.stopping);
     let counted = settings.connections.clone();
     let clock = settings.clock.clone();
-    let store = open_store(config, listener.local_addr()?, tls.is_some(), &clock)?;
-    let (router, missions) = service(settings, store).await?;
+    let store = open_store(config, address, tls.is_some(), &clock)?;
+    let (router, missions) = service(settings, store).await.map_err(because_of(UNUSABLE_LOG))?;
     tokio::spawn(missions.clone().keep_for(config.retention()));
     // Signals first: the reader of the URL may send one at once.
-    let mut signals = Signals::listen()?;
-    listens(listener.local_addr()?, tls.is_some());
+    let mut signals = Signals::listen().map_err(because_of(STOPPED))?;
+    listens(address, tls.is_some());
     systemd::notify("READY=1");
     let tls = tls.map(Arc::new);
     let connections = Connections::new(router, tls.clone(), counted, clock.clone());
@@ -192,16 +160,18 @@ async fn run(
         tokio::select! {
             () = connections.accept(&listener) => {}
             () = at(end, &clock) => break,
-            action = signals.next() => match (action, &tls) {
-                (Action::Stop, _) if end.is_none() && !shutdown_delay.is_zero() => {
+            is_hang_up = signals.next() => {
+                if is_hang_up && hang_up == HangUp::Reloads {
+                    if let Some(tls) = &tls {
+                        tls.reload();
+                    }
+                } else if !is_hang_up && end.is_none() && !shutdown_delay.is_zero() {
                     stopping.store(true, Ordering::Relaxed);
                     tracing::info!(?shutdown_delay, "no longer ready; the service stops after the delay");
                     end = Some(clock.now() + shutdown_delay);
+                } else {
+                    break;
                 }
-                (Action::Stop, _) => break,
-                (Action::Reload, _) if hang_up == HangUp::Stops => break,
-                (Action::Reload, Some(tls)) => tls.reload(),
-                (Action::Reload, None) => {}
             },
         }
     }
@@ -218,17 +188,21 @@ async fn run(
 }
 
 /// The scheme, and the host with the port if any, of the URL at which a service is reached.
-fn advertised_name(url: &str) -> Result<(String, String), ServeError> {
+fn advertised_name(url: &str) -> Result<(String, String), String> {
     let uri = url.parse::<Uri>().ok();
     let uri = uri.filter(|uri| matches!(uri.scheme_str(), Some("http" | "https")));
     let parts =
         uri.and_then(|uri| Some((uri.scheme_str()?.to_owned(), uri.authority()?.as_str().to_owned())));
-    parts.ok_or_else(|| ServeError::Advertised(url.to_owned()))
+    parts.ok_or_else(|| {
+        format!(
+            "{url} is no URL of a service: give --advertise and --peers http://HOST:PORT or https://HOST:PORT"
+        )
+    })
 }
 
 /// The client configuration for services certified by the authority of the PEM file `path`.
-fn trusting(path: &Path) -> Result<ClientConfig, ServeError> {
-    verified_by(Some(path)).map_err(ServeError::Authority)
+fn trusting(path: &Path) -> Result<ClientConfig, String> {
+    verified_by(Some(path)).map_err(|reason| format!("cannot use --advertise-ca: {reason}"))
 }
 
 /// The store of the data directory, or the one that this service at `address` shares.
@@ -237,9 +211,10 @@ fn open_store(
     address: SocketAddr,
     has_tls: bool,
     clock: &Clock,
-) -> Result<EventStore, ServeError> {
+) -> Result<EventStore, Box<dyn Error>> {
     let Some(store) = &config.store else {
-        return Ok(EventStore::open_with(&config.data, config.disk_share(), clock)?);
+        let store = EventStore::open_with(&config.data, config.disk_share(), clock);
+        return Ok(store.map_err(because_of(UNUSABLE_LOG))?);
     };
     let scheme = if has_tls { "https" } else { "http" };
     // Services of other machines do not reach a loopback address.
@@ -250,18 +225,18 @@ fn open_store(
     // With TLS the service answers HTTPS only; without, a proxy may add it.
     let is_reached = |url: &String| is_https(url) || (url.starts_with("http://") && !has_tls);
     let advertised = config.advertise.clone().or(own).filter(is_reached);
-    let url = advertised.ok_or(ServeError::NotAdvertised(scheme))?;
+    let Some(url) = advertised else {
+        let advice = format!("add --advertise {scheme}://HOST:PORT, where they reach this one");
+        return Err(format!("services that share missions call each other: {advice}").into());
+    };
     if is_https(&url) && config.advertise_ca.is_none() {
-        return Err(ServeError::NoAuthority);
+        let advice = "add --advertise-ca FILE, the certificate of their authority (PEM)";
+        return Err(format!("the other services' certificates are verified: {advice}").into());
     }
     let lease = Duration::from_secs_f64(config.lease_s);
     let member = Member { url, lease };
-    Ok(EventStore::open_database(
-        store,
-        Some(member),
-        config.disk_share(),
-        clock,
-    )?)
+    let store = EventStore::open_database(store, Some(member), config.disk_share(), clock);
+    Ok(store.map_err(because_of(UNUSABLE_LOG))?)
 }
 
 /// Waits until then, or forever.
@@ -311,19 +286,12 @@ impl Signals {
         })
     }
 
-    /// Waits for a signal.
-    async fn next(&mut self) -> Action {
+    /// Waits for a signal; `true` for SIGHUP.
+    async fn next(&mut self) -> bool {
         tokio::select! {
-            _ = self.interrupt.recv() => Action::Stop,
-            _ = self.terminate.recv() => Action::Stop,
-            _ = self.hang_up.recv() => Action::Reload,
+            _ = self.interrupt.recv() => false,
+            _ = self.terminate.recv() => false,
+            _ = self.hang_up.recv() => true,
         }
     }
-}
-
-/// The action of a signal.
-enum Action {
-    Stop,
-    /// Reload the certificate.
-    Reload,
 }

@@ -64,24 +64,19 @@ pub(crate) fn token(arguments: &Token, path: &Path) -> Result<(), Box<dyn Error>
                 craft: craft.clone(),
             };
             let role = Role::ALL.into_iter().find(|known| known.name() == role);
-            let token = TokenFile::add(
-                path,
-                NewToken {
-                    name: name.clone(),
-                    role: role.expect("clap takes no other"),
-                    limit: Some(limit).filter(|limit| *limit != TokenLimit::default()),
-                    valid: days.map(|days| DAY * u32::from(days)),
-                },
-                &Clock::machine(),
-            )?;
-            print(&format!("{token}\n"))?;
+            let token = NewToken {
+                name: name.clone(),
+                role: role.expect("clap takes no other"),
+                limit: Some(limit).filter(|limit| *limit != TokenLimit::default()),
+                valid: days.map(|days| DAY * u32::from(days)),
+            };
+            print(&format!("{}\n", TokenFile::add(path, token, &Clock::machine())?))?;
         }
         Command::List => {
             for token in TokenFile::read(path)?.unwrap_or_default().tokens {
-                let expires = token
-                    .expires_s
-                    .map_or_else(String::new, |at| format!("  expires at Unix time {at} s"));
-                let limit = token.limit.map_or_else(String::new, |limit| format!("  {limit}"));
+                let expires = token.expires_s.map(|at| format!("  expires at Unix time {at} s"));
+                let limit = token.limit.map(|limit| format!("  {limit}"));
+                let (limit, expires) = (limit.unwrap_or_default(), expires.unwrap_or_default());
                 print(&format!(
                     "{:24} {:9}{limit}{expires}\n",
                     token.name,

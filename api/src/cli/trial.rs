@@ -13,11 +13,6 @@ use crate::cli::{
     scenarios::scenario,
 };
 
-/// The file has another format.
-#[derive(Debug, thiserror::Error)]
-#[error("{0}: the log of a trial must be a .csv file")]
-struct NotCsv(PathBuf);
-
 /// Runs the trial of `craft`, and writes its log to each of `paths`.
 pub(crate) fn trial(craft: &str, seed: u64, paths: &[PathBuf]) -> Result<(), Box<dyn Error>> {
     let files = paths.iter().map(|path| log_file(path));
@@ -35,19 +30,15 @@ pub(crate) fn trial(craft: &str, seed: u64, paths: &[PathBuf]) -> Result<(), Box
     Ok(print(&format!(
         "{} rows, {minutes:.0} min of {craft}; next: pilotfish identify {}\n",
         rows.len(),
-        paths
-            .first()
-            .map(|path| path.display().to_string())
-            .unwrap_or_default()
+        paths[0].display()
     ))?)
 }
 
 fn log_file(path: &Path) -> Result<OutFile, Box<dyn Error>> {
-    let ending = path.extension().and_then(|ending| ending.to_str());
     let file = OutFile::new(path)?;
-    match ending {
+    match path.extension().and_then(|ending| ending.to_str()) {
         Some("csv") => Ok(file),
         None if file.is_stream() => Ok(file),
-        Some(_) | None => Err(NotCsv(path.to_owned()).into()),
+        Some(_) | None => Err(format!("{}: the log of a trial must be a .csv file", path.display()).into()),
     }
 }

@@ -47,9 +47,8 @@ pub(crate) fn retain(arguments: &Retain, config: &Config) -> Result<(), Box<dyn 
         );
     }
     let kept = DAY * u32::from(arguments.days);
-    let over = store
-        .reader()?
-        .over_before(store.clock().now_s() - kept.as_secs_f64())?;
+    let until = store.clock().now_s() - kept.as_secs_f64();
+    let over = store.reader()?.over_before(until)?;
     for id in &over {
         print(&format!("{id}\n"))?;
     }

@@ -129,6 +129,20 @@ impl Entry {
     fn is_deletion(&self) -> bool {
         self.digest == DELETED
     }
+
+    /// Names the missing events of the mission, whose last stored event is `stored`.
+    fn lost(&self, stored: i64) -> String {
+        let (mission, sequence) = (&self.mission, self.sequence);
+        let acknowledged = format!("acknowledged at Unix time {:.3} s", self.at_s);
+        if self.is_deletion() {
+            format!("the deletion of mission {mission}, {acknowledged}")
+        } else if sequence <= stored {
+            format!("event {sequence} of mission {mission} is not the one {acknowledged}")
+        } else {
+            let (n, first) = (sequence - stored, stored + 1);
+            format!("{n} events of mission {mission} from {first} to {sequence}, the last {acknowledged}")
+        }
+    }
 }
 
 impl Acknowledged {
@@ -234,31 +248,6 @@ pub(super) fn compare(
             .push(Entry::deletion(now_s, entry.number, &entry.mission));
     }
     Ok(compared)
-}
-
-impl Entry {
-    /// Names the missing events of the mission, whose last stored event is `stored`.
-    fn lost(&self, stored: i64) -> String {
-        let Self {
-            at_s,
-            mission,
-            sequence,
-            ..
-        } = self;
-        if self.is_deletion() {
-            format!("the deletion of mission {mission}, acknowledged at Unix time {at_s:.3} s")
-        } else if *sequence <= stored {
-            format!(
-                "event {sequence} of mission {mission} is not the one acknowledged at Unix time {at_s:.3} s"
-            )
-        } else {
-            format!(
-                "{} events of mission {mission} from {} to {sequence}, the last acknowledged at Unix time {at_s:.3} s",
-                sequence - stored,
-                stored + 1
-            )
-        }
-    }
 }
 
 fn check(text: &str) -> String {

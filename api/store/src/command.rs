@@ -80,29 +80,25 @@ pub(super) trait LogWriter {
 /// no reply and the next ones are carried out.
 pub(super) async fn run(mut writer: impl LogWriter, mut commands: Receiver<Command>, clock: Clock) {
     loop {
-        let first = match writer.rest() {
-            None => commands.recv().await,
+        let rest = writer.rest();
+        let first = match rest {
+            None => Some(commands.recv().await),
             Some(Duration::ZERO) => match commands.try_recv() {
-                Ok(command) => Some(command),
-                Err(TryRecvError::Disconnected) => None,
-                Err(TryRecvError::Empty) => {
-                    if unless_panicked(&mut writer, LogWriter::upkeep).is_err() {
-                        return;
-                    }
-                    // A simulated machine has one thread for everything.
-                    yield_now().await;
-                    continue;
-                }
+                Ok(command) => Some(Some(command)),
+                Err(TryRecvError::Disconnected) => return,
+                Err(TryRecvError::Empty) => None,
             },
-            Some(rest) => {
-                let Ok(command) = clock.timeout(rest, commands.recv()).await else {
-                    if unless_panicked(&mut writer, LogWriter::upkeep).is_err() {
-                        return;
-                    }
-                    continue;
-                };
-                command
+            Some(rest) => clock.timeout(rest, commands.recv()).await.ok(),
+        };
+        let Some(first) = first else {
+            if unless_panicked(&mut writer, LogWriter::upkeep).is_err() {
+                return;
             }
+            if rest == Some(Duration::ZERO) {
+                // A simulated machine has one thread for everything.
+                yield_now().await;
+            }
+            continue;
         };
         let Some(first) = first else { return };
         let carried_out = unless_panicked(&mut writer, |writer| {

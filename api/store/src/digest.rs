@@ -11,7 +11,7 @@
 use rusqlite::{Connection, functions::FunctionFlags};
 use sha2::{Digest as _, Sha256};
 
-use super::{entry::Append, error::StoreError, sql::signed};
+use super::{entry::Append, sql::signed};
 
 /// Kind of a checkpoint in H.
 pub(super) const CHECKPOINT: &str = "checkpoint";
@@ -84,16 +84,6 @@ impl Head {
             head,
         }
     }
-
-    /// The error for an append after an event that is missing.
-    pub(super) fn missing(&self, id: &str) -> StoreError {
-        StoreError::Damaged(format!("mission {id}: {}", missing_head(self.sequence)))
-    }
-}
-
-/// Fault of a mission whose last event does not match the mission's row.
-pub(super) fn missing_head(sequence: i64) -> String {
-    format!("its last event, {sequence}, is missing or is not what was stored")
 }
 
 /// Registers [`digest`] in SQLite, for [`fill`].
@@ -102,13 +92,8 @@ pub(super) fn register(connection: &Connection) -> rusqlite::Result<()> {
     connection.create_scalar_function("digest_of", 5, flags, |given| {
         let (kind, before, body): (String, Option<Vec<u8>>, Vec<u8>) =
             (given.get(2)?, given.get(3)?, given.get(4)?);
-        Ok(digest(
-            given.get(0)?,
-            given.get(1)?,
-            &kind,
-            &before.unwrap_or_default(),
-            &body,
-        ))
+        let before = before.unwrap_or_default();
+        Ok(digest(given.get(0)?, given.get(1)?, &kind, &before, &body))
     })
 }
 

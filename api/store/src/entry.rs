@@ -1,7 +1,8 @@
 //! Types that the event store stores and returns.
 
-use super::{error::StoreError, idempotency::KeyedAnswer};
 use std::sync::Arc;
+
+use super::error::StoreError;
 
 /// A stored event. Only the missions read its body.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -67,6 +68,11 @@ impl Append {
     pub(super) fn is_over(&self) -> bool {
         ["finished", "failed"].contains(&&*self.status)
     }
+
+    /// The owner of a new mission.
+    pub(super) fn creator(&self) -> &str {
+        self.order.as_ref().map_or("", |order| &order.caller)
+    }
 }
 
 /// Limit of a client's share of the disk after an append.
@@ -92,6 +98,35 @@ pub struct AuditEntry {
     pub request: String,
     /// The action, such as `create` or `finish`.
     pub action: String,
+}
+
+/// The answer to a request with a key.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct KeyedAnswer {
+    /// The client's key.
+    pub key: String,
+    /// Hash of the request; detects the same key in a different request.
+    pub request: [u8; 32],
+    /// The answer, JSON.
+    pub answer: Vec<u8>,
+}
+
+/// Hash of an earlier request, and its answer.
+pub type PreviousAnswer = ([u8; 32], Vec<u8>);
+
+/// Selects a [`PreviousAnswer`] by mission and key.
+pub(super) const FIND_ANSWER: &str = "SELECT request, answer FROM answered JOIN missions ON number = mission
+    WHERE id = ?1 AND key = ?2 AND status <> 'deleted'";
+
+impl KeyedAnswer {
+    /// The result of an append whose key had this answer before.
+    pub(super) fn repeated(&self, request: &[u8], answer: Vec<u8>) -> Appended {
+        if self.request == request {
+            Appended::AnsweredBefore(answer)
+        } else {
+            Appended::KeyTaken
+        }
+    }
 }
 
 /// The result of an append. Only `Stored` stores anything.

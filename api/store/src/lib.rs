@@ -16,9 +16,10 @@
 )]
 
 use std::{
+    fmt::Debug,
     fs::File,
     io,
-    path::{Path, PathBuf},
+    path::Path,
     sync::{Arc, Mutex, MutexGuard, PoisonError},
     time::{Duration, Instant},
 };
@@ -32,20 +33,22 @@ use tokio::sync::{
 };
 
 mod acknowledged;
+mod backend;
 mod command;
 #[cfg(feature = "postgres")]
 mod copy;
+mod copy_rows;
 mod digest;
 mod entry;
 mod error;
 mod files;
-mod idempotency;
 mod known;
+mod locked;
 mod metrics;
+mod open_files;
 mod ownership;
 mod packed;
-mod place;
-#[cfg(feature = "postgres")]
+#[cfg_attr(not(feature = "postgres"), path = "without_postgres.rs")]
 mod postgres;
 mod reader;
 pub mod roots;
@@ -57,37 +60,30 @@ mod sql;
 #[cfg(test)]
 mod tests;
 mod trusted_time;
-#[cfg(not(feature = "postgres"))]
-mod without_postgres;
 mod writer;
 
 use acknowledged::{Acknowledged, Compared, LIST_NAME};
+use backend::Backend;
 use command::{Command, LogWriter, Reply, run};
 #[cfg(feature = "postgres")]
 pub use copy::{Copied, StorePlace, copy};
 
-pub use entry::{Append, Appended, AuditEntry, Room, StoredEvent, StoredMission};
+pub use entry::{
+    Append, Appended, AuditEntry, KeyedAnswer, PreviousAnswer, Room, StoredEvent, StoredMission,
+};
 pub use error::StoreError;
 use files::{configure, hide, make_private, note_lost, require_file_of_write_ahead, require_no_loss};
-pub use idempotency::{KeyedAnswer, PreviousAnswer};
 pub use metrics::StoreMetrics;
+use open_files::{OpenFiles, lock};
 #[doc(hidden)]
 pub use ownership::Trouble;
 pub use ownership::{Acquired, Member, Owned, Turn};
 use packed::pack;
-use place::{Place, lock};
-#[cfg(feature = "postgres")]
-pub use postgres::lease::Lease;
-#[cfg(feature = "postgres")]
-use postgres::{link::Database, writer::PostgresWriter};
+pub use postgres::Lease;
 pub use reader::{EventReader, FILE_NAME};
 pub use salvage::REST_NAME;
 pub use trusted_time::TrustedClock;
 use trusted_time::TrustedTime;
-#[cfg(not(feature = "postgres"))]
-pub use without_postgres::Lease;
-#[cfg(not(feature = "postgres"))]
-use without_postgres::{self as postgres, Database};
 use writer::Writer;
 
 /// File in the data directory that names acknowledged events that were missing at a start. The
@@ -104,22 +100,9 @@ pub struct EventStore {
     writer: Sender<Command>,
 }
 
-/// The backend of a store.
-#[derive(Debug)]
-enum Kept {
-    File {
-        path: PathBuf,
-        place: Arc<Place>,
-    },
-    Database {
-        database: Database,
-        lease: Option<Lease>,
-    },
-}
-
 #[derive(Debug)]
 struct Shared {
-    kept: Kept,
+    backend: Box<dyn Backend>,
     clock: TrustedClock,
     /// The first damage that was found.
     damage: Mutex<Option<String>>,
@@ -164,7 +147,7 @@ impl EventStore {
     ) -> Result<Self, StoreError> {
         let refused = |error: io::Error| StoreError::open(path, &error);
         let directory = path.parent().unwrap_or(Path::new("."));
-        let place = Arc::new(Place::new(path, database).map_err(refused)?);
+        let open_files = Arc::new(OpenFiles::new(path, database).map_err(refused)?);
         let (acknowledged, listed) = Acknowledged::open(directory, machine)
             .map_err(|error| StoreError::open(&directory.join(LIST_NAME), &error))?;
         let Compared { lost, outdated } = acknowledged::compare(&connection, listed, machine.unix_s())
@@ -177,16 +160,14 @@ impl EventStore {
             tracing::error!(lost, "acknowledged events are missing from the mission log");
             note_lost(&directory.join(LOST_NAME), &lost).map_err(refused)?;
         }
-        let mut time = TrustedTime::of(connection.query_row(TrustedTime::READ, [], |row| {
-            Ok([row.get(0)?, row.get(1)?, row.get(2)?, row.get(3)?])
-        })?);
+        let mut time = TrustedTime::read(&connection)?;
         time.resume(machine);
         connection.execute(TrustedTime::WRITE, time.columns())?;
         let clock = TrustedClock::new(time, machine);
         let metrics = StoreMetrics::default();
         let mut writer = Writer::new(
             connection,
-            Arc::clone(&place),
+            Arc::clone(&open_files),
             acknowledged,
             clock.clone(),
             share,
@@ -194,70 +175,11 @@ impl EventStore {
         )?;
         // The losses were noted above.
         writer.list(outdated);
-        let kept = Kept::File {
-            path: path.to_owned(),
-            place,
-        };
-        Self::run(kept, clock, metrics, writer).map_err(refused)
-    }
-
-    /// `true` if the database of a URL is on another machine, whose services may share it.
-    #[must_use]
-    pub fn is_elsewhere(url: &str) -> bool {
-        postgres::is_elsewhere(url)
-    }
-
-    /// Opens the store in the database of a URL, for a service that takes part as `member`, or for
-    /// a program that appends nothing. The missions of one client may take at most `share` bytes.
-    #[cfg(feature = "postgres")]
-    pub fn open_database(
-        url: &str,
-        member: Option<Member>,
-        share: u64,
-        machine: &Clock,
-    ) -> Result<Self, StoreError> {
-        let database = postgres::open(url)?;
-        let link = database.connect()?;
-        let stored = link.query(TrustedTime::READ, &[])?;
-        let row = stored
-            .first()
-            .ok_or_else(|| StoreError::Damaged("the trusted time is missing".to_owned()))?;
-        let mut time = TrustedTime::of([row.try_get(0)?, row.try_get(1)?, row.try_get(2)?, row.try_get(3)?]);
-        time.adopt(machine);
-        let clock = TrustedClock::new(time, machine);
-        let lease = member
-            .map(|member| Lease::join(database.clone(), member, machine))
-            .transpose()?;
-        let metrics = StoreMetrics::default();
-        let mut writer = PostgresWriter::new(
-            database.clone(),
-            lease.clone(),
-            share,
-            clock.clone(),
-            metrics.clone(),
-        )?;
-        writer.keep_time(time)?;
-        let refused = |error: io::Error| StoreError::open(database.name().as_ref(), &error);
-        let run = Self::run(
-            Kept::Database {
-                database: database.clone(),
-                lease,
-            },
-            clock,
-            metrics,
-            writer,
-        );
-        run.map_err(refused)
-    }
-
-    /// Fails: this program is built without databases.
-    #[cfg(not(feature = "postgres"))]
-    pub fn open_database(url: &str, _: Option<Member>, _: u64, _: &Clock) -> Result<Self, StoreError> {
-        match postgres::open(url)? {}
+        Self::run(open_files, clock, metrics, writer).map_err(refused)
     }
 
     fn run(
-        kept: Kept,
+        backend: impl Backend + 'static,
         clock: TrustedClock,
         metrics: StoreMetrics,
         writer: impl LogWriter + Send + 'static,
@@ -267,7 +189,7 @@ impl EventStore {
             .machine
             .spawn_thread("mission-log", run(writer, commands, clock.machine.clone()))?;
         let shared = Shared {
-            kept,
+            backend: Box::new(backend),
             clock,
             damage: Mutex::default(),
             metrics,
@@ -281,19 +203,13 @@ impl EventStore {
     /// This service's lease of missions; none if no other service can own them.
     #[must_use]
     pub fn lease(&self) -> Option<&Lease> {
-        match &self.shared.kept {
-            Kept::File { .. } => None,
-            Kept::Database { lease, .. } => lease.as_ref(),
-        }
+        self.shared.backend.lease()
     }
 
     /// Time until the disk is full, at the rate since the last call; none if unknown.
     #[must_use]
     pub fn disk_lasts(&self, before: &mut Option<(Instant, u64)>) -> Option<Duration> {
-        let Kept::File { path, .. } = &self.shared.kept else {
-            return None;
-        };
-        let disk = statvfs(path).ok()?;
+        let disk = statvfs(self.shared.backend.path()?).ok()?;
         let free = disk.f_bavail.saturating_mul(disk.f_frsize);
         let now = (self.machine().now(), self.shared.metrics.free(free));
         let (then, stored) = before.replace(now)?;
@@ -382,9 +298,7 @@ impl EventStore {
     /// Disturbs all connections to the database from now on. For tests.
     #[doc(hidden)]
     pub fn trouble(&self, trouble: Option<Trouble>) {
-        if let Kept::Database { database, .. } = &self.shared.kept {
-            database.trouble(trouble);
-        }
+        self.shared.backend.trouble(trouble);
     }
 
     /// Fails if damage was found or the store cannot be written.
@@ -393,7 +307,7 @@ impl EventStore {
         if let Some(what) = damage {
             return Err(StoreError::Damaged(what));
         }
-        if let Kept::File { path, .. } = &self.shared.kept {
+        if let Some(path) = self.shared.backend.path() {
             require_no_loss(&path.with_file_name(LOST_NAME))?;
         }
         self.ask(|writer| writer.probe()).await
@@ -430,13 +344,7 @@ impl EventStore {
 
     /// A reading connection. It sees complete commits only.
     pub fn reader(&self) -> Result<EventReader, StoreError> {
-        match &self.shared.kept {
-            Kept::File { path, place } => {
-                place.check()?;
-                EventReader::open(path, Some(Arc::clone(place)))
-            }
-            Kept::Database { database, .. } => Ok(EventReader::in_database(database.reading()?)),
-        }
+        self.shared.backend.reader()
     }
 
     /// Checks the whole file, slowly. [`Self::probe`] reports damage that it finds.

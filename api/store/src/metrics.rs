@@ -37,30 +37,15 @@ impl Default for StoreMetrics {
 impl StoreMetrics {
     /// Adds the counters to `registry`.
     pub fn register(&self, registry: &mut Registry) {
-        let Self {
-            commits,
-            failures,
-            events,
-            bytes,
-            free,
-        } = self.clone();
-        registry.register(
-            "store_commit_duration_seconds",
-            "Time of a commit of the mission log",
-            commits,
-        );
-        registry.register("store_commit_failures", "Commits that failed", failures);
-        registry.register("store_events", "Events stored", events);
-        registry.register(
-            "store_bytes",
-            "Bytes of what was stored and stays: events and answers",
-            bytes,
-        );
-        registry.register(
-            "store_free_bytes",
-            "Bytes that are free on the disk of the mission log, if it is this machine's",
-            free,
-        );
+        let all = self.clone();
+        let help = "Time of a commit of the mission log";
+        registry.register("store_commit_duration_seconds", help, all.commits);
+        registry.register("store_commit_failures", "Commits that failed", all.failures);
+        registry.register("store_events", "Events stored", all.events);
+        let help = "Bytes of what was stored and stays: events and answers";
+        registry.register("store_bytes", help, all.bytes);
+        let help = "Bytes that are free on the disk of the mission log, if it is this machine's";
+        registry.register("store_free_bytes", help, all.free);
     }
 
     /// Counts a commit: its duration, and the events and bytes that it stored; `None` if it failed.

@@ -15,27 +15,38 @@ use std::{
     time::Duration,
 };
 
+use clock::Clock;
 use tokio_postgres::{
     Config,
     config::{Host, SslMode, TargetSessionAttrs},
 };
 
-use super::error::StoreError;
-use crate::roots::verified_by;
+use super::{
+    EventStore,
+    backend::Backend,
+    command::LogWriter as _,
+    error::StoreError,
+    metrics::StoreMetrics,
+    ownership::{Member, Trouble},
+    reader::EventReader,
+    roots::verified_by,
+    trusted_time::{TrustedClock, TrustedTime},
+};
 
 pub(super) mod batch;
 mod columns;
 mod keeper;
-pub(super) mod lease;
-pub(super) mod link;
-pub(super) mod member;
+mod lease;
+mod link;
 mod schema;
 mod tls;
 mod wait;
-pub(super) mod writer;
+mod writer;
 
-use link::{Database, PATIENCE, Pooled};
+pub use lease::Lease;
+use link::{Database, PATIENCE};
 use tls::Tls;
+use writer::PostgresWriter;
 
 /// Time for a connection to one host: the next host may answer.
 const CONNECT_TIME: Duration = Duration::from_secs(1);
@@ -50,16 +61,71 @@ pub(super) fn open(url: &str) -> Result<Database, StoreError> {
     Ok(database)
 }
 
-/// A reading connection to the database of a URL.
-pub(super) fn reading(url: &str) -> Result<Pooled, StoreError> {
-    let database = database(url)?;
-    let pooled = database.reading()?;
-    pooled.with(|link| schema::require_newest(link, database.name()))?;
-    Ok(pooled)
+impl EventReader {
+    /// Reads the store in the database of a URL; services may be writing to it.
+    pub fn of_database(url: &str) -> Result<Self, StoreError> {
+        let database = database(url)?;
+        let pooled = database.reading()?;
+        pooled.with(|link| schema::require_newest(link, database.name()))?;
+        Ok(Self::in_database(pooled))
+    }
+}
+
+/// A database, and this service's lease of missions in it.
+#[derive(Debug)]
+struct Joined {
+    database: Database,
+    lease: Option<Lease>,
+}
+
+impl Backend for Joined {
+    fn reader(&self) -> Result<EventReader, StoreError> {
+        Ok(EventReader::in_database(self.database.reading()?))
+    }
+
+    fn lease(&self) -> Option<&Lease> {
+        self.lease.as_ref()
+    }
+
+    fn trouble(&self, trouble: Option<Trouble>) {
+        self.database.trouble(trouble);
+    }
+}
+
+impl EventStore {
+    /// `true` if the database of a URL may be on another machine, whose services may share it. A
+    /// wrong URL is refused later.
+    #[must_use]
+    pub fn is_elsewhere(url: &str) -> bool {
+        let config = without_tls(url).parse::<Config>();
+        config.is_ok_and(|config| !is_on_this_machine(&config))
+    }
+
+    /// Opens the store in the database of a URL, for a service that takes part as `member`, or for
+    /// a program that appends nothing. The missions of one client may take at most `share` bytes.
+    pub fn open_database(
+        url: &str,
+        member: Option<Member>,
+        share: u64,
+        machine: &Clock,
+    ) -> Result<Self, StoreError> {
+        let database = open(url)?;
+        let mut time = TrustedTime::read(&database.connect()?)?;
+        time.adopt(machine);
+        let clock = TrustedClock::new(time, machine);
+        let join = |member| Lease::join(database.clone(), member, machine);
+        let lease = member.map(join).transpose()?;
+        let metrics = StoreMetrics::default();
+        let mut writer = PostgresWriter::new((&database, &lease), share, clock.clone(), metrics.clone())?;
+        writer.keep_time(time)?;
+        let name = database.name().to_owned();
+        let joined = Joined { database, lease };
+        Self::run(joined, clock, metrics, writer).map_err(|error| StoreError::open(name.as_ref(), &error))
+    }
 }
 
 fn database(url: &str) -> Result<Database, StoreError> {
-    let (address, mut tls) = (without_tls(url), TlsWanted::of(url));
+    let address = without_tls(url);
     let read = |address: &str| {
         let config = address.parse::<Config>();
         // The library's reason may repeat the password.
@@ -70,26 +136,19 @@ fn database(url: &str) -> Result<Database, StoreError> {
         return Err(invalid("begins with postgres:// and names a host"));
     }
     let name = name(&config);
-    let refused = |reason: String| StoreError::open(name.as_ref(), &reason);
-    if tls.mode.is_none() && is_on_this_machine(&config) {
-        tls.mode = Some("disable".to_owned());
-    }
-    let (ssl_mode, roots) = match tls.mode.as_deref() {
+    let refused = |reason: &str| StoreError::open(name.as_ref(), &reason);
+    let unencrypted = || is_on_this_machine(&config).then(|| "disable".to_owned());
+    let (ssl_mode, roots) = match parameter(url, "sslmode").or_else(unencrypted).as_deref() {
         Some("disable") => (SslMode::Disable, None),
         Some("require" | "verify-full") => {
-            let file = tls.roots.ok_or_else(|| {
-                refused(
-                    "sslmode needs sslrootcert=FILE, by which the server's certificate is verified"
-                        .to_owned(),
-                )
+            let file = parameter(url, "sslrootcert").ok_or_else(|| {
+                refused("sslmode needs sslrootcert=FILE, by which the server's certificate is verified")
             })?;
             (SslMode::Require, Some(PathBuf::from(file)))
         }
         _ => {
-            return Err(refused(
-                "add sslmode=verify-full&sslrootcert=FILE, or sslmode=disable in a trusted network"
-                    .to_owned(),
-            ));
+            let advice = "add sslmode=verify-full&sslrootcert=FILE, or sslmode=disable in a trusted network";
+            return Err(refused(advice));
         }
     };
     let mut hosts = vec![];
@@ -110,7 +169,7 @@ fn database(url: &str) -> Result<Database, StoreError> {
             .keepalives_retries(2);
         hosts.push(host);
     }
-    let client = verified_by(roots.as_deref()).map_err(refused)?;
+    let client = verified_by(roots.as_deref()).map_err(|reason| refused(&reason))?;
     Database::new(hosts, Tls(Arc::new(client)), name)
 }
 
@@ -118,37 +177,22 @@ fn invalid(why: &str) -> StoreError {
     StoreError::open(Path::new("of --store"), &format!("the URL {why}"))
 }
 
-/// The TLS parameters of a URL. Certificates are verified as by PostgreSQL's `verify-full`.
-struct TlsWanted {
-    mode: Option<String>,
-    roots: Option<String>,
+/// A parameter of TLS. Certificates are verified as by PostgreSQL's `verify-full`.
+fn parameter(url: &str, key: &str) -> Option<String> {
+    let (_, query) = url.split_once('?')?;
+    let mut pairs = form_urlencoded::parse(query.as_bytes());
+    let (_, value) = pairs.find(|(name, _)| name == key)?;
+    Some(value.into_owned())
 }
 
-impl TlsWanted {
-    fn of(url: &str) -> Self {
-        let query = url.split_once('?').map_or("", |(_, query)| query);
-        let value = |key: &str| {
-            let mut pairs = form_urlencoded::parse(query.as_bytes());
-            pairs
-                .find(|(name, _)| name == key)
-                .map(|(_, value)| value.into_owned())
-        };
-        Self {
-            mode: value("sslmode"),
-            roots: value("sslrootcert"),
-        }
-    }
-}
-
-/// The URL without the parameters of [`TlsWanted`].
+/// The URL without the parameters of TLS.
 fn without_tls(url: &str) -> String {
     let Some((address, query)) = url.split_once('?') else {
         return url.to_owned();
     };
-    let others = query
-        .split('&')
-        .filter(|pair| !pair.starts_with("sslmode=") && !pair.starts_with("sslrootcert="));
-    format!("{address}?{}", others.collect::<Vec<_>>().join("&"))
+    let is_other = |pair: &&str| !pair.starts_with("sslmode=") && !pair.starts_with("sslrootcert=");
+    let others: Vec<_> = query.split('&').filter(is_other).collect();
+    format!("{address}?{}", others.join("&"))
 }
 
 /// One address for each host of `address`.
@@ -167,12 +211,6 @@ fn of_each_host(address: &str) -> Vec<String> {
     });
     // Hosts may also be parameters.
     parts.unwrap_or_else(|| vec![address.to_owned()])
-}
-
-/// `true` if the database of a URL may be on another machine. A wrong URL is refused later.
-pub(super) fn is_elsewhere(url: &str) -> bool {
-    let config = without_tls(url).parse::<Config>();
-    config.is_ok_and(|config| !is_on_this_machine(&config))
 }
 
 fn is_on_this_machine(config: &Config) -> bool {

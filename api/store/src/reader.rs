@@ -6,21 +6,16 @@ use rusqlite::{Connection, OpenFlags};
 use wire::mission::Order;
 
 use super::{
-    digest::{CHECKPOINT, digest, missing_head, summary_of},
-    entry::{StoredEvent, StoredMission},
+    digest::{CHECKPOINT, digest},
+    entry::{FIND_ANSWER, PreviousAnswer, StoredEvent, StoredMission},
     error::StoreError,
-    idempotency::{self, PreviousAnswer},
+    locked::Locked,
+    open_files::OpenFiles,
     packed::unpack,
-    place::Place,
-    rows::{Param, Row, Rows},
+    rows::{MISSION, Param, Row, Rows, stored_mission},
     schema,
     sql::{LOCK_TIME, limit, signed, unsigned},
 };
-
-#[cfg(feature = "postgres")]
-use super::postgres::{self, link::Pooled};
-#[cfg(not(feature = "postgres"))]
-use super::without_postgres::{self as postgres, Pooled};
 
 /// Name of the store's file in the data directory.
 pub const FILE_NAME: &str = "missions.sqlite3";
@@ -31,10 +26,10 @@ const PAGE: usize = 64;
 /// Reads the event store.
 #[derive(Debug)]
 pub struct EventReader(
-    pub(super) Rows,
+    pub(super) Box<dyn Rows>,
     /// The writer's lock in the same process. It is dropped after the connection.
     #[expect(dead_code, reason = "holds the lock")]
-    Option<Arc<Place>>,
+    Option<Arc<OpenFiles>>,
 );
 
 impl EventReader {
@@ -50,28 +45,15 @@ impl EventReader {
         }
         let connection = connect(&path)?;
         schema::require_newest(&connection, &path)?;
-        Ok(Self(Rows::Sqlite(connection), None))
+        Ok(Self(Box::new(connection), None))
     }
 
-    /// Reads the store in the database of a URL; services may be writing to it.
-    pub fn of_database(url: &str) -> Result<Self, StoreError> {
-        Ok(Self::in_database(postgres::reading(url)?))
+    pub(super) fn in_database(connection: impl Rows + 'static) -> Self {
+        Self(Box::new(connection), None)
     }
 
-    pub(super) fn in_database(connection: Pooled) -> Self {
-        Self(Rows::Postgres(connection), None)
-    }
-
-    pub(super) fn open(path: &Path, place: Option<Arc<Place>>) -> Result<Self, StoreError> {
-        Ok(Self(Rows::Sqlite(connect(path)?), place))
-    }
-
-    /// The connection to a file. Only files are copied and inspected page by page.
-    pub(super) fn file(&self) -> Option<&Connection> {
-        match &self.0 {
-            Rows::Sqlite(connection) => Some(connection),
-            Rows::Postgres(_) => None,
-        }
+    pub(super) fn open(path: &Path, files: Option<Arc<OpenFiles>>) -> Result<Self, StoreError> {
+        Ok(Self(Box::new(connect(path)?), files))
     }
 
     /// The missions with numbers above `after`, in order, and `true` if more follow: at most
@@ -168,7 +150,7 @@ impl EventReader {
     /// The answer to an earlier request with the key, and the hash of that request.
     pub fn answered(&self, mission: &str, key: &str) -> Result<Option<PreviousAnswer>, StoreError> {
         let (mission, key) = (self.0.text(mission), self.0.text(key));
-        let found = self.0.first(idempotency::FIND, &[&mission, &key], |row| {
+        let found = self.0.first(FIND_ANSWER, &[&mission, &key], |row| {
             Ok((row.get::<Vec<u8>>(0)?, row.get(1)?))
         })?;
         let Some((request, answer)) = found else {
@@ -229,11 +211,8 @@ impl EventReader {
     /// At most `most` events after `sequence`, in order. A gap is an error.
     pub fn events(&self, mission: u64, after: u64, most: usize) -> Result<Vec<StoredEvent>, StoreError> {
         let page = select_events("sequence - 1 = ?2", "sequence > ?2 ORDER BY sequence LIMIT ?3");
-        let read = self.0.all(
-            &page,
-            &[&signed(mission), &signed(after), &limit(most)],
-            Linked::read,
-        )?;
+        let params: [&dyn Param; 3] = [&signed(mission), &signed(after), &limit(most)];
+        let read: Vec<_> = self.0.all(&page, &params, Linked::read)?;
         let mut before = None;
         let events = read
             .into_iter()
@@ -269,6 +248,7 @@ impl EventReader {
 
     /// The error for missing data of a mission: damage, unless the mission is being deleted. A
     /// deletion marks the mission first and then removes its events step by step.
+    #[must_use]
     pub fn damaged(&self, mission: u64, what: &str) -> StoreError {
         let mark = "SELECT id FROM missions WHERE number = ?1 AND status <> 'deleted'";
         match self
@@ -283,16 +263,10 @@ impl EventReader {
 
     /// Number of the mission's last event; 0 without events.
     pub fn last_sequence(&self, mission: u64) -> Result<u64, StoreError> {
-        let last = "SELECT sequence, head, (SELECT digest FROM events WHERE mission = number
-            AND events.sequence = missions.sequence) FROM missions WHERE number = ?1";
-        let found = self.0.first(last, &[&signed(mission)], |row| {
-            let (head, stored): (Vec<u8>, Option<Vec<u8>>) = (row.get(1)?, row.get(2)?);
-            Ok((row.get(0)?, head == stored.unwrap_or_default()))
-        })?;
-        match found {
-            Some((last, false)) => Err(self.damaged(mission, &missing_head(last))),
-            found => Ok(found.map_or(0, |(last, _)| unsigned(last))),
-        }
+        let row = format!("SELECT {} FROM missions WHERE number = ?1", Locked::COLUMNS);
+        let found = self.0.first(&row, &[&signed(mission)], Locked::read)?;
+        let last = found.map_or(Ok(0), |found| found.last());
+        last.map(unsigned).map_err(|fault| self.damaged(mission, &fault))
     }
 
     /// Ids of the missions that were over before `trusted_s`, trusted Unix time, s.
@@ -320,22 +294,6 @@ fn select_missions(condition: &str) -> String {
     format!("SELECT {MISSION} FROM missions WHERE {condition}")
 }
 
-/// The columns that [`stored_mission`] reads.
-pub(super) const MISSION: &str = "number, id, summary, status, sequence, head, digest";
-
-/// Reads the columns [`MISSION`].
-pub(super) fn stored_mission(row: &Row<'_>) -> Result<StoredMission, StoreError> {
-    let (number, id, summary): (_, String, Vec<u8>) = (row.get(0)?, row.get(1)?, row.get(2)?);
-    let (status, head, stored): (String, Vec<u8>, Vec<u8>) = (row.get(3)?, row.get(5)?, row.get(6)?);
-    let expected = digest(number, row.get(4)?, &summary_of(&status, &id), &head, &summary);
-    Ok(StoredMission {
-        number: unsigned(number),
-        id,
-        summary,
-        is_whole: stored == expected,
-    })
-}
-
 /// Selects events of mission `?1`; those that meet `first` with their predecessor's digest.
 fn select_events(first: &str, condition: &str) -> String {
     format!(
@@ -355,7 +313,7 @@ struct Linked {
 
 impl Linked {
     /// Reads a row of [`select_events`].
-    fn read(row: &Row<'_>) -> Result<Self, StoreError> {
+    fn read(row: &dyn Row) -> Result<Self, StoreError> {
         let event = StoredEvent {
             sequence: unsigned(row.get(1)?),
             kind: row.get(2)?,

@@ -1,98 +1,81 @@
 //! Rows of either store. One query text, with `?1` as in SQLite, serves both.
 
-use std::borrow::Cow;
+use std::{borrow::Cow, fmt::Debug};
 
-use rusqlite::Connection;
-#[cfg(feature = "postgres")]
-use tokio_postgres::{self as database, types::ToSql};
+use rusqlite::{
+    Connection, ToSql,
+    types::{FromSql, ValueRef},
+};
 
+use super::{
+    digest::{digest, summary_of},
+    entry::StoredMission,
+    error::StoreError,
+    sql::unsigned,
+};
+
+/// A value for each store of this program.
 #[cfg(feature = "postgres")]
-use super::postgres::link::Pooled;
+pub(super) trait Param: ToSql + tokio_postgres::types::ToSql + Sync {}
+#[cfg(feature = "postgres")]
+impl<T: ToSql + tokio_postgres::types::ToSql + Sync> Param for T {}
 #[cfg(not(feature = "postgres"))]
-use super::without_postgres::{self as database, Pooled, types::ToSql};
-use super::{error::StoreError, sql::without_nul};
-
-/// A type of column of both stores.
-pub(super) trait Column: rusqlite::types::FromSql + for<'a> database::types::FromSql<'a> {}
-impl<T: rusqlite::types::FromSql + for<'a> database::types::FromSql<'a>> Column for T {}
-
-/// A value for both stores.
-pub(super) trait Param: rusqlite::types::ToSql + database::types::ToSql + Sync {}
-impl<T: rusqlite::types::ToSql + database::types::ToSql + Sync> Param for T {}
+pub(super) trait Param: ToSql {}
+#[cfg(not(feature = "postgres"))]
+impl<T: ToSql> Param for T {}
 
 /// A row of a result.
-pub(super) enum Row<'a> {
-    Sqlite(&'a rusqlite::Row<'a>),
-    Postgres(&'a database::Row),
+pub(super) trait Row {
+    /// The value in a column, from 0.
+    fn value(&self, column: usize) -> Result<ValueRef<'_>, StoreError>;
 }
 
-impl Row<'_> {
-    /// The value in a column, from 0.
-    pub(super) fn get<T: Column>(&self, column: usize) -> Result<T, StoreError> {
-        match self {
-            Self::Sqlite(row) => Ok(row.get(column)?),
-            Self::Postgres(row) => Ok(row.try_get(column)?),
-        }
+impl dyn Row + '_ {
+    pub(super) fn get<T: FromSql>(&self, column: usize) -> Result<T, StoreError> {
+        let value = T::column_result(self.value(column)?);
+        Ok(value.map_err(rusqlite::Error::from)?)
     }
 }
 
-/// A reading connection.
-#[derive(Debug)]
-pub(super) enum Rows {
-    Sqlite(Connection),
-    Postgres(Pooled),
+impl Row for rusqlite::Row<'_> {
+    fn value(&self, column: usize) -> Result<ValueRef<'_>, StoreError> {
+        Ok(self.get_ref(column)?)
+    }
 }
 
-impl Rows {
+/// A connection that reads.
+pub(super) trait Rows: Debug + Send {
     /// The text in this store's form.
-    pub(super) fn text<'a>(&self, text: &'a str) -> Cow<'a, str> {
-        match self {
-            Self::Sqlite(_) => text.into(),
-            Self::Postgres(_) => without_nul(text),
-        }
+    fn text<'a>(&self, text: &'a str) -> Cow<'a, str>;
+
+    /// The connection to a file. Only files are copied and inspected page by page.
+    fn file(&self) -> Option<&Connection> {
+        None
     }
 
     /// Calls `take` with each row, until it returns `false`.
-    pub(super) fn each(
+    fn each(
         &self,
         query: &str,
         params: &[&dyn Param],
-        take: &mut dyn FnMut(&Row<'_>) -> Result<bool, StoreError>,
-    ) -> Result<(), StoreError> {
-        match self {
-            Self::Sqlite(connection) => {
-                let mut statement = connection.prepare_cached(query)?;
-                for (place, param) in (1..).zip(params) {
-                    statement.raw_bind_parameter(place, *param as &dyn rusqlite::types::ToSql)?;
-                }
-                let mut rows = statement.raw_query();
-                while let Some(row) = rows.next()? {
-                    if !take(&Row::Sqlite(row))? {
-                        break;
-                    }
-                }
-                Ok(())
-            }
-            Self::Postgres(link) => {
-                let params: Vec<_> = params.iter().map(|param| *param as &(dyn ToSql + Sync)).collect();
-                link.each(query, &params, &mut |row| take(&Row::Postgres(row)))
-            }
-        }
-    }
+        take: &mut dyn FnMut(&dyn Row) -> Result<bool, StoreError>,
+    ) -> Result<(), StoreError>;
+}
 
+impl dyn Rows + '_ {
     /// All rows.
-    pub(super) fn all<T>(
+    pub(super) fn all<T, A: FromIterator<T>>(
         &self,
         query: &str,
         params: &[&dyn Param],
-        read: impl Fn(&Row<'_>) -> Result<T, StoreError>,
-    ) -> Result<Vec<T>, StoreError> {
+        read: impl Fn(&dyn Row) -> Result<T, StoreError>,
+    ) -> Result<A, StoreError> {
         let mut all = vec![];
         self.each(query, params, &mut |row| {
             all.push(read(row)?);
             Ok(true)
         })?;
-        Ok(all)
+        Ok(all.into_iter().collect())
     }
 
     /// The first row, if there is one.
@@ -100,7 +83,7 @@ impl Rows {
         &self,
         query: &str,
         params: &[&dyn Param],
-        read: impl Fn(&Row<'_>) -> Result<T, StoreError>,
+        read: impl Fn(&dyn Row) -> Result<T, StoreError>,
     ) -> Result<Option<T>, StoreError> {
         let mut first = None;
         self.each(query, params, &mut |row| {
@@ -114,9 +97,54 @@ impl Rows {
     pub(super) fn one<T>(
         &self,
         query: &str,
-        read: impl Fn(&Row<'_>) -> Result<T, StoreError>,
+        read: impl Fn(&dyn Row) -> Result<T, StoreError>,
     ) -> Result<T, StoreError> {
         let row = self.first(query, &[], read)?;
         row.ok_or_else(|| StoreError::Damaged(format!("{query}: a row is missing")))
     }
+}
+
+impl Rows for Connection {
+    fn text<'a>(&self, text: &'a str) -> Cow<'a, str> {
+        text.into()
+    }
+
+    fn file(&self) -> Option<&Connection> {
+        Some(self)
+    }
+
+    fn each(
+        &self,
+        query: &str,
+        params: &[&dyn Param],
+        take: &mut dyn FnMut(&dyn Row) -> Result<bool, StoreError>,
+    ) -> Result<(), StoreError> {
+        let mut statement = self.prepare_cached(query)?;
+        for (place, param) in (1..).zip(params) {
+            statement.raw_bind_parameter(place, *param as &dyn ToSql)?;
+        }
+        let mut rows = statement.raw_query();
+        while let Some(row) = rows.next()? {
+            if !take(row)? {
+                break;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The columns that [`stored_mission`] reads.
+pub(super) const MISSION: &str = "number, id, summary, status, sequence, head, digest";
+
+/// Reads the columns [`MISSION`].
+pub(super) fn stored_mission(row: &dyn Row) -> Result<StoredMission, StoreError> {
+    let (number, id, summary): (_, String, Vec<u8>) = (row.get(0)?, row.get(1)?, row.get(2)?);
+    let (status, head, stored): (String, Vec<u8>, Vec<u8>) = (row.get(3)?, row.get(5)?, row.get(6)?);
+    let expected = digest(number, row.get(4)?, &summary_of(&status, &id), &head, &summary);
+    Ok(StoredMission {
+        number: unsigned(number),
+        id,
+        summary,
+        is_whole: stored == expected,
+    })
 }

@@ -6,15 +6,17 @@ use std::{
     path::Path,
 };
 
-use rusqlite::{Connection, Params, params_from_iter, types::Value};
+use rusqlite::Connection;
 use serde_json::json;
 
 use super::{
+    copy_rows::copy_rows,
     entry::StoredMission,
     error::StoreError,
     files::{make_private, private_file},
     packed::unpack,
     reader::{EventReader, FILE_NAME},
+    rows::Rows,
     schema,
     sql::signed,
 };
@@ -31,7 +33,7 @@ impl EventReader {
     /// refused: use `pg_basebackup`.
     pub fn back_up(&self, directory: &Path) -> Result<Vec<String>, StoreError> {
         let (path, rest) = (directory.join(FILE_NAME), directory.join(REST_NAME));
-        let file = self.file().map(LogFile).ok_or_else(|| {
+        let file = self.0.file().ok_or_else(|| {
             StoreError::open(
                 &path,
                 &"PostgreSQL makes its own backups: use pg_basebackup, or pg_dump",
@@ -51,8 +53,8 @@ impl EventReader {
         let partial = directory.join(format!("{FILE_NAME}.partial"));
         let failed = |error: io::Error| StoreError::open(&path, &error);
         make_private(directory, &partial).map_err(failed)?;
-        let copied = file.copy(&partial).or_else(|error| match error {
-            StoreError::Damaged(_) => file.salvage(&partial, &rest),
+        let copied = copy(file, &partial).or_else(|error| match error {
+            StoreError::Damaged(_) => salvage(file, &partial, &rest),
             other => Err(other),
         });
         let written = copied.and_then(|damage| {
@@ -73,8 +75,8 @@ impl EventReader {
 
     /// Checks a file's structure, and the missions in the store.
     pub(super) fn inspect(&self) -> Result<(), StoreError> {
-        let file = self.file().map(LogFile);
-        file.as_ref().map_or(Ok(()), LogFile::check_structure)?;
+        let file = self.0.file();
+        file.map_or(Ok(()), check_structure)?;
         // A database is not read as a whole, because every starting service would do that.
         match self.damage(file.is_some())?.pop() {
             None => Ok(()),
@@ -114,173 +116,136 @@ impl EventReader {
 const PAGE: usize = 256;
 const PAGE_BYTES: usize = 1 << 20;
 
-/// An open store in a file.
-struct LogFile<'a>(&'a Connection);
-
-impl LogFile<'_> {
-    /// Runs SQLite's own check.
-    fn check_structure(&self) -> Result<(), StoreError> {
-        let verdict: String = self.0.query_row("PRAGMA quick_check(1)", [], |row| row.get(0))?;
-        match verdict.as_str() {
-            "ok" => Ok(()),
-            _ => Err(StoreError::Damaged(verdict)),
-        }
+/// Runs SQLite's own check.
+fn check_structure(from: &Connection) -> Result<(), StoreError> {
+    let verdict: String = from.query_row("PRAGMA quick_check(1)", [], |row| row.get(0))?;
+    match verdict.as_str() {
+        "ok" => Ok(()),
+        _ => Err(StoreError::Damaged(verdict)),
     }
+}
 
-    /// Copies every used page.
-    fn copy(&self, to: &Path) -> Result<Vec<String>, StoreError> {
-        empty(to)?;
-        self.0.execute("VACUUM INTO ?1", [&to.to_string_lossy()])?;
-        checked(to)
+/// Copies every used page.
+fn copy(from: &Connection, to: &Path) -> Result<Vec<String>, StoreError> {
+    empty(to)?;
+    from.execute("VACUUM INTO ?1", [&to.to_string_lossy()])?;
+    checked(to)
+}
+
+/// Copies the whole missions, and writes the readable events of the others to `rest`.
+fn salvage(from: &Connection, to: &Path, rest: &Path) -> Result<Vec<String>, StoreError> {
+    empty(to)?;
+    let _one_moment = from.unchecked_transaction()?;
+    let failed = |error: io::Error| StoreError::open(rest, &error);
+    let mut others = BufWriter::new(private_file(rest).map_err(failed)?);
+    let mut copy = Connection::open(to)?;
+    schema::migrate(&mut copy, to)?;
+    let mut copy = copy.transaction()?;
+    let mut damage = vec![];
+    copy.execute("DELETE FROM salts", [])?;
+    if copy_rows(from, &*copy, "salts", "", &[]) != Ok(1) {
+        copy.execute("INSERT INTO salts VALUES (randomblob(32))", [])?;
+        damage.push(
+            "cannot read the salt of mission ids: Idempotency-Keys of new missions start afresh".to_owned(),
+        );
     }
+    copy.execute("DELETE FROM guards", [])?;
+    if copy_rows(from, &*copy, "guards", "", &[]) != Ok(1) {
+        // The store may have been protected.
+        copy.execute("INSERT INTO guards VALUES (1, 0.0, 0.0, 0.0, 0.0)", [])?;
+        damage.push("cannot read the trusted time: the copy can be served only with tokens".to_owned());
+    }
+    for number in numbers(from, "missions") {
+        let whole = copy.savepoint()?;
+        if copy_mission(from, &whole, number).is_ok() {
+            whole.commit()?;
+            continue;
+        }
+        drop(whole);
+        let (id, last) = outline(from, number);
+        let n_read = write_events(from, number, &id, last, &mut others).map_err(failed)?;
+        damage.push(format!(
+            "mission {id}: {n_read} of {} events can be read, and are in {REST_NAME}",
+            last.max(n_read)
+        ));
+    }
+    let is_lost = |number: &i64| copy_rows(from, &*copy, "orders", "WHERE number = ?1", &[number]).is_err();
+    let lost = numbers(from, "orders").into_iter().filter(is_lost).count();
+    if 0 < lost {
+        damage.push(format!("{lost} orders of the audit cannot be read"));
+    }
+    copy.commit()?;
+    let others = others.into_inner().map_err(io::IntoInnerError::into_error);
+    others.and_then(|file| file.sync_all()).map_err(failed)?;
+    damage.extend(checked(to)?);
+    Ok(damage)
+}
 
-    /// Copies the whole missions, and writes the readable events of the others to `rest`.
-    fn salvage(&self, to: &Path, rest: &Path) -> Result<Vec<String>, StoreError> {
-        empty(to)?;
-        let _one_moment = self.0.unchecked_transaction()?;
-        let failed = |error: io::Error| StoreError::open(rest, &error);
-        let mut others = BufWriter::new(private_file(rest).map_err(failed)?);
-        let mut copy = Connection::open(to)?;
-        schema::migrate(&mut copy, to)?;
-        let mut copy = copy.transaction()?;
-        let mut damage = vec![];
-        copy.execute("DELETE FROM salts", [])?;
-        if !matches!(self.copy_rows(&copy, "salts", "TRUE", []), Ok(1)) {
-            copy.execute("INSERT INTO salts VALUES (randomblob(32))", [])?;
-            damage.push(
-                "cannot read the salt of mission ids: Idempotency-Keys of new missions start afresh"
-                    .to_owned(),
-            );
-        }
-        copy.execute("DELETE FROM guards", [])?;
-        if !matches!(self.copy_rows(&copy, "guards", "TRUE", []), Ok(1)) {
-            // The store may have been protected.
-            copy.execute("INSERT INTO guards VALUES (1, 0.0, 0.0, 0.0, 0.0)", [])?;
-            damage.push("cannot read the trusted time: the copy can be served only with tokens".to_owned());
-        }
-        for number in self.numbers("missions") {
-            let whole = copy.savepoint()?;
-            if self.copy_mission(&whole, number).is_ok() {
-                whole.commit()?;
-                continue;
+/// Copies one mission completely, or fails.
+fn copy_mission(from: &Connection, to: &Connection, number: i64) -> Result<(), StoreError> {
+    let kept = "WHERE number = ?1 AND status <> 'deleted'";
+    copy_rows(from, to, "missions", kept, &[&number])?;
+    let of_mission = |table| copy_rows(from, to, table, "WHERE mission = ?1", &[&number]);
+    let n_events = of_mission("events")?;
+    of_mission("snapshots")?;
+    of_mission("answered")?;
+    let (id, last) = outline(from, number);
+    if n_events < last {
+        return Err(StoreError::Damaged(format!("events of mission {id} are missing")));
+    }
+    Ok(())
+}
+
+/// The numbers of a table's rows; all numbers ever used if the rows cannot be read.
+fn numbers(from: &Connection, table: &str) -> Vec<i64> {
+    let rows: &dyn Rows = from;
+    let listed = rows.all(
+        &format!("SELECT number FROM {table} ORDER BY number"),
+        &[],
+        |row| row.get(0),
+    );
+    let given = "SELECT seq FROM sqlite_sequence WHERE name = ?1";
+    let given = || from.query_row(given, [table], |row| row.get(0));
+    listed.unwrap_or_else(|_| (1..=given().unwrap_or(0)).collect())
+}
+
+/// The id of a mission and the sequence of its last event, or substitutes for unreadable ones.
+fn outline(from: &Connection, number: i64) -> (String, u64) {
+    let outline = "SELECT id, sequence FROM missions WHERE number = ?1";
+    let read = from.query_row(outline, [number], |row| {
+        Ok((row.get(0)?, row.get::<_, i64>(1)?.unsigned_abs()))
+    });
+    read.unwrap_or_else(|_| (format!("number {number}"), 0))
+}
+
+/// Writes the readable events, one JSON line each. Returns their number.
+fn write_events(from: &Connection, number: i64, id: &str, last: u64, to: &mut impl Write) -> io::Result<u64> {
+    let read = |sequence: u64| -> rusqlite::Result<(String, Vec<u8>)> {
+        let one = "SELECT kind, body FROM events WHERE mission = ?1 AND sequence = ?2";
+        let mut one = from.prepare_cached(one)?;
+        one.query_row((number, signed(sequence)), |row| row.try_into())
+    };
+    let mut n_read = 0;
+    for sequence in 1.. {
+        let Ok((kind, body)) = read(sequence) else {
+            if last <= sequence {
+                break;
             }
-            drop(whole);
-            let (id, last) = self.outline(number);
-            let n_read = self
-                .write_events(number, &id, last, &mut others)
-                .map_err(failed)?;
-            damage.push(format!(
-                "mission {id}: {n_read} of {} events can be read, and are in {REST_NAME}",
-                last.max(n_read)
-            ));
-        }
-        let lost = self
-            .numbers("orders")
-            .into_iter()
-            .filter(|&number| self.copy_rows(&copy, "orders", "number = ?1", [number]).is_err())
-            .count();
-        if 0 < lost {
-            damage.push(format!("{lost} orders of the audit cannot be read"));
-        }
-        copy.commit()?;
-        let others = others.into_inner().map_err(io::IntoInnerError::into_error);
-        others.and_then(|file| file.sync_all()).map_err(failed)?;
-        damage.extend(checked(to)?);
-        Ok(damage)
-    }
-
-    /// Copies one mission completely, or fails.
-    fn copy_mission(&self, to: &Connection, number: i64) -> Result<(), StoreError> {
-        self.copy_rows(to, "missions", "number = ?1 AND status <> 'deleted'", [number])?;
-        let n_events = self.copy_rows(to, "events", "mission = ?1", [number])?;
-        self.copy_rows(to, "snapshots", "mission = ?1", [number])?;
-        self.copy_rows(to, "answered", "mission = ?1", [number])?;
-        let (id, last) = self.outline(number);
-        if n_events < last {
-            return Err(StoreError::Damaged(format!("events of mission {id} are missing")));
-        }
-        Ok(())
-    }
-
-    /// Copies the rows of a table that meet `condition`. Returns their number.
-    fn copy_rows(
-        &self,
-        to: &Connection,
-        table: &str,
-        condition: &str,
-        of: impl Params,
-    ) -> rusqlite::Result<u64> {
-        let mut from = self
-            .0
-            .prepare_cached(&format!("SELECT * FROM {table} WHERE {condition}"))?;
-        let n_columns = from.column_count();
-        let places = vec!["?"; n_columns].join(", ");
-        let mut into = to.prepare_cached(&format!("INSERT INTO {table} VALUES ({places})"))?;
-        let mut rows = from.query(of)?;
-        let mut n = 0;
-        while let Some(row) = rows.next()? {
-            let values: Vec<Value> = (0..n_columns)
-                .map(|column| row.get(column))
-                .collect::<rusqlite::Result<_>>()?;
-            into.execute(params_from_iter(values))?;
-            n += 1;
-        }
-        Ok(n)
-    }
-
-    /// The numbers of a table's rows; all numbers ever used if the rows cannot be read.
-    fn numbers(&self, table: &str) -> Vec<i64> {
-        let listed = || -> rusqlite::Result<Vec<i64>> {
-            let mut all = self
-                .0
-                .prepare(&format!("SELECT number FROM {table} ORDER BY number"))?;
-            let numbers = all.query_map([], |row| row.get(0))?;
-            numbers.collect()
+            continue;
         };
-        let given = "SELECT seq FROM sqlite_sequence WHERE name = ?1";
-        let given = || self.0.query_row(given, [table], |row| row.get(0));
-        listed().unwrap_or_else(|_| (1..=given().unwrap_or(0)).collect())
+        let body = unpack(body).unwrap_or_default();
+        let body = String::from_utf8_lossy(&body);
+        let line = json!({ "mission": id, "sequence": sequence, "kind": kind, "body": body });
+        writeln!(to, "{line}")?;
+        n_read += 1;
     }
-
-    /// The id of a mission and the sequence of its last event, or substitutes for unreadable ones.
-    fn outline(&self, number: i64) -> (String, u64) {
-        let outline = "SELECT id, sequence FROM missions WHERE number = ?1";
-        let read = self.0.query_row(outline, [number], |row| {
-            Ok((row.get(0)?, row.get::<_, i64>(1)?.unsigned_abs()))
-        });
-        read.unwrap_or_else(|_| (format!("number {number}"), 0))
-    }
-
-    /// Writes the readable events, one JSON line each. Returns their number.
-    fn write_events(&self, number: i64, id: &str, last: u64, to: &mut impl Write) -> io::Result<u64> {
-        let read = |sequence: u64| -> rusqlite::Result<(String, Vec<u8>)> {
-            let one = "SELECT kind, body FROM events WHERE mission = ?1 AND sequence = ?2";
-            let mut one = self.0.prepare_cached(one)?;
-            one.query_row((number, signed(sequence)), |row| row.try_into())
-        };
-        let mut n_read = 0;
-        for sequence in 1.. {
-            let Ok((kind, body)) = read(sequence) else {
-                if last <= sequence {
-                    break;
-                }
-                continue;
-            };
-            let body = unpack(body).unwrap_or_default();
-            let body = String::from_utf8_lossy(&body);
-            let line = json!({ "mission": id, "sequence": sequence, "kind": kind, "body": body });
-            writeln!(to, "{line}")?;
-            n_read += 1;
-        }
-        Ok(n_read)
-    }
+    Ok(n_read)
 }
 
 /// Checks a copy. Returns a line for each damaged mission.
 fn checked(copy: &Path) -> Result<Vec<String>, StoreError> {
     let copy = EventReader::open(copy, None)?;
-    copy.file()
-        .map_or(Ok(()), |file| LogFile(file).check_structure())?;
+    copy.0.file().map_or(Ok(()), check_structure)?;
     copy.damage(true)
 }
 

@@ -10,8 +10,11 @@ use super::{
     writer::writing,
 };
 
+/// The newest version.
+const NEWEST: u32 = 9;
+
 /// The migrations from each version to the next.
-const STEPS: [&str; 9] = [
+const STEPS: [&str; NEWEST as usize] = [
     FIRST,
     PROBES,
     SALTS,
@@ -130,28 +133,27 @@ ALTER TABLE missions ADD COLUMN digest BLOB NOT NULL DEFAULT x'';
 /// Bodies may be packed. Older programs cannot read those.
 const PACKED: &str = "";
 
-/// The newest version.
-fn newest() -> u32 {
-    u32::try_from(STEPS.len()).expect("a handful")
+/// The version of the stored tables, which must be from `oldest` to the newest.
+fn version(connection: &Connection, path: &Path, oldest: u32) -> Result<u32, StoreError> {
+    let found = connection.pragma_query_value(None, "user_version", |row| row.get(0))?;
+    require_version(path, found, [oldest, NEWEST])
 }
 
-/// The version of the stored tables. Fails for one newer than this program.
-fn version(connection: &Connection, path: &Path) -> Result<u32, StoreError> {
-    let found: u32 = connection.pragma_query_value(None, "user_version", |row| row.get(0))?;
-    let known = newest();
+/// The version `found` of the tables at `path`, if a program that knows these versions reads it.
+pub(super) fn require_version(path: &Path, found: u32, [oldest, known]: [u32; 2]) -> Result<u32, StoreError> {
+    let path = path.to_owned();
     if known < found {
-        return Err(StoreError::TooNew {
-            path: path.to_owned(),
-            found,
-            known,
-        });
+        Err(StoreError::TooNew { path, found, known })
+    } else if found < oldest {
+        Err(StoreError::TooOld { path, found, known })
+    } else {
+        Ok(found)
     }
-    Ok(found)
 }
 
 /// Fails for the database of another program: one with other tables.
 pub(super) fn require_log(connection: &Connection, path: &Path) -> Result<(), StoreError> {
-    let found = version(connection, path)?;
+    let found = version(connection, path, 0)?;
     let tables = "SELECT count(*), count(*) FILTER (WHERE name IN ('missions', 'events')) FROM sqlite_schema WHERE type = 'table'";
     let (all, own): (u32, u32) = connection.query_row(tables, [], |row| row.try_into())?;
     let is_ours = if found == 0 { all == 0 } else { own == 2 };
@@ -162,8 +164,8 @@ pub(super) fn require_log(connection: &Connection, path: &Path) -> Result<(), St
 
 /// Migrates the tables to the newest version in one transaction: a full disk changes nothing.
 pub(super) fn migrate(connection: &mut Connection, path: &Path) -> Result<(), StoreError> {
-    let found = version(connection, path)?;
-    if found == newest() {
+    let found = version(connection, path, 0)?;
+    if found == NEWEST {
         return Ok(());
     }
     register(connection)?;
@@ -171,26 +173,17 @@ pub(super) fn migrate(connection: &mut Connection, path: &Path) -> Result<(), St
     for step in &STEPS[found as usize..] {
         transaction.execute_batch(step)?;
     }
-    transaction.pragma_update(None, "user_version", newest())?;
+    transaction.pragma_update(None, "user_version", NEWEST)?;
     transaction.commit()?;
     if 0 < found {
-        tracing::info!(path = %path.display(), version = newest(), "migrated the mission log");
+        tracing::info!(path = %path.display(), version = NEWEST, "migrated the mission log");
     }
     Ok(())
 }
 
 /// Fails for older tables: readers do not migrate.
 pub(super) fn require_newest(connection: &Connection, path: &Path) -> Result<(), StoreError> {
-    let found = version(connection, path)?;
-    let known = newest();
-    if found < known {
-        return Err(StoreError::TooOld {
-            path: path.to_owned(),
-            found,
-            known,
-        });
-    }
-    Ok(())
+    version(connection, path, NEWEST).map(drop)
 }
 
 #[cfg(test)]

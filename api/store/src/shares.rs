@@ -2,9 +2,11 @@
 
 use std::collections::HashMap;
 
-use rusqlite::Connection;
-
-use super::entry::{Append, Room};
+use super::{
+    entry::{Append, Room},
+    error::StoreError,
+    rows::Rows,
+};
 
 /// Bytes of an event, a stored answer or an order beside its text.
 const BESIDE_TEXT: u64 = 64;
@@ -26,26 +28,28 @@ pub(super) struct Taken {
 
 impl Shares {
     /// Selects owner and bytes of the stored missions.
-    pub(super) const SUMS: &'static str =
+    const SUMS: &str =
         "SELECT owner, CAST(sum(bytes) AS BIGINT) FROM missions WHERE status <> 'deleted' GROUP BY owner";
 
-    pub(super) fn new(most: u64, taken: HashMap<String, u64>) -> Self {
-        Self { most, taken }
+    /// The shares of an empty store.
+    pub(super) fn new(most: u64) -> Self {
+        Self {
+            most,
+            taken: HashMap::new(),
+        }
     }
 
-    /// The shares of the stored missions.
-    pub(super) fn read(connection: &Connection, most: u64) -> rusqlite::Result<Self> {
-        let taken = connection
-            .prepare(Self::SUMS)?
-            .query_map([], |row| Ok((row.get(0)?, row.get::<_, i64>(1)?.unsigned_abs())))?
-            .collect::<rusqlite::Result<_>>()?;
-        Ok(Self::new(most, taken))
-    }
-
-    /// Counts the stored missions again.
-    pub(super) fn read_again(&mut self, connection: &Connection) -> rusqlite::Result<()> {
-        *self = Self::read(connection, self.most)?;
+    /// Counts the stored missions.
+    pub(super) fn read(&mut self, rows: &dyn Rows) -> Result<(), StoreError> {
+        self.taken = rows.all(Self::SUMS, &[], |row| {
+            Ok((row.get(0)?, row.get::<i64>(1)?.unsigned_abs()))
+        })?;
         Ok(())
+    }
+
+    /// `true` if clients have no limit.
+    pub(super) fn is_unlimited(&self) -> bool {
+        self.most == u64::MAX
     }
 
     /// `true` if `owner` may store an append of `bytes` bytes.

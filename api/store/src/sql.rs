@@ -1,4 +1,4 @@
-//! Constants and conversions of the store's reader and writer.
+//! Statements that both stores execute, and conversions of their values.
 
 use std::{
     borrow::Cow,
@@ -9,6 +9,20 @@ use std::{
 /// Longest wait for a lock of a checkpoint or another program: missions answer within 10 s, and an
 /// append may wait behind two others.
 pub(super) const LOCK_TIME: Duration = Duration::from_secs(2);
+
+/// Removes some events of a deleted mission.
+pub(super) const PURGE_EVENTS: &str = "DELETE FROM events WHERE mission = ?1 AND sequence <=
+    (SELECT min(sequence) FROM events WHERE mission = ?1) + ?2";
+
+/// Selects the deleted missions that still have events.
+pub(super) const DELETED: &str = "SELECT number FROM missions WHERE status = 'deleted'";
+
+/// Notes that the service has tokens.
+pub(super) const PROTECT: &str = "UPDATE guards SET protected = 1";
+
+/// Stores an order of the audit.
+pub(super) const ORDER: &str =
+    "INSERT INTO orders (at_s, caller, request, mission, action) VALUES (?1, ?2, ?3, ?4, ?5)";
 
 pub(super) fn limit(most: usize) -> i64 {
     i64::try_from(most).unwrap_or(i64::MAX)

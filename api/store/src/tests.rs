@@ -1,4 +1,10 @@
-use std::{collections::HashMap, fs, path::Path, time::Duration};
+use std::{
+    collections::HashMap,
+    fs,
+    os::unix::fs::{PermissionsExt as _, symlink},
+    path::Path,
+    time::Duration,
+};
 
 use super::{files::private_file, *};
 use clock::Clock;
@@ -19,25 +25,12 @@ fn append(mission: &str, events: Vec<StoredEvent>) -> Append {
         mission: mission.to_owned(),
         // Tests continue only the first mission.
         number: events.first().filter(|event| 1 < event.sequence).map(|_| 1),
-        epoch: 0,
         events,
         status: "running".to_owned(),
         summary: b"{}".to_vec(),
         snapshot: Some(b"{}".to_vec()),
-        answered: None,
-        order: None,
         room: Room::Share,
-    }
-}
-
-fn keyed(sequence: u64, key: &str, request: u8, answer: &str) -> Append {
-    Append {
-        answered: Some(KeyedAnswer {
-            key: key.to_owned(),
-            request: [request; 32],
-            answer: answer.as_bytes().to_vec(),
-        }),
-        ..append("a", vec![event(sequence, "x")])
+        ..Append::default()
     }
 }
 
@@ -59,6 +52,48 @@ fn bodies(store: &EventStore, id: &str) -> Vec<Vec<u8>> {
 
 async fn add(store: &EventStore, append: Append) {
     assert_eq!(store.append(append).await.expect("is stored"), Appended::Stored);
+}
+
+async fn delete(store: &EventStore, id: &str) -> Result<bool, StoreError> {
+    store.delete(id.to_owned(), AuditEntry::default()).await
+}
+
+/// A new store with a mission `a` of one event.
+async fn with_a(directory: &Path, body: &str) -> EventStore {
+    let store = open(directory);
+    add(&store, append("a", vec![event(1, body)])).await;
+    store
+}
+
+/// The text of the fault that a probe finds.
+async fn fault(store: &EventStore) -> String {
+    store.probe().await.expect_err("has a fault").to_string()
+}
+
+/// Closes a store, whose write-ahead file is then merged.
+async fn close(store: EventStore) {
+    store.close().await.expect("is closed");
+    drop(store);
+}
+
+/// A store of this directory as an earlier program left it, at this version and with this content.
+fn of_version(directory: &Path, version: usize, content: &str) {
+    let mut connection = Connection::open(directory.join(FILE_NAME)).expect("opens");
+    for version in 0..version {
+        schema::step(&mut connection, version);
+    }
+    connection.execute_batch(content).expect("is written");
+}
+
+/// Limits the pages of a file, like a full disk.
+fn limit_growth(connection: &Connection, pages: u32) {
+    let limited = connection.pragma_update_and_check(None, "max_page_count", pages, |_| Ok(()));
+    limited.expect("is a number");
+}
+
+fn mode(path: &Path) -> u32 {
+    let found = fs::metadata(path).expect("is there");
+    found.permissions().mode() & 0o777
 }
 
 /// A machine that was just switched on.
@@ -92,72 +127,13 @@ async fn a_panic_of_the_writer_loses_only_the_interrupted_commit() {
         }
     }
     store.probe().await.expect("is ready");
-    let order = AuditEntry {
-        at_s: 0.0,
-        caller: "admin".to_owned(),
-        request: String::new(),
-        action: "delete".to_owned(),
-    };
     assert_eq!(bodies(&store, "a"), [b"one".as_slice(), b"y", b"y", b"y"]);
-    assert_eq!(store.delete("a".to_owned(), order).await, Ok(true));
+    assert_eq!(delete(&store, "a").await, Ok(true));
     drop(store);
     let store = open_again(directory.path()).await;
     store.probe().await.expect("nothing acknowledged is missing");
-    assert!(
-        store
-            .reader()
-            .expect("opens")
-            .mission(PANICS)
-            .expect("reads")
-            .is_none()
-    );
-}
-
-#[tokio::test(start_paused = true)]
-async fn a_deleted_mission_is_gone_at_once_and_frees_its_space() {
-    let directory = directory();
-    let store = open(directory.path());
-    add(&store, append("a", (1..=5000).map(|k| event(k, "x")).collect())).await;
-    add(&store, append("b", vec![event(1, "y")])).await;
-    assert!(
-        store
-            .delete("a".to_owned(), AuditEntry::default())
-            .await
-            .expect("is deleted")
-    );
-    assert!(
-        !store
-            .delete("a".to_owned(), AuditEntry::default())
-            .await
-            .expect("is known not to be there")
-    );
-    let late = store.append(append("a", vec![event(5001, "late")])).await;
-    assert_eq!(late, Ok(Appended::MissionGone));
     let reader = store.reader().expect("opens");
-    assert_eq!(reader.mission("a").expect("reads"), None);
-    assert_eq!(reader.missions(0, 10, 1).expect("reads").0.len(), 1);
-    let left = || -> i64 {
-        let count = "SELECT (SELECT count(*) FROM events) + (SELECT count(*) FROM missions)";
-        let file = reader.file().expect("is a file");
-        file.query_row(count, [], |row| row.get(0)).expect("reads")
-    };
-    // The purge runs on its own.
-    settle().await;
-    assert_eq!(left(), 2);
-    assert_eq!(bodies(&store, "b"), [b"y"]);
-    assert_eq!(
-        store.append(append("a", vec![event(5001, "late")])).await,
-        Ok(Appended::MissionGone)
-    );
-    // The name may be used again.
-    add(&store, append("a", vec![event(1, "anew")])).await;
-    assert_eq!(bodies(&store, "a"), [b"anew"]);
-    // An actor of the earlier mission with this name stores nothing in the new one.
-    assert_eq!(
-        store.append(append("a", vec![event(2, "late")])).await,
-        Ok(Appended::MissionGone)
-    );
-    assert_eq!(bodies(&store, "a"), [b"anew"]);
+    assert_eq!(reader.mission(PANICS), Ok(None));
 }
 
 #[tokio::test(start_paused = true)]
@@ -167,33 +143,22 @@ async fn a_store_on_a_full_disk_refuses_appends_and_works_again_once_there_is_sp
     drop(open(directory.path()));
     let connection = Connection::open(&path).expect("opens");
     configure(&connection).expect("is configured");
-    let limit = |connection: &Connection, pages: u32| {
-        let set = format!("PRAGMA max_page_count = {pages}");
-        connection
-            .query_row(&set, [], |row| row.get::<_, i64>(0))
-            .expect("is set");
-    };
-    limit(&connection, 80);
+    limit_growth(&connection, 80);
     let file = private_file(&path).expect("is there");
     let store = EventStore::start(connection, &path, file, u64::MAX, &clock()).expect("starts");
     let mut stored = 0;
+    let long = |sequence| append("a", vec![event(sequence, &"x".repeat(5000))]);
     let full = loop {
-        match store
-            .append(append("a", vec![event(stored + 1, &"x".repeat(5000))]))
-            .await
-        {
+        match store.append(long(stored + 1)).await {
             Ok(_) => stored += 1,
-            Err(error) => break error,
+            full => break full,
         }
     };
-    assert_eq!(full, StoreError::Full);
+    assert_eq!(full, Err(StoreError::Full));
     assert!(0 < stored && stored < 80);
     assert_eq!(u64::try_from(bodies(&store, "a").len()).expect("small"), stored);
     assert_eq!(store.probe().await, Err(StoreError::Full));
-    store
-        .delete("a".to_owned(), AuditEntry::default())
-        .await
-        .expect("makes room");
+    assert_eq!(delete(&store, "a").await, Ok(true));
     // Pages are freed step by step.
     settle().await;
     add(&store, append("b", vec![event(1, &"y".repeat(5000))])).await;
@@ -202,99 +167,74 @@ async fn a_store_on_a_full_disk_refuses_appends_and_works_again_once_there_is_sp
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_second_service_on_the_same_log_is_refused() {
-    let directory = directory();
-    let store = open(directory.path());
-    let refused = EventStore::open(directory.path(), &clock()).expect_err("is in use");
-    assert!(refused.to_string().contains("another pilotfish"), "{refused}");
-    drop(store);
-    open_again(directory.path()).await;
-}
-
-#[tokio::test(start_paused = true)]
 async fn a_log_of_a_newer_program_is_refused_and_not_changed() {
     let directory = directory();
     drop(open(directory.path()));
-    let path = directory.path().join(FILE_NAME);
-    let connection = Connection::open(&path).expect("opens");
-    connection
-        .pragma_update(None, "user_version", 99)
-        .expect("is written");
-    drop(connection);
+    of_version(directory.path(), 0, "PRAGMA user_version = 99");
     settle().await;
-    let refused = EventStore::open(directory.path(), &clock());
-    assert!(
-        matches!(refused, Err(StoreError::TooNew { found: 99, .. })),
-        "{refused:?}"
-    );
-    assert!(matches!(
-        EventReader::of(directory.path()),
-        Err(StoreError::TooNew { .. })
-    ));
+    let opened = EventStore::open(directory.path(), &clock()).map(drop);
+    for refused in [opened, EventReader::of(directory.path()).map(drop)] {
+        let is_newer = matches!(refused, Err(StoreError::TooNew { found: 99, .. }));
+        assert!(is_newer, "{refused:?}");
+    }
 }
 
 #[tokio::test(start_paused = true)]
 async fn a_log_of_the_first_schema_is_migrated_with_its_content() {
     let directory = directory();
-    let path = directory.path().join(FILE_NAME);
-    let mut connection = Connection::open(&path).expect("opens");
-    schema::step(&mut connection, 0);
-    connection
-        .execute_batch(
-            "INSERT INTO missions VALUES (1, 'a', 'running', x'7b7d');
-             INSERT INTO events VALUES (1, 1, 'created', x'31'), (1, 2, 'reported', x'32');
-             INSERT INTO snapshots VALUES (1, 2, x'7b7d');
-             INSERT INTO answered VALUES (1, 'k', zeroblob(32), x'33');",
-        )
-        .expect("is written");
-    drop(connection);
-    let refused = EventReader::of(directory.path()).expect_err("is too old to read as it is");
-    assert!(
-        refused.to_string().contains("start the service once"),
-        "{refused}"
+    of_version(
+        directory.path(),
+        1,
+        "INSERT INTO missions VALUES (1, 'a', 'running', x'7b7d');
+         INSERT INTO events VALUES (1, 1, 'created', x'31'), (1, 2, 'reported', x'32');
+         INSERT INTO snapshots VALUES (1, 2, x'7b7d');
+         INSERT INTO answered VALUES (1, 'k', zeroblob(32), x'33');",
     );
+    let refused = EventReader::of(directory.path()).expect_err("is too old to read as it is");
+    let refused = refused.to_string();
+    assert!(refused.contains("start the service once"), "{refused}");
     let store = open(directory.path());
     assert_eq!(bodies(&store, "a"), [b"1", b"2"]);
     let reader = store.reader().expect("opens");
     assert_eq!(reader.snapshot(1).expect("is whole"), Some((2, b"{}".to_vec())));
     assert_eq!(reader.last_sequence(1), Ok(2));
     assert_eq!(reader.damage(true), Ok(vec![]));
-    let known = store.append(keyed(3, "k", 0, "again")).await.expect("is known");
-    assert_eq!(known, Appended::AnsweredBefore(b"3".to_vec()));
+    let again = KeyedAnswer {
+        key: "k".to_owned(),
+        request: [0; 32],
+        answer: b"again".to_vec(),
+    };
+    let again = Append {
+        answered: Some(again),
+        ..append("a", vec![event(3, "x")])
+    };
+    let known = store.append(again).await;
+    assert_eq!(known, Ok(Appended::AnsweredBefore(b"3".to_vec())));
     add(&store, append("a", vec![event(3, "on")])).await;
 }
 
 #[test]
 fn on_a_full_disk_a_log_is_migrated_completely_or_not_at_all() {
     let directory = directory();
+    let mission = "INSERT INTO missions VALUES (1, 'a', 'running', x'7b7d', x'')";
+    of_version(directory.path(), 4, mission);
     let path = directory.path().join(FILE_NAME);
     let mut connection = Connection::open(&path).expect("opens");
-    for version in 0..4 {
-        schema::step(&mut connection, version);
-    }
-    connection
-        .execute_batch("INSERT INTO missions VALUES (1, 'a', 'running', x'7b7d', x'')")
-        .expect("is written");
-    let limit = |connection: &Connection, pages: u32| {
-        let limited = connection.pragma_update_and_check(None, "max_page_count", pages, |_| Ok(()));
-        limited.expect("is a number");
-    };
     let version = |connection: &Connection| {
         let found = connection.pragma_query_value(None, "user_version", |row| row.get::<_, u32>(0));
         found.expect("is a number")
     };
     // The limit cannot be below the present number of pages.
-    limit(&connection, 1);
+    limit_growth(&connection, 1);
     assert_eq!(schema::migrate(&mut connection, &path), Err(StoreError::Full));
     assert_eq!(version(&connection), 4);
-    limit(&connection, u32::MAX - 1);
+    limit_growth(&connection, u32::MAX - 1);
     schema::migrate(&mut connection, &path).expect("has room");
     assert_eq!(version(&connection), 9);
 }
 
 #[tokio::test(start_paused = true)]
 async fn a_file_that_is_no_log_is_refused_and_keeps_its_content_and_mode() {
-    use std::os::unix::fs::{PermissionsExt as _, symlink};
     type Make<'a> = &'a dyn Fn(&Path);
     let directory = directory();
     let elsewhere = directory.path().join("elsewhere");
@@ -302,9 +242,8 @@ async fn a_file_that_is_no_log_is_refused_and_keeps_its_content_and_mode() {
     let text = |path: &Path| fs::write(path, [b'x'; 4096]).expect("is written");
     let database = |path: &Path| {
         let other = Connection::open(path).expect("opens");
-        other
-            .execute_batch("CREATE TABLE bookmarks (url)")
-            .expect("is SQL");
+        let done = other.execute_batch("CREATE TABLE bookmarks (url)");
+        done.expect("is SQL");
     };
     let linked = |path: &Path| {
         text(&elsewhere);
@@ -322,8 +261,7 @@ async fn a_file_that_is_no_log_is_refused_and_keeps_its_content_and_mode() {
         let refused = EventStore::open(directory.path(), &clock()).expect_err("is no log");
         assert!(refused.to_string().contains(why), "{refused}");
         assert_eq!(fs::read(&log).expect("is there"), before, "{why}");
-        let mode = fs::metadata(&log).expect("is there").permissions().mode();
-        assert_eq!(mode & 0o777, 0o644, "{why}");
+        assert_eq!(mode(&log), 0o644, "{why}");
         fs::remove_file(&log).expect("is removed");
     }
 }
@@ -331,18 +269,13 @@ async fn a_file_that_is_no_log_is_refused_and_keeps_its_content_and_mode() {
 #[tokio::test(start_paused = true)]
 async fn an_event_missing_from_an_older_log_is_named_after_its_migration() {
     let directory = directory();
-    let mut connection = Connection::open(directory.path().join(FILE_NAME)).expect("opens");
-    for version in 0..7 {
-        schema::step(&mut connection, version);
-    }
-    connection
-        .execute_batch(
-            "INSERT INTO missions VALUES (1, 'a', 'running', x'7b7d', '', 0, NULL);
-             INSERT INTO events VALUES (1, 1, 'created', x'31'), (1, 3, 'reported', x'33');
-             INSERT INTO snapshots VALUES (1, 1, x'7b7d');",
-        )
-        .expect("is written");
-    drop(connection);
+    of_version(
+        directory.path(),
+        7,
+        "INSERT INTO missions VALUES (1, 'a', 'running', x'7b7d', '', 0, NULL);
+         INSERT INTO events VALUES (1, 1, 'created', x'31'), (1, 3, 'reported', x'33');
+         INSERT INTO snapshots VALUES (1, 1, x'7b7d');",
+    );
     let reader = open(directory.path()).reader().expect("opens");
     assert_eq!(
         reader.damage(true),
@@ -351,65 +284,12 @@ async fn an_event_missing_from_an_older_log_is_named_after_its_migration() {
     assert_eq!(reader.snapshot(1).expect("is whole"), Some((1, b"{}".to_vec())));
 }
 
-/// A power cut in the middle of the last commit may cause this damage.
-#[tokio::test(start_paused = true)]
-async fn a_torn_last_commit_damages_no_earlier_commit() {
-    let running = directory();
-    let store = open(running.path());
-    for sequence in 1..=5 {
-        add(&store, append("a", vec![event(sequence, &"x".repeat(50))])).await;
-    }
-    let ahead = format!("{FILE_NAME}-wal");
-    let whole = fs::read(running.path().join(&ahead)).expect("is there");
-    // The bytes after the last event in the file belong to the store.
-    let body = [b'x'; 50];
-    let cut_off = whole.windows(body.len()).rposition(|bytes| bytes == body);
-    let cut_off = cut_off.expect("the last event is there");
-    let mut torn = whole.clone();
-    torn[cut_off..cut_off + 20].fill(0xAA);
-    for (left, wal) in [(5, &whole[..]), (4, &whole[..cut_off]), (4, &torn)] {
-        let copy = directory();
-        fs::copy(running.path().join(FILE_NAME), copy.path().join(FILE_NAME)).expect("is copied");
-        fs::write(copy.path().join(&ahead), wal).expect("is written");
-        assert_eq!(bodies(&open(copy.path()), "a").len(), left);
-    }
-}
-
-#[tokio::test(start_paused = true)]
-async fn the_probe_reports_a_damaged_page() {
-    let directory = directory();
-    let store = open(directory.path());
-    add(
-        &store,
-        append("a", (1..=200).map(|k| event(k, &"x".repeat(500))).collect()),
-    )
-    .await;
-    store.probe().await.expect("is whole");
-    store.close().await.expect("is closed");
-    drop(store);
-    let path = directory.path().join(FILE_NAME);
-    let mut bytes = fs::read(&path).expect("is there");
-    let end = bytes.len();
-    bytes[end - 4096..].fill(0xAA);
-    fs::write(&path, &bytes).expect("is written");
-    settle().await;
-    match EventStore::open(directory.path(), &clock()) {
-        Ok(store) => {
-            store.inspect();
-            let found = store.probe().await.expect_err("is damaged");
-            assert!(matches!(found, StoreError::Damaged(_)), "{found}");
-        }
-        Err(found) => assert!(found.to_string().contains("malformed"), "{found}"),
-    }
-}
-
 #[tokio::test(start_paused = true)]
 async fn a_closed_log_needs_no_write_ahead_file_and_an_emptied_one_is_refused() {
     let directory = directory();
     let path = directory.path().join(FILE_NAME);
     let ahead = directory.path().join(format!("{FILE_NAME}-wal"));
-    let store = open(directory.path());
-    add(&store, append("a", vec![event(1, "x")])).await;
+    let store = with_a(directory.path(), "x").await;
     // The files of a copy of a running service whose main file was emptied.
     let emptied = tempfile::tempdir().expect("is made");
     fs::copy(&ahead, emptied.path().join(format!("{FILE_NAME}-wal"))).expect("is copied");
@@ -426,21 +306,12 @@ async fn a_closed_log_needs_no_write_ahead_file_and_an_emptied_one_is_refused() 
 
 #[tokio::test(start_paused = true)]
 async fn only_the_service_s_user_may_read_the_log() {
-    use std::os::unix::fs::PermissionsExt as _;
     let directory = directory();
     let made = directory.path().join("made");
-    let store = open(&made);
-    add(&store, append("a", vec![event(1, "x")])).await;
-    assert_eq!(
-        fs::metadata(&made).expect("is there").permissions().mode() & 0o777,
-        0o700
-    );
+    let _store = with_a(&made, "x").await;
+    assert_eq!(mode(&made), 0o700);
     for name in [FILE_NAME.to_owned(), format!("{FILE_NAME}-wal")] {
-        let mode = fs::metadata(made.join(&name))
-            .expect("is there")
-            .permissions()
-            .mode();
-        assert_eq!(mode & 0o777, 0o600, "{name}");
+        assert_eq!(mode(&made.join(&name)), 0o600, "{name}");
     }
 }
 
@@ -452,17 +323,12 @@ async fn the_file_shrinks_after_a_mission_is_deleted() {
     add(&store, append("a", (1..=400).map(|k| event(k, &long)).collect())).await;
     let pages = || -> i64 {
         let reader = store.reader().expect("opens");
-        let file = reader.file().expect("is a file");
+        let file = reader.0.file().expect("is a file");
         file.query_row("PRAGMA page_count", [], |row| row.get(0))
             .expect("reads")
     };
     let full = pages();
-    assert!(
-        store
-            .delete("a".to_owned(), AuditEntry::default())
-            .await
-            .expect("is deleted")
-    );
+    assert_eq!(delete(&store, "a").await, Ok(true));
     settle().await;
     assert!(pages() < full / 10, "{full} pages became {}", pages());
 }
@@ -470,14 +336,11 @@ async fn the_file_shrinks_after_a_mission_is_deleted() {
 #[tokio::test(start_paused = true)]
 async fn closing_a_log_during_a_read_reports_that_the_write_ahead_file_stays() {
     let directory = directory();
-    let store = open(directory.path());
-    add(&store, append("a", vec![event(1, "x")])).await;
+    let store = with_a(directory.path(), "x").await;
     let reader = store.reader().expect("opens");
-    reader
-        .file()
-        .expect("is a file")
-        .execute_batch("BEGIN; SELECT * FROM missions")
-        .expect("reads");
+    let file = reader.0.file().expect("is a file");
+    let begun = file.execute_batch("BEGIN; SELECT * FROM missions");
+    begun.expect("reads");
     assert_eq!(store.close().await, Err(StoreError::Busy));
 }
 
@@ -485,8 +348,7 @@ async fn closing_a_log_during_a_read_reports_that_the_write_ahead_file_stays() {
 #[expect(clippy::disallowed_methods, reason = "SQLite waits by the machine's clock")]
 async fn appends_wait_for_a_lock_of_another_program_and_name_a_lasting_one() {
     let directory = directory();
-    let store = open(directory.path());
-    add(&store, append("a", vec![event(1, "x")])).await;
+    let store = with_a(directory.path(), "x").await;
     let other = Connection::open(directory.path().join(FILE_NAME)).expect("opens");
     other.execute_batch("BEGIN IMMEDIATE").expect("locks");
     // Three appends wait together.
@@ -494,19 +356,14 @@ async fn appends_wait_for_a_lock_of_another_program_and_name_a_lasting_one() {
     let (first, second, deleted) = tokio::join!(
         store.append(append("a", vec![event(2, "y")])),
         store.append(append("b", vec![event(1, "y")])),
-        store.delete("a".to_owned(), AuditEntry::default()),
+        delete(&store, "a"),
     );
-    assert_eq!(
-        [first, second],
-        [Err(StoreError::Locked), Err(StoreError::Locked)]
-    );
-    assert_eq!(deleted, Err(StoreError::Locked));
+    for refused in [first.map(drop), second.map(drop), deleted.map(drop)] {
+        assert_eq!(refused, Err(StoreError::Locked));
+    }
     assert!(start.elapsed() < 3 * sql::LOCK_TIME);
-    assert!(
-        StoreError::Locked
-            .to_string()
-            .contains("another program has locked")
-    );
+    let said = StoreError::Locked.to_string();
+    assert!(said.contains("another program has locked"), "{said}");
     // A lock that is released while an append waits costs nothing.
     let released = std::thread::spawn(move || {
         std::thread::sleep(Duration::from_millis(100));
@@ -519,8 +376,7 @@ async fn appends_wait_for_a_lock_of_another_program_and_name_a_lasting_one() {
 #[tokio::test(start_paused = true)]
 async fn a_backup_during_writes_is_a_complete_log() {
     let directory = directory();
-    let store = open(directory.path());
-    add(&store, append("a", vec![event(1, "1")])).await;
+    let store = with_a(directory.path(), "1").await;
     let writer = tokio::spawn({
         let store = store.clone();
         async move {
@@ -534,26 +390,15 @@ async fn a_backup_during_writes_is_a_complete_log() {
     let machine = clock();
     let copied = machine.run_blocking(move || {
         assert_eq!(reader.back_up(&copy).expect("is copied"), [""; 0]);
-        reader.back_up(&copy)
+        reader.back_up(&copy).expect_err("is there already")
     });
-    let again = copied
-        .await
-        .expect("does not panic")
-        .expect_err("is there already");
+    let again = copied.await.expect("does not panic");
     assert!(again.to_string().contains("choose another directory"), "{again}");
     writer.await.expect("is stored");
     let (whole, copied) = (bodies(&store, "a"), bodies(&open(&to), "a"));
     assert!(whole.starts_with(&copied) && !copied.is_empty());
-    assert_eq!(
-        fs::read_dir(&to)
-            .expect("is there")
-            .filter(|entry| {
-                let name = entry.as_ref().expect("is there").file_name();
-                name.to_string_lossy().contains("partial")
-            })
-            .count(),
-        0
-    );
+    let partial = |name: &String| name.contains("partial");
+    assert_eq!(files_of_a_killed(&to).keys().find(|name| partial(name)), None);
 }
 
 #[tokio::test(start_paused = true)]
@@ -574,12 +419,8 @@ async fn a_vacuum_frees_space_that_an_older_log_keeps() {
         ..append("a", vec![])
     };
     store.append(big).await.expect("is stored");
-    store
-        .delete("a".to_owned(), AuditEntry::default())
-        .await
-        .expect("is deleted");
-    store.close().await.expect("ends");
-    drop(store);
+    assert_eq!(delete(&store, "a").await, Ok(true));
+    close(store).await;
     assert!(1 << 20 < size(), "only a vacuum gives the room back");
 
     let store = open_again(directory.path()).await;
@@ -620,17 +461,19 @@ async fn losses_of_a_damaged_write_ahead_file_are_named_until_a_person_has_read_
     let whole = files_of_a_killed(running.path());
     let ahead = format!("{FILE_NAME}-wal");
     let wal = &whole[&ahead];
-    let flipped: Vec<u8> = (0..)
-        .zip(wal)
-        .map(|(place, byte)| byte ^ u8::from(place == wal.len() / 2))
-        .collect();
-    for (is_whole, damaged) in [
-        (true, Some(wal.clone())),
-        (false, Some(wal[..wal.len() / 2 - 1000].to_vec())),
-        (false, Some(wal[..wal.len() - 3000].to_vec())),
-        (false, Some(flipped)),
-        (false, Some(vec![])),
-        (false, None),
+    let mut flipped = wal.clone();
+    flipped[wal.len() / 2] ^= 1;
+    // A byte of the last event: all earlier commits are whole.
+    let torn = wal.windows(99).rposition(|bytes| bytes == [b'1'; 99]);
+    let mut torn = wal[..torn.expect("it has the last event")].to_vec();
+    torn.extend([0xAA; 20]);
+    for (expected, damaged) in [
+        (Some(EVENTS), Some(wal.clone())),
+        (None, Some(wal[..wal.len() / 2 - 1000].to_vec())),
+        (Some(EVENTS - 1), Some(torn)),
+        (None, Some(flipped)),
+        (None, Some(vec![])),
+        (None, None),
     ] {
         let mut files = whole.clone();
         match damaged {
@@ -640,24 +483,25 @@ async fn losses_of_a_damaged_write_ahead_file_are_named_until_a_person_has_read_
         let killed = written(&files);
         let store = open(killed.path());
         let found = store.probe().await;
-        if is_whole {
+        if expected == Some(EVENTS) {
             assert_eq!(found, Ok(()));
             assert_eq!(bodies(&store, "a").len() as u64, EVENTS);
             continue;
         }
         let reader = store.reader().expect("opens");
         let left = reader.last_sequence(1).expect("reads");
-        let lost = format!(
-            "{} events of mission a from {} to {EVENTS}",
-            EVENTS - left,
-            left + 1
-        );
+        assert!(expected.is_none_or(|expected| left == expected), "{left}");
+        if 0 < left {
+            assert_eq!(bodies(&store, "a").len() as u64, left);
+        }
+        let (n_lost, first) = (EVENTS - left, left + 1);
+        let lost = format!("{n_lost} events of mission a from {first} to {EVENTS}");
         let found = found.expect_err("events are missing").to_string();
         assert!(found.contains(&lost), "{lost}: {found}");
         // A second start neither forgets nor repeats the loss.
         drop((store, reader));
         let store = open_again(killed.path()).await;
-        let found = store.probe().await.expect_err("was not read").to_string();
+        let found = fault(&store).await;
         assert_eq!(found.matches(&lost).count(), 1, "{found}");
         fs::remove_file(killed.path().join(LOST_NAME)).expect("is there");
         assert_eq!(store.probe().await, Ok(()));
@@ -667,18 +511,15 @@ async fn losses_of_a_damaged_write_ahead_file_are_named_until_a_person_has_read_
 #[tokio::test(start_paused = true)]
 async fn a_deletion_lost_with_the_write_ahead_file_is_named() {
     let running = directory();
-    let store = open(running.path());
-    add(&store, append("a", vec![event(1, "1")])).await;
-    store.close().await.expect("is merged");
-    drop(store);
+    let store = with_a(running.path(), "1").await;
+    close(store).await;
     let store = open_again(running.path()).await;
-    let deleted = store.delete("a".to_owned(), AuditEntry::default()).await;
-    assert_eq!(deleted, Ok(true));
+    assert_eq!(delete(&store, "a").await, Ok(true));
     let mut files = files_of_a_killed(running.path());
     files.remove(&format!("{FILE_NAME}-wal"));
     let killed = written(&files);
-    let found = open(killed.path()).probe().await.expect_err("was deleted");
-    assert!(found.to_string().contains("the deletion of mission a"), "{found}");
+    let found = fault(&open(killed.path())).await;
+    assert!(found.contains("the deletion of mission a"), "{found}");
 }
 
 #[tokio::test(start_paused = true)]
@@ -687,17 +528,15 @@ async fn events_missing_from_an_older_copy_of_the_store_are_named() {
     let path = directory.path().join(FILE_NAME);
     let store = open(directory.path());
     add(&store, append("a", vec![event(1, "1"), event(2, "2")])).await;
-    store.close().await.expect("is merged");
-    drop(store);
+    close(store).await;
     let older = fs::read(&path).expect("is there");
     let store = open_again(directory.path()).await;
     add(&store, append("a", vec![event(3, "3"), event(4, "4")])).await;
     add(&store, append("b", vec![event(1, "1")])).await;
-    store.close().await.expect("is merged");
-    drop(store);
+    close(store).await;
     fs::write(&path, older).expect("is written");
     let store = open_again(directory.path()).await;
-    let found = store.probe().await.expect_err("events are missing").to_string();
+    let found = fault(&store).await;
     assert!(found.contains("2 events of mission a from 3 to 4, "), "{found}");
     assert!(found.contains("1 events of mission b from 1 to 1, "), "{found}");
     fs::remove_file(directory.path().join(LOST_NAME)).expect("is there");
@@ -717,33 +556,25 @@ async fn a_history_that_differs_from_the_acknowledged_one_is_named() {
     let mut files = files_of_a_killed(one.path());
     let other = files_of_a_killed(two.path()).remove(FILE_NAME).expect("is there");
     files.insert(FILE_NAME.to_owned(), other);
-    let found = open(written(&files).path())
-        .probe()
-        .await
-        .expect_err("is another")
-        .to_string();
-    assert!(
-        found.contains("event 2 of mission a is not the one acknowledged"),
-        "{found}"
-    );
+    let found = fault(&open(written(&files).path())).await;
+    let differs = "event 2 of mission a is not the one acknowledged";
+    assert!(found.contains(differs), "{found}");
 }
 
 #[tokio::test(start_paused = true)]
 async fn a_lost_cut_or_damaged_list_is_rewritten_from_the_store() {
     let running = directory();
-    let store = open(running.path());
-    add(&store, append("a", vec![event(1, "1")])).await;
+    let store = with_a(running.path(), "1").await;
     store.close().await.expect("is merged");
     let whole = files_of_a_killed(running.path());
     let list = &whole[LIST_NAME];
-    let flipped = (0..)
-        .zip(list)
-        .map(|(place, byte)| byte ^ u8::from(place == list.len() - 100));
+    let mut flipped = list.clone();
+    flipped[list.len() - 100] ^= 1;
     for damaged in [
         None,
         Some(vec![]),
         Some(list[..list.len() - 100].to_vec()),
-        Some(flipped.collect()),
+        Some(flipped),
     ] {
         let mut files = whole.clone();
         files.remove(LIST_NAME);
@@ -755,11 +586,7 @@ async fn a_lost_cut_or_damaged_list_is_rewritten_from_the_store() {
         let mut files = files_of_a_killed(killed.path());
         files.insert(FILE_NAME.to_owned(), whole[FILE_NAME].clone());
         files.remove(&format!("{FILE_NAME}-wal"));
-        let found = open(written(&files).path())
-            .probe()
-            .await
-            .expect_err("lost an event")
-            .to_string();
+        let found = fault(&open(written(&files).path())).await;
         assert!(found.contains("1 events of mission a from 2 to 2"), "{found}");
     }
 }
@@ -778,18 +605,14 @@ async fn a_store_whose_files_were_deleted_or_replaced_acknowledges_nothing() {
     for displace in cases {
         let directory = directory();
         let data = directory.path().join("data");
-        let store = open(&data);
-        add(&store, append("a", vec![event(1, "1")])).await;
+        let store = with_a(&data, "1").await;
         displace(&data);
-        let found = store.append(append("a", vec![event(2, "2")])).await;
-        assert!(matches!(found, Err(StoreError::Displaced { .. })), "{found:?}");
-        let deleted = store.delete("a".to_owned(), AuditEntry::default()).await;
-        assert!(
-            matches!(deleted, Err(StoreError::Displaced { .. })),
-            "{deleted:?}"
-        );
-        assert!(matches!(store.probe().await, Err(StoreError::Displaced { .. })));
-        assert!(matches!(store.reader(), Err(StoreError::Displaced { .. })));
+        let appended = store.append(append("a", vec![event(2, "2")])).await.map(drop);
+        let deleted = delete(&store, "a").await.map(drop);
+        let (probed, read) = (store.probe().await, store.reader().map(drop));
+        for found in [appended, deleted, probed, read] {
+            assert!(matches!(found, Err(StoreError::Displaced { .. })), "{found:?}");
+        }
     }
 }
 
@@ -810,8 +633,7 @@ async fn a_directory_that_is_put_back_is_used_again() {
 async fn a_service_that_stops_leaves_the_write_ahead_file_of_the_store_in_its_place() {
     let directory = directory();
     let data = directory.path().join("data");
-    let old = open(&data);
-    add(&old, append("a", vec![event(1, "1")])).await;
+    let old = with_a(&data, "1").await;
     fs::rename(&data, directory.path().join("before")).expect("is there");
     let new = open(&data);
     add(&new, append("b", vec![event(1, "1")])).await;
@@ -843,18 +665,13 @@ async fn with_a_damaged_page() -> tempfile::TempDir {
     for mission in ["a", "b", "c"] {
         let mark = format!("\"{}\"", mission.repeat(200));
         let events = (1..=300).map(|k| event(k, &mark)).collect();
-        let summary = br#"{"sequence":300}"#.to_vec();
-        add(
-            &store,
-            Append {
-                summary,
-                ..append(mission, events)
-            },
-        )
-        .await;
+        let append = Append {
+            summary: br#"{"sequence":300}"#.to_vec(),
+            ..append(mission, events)
+        };
+        add(&store, append).await;
     }
-    store.close().await.expect("is merged");
-    drop(store);
+    close(store).await;
     let path = directory.path().join(FILE_NAME);
     let mut bytes = fs::read(&path).expect("is there");
     let has = |page: &[u8], letter: u8| page.windows(200).any(|text| text == [letter; 200]);
@@ -873,19 +690,14 @@ async fn a_backup_of_a_damaged_log_has_every_whole_mission_and_names_the_others(
     let directory = with_a_damaged_page().await;
     let reader = EventReader::of(directory.path()).expect("opens");
     let to = directory.path().join("copy");
+    let found = reader.inspect().expect_err("is damaged");
+    assert!(matches!(found, StoreError::Damaged(_)), "{found}");
     let damage = reader.back_up(&to).expect("is copied");
-    assert_eq!(damage.len(), 1, "{damage:?}");
-    assert!(
-        damage[0].starts_with("mission b: ") && damage[0].contains(REST_NAME),
-        "{damage:?}"
-    );
     let rest = fs::read_to_string(to.join(REST_NAME)).expect("is there");
     let n_read = rest.lines().count();
     assert!((250..300).contains(&n_read), "{n_read} events");
-    assert!(
-        damage[0].contains(&format!("{n_read} of 300 events")),
-        "{damage:?}"
-    );
+    let named = format!("mission b: {n_read} of 300 events can be read, and are in {REST_NAME}");
+    assert_eq!(damage, [named]);
     let copy = open(&to);
     assert_eq!(copy.probe().await, Ok(()));
     copy.inspect();
@@ -905,22 +717,17 @@ async fn a_damaged_event_blocks_no_backup_and_its_report_ends_with_its_mission()
         add(&store, append(mission, vec![event(1, "1"), event(2, "2")])).await;
     }
     let connection = Connection::open(directory.path().join(FILE_NAME)).expect("opens");
-    connection
-        .execute(
-            "UPDATE events SET body = x'00' WHERE mission = 2 AND sequence = 2",
-            [],
-        )
-        .expect("is done");
+    let damage = "UPDATE events SET body = x'00' WHERE mission = 2 AND sequence = 2";
+    connection.execute(damage, []).expect("is done");
     store.inspect();
-    let found = store.probe().await.expect_err("is damaged").to_string();
+    let found = fault(&store).await;
     assert!(found.contains("mission b: event 2"), "{found}");
     let to = directory.path().join("copy");
     let damage = store.reader().expect("opens").back_up(&to).expect("is copied");
     assert_eq!(damage, ["mission b: event 2 is not what was stored"]);
     assert_eq!(bodies(&open(&to), "a").len(), 2);
 
-    let deleted = store.delete("b".to_owned(), AuditEntry::default()).await;
-    assert_eq!(deleted, Ok(true));
+    assert_eq!(delete(&store, "b").await, Ok(true));
     settle().await;
     store.probe().await.expect("the damage went with its mission");
 }
@@ -935,17 +742,13 @@ async fn a_clock_set_ahead_makes_no_mission_old_until_a_person_confirms_it() {
         ..append("a", vec![event(1, "1")])
     };
     add(&store, finished).await;
-    store.close().await.expect("ends");
-    drop(store);
+    close(store).await;
     // As if the log was created a year ago by the clock, and a moment ago by the kernel.
-    let connection = Connection::open(directory.path().join(FILE_NAME)).expect("opens");
-    connection
-        .execute_batch(&format!(
-            "UPDATE guards SET clock_s = clock_s - {YEAR}, trusted_s = trusted_s - {YEAR};
-             UPDATE missions SET over_s = over_s - {YEAR}"
-        ))
-        .expect("is done");
-    drop(connection);
+    let earlier = format!(
+        "UPDATE guards SET clock_s = clock_s - {YEAR}, trusted_s = trusted_s - {YEAR};
+         UPDATE missions SET over_s = over_s - {YEAR}"
+    );
+    of_version(directory.path(), 0, &earlier);
     let store = open_again(directory.path()).await;
     let older_than = |days: f64| {
         let reader = store.reader().expect("opens");

@@ -15,6 +15,8 @@ use std::{
 
 use clock::Clock;
 
+use super::{error::StoreError, rows::Rows};
+
 /// Running time after which an agreeing clock is trusted, s.
 const AGREED: f64 = 3.0 * 86_400.0;
 
@@ -53,14 +55,17 @@ pub(super) struct TrustedTime {
 }
 
 impl TrustedTime {
-    /// Selects [`Self::columns`]. A new store trusts the clock, an older one its newest order.
-    pub(super) const READ: &'static str = "SELECT trusted_s, agreed_s, clock_s, up_s FROM guards";
-
     /// Stores [`Self::columns`].
-    pub(super) const WRITE: &'static str =
-        "UPDATE guards SET trusted_s = ?1, agreed_s = ?2, clock_s = ?3, up_s = ?4";
+    pub(super) const WRITE: &str = "UPDATE guards SET trusted_s = ?1, agreed_s = ?2, clock_s = ?3, up_s = ?4";
 
-    pub(super) fn of([trusted, agreed, clock, up]: [f64; 4]) -> Self {
+    /// The stored time. A new store trusts the clock, an older one its newest order.
+    pub(super) fn read(rows: &dyn Rows) -> Result<Self, StoreError> {
+        rows.one("SELECT trusted_s, agreed_s, clock_s, up_s FROM guards", |row| {
+            Ok(Self::of([row.get(0)?, row.get(1)?, row.get(2)?, row.get(3)?]))
+        })
+    }
+
+    fn of([trusted, agreed, clock, up]: [f64; 4]) -> Self {
         let seen = Reading { clock, up };
         Self {
             trusted,
@@ -194,32 +199,22 @@ mod tests {
         }
     }
 
+    fn reading(clock: f64, up: f64) -> Reading {
+        Reading { clock, up }
+    }
+
     fn started() -> TrustedTime {
-        TrustedTime {
-            trusted: START,
-            agreed: 0.0,
-            seen: Reading {
-                clock: START,
-                up: 1_000.0,
-            },
-        }
+        TrustedTime::of([START, 0.0, START, 1_000.0])
     }
 
     /// Reads the clocks every ten minutes for `days`, with a clock that is `ahead`.
     fn run(time: &mut TrustedTime, days: f64, ahead: f64) {
-        let up = time.seen.up;
-        let clock = time.seen.clock - time.trusted;
-        let start = time.seen.clock - clock + ahead;
+        let Reading { up, .. } = time.seen;
+        let start = time.trusted + ahead;
         let mut passed = 0.0;
         while passed < days * DAY {
             passed += 600.0;
-            time.advance_to(
-                Reading {
-                    clock: start + passed,
-                    up: up + passed,
-                },
-                true,
-            );
+            time.advance_to(reading(start + passed, up + passed), true);
         }
     }
 
@@ -239,35 +234,22 @@ mod tests {
         let mut time = started();
         run(&mut time, 10.0, -400.0 * DAY);
         assert!((time.trusted - START - 10.0 * DAY).abs() < 1.0, "{time:?}");
-        time.advance_to(Reading { clock: 0.0, up: 5.0 }, false);
+        time.advance_to(reading(0.0, 5.0), false);
         assert!((time.trusted - START - 10.0 * DAY).abs() < 1.0, "{time:?}");
     }
 
+    /// The kernel's time of another boot, or of a machine that has run for longer.
     #[test]
-    fn a_night_without_power_counts_at_once_and_a_year_does_not() {
-        for (off, believed) in [(0.6 * DAY, 0.6 * DAY), (365.0 * DAY, 0.0), (-DAY, 0.0)] {
+    fn a_night_without_power_counts_at_once_by_the_clock_and_a_year_does_not() {
+        for (off, up, believed) in [
+            (0.6 * DAY, 20.0, 0.6 * DAY),
+            (365.0 * DAY, 20.0, 0.0),
+            (-DAY, 20.0, 0.0),
+            (DAY, 400.0 * DAY, DAY),
+        ] {
             let mut time = started();
-            time.advance_to(
-                Reading {
-                    clock: START + off,
-                    up: 20.0,
-                },
-                false,
-            );
+            time.advance_to(reading(START + off, up), false);
             assert!((time.trusted - START - believed).abs() < 1.0, "{off}: {time:?}");
         }
-    }
-
-    #[test]
-    fn files_of_a_machine_with_a_longer_uptime_age_by_the_clock() {
-        let mut time = started();
-        time.advance_to(
-            Reading {
-                clock: START + DAY,
-                up: 400.0 * DAY,
-            },
-            false,
-        );
-        assert!((time.trusted - START - DAY).abs() < 1.0, "{time:?}");
     }
 }

@@ -1,10 +1,14 @@
-//! Stand-ins of a program without the feature `postgres`: a refusal, and types without values.
+//! Stands for PostgreSQL in a program without the feature `postgres`: a refusal, and no lease.
 
-use std::{fmt::Debug, path::Path, time::Duration};
+use std::{path::Path, time::Duration};
+
+use clock::Clock;
 
 use super::{
+    EventStore,
     error::StoreError,
-    ownership::{Acquired, Trouble, Turn},
+    ownership::{Acquired, Member, Turn},
+    reader::EventReader,
 };
 
 fn left_out<T>() -> Result<T, StoreError> {
@@ -12,90 +16,54 @@ fn left_out<T>() -> Result<T, StoreError> {
     Err(StoreError::open(Path::new("of --store"), &reason))
 }
 
-pub(super) fn open(_url: &str) -> Result<Database, StoreError> {
-    left_out()
-}
-
-pub(super) fn reading(_url: &str) -> Result<Pooled, StoreError> {
-    left_out()
-}
-
-pub(super) fn is_elsewhere(_url: &str) -> bool {
-    false
-}
-
-#[derive(Clone, Debug)]
-pub(super) enum Database {}
-
-impl Database {
-    pub(super) fn reading(&self) -> Result<Pooled, StoreError> {
-        match *self {}
+#[expect(missing_docs, reason = "documented where they do something")]
+impl EventStore {
+    pub fn open_database(_: &str, _: Option<Member>, _: u64, _: &Clock) -> Result<Self, StoreError> {
+        left_out()
     }
 
-    pub(super) fn trouble(&self, _: Option<Trouble>) {
-        match *self {}
+    #[must_use]
+    pub fn is_elsewhere(_: &str) -> bool {
+        false
     }
 }
 
-#[derive(Debug)]
-pub(super) enum Pooled {}
-
-impl Pooled {
-    pub(super) fn each(
-        &self,
-        _query: &str,
-        _params: &[&(dyn types::ToSql + Sync)],
-        _take: &mut dyn FnMut(&Row) -> Result<bool, StoreError>,
-    ) -> Result<(), StoreError> {
-        match *self {}
-    }
-}
-
-pub(super) enum Row {}
-
-impl Row {
-    pub(super) fn try_get<T>(&self, _column: usize) -> Result<T, StoreError> {
-        match *self {}
+#[expect(missing_docs, reason = "documented where it does something")]
+impl EventReader {
+    pub fn of_database(_: &str) -> Result<Self, StoreError> {
+        left_out()
     }
 }
 
 /// A lease that no service has.
 #[derive(Clone, Debug)]
-pub struct Lease(Database);
+pub enum Lease {}
 
 #[expect(missing_docs, reason = "cannot be called")]
 impl Lease {
     pub fn incarnation(&self) -> Result<u64, StoreError> {
-        match self.0 {}
+        match *self {}
     }
 
     #[must_use]
     pub fn url(&self) -> &str {
-        match self.0 {}
+        match *self {}
     }
 
     #[must_use]
     pub fn turn_time(&self) -> Duration {
-        match self.0 {}
+        match *self {}
     }
 
-    pub fn acquire(&self, _id: &str) -> Result<Acquired, StoreError> {
-        match self.0 {}
+    pub fn acquire(&self, _: &str) -> Result<Acquired, StoreError> {
+        match *self {}
     }
 
-    pub fn take_turn(&self, _most: usize) -> Result<Turn, StoreError> {
-        match self.0 {}
+    pub fn take_turn(&self, _: usize) -> Result<Turn, StoreError> {
+        match *self {}
     }
 
     pub fn leave(&self) -> Result<(), StoreError> {
-        match self.0 {}
+        match *self {}
     }
-}
-
-/// Every type is a type of column.
-pub(super) mod types {
-    pub(crate) trait ToSql {}
-    impl<T: ?Sized> ToSql for T {}
-    pub(crate) trait FromSql<'a> {}
-    impl<T> FromSql<'_> for T {}
 }

@@ -2,19 +2,20 @@
 
 use std::{sync::Arc, time::Duration};
 
-use rusqlite::{Connection, OptionalExtension as _, Row, Transaction, TransactionBehavior, params};
+use rusqlite::{Connection, OptionalExtension as _, Transaction, TransactionBehavior, params};
 
 use super::{
     acknowledged::{Acknowledged, Entry},
     command::{LogWriter, Waiting, reply_to_each, stored},
-    digest::Head,
-    entry::{Append, Appended, AuditEntry, StoredEvent},
+    digest::{Head, Links},
+    entry::{Append, Appended, AuditEntry, FIND_ANSWER, KeyedAnswer, StoredEvent},
     error::StoreError,
-    idempotency::{self, KeyedAnswer},
     known::Known,
-    place::Place,
+    locked::{Locked, decide},
+    open_files::OpenFiles,
+    rows::Rows,
     shares::{Shares, Taken},
-    sql::{limit, signed},
+    sql::{DELETED, ORDER, PROTECT, PURGE_EVENTS, limit, signed},
     trusted_time::{TrustedClock, TrustedTime},
 };
 use crate::metrics::StoreMetrics;
@@ -40,6 +41,20 @@ const PURGE_BYTES: usize = 1 << 20;
 /// Space beyond a refused append that makes the store ready again, bytes.
 const PROBE_BYTES: usize = 64 << 10;
 
+const CREATE: &str =
+    "INSERT INTO missions (id, status, summary, owner) VALUES (?1, '', x'', ?2) RETURNING number";
+
+const CHANGE: &str =
+    "UPDATE missions SET status = ?2, summary = ?3, bytes = bytes + ?4, sequence = ?5, head = ?6, digest = ?7,
+    over_s = CASE WHEN ?2 IN ('finished', 'failed') THEN coalesce(over_s, ?8) END WHERE number = ?1";
+
+const EVENT: &str = "INSERT INTO events (mission, sequence, kind, body, digest) VALUES (?1, ?2, ?3, ?4, ?5)";
+
+const SNAPSHOT: &str = "INSERT INTO snapshots (mission, sequence, body, digest) VALUES (?1, ?2, ?3, ?4)
+    ON CONFLICT (mission) DO UPDATE SET sequence = ?2, body = ?3, digest = ?4";
+
+const KEY: &str = "INSERT INTO answered (mission, key, request, answer) VALUES (?1, ?2, ?3, ?4)";
+
 /// The only writing connection.
 pub(super) struct Writer {
     connection: Connection,
@@ -61,22 +76,24 @@ pub(super) struct Writer {
     /// Approximate bytes in the write-ahead file.
     unmerged: usize,
     /// Dropped after the connection.
-    place: Arc<Place>,
+    files: Arc<OpenFiles>,
 }
 
 impl Writer {
     pub(super) fn new(
         connection: Connection,
-        place: Arc<Place>,
+        files: Arc<OpenFiles>,
         acknowledged: Acknowledged,
         clock: TrustedClock,
         share: u64,
         metrics: StoreMetrics,
-    ) -> rusqlite::Result<Self> {
+    ) -> Result<Self, StoreError> {
+        let (rows, mut shares): (&dyn Rows, _) = (&connection, Shares::new(share));
+        shares.read(rows)?;
         Ok(Self {
-            shares: Shares::read(&connection, share)?,
+            shares,
             known: Known::default(),
-            purge: deleted(&connection)?,
+            purge: rows.all(DELETED, &[], |row| row.get(0))?,
             connection,
             free_pages: true,
             stuck: false,
@@ -86,7 +103,7 @@ impl Writer {
             acknowledged,
             unlisted: vec![],
             unmerged: 0,
-            place,
+            files,
         })
     }
 
@@ -130,7 +147,7 @@ impl Writer {
     /// Makes sure that commits stay; after `Ok` they may be acknowledged.
     fn confirm(&mut self, committed: Vec<Entry>) -> Result<(), StoreError> {
         self.unlisted.extend(committed);
-        self.place.check()?;
+        self.files.check()?;
         let listed = self.acknowledged.add(&self.unlisted);
         listed.map_err(|error| StoreError::Unconfirmed(error.to_string()))?;
         self.unlisted.clear();
@@ -178,7 +195,7 @@ impl Writer {
 
 impl LogWriter for Writer {
     fn recover(&mut self) -> Result<(), StoreError> {
-        self.shares.read_again(&self.connection)?;
+        self.shares.read(&self.connection)?;
         // A removal that panics must not panic at every turn.
         (self.stuck, self.free_pages) = (true, false);
         self.merge();
@@ -214,18 +231,15 @@ impl LogWriter for Writer {
         let start = self.clock.machine.now();
         let mut entries = vec![];
         let committed = self
-            .place
+            .files
             .check()
             .and_then(|()| self.known.check())
             .and_then(|()| {
-                let times = Times {
-                    trusted_s: self.clock.now_s(),
-                    unix_s: self.clock.machine.unix_s(),
-                };
+                let unix_s = self.clock.machine.unix_s();
                 let mut batch = Batch {
                     shares: &self.shares,
                     known: &self.known,
-                    times,
+                    trusted_s: self.clock.now_s(),
                     taken: vec![],
                     heads: vec![],
                 };
@@ -235,7 +249,7 @@ impl LogWriter for Writer {
                     self.shares.take(taken);
                 }
                 for (append, head) in heads {
-                    entries.push(Entry::of(times.unix_s, head.clone(), &append.mission));
+                    entries.push(Entry::of(unix_s, head.clone(), &append.mission));
                     self.known.add(&append.mission, head, append.is_over());
                 }
                 Ok(appended)
@@ -275,7 +289,7 @@ impl LogWriter for Writer {
     }
 
     fn delete(&mut self, id: &str, order: &AuditEntry) -> Result<bool, StoreError> {
-        self.place.check()?;
+        self.files.check()?;
         self.known.check()?;
         let transaction = writing(&mut self.connection)?;
         let hidden: Option<(i64, Taken)> = transaction
@@ -283,7 +297,10 @@ impl LogWriter for Writer {
                 "UPDATE missions SET status = 'deleted', id = 'deleted ' || number WHERE id = ?1
                  RETURNING number, owner, bytes",
             )?
-            .query_row([id], |row| Ok((row.get(0)?, taken(row, 1)?)))
+            .query_row([id], |row| {
+                let (owner, bytes) = (row.get(1)?, row.get::<_, i64>(2)?.unsigned_abs());
+                Ok((row.get(0)?, Taken { owner, bytes }))
+            })
             .optional()?;
         let Some((number, room)) = hidden else {
             drop(transaction);
@@ -311,7 +328,7 @@ impl LogWriter for Writer {
     }
 
     fn protect(&mut self) -> Result<(), StoreError> {
-        self.connection.execute("UPDATE guards SET protected = 1", [])?;
+        self.connection.execute(PROTECT, [])?;
         Ok(())
     }
 
@@ -368,12 +385,6 @@ pub(super) fn writing(connection: &mut Connection) -> rusqlite::Result<Transacti
     connection.transaction_with_behavior(TransactionBehavior::Immediate)
 }
 
-/// Numbers of the deleted missions that still have events.
-fn deleted(connection: &Connection) -> rusqlite::Result<Vec<i64>> {
-    let mut deleted = connection.prepare("SELECT number FROM missions WHERE status = 'deleted'")?;
-    deleted.query_map([], |row| row.get(0))?.collect()
-}
-
 /// Merges the write-ahead file. `true` if everything is merged and on the disk.
 fn merge(connection: &Connection, mode: &str) -> rusqlite::Result<bool> {
     let checkpoint = format!("PRAGMA wal_checkpoint({mode})");
@@ -385,10 +396,7 @@ fn merge(connection: &Connection, mode: &str) -> rusqlite::Result<bool> {
 
 /// Removes some events of a deleted mission, at last the mission. `true` if the mission is gone.
 fn purge(connection: &Connection, number: i64) -> rusqlite::Result<bool> {
-    let mut some = connection.prepare_cached(
-        "DELETE FROM events WHERE mission = ?1 AND sequence <=
-         (SELECT min(sequence) FROM events WHERE mission = ?1) + ?2",
-    )?;
+    let mut some = connection.prepare_cached(PURGE_EVENTS)?;
     if 0 < some.execute(params![number, PURGE])? {
         return Ok(false);
     }
@@ -415,28 +423,12 @@ fn size(append: &Append) -> usize {
     events.sum::<usize>() + append.summary.len() + snapshot
 }
 
-/// Owner and bytes of a mission, in the columns from `first` on.
-fn taken(row: &Row<'_>, first: usize) -> rusqlite::Result<Taken> {
-    Ok(Taken {
-        owner: row.get(first)?,
-        bytes: row.get::<_, i64>(first + 1)?.unsigned_abs(),
-    })
-}
-
-/// Unix time of a commit, s.
-#[derive(Clone, Copy)]
-struct Times {
-    /// Trusted time.
-    trusted_s: f64,
-    /// Time of the machine's clock.
-    unix_s: f64,
-}
-
 /// Appends in one commit.
 struct Batch<'a, 'b> {
     shares: &'b Shares,
     known: &'b Known,
-    times: Times,
+    /// Trusted time of the commit, Unix time, s.
+    trusted_s: f64,
     /// Bytes of the stored appends.
     taken: Vec<Taken>,
     /// The last event of the mission after each stored append.
@@ -450,10 +442,8 @@ impl<'a> Batch<'a, '_> {
         appends: &[&'a Append],
     ) -> Result<Vec<Appended>, StoreError> {
         let transaction = writing(connection)?;
-        let appended = appends
-            .iter()
-            .map(|append| self.store(&transaction, append))
-            .collect::<Result<_, _>>()?;
+        let appended = appends.iter().map(|append| self.store(&transaction, append));
+        let appended = appended.collect::<Result<_, _>>()?;
         transaction.commit()?;
         Ok(appended)
     }
@@ -461,124 +451,86 @@ impl<'a> Batch<'a, '_> {
     fn store(&mut self, transaction: &Transaction<'_>, append: &'a Append) -> Result<Appended, StoreError> {
         #[cfg(test)]
         assert_ne!(append.mission, super::tests::PANICS, "a test wants this panic");
-        if let Some(KeyedAnswer { key, request, .. }) = &append.answered
-            && let Some((asked, answer)) = idempotency::find(transaction, &append.mission, key)?
-        {
-            let is_same = asked == *request;
-            return Ok(if is_same {
-                Appended::AnsweredBefore(answer)
-            } else {
-                Appended::KeyTaken
-            });
+        let rows: &dyn Rows = &**transaction;
+        if let Some(keyed) = &append.answered {
+            let previous = rows.first(FIND_ANSWER, &[&append.mission, &keyed.key], |row| {
+                Ok((row.get::<Vec<u8>>(0)?, row.get(1)?))
+            })?;
+            if let Some((request, answer)) = previous {
+                return Ok(keyed.repeated(&request, answer));
+            }
         }
-        let bytes = Shares::bytes_of(append);
-        let room = limit(usize::try_from(bytes).unwrap_or(usize::MAX));
-        let has_room = |owner: &str| self.shares.has_room(owner, bytes, append.room);
-        let (head, owner) = match append.number {
-            None => {
-                let owner = append.order.as_ref().map(|order| order.caller.clone());
-                let owner = owner.unwrap_or_default();
-                if !has_room(&owner) {
-                    return Ok(Appended::ShareUsed);
-                }
-                let mut made = transaction.prepare_cached(
-                "INSERT INTO missions (id, status, summary, owner) VALUES (?1, '', x'', ?2) RETURNING number",
-            )?;
-                let number = made.query_row(params![append.mission, owner], |row| row.get(0))?;
-                (Head::of_new(number), owner)
-            }
-            Some(number) => {
-                let Some((head, owner, is_whole)) = stored_head(transaction, signed(number))? else {
-                    return Ok(Appended::MissionGone);
-                };
-                self.known.compare(&head)?;
-                let first = append.events.first();
-                if first.is_some_and(|event| signed(event.sequence) != head.sequence + 1) {
-                    return Ok(Appended::OutOfSequence);
-                }
-                if !is_whole {
-                    return Err(head.missing(&append.mission));
-                }
-                if !has_room(&owner) {
-                    return Ok(Appended::ShareUsed);
-                }
-                (head, owner)
-            }
+        let mission = match append.number {
+            Some(number) => rows.first(&locked(), &[&signed(number)], Locked::read)?,
+            None => None,
         };
-        self.taken.push(Taken { owner, bytes });
+        let taken = match decide(append, mission.as_ref(), self.shares, self.known)? {
+            Ok(taken) => taken,
+            Err(refused) => return Ok(refused),
+        };
+        let head = if let Some(mission) = mission {
+            mission.head
+        } else {
+            let mut made = transaction.prepare_cached(CREATE)?;
+            Head::of_new(made.query_row(params![append.mission, taken.owner], |row| row.get(0))?)
+        };
         let links = head.extend(append);
+        self.write(transaction, append, &links, taken.bytes)?;
+        self.taken.push(taken);
+        self.heads.push((append, links.head));
+        Ok(Appended::Stored)
+    }
+
+    fn write(
+        &self,
+        transaction: &Transaction<'_>,
+        append: &Append,
+        links: &Links,
+        bytes: u64,
+    ) -> rusqlite::Result<()> {
         let Head {
             mission,
             sequence,
             digest,
         } = &links.head;
-        let mut became = transaction.prepare_cached(
-        "UPDATE missions SET status = ?2, summary = ?3, bytes = bytes + ?4, sequence = ?5, head = ?6, digest = ?7,
-         over_s = CASE WHEN ?2 IN ('finished', 'failed') THEN coalesce(over_s, ?8) END WHERE number = ?1",
-    )?;
-        became.execute(params![
+        transaction.prepare_cached(CHANGE)?.execute(params![
             mission,
             append.status,
             append.summary,
-            room,
+            signed(bytes),
             sequence,
             digest,
             links.summary,
-            self.times.trusted_s
+            self.trusted_s
         ])?;
-        let mut event = transaction.prepare_cached(
-            "INSERT INTO events (mission, sequence, kind, body, digest) VALUES (?1, ?2, ?3, ?4, ?5)",
-        )?;
+        let mut event = transaction.prepare_cached(EVENT)?;
         for (StoredEvent { sequence, kind, body }, digest) in append.events.iter().zip(&links.events) {
             event.execute(params![mission, signed(*sequence), kind, body, digest])?;
         }
         if let Some((snapshot, digest)) = append.snapshot.as_ref().zip(links.checkpoint.as_ref()) {
-            let mut kept = transaction.prepare_cached(
-                "INSERT INTO snapshots (mission, sequence, body, digest) VALUES (?1, ?2, ?3, ?4)
-             ON CONFLICT (mission) DO UPDATE SET sequence = ?2, body = ?3, digest = ?4",
-            )?;
+            let mut kept = transaction.prepare_cached(SNAPSHOT)?;
             kept.execute(params![mission, sequence, snapshot, digest])?;
         }
-        let number = *mission;
-        self.heads.push((append, links.head));
-        if let Some(answered) = &append.answered {
-            idempotency::keep(transaction, number, answered)?;
+        if let Some(KeyedAnswer { key, request, answer }) = &append.answered {
+            let mut kept = transaction.prepare_cached(KEY)?;
+            kept.execute(params![mission, key, request, answer])?;
         }
-        if let Some(order) = &append.order {
-            keep_order(transaction, &append.mission, order)?;
+        match &append.order {
+            Some(order) => keep_order(transaction, &append.mission, order),
+            None => Ok(()),
         }
-        Ok(Appended::Stored)
     }
 }
 
-/// The last event and the owner in the mission's row; `true` if that event is stored.
-fn stored_head(transaction: &Transaction<'_>, number: i64) -> rusqlite::Result<Option<(Head, String, bool)>> {
-    let mut last = transaction.prepare_cached(
-        "SELECT sequence, head, owner, coalesce((SELECT digest FROM events WHERE mission = number
-         AND events.sequence = missions.sequence), x'') FROM missions WHERE number = ?1 AND status <> 'deleted'",
-    )?;
-    let read = |row: &Row<'_>| {
-        let head = Head {
-            mission: number,
-            sequence: row.get(0)?,
-            digest: row.get(1)?,
-        };
-        let is_whole = head.digest == row.get::<_, Vec<u8>>(3)?;
-        Ok((head, row.get(2)?, is_whole))
-    };
-    last.query_row([number], read).optional()
+/// Selects a mission for an append.
+fn locked() -> String {
+    let columns = Locked::COLUMNS;
+    format!("SELECT {columns} FROM missions WHERE number = ?1 AND status <> 'deleted'")
 }
 
 fn keep_order(transaction: &Transaction<'_>, mission: &str, order: &AuditEntry) -> rusqlite::Result<()> {
-    let AuditEntry {
-        at_s,
-        caller,
-        request,
-        action,
-    } = order;
-    let mut kept = transaction.prepare_cached(
-        "INSERT INTO orders (at_s, caller, request, mission, action) VALUES (?1, ?2, ?3, ?4, ?5)",
-    )?;
-    kept.execute(params![at_s, caller, request, mission, action])?;
+    let (caller, request, action) = (&order.caller, &order.request, &order.action);
+    let mut kept = transaction.prepare_cached(ORDER)?;
+    kept.execute(params![order.at_s, caller, request, mission, action])?;
     Ok(())
 }

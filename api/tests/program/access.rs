@@ -1,23 +1,16 @@
 //! Access to the service and its configuration: tokens, roles, TLS and the sources of settings.
 
-use std::fs;
-
 use tempfile::tempdir;
 use tests::server::Server;
 
-use crate::command::{ask, ask_as, line, path, pilotfish, printed, run, said};
+use crate::command::{
+    ask, ask_as, has_all, line, path, pilotfish, printed, refusal, run, said, serving, written,
+};
 
 /// Makes a token in `file`, limited by these flags.
 fn add(file: &str, name: &str, role: &str, limits: &[&str]) -> String {
     let arguments = ["token", "add", name, "--role", role, "--tokens", file];
     printed(&run(&[&arguments, limits].concat())).trim().to_owned()
-}
-
-/// A service with the tokens in `file` and the missions in `data`.
-fn serving(file: &str, data: &str) -> Server {
-    let mut program = pilotfish();
-    program.args(["--tokens", file, "--data", data]);
-    Server::start_on(program, 0)
 }
 
 #[test]
@@ -26,7 +19,7 @@ fn each_role_has_its_permissions() {
     let file = path(&directory, "tokens.json");
     let [reader, operator, admin] =
         ["read-only", "operator", "admin"].map(|role| add(&file, &format!("the-{role}"), role, &[]));
-    let server = serving(&file, &path(&directory, "data"));
+    let server = serving(&["--tokens", &file]);
     let call = |method, path, token| ask_as(&server, token, method, path, "").status;
     for public in ["/", "/livez", "/readyz", "/openapi.json"] {
         assert_eq!(call("GET", public, None), 200, "{public}");
@@ -48,7 +41,7 @@ fn each_role_has_its_permissions() {
         assert_eq!(call("POST", "/v1/plan", token), 415);
     }
     let listed = said(&run(&["token", "list", "--tokens", &file]));
-    assert!(listed.contains("the-operator"), "{listed}");
+    has_all(&listed, &["the-operator"]);
     assert!(!listed.contains(&operator[3..]), "a token is shown once");
 }
 
@@ -68,7 +61,8 @@ fn a_token_limited_to_craft_or_missions_sees_and_changes_only_those() {
         let id = answer.json()["id"].as_str().unwrap_or_default().to_owned();
         (answer.status.as_u16(), id)
     };
-    let first = serving(&file, &data);
+    let start = || serving(&["--tokens", &file, "--data", &data]);
+    let first = start();
     let (created, own) = create(&first, &bridge, "craft-1");
     assert_eq!(created, 201);
     assert_eq!(create(&first, &bridge, "craft-2").0, 403);
@@ -76,7 +70,7 @@ fn a_token_limited_to_craft_or_missions_sees_and_changes_only_those() {
     drop(first);
     // Limited by the mission's ID, and an admin of that mission only.
     let one = add(&file, "one", "admin", &["--mission", &other]);
-    let server = serving(&file, &data);
+    let server = start();
     let ask = |token: &str, method: &str, path: &str, body: &str| {
         let answer = ask_as(&server, Some(token), method, path, body);
         (answer.status.as_u16(), answer.text)
@@ -101,29 +95,22 @@ fn a_token_limited_to_craft_or_missions_sees_and_changes_only_those() {
             assert_eq!(status, allowed, "{method} {call}: {answer}");
             let (status, answer) = ask(token, method, &format!("/v1/missions/{not_theirs}{call}"), body);
             assert_eq!(status, 403, "{method} {call}: {answer}");
-            assert!(answer.contains("\"mission_forbidden\""), "{answer}");
+            has_all(&answer, &["\"mission_forbidden\""]);
         }
     }
     let (_, answer) = ask(&bridge, "GET", &format!("/v1/missions/{other}"), "");
-    assert!(answer.contains("limited to craft craft-1"), "{answer}");
+    has_all(&answer, &["limited to craft craft-1"]);
     assert_eq!(ask(&bridge, "GET", "/v1/missions/m-1", "").0, 404);
     let (_, access) = ask(&bridge, "GET", "/v1/access", "");
-    assert!(access.contains(r#""limit":{"craft":["craft-1"]}"#), "{access}");
-    assert_eq!(
-        ask(&one, "GET", "/v1/audit", "").0,
-        403,
-        "it names other missions"
-    );
-    assert_eq!(
-        create(&server, &one, "craft-2").0,
-        403,
-        "it is limited to an existing mission"
-    );
+    has_all(&access, &[r#""limit":{"craft":["craft-1"]}"#]);
+    // The audit names other missions, and a new mission is another one.
+    assert_eq!(ask(&one, "GET", "/v1/audit", "").0, 403);
+    assert_eq!(create(&server, &one, "craft-2").0, 403);
     assert_eq!(ask(&one, "DELETE", &format!("/v1/missions/{own}"), "").0, 403);
     assert_eq!(ask(&one, "DELETE", &format!("/v1/missions/{other}"), "").0, 204);
     assert_eq!(ask(&admin, "GET", &format!("/v1/missions/{own}"), "").0, 200);
     let listed = said(&run(&["token", "list", "--tokens", &file]));
-    assert!(listed.contains(&format!("missions {other}")), "{listed}");
+    has_all(&listed, &[&format!("missions {other}")]);
 }
 
 #[test]
@@ -131,39 +118,35 @@ fn a_service_on_a_network_needs_tokens_and_tls() {
     let directory = tempdir().expect("there is room");
     let file = path(&directory, "tokens.json");
     let data = path(&directory, "data");
-    let away = [
-        "--host", "0.0.0.0", "--port", "0", "--tokens", &file, "--data", &data,
-    ];
-
-    let refused = run(&away);
+    let away = format!("--host 0.0.0.0 --port 0 --tokens {file} --data {data}");
+    let refused = line(&away);
     assert_eq!(refused.status.code(), Some(1));
-    assert!(said(&refused).contains("neither tokens"), "{}", said(&refused));
+    has_all(refusal(&refused), &["neither tokens"]);
     add(&file, "bridge", "operator", &[]);
-    let refused = run(&away);
-    assert!(said(&refused).contains("no TLS"), "{}", said(&refused));
+    has_all(refusal(&line(&away)), &["no TLS"]);
 }
 
 #[test]
 fn half_a_certificate_is_refused() {
-    let refused = run(&["--port", "0", "--tls-certificate", "/nowhere.pem"]);
-    assert!(
-        said(&refused).contains("both --tls-certificate and --tls-key"),
-        "{}",
-        said(&refused)
-    );
-    let refused = line("--port 0 --tls-certificate /nowhere.pem --tls-key /nowhere.key");
-    assert!(said(&refused).contains("/nowhere.pem"), "{}", said(&refused));
+    for (command, says) in [
+        (
+            "--port 0 --tls-certificate /nowhere.pem",
+            "both --tls-certificate and --tls-key",
+        ),
+        (
+            "--port 0 --tls-certificate /nowhere.pem --tls-key /nowhere.key",
+            "/nowhere.pem",
+        ),
+    ] {
+        has_all(refusal(&line(command)), &[says]);
+    }
 }
 
 #[test]
 fn every_setting_is_a_flag_a_variable_and_a_key_and_shows_its_source() {
     let directory = tempdir().expect("there is room");
-    let file = path(&directory, "pilotfish.toml");
-    fs::write(
-        &file,
-        "port = 9001\ndeadline_ms = 50\nallow_host = [\"ship.example\"]\n",
-    )
-    .expect("is written");
+    let text = "port = 9001\ndeadline_ms = 50\nallow_host = [\"ship.example\"]\n";
+    let file = written(&directory, "pilotfish.toml", text);
     let output = pilotfish()
         .args(["--config", &file, "config"])
         .args(["--port", "9003", "--log-format", "json"])
@@ -190,49 +173,30 @@ fn every_setting_is_a_flag_a_variable_and_a_key_and_shows_its_source() {
     }
 
     // The printed text is a file with the same meaning.
-    let again = path(&directory, "again.toml");
-    fs::write(&again, &printed).expect("is written");
+    let again = written(&directory, "again.toml", &printed);
     let output = run(&["config", "--config", &again]);
-    let values = |text: &str| -> Vec<String> {
-        text.lines()
-            .map(|line| line.split("  # ").next().unwrap_or("").trim().to_owned())
-            .collect()
-    };
+    let value = |line: &str| line.split("  # ").next().unwrap_or("").trim().to_owned();
+    let values = |text: &str| text.lines().map(value).collect::<Vec<_>>();
     assert_eq!(values(&said(&output)), values(&printed));
 }
 
 #[test]
 fn an_error_of_a_setting_names_its_flag_variable_or_key() {
-    let refused = pilotfish()
-        .args(["config"])
-        .env("PILOTFISH_PORT", "a lot")
-        .output()
-        .expect("starts");
+    let config = |variable: &str, value: &str| {
+        let mut config = pilotfish();
+        config.arg("config").env(variable, value);
+        config.output().expect("starts")
+    };
+    let refused = config("PILOTFISH_PORT", "a lot");
     assert_eq!(refused.status.code(), Some(2));
-    assert!(
-        said(&refused).contains("PILOTFISH_PORT: \"a lot\" must be"),
-        "{}",
-        said(&refused)
-    );
-    let refused = run(&["serve", "--deadline-ms", "0"]);
+    has_all(refusal(&refused), &["PILOTFISH_PORT: \"a lot\" must be"]);
+    let refused = line("serve --deadline-ms 0");
     assert_eq!(refused.status.code(), Some(2));
-    assert!(said(&refused).contains("--deadline-ms"), "{}", said(&refused));
-    let refused = run(&["--port", "1", "scenarios"]);
-    assert!(
-        said(&refused).contains("--port is an option of serve"),
-        "{}",
-        said(&refused)
-    );
-    let ignored = pilotfish()
-        .args(["config"])
-        .env("PILOTFISH_PROT", "1")
-        .output()
-        .expect("starts");
-    assert!(
-        said(&ignored).contains("unknown setting PILOTFISH_PROT"),
-        "{}",
-        said(&ignored)
-    );
+    has_all(refusal(&refused), &["--deadline-ms"]);
+    let refused = line("--port 1 scenarios");
+    has_all(refusal(&refused), &["--port is an option of serve"]);
+    let ignored = config("PILOTFISH_PROT", "1");
+    has_all(&said(&ignored), &["unknown setting PILOTFISH_PROT"]);
 }
 
 #[test]
@@ -242,18 +206,14 @@ fn flags_of_the_service_may_precede_or_follow_the_subcommand() {
         &["serve", "--deadline-ms", "7"],
         &["--deadline-ms", "7"],
     ] {
-        let mut program = pilotfish();
-        program.args(arguments);
-        let server = Server::start(program);
-        assert!(ask(&server, "GET", "/livez", "").status == 200);
+        assert!(ask(&serving(arguments), "GET", "/livez", "").status == 200);
     }
     let data = tempdir().expect("there is room");
-    let data = data.path().to_string_lossy().into_owned();
-    for arguments in [
-        ["--data", &data, "backup", "/nowhere"],
-        ["backup", "/nowhere", "--data", &data],
+    let data = data.path().to_string_lossy();
+    for command in [
+        format!("--data {data} backup /nowhere"),
+        format!("backup /nowhere --data {data}"),
     ] {
-        let refused = run(&arguments);
-        assert!(said(&refused).contains(&data), "{}", said(&refused));
+        has_all(refusal(&line(&command)), &[&data]);
     }
 }

@@ -4,7 +4,7 @@ use std::{fs, path::Path, process::Output};
 
 use tempfile::TempDir;
 
-use crate::command::{self, SMALL_CAMPAIGN, path, printed};
+use crate::command::{self, SMALL_CAMPAIGN, has_all, path, printed, refusal, written};
 
 fn run(arguments: &[&str]) -> Output {
     command::run(&[&["campaign"], arguments].concat())
@@ -13,34 +13,27 @@ fn run(arguments: &[&str]) -> Output {
 #[test]
 fn a_campaign_that_cannot_be_flown_says_what_to_do() {
     let folder = TempDir::new().expect("is a folder");
-    let file = path(&folder, "small.toml");
-    let refused = |arguments: &[&str], says: &str| {
-        let output = run(arguments);
-        let words = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(
-            !output.status.success() && words.contains(says),
-            "{words}\nshould say {says}"
-        );
-    };
-    fs::write(&file, SMALL_CAMPAIGN.replace("replicates = 8", "replicates = 0")).expect("is written");
-    refused(
-        &["run", &file],
-        "small.toml:7: replicates: 0 is outside 1 to 1000000",
-    );
-    fs::write(&file, SMALL_CAMPAIGN).expect("is written");
-    refused(
-        &["run", &file, "--shard", "4/3"],
-        "is not a shard: write 1/3 for the first of three",
-    );
-    refused(&["replay", &path(&folder, "nothing"), "0"], "holds no campaign");
-    refused(&["run", &path(&folder, "none.toml")], "cannot read");
+    let none = SMALL_CAMPAIGN.replace("replicates = 8", "replicates = 0");
+    let none = written(&folder, "none.toml", &none);
+    let file = written(&folder, "small.toml", SMALL_CAMPAIGN);
+    let [nothing, nowhere] = ["nothing", "nowhere.toml"].map(|name| path(&folder, name));
+    let shard = "is not a shard: write 1/3 for the first of three";
+    for (arguments, says) in [
+        (
+            &["run", &*none][..],
+            "none.toml:7: replicates: 0 is outside 1 to 1000000",
+        ),
+        (&["run", &file, "--shard", "4/3"], shard),
+        (&["replay", &nothing, "0"], "holds no campaign"),
+        (&["run", &nowhere], "cannot read"),
+    ] {
+        has_all(refusal(&run(arguments)), &[says]);
+    }
     let out = path(&folder, "out");
     let outline = printed(&run(&["run", &file, "--dry-run", "--out", &out]));
-    assert!(
-        outline.contains("32 runs at most") && !Path::new(&out).exists(),
-        "{outline}"
-    );
-    assert!(printed(&run(&["schema"])).contains("\"replicates\""));
+    has_all(&outline, &["32 runs at most"]);
+    assert!(!Path::new(&out).exists());
+    has_all(&printed(&run(&["schema"])), &["\"replicates\""]);
 }
 
 #[test]
@@ -54,7 +47,7 @@ fn every_campaign_of_the_examples_is_one() {
             continue;
         }
         let outline = printed(&run(&["run", &file.display().to_string(), "--dry-run"]));
-        assert!(outline.contains("runs at most"), "{outline}");
+        has_all(&outline, &["runs at most"]);
         n += 1;
     }
     assert!(8 <= n, "{n}");
@@ -66,8 +59,7 @@ mod slow {
     #[test]
     fn a_campaign_in_parts_has_the_same_rows_and_is_flown_again() {
         let folder = TempDir::new().expect("is a folder");
-        let file = path(&folder, "small.toml");
-        fs::write(&file, SMALL_CAMPAIGN).expect("is written");
+        let file = written(&folder, "small.toml", SMALL_CAMPAIGN);
         let whole = path(&folder, "whole");
         printed(&run(&["run", &file, "--out", &whole, "--jobs", "2"]));
         let digest = printed(&run(&["digest", &whole]));
@@ -85,9 +77,9 @@ mod slow {
         assert_eq!(printed(&run(&["digest", &merged])), digest);
 
         let again = printed(&run(&["replay", &merged, "0"]));
-        assert!(
-            again.contains("mpc auto in paper-tracking, replicate 0: the same row, to the bit"),
-            "{again}"
+        has_all(
+            &again,
+            &["mpc auto in paper-tracking, replicate 0: the same row, to the bit"],
         );
         assert!(Path::new(&merged).join("replay-0.html").exists());
     }

@@ -4,22 +4,20 @@ use std::{
     collections::BTreeMap,
     fs,
     io::{BufRead, Write},
-    path::Path,
     process::{Command, Output, Stdio},
 };
 
-use planner::{craft::CraftDescription, los::LosLaw};
+use planner::{
+    craft::{CraftDescription, HeadingReference, SpeedReference},
+    los::LosLaw,
+};
 use record::Format;
 use serde_json::Value;
 use tests::server::Server;
 
-use crate::command::{ask, has, json, line, path, pilotfish, printed, run, stderr, stdout};
-
-fn serving(arguments: &[&str]) -> Server {
-    let mut program = pilotfish();
-    program.args(arguments);
-    Server::start(program)
-}
+use crate::command::{
+    ask, has, has_all, json, line, path, pilotfish, printed, refusal, run, serving, stderr, stdout, written,
+};
 
 #[test]
 fn the_command_that_the_server_prints_works_when_pasted() {
@@ -47,10 +45,8 @@ fn the_command_that_the_server_prints_works_when_pasted() {
 #[test]
 fn a_port_in_use_is_refused_with_advice() {
     let server = serving(&[]);
-    let port = server.address.rsplit(':').next().expect("has a port");
-    let output = run(&["serve", "--port", port]);
-    assert!(!output.status.success());
-    assert!(stderr(&output).contains("--port"), "{}", stderr(&output));
+    let output = run(&["serve", "--port", &server.port().to_string()]);
+    has_all(refusal(&output), &["--port"]);
 }
 
 #[test]
@@ -58,23 +54,17 @@ fn a_second_service_on_the_same_data_is_refused_and_the_first_continues() {
     let first = serving(&[]);
     let data = first.data.as_ref().expect("has a directory of its own").path();
     let second = run(&["serve", "--port", "0", "--data", &data.display().to_string()]);
-    assert!(!second.status.success());
-    for part in ["in use by another pilotfish", "--data", "missions.sqlite3"] {
-        assert!(stderr(&second).contains(part), "{}", stderr(&second));
-    }
+    let parts = ["in use by another pilotfish", "--data", "missions.sqlite3"];
+    has_all(refusal(&second), &parts);
     assert_eq!(stdout(&second), "", "it does not greet before it knows");
     assert!(ask(&first, "GET", "/readyz", "").status == 200);
 }
 
 #[test]
 fn a_printed_scenario_can_be_changed_and_run() {
-    let listed = run(&["scenarios"]);
-    for name in sim::scenario::Scenario::names() {
-        assert!(stdout(&listed).contains(name), "{name}");
-    }
+    has_all(stdout(&run(&["scenarios"])), &sim::scenario::Scenario::names());
     let scenario = printed(&run(&["scenarios", "paper-tracking"]));
-    let directory = tempfile::tempdir().expect("a folder");
-    let path = directory.path().join("my.toml");
+    let folder = tempfile::tempdir().expect("a folder");
     let schema = "pilotfish scenarios --schema > scenario.schema.json";
     let (first, second) = scenario.split_once('\n').expect("has lines");
     assert_eq!(first, "#:schema scenario.schema.json");
@@ -83,68 +73,31 @@ fn a_printed_scenario_can_be_changed_and_run() {
     assert_eq!(schema["title"], "Scenario");
     assert!(schema["properties"]["auvs"].is_object());
     let mine = scenario.replace("name = \"paper-tracking\"", "name = \"mine\"");
-    fs::write(&path, &mine).expect("written");
     let fly = |file: &str| run(&["simulate", file, "--duration-s", "20"]);
-    let flown = fly(path.to_str().expect("is text"));
+    let flown = fly(&written(&folder, "my.toml", &mine));
     assert!(printed(&flown).starts_with("mine, seed 1"), "{}", stdout(&flown));
 
     let line = 1 + mine
         .lines()
         .position(|line| line.starts_with("lane_length_m"))
         .expect("there");
-    fs::write(&path, mine.replace("lane_length_m = 100", "lane_length_m = -100")).expect("written");
-    let refused = fly(path.to_str().expect("is text"));
-    assert!(!refused.status.success());
+    let wrong = mine.replace("lane_length_m = 100", "lane_length_m = -100");
     let says =
         format!("my.toml:{line}: auvs[0].path.lawn_mower.lane_length_m: -100 is outside 0.01 to 100000 m");
-    assert!(stderr(&refused).contains(&says), "{}", stderr(&refused));
-    let missing = fly("./nowhere.toml");
-    assert!(
-        stderr(&missing).contains("cannot read ./nowhere.toml"),
-        "{}",
-        stderr(&missing)
-    );
-}
-
-#[test]
-fn a_record_is_the_same_file_for_the_same_seed() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let record = |name: &str, seed: u32| {
-        let path = path(&folder, name);
-        let mission = "simulate paper-tracking --controller saturated_los --untimed";
-        let output = line(&format!("{mission} --seed {seed} --out {path}"));
-        printed(&output);
-        assert_eq!(stderr(&output), "", "no progress bar without a terminal");
-        fs::read_to_string(path).expect("was written")
-    };
-    let first = record("a.csv", 3);
-    assert!(first.starts_with("sequence,kind,t_s,"));
-    assert!(first.lines().count() > 1_000);
-    assert_eq!(record("b.csv", 3), first);
-    assert_ne!(record("c.csv", 4), first);
+    has_all(refusal(&fly(&written(&folder, "my.toml", &wrong))), &[&says]);
+    has_all(refusal(&fly("./nowhere.toml")), &["cannot read ./nowhere.toml"]);
 }
 
 #[test]
 fn an_unknown_suffix_of_a_record_is_refused_before_the_mission() {
     let folder = tempfile::tempdir().expect("a folder");
-    let directory = folder.path();
     for name in ["record.xlsx", "record"] {
-        let good = directory.join("record.csv");
-        let bad = directory.join(name);
-        let output = pilotfish()
-            .args(["simulate", "paper-tracking", "--out"])
-            .arg(&good)
-            .arg("--out")
-            .arg(&bad)
-            .output()
-            .expect("starts");
-        assert!(!output.status.success());
-        let said = stderr(&output);
-        for part in [name, ".csv", ".parquet", ".geojson", ".mcap", ".ndjson"] {
-            assert!(said.contains(part), "{said}");
-        }
+        let [good, bad] = ["record.csv", name].map(|name| path(&folder, name));
+        let output = line(&format!("simulate paper-tracking --out {good} --out {bad}"));
+        let suffixes = [name, ".csv", ".parquet", ".geojson", ".mcap", ".ndjson"];
+        has_all(refusal(&output), &suffixes);
         assert_eq!(stdout(&output), "");
-        assert!(!good.exists() && !bad.exists());
+        assert_eq!(fs::read_dir(&folder).expect("is there").count(), 0);
     }
 }
 
@@ -159,7 +112,9 @@ fn one_mission_is_written_in_every_format() {
             .arg("--out")
             .arg(directory.join(format!("record.{format}")));
     }
-    printed(&mission.output().expect("starts"));
+    let output = mission.output().expect("starts");
+    printed(&output);
+    assert_eq!(stderr(&output), "", "no progress bar without a terminal");
     let read = |format: Format| fs::read(directory.join(format!("record.{format}"))).expect("was written");
     assert!(read(Format::Csv).starts_with(b"sequence,"));
     // The marks by which the formats are known, first and last.
@@ -171,12 +126,6 @@ fn one_mission_is_written_in_every_format() {
     assert_eq!(map["type"], "FeatureCollection");
     let names = fs::read_dir(directory).expect("is there").count();
     assert_eq!(names, Format::ALL.len(), "nothing else was left there");
-}
-
-#[test]
-fn a_record_can_be_written_to_a_device() {
-    let output = line("simulate paper-tracking --controller saturated_los --out /dev/stdout");
-    assert!(printed(&output).starts_with("sequence,"), "{}", stdout(&output));
 }
 
 #[test]
@@ -205,11 +154,7 @@ fn every_shell_gets_completions_and_every_command_a_manual_page() {
     }
     let pages = tempfile::tempdir().expect("there is room");
     let directory = pages.path().join("man1");
-    assert!(
-        run(&["man", directory.to_str().expect("is text")])
-            .status
-            .success()
-    );
+    printed(&run(&["man", directory.to_str().expect("is text")]));
     for command in commands {
         let page = fs::read_to_string(directory.join(format!("pilotfish-{command}.1")));
         assert!(page.is_ok_and(|page| page.contains(".SH SYNOPSIS")), "{command}");
@@ -243,11 +188,7 @@ fn other_machines_are_let_in_only_with_insecure() {
         } else {
             let output = program.args(["--port", "0"]).output().expect("starts");
             assert_eq!(output.status.code(), Some(1));
-            assert!(
-                stderr(&output).contains("--insecure"),
-                "{value}: {}",
-                stderr(&output)
-            );
+            has_all(refusal(&output), &["--insecure"]);
         }
     }
 }
@@ -256,102 +197,76 @@ fn other_machines_are_let_in_only_with_insecure() {
 #[test]
 fn services_of_other_machines_are_not_told_a_loopback_address() {
     let store = "postgres://pilotfish@192.0.2.1/pilotfish?sslmode=disable";
-    let refusal = |advertise: &[&str]| {
-        let output = run(&[&["serve", "--port", "0", "--store", store], advertise].concat());
+    for (advertise, says) in [
+        ("", "add --advertise http://HOST:PORT"),
+        (" --advertise http://ship-a:8080", "cannot use the mission log"),
+    ] {
+        let output = line(&format!("serve --port 0 --store {store}{advertise}"));
         assert_eq!(output.status.code(), Some(1));
-        stderr(&output).to_owned()
-    };
-    let bare = refusal(&[]);
-    assert!(bare.contains("add --advertise http://HOST:PORT"), "{bare}");
-    let advertised = refusal(&["--advertise", "http://ship-a:8080"]);
-    assert!(advertised.contains("cannot use the mission log"), "{advertised}");
+        has_all(refusal(&output), &[says]);
+    }
 }
 
 /// Before anything is simulated or printed.
 #[test]
 fn a_wrong_command_line_is_refused_with_the_reason() {
     let scenarios = sim::scenario::Scenario::names().join(", ");
-    let law = |arguments: &[&'static str]| {
-        [&["simulate", "calm", "--controller", "saturated_los"], arguments].concat()
-    };
-    let planner = |arguments: &[&'static str]| [&["simulate", "calm"], arguments].concat();
-    for (arguments, code, says) in [
-        (vec!["simulate", "paper-trackin"], 1, &*scenarios),
-        (vec!["compare", "paper-trackin"], 1, &scenarios),
-        (vec!["demo", "paper-trackin"], 1, &scenarios),
+    let law = "simulate calm --controller saturated_los";
+    let of_laws = "--look-ahead-m is a gain of the line-of-sight laws: add --controller saturated_los";
+    let above_0 = ["look-ahead-m 0", "look-ahead-m -5", "along-track-gain-per-s -0.1"].map(|gain| {
+        let (name, value) = gain.split_once(' ').expect("is one");
         (
-            vec!["compare", "paper-path-following"],
-            1,
+            format!("{law} --{gain}"),
+            format!("--{name} must be above 0, not {value}"),
+        )
+    });
+    let of_one = [
+        ("simulate paper-trackin", &*scenarios),
+        ("compare paper-trackin", &scenarios),
+        ("demo paper-trackin", &scenarios),
+        (
+            "compare paper-path-following",
             "pilotfish simulate paper-path-following",
         ),
         (
-            planner(&["--out", "/nowhere/all.csv"]),
-            1,
+            "simulate calm --out /nowhere/all.csv",
             "cannot write /nowhere/all.csv",
         ),
         (
-            planner(&["--report", "/nowhere/all.html"]),
-            1,
+            "simulate calm --report /nowhere/all.html",
             "cannot write /nowhere/all.html",
         ),
+        ("simulate calm --look-ahead-m 5", of_laws),
         (
-            law(&["--look-ahead-m", "0"]),
-            1,
-            "--look-ahead-m must be above 0, not 0",
-        ),
-        (
-            law(&["--look-ahead-m", "-5"]),
-            1,
-            "--look-ahead-m must be above 0, not -5",
-        ),
-        (
-            law(&["--along-track-gain-per-s", "-0.1"]),
-            1,
-            "--along-track-gain-per-s must be above 0, not -0.1",
-        ),
-        (
-            planner(&["--look-ahead-m", "5"]),
-            1,
-            "--look-ahead-m is a gain of the line-of-sight laws: add --controller saturated_los",
-        ),
-        (
-            planner(&["--tuned"]),
-            1,
+            "simulate calm --tuned",
             "--tuned searches for gains of a line-of-sight law",
         ),
         (
-            law(&["--snapshots", "asked.ndjson"]),
-            1,
+            &format!("{law} --snapshots asked.ndjson"),
             "only the planner has snapshots",
         ),
-        (vec!["plan", "no-such-file.json"], 1, "no-such-file.json"),
-        (vec!["crafts", "titanic"], 1, "medusa"),
-        (vec!["plan", "--tolerance", "0"], 2, "1e-10"),
-        (vec!["plan", "--tolerance", "tight"], 2, "not a number"),
-        (vec!["serve", "--deadline-ms", "0"], 2, "0.05"),
-        (vec!["serve", "--deadline-ms", "NaN"], 2, "0.05"),
-        (vec!["--deadline-ms", "70000"], 2, "60000"),
-    ] {
-        let output = run(&arguments);
-        assert_eq!(output.status.code(), Some(code), "{arguments:?}");
-        assert!(
-            stderr(&output).contains(says),
-            "{arguments:?}: {}",
-            stderr(&output)
-        );
-        assert_eq!(stdout(&output), "", "{arguments:?}");
+        ("plan no-such-file.json", "no-such-file.json"),
+        ("crafts titanic", "medusa"),
+    ];
+    let of_two = [
+        ("plan --tolerance 0", "1e-10"),
+        ("plan --tolerance tight", "not a number"),
+        ("serve --deadline-ms 0", "0.05"),
+        ("serve --deadline-ms NaN", "0.05"),
+        ("--deadline-ms 70000", "60000"),
+    ];
+    let of_one = of_one
+        .into_iter()
+        .chain(above_0.iter().map(|(command, says)| (&**command, &**says)));
+    let all = of_one
+        .map(|wrong| (wrong, 1))
+        .chain(of_two.map(|wrong| (wrong, 2)));
+    for ((command, says), code) in all {
+        let output = line(command);
+        assert_eq!(output.status.code(), Some(code), "{command}");
+        has_all(refusal(&output), &[says]);
+        assert_eq!(stdout(&output), "", "{command}");
     }
-}
-
-#[test]
-fn a_scenario_without_a_surface_craft_is_simulated() {
-    let output = run(&["simulate", "paper-path-following"]);
-    assert!(
-        stdout(&output).contains("auv-1.cross_track_max_m"),
-        "{}",
-        stdout(&output)
-    );
-    assert!(!stdout(&output).contains("rms_m"), "{}", stdout(&output));
 }
 
 #[test]
@@ -374,47 +289,27 @@ fn a_number_of_a_scenario_is_set() {
         ("surface_craft.sped=1", "no number with this key"),
         ("seed", "give a key"),
     ] {
-        let refused = flown(&format!(" --set {set}"));
-        assert!(stderr(&refused).contains(says), "{}", stderr(&refused));
+        has_all(refusal(&flown(&format!(" --set {set}"))), &[says]);
     }
 }
 
 #[test]
 fn a_comparison_writes_the_record_of_every_controller() {
     let folder = tempfile::tempdir().expect("a folder");
-    let (out, file) = (folder.path().join("a/b"), folder.path().join("file"));
-    let compare = |out: &Path| {
-        let out = out.to_str().expect("is text");
-        run(&["compare", "calm", "--duration-s", "5", "--out", out])
-    };
+    let compare = |out: &str| line(&format!("compare calm --duration-s 5 --out {out}"));
+    let out = path(&folder, "a/b");
     printed(&compare(&out));
-    let mut names: Vec<_> = fs::read_dir(&out)
-        .expect("is made")
-        .map(|entry| {
-            entry
-                .expect("is there")
-                .file_name()
-                .into_string()
-                .expect("is text")
-        })
-        .collect();
-    names.sort_unstable();
-    let mut expected: Vec<_> = ["mpc"]
-        .into_iter()
-        .chain(LosLaw::ALL.map(LosLaw::name))
-        .map(|name| format!("{name}.parquet"))
-        .collect();
-    expected.sort_unstable();
-    assert_eq!(names, expected);
-    for name in names {
-        let parquet = fs::read(out.join(name)).expect("is written");
+    let mut n = 0;
+    for name in ["mpc"].into_iter().chain(LosLaw::ALL.map(LosLaw::name)) {
+        let parquet = fs::read(format!("{out}/{name}.parquet")).expect("is written");
         assert!(parquet.starts_with(b"PAR1") && parquet.ends_with(b"PAR1"));
+        n += 1;
     }
+    assert_eq!(fs::read_dir(&out).expect("is made").count(), n);
 
-    fs::write(&file, "in the way").expect("is written");
-    let refused = compare(&file);
+    let refused = compare(&written(&folder, "file", "in the way"));
     assert_eq!(refused.status.code(), Some(1));
-    assert!(stderr(&refused).contains("cannot write"), "{}", stderr(&refused));
+    has_all(refusal(&refused), &["cannot write"]);
 }
 
 #[test]
@@ -439,20 +334,22 @@ fn a_tuned_law_has_the_gains_of_the_comparison() {
 fn a_report_loads_no_other_file() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = path(&folder, "report.html");
-    printed(&run(&["simulate", "paper-path-following", "--report", &path]));
+    let said = printed(&line(&format!("simulate paper-path-following --report {path}")));
+    // It has no surface craft.
+    has_all(&said, &["auv-1.cross_track_max_m"]);
+    assert!(!said.contains("rms_m"), "{said}");
     let page = fs::read_to_string(&path).expect("is written");
     for loads in ["src=", "href=", "<link", "@import", "url(", "fetch("] {
         assert!(!page.contains(loads), "{loads} in {page}");
     }
     assert!(page.contains("default-src 'none'"));
-    for shown in [
+    let shown = [
         "paper-path-following",
         "seed 1",
         "auv-1.cross_track_max_m",
         "depth_m",
-    ] {
-        assert!(page.contains(shown), "{shown}");
-    }
+    ];
+    has_all(&page, &shown);
 }
 
 /// `pilotfish plan` with `body` on its standard input.
@@ -493,8 +390,7 @@ fn a_plan_without_a_server_equals_the_server_s_answer() {
     for name in ["track", "crowded"] {
         let body_text = example_body(name);
         let served = untimed(&ask(&server, "POST", "/v1/plan", body_text).text);
-        let path = path(&folder, "snapshot.json");
-        fs::write(&path, body_text).expect("written");
+        let path = written(&folder, "snapshot.json", body_text);
         for output in [
             plan_of(body_text, &[]),
             plan_of(body_text, &["-", "--compact"]),
@@ -525,11 +421,11 @@ fn an_invalid_snapshot_gets_the_problem_document_and_a_failure() {
         assert_eq!(problem["code"], code);
         let found = problem["errors"][0]["pointer"].as_str();
         assert_eq!(found, pointer, "{problem}");
-        let said = problem["detail"].as_str().expect("text");
-        assert!(stderr(&output).contains(said), "{}", stderr(&output));
+        has_all(refusal(&output), &[problem["detail"].as_str().expect("text")]);
     }
 }
 
+/// `tests/python/test_oracle.py` solves dumps with other solvers.
 #[test]
 fn a_dumped_program_is_that_of_the_answer() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -539,7 +435,7 @@ fn a_dumped_program_is_that_of_the_answer() {
     assert_eq!(dump["status"], "solved");
     let numbers = |list: &Value| -> Vec<f64> { serde_json::from_value(list.clone()).expect("are numbers") };
     let places = |list: &Value| -> Vec<usize> { serde_json::from_value(list.clone()).expect("are places") };
-    let [x, z, s] = ["x", "z", "s"].map(|name| numbers(&dump["solution"][name]));
+    let x = numbers(&dump["solution"]["x"]);
     let [q, b] = ["q", "b"].map(|name| numbers(&dump[name]));
 
     // Its columns give the speed of the second point of the trajectory, 1 s from now.
@@ -558,30 +454,6 @@ fn a_dumped_program_is_that_of_the_answer() {
     let of_the_speed = places(&dump["v1"]["columns"]).into_iter();
     let of_the_speed: Vec<_> = of_the_speed.map(|column| columns[column].as_str()).collect();
     assert_eq!(of_the_speed, ["velocity[1].ahead", "velocity[1].starboard"]);
-
-    // A x + s = b, row by row, and as many rows as the cones have.
-    let mut left = s.clone();
-    let [begins, rows] = ["colptr", "rowval"].map(|name| places(&dump["A"][name]));
-    let values = numbers(&dump["A"]["nzval"]);
-    for (column, x) in x.iter().enumerate() {
-        for entry in begins[column]..begins[column + 1] {
-            left[rows[entry]] += values[entry] * x;
-        }
-    }
-    let cones = dump["cones"].as_array().expect("a list").iter();
-    let n_rows: u64 = cones.filter_map(|cone| cone["dim"].as_u64()).sum();
-    assert_eq!([&dump["A"]["m"], &dump["A"]["n"]], [left.len(), q.len()]);
-    assert_eq!((n_rows, b.len()), (left.len() as u64, left.len()));
-    let largest = b.iter().fold(1.0_f64, |most, b| most.max(b.abs()));
-    for (left, b) in left.iter().zip(&b) {
-        // The solver's own tolerance, relative to the largest bound.
-        assert!((left - b).abs() < 1e-5 * largest, "{left} {b}");
-    }
-    // Lagrange duality: at the optimum ½ xᵀPx + qᵀx = −½ xᵀPx − bᵀz, so 2 obj = qᵀx − bᵀz.
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    let doubled = dot(&q, &x) - dot(&b, &z);
-    let cost = dump["solution"]["obj"].as_f64().expect("a number");
-    assert!((2.0 * cost - doubled).abs() < 1e-4 * cost.abs(), "{cost}");
 }
 
 #[test]
@@ -620,35 +492,21 @@ fn written_snapshots_lead_to_the_same_plans() {
 #[test]
 fn an_invalid_log_is_refused_with_the_reason() {
     let folder = tempfile::tempdir().expect("a folder");
-    let file = |name: &str, text: &str| {
-        let path = folder.path().join(name);
-        fs::write(&path, text).expect("writes");
-        path.to_str().expect("is text").to_owned()
-    };
     let header = "t_s,reference_speed_mps,reference_heading_rad,heading_rad,speed_mps\n";
+    let rows = |rows: &str| format!("{header}{rows}");
+    let no_number = "row 1, column heading_rad: \"north\" is not a number";
+    let no_speed = ("b.csv", "t_s,heading_rad\n1,2\n", "no column reference_speed_mps");
     for (name, text, reason) in [
-        ("a.txt", "t_s\n".to_owned(), ".csv, .parquet or .mcap"),
-        (
-            "b.csv",
-            "t_s,heading_rad\n1,2\n".to_owned(),
-            "no column reference_speed_mps",
-        ),
-        (
-            "c.csv",
-            format!("{header}0,1,0,north,1\n"),
-            "row 1, column heading_rad: \"north\" is not a number",
-        ),
-        ("d.csv", format!("{header}0,1,0,0,1\n1,1,0,0,1\n"), "lasts 1 s"),
-        (
-            "e.csv",
-            format!("{header}0,1,0,0,1\n9,1,0,0,1\n"),
-            "row 1: 9 s follows 0 s",
-        ),
-        ("f.parquet", "PAR0".to_owned(), "not Apache Parquet"),
+        ("a.txt", "t_s\n", ".csv, .parquet or .mcap"),
+        no_speed,
+        ("c.csv", &rows("0,1,0,north,1\n"), no_number),
+        ("d.csv", &rows("0,1,0,0,1\n1,1,0,0,1\n"), "lasts 1 s"),
+        ("e.csv", &rows("0,1,0,0,1\n9,1,0,0,1\n"), "row 1: 9 s follows 0 s"),
+        ("f.parquet", "PAR0", "not Apache Parquet"),
     ] {
-        let output = run(&["identify", &file(name, &text)]);
+        let output = run(&["identify", &written(&folder, name, text)]);
         assert_eq!(output.status.code(), Some(1), "{name}");
-        assert!(stderr(&output).contains(reason), "{name}: {}", stderr(&output));
+        has_all(refusal(&output), &[reason]);
     }
 }
 
@@ -671,35 +529,22 @@ mod slow {
         let comparison = json(&printed(&line(
             "compare paper-intermittent --format json --seed 2",
         )));
-        assert_eq!(
-            (&comparison["scenario"], &comparison["seed"]),
-            (&"paper-intermittent".into(), &2.into())
-        );
+        assert_eq!(comparison["scenario"], "paper-intermittent");
+        assert_eq!(comparison["seed"], 2);
         let controllers = &comparison["controllers"];
         let laws = LosLaw::ALL.map(LosLaw::name);
         let named = controllers.as_object().expect("is an object");
         assert_eq!(named.len(), 1 + laws.len());
         for controller in ["mpc"].into_iter().chain(laws) {
             let scores = &controllers[controller];
-            for metric in [
-                "rms_m",
-                "mean_m",
-                "p95_m",
-                "max_m",
-                "energy_j",
-                "heading_travel_rad",
-                "reference_jerk",
-                "solve_ms_p50",
-                "solve_ms_p99",
-            ] {
-                assert!(
-                    scores[metric].as_f64().is_some_and(|value| value > 0.0),
-                    "{controller}: {metric} in {scores}"
-                );
+            let metrics = "rms_m mean_m p95_m max_m energy_j heading_travel_rad reference_jerk solve_ms_p50 \
+                           solve_ms_p99 regret_m";
+            for metric in metrics.split(' ') {
+                let is_positive = scores[metric].as_f64().is_some_and(|value| value > 0.0);
+                assert!(is_positive, "{controller}: {metric} in {scores}");
             }
             assert!(scores["time_in_range_s"]["auv-1"].is_number());
             assert!(scores["violations"]["turn_rate_radps"]["count"].is_number());
-            assert!(scores["regret_m"].as_f64().is_some_and(|value| value > 0.0));
             assert_eq!(scores["information"]["current_known"], true);
             let answers = scores["answers_by_method"].as_object().expect("is an object");
             let is_a_method = ["mpc", "saturated_los"].contains(&controller);
@@ -713,26 +558,8 @@ mod slow {
                 controller == "integral_los"
             );
         }
-        // In 98 s of 240 an earlier plan may be as good, since a hand-over is within or just past
-        // the horizon. Measured: the program gave 1807 of 1920 answers, the previous plan the
-        // others.
-        let answers = |name: &str| {
-            controllers["mpc"]["answers_by_method"][name]
-                .as_u64()
-                .expect("is a count")
-        };
-        let by_program = answers("mpc");
-        assert!(1_920 * (240 - 98) / 240 <= by_program, "{by_program}");
-        assert_eq!((answers("saturated_los"), answers("hold")), (0, 0));
         let gains = &controllers["saturated_los"]["gains"];
         assert!(gains["look_ahead_m"].is_number() && gains["along_track_gain_per_s"].is_number());
-        let rms = |controller: &str| controllers[controller]["rms_m"].as_f64().expect("is a number");
-        assert!(
-            rms("mpc") <= 0.5 * rms("saturated_los"),
-            "{} and {}",
-            rms("mpc"),
-            rms("saturated_los")
-        );
     }
 
     #[test]
@@ -746,14 +573,8 @@ mod slow {
         let craft: CraftDescription =
             serde_json::from_str(&fs::read_to_string(&craft).expect("written")).expect("is a craft");
         assert_eq!(craft.faults(), []);
-        assert_eq!(
-            craft.speed_held,
-            Some(planner::craft::SpeedReference::ThroughWater)
-        );
-        assert_eq!(
-            craft.heading_held,
-            Some(planner::craft::HeadingReference::Heading)
-        );
+        assert_eq!(craft.speed_held, Some(SpeedReference::ThroughWater));
+        assert_eq!(craft.heading_held, Some(HeadingReference::Heading));
         // The simulated loop clamps an error of 0.4 m/s: 44.5 N/(m/s) on 85.5 kg.
         let acceleration = craft.surge_loop.acceleration_max_mps2.expect("identified");
         assert!((acceleration - 0.4 * 44.5 / 85.5).abs() < 0.03, "{acceleration}");
@@ -761,23 +582,15 @@ mod slow {
         assert!(page.ends_with("</html>\n") && page.contains("heading_loop"));
 
         let surge_lag = |craft: &str| {
-            let answer = json(&printed(&plan_of(
-                example_body("track"),
-                &["-", "--craft", craft],
-            )));
-            answer["craft_estimate"]["surge_lag_s"]["value"]
-                .as_f64()
-                .expect("a lag")
+            let planned = plan_of(example_body("track"), &["-", "--craft", craft]);
+            let lag = &json(&printed(&planned))["craft_estimate"]["surge_lag_s"]["value"];
+            lag.as_f64().expect("a lag")
         };
         assert!(surge_lag("otter") < surge_lag("medusa"), "2 s and 2.5 s");
         surge_lag(&file("craft.json"));
         let unknown = plan_of(example_body("track"), &["-", "--craft", "no-such"]);
         assert_eq!(unknown.status.code(), Some(1));
-        assert!(
-            stderr(&unknown).contains("pilotfish crafts"),
-            "{}",
-            stderr(&unknown)
-        );
+        has_all(refusal(&unknown), &["pilotfish crafts"]);
         let flown = |craft: &str| {
             let mission = "simulate calm --duration-s 30 --untimed";
             printed(&line(&format!("{mission} --craft {craft}")))
@@ -786,22 +599,16 @@ mod slow {
 
         // In degrees, and without members that small craft lack.
         let text = fs::read_to_string(&log).expect("written");
-        let columns = [
-            "t_s",
-            "reference_speed_mps",
-            "reference_heading_rad",
-            "heading_rad",
-            "north_m",
-            "east_m",
-        ];
+        let columns = "t_s,reference_speed_mps,reference_heading_rad,heading_rad,north_m,east_m";
+        let columns: Vec<_> = columns.split(',').collect();
         let mut reader = csv::Reader::from_reader(text.as_bytes());
         let header = reader.headers().expect("a header").clone();
-        let places = columns.map(|column| header.iter().position(|name| name == column).expect("is there"));
+        let place = |column| header.iter().position(|name| name == column).expect("is there");
         let mut plain = columns.join(",").replace("heading_rad", "heading_deg") + "\n";
         for row in reader.records() {
             let row = row.expect("a row");
             let cell = |i: usize| {
-                let number: f64 = row[places[i]].parse().expect("a number");
+                let number: f64 = row[place(columns[i])].parse().expect("a number");
                 let degrees = columns[i].ends_with("heading_rad");
                 if degrees { number.to_degrees() } else { number }.to_string()
             };

@@ -1,7 +1,7 @@
 //! The program as a command, and its output.
 
 use std::{
-    env,
+    env, fs,
     io::{self, Write as _},
     process::{Child, Command, Output},
     time::Duration,
@@ -63,6 +63,27 @@ pub(crate) fn printed(output: &Output) -> String {
     stdout(output).to_owned()
 }
 
+/// The reason of a run that must fail.
+pub(crate) fn refusal(output: &Output) -> &str {
+    assert!(!output.status.success(), "{}", said(output));
+    stderr(output)
+}
+
+/// Fails unless `text` has every part.
+#[track_caller]
+pub(crate) fn has_all(text: &str, parts: &[&str]) {
+    for part in parts {
+        assert!(text.contains(part), "no {part:?} in {text}");
+    }
+}
+
+/// A service with these arguments.
+pub(crate) fn serving(arguments: &[&str]) -> Server {
+    let mut program = pilotfish();
+    program.args(arguments);
+    Server::start(program)
+}
+
 pub(crate) fn json(text: &str) -> Value {
     serde_json::from_str(text).expect("is JSON")
 }
@@ -78,6 +99,13 @@ pub(crate) fn stderr(output: &Output) -> &str {
 /// Both.
 pub(crate) fn said(output: &Output) -> String {
     stdout(output).to_owned() + stderr(output)
+}
+
+/// The path of a new file in a folder.
+pub(crate) fn written(folder: &TempDir, name: &str, text: &str) -> String {
+    let path = path(folder, name);
+    fs::write(&path, text).expect("there is room");
+    path
 }
 
 /// The path of a file in a folder.
@@ -107,12 +135,11 @@ pub(crate) fn try_ask(
         request = request.header("content-type", "application/json");
     }
     let answer = agent.run(request.body(body)?)?;
-    let (http::response::Parts { status, headers, .. }, mut body) = answer.into_parts();
-    let text = body.with_config().limit(ANSWER_BYTES_MAX).read_to_string()?;
+    let (head, mut body) = answer.into_parts();
     Ok(Answer {
-        status,
-        headers,
-        text,
+        text: body.with_config().limit(ANSWER_BYTES_MAX).read_to_string()?,
+        status: head.status,
+        headers: head.headers,
     })
 }
 
@@ -124,10 +151,8 @@ pub(crate) fn ask(server: &Server, method: &str, path: &str, body: &str) -> Answ
 /// The same with a token, if there is one.
 pub(crate) fn ask_as(server: &Server, token: Option<&str>, method: &str, path: &str, body: &str) -> Answer {
     let bearer = token.map(|token| format!("Bearer {token}"));
-    let headers: Vec<_> = bearer
-        .iter()
-        .map(|bearer| ("authorization", bearer.as_str()))
-        .collect();
+    let headers = bearer.iter().map(|bearer| ("authorization", bearer.as_str()));
+    let headers: Vec<_> = headers.collect();
     let url = server.url() + path;
     try_ask(&agent(), method, &url, &headers, body).expect("the service answers")
 }

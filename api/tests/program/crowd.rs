@@ -17,7 +17,7 @@ use std::{
 use rustix::net::{AddressFamily, SocketType, bind, connect, socket};
 use tests::server::Server;
 
-use crate::command::{ask, metric, pilotfish};
+use crate::command::{ask, metric, pilotfish, serving};
 
 /// A longer wait fails the test.
 const PATIENCE: Duration = Duration::from_mins(1);
@@ -70,7 +70,7 @@ fn two_addresses_that_take_every_place_leave_some_to_a_third() {
 
 #[test]
 fn a_head_over_16_kib_is_refused() {
-    let server = Server::start(pilotfish());
+    let server = serving(&[]);
     for (name_bytes, status) in [(8 << 10, 200), (17 << 10, 431)] {
         let mut socket = connected([127, 0, 0, 1], &server);
         let long = "x".repeat(name_bytes);
@@ -97,10 +97,8 @@ fn a_log_that_no_one_reads_delays_no_plan_and_its_lines_are_counted() {
         let request = format!("GET /livez HTTP/1.1\r\nhost: localhost\r\n{end}\r\n");
         socket.write_all(request.as_bytes()).expect("takes a request");
     }
-    reader
-        .join()
-        .expect("reads to the end")
-        .expect("reads to the end");
+    let read = reader.join().expect("does not panic");
+    read.expect("reads to the end");
     let plan = ask(&server, "POST", "/v1/plan", service::examples::EXAMPLES[0].body);
     assert_eq!(plan.status, 200, "{}", plan.text);
     assert!(0.0 < metric(&server, "pilotfish_log_lines_dropped_total"));
@@ -115,8 +113,8 @@ fn the_service_notifies_systemd_that_it_listens_and_that_its_planners_work() {
     let mut watched = pilotfish();
     watched
         .env("NOTIFY_SOCKET", &path)
-        .env("WATCHDOG_USEC", "20000000")
-        .env_remove("WATCHDOG_PID");
+        .env("WATCHDOG_USEC", "20000000");
+    watched.env_remove("WATCHDOG_PID");
     let _server = Server::start(watched);
     // In either order: the planners start before the socket does.
     let mut awaited = BTreeSet::from(["READY=1", "WATCHDOG=1"]);

@@ -10,7 +10,7 @@ use rustix::process::Signal;
 use serde_json::Value;
 use tests::server::Server;
 
-use crate::command::{ask, pilotfish, printed, run, said, signal, stderr};
+use crate::command::{ask, has_all, line, path, pilotfish, printed, refusal, serving, signal, written};
 
 /// A demo, and the address of the page that it printed.
 fn demo(command: &mut Command) -> (Server, String) {
@@ -53,42 +53,36 @@ fn end(mut server: Server, by: Signal) -> String {
 fn a_demo_runs_a_mission_and_leaves_nothing() {
     let temporary = tempfile::tempdir().expect("there is room");
     let files = || fs::read_dir(&temporary).expect("is there").count();
-    let (server, page) = demo(
-        pilotfish()
-            .args(["demo", "--no-browser"])
-            .env("TMPDIR", temporary.path()),
-    );
+    let mut program = pilotfish();
+    program
+        .args(["demo", "--no-browser"])
+        .env("TMPDIR", temporary.path());
+    let (server, page) = demo(&mut program);
     let mission = mission(&server, &page);
-    assert_eq!(
-        (&mission["status"], &mission["kind"], &mission["title"]),
-        (
-            &"running".into(),
-            &"simulated".into(),
-            &"switching, seed 1".into()
-        )
-    );
-    assert!(ask(&server, "GET", "/", "").text.contains("<title>"));
+    for (member, value) in [
+        ("status", "running"),
+        ("kind", "simulated"),
+        ("title", "switching, seed 1"),
+    ] {
+        assert_eq!(mission[member], value);
+    }
+    has_all(&ask(&server, "GET", "/", "").text, &["<title>"]);
     assert_eq!(files(), 1);
 
     let rest = end(server, Signal::INT);
-    assert!(rest.contains("deletes the mission"), "{rest}");
+    has_all(&rest, &["deletes the mission"]);
     assert_eq!(files(), 0);
 }
 
 #[test]
 fn a_demo_without_a_browser_says_so_and_keeps_its_mission_in_the_given_directory() {
     let folder = tempfile::tempdir().expect("there is room");
-    let scenario = folder.path().join("lanes.toml");
-    let text = printed(&run(&["scenarios", "paper-intermittent"]));
-    fs::write(&scenario, text).expect("there is room");
-    let data = folder.path().join("data");
+    let text = printed(&line("scenarios paper-intermittent"));
+    let scenario = written(&folder, "lanes.toml", &text);
+    let data = path(&folder, "data");
     let (mut server, page) = demo(
         pilotfish()
-            .arg("demo")
-            .arg(&scenario)
-            .args(["--seed", "7", "--port", "0"])
-            .arg("--data")
-            .arg(&data)
+            .args(["demo", &scenario, "--seed", "7", "--port", "0", "--data", &data])
             // A machine without xdg-open.
             .env("PATH", folder.path()),
     );
@@ -99,19 +93,9 @@ fn a_demo_without_a_browser_says_so_and_keeps_its_mission_in_the_given_directory
         assert_ne!(printed.read_line(&mut rest).expect("prints"), 0, "{rest}");
     }
     end(server, Signal::INT);
-    assert!(
-        rest.contains(&format!("keeps the mission in {}", data.display())),
-        "{rest}"
-    );
+    has_all(&rest, &[&format!("keeps the mission in {data}")]);
 
-    let mut again = pilotfish();
-    let again = Server::start_on(
-        {
-            again.arg("--data").arg(&data);
-            again
-        },
-        0,
-    );
+    let again = serving(&["--data", &data]);
     assert_eq!(mission(&again, &page)["title"], "lanes, seed 7");
 }
 
@@ -121,13 +105,9 @@ fn two_demos_run_side_by_side() {
     let ((one, _), (other, page)) = (start(), start());
     assert_ne!(one.port(), other.port());
     assert_eq!(mission(&other, &page)["title"], "calm, seed 1");
-    let port = one.port().to_string();
-    let third = run(&["demo", "--no-browser", "--port", &port]);
-    assert!(
-        stderr(&third).contains(&format!("port {port} is in use")),
-        "{}",
-        said(&third)
-    );
+    let port = one.port();
+    let third = line(&format!("demo --no-browser --port {port}"));
+    has_all(refusal(&third), &[&format!("port {port} is in use")]);
     end(one, Signal::INT);
     // As when its terminal is closed.
     end(other, Signal::HUP);
@@ -135,17 +115,9 @@ fn two_demos_run_side_by_side() {
 
 #[test]
 fn a_mission_that_the_service_refuses_ends_the_demo() {
-    let refused = run(&["demo", "paper-path-following", "--no-browser", "--port", "0"]);
-    assert_eq!(refused.status.code(), Some(1), "{}", said(&refused));
-    assert!(
-        stderr(&refused).contains("the service refuses the mission"),
-        "{}",
-        said(&refused)
-    );
-    let refused = run(&["demo", "--speed-factor", "5000", "--no-browser", "--port", "0"]);
-    assert!(
-        stderr(&refused).contains("from 0.1 to 1000"),
-        "{}",
-        said(&refused)
-    );
+    let refused = line("demo paper-path-following --no-browser --port 0");
+    assert_eq!(refused.status.code(), Some(1));
+    has_all(refusal(&refused), &["the service refuses the mission"]);
+    let refused = line("demo --speed-factor 5000 --no-browser --port 0");
+    has_all(refusal(&refused), &["from 0.1 to 1000"]);
 }

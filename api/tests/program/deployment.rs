@@ -3,10 +3,9 @@
 use std::{env, fs, os::unix::fs::symlink, process::Command};
 
 use rustix::process::Signal;
-use tests::server::Server;
 
 use crate::{
-    command::{ask_as, has, path, pilotfish, printed, run, signal},
+    command::{ask_as, has, line, path, printed, serving, signal},
     docs::root,
     markdown::blocks,
 };
@@ -27,15 +26,9 @@ fn the_steps_of_backup_and_restore_keep_the_tokens() {
     let folder = tempfile::tempdir().expect("there is room");
     let data = path(&folder, "data");
     fs::create_dir(&data).expect("there is room");
-    let admin = printed(&run(&[
-        "token", "add", "admin", "--role", "admin", "--data", &data,
-    ]));
+    let admin = printed(&line(&format!("token add admin --role admin --data {data}")));
     let admin = Some(admin.trim());
-    let serve = || {
-        let mut serve = pilotfish();
-        serve.args(["--data", &data]);
-        Server::start_on(serve, 0)
-    };
+    let serve = || serving(&["--data", &data]);
     let bin = folder.path().join("bin");
     fs::create_dir(&bin).expect("there is room");
     symlink(env!("CARGO_BIN_EXE_pilotfish"), bin.join("pilotfish")).expect("is made");

@@ -10,15 +10,12 @@ use std::{
 use serde_json::Value;
 use service::Settings;
 use sim::scenario::{Files, Scenario};
-use tests::{
-    client::{get, send},
-    server::Server,
-};
+use tests::client::{get, send};
 use toml::{Table, map::Entry};
 
 use crate::{
-    command::{ask, has},
-    markdown::{blocks, spans, table_rows, titles, without_blocks},
+    command::{ask, has, pilotfish, serving, stderr, written},
+    markdown::{blocks, spans, titles, without_blocks, wrong_rows},
 };
 
 /// A page of the documentation.
@@ -35,37 +32,27 @@ pub(crate) fn root() -> PathBuf {
 
 pub(crate) fn pages() -> Vec<Page> {
     let docs = fs::read_dir(root().join("docs")).expect("there is a folder of pages");
-    let mut names: Vec<String> = [
-        "README.md",
-        "ARCHITECTURE.md",
-        "examples/README.md",
-        "api/python/README.md",
-        "api/ros2/README.md",
-    ]
-    .map(str::to_owned)
-    .into();
-    names.extend(docs.filter_map(|entry| {
-        let name = entry
-            .expect("can be listed")
-            .file_name()
-            .into_string()
-            .expect("is text");
-        name.strip_suffix(".md").map(|_| format!("docs/{name}"))
-    }));
+    let docs = docs.map(|entry| entry.expect("can be listed").file_name());
+    let docs = docs.map(|name| format!("docs/{}", name.into_string().expect("is text")));
+    let others = ["README.md", "ARCHITECTURE.md"].map(str::to_owned).into_iter();
+    let guides = ["examples", "api/python", "api/ros2"].map(|folder| format!("{folder}/README.md"));
     let page = |name: String| Page {
         text: fs::read_to_string(root().join(&name)).expect("the page is there"),
         name,
     };
-    names.into_iter().map(page).collect()
+    let names = others.chain(guides).chain(docs);
+    let is_page = |name: &String| Path::new(name).extension().is_some_and(|is| is == "md");
+    names.filter(is_page).map(page).collect()
 }
 
-/// Fails with all findings, each with its page.
+/// Fails with the faults of all pages.
 #[track_caller]
-pub(crate) fn none(found: &[(&Page, String)]) {
-    let lines: Vec<_> = found
-        .iter()
-        .map(|(page, what)| format!("{}: {what}", page.name))
-        .collect();
+pub(crate) fn none(mut faults: impl FnMut(&Page) -> Vec<String>) {
+    let mut lines = vec![];
+    for page in pages() {
+        let faults = faults(&page).into_iter();
+        lines.extend(faults.map(|what| format!("{}: {what}", page.name)));
+    }
     assert!(lines.is_empty(), "{}", lines.join("\n"));
 }
 
@@ -89,82 +76,62 @@ fn tracked() -> BTreeSet<String> {
 
 #[test]
 fn links_and_their_anchors_exist() {
-    let pages = pages();
-    let mut found = vec![];
-    for page in &pages {
+    none(|page| {
         let text = without_blocks(&page.text);
-        for link in text.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
-            if link.contains("://") {
-                continue;
-            }
+        let links = text.split("](").skip(1).filter_map(|rest| rest.split(')').next());
+        let fault = |link: &str| {
             let (file, anchor) = link.split_once('#').unwrap_or((link, ""));
-            let path = root().join(&page.name).with_file_name(file);
+            let here = root().join(&page.name);
             let target = if file.is_empty() {
-                root().join(&page.name)
+                here
             } else {
-                path
+                here.with_file_name(file)
             };
-            if !target.exists() {
-                found.push((page, format!("{link} is not there")));
-            } else if !anchor.is_empty()
-                && !titles(&fs::read_to_string(target).unwrap_or_default()).contains(anchor)
-            {
-                found.push((page, format!("{link} has no such title")));
+            if link.contains("://") {
+                None
+            } else if !target.exists() {
+                Some(format!("{link} is not there"))
+            } else {
+                let text = fs::read_to_string(target).unwrap_or_default();
+                let has_it = anchor.is_empty() || titles(&text).contains(anchor);
+                (!has_it).then(|| format!("{link} has no such title"))
             }
-        }
-    }
-    none(&found);
+        };
+        links.filter_map(fault).collect()
+    });
 }
 
 #[test]
 fn rows_of_a_table_have_the_columns_of_its_head() {
-    let pages = pages();
-    let mut found = vec![];
-    for page in &pages {
-        for rows in table_rows(&page.text) {
-            for row in &rows {
-                if row.n_cells != rows[0].n_cells {
-                    found.push((
-                        page,
-                        format!("line {}: {} cells of {}", row.line, row.n_cells, rows[0].n_cells),
-                    ));
-                }
-            }
-        }
-    }
-    none(&found);
+    none(|page| wrong_rows(&page.text));
 }
 
 #[tokio::test]
 async fn files_and_routes_and_names_in_backticks_exist() {
-    let pages = pages();
     let files = tracked();
     let words = words_of_the_code(&files);
     let document = send(Settings::default(), get("/openapi.json")).await.json();
     let routes = document["paths"].as_object().expect("has paths");
     let routes: BTreeSet<String> = routes.keys().map(|route| without_names(route)).collect();
-    let mut found = vec![];
-    for page in &pages {
+    none(|page| {
+        let mut found = vec![];
         for span in spans(&page.text) {
             for word in span.split_whitespace() {
                 let beginning = word.split('/').next().unwrap_or_default();
+                let is_plain = |c: char| c.is_ascii_alphanumeric() || "/._-".contains(c);
                 let is_file = word.contains('/')
                     && files.contains(&format!("{beginning}/"))
-                    && word
-                        .chars()
-                        .all(|c| c.is_ascii_alphanumeric() || "/._-".contains(c));
-                let beside = page
-                    .name
-                    .rsplit_once('/')
-                    .map(|(folder, _)| format!("{folder}/{word}"));
+                    && word.chars().all(is_plain);
+                let folder = page.name.rsplit_once('/').map(|(folder, _)| folder);
+                let beside = folder.map(|folder| format!("{folder}/{word}"));
                 if is_file && !files.contains(word) && beside.is_none_or(|file| !files.contains(&file)) {
-                    found.push((page, format!("the file {word}")));
+                    found.push(format!("the file {word}"));
                 }
             }
             let last = span.rsplit(' ').next().unwrap_or_default();
             let route = last.split(['?', '…']).next().unwrap_or_default();
             if route.starts_with("/v1/") && !routes.contains(&without_names(route)) {
-                found.push((page, format!("the route {route}")));
+                found.push(format!("the route {route}"));
             }
             let is_name = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
             for part in span.split('.') {
@@ -173,12 +140,12 @@ async fn files_and_routes_and_names_in_backticks_exist() {
                 let known = |name: &str| words.contains(name) || OF_OTHERS.contains(&name);
                 let is_known = known(part) || exported.is_some_and(known);
                 if part.contains('_') && part.chars().all(is_name) && !is_known {
-                    found.push((page, format!("the name {part}")));
+                    found.push(format!("the name {part}"));
                 }
             }
         }
-    }
-    none(&found);
+        found
+    });
 }
 
 /// Names of other programs.
@@ -237,40 +204,25 @@ fn command_lines_have_subcommands_and_flags_that_exist() {
     if !has("bash") {
         return;
     }
-    let pages = pages();
     let folder = tempfile::tempdir().expect("there is room");
-    let mut found = vec![];
-    for page in &pages {
-        let in_blocks = blocks(&page.text)
-            .into_iter()
-            .filter(|block| matches!(&*block.language, "bash" | "sh"));
-        let in_text = spans(&page.text).into_iter().filter(|span| {
-            ["pilotfish ", "cargo run --release --features full -- "]
-                .iter()
-                .any(|start| span.starts_with(start))
-        });
-        let mut script = SHELL.to_owned();
-        for command in in_blocks.map(|block| block.text).chain(in_text) {
-            script += "\n";
-            script += &command;
-        }
-        let errors = folder.path().join("errors");
-        fs::write(&errors, "").expect("can be written");
-        let ran = Command::new("bash")
-            .args(["-c", &script])
-            .env("PROGRAM", env!("CARGO_BIN_EXE_pilotfish"))
-            .env("FOUND", &errors)
-            .current_dir(folder.path())
-            .output();
-        ran.expect("bash starts");
+    let starts = ["pilotfish ", "cargo run --release --features full -- "];
+    none(|page| {
+        let in_blocks = blocks(&page.text).into_iter();
+        let in_blocks = in_blocks.filter(|block| matches!(&*block.language, "bash" | "sh"));
+        let in_text = spans(&page.text).into_iter();
+        let in_text = in_text.filter(|span| starts.iter().any(|start| span.starts_with(start)));
+        let commands = in_blocks.map(|block| block.text).chain(in_text);
+        let script = commands.fold(SHELL.to_owned(), |script, command| script + "\n" + &command);
+        let errors = written(&folder, "errors", "");
+        let mut bash = Command::new("bash");
+        bash.args(["-c", &script]).current_dir(&folder);
+        bash.env("PROGRAM", env!("CARGO_BIN_EXE_pilotfish"))
+            .env("FOUND", &errors);
+        bash.output().expect("bash starts");
         let text = fs::read_to_string(&errors).expect("can be read");
-        found.extend(
-            text.lines()
-                .filter(|line| !is_placeholder(line))
-                .map(|line| (page, line.to_owned())),
-        );
-    }
-    none(&found);
+        let real = text.lines().filter(|line| !is_placeholder(line));
+        real.map(str::to_owned).collect()
+    });
 }
 
 /// `true` if the program only objects to a placeholder of a value, such as `--days N`.
@@ -282,48 +234,44 @@ fn is_placeholder(error: &str) -> bool {
 
 #[test]
 fn json_examples_are_accepted() {
-    let mut program = Command::new(env!("CARGO_BIN_EXE_pilotfish"));
-    program.arg("serve");
-    let server = Server::start(program);
+    let server = serving(&[]);
     let words = words_of_the_code(&tracked());
-    let pages = pages();
-    let mut found = vec![];
-    for page in &pages {
-        for block in blocks(&page.text).iter().filter(|block| block.language == "json") {
-            for value in serde_json::Deserializer::from_str(&block.text).into_iter::<Value>() {
-                let value = match value {
-                    Ok(value) => value,
-                    Err(error) => {
-                        found.push((page, format!("{error}: {}", block.text)));
-                        continue;
-                    }
-                };
-                let route = if value.get("asc").is_some() {
-                    "/v1/plan"
-                } else if value.get("live").is_some() {
-                    "/v1/missions"
-                } else if value.get("modem").is_some() {
-                    let settings = serde_json::from_value(value);
-                    let modem = settings.map(|settings| bridge::acoustics::Modem::new(&settings));
-                    if !modem.is_ok_and(|modem| modem.is_ok()) {
-                        found.push((page, format!("settings of a modem: {}", block.text)));
-                    }
-                    continue;
-                } else {
-                    let unknown = names(&value)
-                        .into_iter()
-                        .filter(|name| name.contains('_') && !words.contains(name));
-                    found.extend(unknown.map(|name| (page, format!("the member {name}"))));
-                    continue;
-                };
-                let answer = ask(&server, "POST", route, &value.to_string());
-                if !answer.status.is_success() {
-                    found.push((page, answer.text));
-                }
-            }
-        }
-    }
-    none(&found);
+    let fault = |value: Value| {
+        let route = if value.get("asc").is_some() {
+            "/v1/plan"
+        } else if value.get("live").is_some() {
+            "/v1/missions"
+        } else if value.get("modem").is_some() {
+            let settings = serde_json::from_value(value);
+            let modem = settings.map(|settings| bridge::acoustics::Modem::new(&settings));
+            let is_one = modem.is_ok_and(|modem| modem.is_ok());
+            return (!is_one).then(|| "these are no settings of a modem".to_owned());
+        } else {
+            let is_unknown = |name: &String| name.contains('_') && !words.contains(name);
+            let unknown = names(&value).into_iter().find(is_unknown);
+            return unknown.map(|name| format!("the member {name}"));
+        };
+        let answer = ask(&server, "POST", route, &value.to_string());
+        (!answer.status.is_success()).then_some(answer.text)
+    };
+    of_language("json", |text| {
+        let mut values = serde_json::Deserializer::from_str(text).into_iter::<Value>();
+        values.find_map(|value| match value {
+            Ok(value) => fault(value),
+            Err(error) => Some(error.to_string()),
+        })
+    });
+}
+
+/// Fails with the faults of the blocks in a language.
+#[track_caller]
+fn of_language(language: &str, fault: impl Fn(&str) -> Option<String>) {
+    none(|page| {
+        let blocks = blocks(&page.text).into_iter();
+        let blocks = blocks.filter(|block| block.language == language);
+        let faults = blocks.filter_map(|block| Some(format!("{}\n{}", fault(&block.text)?, block.text)));
+        faults.collect()
+    });
 }
 
 /// The names of all members.
@@ -343,49 +291,28 @@ fn python_examples_are_python() {
     if !has("python3") {
         return;
     }
-    let pages = pages();
-    let mut found = vec![];
-    for page in &pages {
-        for block in blocks(&page.text)
-            .iter()
-            .filter(|block| block.language == "python")
-        {
-            let parse = ["-c", "import ast, sys; ast.parse(sys.argv[1])", &block.text];
-            let parsed = Command::new("python3").args(parse).output().expect("starts");
-            if !parsed.status.success() {
-                found.push((page, String::from_utf8_lossy(&parsed.stderr).into_owned()));
-            }
-        }
-    }
-    none(&found);
+    of_language("python", |text| {
+        let parse = ["-c", "import ast, sys; ast.parse(sys.argv[1])", text];
+        let parsed = Command::new("python3").args(parse).output().expect("starts");
+        (!parsed.status.success()).then(|| stderr(&parsed).to_owned())
+    });
 }
 
 #[test]
 fn toml_examples_are_accepted() {
-    let pages = pages();
-    let mut found = vec![];
-    for page in &pages {
-        for block in blocks(&page.text).iter().filter(|block| block.language == "toml") {
-            // Members that an example omits cannot be checked.
-            if block.text.contains('…') {
-                continue;
-            }
-            let accepted = match block.text.parse::<Table>() {
-                Err(error) => Err(error.to_string()),
-                Ok(table) if table.contains_key("replicates") => campaign(&block.text),
-                Ok(table) if table.contains_key("controllers") => {
-                    campaign(&format!("{CAMPAIGN}{}", block.text))
-                }
-                Ok(_) => scenario(&block.text),
-            };
-            found.extend(
-                accepted
-                    .err()
-                    .map(|error| (page, format!("{error}\n{}", block.text))),
-            );
+    of_language("toml", |text| {
+        // Members that an example omits cannot be checked.
+        if text.contains('…') {
+            return None;
         }
-    }
-    none(&found);
+        let accepted = match text.parse::<Table>() {
+            Err(error) => Err(error.to_string()),
+            Ok(table) if table.contains_key("replicates") => campaign(text),
+            Ok(table) if table.contains_key("controllers") => campaign(&format!("{CAMPAIGN}{text}")),
+            Ok(_) => scenario(text),
+        };
+        accepted.err()
+    });
 }
 
 /// The part of a campaign before its controllers.
@@ -397,17 +324,12 @@ const TRACK: [&str; 2] = ["dive-12.csv", "t,north,east\n0,0,0\n1,0.2,0\n"];
 /// A complete campaign.
 fn campaign(text: &str) -> Result<(), String> {
     let folder = tempfile::tempdir().expect("there is room");
-    let file = folder.path().join("campaign.toml");
-    fs::write(&file, text).expect("can be written");
-    let program = Command::new(env!("CARGO_BIN_EXE_pilotfish"))
-        .args(["campaign", "run", "--dry-run"])
-        .arg(&file)
-        .output()
-        .expect("the program starts");
-    if program.status.success() {
-        return Ok(());
-    }
-    Err(String::from_utf8_lossy(&program.stderr).into_owned())
+    let file = written(&folder, "campaign.toml", text);
+    let mut program = pilotfish();
+    program.args(["campaign", "run", "--dry-run", &file]);
+    let output = program.output().expect("the program starts");
+    let accepted = output.status.success().then_some(());
+    accepted.ok_or_else(|| stderr(&output).to_owned())
 }
 
 /// A part of a scenario, as a whole or line by line if the lines are alternatives.

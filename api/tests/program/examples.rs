@@ -3,15 +3,11 @@
 use clap::Parser as _;
 use tests::server::Server;
 
-use crate::command::pilotfish;
+use crate::command::{has_all, serving, written};
 
 #[path = "../../../examples/post_snapshot.rs"]
 #[expect(dead_code, reason = "its main is not called here")]
 mod post_snapshot;
-
-fn server() -> Server {
-    Server::start(pilotfish())
-}
 
 fn post(server: &Server, snapshot: &str) -> Result<String, String> {
     let arguments = ["post_snapshot", snapshot, "--url", &server.url()];
@@ -20,7 +16,7 @@ fn post(server: &Server, snapshot: &str) -> Result<String, String> {
 
 #[test]
 fn every_snapshot_is_answered_with_what_to_steer() {
-    let server = server();
+    let server = serving(&[]);
     for example in service::examples::EXAMPLES {
         let file = format!(
             "{}/../examples/snapshots/{}.json",
@@ -44,13 +40,11 @@ fn every_snapshot_is_answered_with_what_to_steer() {
 
 #[test]
 fn a_refused_snapshot_shows_which_member_is_wrong() {
-    let server = server();
-    let file = std::env::temp_dir().join(format!("pilotfish-snapshot-{}.json", std::process::id()));
+    let folder = tempfile::tempdir().expect("there is room");
     let right = service::examples::EXAMPLES[0].body;
     let wrong = right.replace("\"heading_rad\": 1.4", "\"heading_rad\": 14.0");
     assert_ne!(wrong, right);
-    std::fs::write(&file, wrong).expect("can be written");
-    let error = post(&server, file.to_str().expect("is text")).expect_err("is refused");
-    assert!(error.contains("/asc/heading_rad"), "{error}");
-    std::fs::remove_file(&file).expect("can be removed");
+    let file = written(&folder, "snapshot.json", &wrong);
+    let error = post(&serving(&[]), &file).expect_err("is refused");
+    has_all(&error, &["/asc/heading_rad"]);
 }

@@ -60,44 +60,22 @@ pub(crate) fn titles(markdown: &str) -> BTreeSet<String> {
     named.chain(of_titles).collect()
 }
 
-/// A row of a table.
-pub(crate) struct Row {
-    pub(crate) line: usize,
-    pub(crate) n_cells: usize,
-}
-
-/// The rows of every table. A bar behind a backslash separates no cells.
-pub(crate) fn table_rows(markdown: &str) -> Vec<Vec<Row>> {
-    let mut tables: Vec<Vec<Row>> = vec![];
-    let mut before = false;
-    for (i, line) in markdown.lines().enumerate() {
-        let is_row = line.starts_with('|');
-        if is_row {
-            if !before {
-                tables.push(vec![]);
-            }
-            let n_cells = line
-                .trim_end()
-                .trim_end_matches('|')
-                .replace("\\|", "")
-                .matches('|')
-                .count();
-            let row = Row { line: i + 1, n_cells };
-            tables.last_mut().expect("one has begun").push(row);
+/// The rows of tables with more or fewer cells than the head, by their lines. A bar behind a
+/// backslash separates no cells.
+pub(crate) fn wrong_rows(markdown: &str) -> Vec<String> {
+    let mut head = None;
+    let mut wrong = vec![];
+    for (number, line) in (1..).zip(markdown.lines()) {
+        if !line.starts_with('|') {
+            head = None;
+            continue;
         }
-        before = is_row;
+        let line = line.trim_end().trim_end_matches('|').replace("\\|", "");
+        let n_cells = line.matches('|').count();
+        let expected = *head.get_or_insert(n_cells);
+        if n_cells != expected {
+            wrong.push(format!("line {number}: {n_cells} cells of {expected}"));
+        }
     }
-    tables
-}
-
-#[test]
-fn blocks_end_where_their_fence_ends() {
-    let text = "a `x`\n```bash\none `y`\ntwo\n```\nb `z\n1`\n```json\n{}\n```\n";
-    let found = blocks(text);
-    let found: Vec<_> = found
-        .iter()
-        .map(|block| (&*block.language, &*block.text))
-        .collect();
-    assert_eq!(found, [("bash", "one `y`\ntwo"), ("json", "{}")]);
-    assert_eq!(spans(text), ["x", "z 1"]);
+    wrong
 }

@@ -4,23 +4,17 @@ use std::fs;
 
 use serde_json::Value;
 
-use crate::command::{json, line, path, printed, said, stderr, stdout};
+use crate::command::{has_all, json, line, path, printed, refusal, said, stdout, written};
 
 /// A snapshot whose craft is known by name.
 const TRACK: &str = include_str!("../../../examples/snapshots/track.json");
 
 #[test]
 fn a_misspelt_scenario_is_answered_with_the_nearest_name() {
-    let words = stderr(&line("simulate noisy-fixs")).to_owned();
-    assert!(
-        words.contains("unknown scenario \"noisy-fixs\" (did you mean \"noisy-fixes\"?); the built-in"),
-        "{words}"
-    );
-    let words = stderr(&line("scenarios zzz")).to_owned();
-    assert!(
-        words.contains("unknown scenario \"zzz\"; the built-in scenarios are"),
-        "{words}"
-    );
+    let nearest = "unknown scenario \"noisy-fixs\" (did you mean \"noisy-fixes\"?); the built-in";
+    has_all(refusal(&line("simulate noisy-fixs")), &[nearest]);
+    let none_near = "unknown scenario \"zzz\"; the built-in scenarios are";
+    has_all(refusal(&line("scenarios zzz")), &[none_near]);
 }
 
 #[test]
@@ -30,45 +24,32 @@ fn shells_complete_scenario_names_and_files_are_still_taken() {
     lines
         .find(|line| line.trim() == "pilotfish__subcmd__simulate)")
         .expect("has simulate");
-    let options = lines.next().expect("are on a line");
-    assert!(options.contains(" noisy-fixes "), "{options}");
+    has_all(lines.next().expect("are on a line"), &[" noisy-fixes "]);
     // No help names all of them.
     assert!(!stdout(&line("simulate --help")).contains("noisy-fixes"));
-    let words = stderr(&line("simulate ./none.toml")).to_owned();
-    assert!(
-        words.contains("none.toml") && !words.contains("unknown"),
-        "{words}"
-    );
+    let output = line("simulate ./none.toml");
+    has_all(refusal(&output), &["none.toml"]);
+    assert!(!said(&output).contains("unknown"));
 }
 
 #[test]
 fn a_command_of_another_package_names_that_package() {
     let output = line("ros2");
     assert_eq!(output.status.code(), Some(2));
-    let words = stderr(&output);
-    assert!(
-        words.contains("pilotfish_ros2") && !words.contains("similar"),
-        "{words}"
-    );
-    assert!(!stderr(&line("sail")).contains("brings it"));
+    has_all(refusal(&output), &["pilotfish_ros2"]);
+    assert!(!said(&output).contains("similar"));
+    assert!(!refusal(&line("sail")).contains("brings it"));
 }
 
 #[test]
 fn help_shows_the_flags_of_stored_missions_where_they_have_an_effect() {
-    for command in ["plan", "simulate", "campaign", "campaign run", "man"] {
-        let output = line(&format!("{command} --help"));
-        let help = printed(&output);
-        assert!(
-            !help.contains("--data") && !help.contains("--tokens") && help.contains("--log"),
-            "{command}: {help}"
-        );
-    }
-    for command in ["serve", "replay", "token add", "bridge nmea"] {
+    let have_none = ["plan", "simulate", "campaign", "campaign run", "man"];
+    let have_them = ["serve", "replay", "token add", "bridge nmea"];
+    for command in have_none.iter().chain(&have_them) {
         let help = printed(&line(&format!("{command} --help")));
-        assert!(
-            help.contains("--data") && help.contains("--tokens"),
-            "{command}: {help}"
-        );
+        let shows = ["--data", "--tokens"].map(|flag| help.contains(flag));
+        assert_eq!(shows, [have_them.contains(command); 2], "{command}");
+        has_all(&help, &["--log"]);
     }
     // Scripts that give them to every command still work.
     printed(&line("scenarios --data elsewhere"));
@@ -79,11 +60,8 @@ fn help_shows_the_flags_of_stored_missions_where_they_have_an_effect() {
 fn an_unknown_log_level_is_refused() {
     let refused = line("scenarios --log loud");
     assert_eq!(refused.status.code(), Some(2));
-    assert!(
-        stderr(&refused).contains("must be a level (error, warn, info, debug, trace, off)"),
-        "{}",
-        stderr(&refused)
-    );
+    let levels = "must be a level (error, warn, info, debug, trace, off)";
+    has_all(refusal(&refused), &[levels]);
 }
 
 #[test]
@@ -93,29 +71,20 @@ fn a_bridge_that_hears_no_craft_ends_in_the_given_time() {
         "bridge mavlink --connect udp:127.0.0.1:0 --auv 1=auv-1 --end-after 1 --data {}",
         path(&folder, "data")
     ));
-    assert_eq!(ended.status.code(), Some(1), "{}", said(&ended));
-    let words = said(&ended);
-    assert!(
-        words.contains("no craft was heard on --connect within 1 s"),
-        "{words}"
-    );
+    assert_eq!(ended.status.code(), Some(1));
+    has_all(&said(&ended), &["no craft was heard on --connect within 1 s"]);
 }
 
 #[test]
 fn an_unknown_field_of_a_modem_file_is_named() {
     let folder = tempfile::tempdir().expect("there is room");
-    let file = path(&folder, "usbl.json");
-    fs::write(&file, r#"{ "modle": "seatrac" }"#).expect("is written");
+    let file = written(&folder, "usbl.json", r#"{ "modle": "seatrac" }"#);
     let refused = line(&format!(
         "bridge mavlink --connect udp:127.0.0.1:0 --auv 1=auv-1 --modem tcp:127.0.0.1:9={file}"
     ));
-    let words = stderr(&refused);
-    assert!(
-        words.contains("usbl.json cannot be read as the settings of a modem")
-            && words.contains("unknown field")
-            && !words.contains("JSON"),
-        "{words}"
-    );
+    let reason = "usbl.json cannot be read as the settings of a modem";
+    has_all(refusal(&refused), &[reason, "unknown field"]);
+    assert!(!said(&refused).contains("JSON"));
 }
 
 #[test]
@@ -134,10 +103,8 @@ fn the_warning_of_an_unknown_craft_names_what_is_missing() {
     };
     let rates = r#""rate_max_radps": 0.2 }, "surge_loop": { "acceleration_max_mps2": 0.1"#;
     let detail = warning(&format!(r#"{{ "heading_loop": {{ {rates} }} }}"#)).expect("warns");
-    assert!(
-        detail.starts_with("the craft's heading and surge loops have no declared time constants")
-            && detail.contains("at most 11°/s and 0.10 m/s²"),
-        "{detail}"
-    );
+    let loops = "the craft's heading and surge loops have no declared time constants";
+    assert!(detail.starts_with(loops), "{detail}");
+    has_all(&detail, &["at most 11°/s and 0.10 m/s²"]);
     assert_eq!(warning(r#"{ "heading_loop": { "time_constant_s": 2.0 } }"#), None);
 }

@@ -4,78 +4,40 @@ use std::fs;
 
 use serde_json::{Value, json};
 
-use crate::command::{self, stderr, stdout};
-
-fn run(arguments: &[&str]) -> Result<String, String> {
-    let output = command::run(arguments);
-    if output.status.success() {
-        Ok(stdout(&output).to_owned())
-    } else {
-        Err(stderr(&output).to_owned())
-    }
-}
+use crate::command::{has_all, json as read, line, path, printed, refusal, written};
 
 #[test]
 fn lanes_over_a_rectangle_are_a_file_that_is_read_again() {
     let folder = tempfile::tempdir().expect("there is room");
-    let (file, svg) = (folder.path().join("s.geojson"), folder.path().join("s.svg"));
-    let (file, svg) = (file.to_str().expect("is text"), svg.to_str().expect("is text"));
-    let lanes = format!(
-        "route --rectangle 38.41,-9.12,200,100 --lanes 25 --heading 90 --speed 1.5 --out {file} --svg {svg}"
-    );
-    let lanes = run(&lanes.split(' ').collect::<Vec<_>>()).expect("are laid");
-    assert!(
-        lanes.contains("8 way-points") && lanes.contains("at 1.5 m/s"),
-        "{lanes}"
-    );
-    assert_eq!(run(&["route", file]), Ok(lanes));
+    let [file, svg] = ["s.geojson", "s.svg"].map(|name| path(&folder, name));
+    let area = "route --rectangle 38.41,-9.12,200,100 --lanes 25 --heading 90 --speed 1.5";
+    let lanes = printed(&line(&format!("{area} --out {file} --svg {svg}")));
+    has_all(&lanes, &["8 way-points", "at 1.5 m/s"]);
+    assert_eq!(printed(&line(&format!("route {file}"))), lanes);
     let drawn = fs::read_to_string(svg).expect("is drawn");
-    assert_eq!(
-        (drawn.matches("<circle").count(), drawn.matches('A').count()),
-        (8, 6),
-        "{drawn}"
-    );
+    let counts = ["<circle", "A"].map(|what| drawn.matches(what).count());
+    assert_eq!(counts, [8, 6], "{drawn}");
 }
 
 #[test]
 fn repairs_of_a_route_are_named_and_a_file_without_one_is_refused_by_line() {
     let folder = tempfile::tempdir().expect("there is room");
-    let file = folder.path().join("a.csv");
-    let name = file.to_str().expect("is text");
-    fs::write(
-        &file,
-        "north_m,east_m,depth_m\n0,0,5\n0,0.01,5\n100,0,5\n100,8,5\n0,8,5\n100,8,5\n",
-    )
-    .expect("is written");
-    let text = run(&["route", name, "--speed", "1.5"]).expect("is a route");
-    for note in [
-        "left out: 1
-",
-        "short: 2, down to 4.00 m",
-        "by a loop: 1
-",
+    let route = |text: &str, flags: &str| line(&format!("route {}{flags}", written(&folder, "a.csv", text)));
+    let repaired = "north_m,east_m,depth_m\n0,0,5\n0,0.01,5\n100,0,5\n100,8,5\n0,8,5\n100,8,5\n";
+    let notes = ["left out: 1\n", "short: 2, down to 4.00 m", "by a loop: 1\n"];
+    has_all(&printed(&route(repaired, " --speed 1.5")), &notes);
+    for (text, says) in [
+        ("lat,lon\n38,-9\n91,-9\n", "line 3: latitude 91"),
+        ("north_m,east_m\n0,0\n", "must have 2 to 10000 points (given: 1)"),
     ] {
-        assert!(text.contains(note), "{text}");
+        has_all(refusal(&route(text, "")), &[says]);
     }
-    fs::write(&file, "lat,lon\n38,-9\n91,-9\n").expect("is written");
-    let refused = run(&["route", name]).expect_err("91°");
-    assert!(refused.contains("line 3: latitude 91"), "{refused}");
-    fs::write(&file, "north_m,east_m\n0,0\n").expect("is written");
-    let refused = run(&["route", name]).expect_err("is one point");
-    assert!(
-        refused.contains("must have 2 to 10000 points, has 1"),
-        "{refused}"
-    );
 }
 
 #[test]
 fn an_auv_with_a_route_file_has_its_path() {
     let folder = tempfile::tempdir().expect("there is room");
-    let write = |name: &str, text: &str| {
-        let file = folder.path().join(name);
-        fs::write(&file, text).expect("is written");
-        file.to_str().expect("is text").to_owned()
-    };
+    let write = |name: &str, text: &str| written(&folder, name, text);
     let points = json!([[0.0, 0.0], [200.0, 0.0], [200.0, 30.0], [0.0, 30.0]]);
     let route = write(
         "r.csv",
@@ -87,36 +49,30 @@ fn an_auv_with_a_route_file_has_its_path() {
     let mut snapshot = json!({ "schema_version": "1.0", "t_s": 0.0,
         "asc": { "north_m": 0.0, "east_m": 5.0, "heading_rad": 0.0, "speed_mps": 1.0 },
         "auvs": [{ "id": "auv-1", "state": state }], "goal": { "kind": "track", "auv": "auv-1" } });
-    let plan = |body: &Value, arguments: &[&str]| {
+    let plan = |body: &Value, flags: &str| {
         let body = write("s.json", &body.to_string());
-        let answer = run(&[&["plan", &body], arguments].concat()).expect("is a plan");
-        let mut answer: Value = serde_json::from_str(&answer).expect("is JSON");
+        let mut answer = read(&printed(&line(&format!("plan {body}{flags}"))));
         answer["solver"] = Value::Null;
         answer
     };
-    let declared = plan(&snapshot, &["--route", &format!("auv-1={route}")]);
+    let declared = plan(&snapshot, &format!(" --route auv-1={route}"));
     let legs = json!([{ "speed_mps": 1.5 }, { "speed_mps": 1.0 }, { "speed_mps": 1.2 }]);
     let path = |waypoints: Value| json!({ "segments": [waypoints], "closed": false, "speed_mps": 1.5 });
     snapshot["auvs"][0]["path"] = path(json!({ "kind": "waypoints", "points": points }));
-    assert_ne!(declared, plan(&snapshot, &[]));
+    assert_ne!(declared, plan(&snapshot, ""));
     snapshot["auvs"][0]["path"] = path(json!({ "kind": "waypoints", "points": points, "legs": legs }));
-    assert_eq!(declared, plan(&snapshot, &[]));
-    let unknown = run(&[
-        "plan",
-        &write("s.json", &snapshot.to_string()),
-        "--route",
-        &format!("b={route}"),
-    ]);
-    assert!(unknown.expect_err("there is no b").contains("no AUV has this id"));
+    assert_eq!(declared, plan(&snapshot, ""));
+    let snapshot = write("s.json", &snapshot.to_string());
+    let unknown = line(&format!("plan {snapshot} --route b={route}"));
+    has_all(refusal(&unknown), &["no AUV has this id"]);
 
     // A simulated AUV starts where its route does.
     let (record, lanes) = (
         write("r.csv", ""),
         write("n.csv", "north_m,east_m\n500,700\n500,900\n530,900\n"),
     );
-    let lanes = format!("auv-1={lanes}");
-    let mission = format!("simulate calm --duration-s 2 --route {lanes} --out {record}");
-    run(&mission.split(' ').collect::<Vec<_>>()).expect("is simulated");
+    let mission = "simulate calm --duration-s 2 --route";
+    printed(&line(&format!("{mission} auv-1={lanes} --out {record}")));
     let record = fs::read_to_string(record).expect("is written");
     let cells = |line: &str| line.split(',').map(str::to_owned).collect::<Vec<_>>();
     let head = cells(record.lines().next().expect("has a head"));

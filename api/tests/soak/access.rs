@@ -4,10 +4,10 @@ use std::{fs, process::Command};
 
 use rustix::process::Signal;
 use tempfile::tempdir;
-use tests::server::{Server, certificate};
+use tests::server::certificate;
 
 use crate::{
-    command::{ask_as, path, pilotfish, printed, run, signal},
+    command::{ask_as, path, printed, run, serving, signal},
     until,
 };
 
@@ -32,9 +32,7 @@ pub(crate) fn curl(arguments: &[&str]) -> (u16, String) {
 fn tokens_that_are_made_or_revoked_take_effect_while_the_service_runs() {
     let directory = tempdir().expect("there is room");
     let file = path(&directory, "tokens.json");
-    let mut program = pilotfish();
-    program.args(["--tokens", &file]);
-    let server = Server::start(program);
+    let server = serving(&["--tokens", &file]);
     let list = |token| ask_as(&server, token, "GET", "/v1/missions", "").status;
     assert_eq!(list(None), 200, "no token was made");
     let [operator, admin] = ["operator", "admin"].map(|role| add(&file, role, role));
@@ -52,24 +50,15 @@ fn curl_trusts_the_certificate_of_a_service_and_a_renewed_one_needs_no_restart()
     let file = path(&directory, "tokens.json");
     let token = add(&file, "bridge", "operator");
     let (certificate, key) = certificate(directory.path());
-    let mut program = pilotfish();
-    program.args(["--host", "0.0.0.0", "--tokens", &file]).args([
-        "--tls-certificate",
-        &certificate,
-        "--tls-key",
-        &key,
-    ]);
-    let server = Server::start(program);
+    let tls = ["--tls-certificate", &certificate, "--tls-key", &key];
+    let server = serving(&[&["--host", "0.0.0.0", "--tokens", &file][..], &tls].concat());
     let url = format!("https://localhost:{}/v1/missions", server.port());
     let bearer = format!("authorization: Bearer {token}");
     let trusted = ["--cacert", &certificate, "-H", &bearer, &url];
     assert_eq!(curl(&trusted).0, 200);
     assert_eq!(curl(&["--cacert", &certificate, &url]).0, 401);
-    assert_eq!(
-        curl(&["-H", &bearer, &url]).0,
-        0,
-        "the certificate is our own: curl does not trust it by itself"
-    );
+    // Curl does not trust a certificate of our own by itself.
+    assert_eq!(curl(&["-H", &bearer, &url]).0, 0);
     let in_the_clear = url.replace("https", "http");
     assert_eq!(curl(&["-H", &bearer, &in_the_clear]).0, 0);
 

@@ -26,13 +26,14 @@ use mavlink::{
     types::CharArray,
 };
 use nalgebra::Vector2;
+use serde_json::Value;
 use tests::{
     autopilot::{Boat, GUIDED, HOLD, ORIGIN, SYSTEM, frame, place},
     server::Server,
 };
 
 use crate::{
-    command::{ask, pilotfish},
+    command::{ask, has_all, pilotfish, serving},
     kill::record_at,
 };
 
@@ -161,22 +162,14 @@ impl Drop for Bridge {
 }
 
 fn bridge(endpoint: &str, address: &str, flags: &[&str]) -> Bridge {
+    let craft = format!("bridge mavlink --connect {endpoint} --auv 101=auv-1 --sigma 0.1");
+    let service = format!("--url http://{address} --name rehearsal");
     let mut program = pilotfish();
     program
-        .args([
-            "bridge",
-            "mavlink",
-            "--connect",
-            endpoint,
-            "--auv",
-            "101=auv-1",
-            "--sigma",
-            "0.1",
-        ])
-        .args(["--url", &format!("http://{address}"), "--name", "rehearsal"])
-        .args(flags)
-        .env("PILOTFISH_LOG", "warn")
-        .stdout(Stdio::null());
+        .args(craft.split(' '))
+        .args(service.split(' '))
+        .args(flags);
+    program.env("PILOTFISH_LOG", "warn").stdout(Stdio::null());
     Bridge(program.spawn().expect("the program starts"))
 }
 
@@ -203,8 +196,11 @@ fn auv(start: Instant) -> Vector2<f64> {
     Vector2::new(north + AUV_SPEED * start.elapsed().as_secs_f64(), east)
 }
 
-fn is_near(start: Instant) -> impl FnMut(&mut dyn Craft) -> bool {
-    move |craft| (craft.position() - auv(start)).norm() < NEAR
+/// Fails with `otherwise` if the boat does not come near its AUV.
+#[track_caller]
+fn comes_near(craft: &mut dyn Craft, start: Instant, otherwise: &str) {
+    let is_near = |craft: &mut dyn Craft| (craft.position() - auv(start)).norm() < NEAR;
+    assert!(sail(craft, start, PATIENCE, is_near), "{otherwise}");
 }
 
 fn for_seconds(craft: &mut dyn Craft, start: Instant, seconds: f64) {
@@ -214,25 +210,19 @@ fn for_seconds(craft: &mut dyn Craft, start: Instant, seconds: f64) {
 /// Names of the missions, newest first.
 fn missions(server: &Server) -> Vec<String> {
     let list = ask(server, "GET", "/v1/missions", "").json();
-    let missions = list["missions"].as_array().expect("a list");
-    missions
-        .iter()
-        .map(|mission| mission["id"].as_str().expect("a name").to_owned())
-        .collect()
+    let missions = list["missions"].as_array().expect("a list").iter();
+    let name = |mission: &Value| mission["id"].as_str().expect("a name").to_owned();
+    missions.map(name).collect()
 }
 
 /// The bridge's notes in the mission's log.
 fn notes(server: &Server, mission: &str) -> Vec<String> {
     let events = record_at(&format!("{}/v1/missions/{mission}", server.url()));
-    events
+    let notes = events
         .iter()
-        .flat_map(|event| {
-            let notes = event["heard"]["notes"].as_array().cloned().unwrap_or_default();
-            notes
-                .into_iter()
-                .map(|note| note["text"].as_str().expect("a text").to_owned())
-        })
-        .collect()
+        .filter_map(|event| event["heard"]["notes"].as_array());
+    let text = |note: &Value| note["text"].as_str().expect("a text").to_owned();
+    notes.flatten().map(text).collect()
 }
 
 /// The mission of both boats: the boat approaches, a person takes over and hands back, the bridge
@@ -241,29 +231,20 @@ fn follow_through_a_take_over_and_a_kill(craft: &mut dyn Craft, server: &Server)
     let address = &server.address;
     let start = Instant::now();
     let first = bridge(&craft.endpoint(), address, &["--take-control"]);
-    assert!(
-        sail(craft, start, PATIENCE, is_near(start)),
-        "it does not approach"
-    );
+    comes_near(craft, start, "it does not approach");
 
     craft.set_mode(HOLD);
     for_seconds(craft, start, 6.0);
     assert!(!craft.is_guided_and_armed(), "the bridge took the craft back");
     assert!(craft.speed() < 0.5, "a boat on hold still moves");
     craft.set_mode(GUIDED);
-    assert!(
-        sail(craft, start, PATIENCE, is_near(start)),
-        "it does not follow when it is handed back"
-    );
+    comes_near(craft, start, "it does not follow when it is handed back");
 
     drop(first);
     for_seconds(craft, start, 8.0);
     assert!(craft.speed() < 0.5, "nothing stops it, at {} m/s", craft.speed());
     let second = bridge(&craft.endpoint(), address, &[]);
-    assert!(
-        sail(craft, start, PATIENCE, is_near(start)),
-        "a second bridge does not continue"
-    );
+    comes_near(craft, start, "a second bridge does not continue");
 
     says_in_the_log(
         server,
@@ -280,22 +261,14 @@ fn follow_through_a_take_over_and_a_kill(craft: &mut dyn Craft, server: &Server)
 fn says_in_the_log(server: &Server, texts: &[&str]) {
     let missions = missions(server);
     assert_eq!(missions.len(), 1, "a restart made a mission of its own");
-    let notes = notes(server, &missions[0]);
-    for what in texts {
-        assert!(
-            notes.iter().any(|note| note.contains(what)),
-            "no note says {what:?}: {notes:#?}"
-        );
-    }
+    has_all(&notes(server, &missions[0]).join("\n"), texts);
 }
 
 #[test]
 fn a_boat_follows_its_auv_through_a_take_over_and_kills_of_bridge_and_service() {
-    let mut server = Server::start(pilotfish());
-    let (port, data) = (
-        server.port(),
-        server.data.take().expect("has a directory of its own"),
-    );
+    let mut server = serving(&[]);
+    let data = server.data.take().expect("has a directory of its own");
+    let port = server.port();
     let mut boat = StandIn::moored(Vector2::new(-0.1, 0.2));
     let (_bridge, start) = follow_through_a_take_over_and_a_kill(&mut boat, &server);
     drop(server);
@@ -305,10 +278,7 @@ fn a_boat_follows_its_auv_through_a_take_over_and_kills_of_bridge_and_service() 
     let mut program = pilotfish();
     program.arg("--data").arg(data.path());
     let server = Server::start_on(program, port);
-    assert!(
-        sail(&mut boat, start, PATIENCE, is_near(start)),
-        "it does not follow when the service is back"
-    );
+    comes_near(&mut boat, start, "it does not follow when the service is back");
     says_in_the_log(
         &server,
         &[
@@ -317,10 +287,8 @@ fn a_boat_follows_its_auv_through_a_take_over_and_kills_of_bridge_and_service() 
             "the plan is too old",
         ],
     );
-    assert_eq!(
-        boat.boat.orders, 2,
-        "one order for the mode, one to arm, and none after them"
-    );
+    // One for the mode, one to arm, and none after them.
+    assert_eq!(boat.boat.orders, 2);
 }
 
 /// ArduPilot's Rover in its own simulator.
@@ -346,19 +314,7 @@ impl ArduPilot {
         std::fs::write(&parameters, ARDUPILOT_PARAMETERS).expect("is written");
         let [lat, lon] = ORIGIN;
         let process = Command::new(program)
-            .args([
-                "--model",
-                "motorboat",
-                "--speedup",
-                "10",
-                "-I",
-                "7",
-                "--sysid",
-                "8",
-                "--wipe",
-                "--serial0",
-                "tcp:0",
-            ])
+            .args("--model motorboat --speedup 10 -I 7 --sysid 8 --wipe --serial0 tcp:0".split(' '))
             .args(["--home", &format!("{lat},{lon},1,90"), "--defaults"])
             .arg(&parameters)
             .current_dir(folder.path())
@@ -493,7 +449,7 @@ fn ardupilots_rover_follows_its_auv_through_a_take_over_and_a_kill() {
         println!("skipped: PILOTFISH_ARDUROVER names no simulator of ArduPilot's Rover");
         return;
     };
-    let server = Server::start(pilotfish());
+    let server = serving(&[]);
     let mut boat = ArduPilot::start(&program);
     follow_through_a_take_over_and_a_kill(&mut boat, &server);
 }

@@ -14,7 +14,7 @@ use rustix::process::Signal;
 use tests::server::Server;
 
 use crate::{
-    command::{ask, path, pilotfish, signal},
+    command::{ask, path, pilotfish, serving, signal, written},
     until,
 };
 
@@ -43,7 +43,7 @@ fn a_server_runs_without_a_reader_of_its_output() {
 
 #[test]
 fn a_stop_signal_lets_an_open_request_finish() {
-    let mut server = Server::start(pilotfish());
+    let mut server = serving(&[]);
     let mut socket = TcpStream::connect(&server.address).expect("listens");
     let body = service::examples::EXAMPLES[0].body;
     let head = format!(
@@ -64,9 +64,7 @@ fn a_stop_signal_lets_an_open_request_finish() {
 
 #[test]
 fn with_a_shutdown_delay_the_server_answers_but_is_not_ready() {
-    let mut delayed = pilotfish();
-    delayed.args(["--shutdown-delay-s", "30"]);
-    let mut server = Server::start(delayed);
+    let mut server = serving(&["--shutdown-delay-s", "30"]);
     assert_eq!(ask(&server, "GET", "/readyz", "").status, 200);
     signal(&server.process, Signal::TERM);
     until("it is not ready", || {
@@ -82,12 +80,9 @@ fn with_a_shutdown_delay_the_server_answers_but_is_not_ready() {
 #[test]
 fn an_older_record_stays_until_the_mission_ends() {
     let folder = tempfile::tempdir().expect("a folder");
-    let directory = folder.path();
-    let path = directory.join("record.csv");
-    fs::write(&path, "of before").expect("can be written");
+    let path = written(&folder, "record.csv", "of before");
     let mut mission = pilotfish()
-        .args(["simulate", "paper-tracking", "--out"])
-        .arg(&path)
+        .args(["simulate", "paper-tracking", "--out", &path])
         .stdout(Stdio::null())
         .spawn()
         .expect("starts");
@@ -98,20 +93,16 @@ fn an_older_record_stays_until_the_mission_ends() {
     mission.wait().expect("is ours");
     assert!(running, "the mission outlasts the look at its file");
     assert_eq!(kept, "of before");
-    let names: Vec<_> = fs::read_dir(directory).expect("is there").collect();
-    assert_eq!(
-        names.len(),
-        1,
-        "a mission that was killed leaves nothing: {names:?}"
-    );
+    let n_files = fs::read_dir(&folder).expect("is there").count();
+    assert_eq!(n_files, 1, "a mission that was killed leaves nothing");
 }
 
 #[test]
 fn a_demo_sends_the_browser_to_its_page() {
     let folder = tempfile::tempdir().expect("there is room");
-    let (browser, opened) = (path(&folder, "xdg-open"), path(&folder, "opened"));
+    let opened = path(&folder, "opened");
     let script = format!("#!/bin/sh\nprintf %s \"$1\" > '{opened}.new' && mv '{opened}.new' '{opened}'\n");
-    fs::write(&browser, script).expect("there is room");
+    let browser = written(&folder, "xdg-open", &script);
     fs::set_permissions(&browser, fs::Permissions::from_mode(0o755)).expect("is ours");
     let paths = std::env::var("PATH").expect("is set");
     let demo = pilotfish()

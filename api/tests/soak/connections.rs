@@ -7,17 +7,16 @@ use std::{
 };
 
 use serde_json::json;
-use tests::server::Server;
 
 use crate::{
     PATIENCE,
-    command::{ask_as, metric, path, pilotfish, printed, run},
+    command::{ask_as, metric, path, printed, run, serving},
     until,
 };
 
 #[test]
 fn a_connection_that_takes_no_answer_is_closed() {
-    let server = Server::start(pilotfish());
+    let server = serving(&[]);
     let mut unread: Vec<_> = (0..4)
         .map(|_| TcpStream::connect(&server.address).expect("listens"))
         .collect();
@@ -33,7 +32,7 @@ fn a_connection_that_takes_no_answer_is_closed() {
 
 #[test]
 fn a_header_that_does_not_end_is_cut_off() {
-    let server = Server::start(pilotfish());
+    let server = serving(&[]);
     let mut socket = TcpStream::connect(&server.address).expect("listens");
     socket
         .write_all(b"GET /livez HTTP/1.1\r\nhost:")
@@ -55,9 +54,7 @@ fn the_stream_and_the_waiting_request_of_a_revoked_token_end() {
         printed(&output).trim().to_owned()
     };
     let [bridge, page] = ["bridge", "page"].map(|name| token(&["add", name, "--role", "operator"]));
-    let mut with_tokens = pilotfish();
-    with_tokens.args(["--tokens", &file]);
-    let server = Server::start(with_tokens);
+    let server = serving(&["--tokens", &file]);
 
     let live = json!({ "schema_version": "1.0", "live": {
         "auvs": [{ "id": "auv-1" }], "goal": { "kind": "track", "auv": "auv-1" }, "period_s": 1.0 } });

@@ -10,7 +10,7 @@ use std::{
     process::Command,
     sync::LazyLock,
     thread,
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 use rand::{RngExt, SeedableRng};
@@ -19,12 +19,12 @@ use tempfile::TempDir;
 use tests::server::Server;
 
 use super::kill::{
-    Home, PATIENCE, check_numbers, check_posts, check_replay, ended, pilotfish, terminate, unix_now,
-    while_clients_post,
+    Home, check_numbers, check_posts, check_replay, ended, pilotfish, terminate, unix_now, while_clients_post,
 };
 use crate::{
     ask_at,
-    command::{ask, ask_as, printed, said},
+    command::{ask, ask_as, has_all, printed, refusal, said},
+    until,
 };
 
 /// Power cuts in one run, unless `PILOTFISH_CUTS` says otherwise.
@@ -101,19 +101,11 @@ impl Faults {
 
 /// The files of a killed service after a power cut: old or new content of each unsynced sector.
 fn cut_the_power(faults: &Faults, data: &Path, random: &mut ChaCha8Rng) {
-    let names = |directory: &Path| -> BTreeSet<String> {
-        let entries = fs::read_dir(directory).expect("is there");
-        let names = entries.map(|entry| {
-            entry
-                .expect("is there")
-                .file_name()
-                .into_string()
-                .expect("is text")
-        });
-        names.collect()
-    };
+    let names = fs::read_dir(data).expect("is there");
+    let names = names.map(|entry| entry.expect("is there").file_name());
+    let names: BTreeSet<String> = names.map(|name| name.into_string().expect("is text")).collect();
     let read = |path: PathBuf| fs::read(path).unwrap_or_default();
-    for name in names(data) {
+    for name in names {
         let (now, synced) = (read(data.join(&name)), read(faults.durable().join(&name)));
         if name.ends_with("-shm") || (synced.is_empty() && random.random()) {
             fs::remove_file(data.join(&name)).expect("is there");
@@ -122,11 +114,10 @@ fn cut_the_power(faults: &Faults, data: &Path, random: &mut ChaCha8Rng) {
         let length = if random.random() { now.len() } else { synced.len() };
         let mut left = vec![0; length];
         for (i, sector) in left.chunks_mut(SECTOR).enumerate() {
-            let sources = if random.random() {
-                [&now, &synced]
-            } else {
-                [&synced, &now]
-            };
+            let mut sources = [&synced, &now];
+            if random.random() {
+                sources.reverse();
+            }
             for source in sources {
                 let from = source.get(i * SECTOR..).unwrap_or_default();
                 let n = from.len().min(sector.len());
@@ -146,7 +137,7 @@ fn check_through(home: &Home, mission: &str, trouble: impl FnOnce() -> Server) -
         home.await_plan(mission, unix_now());
         server
     });
-    await_ready(&server);
+    until("it is ready", || ask(&server, "GET", "/readyz", "").status == 200);
     let events = home.record(mission);
     check_numbers(&events);
     check_posts(&events, &acknowledged);
@@ -156,23 +147,9 @@ fn check_through(home: &Home, mission: &str, trouble: impl FnOnce() -> Server) -
     acknowledged.len()
 }
 
-fn await_ready(server: &Server) {
-    let begun = Instant::now();
-    loop {
-        let answer = ask(server, "GET", "/readyz", "");
-        if answer.status == 200 {
-            return;
-        }
-        assert!(begun.elapsed() < PATIENCE, "{}", answer.text);
-        thread::sleep(Duration::from_millis(100));
-    }
-}
-
 #[test]
 fn a_power_cut_loses_nothing_acknowledged() {
-    let number =
-        |usual| env::var("PILOTFISH_CUTS").map_or(usual, |given| given.parse().expect("is a number"));
-    let cuts = number(CUTS);
+    let cuts = env::var("PILOTFISH_CUTS").map_or(CUTS, |given| given.parse().expect("is a number"));
     let (home, faults) = (Home::new(), Faults::new());
     let mut server = faults.start(&home);
     let mission = home.mission();
@@ -219,10 +196,8 @@ fn errors_of_the_disk_lose_nothing_acknowledged() {
         faults.disk("");
         server
     });
-    println!(
-        "{} kinds of errors: {acknowledged} posts acknowledged, none lost",
-        rules.len() + 1
-    );
+    let n_kinds = rules.len() + 1;
+    println!("{n_kinds} kinds of errors: {acknowledged} posts acknowledged, none lost");
 }
 
 /// A finished mission.
@@ -261,18 +236,8 @@ fn a_clock_that_jumps_a_year_ahead_deletes_no_mission() {
         said(&retain.output().expect("the program starts"))
     };
     let kept = retain(&[]);
-    assert!(
-        kept.contains("365.0 days ahead") && kept.contains("0 missions deleted"),
-        "{kept}"
-    );
-    let deleted = retain(&["--trust-clock"]);
-    assert!(deleted.contains("1 missions deleted"), "{deleted}");
-}
-
-/// Runs the program, which must succeed. Returns its output.
-fn run(program: &mut Command) -> String {
-    let output = program.output().expect("the program starts");
-    printed(&output).trim().to_owned()
+    has_all(&kept, &["365.0 days ahead", "0 missions deleted"]);
+    has_all(&retain(&["--trust-clock"]), &["1 missions deleted"]);
 }
 
 fn token(home: &Home, arguments: &[&str], faults: Option<&Faults>) -> String {
@@ -285,7 +250,9 @@ fn token(home: &Home, arguments: &[&str], faults: Option<&Faults>) -> String {
     if let Some(faults) = faults {
         faults.on(&mut add, &home.data());
     }
-    run(&mut add)
+    printed(&add.output().expect("the program starts"))
+        .trim()
+        .to_owned()
 }
 
 #[test]
@@ -317,36 +284,23 @@ fn a_service_that_had_tokens_does_not_run_without_them() {
     let path = format!("/v1/missions/{mission}");
     // The first token comes while it runs.
     let admin = token(&home, &["admin", "--role", "admin"], None);
-    let begun = Instant::now();
-    while ask(&server, "GET", &path, "").status != 401 {
-        assert!(begun.elapsed() < PATIENCE, "the token has no effect");
-        thread::sleep(Duration::from_millis(100));
-    }
+    until("the token has an effect", || {
+        ask(&server, "GET", &path, "").status == 401
+    });
     thread::sleep(Duration::from_secs(3));
     server.process.kill().expect("is ours");
     server.process.wait().expect("is ours");
     let tokens = home.data().join("tokens.json");
     let text = fs::read(&tokens).expect("is there");
     fs::remove_file(&tokens).expect("is there");
-    let refused = home
-        .serve()
-        .args(["--port", "0"])
-        .output()
-        .expect("the program starts");
-    assert!(!refused.status.success());
-    assert!(
-        said(&refused).contains("the service had tokens"),
-        "{}",
-        said(&refused)
-    );
     let mut backup = pilotfish();
     let to = home.folder.path().join("copy");
     backup.arg("backup").arg(&to).arg("--data").arg(home.data());
-    let refused = said(&backup.output().expect("the program starts"));
-    assert!(
-        refused.contains("the service had tokens") && !to.exists(),
-        "{refused}"
-    );
+    for program in [home.serve().args(["--port", "0"]), &mut backup] {
+        let refused = program.output().expect("the program starts");
+        has_all(refusal(&refused), &["the service had tokens"]);
+    }
+    assert!(!to.exists());
     fs::write(&tokens, text).expect("is written");
     let server = home.start();
     let delete = |token| ask_as(&server, token, "DELETE", &path, "").status;

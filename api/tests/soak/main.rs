@@ -14,10 +14,8 @@ use command::{agent, try_ask};
 
 mod access;
 mod bridge;
-mod campaign;
 mod commands;
 mod connections;
-mod example;
 mod faults;
 mod kill;
 mod shared;

@@ -1,5 +1,7 @@
 //! Checks of a request: the planner's, and those of the envelope.
 
+use std::mem;
+
 use planner::snapshot::{InvalidRequest, PlanRequest, SCHEMA_VERSION, Snapshot};
 use serde_json::Value;
 
@@ -13,17 +15,13 @@ pub fn snapshot(request: PlanRequest) -> Result<Snapshot, Vec<FieldError>> {
 
 /// As [`snapshot`]; once `due`, estimates use only the newest reports.
 pub fn snapshot_until(mut request: PlanRequest, due: &dyn Fn() -> bool) -> Result<Snapshot, Vec<FieldError>> {
+    let mut envelope = envelope_faults(&request);
     if request.origin.is_some() {
-        // Before the change of frame, which changes the numbers.
-        check(&request)?;
+        // Before the change of frame, which changes the numbers; the envelope has none of them.
+        all(mem::take(&mut envelope), request.check())?;
         CraftFrame::enter(&mut request);
     }
-    let envelope = envelope_faults(&request);
-    match Snapshot::until(request, due) {
-        Ok(snapshot) if envelope.is_empty() => Ok(snapshot),
-        Ok(_) => Err(envelope),
-        Err(InvalidRequest(fields)) => Err([envelope, fields].concat()),
-    }
+    all(envelope, Snapshot::until(request, due))
 }
 
 /// `request` with the defaults of its `snapshot`.
@@ -38,10 +36,14 @@ pub fn with_defaults(request: PlanRequest, snapshot: &Snapshot) -> PlanRequest {
 
 /// Fails with every wrong field of `request`, as [`snapshot`] does. Estimates nothing.
 pub fn check(request: &PlanRequest) -> Result<(), Vec<FieldError>> {
-    let envelope = envelope_faults(request);
-    match request.check() {
-        Ok(()) if envelope.is_empty() => Ok(()),
-        Ok(()) => Err(envelope),
+    all(envelope_faults(request), request.check())
+}
+
+/// Fails with the faults of the envelope and then those of the planner.
+fn all<T>(envelope: Vec<FieldError>, checked: Result<T, InvalidRequest>) -> Result<T, Vec<FieldError>> {
+    match checked {
+        Ok(valid) if envelope.is_empty() => Ok(valid),
+        Ok(_) => Err(envelope),
         Err(InvalidRequest(fields)) => Err([envelope, fields].concat()),
     }
 }

@@ -7,7 +7,7 @@ use serde_json::Number;
 
 use crate::{
     FieldError,
-    json::{Json, Misfit, token},
+    json::{Json, ShapeError, token},
 };
 
 /// Range of directions in degrees: as many turns as in radians.
@@ -29,12 +29,12 @@ pub(crate) struct WereInDegrees(Vec<String>);
 
 impl WereInDegrees {
     /// Converts every direction of `body` in degrees to radians.
-    pub(crate) fn put_into_radians(body: &mut Json<'_>) -> Result<Self, Misfit> {
+    pub(crate) fn put_into_radians(body: &mut Json<'_>) -> Result<Self, ShapeError> {
         put(body).map(Self)
     }
 
     /// The fault in the client's names; for a missing direction, with both of its names.
-    pub(crate) fn as_sent(&self, Misfit(mut error): Misfit) -> Misfit {
+    pub(crate) fn as_sent(&self, ShapeError(mut error): ShapeError) -> ShapeError {
         let ends = |[_, radians]: &&[&str; 2]| error.pointer.ends_with(&token(radians));
         if let Some([degrees, radians]) = DIRECTIONS.iter().find(ends) {
             if self.0.contains(&error.pointer) {
@@ -44,13 +44,13 @@ impl WereInDegrees {
                 error.detail = format!("must be given, or `{degrees}`");
             }
         }
-        Misfit(error)
+        ShapeError(error)
     }
 }
 
-fn put(json: &mut Json<'_>) -> Result<Vec<String>, Misfit> {
+fn put(json: &mut Json<'_>) -> Result<Vec<String>, ShapeError> {
     let mut put_here = vec![];
-    let mut within = |name: &str, value: &mut Json<'_>| -> Result<(), Misfit> {
+    let mut within = |name: &str, value: &mut Json<'_>| -> Result<(), ShapeError> {
         let below = put(value).map_err(|wrong| wrong.within(name))?;
         put_here.extend(below.into_iter().map(|pointer| token(name) + &pointer));
         Ok(())
@@ -79,8 +79,8 @@ fn put(json: &mut Json<'_>) -> Result<Vec<String>, Misfit> {
 }
 
 /// Converts the member `degrees` of `object` to `radians`. `false` if it is missing or null.
-fn put_direction(object: &mut Json<'_>, [degrees, radians]: &[&'static str; 2]) -> Result<bool, Misfit> {
-    let refused = |error: FieldError| Err(Misfit(Box::new(error)));
+fn put_direction(object: &mut Json<'_>, [degrees, radians]: &[&'static str; 2]) -> Result<bool, ShapeError> {
+    let refused = |error: FieldError| Err(ShapeError(Box::new(error)));
     let wrong = |code, detail: String| refused(FieldError::new(token(degrees), code, detail));
     let direction = match object.member(degrees) {
         None => None,
@@ -115,7 +115,9 @@ mod tests {
     use serde_json::{Value, json};
 
     use super::*;
-    use crate::{Offset, PlanRequest, Unread, mission::Setting, plan_id, read, read_reports, snapshot};
+    use crate::{
+        Body, BodyError, Offset, PlanRequest, mission::Setting, plan_id, read, read_reports, snapshot,
+    };
 
     fn body(asc: &Value, state: &Value, offset: &Value) -> Value {
         let mut body = json!({
@@ -134,7 +136,8 @@ mod tests {
     }
 
     fn read_value(body: &Value) -> Result<PlanRequest, Box<FieldError>> {
-        read(body.to_string().as_bytes()).map_err(|(Unread::Syntax(error) | Unread::Misfit(error))| error)
+        read(body.to_string().as_bytes())
+            .map_err(|(BodyError::Syntax(error) | BodyError::Shape(error))| error)
     }
 
     #[test]
@@ -164,7 +167,9 @@ mod tests {
             json!({ "t_s": 1, "north_m": 0, "east_m": 0, "sigma_m": 1, "course_deg": 90, "speed_mps": 0.2 });
         let state = json!({ "north_m": 0, "east_m": 0, "heading_deg": 90, "speed_mps": 0.2 });
         let body = json!({ "auvs": { "heading_deg": [fix] }, "asc": [{ "t_s": 1, "state": state }] });
-        let (heard, rejected) = read_reports(body.to_string().as_bytes(), None, |_| vec![]).expect("is read");
+        let body = body.to_string();
+        let body = Body::parse(body.as_bytes()).expect("is JSON");
+        let (heard, rejected) = read_reports(body, None, |_| vec![]).expect("is read");
         assert_eq!(rejected, Vec::<Vec<FieldError>>::new());
         assert_eq!(heard.auvs["heading_deg"][0].course_rad, Some(FRAC_PI_2));
         assert_eq!(heard.asc[0].state.heading_rad, FRAC_PI_2);

@@ -6,11 +6,15 @@
 //! The tree keeps the order of members, and duplicates: faults are found where the client wrote
 //! them. Every fault is a [`FieldError`] from the start; no other library's message is parsed.
 
-use std::{borrow::Cow, collections::HashSet, fmt};
+use std::{
+    borrow::Cow,
+    collections::{BTreeMap, HashSet},
+    fmt,
+};
 
 use planner::snapshot::{TAGGED, pointer_token};
 use serde::{
-    Deserialize, Deserializer,
+    Deserialize, Deserializer, Serialize, Serializer,
     de::{
         self, DeserializeSeed, EnumAccess, Expected, IntoDeserializer, MapAccess, SeqAccess, Unexpected,
         VariantAccess, Visitor, value::StrDeserializer,
@@ -32,11 +36,11 @@ const TOKEN_LENGTH_MAX: usize = 80;
 
 /// The fault of a body.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Unread {
+pub enum BodyError {
     /// The body is not JSON.
     Syntax(Box<FieldError>),
     /// The JSON has another shape.
-    Misfit(Box<FieldError>),
+    Shape(Box<FieldError>),
 }
 
 /// A JSON value.
@@ -83,7 +87,7 @@ impl Json<'_> {
     }
 
     /// Fails if a name occurs twice in an object: readers differ in theirs (RFC 8259, section 4).
-    pub(crate) fn each_name_once(&self) -> Result<(), Misfit> {
+    pub(crate) fn each_name_once(&self) -> Result<(), ShapeError> {
         match self {
             Json::List(items) => {
                 for (i, item) in items.iter().enumerate() {
@@ -95,7 +99,11 @@ impl Json<'_> {
                 let mut names = HashSet::with_capacity(members.len());
                 for (name, value) in members {
                     if !names.insert(name) {
-                        return Err(Misfit::new(token(name), "duplicate_field", "duplicate member"));
+                        return Err(ShapeError::new(
+                            token(name),
+                            "duplicate_field",
+                            "duplicate member",
+                        ));
                     }
                     value.each_name_once().map_err(|twice| twice.within(name))?;
                 }
@@ -106,13 +114,47 @@ impl Json<'_> {
     }
 }
 
-pub(crate) fn parse(body: &[u8]) -> Result<Json<'_>, Unread> {
+/// A body that is JSON. Bodies with equal values serialise to equal bytes.
+#[derive(Debug)]
+pub struct Body<'a>(pub(crate) Json<'a>);
+
+impl<'a> Body<'a> {
+    /// Fails for bodies that are not JSON or have too many values.
+    pub fn parse(body: &'a [u8]) -> Result<Self, BodyError> {
+        parse(body).map(Self)
+    }
+}
+
+impl Serialize for Body<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.0.serialize(serializer)
+    }
+}
+
+impl Serialize for Json<'_> {
+    /// Members are in the order of their names. Of members with the same name, the last one counts.
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Json::Null => serializer.serialize_unit(),
+            Json::Bool(value) => value.serialize(serializer),
+            Json::Number(number) => number.serialize(serializer),
+            Json::Text(text) => text.serialize(serializer),
+            Json::List(items) => items.serialize(serializer),
+            Json::Object(members) => {
+                let members = members.iter().map(|(name, value)| (name, value));
+                members.collect::<BTreeMap<_, _>>().serialize(serializer)
+            }
+        }
+    }
+}
+
+pub(crate) fn parse(body: &[u8]) -> Result<Json<'_>, BodyError> {
     // One of these precedes every value except the first and members' values.
     let values = body.split(|byte| b",[{".contains(byte)).count();
     if VALUES_MAX < values {
         let detail = format!("holds {values} values or more, at most {VALUES_MAX} are accepted");
         let error = FieldError::new("", "too_many_values", detail);
-        return Err(Unread::Misfit(Box::new(error.given(values).limit(VALUES_MAX))));
+        return Err(BodyError::Shape(Box::new(error.given(values).limit(VALUES_MAX))));
     }
     let mut deserializer = serde_json::Deserializer::from_slice(body);
     let parsed = serde_path_to_error::deserialize(&mut deserializer)
@@ -127,7 +169,7 @@ pub(crate) fn parse(body: &[u8]) -> Result<Json<'_>, Unread> {
         } else {
             plain_syntax(&error)
         };
-        Unread::Syntax(Box::new(FieldError::new(pointer, "syntax", detail)))
+        BodyError::Syntax(Box::new(FieldError::new(pointer, "syntax", detail)))
     })
 }
 
@@ -232,9 +274,9 @@ impl<'de> Visitor<'de> for Tree {
 
 /// The first fault of JSON against a shape; its pointer starts where the shape is read.
 #[derive(Debug)]
-pub(crate) struct Misfit(pub(crate) Box<FieldError>);
+pub(crate) struct ShapeError(pub(crate) Box<FieldError>);
 
-impl Misfit {
+impl ShapeError {
     pub(crate) fn new(pointer: String, code: &str, detail: impl Into<String>) -> Self {
         Self(Box::new(FieldError::new(pointer, code, detail)))
     }
@@ -246,15 +288,15 @@ impl Misfit {
     }
 }
 
-impl fmt::Display for Misfit {
+impl fmt::Display for ShapeError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: {}", self.0.pointer, self.0.detail)
     }
 }
 
-impl std::error::Error for Misfit {}
+impl std::error::Error for ShapeError {}
 
-impl de::Error for Misfit {
+impl de::Error for ShapeError {
     fn custom<T: fmt::Display>(detail: T) -> Self {
         Self::new(String::new(), "wrong_type", detail.to_string())
     }
@@ -307,23 +349,24 @@ impl<'a> Node<'a> {
         }
     }
 
-    fn must_be<T>(self, expected: &str) -> Result<T, Misfit> {
+    fn must_be<T>(self, expected: &str) -> Result<T, ShapeError> {
         let detail = format!("must be {expected}, not {}", self.json.name());
-        Err(Misfit::new(String::new(), "wrong_type", detail))
+        Err(ShapeError::new(String::new(), "wrong_type", detail))
     }
 
     /// A whole number. One that the visitor refuses is too large, negative or a fraction.
-    fn whole_number<'de, V: Visitor<'de>>(self, most: u64, visitor: V) -> Result<V::Value, Misfit> {
+    fn whole_number<'de, V: Visitor<'de>>(self, most: u64, visitor: V) -> Result<V::Value, ShapeError> {
         let expected = format!("a whole number from 0 to {most}");
         match self.json {
-            Json::Number(number) => visit_number(number, visitor)
-                .map_err(|Misfit(_)| Misfit::new(String::new(), "wrong_type", format!("must be {expected}"))),
+            Json::Number(number) => visit_number(number, visitor).map_err(|ShapeError(_)| {
+                ShapeError::new(String::new(), "wrong_type", format!("must be {expected}"))
+            }),
             _ => self.must_be(&expected),
         }
     }
 }
 
-fn visit_number<'de, V: Visitor<'de>>(number: &Number, visitor: V) -> Result<V::Value, Misfit> {
+fn visit_number<'de, V: Visitor<'de>>(number: &Number, visitor: V) -> Result<V::Value, ShapeError> {
     match (number.as_u64(), number.as_i64()) {
         (Some(whole), _) => visitor.visit_u64(whole),
         (None, Some(negative)) => visitor.visit_i64(negative),
@@ -331,7 +374,7 @@ fn visit_number<'de, V: Visitor<'de>>(number: &Number, visitor: V) -> Result<V::
     }
 }
 
-impl<'de> IntoDeserializer<'de, Misfit> for Node<'de> {
+impl<'de> IntoDeserializer<'de, ShapeError> for Node<'de> {
     type Deserializer = Self;
 
     fn into_deserializer(self) -> Self {
@@ -340,9 +383,9 @@ impl<'de> IntoDeserializer<'de, Misfit> for Node<'de> {
 }
 
 impl<'de> Deserializer<'de> for Node<'de> {
-    type Error = Misfit;
+    type Error = ShapeError;
 
-    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ShapeError> {
         match self.json {
             Json::Null => visitor.visit_unit(),
             Json::Bool(value) => visitor.visit_bool(*value),
@@ -353,40 +396,40 @@ impl<'de> Deserializer<'de> for Node<'de> {
         }
     }
 
-    fn deserialize_bool<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+    fn deserialize_bool<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ShapeError> {
         match self.json {
             Json::Bool(value) => visitor.visit_bool(*value),
             _ => self.must_be("true or false"),
         }
     }
 
-    fn deserialize_f64<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+    fn deserialize_f64<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ShapeError> {
         match self.json {
             Json::Number(number) => visit_number(number, visitor),
             _ => self.must_be("a number"),
         }
     }
 
-    fn deserialize_u32<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+    fn deserialize_u32<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ShapeError> {
         self.whole_number(u32::MAX.into(), visitor)
     }
 
-    fn deserialize_u64<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+    fn deserialize_u64<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ShapeError> {
         self.whole_number(u64::MAX, visitor)
     }
 
-    fn deserialize_str<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+    fn deserialize_str<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ShapeError> {
         match self.json {
             Json::Text(text) => visitor.visit_str(text),
             _ => self.must_be("text"),
         }
     }
 
-    fn deserialize_string<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+    fn deserialize_string<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ShapeError> {
         self.deserialize_str(visitor)
     }
 
-    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ShapeError> {
         match self.json {
             Json::Null => visitor.visit_none(),
             _ => visitor.visit_some(self),
@@ -397,7 +440,7 @@ impl<'de> Deserializer<'de> for Node<'de> {
         self,
         name: &'static str,
         visitor: V,
-    ) -> Result<V::Value, Misfit> {
+    ) -> Result<V::Value, ShapeError> {
         let Some(hidden) = name.strip_prefix(TAGGED) else {
             return visitor.visit_newtype_struct(self);
         };
@@ -412,7 +455,7 @@ impl<'de> Deserializer<'de> for Node<'de> {
         visitor.visit_seq(Parts(parts.into_iter().flatten()))
     }
 
-    fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+    fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ShapeError> {
         match self.json {
             Json::List(items) => visitor.visit_seq(Items::new(items, false)),
             _ => self.must_be("a list"),
@@ -420,7 +463,7 @@ impl<'de> Deserializer<'de> for Node<'de> {
     }
 
     /// A list of fixed length: a point, a covariance, or a row of one.
-    fn deserialize_tuple<V: Visitor<'de>>(self, n_items: usize, visitor: V) -> Result<V::Value, Misfit> {
+    fn deserialize_tuple<V: Visitor<'de>>(self, n_items: usize, visitor: V) -> Result<V::Value, ShapeError> {
         let what = match (n_items, self.in_fixed_list) {
             (2, _) => "a point, a list of its north and east",
             (_, false) => "a symmetric positive semidefinite 4×4 matrix, a list of 4 rows",
@@ -432,18 +475,18 @@ impl<'de> Deserializer<'de> for Node<'de> {
         let n_given = items.len();
         // A fault of an item comes first. Without a pointer, the fault is of the whole list.
         match visitor.visit_seq(Items::new(&items[..n_given.min(n_items)], true)) {
-            Err(Misfit(error)) if !error.pointer.is_empty() => Err(Misfit(error)),
+            Err(ShapeError(error)) if !error.pointer.is_empty() => Err(ShapeError(error)),
             Ok(list) if n_given == n_items => Ok(list),
             Ok(_) | Err(_) => {
                 let detail = format!("must have {n_items} items, not {n_given}: {what}");
                 let error = FieldError::new("", "length", detail).given(n_given);
                 let limit = json!({ "least": n_items, "most": n_items });
-                Err(Misfit(Box::new(error.limit(limit))))
+                Err(ShapeError(Box::new(error.limit(limit))))
             }
         }
     }
 
-    fn deserialize_map<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+    fn deserialize_map<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ShapeError> {
         match self.json {
             Json::Object(members) => visitor.visit_map(Members::new(members, self.hidden)),
             _ => self.must_be("an object"),
@@ -456,7 +499,7 @@ impl<'de> Deserializer<'de> for Node<'de> {
         _: &'static str,
         _: &'static [&'static str],
         visitor: V,
-    ) -> Result<V::Value, Misfit> {
+    ) -> Result<V::Value, ShapeError> {
         self.deserialize_map(visitor)
     }
 
@@ -465,7 +508,7 @@ impl<'de> Deserializer<'de> for Node<'de> {
         _: &'static str,
         _: &'static [&'static str],
         visitor: V,
-    ) -> Result<V::Value, Misfit> {
+    ) -> Result<V::Value, ShapeError> {
         match self.json {
             Json::Object(_) if !self.hidden.is_empty() => visitor.visit_enum(self),
             Json::Text(text) => visitor.visit_enum(StrDeserializer::new(text)),
@@ -473,7 +516,7 @@ impl<'de> Deserializer<'de> for Node<'de> {
         }
     }
 
-    fn deserialize_ignored_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+    fn deserialize_ignored_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ShapeError> {
         visitor.visit_unit()
     }
 
@@ -486,18 +529,18 @@ impl<'de> Deserializer<'de> for Node<'de> {
 struct Parts<'a>(std::iter::Flatten<std::array::IntoIter<Option<(&'static str, Node<'a>)>, 2>>);
 
 impl<'de> SeqAccess<'de> for Parts<'de> {
-    type Error = Misfit;
+    type Error = ShapeError;
 
-    fn next_element_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<Option<T::Value>, Misfit> {
+    fn next_element_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<Option<T::Value>, ShapeError> {
         let Some((name, node)) = self.0.next() else {
             return Ok(None);
         };
         let part = seed.deserialize(node);
-        part.map(Some).map_err(|misfit| {
+        part.map(Some).map_err(|wrong| {
             if name.is_empty() {
-                misfit
+                wrong
             } else {
-                misfit.within(name)
+                wrong.within(name)
             }
         })
     }
@@ -505,39 +548,39 @@ impl<'de> SeqAccess<'de> for Parts<'de> {
 
 /// An object whose tag names its kind.
 impl<'de> EnumAccess<'de> for Node<'de> {
-    type Error = Misfit;
+    type Error = ShapeError;
     type Variant = Self;
 
-    fn variant_seed<T: DeserializeSeed<'de>>(self, seed: T) -> Result<(T::Value, Self), Misfit> {
+    fn variant_seed<T: DeserializeSeed<'de>>(self, seed: T) -> Result<(T::Value, Self), ShapeError> {
         let tag = self.hidden.split(' ').next().unwrap_or_default();
         let kind = match self.json.member(tag) {
             None => return Err(de::Error::missing_field(tag)),
             Some(Json::Text(name)) => seed.deserialize(StrDeserializer::new(name)),
             Some(other) => Self::whole(other).must_be("text"),
         };
-        kind.map(|kind| (kind, self)).map_err(|misfit| misfit.within(tag))
+        kind.map(|kind| (kind, self)).map_err(|wrong| wrong.within(tag))
     }
 }
 
 impl<'de> VariantAccess<'de> for Node<'de> {
-    type Error = Misfit;
+    type Error = ShapeError;
 
-    fn unit_variant(self) -> Result<(), Misfit> {
+    fn unit_variant(self) -> Result<(), ShapeError> {
         let Json::Object(members) = self.json else {
             return self.must_be("an object");
         };
         let unexpected = |(name, _): &(Cow<'_, str>, Json<'_>)| {
-            Misfit::new(token(name), "unknown_field", "this kind has no such member")
+            ShapeError::new(token(name), "unknown_field", "this kind has no such member")
         };
         let first = Members::new(members, self.hidden).advance();
         first.map_or(Ok(()), |member| Err(unexpected(member)))
     }
 
-    fn newtype_variant_seed<T: DeserializeSeed<'de>>(self, seed: T) -> Result<T::Value, Misfit> {
+    fn newtype_variant_seed<T: DeserializeSeed<'de>>(self, seed: T) -> Result<T::Value, ShapeError> {
         seed.deserialize(self)
     }
 
-    fn tuple_variant<V: Visitor<'de>>(self, _: usize, _: V) -> Result<V::Value, Misfit> {
+    fn tuple_variant<V: Visitor<'de>>(self, _: usize, _: V) -> Result<V::Value, ShapeError> {
         self.must_be("an object")
     }
 
@@ -545,7 +588,7 @@ impl<'de> VariantAccess<'de> for Node<'de> {
         self,
         _: &'static [&'static str],
         visitor: V,
-    ) -> Result<V::Value, Misfit> {
+    ) -> Result<V::Value, ShapeError> {
         self.deserialize_map(visitor)
     }
 }
@@ -566,9 +609,12 @@ impl<'a> Items<'a> {
 }
 
 impl<'de> SeqAccess<'de> for Items<'de> {
-    type Error = Misfit;
+    type Error = ShapeError;
 
-    fn next_element_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<Option<T::Value>, Misfit> {
+    fn next_element_seed<T: DeserializeSeed<'de>>(
+        &mut self,
+        seed: T,
+    ) -> Result<Option<T::Value>, ShapeError> {
         let Some((i, json)) = self.items.next() else {
             return Ok(None);
         };
@@ -578,7 +624,7 @@ impl<'de> SeqAccess<'de> for Items<'de> {
         };
         let item = seed
             .deserialize(node)
-            .map_err(|misfit| misfit.within(&i.to_string()));
+            .map_err(|wrong| wrong.within(&i.to_string()));
         item.map(Some)
     }
 }
@@ -610,17 +656,17 @@ impl<'a> Members<'a> {
 }
 
 impl<'de> MapAccess<'de> for Members<'de> {
-    type Error = Misfit;
+    type Error = ShapeError;
 
-    fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, Misfit> {
+    fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, ShapeError> {
         self.last = self.advance();
         let name = self.last.map(|(name, _)| StrDeserializer::new(name));
         name.map(|name| seed.deserialize(name)).transpose()
     }
 
-    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, Misfit> {
+    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, ShapeError> {
         let (name, json) = self.last.expect("a name is read before its value");
         seed.deserialize(Node::whole(json))
-            .map_err(|misfit| misfit.within(name))
+            .map_err(|wrong| wrong.within(name))
     }
 }

@@ -28,7 +28,7 @@ pub use craft_frame::CraftFrame;
 pub use digest::{plan_id, sha256};
 pub use directions::DIRECTION_DEG;
 pub use dump::program_dump;
-pub use json::{Unread, VALUES_MAX};
+pub use json::{Body, BodyError, VALUES_MAX};
 pub use planner::{
     certificate::Residuals,
     craft::{CraftDescription, HeadingLoop, HeadingReference, Power, SpeedReference, SurgeLoop},
@@ -46,7 +46,7 @@ pub use planner::{
         TrajectoryPoint, VehicleId, shortened,
     },
 };
-pub use positions::{LATITUDE_MAX_DEG, LONGITUDE_MAX_DEG, Recount};
+pub use positions::{DatumChange, LATITUDE_MAX_DEG, LONGITUDE_MAX_DEG};
 pub use prediction::{Heard, PredictedAuv, PredictedCraft, Prediction, SteerBy};
 pub use read::{read, read_each, read_from};
 pub use reports::{Sorted, read_reports};

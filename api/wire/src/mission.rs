@@ -16,7 +16,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::{Map, Value};
 use utoipa::ToSchema;
 
-use super::{FieldError, Method, Outcome, PlanResponse, Recount, Segment};
+use super::{DatumChange, FieldError, Method, Outcome, PlanResponse, Segment};
 
 /// A mission to create: either `simulated` or `live`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -181,21 +181,21 @@ impl Live {
     /// Puts the datum at `origin`. Positions keep their place on Earth, or else their numbers.
     pub fn count_from(&mut self, origin: Origin) {
         let before = self.origin.replace(origin);
-        let Some(recount) = before.and_then(|before| Recount::new(before, origin)) else {
+        let Some(change) = before.and_then(|before| DatumChange::new(before, origin)) else {
             return;
         };
         for disc in &mut self.keep_outs {
-            recount.position(&mut disc.north_m, &mut disc.east_m);
+            change.position(&mut disc.north_m, &mut disc.east_m);
         }
         for corner in &mut self.area {
-            recount.point(corner);
+            change.point(corner);
         }
         let paths = self.auvs.iter_mut().filter_map(|auv| auv.path.as_mut());
         for point in paths
             .flat_map(|path| &mut path.segments)
             .flat_map(Segment::points_mut)
         {
-            recount.point(point);
+            change.point(point);
         }
     }
 }
@@ -299,20 +299,6 @@ impl Setting {
         exchange(self.origin.as_mut(), &mut config.origin);
         for auv in &mut config.auvs {
             exchange(self.paths.get_mut(&auv.id).map(|path| &mut path.0), &mut auv.path);
-        }
-    }
-
-    /// The setting with the members of `patch`, without origin and paths.
-    #[must_use]
-    pub fn patched(self, patch: Self) -> Self {
-        Self {
-            goal: patch.goal.or(self.goal),
-            limits: patch.limits.or(self.limits),
-            craft: patch.craft.or(self.craft),
-            tuning: patch.tuning.or(self.tuning),
-            keep_outs: patch.keep_outs.or(self.keep_outs),
-            area: patch.area.or(self.area),
-            ..Self::default()
         }
     }
 }

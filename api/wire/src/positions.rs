@@ -11,7 +11,7 @@ use serde_json::Number;
 
 use crate::{
     FieldError,
-    json::{Json, Misfit, Node},
+    json::{Json, Node, ShapeError},
 };
 
 /// Members without positions of the body's own: the origin itself, the client's data, and an
@@ -46,7 +46,7 @@ pub(crate) struct Positions {
 
 impl Positions {
     /// Uses the origin in `body`, or else `otherwise`.
-    pub(crate) fn of(body: &Json<'_>, otherwise: Option<Origin>) -> Result<Self, Misfit> {
+    pub(crate) fn of(body: &Json<'_>, otherwise: Option<Origin>) -> Result<Self, ShapeError> {
         match (body.member("origin"), body.member("live")) {
             (Some(origin), _) => Origin::deserialize(Node::whole(origin))
                 .and_then(|origin| Self::from(Some(origin), false))
@@ -57,7 +57,7 @@ impl Positions {
     }
 
     /// Uses `origin`; if there is none and it `may_begin`, the first position.
-    pub(crate) fn from(origin: Option<Origin>, may_begin: bool) -> Result<Self, Misfit> {
+    pub(crate) fn from(origin: Option<Origin>, may_begin: bool) -> Result<Self, ShapeError> {
         let datum = origin.map(|origin| datum(&origin)).transpose()?;
         Ok(Self {
             datum,
@@ -67,12 +67,12 @@ impl Positions {
     }
 
     /// Gives every position in `body` its metres.
-    pub(crate) fn put_into_metres(&mut self, body: &mut Json<'_>) -> Result<(), Misfit> {
+    pub(crate) fn put_into_metres(&mut self, body: &mut Json<'_>) -> Result<(), ShapeError> {
         self.put(body, false)
     }
 
     /// As [`Self::put_into_metres`]; `json` itself may be a point.
-    fn put(&mut self, json: &mut Json<'_>, is_point: bool) -> Result<(), Misfit> {
+    fn put(&mut self, json: &mut Json<'_>, is_point: bool) -> Result<(), ShapeError> {
         match json {
             Json::List(items) => {
                 for (i, item) in items.iter_mut().enumerate() {
@@ -105,7 +105,7 @@ impl Positions {
     }
 
     /// North and east of an object's position on Earth, m.
-    fn metres(&mut self, object: &Json<'_>) -> Result<Option<[f64; 2]>, Misfit> {
+    fn metres(&mut self, object: &Json<'_>) -> Result<Option<[f64; 2]>, ShapeError> {
         let numbers = |names: [&str; 2]| names.map(|name| object.member(name).and_then(Json::number));
         let place = match numbers(DEGREES) {
             [None, None] => return Ok(None),
@@ -114,13 +114,13 @@ impl Positions {
                 let missing = DEGREES[usize::from(given[0].is_some())];
                 if let Some(other) = object.member(missing) {
                     let detail = format!("must be a number, not {}", other.name());
-                    return Err(Misfit::new(format!("/{missing}"), "wrong_type", detail));
+                    return Err(ShapeError::new(format!("/{missing}"), "wrong_type", detail));
                 }
                 let detail = "give both latitude and longitude";
-                return Err(Misfit::new(format!("/{missing}"), "missing", detail));
+                return Err(ShapeError::new(format!("/{missing}"), "missing", detail));
             }
         };
-        let refused = |code: &str, detail: &str| Misfit::new("/lat_deg".to_owned(), code, detail);
+        let refused = |code: &str, detail: &str| ShapeError::new("/lat_deg".to_owned(), code, detail);
         check(&place)?;
         if self.datum.is_none() && self.may_begin {
             (self.datum, self.origin) = (Some(datum(&place)?), Some(place));
@@ -140,7 +140,7 @@ impl Positions {
                 1e-3 * COORDINATE_MAX
             );
             let wrong = FieldError::new("/lat_deg", "out_of_range", detail).given(place.lat_deg);
-            return Err(Misfit(Box::new(wrong)));
+            return Err(ShapeError(Box::new(wrong)));
         }
         // The service's own texts have both.
         let differs =
@@ -155,12 +155,12 @@ impl Positions {
 
 /// Converts positions in metres from one datum to another.
 #[derive(Clone, Copy, Debug)]
-pub struct Recount {
+pub struct DatumChange {
     from: Datum,
     to: Datum,
 }
 
-impl Recount {
+impl DatumChange {
     /// None if a datum is no place on Earth.
     #[must_use]
     pub fn new(from: Origin, to: Origin) -> Option<Self> {
@@ -189,7 +189,7 @@ impl Recount {
 }
 
 /// Fails if `place` is no place on Earth.
-fn check(place: &Origin) -> Result<(), Misfit> {
+fn check(place: &Origin) -> Result<(), ShapeError> {
     let outside = FieldError::outside("/lat_deg", place.lat_deg, &(-LATITUDE_MAX_DEG..=LATITUDE_MAX_DEG))
         .or_else(|| {
             FieldError::outside(
@@ -198,27 +198,27 @@ fn check(place: &Origin) -> Result<(), Misfit> {
                 &(-LONGITUDE_MAX_DEG..=LONGITUDE_MAX_DEG),
             )
         });
-    outside.map_or(Ok(()), |wrong| Err(Misfit(Box::new(wrong))))
+    outside.map_or(Ok(()), |wrong| Err(ShapeError(Box::new(wrong))))
 }
 
 pub(crate) fn wrong_place(place: &Origin, pointer: &str) -> Option<FieldError> {
-    check(place).err().map(|Misfit(mut wrong)| {
+    check(place).err().map(|ShapeError(mut wrong)| {
         wrong.pointer.insert_str(0, pointer);
         *wrong
     })
 }
 
-fn datum(origin: &Origin) -> Result<Datum, Misfit> {
+fn datum(origin: &Origin) -> Result<Datum, ShapeError> {
     check(origin)?;
     Datum::new(&(*origin).into())
-        .map_err(|error| Misfit::new("/lat_deg".to_owned(), "out_of_range", error.to_string()))
+        .map_err(|error| ShapeError::new("/lat_deg".to_owned(), "out_of_range", error.to_string()))
 }
 
 #[cfg(test)]
 mod tests {
     use serde_json::{Value, json};
 
-    use crate::{FieldError, PlanRequest, Unread, read};
+    use crate::{BodyError, FieldError, PlanRequest, read};
 
     fn snapshot(north: &Value) -> Value {
         let mut body = json!({
@@ -237,7 +237,8 @@ mod tests {
     }
 
     fn read_value(body: &Value) -> Result<PlanRequest, Box<FieldError>> {
-        read(body.to_string().as_bytes()).map_err(|(Unread::Syntax(error) | Unread::Misfit(error))| error)
+        read(body.to_string().as_bytes())
+            .map_err(|(BodyError::Syntax(error) | BodyError::Shape(error))| error)
     }
 
     #[test]

@@ -6,27 +6,27 @@ use serde::de::DeserializeOwned;
 use crate::{
     FieldError,
     directions::WereInDegrees,
-    json::{Json, Misfit, Node, Unread, parse, token},
+    json::{BodyError, Json, Node, ShapeError, parse, token},
     positions::Positions,
 };
 
 /// Reads `body` as a `T`, with positions in metres from its `origin`.
-pub fn read<T: DeserializeOwned>(body: &[u8]) -> Result<T, Unread> {
+pub fn read<T: DeserializeOwned>(body: &[u8]) -> Result<T, BodyError> {
     read_from(body, None)
 }
 
 /// As [`read`]; bodies without an `origin` use this one.
-pub fn read_from<T: DeserializeOwned>(body: &[u8], origin: Option<Origin>) -> Result<T, Unread> {
+pub fn read_from<T: DeserializeOwned>(body: &[u8], origin: Option<Origin>) -> Result<T, BodyError> {
     read_whole(parse(body)?, origin)
 }
 
-fn read_whole<T: DeserializeOwned>(mut json: Json<'_>, origin: Option<Origin>) -> Result<T, Unread> {
+fn read_whole<T: DeserializeOwned>(mut json: Json<'_>, origin: Option<Origin>) -> Result<T, BodyError> {
     let read = json.each_name_once().and_then(|()| {
         let degrees = WereInDegrees::put_into_radians(&mut json)?;
         Positions::of(&json, origin)?.put_into_metres(&mut json)?;
-        T::deserialize(Node::whole(&json)).map_err(|misfit| degrees.as_sent(misfit))
+        T::deserialize(Node::whole(&json)).map_err(|wrong| degrees.as_sent(wrong))
     });
-    read.map_err(|Misfit(error)| Unread::Misfit(error))
+    read.map_err(|ShapeError(error)| BodyError::Shape(error))
 }
 
 /// Reads the list `name`, the only member of `body`: 1 to `most` items, each a `T` or its error,
@@ -35,11 +35,11 @@ pub fn read_each<T: DeserializeOwned>(
     body: &[u8],
     name: &str,
     most: usize,
-) -> Result<Vec<Result<T, Unread>>, Unread> {
+) -> Result<Vec<Result<T, BodyError>>, BodyError> {
     let json = parse(body)?;
     let refused = |code: &str, detail: String| {
         let error = FieldError::new(token(name), code, detail);
-        Unread::Misfit(Box::new(error.limit(most)))
+        BodyError::Shape(Box::new(error.limit(most)))
     };
     let Json::Object(mut members) = json else {
         return Err(refused(

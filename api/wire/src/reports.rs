@@ -6,7 +6,7 @@ use serde::Deserialize;
 use crate::{
     FieldError,
     directions::WereInDegrees,
-    json::{Json, Misfit, Node, Unread, parse, token},
+    json::{Body, BodyError, Json, Node, ShapeError, token},
     mission::{AscReport, Note, Reports, Steering},
     positions::Positions,
 };
@@ -17,11 +17,10 @@ pub type Sorted = (Reports, Vec<Vec<FieldError>>);
 /// Reads reports, with positions in metres from `origin`. Without an origin, the first accepted
 /// position in latitude and longitude becomes the origin. `faults` checks a single report.
 pub fn read_reports(
-    body: &[u8],
+    Body(mut json): Body<'_>,
     origin: Option<Origin>,
     faults: impl Fn(&Reports) -> Vec<FieldError>,
-) -> Result<Sorted, Unread> {
-    let mut json = parse(body)?;
+) -> Result<Sorted, BodyError> {
     let items = take_items(&mut json);
     let rest = json
         .each_name_once()
@@ -30,7 +29,7 @@ pub fn read_reports(
     let begin = Positions::from(origin, true);
     let (mut reports, mut positions) = rest
         .and_then(|rest| Ok((rest, begin?)))
-        .map_err(|Misfit(error)| Unread::Misfit(error))?;
+        .map_err(|ShapeError(error)| BodyError::Shape(error))?;
     let mut rejected: Vec<Vec<FieldError>> = vec![];
     for item in items {
         // A rejected report sets no origin.
@@ -101,7 +100,7 @@ fn take_items<'a>(body: &mut Json<'a>) -> Vec<Item<'a>> {
 }
 
 /// Fails for bodies that are empty, too long or with the service's members. `rest` has no items.
-fn check_lengths(rest: &Reports, items: &[Item<'_>]) -> Result<(), Misfit> {
+fn check_lengths(rest: &Reports, items: &[Item<'_>]) -> Result<(), ShapeError> {
     if rest.origin.is_some() || !rest.rejected.is_empty() {
         let detail = "set by the service: leave it out";
         let member = if rest.origin.is_some() {
@@ -109,17 +108,17 @@ fn check_lengths(rest: &Reports, items: &[Item<'_>]) -> Result<(), Misfit> {
         } else {
             "/rejected"
         };
-        return Err(Misfit::new(member.to_owned(), "unexpected", detail));
+        return Err(ShapeError::new(member.to_owned(), "unexpected", detail));
     }
     if items.is_empty() && rest.auvs.is_empty() {
-        return Err(Misfit::new(
+        return Err(ShapeError::new(
             String::new(),
             "missing",
             "give auvs, asc, notes or steering",
         ));
     }
     let too_long =
-        |pointer: &str, given, most| Err(Misfit(Box::new(FieldError::too_long(pointer, given, most))));
+        |pointer: &str, given, most| Err(ShapeError(Box::new(FieldError::too_long(pointer, given, most))));
     if AUVS_MAX < rest.auvs.len() {
         return too_long("/auvs", rest.auvs.len(), AUVS_MAX);
     }
@@ -139,7 +138,7 @@ impl Item<'_> {
         faults: impl Fn(&Reports) -> Vec<FieldError>,
     ) -> Result<Reports, Vec<FieldError>> {
         let place = format!("{}/{}", self.list, self.index);
-        let one = self.shaped(positions).map_err(|Misfit(mut error)| {
+        let one = self.shaped(positions).map_err(|ShapeError(mut error)| {
             error.pointer.insert_str(0, &place);
             vec![*error]
         })?;
@@ -156,7 +155,7 @@ impl Item<'_> {
         Err(faults)
     }
 
-    fn shaped(&mut self, positions: &mut Positions) -> Result<Reports, Misfit> {
+    fn shaped(&mut self, positions: &mut Positions) -> Result<Reports, ShapeError> {
         self.json.each_name_once()?;
         let degrees = WereInDegrees::put_into_radians(&mut self.json)?;
         positions.put_into_metres(&mut self.json)?;
@@ -170,7 +169,7 @@ impl Item<'_> {
             Of::Note => Note::deserialize(whole).map(|note| one.notes.push(note)),
             Of::Steering => Steering::deserialize(whole).map(|said| one.steering.push(said)),
         };
-        read.map_err(|misfit| degrees.as_sent(misfit)).map(|()| one)
+        read.map_err(|wrong| degrees.as_sent(wrong)).map(|()| one)
     }
 }
 
@@ -189,8 +188,8 @@ mod tests {
     }
 
     /// Rejects fixes of the time 0.
-    fn read(body: &str, origin: Option<Origin>) -> Result<Sorted, Unread> {
-        read_reports(body.as_bytes(), origin, |one| {
+    fn read(body: &str, origin: Option<Origin>) -> Result<Sorted, BodyError> {
+        read_reports(Body::parse(body.as_bytes())?, origin, |one| {
             let fixes = one
                 .auvs
                 .iter()

@@ -368,11 +368,6 @@ mod tests {
     }
 
     #[test]
-    fn an_empty_description_has_no_fault() {
-        assert_eq!(CraftDescription::default().faults(), []);
-    }
-
-    #[test]
     fn integrates_false_differs_from_an_omitted_member() {
         let said = |integrates, integral_time_s| CraftDescription {
             surge_loop: SurgeLoop {

@@ -5,19 +5,8 @@ use std::ops::RangeInclusive;
 use crate::{
     estimate::rigid_motion::number,
     facts::{auv::Dive, evidence::Report},
+    tuned::EstimateNumbers,
 };
-
-/// Least height of a detected sawtooth, m. Assumption: gauge errors and swell are 2.5 % of it.
-const HEIGHT_MIN: f64 = 4.0;
-
-/// Depth change from the last extreme at which a vehicle has reversed, as a share of the height.
-const SWING: f64 = 0.3;
-
-/// Largest relative difference of reversal depths (by the height) and of the legs' rates.
-const SPREAD_MAX: f64 = 0.1;
-
-/// Largest root-mean-square bend of a leg, as a share of the height; waves exceed it.
-const BENT_MAX: f64 = 0.03;
 
 /// Fewest reversals: the vehicle has repeated itself.
 const APEXES_MIN: usize = 3;
@@ -72,7 +61,7 @@ impl DepthLeg {
 
 /// The sawtooth of a vehicle with horizontal speed `u_h` through the water, m/s, from the depths of
 /// its reports in order of time, if its reversals repeat.
-pub(crate) fn sawtooth(reports: &[(usize, Report)], u_h: f64) -> Option<Dive> {
+pub(crate) fn sawtooth(reports: &[(usize, Report)], u_h: f64, tuned: &EstimateNumbers) -> Option<Dive> {
     let depth = |(_, report): &(usize, Report)| Some([report.t_s, report.depth_m?]);
     let mut depths: Vec<_> = reports.iter().filter_map(depth).collect();
     depths.dedup_by_key(|[time, _]| *time);
@@ -83,10 +72,10 @@ pub(crate) fn sawtooth(reports: &[(usize, Report)], u_h: f64) -> Option<Dive> {
             (least.min(*z), most.max(*z))
         });
     let height = most - least;
-    if height < HEIGHT_MIN {
+    if height < tuned.sawtooth_height_min {
         return None;
     }
-    let ends = ends(&depths, SWING * height);
+    let ends = ends(&depths, tuned.swing * height);
     // Reversal points are on neither leg.
     let legs = ends
         .windows(2)
@@ -95,8 +84,9 @@ pub(crate) fn sawtooth(reports: &[(usize, Report)], u_h: f64) -> Option<Dive> {
     let whole = legs.get(1..legs.len() - 1)?;
     let rates = whole.iter().flatten().map(|leg| leg.rate.abs());
     let rate = rates.sum::<f64>() / number(whole.len());
-    let is_like_others =
-        |leg: &DepthLeg| (leg.rate.abs() - rate).abs() <= SPREAD_MAX * rate && leg.bent <= BENT_MAX * height;
+    let is_like_others = |leg: &DepthLeg| {
+        (leg.rate.abs() - rate).abs() <= tuned.spread_max * rate && leg.bent <= tuned.bent_max * height
+    };
     let like_others: Vec<_> = legs.into_iter().map(|leg| leg.filter(is_like_others)).collect();
     // The oldest leg may be nearly over, and the newest may have just begun.
     let legs: Vec<_> = match &like_others[..] {
@@ -128,15 +118,14 @@ pub(crate) fn sawtooth(reports: &[(usize, Report)], u_h: f64) -> Option<Dive> {
     // Half of the reversal is beyond the depth that ends the leg.
     let turn = 0.5 * rate * Dive::REVERSAL_MEDUSA;
     let legs_since = (rate * (last - newest.time) / height).floor();
-    (shallow.1.max(deep.1) <= SPREAD_MAX * height && PITCH.contains(&pitch_rad) && 2.0 * turn < height).then(
-        || Dive {
+    (shallow.1.max(deep.1) <= tuned.spread_max * height && PITCH.contains(&pitch_rad) && 2.0 * turn < height)
+        .then(|| Dive {
             depth_min_m: (shallow.0 + turn).max(0.0),
             depth_max_m: deep.0 - turn,
             pitch_rad,
             reversal_s: None,
             descending: Some(newest.is_lowest == (legs_since.rem_euclid(2.0) == 1.0)),
-        },
-    )
+        })
 }
 
 /// Indices where the depths reverse by more than `swing`, m, with the first, and one past the last.
@@ -166,28 +155,29 @@ mod tests {
     use super::*;
     use crate::{estimate::tests::Random, predict::dive::DepthForecast};
 
+    fn sawtooth(reports: &[(usize, Report)], u_h: f64) -> Option<Dive> {
+        super::sawtooth(reports, u_h, &EstimateNumbers::DEFAULT)
+    }
+
+    fn report(t_s: f64, depth: f64) -> (usize, Report) {
+        let depth_m = Some(depth);
+        let fix = Report::new(t_s, Vector2::zeros(), 1.0);
+        (0, Report { depth_m, ..fix })
+    }
+
     /// Reports of `depth` over 640 s, every ten seconds, three in ten lost, with a gauge of 0.1 m.
     fn reports(depth: impl Fn(f64) -> f64, random: &mut Random) -> Vec<(usize, Report)> {
-        let mut report = |k: u32| {
+        let heard = |k: u32| {
             let t_s = 10.0 * f64::from(k);
-            let depth_m = Some(depth(t_s) + 0.1 * random.normal().x);
-            let is_heard = 0.3 < random.uniform();
-            is_heard.then(|| {
-                (
-                    0,
-                    Report {
-                        depth_m,
-                        ..Report::new(t_s, Vector2::zeros(), 1.0)
-                    },
-                )
-            })
+            let depth = depth(t_s) + 0.1 * random.normal().x;
+            (0.3 < random.uniform()).then(|| report(t_s, depth))
         };
-        (0..64).filter_map(&mut report).collect()
+        (0..64).filter_map(heard).collect()
     }
 
     #[test]
     fn a_sawtooth_is_found_and_forecasts_the_depth() {
-        let (mut found, mut held, mut n) = (0.0, 0.0, 0.0);
+        let (mut found, mut held, mut n) = (0.0, 0.0, 0);
         for (seed, (height, pitch)) in
             (0..100_u32).zip([(20.0, 0.6), (40.0, 0.9), (15.0, 0.4)].into_iter().cycle())
         {
@@ -205,7 +195,7 @@ mod tests {
             let Some(seen) = sawtooth(&reports, 0.3) else {
                 continue;
             };
-            n += 1.0;
+            n += 1;
             let (_, newest) = reports.last().expect("most are heard");
             let depth = newest.depth_m.expect("all have one");
             let forecast = DepthForecast::at_speed(depth, Some(seen), 0.3);
@@ -215,8 +205,10 @@ mod tests {
                 held += (depth - then).powi(2);
             }
         }
-        let [found, held] = [found, held].map(|sum: f64| (sum / (3.0 * n)).sqrt());
-        assert!(90.0 <= n && found < 0.2 * held, "{n}, {found} m, {held} m");
+        assert!(
+            90 <= n && found < 0.2_f64.powi(2) * held,
+            "{n}, {found} m², {held} m²"
+        );
     }
 
     #[test]
@@ -224,45 +216,28 @@ mod tests {
         // Few different depths, so that legs often have the same rate.
         for seed in 0..20_000 {
             let mut random = Random(seed);
-            let report = |k: u32| {
-                let depth_m = Some((6.0 * random.uniform()).floor() * 3.0);
-                let t_s = 10.0 * f64::from(k);
-                (
-                    0,
-                    Report {
-                        depth_m,
-                        ..Report::new(t_s, Vector2::zeros(), 1.0)
-                    },
-                )
-            };
+            let report = |k: u32| report(10.0 * f64::from(k), (6.0 * random.uniform()).floor() * 3.0);
             let reports: Vec<_> = (0..24).map(report).collect();
-            if let Some(Dive {
-                depth_min_m,
-                depth_max_m,
-                ..
-            }) = sawtooth(&reports, 0.3)
-            {
-                assert!(
-                    0.0 <= depth_min_m && depth_min_m < depth_max_m && depth_max_m < 40.0,
-                    "{seed}"
-                );
+            if let Some(dive) = sawtooth(&reports, 0.3) {
+                let (least, most) = (dive.depth_min_m, dive.depth_max_m);
+                assert!(0.0 <= least && least < most && most < 40.0, "{seed}");
             }
         }
     }
 
     #[test]
     fn depths_over_rough_ground_are_no_sawtooth() {
-        let mut n = 0;
-        for seed in 0..200 {
-            let mut random = Random(seed);
+        let is_found = |seed: &u64| {
+            let mut random = Random(*seed);
             let waves: Vec<_> = (0..6).map(|_| (random.normal(), random.uniform())).collect();
             let depth = |t: f64| {
                 let wave =
-                    |(a, f): &(Vector2<f64>, f64)| (0.03 * f * t).sin() * a.x + (0.03 * f * t).cos() * a.y;
+                    |(a, f): &(Vector2<f64>, f64)| a.x * (0.03 * f * t).sin() + a.y * (0.03 * f * t).cos();
                 30.0 + 4.0 * waves.iter().map(wave).sum::<f64>()
             };
-            n += u32::from(sawtooth(&reports(depth, &mut random), 0.5).is_some());
-        }
+            sawtooth(&reports(depth, &mut random), 0.5).is_some()
+        };
+        let n = (0..200).filter(is_found).count();
         assert!(n <= 2, "{n}");
     }
 }

@@ -8,7 +8,7 @@ use utoipa::ToSchema;
 
 use crate::{
     estimate::{
-        kalman::GATE,
+        kalman::Kalman,
         track::{Filter, Innovation},
     },
     facts::{
@@ -17,33 +17,8 @@ use crate::{
         known_path::{KnownPath, foot_speed},
         path::piece::Piece,
     },
+    tuned::EstimateNumbers,
 };
-
-/// Spread of the place along the path besides the speed's error, m²/s. The surges of a sawtooth's
-/// reversals, 0.4 m each, two in a cycle of 200 s, make 0.0016.
-const ALONG_DENSITY: f64 = 0.002;
-
-/// The same per square of the vehicle's speed, s: on lanes, a survey AUV was 1.7 m from the place
-/// of its mean speed of 1.8 m/s after 30 s, see `docs/rationale.md#estimating-the-auvs`.
-const PACE_TIME: f64 = 0.03;
-
-/// Standard deviation of the speed along the path, m/s, from an unknown or remote current.
-const SPEED_SIGMA: f64 = 0.05;
-
-/// The same as a share of the declared speed. Assumption: accuracy of planned speeds.
-const SPEED_SHARE: f64 = 0.2;
-
-/// Spreads of that difference, (m/s)²/s. The first: between still water and an unknown current, see
-/// `docs/rationale.md#estimating-the-auvs`. The others: vehicles whose speed changes by 0.1, 0.3 or
-/// 1 m/s in 100 s, as robot boats' does within a leg.
-pub(crate) const SPEED_DENSITIES: [f64; 4] = [1.0e-5, 1.0e-4, 1.0e-3, 1.0e-2];
-
-/// Standard deviation of the velocity across the path, m/s: the offset's spread in ten seconds.
-const ACROSS_SIGMA: f64 = 0.014;
-
-/// Standard deviation of a telemetered, momentary speed along the path, m/s: half of the 0.1 m/s
-/// that a sawtooth's reversal adds; see `docs/rationale.md#estimating-the-auvs`.
-const TELEMETRY_SIGMA: f64 = 0.05;
 
 /// Longest step of a prediction along the path, s: at 0.3 m/s and 10 m radius a turn of 0.15 rad.
 const STEP_MAX: f64 = 5.0;
@@ -61,41 +36,35 @@ struct Navigation {
     offset_sigma: f64,
     /// Spread of the offset along either axis, m²/s.
     offset_density: f64,
-    /// Initial offsets along the path that are separate hypotheses, in deviations, and their
-    /// deviation: a filter is linear, and a turn at the wrong place is not.
-    parts: &'static [f64],
-    part_sigma: f64,
+    /// Initial offsets along the path that are separate hypotheses, and their deviation.
+    parts: (&'static [f64], f64),
 }
 
-/// Assumptions: most vehicles are some metres off, as in an unknown current; by dead reckoning they
-/// are tens of metres off after an hour, and drift by a metre in a hundred seconds. Chosen on an
-/// Otter and a MEDUSA behind lawn-mowers of 0.2 to 0.9 m/s, see
-/// `docs/rationale.md#estimating-the-auvs`.
-const NAVIGATIONS: [Navigation; 2] = [
-    Navigation {
-        share: 0.9,
-        offset_sigma: 2.0,
-        offset_density: 0.001,
-        parts: &[0.0],
-        part_sigma: 1.0,
-    },
-    Navigation {
-        share: 0.1,
-        offset_sigma: 20.0,
-        offset_density: 0.01,
-        parts: &[0.0, -0.7, 0.7, -1.4, 1.4],
-        part_sigma: 0.35,
-    },
-];
+/// Initial offsets along the path by dead reckoning, in deviations, and their deviation: a filter
+/// is linear, and a turn at the wrong place is not. Otter on lanes at 0.9 m/s, path 20 m off: 1.26
+/// m, without parts 4.80 m.
+const PARTS: (&[f64], f64) = (&[0.0, -0.7, 0.7, -1.4, 1.4], 0.35);
 
-/// Prior probability that a vehicle follows its path backwards.
-const BACKWARDS: f64 = 0.02;
+/// The usual navigation, and dead reckoning.
+fn navigations(tuned: &EstimateNumbers) -> [Navigation; 2] {
+    [
+        Navigation {
+            share: 1.0 - tuned.poor_share,
+            offset_sigma: tuned.offset_sigma,
+            offset_density: tuned.offset_density,
+            parts: (&[0.0], 1.0),
+        },
+        Navigation {
+            share: tuned.poor_share,
+            offset_sigma: tuned.poor_offset_sigma,
+            offset_density: tuned.poor_offset_density,
+            parts: PARTS,
+        },
+    ]
+}
 
 /// Standard deviation of an unknown place along the path, m: negligible information beside any fix.
 const ANYWHERE: f64 = 1000.0;
-
-/// Largest distance of a path from the first report, m: 3 σ of a poor navigation.
-const REACH: f64 = 60.0;
 
 /// Most initial places along the path, the closest ones.
 const FEET_MAX: usize = 4;
@@ -116,6 +85,7 @@ pub(crate) struct PathHypothesis<'a> {
     pub(crate) speed_density: f64,
     /// Distance of a path made of reports from them, m; such a path has no other offset.
     pub(crate) roughness: Option<f64>,
+    pub(crate) tuned: &'a EstimateNumbers,
 }
 
 /// A vehicle on a path displaced by the error of its navigation.
@@ -148,25 +118,18 @@ pub struct NextTurn {
 /// Longest straight piece inside one turn, m.
 const SAME_TURN: f64 = 1.0;
 
-/// Least bend that is a turn, rad; fixes of 1.5 m bend a leg twice by up to 0.2 rad.
-const TURN_LEAST: f64 = 0.35;
-
-/// Standard deviation of the beginning of a turn of unknown radius, s: with the possible turn rates
-/// it begins up to 7 s before or after the middle one.
-const TURN_BEGINS_SIGMA: f64 = 4.0;
-
 impl NextTurn {
     /// The turn on a path of unknown radii.
-    pub(crate) fn of_any_radius(self) -> Self {
+    pub(crate) fn of_any_radius(self, tuned: &EstimateNumbers) -> Self {
         Self {
-            sigma_s: self.sigma_s.hypot(TURN_BEGINS_SIGMA),
+            sigma_s: self.sigma_s.hypot(tuned.turn_begins_sigma),
             ..self
         }
     }
 }
 
 /// Growth of the uncertainty of a vehicle on its path.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Spread {
     /// Growth of the variance of the place along the path, without the speed's error, m²/s.
     pub along_density: f64,
@@ -179,7 +142,7 @@ pub struct Spread {
 }
 
 /// Place of a vehicle on its path, its speed, and the path's offset.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PathFit {
     /// Place γ along the path, m; excess speed, m/s; offset of the path (north, east), m.
     pub state: Vector4<f64>,
@@ -191,29 +154,10 @@ pub struct PathFit {
     pub spread: Spread,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Hypothesis {
     probability: f64,
     fit: PathFit,
-}
-
-impl Hypothesis {
-    const NONE: Self = Self {
-        probability: 0.0,
-        fit: PathFit {
-            state: Vector4::new(0.0, 0.0, 0.0, 0.0),
-            covariance: Matrix4::new(
-                0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
-            ),
-            sense: 1.0,
-            spread: Spread {
-                along_density: 0.0,
-                speed_density: 0.0,
-                offset_density: 0.0,
-                path_variance: 0.0,
-            },
-        },
-    };
 }
 
 impl PathFit {
@@ -241,14 +185,16 @@ impl PathFit {
     }
 
     /// Rate of the place γ, m/s.
-    fn rate(&self, known: &KnownPath, current: &Vector2<f64>) -> f64 {
+    fn rate(&self, assumed: &PathHypothesis<'_>) -> f64 {
+        let (known, current) = (assumed.known, &assumed.current);
         let point = known.path.at(self.state.x);
         foot_speed(known.speed_at(&point), current, point.tangent, self.sense) + self.sense * self.state.y
     }
 
     /// The next turn.
-    pub(crate) fn next_turn(&self, known: &KnownPath, current: &Vector2<f64>) -> Option<NextTurn> {
-        let (path, pieces) = (&known.path, known.path.pieces());
+    pub(crate) fn next_turn(&self, assumed: &PathHypothesis<'_>) -> Option<NextTurn> {
+        let (path, tuned) = (&assumed.known.path, assumed.tuned);
+        let pieces = path.pieces();
         let (_, gamma) = path.lap_of(self.state.x);
         let begun = pieces.partition_point(|piece| piece.from <= gamma);
         let forwards = 0.0 < self.sense;
@@ -299,16 +245,16 @@ impl PathFit {
         for ((from, to), piece) in arcs {
             if from - end <= SAME_TURN && 0.0 <= angle(piece) * by_rad {
                 (by_rad, end) = (by_rad + angle(piece), to);
-            } else if TURN_LEAST <= f64::abs(by_rad) {
+            } else if tuned.turn_least <= f64::abs(by_rad) {
                 break;
             } else {
                 (distance, end, by_rad) = (from, to, angle(piece));
             }
         }
-        if f64::abs(by_rad) < TURN_LEAST {
+        if f64::abs(by_rad) < tuned.turn_least {
             return None;
         }
-        let speed = self.rate(known, current).abs().max(SPEED_AT_REST);
+        let speed = self.rate(assumed).abs().max(SPEED_AT_REST);
         let in_s = distance / speed;
         let p = &self.covariance;
         let variance = p.m11
@@ -345,15 +291,15 @@ impl PathFit {
     }
 
     /// Predicts by `t` seconds.
-    fn carry_on(&mut self, t: f64, known: &KnownPath, current: &Vector2<f64>) {
+    fn carry_on(&mut self, t: f64, assumed: &PathHypothesis<'_>) {
         let steps = (t / STEP_MAX).ceil().min(STEPS_MAX);
         let step = if steps > 0.0 { t / steps } else { 0.0 };
         let mut done = 0.0;
         while done < steps {
             // Midpoint rule, accurate to second order.
             let start = self.state.x;
-            self.state.x += 0.5 * step * self.rate(known, current);
-            self.state.x = start + step * self.rate(known, current);
+            self.state.x += 0.5 * step * self.rate(assumed);
+            self.state.x = start + step * self.rate(assumed);
             done += 1.0;
         }
         let mut f = Matrix4::identity();
@@ -369,7 +315,7 @@ impl PathFit {
         self.covariance = f * self.covariance * f.transpose() + q;
     }
 
-    /// Updates with a position in Joseph's form, as in [`super::kalman::Kalman`].
+    /// Updates with a position in Joseph's form, as in [`Kalman`].
     fn update(
         &mut self,
         h: &Matrix2x4<f64>,
@@ -385,9 +331,9 @@ impl PathFit {
     }
 
     /// Updates with a speed along the path that is higher by `excess`.
-    fn update_speed(&mut self, excess: f64) {
+    fn update_speed(&mut self, excess: f64, tuned: &EstimateNumbers) {
         let column = self.covariance.column(1).into_owned();
-        let gain = column / (column.y + TELEMETRY_SIGMA.powi(2));
+        let gain = column / (column.y + tuned.telemetry_sigma.powi(2));
         self.covariance -= gain * column.transpose();
         self.covariance = (self.covariance + self.covariance.transpose()) * 0.5;
         self.state += gain * excess;
@@ -400,17 +346,22 @@ impl<'a> OnPath<'a> {
         let mut filter = Self {
             assumed: *assumed,
             time: report.t_s,
-            hypotheses: [Hypothesis::NONE; HYPOTHESES_MAX],
+            hypotheses: [Hypothesis::default(); HYPOTHESES_MAX],
         };
-        let PathHypothesis { known, roughness, .. } = assumed;
-        let [good, _] = &NAVIGATIONS;
-        for gamma in known.path.feet::<FEET_MAX>(&report.position(), REACH) {
+        let PathHypothesis {
+            known,
+            roughness,
+            tuned,
+            ..
+        } = assumed;
+        let navigations = navigations(tuned);
+        for gamma in known.path.feet::<FEET_MAX>(&report.position(), tuned.reach) {
             if roughness.is_some() {
-                filter.insert(filter.begun(gamma, good, 0.0, 1.0, report));
+                filter.insert(filter.begun(gamma, &navigations[0], 0.0, 1.0, report));
                 continue;
             }
-            for navigation in &NAVIGATIONS {
-                for part in navigation.parts {
+            for navigation in &navigations {
+                for part in navigation.parts.0 {
                     filter.insert(filter.begun(gamma, navigation, *part, 1.0, report));
                 }
                 filter.insert(filter.begun(gamma, navigation, 0.0, -1.0, report));
@@ -429,13 +380,14 @@ impl<'a> OnPath<'a> {
         sense: f64,
         report: &Report,
     ) -> Hypothesis {
-        let turn = ned_from_body(self.assumed.known.path.at(gamma).tangent);
+        let (known, tuned) = (self.assumed.known, self.assumed.tuned);
+        let turn = ned_from_body(known.path.at(gamma).tangent);
         let sigma = navigation.offset_sigma;
         let ahead = part * sigma;
         let offset = turn * Vector2::new(ahead, 0.0);
-        let variances = Vector2::new((navigation.part_sigma * sigma).powi(2), sigma.powi(2));
+        let variances = Vector2::new((navigation.parts.1 * sigma).powi(2), sigma.powi(2));
         let speed_variance =
-            SPEED_SIGMA.powi(2) + (SPEED_SHARE * self.assumed.known.horizontal_speed).powi(2);
+            tuned.path_speed_sigma.powi(2) + (tuned.path_speed_share * known.horizontal_speed).powi(2);
         let mut covariance =
             Matrix4::from_diagonal(&Vector4::new(ANYWHERE.powi(2), speed_variance, 0.0, 0.0));
         covariance
@@ -446,22 +398,22 @@ impl<'a> OnPath<'a> {
             covariance,
             sense,
             spread: Spread {
-                along_density: ALONG_DENSITY + PACE_TIME * self.assumed.known.horizontal_speed.powi(2),
+                along_density: tuned.along_density + tuned.pace_time * known.horizontal_speed.powi(2),
                 speed_density: self.assumed.speed_density,
                 offset_density: navigation.offset_density,
                 path_variance: self.assumed.roughness.unwrap_or(0.0).powi(2),
             },
         };
         let innovation = self.take_in(&mut fit, report);
-        let share = if sense < 0.0 { BACKWARDS } else { 1.0 - BACKWARDS };
+        let share = if sense < 0.0 {
+            tuned.backwards
+        } else {
+            1.0 - tuned.backwards
+        };
         Hypothesis {
             probability: navigation.share * share * (-0.5 * part * part).exp() * innovation.density,
             fit,
         }
-    }
-
-    pub(crate) fn time(&self) -> f64 {
-        self.time
     }
 
     /// The path hypothesis.
@@ -472,7 +424,7 @@ impl<'a> OnPath<'a> {
     /// The next turn, if the vehicle is on the path.
     pub(crate) fn next_turn(&self) -> Option<NextTurn> {
         let fit = self.is_on_path().then(|| self.fit())?;
-        fit.next_turn(self.assumed.known, &self.assumed.current)
+        fit.next_turn(&self.assumed)
     }
 
     /// `true` if the path passes near the reports.
@@ -485,20 +437,10 @@ impl<'a> OnPath<'a> {
         &self.hypotheses[0].fit
     }
 
-    pub(crate) fn position(&self) -> Vector2<f64> {
-        self.fit().position(self.assumed.known)
-    }
-
-    pub(crate) fn velocity(&self) -> Vector2<f64> {
-        let fit = self.fit();
-        direction(self.assumed.known.path.at(fit.state.x).tangent)
-            * fit.rate(self.assumed.known, &self.assumed.current)
-    }
-
-    /// Covariance of (north, east, north velocity, east velocity).
-    pub(crate) fn covariance(&self) -> Matrix4<f64> {
-        let fit = self.fit();
-        let tangent = self.assumed.known.path.at(fit.state.x).tangent;
+    /// The most probable vehicle, as if it were free.
+    pub(crate) fn free(&self) -> Kalman {
+        let (fit, known) = (self.fit(), self.assumed.known);
+        let tangent = known.path.at(fit.state.x).tangent;
         let (along, h) = (direction(tangent), PathFit::jacobian(tangent));
         let across = Vector2::new(-along.y, along.x);
         let with_speed = h * fit.covariance.column(1) * along.transpose() * fit.sense;
@@ -512,14 +454,17 @@ impl<'a> OnPath<'a> {
             .copy_from(&with_speed.transpose());
         covariance.fixed_view_mut::<2, 2>(2, 2).copy_from(
             &(along * along.transpose() * fit.covariance.m22
-                + across * across.transpose() * ACROSS_SIGMA.powi(2)),
+                + across * across.transpose() * self.assumed.tuned.across_sigma.powi(2)),
         );
-        (covariance + covariance.transpose()) * 0.5
+        let covariance = (covariance + covariance.transpose()) * 0.5;
+        let velocity = along * fit.rate(&self.assumed);
+        Kalman::new(self.time, &fit.position(known), &velocity, &covariance)
     }
 
     /// Updates with a report inside the gate. The density covers position and reported course.
     fn take_in(&self, fit: &mut PathFit, report: &Report) -> Innovation {
-        let point = self.assumed.known.path.at(fit.state.x);
+        let PathHypothesis { known, tuned, .. } = self.assumed;
+        let point = known.path.at(fit.state.x);
         let h = PathFit::jacobian(point.tangent);
         let error = report.position() - point.position - fit.offset();
         let noise = report.sigma_m.powi(2) + fit.spread.path_variance;
@@ -531,15 +476,15 @@ impl<'a> OnPath<'a> {
         let track = report.ground_track();
         let agreement = track.map_or(1.0, |track| {
             let cosine = (direction(point.tangent) * fit.sense).dot(&track.course.unit());
-            ((cosine - 1.0) / COURSE_VARIANCE).exp() + COURSE_UNLIKE
+            ((cosine - 1.0) / tuned.course_variance).exp() + tuned.course_unlike
         });
-        let accepted = normalised <= GATE;
+        let accepted = normalised <= tuned.gate;
         if accepted {
             fit.update(&h, &error, &inverse, noise);
             if let Some(track) = &track {
-                let along = direction(self.assumed.known.path.at(fit.state.x).tangent) * fit.sense;
-                let forwards = fit.sense * fit.rate(self.assumed.known, &self.assumed.current);
-                fit.update_speed(track.velocity().dot(&along) - forwards);
+                let along = direction(known.path.at(fit.state.x).tangent) * fit.sense;
+                let forwards = fit.sense * fit.rate(&self.assumed);
+                fit.update_speed(track.velocity().dot(&along) - forwards, tuned);
             }
         }
         Innovation {
@@ -567,9 +512,7 @@ impl<'a> OnPath<'a> {
         let mut then = self.clone();
         then.time = time;
         for hypothesis in then.hypotheses.iter_mut().take_while(|one| 0.0 < one.probability) {
-            hypothesis
-                .fit
-                .carry_on(time - self.time, self.assumed.known, &self.assumed.current);
+            hypothesis.fit.carry_on(time - self.time, &self.assumed);
         }
         then
     }
@@ -592,13 +535,11 @@ impl<'a> OnPath<'a> {
     }
 }
 
-/// Variance of a telemetered course about the path's, rad²: crab angles and turns.
-const COURSE_VARIANCE: f64 = 0.1;
-
-/// Density of any course relative to one along the path.
-const COURSE_UNLIKE: f64 = 0.01;
-
 impl Filter for OnPath<'_> {
+    fn tuned(&self) -> &EstimateNumbers {
+        self.assumed.tuned
+    }
+
     fn accept(&mut self, report: &Report) -> Innovation {
         let mut then = self.carried_to(report.t_s);
         let mut best = (0.0, Innovation::REFUSED);
@@ -606,7 +547,7 @@ impl Filter for OnPath<'_> {
         for hypothesis in then.hypotheses.iter_mut().take_while(|one| 0.0 < one.probability) {
             let innovation = self.take_in(&mut hypothesis.fit, report);
             density += hypothesis.probability * innovation.density;
-            hypothesis.probability *= innovation.log_likelihood().exp();
+            hypothesis.probability *= innovation.log_likelihood(self.assumed.tuned).exp();
             if best.0 < hypothesis.probability {
                 best = (hypothesis.probability, innovation);
             }

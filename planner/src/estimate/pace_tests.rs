@@ -2,13 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use nalgebra::Vector2;
-
-use super::tests::Random;
-use crate::{
-    estimate::from_reports::{Estimate, Route},
-    facts::{auv::Auv, evidence::Report, path::curve::Path},
-};
+use super::{Estimate, Route, tests::Random};
+use crate::tests::prelude::*;
 
 const SIGMA: f64 = 1.5;
 const SPEED: f64 = 0.9;

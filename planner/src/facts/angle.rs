@@ -2,6 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
+pub use geodesy::direction;
 use nalgebra::Vector2;
 
 /// Wraps an angle to (−π, π]. Unit: rad. Exact for angles already inside.
@@ -20,13 +21,6 @@ pub fn wrap(angle: f64) -> f64 {
 pub fn ned_from_body(psi: f64) -> nalgebra::Matrix2<f64> {
     let (sin, cos) = psi.sin_cos();
     nalgebra::Matrix2::new(cos, -sin, sin, cos)
-}
-
-/// Unit vector (north, east) that points along `angle`, clockwise from north.
-#[must_use]
-pub fn direction(angle: f64) -> Vector2<f64> {
-    let (sin, cos) = angle.sin_cos();
-    Vector2::new(cos, sin)
 }
 
 /// Angle of a (north, east) vector, clockwise from north, in (−π, π]; 0 for the zero vector.

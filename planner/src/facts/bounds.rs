@@ -232,6 +232,7 @@ mod tests {
     use serde_json::Value;
 
     use super::*;
+    use crate::facts::angle::direction;
 
     fn corners(points: &[[f64; 2]]) -> Vec<Vector2<f64>> {
         points.iter().map(|point| Vector2::from(*point)).collect()
@@ -246,29 +247,20 @@ mod tests {
         faults.into_iter().next().map(parts)
     }
 
-    fn code(points: &[[f64; 2]]) -> Option<String> {
-        fault(points).map(|(_, code, _)| code)
-    }
-
     const SQUARE: [[f64; 2]; 4] = [[0.0, 0.0], [100.0, 0.0], [100.0, 50.0], [0.0, 50.0]];
 
     #[test]
     fn a_convex_area_may_go_in_either_direction_and_have_corners_on_its_sides() {
-        let mut points = SQUARE.to_vec();
-        assert_eq!(fault(&points), None);
-        points.reverse();
-        assert_eq!(fault(&points), None);
+        let [a, b, c, d] = SQUARE;
         // A third along two of the sides, with the rounding of doubles.
-        let (north, east) = (100.0 / 3.0, 50.0 / 3.0);
-        let dense = [
-            SQUARE[0],
-            [north, 0.0],
-            SQUARE[1],
-            SQUARE[2],
-            SQUARE[3],
-            [0.0, east],
-        ];
-        assert_eq!(fault(&dense), None);
+        let dense = [a, [100.0 / 3.0, 0.0], b, c, d, [0.0, 50.0 / 3.0]];
+        for area in [&[a, b, c, d][..], &[d, c, b, a], &dense] {
+            assert_eq!(fault(area), None);
+        }
+    }
+
+    fn is_not_convex(points: &[[f64; 2]]) -> bool {
+        fault(points).is_some_and(|(_, code, _)| code == "not_convex")
     }
 
     #[test]
@@ -282,58 +274,44 @@ mod tests {
     }
 
     #[test]
-    fn an_area_omits_corners_that_rounding_put_within_its_sides() {
+    fn a_stored_area_goes_clockwise_without_corners_that_rounding_put_within_its_sides() {
         let with = |inside: &[[f64; 2]]| [&[SQUARE[0]], inside, &SQUARE[1..]].concat();
         // The largest dent is measured from the whole side, not from corners removed earlier.
         let bent = |depth: f64| {
-            let corner = |k: i32| {
-                let along = f64::from(k) / 10.0;
-                [100.0 * along, 4.0 * depth * along * (1.0 - along)]
-            };
-            (1..10).map(corner).collect::<Vec<_>>()
+            let corner = |along: f64| [100.0 * along, 4.0 * depth * along * (1.0 - along)];
+            (1..10).map(|k| corner(f64::from(k) / 10.0)).collect::<Vec<_>>()
         };
         for inside in [vec![[50.0, 0.01]], vec![[30.0, 0.19]], bent(0.19), bent(-0.01)] {
             let mut area = with(&inside);
-            assert_eq!(fault(&area), None, "{inside:?}");
-            let expected = if inside[0][1] < 0.0 {
-                area.clone()
-            } else {
-                SQUARE.to_vec()
-            };
-            assert_eq!(clockwise(&corners(&area)), corners(&expected));
-            area[1..].reverse();
-            assert_eq!(fault(&area), None, "{inside:?}");
-            assert_eq!(clockwise(&corners(&area)), corners(&expected));
+            let is_outside = inside[0][1] < 0.0;
+            let expected = if is_outside { area.clone() } else { SQUARE.to_vec() };
+            for _ in 0..2 {
+                assert_eq!(fault(&area), None, "{inside:?}");
+                assert_eq!(clockwise(&corners(&area)), corners(&expected));
+                area[1..].reverse();
+            }
         }
+        assert!(clockwise(&[]).is_empty());
         for inside in [vec![[50.0, 0.21]], bent(0.3), vec![[110.0, 0.01], [60.0, -0.01]]] {
-            assert_eq!(code(&with(&inside)).as_deref(), Some("not_convex"), "{inside:?}");
+            assert!(is_not_convex(&with(&inside)), "{inside:?}");
         }
     }
 
     #[test]
     fn a_border_that_goes_round_twice_or_crosses_itself_is_not_convex() {
-        let star: Vec<_> = (0..5)
-            .map(|k| (f64::from(k) * 0.8 * std::f64::consts::PI).sin_cos())
-            .map(|(sin, cos)| [100.0 * cos, 100.0 * sin])
-            .collect();
-        let (_, reason, turn) = fault(&star).expect("a pentagram turns twice");
-        assert_eq!(reason, "not_convex");
+        let corner = |k| direction(f64::from(k) * 0.8 * std::f64::consts::PI) * 100.0;
+        let star: Vec<_> = (0..5).map(|k| corner(k).into()).collect();
+        let (_, code, turn) = fault(&star).expect("a pentagram turns twice");
+        assert_eq!(code, "not_convex");
         assert!(turn.is_some_and(|turn| turn > 0.0));
-        let bow_tie = [SQUARE[0], SQUARE[2], SQUARE[1], SQUARE[3]];
-        assert_eq!(code(&bow_tie).as_deref(), Some("not_convex"));
+        assert!(is_not_convex(&[SQUARE[0], SQUARE[2], SQUARE[1], SQUARE[3]]));
     }
 
     #[test]
     fn non_finite_numbers_and_wrong_sizes_are_faults() {
         let disc = |radius| KeepOut::new(Vector2::new(1.0, f64::NAN), radius);
-        let fields: Vec<_> = bounds_faults(
-            &[disc(1.0), disc(0.05)],
-            &corners(&[[0.0; 2]; 2]),
-            Some(f64::INFINITY),
-        )
-        .into_iter()
-        .map(|fault| fault.pointer)
-        .collect();
+        let (discs, area) = ([disc(1.0), disc(0.05)], corners(&[[0.0; 2]; 2]));
+        let faults = bounds_faults(&discs, &area, Some(f64::INFINITY)).into_iter();
         let expected = [
             "/keep_outs/0/east_m",
             "/keep_outs/1/east_m",
@@ -341,24 +319,10 @@ mod tests {
             "/area",
             "/acoustics/range_max_m",
         ];
-        assert_eq!(fields, expected);
-        assert_eq!(
-            fault(&[[0.0, 0.0], [1.0, f64::INFINITY], [2.0, 0.0]])
-                .expect("not finite")
-                .0,
-            "/area/1/1"
-        );
-        let many = vec![[0.0; 2]; 65];
-        let (_, code, given) = fault(&many).expect("too many");
+        assert_eq!(faults.map(|fault| fault.pointer).collect::<Vec<_>>(), expected);
+        let endless = fault(&[[0.0, 0.0], [1.0, f64::INFINITY], [2.0, 0.0]]);
+        assert_eq!(endless.expect("not finite").0, "/area/1/1");
+        let (_, code, given) = fault(&[[0.0; 2]; 65]).expect("too many");
         assert_eq!((&*code, given), ("length", Some(65.0)));
-    }
-
-    #[test]
-    fn a_stored_area_goes_clockwise_from_its_first_corner() {
-        let listed = |order: [usize; 4]| corners(&order.map(|i| SQUARE[i]));
-        let clock = listed([0, 1, 2, 3]);
-        assert_eq!(clockwise(&clock), clock);
-        assert_eq!(clockwise(&listed([0, 3, 2, 1])), clock);
-        assert!(clockwise(&[]).is_empty());
     }
 }

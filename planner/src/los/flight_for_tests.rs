@@ -45,6 +45,15 @@ impl Default for Flight {
     }
 }
 
+/// A craft in still water.
+pub(crate) fn craft_at(position: Vector2<f64>, heading: f64) -> AscNow {
+    AscNow {
+        position,
+        heading: Heading::new(heading),
+        current: Vector2::zeros(),
+    }
+}
+
 pub(crate) fn tuning(law: LosLaw) -> LosTuning {
     LosTuning {
         law,
@@ -67,11 +76,8 @@ pub(crate) fn miss_after(seconds: u32, tuning: LosTuning, flight: &Flight) -> Ve
     };
     let held = crate::facts::angle::Course::new(flight.course);
     let mut tracking = TrackingLaw::new(tuning, Some(held));
-    let mut asc = AscNow {
-        position: flight.datum + flight.start,
-        heading: Heading::new(flight.course),
-        current: flight.known,
-    };
+    let mut asc = craft_at(flight.datum + flight.start, flight.course);
+    asc.current = flight.known;
     for second in 0..seconds {
         let time = f64::from(second);
         let reference = tracking.steer(time, &asc, &target(time), &Limits::MEDUSA);

@@ -69,12 +69,11 @@ pub fn integral_los(
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::Vector2;
-
-    use crate::los::flight_for_tests::Flight;
-    use crate::los::flight_for_tests::miss_after;
-    use crate::los::flight_for_tests::tuning;
-    use crate::los::law::LosLaw;
+    use crate::los::{
+        flight_for_tests::{Flight, miss_after, tuning},
+        law::LosLaw,
+    };
+    use crate::tests::prelude::*;
 
     #[test]
     fn the_integral_rejects_an_unknown_cross_current() {
@@ -87,7 +86,7 @@ mod tests {
         // At rest u sin χ_r = −v_c and u cos χ_r = u_d: tan χ_r = −v_c / u_d, so e = Δ v_c / u_d.
         let e = tuning(LosLaw::SaturatedLos).gains.look_ahead * 0.12 / flight.target_speed;
         assert!(with < 0.01, "{with}");
-        assert!((without - e).abs() < 0.01 * e, "{without} against {e}");
+        near(without, e, 0.01 * e);
     }
 
     #[test]
@@ -97,9 +96,8 @@ mod tests {
             ..Flight::default()
         };
         let tuning = tuning(LosLaw::Integral);
-        let miss = miss_after(1800, tuning, &flight);
         // u + v_c = u_d and u = u_d − k₃ s: s = v_c / k₃.
         let s = 0.05 / tuning.gains.along_track_gain;
-        assert!((miss.x - s).abs() < 0.01, "{miss}");
+        near(miss_after(1800, tuning, &flight).x, s, 0.01);
     }
 }

@@ -86,11 +86,12 @@ fn relative_course(s_d: f64, e_d: f64, delta: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::Vector2;
-
     use super::*;
-    use crate::los::flight_for_tests::tuning;
-    use crate::los::law::LosLaw;
+    use crate::los::{
+        flight_for_tests::{craft_at, tuning},
+        law::LosLaw,
+    };
+    use crate::tests::prelude::*;
 
     const POINTS: [(f64, f64); 8] = [
         (-40.0, 20.0),
@@ -109,10 +110,7 @@ mod tests {
             for (s_d, e_d) in POINTS {
                 let chi_r = relative_course(s_d, e_d, delta);
                 let e = -s_d * chi_r.sin() + e_d * chi_r.cos();
-                assert!(
-                    (chi_r - (-e / delta).atan()).abs() < 1e-9,
-                    "{s_d}, {e_d}: {chi_r}"
-                );
+                near(chi_r, (-e / delta).atan(), 1e-9);
                 assert!(chi_r * e_d <= 0.0, "turned to the track");
             }
         }
@@ -123,42 +121,30 @@ mod tests {
         let (delta, k_3, u_d) = (10.0, 0.1, 0.193);
         for (s_d, e_d) in POINTS {
             let chi_r = relative_course(s_d, e_d, delta);
-            let (s, e) = (
-                s_d * chi_r.cos() + e_d * chi_r.sin(),
-                -s_d * chi_r.sin() + e_d * chi_r.cos(),
-            );
+            let [s, e] = (ned_from_body(chi_r).transpose() * Vector2::new(s_d, e_d)).into();
             // Second route to the rate of ½ (s² + e²): from velocities in the target's frame.
             let u = u_d * chi_r.cos() - k_3 * s;
             let rate = s_d * (u * chi_r.cos() - u_d) + e_d * u * chi_r.sin();
-            let proved = -k_3 * s * s - u_d * e * e / e.hypot(delta);
-            assert!((rate - proved).abs() < 1e-9, "{s_d}, {e_d}: {rate} and {proved}");
+            near(rate, -k_3 * s * s - u_d * e * e / f64::hypot(e, delta), 1e-9);
         }
     }
 
     #[test]
     fn a_craft_far_behind_aims_at_the_target_and_a_near_one_ahead_of_it() {
-        let bearing = relative_course(-1e6, 5e5, 5.0);
-        assert!((bearing + 0.5_f64.atan()).abs() < 1e-4, "{bearing}");
+        near(relative_course(-1e6, 5e5, 5.0), -0.5_f64.atan(), 1e-4);
         // Just abreast: as in the target's frame, where (s, e) differ in second order only.
-        let beside = relative_course(0.0, 1e-3, 5.0);
-        assert!((beside + 1e-3 / 5.0).abs() < 1e-9);
+        near(relative_course(0.0, 1e-3, 5.0), -1e-3 / 5.0, 1e-9);
     }
 
     #[test]
     fn at_the_target_the_reference_is_the_target_s_motion() {
-        let velocity = Vector2::new(-0.1, 0.15);
         let target = Motion {
             position: Vector2::new(7.0, -3.0),
-            velocity,
+            velocity: Vector2::new(-0.1, 0.15),
         };
-        let asc = AscNow {
-            position: target.position,
-            heading: crate::facts::angle::Heading::new(2.0),
-            current: Vector2::zeros(),
-        };
-        let gains = tuning(LosLaw::TrackerFrame).gains;
-        let reference =
-            saturated_los_tracker_frame(&asc, &target, Course::of(&velocity), gains, &Limits::MEDUSA);
-        assert!((reference.heading.unit() * reference.speed - velocity).norm() < 1e-12);
+        let asc = craft_at(target.position, 2.0);
+        let (gains, course) = (tuning(LosLaw::TrackerFrame).gains, Course::of(&target.velocity));
+        let reference = saturated_los_tracker_frame(&asc, &target, course, gains, &Limits::MEDUSA);
+        near_to(reference.heading.unit() * reference.speed, target.velocity, 1e-12);
     }
 }

@@ -69,13 +69,9 @@ impl TrackingLaw {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::Vector2;
-
-    use super::super::flight_for_tests as flight;
     use super::*;
-    use crate::facts::angle::ned_from_body;
-    use crate::los::flight_for_tests::Flight;
-    use crate::los::flight_for_tests::miss_after;
+    use crate::los::flight_for_tests::{Flight, craft_at, miss_after, tuning};
+    use crate::tests::prelude::*;
 
     #[test]
     fn law_names_are_unique() {
@@ -100,8 +96,7 @@ mod tests {
                         start,
                         ..Flight::default()
                     };
-                    let miss = miss_after(seconds, flight::tuning(law), &flight);
-                    assert!(miss.norm() < near, "{law:?}: {miss}");
+                    near_to(miss_after(seconds, tuning(law), &flight), Vector2::zeros(), near);
                 }
             }
         }
@@ -109,7 +104,7 @@ mod tests {
 
     #[test]
     fn every_law_is_invariant_to_north_and_datum() {
-        let (turn, shift) = (2.1, Vector2::new(400.0, -90.0));
+        let turn = 2.1;
         for law in LosLaw::ALL {
             let flight = Flight {
                 current: Vector2::new(0.02, 0.05),
@@ -122,24 +117,19 @@ mod tests {
                 known: rotation * flight.known,
                 start: rotation * flight.start,
                 course: flight.course + turn,
-                datum: shift,
+                datum: Vector2::new(400.0, -90.0),
                 ..flight
             };
-            let tuning = flight::tuning(law);
-            let (here, there) = (miss_after(200, tuning, &flight), miss_after(200, tuning, &turned));
-            assert!((here - there).norm() < 1e-6, "{law:?}: {here} and {there}");
+            let miss = |flight| miss_after(200, tuning(law), flight);
+            near_to(miss(&flight), miss(&turned), 1e-6);
         }
     }
 
     #[test]
     fn a_resting_target_keeps_its_course() {
         for law in LosLaw::ALL {
-            let mut tracking = TrackingLaw::new(flight::tuning(law), Some(Course::new(1.0)));
-            let asc = AscNow {
-                position: Vector2::zeros(),
-                heading: crate::facts::angle::Heading::new(0.0),
-                current: Vector2::zeros(),
-            };
+            let mut tracking = TrackingLaw::new(tuning(law), Some(Course::new(1.0)));
+            let asc = craft_at(Vector2::zeros(), 0.0);
             let noise = Motion {
                 position: Vector2::zeros(),
                 velocity: Vector2::new(-0.01, 0.0),

@@ -177,78 +177,53 @@ impl Lap {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::facts::angle::Heading;
-    use crate::los::flight_for_tests::Flight;
-    use crate::los::flight_for_tests::miss_after;
-    use crate::los::flight_for_tests::tuning;
-    use crate::los::law::LosLaw;
-
-    fn asc(north: f64, east: f64) -> AscNow {
-        AscNow {
-            position: Vector2::new(north, east),
-            heading: Heading::new(0.0),
-            current: Vector2::zeros(),
-        }
-    }
-
-    fn at(north: f64, east: f64) -> Motion {
-        Motion {
-            position: Vector2::new(north, east),
-            velocity: Vector2::new(0.2, 0.0),
-        }
-    }
+    use crate::los::{
+        flight_for_tests::{Flight, craft_at, miss_after, tuning},
+        law::LosLaw,
+    };
+    use crate::tests::prelude::*;
 
     /// Corners of the box after steps at `looks`, (time, north, east) of a target.
     fn corners(looks: &[(f64, f64, f64)]) -> [Vector2<f64>; 4] {
         let mut following = WaypointBox::default();
         let gains = tuning(LosLaw::WaypointBox).gains;
+        let asc = craft_at(Vector2::zeros(), 0.0);
         for (time, north, east) in looks {
-            let target = at(*north, *east);
-            let _ = following.steer(
-                *time,
-                &asc(0.0, 0.0),
-                &target,
-                Course::new(0.0),
-                gains,
-                &Limits::MEDUSA,
-            );
+            let target = Motion {
+                position: Vector2::new(*north, *east),
+                velocity: Vector2::new(0.2, 0.0),
+            };
+            let _ = following.steer(*time, &asc, &target, Course::new(0.0), gains, &Limits::MEDUSA);
         }
         following.lap.expect("was asked").corners
     }
 
-    fn centre(corners: &[Vector2<f64>; 4]) -> Vector2<f64> {
-        corners.iter().sum::<Vector2<f64>>() / 4.0
+    fn centre(looks: &[(f64, f64, f64)]) -> Vector2<f64> {
+        corners(looks).iter().sum::<Vector2<f64>>() / 4.0
     }
 
     #[test]
     fn the_first_box_is_centred_on_the_first_fix_along_the_target_s_course() {
-        let drawn = corners(&[(0.0, 100.0, 50.0)]);
-        for (corner, (north, east)) in
-            drawn
-                .iter()
-                .zip([(140.0, 35.0), (140.0, 65.0), (60.0, 65.0), (60.0, 35.0)])
-        {
-            assert!((corner - Vector2::new(north, east)).norm() < 1e-9, "{corner}");
+        let expected = [[140.0, 35.0], [140.0, 65.0], [60.0, 65.0], [60.0, 35.0]];
+        for (corner, expected) in corners(&[(0.0, 100.0, 50.0)]).into_iter().zip(expected) {
+            near_to(corner, expected.into(), 1e-9);
         }
     }
 
     #[test]
     fn a_box_lasts_360_s_and_the_next_is_centred_on_the_mean_of_two_fixes() {
-        let moving = |seconds: u32| {
-            (0..=seconds)
-                .map(|t| (f64::from(t), 0.2 * f64::from(t), 0.0))
-                .collect::<Vec<_>>()
-        };
-        assert!(centre(&corners(&moving(359))).norm() < 1e-9);
+        let look = |t| (f64::from(t), 0.2 * f64::from(t), 0.0);
+        let looks: Vec<_> = (0..=360).map(look).collect();
+        near_to(centre(&looks[..360]), Vector2::zeros(), 1e-9);
         // Fixes at 350 s and 360 s: 70 m and 72 m.
-        assert!((centre(&corners(&moving(360))) - Vector2::new(71.0, 0.0)).norm() < 1e-9);
+        near_to(centre(&looks), Vector2::new(71.0, 0.0), 1e-9);
     }
 
     #[test]
     fn a_new_target_gets_a_box_at_once_and_a_scattered_fix_does_not() {
-        let after = |east| centre(&corners(&[(0.0, 0.0, 0.0), (10.0, 2.0, 0.0), (11.0, 2.0, east)]));
-        assert!((after(60.0) - Vector2::new(2.0, 60.0)).norm() < 1e-9);
-        assert!(after(20.0).norm() < 1e-9);
+        let after = |east| centre(&[(0.0, 0.0, 0.0), (10.0, 2.0, 0.0), (11.0, 2.0, east)]);
+        near_to(after(60.0), Vector2::new(2.0, 60.0), 1e-9);
+        near_to(after(20.0), Vector2::zeros(), 1e-9);
     }
 
     #[test]

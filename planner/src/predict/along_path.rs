@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use nalgebra::Vector2;
+use nalgebra::{Matrix2, Matrix4, Vector2};
 
 use crate::{
     estimate::PathFit,
     facts::{
-        angle::direction,
+        angle::{direction, ned_from_body},
         evidence::{AuvState, SPEED_AT_REST},
         known_path::{KnownPath, foot_speed, place_on_path},
         path::{
@@ -15,7 +15,8 @@ use crate::{
             piece::{PathPoint, Piece, starboard},
         },
     },
-    predict::{covariance::OnPath, dive::Lead, motion::Motion},
+    predict::{dive::Lead, motion::Motion},
+    tuned::ForecastNumbers,
 };
 
 /// Largest turn with a linear change of the speed along an arc, rad. In a current half as fast as
@@ -32,10 +33,6 @@ const LOOKED_AHEAD: f64 = 1800.0;
 /// of a vehicle far inside a bend is fast, at the centre infinitely so. At half the radius it has
 /// twice the vehicle's speed; farther inside, a vehicle does not follow the bend.
 const FOOT_FACTOR_MIN: f64 = 0.5;
-
-/// Distance of the approach to the steady offset, m: the course relative to the path decreases by a
-/// factor of e. Tuned on the simulated follower, see `docs/rationale.md#forecasts`.
-const APPROACH_LENGTH: f64 = 2.0;
 
 /// A vehicle that follows a path at its present offset.
 ///
@@ -54,9 +51,9 @@ pub(crate) struct AlongPath {
     /// Fit of its reports to the path, if it has any.
     fit: Option<Box<PathFit>>,
     /// Horizontal speed through the water, m/s.
-    horizontal_speed: f64,
+    pub(crate) horizontal_speed: f64,
     /// Cross-track offset at the report y₁, m, positive to starboard.
-    offset: f64,
+    pub(crate) offset: f64,
     /// Remaining change of the offset, m.
     approach: f64,
     /// Rate of the approach to the steady offset, 1/s.
@@ -94,6 +91,7 @@ impl AlongPath {
         known: &KnownPath,
         fit: Option<&PathFit>,
         current: &Vector2<f64>,
+        tuned: &ForecastNumbers,
     ) -> Self {
         let mut stretches = Vec::new();
         let path = &known.path;
@@ -128,22 +126,12 @@ impl AlongPath {
             fit: fit.copied().map(Box::new),
             horizontal_speed,
             offset,
-            approach: APPROACH_LENGTH * cross_course,
-            approach_rate: state.speed_mps.max(SPEED_AT_REST) / APPROACH_LENGTH,
+            approach: tuned.approach_length * cross_course,
+            approach_rate: state.speed_mps.max(SPEED_AT_REST) / tuned.approach_length,
             reported_tangent: point.tangent,
             lap,
             stretches,
         }
-    }
-
-    /// Cross-track offset at the report y₁, m, positive to starboard.
-    pub(crate) fn offset(&self) -> f64 {
-        self.offset
-    }
-
-    /// Horizontal speed through the water, m/s.
-    pub(crate) fn horizontal_speed(&self) -> f64 {
-        self.horizontal_speed
     }
 
     /// Motion `elapsed` seconds after the report, with a `lead` over the horizontal speed.
@@ -178,24 +166,38 @@ impl AlongPath {
         self.path.at(self.foot(elapsed).0).leg.depth_m
     }
 
-    /// Fit of its reports to the path, if it has any.
-    pub(crate) fn fit(&self) -> Option<&PathFit> {
-        self.fit.as_deref()
-    }
-
     /// 1, or −1 for a vehicle that follows its path backwards.
     fn sense(&self) -> f64 {
         self.fit.as_ref().map_or(1.0, |fit| fit.sense)
     }
 
-    /// Inputs of the position covariance, `elapsed` seconds after the report.
-    pub(crate) fn on_path(&self, elapsed: f64, lead: Lead) -> OnPath {
-        OnPath {
-            reported: self.reported_tangent,
-            tangent: self.path.at(self.foot(elapsed).0 + lead.distance).tangent,
-            speed: self.horizontal_speed,
-            approached: 1.0 - self.left_to_approach(elapsed),
+    /// Covariance of the position, m², `elapsed` s after the report: by the fit of the reports, else
+    /// from the report's covariance `state`.
+    ///
+    /// ```text
+    /// along    σ_s² + (0.1 u_h t)²              across   σ_y² + σ_∞² (1 − (1 − a)²)
+    /// ```
+    /// in the path's frame there, with σ_s and σ_y from the report in the path's frame then, their
+    /// correlation unchanged, and the completed share a of the approach to a steady offset. The
+    /// error along the path is taken as straight: bends are long beside it.
+    pub(crate) fn position_covariance(
+        &self,
+        state: &Matrix4<f64>,
+        elapsed: f64,
+        lead: Lead,
+        tuned: &ForecastNumbers,
+    ) -> Matrix2<f64> {
+        if let Some(fit) = &self.fit {
+            return fit.position_covariance(self.tangent(elapsed, lead).0, elapsed);
         }
+        let reported = ned_from_body(self.reported_tangent);
+        let mut covariance = reported.transpose() * state.fixed_view::<2, 2>(0, 0) * reported;
+        covariance[(0, 0)] += (tuned.path_speed_share * self.horizontal_speed * elapsed).powi(2);
+        let approached = 1.0 - self.left_to_approach(elapsed);
+        covariance[(1, 1)] += tuned.cross_track_sigma.powi(2) * (1.0 - (1.0 - approached).powi(2));
+        let there = self.path.at(self.foot(elapsed).0 + lead.distance);
+        let tangent = ned_from_body(there.tangent);
+        tangent * covariance * tangent.transpose()
     }
 
     /// Remaining share of the approach to the steady offset, from 1 to 0.

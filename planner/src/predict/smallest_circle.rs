@@ -189,6 +189,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::{facts::angle::direction, tests::near};
 
     fn below(north: f64, east: f64, depth: f64) -> Below {
         Below {
@@ -211,10 +212,7 @@ mod tests {
         let found = nearest_to_all(vehicles);
         let (place, worst) = (found.position, worst(&found.position, vehicles));
         assert!(found.weights.iter().all(|weight| 0.0 <= *weight), "{found:?}");
-        assert!(
-            (found.weights.iter().sum::<f64>() - 1.0).abs() < 1e-12,
-            "{found:?}"
-        );
+        near(found.weights.iter().sum(), 1.0, 1e-12);
         let pairs = || found.weights.iter().zip(vehicles);
         let mean: Vector2<f64> = pairs().map(|(weight, vehicle)| vehicle.position * *weight).sum();
         assert!((mean - place).norm() <= 1e-7 * size, "{found:?} of {vehicles:?}");
@@ -226,57 +224,31 @@ mod tests {
     }
 
     #[test]
-    fn the_best_point_of_one_vehicle_is_above_it() {
+    fn the_best_point_is_above_one_vehicle_and_nearer_to_the_deeper_of_two() {
         let found = nearest_to_all(&[below(3.0, -4.0, 9.0)]);
-        assert_eq!(
-            (found.position, found.weights.as_slice()),
-            (Vector2::new(3.0, -4.0), [1.0].as_slice())
-        );
-    }
-
-    #[test]
-    fn the_deeper_of_two_vehicles_attracts_the_point_until_it_is_above() {
+        assert_eq!(found.position, Vector2::new(3.0, -4.0));
+        assert_eq!(&found.weights[..], &[1.0][..]);
         // The squared ranges x² and (60 − x)² + depth² are equal at x = 60 `share`.
-        let depth: f64 = 40.0;
-        let share = |depth: f64| 0.5 + depth * depth / (2.0 * 60.0 * 60.0);
-        let found = nearest_to_all(&[below(0.0, 0.0, 0.0), below(60.0, 0.0, depth)]);
-        assert!((found.position.x - 60.0 * share(depth)).abs() < 1e-12);
-        assert!((found.weights[1] - share(depth)).abs() < 1e-12);
-        let found = nearest_to_all(&[below(0.0, 0.0, 0.0), below(60.0, 0.0, 60.5)]);
-        assert_eq!(
-            (found.position.x, found.weights.as_slice()),
-            (60.0, [0.0, 1.0].as_slice())
-        );
+        let with = |depth| nearest_to_all(&[below(0.0, 0.0, 0.0), below(60.0, 0.0, depth)]);
+        let share = 0.5 + 40.0 * 40.0 / (2.0 * 60.0 * 60.0);
+        near(with(40.0).position.x, 60.0 * share, 1e-12);
+        near(with(40.0).weights[1], share, 1e-12);
+        let found = with(60.5);
+        assert_eq!((found.position.x, &found.weights[..]), (60.0, &[0.0, 1.0][..]));
     }
 
     #[test]
-    fn coincident_collinear_and_cocircular_vehicles_have_one_best_point() {
+    fn nearly_coincident_and_cocircular_vehicles_have_one_best_point() {
         let circle = |n: u32| {
-            (0..n)
-                .map(|k| crate::facts::angle::direction(f64::from(k) * 0.7) * 50.0)
-                .map(|p| below(p.x, p.y, 3.0))
-                .collect::<Vec<_>>()
+            let places = (0..n).map(|k| direction(f64::from(k) * 0.7) * 50.0);
+            places.map(|p| below(p.x, p.y, 3.0)).collect::<Vec<_>>()
         };
-        let stacked: Vec<_> = (0..5).map(|k| below(1.0, 2.0, f64::from(k))).collect();
-        let twins = vec![below(1.0, 2.0, 3.0); 16];
-        let line: Vec<_> = (0..16)
-            .map(|k| below(f64::from(k * 5 % 16) * 0.3, f64::from(k * 5 % 16) * 0.1, 7.0))
-            .collect();
-        let mut nearly_twins = twins.clone();
+        let mut nearly_twins = vec![below(1.0, 2.0, 3.0); 16];
         for (k, twin) in (0..).zip(&mut nearly_twins) {
-            twin.position.x += 1e-9 * f64::from(k * 7 % 16);
-            twin.position.y += 1e-9 * f64::from(k * 3 % 16);
+            twin.position += Vector2::new(f64::from(k * 7 % 16), f64::from(k * 3 % 16)) * 1e-9;
         }
         nearly_twins.push(below(40.0, 60.0, 3.0));
-        for vehicles in [
-            circle(3),
-            circle(9),
-            circle(16),
-            stacked,
-            twins,
-            line,
-            nearly_twins,
-        ] {
+        for vehicles in [circle(3), circle(9), circle(16), nearly_twins] {
             assert_least(&vehicles, 100.0);
         }
         assert!(nearest_to_all(&circle(16)).position.norm() < 1e-9);

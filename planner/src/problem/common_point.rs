@@ -48,6 +48,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::facts::angle::direction;
 
     fn circle(north: f64, east: f64, radius: f64) -> Circle {
         (Vector2::new(north, east), radius)
@@ -55,41 +56,28 @@ mod tests {
 
     #[test]
     fn touching_discs_have_a_common_point_and_separate_ones_have_none() {
-        assert!(have_a_common_point(&[]));
-        assert!(have_a_common_point(&[circle(0.0, 0.0, 0.0)]));
-        assert!(have_a_common_point(&[
-            circle(0.0, 0.0, 300.0),
-            circle(600.0, 0.0, 300.0)
-        ]));
-        assert!(!have_a_common_point(&[
-            circle(0.0, 0.0, 300.0),
-            circle(600.1, 0.0, 300.0)
-        ]));
-        // One inside another, and two at one place.
-        assert!(have_a_common_point(&[
-            circle(0.0, 0.0, 50.0),
-            circle(1.0, 2.0, 3.0)
-        ]));
-        assert!(have_a_common_point(&[
-            circle(1.0, 2.0, 5.0),
-            circle(1.0, 2.0, 3.0)
-        ]));
-    }
-
-    #[test]
-    fn three_discs_that_meet_in_pairs_need_not_have_a_common_point() {
+        let first = circle(0.0, 0.0, 300.0);
         // An equilateral triangle of sides 2: its centre is 2/√3 = 1.1547 from the corners.
-        let discs = |radius: f64| {
+        let triangle = |radius: f64| {
             [0.0, 1.0, 2.0].map(|i: f64| {
-                let angle = i * std::f64::consts::TAU / 3.0;
-                (
-                    crate::facts::angle::direction(angle) * (2.0 / 3.0_f64.sqrt()),
-                    radius,
-                )
+                let corner = direction(i * std::f64::consts::TAU / 3.0) * (2.0 / 3.0_f64.sqrt());
+                (corner, radius)
             })
         };
-        assert!(!have_a_common_point(&discs(1.15)));
-        assert!(have_a_common_point(&discs(1.16)));
+        for (discs, expected) in [
+            (&[][..], true),
+            (&[circle(0.0, 0.0, 0.0)], true),
+            (&[first, circle(600.0, 0.0, 300.0)], true),
+            (&[first, circle(600.1, 0.0, 300.0)], false),
+            // One inside another, and two at one place.
+            (&[circle(0.0, 0.0, 50.0), circle(1.0, 2.0, 3.0)], true),
+            (&[circle(1.0, 2.0, 5.0), circle(1.0, 2.0, 3.0)], true),
+            // Discs that meet in pairs need not have a common point.
+            (&triangle(1.15), false),
+            (&triangle(1.16), true),
+        ] {
+            assert_eq!(have_a_common_point(discs), expected, "{discs:?}");
+        }
     }
 
     proptest! {

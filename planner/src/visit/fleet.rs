@@ -10,6 +10,7 @@ use crate::{
     },
     predict::{forecast::AuvForecast, motion::Motion},
     snapshot::build::Snapshot,
+    tuned::VisitNumbers,
     visit::{
         depth::DepthAhead,
         intercept::{Craft, SampledTrack},
@@ -68,6 +69,7 @@ pub(crate) struct Candidate {
 /// The scheduling problem.
 #[derive(Clone, Debug)]
 pub(crate) struct Fleet {
+    pub(crate) tuned: VisitNumbers,
     pub(crate) craft: Craft,
     /// Present speed of the craft through the water, m/s.
     pub(crate) speed_now: f64,
@@ -143,6 +145,7 @@ impl Fleet {
             }
         };
         let mut fleet = Self {
+            tuned: snapshot.tuned().visit,
             craft,
             speed_now: snapshot.asc.speed_mps.clamp(0.0, speed),
             candidates: members.iter().map(candidate).collect(),

@@ -1,25 +1,15 @@
 //! Silence of AUVs, counted while the craft is where it heard them before.
 
 use crate::{
+    estimate::rigid_motion::number,
     facts::evidence::Report,
     predict::forecast::{BETWEEN_MIN, SURFACED_DEPTH},
     snapshot::build::Snapshot,
+    tuned::VisitNumbers,
 };
-
-/// Silence in mean intervals between reports: by chance 1 in 65,000, with half of them lost.
-const INTERVALS: f64 = 8.0;
-
-/// Silence in longest gaps between reports: AUVs that report in bursts pause as long again.
-const GAPS: f64 = 2.0;
-
-/// Shortest silence, s.
-const SILENCE_MIN: f64 = 60.0;
 
 /// Fewest reports for an estimate of their intervals.
 const REPORTS_MIN: usize = 5;
-
-/// Longest interval between plans that counts as listening, s; outages do not.
-const LISTENED_MAX: f64 = 10.0;
 
 /// Hearing of an AUV, from plan to plan.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -33,6 +23,7 @@ pub struct Hearing {
 /// Present evidence of an AUV.
 #[derive(Clone, Copy, Debug)]
 pub struct Heard<'a> {
+    tuned: &'a VisitNumbers,
     reports: &'a [Report],
     /// Age of its newest report, s, and its horizontal distance from the craft, m.
     age: f64,
@@ -44,6 +35,7 @@ impl<'a> Heard<'a> {
     #[must_use]
     pub fn of(snapshot: &'a Snapshot, auv: usize, distance: f64) -> Self {
         Self {
+            tuned: &snapshot.tuned().visit,
             reports: snapshot.auvs[auv].reports.as_deref().unwrap_or_default(),
             age: snapshot.estimates()[auv].state.age_s,
             distance,
@@ -59,8 +51,7 @@ impl<'a> Heard<'a> {
             return None;
         }
         let gaps = times.windows(2).map(|pair| pair[1] - pair[0]);
-        #[expect(clippy::cast_precision_loss, reason = "64 reports at most")]
-        let mean = gaps.clone().sum::<f64>() / (times.len() - 1) as f64;
+        let mean = gaps.clone().sum::<f64>() / number(times.len() - 1);
         Some([mean, gaps.fold(0.0, f64::max)])
     }
 
@@ -76,9 +67,9 @@ impl<'a> Heard<'a> {
     /// Time without a report until silence, s; endless for an AUV last heard at the surface.
     fn silence(&self) -> f64 {
         match self.intervals() {
-            Some([mean, longest]) if !self.surfaced() => {
-                (INTERVALS * mean).max(GAPS * longest).max(SILENCE_MIN)
-            }
+            Some([mean, longest]) if !self.surfaced() => (self.tuned.silent_intervals * mean)
+                .max(self.tuned.silent_gaps * longest)
+                .max(self.tuned.silence_min),
             _ => f64::INFINITY,
         }
     }
@@ -89,7 +80,7 @@ impl Hearing {
     #[must_use]
     pub fn later(mut self, elapsed: f64, heard: &Heard) -> Self {
         if heard.distance <= self.within {
-            self.unheard += elapsed.min(LISTENED_MAX);
+            self.unheard += elapsed.min(heard.tuned.listened_max);
         }
         self.unheard = self.unheard.min(heard.age);
         if heard.intervals().is_some_and(|[mean, _]| heard.age <= mean) {
@@ -114,30 +105,27 @@ mod tests {
     const AGE_MAX: f64 = 900.0;
     /// Interval between plans, s.
     const STEP: f64 = 1.0;
+    const TUNED: &VisitNumbers = &VisitNumbers::DEFAULT;
 
     /// A report each 10 s until 0 s, without the `lost` ones; the newest is number 0.
     fn reports(depth_m: Option<f64>, lost: impl Fn(u32) -> bool) -> Vec<Report> {
-        let kept = (0..40).filter(|k| !lost(*k));
         let at = |k| Report {
             depth_m,
             ..Report::new(-10.0 * f64::from(k), Vector2::zeros(), 1.5)
         };
-        kept.map(at).collect()
-    }
-
-    fn heard(reports: &[Report], age: f64, distance: f64) -> Heard<'_> {
-        Heard {
-            reports,
-            age,
-            distance,
-        }
+        (0..40).filter(|k| !lost(*k)).map(at).collect()
     }
 
     /// First age, s, at which an AUV is silent, with the craft at `distance` at each age.
     fn silent_at(reports: &[Report], distance: impl Fn(f64) -> f64) -> f64 {
         let (mut hearing, mut age) = (Hearing::default(), 0.0);
         loop {
-            let heard = heard(reports, age, distance(age));
+            let heard = Heard {
+                tuned: TUNED,
+                reports,
+                age,
+                distance: distance(age),
+            };
             hearing = hearing.later(STEP, &heard);
             if hearing.is_silent(&heard, AGE_MAX) {
                 return age;
@@ -153,11 +141,6 @@ mod tests {
         // While reports arrive, the hearing range extends to the craft's distance.
         assert_eq!(silent_at(&all, |age| 300.0 + age.min(11.0)), AGE_MAX + STEP);
         assert_eq!(silent_at(&[], |_| 0.0), AGE_MAX + STEP);
-    }
-
-    #[test]
-    fn time_out_of_hearing_range_does_not_count() {
-        let all = reports(Some(8.0), |_| false);
         // Away from an age of 21 s for ten minutes, then back: 61 s more make 81.
         let away = |age: f64| f64::from(u8::from((20.5..620.5).contains(&age)));
         assert_eq!(silent_at(&all, |age| 250.0 + 900.0 * away(age)), 681.0);
@@ -167,35 +150,39 @@ mod tests {
     fn a_silent_auv_stays_silent_until_a_report_arrives() {
         let all = reports(Some(8.0), |_| false);
         let (within, unheard) = (300.0, 81.0);
-        let look = |age| {
-            let heard = heard(&all, age, 5000.0);
+        for (age, expected) in [(700.0, true), (3.0, false)] {
+            let heard = Heard {
+                tuned: TUNED,
+                reports: &all,
+                age,
+                distance: 5000.0,
+            };
             let hearing = Hearing { within, unheard }.later(STEP, &heard);
-            hearing.is_silent(&heard, AGE_MAX)
-        };
-        assert!(look(700.0) && !look(3.0));
+            assert_eq!(hearing.is_silent(&heard, AGE_MAX), expected);
+        }
     }
 
     #[test]
-    fn lost_reports_pauses_and_dives_are_no_silence() {
-        let silent_at = |reports: &[Report]| silent_at(reports, |_| 10.0);
-        assert_eq!(silent_at(&reports(Some(8.0), |k| k % 2 == 1)), 161.0);
-        // After 200 s without a report, as many are no silence.
-        assert_eq!(silent_at(&reports(Some(8.0), |k| (10..29).contains(&k))), 401.0);
-        let dived = silent_at(&reports(Some(1.0), |_| false));
-        assert_eq!(dived, AGE_MAX + STEP);
-        let no_depth = silent_at(&reports(None, |_| false));
-        assert_eq!(no_depth, 81.0);
-    }
-
-    #[test]
-    fn simultaneous_reports_count_once() {
-        let silent_at = |lost: fn(u32) -> bool| {
-            let once = reports(Some(8.0), lost).into_iter();
-            let twice: Vec<_> = once.flat_map(|report| [report; 2]).collect();
-            silent_at(&twice, |_| 10.0)
+    fn lost_or_repeated_reports_pauses_and_dives_are_no_silence() {
+        let never = AGE_MAX + STEP;
+        let once = |depth, lost: fn(u32) -> bool| reports(depth, lost);
+        let twice = |lost| {
+            once(Some(8.0), lost)
+                .into_iter()
+                .flat_map(|report| [report; 2])
+                .collect()
         };
-        assert_eq!(silent_at(|_| false), 81.0);
-        // Four reports show no interval.
-        assert_eq!(silent_at(|k| 3 < k), AGE_MAX + STEP);
+        for (reports, expected) in [
+            (once(Some(8.0), |k| k % 2 == 1), 161.0),
+            // After 200 s without a report, as many are no silence.
+            (once(Some(8.0), |k| (10..29).contains(&k)), 401.0),
+            (once(Some(1.0), |_| false), never),
+            (once(None, |_| false), 81.0),
+            (twice(|_| false), 81.0),
+            // Four reports show no interval.
+            (twice(|k| 3 < k), never),
+        ] {
+            assert_eq!(silent_at(&reports, |_| 10.0), expected);
+        }
     }
 }

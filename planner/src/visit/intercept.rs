@@ -3,6 +3,7 @@
 use nalgebra::Vector2;
 
 use crate::{
+    estimate::rigid_motion::number,
     facts::{
         angle::{angle_of, wrap},
         options::ForecastModel,
@@ -39,10 +40,8 @@ impl SampledTrack {
         frame: impl Fn(&Motion) -> Vector2<f64>,
         depth: impl Fn(f64) -> f64,
     ) -> Self {
-        #[expect(clippy::cast_precision_loss, reason = "a few hundred samples")]
-        let step = horizon / SAMPLES as f64;
-        #[expect(clippy::cast_precision_loss, reason = "a few hundred samples")]
-        let times = || (0..=SAMPLES).map(|i| i as f64 * step);
+        let step = horizon / number(SAMPLES);
+        let times = || (0..=SAMPLES).map(|i| number(i) * step);
         // A velocity with the decay rate 1/τ displaces the AUV by v τ (1 − e^(−t/τ)) on average.
         let foreseen = |time: f64| match between_turns {
             Some(tau) if 0.0 < time && forecast.model != ForecastModel::Path => {
@@ -73,8 +72,7 @@ impl SampledTrack {
     fn piece(&self, time: f64) -> TrackPiece {
         let (before, _) = self.place(time);
         let last = before + 2 == self.positions.len();
-        #[expect(clippy::cast_precision_loss, reason = "a few hundred samples")]
-        let end = (before + 1) as f64 * self.step;
+        let end = number(before + 1) * self.step;
         TrackPiece {
             end: if last { f64::INFINITY } else { end },
             velocity: (self.positions[before + 1] - self.positions[before]) / self.step,
@@ -246,11 +244,9 @@ impl Craft {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::facts::{
-        angle::{Course, direction},
-        evidence::AuvState,
-        options::Forecast,
-    };
+    use crate::{facts::options::Forecast, predict::forecast::Intent, tests::prelude::*};
+
+    const STILL: Vector2<f64> = Vector2::new(0.0, 0.0);
 
     const HORIZON: f64 = 1800.0;
     const WITHIN: f64 = 20.0;
@@ -258,25 +254,25 @@ mod tests {
     fn forecast(north: f64, east: f64, course: f64, speed: f64, turn_rate: f64) -> AuvForecast {
         let state = AuvState {
             turn_rate_radps: turn_rate,
-            ..AuvState::new(Vector2::new(north, east), 8.0, Course::new(course), speed)
+            ..moving(north, east, 8.0, course, speed)
         };
-        AuvForecast::new(
-            &state,
-            crate::predict::forecast::Intent::default(),
-            Forecast::ConstantTurn,
-            &Vector2::zeros(),
-        )
+        AuvForecast::new(&state, Intent::default(), Forecast::ConstantTurn, &STILL)
     }
 
     fn track(auv: &AuvForecast, between_turns: Option<f64>, current: &Vector2<f64>) -> SampledTrack {
-        SampledTrack::new(
-            auv,
-            between_turns,
-            HORIZON,
-            current,
-            |motion| motion.position,
-            |_| 8.0,
-        )
+        let position = |motion: &Motion| motion.position;
+        SampledTrack::new(auv, between_turns, HORIZON, current, position, |_| 8.0)
+    }
+
+    /// Time at which a craft in still water is near enough after its turn.
+    fn arrival(auv: &AuvForecast) -> Option<f64> {
+        let arrival = craft(STILL).arrive(&track(auv, None, &STILL), &HERE, WITHIN, HORIZON);
+        arrival.map(|arrival| arrival.time)
+    }
+
+    /// Time at which a craft on a constant heading in still water is near enough.
+    fn reached(auv: &AuvForecast) -> Option<f64> {
+        craft(STILL).reach(&track(auv, None, &STILL), &HERE, WITHIN, HORIZON)
     }
 
     fn craft(current: Vector2<f64>) -> Craft {
@@ -309,46 +305,37 @@ mod tests {
 
     #[test]
     fn the_earliest_arrival_agrees_with_a_dense_scan_in_any_current() {
-        let mut reached = 0;
-        for current in [(0.0, 0.0), (0.3, -0.4), (-0.5, 0.1), (0.0, 1.2)] {
-            let current = Vector2::new(current.0, current.1);
+        let mut n_reached = 0;
+        for current in [[0.0, 0.0], [0.3, -0.4], [-0.5, 0.1], [0.0, 1.2]].map(Vector2::from) {
             for k in 0..24 {
                 let angle = 0.26 * f64::from(k) + 0.3 * current.x;
                 let place = direction(angle) * (15.0 + 60.0 * f64::from(k));
                 let auv = forecast(place.x, place.y, 2.0 - angle, 0.1 * f64::from(k % 7), 0.0);
-                let track = track(&auv, None, &current);
-                let craft = craft(current);
+                let (track, craft) = (track(&auv, None, &current), craft(current));
                 let found = craft.reach(&track, &HERE, WITHIN, HORIZON);
                 let expected = scanned(&craft, &auv, false);
                 assert_eq!(found.is_some(), expected.is_some(), "{current} {k}");
-                let turned = craft.arrive(&track, &HERE, WITHIN, HORIZON);
                 if let (Some(found), Some(expected)) = (found, expected) {
-                    assert!((found - expected).abs() < 0.06, "{found}, expected {expected}");
-                    reached += 1;
+                    near(found, expected, 0.06);
+                    n_reached += 1;
                 }
+                let turned = craft.arrive(&track, &HERE, WITHIN, HORIZON);
                 if let (Some(turned), Some(expected)) = (turned, scanned(&craft, &auv, true)) {
                     // The scan turns to the meeting point; the solver's guess misses half a turn.
-                    assert!(
-                        (turned.time - expected).abs() < 2.0,
-                        "{turned:?}, expected {expected}"
-                    );
+                    near(turned.time, expected, 2.0);
                 }
             }
         }
-        assert!(60 < reached, "{reached} of 96 were reached");
+        assert!(60 < n_reached, "{n_reached} of 96 were reached");
     }
 
     #[test]
     fn sampling_does_not_change_the_arrival_at_a_turning_vehicle() {
         for turn_rate in [-0.02, 0.004, 0.01] {
             let auv = forecast(400.0, -250.0, 1.0, 0.4, turn_rate);
-            let track = track(&auv, None, &Vector2::zeros());
-            let found = craft(Vector2::zeros())
-                .reach(&track, &HERE, WITHIN, HORIZON)
-                .expect("is met");
-            let expected = scanned(&craft(Vector2::zeros()), &auv, false).expect("is met");
+            let expected = scanned(&craft(STILL), &auv, false).expect("is met");
             // 10 s at 0.4 m/s along a circle of 20 m: the chord is 0.1 m inside.
-            assert!((found - expected).abs() < 0.15, "{found}, expected {expected}");
+            near(reached(&auv).expect("is met"), expected, 0.15);
         }
     }
 
@@ -357,14 +344,9 @@ mod tests {
         let (mut met, mut lost) = (0, 0);
         for turn_rate in [0.0, 0.0005, 0.001, 0.002, 0.004] {
             let auv = forecast(25.0, 0.0, 0.0, 1.5, turn_rate);
-            let track = track(&auv, None, &Vector2::zeros());
-            let craft = craft(Vector2::zeros());
-            match (
-                craft.reach(&track, &HERE, WITHIN, HORIZON),
-                scanned(&craft, &auv, false),
-            ) {
+            match (reached(&auv), scanned(&craft(STILL), &auv, false)) {
                 (Some(found), Some(expected)) => {
-                    assert!((found - expected).abs() < 1.0, "{found}, expected {expected}");
+                    near(found, expected, 1.0);
                     met += 1;
                 }
                 (None, None) => lost += 1,
@@ -376,32 +358,21 @@ mod tests {
 
     #[test]
     fn a_faster_departing_auv_is_not_reached_and_a_near_one_is_reached_now() {
-        let craft = craft(Vector2::zeros());
-        let of = |auv: &AuvForecast| {
-            let track = track(auv, None, &Vector2::zeros());
-            craft
-                .arrive(&track, &HERE, WITHIN, HORIZON)
-                .map(|arrival| arrival.time)
-        };
-        assert_eq!(of(&forecast(300.0, 0.0, 0.0, 1.6, 0.0)), None);
-        assert_eq!(of(&forecast(12.0, -9.0, 0.0, 1.6, 0.0)), Some(0.0));
+        assert_eq!(arrival(&forecast(300.0, 0.0, 0.0, 1.6, 0.0)), None);
+        assert_eq!(arrival(&forecast(12.0, -9.0, 0.0, 1.6, 0.0)), Some(0.0));
         // Astern, at rest: half a turn at 0.17 rad/s, then 280 m at 1.5 m/s.
-        let astern = of(&forecast(-300.0, 0.0, 0.0, 0.0, 0.0)).expect("is reached");
-        assert!((astern - (std::f64::consts::PI / 0.17 + 280.0 / 1.5)).abs() < 0.01);
+        let astern = arrival(&forecast(-300.0, 0.0, 0.0, 0.0, 0.0)).expect("is reached");
+        near(astern, std::f64::consts::PI / 0.17 + 280.0 / 1.5, 0.01);
     }
 
     #[test]
     fn an_auv_just_left_is_reached_again_after_a_turn() {
-        let craft = craft(Vector2::zeros());
         for outside in [0.002, 0.01, 0.1, 0.5] {
-            let auv = forecast(-WITHIN - outside, 0.0, 0.0, 0.0, 0.0);
-            let track = track(&auv, None, &Vector2::zeros());
-            let again = craft.arrive(&track, &HERE, WITHIN, HORIZON).expect("is reached");
-            let expected = std::f64::consts::PI / 0.17 + outside / 1.5;
-            let late = again.time - expected;
+            let again = arrival(&forecast(-WITHIN - outside, 0.0, 0.0, 0.0, 0.0));
+            let late = again.expect("is reached") - std::f64::consts::PI / 0.17 - outside / 1.5;
             assert!(
                 (-2.0 * ARRIVED..0.4).contains(&late),
-                "{outside} m outside: {late} s late"
+                "{outside} m outside: {late} s"
             );
         }
     }
@@ -409,21 +380,14 @@ mod tests {
     #[test]
     fn the_forecast_of_an_auv_that_turns_is_the_mean_of_random_turns() {
         let auv = forecast(0.0, 0.0, 0.0, 0.5, 0.0);
-        let track = |between| track(&auv, between, &Vector2::zeros());
-        let (straight, turning) = (track(None), track(Some(120.0)));
-        // Mean of tracks whose legs end at random, each second with a probability of 1/120.
-        let mean = |until: u32| {
-            (0..until)
-                .map(|t| 0.5 * (1.0_f64 - 1.0 / 120.0).powf(f64::from(t)))
-                .sum::<f64>()
-        };
+        let [straight, turning] = [None, Some(120.0)].map(|between| track(&auv, between, &STILL));
         for until in [10, 120, 1700] {
+            // Mean of tracks whose legs end at random, each second with a probability of 1/120.
+            let each = (0..until).map(|t| 0.5 * (1.0_f64 - 1.0 / 120.0).powf(f64::from(t)));
             let place = turning.at(f64::from(until));
-            assert!(
-                (place.x - mean(until)).abs() < 0.5 && place.y.abs() < 1e-9,
-                "{until}: {place}"
-            );
+            near(place.x, each.sum(), 0.5);
+            near(place.y, 0.0, 1e-9);
         }
-        assert!((straight.at(1700.0).x - 850.0).abs() < 1e-6);
+        near(straight.at(1700.0).x, 850.0, 1e-6);
     }
 }

@@ -164,8 +164,9 @@ fn short(value: f64) -> String {
 
 #[cfg(test)]
 mod tests {
+    use serde_json::json;
+
     use super::*;
-    use crate::facts::schedule::{Alternative, ServedVehicle, Visit};
 
     const VARIANCE: VisitCost = VisitCost::Uncertainty {
         growth_m2ps: 1.0 / 30.0,
@@ -174,89 +175,74 @@ mod tests {
         interval_s: 10.0,
     };
 
+    /// auv-3 from 130 s on, rather than auv-1, at a tenth of the cost.
     fn schedule() -> Schedule {
-        Schedule {
-            unit: CostUnit::SquareMetres,
-            visits: vec![Visit {
-                auv: "auv-3".into(),
-                arrive_s: 130.0,
-                leave_s: 190.0,
-                north_m: 0.0,
-                east_m: 100.0,
-                cost_before: 42.0,
-                cost_after: 2.0,
-            }],
-            costs: vec![ServedVehicle {
-                auv: "auv-3".into(),
-                cost: 41.0,
-                served_by_s: None,
-                heard_within_m: 0.0,
-                unheard_s: 0.0,
-                left_out: None,
-            }],
-            cost: 20.0,
-            bound: 5.0,
-            gap: 0.75,
-            exact: true,
-            alternatives: vec![Alternative {
-                next: "auv-1".into(),
-                cost: 200.0,
-                deadlines_missed: 0,
-            }],
-            deadlines_missed: Vec::new(),
-            sentence: String::new(),
-            kept: false,
-            next_visited: None,
-        }
+        let visit = json!({
+            "auv": "auv-3", "arrive_s": 130.0, "leave_s": 190.0, "north_m": 0.0, "east_m": 100.0,
+            "cost_before": 42.0, "cost_after": 2.0,
+        });
+        let schedule = json!({
+            "unit": "m2", "visits": [visit], "costs": [{ "auv": "auv-3", "cost": 41.0 }],
+            "cost": 20.0, "bound": 5.0, "gap": 0.75, "exact": true, "sentence": "", "kept": false,
+            "alternatives": [{ "next": "auv-1", "cost": 200.0, "deadlines_missed": 0 }],
+        });
+        serde_json::from_value(schedule).expect("is a schedule")
+    }
+
+    fn said(schedule: &Schedule, before: Option<&Schedule>) -> String {
+        sentence(schedule, &VARIANCE, 100.0, None, before)
+    }
+
+    #[track_caller]
+    fn ends(said: &str, with: &str) {
+        assert!(said.ends_with(with), "{said}");
     }
 
     #[test]
     fn a_sentence_names_the_next_auv_the_reason_and_the_cost_of_the_alternative() {
         let mut schedule = schedule();
-        let said = |schedule: &Schedule| sentence(schedule, &VARIANCE, 100.0, None, None);
-        assert_eq!(
-            said(&schedule),
-            "auv-3 next: 41 m², growing 2.0 m²/min; auv-1 first would cost 180 m² more"
-        );
+        let state = "41 m², growing 2.0 m²/min;";
+        let expected = format!("auv-3 next: {state} auv-1 first would cost 180 m² more");
+        assert_eq!(said(&schedule, None), expected);
         schedule.alternatives[0].deadlines_missed = 1;
-        assert!(said(&schedule).ends_with("; auv-1 first would miss a deadline"));
-        schedule.alternatives[0] = Alternative {
-            cost: 19.5,
-            deadlines_missed: 0,
-            ..schedule.alternatives[0].clone()
-        };
-        assert!(said(&schedule).ends_with("; auv-1 first would be better, too little to change"));
+        ends(&said(&schedule, None), "; auv-1 first would miss a deadline");
+        (
+            schedule.alternatives[0].deadlines_missed,
+            schedule.alternatives[0].cost,
+        ) = (0, 19.5);
+        ends(
+            &said(&schedule, None),
+            "; auv-1 first would be better, too little to change",
+        );
         schedule.visits[0].arrive_s = 80.0;
         schedule.costs[0].left_out = Some(LeftOut::OutOfReach);
         schedule.alternatives.clear();
-        assert_eq!(
-            said(&schedule),
-            "auv-3 now, for another 90 s: 41 m², growing 2.0 m²/min; auv-3 is out of reach"
-        );
+        let expected = format!("auv-3 now, for another 90 s: {state} auv-3 is out of reach");
+        assert_eq!(said(&schedule, None), expected);
         schedule.visits.clear();
-        assert!(said(&schedule).starts_with("no vehicle can be visited"));
+        assert!(said(&schedule, None).starts_with("no vehicle can be visited"));
     }
     #[test]
     fn a_sentence_explains_a_change() {
         let (before, mut after) = (schedule(), schedule());
-        let said = |after: &Schedule| sentence(after, &VARIANCE, 100.0, None, Some(&before));
-        assert_eq!(said(&after), sentence(&after, &VARIANCE, 100.0, None, None));
+        assert_eq!(said(&after, Some(&before)), said(&after, None));
         // Another one is better by a tenth.
         after.visits[0].auv = "auv-1".into();
-        after.alternatives[0] = Alternative {
-            next: "auv-3".into(),
-            cost: 22.0,
-            deadlines_missed: 0,
-        };
-        assert!(said(&after).ends_with("; auv-3, next until now, would cost 10 % more"));
+        (after.alternatives[0].next, after.alternatives[0].cost) = ("auv-3".into(), 22.0);
+        ends(
+            &said(&after, Some(&before)),
+            "; auv-3, next until now, would cost 10 % more",
+        );
         // The AUV was served on the way.
         after.costs[0].cost = 3.0;
-        assert!(!said(&after).contains("next until now"));
+        assert!(!said(&after, Some(&before)).contains("next until now"));
         after.costs[0].auv = "auv-4".into();
-        assert!(said(&after).ends_with("; auv-4 is new; auv-3 is not in the goal any more"));
+        ends(
+            &said(&after, Some(&before)),
+            "; auv-4 is new; auv-3 is not in the goal any more",
+        );
         let mut silent = schedule();
         silent.costs[0].left_out = Some(LeftOut::Silent);
-        let again = sentence(&schedule(), &VARIANCE, 100.0, None, Some(&silent));
-        assert!(again.ends_with("; auv-3 is heard again"));
+        ends(&said(&schedule(), Some(&silent)), "; auv-3 is heard again");
     }
 }

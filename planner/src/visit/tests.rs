@@ -9,7 +9,6 @@ mod way;
 
 use std::f64::consts::{PI, TAU};
 
-use nalgebra::Vector2;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
@@ -22,69 +21,87 @@ use super::{
 };
 use crate::{
     facts::{
-        angle::{Course, Heading, direction, ned_from_body},
-        asc::Asc,
-        auv::{Auv, VehicleId},
-        evidence::{AuvState, Report},
-        goal::{Goal, Task},
         schedule::{CostUnit, LeftOut, Schedule, ServedVehicle},
         visit::{Reduce, VisitCost, Visits},
     },
     predict::goal::forecast_all,
-    snapshot::build::Snapshot as Built,
-    snapshot::{Acoustics, PlanRequest, Snapshot},
+    snapshot::Acoustics,
+    tests::prelude::*,
 };
 
 const AGE_MAX: f64 = 900.0;
 const SPEED: f64 = 1.5;
 const TURN_RATE: f64 = 0.17;
 
+fn cost(cost: Value) -> VisitCost {
+    serde_json::from_value(cost).expect("is a cost")
+}
+
 fn costs() -> [VisitCost; 3] {
-    let uncertainty = VisitCost::Uncertainty {
-        growth_m2ps: 0.03,
-        sigma_m: 1.5,
-        sigma_rad: 0.02,
-        interval_s: 10.0,
-    };
-    let data = VisitCost::Data {
-        growth_kbps: 0.5,
-        upload_kbps: 6.0,
-        range_max_m: 300.0,
-    };
-    [VisitCost::Age, uncertainty, data]
+    let data = json!({ "kind": "data", "growth_kbps": 0.5, "upload_kbps": 6.0, "range_max_m": 300.0 });
+    let uncertainty = json!({ "kind": "uncertainty", "growth_m2ps": 0.03 });
+    [VisitCost::Age, cost(uncertainty), cost(data)]
 }
 
 /// A request with `n` AUVs up to `far` metres away, `auv-0` and so on, with random costs.
-fn random(seed: u64, n: usize, far: f64) -> PlanRequest {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+fn random(seed: usize, n: usize, far: f64) -> PlanRequest {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed as u64);
     let auv = |i: usize, rng: &mut ChaCha8Rng| {
         let place = direction(rng.random_range(-PI..PI)) * rng.random_range(0.0..far);
         let course = Course::new(rng.random_range(-PI..PI));
-        let state = AuvState::new(
-            place,
-            rng.random_range(0.0..40.0),
-            course,
-            rng.random_range(0.0..0.5),
-        );
-        Auv::new(format!("auv-{i}").as_str(), state)
+        let (depth, speed) = (rng.random_range(0.0..40.0), rng.random_range(0.0..0.5));
+        Auv::new(
+            format!("auv-{i}").as_str(),
+            AuvState::new(place, depth, course, speed),
+        )
     };
     let auvs: Vec<_> = (0..n).map(|i| auv(i, &mut rng)).collect();
-    let mut visits = Visits::new(auvs.iter().map(|auv| auv.id.clone()).collect());
+    let ids: Vec<_> = auvs.iter().map(|auv| auv.id.clone()).collect();
+    let mut visits = Visits::new(ids.clone());
     visits.cost = costs()[rng.random_range(0..3)];
     visits.dwell_min_s = Some(30.0);
-    visits.costs_now = auvs
-        .iter()
-        .map(|auv| (auv.id.clone(), rng.random_range(0.0..400.0)))
-        .collect();
-    visits.reduce = if rng.random_bool(0.3) {
-        Reduce::Max
-    } else {
-        Reduce::Mean
-    };
+    let costs = ids.into_iter().map(|id| (id, rng.random_range(0.0..400.0)));
+    visits.costs_now = costs.collect();
+    if rng.random_bool(0.3) {
+        visits.reduce = Reduce::Max;
+    }
     let craft = Asc::new(Vector2::zeros(), Heading::new(rng.random_range(-PI..PI)), 1.0);
     let mut request = PlanRequest::new(1000.0, craft, auvs, Goal::Visit(visits));
-    request.current = Some(Vector2::new(rng.random_range(-0.3..0.3), rng.random_range(-0.3..0.3)).into());
+    let current = [(); 2].map(|()| rng.random_range(-0.3..0.3));
+    request.current = Some(Vector2::from(current).into());
     request
+}
+
+/// A request of a craft at the datum to visit two AUVs with these states and costs.
+fn two(auvs: &[(&str, AuvState, f64); 2], heading: f64, speed: f64) -> PlanRequest {
+    let ids = || auvs.iter().map(|(id, ..)| VehicleId::from(*id));
+    let mut goal = Visits::new(ids().collect());
+    goal.costs_now = ids().zip(auvs.iter().map(|(.., cost)| *cost)).collect();
+    let auvs = auvs.iter().map(|(id, state, _)| Auv::new(*id, *state));
+    let craft = Asc::new(Vector2::zeros(), Heading::new(heading), speed);
+    PlanRequest::new(1000.0, craft, auvs.collect(), Goal::Visit(goal))
+}
+
+/// The state of an AUV that rests there.
+fn resting(north: f64, east: f64) -> AuvState {
+    moving(north, east, 5.0, 0.0, 0.0)
+}
+
+fn states(request: &mut PlanRequest) -> impl Iterator<Item = &mut AuvState> {
+    request.auvs.iter_mut().filter_map(|auv| auv.state.as_mut())
+}
+
+/// The request by mean age without a least time, from a craft at rest in still water.
+fn by_age(mut request: PlanRequest) -> PlanRequest {
+    (request.current, request.asc.speed_mps) = (None, 0.0);
+    let goal = visits(&mut request);
+    (goal.cost, goal.reduce, goal.dwell_min_s) = (VisitCost::Age, Reduce::Mean, Some(0.0));
+    request
+}
+
+fn known<'a>(schedule: &'a Schedule, id: &VehicleId) -> &'a ServedVehicle {
+    let known = schedule.costs.iter().find(|known| known.auv == *id);
+    known.expect("is listed")
 }
 
 fn visits(request: &mut PlanRequest) -> &mut Visits {
@@ -96,6 +113,11 @@ fn visits(request: &mut PlanRequest) -> &mut Visits {
 
 fn scheduled(request: &PlanRequest) -> Schedule {
     scheduled_with(request, &SchedulingParameters::default())
+}
+
+/// The AUV of the first visit.
+fn next(request: &PlanRequest) -> VehicleId {
+    scheduled(request).visits[0].auv.clone()
 }
 
 fn scheduled_with(request: &PlanRequest, parameters: &SchedulingParameters) -> Schedule {
@@ -130,25 +152,26 @@ fn fleet(request: &PlanRequest, horizon: f64) -> Fleet {
         horizon_max: horizon,
         ..SchedulingParameters::default()
     };
-    let snapshot: Built = Snapshot::try_from(request.clone()).expect("valid");
+    let snapshot = Snapshot::try_from(request.clone()).expect("valid");
     let Goal::Visit(visits) = &snapshot.goal.goal else {
         panic!("the goal visits")
     };
-    let members: Vec<_> = (0..snapshot.auvs.len())
-        .map(|auv| super::fleet::ScheduledAuv {
-            auv,
-            weight: 1.0,
-            cost: visits.costs_now[&snapshot.auvs[auv].id],
-            deadline: (auv == 0).then_some(0.4 * horizon),
-        })
-        .collect();
+    let member = |auv: usize| super::fleet::ScheduledAuv {
+        auv,
+        weight: 1.0,
+        cost: visits.costs_now[&snapshot.auvs[auv].id],
+        deadline: (auv == 0).then_some(0.4 * horizon),
+    };
+    let members: Vec<_> = (0..snapshot.auvs.len()).map(member).collect();
     let forecasts = forecast_all(&snapshot);
+    let depths = depths_ahead(&snapshot, &forecasts);
+    let craft = (SPEED, TURN_RATE);
     Fleet::new(
         &snapshot,
         visits,
         &members,
-        (&forecasts, &depths_ahead(&snapshot, &forecasts)),
-        (SPEED, TURN_RATE),
+        (&forecasts, &depths),
+        craft,
         &parameters,
     )
 }
@@ -172,20 +195,18 @@ fn enumerated(
     worth: fn(&Fleet, &CostState) -> f64,
 ) -> f64 {
     let mut best = f64::INFINITY;
-    for to in (0..fleet.candidates.len()).filter(|to| only.is_none_or(|only| only == *to)) {
-        let track = &fleet.candidates[to].track;
-        let from = fleet.departure(state);
-        if state.with == Some(to) {
+    for to in 0..fleet.candidates.len() {
+        if only.is_some_and(|only| only != to) || state.with == Some(to) {
             continue;
         }
+        let track = &fleet.candidates[to].track;
+        let from = fleet.departure(state);
         let Some(arrival) = fleet.craft.arrive(track, &from, fleet.within, fleet.horizon) else {
             continue;
         };
         let there = fleet.travelled(state, to, arrival);
-        for dwell in fleet
-            .law
-            .dwells(there.costs[to], track.depth_at(arrival.time), fleet.dwell_min)
-        {
+        let (cost, depth) = (there.costs[to], track.depth_at(arrival.time));
+        for dwell in fleet.law.dwells(cost, depth, fleet.dwell_min, &fleet.tuned) {
             let left = fleet.visited_until(&there, to, fleet.horizon.min(arrival.time + dwell));
             best = best.min(worth(fleet, &fleet.visited_until(&left, to, fleet.horizon)));
             if left.time < fleet.horizon {
@@ -210,8 +231,7 @@ fn after_leg(request: &PlanRequest, schedule: &Schedule, step: f64) -> PlanReque
         (after.asc.north_m, after.asc.east_m) = (place.x, place.y);
         after.asc.heading_rad = Heading::new(request.asc.heading_rad + turned).radians();
     }
-    for auv in &mut after.auvs {
-        let state = auv.state.as_mut().expect("has a state");
+    for state in states(&mut after) {
         let place = state.position() + state.velocity() * step;
         (state.north_m, state.east_m) = (place.x, place.y);
     }

@@ -13,7 +13,6 @@
 //! [`controller`] a controller; `tune` and `fly` do the work, `score` scores a run, [`rows`] and
 //! [`directory`] keep results, [`run()`] flies missing runs, [`summary()`] is a table of ratios.
 
-mod chunk;
 pub mod controller;
 pub mod design;
 pub mod directory;

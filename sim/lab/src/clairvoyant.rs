@@ -93,12 +93,8 @@ pub(crate) fn clairvoyant(pursuit: &Pursuit) -> Option<Clairvoyant> {
         let unit = pursuit.length_unit();
         let chase = Chase::new(&pursuit.discs(), first, later_goals.len(), unit);
         let (deviations, dual) = chase.solve()?;
-        positions.extend(
-            later_goals
-                .iter()
-                .zip(deviations.chunks_exact(2))
-                .map(|(goal, x)| goal + Vector2::new(x[0], x[1]) * unit),
-        );
+        let both = later_goals.iter().zip(deviations.chunks_exact(2));
+        positions.extend(both.map(|(goal, x)| goal + Vector2::new(x[0], x[1]) * unit));
         sum += 2.0 * unit * unit * chase.bound(dual);
     }
     Some(Clairvoyant {
@@ -220,15 +216,10 @@ impl Chase {
             .build()
             .expect("the settings are constants");
         let cones = vec![SupportedConeT::SecondOrderConeT(CONE); self.bounds.len() / CONE];
-        let mut solver = DefaultSolver::new(
-            &CscMatrix::identity(n),
-            &vec![0.0; n],
-            &self.constraints,
-            &self.bounds,
-            &cones,
-            settings,
-        )
-        .ok()?;
+        let (identity, zeros) = (CscMatrix::identity(n), vec![0.0; n]);
+        let (constraints, bounds) = (&self.constraints, &self.bounds);
+        let solver = DefaultSolver::new(&identity, &zeros, constraints, bounds, &cones, settings);
+        let mut solver = solver.ok()?;
         solver.solve();
         let solution = solver.solution;
         let is_solved = matches!(solution.status, SolverStatus::Solved | SolverStatus::AlmostSolved);
@@ -242,17 +233,11 @@ impl Chase {
         }
         let gain: f64 = self.bounds.iter().zip(&dual).map(|(b, z)| -b * z).sum();
         let matrix = &self.constraints;
-        let squares: f64 = matrix
-            .colptr
-            .windows(2)
-            .map(|column| {
-                let entries = column[0]..column[1];
-                entries
-                    .map(|i| matrix.nzval[i] * dual[matrix.rowval[i]])
-                    .sum::<f64>()
-                    .powi(2)
-            })
-            .sum();
+        let square = |column: &[usize]| {
+            let entries = (column[0]..column[1]).map(|i| matrix.nzval[i] * dual[matrix.rowval[i]]);
+            entries.sum::<f64>().powi(2)
+        };
+        let squares: f64 = matrix.colptr.windows(2).map(square).sum();
         if gain <= 0.0 || squares == 0.0 {
             return 0.0;
         }

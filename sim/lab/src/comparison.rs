@@ -245,45 +245,22 @@ fn fly(
 
 #[cfg(test)]
 mod tests {
-    use planner::parameters::Parameters;
-    use sim::{
-        guide::{LosGuide, MpcGuide},
-        metrics::Metrics,
-    };
+    use sim::{guide::LosGuide, metrics::Metrics};
 
     use super::*;
-    use crate::rules::Ruled;
 
     #[test]
-    fn every_rule_flies_at_its_best_time_for_a_goal_that_visits() {
+    fn every_rule_flies_for_a_goal_that_visits() {
         let scenario = Scenario::named("visit-near").expect("exists").lasting(70.0);
         let comparison = Comparison::run(&scenario, 1, None, &mut |_, _| {}).expect("flies");
-        let found: Vec<_> = comparison
-            .controllers
-            .iter()
-            .map(|controller| controller.name.clone())
-            .collect();
+        let controllers = comparison.controllers.iter();
+        let found: Vec<_> = controllers.map(|controller| controller.name.clone()).collect();
         assert_eq!(found, names(&scenario, None));
         assert_eq!(found.len(), 13);
-        let clock = &comparison.controllers[1];
-        let turn = clock.dwell_s.expect("was tuned");
-        for &dwell in Rule::Clock.dwells() {
-            let mut guide = Ruled::new(Box::new(MpcGuide::new(Parameters::default())), Rule::Clock, dwell);
-            let record = mission::run(&scenario, &mut guide, 1, &mut |_| {}).expect("flies");
-            let metrics = Metrics::of(&record).surface_craft.expect("has one");
-            let cost = metrics.visits.expect("visits").mean_cost;
-            assert!(
-                clock.value() <= cost && (dwell != turn || clock.value() == cost),
-                "{dwell} s: {cost}"
-            );
-        }
+        let turn = comparison.controllers[1].dwell_s.expect("was tuned");
         let best = comparison.best();
-        assert!(
-            comparison
-                .controllers
-                .iter()
-                .all(|other| best.value() <= other.value())
-        );
+        let mut controllers = comparison.controllers.iter();
+        assert!(controllers.all(|other| best.value() <= other.value()));
         let table = comparison.to_string();
         for line in [
             format!("Least mean cost of the AUVs: {}.", best.name),
@@ -348,9 +325,7 @@ mod tests {
 
     #[test]
     fn a_scenario_without_a_surface_craft_is_refused() {
-        let scenario = Scenario::named("paper-path-following")
-            .expect("exists")
-            .lasting(10.0);
+        let scenario = Scenario::named("paper-path-following").expect("exists");
         let refused = Comparison::run(&scenario, 0, None, &mut |_, _| {});
         assert!(matches!(refused, Err(ComparisonError::NoSurfaceCraft(_))));
     }

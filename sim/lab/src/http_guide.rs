@@ -71,11 +71,11 @@ impl fmt::Display for GuideUrl {
 pub struct NoGuidance {
     url: GuideUrl,
     t_s: f64,
-    why: Why,
+    why: AnswerFault,
 }
 
 #[derive(Debug, thiserror::Error)]
-enum Why {
+enum AnswerFault {
     #[error("no answer ({0}): start the law, correct the address, or read what the law wrote when it failed")]
     Away(HttpError),
     #[error(
@@ -102,7 +102,10 @@ impl NoGuidance {
     /// `true` if the law was absent or too slow: it may answer later.
     #[must_use]
     pub fn may_pass(&self) -> bool {
-        matches!(self.why, Why::Away(_) | Why::Closed(_) | Why::TooSlow)
+        matches!(
+            self.why,
+            AnswerFault::Away(_) | AnswerFault::Closed(_) | AnswerFault::TooSlow
+        )
     }
 }
 
@@ -152,12 +155,12 @@ impl HttpGuide {
     }
 
     /// Asks again if the last answer's connection was closed: some servers close without notice.
-    fn answer(&mut self, question: &Value) -> Result<Value, Why> {
+    fn answer(&mut self, question: &Value) -> Result<Value, AnswerFault> {
         let answer = match self.ask(question) {
-            Err(Why::Away(error)) if self.has_answered && is_closed(&error) => {
+            Err(AnswerFault::Away(error)) if self.has_answered && is_closed(&error) => {
                 self.agent = Agent::new_with_config(self.agent.config().clone());
                 self.ask(question).map_err(|why| match why {
-                    Why::Away(error) if is_closed(&error) => Why::Closed(error),
+                    AnswerFault::Away(error) if is_closed(&error) => AnswerFault::Closed(error),
                     why => why,
                 })
             }
@@ -167,19 +170,19 @@ impl HttpGuide {
         answer
     }
 
-    fn ask(&self, question: &Value) -> Result<Value, Why> {
+    fn ask(&self, question: &Value) -> Result<Value, AnswerFault> {
         let sent = self.agent.post(&self.url.0).send_json(question);
-        let mut response = sent.map_err(why)?;
+        let mut response = sent.map_err(transport_fault)?;
         let body = response.body_mut().with_config().limit(ANSWER_BYTES_MAX);
-        let bytes = body.read_to_vec().map_err(why)?;
+        let bytes = body.read_to_vec().map_err(transport_fault)?;
         if response.status() != 200 {
-            return Err(Why::Status(response.status().as_u16(), quoted(&bytes)));
+            return Err(AnswerFault::Status(response.status().as_u16(), quoted(&bytes)));
         }
-        serde_json::from_slice(&bytes).map_err(|error| Why::NotJson(error, quoted(&bytes)))
+        serde_json::from_slice(&bytes).map_err(|error| AnswerFault::NotJson(error, quoted(&bytes)))
     }
 
     /// The guidance in `answer`; keeps the parts for the next snapshot.
-    fn guidance(&mut self, snapshot: &Snapshot, answer: Value) -> Result<Guidance, Why> {
+    fn guidance(&mut self, snapshot: &Snapshot, answer: Value) -> Result<Guidance, AnswerFault> {
         let reference = reference(snapshot, &answer)?;
         let serves = serves(snapshot, &answer)?;
         let predicted_rms = answer.pointer("/predicted/rms_error_m").and_then(Value::as_f64);
@@ -217,17 +220,17 @@ fn is_closed(error: &HttpError) -> bool {
         if matches!(error.kind(), BrokenPipe | ConnectionAborted | ConnectionReset | UnexpectedEof))
 }
 
-fn why(error: HttpError) -> Why {
+fn transport_fault(error: HttpError) -> AnswerFault {
     match error {
-        HttpError::Timeout(_) => Why::TooSlow,
-        HttpError::BodyExceedsLimit(_) => Why::TooLarge,
-        away => Why::Away(away),
+        HttpError::Timeout(_) => AnswerFault::TooSlow,
+        HttpError::BodyExceedsLimit(_) => AnswerFault::TooLarge,
+        away => AnswerFault::Away(away),
     }
 }
 
 /// The reference in `answer`: a member `reference`, as in a plan, or the answer itself. A speed
 /// above the craft's largest is clipped, as its autopilot would.
-fn reference(snapshot: &Snapshot, answer: &Value) -> Result<Reference, Why> {
+fn reference(snapshot: &Snapshot, answer: &Value) -> Result<Reference, AnswerFault> {
     let of = answer.get("reference").unwrap_or(answer);
     let number = |member| of[member].as_f64();
     let wrong = |member, is| wrong(answer, member, is);
@@ -259,7 +262,7 @@ fn reference(snapshot: &Snapshot, answer: &Value) -> Result<Reference, Why> {
 }
 
 /// Index of the AUV that `answer` serves: the next of its schedule, or the one in `serves`.
-fn serves(snapshot: &Snapshot, answer: &Value) -> Result<Option<usize>, Why> {
+fn serves(snapshot: &Snapshot, answer: &Value) -> Result<Option<usize>, AnswerFault> {
     if let Ok(schedule) = Schedule::deserialize(&answer["schedule"]) {
         return Ok(served(snapshot, &schedule));
     }
@@ -272,7 +275,7 @@ fn serves(snapshot: &Snapshot, answer: &Value) -> Result<Option<usize>, Why> {
 }
 
 /// The metadata for the next snapshot.
-fn metadata(answer: &Value) -> Result<Map<String, Value>, Why> {
+fn metadata(answer: &Value) -> Result<Map<String, Value>, AnswerFault> {
     let metadata = match answer.get("metadata") {
         None => return Ok(Map::new()),
         Some(Value::Object(metadata)) => metadata.clone(),
@@ -286,9 +289,9 @@ fn metadata(answer: &Value) -> Result<Map<String, Value>, Why> {
     Ok(metadata)
 }
 
-fn wrong(answer: &Value, member: &'static str, is: String) -> Why {
+fn wrong(answer: &Value, member: &'static str, is: String) -> AnswerFault {
     let answer = quoted(answer.to_string().as_bytes());
-    Why::Member { member, is, answer }
+    AnswerFault::Member { member, is, answer }
 }
 
 /// The beginning of a text, on one line, without control characters.

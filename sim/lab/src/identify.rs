@@ -17,6 +17,7 @@
 //! their intervals and the missing ones. No function here reads files.
 
 use planner::craft::{CraftDescription, HeadingLoop, HeadingReference, Power, SpeedReference, SurgeLoop};
+use sim::metrics::rms;
 
 mod fit;
 mod heading;
@@ -31,39 +32,27 @@ mod tests;
 
 pub use log::{InvalidLog, Log, LogRow};
 pub use page::{page, summary};
-pub use parameter::{Parameter, Quantity};
+use parameter::{Parameter, Quantity};
 
 /// Least relative uncertainty of a craft file. Assumption: no craft fits the models better.
 const RELATIVE_UNCERTAINTY_MIN: f64 = 0.02;
 
-/// Measured and simulated motion by sample, for a page. `None` where nothing was measured.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Traces {
-    /// Time, s.
-    pub time: Vec<f64>,
-    /// Heading reference, continuous, rad.
-    pub heading_reference: Vec<f64>,
-    /// Measured heading, continuous, rad.
-    pub heading: Vec<f64>,
-    /// Simulated heading with the compass bias, rad.
-    pub heading_model: Vec<f64>,
-    /// Speed reference, m/s.
-    pub speed_reference: Vec<f64>,
-    /// Measured surge through the water, m/s: the log's, or the ground velocity's less the current.
-    pub surge: Vec<Option<f64>>,
-    /// Simulated surge through the water, m/s.
-    pub surge_model: Vec<f64>,
-    /// Measured sway through the water, m/s.
-    pub sway: Vec<Option<f64>>,
-    /// Simulated sway through the water, m/s.
-    pub sway_model: Vec<f64>,
+/// A motion by sample, for a page.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Trace {
+    /// Names of the motion and of its residual, with the unit.
+    names: [&'static str; 2],
+    /// `None` where nothing was measured.
+    measured: Vec<Option<f64>>,
+    simulated: Vec<f64>,
+    reference: Option<Vec<f64>>,
 }
 
 /// A craft as identified from a log.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Identification {
     /// Every parameter, identified or not.
-    pub parameters: Vec<Parameter>,
+    pub(crate) parameters: Vec<Parameter>,
     /// Speed through the water or over ground, if the log shows it.
     pub speed_held: Option<SpeedReference>,
     /// Reference of heading or of course, if the log shows it.
@@ -76,8 +65,10 @@ pub struct Identification {
     pub heading_residual: f64,
     /// Root mean square of measured less simulated surge on straight courses, m/s.
     pub surge_residual: f64,
-    /// Motion, measured and simulated.
-    pub traces: Traces,
+    /// Time of each sample, s.
+    pub(crate) time: Vec<f64>,
+    /// Motion, measured and simulated: heading with the compass bias, then through the water.
+    pub(crate) traces: [Trace; 3],
 }
 
 impl Identification {
@@ -86,10 +77,7 @@ impl Identification {
     pub fn description(&self) -> CraftDescription {
         let known = |quantity| {
             let is = |parameter: &&Parameter| parameter.quantity == quantity && parameter.identified;
-            self.parameters
-                .iter()
-                .find(is)
-                .map(|parameter| parameter.estimate)
+            Some(self.parameters.iter().find(is)?.estimate)
         };
         let second_order = known(Quantity::HeadingNaturalFrequency).zip(known(Quantity::HeadingDamping));
         let power = known(Quantity::PowerLinear).zip(known(Quantity::PowerCubic));
@@ -126,8 +114,7 @@ impl Identification {
     }
 
     /// The quantities that the log does not identify.
-    #[must_use]
-    pub fn missing(&self) -> Vec<Quantity> {
+    pub(crate) fn missing(&self) -> Vec<Quantity> {
         let parameters = self.parameters.iter().filter(|parameter| !parameter.identified);
         let mut missing: Vec<_> = parameters.map(|parameter| parameter.quantity).collect();
         missing.extend(self.speed_held.is_none().then_some(Quantity::SpeedReference));
@@ -159,16 +146,14 @@ pub fn identify(log: &Log) -> Identification {
         let surge = surge::fit(log, &rough.simulated);
         heading::fit(log, &reference, surge.water.as_ref())
     });
-    let heading_held = by_course
-        .as_ref()
-        .and_then(|by_course| fit::better(&by_heading.fit, &by_course.fit))
-        .map(|heading| {
-            if heading {
-                HeadingReference::Heading
-            } else {
-                HeadingReference::Course
-            }
-        });
+    let better = |by_course: &heading::HeadingFit| fit::better(&by_heading.fit, &by_course.fit);
+    let heading_held = by_course.as_ref().and_then(better).map(|heading| {
+        if heading {
+            HeadingReference::Heading
+        } else {
+            HeadingReference::Course
+        }
+    });
     let (heading, surge) = match (heading_held, by_course) {
         (Some(HeadingReference::Course), Some(by_course)) => {
             let surge = surge::fit(log, &by_course.simulated);
@@ -185,8 +170,9 @@ pub fn identify(log: &Log) -> Identification {
         heading_held,
         current: surge.current(),
         compass_bias: surge.compass_bias(),
-        heading_residual: heading.fit.rms(),
+        heading_residual: rms(&heading.fit.residuals),
         surge_residual: surge.rms,
+        time: log.rows().iter().map(|row| row.time).collect(),
         traces: traces(log, &reference, &heading, &surge),
     }
 }
@@ -196,16 +182,27 @@ fn traces(
     reference: &reference::HeldReference,
     heading: &heading::HeadingFit,
     surge: &surge::SurgeFit,
-) -> Traces {
-    Traces {
-        time: log.rows().iter().map(|row| row.time).collect(),
-        heading_reference: reference.values().to_vec(),
-        heading: log.headings().to_vec(),
-        heading_model: heading.predicted.clone(),
-        speed_reference: log.rows().iter().map(|row| row.speed_reference).collect(),
-        surge: surge.measured_surge.clone(),
-        surge_model: surge.simulated.iter().map(|motion| motion.surge).collect(),
-        sway: surge.measured_sway.clone(),
-        sway_model: surge.simulated.iter().map(|motion| motion.sway).collect(),
-    }
+) -> [Trace; 3] {
+    let degrees = |values: &[f64]| -> Vec<f64> { values.iter().map(|value| value.to_degrees()).collect() };
+    let speeds = log.rows().iter().map(|row| row.speed_reference);
+    [
+        Trace {
+            names: ["heading, °", "residual, °"],
+            measured: degrees(log.headings()).into_iter().map(Some).collect(),
+            simulated: degrees(&heading.predicted),
+            reference: Some(degrees(reference.values())),
+        },
+        Trace {
+            names: ["surge, m/s", "residual, m/s"],
+            measured: surge.measured_surge.clone(),
+            simulated: surge.simulated.iter().map(|motion| motion.surge).collect(),
+            reference: Some(speeds.collect()),
+        },
+        Trace {
+            names: ["sway, m/s", "residual, m/s"],
+            measured: surge.measured_sway.clone(),
+            simulated: surge.simulated.iter().map(|motion| motion.sway).collect(),
+            reference: None,
+        },
+    ]
 }

@@ -10,10 +10,8 @@
 
 mod bound;
 pub mod campaign;
-mod chart;
 mod clairvoyant;
 pub mod comparison;
-mod document;
 pub mod http_guide;
 pub mod identify;
 pub mod log_file;

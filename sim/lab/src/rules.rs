@@ -90,7 +90,7 @@ impl Rule {
 }
 
 /// A guide whose goal `visit` a rule replaces; another goal is left as it is.
-pub struct Ruled {
+pub struct RuleGuide {
     guide: Box<dyn Guide>,
     rule: Rule,
     /// One of [`Rule::dwells`], or another.
@@ -116,7 +116,7 @@ struct Memory {
 }
 
 /// An AUV now.
-struct Seen {
+struct Observed {
     /// Time until the craft can be near it, s.
     travel: f64,
     /// Slant range at which it is served, m, if it is.
@@ -124,7 +124,7 @@ struct Seen {
     silent: bool,
 }
 
-impl Ruled {
+impl RuleGuide {
     /// `guide` by `rule`; `dwell` is the time of a turn or of a stay beyond the least, s.
     #[must_use]
     pub fn new(guide: Box<dyn Guide>, rule: Rule, dwell: f64) -> Self {
@@ -140,18 +140,15 @@ impl Ruled {
     fn goal(&mut self, snapshot: &Snapshot, visits: &Visits) -> (Goal, Option<usize>) {
         let now = snapshot.t_s;
         let forecast = GoalForecast::holding(snapshot, None);
-        let memory = self
-            .memory
-            .get_or_insert_with(|| Memory::new(snapshot, visits, &forecast));
-        let seen = memory.look(snapshot, &forecast);
+        let memory = &mut self.memory;
+        let memory = memory.get_or_insert_with(|| Memory::new(snapshot, visits, &forecast));
+        let seen = memory.observe(snapshot, &forecast);
         let none = seen.iter().all(|seen| seen.silent);
         // If no AUV was heard, all may still be there.
         let tour = memory.tour.iter().copied();
         let heard: Vec<usize> = tour.filter(|place| none || !seen[*place].silent).collect();
-        let auvs: Vec<_> = heard
-            .iter()
-            .map(|place| memory.costs.auvs[*place].clone())
-            .collect();
+        let auvs = heard.iter().map(|place| memory.costs.auvs[*place].clone());
+        let auvs: Vec<_> = auvs.collect();
         match self.rule {
             Rule::Clock => {
                 let turn = ((now - memory.began) / self.dwell).floor();
@@ -191,10 +188,8 @@ impl Memory {
         let positions: Vec<Vector2<f64>> = forecast.members().map(|auv| auv.at(0.0).position).collect();
         let ids: Vec<&VehicleId> = snapshot.auvs.iter().map(|auv| &auv.id).collect();
         let place = |id: &VehicleId| ids.iter().position(|known| *known == id);
-        let places = costs
-            .auvs
-            .iter()
-            .map(|id| place(id).expect("a goal names vehicles of its snapshot"));
+        let places = costs.auvs.iter().map(place);
+        let places = places.map(|place| place.expect("a goal names vehicles of its snapshot"));
         Self {
             places: places.collect(),
             began: snapshot.t_s,
@@ -208,7 +203,7 @@ impl Memory {
     }
 
     /// Observations of each AUV, with the costs carried on until now.
-    fn look(&mut self, snapshot: &Snapshot, forecast: &GoalForecast) -> Vec<Seen> {
+    fn observe(&mut self, snapshot: &Snapshot, forecast: &GoalForecast) -> Vec<Observed> {
         let (here, elapsed) = (snapshot.asc.position(), snapshot.t_s - self.then);
         self.then = snapshot.t_s;
         let within = self.costs.visits.within_m;
@@ -226,7 +221,7 @@ impl Memory {
             self.served[place] |= served.is_some();
             let speed = snapshot.limits().speed_max;
             let travel = (0..MEETING_STEPS).fold(0.0, |time, _| (distance(time) - within).max(0.0) / speed);
-            all.push(Seen {
+            all.push(Observed {
                 travel,
                 served,
                 silent,
@@ -236,7 +231,7 @@ impl Memory {
     }
 
     /// The next place: the same until the craft was there for `stay` s, then the rule's choice.
-    fn next(&mut self, rule: Rule, now: f64, stay: f64, (seen, heard): (&[Seen], &[usize])) -> usize {
+    fn next(&mut self, rule: Rule, now: f64, stay: f64, (seen, heard): (&[Observed], &[usize])) -> usize {
         if let Some((place, arrived)) = &mut self.next
             && heard.contains(place)
         {
@@ -272,14 +267,9 @@ impl Memory {
     }
 }
 
-impl Guide for Ruled {
+impl Guide for RuleGuide {
     fn name(&self) -> &'static str {
-        let [by_planner, by_law] = self.rule.names();
-        if self.guide.name() == PLANNER {
-            by_planner
-        } else {
-            by_law
-        }
+        self.rule.names()[usize::from(self.guide.name() != PLANNER)]
     }
 
     fn craft_estimate(&self) -> Option<&planner::craft::CraftEstimate> {
@@ -296,7 +286,7 @@ impl Guide for Ruled {
             goal: Task { goal, offset },
             ..PlanRequest::clone(snapshot)
         };
-        let guidance = self.guide.guide(&Snapshot::try_from(request)?)?;
+        let guidance = self.guide.guide(&snapshot.again(request)?)?;
         Ok(Guidance { serves, ..guidance })
     }
 }

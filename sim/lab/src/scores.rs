@@ -1,8 +1,9 @@
 //! A controller's scores on a mission, under their public names.
 
 use serde::Serialize;
+use serde_json::Value;
 use sim::{
-    metrics::{AuvMetrics, Metrics, SurfaceCraftMetrics, Violation},
+    metrics::{AuvMetrics, Metrics, SurfaceCraftMetrics},
     record::Record,
 };
 
@@ -31,54 +32,66 @@ impl Scores {
     /// The scores as lines of a table: name, and value for people.
     #[must_use]
     pub fn lines(&self) -> Vec<(String, String)> {
-        let metrics = &self.metrics;
-        let (answers, violations) = (&metrics.answers_by_method, &metrics.violations);
-        let number = |value: f64, digits: usize| format!("{value:.digits$}");
-        let optional =
-            |value: Option<f64>, digits| value.map_or("-".to_owned(), |value| number(value, digits));
-        let violation = |violation: &Violation| match violation.count {
-            0 => "0".to_owned(),
-            count => format!("{count}: {:.0} s, {:.3}", violation.duration_s, violation.worst),
+        let scores = serde_json::to_value(self).expect("numbers, by name");
+        let line = |(name, _, digits): &(&str, &str, usize)| {
+            let pointer = format!(
+                "/{}",
+                name.replace("answers.", "answers_by_method.").replace('.', "/")
+            );
+            Some(((*name).to_owned(), for_people(scores.pointer(&pointer)?, *digits)))
         };
-        let lines = [
-            ("rms_m", number(metrics.rms_m, 3)),
-            ("mean_m", number(metrics.mean_m, 3)),
-            ("p95_m", number(metrics.p95_m, 3)),
-            ("max_m", number(metrics.max_m, 3)),
-            ("settled_rms_m", number(metrics.settled_rms_m, 3)),
-            ("regret_m", optional(self.regret_m, 3)),
-            ("energy_j", number(metrics.energy_j, 0)),
-            ("heading_travel_rad", number(metrics.heading_travel_rad, 2)),
-            ("reference_jerk", number(metrics.reference_jerk, 4)),
-            ("solve_ms_p50", optional(metrics.solve_ms_p50, 4)),
-            ("solve_ms_p99", optional(metrics.solve_ms_p99, 4)),
-            ("answers.mpc", answers.mpc.to_string()),
-            ("answers.previous_plan", answers.previous_plan.to_string()),
-            ("answers.saturated_los", answers.saturated_los.to_string()),
-            ("answers.hold", answers.hold.to_string()),
-            (
-                "violations.turn_rate_radps",
-                violation(&violations.turn_rate_radps),
-            ),
-            ("violations.speed_mps", violation(&violations.speed_mps)),
-            ("violations.keep_out_m", violation(&violations.keep_out_m)),
-            ("violations.area_m", violation(&violations.area_m)),
-            ("violations.range_m", violation(&violations.range_m)),
-            ("violations.energy_j", violation(&violations.energy_j)),
-        ];
-        let visits = metrics.visits.iter().flat_map(|visits| {
-            [
-                ("visits.mean_cost", number(visits.mean_cost, 2)),
-                ("visits.max_cost", number(visits.max_cost, 1)),
-                ("visits.visits", visits.visits.to_string()),
-                ("visits.changes", visits.changes.to_string()),
-                ("visits.deadlines_missed", visits.deadlines_missed.to_string()),
-            ]
-        });
-        let lines = visits.chain(lines).map(|(name, value)| (name.to_owned(), value));
-        let in_range = metrics.time_in_range_s.iter();
-        let in_range = in_range.map(|(id, seconds)| (format!("time_in_range_s.{id}"), number(*seconds, 0)));
-        lines.chain(in_range).collect()
+        let in_range = self.metrics.time_in_range_s.iter();
+        let in_range = in_range.map(|(id, seconds)| (format!("{IN_RANGE}{id}"), format!("{seconds:.0}")));
+        LINES.iter().filter_map(line).chain(in_range).collect()
+    }
+}
+
+/// Beginning of the names of the times in contact range of the AUVs.
+pub(crate) const IN_RANGE: &str = "time_in_range_s.";
+
+/// The lines: name, heading in a comparison's table, and decimals.
+pub(crate) const LINES: [(&str, &str, usize); 26] = [
+    ("visits.mean_cost", "mean cost of the AUVs", 2),
+    ("visits.max_cost", "largest cost of an AUV", 1),
+    ("visits.visits", "visits", 0),
+    ("visits.changes", "changes of the next visit", 0),
+    ("visits.deadlines_missed", "missed deadlines", 0),
+    ("rms_m", "distance, RMS, whole mission, m", 3),
+    ("mean_m", "distance, mean, m", 3),
+    ("p95_m", "distance, 95 % of the time, m", 3),
+    ("max_m", "distance, largest, m", 3),
+    ("settled_rms_m", "distance, RMS, once settled, m", 3),
+    ("regret_m", "RMS beyond the bound, m", 3),
+    ("energy_j", "propulsion energy, J", 0),
+    ("heading_travel_rad", "heading travel, rad", 2),
+    ("reference_jerk", "jerk of the references, m/s³", 4),
+    ("solve_ms_p50", "solve time, median, ms", 4),
+    ("solve_ms_p99", "solve time, 99 %, ms", 4),
+    ("answers.mpc", "answers: program", 0),
+    ("answers.previous_plan", "answers: previous plan", 0),
+    ("answers.saturated_los", "answers: line of sight", 0),
+    ("answers.hold", "answers: hold", 0),
+    ("violations.turn_rate_radps", "above the turn rate, rad/s", 3),
+    ("violations.speed_mps", "above the speed, m/s", 3),
+    ("violations.keep_out_m", "inside keep-outs, m", 3),
+    ("violations.area_m", "outside the area, m", 3),
+    ("violations.range_m", "out of acoustic range, m", 3),
+    ("violations.energy_j", "beyond the energy budget, J", 3),
+];
+
+/// A number, or the violations of a limit: how often, for how long, and the worst.
+fn for_people(value: &Value, digits: usize) -> String {
+    let number = |value: &Value, digits: usize| match value.as_f64() {
+        Some(number) => format!("{number:.digits$}"),
+        None => "-".to_owned(),
+    };
+    match value["count"].as_u64() {
+        None => number(value, digits),
+        Some(0) => "0".to_owned(),
+        Some(count) => {
+            let (duration, worst) = (number(&value["duration_s"], 0), number(&value["worst"], digits));
+            format!("{count}: {duration} s, {worst}")
+        }
     }
 }
 

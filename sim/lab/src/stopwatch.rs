@@ -45,18 +45,14 @@ impl Guide for Stopwatch<'_> {
         self.received.snapshots += 1;
         self.received.with_current += usize::from(snapshot.current.is_some());
         let current = snapshot.current();
-        let known = snapshot
-            .auvs
-            .iter()
-            .zip(snapshot.paths())
-            .zip(snapshot.estimates());
-        for ((auv, path), estimate) in known {
+        let known = snapshot.auvs.iter().zip(snapshot.paths());
+        for ((auv, path), estimate) in known.zip(snapshot.estimates()) {
+            let is_followed = estimate.route.is_none_or(|route| route.is_followed());
             let intent = Intent {
-                path: path
-                    .as_ref()
-                    .filter(|_| estimate.route.is_none_or(|route| route.is_followed())),
+                path: path.as_ref().filter(|_| is_followed),
                 fit: None,
                 dive: auv.dive,
+                tuned: &snapshot.tuned().forecast,
             };
             let model = AuvForecast::new(&estimate.state, intent, snapshot.forecast, &current).model;
             if !self.received.forecasts.contains(&model) {

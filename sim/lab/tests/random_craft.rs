@@ -74,22 +74,17 @@ fn craft_of_every_kind_are_drawn_within_the_requested_ranges() {
     ] {
         assert!(any(&|craft| craft.traits.surge_loop == kind), "{kind:?}");
     }
-    assert!(any(
-        &|craft| craft.autopilot.heading_held == HeadingReference::Course
-    ));
-    assert!(any(
-        &|craft| craft.autopilot.speed_held == SpeedReference::OverGround
-    ));
+    let held = |craft: &RandomCraft| (craft.autopilot.heading_held, craft.autopilot.speed_held);
+    assert!(any(&|craft| held(craft).0 == HeadingReference::Course));
+    assert!(any(&|craft| held(craft).1 == SpeedReference::OverGround));
     assert!(any(&|craft| craft.traits.mass < 50.0) && any(&|craft| 200.0 < craft.traits.mass));
 }
 
 #[test]
 fn the_medusa_s_step_tests_agree_with_its_gains() {
-    let (hull, autopilot) = (
-        SurfaceClass::Medusa.hull(),
-        SurfaceClass::Medusa.autopilot(sim::inner_loop::DragFeedForward::On),
-    );
-    let tested = step_test(&hull, &autopilot).expect("it follows");
+    let medusa = SurfaceClass::Medusa;
+    let autopilot = medusa.autopilot(sim::inner_loop::DragFeedForward::On);
+    let tested = step_test(&medusa.hull(), &autopilot).expect("it follows");
     // At 0.65 m/s the Munk moment (m_v − m_u) m_u u² / d_v takes a third of the loop's damping
     // 2ζω m_r, less quadratic yaw drag. Half a period and the thrusters' 0.1 s are added.
     let (damping, munk) = (2.0 * 0.8 * 1.6 * 4.64, 10.0 * 50.0 * 0.65 * 0.65 / 55.1);
@@ -104,10 +99,8 @@ fn the_medusa_s_step_tests_agree_with_its_gains() {
     let drift = tested.craft.sway_per_yaw_rate;
     assert!((0.5..50.0 / 55.1).contains(&drift), "{drift} s");
     // P = D_u(u) u = 27.5 u³.
-    assert!(
-        (tested.craft.power.cubic_w_per_mps3 - 27.5).abs() < 1e-9
-            && tested.craft.power.linear_w_per_mps.abs() < 1e-9
-    );
+    let power = tested.craft.power;
+    assert!((power.cubic_w_per_mps3 - 27.5).abs() < 1e-9 && power.linear_w_per_mps.abs() < 1e-9);
     // The clamped proportional part, 26 N/(m/s) · 0.2 m/s on 50 kg, and its integral part.
     let acceleration = tested.craft.surge.acceleration_max;
     assert!((0.08..0.13).contains(&acceleration), "{acceleration} m/s²");
@@ -222,23 +215,12 @@ fn with_class(class: &str) -> Result<Scenario, String> {
 #[test]
 fn a_scenario_file_with_a_random_class_flies_a_craft_of_that_seed() {
     let scenario = with_class("class.random = {seed = 7, mass_kg = {uniform = [40, 60]}}").expect("right");
-    let start = scenario.start(1).expect("valid");
-    let flown = start.world.surface_craft.expect("has one");
-    assert_eq!(
-        flown.hull,
-        scenario
-            .start(1)
-            .expect("valid")
-            .world
-            .surface_craft
-            .expect("has one")
-            .hull
-    );
-    // The same craft with another mass, and another craft for every seed where none is named.
     let hull = |scenario: &Scenario, seed| {
         let start = scenario.start(seed).expect("valid");
         start.world.surface_craft.expect("has one").hull
     };
+    assert_eq!(hull(&scenario, 1), hull(&scenario, 1));
+    // The same craft with another mass, and another craft for every seed where none is named.
     assert_ne!(hull(&scenario, 1), hull(&scenario, 2));
     let any = with_class("class.random = {}").expect("right");
     assert_ne!(hull(&any, 1), hull(&any, 2));
@@ -249,19 +231,18 @@ fn a_scenario_file_with_a_random_class_flies_a_craft_of_that_seed() {
 
 #[test]
 fn an_invalid_random_class_is_named_with_its_limit() {
-    for (class, says) in [
-        ("class.random = {mass_kg = 5}", "5 is outside 20 to 500 kg"),
-        (
-            "class.random = {heading_loop = \"fuzzy\"}",
-            "unknown variant `fuzzy`",
-        ),
-        ("class.random = {colour = 1}", "colour"),
-        ("class.random = {seed = -1}", "surface_craft.class"),
-        ("class.random = {delay_s = 3}", "3 is outside 0 to 2 s"),
+    for (wrong, says) in [
+        ("mass_kg = 5", "5 is outside 20 to 500 kg"),
+        ("heading_loop = \"fuzzy\"", "unknown variant `fuzzy`"),
+        ("colour = 1", "colour"),
+        ("seed = -1", "surface_craft.class"),
+        ("delay_s = 3", "3 is outside 0 to 2 s"),
     ] {
-        let error = with_class(class).expect_err(class);
-        assert!(error.contains(says), "{class}: {error}");
-        assert!(error.starts_with("my.toml:"), "{error}");
+        let error = with_class(&format!("class.random = {{{wrong}}}")).expect_err(wrong);
+        assert!(
+            error.contains(says) && error.starts_with("my.toml:"),
+            "{wrong}: {error}"
+        );
     }
 }
 

@@ -14,7 +14,7 @@ use std::{
     io::{self, Write},
 };
 
-use geodesy::{Datum, NotOnEarth, Origin};
+use geodesy::{Datum, Origin};
 use nalgebra::Vector2;
 use serde_json::{Map, Value, json};
 
@@ -36,12 +36,14 @@ const WINDOW: usize = 4_096;
 const POINTS_MIN: usize = 2;
 
 pub(super) fn write<S: Source>(source: &S, out: &mut impl Write) -> Result<(), S::Error> {
-    let frame = Frame::new(source.origin().ok_or(ExportError::NoOrigin)?).map_err(ExportError::from)?;
+    let origin = source.origin().ok_or(ExportError::NoOrigin)?;
+    let datum = Datum::new(&origin).map_err(ExportError::from)?;
     let about = source.about().into_iter();
     let run = about.filter(|(key, _)| ["scenario", "seed"].contains(key));
     let chart = Chart {
         source,
-        frame,
+        origin,
+        datum,
         run: run.map(|(key, value)| (key.to_owned(), value)).collect(),
     };
     out.write_all(b"{\"type\":\"FeatureCollection\",\"features\":[")?;
@@ -60,28 +62,6 @@ pub(super) fn write<S: Source>(source: &S, out: &mut impl Write) -> Result<(), S
     }
     out.write_all(b"\n]}\n")?;
     Ok(())
-}
-
-/// Place of the local frame on Earth.
-struct Frame {
-    origin: Origin,
-    datum: Datum,
-}
-
-impl Frame {
-    fn new(origin: Origin) -> Result<Self, NotOnEarth> {
-        let datum = Datum::new(&origin)?;
-        Ok(Self { origin, datum })
-    }
-
-    /// Longitude and latitude of (north, east), degrees.
-    fn degrees(&self, point: &Vector2<f64>) -> [f64; 2] {
-        let place = self.datum.from_local(point);
-        // On the datum's side of the antimeridian: lines are continuous.
-        let turns = ((place.longitude - self.origin.longitude) / TAU).round();
-        let longitude = place.longitude - TAU * turns;
-        [longitude, place.latitude].map(|angle| rounded(angle.to_degrees(), DEGREE_DECIMALS))
-    }
 }
 
 /// Owner of a line: kind and id. The surface craft comes first.
@@ -120,12 +100,22 @@ fn track_points<'a>(row: &Row<'a>) -> impl Iterator<Item = (&'static str, &'a st
 
 struct Chart<'a, S> {
     source: &'a S,
-    frame: Frame,
+    origin: Origin,
+    datum: Datum,
     /// Properties of the run, for every feature.
     run: Map<String, Value>,
 }
 
 impl<S: Source> Chart<'_, S> {
+    /// Longitude and latitude of (north, east), degrees.
+    fn degrees(&self, point: &Vector2<f64>) -> [f64; 2] {
+        let place = self.datum.from_local(point);
+        // On the datum's side of the antimeridian: lines are continuous.
+        let turns = ((place.longitude - self.origin.longitude) / TAU).round();
+        let longitude = place.longitude - TAU * turns;
+        [longitude, place.latitude].map(|angle| rounded(angle.to_degrees(), DEGREE_DECIMALS))
+    }
+
     fn for_each_place(
         &self,
         mut take: impl FnMut(&'static str, &str, TrackPoint) -> Result<(), S::Error>,
@@ -152,7 +142,7 @@ impl<S: Source> Chart<'_, S> {
         self.list(track, out, |out, place| number(out, place.time))?;
         write!(out, r#"}},"geometry":{{"type":"LineString","coordinates":"#)?;
         self.list(track, out, |out, place| {
-            let [longitude, latitude] = self.frame.degrees(&place.position);
+            let [longitude, latitude] = self.degrees(&place.position);
             out.write_all(b"[")?;
             number(out, longitude)?;
             out.write_all(b",")?;
@@ -198,7 +188,7 @@ impl<S: Source> Chart<'_, S> {
         let scene = self.source.scene();
         let mut features = vec![];
         for (id, path) in scene.paths.iter().filter(|(_, path)| POINTS_MIN <= path.len()) {
-            let line: Vec<_> = path.iter().map(|point| self.frame.degrees(point)).collect();
+            let line: Vec<_> = path.iter().map(|point| self.degrees(point)).collect();
             features.push(self.feature("path", id, &json!({"type": "LineString", "coordinates": line})));
         }
         for (i, disc) in scene.keep_outs.iter().enumerate() {
@@ -213,7 +203,7 @@ impl<S: Source> Chart<'_, S> {
 
     /// A closed ring, counter-clockwise from above (RFC 7946, 3.1.6).
     fn polygon(&self, corners: &[Vector2<f64>]) -> Value {
-        let mut ring: Vec<_> = corners.iter().map(|corner| self.frame.degrees(corner)).collect();
+        let mut ring: Vec<_> = corners.iter().map(|corner| self.degrees(corner)).collect();
         if is_clockwise(corners) {
             ring.reverse();
         }
@@ -242,11 +232,8 @@ impl Window {
     fn push(&mut self, place: TrackPoint) -> Option<TrackPoint> {
         let order = self.0.partition_point(|earlier| earlier.time <= place.time);
         self.0.insert(order, place);
-        if WINDOW < self.0.len() {
-            self.0.pop_front()
-        } else {
-            None
-        }
+        let is_full = WINDOW < self.0.len();
+        is_full.then(|| self.0.pop_front()).flatten()
     }
 }
 

@@ -30,6 +30,7 @@ use serde_json::Value;
 
 use crate::{Entry, ExportError, Scene, Source, source::plain};
 use messages::{Time, Vehicle};
+use schemas::{EVENT, ROW};
 
 mod messages;
 mod scene;
@@ -106,21 +107,16 @@ impl<'a, W: Write> Log<'a, W> {
         let logged = Time::of_seconds(entry.logged_s);
         if let Some(scene) = scene {
             let update = scene::update(&scene, logged).to_string();
-            self.message(
-                "/scene",
-                || schemas::of("SceneUpdate"),
-                [logged, logged],
-                update.as_bytes(),
-            )?;
+            self.message("/scene", "SceneUpdate", [logged, logged], update.as_bytes())?;
         }
         if let Some(event) = entry.event {
-            self.message("/events", schemas::event, [logged, logged], event)?;
+            self.message("/events", EVENT, [logged, logged], event)?;
         }
         for row in &entry.rows {
             let time = Time::of_seconds(row.t_s.unwrap_or_default());
             let times = [time, logged];
             let json = serde_json::to_vec(row).expect("an object of numbers and words");
-            self.message(ROWS, schemas::row, times, &json)?;
+            self.message(ROWS, ROW, times, &json)?;
             let Some((id, mut vehicle)) = Vehicle::of(row) else {
                 continue;
             };
@@ -128,42 +124,29 @@ impl<'a, W: Write> Log<'a, W> {
                 vehicle.heading -= datum.convergence(&vehicle.position);
             }
             let transforms = messages::frame_transforms(id, &vehicle, time).to_string();
-            self.message(
-                "/tf",
-                || schemas::of("FrameTransforms"),
-                times,
-                transforms.as_bytes(),
-            )?;
+            self.message("/tf", "FrameTransforms", times, transforms.as_bytes())?;
             let pose = messages::pose_in_frame(&vehicle, time).to_string();
-            self.message(
-                &format!("/{id}/pose"),
-                || schemas::of("PoseInFrame"),
-                times,
-                pose.as_bytes(),
-            )?;
+            let topic = format!("/{id}/pose");
+            self.message(&topic, "PoseInFrame", times, pose.as_bytes())?;
             if let Some(datum) = self.datum {
                 let fix = messages::location_fix(id, &vehicle, datum, time).to_string();
-                self.message(
-                    &format!("/{id}/fix"),
-                    || schemas::of("LocationFix"),
-                    times,
-                    fix.as_bytes(),
-                )?;
+                let topic = format!("/{id}/fix");
+                self.message(&topic, "LocationFix", times, fix.as_bytes())?;
             }
         }
         Ok(())
     }
 
-    /// Writes a JSON message with its publish and log time. The schema's name is its title.
+    /// Writes a JSON message of a type with its publish and log time. The schema's name is its title.
     fn message(
         &mut self,
         topic: &str,
-        schema: fn() -> Value,
+        kind: &str,
         [published, logged]: [Time; 2],
         message: &[u8],
     ) -> McapResult<()> {
         if !self.channels.contains_key(topic) {
-            let schema = schema();
+            let schema = schemas::of(kind);
             let name = schema["title"].as_str().unwrap_or_default();
             let schema = self
                 .file
@@ -186,10 +169,14 @@ impl<'a, W: Write> Log<'a, W> {
 #[cfg(test)]
 mod tests {
     use mcap::{MessageStream, Summary};
+    use nalgebra::Vector2;
     use serde_json::json;
 
     use super::*;
-    use crate::sample_for_tests::{self, Sample};
+    use crate::{
+        Format,
+        sample_for_tests::{self, Sample},
+    };
 
     fn written(record: &Sample) -> Vec<u8> {
         let mut bytes = vec![];
@@ -252,6 +239,25 @@ mod tests {
         assert_eq!(times, [0, 500_000_000, 1_000_000_000]);
         assert_eq!(poses[1].1["timestamp"], json!({"sec": 0, "nsec": 500_000_000}));
         assert_eq!(poses[2].1["timestamp"], json!({"sec": 1, "nsec": 0}));
+    }
+
+    #[test]
+    fn poses_turn_true_headings_into_the_frame_of_the_datum() {
+        let yaw = |true_headings| {
+            let mut record = sample_for_tests::record();
+            record.true_headings = true_headings;
+            let mut file = vec![];
+            crate::write(&record, Format::Mcap, &mut file).expect("can be written");
+            let orientation = &messages(&file, "/asc/pose")[0].1["pose"]["orientation"];
+            let number = |member: &str| orientation[member].as_f64().expect("is a number");
+            2.0 * number("z").atan2(number("w"))
+        };
+        let origin = sample_for_tests::record().origin.expect("is there");
+        let datum = Datum::new(&origin).expect("is on Earth");
+        // Two metres east of the datum; yaw is counter-clockwise.
+        let convergence = datum.convergence(&Vector2::new(1.0, 2.0));
+        assert!(1e-8 < convergence);
+        assert!((yaw(true) - yaw(false) - convergence).abs() < 1e-12);
     }
 
     #[test]

@@ -1,7 +1,6 @@
 //! Tables as Apache Parquet (Snappy): full precision, null if unknown, metadata as key-value pairs.
 
 use std::{
-    borrow::Cow,
     io::{self, Write},
     sync::Arc,
 };
@@ -31,50 +30,18 @@ const GROUP: usize = 16_384;
 const NULL: i16 = 0;
 const VALUE: i16 = 1;
 
-/// Any table: columns of equal length.
-pub struct Table {
-    /// The schema's name.
-    pub name: &'static str,
-    /// The columns, at least one.
-    pub columns: Vec<Column>,
-    /// Metadata of the file.
-    pub about: Vec<(&'static str, String)>,
-}
-
-/// A column: its name, with the unit, and one value a row.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Column {
-    /// Name.
-    pub name: String,
-    /// Values, as many as there are rows.
-    pub values: Values,
-}
-
-/// Values of a column.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Values {
-    /// Numbers, in the unit of the name; `None` if unknown.
-    Numbers(Vec<Option<f64>>),
-    /// Words.
-    Words(Vec<Cow<'static, str>>),
-}
-
-/// Writes `table`. Equal tables give equal bytes.
-pub fn write_table(table: &Table, out: &mut (impl Write + Send)) -> Result<(), ExportError> {
-    let kind = |column: &Column| match column.values {
-        Values::Numbers(_) => Kind::Number,
-        Values::Words(_) => Kind::Word,
-    };
-    let columns = table.columns.iter();
-    let columns = columns.map(|column| (column.name.as_str(), kind(column)));
-    let mut file = File::new(table.name, columns, &table.about, out)?;
-    for (column, cells) in table.columns.iter().zip(&mut file.columns) {
-        match &column.values {
-            Values::Numbers(numbers) => numbers
-                .iter()
-                .for_each(|number| cells.push(number.map_or(Cell::Nothing, Cell::Number))),
-            Values::Words(words) => words.iter().for_each(|word| cells.push(Cell::Word(word))),
-        }
+/// Writes a table of any columns, each with its name and kind. Equal tables give equal bytes.
+pub fn write_table<'a>(
+    name: &str,
+    columns: impl Iterator<Item = (&'a str, Kind)>,
+    about: &[(&'static str, String)],
+    rows: impl Iterator<Item = impl Iterator<Item = Cell<'a>>>,
+    out: &mut (impl Write + Send),
+) -> Result<(), ExportError> {
+    let mut file = File::new(name, columns, about, out)?;
+    for row in rows {
+        let cells = file.columns.iter_mut().zip(row);
+        cells.for_each(|(column, cell)| column.push(cell));
     }
     file.end_group()?;
     Ok(file.finish()?)

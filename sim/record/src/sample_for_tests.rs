@@ -30,6 +30,7 @@ pub(super) fn record() -> Sample {
         ],
         instants: 3,
         events: vec![],
+        true_headings: false,
     }
 }
 
@@ -41,6 +42,7 @@ pub(super) struct Sample {
     pub(super) instants: u32,
     /// JSON of one event an instant, if there are any.
     pub(super) events: Vec<&'static str>,
+    pub(super) true_headings: bool,
 }
 
 impl Sample {
@@ -64,6 +66,10 @@ impl Source for Sample {
 
     fn origin(&self) -> Option<Origin> {
         self.origin
+    }
+
+    fn has_true_headings(&self) -> bool {
+        self.true_headings
     }
 
     fn scene(&self) -> Scene<'_> {

@@ -81,6 +81,10 @@ impl<S: Source> Source for OnEarth<'_, S> {
         self.source.origin()
     }
 
+    fn has_true_headings(&self) -> bool {
+        self.source.has_true_headings()
+    }
+
     fn scene(&self) -> Scene<'_> {
         self.source.scene()
     }

@@ -20,7 +20,7 @@ pub(crate) struct TrueGoal {
 }
 
 /// The point that a goal follows, without its offset.
-struct Followed<'a> {
+struct GoalPoint<'a> {
     position: Vector2<f64>,
     /// Velocity over ground (north, east), m/s.
     velocity: Vector2<f64>,
@@ -47,7 +47,7 @@ impl TrueGoal {
     /// A goal that visits is at the vehicle `serves`, or without that at the nearest of its
     /// vehicles.
     pub(crate) fn position(&mut self, world: &World, serves: Option<usize>) -> Vector2<f64> {
-        let followed = followed(&self.goal, world, serves);
+        let followed = goal_point(&self.goal, world, serves);
         if SPEED_AT_REST <= followed.velocity.norm() {
             self.course = Course::of(&followed.velocity);
         }
@@ -64,13 +64,13 @@ impl TrueGoal {
     }
 }
 
-fn followed<'a>(goal: &Goal, world: &'a World, serves: Option<usize>) -> Followed<'a> {
+fn goal_point<'a>(goal: &Goal, world: &'a World, serves: Option<usize>) -> GoalPoint<'a> {
     let named = |id: &VehicleId| -> &'a SimulatedAuv {
         let mut auvs = world.auvs.iter();
         auvs.find(|auv| auv.id == *id)
             .expect("a scenario's goal names its own vehicles")
     };
-    let one = |auv: &'a SimulatedAuv| Followed {
+    let one = |auv: &'a SimulatedAuv| GoalPoint {
         position: auv.position(),
         velocity: ground_velocity(auv, world),
         auv: Some(auv),
@@ -97,7 +97,7 @@ fn followed<'a>(goal: &Goal, world: &'a World, serves: Option<usize>) -> Followe
                 depth: auv.depth(),
             });
             let nearest = nearest_to_all(&below.collect::<Vec<_>>());
-            Followed {
+            GoalPoint {
                 position: nearest.position,
                 ..mean(world, auvs.into_iter().zip(nearest.weights))
             }
@@ -113,14 +113,14 @@ fn nearest<'a>(auvs: impl Iterator<Item = &'a SimulatedAuv>, world: &World) -> &
     nearest.expect("a goal names a vehicle")
 }
 
-fn mean<'a>(world: &World, weighted: impl Iterator<Item = (&'a SimulatedAuv, f64)>) -> Followed<'a> {
+fn mean<'a>(world: &World, weighted: impl Iterator<Item = (&'a SimulatedAuv, f64)>) -> GoalPoint<'a> {
     let (mut position, mut velocity, mut sum) = (Vector2::zeros(), Vector2::zeros(), 0.0);
     for (auv, weight) in weighted {
         position += auv.position() * weight;
         velocity += ground_velocity(auv, world) * weight;
         sum += weight;
     }
-    Followed {
+    GoalPoint {
         position: position / sum,
         velocity: velocity / sum,
         auv: None,
@@ -144,73 +144,70 @@ fn in_turn(elapsed: f64, dwell: f64, n: usize) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::scenario::Scenario;
     use planner::snapshot::Visits;
+
+    use super::*;
+    use crate::{scenario::Scenario, tests::near_to};
 
     #[test]
     fn an_intermittent_goal_changes_vehicle_exactly_at_the_dwell() {
-        assert_eq!(
-            [0.0, 239.9, 240.0, 479.9, 480.0].map(|t| in_turn(t, 240.0, 2)),
-            [0, 0, 1, 1, 0]
-        );
+        let found = [0.0, 239.9, 240.0, 479.9, 480.0].map(|t| in_turn(t, 240.0, 2));
+        assert_eq!(found, [0, 0, 1, 1, 0]);
     }
 
-    fn world() -> World {
+    fn world() -> (World, Vec<VehicleId>) {
         let scenario = Scenario::named("paper-midpoint").expect("exists");
-        scenario.start(0).expect("valid").world
+        let world = scenario.start(0).expect("valid").world;
+        let ids = world.auvs.iter().map(|auv| auv.id.clone()).collect();
+        (world, ids)
     }
 
     #[test]
     fn a_visiting_goal_is_the_served_or_else_the_nearest_vehicle() {
-        let world = world();
-        let auvs: Vec<_> = world.auvs.iter().map(|auv| auv.id.clone()).collect();
+        let (world, auvs) = world();
         let mut goal = TrueGoal::of(Goal::Visit(Visits::new(auvs)), None);
         for (place, auv) in world.auvs.iter().enumerate() {
             assert_eq!(goal.position(&world, Some(place)), auv.position());
         }
         let here = world.surface_craft.as_ref().expect("there is one").position();
         let distance = (goal.position(&world, None) - here).norm();
-        assert!(
-            world
-                .auvs
-                .iter()
-                .all(|auv| distance <= (auv.position() - here).norm())
-        );
+        let mut auvs = world.auvs.iter();
+        assert!(auvs.all(|auv| distance <= (auv.position() - here).norm()));
     }
 
     #[test]
     fn means_and_smallest_range_of_two_vehicles_at_the_surface_lie_between_them() {
-        let mut world = world();
-        let auvs: Vec<_> = world.auvs.iter().map(|auv| auv.id.clone()).collect();
+        let (mut world, auvs) = world();
         for auv in &mut world.auvs {
             auv.state[2] = 0.0;
         }
         let [a, b] = [0, 1].map(|i| world.auvs[i].position());
-        let at = |goal| TrueGoal::of(goal, None).position(&world, None);
-        for goal in [
-            Goal::Midpoint { auvs: auvs.clone() },
-            Goal::Weighted {
-                weights: auvs.iter().map(|id| (id.clone(), 3.0)).collect(),
-            },
-            Goal::Range {
-                auvs: auvs.clone(),
-                range_m: 100.0,
-            },
+        let weighted = |weights: [f64; 2]| Goal::Weighted {
+            weights: auvs.iter().cloned().zip(weights).collect(),
+        };
+        let range = Goal::Range {
+            auvs: auvs.clone(),
+            range_m: 100.0,
+        };
+        for (goal, share) in [
+            (Goal::Midpoint { auvs: auvs.clone() }, 0.5),
+            (weighted([3.0, 3.0]), 0.5),
+            (range, 0.5),
+            (weighted([1.0, 3.0]), 0.75),
         ] {
-            assert!((at(goal) - (a + b) * 0.5).norm() < 1e-12);
+            let found = TrueGoal::of(goal, None).position(&world, None);
+            near_to(found, a.lerp(&b, share), 1e-12);
         }
-        let weights = auvs.into_iter().zip([1.0, 3.0]).collect();
-        assert!((at(Goal::Weighted { weights }) - (a * 0.25 + b * 0.75)).norm() < 1e-12);
     }
 
     #[test]
     fn an_offset_turns_with_its_vehicle_and_keeps_its_direction_at_rest() {
-        let mut world = world();
-        let auv = world.auvs[0].id.clone();
+        let (mut world, ids) = world();
         let by = Vector2::new(4.0, -7.0);
-        let mut goals = [Offset::ned(by), Offset::target(by), Offset::path(by)]
-            .map(|offset| TrueGoal::of(Goal::Track { auv: auv.clone() }, Some(offset)));
+        let mut goals = [Offset::ned(by), Offset::target(by), Offset::path(by)].map(|offset| {
+            let auv = ids[0].clone();
+            TrueGoal::of(Goal::Track { auv }, Some(offset))
+        });
         let mut arms = |world: &World| {
             let here = world.auvs[0].position();
             goals.each_mut().map(|goal| goal.position(world, None) - here)
@@ -219,10 +216,9 @@ mod tests {
             world.step(None);
             let auv = &world.auvs[0];
             let tangent = auv.path.at(auv.gamma).tangent;
-            let expected = [0.0, auv.heading(), tangent].map(|angle| ned_from_body(angle) * by);
-            for (arm, expected) in arms(&world).into_iter().zip(expected) {
-                // Still water: the course is the heading.
-                assert!((arm - expected).norm() < 1e-9, "{arm} and {expected}");
+            // Still water: the course is the heading.
+            for (arm, angle) in arms(&world).into_iter().zip([0.0, auv.heading(), tangent]) {
+                near_to(arm, ned_from_body(angle) * by, 1e-9);
             }
         }
         let before = arms(&world);

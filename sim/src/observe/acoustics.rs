@@ -56,7 +56,7 @@ pub struct Fix {
     pub sigma: f64,
 }
 
-/// Counts of messages. A sent message is counted again when its fate is known.
+/// Counts of messages. A sent message is counted again when its reception is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MessageCounts {
     /// Transmitted.
@@ -94,11 +94,11 @@ struct Message {
     fix: Fix,
     /// Arrival of its first sound, s.
     arrival: f64,
-    fate: Fate,
+    reception: Reception,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Fate {
+enum Reception {
     Received,
     Lost,
     Collided,
@@ -192,13 +192,13 @@ impl Acoustics {
             .pending
             .partition_point(|message| message.fix.heard_at <= now);
         for message in self.pending.drain(..due) {
-            match message.fate {
-                Fate::Received => {
+            match message.reception {
+                Reception::Received => {
                     self.counts.delivered += 1;
                     heard.push(message.fix);
                 }
-                Fate::Lost => self.counts.lost += 1,
-                Fate::Collided => self.counts.collided += 1,
+                Reception::Lost => self.counts.lost += 1,
+                Reception::Collided => self.counts.collided += 1,
             }
         }
     }
@@ -247,10 +247,10 @@ impl Acoustics {
         let mut message = Message {
             fix,
             arrival: fix.sent_at + range / setup.sound_speed,
-            fate: if noise.loss < loss {
-                Fate::Lost
+            reception: if noise.loss < loss {
+                Reception::Lost
             } else {
-                Fate::Received
+                Reception::Received
             },
         };
         // Every message that this one can collide with is still pending: it is received after its
@@ -274,8 +274,8 @@ impl Acoustics {
 
 impl Message {
     fn collide(&mut self) {
-        if self.fate == Fate::Received {
-            self.fate = Fate::Collided;
+        if self.reception == Reception::Received {
+            self.reception = Reception::Collided;
         }
     }
 }

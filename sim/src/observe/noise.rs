@@ -37,43 +37,37 @@ mod tests {
     use rand::SeedableRng;
 
     use super::*;
+    use crate::tests::binomial;
 
     /// Pairs drawn per claim.
     const DRAWS: u32 = 100_000;
 
-    fn share(inside: impl Fn(&Vector2<f64>) -> bool) -> f64 {
+    /// Asserts the share of pairs with a property.
+    #[track_caller]
+    fn assert_share(expected: f64, inside: impl Fn(&Vector2<f64>) -> bool) {
         let mut rng = ChaCha8Rng::seed_from_u64(11);
         let hits = (0..DRAWS).filter(|_| inside(&normal_pair(&mut rng))).count();
-        f64::from(u32::try_from(hits).expect("no more than draws")) / f64::from(DRAWS)
+        let hits = u32::try_from(hits).expect("no more than draws");
+        binomial(hits.into(), DRAWS.into(), expected);
     }
 
     #[test]
-    fn shares_within_one_two_and_three_sigma_match_the_normal_distribution() {
-        // Tabulated. Four standard deviations of a share p over n draws: 4 √(p (1 − p) / n).
-        for (sigmas, expected) in [(1.0, 0.682_689_5_f64), (2.0, 0.954_499_7), (3.0, 0.997_300_2)] {
-            let bound = 4.0 * (expected * (1.0 - expected) / f64::from(DRAWS)).sqrt();
+    fn a_pair_is_normal_and_independent() {
+        // Tabulated.
+        for (sigmas, expected) in [(1.0, 0.682_689_5), (2.0, 0.954_499_7), (3.0, 0.997_300_2)] {
             for axis in 0..2 {
-                let found = share(|z| z[axis].abs() <= sigmas);
-                assert!((found - expected).abs() < bound, "{sigmas}: {found}");
+                assert_share(expected, |z| z[axis].abs() <= sigmas);
             }
         }
-    }
-
-    #[test]
-    fn the_two_of_a_pair_do_not_know_of_each_other() {
         // Independent signs and sizes: every quadrant beyond the median size 0.674 49 holds 1/16.
-        let expected = 1.0 / 16.0;
-        let bound = 4.0 * (expected * (1.0 - expected) / f64::from(DRAWS)).sqrt();
         for sign in [Vector2::new(1.0, 1.0), Vector2::new(-1.0, 1.0)] {
-            let found = share(|z| z.component_mul(&sign).min() > 0.674_49);
-            assert!((found - expected).abs() < bound, "{found}");
+            assert_share(1.0 / 16.0, |z| z.component_mul(&sign).min() > 0.674_49);
         }
     }
 
     #[test]
     fn a_pair_costs_two_uniform_numbers_every_time() {
-        let mut drawn = ChaCha8Rng::seed_from_u64(3);
-        let mut counted = ChaCha8Rng::seed_from_u64(3);
+        let [mut drawn, mut counted] = [3, 3].map(ChaCha8Rng::seed_from_u64);
         for _ in 0..10_000 {
             let _pair = normal_pair(&mut drawn);
             let _uniform: [f64; 2] = [counted.random(), counted.random()];

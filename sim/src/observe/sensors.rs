@@ -91,7 +91,7 @@ struct Track {
 }
 
 /// The white errors of one measurement, in units of their σ.
-struct Errors {
+struct WhiteNoise {
     position: Vector2<f64>,
     velocity: Vector2<f64>,
     heading: f64,
@@ -99,7 +99,7 @@ struct Errors {
     speed: Vector2<f64>,
 }
 
-impl Errors {
+impl WhiteNoise {
     fn draw(rng: &mut ChaCha8Rng) -> Self {
         let (position, velocity) = (normal_pair(rng), normal_pair(rng));
         let (turning, speed) = (normal_pair(rng), normal_pair(rng));
@@ -139,7 +139,7 @@ impl SurfaceSensors {
     /// errors in every mission.
     pub fn measure(&mut self, truth: &SurfaceTruth, gnss_works: bool, period: f64) -> Asc {
         let setup = self.setup;
-        let errors = Errors::draw(&mut self.rng);
+        let errors = WhiteNoise::draw(&mut self.rng);
         self.position_error = self.next_position_error(&errors.position, period);
         let heading_error = setup.heading_bias + setup.heading_sigma * errors.heading;
         let mut state =

@@ -80,15 +80,17 @@ mod tests {
     use super::*;
     use crate::scenario::quantity::Distribution;
 
+    fn named(name: &str) -> Scenario {
+        Scenario::named(name).expect("exists")
+    }
+
     /// Every number that `value` has outside of points, with its key.
     fn numbers(key: &str, value: &toml::Value, found: &mut Vec<(String, f64)>) {
         match value {
             toml::Value::Float(number) => found.push((key.to_owned(), *number)),
             toml::Value::Integer(number) if !key.ends_with("lanes") => {
-                found.push((
-                    key.to_owned(),
-                    f64::from(i32::try_from(*number).expect("is small")),
-                ));
+                let number = i32::try_from(*number).expect("is small");
+                found.push((key.to_owned(), number.into()));
             }
             toml::Value::Array(items) if items.iter().all(toml::Value::is_table) => {
                 for (i, item) in items.iter().enumerate() {
@@ -109,76 +111,70 @@ mod tests {
     fn setting_a_number_to_its_value_in_the_file_changes_nothing() {
         for name in Scenario::names() {
             let text = Scenario::text(name).expect("exists");
-            let scenario = Scenario::named(name).expect("exists");
             let mut found = vec![];
-            numbers(
-                "",
-                &toml::Value::Table(text.parse().expect("is TOML")),
-                &mut found,
-            );
-            let mut same = scenario.clone();
+            numbers("", &toml::from_str(text).expect("is TOML"), &mut found);
+            let mut same = named(name);
             for (key, number) in found {
                 same.set(&key, number).expect("is a number");
             }
-            assert_eq!(same, scenario, "{name}");
+            assert_eq!(same, named(name), "{name}");
         }
     }
 
     #[test]
     fn setting_an_omitted_number_adds_its_optional_table() {
-        let mut scenario = Scenario::named("noisy-fixes").expect("exists");
+        let mut scenario = named("noisy-fixes");
         let table = scenario.set("water.shear.factor", 0.5);
         table.expect_err("shear requires a depth");
         for key in [
             "surface_craft.craft.heading_loop.time_constant_s",
             "surface_craft.limits.surge_lag_s",
             "surface_craft.tuning.energy_weight_per_j",
+            "surface_craft.parameters.estimate.gate",
         ] {
             scenario.set(key, 0.5).expect("is a number");
         }
+        let start = scenario.start(1).expect("starts");
+        let briefing = start.observer.expect("has a craft").briefing;
+        assert_eq!(briefing.tuned.estimate.gate, 0.5);
+        let unknown = scenario.set("surface_craft.parameters.estimate.gates", 0.5);
+        unknown.expect_err("there is no such number");
         let craft = scenario.surface_craft.expect("has one");
         assert_eq!(craft.limits.surge_lag_s, Some(Distribution::Fixed(0.5)));
         let response = craft.craft.expect("is created");
-        assert_eq!(
-            response.heading_loop.time_constant_s,
-            Some(Distribution::Fixed(0.5))
-        );
+        let found = response.heading_loop.time_constant_s;
+        assert_eq!(found, Some(Distribution::Fixed(0.5)));
         assert_eq!(response.surge_loop, SurgeLoop::default());
-        assert_eq!(
-            craft.tuning.and_then(|tuning| tuning.energy_weight_per_j),
-            Some(0.5)
-        );
-        let mut visits = Scenario::named("visit-five").expect("exists");
-        visits
-            .set("surface_craft.goal.visit.weights.auv-1", 3.0)
-            .expect("is a number");
-        visits.start(0).expect("visits it");
-        visits
-            .set("surface_craft.goal.visit.weights.auv-9", 3.0)
-            .expect("is a number");
-        visits.start(0).expect_err("there is no such AUV");
+        assert_eq!(craft.tuning.expect("is created").energy_weight_per_j, Some(0.5));
+        let mut visits = named("visit-five");
+        for (auv, is_one) in [("auv-1", true), ("auv-9", false)] {
+            let weight = format!("surface_craft.goal.visit.weights.{auv}");
+            visits.set(&weight, 3.0).expect("is a number");
+            assert_eq!(visits.start(0).is_ok(), is_one);
+        }
     }
 
     #[test]
     fn a_key_without_a_number_and_a_value_out_of_range_are_refused() {
-        let mut scenario = Scenario::named("switching").expect("exists");
+        let mut scenario = named("switching");
+        let none = "no number with this key";
         for (key, value, says) in [
-            ("surface_craft.sped_mps", 0.1, "no number with this key"),
-            ("name", 0.1, "no number with this key"),
-            ("auvs[0]", 0.1, "no number with this key"),
-            ("auvs.0.speed_mps", 0.1, "no number with this key"),
+            ("surface_craft.sped_mps", 0.1, none),
+            ("name", 0.1, none),
+            ("auvs[0]", 0.1, none),
+            ("auvs.0.speed_mps", 0.1, none),
             (
                 "auvs[2].speed_mps",
                 0.1,
                 "the list has 2 items; there is no item 2",
             ),
             ("duration_s", 1e9, "1000000000 is outside 1 to 86400 s"),
-            ("surface_craft.goal.range.range_m", 9.0, "no number with this key"),
+            ("surface_craft.goal.range.range_m", 9.0, none),
         ] {
             let refused = scenario.set(key, value).expect_err(key);
             assert_eq!(refused.field, key);
             assert!(refused.reason.contains(says), "{refused}");
         }
-        assert_eq!(scenario, Scenario::named("switching").expect("exists"));
+        assert_eq!(scenario, named("switching"));
     }
 }

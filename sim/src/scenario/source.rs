@@ -226,77 +226,47 @@ pub fn line_of_field(text: &str, field: &str) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use crate::scenario::{Files, Scenario};
-
-    fn refused(name: &str, right: &str, wrong: &str) -> String {
-        let text = Scenario::text(name).expect("exists");
-        assert!(text.contains(right), "{right}");
-        let text = text.replacen(right, wrong, 1);
-        let read = Scenario::parse(&text, "my.toml", Files::default());
-        let error = read.and_then(Scenario::checked).expect_err(wrong);
-        error.to_string()
-    }
+    use crate::{
+        scenario::{Files, Scenario},
+        tests::rows,
+    };
 
     #[test]
     fn a_wrong_form_is_refused_with_an_example_of_the_right_one() {
-        let lanes = "lawn_mower.lanes: ";
         let constant = "[water.current.constant]\nnorth_mps = 0\neast_mps = 0.12";
-        let current = |given: &str| format!("[water]\ncurrent = {given}");
         let mower = "[auvs.path.lawn_mower]\nfrom = [0, 0]\nheading_rad = 0\nlane_length_m = 100\n\
                      lane_spacing_m = 20\nlanes = 4";
-        for (right, wrong, says) in [
-            (
-                "schema_version = \"1\"",
-                "schema_version = 1",
-                "schema_version: 1 is not a string; write for example schema_version = \"1\"",
-            ),
-            (
-                "lanes = 4",
-                "lanes = 2.5",
-                "path.lawn_mower.lanes: 2.5 is not a whole number; write for example lanes = 4",
-            ),
-            ("lanes = 4", "lanes = \"four\"", lanes),
-            (
-                constant,
-                &current("{north_mps = 0, east_mps = 0.12}"),
-                "water.current: a table with east_mps, north_mps is not a table with one of constant, grid; write \
-                 for example current = {constant = {north_mps = 0, east_mps = 0.12}}",
-            ),
-            (
-                constant,
-                &current("[0, 0.12]"),
-                "water.current: [0, 0.12] is not a table with one of constant, grid; write for example",
-            ),
-            (
-                constant,
-                &current("{east_mps = 0.12}"),
-                "water.current: a table with east_mps is not",
-            ),
-            (
-                mower,
-                "[auvs.path]\nwaypoints = [[0, 0], [100, 0]]",
-                "auvs[0].path.waypoints: [[0, 0], [100, 0]] is not a table; write for example waypoints = {points = \
-                 [[0, 0], [100, 0]], fillet_m = 10}",
-            ),
-            (
-                mower,
-                "path = [[0, 0], [100, 0]]",
-                "auvs[0].path: [[0, 0], [100, 0]] is not a table with one of lawn_mower, waypoints",
-            ),
-        ] {
-            let message = refused("cross-current", right, wrong);
-            assert!(message.contains(says), "{message}");
-            assert!(message.starts_with("my.toml:"), "{message}");
+        let inline = "current = {constant = {north_mps = 0, east_mps = 0.12}}";
+        let points = "waypoints = {points = [[0, 0], [100, 0]], fillet_m = 10}";
+        // The last mistake, inside a right form, is named itself.
+        for [right, wrong, says, example] in rows(
+            r#"
+            schema_version = "1" | schema_version = 1 | schema_version: 1 is not a string | schema_version = "1"
+            lanes = 4 | lanes = 2.5 | path.lawn_mower.lanes: 2.5 is not a whole number | lanes = 4
+            lanes = 4 | lanes = "four" | lawn_mower.lanes: |
+            CONSTANT | [water]\ncurrent = {north_mps = 0, east_mps = 0.12} | water.current: a table with east_mps, north_mps is not a table with one of constant, grid | INLINE
+            CONSTANT | [water]\ncurrent = [0, 0.12] | water.current: [0, 0.12] is not a table with one of constant, grid | INLINE
+            CONSTANT | [water]\ncurrent = {east_mps = 0.12} | water.current: a table with east_mps is not |
+            MOWER | [auvs.path]\nwaypoints = [[0, 0], [100, 0]] | auvs[0].path.waypoints: [[0, 0], [100, 0]] is not a table | POINTS
+            MOWER | path = [[0, 0], [100, 0]] | auvs[0].path: [[0, 0], [100, 0]] is not a table with one of lawn_mower, waypoints |
+            east_mps = 0.12 | east_mps = 9 | water.current.constant.east_mps: 9 is outside -3 to 3 m/s |
+            "#,
+        ) {
+            let right = right.replace("CONSTANT", constant).replace("MOWER", mower);
+            let example = example.replace("INLINE", inline).replace("POINTS", points);
+            let text = Scenario::text("cross-current").expect("exists");
+            assert!(text.contains(&right), "{right}");
+            let text = text.replacen(&right, &wrong, 1);
+            let read = Scenario::parse(&text, "my.toml", Files::default());
+            let error = read.and_then(Scenario::checked).expect_err(&wrong);
+            let message = error.to_string();
+            assert!(
+                message.starts_with("my.toml:") && message.contains(&says),
+                "{message}"
+            );
+            let shown = format!("{says}; write for example {example}");
+            assert!(example.is_empty() || message.contains(&shown), "{message}");
         }
-    }
-
-    #[test]
-    fn a_mistake_inside_a_right_form_is_named_itself() {
-        let message = refused("cross-current", "east_mps = 0.12", "east_mps = 9");
-        assert!(
-            message.contains("water.current.constant.east_mps: 9 is outside -3 to 3 m/s"),
-            "{message}"
-        );
     }
 
     #[test]

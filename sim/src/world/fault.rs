@@ -210,57 +210,42 @@ mod tests {
     #[test]
     fn a_fault_includes_its_start_and_excludes_its_end() {
         let outage = faults(&[FaultKind::GnssOutage]);
-        assert_eq!(
-            [9.9, 10.0, 19.9, 20.0].map(|time| outage.gnss_works(time)),
-            [true, false, false, true]
-        );
+        let found = [9.9, 10.0, 19.9, 20.0].map(|time| outage.gnss_works(time));
+        assert_eq!(found, [true, false, false, true]);
     }
 
     #[test]
     fn faults_affect_only_their_vehicle() {
+        let (side, share) = (Side::Port, 0.5);
         let several = faults(&[
-            FaultKind::Thruster {
-                side: Side::Port,
-                share: 0.5,
-            },
-            FaultKind::Thruster {
-                side: Side::Port,
-                share: 0.5,
-            },
+            FaultKind::Thruster { side, share },
+            FaultKind::Thruster { side, share },
             FaultKind::Silence(1),
             FaultKind::LeavesPath {
                 auv: 0,
                 heading: None,
             },
             FaultKind::ClockOffset(2.0),
-        ]);
-        let health = several.thrusters(15.0);
-        assert_eq!((health.port, health.starboard), (0.25, 1.0));
-        assert!(several.is_silent(1, 15.0) && !several.is_silent(0, 15.0));
-        assert_eq!(several.behaviour(0, 15.0), Behaviour::LeavesPath(None));
-        assert_eq!(several.behaviour(1, 15.0), Behaviour::FollowsPath);
-        assert_eq!(several.clock_offset(15.0), 2.0);
-        assert!(several.gnss_works(15.0));
-    }
-
-    #[test]
-    fn reporting_faults_affect_only_their_vehicle() {
-        let wrong = faults(&[
             FaultKind::WrongAccuracy { auv: 0, factor: 0.3 },
             FaultKind::WrongAccuracy { auv: 0, factor: 0.1 },
             FaultKind::ReportsSpeedZero(1),
             FaultKind::MessagesTwice(1),
         ]);
-        assert_eq!(
-            [0, 1].map(|auv| wrong.accuracy_factor(auv, 15.0)),
-            [0.3 * 0.1, 1.0]
-        );
-        assert_eq!(
-            [0, 1].map(|auv| wrong.reports_speed_zero(auv, 15.0)),
-            [false, true]
-        );
-        assert_eq!([0, 1].map(|auv| wrong.messages_twice(auv, 15.0)), [false, true]);
-        assert!(!wrong.messages_twice(1, 20.0));
+        let health = several.thrusters(15.0);
+        assert_eq!((health.port, health.starboard), (0.25, 1.0));
+        assert_eq!(several.clock_offset(15.0), 2.0);
+        assert!(several.gnss_works(15.0));
+        let leaves = Behaviour::LeavesPath(None);
+        let both = [0, 1];
+        let found = both.map(|auv| several.behaviour(auv, 15.0));
+        assert_eq!(found, [leaves, Behaviour::FollowsPath]);
+        assert_eq!(both.map(|auv| several.is_silent(auv, 15.0)), [false, true]);
+        let found = both.map(|auv| several.accuracy_factor(auv, 15.0));
+        assert_eq!(found, [0.3 * 0.1, 1.0]);
+        let found = both.map(|auv| several.reports_speed_zero(auv, 15.0));
+        assert_eq!(found, [false, true]);
+        assert_eq!(both.map(|auv| several.messages_twice(auv, 15.0)), [false, true]);
+        assert!(!several.messages_twice(1, 20.0));
     }
 
     #[test]

@@ -145,10 +145,6 @@ mod tests {
         ..MEDUSA
     };
 
-    fn force_max(hull: &SurfaceHull) -> f64 {
-        2.0 * hull.thrusters.ahead_max
-    }
-
     fn derivative(hull: &SurfaceHull, [u, v, r]: [f64; 3], force: f64, moment: f64) -> [f64; 3] {
         let (c_u, c_v) = (hull.coriolis.surge, hull.coriolis.sway);
         [
@@ -164,16 +160,13 @@ mod tests {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let (mut state, mut psi, mut most) = ([0.0; 3], 0.0, (0.0_f64, 0.0_f64));
         let mut velocity = Vector2::zeros();
+        let thrust = 2.0 * hull.thrusters.ahead_max;
         for _ in 0..200 {
             let hold = rng.random_range(0.2..20.0_f64);
-            let mut full = |most: f64| {
-                if rng.random_range(0.0..1.0) < 0.5 {
-                    most
-                } else {
-                    -most
-                }
-            };
-            let (force, moment) = (full(force_max(hull)), full(force_max(hull) * hull.thrusters.arm));
+            let [force, moment] = [thrust, thrust * hull.thrusters.arm].map(|most| {
+                let is_ahead = rng.random_range(0.0..1.0) < 0.5;
+                if is_ahead { most } else { -most }
+            });
             let mut time = 0.0;
             while time < hold {
                 let slope = derivative(hull, state, force, moment);
@@ -203,10 +196,7 @@ mod tests {
             for seed in 0..4 {
                 let (speed, acceleration) = driven(&hull, seed);
                 assert!(speed < plant.speed_max, "{speed} against {plant:?}");
-                assert!(
-                    acceleration < plant.acceleration_max,
-                    "{acceleration} against {plant:?}"
-                );
+                assert!(acceleration < plant.acceleration_max, "{acceleration}, {plant:?}");
             }
         }
     }
@@ -214,16 +204,11 @@ mod tests {
     #[test]
     fn full_ahead_then_full_astern_nearly_reaches_the_bounds() {
         let plant = Plant::of(&MEDUSA);
-        let ahead = (0..30_000).fold([0.0; 3], |[u, ..], _| {
-            [
-                u + 0.001 * derivative(&MEDUSA, [u, 0.0, 0.0], 72.0, 0.0)[0],
-                0.0,
-                0.0,
-            ]
-        });
-        assert!(0.98 * plant.speed_max < ahead[0], "{ahead:?} of {plant:?}");
+        let surge = |u: f64, force: f64| derivative(&MEDUSA, [u, 0.0, 0.0], force, 0.0)[0];
+        let ahead = (0..30_000).fold(0.0, |u, _| u + 0.001 * surge(u, 72.0));
+        assert!(0.98 * plant.speed_max < ahead, "{ahead} of {plant:?}");
         // Thrust and drag together; what a turn adds at worst is the rest.
-        let braking = -derivative(&MEDUSA, ahead, -72.0, 0.0)[0];
+        let braking = -surge(ahead, -72.0);
         assert!(0.7 * plant.acceleration_max < braking, "{braking} of {plant:?}");
     }
 }

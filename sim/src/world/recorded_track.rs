@@ -112,16 +112,18 @@ impl RecordedTrack {
 
 #[cfg(test)]
 mod tests {
+    use planner::angle::direction;
+
     use super::*;
+    use crate::tests::{near, near_to};
 
     /// A circle of radius 20 m at 0.5 m/s, recorded once in two seconds, diving at 0.1 m/s.
     fn circle() -> RecordedTrack {
         let point = |k: u32| {
             let time = 2.0 * f64::from(k);
-            let bearing = 0.025 * time;
             TrackPoint {
                 time,
-                position: Vector2::new(20.0 * bearing.cos(), 20.0 * bearing.sin()),
+                position: direction(0.025 * time) * 20.0,
                 depth: 0.1 * time,
             }
         };
@@ -134,13 +136,13 @@ mod tests {
         for time in [4.0, 17.3, 60.9] {
             let motion = track.at(time);
             // The chord of 1 m lies 6 mm inside the arc of radius 20 m, and is 1e-4 shorter.
-            assert!((motion.position.norm() - 20.0).abs() < 0.007, "{motion:?}");
-            assert!((motion.velocity.norm() - 0.5).abs() < 1e-4, "{motion:?}");
-            assert!((motion.turn_rate - 0.025).abs() < 1e-9, "{motion:?}");
-            assert!((motion.depth - 0.1 * time).abs() < 1e-9, "{motion:?}");
+            near(motion.position.norm(), 20.0, 0.007);
+            near(motion.velocity.norm(), 0.5, 1e-4);
+            near(motion.turn_rate, 0.025, 1e-9);
+            near(motion.depth, 0.1 * time, 1e-9);
             let step = 1e-3;
             let moved = (track.at(time + step).position - motion.position) / step;
-            assert!((moved - motion.velocity).norm() < 1e-9);
+            near_to(moved, motion.velocity, 1e-9);
         }
     }
 
@@ -149,11 +151,9 @@ mod tests {
         let track = circle();
         for (time, at) in [(-5.0, 0.0), (98.0, 98.0), (1e6, 98.0)] {
             let motion = track.at(time);
-            assert!((motion.position - track.at(at).position).norm() < 1e-12);
-            assert_eq!(
-                (motion.velocity, motion.descent, motion.turn_rate),
-                (Vector2::zeros(), 0.0, 0.0)
-            );
+            near_to(motion.position, track.at(at).position, 1e-12);
+            assert_eq!(motion.velocity, Vector2::zeros());
+            assert_eq!((motion.descent, motion.turn_rate), (0.0, 0.0));
         }
     }
 

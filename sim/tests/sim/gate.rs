@@ -2,17 +2,17 @@
 
 use pilotfish_sim::{
     guide::{Guidance, Guide, GuideError},
-    mission::run,
     observe::Observer,
-    scenario::{Files, Scenario},
+    scenario::Scenario,
     world::World,
 };
 use planner::{
+    angle::wrap,
     nalgebra::Vector2,
     snapshot::{PlanRequest, Snapshot},
 };
 
-use crate::{los, mpc, named};
+use crate::{craft, flown_by, los, mpc, named, near, parsed, step_until};
 
 /// Keeps the snapshots and answers of a guide.
 struct Witness<'a> {
@@ -37,25 +37,20 @@ fn exchanges(scenario: &Scenario, guide: &mut dyn Guide) -> Vec<(Snapshot, Guida
         guide,
         exchanged: vec![],
     };
-    run(scenario, &mut witness, 1, &mut |_| {}).expect("runs");
+    let _ = flown_by(scenario, &mut witness, 1);
     witness.exchanged
-}
-
-fn corners(snapshot: &Snapshot) -> Vec<Vector2<f64>> {
-    snapshot.area.iter().copied().map(Vector2::from).collect()
 }
 
 #[test]
 fn snapshots_contain_the_bounds_that_judge_the_craft() {
     let scenario = named("crowded").lasting(2.0);
     let bounds = scenario.start(1).expect("valid").bounds;
+    assert!(!bounds.area.is_empty() && bounds.range_max.is_some());
     for (snapshot, _) in exchanges(&scenario, &mut los()) {
-        assert_eq!(snapshot.keep_outs, bounds.keep_outs);
-        assert_eq!(
-            (corners(&snapshot), snapshot.range_max()),
-            (bounds.area.clone(), bounds.range_max)
-        );
-        assert!(!snapshot.area.is_empty() && snapshot.range_max().is_some());
+        let corners: Vec<_> = snapshot.area.iter().copied().map(Vector2::from).collect();
+        assert_eq!(&snapshot.keep_outs, &bounds.keep_outs);
+        assert_eq!(corners, bounds.area.clone());
+        assert_eq!(snapshot.range_max(), bounds.range_max);
     }
 }
 
@@ -68,12 +63,8 @@ fn the_answers_of_a_law_depend_on_snapshots_alone() {
     for law in laws {
         let mut alone = law();
         for (snapshot, guidance) in exchanges(&scenario, law().as_mut()) {
-            assert_eq!(
-                alone.guide(&snapshot).expect("answers"),
-                guidance,
-                "{}",
-                alone.name()
-            );
+            let again = alone.guide(&snapshot).expect("answers");
+            assert_eq!(again, guidance, "{}", alone.name());
         }
     }
 }
@@ -110,51 +101,29 @@ fn an_unheard_change_is_not_known() {
     assert_eq!(known, look(&displaced, &mut observer));
 
     // The difference shows once it is heard again.
-    for world in [&mut world, &mut displaced] {
-        while world.time() < 691.0 {
-            world.step(None);
-        }
-    }
-    assert_ne!(
-        look(&world, &mut observer.clone()).auvs,
-        look(&displaced, &mut observer).auvs
-    );
+    step_until(&mut world, 691.0);
+    step_until(&mut displaced, 691.0);
+    let known = look(&world, &mut observer.clone());
+    assert_ne!(known.auvs, look(&displaced, &mut observer).auvs);
 }
 
 #[test]
 fn the_plan_of_a_vehicle_is_known_but_not_its_progress() {
     // Two plans that differ only beyond 5 m along the path, and a vehicle that is never heard: the
     // plan at its last known position is the same for both.
-    let speeds = |beyond: f64| {
-        let text = Scenario::text("silence").expect("exists").to_owned();
-        let text = text.replace("from_s = 510", "from_s = 0").replace(
-            "leg = \"down\"",
-            &format!(
-                "leg = \"down\"\nspeed_profile = [{{along_m = 5, speed_mps = 0.3}}, {{along_m = 6, speed_mps = {beyond}}}]"
-            ),
-        );
-        let text = text + "\n[knowledge]\npaths = true\n";
-        let scenario = Scenario::parse(&text, "silent.toml", Files::default()).expect("valid");
-        let (world, mut observer) = after(&scenario, 120);
+    let [slow, fast] = [0.3, 0.6].map(|beyond| {
+        let text = Scenario::text("silence").expect("exists");
+        let knots = format!("[{{along_m = 5, speed_mps = 0.3}}, {{along_m = 6, speed_mps = {beyond}}}]");
+        let profile = format!("leg = \"down\"\nspeed_profile = {knots}");
+        let text = text
+            .replace("from_s = 510", "from_s = 0")
+            .replace("leg = \"down\"", &profile);
+        let (world, mut observer) = after(&parsed(&(text + "\n[knowledge]\npaths = true\n")), 120);
         let auv = look(&world, &mut observer).auvs.remove(0);
         (world.auvs[0].gamma, auv.path.expect("given").speed_mps)
-    };
-    let (slow, fast) = (speeds(0.3), speeds(0.6));
+    });
     assert!(6.0 < slow.0 && slow.0 + 5.0 < fast.0, "{slow:?} {fast:?}");
     assert_eq!(slow.1, fast.1);
-}
-
-#[test]
-fn a_craft_without_gnss_does_not_notice_a_displacement() {
-    // "faults" has no GNSS from 700 s to 880 s.
-    let scenario = named("faults");
-    let (world, mut observer) = after(&scenario, 701);
-    let mut displaced = world.clone();
-    displaced.surface_craft.as_mut().expect("has one").state[1] += 300.0;
-    assert_eq!(
-        look(&world, &mut observer.clone()).asc.position(),
-        look(&displaced, &mut observer).asc.position()
-    );
 }
 
 #[test]
@@ -162,24 +131,15 @@ fn every_law_gets_the_same_errors() {
     // Two laws steer differently; the errors of the craft's sensors, measurement less truth, are
     // equal. (Which messages arrive depends on the range, and so on the law.)
     let scenario = named("rough-water").lasting(300.0);
-    let errors = |guide: &mut dyn Guide| {
-        let record = run(&scenario, guide, 4, &mut |_| {}).expect("runs");
-        let rows = record.rows.into_iter().filter_map(|row| row.surface_craft);
-        let errors = rows.map(|craft| {
+    let [los, mpc] = [&mut los() as &mut dyn Guide, &mut mpc()].map(|guide| flown_by(&scenario, guide, 4));
+    for (los, mpc) in los.rows.iter().zip(&mpc.rows) {
+        let [los, mpc] = [los, mpc].map(|row| {
+            let craft = craft(row);
             let position = craft.known.position - craft.position;
-            [
-                position.x,
-                position.y,
-                planner::angle::wrap(craft.known.heading.radians() - craft.heading),
-                craft.known.surge - craft.surge,
-            ]
+            let heading = wrap(craft.known.heading.radians() - craft.heading);
+            [position.x, position.y, heading, craft.known.surge - craft.surge]
         });
-        errors.collect::<Vec<_>>()
-    };
-    for (los, mpc) in errors(&mut los()).into_iter().zip(errors(&mut mpc())) {
-        for (a, b) in los.into_iter().zip(mpc) {
-            // The errors are added to different positions, so the rounding differs.
-            assert!((a - b).abs() < 1e-9, "{a} and {b}");
-        }
+        // The errors are added to different positions, so the rounding differs.
+        los.into_iter().zip(mpc).for_each(|(a, b)| near(a, b, 1e-9));
     }
 }

@@ -1,10 +1,13 @@
 //! The simulator from outside. `allocations.rs` is a binary of its own: it counts allocations.
 
 use pilotfish_sim::{
-    guide::{LosGuide, MpcGuide},
-    scenario::Scenario,
+    guide::{Guide, LosGuide, MpcGuide},
+    mission::run,
+    record::{Record, SurfaceCraftRow},
+    scenario::{Files, Scenario},
+    world::World,
 };
-use planner::parameters::Parameters;
+use planner::{nalgebra::Vector2, parameters::Parameters};
 
 mod determinism;
 mod effects;
@@ -30,4 +33,56 @@ fn mpc() -> MpcGuide {
 
 fn named(name: &str) -> Scenario {
     Scenario::named(name).expect("exists")
+}
+
+/// The scenario written in `text`.
+fn parsed(text: &str) -> Scenario {
+    let scenario = Scenario::parse(text, "my.toml", Files::default());
+    scenario.unwrap_or_else(|error| panic!("{error}: {text}"))
+}
+
+fn flown_by(scenario: &Scenario, guide: &mut dyn Guide, seed: u64) -> Record {
+    run(scenario, guide, seed, &mut |_| {}).expect("runs")
+}
+
+fn world(scenario: &Scenario, seed: u64) -> World {
+    scenario.start(seed).expect("valid").world
+}
+
+/// Steps until `time`, s, without a reference to the surface craft.
+fn step_until(world: &mut World, time: f64) {
+    while world.time() < time {
+        world.step(None);
+    }
+}
+
+fn craft(row: &pilotfish_sim::record::Row) -> &SurfaceCraftRow {
+    row.surface_craft.as_ref().expect("has one")
+}
+
+/// Asserts that two numbers differ by less than `tolerance`.
+#[track_caller]
+fn near(found: f64, expected: f64, tolerance: f64) {
+    let off = (found - expected).abs();
+    assert!(off < tolerance, "{found} instead of {expected}");
+}
+
+/// Asserts that two positions are less than `tolerance` apart.
+#[track_caller]
+fn near_to(found: Vector2<f64>, expected: Vector2<f64>, tolerance: f64) {
+    let off = (found - expected).norm();
+    assert!(off < tolerance, "{found} instead of {expected}: {off} apart");
+}
+
+/// The cells of a table in words: a row a line, cells apart by `|`. In a cell, `\n` breaks a line.
+fn rows<const N: usize>(table: &str) -> Vec<[String; N]> {
+    let cells = |row: &str| {
+        row.split('|')
+            .map(|cell| cell.trim().replace("\\n", "\n"))
+            .collect::<Vec<_>>()
+    };
+    let lines = table.lines().filter(|row| !row.trim().is_empty());
+    lines
+        .map(|row| cells(row).try_into().unwrap_or_else(|_| panic!("{row}")))
+        .collect()
 }

@@ -18,6 +18,8 @@ const BEGIN: &str = "<!-- keys -->\n";
 const END: &str = "<!-- /keys -->\n";
 /// Documented as the planner's levers.
 const LEVERS: &str = "surface_craft.tuning";
+/// Documented as the planner's tuned numbers.
+const NUMBERS: &str = "surface_craft.parameters";
 /// Any value of this variable writes the reference anew.
 const UPDATE: &str = "UPDATE_DOCS";
 
@@ -48,12 +50,9 @@ struct Reference {
 impl Reference {
     /// The properties of an object with their contents. `prefix` is empty or ends in a dot.
     fn object(&mut self, prefix: &str, object: &Value) {
-        let required: Vec<&str> = match &object["required"] {
-            Value::Array(names) => names.iter().filter_map(Value::as_str).collect(),
-            _ => vec![],
-        };
+        let required = object["required"].as_array().map_or(&[][..], Vec::as_slice);
         for (name, value) in object["properties"].as_object().into_iter().flatten() {
-            let needed = required.contains(&name.as_str());
+            let needed = required.iter().any(|required| required == name);
             self.member(&format!("{prefix}{name}"), value, needed);
         }
     }
@@ -62,13 +61,17 @@ impl Reference {
         let inside = self.resolved(value);
         let described = value["description"].as_str().or(inside["description"].as_str());
         let (meaning, stated) = split_default(described.unwrap_or_default());
-        let presence = match (required, stated, value.get("default")) {
-            (true, _, _) => Presence::Required,
-            (false, Some(stated), _) => Presence::Optional(stated),
-            (false, None, Some(default)) => Presence::Optional(default.to_string()),
-            (false, None, None) => Presence::Optional(String::new()),
+        let default = stated.or_else(|| value.get("default").map(Value::to_string));
+        let presence = if required {
+            Presence::Required
+        } else {
+            Presence::Optional(default.unwrap_or_default())
         };
-        let form = self.form(&inside);
+        let form = if key == NUMBERS {
+            Form::default()
+        } else {
+            self.form(&inside)
+        };
         self.rows.push(Row {
             key: key.to_owned(),
             value: form.value(),
@@ -91,23 +94,18 @@ impl Reference {
         for variant in value["oneOf"].as_array().into_iter().flatten() {
             for (name, table) in variant["properties"].as_object().into_iter().flatten() {
                 let key = format!("{key}.{name}");
-                let inside = self.resolved(table);
-                let meaning = variant["description"]
-                    .as_str()
-                    .unwrap_or_default()
-                    .replace('\n', " ");
+                let meaning = variant["description"].as_str().unwrap_or_default();
                 self.rows.push(Row {
                     key: key.clone(),
                     value: String::new(),
                     presence: Presence::Variant,
-                    meaning,
+                    meaning: meaning.replace('\n', " "),
                 });
-                self.inside(&key, &inside);
+                self.inside(&key, &self.resolved(table));
             }
         }
         if let Some(items) = value.get("items").filter(|_| !is_point(value)) {
-            let items = self.resolved(items);
-            self.inside(&format!("{key}[]"), &items);
+            self.inside(&format!("{key}[]"), &self.resolved(items));
         }
     }
 
@@ -116,11 +114,7 @@ impl Reference {
             return number(value);
         }
         if is_point(value) {
-            let each = number(&self.resolved(&value["items"]));
-            return Form {
-                kind: "[north, east]".to_owned(),
-                ..each
-            };
+            return number(&self.resolved(&value["items"])).called("[north, east]");
         }
         if let Some(choices) = value["oneOf"].as_array() {
             let words = choices.iter().filter_map(|choice| choice["const"].as_str());
@@ -128,34 +122,26 @@ impl Reference {
             if names.len() < choices.len() {
                 names.push("one of these".to_owned());
             }
-            return Form::of(names.join(", "));
+            return Form::default().called(names.join(", "));
         }
+        let each = |items: &Value| self.form(&self.resolved(items));
         match kind(value) {
             "object" if value["properties"].is_object() => Form::default(),
-            "object" => {
-                let each = self.form(&self.resolved(&value["additionalProperties"]));
-                Form {
-                    kind: "by AUV".to_owned(),
-                    ..each
-                }
-            }
+            "object" => each(&value["additionalProperties"]).called("by AUV"),
             "array" => {
-                let each = self.form(&self.resolved(&value["items"]));
-                Form {
-                    kind: format!("list{}{}", list_of(&each.kind), counts(value)),
-                    ..each
-                }
+                let each = each(&value["items"]);
+                let kind = format!("list{}{}", list_of(&each.kind), counts(value));
+                each.called(kind)
             }
-            "integer" => Form {
-                kind: "whole number".to_owned(),
-                unit: String::new(),
-                range: match (value["minimum"].as_i64(), value["maximum"].as_i64()) {
-                    (Some(least), Some(most)) => format!("{least} to {most}"),
-                    _ => String::new(),
-                },
-            },
+            "integer" => {
+                let mut form = Form::default().called("whole number");
+                if let [Some(least), Some(most)] = ["minimum", "maximum"].map(|end| value[end].as_i64()) {
+                    form.range = format!("{least} to {most}");
+                }
+                form
+            }
             "boolean" => Form::default(),
-            "string" => Form::of("text"),
+            "string" => Form::default().called("text"),
             other => panic!("a form that the reference does not know: {other} in {value}"),
         }
     }
@@ -177,10 +163,8 @@ impl Reference {
 
 fn reference() -> (Vec<Row>, String) {
     let schema = Scenario::schema();
-    let mut reference = Reference {
-        definitions: schema["$defs"].clone(),
-        rows: vec![],
-    };
+    let (definitions, rows) = (schema["$defs"].clone(), vec![]);
+    let mut reference = Reference { definitions, rows };
     reference.object("", &schema);
     let text = text(&reference.rows);
     (reference.rows, text)
@@ -190,12 +174,8 @@ fn reference() -> (Vec<Row>, String) {
 fn the_reference_of_keys_matches_the_schema() {
     let (rows, reference) = reference();
     for row in &rows {
-        assert_ne!(
-            row.presence,
-            Presence::Optional(String::new()),
-            "{}: what is it if left out?",
-            row.key
-        );
+        let unsaid = Presence::Optional(String::new());
+        assert_ne!(row.presence, unsaid, "{}: what is it if left out?", row.key);
         assert!(!row.meaning.is_empty(), "{}: what does it mean?", row.key);
     }
     let document = fs::read_to_string(DOCUMENT).expect("there");
@@ -210,23 +190,18 @@ fn the_reference_of_keys_matches_the_schema() {
 
 #[test]
 fn every_key_of_the_built_in_scenarios_is_in_the_reference() {
-    fn walk(prefix: &str, value: &toml::Value, found: &mut Vec<String>) {
+    fn walk(key: &str, value: &toml::Value, found: &mut Vec<String>) {
         match value {
             toml::Value::Table(table) => {
                 for (name, value) in table {
-                    let key = if prefix.is_empty() {
-                        name.clone()
-                    } else {
-                        format!("{prefix}.{name}")
-                    };
-                    found.push(key.clone());
-                    walk(&key, value, found);
+                    let dot = if key.is_empty() { "" } else { "." };
+                    found.push(format!("{key}{dot}{name}"));
+                    walk(&format!("{key}{dot}{name}"), value, found);
                 }
             }
             toml::Value::Array(items) => {
-                let inside = format!("{prefix}[]");
                 for item in items {
-                    walk(&inside, item, found);
+                    walk(&format!("{key}[]"), item, found);
                 }
             }
             _ => {}
@@ -241,14 +216,12 @@ fn every_key_of_the_built_in_scenarios_is_in_the_reference() {
         for key in found {
             // Distributions and names of vehicles are not keys of the format.
             let (table, last) = key.rsplit_once('.').unwrap_or(("", &key));
-            let by_auv = |row: &&str| {
-                table == *row
-                    && [".slots_s", ".weights", ".serve_by_s"]
-                        .iter()
-                        .any(|end| row.ends_with(end))
-            };
-            let chosen = ["uniform", "normal", "choice"].contains(&last) || known.iter().any(by_auv);
-            assert!(chosen || known.contains(&key.as_str()), "{name}: {key}");
+            let is_by_auv = [".slots_s", ".weights", ".serve_by_s"]
+                .iter()
+                .any(|end| table.ends_with(end));
+            let chosen = ["uniform", "normal", "choice"].contains(&last);
+            let is_known = known.contains(&key.as_str()) || (is_by_auv && known.contains(&table));
+            assert!(chosen || is_known, "{name}: {key}");
         }
     }
 }

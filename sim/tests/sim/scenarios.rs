@@ -1,20 +1,24 @@
 //! Scenario files: published files are the ones that are read.
 
-use std::{collections::BTreeSet, fs, path::Path};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fs,
+    path::Path,
+    sync::Arc,
+};
 
 use pilotfish_sim::{
     metrics::Metrics,
-    mission::run,
     scenario::{Files, ReportedAs, Scenario},
     surface_craft::SurfaceClass,
 };
-use planner::craft::{CraftDescription, HeadingReference, Power, SpeedReference};
+use planner::craft::{CraftDescription, HeadingLoop, HeadingReference, Power, SpeedReference, SurgeLoop};
 use record::{
     Source as _,
-    table::{COLUMNS, Cell, Column, Row},
+    table::{COLUMNS, Cell, Column},
 };
 
-use crate::{los, named};
+use crate::{flown_by, los, named, near, parsed, rows, step_until, world};
 
 fn folder() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios"))
@@ -22,16 +26,12 @@ fn folder() -> &'static Path {
 
 #[test]
 fn every_file_of_the_folder_is_built_in() {
-    let mut found: Vec<String> = fs::read_dir(folder())
-        .expect("there")
-        .map(|entry| entry.expect("readable").path())
-        .filter(|path| path.extension().is_some_and(|extension| extension == "toml"))
-        .map(|path| path.file_stem().expect("named").to_string_lossy().into_owned())
-        .collect();
-    let mut names: Vec<String> = Scenario::names().into_iter().map(str::to_owned).collect();
-    found.sort();
-    names.sort();
-    assert_eq!(found, names);
+    let files = fs::read_dir(folder()).expect("there");
+    let paths = files.map(|entry| entry.expect("readable").path());
+    let scenarios = paths.filter(|path| path.extension().is_some_and(|extension| extension == "toml"));
+    let found = scenarios.map(|path| path.file_stem().expect("named").to_string_lossy().into_owned());
+    let names = Scenario::names().into_iter().map(str::to_owned);
+    assert_eq!(found.collect::<BTreeSet<_>>(), names.collect());
 }
 
 #[test]
@@ -41,19 +41,14 @@ fn every_scenario_runs_and_its_record_is_finite() {
         let seconds = if name.starts_with("visit") { 20_u8 } else { 120 };
         let scenario = named(name).lasting(f64::from(seconds));
         for seed in 0..3 {
-            let record = run(&scenario, &mut los(), seed, &mut |_| {}).expect("runs");
+            let record = flown_by(&scenario, &mut los(), seed);
             assert_eq!(record.rows.len(), usize::from(seconds), "{name}");
-            let finite = |row: &Row<'_>, column: &Column| match (column.cell)(row) {
-                Cell::Number(number) => number.is_finite(),
-                Cell::Nothing | Cell::Count(_) | Cell::Word(_) => true,
-            };
             let checked = record.for_each(&mut |entry| {
-                for (row, column) in entry
-                    .rows
-                    .iter()
-                    .flat_map(|row| COLUMNS.iter().map(move |column| (row, column)))
-                {
-                    assert!(finite(row, column), "{name}, {}: {row:?}", column.name);
+                for row in &entry.rows {
+                    for Column { cell, name, .. } in COLUMNS {
+                        let endless = matches!(cell(row), Cell::Number(number) if !number.is_finite());
+                        assert!(!endless, "{name}: {row:?}");
+                    }
                 }
                 Ok(())
             });
@@ -90,6 +85,8 @@ id = "auv-1"
 fn bounds_that_no_snapshot_accepts_are_refused_before_departure() {
     let crowded = fs::read_to_string(folder().join("crowded.toml")).expect("built in");
     let area = "area = [[-60, -60], [160, -60], [160, 180], [-60, 180]]";
+    let disc = "keep_outs = [";
+    let many = format!("{disc}{}", "{north_m = 0, east_m = 0, radius_m = 1},".repeat(33));
     for (text, written, says) in [
         (
             area,
@@ -99,7 +96,7 @@ fn bounds_that_no_snapshot_accepts_are_refused_before_departure() {
         (
             area,
             "area = [[0, 0], [90, 0]]",
-            "bounds.area: must have 3 to 64 items, has 2",
+            "bounds.area: must have 3 to 64 items (given: 2)",
         ),
         ("radius_m = 8", "radius_m = 0.01", "0.1"),
         (
@@ -107,90 +104,68 @@ fn bounds_that_no_snapshot_accepts_are_refused_before_departure() {
             "range_max_m = {choice = [60, 0.5]}",
             "range_max_m",
         ),
+        (
+            disc,
+            &many,
+            "bounds.keep_outs: must have 0 to 32 items (given: 34)",
+        ),
     ] {
         assert_eq!(crowded.matches(text).count(), 1, "{text}");
         let error = read_beside(&crowded.replace(text, written), "none", "").expect_err(written);
         assert!(error.contains(says), "{error}");
     }
-    let many = "{north_m = 0, east_m = 0, radius_m = 1},".repeat(33);
-    let disc = "keep_outs = [";
-    let error =
-        read_beside(&crowded.replace(disc, &format!("{disc}{many}")), "none", "").expect_err("34 discs");
-    assert!(
-        error.contains("bounds.keep_outs: must have 0 to 32 items, has 34"),
-        "{error}"
-    );
+}
+
+/// The path of the vehicle of [`ALONE`] along the file `track`.
+fn drawn(track: &str) -> Arc<planner::path::Path> {
+    let text = format!("{ALONE}path.geojson = {{file = \"track.geojson\", fillet_m = 5}}");
+    let files = Files::kept(BTreeMap::from([("track.geojson".to_owned(), track.to_owned())]));
+    let scenario = Scenario::parse(&text, "my.toml", files).expect(track);
+    world(&scenario, 0).auvs[0].path.clone()
 }
 
 #[test]
 fn a_path_is_drawn_on_a_map() {
     // 0.001° of latitude is 111 m, 0.001° of longitude 87 m, by the ellipsoid's radii below.
-    let text = format!("{ALONE}path.geojson = {{file = \"track.geojson\", fillet_m = 5}}");
-    let track = r#"{"type": "Feature", "properties": {}, "geometry": {"type": "LineString",
-        "coordinates": [[-9.12, 38.41], [-9.12, 38.411], [-9.119, 38.411]]}}"#;
-    read_beside(&text, "track.geojson", track).expect("a path");
-    let folder = tempfile::tempdir().expect("a folder");
-    fs::write(folder.path().join("track.geojson"), track).expect("written");
-    let scenario = Scenario::parse(&text, "my.toml", Files::beside(folder.path())).expect("a path");
-    let path = scenario.start(0).expect("valid").world.auvs[0].path.clone();
-    let (a, e2) = (6_378_137.0_f64, 0.006_694_379_990_141_f64);
-    let sin = 38.41_f64.to_radians().sin();
-    let meridian = a * (1.0 - e2) / (1.0 - e2 * sin * sin).powf(1.5);
-    let parallel = a / (1.0 - e2 * sin * sin).sqrt() * 38.41_f64.to_radians().cos();
-    let millidegree = 0.001_f64.to_radians();
+    let [a, b, c] = ["[-9.12, 38.41]", "[-9.12, 38.411]", "[-9.119, 38.411]"];
+    let plain = format!(r#"{{"type": "LineString", "coordinates": [{a}, {b}, {c}]}}"#);
+    let feature = format!(r#"{{"type": "Feature", "properties": {{}}, "geometry": {plain}}}"#);
+    let path = drawn(&feature);
+    let (radius, e2) = (6_378_137.0_f64, 0.006_694_379_990_141_f64);
+    let (sin, cos) = 38.41_f64.to_radians().sin_cos();
+    let meridian = radius * (1.0 - e2) / (1.0 - e2 * sin * sin).powf(1.5);
+    let parallel = radius / (1.0 - e2 * sin * sin).sqrt() * cos;
     let end = path.at(path.length()).position;
     // The radii change by 1e-5 over a millidegree.
-    assert!((end.x - meridian * millidegree).abs() < 0.01, "{end}");
-    assert!((end.y - parallel * millidegree).abs() < 0.01, "{end}");
-}
-
-#[test]
-fn survey_lines_of_common_tools_are_read() {
-    let text = format!("{ALONE}path.geojson = {{file = \"track.geojson\", fillet_m = 5}}");
-    let length = |track: &str| {
-        let folder = tempfile::tempdir().expect("a folder");
-        fs::write(folder.path().join("track.geojson"), track).expect("written");
-        let scenario = Scenario::parse(&text, "my.toml", Files::beside(folder.path())).expect(track);
-        scenario.start(0).expect(track).world.auvs[0].path.length()
-    };
-    let [a, b, c] = ["[-9.12, 38.41]", "[-9.12, 38.411]", "[-9.119, 38.411]"];
-    let plain = length(&format!(
-        r#"{{"type": "LineString", "coordinates": [{a}, {b}, {c}]}}"#
-    ));
+    near(end.x, meridian * 0.001_f64.to_radians(), 0.01);
+    near(end.y, parallel * 0.001_f64.to_radians(), 0.01);
+    // Survey lines of common tools.
     for track in [
         format!(r#"{{"type": "LineString", "coordinates": [{a}, {a}, {b}, {b}, {c}]}}"#),
         format!(r#"{{"type": "MultiLineString", "coordinates": [[{a}, {b}], [{b}, {c}]]}}"#),
-        format!("\u{feff}{{\"type\": \"LineString\", \"coordinates\": [{a}, {b}, {c}]}}"),
+        format!("\u{feff}{plain}"),
     ] {
-        assert!((length(&track) - plain).abs() < 1e-9, "{track}");
+        near(drawn(&track).length(), path.length(), 1e-9);
     }
 }
 
 #[test]
 fn files_beside_a_scenario_are_found_and_their_errors_are_named() {
-    let path = "path.segments = {segments = [{line = {from = [0, 0], to = [100, 0]}}]}";
-    let grid = format!("{ALONE}{path}\n[water.current.grid]\nfile = \"grid.csv\"\n");
+    let grid = format!("{ALONE}{LINE}[water.current.grid]\nfile = \"grid.csv\"\n");
     let header = "t_s,north_m,east_m,current_north_mps,current_east_mps\n";
     read_beside(&grid, "grid.csv", &format!("{header}0,0,0,0.1,0\n")).expect("one node is a grid");
+    let fast = format!("{header}0,0,0,99,0\n");
     let track = format!("{ALONE}path.geojson = {{file = \"track.geojson\", fillet_m = 5}}");
     let outside = track.replace("track.geojson", "../track.geojson");
     let no_origin = track.replace("origin =", "# origin =");
+    let point = r#"{"type": "Point", "coordinates": [1, 2]}"#;
+    let nowhere = r#"{"type": "LineString", "coordinates": [[0, 99], [1, 99]]}"#;
     for (text, name, beside, says) in [
-        (&grid, "grid.csv", &*format!("{header}0,0,0,99,0\n"), "99"),
+        (&grid, "grid.csv", &*fast, "99"),
         (&grid, "other.csv", "", "cannot read"),
         (&track, "track.geojson", "{", "is not GeoJSON"),
-        (
-            &track,
-            "track.geojson",
-            r#"{"type": "Point", "coordinates": [1, 2]}"#,
-            "has 0 LineStrings",
-        ),
-        (
-            &track,
-            "track.geojson",
-            r#"{"type": "LineString", "coordinates": [[0, 99], [1, 99]]}"#,
-            "no place on Earth",
-        ),
+        (&track, "track.geojson", point, "has 0 LineStrings"),
+        (&track, "track.geojson", nowhere, "no place on Earth"),
         (&outside, "track.geojson", "{}", "is not in the scenario's folder"),
         (&no_origin, "track.geojson", "{}", "add [origin]"),
     ] {
@@ -232,141 +207,65 @@ fn acoustics(lines: &str) -> String {
     format!("[knowledge.acoustics]\n{}\n{lines}\n[water]", kept.join("\n"))
 }
 
-/// Asserts that the whole scenario with `wrong` instead of `right` is refused with an error `says`.
-fn assert_refused(cases: &[(&str, &str, &str)]) {
+/// Asserts of each row of a table: the whole scenario with the second instead of the first is
+/// refused with an error that says the third.
+fn assert_refused(table: &str) {
     let whole = format!("{ALONE}{LINE}{CRAFT}[surface_craft.limits]\n[water]\n");
-    Scenario::parse(&whole, "my.toml", Files::default()).expect("valid as it stands");
-    for (right, wrong, says) in cases {
-        assert!(whole.contains(right), "{right}");
-        let text = whole.replacen(right, wrong, 1);
-        let refused = Scenario::parse(&text, "my.toml", Files::default())
-            .and_then(Scenario::checked)
-            .expect_err(wrong)
-            .to_string();
-        assert!(refused.contains(says), "{refused}");
+    let _ = parsed(&whole);
+    for [right, wrong, says] in rows(table) {
+        let right = right.replace("LINE", LINE.trim());
+        assert!(whole.contains(&right), "{right}");
+        let wrong = match wrong.strip_prefix("ACOUSTICS ") {
+            Some(lines) => acoustics(lines),
+            None => wrong.replace("LINE", LINE.trim()),
+        };
+        let text = whole.replacen(&right, &wrong, 1);
+        let read = Scenario::parse(&text, "my.toml", Files::default());
+        let refused = read.and_then(Scenario::checked).expect_err(&wrong);
+        assert!(refused.to_string().contains(&says), "{refused}");
     }
 }
 
 #[test]
 fn members_that_would_fail_in_a_mission_are_refused_before_it() {
-    assert_refused(&[
-        ("id = \"auv-1\"", "id = \"a\\\"b,c\"", "auvs[0].id"),
-        ("id = \"auv-1\"", "id = \"asc\"", "the name of the surface craft"),
-        ("[\"auv-1\"]", "[\"auv-1\", \"auv-1\"]", "named twice"),
-        ("speed_mps = 0.3", "speed_mps = 4", "more than the 72 N"),
-        (LINE, &format!("speed_mps = 2.5\n{LINE}"), "more than the 72 N"),
-        (
-            "[surface_craft.limits]",
-            "[surface_craft.limits]\nspeed_max_mps = 0.06",
-            "0.05 m/s above",
-        ),
-        (
-            "[surface_craft.limits]",
-            "[surface_craft.limits]\nspeed_min_mps = 3",
-            "outside 0 to 2 m/s",
-        ),
-        (
-            "settled_after_s = 0",
-            "settled_after_s = 59.5",
-            "less than a second before the end",
-        ),
-        (
-            "[water]",
-            "[water]\nwaves = {heading_sigma_rad = 0.4, surge_sigma_mps = 0, peak_period_s = 1, damping = 0.1}",
-            "water.waves.heading_sigma_rad: 0.4 is outside 0 to 0.0795",
-        ),
-        (
-            LINE,
-            "path.lawn_mower = {from = [99000, 0], heading_rad = 0, lane_length_m = 2000, lane_spacing_m = 20, lanes = 2}\n",
-            "of the datum",
-        ),
-        (
-            "[water]",
-            &acoustics("slot_length_s = 2.5"),
-            "slot_length_s: 2.5 is outside 0 to 2, ",
-        ),
-        (
-            "[water]",
-            &acoustics("slots_s = {auv-1 = 11}"),
-            "slots_s.auv-1: 11 is outside 0 to 10, ",
-        ),
-        (
-            "[water]",
-            &acoustics("slots_s = {}"),
-            "slots_s: \"auv-1\" has no slot",
-        ),
-        (
-            "[water]",
-            &acoustics("loss = 0.6\nloss_at_range_max = 0.5"),
-            "loss_at_range_max: 0.5 is outside 0.6 to 1, ",
-        ),
-        (
-            "goal.midpoint.auvs = [\"auv-1\"]",
-            "goal.weighted.weights = {auv-2 = 1.0}",
-            "there is no vehicle \"auv-2\"",
-        ),
-        (
-            "goal.midpoint.auvs = [\"auv-1\"]",
-            "goal.weighted.weights = {auv-1 = 0}",
-            "weights: at least one of them must be above 0",
-        ),
-        (
-            "goal.midpoint.auvs = [\"auv-1\"]",
-            "goal.range = {auvs = [\"auv-1\"], range_m = 0.5}",
-            "outside 1 to 20000 m",
-        ),
-        (
-            "[surface_craft.limits]",
-            "goal_offset.path = {ahead_m = 0, starboard_m = 9}\n[surface_craft.limits]",
-            "goal_offset.path: an offset along a path needs a goal that follows one vehicle at a time",
-        ),
-        (
-            "goal.midpoint.auvs = [\"auv-1\"]",
-            "goal.track.auv = \"auv-1\"\ngoal_offset.path = {ahead_m = 0, starboard_m = 9}",
-            "the surface craft knows no paths",
-        ),
-        (
-            LINE,
-            "path.waypoints = {points = [[0, 0], [10, 0], [10, 10]], fillet_m = 11}\n",
-            "fillet",
-        ),
-    ]);
+    assert_refused(
+        r#"
+        id = "auv-1" | id = "a\"b,c" | auvs[0].id
+        id = "auv-1" | id = "asc" | the name of the surface craft
+        ["auv-1"] | ["auv-1", "auv-1"] | named twice
+        speed_mps = 0.3 | speed_mps = 4 | more than the 72 N
+        LINE | speed_mps = 2.5\nLINE | more than the 72 N
+        [surface_craft.limits] | [surface_craft.limits]\nspeed_max_mps = 0.06 | 0.05 m/s above
+        [surface_craft.limits] | [surface_craft.limits]\nspeed_min_mps = 3 | outside 0 to 2 m/s
+        settled_after_s = 0 | settled_after_s = 59.5 | less than a second before the end
+        [water] | [water]\nwaves = {heading_sigma_rad = 0.4, surge_sigma_mps = 0, peak_period_s = 1, damping = 0.1} | water.waves.heading_sigma_rad: 0.4 is outside 0 to 0.0795
+        LINE | path.lawn_mower = {from = [99000, 0], heading_rad = 0, lane_length_m = 2000, lane_spacing_m = 20, lanes = 2} | of the datum
+        [water] | ACOUSTICS slot_length_s = 2.5 | slot_length_s: 2.5 is outside 0 to 2,
+        [water] | ACOUSTICS slots_s = {auv-1 = 11} | slots_s.auv-1: 11 is outside 0 to 10,
+        [water] | ACOUSTICS slots_s = {} | slots_s: "auv-1" has no slot
+        [water] | ACOUSTICS loss = 0.6\nloss_at_range_max = 0.5 | loss_at_range_max: 0.5 is outside 0.6 to 1,
+        goal.midpoint.auvs = ["auv-1"] | goal.weighted.weights = {auv-2 = 1.0} | there is no vehicle "auv-2"
+        goal.midpoint.auvs = ["auv-1"] | goal.weighted.weights = {auv-1 = 0} | weights: at least one of them must be above 0
+        goal.midpoint.auvs = ["auv-1"] | goal.range = {auvs = ["auv-1"], range_m = 0.5} | outside 1 to 20000 m
+        [surface_craft.limits] | goal_offset.path = {ahead_m = 0, starboard_m = 9}\n[surface_craft.limits] | goal_offset.path: an offset along a path needs a goal that follows one vehicle at a time
+        goal.midpoint.auvs = ["auv-1"] | goal.track.auv = "auv-1"\ngoal_offset.path = {ahead_m = 0, starboard_m = 9} | the surface craft knows no paths
+        LINE | path.waypoints = {points = [[0, 0], [10, 0], [10, 10]], fillet_m = 11} | fillet
+        "#,
+    );
 }
 
 #[test]
 fn a_craft_table_that_contradicts_itself_is_refused() {
-    assert_refused(&[
-        (
-            "[water]",
-            "[surface_craft.craft]\npreset = \"ark\"\n[water]",
-            "surface_craft.craft.preset: the known craft are ",
-        ),
-        (
-            "[water]",
-            "[surface_craft.craft]\nheading_loop = {delay_s = 11}\n[water]",
-            "craft.heading_loop.delay_s: 11 is outside 0 to 10 s",
-        ),
-        (
-            "[water]",
-            "[surface_craft.craft]\nsurge_loop = {delay_s = {uniform = [5, inf]}}\n[water]",
-            "craft.surge_loop.delay_s.uniform[1]: invalid value: not a finite number",
-        ),
-        (
-            "[water]",
-            "[surface_craft.craft]\nheading_loop = {damping = 1}\n[water]",
-            "craft.heading_loop.natural_frequency_radps: give both `natural_frequency_radps` and `damping`, or neither",
-        ),
-        (
-            "[water]",
-            "[surface_craft.craft]\nsurge_loop = {integrates = false, integral_time_s = 5}\n[water]",
-            "craft.surge_loop.integral_time_s: `integral_time_s` contradicts `integrates`: false",
-        ),
-        (
-            "[surface_craft.limits]",
-            "craft.surge_loop.time_constant_s = 2\n[surface_craft.limits]\nsurge_lag_s = 3",
-            "limits.surge_lag_s: surface_craft.craft.surge_loop.time_constant_s is given too",
-        ),
-    ]);
+    assert_refused(
+        r#"
+        [water] | [surface_craft.craft]\npreset = "ark"\n[water] | surface_craft.craft.preset: the known craft are
+        [water] | [surface_craft.craft]\nheading_loop = {delay_s = 11}\n[water] | craft.heading_loop.delay_s: 11 is outside 0 to 10 s
+        [water] | [surface_craft.craft]\nsurge_loop = {delay_s = {uniform = [5, inf]}}\n[water] | craft.surge_loop.delay_s.uniform[1]: invalid value: not a finite number
+        [water] | [surface_craft.craft]\nheading_loop = {damping = 1}\n[water] | craft.heading_loop.natural_frequency_radps: give both `natural_frequency_radps` and `damping`, or neither
+        [water] | [surface_craft.craft]\nsurge_loop = {integrates = false, integral_time_s = 5}\n[water] | craft.surge_loop.integral_time_s: `integral_time_s` contradicts `integrates`: false
+        [surface_craft.limits] | craft.surge_loop.time_constant_s = 2\n[surface_craft.limits]\nsurge_lag_s = 3 | limits.surge_lag_s: surface_craft.craft.surge_loop.time_constant_s is given too
+        "#,
+    );
 }
 
 #[test]
@@ -391,27 +290,15 @@ fn a_craft_stays_at_every_kind_of_goal_and_offset() {
         ),
     ] {
         let craft = CRAFT.replace("goal.midpoint.auvs = [\"auv-1\"]", goal);
-        let second = ALONE.split_once("[[auvs]]").expect("has a vehicle").1;
-        // Half a dive apart from the first.
-        let second = second.replace("auv-1", "auv-2") + "leg = \"up\"\ndepth_m = 23\n";
-        let line = |east: f64| {
-            LINE.replace(
-                "[0, 0], to = [100, 0]",
-                &format!("[0, {east}], to = [100, {east}]"),
-            )
-        };
-        let text = format!(
-            "{ALONE}{}[[auvs]]{second}{}{craft}[knowledge]\npaths = true\n",
-            line(0.0),
-            line(40.0)
-        )
-        .replace("duration_s = 60", "duration_s = 600")
-        .replace("settled_after_s = 0", "settled_after_s = 300");
-        let scenario = Scenario::parse(&text, "my.toml", Files::default()).expect("valid");
-        let record = run(&scenario, &mut los(), 1, &mut |_| {}).expect("runs");
-        let craft = Metrics::of(&record).surface_craft.expect("has one");
-        println!("{goal}: {} m", craft.settled_rms_m);
-        assert!(craft.settled_rms_m < most, "{goal}: {} m", craft.settled_rms_m);
+        // Half a dive apart from the first, on a parallel line.
+        let second = "[[auvs]]\nid = \"auv-2\"\nleg = \"up\"\ndepth_m = 23\n";
+        let line = LINE.replace("[0, 0], to = [100, 0]", "[0, 40], to = [100, 40]");
+        let text = format!("{ALONE}{LINE}{second}{line}{craft}[knowledge]\npaths = true\n")
+            .replace("duration_s = 60", "duration_s = 600")
+            .replace("settled_after_s = 0", "settled_after_s = 300");
+        let record = flown_by(&parsed(&text), &mut los(), 1);
+        let off = Metrics::of(&record).surface_craft.expect("has one").settled_rms_m;
+        assert!(off < most, "{goal}: {off} m");
     }
 }
 
@@ -419,14 +306,13 @@ fn a_craft_stays_at_every_kind_of_goal_and_offset() {
 fn a_distribution_for_one_number_changes_no_other() {
     let text = Scenario::text("paper-midpoint").expect("exists");
     let starts = |text: &str| {
-        let scenario = Scenario::parse(text, "my.toml", Files::default()).expect("valid");
-        let world = scenario.start(9).expect("valid").world;
+        let world = world(&parsed(text), 9);
         let auvs: Vec<_> = world.auvs.iter().map(|auv| auv.state).collect();
         (world.surface_craft.expect("has one").state, auvs)
     };
     let (craft, auvs) = starts(text);
-    let (other_craft, other_auvs) =
-        starts(&text.replacen("speed_mps = 0.3", "speed_mps = {uniform = [0.2, 0.4]}", 1));
+    let drawn = text.replacen("speed_mps = 0.3", "speed_mps = {uniform = [0.2, 0.4]}", 1);
+    let (other_craft, other_auvs) = starts(&drawn);
     assert_ne!(craft, other_craft);
     assert_eq!(craft.fixed_rows::<3>(0), other_craft.fixed_rows::<3>(0));
     assert_eq!(auvs, other_auvs);
@@ -435,10 +321,8 @@ fn a_distribution_for_one_number_changes_no_other() {
 #[test]
 fn a_long_path_keeps_the_record_small() {
     let mower = "path.lawn_mower = {from = [0, 0], heading_rad = 0, lane_length_m = 90000, lane_spacing_m = 50, lanes = 100}\n";
-    let text = format!("{ALONE}{mower}").replace("duration_s = 60", "duration_s = 2");
-    let scenario = Scenario::parse(&text, "my.toml", Files::default()).expect("valid");
-    let record = run(&scenario, &mut los(), 1, &mut |_| {}).expect("runs");
-    assert_eq!(record.paths[0].len(), 10_001);
+    let scenario = parsed(&format!("{ALONE}{mower}")).lasting(2.0);
+    assert_eq!(flown_by(&scenario, &mut los(), 1).paths[0].len(), 10_001);
 }
 
 #[test]
@@ -448,19 +332,12 @@ fn a_strayed_vehicle_resumes_its_own_lane() {
         "{ALONE}path.lawn_mower = {{from = [0, 0], heading_rad = 0, lane_length_m = 100, lane_spacing_m = 20, lanes = 3}}\n\
          [water.current.constant]\nnorth_mps = 0\neast_mps = 0.1\n\
          [[faults]]\nfrom_s = 100\nuntil_s = 400\nwhat.auv_stops.auv = \"auv-1\"\n"
-    )
-    .replace("duration_s = 60", "duration_s = 600");
-    let scenario = Scenario::parse(&text, "my.toml", Files::default()).expect("valid");
-    let mut world = scenario.start(1).expect("valid").world;
-    while world.time() < 399.5 {
-        world.step(None);
-    }
-    let auv = &world.auvs[0];
-    let (left_at, east) = (auv.gamma, auv.position().y);
+    );
+    let mut world = world(&parsed(&text.replace("duration_s = 60", "duration_s = 600")), 1);
+    step_until(&mut world, 399.5);
+    let (left_at, east) = (world.auvs[0].gamma, world.auvs[0].position().y);
     assert!(15.0 < east, "it drifted to {east} m");
-    while world.time() < 402.0 {
-        world.step(None);
-    }
+    step_until(&mut world, 402.0);
     let gamma = world.auvs[0].gamma;
     assert!(
         (gamma - left_at).abs() < 45.0 && gamma < 100.0,
@@ -474,33 +351,27 @@ fn a_surfaced_vehicle_has_a_fix_and_resumes_its_path() {
         "{ALONE}{LINE}dive = {{depth_min_m = 9, depth_max_m = 10, pitch_rad = 0.1}}\n\
          navigation_error = {{north_m = 12, east_m = -16, fix_at_surface = true}}\n\
          [[faults]]\nfrom_s = 100\nuntil_s = 500\nwhat.auv_stops.auv = \"auv-1\"\n"
-    )
-    .replace("duration_s = 60", "duration_s = 700");
-    let scenario = Scenario::parse(&text, "my.toml", Files::default()).expect("valid");
-    let mut world = scenario.start(1).expect("valid").world;
+    );
+    let mut world = world(&parsed(&text.replace("duration_s = 60", "duration_s = 700")), 1);
     // Depth and distance from its path, m.
     let mut at = |time: f64| {
-        while world.time() < time {
-            world.step(None);
-        }
-        let auv = &world.auvs[0];
-        (auv.depth(), auv.path_error().y_1)
+        step_until(&mut world, time);
+        (world.auvs[0].depth(), world.auvs[0].path_error().y_1)
     };
     let (depth, off) = at(99.0);
     assert!(9.0 < depth + 0.1 && (off - 16.0).abs() < 0.1, "{depth} {off}");
     let (depth, off) = at(499.0);
     assert!(depth <= 1.0 && 10.0 < off, "{depth} {off}");
-    let (depth, off) = at(690.0);
     // On its next descent.
+    let (depth, off) = at(690.0);
     assert!(5.0 < depth && off.abs() < 0.1, "{depth} {off}");
 }
 
 #[test]
 fn random_surveys_repeat_by_seed_have_all_patterns_and_can_be_followed() {
     let survey = |table: &str, seed| {
-        let text = format!("{ALONE}path.random_survey = {{{table}}}\n");
-        let scenario = Scenario::parse(&text, "my.toml", Files::default()).expect(table);
-        scenario.start(seed).expect("valid").world.auvs[0].path.clone()
+        let scenario = parsed(&format!("{ALONE}path.random_survey = {{{table}}}\n"));
+        world(&scenario, seed).auvs[0].path.clone()
     };
     let mut corners = BTreeSet::new();
     for seed in 0..100 {
@@ -512,20 +383,16 @@ fn random_surveys_repeat_by_seed_have_all_patterns_and_can_be_followed() {
             "turn_radius_m = 8, from = [0, 0], pattern = \"there_and_back\"",
             seed,
         );
-        assert!((said.at(0.0).tangent - path.at(0.0).tangent).abs() < 1e-9);
-        let n = path.segments()[0].count();
-        corners.insert((n, path.is_closed()));
+        near(said.at(0.0).tangent, path.at(0.0).tangent, 1e-9);
+        corners.insert((path.segments()[0].count(), path.is_closed()));
         for piece in 0..=4000 {
             let curvature = path.at(path.length() * f64::from(piece) / 4000.0).curvature;
             assert!(curvature.abs() * 8.0 < 1.0 + 1e-6, "seed {seed}: {curvature} 1/m");
         }
     }
     // To and fro, round and round, and the corners of lanes, squares and way-points.
-    assert!(
-        corners.contains(&(2, true)) && corners.contains(&(4, true)),
-        "{corners:?}"
-    );
-    assert!(10 < corners.len(), "{corners:?}");
+    let has_rings = corners.contains(&(2, true)) && corners.contains(&(4, true));
+    assert!(has_rings && 10 < corners.len(), "{corners:?}");
 }
 
 #[test]
@@ -533,11 +400,9 @@ fn a_craft_table_reaches_the_planner_and_changes_no_draw() {
     let given = |table: &str| {
         let text = format!("{ALONE}{LINE}{CRAFT}{table}[water]\n");
         let text = text.replacen("north_m = 0", "north_m = {uniform = [-5, 5]}", 1);
-        let scenario = Scenario::parse(&text, "my.toml", Files::default()).expect(table);
-        let start = scenario.start(3).expect("valid");
+        let start = parsed(&text).start(3).expect("valid");
         let position = start.world.surface_craft.expect("has one").position();
-        let observer = start.observer.expect("has one");
-        (observer.briefing.craft, position)
+        (start.observer.expect("has one").briefing.craft, position)
     };
     let (truth, position) = given("");
     assert_eq!(truth, SurfaceClass::Medusa.craft());
@@ -548,22 +413,32 @@ fn a_craft_table_reaches_the_planner_and_changes_no_draw() {
          surge_loop = {integrates = false, delay_s = 0.5}\npower = {cubic_w_per_mps3 = 20}\n\
          heading_held = \"course\"\nspeed_held = \"over_ground\"\nrelative_uncertainty = 0.3\n",
     );
-    assert_eq!(same, position);
-    assert_eq!(all.preset.as_deref(), Some("otter"));
-    let drawn = all.heading_loop.time_constant_s.expect("said");
-    assert!((1.0..=3.0).contains(&drawn), "{drawn}");
-    assert_eq!(all.surge_loop.integrates, Some(false));
-    assert_eq!(
-        (all.surge_loop.delay_s, all.relative_uncertainty),
-        (Some(0.5), Some(0.3))
+    let drawn = all.heading_loop.time_constant_s;
+    assert!(
+        drawn.is_some_and(|drawn| (1.0..=3.0).contains(&drawn)),
+        "{drawn:?}"
     );
-    let power = Power {
-        linear_w_per_mps: 0.0,
-        cubic_w_per_mps3: 20.0,
+    let expected = CraftDescription {
+        preset: Some("otter".to_owned()),
+        heading_loop: HeadingLoop {
+            time_constant_s: drawn,
+            ..HeadingLoop::default()
+        },
+        surge_loop: SurgeLoop {
+            integrates: Some(false),
+            delay_s: Some(0.5),
+            ..SurgeLoop::default()
+        },
+        power: Some(Power {
+            linear_w_per_mps: 0.0,
+            cubic_w_per_mps3: 20.0,
+        }),
+        heading_held: Some(HeadingReference::Course),
+        speed_held: Some(SpeedReference::OverGround),
+        relative_uncertainty: Some(0.3),
+        ..CraftDescription::default()
     };
-    assert_eq!(all.power, Some(power));
-    assert_eq!(all.heading_held, Some(HeadingReference::Course));
-    assert_eq!(all.speed_held, Some(SpeedReference::OverGround));
+    assert_eq!((all, same), (expected, position));
     // The limits' surge lag is a part of the description, and the rest of that stays.
     let (limited, _) = given("[surface_craft.limits]\nsurge_lag_s = 3\n");
     assert_eq!(limited.surge_loop.time_constant_s, Some(3.0));
@@ -573,10 +448,7 @@ fn a_craft_table_reaches_the_planner_and_changes_no_draw() {
 #[test]
 fn the_older_name_of_reported_as_gives_the_same_scenario() {
     let text = Scenario::text("fast-lawn-mower").expect("is built in");
-    let read = |text: &str| {
-        let scenario = Scenario::parse(text, "my.toml", Files::default()).expect("is valid");
-        scenario.knowledge.acoustics.expect("are there").reported_as
-    };
+    let read = |text: &str| parsed(text).knowledge.acoustics.expect("are there").reported_as;
     for (value, expected) in [("reports", ReportedAs::Reports), ("state", ReportedAs::State)] {
         let newer = text.replace("reported_as = \"reports\"", &format!("reported_as = \"{value}\""));
         assert_eq!(read(&newer), expected);

@@ -6,10 +6,14 @@ use nalgebra::Vector2;
 use pilotfish_sim::{
     inner_loop::{AutopilotMemory, DragFeedForward, Measured, PERIOD},
     integrate::rk4,
-    surface_craft::{SurfaceClass, SurfaceHull, SurfaceInput, SurfaceState, ThrusterHealth, Thrusters},
+    surface_craft::{
+        SurfaceClass, SurfaceHull, SurfaceInput, SurfaceState, Thrust, ThrusterHealth, Thrusters,
+    },
     world::{Sea, SurfaceCraft},
 };
-use planner::{angle::Heading, los::Reference, snapshot::Limits};
+use planner::{angle::Heading, los::Reference};
+
+use crate::near;
 
 use DragFeedForward::{Off, On};
 use SurfaceClass::{Medusa, Otter};
@@ -36,20 +40,22 @@ impl Trial {
         }
     }
 
+    /// The thrust asked for by the loops now, with these references.
+    fn thrust(&mut self, speed: f64, heading: f64) -> Thrust {
+        let reference = reference(speed, heading);
+        let measured = Measured::of(&self.state, &Vector2::zeros());
+        let autopilot = self.class.autopilot(self.mode);
+        let command = autopilot.command(&self.hull, &mut self.memory, &measured, &reference);
+        self.hull.thrusters.steady(command, ThrusterHealth::SOUND)
+    }
+
     /// States at the beginning of every period of `duration` s with these references.
     fn follow(&mut self, speed: f64, heading: f64, duration: f64) -> Vec<SurfaceState> {
-        let autopilot = self.class.autopilot(self.mode);
-        let reference = Reference {
-            speed,
-            heading: Heading::new(heading),
-        };
         let mut states = vec![];
         let mut time = 0.0;
         while time < duration {
             states.push(self.state);
-            let measured = Measured::of(&self.state, &Vector2::zeros());
-            let command = autopilot.command(&self.hull, &mut self.memory, &measured, &reference);
-            let steady = self.hull.thrusters.steady(command, ThrusterHealth::SOUND);
+            let steady = self.thrust(speed, heading);
             // A fifth of the period: fine enough for a lag of a fifth of a period.
             for _ in 0..5 {
                 self.state = rk4(&self.state, 0.2 * PERIOD, |x| {
@@ -61,6 +67,15 @@ impl Trial {
         }
         states
     }
+}
+
+fn reference(speed: f64, heading: f64) -> Reference {
+    let heading = Heading::new(heading);
+    Reference { speed, heading }
+}
+
+fn largest(values: impl Iterator<Item = f64>) -> f64 {
+    values.fold(f64::MIN, f64::max)
 }
 
 /// Time of the period with that index, s.
@@ -85,12 +100,7 @@ fn drag_feed_forward_speeds_up_the_medusa_s_surge() {
         (0.3, 0.7, On, 2.3),
         (0.3, 1.5, On, 5.7),
     ] {
-        let measured = time_to_63_percent(Medusa, from, to, mode);
-        println!("surge {from} -> {to} {mode:?}: {measured:.1} s");
-        assert!(
-            (measured / published - 1.0).abs() < 0.15,
-            "{from} to {to} {mode:?}: {measured} s"
-        );
+        near(time_to_63_percent(Medusa, from, to, mode) / published, 1.0, 0.15);
     }
 }
 
@@ -99,12 +109,9 @@ fn right_angle(class: SurfaceClass, thrusters: Thrusters, speed: f64) -> (f64, f
     let mut trial = Trial::steady(class, Off, speed);
     trial.hull.thrusters = thrusters;
     let states = trial.follow(speed, FRAC_PI_2, 40.0);
-    let last_outside = states
-        .iter()
-        .rposition(|state| (state[2] - FRAC_PI_2).abs() > 0.05 * FRAC_PI_2);
-    let settled = time(last_outside.expect("starts outside") + 1);
-    let largest = states.iter().map(|state| state[2]).fold(0.0, f64::max);
-    (settled, largest - FRAC_PI_2)
+    let is_outside = |state: &SurfaceState| (state[2] - FRAC_PI_2).abs() > 0.05 * FRAC_PI_2;
+    let settled = time(states.iter().rposition(is_outside).expect("starts outside") + 1);
+    (settled, largest(states.iter().map(|state| state[2])) - FRAC_PI_2)
 }
 
 #[test]
@@ -112,35 +119,18 @@ fn the_medusa_turns_a_right_angle_in_three_seconds_with_or_without_lag() {
     let thrusters = Medusa.hull().thrusters;
     // 0.02 s is next to none.
     let settled = [0.02, 0.1, 0.2].map(|lag| right_angle(Medusa, Thrusters { lag, ..thrusters }, 0.3));
-    println!("right angle of the MEDUSA with 0.02, 0.1, 0.2 s of lag: {settled:.2?} (s, rad)");
-    let with_lag = settled[1].0;
-    assert!((with_lag / 3.1 - 1.0).abs() < 0.15, "{with_lag} s");
-    assert!(settled.is_sorted_by(|shorter, longer| shorter.1 <= longer.1));
+    near(settled[1].0 / 3.1, 1.0, 0.15);
+    assert!(
+        settled.is_sorted_by(|shorter, longer| shorter.1 <= longer.1),
+        "{settled:?}"
+    );
 }
 
 #[test]
 fn the_otter_answers_like_a_heavier_medusa() {
-    for (from, to, mode) in [
-        (0.3, 0.7, Off),
-        (0.3, 0.7, On),
-        (0.5, 2.0, Off),
-        (0.5, 2.0, On),
-        (2.0, 0.5, On),
-    ] {
-        println!(
-            "Otter surge {from} -> {to} {mode:?}: {:.1} s",
-            time_to_63_percent(Otter, from, to, mode)
-        );
-    }
-    for speed in [0.1, 1.0, 2.0] {
-        println!(
-            "Otter right angle at {speed} m/s: {:.2?}",
-            right_angle(Otter, Otter.hull().thrusters, speed)
-        );
-    }
     // The small step with feed-forward is the scaled loop's: the MEDUSA's, within rounding.
-    let ratio = time_to_63_percent(Otter, 0.3, 0.5, On) / time_to_63_percent(Medusa, 0.3, 0.5, On);
-    assert!((ratio - 1.0).abs() < 0.1, "{ratio}");
+    let [otter, medusa] = [Otter, Medusa].map(|class| time_to_63_percent(class, 0.3, 0.5, On));
+    near(otter / medusa, 1.0, 0.1);
     let (settled, overshoot) = right_angle(Otter, Otter.hull().thrusters, 1.0);
     // The drag's 1 + 10 |r| holds it to 0.36 rad/s: 1.4 rad of the step at that rate are 4 s.
     assert!((4.0..7.0).contains(&settled), "{settled} s");
@@ -154,17 +144,11 @@ fn a_saturated_surge_loop_does_not_wind_up() {
             let mut trial = Trial::steady(class, mode, 0.3);
             // Out of reach for ten minutes: nothing of that may be stored.
             let asked = trial.follow(2.0 * flat_out, 0.0, 600.0);
-            let end = asked.last().expect("some")[3];
-            assert!(
-                (end - flat_out).abs() < 1e-2 * flat_out,
-                "{class:?} {mode:?}: {end}"
-            );
+            near(asked.last().expect("some")[3], flat_out, 1e-2 * flat_out);
             // A loop that had wound up would need as long again.
             let wanted = 0.8 * flat_out;
-            let slower = trial.follow(wanted, 0.0, 30.0);
-            let below = slower.iter().position(|state| state[3] < wanted + 0.2);
-            println!("{class:?} {mode:?}: {:?} s to slow down", below.map(time));
-            assert!(below.is_some(), "{class:?} {mode:?}");
+            let mut slower = trial.follow(wanted, 0.0, 30.0).into_iter();
+            assert!(slower.any(|state| state[3] < wanted + 0.2), "{class:?} {mode:?}");
         }
     }
 }
@@ -172,9 +156,8 @@ fn a_saturated_surge_loop_does_not_wind_up() {
 #[test]
 fn a_surge_loop_without_thrust_in_a_turn_does_not_wind_up() {
     let fastest_at_2 = |mut trial: Trial| {
-        let heading = trial.state[2];
-        let straight = trial.follow(2.0, heading, 60.0);
-        straight.iter().map(|state| state[3]).fold(0.0, f64::max)
+        let straight = trial.follow(2.0, trial.state[2], 60.0);
+        largest(straight.iter().map(|state| state[3]))
     };
     let mut turning = Trial::steady(Otter, On, 2.0);
     for _ in 0..400 {
@@ -182,31 +165,19 @@ fn a_surge_loop_without_thrust_in_a_turn_does_not_wind_up() {
         let _ = turning.follow(2.0, turning.state[2] + 1.2, PERIOD);
     }
     let starved = turning.state[3];
-    let after_turn = fastest_at_2(turning);
-    let from_straight = fastest_at_2(Trial::steady(Otter, On, starved));
-    println!(
-        "starved at {starved:.2}, then up to {after_turn:.3}; from a straight course {from_straight:.3} m/s"
-    );
     assert!(starved < 1.0, "{starved}");
+    let from_straight = fastest_at_2(Trial::steady(Otter, On, starved));
     // 0.4 m/s over forty seconds at 5.1 N/m would store 82 N, another metre per second.
-    assert!((after_turn - from_straight).abs() < 0.05);
+    near(fastest_at_2(turning), from_straight, 0.05);
 }
 
 #[test]
 fn a_slow_craft_keeps_its_speed_despite_the_dead_zone() {
     // 0.1 m/s needs 0.14 N of each thruster, less than their least: they must switch.
     let states = Trial::steady(Medusa, Off, 0.0).follow(0.1, 0.0, 600.0);
-    let settled = &states[3000..];
-    let mean = settled.iter().map(|state| state[3]).sum::<f64>() / time(settled.len()) * PERIOD;
-    let (least, most) = settled
-        .iter()
-        .map(|state| state[3])
-        .fold((f64::MAX, 0.0), |(least, most): (f64, f64), u| {
-            (least.min(u), most.max(u))
-        });
-    println!("at 0.1 m/s in the dead zone: mean {mean:.3}, {least:.3} to {most:.3} m/s");
-    assert!((mean - 0.1).abs() < 0.01, "{mean}");
-    assert!(least > 0.09 && most < 0.11, "{least} to {most}");
+    for state in &states[3000..] {
+        near(state[3], 0.1, 0.01);
+    }
 }
 
 #[test]
@@ -216,41 +187,31 @@ fn the_limits_declared_to_the_planner_are_met() {
         // A heading that turns at the promised rate, at any promised speed.
         for speed in [limits.speed_min + 0.2, 0.5 * limits.speed_max, limits.speed_max] {
             let mut trial = Trial::steady(class, On, speed);
-            let mut worst: f64 = 0.0;
             for k in 0..200 {
-                let asked = limits.turn_rate_max * PERIOD * f64::from(k);
-                let state = trial.follow(speed, asked, PERIOD)[0];
-                worst = worst.max((asked - state[2]).abs());
+                let _ = trial.follow(speed, limits.turn_rate_max * PERIOD * f64::from(k), PERIOD);
             }
-            let end = trial.state;
-            println!(
-                "{class:?} at {speed:.2}: {:.3} rad behind, r {:.3}, u {:.2}, v {:.3}",
-                worst, end[5], end[3], end[4]
-            );
-            assert!(
-                (end[5] / limits.turn_rate_max - 1.0).abs() < 0.02,
-                "{class:?}: {}",
-                end[5]
-            );
+            near(trial.state[5] / limits.turn_rate_max, 1.0, 0.02);
             // The turn's Coriolis load c_v v r, 4.7 N on the MEDUSA at full speed, is 0.18 m/s of
             // proportional error; 20 s integrate half of it away.
-            assert!(end[3] > speed - 0.1, "{class:?} at {speed}: {}", end[3]);
+            assert!(
+                trial.state[3] > speed - 0.1,
+                "{class:?}, {speed}: {}",
+                trial.state[3]
+            );
         }
     }
 }
 
 /// Largest lag of the craft behind a speed reference that goes from `from` to `to` at `rate` m/s²,
 /// in the direction of the change, m/s.
-fn furthest_behind(class: SurfaceClass, from: f64, to: f64, rate: f64, mode: DragFeedForward) -> f64 {
-    let mut craft = SurfaceCraft::cruising(class.hull(), class.autopilot(mode), &Vector2::zeros(), 0.0, from);
+fn furthest_behind(class: SurfaceClass, from: f64, to: f64, rate: f64) -> f64 {
+    let mut craft = SurfaceCraft::cruising(class.hull(), class.autopilot(On), &Vector2::zeros(), 0.0, from);
     let (mut time, mut furthest): (f64, f64) = (0.0, 0.0);
+    let sense = (to - from).signum();
     while rate * time < (to - from).abs() {
-        let reference = Reference {
-            speed: from + (to - from).signum() * rate * time,
-            heading: Heading::new(0.0),
-        };
-        furthest = furthest.max((reference.speed - craft.state[3]) * (to - from).signum());
-        craft.step(&reference, ThrusterHealth::SOUND, &Sea::calm());
+        let asked = from + sense * rate * time;
+        furthest = furthest.max((asked - craft.state[3]) * sense);
+        craft.step(&reference(asked, 0.0), ThrusterHealth::SOUND, &Sea::calm());
         time += PERIOD;
     }
     furthest
@@ -259,30 +220,14 @@ fn furthest_behind(class: SurfaceClass, from: f64, to: f64, rate: f64, mode: Dra
 #[test]
 fn feed_forward_follows_promised_ramps_with_the_preset_s_time_constant() {
     for class in [Medusa, Otter] {
-        let Limits {
-            speed_min,
-            speed_max,
-            acceleration_max,
-            deceleration_max,
-            ..
-        } = class.limits();
+        let limits = class.limits();
+        let (up, down) = (limits.acceleration_max, limits.deceleration_max);
         let time_constant = class.craft().craft().surge.time_constant;
-        for (slow, fast) in [(0.3, speed_max), (speed_min, 0.6)] {
-            for (from, to, rate) in [(slow, fast, acceleration_max), (fast, slow, deceleration_max)] {
-                let behind = furthest_behind(class, from, to, rate, On);
-                println!(
-                    "{class:?} {from} -> {to} at {rate}: {behind:.3} m/s behind, lag {:.1} s",
-                    behind / rate
-                );
+        for (slow, fast) in [(0.3, limits.speed_max), (limits.speed_min, 0.6)] {
+            for (from, to, rate) in [(slow, fast, up), (fast, slow, down)] {
                 // A first-order response lags a ramp by T × rate at most, and nearly by that.
-                assert!(
-                    behind <= time_constant * rate,
-                    "{class:?} {from} to {to}: {behind}"
-                );
-                assert!(
-                    behind >= 0.5 * time_constant * rate,
-                    "{class:?} {from} to {to}: {behind}"
-                );
+                let share = furthest_behind(class, from, to, rate) / (time_constant * rate);
+                assert!((0.5..=1.0).contains(&share), "{class:?} {from} to {to}: {share}");
             }
         }
     }
@@ -294,45 +239,14 @@ fn either_mode_gives_the_promised_acceleration_from_a_steady_speed() {
         let (hull, limits) = (class.hull(), class.limits());
         for speed in [0.3, 0.7, 1.2, 0.9 * limits.speed_max] {
             let first = |asked: f64| {
-                let Trial {
-                    mut memory,
-                    mut state,
-                    ..
-                } = Trial::steady(class, mode, speed);
-                let reference = Reference {
-                    speed: asked,
-                    heading: Heading::new(0.0),
-                };
-                let measured = Measured::of(&state, &Vector2::zeros());
-                let command = class
-                    .autopilot(mode)
-                    .command(&hull, &mut memory, &measured, &reference);
-                let steady = hull.thrusters.steady(command, ThrusterHealth::SOUND);
-                (state[6], state[7]) = (steady.port, steady.starboard);
-                hull.derivative(&state, steady, SurfaceInput::default(), &Vector2::zeros())[3]
+                let mut trial = Trial::steady(class, mode, speed);
+                let steady = trial.thrust(asked, 0.0);
+                (trial.state[6], trial.state[7]) = (steady.port, steady.starboard);
+                hull.derivative(&trial.state, steady, SurfaceInput::default(), &Vector2::zeros())[3]
             };
-            assert!(
-                first(speed + 0.5) >= limits.acceleration_max,
-                "{class:?} {mode:?} {speed}"
-            );
-            assert!(
-                -first(speed - 0.5) >= limits.deceleration_max,
-                "{class:?} {mode:?} {speed}"
-            );
-        }
-    }
-}
-
-#[test]
-fn drag_outruns_a_loop_without_feed_forward() {
-    // The planner must find it by itself: the same ramps leave the loop on its clamp.
-    for class in [Medusa, Otter] {
-        let (limits, clamp) = (class.limits(), class.autopilot(Off).surge.error_max);
-        for (from, to, rate) in [
-            (0.3, limits.speed_max, limits.acceleration_max),
-            (limits.speed_max, 0.3, limits.deceleration_max),
-        ] {
-            assert!(furthest_behind(class, from, to, rate, Off) > clamp + 0.1);
+            let (up, down) = (first(speed + 0.5), -first(speed - 0.5));
+            assert!(up >= limits.acceleration_max, "{class:?} {mode:?} {speed}");
+            assert!(down >= limits.deceleration_max, "{class:?} {mode:?} {speed}");
         }
     }
 }

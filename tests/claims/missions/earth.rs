@@ -2,11 +2,10 @@
 
 use std::time::Duration;
 
-use axum::http::{Method, StatusCode};
 use serde_json::{Value, json};
-use tests::client::{post, send_to};
+use tests::client::fault;
 
-use super::{Service, live};
+use super::{Service, live, number};
 
 /// Metres of a degree of latitude at 38.41° (WGS 84).
 const DEGREE_M: f64 = 111_005.0;
@@ -20,7 +19,7 @@ fn heard(now: f64, north_deg: f64) -> Value {
 }
 
 fn is_near(value: &Value, expected: f64, tolerance: f64) {
-    let value = value.as_f64().expect("is a number");
+    let value = number(value);
     assert!((value - expected).abs() < tolerance, "{value} is not {expected}");
 }
 
@@ -32,7 +31,7 @@ async fn the_first_fix_becomes_the_origin_and_everything_has_both_positions() {
     service.order(&mission, "run", json!({})).await;
 
     let reports = format!("{mission}/reports");
-    let first = heard(service.mission_now(&service.ask(&mission).await), 0.0);
+    let first = heard(service.now(&mission).await, 0.0);
     let accepted = service.post_keyed(&reports, &first, "first").await.json();
     // The craft's is the first in the post.
     let origin = json!({ "lat_deg": 38.41, "lon_deg": -9.12 });
@@ -40,17 +39,13 @@ async fn the_first_fix_becomes_the_origin_and_everything_has_both_positions() {
     assert_eq!(service.ask(&mission).await["origin"], origin);
     // Sent again, with a known origin: the same answer.
     let again = service.post_keyed(&reports, &first, "first").await;
-    assert_eq!((again.status, again.json()), (StatusCode::OK, accepted));
+    assert_eq!(again.expected(200), accepted);
 
     service.clock.sleep(Duration::from_millis(100)).await;
-    let now = service.mission_now(&service.ask(&mission).await);
+    let now = service.now(&mission).await;
     let accepted = service.order(&mission, "reports", heard(now, 0.001)).await;
     assert_eq!(accepted["origin"], Value::Null);
-    let after = &accepted["sequence"];
-    let planned = service
-        .ask(&format!("{mission}/reference?wait_s=10&after={after}"))
-        .await;
-    let plan = &planned["plan"];
+    let plan = &service.reference_after(&mission, &accepted["sequence"]).await["plan"];
     assert_eq!(plan["origin"], origin);
     let here = &plan["trajectory"][0];
     is_near(&here["north_m"], 0.001 * DEGREE_M, 2.0);
@@ -58,28 +53,18 @@ async fn the_first_fix_becomes_the_origin_and_everything_has_both_positions() {
     is_near(&here["lat_deg"], 38.411, 2e-5);
     is_near(&here["lon_deg"], -9.12, 2e-5);
 
-    let events = service.record(&mission).await;
-    let heard: Vec<&Value> = events
-        .iter()
-        .filter(|event| event["kind"] == "reported")
-        .collect();
+    let heard = service.record(&mission, "events_ndjson&kinds=reported").await;
     assert_eq!(heard[0]["heard"]["origin"], origin);
     let fix = &heard[1]["heard"]["auvs"]["auv-1"][0];
     is_near(&fix["north_m"], 0.001 * DEGREE_M, 0.01);
     is_near(&fix["lat_deg"], 38.411, 1e-9);
-    let table = service.get(&format!("{mission}/record?format=ndjson")).await.text;
-    let fixes = table
-        .lines()
-        .map(|line| serde_json::from_str::<Value>(line).expect("is JSON"));
-    let fixes: Vec<Value> = fixes.filter(|row| row["kind"] == "fix").collect();
+    let mut fixes = service.record(&mission, "ndjson").await;
+    fixes.retain(|row| row["kind"] == "fix");
     assert_eq!(fixes.len(), 4);
-    assert!(
-        fixes
-            .iter()
-            .all(|row| row["lat_deg"].is_number() && row["north_m"].is_number())
-    );
+    let has_both = |row: &Value| row["lat_deg"].is_number() && row["north_m"].is_number();
+    assert!(fixes.iter().all(has_both), "{fixes:?}");
     let map = service.get(&format!("{mission}/record?format=geojson")).await;
-    assert_eq!(map.status, StatusCode::OK, "{}", map.text);
+    map.must_be(200);
 
     // The same from a service that was started again.
     let service = service.restart().await;
@@ -96,17 +81,12 @@ async fn metres_in_a_mission_with_an_origin_get_degrees() {
     body["live"]["keep_outs"] = json!([{ "lat_deg": 38.411, "lon_deg": -9.12, "radius_m": 5.0 }]);
     let mission = service.create(&body).await;
     let seen = service.ask(&mission).await;
-    is_near(
-        &seen["setting"]["keep_outs"][0]["north_m"],
-        0.001 * DEGREE_M,
-        0.01,
-    );
-    let now = service.mission_now(&seen);
-    let fix = json!([{ "t_s": now, "north_m": 111.005, "east_m": 0.0, "sigma_m": 1.0 }]);
-    service
-        .order(&mission, "reports", json!({ "auvs": { "auv-1": fix } }))
-        .await;
-    let events = service.record(&mission).await;
+    let disc = &seen["setting"]["keep_outs"][0];
+    is_near(&disc["north_m"], 0.001 * DEGREE_M, 0.01);
+    let fix = super::fix(service.mission_now(&seen), 111.005, 0.0);
+    let body = json!({ "auvs": { "auv-1": [fix] } });
+    service.order(&mission, "reports", body).await;
+    let events = service.events(&mission).await;
     is_near(&events[1]["heard"]["auvs"]["auv-1"][0]["lat_deg"], 38.411, 1e-7);
     assert_eq!(events[1]["heard"]["origin"], Value::Null);
 }
@@ -118,36 +98,18 @@ async fn degrees_are_refused_beside_metres_without_an_origin() {
     body["live"]["keep_outs"] = json!([{ "north_m": 30.0, "east_m": 0.0, "radius_m": 5.0 }]);
     let fenced = service.create(&body).await;
     let heard_in_metres = service.create(&live()).await;
-    let now = service.mission_now(&service.ask(&heard_in_metres).await);
-    let fix = json!([{ "t_s": now, "north_m": 1.0, "east_m": 0.0, "sigma_m": 1.0 }]);
-    service
-        .order(&heard_in_metres, "reports", json!({ "auvs": { "auv-1": fix } }))
-        .await;
+    let now = service.now(&heard_in_metres).await;
+    let fix = json!({ "auvs": { "auv-1": [super::fix(now, 1.0, 0.0)] } });
+    service.order(&heard_in_metres, "reports", fix).await;
     for mission in [fenced, heard_in_metres] {
-        let refused = service
-            .post(&format!("{mission}/reports"), &heard(now, 0.0))
-            .await;
-        assert_eq!(
-            refused.status,
-            StatusCode::UNPROCESSABLE_ENTITY,
-            "{}",
-            refused.text
-        );
-        assert_eq!(
-            refused.json()["errors"][0]["code"],
-            "no_origin",
-            "{}",
-            refused.text
-        );
+        let reports = format!("{mission}/reports");
+        let refused = service.post(&reports, &heard(now, 0.0)).await;
+        refused.must_be(422);
+        assert_eq!(refused.faults()[0].1, "no_origin", "{}", refused.text);
     }
     body["live"]["keep_outs"] = json!([{ "lat_deg": 38.0, "lon_deg": 0.0, "radius_m": 5.0 }]);
     let refused = service.post("/v1/missions", &body).await;
-    assert_eq!(
-        refused.json()["errors"][0]["pointer"],
-        "/live/keep_outs/0/lat_deg",
-        "{}",
-        refused.text
-    );
+    assert_eq!(refused.faults()[0].0, "/live/keep_outs/0/lat_deg");
 }
 
 /// Origin of a mission whose work is 0.3° further north: 33 km.
@@ -162,10 +124,10 @@ async fn another_origin_moves_no_position_on_earth_and_ends_the_warning() {
     let mission = service.create(&body).await;
     service.order(&mission, "run", json!({})).await;
     let plan_after_reports = async |north_deg: f64| {
-        let now = service.mission_now(&service.ask(&mission).await);
-        let after = service.order(&mission, "reports", heard(now, north_deg)).await["sequence"].clone();
-        let next = format!("{mission}/reference?wait_s=10&after={after}");
-        service.ask(&next).await["plan"].clone()
+        let body = heard(service.now(&mission).await, north_deg);
+        let accepted = service.order(&mission, "reports", body).await;
+        let next = service.reference_after(&mission, &accepted["sequence"]).await;
+        next["plan"].clone()
     };
     let has_warning = |plan: &Value| {
         let warnings = plan["warnings"].as_array().expect("a list");
@@ -178,56 +140,42 @@ async fn another_origin_moves_no_position_on_earth_and_ends_the_warning() {
     assert!(summary.contains("33 km from the origin"), "{summary}");
 
     let near = json!({ "lat_deg": 38.41, "lon_deg": -9.12 });
-    let patch = async |body: Value| {
-        let mut request = post(&mission, body.to_string());
-        *request.method_mut() = Method::PATCH;
-        send_to(service.router.clone(), request).await
-    };
-    let refused = patch(json!({ "origin": null })).await;
-    assert_eq!(refused.faults(), [("/origin".to_owned(), "missing".to_owned())]);
-    let refused = patch(json!({ "origin": { "lat_deg": 91.0, "lon_deg": 0.0 } })).await;
+    let patch = async |origin: &Value| service.patch(&mission, &json!({ "origin": origin })).await;
+    let refused = patch(&Value::Null).await;
+    assert_eq!(refused.faults(), fault("/origin", "missing"));
+    let refused = patch(&json!({ "lat_deg": 91.0, "lon_deg": 0.0 })).await;
     assert_eq!(refused.faults()[0].0, "/origin/lat_deg");
-    let changed = patch(json!({ "origin": near })).await;
-    assert_eq!(changed.status, StatusCode::OK, "{}", changed.text);
-    let changed = changed.json();
-    assert_eq!(changed["origin"], near);
+    let changed = patch(&near).await.expected(200);
     assert_eq!(changed["setting"]["origin"], Value::Null);
-    is_near(
-        &changed["setting"]["keep_outs"][0]["north_m"],
-        0.001 * DEGREE_M,
-        0.01,
-    );
     let scene = service.ask(&format!("{mission}/scene")).await;
-    assert_eq!(scene["origin"], near);
-    is_near(&scene["keep_outs"][0]["north_m"], 0.001 * DEGREE_M, 0.01);
-    let again = patch(json!({ "origin": near })).await.json();
-    assert_eq!(again["sequence"], changed["sequence"], "it is set already");
+    for (origin, setting) in [
+        (&changed["origin"], &changed["setting"]),
+        (&scene["origin"], &scene),
+    ] {
+        assert_eq!(*origin, near);
+        is_near(&setting["keep_outs"][0]["north_m"], 0.001 * DEGREE_M, 0.01);
+    }
+    // It is set already.
+    let again = patch(&near).await.json();
+    assert_eq!(again["sequence"], changed["sequence"]);
 
     // Without new reports: everything stays at its place on Earth.
-    let next = format!("{mission}/reference?wait_s=10&after={}", changed["sequence"]);
-    let plan = service.ask(&next).await["plan"].clone();
+    let plan = service.reference_after(&mission, &changed["sequence"]).await["plan"].clone();
     assert!(!has_warning(&plan), "{plan}");
     assert_eq!(plan["origin"], near);
     let start = &plan["trajectory"][0];
     is_near(&start["north_m"], 0.0, 20.0);
     is_near(&start["lat_deg"], 38.41, 2e-4);
     for at in ["/targets/0/estimate", "/goal/trajectory/0"] {
-        let degrees = |plan: &Value| {
-            plan.pointer(at).expect("is there")["lat_deg"]
-                .as_f64()
-                .expect("a number")
-        };
+        let degrees = |plan: &Value| number(&plan.pointer(at).expect("is there")["lat_deg"]);
         let apart = degrees(&before) - degrees(&plan);
         // The AUVs rest, except for the filter's drift.
         assert!(apart.abs() < 1e-4, "{at}: {apart}°");
     }
     plan_after_reports(0.0001).await;
 
-    let table = service.get(&format!("{mission}/record?format=ndjson")).await.text;
-    let rows = table
-        .lines()
-        .map(|line| serde_json::from_str::<Value>(line).expect("is JSON"));
-    let states: Vec<Value> = rows.filter(|row| row["kind"] == "asc_state").collect();
+    let mut states = service.record(&mission, "ndjson").await;
+    states.retain(|row| row["kind"] == "asc_state");
     assert_eq!(states.len(), 2);
     for (state, north_deg) in states.iter().zip([0.0, 0.0001]) {
         is_near(&state["north_m"], north_deg * DEGREE_M, 0.01);

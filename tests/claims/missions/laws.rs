@@ -12,6 +12,8 @@ const LAWS: [&str; 4] = [
     "waypoint_box",
 ];
 
+const PLANS: &str = "events_ndjson&kinds=planned";
+
 /// A plan's time and prediction, and the craft's true position.
 struct KeptPlan {
     t_s: f64,
@@ -29,7 +31,6 @@ async fn flown(service: &Service, scenario: &str, law: &str) -> (Vec<KeptPlan>, 
         service.order(&mission, "step", json!({ "ticks": 60 })).await;
     }
     let of = |event: &Value| {
-        let number = |value: &Value| value.as_f64().expect("is a number");
         let truth = &event["truth"]["asc"];
         KeptPlan {
             t_s: number(&event["t_s"]),
@@ -38,17 +39,9 @@ async fn flown(service: &Service, scenario: &str, law: &str) -> (Vec<KeptPlan>, 
             truth: [number(&truth["north_m"]), number(&truth["east_m"])],
         }
     };
-    let record = service.record(&mission).await;
-    let plans = record.iter().filter(|event| event["kind"] == "planned");
-    let plans = plans.map(of).collect();
-    (
-        plans,
-        service.ask(&format!("{mission}/reference")).await["plan"].clone(),
-    )
-}
-
-fn between([north, east]: [f64; 2], [to_north, to_east]: [f64; 2]) -> f64 {
-    (to_north - north).hypot(to_east - east)
+    let plans = service.record(&mission, PLANS).await.iter().map(of).collect();
+    let last = service.ask(&format!("{mission}/reference")).await;
+    (plans, last["plan"].clone())
 }
 
 /// Mean distance of the craft from its `predicted` position 8 s after each plan, m.
@@ -56,7 +49,8 @@ fn miss(plans: &[KeptPlan], predicted: impl Fn(&wire::Prediction) -> &[[f64; 2]]
     let misses = plans.iter().filter_map(|plan| {
         let after = |seconds: f64| plans.iter().find(move |later| later.t_s == plan.t_s + seconds);
         let k = plan.prediction.after_s.iter().position(|after| *after == 8.0)?;
-        Some(between(predicted(&plan.prediction)[k], after(8.0)?.truth))
+        let ([north, east], truth) = (predicted(&plan.prediction)[k], after(8.0)?.truth);
+        Some((truth[0] - north).hypot(truth[1] - east))
     });
     let (sum, n) = misses.fold((0.0, 0.0), |(sum, n), miss| (sum + miss, n + 1.0));
     assert!(100.0 < n);
@@ -78,9 +72,8 @@ async fn a_law_uses_the_gains_of_its_mission_and_the_planner_none() {
         service.order(&mission, "step", json!({ "ticks": 30 })).await;
         let scene = service.ask(&format!("{mission}/scene")).await;
         assert_eq!(scene.get("gains"), gains);
-        let record = service.record(&mission).await;
-        let last = record.iter().rfind(|event| event["kind"] == "planned");
-        flown.push(last.expect("was planned")["truth"]["asc"].clone());
+        let plans = service.record(&mission, PLANS).await;
+        flown.push(plans[29]["truth"]["asc"].clone());
     }
     // The simulator's own flight with these gains, half a minute from the start.
     let scenario = Scenario::named("paper-tracking").expect("exists").lasting(40.0);
@@ -92,24 +85,12 @@ async fn a_law_uses_the_gains_of_its_mission_and_the_planner_none() {
     assert_eq!(flown[1]["north_m"].as_f64(), Some(craft.position.x));
     assert_ne!(flown[0]["north_m"], flown[1]["north_m"]);
 
-    for (controller, gains, pointer) in [
-        (
-            "saturated_los",
-            json!({ "look_ahead_m": 0.0, "along_track_gain_per_s": 0.1 }),
-            "/simulated/gains/look_ahead_m",
-        ),
-        (
-            "mpc",
-            json!({ "look_ahead_m": 1.0, "along_track_gain_per_s": 0.1 }),
-            "/simulated/gains",
-        ),
-    ] {
-        new["simulated"]["controller"] = json!(controller);
-        new["simulated"]["gains"] = gains;
-        let refused = service.post("/v1/missions", &new).await;
-        assert_eq!(refused.status, StatusCode::UNPROCESSABLE_ENTITY, "{controller}");
-        assert_eq!(refused.json()["errors"][0]["pointer"], pointer);
-    }
+    let table = "
+        /simulated/gains/look_ahead_m  0      out_of_range
+        /simulated/controller          \"mpc\"  invalid       /simulated/gains
+    ";
+    let create = async |body: Value| service.post("/v1/missions", &body).await;
+    assert_refused(&new, table, create).await;
 }
 
 #[tokio::test(start_paused = true)]
@@ -118,7 +99,7 @@ async fn a_scene_lists_the_faults_and_their_effect_on_messages() {
     let mission = service.create(&simulated("faults")).await;
     let scene = service.ask(&format!("{mission}/scene")).await;
     // As the scenario's file has them.
-    let found: Vec<_> = scene["faults"].as_array().expect("are listed").iter().collect();
+    let found = scene["faults"].as_array().expect("are listed");
     let times: Vec<_> = found.iter().map(|fault| fault["from_s"].as_f64()).collect();
     assert_eq!(times, [300.0, 700.0, 1120.0, 1200.0, 1500.0].map(Some));
     assert_eq!(found[0]["until_s"], 600.0);

@@ -2,6 +2,8 @@
 
 use nalgebra::Vector3;
 
+use crate::{Parsed, reject_if};
+
 pub(super) const NO_DEPTH: &str = "angles without a depth";
 const TOO_LEVEL: &str = "angles too level for the depth";
 
@@ -9,11 +11,9 @@ const TOO_LEVEL: &str = "angles too level for the depth";
 const ELEVATION_MIN: f64 = 0.174_532_925_199_432_95;
 
 /// The vector along the unit vector `direction` that reaches `below`, m, positive down.
-pub(super) fn intersect(direction: &Vector3<f64>, below: f64) -> Result<Vector3<f64>, &'static str> {
+pub(super) fn intersect(direction: &Vector3<f64>, below: f64) -> Parsed<Vector3<f64>> {
     let is_steep = direction.z.abs() >= ELEVATION_MIN.sin();
-    if !is_steep {
-        return Err(TOO_LEVEL);
-    }
+    reject_if(!is_steep, TOO_LEVEL)?;
     let length = below / direction.z;
     // Otherwise the line points up and the AUV is deeper, or the reverse: one of the two is wrong.
     if length > 0.0 {

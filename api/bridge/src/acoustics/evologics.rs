@@ -31,6 +31,7 @@ use super::{
     },
     settings::Frame,
 };
+use crate::{Parsed, reject_if};
 
 const LENGTH: &str = "length does not match";
 const BACKWARDS: &str = "measured after it was printed";
@@ -45,7 +46,7 @@ const WRAPPER: &str = "+++AT:";
 const ADDRESS_MAX: u16 = 254;
 
 /// The observation in `line`, which arrived at `received_s`.
-pub(super) fn read(line: &str, frame: Frame, received_s: f64) -> Result<Observation, &'static str> {
+pub(super) fn read(line: &str, frame: Frame, received_s: f64) -> Parsed<Observation> {
     let (message, fields) = unwrapped(line)?.split_once(',').ok_or(OTHER)?;
     let n_fields = match message {
         "USBLLONG" => 16,
@@ -53,19 +54,13 @@ pub(super) fn read(line: &str, frame: Frame, received_s: f64) -> Result<Observat
         _ => return Err(OTHER),
     };
     let fields: Vec<&str> = fields.split(',').collect();
-    if fields.len() != n_fields {
-        return Err(FIELDS);
-    }
+    reject_if(fields.len() != n_fields, FIELDS)?;
     // Both messages begin with times and address, and end with the accuracy.
     let value = |field: usize| number(fields[field]);
     let age = value(0)? - value(1)?;
     let sigma = optional(fields[n_fields - 1])?;
-    if age < 0.0 {
-        return Err(BACKWARDS);
-    }
-    if sigma.is_some_and(|sigma| sigma < 0.0) {
-        return Err(NO_POSITION);
-    }
+    reject_if(age < 0.0, BACKWARDS)?;
+    reject_if(sigma.is_some_and(|sigma| sigma < 0.0), NO_POSITION)?;
     let (address, time) = (address(fields[2])?, SignalTime::Arrived(received_s - age));
     if message == "USBLANGLES" {
         let (axes, unit) = match frame {
@@ -80,9 +75,7 @@ pub(super) fn read(line: &str, frame: Frame, received_s: f64) -> Result<Observat
         return Ok(Observation::new(address, time, location));
     }
     let travel = optional(fields[12])?.map(|time| time * S_PER_US);
-    if travel.is_some_and(|travel| travel < 0.0) {
-        return Err(NO_POSITION);
-    }
+    reject_if(travel.is_some_and(|travel| travel < 0.0), NO_POSITION)?;
     let location = match frame {
         Frame::Body => {
             let vector = Vector3::new(value(3)?, -value(4)?, -value(5)?);
@@ -101,7 +94,7 @@ pub(super) fn read(line: &str, frame: Frame, received_s: f64) -> Result<Observat
 }
 
 /// The notification itself. Data of a burst may stand before the wrapper on the same line.
-fn unwrapped(line: &str) -> Result<&str, &'static str> {
+fn unwrapped(line: &str) -> Parsed<&str> {
     let Some(start) = line.rfind(WRAPPER) else {
         return Ok(line.trim());
     };
@@ -113,7 +106,7 @@ fn unwrapped(line: &str) -> Result<&str, &'static str> {
     }
 }
 
-fn address(text: &str) -> Result<String, &'static str> {
+fn address(text: &str) -> Parsed<String> {
     let address = text.trim().parse::<u16>().ok();
     let assigned = address.filter(|address| (1..=ADDRESS_MAX).contains(address));
     Ok(assigned.ok_or(ADDRESS)?.to_string())
@@ -136,97 +129,73 @@ mod tests {
     ];
     const ANGLES: &str = "+++AT:116:USBLANGLES,1325377475.019626,1325377474.170448,2,-2.2959,-0.4586,-1.7643,-0.4293,0.0307,0.0766,0.5695,-16,296,0.0114";
 
-    fn attitude_of(line: &str, first: usize) -> nalgebra::Rotation3<f64> {
-        let fields: Vec<f64> = line
-            .split(',')
-            .skip(1)
-            .map(|field| field.parse().expect("is a number"))
-            .collect();
-        attitude(fields[first], fields[first + 1], fields[first + 2])
+    /// Turns the printed axes by roll, pitch and yaw, from the field `first` on.
+    fn turned(line: &str, first: usize, xyz: Vector3<f64>) -> Vector3<f64> {
+        let fields = line.split(',').skip(1 + first).take(3);
+        let angles: Vec<f64> = fields.map(|field| field.parse().expect("is a number")).collect();
+        attitude(angles[0], angles[1], angles[2]) * xyz
     }
 
-    fn long(line: &str, frame: Frame) -> (Observation, Vector3<f64>) {
-        let observation = read(line, frame, 1000.0).expect("is published");
-        let Location::Vector { vector, .. } = observation.location else {
-            panic!("is a vector")
-        };
-        (observation, vector)
+    /// The observations in both frames, with X, Y to port, Z up, and with east, north, up.
+    fn both(line: &str) -> [(Observation, Vector3<f64>); 2] {
+        [Frame::Body, Frame::Earth].map(|frame| {
+            let observation = read(line, frame, 1000.0).expect("is published");
+            let (Location::Vector { vector: v, .. } | Location::Direction { unit: v, .. }) =
+                observation.location
+            else {
+                panic!("is not on Earth")
+            };
+            let is_body = frame == Frame::Body;
+            let (x, y) = if is_body { (v.x, -v.y) } else { (v.y, v.x) };
+            (observation, Vector3::new(x, y, -v.z))
+        })
     }
 
     #[test]
-    fn published_positions_agree_in_both_frames() {
+    fn published_positions_agree_in_both_frames_and_with_their_one_way_propagation_times() {
         for line in LONG {
-            let xyz = long(line, Frame::Body).1;
-            let enu = long(line, Frame::Earth).1;
-            // Back to the printed axes: X, Y to port, Z up; and east, north, up.
-            let (xyz, enu) = (
-                Vector3::new(xyz.x, -xyz.y, -xyz.z),
-                Vector3::new(enu.y, enu.x, -enu.z),
-            );
-            let turned = attitude_of(line, 9) * xyz;
+            let [(observation, xyz), (_, enu)] = both(line);
+            let turned = turned(line, 9, xyz);
             // Four printed decimals in positions and angles, at up to 4 m.
             assert!((turned - enu).norm() < 3e-4, "{turned} and {enu}");
-        }
-    }
-
-    #[test]
-    fn published_propagation_times_are_one_way_and_in_microseconds() {
-        for line in LONG {
-            let (observation, vector) = long(line, Frame::Body);
-            let speed = vector.norm() / observation.travel_s.expect("is measured");
+            let speed = xyz.norm() / observation.travel_s.expect("is measured");
             // The shortest range is 0.4 m, and the time is printed in whole µs: half a percent.
             assert!((speed - 1500.0).abs() < 8.0, "{speed}");
         }
-        let observation = long(LONG[1], Frame::Body).0;
-        assert_eq!(
-            (observation.address.as_str(), observation.sigma_m),
-            ("3", Some(1.2375))
-        );
-        let SignalTime::Arrived(arrival_s) = observation.time else {
-            panic!("arrived")
-        };
-        assert!((1000.0 - arrival_s - 0.457_338).abs() < 1e-6, "{arrival_s}");
     }
 
     #[test]
     fn published_angles_agree_in_both_frames() {
-        let unit = |frame| match read(ANGLES, frame, 1000.0).expect("is published").location {
-            Location::Direction { unit, sigma_rad, .. } => (unit, sigma_rad),
-            other => panic!("is a direction: {other:?}"),
-        };
-        let ((local, sigma), (ned, _)) = (unit(Frame::Body), unit(Frame::Earth));
-        let turned = attitude_of(ANGLES, 7) * Vector3::new(local.x, -local.y, -local.z);
-        let enu = Vector3::new(ned.y, ned.x, -ned.z);
+        let [(observation, local), (_, enu)] = both(ANGLES);
+        let turned = turned(ANGLES, 7, local);
         // Four printed decimals of each angle.
         assert!((turned - enu).norm() < 2e-4, "{turned} and {enu}");
-        assert!((sigma - 0.0114).abs() < 1e-12);
+        let Location::Direction { sigma_rad, .. } = observation.location else {
+            panic!("is a direction")
+        };
+        assert!((sigma_rad - 0.0114).abs() < 1e-12);
     }
 
     #[test]
     fn damaged_lines_are_rejected_by_name() {
         let long = LONG[1];
+        let no_number = long.replace("-0.0604", "00000NaN").replace(":124:", ":125:");
+        let no_accuracy = ANGLES.replace("116", "117").replace("0.0114", "-1.0000");
         for (line, reason) in [
             (long.replace("124", "125"), LENGTH),
             (long.replace("0.0269", "0.026"), LENGTH),
             (long.replace("+++AT:124:", "").replace(",77,", ","), FIELDS),
             (long.replace("-0.0604", "-0.06x4"), NUMBER),
-            (
-                long.replace("-0.0604", "00000NaN").replace(":124:", ":125:"),
-                NUMBER,
-            ),
+            (no_number, NUMBER),
             (long.replace("10446.534643", "10447.534643"), BACKWARDS),
             (long.replace(",3,-", ",0,-"), ADDRESS),
-            (
-                ANGLES.replace("116", "117").replace("0.0114", "-1.0000"),
-                NO_POSITION,
-            ),
+            (no_accuracy, NO_POSITION),
             ("+++AT:13:DELIVEREDIM,3".to_owned(), OTHER),
             ("+++AT".to_owned(), OTHER),
             ("+++AT:".to_owned(), LENGTH),
         ] {
             assert_eq!(read(&line, Frame::Body, 0.0), Err(reason), "{line}");
         }
-        let after_data = format!("burst data {long}");
-        assert!(read(&after_data, Frame::Body, 0.0).is_ok());
+        assert!(read(&format!("burst data {long}"), Frame::Body, 0.0).is_ok());
     }
 }

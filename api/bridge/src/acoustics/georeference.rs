@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, f64::consts::PI, ops::RangeInclusive};
 
-use geodesy::{Datum, Origin};
+use geodesy::Datum;
 use nalgebra::{Rotation3, Vector3};
 
 use super::{
@@ -12,7 +12,7 @@ use super::{
     pose::{CraftPose, PoseHistory},
     settings::{Settings, UnusableSettings},
 };
-use crate::{AuvFix, Geographic};
+use crate::{AuvFix, Origin, Parsed, on_earth, reject_if};
 
 const CLOCK: &str = "the modem's clock and ours differ";
 const LOCAL_TIME: &str = "the modem's clock is on local time, not UTC";
@@ -50,11 +50,8 @@ const SOUND_SPEED_MPS: RangeInclusive<f64> = 1_380.0..=1_620.0;
 /// A depth from another source.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct KnownDepth {
-    /// Time of the depth, s of Unix time.
     pub(crate) t_s: f64,
-    /// Depth, m, positive down.
     pub(crate) depth_m: f64,
-    /// Its standard deviation, m.
     pub(crate) sigma_m: f64,
 }
 
@@ -72,48 +69,33 @@ pub(super) struct Georeference {
 impl Georeference {
     pub(super) fn new(settings: &Settings) -> Result<Self, UnusableSettings> {
         let (speed, declination) = (settings.sound_speed_mps, settings.magnetic_declination_rad);
-        let check = |name: &str, value: f64, is_valid: bool, must: &str| {
-            let says = || UnusableSettings(format!("{name} is {value}; it must be {must}"));
-            if is_valid { Ok(()) } else { Err(says()) }
-        };
-        let in_water = SOUND_SPEED_MPS.contains(&speed);
-        check(
-            "sound_speed_mps",
-            speed,
-            in_water,
-            "a speed in water, 1380 to 1620 m/s",
-        )?;
-        check(
-            "magnetic_declination_rad",
-            declination,
-            declination.abs() <= PI,
-            "within ±π",
-        )?;
         let sigma = settings.sigma_m.unwrap_or(REACH_M);
-        let is_reached = 0.0 < sigma && sigma <= REACH_M;
-        check("sigma_m", sigma, is_reached, "positive and at most 20 000")?;
-        if let Some(mounting) = &settings.mounting {
-            let lever = mounting.lever().norm();
-            check(
-                "mounting: its length",
-                lever,
-                lever <= LEVER_MAX_M,
-                "at most 500 m",
-            )?;
-            for angle in mounting.angles() {
-                check("mounting: an angle", angle, angle.is_finite(), "a number")?;
+        let mounting = settings.mounting;
+        let lever = mounting.map_or(0.0, |mounting| mounting.lever().norm());
+        let [roll, pitch, heading] = mounting.map_or([0.0; 3], |mounting| mounting.angles());
+        let depth = mounting.and_then(|mounting| mounting.depth_m).unwrap_or(0.0);
+        let (positive, finite) = (f64::MIN_POSITIVE..=REACH_M, f64::MIN..=f64::MAX);
+        let (length, depths) = (0.0..=LEVER_MAX_M, -LEVER_MAX_M..=LEVER_MAX_M);
+        for (name, value, range, must) in [
+            (
+                "sound_speed_mps",
+                speed,
+                SOUND_SPEED_MPS,
+                "a speed in water, 1380 to 1620 m/s",
+            ),
+            ("magnetic_declination_rad", declination, -PI..=PI, "within ±π"),
+            ("sigma_m", sigma, positive, "positive and at most 20 000"),
+            ("mounting: its length", lever, length, "at most 500 m"),
+            ("mounting: an angle", roll + pitch + heading, finite, "a number"),
+            ("mounting.depth_m", depth, depths, "within ±500 m"),
+        ] {
+            if !range.contains(&value) {
+                return Err(UnusableSettings(format!("{name} is {value}; it must be {must}")));
             }
-            let depth = mounting.depth_m.unwrap_or(0.0);
-            check(
-                "mounting.depth_m",
-                depth,
-                depth.abs() <= LEVER_MAX_M,
-                "within ±500 m",
-            )?;
         }
         Ok(Self {
             names: settings.names.clone(),
-            mounting: settings.mounting,
+            mounting,
             sound_speed: speed,
             sigma_m: settings.sigma_m,
             declination,
@@ -136,24 +118,11 @@ impl Georeference {
         observation: &Observation,
         received_s: f64,
         poses: &PoseHistory,
-    ) -> Result<AuvFix, &'static str> {
+    ) -> Parsed<AuvFix> {
         let name = self.names.get(&observation.address).cloned();
         let auv = name.unwrap_or_else(|| format!("usbl-{}", observation.address));
-        let fix = |(t_s, position, depth_m, sigma_m): (f64, Geographic, Option<f64>, Option<f64>)| AuvFix {
-            auv: auv.clone(),
-            t_s,
-            position,
-            // A modem that prints 0 states no accuracy.
-            sigma_m: observation
-                .sigma_m
-                .or(sigma_m)
-                .filter(|sigma| *sigma > 0.0)
-                .or(self.sigma_m),
-            depth_m: observation.depth_m.or(depth_m),
-            ground_velocity: None,
-        };
-        let fix = match observation.location {
-            Location::Geographic(position) => fix((self.times(observation, 0.0).1, position, None, None)),
+        let (t_s, position, depth_m, sigma_m) = match observation.location {
+            Location::Geographic(position) => (self.times(observation, 0.0).1, position, None, None),
             Location::Vector {
                 axes,
                 vector,
@@ -164,7 +133,7 @@ impl Georeference {
                 let sight = self.ned_from(axes, mounting, &pose) * vector;
                 let transducer = observation.transducer_depth_m.or(mounting.depth_m);
                 let depth = transducer.filter(|_| has_depth).map(|depth| depth + sight.z);
-                fix((t_s, place(mounting, &pose, &sight)?, depth, None))
+                (t_s, place(mounting, &pose, &sight)?, depth, None)
             }
             Location::Direction {
                 axes,
@@ -174,30 +143,35 @@ impl Georeference {
                 let (arrival_s, _) = self.times(observation, 0.0);
                 let (mounting, pose) = self.craft(poses, arrival_s, received_s)?;
                 let direction = self.ned_from(axes, mounting, &pose) * unit;
-                let known = self
-                    .depths
-                    .get(&auv)
-                    .filter(|known| (known.t_s - arrival_s).abs() <= DEPTH_KEPT_S);
+                let known = self.depths.get(&auv);
+                let known = known.filter(|known| (known.t_s - arrival_s).abs() <= DEPTH_KEPT_S);
                 let transducer = observation.transducer_depth_m.or(mounting.depth_m);
                 let (known, transducer) = known.zip(transducer).ok_or(NO_DEPTH)?;
                 let sight = intersect(&direction, known.depth_m - transducer)?;
                 let sigma = intersection_sigma(&sight, sigma_rad, known.sigma_m);
-                let t_s = self.times(observation, sight.norm()).1;
-                fix((
+                let (_, t_s) = self.times(observation, sight.norm());
+                (
                     t_s,
                     place(mounting, &pose, &sight)?,
                     Some(known.depth_m),
                     Some(sigma),
-                ))
+                )
             }
         };
-        check_clock(fix.t_s, received_s)?;
+        check_clock(t_s, received_s)?;
+        // A modem that prints 0 states no accuracy.
+        let stated = observation.sigma_m.or(sigma_m).filter(|sigma| *sigma > 0.0);
+        let (sigma_m, depth_m) = (stated.or(self.sigma_m), observation.depth_m.or(depth_m));
         let is_plausible = |metres: Option<f64>| metres.is_none_or(|metres| metres.abs() <= REACH_M);
-        if is_plausible(fix.sigma_m) && is_plausible(fix.depth_m) {
-            Ok(fix)
-        } else {
-            Err(TOO_FAR)
-        }
+        reject_if(!is_plausible(sigma_m) || !is_plausible(depth_m), TOO_FAR)?;
+        Ok(AuvFix {
+            auv,
+            t_s,
+            position,
+            sigma_m,
+            depth_m,
+            ground_velocity: None,
+        })
     }
 
     /// Times of arrival and sending of a signal from an AUV at `distance`, m.
@@ -209,12 +183,7 @@ impl Georeference {
         }
     }
 
-    fn craft(
-        &self,
-        poses: &PoseHistory,
-        arrival_s: f64,
-        received_s: f64,
-    ) -> Result<(&Mounting, CraftPose), &'static str> {
+    fn craft(&self, poses: &PoseHistory, arrival_s: f64, received_s: f64) -> Parsed<(&Mounting, CraftPose)> {
         let mounting = self.mounting.as_ref().ok_or(NO_MOUNTING)?;
         let pose = poses.at(arrival_s);
         // A wrong clock is the reason for a missing pose.
@@ -234,7 +203,7 @@ impl Georeference {
 }
 
 /// Fails if a modem's time `t_s` contradicts the arrival of its bytes, as local time or otherwise.
-fn check_clock(t_s: f64, received_s: f64) -> Result<(), &'static str> {
+fn check_clock(t_s: f64, received_s: f64) -> Parsed<()> {
     let behind = received_s - t_s;
     if (-AHEAD_MAX_S..=BEHIND_MAX_S).contains(&behind) {
         return Ok(());
@@ -252,22 +221,13 @@ fn ned_from_craft(pose: &CraftPose) -> Rotation3<f64> {
 }
 
 /// The position of the far end of `sight` (north, east, down from the transducer, m).
-fn place(mounting: &Mounting, pose: &CraftPose, sight: &Vector3<f64>) -> Result<Geographic, &'static str> {
+fn place(mounting: &Mounting, pose: &CraftPose, sight: &Vector3<f64>) -> Parsed<Origin> {
     let length = sight.norm();
-    if length == 0.0 {
-        return Err(NO_POSITION);
-    }
-    if !(0.0..=REACH_M).contains(&length) {
-        return Err(TOO_FAR);
-    }
+    reject_if(length == 0.0, NO_POSITION)?;
+    reject_if(!(0.0..=REACH_M).contains(&length), TOO_FAR)?;
     let from_reference = ned_from_craft(pose) * mounting.lever() + sight;
-    let origin = Origin {
-        latitude: pose.position.lat_deg.to_radians(),
-        longitude: pose.position.lon_deg.to_radians(),
-    };
-    let datum = Datum::new(&origin).map_err(|_| NO_POSE)?;
-    let place = datum.from_local(&from_reference.xy());
+    let datum = Datum::new(&pose.position.into()).map_err(|_| NO_POSE)?;
+    let place = Origin::from(datum.from_local(&from_reference.xy()));
     // Degrees to radians and back may round beyond the antimeridian.
-    let lon_deg = place.longitude.to_degrees().clamp(-180.0, 180.0);
-    Geographic::new(place.latitude.to_degrees(), lon_deg).ok_or(TOO_FAR)
+    on_earth(place.lat_deg, place.lon_deg.clamp(-180.0, 180.0)).ok_or(TOO_FAR)
 }

@@ -1,9 +1,10 @@
 //! Splits a stream of bytes into lines.
 
+use crate::Parsed;
+
 /// Longest line kept, bytes. The longest here is a SeaTrac response, 600 characters at most.
 const LINE_MAX: usize = 1024;
 
-/// The reason for a line that does not end.
 pub(super) const TOO_LONG: &str = "line too long";
 
 /// Splits at CR, LF or both; skips empty lines.
@@ -15,7 +16,7 @@ pub(super) struct Lines {
 
 impl Lines {
     /// The line that `byte` ends, or its error. Invalid UTF-8 is replaced and fails later.
-    pub(super) fn push(&mut self, byte: u8) -> Option<Result<String, &'static str>> {
+    pub(super) fn push(&mut self, byte: u8) -> Option<Parsed<String>> {
         if byte != b'\r' && byte != b'\n' {
             if self.line.len() < LINE_MAX {
                 self.line.push(byte);
@@ -37,7 +38,7 @@ impl Lines {
 mod tests {
     use super::*;
 
-    fn lines(bytes: &[u8]) -> Vec<Result<String, &'static str>> {
+    fn lines(bytes: &[u8]) -> Vec<Parsed<String>> {
         let mut lines = Lines::default();
         bytes.iter().filter_map(|byte| lines.push(*byte)).collect()
     }

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::Geographic;
+use crate::{Origin, Parsed, on_earth};
 
 pub(super) const OTHER: &str = "another message";
 pub(super) const CHECKSUM: &str = "checksum does not match";
@@ -18,7 +18,6 @@ const ADDRESS_MAX: usize = 32;
 /// One AUV as a modem observed it.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Observation {
-    /// The address on the wire.
     pub(super) address: String,
     pub(super) time: SignalTime,
     pub(super) location: Location,
@@ -41,11 +40,10 @@ pub(super) enum SignalTime {
     Sent(f64),
 }
 
-/// The location of the AUV.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Location {
     /// On Earth: lever arm and heading are already applied.
-    Geographic(Geographic),
+    Geographic(Origin),
     /// From the transducer, m.
     Vector {
         axes: Axes,
@@ -62,7 +60,6 @@ pub(super) enum Location {
     },
 }
 
-/// The axes of a vector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Axes {
     /// Forward, starboard, down of the transducer.
@@ -101,8 +98,8 @@ impl Location {
     }
 
     /// A position on Earth, degrees.
-    pub(super) fn geographic(lat_deg: f64, lon_deg: f64) -> Result<Self, &'static str> {
-        let position = Geographic::new(lat_deg, lon_deg).ok_or(NOT_ON_EARTH)?;
+    pub(super) fn geographic(lat_deg: f64, lon_deg: f64) -> Parsed<Self> {
+        let position = on_earth(lat_deg, lon_deg).ok_or(NOT_ON_EARTH)?;
         Ok(Self::Geographic(position))
     }
 }
@@ -113,15 +110,15 @@ pub(super) fn line_of_sight(bearing: f64, elevation: f64) -> Vector3<f64> {
     Vector3::new(cos_e * cos_b, cos_e * sin_b, -sin_e)
 }
 
-/// A finite number.
-pub(super) fn number(text: &str) -> Result<f64, &'static str> {
-    let value = text.trim().parse::<f64>().map_err(|_| NUMBER)?;
-    if value.is_finite() { Ok(value) } else { Err(NUMBER) }
+pub(super) fn number(text: &str) -> Parsed<f64> {
+    let value = text.trim().parse::<f64>().ok();
+    value.filter(|value| value.is_finite()).ok_or(NUMBER)
 }
 
 /// A finite number; `None` if the field is empty.
-pub(super) fn optional(text: &str) -> Result<Option<f64>, &'static str> {
-    if text.trim().is_empty() {
+pub(super) fn optional(text: &str) -> Parsed<Option<f64>> {
+    let is_empty = text.trim().is_empty();
+    if is_empty {
         Ok(None)
     } else {
         number(text).map(Some)
@@ -129,12 +126,9 @@ pub(super) fn optional(text: &str) -> Result<Option<f64>, &'static str> {
 }
 
 /// An address or a name that can be shown and stored.
-pub(super) fn address(text: &str) -> Result<String, &'static str> {
+pub(super) fn address(text: &str) -> Parsed<String> {
     let text = text.trim();
-    let printable = text.bytes().all(|byte| byte.is_ascii_graphic() || byte == b' ');
-    if printable && !text.is_empty() && text.len() <= ADDRESS_MAX {
-        Ok(text.to_owned())
-    } else {
-        Err(ADDRESS)
-    }
+    let is_printable = text.bytes().all(|byte| byte.is_ascii_graphic() || byte == b' ');
+    let is_usable = is_printable && (1..=ADDRESS_MAX).contains(&text.len());
+    is_usable.then(|| text.to_owned()).ok_or(ADDRESS)
 }

@@ -23,6 +23,7 @@ use super::{
     observation::{Axes, Location, Observation, SignalTime, address, line_of_sight, optional},
     settings::UnusableSettings,
 };
+use crate::Parsed;
 
 const NO_MATCH: &str = "the pattern does not match";
 const MISSING: &str = "the pattern left a group out";
@@ -64,19 +65,11 @@ pub(super) struct Pattern {
 
 impl Pattern {
     pub(super) fn new(pattern: &str, names: &BTreeMap<String, String>) -> Result<Self, UnusableSettings> {
-        let mut builder = RegexBuilder::new(pattern);
-        let regex = builder
-            .size_limit(COMPILED_MAX)
-            .build()
-            .map_err(|error| UnusableSettings(format!("the pattern is not usable: {error}")))?;
+        let regex = RegexBuilder::new(pattern).size_limit(COMPILED_MAX).build();
+        let regex = regex.map_err(|error| UnusableSettings(format!("the pattern is not usable: {error}")))?;
         let groups: Vec<&str> = regex.capture_names().flatten().collect();
-        let known: Vec<&str> = FORMS
-            .iter()
-            .flat_map(|(_, groups)| *groups)
-            .chain([&DOWN])
-            .chain(&BESIDE)
-            .copied()
-            .collect();
+        let of_forms = FORMS.iter().flat_map(|(_, groups)| *groups);
+        let known: Vec<&str> = of_forms.chain([&DOWN]).chain(&BESIDE).copied().collect();
         if let Some(unknown) = groups.iter().find(|group| !known.contains(group)) {
             let known = known.join(", ");
             let says = format!("the pattern has an unknown group {unknown:?}; groups are {known}");
@@ -102,7 +95,7 @@ impl Pattern {
         self.form != Form::Geographic
     }
 
-    pub(super) fn read(&self, line: &str, received_s: f64) -> Result<Observation, &'static str> {
+    pub(super) fn read(&self, line: &str, received_s: f64) -> Parsed<Observation> {
         let fields = Fields(self.regex.captures(line).ok_or(NO_MATCH)?);
         let address = match &self.only {
             Some(only) => only.clone(),
@@ -120,7 +113,7 @@ impl Pattern {
         })
     }
 
-    fn location(&self, fields: &Fields<'_>) -> Result<Location, &'static str> {
+    fn location(&self, fields: &Fields<'_>) -> Parsed<Location> {
         Ok(match self.form {
             Form::Geographic => {
                 Location::geographic(fields.required("lat_deg")?, fields.required("lon_deg")?)?
@@ -149,21 +142,19 @@ impl Pattern {
     }
 }
 
-/// The groups of one line.
 struct Fields<'a>(Captures<'a>);
 
 impl Fields<'_> {
-    fn optional(&self, group: &str) -> Result<Option<f64>, &'static str> {
-        self.0
-            .name(group)
-            .map_or(Ok(None), |text| optional(text.as_str()))
+    fn optional(&self, group: &str) -> Parsed<Option<f64>> {
+        let text = self.0.name(group);
+        text.map_or(Ok(None), |text| optional(text.as_str()))
     }
 
-    fn required(&self, group: &str) -> Result<f64, &'static str> {
+    fn required(&self, group: &str) -> Parsed<f64> {
         self.optional(group)?.ok_or(MISSING)
     }
 
-    fn positive(&self, group: &str) -> Result<Option<f64>, &'static str> {
+    fn positive(&self, group: &str) -> Parsed<Option<f64>> {
         match self.optional(group)? {
             Some(value) if value < 0.0 => Err(NEGATIVE),
             value => Ok(value),
@@ -173,12 +164,14 @@ impl Fields<'_> {
 
 /// The one kind of position in `groups`, complete.
 fn form(groups: &[&str]) -> Result<Form, UnusableSettings> {
+    let error = |says: String| Err(UnusableSettings(says));
     let two_positions = |first: &str, second: &str| {
-        let says = format!("the pattern has positions of two kinds, with {first:?} and with {second:?}");
-        UnusableSettings(says)
+        error(format!(
+            "the pattern has positions of two kinds, with {first:?} and with {second:?}"
+        ))
     };
     let lacks = |given: &str, missing: &str| {
-        UnusableSettings(format!(
+        error(format!(
             "the pattern has the group {given:?} and lacks {missing:?}"
         ))
     };
@@ -188,21 +181,21 @@ fn form(groups: &[&str]) -> Result<Form, UnusableSettings> {
             continue;
         };
         if let Some((_, first)) = found {
-            return Err(two_positions(first, given));
+            return two_positions(first, given);
         }
         if let Some(missing) = needed.iter().copied().find(|group| !groups.contains(group)) {
-            return Err(lacks(given, missing));
+            return lacks(given, missing);
         }
         found = Some((form, given));
     }
-    let (form, given) = found.ok_or_else(|| {
+    let Some((form, given)) = found else {
         let says = "the pattern has no position: it needs lat_deg and lon_deg, or another kind of position";
-        UnusableSettings(says.to_owned())
-    })?;
+        return error(says.to_owned());
+    };
     let has_down = groups.contains(&DOWN);
     match form {
-        Form::Body if !has_down => Err(lacks(given, DOWN)),
-        Form::Geographic | Form::Polar if has_down => Err(two_positions(given, DOWN)),
+        Form::Body if !has_down => lacks(given, DOWN),
+        Form::Geographic | Form::Polar if has_down => two_positions(given, DOWN),
         _ => Ok(form),
     }
 }
@@ -226,56 +219,48 @@ mod tests {
 
     #[test]
     fn inconsistent_groups_are_named() {
-        let new = |pattern: &str| {
-            Pattern::new(pattern, &names(&[]))
-                .expect_err("is invalid")
-                .to_string()
-        };
+        let place = "(?<lat_deg>.)(?<lon_deg>.)";
+        let huge = format!(r"(?<id>\w{{1000}}{{1000}}){place}");
         for (pattern, named) in [
             (r"(?<id>\d)(?<lat>.)", "\"lat\""),
             (r"(?<id>\d)(?<lat_deg>.)", "lacks \"lon_deg\""),
             (r"(?<id>\d)(?<forward_m>.)(?<starboard_m>.)", "lacks \"down_m\""),
+            (r"(?<id>\d)(?<range_m>.)(?<bearing_deg>.)", "lacks \"elevation"),
             (
-                r"(?<id>\d)(?<range_m>.)(?<bearing_deg>.)",
-                "lacks \"elevation_deg\"",
-            ),
-            (
-                r"(?<id>\d)(?<lat_deg>.)(?<lon_deg>.)(?<north_m>.)(?<east_m>.)",
+                &format!(r"(?<id>\d){place}(?<north_m>.)(?<east_m>.)"),
                 "two kinds",
             ),
-            (r"(?<id>\d)(?<lat_deg>.)(?<lon_deg>.)(?<down_m>.)", "two kinds"),
+            (&format!(r"(?<id>\d){place}(?<down_m>.)"), "two kinds"),
             (r"(?<id>\d)(?<down_m>.)", "no position"),
-            (r"(?<lat_deg>.)(?<lon_deg>.)", "names has 0 entries"),
+            (place, "names has 0 entries"),
             (r"(?<id>\d", "not usable"),
-            (r"(?<id>\w{1000}{1000})(?<lat_deg>.)(?<lon_deg>.)", "size limit"),
+            (&huge, "size limit"),
         ] {
-            assert!(new(pattern).contains(named), "{pattern}: {}", new(pattern));
+            let error = Pattern::new(pattern, &names(&[]))
+                .expect_err("is invalid")
+                .to_string();
+            assert!(error.contains(named), "{pattern}: {error}");
         }
-        let two = Pattern::new(r"(?<lat_deg>.)(?<lon_deg>.)", &names(&["1", "2"]));
-        let two = two.expect_err("is ambiguous").to_string();
-        assert!(two.contains("names has 2 entries"), "{two}");
+        let two = Pattern::new(place, &names(&["1", "2"])).expect_err("is ambiguous");
+        assert!(two.to_string().contains("names has 2 entries"), "{two}");
     }
 
     #[test]
     fn fields_are_read_and_optional_ones_may_be_absent() {
         let pattern = Pattern::new(NORTH, &names(&[])).expect("makes sense");
-        let observation = pattern.read("7:1.5,-2,30 age 0.25", 100.0).expect("matches");
-        assert_eq!(
-            (observation.address.as_str(), observation.time),
-            ("7", SignalTime::Arrived(99.75))
-        );
-        let vector = Vector3::new(1.5, -2.0, 30.0);
-        assert_eq!(observation.location, Location::vector(Axes::North, vector));
-        let flat = pattern.read("7:1.5,-2", 100.0).expect("matches");
-        let vector = Vector3::new(1.5, -2.0, 0.0);
-        assert_eq!(
-            flat.location,
-            Location::Vector {
+        for (line, time_s, down, has_depth) in [
+            ("7:1.5,-2,30 age 0.25", 99.75, 30.0, true),
+            ("7:1.5,-2", 100.0, 0.0, false),
+        ] {
+            let observation = pattern.read(line, 100.0).expect("matches");
+            let location = Location::Vector {
                 axes: Axes::North,
-                vector,
-                has_depth: false
-            }
-        );
+                vector: Vector3::new(1.5, -2.0, down),
+                has_depth,
+            };
+            let expected = Observation::new("7".to_owned(), SignalTime::Arrived(time_s), location);
+            assert_eq!(observation, expected);
+        }
         for (line, reason) in [
             ("seven:1,2", NO_MATCH),
             ("7:1,x", NUMBER),
@@ -291,10 +276,8 @@ mod tests {
         let pattern = r"^(?<lat_deg>\S+) (?<lon_deg>\S+) at (?<t_s>\S+)$";
         let pattern = Pattern::new(pattern, &names(&["pinger"])).expect("makes sense");
         let observation = pattern.read("60.5 -5.25 at 1000.5", 1002.0).expect("matches");
-        assert_eq!(
-            (observation.address.as_str(), observation.time),
-            ("pinger", SignalTime::Sent(1000.5))
-        );
+        let (address, time) = (observation.address.as_str(), observation.time);
+        assert_eq!((address, time), ("pinger", SignalTime::Sent(1000.5)));
         assert_eq!(pattern.read("91 0 at 1", 0.0), Err(NOT_ON_EARTH));
     }
 }

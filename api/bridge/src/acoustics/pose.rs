@@ -2,7 +2,9 @@
 
 use std::collections::VecDeque;
 
-use crate::{Geographic, reference::wrapped};
+use planner::angle::wrap;
+
+use crate::Origin;
 
 /// Longest extrapolation and interpolation of poses, s: 1.5 m of motion at full speed.
 const HOLD_S: f64 = 1.0;
@@ -17,7 +19,7 @@ const KEPT_MAX: usize = 6000;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct CraftPose {
     /// Position of its reference point, usually the GNSS antenna.
-    pub(crate) position: Geographic,
+    pub(crate) position: Origin,
     /// Heading, rad, true, clockwise from north.
     pub(crate) heading: f64,
     /// Roll, rad, positive starboard down; 0 if not measured.
@@ -36,14 +38,8 @@ impl PoseHistory {
     /// Adds the pose at `t_s`, s of Unix time, and drops poses from then on: the clock was set
     /// back. Poses with numbers that are not finite are ignored.
     pub(crate) fn push(&mut self, t_s: f64, pose: CraftPose) {
-        let numbers = [
-            t_s,
-            pose.position.lat_deg,
-            pose.position.lon_deg,
-            pose.heading,
-            pose.roll,
-            pose.pitch,
-        ];
+        let Origin { lat_deg, lon_deg } = pose.position;
+        let numbers = [t_s, lat_deg, lon_deg, pose.heading, pose.roll, pose.pitch];
         if !numbers.iter().all(|number| number.is_finite()) {
             return;
         }
@@ -51,12 +47,8 @@ impl PoseHistory {
             self.poses.pop_back();
         }
         self.poses.push_back((t_s, pose));
-        while self.poses.len() > KEPT_MAX
-            || self
-                .poses
-                .front()
-                .is_some_and(|(oldest_s, _)| t_s - *oldest_s > KEPT_S)
-        {
+        let is_old = |(oldest_s, _): &(f64, CraftPose)| t_s - oldest_s > KEPT_S;
+        while self.poses.len() > KEPT_MAX || self.poses.front().is_some_and(is_old) {
             self.poses.pop_front();
         }
     }
@@ -81,11 +73,11 @@ impl PoseHistory {
 
 fn between((t0, from): &(f64, CraftPose), (t1, to): &(f64, CraftPose), t_s: f64) -> CraftPose {
     let part = (t_s - t0) / (t1 - t0);
-    let turned = |from: f64, to: f64| wrapped(from + part * wrapped(to - from));
+    let turned = |from: f64, to: f64| wrap(from + part * wrap(to - from));
     let (lat0, lat1) = (from.position.lat_deg, to.position.lat_deg);
     let (lon0, lon1) = (from.position.lon_deg, to.position.lon_deg);
     CraftPose {
-        position: Geographic {
+        position: Origin {
             lat_deg: lat0 + part * (lat1 - lat0),
             lon_deg: turned(lon0.to_radians(), lon1.to_radians()).to_degrees(),
         },
@@ -100,10 +92,11 @@ mod tests {
     use std::f64::consts::PI;
 
     use super::*;
+    use crate::on_earth;
 
     fn pose(lat_deg: f64, lon_deg: f64, heading: f64) -> CraftPose {
         CraftPose {
-            position: Geographic::new(lat_deg, lon_deg).expect("is on Earth"),
+            position: on_earth(lat_deg, lon_deg).expect("is on Earth"),
             heading,
             roll: 0.0,
             pitch: 0.0,

@@ -24,7 +24,11 @@ use super::observation::{
     Axes, CHECKSUM, FIELDS, Location, NO_POSITION, NUMBER, OTHER, Observation, SignalTime, address, number,
     optional,
 };
-use crate::nmea::{checksum, seconds_after_midnight};
+use crate::{
+    Parsed,
+    nmea::{checksum, seconds_after_midnight},
+    reject_if,
+};
 
 const OWN_SHIP: &str = "the ship itself";
 const AXES: &str = "coordinates of another kind";
@@ -33,7 +37,7 @@ const PREDICTED: &str = "predicted, not measured";
 
 const DAY_S: f64 = 86_400.0;
 
-pub(super) fn read(line: &str, received_s: f64) -> Result<Observation, &'static str> {
+pub(super) fn read(line: &str, received_s: f64) -> Parsed<Observation> {
     let sentence = checked(line)?;
     let mut fields = sentence.split(',');
     let message = fields.next().unwrap_or_default();
@@ -46,28 +50,24 @@ pub(super) fn read(line: &str, received_s: f64) -> Result<Observation, &'static 
 }
 
 /// The text between `$` and `*`.
-fn checked(line: &str) -> Result<&str, &'static str> {
+fn checked(line: &str) -> Parsed<&str> {
     let (_, sentence) = line.rsplit_once('$').ok_or(OTHER)?;
     let (body, digits) = sentence.trim().rsplit_once('*').ok_or(CHECKSUM)?;
     let matches = digits.len() == 2 && u8::from_str_radix(digits, 16) == Ok(checksum(body.as_bytes()));
     if matches { Ok(body) } else { Err(CHECKSUM) }
 }
 
-fn ranger(fields: &[&str], received_s: f64) -> Result<Observation, &'static str> {
+fn ranger(fields: &[&str], received_s: f64) -> Parsed<Observation> {
     let [time, name, status, lat, lon, ref rest @ ..] = *fields else {
         return Err(FIELDS);
     };
     let at = |field: usize| optional(rest.get(field).copied().unwrap_or_default());
-    if status != "A" {
-        return Err(NO_POSITION);
-    }
+    reject_if(status != "A", NO_POSITION)?;
     // The system prints the ship among its beacons, as "Ship 1".
-    if name
+    let is_ship = name
         .get(..4)
-        .is_some_and(|start| start.eq_ignore_ascii_case("ship"))
-    {
-        return Err(OWN_SHIP);
-    }
+        .is_some_and(|start| start.eq_ignore_ascii_case("ship"));
+    reject_if(is_ship, OWN_SHIP)?;
     let location = Location::geographic(number(lat)?, number(lon)?)?;
     let (depth, major, minor) = (at(0)?, at(1)?, at(2)?);
     let time = SignalTime::Sent(time_near(time, received_s)?);
@@ -78,18 +78,12 @@ fn ranger(fields: &[&str], received_s: f64) -> Result<Observation, &'static str>
     })
 }
 
-fn apos(fields: &[&str], received_s: f64) -> Result<Observation, &'static str> {
+fn apos(fields: &[&str], received_s: f64) -> Parsed<Observation> {
     let (&[time, name, status, error, system], rest) = fields.split_first_chunk().ok_or(FIELDS)?;
     let (&[orientation, filter, x, y, depth, accuracy], more) = rest.split_first_chunk().ok_or(FIELDS)?;
-    if status != "A" {
-        return Err(NO_POSITION);
-    }
-    if !error.is_empty() {
-        return Err(ERROR_CODE);
-    }
-    if filter != "M" && filter != "F" {
-        return Err(PREDICTED);
-    }
+    reject_if(status != "A", NO_POSITION)?;
+    reject_if(!error.is_empty(), ERROR_CODE)?;
+    reject_if(filter != "M" && filter != "F", PREDICTED)?;
     let (x, y, depth) = (number(x)?, number(y)?, optional(depth)?);
     let z = depth.unwrap_or(0.0);
     let (axes, vector) = match (system, orientation) {
@@ -102,9 +96,7 @@ fn apos(fields: &[&str], received_s: f64) -> Result<Observation, &'static str> {
         ["T", travel, ..] => optional(travel)?,
         _ => None,
     };
-    if travel.is_some_and(|travel| travel < 0.0) {
-        return Err(NUMBER);
-    }
+    reject_if(travel.is_some_and(|travel| travel < 0.0), NUMBER)?;
     let time = SignalTime::Arrived(time_near(time, received_s)?);
     Ok(Observation {
         travel_s: travel,
@@ -122,7 +114,7 @@ fn apos(fields: &[&str], received_s: f64) -> Result<Observation, &'static str> {
 }
 
 /// The time `hhmmss.ss` nearest to `received_s`, s of Unix time; an empty field is that time.
-fn time_near(text: &str, received_s: f64) -> Result<f64, &'static str> {
+fn time_near(text: &str, received_s: f64) -> Parsed<f64> {
     if text.is_empty() {
         return Ok(received_s);
     }
@@ -151,30 +143,27 @@ mod tests {
     fn published_ranger_sentences_are_read() {
         // jrenken/udp4all, src/ranger2gapsprocessor.cpp, and GSO-soslab/whoi_ds.
         let beacon = "$PSONLLD,133707.52,2401,A,51.3315406,-0.83563975,999.916,5.33,5.33,0.00,0.62,,,,*2A";
-        let observation = read(beacon, at(13.0, 37.0, 8.5)).expect("is published");
-        assert_eq!(observation.address, "2401");
+        let found = read(beacon, at(13.0, 37.0, 8.5)).expect("is published");
         assert_eq!(
-            (observation.sigma_m, observation.depth_m),
-            (Some(5.33), Some(999.916))
+            (&*found.address, found.sigma_m, found.depth_m),
+            ("2401", Some(5.33), Some(999.916))
         );
-        let SignalTime::Sent(sent_s) = observation.time else {
+        let SignalTime::Sent(sent_s) = found.time else {
             panic!("says when")
         };
         assert!((sent_s - at(13.0, 37.0, 7.52)).abs() < 1e-6);
-        let expected = Location::geographic(51.331_540_6, -0.835_639_75);
-        assert_eq!(Ok(observation.location), expected);
+        assert_eq!(
+            Ok(found.location),
+            Location::geographic(51.331_540_6, -0.835_639_75)
+        );
 
         let alvin =
             "$PSONLLD,170004.53,ALVIN 914,A,28.8114807,-87.80925696,1951.156,13.96,13.96,0.00,2.62,,,,*6F";
-        assert_eq!(
-            read(alvin, at(17.0, 0.0, 5.0)).expect("is published").address,
-            "ALVIN 914"
-        );
+        let found = read(alvin, at(17.0, 0.0, 5.0)).expect("is published");
+        assert_eq!(found.address, "ALVIN 914");
         let bare = "$PSONLLD,153005.253,24,A,50.02495,8.873323,425.3,,,,,,,,*3e";
-        assert_eq!(
-            read(bare, at(15.0, 30.0, 6.0)).expect("is published").sigma_m,
-            None
-        );
+        let found = read(bare, at(15.0, 30.0, 6.0)).expect("is published");
+        assert_eq!(found.sigma_m, None);
         let ship = "$PSONLLD,133707.59,Ship 1,A,51.3306281,-0.83499295,0.000,0.08,0.08,0.00,0.01,,,,*1D";
         assert_eq!(read(ship, at(13.0, 37.0, 8.0)), Err(OWN_SHIP));
     }
@@ -183,55 +172,49 @@ mod tests {
     fn published_apos_sentences_are_read() {
         // lbe19/qgis-udp-nav, tests: derived from a HiPAP's log.
         let tracking = "$PSIMSSB,083733.386,M17,A,,C,N,F,46.649,1.632,24.829,1.414,T,0.033681,*54";
-        let observation = read(tracking, at(8.0, 37.0, 34.0)).expect("is published");
+        let found = read(tracking, at(8.0, 37.0, 34.0)).expect("is published");
         let vector = Vector3::new(46.649, 1.632, 24.829);
-        assert_eq!(observation.location, Location::vector(Axes::North, vector));
-        assert_eq!(
-            (observation.sigma_m, observation.travel_s),
-            (Some(1.414), Some(0.033_681))
-        );
+        assert_eq!(found.location, Location::vector(Axes::North, vector));
+        assert_eq!((found.sigma_m, found.travel_s), (Some(1.414), Some(0.033_681)));
         let reply = "$PSIMSSB,083733.036,M17,A,NRy,C,N,F,0.000,0.000,0.000,20.000,T,0.003731,*08";
         assert_eq!(read(reply, at(8.0, 37.0, 34.0)), Err(ERROR_CODE));
 
         // NavDP 4000 operator's manual, "Simrad SSBL". It prints the checksum 20; 0C is right.
         let body = "PSIMSSB,085405.61,B42,A,,C,H,M,134.5,114.5,120.0,,,,";
-        let observation = read(&line(body), at(8.0, 54.0, 6.0)).expect("is published");
+        let found = read(&line(body), at(8.0, 54.0, 6.0)).expect("is published");
         let vector = Vector3::new(114.5, 134.5, 120.0);
-        assert_eq!(observation.location, Location::vector(Axes::HeadUp, vector));
+        assert_eq!(found.location, Location::vector(Axes::HeadUp, vector));
         assert_eq!(read(&format!("${body}*20"), at(8.0, 54.0, 6.0)), Err(CHECKSUM));
     }
 
     #[test]
     fn a_time_of_day_belongs_to_the_nearest_day() {
-        let second = |text: &str, received_s: f64| time_near(text, received_s);
-        assert_eq!(second("235959.5", MIDNIGHT_S + 0.25), Ok(MIDNIGHT_S - 0.5));
-        assert_eq!(second("000000.25", MIDNIGHT_S - 0.25), Ok(MIDNIGHT_S + 0.25));
-        assert_eq!(second("110000", MIDNIGHT_S), Ok(MIDNIGHT_S + 39_600.0));
-        assert_eq!(second("130000", MIDNIGHT_S), Ok(MIDNIGHT_S - 39_600.0));
-        assert_eq!(second("130000 ", MIDNIGHT_S), Ok(MIDNIGHT_S - 39_600.0));
-        assert_eq!(second("", MIDNIGHT_S), Ok(MIDNIGHT_S));
-        for text in [
-            "1200",
-            "12345",
-            "1.2000",
-            "24000000",
-            "126000.0",
-            "12-100",
-            "1200é0",
-            "120000.x",
-            "120000inf",
+        for (text, received, after_s) in [
+            ("235959.5", 0.25, -0.5),
+            ("000000.25", -0.25, 0.25),
+            ("110000", 0.0, 39_600.0),
+            ("130000", 0.0, -39_600.0),
+            ("130000 ", 0.0, -39_600.0),
+            ("", 0.0, 0.0),
         ] {
-            assert_eq!(second(text, MIDNIGHT_S), Err(NUMBER), "{text}");
+            assert_eq!(
+                time_near(text, MIDNIGHT_S + received),
+                Ok(MIDNIGHT_S + after_s),
+                "{text}"
+            );
+        }
+        for text in [
+            "1200", "12345", "1.2000", "24000000", "126000.0", "12-100", "1200é0", "120000.x",
+        ] {
+            assert_eq!(time_near(text, MIDNIGHT_S), Err(NUMBER), "{text}");
         }
     }
 
     #[test]
     fn a_missing_field_does_not_affect_other_fields() {
-        let sonardyne = read(&line("PSONLLD,,24,A,50.0,8.5"), MIDNIGHT_S).expect("has a position");
-        assert_eq!(
-            (sonardyne.time, sonardyne.depth_m, sonardyne.sigma_m),
-            (SignalTime::Sent(MIDNIGHT_S), None, None)
-        );
+        let ranger = read(&line("PSONLLD,,24,A,50.0,8.5"), MIDNIGHT_S).expect("has a position");
+        let time = SignalTime::Sent(MIDNIGHT_S);
+        assert_eq!((ranger.time, ranger.depth_m, ranger.sigma_m), (time, None, None));
         let apos = read(&line("PSIMSSB,,B01,A,,C,N,M,1,2,,,,,"), MIDNIGHT_S).expect("has a position");
         let location = Location::Vector {
             axes: Axes::North,
@@ -260,9 +243,7 @@ mod tests {
         ] {
             assert_eq!(read(&line(body), MIDNIGHT_S), Err(reason), "{body}");
         }
-        assert_eq!(
-            read("$PSONLLD,000000,1,A,1,2,3,,,,,,,,", MIDNIGHT_S),
-            Err(CHECKSUM)
-        );
+        let without = "$PSONLLD,000000,1,A,1,2,3,,,,,,,,";
+        assert_eq!(read(without, MIDNIGHT_S), Err(CHECKSUM));
     }
 }

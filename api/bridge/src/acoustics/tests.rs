@@ -5,10 +5,9 @@ mod positions;
 use proptest::prelude::*;
 
 use super::{
-    CraftPose, Frame, KnownDepth, Modem, ModemKind, PoseHistory, Settings, mounting::Mounting, seatrac,
-    sentences,
+    CraftPose, Frame, KnownDepth, Modem, ModemKind, PoseHistory, Settings, mounting::Mounting, sentences,
 };
-use crate::{AuvFix, Geographic};
+use crate::{AuvFix, on_earth};
 
 const RECEIVED_S: f64 = 1_779_500_000.0;
 
@@ -30,6 +29,14 @@ fn kinds() -> Vec<ModemKind> {
     kinds
 }
 
+fn depth_at(t_s: f64) -> KnownDepth {
+    KnownDepth {
+        t_s,
+        depth_m: 20.0,
+        sigma_m: 0.2,
+    }
+}
+
 fn modem(kind: ModemKind) -> Modem {
     let settings = Settings {
         modem: kind,
@@ -48,19 +55,12 @@ fn modem(kind: ModemKind) -> Modem {
         magnetic_declination_rad: 0.0,
     };
     let mut modem = Modem::new(&settings).expect("is usable");
-    modem.note_depth(
-        "usbl-2",
-        KnownDepth {
-            t_s: RECEIVED_S,
-            depth_m: 20.0,
-            sigma_m: 0.2,
-        },
-    );
+    modem.note_depth("usbl-2", depth_at(RECEIVED_S));
     modem
 }
 
 fn poses() -> PoseHistory {
-    let position = Geographic::new(60.0, 179.9999).expect("is on Earth");
+    let position = on_earth(60.0, 179.9999).expect("is on Earth");
     let mut poses = PoseHistory::default();
     poses.push(
         RECEIVED_S,
@@ -77,12 +77,8 @@ fn poses() -> PoseHistory {
 /// Lines that one of the modems reads.
 fn samples() -> Vec<String> {
     let day_s = RECEIVED_S.rem_euclid(86_400.0);
-    let time = format!(
-        "{:02.0}{:02.0}{:05.2}",
-        (day_s / 3600.0).floor(),
-        (day_s / 60.0).floor() % 60.0,
-        day_s % 60.0
-    );
+    let (hours, minutes) = ((day_s / 3600.0).floor(), (day_s / 60.0).floor() % 60.0);
+    let time = format!("{hours:02.0}{minutes:02.0}{:05.2}", day_s % 60.0);
     vec![
         LONG.to_owned(),
         ANGLES.to_owned(),
@@ -118,15 +114,12 @@ fn stream() -> impl Strategy<Value = Vec<u8>> {
 fn is_sound(fix: &AuvFix) -> bool {
     let numbers = [fix.t_s, fix.depth_m.unwrap_or(0.0)];
     let sigma_is_one = fix.sigma_m.is_none_or(|sigma| sigma.is_finite() && sigma > 0.0);
-    let on_earth = Geographic::new(fix.position.lat_deg, fix.position.lon_deg).is_some();
-    numbers.iter().all(|number| number.is_finite()) && sigma_is_one && on_earth && !fix.auv.is_empty()
+    let is_on_earth = on_earth(fix.position.lat_deg, fix.position.lon_deg).is_some();
+    numbers.iter().all(|number| number.is_finite()) && sigma_is_one && is_on_earth && !fix.auv.is_empty()
 }
 
 fn lines_in(bytes: &[u8]) -> usize {
-    bytes
-        .iter()
-        .filter(|byte| **byte == b'\r' || **byte == b'\n')
-        .count()
+    bytes.iter().filter(|byte| b"\r\n".contains(byte)).count()
 }
 
 proptest! {
@@ -200,6 +193,21 @@ fn every_sample_is_a_fix_of_its_own_modem_only() {
     }
 }
 
+fn pattern(pattern: &str) -> Modem {
+    modem(ModemKind::Pattern {
+        pattern: pattern.to_owned(),
+    })
+}
+
+/// Claims that all lines of `text` are rejected, with these counts.
+fn assert_rejected(modem: &mut Modem, text: &str, rejects: &str) {
+    assert_eq!(modem.push(text.as_bytes(), RECEIVED_S, &poses()), [], "{text}");
+    assert_eq!(modem.rejects().to_string(), rejects, "{text}");
+}
+
+const AT_TIME: &str = r"^(?<id>\w+) (?<lat_deg>\S+) (?<lon_deg>\S+) (?<t_s>\S+)$";
+const CLOCKS_DIFFER: &str = "the modem's clock and ours differ";
+
 #[test]
 fn age_and_travel_time_are_subtracted_to_a_microsecond() {
     let mut modem = modem(ModemKind::Evologics { frame: Frame::Earth });
@@ -218,95 +226,61 @@ fn age_and_travel_time_are_subtracted_to_a_microsecond() {
 
 #[test]
 fn times_that_set_clocks_cannot_have_are_rejected_by_name() {
-    for (pattern, line) in [
-        (
-            r"^(?<id>\w+) (?<lat_deg>\S+) (?<lon_deg>\S+) (?<t_s>\S+)$",
-            "3 60 5 1e300\n3 60 5 1779500002\n",
-        ),
-        (
-            r"^(?<id>\w+) (?<lat_deg>\S+) (?<lon_deg>\S+) (?<age_s>\S+)$",
-            "3 60 5 61\n3 60 5 1e300\n",
-        ),
-        (
-            r"^(?<id>\w+) (?<lat_deg>\S+) (?<lon_deg>\S+) (?<travel_time_s>\S+)$",
-            "3 60 5 61\n3 60 5 1e9\n",
-        ),
+    let age = r"^(?<id>\w+) (?<lat_deg>\S+) (?<lon_deg>\S+) (?<age_s>\S+)$";
+    let travel = r"^(?<id>\w+) (?<lat_deg>\S+) (?<lon_deg>\S+) (?<travel_time_s>\S+)$";
+    for (of, lines) in [
+        (AT_TIME, "3 60 5 1e300\n3 60 5 1779500002\n"),
+        (age, "3 60 5 61\n3 60 5 1e300\n"),
+        (travel, "3 60 5 61\n3 60 5 1e9\n"),
     ] {
-        let mut modem = modem(ModemKind::Pattern {
-            pattern: pattern.to_owned(),
-        });
-        assert_eq!(modem.push(line.as_bytes(), RECEIVED_S, &poses()), []);
-        assert_eq!(
-            modem.rejects().to_string(),
-            "the modem's clock and ours differ: 2"
-        );
+        assert_rejected(&mut pattern(of), lines, &format!("{CLOCKS_DIFFER}: 2"));
     }
-    let mut modem = modem(ModemKind::Sentences);
     let noon_or_so = sentences::line("PSONLLD,000000,2401,A,51.3,-0.8,9,5,5,0,0.6,,,,");
-    assert_eq!(modem.push(noon_or_so.as_bytes(), RECEIVED_S, &poses()), []);
-    assert_eq!(
-        modem.rejects().to_string(),
-        "the modem's clock and ours differ: 1"
-    );
+    let mut modem = modem(ModemKind::Sentences);
+    assert_rejected(&mut modem, &noon_or_so, &format!("{CLOCKS_DIFFER}: 1"));
 }
 
 #[test]
 fn local_time_of_a_modem_is_named() {
-    let relative = r"^(?<id>\w+) (?<north_m>\S+) (?<east_m>\S+) (?<t_s>\S+)$";
-    let on_earth = r"^(?<id>\w+) (?<lat_deg>\S+) (?<lon_deg>\S+) (?<t_s>\S+)$";
-    let (local, other) = (
-        "the modem's clock is on local time, not UTC",
-        "the modem's clock and ours differ",
-    );
-    for pattern in [relative, on_earth] {
+    let local = "the modem's clock is on local time, not UTC";
+    for of in [
+        r"^(?<id>\w+) (?<north_m>\S+) (?<east_m>\S+) (?<t_s>\S+)$",
+        AT_TIME,
+    ] {
         for (ahead_s, expected) in [
             (7_200.0, local),
             (-18_000.0, local),
             (20_700.0, local),
             // GPS time, a lost hour and a half minute, another week.
-            (18.0, other),
-            (-3_630.0, other),
-            (-619_315_200.0, other),
+            (18.0, CLOCKS_DIFFER),
+            (-3_630.0, CLOCKS_DIFFER),
+            (-619_315_200.0, CLOCKS_DIFFER),
         ] {
-            let mut modem = modem(ModemKind::Pattern {
-                pattern: pattern.to_owned(),
-            });
             // The line comes 0.4 s after the fix.
             let line = format!("3 60 5 {}\n", RECEIVED_S - 0.4 + ahead_s);
-            assert_eq!(modem.push(line.as_bytes(), RECEIVED_S, &poses()), []);
-            assert_eq!(
-                modem.rejects().to_string(),
-                format!("{expected}: 1"),
-                "{pattern}, {ahead_s} s"
-            );
+            assert_rejected(&mut pattern(of), &line, &format!("{expected}: 1"));
         }
     }
 }
 
 #[test]
 fn a_fix_that_is_sent_again_counts_once() {
-    let mut modem = modem(ModemKind::Pattern {
-        pattern: r"^(?<id>\w+) (?<lat_deg>\S+) (?<lon_deg>\S+) (?<t_s>\S+)$".to_owned(),
-    });
-    let line = format!("3 60 5 {RECEIVED_S}\n");
-    for second in 0..5_u8 {
-        let fixes = modem.push(line.as_bytes(), RECEIVED_S + f64::from(second), &poses());
-        assert_eq!(fixes.len(), usize::from(second == 0));
+    let mut modem = pattern(AT_TIME);
+    for (sent, received, n_fixes) in [(0.0, 0.0, 1), (0.0, 1.0, 0), (0.0, 2.0, 0), (5.0, 5.0, 1)] {
+        let line = format!("3 60 5 {}\n", RECEIVED_S + sent);
+        assert_eq!(
+            modem.push(line.as_bytes(), RECEIVED_S + received, &poses()).len(),
+            n_fixes
+        );
     }
-    let next = format!("3 60 5 {}\n", RECEIVED_S + 5.0);
-    assert_eq!(modem.push(next.as_bytes(), RECEIVED_S + 5.0, &poses()).len(), 1);
-    assert_eq!(modem.rejects().to_string(), "repeated fix: 4");
+    assert_eq!(modem.rejects().to_string(), "repeated fix: 2");
 }
 
 #[test]
 fn impossible_numbers_are_rejected_by_name() {
-    let pattern = r"^(?<id>\w+) (?<north_m>\S+) (?<east_m>\S+) (?<depth_m>\S+) (?<sigma_m>\S+)$";
-    let mut modem = modem(ModemKind::Pattern {
-        pattern: pattern.to_owned(),
-    });
+    let mut modem = pattern(r"^(?<id>\w+) (?<north_m>\S+) (?<east_m>\S+) (?<depth_m>\S+) (?<sigma_m>\S+)$");
     let lines = "3 1e300 0 1 1\n3 -1e160 1e160 1 1\n3 1 1 1e9 1\n3 1 1 1 1e200\n";
-    assert_eq!(modem.push(lines.as_bytes(), RECEIVED_S, &poses()), []);
-    assert_eq!(modem.rejects().to_string(), "farther than sound carries: 4");
+    assert_rejected(&mut modem, lines, "farther than sound carries: 4");
     let fixes = modem.push(b"3 0 0 1 1\n3 1 1 1 0\n", RECEIVED_S, &poses());
     assert_eq!(fixes.iter().map(|fix| fix.sigma_m).collect::<Vec<_>>(), [None]);
 }
@@ -314,25 +288,8 @@ fn impossible_numbers_are_rejected_by_name() {
 #[test]
 fn angles_without_a_fresh_depth_are_rejected_by_name() {
     let mut modem = modem(ModemKind::Evologics { frame: Frame::Earth });
-    for (t_s, n_fixes) in [(RECEIVED_S - 20.0, 0), (RECEIVED_S, 1)] {
-        modem.note_depth(
-            "usbl-2",
-            KnownDepth {
-                t_s,
-                depth_m: 20.0,
-                sigma_m: 0.2,
-            },
-        );
-        let fixes = modem.push(ANGLES.as_bytes(), RECEIVED_S, &poses());
-        assert_eq!(fixes.len(), n_fixes, "{}", modem.rejects());
-    }
-    assert_eq!(modem.rejects().to_string(), "angles without a depth: 1");
-}
-
-#[test]
-fn seatrac_checksums_come_before_fields() {
-    let mut modem = modem(ModemKind::Seatrac { frame: Frame::Earth });
-    let line = seatrac::line(&[0x42]);
-    assert_eq!(modem.push(line.as_bytes(), RECEIVED_S, &poses()), []);
-    assert_eq!(modem.rejects().to_string(), "message too short: 1");
+    modem.note_depth("usbl-2", depth_at(RECEIVED_S - 20.0));
+    assert_rejected(&mut modem, ANGLES, "angles without a depth: 1");
+    modem.note_depth("usbl-2", depth_at(RECEIVED_S));
+    assert_eq!(modem.push(ANGLES.as_bytes(), RECEIVED_S, &poses()).len(), 1);
 }

@@ -1,8 +1,9 @@
-//! The state of the steering for the status line and the ground station.
+//! The state of the steering in words, for the status line and the ground station.
 
 use std::fmt;
 
 use ::mavlink::dialects::ardupilotmega::MavSeverity;
+use ::wire::mission::SteeringState;
 
 use crate::mavlink::TEXT_BYTES;
 
@@ -12,46 +13,47 @@ const GOES_ON: &str = "... ";
 /// The state of the steering, for operators.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Steering {
-    /// `true` if references are sent.
-    pub(super) is_on: bool,
-    /// `true` if they are not sent because a person steers the craft.
-    pub(super) is_a_persons: bool,
-    pub(super) severity: MavSeverity,
+    pub(super) state: SteeringState,
     /// The reason that it is off or degraded, or a possible one.
     pub(super) cause: String,
 }
 
 impl Steering {
-    /// The name of the state in the API.
-    pub(super) fn state(&self) -> &'static str {
-        match (self.is_on, self.severity) {
-            (true, MavSeverity::MAV_SEVERITY_WARNING) => "degraded",
-            (true, _) => "steering",
-            (false, MavSeverity::MAV_SEVERITY_CRITICAL) => "not_steering",
-            (false, _) if self.is_a_persons => "person",
-            (false, _) => "waiting",
-        }
+    /// `true` if references are sent.
+    pub(super) fn is_on(&self) -> bool {
+        matches!(self.state, SteeringState::Steering | SteeringState::Degraded)
     }
 
     /// `true` if nothing is missing to call the craft steered.
     pub(super) fn is_good(&self) -> bool {
-        self.is_on && self.severity == MavSeverity::MAV_SEVERITY_INFO
+        self.state == SteeringState::Steering && self.cause.is_empty()
     }
 
     /// `true` if an operator has to act.
     pub(super) fn is_alarm(&self) -> bool {
-        matches!(
-            self.severity,
-            MavSeverity::MAV_SEVERITY_CRITICAL | MavSeverity::MAV_SEVERITY_WARNING
-        )
+        matches!(self.state, SteeringState::Degraded | SteeringState::NotSteering)
+    }
+
+    pub(super) fn severity(&self) -> MavSeverity {
+        match self.state {
+            SteeringState::NotSteering => MavSeverity::MAV_SEVERITY_CRITICAL,
+            SteeringState::Degraded => MavSeverity::MAV_SEVERITY_WARNING,
+            SteeringState::Steering if self.is_good() => MavSeverity::MAV_SEVERITY_INFO,
+            _ => MavSeverity::MAV_SEVERITY_NOTICE,
+        }
+    }
+
+    /// `true` if the ground station is told the same of both, whatever their causes.
+    pub(super) fn is_like(&self, other: &Self) -> bool {
+        (self.is_on(), self.severity()) == (other.is_on(), other.severity())
     }
 
     /// Texts for the ground station, each of at most `TEXT_BYTES`, with whole words only.
     pub(super) fn texts(&self) -> Vec<String> {
-        let state = match (self.is_on, self.severity) {
-            (true, MavSeverity::MAV_SEVERITY_WARNING) => "Pilotfish degraded",
-            (true, _) => "Pilotfish steering",
-            (false, _) => "Pilotfish off",
+        let state = match self.state {
+            SteeringState::Degraded => "Pilotfish degraded",
+            SteeringState::Steering => "Pilotfish steering",
+            _ => "Pilotfish off",
         };
         lines(&with_cause(state, &self.cause), TEXT_BYTES)
     }
@@ -75,11 +77,11 @@ pub(super) fn lines(whole: &str, most: usize) -> Vec<String> {
 
 impl fmt::Display for Steering {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let state = match (self.is_on, self.severity) {
-            (true, MavSeverity::MAV_SEVERITY_WARNING) => "DEGRADED",
-            (true, _) => "steering",
-            (false, MavSeverity::MAV_SEVERITY_CRITICAL) => "NOT STEERING",
-            (false, _) => "not steering",
+        let state = match self.state {
+            SteeringState::Degraded => "DEGRADED",
+            SteeringState::Steering => "steering",
+            SteeringState::NotSteering => "NOT STEERING",
+            SteeringState::Person | SteeringState::Waiting => "not steering",
         };
         f.write_str(&with_cause(state, &self.cause))
     }
@@ -102,9 +104,7 @@ mod tests {
         let cause =
             "the position does not change although the reference speed is not zero; heading does not respond";
         let steering = Steering {
-            is_on: true,
-            is_a_persons: false,
-            severity: MavSeverity::MAV_SEVERITY_WARNING,
+            state: SteeringState::Degraded,
             cause: cause.to_owned(),
         };
         let texts = steering.texts();

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-/// The source of a measurement.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Source {
     /// Number of the wire: 0 is the autopilot's. Lower numbers come first.

@@ -10,10 +10,11 @@
 use std::collections::VecDeque;
 
 use nalgebra::Vector2;
+use planner::angle::{angle_of, wrap};
 
-use crate::{recent_positions::trend, reference::wrapped};
+use crate::recent_positions::trend;
 
-/// Time between two kept moments, and the time for which they are kept, s.
+/// Time between two samples, and the time for which they are kept, s.
 const TURN_EACH_S: f64 = 1.0;
 const TURN_KEPT_S: f64 = 20.0;
 /// Time of a mean heading and course, s: about a wave.
@@ -30,19 +31,19 @@ const SWING_AFTER_S: f64 = 8.0;
 /// The integral of a sampled yaw rate still turns when the heading has come to rest already, s.
 const SETTLES_S: f64 = 2.0;
 
-/// The kept moments of the last seconds.
+/// The samples of the last seconds.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Turns {
-    kept: VecDeque<Moment>,
-    newest: Option<Moment>,
+    samples: VecDeque<Sample>,
+    newest: Option<Sample>,
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Moment {
+struct Sample {
     t_s: f64,
     /// Heading without jumps at ±π, rad, and its integral, rad s.
     heading: f64,
-    swept: f64,
+    integral: f64,
     /// Integral of the yaw rate, rad, and its greatest error; `None` without a yaw rate.
     turned: Option<[f64; 2]>,
     /// Integral of the measured velocity (north, east), m.
@@ -59,53 +60,52 @@ impl Turns {
         turned: Option<[f64; 2]>,
         travelled: Vector2<f64>,
     ) -> bool {
-        let first = Moment {
+        let first = Sample {
             t_s,
             heading,
-            swept: 0.0,
+            integral: 0.0,
             turned,
             travelled,
         };
         let newest = match self.newest {
             Some(before) if (0.0..=TURN_EACH_S).contains(&(t_s - before.t_s)) => {
-                let change = wrapped(heading - before.heading);
-                Moment {
+                let change = wrap(heading - before.heading);
+                Sample {
                     heading: before.heading + change,
-                    swept: before.swept + (before.heading + 0.5 * change) * (t_s - before.t_s),
+                    integral: before.integral + (before.heading + 0.5 * change) * (t_s - before.t_s),
                     ..first
                 }
             }
             _ => {
-                self.kept.clear();
+                self.samples.clear();
                 first
             }
         };
         self.newest = Some(newest);
-        let is_kept = self.kept.back().is_none_or(|last| t_s - last.t_s >= TURN_EACH_S);
+        let is_kept = self
+            .samples
+            .back()
+            .is_none_or(|last| t_s - last.t_s >= TURN_EACH_S);
         if is_kept {
-            self.kept.push_back(newest);
+            self.samples.push_back(newest);
         }
-        while self
-            .kept
-            .front()
-            .is_some_and(|oldest| t_s - oldest.t_s > TURN_KEPT_S)
-        {
-            self.kept.pop_front();
+        let is_old = |oldest: &Sample| t_s - oldest.t_s > TURN_KEPT_S;
+        while self.samples.front().is_some_and(is_old) {
+            self.samples.pop_front();
         }
         is_kept
     }
 
     /// `true` if the heading turned otherwise than the yaw rate.
     pub(super) fn contradict_rate(&self) -> bool {
-        let off = |moment: &Moment| {
-            moment
-                .turned
-                .map(|[turned, error]| (moment.heading - turned, error))
+        let off = |sample: &Sample| {
+            let [turned, error] = sample.turned?;
+            Some((sample.heading - turned, error))
         };
         let Some((now, error)) = self.newest.as_ref().and_then(off) else {
             return false;
         };
-        let mut earlier = self.kept.iter().rev().map_while(off);
+        let mut earlier = self.samples.iter().rev().map_while(off);
         earlier.any(|(before, error_before)| (now - before).abs() >= OFF_RATE + error - error_before)
     }
 
@@ -114,9 +114,9 @@ impl Turns {
         let Some((heading, course)) = self.newest.as_ref().and_then(|newest| self.mean_until(newest)) else {
             return false;
         };
-        let means = self.kept.iter().filter_map(|moment| self.mean_until(moment));
+        let means = self.samples.iter().filter_map(|sample| self.mean_until(sample));
         means.into_iter().any(|(before, course_before)| {
-            let turns = [wrapped(heading - before), wrapped(course - course_before)];
+            let turns = [wrap(heading - before), wrap(course - course_before)];
             let [least, most] = OPPOSITE;
             turns[0] * turns[1] < 0.0 && turns.iter().all(|turn| (least..=most).contains(&turn.abs()))
         })
@@ -124,19 +124,19 @@ impl Turns {
 
     /// `true` if the yaw rate has swung while the heading stayed, from `since_s` on, s.
     pub(super) fn swing_since(&self, since_s: f64) -> bool {
-        let steady = self.kept.iter().rev();
-        let steady = steady.take_while(|moment| since_s + SETTLES_S <= moment.t_s);
-        let turned = steady.map_while(|moment| Some((moment.t_s, Vector2::new(moment.turned?[0], 0.0))));
+        let steady = self.samples.iter().rev();
+        let steady = steady.take_while(|sample| since_s + SETTLES_S <= sample.t_s);
+        let turned = steady.map_while(|sample| Some((sample.t_s, Vector2::new(sample.turned?[0], 0.0))));
         trend(turned).is_some_and(|trend| trend.span_s >= SWING_AFTER_S && trend.rms >= SWING)
     }
 
     /// Mean heading and course, rad, before `end`; `None` if unknown or if the craft was slow.
-    fn mean_until(&self, end: &Moment) -> Option<(f64, f64)> {
-        let is_start = |moment: &&Moment| end.t_s - moment.t_s <= MEAN_S + 0.5 * TURN_EACH_S;
-        let start = self.kept.iter().find(is_start)?;
+    fn mean_until(&self, end: &Sample) -> Option<(f64, f64)> {
+        let is_start = |sample: &&Sample| end.t_s - sample.t_s <= MEAN_S + 0.5 * TURN_EACH_S;
+        let start = self.samples.iter().find(is_start)?;
         let span = end.t_s - start.t_s;
         let velocity = (end.travelled - start.travelled) / span;
         let is_known = span >= MEAN_S - 0.5 * TURN_EACH_S && velocity.norm() >= MEAN_SPEED;
-        is_known.then(|| ((end.swept - start.swept) / span, velocity.y.atan2(velocity.x)))
+        is_known.then(|| ((end.integral - start.integral) / span, angle_of(&velocity)))
     }
 }

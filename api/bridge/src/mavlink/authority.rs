@@ -1,8 +1,6 @@
 //! References need a recent heartbeat and position, a valid plan, and an armed, guided autopilot.
 //! PX4 gets them in all modes: it enters OFFBOARD only while they arrive.
 
-use std::fmt;
-
 use super::autopilot::{Autopilot, Heartbeat};
 use crate::{Alarm, reference::Reference};
 
@@ -10,7 +8,6 @@ use crate::{Alarm, reference::Reference};
 pub(crate) const HEARTBEAT_AGE_MAX_S: f64 = 3.0;
 /// Largest age of the craft's state, s.
 const STATE_AGE_MAX_S: f64 = 3.0;
-/// Between two attempts at taking control.
 const TAKE_INTERVAL_S: f64 = 2.0;
 /// Most orders: an autopilot that rejects them, or a person who sets another mode, has a reason.
 const ORDERS_MAX: u32 = 6;
@@ -24,7 +21,6 @@ pub(crate) enum Control {
     Unreported,
 }
 
-/// The known facts of one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Conditions {
     pub(crate) control: Control,
@@ -39,7 +35,6 @@ pub(crate) struct Conditions {
     pub(crate) is_paused: bool,
 }
 
-/// The action of one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Action {
     Send(Reference),
@@ -47,65 +42,52 @@ pub(crate) enum Action {
     Offer(Reference),
     /// Send nothing; the autopilot's own time-out stops the craft.
     Silent(Silence),
-    /// Order the guided mode.
     OrderGuided(Autopilot),
-    /// Order the autopilot to arm.
     OrderArm,
 }
 
 /// The reason that nothing is sent.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum Silence {
+    #[error(
+        "no heartbeat of the autopilot: nothing is sent; it stops by itself 3 s after the last reference"
+    )]
     NoHeartbeat,
     /// Another mode after the guided mode: a person took over.
+    #[error(
+        "the autopilot left its guided mode: a person or a failsafe has the craft; nothing is sent until the mode is set again"
+    )]
     TakenOver,
     /// Another mode since the start.
+    #[error("the autopilot is not in its guided mode: set it, or start with --take-control")]
     NotGuided,
+    #[error("not armed: arm the craft, or start with --take-control")]
     NotArmed,
     /// The craft's navigation contradicts itself.
+    #[error("{0}; no references are sent until it clears")]
     Distrust(Alarm),
-    /// No recent position, heading or velocity.
+    #[error("no recent position, heading or velocity of the craft: nothing is sent")]
     NoPosition,
+    #[error("no plan yet: nothing is sent")]
     NoPlan,
+    #[error("the plan is too old: nothing is sent; the autopilot stops by itself")]
     PlanStale,
+    #[error("the mission is paused: nothing is sent until it runs (POST …/run)")]
     MissionPaused,
 }
 
 impl Silence {
     /// `true` if a person caused it or is about to end it; any other silence is an alarm.
     pub(crate) fn is_meant(self) -> bool {
-        match self {
-            Self::TakenOver | Self::NotGuided | Self::NotArmed | Self::NoPlan | Self::MissionPaused => true,
-            Self::NoHeartbeat | Self::Distrust(_) | Self::NoPosition | Self::PlanStale => false,
-        }
-    }
-}
-
-impl fmt::Display for Silence {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let text = match self {
-            Self::Distrust(alarm) => return write!(f, "{alarm}; no references are sent until it clears"),
-            Self::NoHeartbeat => {
-                "no heartbeat of the autopilot: nothing is sent; it stops by itself 3 s after the last reference"
-            }
-            Self::TakenOver => {
-                "the autopilot left its guided mode: a person or a failsafe has the craft; nothing is sent until the mode is set again"
-            }
-            Self::NotGuided => {
-                "the autopilot is not in its guided mode: set it, or start with --take-control"
-            }
-            Self::NotArmed => "not armed: arm the craft, or start with --take-control",
-            Self::NoPosition => "no recent position, heading or velocity of the craft: nothing is sent",
-            Self::NoPlan => "no plan yet: nothing is sent",
-            Self::MissionPaused => "the mission is paused: nothing is sent until it runs (POST …/run)",
-            Self::PlanStale => "the plan is too old: nothing is sent; the autopilot stops by itself",
-        };
-        f.write_str(text)
+        matches!(
+            self,
+            Self::TakenOver | Self::NotGuided | Self::NotArmed | Self::NoPlan | Self::MissionPaused
+        )
     }
 }
 
 /// Decides at each tick what to send.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Authority {
     take_control: bool,
     has_acted: bool,
@@ -118,9 +100,7 @@ impl Authority {
     pub(crate) fn new(take_control: bool) -> Self {
         Self {
             take_control,
-            has_acted: false,
-            orders: 0,
-            ordered_s: None,
+            ..Self::default()
         }
     }
 
@@ -148,20 +128,18 @@ impl Authority {
                 Silence::NoPlan
             });
         };
-        if let Some(heartbeat) = heartbeat {
-            if !heartbeat.is_guided() {
-                let why = if self.has_acted {
-                    Silence::TakenOver
-                } else {
-                    Silence::NotGuided
-                };
-                let action = self.order(now, Action::OrderGuided(heartbeat.autopilot), why);
-                return offered(action, heartbeat, reference);
-            }
-            if !heartbeat.is_armed {
-                let action = self.order(now, Action::OrderArm, Silence::NotArmed);
-                return offered(action, heartbeat, reference);
-            }
+        if let Some(heartbeat) = heartbeat.filter(|heartbeat| !heartbeat.may_be_steered()) {
+            let (order, otherwise) = match (heartbeat.is_guided(), self.has_acted) {
+                (true, _) => (Action::OrderArm, Silence::NotArmed),
+                (false, true) => (Action::OrderGuided(heartbeat.autopilot), Silence::TakenOver),
+                (false, false) => (Action::OrderGuided(heartbeat.autopilot), Silence::NotGuided),
+            };
+            return match (self.order(now, order, otherwise), heartbeat.autopilot) {
+                // PX4 enters and keeps OFFBOARD only while references arrive; in other modes it
+                // ignores them.
+                (Action::Silent(_), Autopilot::Px4) => Action::Offer(reference),
+                (action, _) => action,
+            };
         }
         self.has_acted = true;
         Action::Send(reference)
@@ -179,13 +157,5 @@ impl Authority {
         } else {
             Action::Silent(otherwise)
         }
-    }
-}
-
-/// PX4 enters and keeps OFFBOARD only while references arrive; in other modes it ignores them.
-fn offered(action: Action, heartbeat: Heartbeat, reference: Reference) -> Action {
-    match (action, heartbeat.autopilot) {
-        (Action::Silent(_), Autopilot::Px4) => Action::Offer(reference),
-        _ => action,
     }
 }

@@ -1,8 +1,7 @@
 //! The two autopilots: their modes, and the parameters that change what a reference does.
 
-use std::{collections::BTreeMap, fmt};
+use std::collections::BTreeMap;
 
-/// The supported autopilots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Autopilot {
     /// ArduPilot's Rover.
@@ -35,7 +34,6 @@ impl Autopilot {
         }
     }
 
-    /// Name of that mode.
     pub(crate) fn guided_name(self) -> &'static str {
         match self {
             Self::ArduPilot => "GUIDED",
@@ -45,7 +43,6 @@ impl Autopilot {
 }
 
 impl Heartbeat {
-    /// `true` if it is in the guided mode.
     pub(crate) fn is_guided(self) -> bool {
         match self.autopilot {
             Autopilot::ArduPilot => self.mode == ARDUPILOT_GUIDED,
@@ -101,18 +98,13 @@ pub(crate) struct Parameters {
 }
 
 /// A parameter that contradicts the mission.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{parameter} is {value}: {detail}")]
 pub struct Contradiction {
     pub(crate) parameter: &'static str,
     pub(crate) value: f64,
     /// Its effect on references, and the right value.
     pub(crate) detail: &'static str,
-}
-
-impl fmt::Display for Contradiction {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} is {}: {}", self.parameter, self.value, self.detail)
-    }
 }
 
 impl Parameters {
@@ -123,27 +115,22 @@ impl Parameters {
         }
     }
 
-    /// The value of a parameter, if known.
     pub(crate) fn get(&self, name: &str) -> Option<f64> {
         // The decimal that a person has set: 1.2 and not 1.2000000476837158.
-        self.values
-            .get(name)
-            .and_then(|value| value.to_string().parse().ok())
+        let value = self.values.get(name)?;
+        value.to_string().parse().ok()
     }
 
     /// Parameters without a value so far.
     pub(crate) fn missing(&self) -> impl Iterator<Item = &'static str> {
-        PARAMETERS
-            .into_iter()
-            .filter(|name| !self.values.contains_key(*name))
+        let names = PARAMETERS.into_iter();
+        names.filter(|name| !self.values.contains_key(*name))
     }
 
     /// The limit of reference speeds, m/s: `WP_SPEED`, or `CRUISE_SPEED` if that is 0.
     pub(crate) fn speed_max(&self) -> Option<f64> {
-        [self.get("WP_SPEED"), self.get("CRUISE_SPEED")]
-            .into_iter()
-            .flatten()
-            .find(|speed| *speed > 0.0)
+        self.positive("WP_SPEED")
+            .or_else(|| self.positive("CRUISE_SPEED"))
     }
 
     /// The fastest turn, rad/s; `None` without a limit.
@@ -191,14 +178,16 @@ impl Parameters {
                 "without an integrator a current causes a permanent speed error: tune the speed loop first",
             ),
         ];
-        let contradiction = |(parameter, value, detail): (&'static str, Option<f64>, &'static str)| {
+        let found = found.into_iter();
+        let of = |(parameter, value, detail): (_, Option<f64>, _)| {
+            let value = value?;
             Some(Contradiction {
                 parameter,
-                value: value?,
+                value,
                 detail,
             })
         };
-        found.into_iter().filter_map(contradiction).collect()
+        found.filter_map(of).collect()
     }
 
     fn positive(&self, name: &str) -> Option<f64> {

@@ -2,40 +2,35 @@
 
 use std::{
     collections::{BTreeMap, BTreeSet, VecDeque},
-    fmt,
     io::{self, Read},
-    sync::{Arc, Mutex, PoisonError},
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
     time::Duration,
 };
 
 use ::mavlink::{
     MAVLinkMessageRaw, MavlinkReader as FrameReader, Message as _,
     dialects::ardupilotmega::{
-        EkfStatusFlags, EstimatorStatusFlags, FOLLOW_TARGET_DATA, GLOBAL_POSITION_INT_DATA, GpsFixType,
-        HEARTBEAT_DATA, MavAutopilot, MavMessage, MavModeFlag, MavResult, MavType,
+        EkfStatusFlags, FOLLOW_TARGET_DATA, GLOBAL_POSITION_INT_DATA, GpsFixType, HEARTBEAT_DATA,
+        MavAutopilot, MavMessage, MavModeFlag, MavResult, MavType,
     },
 };
 use nalgebra::Vector2;
 
 use super::autopilot::{Autopilot, Heartbeat};
-use crate::{AuvFix, CraftMeasurement, Geographic, Measurement, Rejects};
+use crate::{AuvFix, CraftMeasurement, Measurement, Origin, Rejects, on_earth};
 
-/// The content of one message.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum AutopilotEvent {
     /// A measurement of the surface craft or of an AUV.
     Measured(Measurement),
-    /// A heartbeat of the craft's autopilot.
     Heartbeat(Heartbeat),
     Parameter {
         name: String,
         value: f32,
     },
-    /// A status text of the craft's autopilot.
     Text(String),
-    /// The answer of the craft's autopilot to a command.
+    /// The answer of the craft's autopilot to a command of this number.
     Acknowledged {
-        /// MAVLink's number of the command.
         command: u32,
         is_accepted: bool,
     },
@@ -50,9 +45,7 @@ pub(crate) enum AutopilotEvent {
     Time(f64),
     /// Roll and pitch of the craft, rad, positive starboard down and nose up.
     Attitude {
-        /// Roll, rad.
         roll: f64,
-        /// Pitch, rad.
         pitch: f64,
     },
 }
@@ -88,7 +81,6 @@ const AUTOPILOT: u8 = 1;
 const SURFACE_CRAFT: [MavType; 2] = [MavType::MAV_TYPE_GROUND_ROVER, MavType::MAV_TYPE_SURFACE_BOAT];
 /// Unknown heading in `GLOBAL_POSITION_INT`, centidegrees.
 const HEADING_UNKNOWN: u16 = u16::MAX;
-/// Units of the messages.
 const DEGREES: f64 = 1e-7;
 const METRES_PER_SECOND: f64 = 0.01;
 const CENTIDEGREES: f64 = 0.01;
@@ -96,15 +88,6 @@ const METRES: f64 = 0.001;
 /// Bits of `FOLLOW_TARGET.est_capabilities`: position, velocity.
 const KNOWS_POSITION: u8 = 1;
 const KNOWS_VELOCITY: u8 = 2;
-
-impl fmt::Debug for MavlinkReader {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut shown = f.debug_struct("MavlinkReader");
-        shown.field("craft", &self.craft).field("auvs", &self.auvs);
-        // The crate's frame reader has no `Debug`.
-        shown.field("rejects", &self.rejects).finish_non_exhaustive()
-    }
-}
 
 impl MavlinkReader {
     /// A reader for the craft `system`, or the first one heard, and AUVs by system number.
@@ -141,11 +124,10 @@ impl MavlinkReader {
         let mut heard = vec![];
         // Fails only if the feed is empty.
         while let Ok(raw) = self.frames.read_any_raw_message::<MavMessage>() {
-            let length = match &raw {
+            self.framed += match &raw {
                 MAVLinkMessageRaw::V1(frame) => frame.raw_bytes().len(),
                 MAVLinkMessageRaw::V2(frame) => frame.raw_bytes().len(),
             };
-            self.framed += length;
             match MavMessage::parse(raw.version(), raw.message_id(), raw.payload()) {
                 Ok(message) => self.take(&raw, &message, received_s, &mut heard),
                 Err(_) => self.rejects.count("message out of its ranges"),
@@ -269,9 +251,8 @@ impl MavlinkReader {
                 None => self.rejects.count("craft without a position"),
             },
             MavMessage::ATTITUDE(attitude) => {
-                let [roll, pitch, yaw, rate] =
-                    [attitude.roll, attitude.pitch, attitude.yaw, attitude.yawspeed].map(f64::from);
-                let numbers = [roll, pitch, yaw, rate];
+                let numbers = [attitude.roll, attitude.pitch, attitude.yaw, attitude.yawspeed];
+                let [roll, pitch, yaw, rate] = numbers.map(f64::from);
                 if !numbers.iter().all(|angle| angle.is_finite()) {
                     self.rejects.count("attitude that is no number");
                 }
@@ -322,8 +303,8 @@ impl MavlinkReader {
     }
 }
 
-fn position(lat: i32, lon: i32) -> Option<Geographic> {
-    Geographic::new(f64::from(lat) * DEGREES, f64::from(lon) * DEGREES)
+fn position(lat: i32, lon: i32) -> Option<Origin> {
+    on_earth(f64::from(lat) * DEGREES, f64::from(lon) * DEGREES)
 }
 
 fn velocity(at: &GLOBAL_POSITION_INT_DATA) -> Vector2<f64> {
@@ -332,22 +313,13 @@ fn velocity(at: &GLOBAL_POSITION_INT_DATA) -> Vector2<f64> {
 
 /// `true` if a filter's status has a known position. Both messages have the same bits.
 fn knows_position(message: &MavMessage) -> Option<bool> {
-    let (is_absolute, is_constant) = match message {
-        MavMessage::EKF_STATUS_REPORT(status) => (
-            status.flags.contains(EkfStatusFlags::EKF_POS_HORIZ_ABS),
-            status.flags.contains(EkfStatusFlags::EKF_CONST_POS_MODE),
-        ),
-        MavMessage::ESTIMATOR_STATUS(status) => (
-            status
-                .flags
-                .contains(EstimatorStatusFlags::ESTIMATOR_POS_HORIZ_ABS),
-            status
-                .flags
-                .contains(EstimatorStatusFlags::ESTIMATOR_CONST_POS_MODE),
-        ),
+    let flags = match message {
+        MavMessage::EKF_STATUS_REPORT(status) => status.flags.bits(),
+        MavMessage::ESTIMATOR_STATUS(status) => status.flags.bits(),
         _ => return None,
     };
-    Some(is_absolute && !is_constant)
+    let has = |flag: EkfStatusFlags| flags & flag.bits() != 0;
+    Some(has(EkfStatusFlags::EKF_POS_HORIZ_ABS) && !has(EkfStatusFlags::EKF_CONST_POS_MODE))
 }
 
 /// Depth below the water surface, m, from a height above the home, m, on the surface, or from an
@@ -393,16 +365,17 @@ fn fix_of_target(auv: String, at: &FOLLOW_TARGET_DATA, received_s: f64) -> Optio
 struct Feed(Arc<Mutex<VecDeque<u8>>>);
 
 impl Feed {
+    fn lock(&self) -> MutexGuard<'_, VecDeque<u8>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     fn extend(&self, bytes: &[u8]) {
-        self.0
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .extend(bytes);
+        self.lock().extend(bytes);
     }
 }
 
 impl Read for Feed {
     fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).read(into)
+        self.lock().read(into)
     }
 }

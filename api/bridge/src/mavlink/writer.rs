@@ -102,7 +102,6 @@ impl MavlinkWriter {
         ))
     }
 
-    /// Requests the messages that the bridge needs.
     pub(crate) fn streams(&mut self) -> Vec<u8> {
         STREAMS
             .into_iter()
@@ -125,7 +124,6 @@ impl MavlinkWriter {
         }))
     }
 
-    /// Orders the mode in which references are followed.
     pub(crate) fn set_guided(&mut self, autopilot: Autopilot) -> Vec<u8> {
         let mode = match autopilot {
             Autopilot::ArduPilot => [CUSTOM_MODE, small(autopilot.guided_mode())],

@@ -123,7 +123,7 @@ fn over_http(agent: &Agent, call: &Call, limit: Duration) -> Result<Answer, Stri
     let environment = Proxy::try_from_env();
     let proxy = proxied(&call.service, environment.clone());
     // A network's proxy is easily forgotten: operators then search for the fault in the service.
-    let way = match (&proxy, environment) {
+    let route = match (&proxy, environment) {
         (Some(proxy), _) => format!(
             " (through the environment's proxy {}:{})",
             proxy.host(),
@@ -132,30 +132,29 @@ fn over_http(agent: &Agent, call: &Call, limit: Duration) -> Result<Answer, Stri
         (None, Some(_)) => " (reached without the environment's proxy)".to_owned(),
         (None, None) => String::new(),
     };
-    asked(agent, call, limit, proxy).map_err(|why| format!("{why}{way}"))
+    request(agent, call, limit, proxy).map_err(|why| format!("{why}{route}"))
 }
 
-fn asked(agent: &Agent, call: &Call, limit: Duration, proxy: Option<Proxy>) -> Result<Answer, String> {
+fn request(agent: &Agent, call: &Call, limit: Duration, proxy: Option<Proxy>) -> Result<Answer, String> {
     let why = |error: ureq::Error| error.to_string();
     let url = format!("{}{}", call.service, call.path);
     let answer = match &call.posted {
-        None => prepared(agent.get(url), call, limit, proxy).call(),
+        None => with_options(agent.get(url), call, limit, proxy).call(),
         Some(Posted { key, body }) => {
             let request = agent.post(url).content_type("application/json");
-            prepared(request.header("idempotency-key", key), call, limit, proxy).send(body.as_slice())
+            with_options(request.header("idempotency-key", key), call, limit, proxy).send(body.as_slice())
         }
     };
     let mut answer = answer.map_err(why)?;
     let status = answer.status();
     if status.is_redirection() {
-        let to = answer.headers().get(LOCATION);
-        let to = to.map_or_else(String::new, |to| {
-            format!(" to {}", String::from_utf8_lossy(to.as_bytes()))
-        });
-        return Err(format!(
-            "{} redirects{to}: give the service's own URL",
-            call.service
-        ));
+        let to = answer
+            .headers()
+            .get(LOCATION)
+            .map(|to| String::from_utf8_lossy(to.as_bytes()));
+        let to = to.map_or_else(String::new, |to| format!(" to {to}"));
+        let service = &call.service;
+        return Err(format!("{service} redirects{to}: give the service's own URL"));
     }
     let body = match answer.body_mut().read_to_vec() {
         // The status of a refusal suffices.
@@ -168,7 +167,7 @@ fn asked(agent: &Agent, call: &Call, limit: Duration, proxy: Option<Proxy>) -> R
     })
 }
 
-fn prepared<T>(
+fn with_options<T>(
     request: RequestBuilder<T>,
     call: &Call,
     limit: Duration,
@@ -238,7 +237,7 @@ mod tests {
             token: Some("secret".to_owned()),
             posted: None,
         };
-        let answer = asked(&agent, &call, Duration::from_secs(5), None);
+        let answer = request(&agent, &call, Duration::from_secs(5), None);
         answers.join().expect("answered");
         let why = answer.expect_err("is no answer");
         assert_eq!(

@@ -2,14 +2,14 @@
 
 use clock::Clock;
 use nalgebra::Vector2;
+use serde_json::json;
 
 use super::*;
 use crate::{
-    Geographic,
+    Origin,
     mission_client::{Answer, Call, TokenFile, Transport},
+    tests::{mission, planned},
 };
-
-mod services;
 
 /// Calls, with their times.
 type Calls = Arc<Mutex<Vec<(Duration, Call)>>>;
@@ -74,16 +74,18 @@ fn body(call: &Call) -> String {
     })
 }
 
-fn mission(id: &str) -> Value {
-    json!({ "id": id, "status": "running", "metadata": {} })
-}
-
 fn problem(code: &str) -> Value {
     json!({ "code": code, "detail": "", "errors": [] })
 }
 
 fn no_plan_yet() -> (u16, Value) {
     (409, problem("no_plan_yet"))
+}
+
+/// The answer of a service that repeats its plan.
+fn healthy(call: &Call) -> (u16, Value) {
+    let is_for_plan = is_for_plan(call);
+    (200, if is_for_plan { planned(1) } else { mission("m-1") })
 }
 
 const INTERVAL: Duration = Duration::from_millis(50);
@@ -96,6 +98,12 @@ fn opened(clock: &Clock, client: MissionClient, choice: MissionChoice) -> Missio
 fn joined(clock: &Clock, token: Option<TokenFile>, transport: Transport) -> MissionLink {
     let client = MissionClient::new(&["http://a".to_owned()], token, transport);
     opened(clock, client, MissionChoice::Joined("m-1".to_owned()))
+}
+
+/// A link to one service that finds or creates the mission of `craft`.
+fn named(clock: &Clock, transport: Transport) -> MissionLink {
+    let client = MissionClient::new(&["http://a".to_owned()], None, transport);
+    opened(clock, client, MissionChoice::named("craft".to_owned(), json!({})))
 }
 
 /// Has a note to post at each interval, for that long.
@@ -153,9 +161,7 @@ async fn a_lost_mission_is_created_again() {
         _ if is_for_plan(call) => no_plan_yet(),
         _ => (200, mission("m-2")),
     });
-    let client = MissionClient::new(&["http://a".to_owned()], None, transport);
-    let choice = MissionChoice::named("craft".to_owned(), json!({ "live": {}, "metadata": {} }));
-    let link = opened(&clock, client, choice);
+    let link = named(&clock, transport);
     noted_for(&clock, &link, 10).await;
     assert_eq!(link.status().mission.as_deref(), Some("m-2"));
     assert!(!link.status().has_failed);
@@ -176,9 +182,7 @@ async fn a_service_without_missions_is_asked_again_each_second() {
         _ if is_for_plan(call) => no_plan_yet(),
         _ => (201, mission("m-1")),
     });
-    let client = MissionClient::new(&["http://a".to_owned()], None, transport);
-    let choice = MissionChoice::named("craft".to_owned(), json!({ "live": {}, "metadata": {} }));
-    let link = opened(&clock, client, choice);
+    let link = named(&clock, transport);
     noted_for(&clock, &link, 9).await;
     assert_eq!(
         link.status().trouble.as_deref(),
@@ -214,7 +218,7 @@ async fn a_lost_joined_mission_ends_the_bridge_with_the_reason() {
 #[tokio::test(start_paused = true)]
 async fn a_dropped_link_makes_no_calls() {
     let clock = Clock::simulated(0.0);
-    let (transport, calls) = service(&clock, |_| (200, planned(1)));
+    let (transport, calls) = service(&clock, healthy);
     let link = joined(&clock, None, transport);
     noted_for(&clock, &link, 5).await;
     drop(link);
@@ -227,7 +231,7 @@ async fn a_dropped_link_makes_no_calls() {
 fn state() -> MeasuredState {
     MeasuredState {
         t_s: 0.0,
-        position: Geographic {
+        position: Origin {
             lat_deg: 38.0,
             lon_deg: -9.0,
         },
@@ -259,7 +263,7 @@ async fn rejected_reports_are_counted_with_the_last_reason() {
         }
         let unlisted = json!({ "pointer": "/auvs/unlisted", "code": "unknown_auv", "detail": "is unknown" });
         match (body(call).contains("unlisted"), body(call).contains("asc")) {
-            (true, true) => (200, json!({ "rejected": [unlisted] })),
+            (true, true) => (200, json!({ "sequence": 1, "rejected": [unlisted] })),
             (true, false) => (
                 422,
                 json!({ "code": "invalid_request", "detail": "", "errors": [unlisted] }),
@@ -292,65 +296,125 @@ fn values_outside_the_ranges_of_the_api_are_clamped_and_counted() {
         ..state()
     };
     let report = asc_report(0.0, &adrift, true, &mut counts);
-    assert_eq!(report["state"]["speed_mps"], 20.0);
-    assert_eq!(report["state"]["sway_mps"], -5.0);
-    assert_eq!(report["current"]["east_mps"], 3.0);
+    assert_eq!((report.state.speed_mps, report.state.sway_mps), (20.0, -5.0));
+    assert_eq!(report.current.map(|current| current.east_mps), Some(3.0));
     let carried = AuvFix {
-        sigma_m: Some(3e-4),
         ground_velocity: Some(Vector2::new(0.0, 12.0)),
         ..fix("auv-1")
     };
-    let report = auv_report(&carried, 1.0, &mut counts);
-    assert_eq!(
-        (report["speed_mps"].as_f64(), report["sigma_m"].as_f64()),
-        (Some(10.0), Some(0.001))
-    );
+    assert_eq!(auv_report(&carried, 1.0, &mut counts).speed_mps, Some(10.0));
     // A receiver's accuracy of 5 mm is accepted.
-    let sigma_m = Some(5e-3);
-    let report = auv_report(
-        &AuvFix {
-            sigma_m,
-            ..fix("auv-1")
-        },
-        1.0,
-        &mut counts,
-    );
-    assert_eq!(report["sigma_m"].as_f64(), sigma_m);
+    for (sigma_m, posted) in [(3e-4, 1e-3), (5e-3, 5e-3)] {
+        assert_eq!(auv_report(&fix("auv-1"), sigma_m, &mut counts).sigma_m, posted);
+    }
     assert_eq!(
         counts.to_string(),
         "AUV's accuracy: 1, AUV's speed: 1, current: 1, ground velocity: 1, speed: 1, sway: 1"
     );
 }
 
-/// Answer of `…/reference` with a plan of this number.
-fn planned(sequence: u64) -> Value {
-    let reference = json!({ "speed_mps": 1.0, "heading_rad": 0.0, "valid_until_s": 1e9 });
-    let point = json!({ "t_s": 0.0, "north_m": 0.0, "east_m": 0.0, "speed_mps": 1.0, "heading_rad": 0.0 });
-    let plan = json!({
-        "method": format!("mpc-{sequence}"), "outcome": "ok",
-        "reference": reference, "baseline": reference, "trajectory": [point], "goal": { "trajectory": [point] },
+#[test]
+fn the_service_reads_what_is_posted_as_places_on_earth() {
+    let counts = &mut Rejects::default();
+    let posted = Reports {
+        auvs: [("auv-1".to_owned(), vec![auv_report(&fix("auv-1"), 1.0, counts)])].into(),
+        asc: vec![asc_report(0.0, &state(), false, counts)],
+        ..Reports::default()
+    };
+    let body = serde_json::to_vec(&posted).expect("is JSON");
+    let origin = Some(state().position);
+    let body = ::wire::Body::parse(&body).expect("is JSON");
+    let (read, rejected) = ::wire::read_reports(body, origin, |_| vec![]).expect("is read");
+    assert!(rejected.is_empty(), "{rejected:?}");
+    let (craft, auv) = (&read.asc[0].state, &read.auvs["auv-1"][0]);
+    assert_eq!([craft.north_m, craft.east_m, auv.north_m, auv.east_m], [0.0; 4]);
+    assert!(!read.asc[0].steered);
+}
+
+// Several services that share the mission.
+
+#[tokio::test(start_paused = true)]
+async fn a_silent_service_is_left_for_the_next_with_the_same_key() {
+    let urls = [
+        "http://without-log",
+        "http://refuses",
+        "http://silent",
+        "http://healthy",
+    ]
+    .map(str::to_owned);
+    let clock = Clock::simulated(0.0);
+    let (transport, calls) = services(&clock, |call| {
+        let answer = match call.service.as_str() {
+            "http://without-log" if is_report(call) => (503, problem("mission_log_unavailable")),
+            "http://without-log" if is_for_plan(call) => no_plan_yet(),
+            "http://without-log" | "http://healthy" => healthy(call),
+            "http://refuses" => return Fate::Refused,
+            _ => return Fate::Unanswered,
+        };
+        Fate::Answered(answer.0, answer.1)
     });
-    json!({ "t_s": 0.0, "age_s": 0.0, "sequence": sequence, "status": "running", "plan": plan })
+    let client = MissionClient::new(&urls, None, transport);
+    let link = opened(&clock, client, MissionChoice::Joined("m-1".to_owned()));
+    noted_for(&clock, &link, 20).await;
+    let calls = lock(&calls);
+    let reports: Vec<_> = calls.iter().filter(|(_, call)| is_report(call)).collect();
+    let key = |call: &Call| call.posted.as_ref().map(|posted| posted.key.clone());
+    let first = reports.iter().filter(|(_, call)| key(call) == key(&reports[0].1));
+    let asked: Vec<&String> = first.map(|(_, call)| &call.service).collect();
+    // The task that waits for plans also leaves silent services.
+    assert!(
+        asked.is_sorted_by_key(|service| urls.iter().position(|url| url == *service)),
+        "{asked:?}"
+    );
+    assert_eq!((asked.first(), asked.last()), (Some(&&urls[0]), Some(&&urls[3])));
+    let found = calls.iter().position(|(_, call)| call.service == urls[3]);
+    let rest = &calls[found.expect("is asked")..];
+    assert!(3 < rest.len() && rest.iter().all(|(_, call)| call.service == urls[3]));
+    // No answer within half of the ten seconds for which a plan is followed.
+    assert!(rest[0].0 < Duration::from_secs(5), "{:?}", rest[0].0);
+    assert_eq!((link.status().trouble, link.status().has_failed), (None, false));
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_repeated_plan_keeps_the_time_of_its_arrival() {
+async fn the_wait_for_a_single_service_is_four_seconds() {
     let clock = Clock::simulated(0.0);
-    let (transport, calls) = service(&clock, |call| {
-        if is_for_plan(call) {
-            (200, planned(7))
+    let (transport, calls) = services(&clock, |call| {
+        if is_report(call) || is_for_plan(call) {
+            Fate::Unanswered
         } else {
-            (200, mission("m-1"))
+            Fate::Answered(200, mission("m-1"))
         }
     });
     let link = joined(&clock, None, transport);
-    clock.sleep(Duration::from_secs(10)).await;
-    let asked: Vec<Duration> = lock(&calls)
+    noted_for(&clock, &link, 14).await;
+    let trouble = link.status().trouble.expect("is said");
+    assert_eq!(trouble, "no answer: nothing within 4s");
+    let calls = lock(&calls);
+    let posted: Vec<Duration> = calls
         .iter()
-        .filter(|(_, call)| is_for_plan(call))
+        .filter(|(_, call)| is_report(call))
         .map(|(at, _)| *at)
         .collect();
-    assert!(3 < asked.len());
-    let arrived_s = link.status().plan.map(|plan| plan.arrived_s);
-    assert_eq!(arrived_s, Some((asked[0] + LATENCY).as_secs_f64()));
+    let again = Duration::from_secs(4) + RETRY;
+    assert!(
+        2 < posted.len() && posted.windows(2).all(|pair| pair[1] == pair[0] + again),
+        "{posted:?}"
+    );
+}
+
+#[tokio::test(start_paused = true)]
+async fn an_older_plan_of_another_service_does_not_replace_a_newer_one() {
+    let clock = Clock::simulated(0.0);
+    let mut answers = 0;
+    let (transport, _) = service(&clock, move |call| {
+        if !is_for_plan(call) {
+            return (200, mission("m-1"));
+        }
+        answers += 1;
+        (200, planned(if answers == 1 { 7 } else { 5 }))
+    });
+    let link = joined(&clock, None, transport);
+    clock.sleep(Duration::from_secs(10)).await;
+    let plan = link.status().plan.expect("is kept for as long as it is valid");
+    assert_eq!(plan.answer.sequence, 7);
 }

@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use crate::Geographic;
+use crate::{Origin, Parsed, on_earth, reject_if};
 
 /// Angles from north, degrees. Both ends are north.
 pub(super) const BEARING_DEG: RangeInclusive<f64> = 0.0..=360.0;
@@ -34,11 +34,7 @@ impl<'a> Fields<'a> {
     }
 
     /// A number in `range`.
-    pub(super) fn number(
-        &self,
-        field: usize,
-        range: &RangeInclusive<f64>,
-    ) -> Result<Option<f64>, &'static str> {
+    pub(super) fn number(&self, field: usize, range: &RangeInclusive<f64>) -> Parsed<Option<f64>> {
         let text = self.text(field);
         if text.is_empty() {
             return Ok(None);
@@ -57,16 +53,14 @@ impl<'a> Fields<'a> {
         unit: &str,
         field: usize,
         range: &RangeInclusive<f64>,
-    ) -> Result<Option<f64>, &'static str> {
+    ) -> Parsed<Option<f64>> {
         let number = self.number(field, range)?;
-        if number.is_some() && self.text(field + 1) != unit {
-            return Err("unit");
-        }
+        reject_if(number.is_some() && self.text(field + 1) != unit, "unit")?;
         Ok(number)
     }
 
     /// A position in four fields from `field` on: latitude, N or S, longitude, E or W.
-    pub(super) fn position(&self, field: usize) -> Result<Option<Geographic>, &'static str> {
+    pub(super) fn position(&self, field: usize) -> Parsed<Option<Origin>> {
         let [latitude, north, longitude, east] = [0, 1, 2, 3].map(|next| self.text(field + next));
         if latitude.is_empty() || longitude.is_empty() {
             return Ok(None);
@@ -75,12 +69,12 @@ impl<'a> Fields<'a> {
         let lon_deg = signed_degrees(longitude, east, ["E", "W"]);
         let on_earth = lat_deg
             .zip(lon_deg)
-            .and_then(|(lat_deg, lon_deg)| Geographic::new(lat_deg, lon_deg));
+            .and_then(|(lat_deg, lon_deg)| on_earth(lat_deg, lon_deg));
         on_earth.map(Some).ok_or("position")
     }
 
     /// UTC as hhmmss.sss, s after midnight.
-    pub(super) fn time_of_day(&self, field: usize) -> Result<Option<f64>, &'static str> {
+    pub(super) fn time_of_day(&self, field: usize) -> Parsed<Option<f64>> {
         let text = self.text(field);
         if text.is_empty() {
             return Ok(None);

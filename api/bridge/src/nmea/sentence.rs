@@ -6,9 +6,10 @@
 use std::ops::RangeInclusive;
 
 use nalgebra::Vector2;
+use planner::angle::{direction, wrap};
 
 use super::fields::{BEARING_DEG, Fields};
-use crate::{CraftMeasurement, reference::wrapped};
+use crate::{CraftMeasurement, Parsed, reject_if};
 
 /// A knot, m/s: one international nautical mile, 1852 m, an hour.
 const KNOT: f64 = 1852.0 / 3600.0;
@@ -42,19 +43,22 @@ pub(super) struct Content {
 }
 
 /// The content of `line`, from its `$` to the end of its checksum, or the reason for its rejection.
-pub(super) fn read(line: &[u8]) -> Result<Content, &'static str> {
+pub(super) fn read(line: &[u8]) -> Parsed<Content> {
     let fields = Fields::new(checked_payload(line)?);
-    let kind = kind(fields.text(0));
-    let (time_of_day, measured) = match kind {
-        "GGA" => (fields.time_of_day(1), gga(&fields)),
-        "GLL" => (fields.time_of_day(5), gll(&fields)),
-        "RMC" => (fields.time_of_day(1), rmc(&fields)),
-        "VTG" => (Ok(None), vtg(&fields)),
-        "HDT" => (Ok(None), hdt(&fields)),
-        "THS" => (Ok(None), ths(&fields)),
-        "ROT" => (Ok(None), rot(&fields)),
-        "VHW" => (Ok(None), vhw(&fields)),
-        "VBW" => (Ok(None), vbw(&fields)),
+    let (time_of_day, measured, empty) = match kind(fields.text(0)) {
+        "GGA" => (fields.time_of_day(1), gga(&fields), "GGA without a position"),
+        "GLL" => (fields.time_of_day(5), gll(&fields), "GLL without a position"),
+        "RMC" => (
+            fields.time_of_day(1),
+            rmc(&fields),
+            "RMC without position and speed",
+        ),
+        "VTG" => (Ok(None), vtg(&fields), "VTG without a speed"),
+        "HDT" => (Ok(None), hdt(&fields), "HDT without a heading"),
+        "THS" => (Ok(None), ths(&fields), "THS without a heading"),
+        "ROT" => (Ok(None), rot(&fields), "ROT without a rate"),
+        "VHW" => (Ok(None), vhw(&fields), "VHW without true heading and speed"),
+        "VBW" => (Ok(None), vbw(&fields), "VBW without a speed"),
         "HDG" | "HDM" => return Err("magnetic"),
         _ => return Err("unused sentence"),
     };
@@ -62,7 +66,7 @@ pub(super) fn read(line: &[u8]) -> Result<Content, &'static str> {
     let [first, second] = measured?;
     let measured: Vec<CraftMeasurement> = first.into_iter().chain(second).collect();
     if measured.is_empty() {
-        return Err(empty(kind));
+        return Err(empty);
     }
     let address = fields.text(0).as_bytes();
     Ok(Content {
@@ -72,23 +76,8 @@ pub(super) fn read(line: &[u8]) -> Result<Content, &'static str> {
     })
 }
 
-/// The rejection of a sentence of `kind` in which all used fields are empty.
-fn empty(kind: &str) -> &'static str {
-    match kind {
-        "GGA" => "GGA without a position",
-        "GLL" => "GLL without a position",
-        "RMC" => "RMC without position and speed",
-        "VTG" => "VTG without a speed",
-        "HDT" => "HDT without a heading",
-        "THS" => "THS without a heading",
-        "ROT" => "ROT without a rate",
-        "VHW" => "VHW without true heading and speed",
-        _ => "VBW without a speed",
-    }
-}
-
 /// One or two measurements, if the fields are filled.
-type Measured = Result<[Option<CraftMeasurement>; 2], &'static str>;
+type Measured = Parsed<[Option<CraftMeasurement>; 2]>;
 
 /// Exclusive or of all bytes between `$` and `*`.
 pub(crate) fn checksum(payload: &[u8]) -> u8 {
@@ -98,15 +87,13 @@ pub(crate) fn checksum(payload: &[u8]) -> u8 {
 /// The text between `$` and `*`, if the checksum after it is right.
 ///
 /// The checksum must end the line: in an earlier one, a flipped bit could have made the `*`.
-fn checked_payload(line: &[u8]) -> Result<&str, &'static str> {
+fn checked_payload(line: &[u8]) -> Parsed<&str> {
     let [_, payload @ .., b'*', high, low] = line else {
         return Err(NO_CHECKSUM);
     };
     let given = hexadecimal(*high).zip(hexadecimal(*low)).ok_or(NO_CHECKSUM)?;
     let computed = checksum(payload);
-    if given != (computed >> 4, computed & 0x0f) {
-        return Err("wrong checksum");
-    }
+    reject_if(given != (computed >> 4, computed & 0x0f), "wrong checksum")?;
     match std::str::from_utf8(payload) {
         Ok(text) if text.bytes().all(|byte| byte == b' ' || byte.is_ascii_graphic()) => Ok(text),
         Ok(_) | Err(_) => Err("not text"),
@@ -114,8 +101,7 @@ fn checked_payload(line: &[u8]) -> Result<&str, &'static str> {
 }
 
 fn hexadecimal(digit: u8) -> Option<u8> {
-    let value = char::from(digit).to_digit(16)?;
-    u8::try_from(value).ok()
+    u8::try_from(char::from(digit).to_digit(16)?).ok()
 }
 
 /// The kind of sentence in an address such as GPGGA. Addresses that begin with P are vendors' own.
@@ -138,17 +124,13 @@ fn gga(fields: &Fields<'_>) -> Measured {
 
 fn gll(fields: &Fields<'_>) -> Measured {
     // Writers before NMEA 0183 2.0 omit the status.
-    if !matches!(fields.text(6), "A" | "") {
-        return Err(NO_FIX);
-    }
+    reject_if(!matches!(fields.text(6), "A" | ""), NO_FIX)?;
     check_mode(fields.text(7))?;
     Ok([fields.position(1)?.map(CraftMeasurement::Position), None])
 }
 
 fn rmc(fields: &Fields<'_>) -> Measured {
-    if fields.text(2) != "A" {
-        return Err(NO_FIX);
-    }
+    reject_if(fields.text(2) != "A", NO_FIX)?;
     check_mode(fields.text(12))?;
     let position = fields.position(3)?.map(CraftMeasurement::Position);
     let speed = fields.number(7, &SPEED_KN)?.map(|knots| knots * KNOT);
@@ -175,13 +157,10 @@ fn ths(fields: &Fields<'_>) -> Measured {
 }
 
 fn rot(fields: &Fields<'_>) -> Measured {
-    if fields.text(2) != "A" {
-        return Err(NOT_VALID);
-    }
-    let rate = fields
-        .number(1, &TURN_DEG_PER_MIN)?
-        .map(|rate| rate * DEGREE_PER_MINUTE);
-    Ok([rate.map(CraftMeasurement::YawRate), None])
+    reject_if(fields.text(2) != "A", NOT_VALID)?;
+    let rate = fields.number(1, &TURN_DEG_PER_MIN)?;
+    let rate = rate.map(|rate| CraftMeasurement::YawRate(rate * DEGREE_PER_MINUTE));
+    Ok([rate, None])
 }
 
 /// Heading and speed log. The log has one axis: the sway through the water is taken as 0.
@@ -194,9 +173,7 @@ fn vhw(fields: &Fields<'_>) -> Measured {
 
 /// Velocity through the water; a missing sway is 0. That over ground needs a heading.
 fn vbw(fields: &Fields<'_>) -> Measured {
-    if fields.text(3) != "A" {
-        return Err(NOT_VALID);
-    }
+    reject_if(fields.text(3) != "A", NOT_VALID)?;
     let surge = fields.number(1, &AXIS_SPEED_KN)?;
     let sway = fields.number(2, &AXIS_SPEED_KN)?.unwrap_or(0.0);
     let velocity = surge.map(|surge| Vector2::new(surge, sway) * KNOT);
@@ -204,7 +181,7 @@ fn vbw(fields: &Fields<'_>) -> Measured {
 }
 
 /// The mode indicator of RMC and VTG. Writers before NMEA 0183 2.3, and ArduPilot, omit it.
-fn check_mode(mode: &str) -> Result<(), &'static str> {
+fn check_mode(mode: &str) -> Parsed<()> {
     match mode {
         // Autonomous, differential, estimated, precise, real-time kinematic fixed and float.
         "" | "A" | "D" | "E" | "P" | "R" | "F" => Ok(()),
@@ -214,7 +191,7 @@ fn check_mode(mode: &str) -> Result<(), &'static str> {
 }
 
 /// The speed of VTG and VHW, m/s: in field 5 in knots, in field 7 in km/h.
-fn speed(fields: &Fields<'_>, range_kn: &RangeInclusive<f64>) -> Result<Option<f64>, &'static str> {
+fn speed(fields: &Fields<'_>, range_kn: &RangeInclusive<f64>) -> Parsed<Option<f64>> {
     if let Some(knots) = fields.number_in("N", 5, range_kn)? {
         return Ok(Some(knots * KNOT));
     }
@@ -225,16 +202,14 @@ fn speed(fields: &Fields<'_>, range_kn: &RangeInclusive<f64>) -> Result<Option<f
 }
 
 fn heading(degrees: f64) -> CraftMeasurement {
-    CraftMeasurement::Heading(wrapped(degrees.to_radians()))
+    CraftMeasurement::Heading(wrap(degrees.to_radians()))
 }
 
 /// Receivers omit the course of a craft at rest.
 fn ground_velocity(speed: Option<f64>, course_deg: Option<f64>) -> Option<CraftMeasurement> {
     let speed = speed?;
     Some(match course_deg {
-        Some(course_deg) => {
-            CraftMeasurement::GroundVelocity(geodesy::direction(course_deg.to_radians()) * speed)
-        }
+        Some(course_deg) => CraftMeasurement::GroundVelocity(direction(course_deg.to_radians()) * speed),
         None => CraftMeasurement::GroundSpeed(speed),
     })
 }

@@ -28,7 +28,12 @@ use super::{
 };
 use store::{Append, Appended, AuditEntry, EventStore, KeyedAnswer, Room, StoreError, StoredEvent};
 
-use crate::{metrics::Counted, planners::Planners, problem::Problem};
+use crate::{
+    edge::problem::Problem,
+    limits::{EVENTS_BEHIND_MAX, MAILBOX},
+    metrics::Counted,
+    planning::planners::Planners,
+};
 use wire::{
     Origin,
     mission::{Accepted, Live, Mission, Reports, Setting, Status, Steering},
@@ -37,14 +42,8 @@ use wire::{
 pub(super) mod live;
 pub(super) mod simulated;
 
-/// Requests that may wait for a mission: reports of a few vehicles for some seconds.
-const MAILBOX: usize = 32;
-
 /// Time for which the actor of a finished mission waits for requests, such as a repeated one.
 const REST: Duration = Duration::from_secs(5);
-
-/// Events that a reader of the stream may be behind before it misses some.
-const STREAM: usize = 64;
 
 /// The reason that a simulated mission refuses reports.
 pub(super) const NO_REPORTS: &str = "a simulated mission makes its own reports; only live missions take them";
@@ -117,7 +116,7 @@ impl IdempotencyKey {
 /// The clients' view of a mission.
 #[derive(Clone, Debug)]
 pub(super) struct View {
-    pub(super) mission: Mission,
+    pub(super) mission: Arc<Mission>,
     /// The last plan.
     pub(super) plan: Option<Arc<StoredPlan>>,
     /// Vehicles whose recent reports the next plan needs and lacks.
@@ -130,7 +129,7 @@ pub(super) struct View {
     pub(super) reported: Instant,
 }
 
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct StoredPlan {
     /// Number of the event that stored it.
     pub(super) sequence: u64,
@@ -161,19 +160,13 @@ impl StoredPlan {
 }
 
 /// The fold of a mission's events, stored beside them so that a restart reads few events.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Checkpoint {
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) struct Checkpoint<S = MissionState> {
     /// The state of a live mission.
     #[serde(rename = "known")]
-    pub(super) state: Option<MissionState>,
+    pub(super) state: Option<S>,
     /// The last plan.
     pub(super) plan: Option<Arc<StoredPlan>>,
-}
-
-impl Checkpoint {
-    pub(super) fn json(state: Option<MissionState>, plan: Option<Arc<StoredPlan>>) -> Vec<u8> {
-        json(&Self { state, plan })
-    }
 }
 
 /// A handle to the actor of a mission. The actor ends when its last handle is dropped.
@@ -287,7 +280,7 @@ pub(super) struct Context {
     /// Number of the mission in the store.
     number: u64,
     epoch: u64,
-    mission: Mission,
+    mission: Arc<Mission>,
     /// `true` ends the actor: the mission is deleted, moved, or has unknown events.
     superseded: bool,
     store: EventStore,
@@ -317,16 +310,17 @@ impl Context {
         store: EventStore,
         planners: Planners,
     ) -> (Self, Handle) {
+        let mission = Arc::new(mission);
         let (requests_in, requests) = mpsc::channel(MAILBOX);
         let (view, view_out) = watch::channel(View {
-            mission: mission.clone(),
+            mission: Arc::clone(&mission),
             plan,
             waits_for: vec![],
             steering: None,
             missed: 0,
             reported: planners.clock.now(),
         });
-        let (events, _) = broadcast::channel(STREAM);
+        let (events, _) = broadcast::channel(EVENTS_BEHIND_MAX);
         let handle = Handle {
             requests: requests_in,
             view: view_out,
@@ -392,26 +386,29 @@ impl Context {
     }
 
     /// Stores events of the mission and then publishes them. An unstored event does not count.
-    /// `checkpoint` is the fold of all events including these.
+    /// `checkpoint` is the fold of all events including these. A change of the setting needs it.
     async fn append(
         &mut self,
-        events: Vec<Event>,
+        events: &[Event],
         key: Option<IdempotencyKey>,
-        checkpoint: Option<Vec<u8>>,
+        checkpoint: Option<Checkpoint<&MissionState>>,
     ) -> Result<Stored, Problem> {
-        let mut after = self.mission.clone();
+        let state = checkpoint.as_ref().and_then(|folded| folded.state);
+        let mut after = Mission::clone(&self.mission);
         let mut stored = vec![];
-        for event in &events {
-            apply(&mut after, event);
+        for event in events {
+            apply(&mut after, event, state);
             stored.push(event.stored(after.sequence));
         }
-        let answer = match events.first() {
-            Some(Event::Reported { heard, .. }) => json(&Accepted {
+        let after = Arc::new(after);
+        let summary = json(&after);
+        let answer = match events {
+            [Event::Reported { heard, .. }] => json(&Accepted {
                 sequence: after.sequence,
                 origin: heard.origin,
                 rejected: heard.rejected.clone(),
             }),
-            _ => json(&after),
+            _ => summary.clone(),
         };
         let append = Append {
             mission: after.id.clone(),
@@ -419,8 +416,8 @@ impl Context {
             epoch: self.epoch,
             events: stored.clone(),
             status: after.status.name().to_owned(),
-            summary: json(&after),
-            snapshot: checkpoint,
+            summary,
+            snapshot: checkpoint.as_ref().map(json),
             answered: key.map(|key| key.with(answer.clone())),
             // A command without effect is not an order.
             order: self.order.take_if(|_| !events.is_empty()),
@@ -428,10 +425,12 @@ impl Context {
         };
         let append = self.store.append(append).instrument(info_span!("write"));
         let appended = append.await;
-        if appended == Err(StoreError::Unanswered) && self.store.lease().is_some() {
-            // The events may be stored: the next actor reads the store.
-            self.superseded = true;
-        }
+        // The store may have these events or others: the next actor reads it.
+        self.superseded |= match &appended {
+            Err(error) => *error == StoreError::Unanswered && self.store.lease().is_some(),
+            Ok(Appended::MissionGone | Appended::OutOfSequence | Appended::NotOwner) => true,
+            Ok(_) => false,
+        };
         match appended? {
             Appended::Stored => {}
             Appended::AnsweredBefore(answer) => {
@@ -440,27 +439,21 @@ impl Context {
             }
             Appended::KeyTaken => return Err(Problem::KeyTaken),
             Appended::ShareUsed => return Err(Problem::DiskShare),
-            Appended::MissionGone => {
-                self.superseded = true;
-                return Err(Problem::NoMission);
-            }
-            Appended::OutOfSequence | Appended::NotOwner => {
-                self.superseded = true;
-                return Err(Problem::Behind);
-            }
+            Appended::MissionGone => return Err(Problem::NoMission),
+            Appended::OutOfSequence | Appended::NotOwner => return Err(Problem::Behind),
         }
-        for event in &events {
+        for event in events {
             log(&after.id, event);
         }
         if after.status != self.mission.status {
             self.counted = count(&self.planners, &after);
         }
-        self.mission = after.clone();
+        self.mission = Arc::clone(&after);
         if self.mission.status.is_over() && self.store.lease().is_some() {
             // The mission is free: the next request starts it. Sent requests are answered.
             self.requests.close();
         }
-        let is_report = matches!(events.first(), Some(Event::Reported { .. }));
+        let is_report = matches!(events, [Event::Reported { .. }]);
         self.view.send_modify(|view| {
             view.mission = after;
             if is_report {
@@ -487,9 +480,9 @@ impl Context {
     }
 
     /// Publishes the last stored plan.
-    fn show(&self, plan: Option<Arc<StoredPlan>>) {
+    fn show(&self, plan: Arc<StoredPlan>) {
         self.view.send_modify(|view| {
-            view.plan = plan;
+            view.plan = Some(plan);
             view.waits_for.clear();
         });
     }
@@ -499,7 +492,7 @@ impl Context {
         if key.is_none() {
             return Ok(json(&self.mission));
         }
-        Ok(self.append(vec![], key, None).await?.answer)
+        Ok(self.append(&[], key, None).await?.answer)
     }
 }
 
@@ -508,27 +501,26 @@ fn count(planners: &Planners, mission: &Mission) -> Option<Counted> {
     (!status.is_over()).then(|| planners.metrics.mission(kind, status.name()))
 }
 
+/// `true` for an event that changes a mission's setting or status.
+fn changes(event: &Event) -> bool {
+    !matches!(
+        event,
+        Event::Reported { .. } | Event::Planned(_) | Event::ClockSet { .. }
+    )
+}
+
 fn log(mission: &str, event: &Event) {
-    match event {
-        Event::Reported { .. } | Event::Planned(_) | Event::ClockSet { .. } => {}
-        Event::Failed { reason, .. } => tracing::warn!(mission, reason, "a mission failed"),
-        Event::Created { .. }
-        | Event::Ran { .. }
-        | Event::Paused { .. }
-        | Event::Changed { .. }
-        | Event::Finished { .. } => {
-            tracing::info!(mission, change = event.kind(), "a mission changed");
-        }
+    if let Event::Failed { reason, .. } = event {
+        tracing::warn!(mission, reason, "a mission failed");
+    } else if changes(event) {
+        tracing::info!(mission, change = event.kind(), "a mission changed");
     }
 }
 
-/// Applies an event to the mission as clients see it.
-fn apply(mission: &mut Mission, event: &Event) {
+/// Applies an event to the mission as clients see it. After a change, `state` has the new setting.
+fn apply(mission: &mut Mission, event: &Event, state: Option<&MissionState>) {
     mission.sequence += 1;
-    if !matches!(
-        event,
-        Event::Reported { .. } | Event::Planned(_) | Event::ClockSet { .. }
-    ) {
+    if changes(event) {
         mission.revision = mission.sequence;
     }
     match event {
@@ -540,11 +532,7 @@ fn apply(mission: &mut Mission, event: &Event) {
         }
         Event::Paused { .. } => mission.status = Status::Paused,
         Event::Reported { heard, .. } => mission.origin = mission.origin.or(heard.origin),
-        Event::Changed { setting, .. } => {
-            let before = mission.setting.take().unwrap_or_default();
-            mission.setting = Some(before.patched(Setting::clone(setting)));
-            mission.origin = setting.origin.unwrap_or(mission.origin);
-        }
+        Event::Changed { .. } => state.expect("is given with a change").show_in(mission),
         Event::Planned(planned) => mission.t_s = planned.t_s,
         Event::Finished { at_s } => {
             mission.status = Status::Finished;

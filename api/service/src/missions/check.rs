@@ -104,10 +104,8 @@ fn check_simulated(config: &Simulated) -> Vec<FieldError> {
     }
     // Some scenarios cannot start with some seeds.
     let started = simulation::Simulation::new(config, &Clock::machine());
-    let errors = started
-        .err()
-        .map(|wrong| FieldError::new(pointer, "invalid", wrong));
-    errors.into_iter().collect()
+    let wrong = |wrong| FieldError::new(pointer, "invalid", wrong);
+    started.err().map(wrong).into_iter().collect()
 }
 
 fn wrong_gains(gains: &LawGains, controller: Controller) -> Vec<FieldError> {
@@ -167,7 +165,7 @@ pub(crate) fn report(config: &Live, heard: &Reports, now: f64) -> Vec<FieldError
         let pointer = format!("/asc/{i}/t_s");
         errors.extend(off_the_clock(&pointer, report.t_s, now, STATE_AGE_MAX));
         errors.extend(report.state.faults(&format!("/asc/{i}/state")));
-        if let Some(current) = &report.current {
+        if let Some(current) = report.current {
             errors.extend(current.faults(&format!("/asc/{i}/current")));
         }
     }

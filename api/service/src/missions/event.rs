@@ -12,7 +12,7 @@ use utoipa::ToSchema;
 
 use store::{EventReader, StoreError, StoredEvent};
 
-use crate::planners;
+use crate::planning::planners;
 use wire::{
     Answer, CraftFrame, Method, Origin, Outcome, PlanResponse, Prediction, PreviousPlan, Reference,
     mission::{NewMission, Reports, Setting, Truth},
@@ -171,12 +171,6 @@ impl From<PlanResponse> for StoredAnswer {
     }
 }
 
-impl PartialEq for StoredAnswer {
-    fn eq(&self, other: &Self) -> bool {
-        self.answer == other.answer
-    }
-}
-
 impl Serialize for StoredAnswer {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         self.json.serialize(serializer)
@@ -224,33 +218,27 @@ impl Event {
             body: json(self).into(),
         }
     }
+}
 
-    /// The names of all kinds.
-    pub const KINDS: [&str; 9] = [
-        "created",
-        "ran",
-        "paused",
-        "changed",
-        "reported",
-        "planned",
-        "clock_set",
-        "finished",
-        "failed",
-    ];
+/// Names the kinds of events.
+macro_rules! kinds {
+    ($($variant:ident $name:literal)*) => {
+        impl Event {
+            /// The names of all kinds.
+            pub const KINDS: [&str; 9] = [$($name),*];
 
-    /// The name of its kind.
-    #[must_use]
-    pub fn kind(&self) -> &'static str {
-        match self {
-            Self::Created { .. } => "created",
-            Self::Ran { .. } => "ran",
-            Self::Paused { .. } => "paused",
-            Self::Changed { .. } => "changed",
-            Self::Reported { .. } => "reported",
-            Self::Planned(_) => "planned",
-            Self::ClockSet { .. } => "clock_set",
-            Self::Finished { .. } => "finished",
-            Self::Failed { .. } => "failed",
+            /// The name of its kind.
+            #[must_use]
+            pub fn kind(&self) -> &'static str {
+                match self {
+                    $(Self::$variant { .. } => $name,)*
+                }
+            }
         }
-    }
+    };
+}
+
+kinds! {
+    Created "created" Ran "ran" Paused "paused" Changed "changed" Reported "reported" Planned "planned"
+    ClockSet "clock_set" Finished "finished" Failed "failed"
 }

@@ -1,11 +1,15 @@
 //! The state of a mission that a caller has seen.
 
-use axum::http::HeaderValue;
+use axum::{
+    extract::FromRequestParts,
+    http::{HeaderValue, request::Parts},
+};
 use wire::mission::Mission;
 
-use crate::problem::Problem;
+use crate::edge::{problem::Problem, query::wrong_parameter};
 
-/// The revisions of a mission for which a call is meant; none for any.
+/// The revisions of a mission for which a call is meant, from the `If-Match` header. `*` and a
+/// missing header match any.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct IfMatch(Option<Vec<u64>>);
 
@@ -22,7 +26,7 @@ impl IfMatch {
     }
 
     /// The tags of a header: quoted entity tags, separated by commas. Weak tags match no mission.
-    pub(super) fn of(header: &HeaderValue) -> Option<Self> {
+    fn of(header: &HeaderValue) -> Option<Self> {
         let text = header.to_str().ok()?.trim();
         if text == "*" {
             return Some(Self(None));
@@ -36,5 +40,21 @@ impl IfMatch {
             }
         }
         Some(Self(Some(revisions)))
+    }
+}
+
+impl<S: Send + Sync> FromRequestParts<S> for IfMatch {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Problem> {
+        let mut given = parts.headers.get_all("if-match").iter();
+        match (given.next(), given.next()) {
+            (None, _) => Ok(Self::default()),
+            (Some(header), None) if let Some(tags) = Self::of(header) => Ok(tags),
+            (Some(_), _) => {
+                let detail = "this header must be the ETag of a mission, in quotes, or *";
+                Err(wrong_parameter("If-Match", "if_match", detail))
+            }
+        }
     }
 }

@@ -11,12 +11,13 @@ use super::{
 };
 use store::{EventReader, StoreError, StoredMission};
 
-use crate::{pool::Priority, problem::Problem, role::TokenLimit};
+use crate::{
+    edge::{problem::Problem, role::TokenLimit},
+    limits::LIST_BYTES_MAX,
+    planning::pool::Priority,
+};
 use clock::Clock;
 use wire::mission::{LastSteering, Mission, MissionList, PlanSummary, Status};
-
-/// Longest list of missions, bytes of their stored form, except for a list of one.
-const LIST_BYTES_MAX: usize = 64 << 10;
 
 impl Missions {
     /// Lists those of the `most` missions after number `after` that the caller's `limit` allows,
@@ -30,13 +31,12 @@ impl Missions {
         let missions = self.clone();
         let page = move |reader: &EventReader| {
             let (stored, more) = reader.missions(after, most, LIST_BYTES_MAX)?;
-            let known = stored
-                .iter()
-                .map(|stored| match missions.stored_last(reader, stored) {
-                    Err(StoreError::Damaged(_)) => Ok(None),
-                    last => last,
-                });
-            Ok((known.collect::<Result<Vec<_>, _>>()?, stored, more))
+            let known = |stored: &StoredMission| match missions.stored_last(reader, stored) {
+                Err(StoreError::Damaged(_)) => Ok(None),
+                last => last,
+            };
+            let known = stored.iter().map(known).collect::<Result<Vec<_>, _>>()?;
+            Ok((known, stored, more))
         };
         let (known, stored, more) = self.read(page).await?;
         let missions = self.clone();
@@ -45,28 +45,27 @@ impl Missions {
                 |limit: &TokenLimit| limit.names(&mission.id) || limit.names_craft_of(&mission.metadata);
             limit.as_ref().is_none_or(named)
         };
-        let list = move || MissionList {
-            next: stored.last().filter(|_| more).map(|last| last.number),
-            missions: stored
-                .iter()
-                .zip(known)
-                .filter_map(|(stored, last)| missions.listed(stored, last))
-                .filter(is_within)
-                .collect(),
+        let list = move || {
+            let all = stored.iter().zip(known);
+            let listed = all.filter_map(|(stored, last)| missions.listed(stored, last));
+            MissionList {
+                missions: listed.filter(is_within).collect(),
+                next: stored.last().filter(|_| more).map(|last| last.number),
+            }
         };
         // On a thread for long work: many clients may ask at once.
         self.planners.read_for_mission(Priority::Long, list).await
     }
 
     /// A mission with its last plan and steering; `None` if it is damaged.
-    fn listed(&self, stored: &StoredMission, last: Option<Last>) -> Option<Mission> {
+    fn listed(&self, stored: &StoredMission, last: Option<LastValues>) -> Option<Mission> {
         let mission = stored.summary().and_then(parsed::<Mission>);
         let mission = mission.inspect_err(|error| self.store.note_damage(error.to_string()));
         mission.ok().map(|mission| self.with(last, mission))
     }
 
     /// The mission with its last plan and steering.
-    fn with(&self, last: Option<Last>, mission: Mission) -> Mission {
+    fn with(&self, last: Option<LastValues>, mission: Mission) -> Mission {
         let (plan, steering) = last.or_else(|| self.last(&mission.id)).unwrap_or_default();
         Mission {
             plan,
@@ -76,7 +75,7 @@ impl Missions {
     }
 
     /// The last plan and steering of the mission `id`, if it is active.
-    fn last(&self, id: &str) -> Option<Last> {
+    fn last(&self, id: &str) -> Option<LastValues> {
         let (view, live) = {
             let actors = self.actors();
             let handle = actors.as_ref()?.get(id)?;
@@ -90,8 +89,12 @@ impl Missions {
         Some((plan, view.steering.as_ref().map(|said| said.at(now))))
     }
 
-    /// Last values of a mission that runs at another service, from the store.
-    fn stored_last(&self, reader: &EventReader, stored: &StoredMission) -> Result<Option<Last>, StoreError> {
+    /// LastValues values of a mission that runs at another service, from the store.
+    fn stored_last(
+        &self,
+        reader: &EventReader,
+        stored: &StoredMission,
+    ) -> Result<Option<LastValues>, StoreError> {
         if !self.are_shared() || matches!(self.active(&stored.id), Ok(Some(_))) {
             return Ok(None);
         }
@@ -100,7 +103,7 @@ impl Missions {
         let Some((_, body)) = body.filter(|_| mission.status == Status::Running) else {
             return Ok(None);
         };
-        let Checkpoint { state, plan } = parsed(&body)?;
+        let Checkpoint { state, plan }: Checkpoint = parsed(&body)?;
         let (mut live, mut waits_for, mut steering) = (None, vec![], None);
         if let Some(state) = &state {
             let clock = MissionClock::new(mission.created_s, Some(state.config()));
@@ -129,7 +132,7 @@ impl Missions {
 }
 
 /// The last plan, and the last report of whether the craft is steered.
-type Last = (Option<PlanSummary>, Option<LastSteering>);
+type LastValues = (Option<PlanSummary>, Option<LastSteering>);
 
 /// A plan's entry in lists. A simulated mission's clock shows `now`.
 fn summary(

@@ -7,7 +7,7 @@ use axum::{
     http::{HeaderValue, request::Parts},
 };
 use serde::{Deserialize, Serialize};
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 use sha2::{Digest as _, Sha256};
 use utoipa::IntoParams;
 use wire::FieldError;
@@ -15,11 +15,10 @@ use wire::FieldError;
 use super::{
     actor::IdempotencyKey,
     event::{Event, json},
-    if_match::IfMatch,
     record::RecordFormat,
     registry::Missions,
 };
-use crate::{
+use crate::edge::{
     access::By,
     problem::Problem,
     query::{out_of_range, wrong_parameter},
@@ -75,15 +74,11 @@ impl<S: Send + Sync> FromRequestParts<S> for IdempotencyKeyHeader {
     type Rejection = Infallible;
 
     async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Infallible> {
-        Ok(Self::of_request(parts))
+        Ok(Self(parts.headers.get("idempotency-key").cloned()))
     }
 }
 
 impl IdempotencyKeyHeader {
-    pub(super) fn of_request(parts: &Parts) -> Self {
-        Self(parts.headers.get("idempotency-key").cloned())
-    }
-
     /// The key of a `call` with that `body`, if the client gave one.
     pub(super) fn of<T: Serialize>(
         self,
@@ -91,9 +86,7 @@ impl IdempotencyKeyHeader {
         call: &str,
         body: &T,
     ) -> Result<Option<IdempotencyKey>, Problem> {
-        let Some(given) = self.0 else {
-            return Ok(None);
-        };
+        let Some(given) = self.0 else { return Ok(None) };
         let key = given.to_str().unwrap_or_default();
         if !(1..=KEY_BYTES_MAX).contains(&key.len()) {
             let detail = format!("this header must be 1 to {KEY_BYTES_MAX} visible ASCII characters");
@@ -107,25 +100,6 @@ impl IdempotencyKeyHeader {
             key: by.own(key),
             request: request.finalize().into(),
         }))
-    }
-}
-
-/// The `If-Match` header: the `ETag` of a mission. `*` and a missing header match any.
-pub(crate) struct IfMatchHeader(pub(super) IfMatch);
-
-impl<S: Send + Sync> FromRequestParts<S> for IfMatchHeader {
-    type Rejection = Problem;
-
-    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Problem> {
-        let mut given = parts.headers.get_all("if-match").iter();
-        match (given.next(), given.next()) {
-            (None, _) => Ok(Self(IfMatch::default())),
-            (Some(header), None) if let Some(tags) = IfMatch::of(header) => Ok(Self(tags)),
-            (Some(_), _) => {
-                let detail = "this header must be the ETag of a mission, in quotes, or *";
-                Err(wrong_parameter("If-Match", "if_match", detail))
-            }
-        }
     }
 }
 
@@ -152,25 +126,16 @@ impl<S: Send + Sync> FromRequestParts<S> for LastEventId {
     }
 }
 
-/// The limits of parameters, in JSON Schema.
-pub(crate) fn parameter_limits() -> [(&'static str, Map<String, Value>); 4] {
+/// The limits of parameters, in JSON Schema, by their names.
+pub(crate) fn parameter_limits() -> Value {
     let kind = Event::KINDS.join("|");
-    let limits = [
-        (
-            "limit",
-            json!({ "minimum": 1, "maximum": LIST_MAX, "default": LIST_DEFAULT }),
-        ),
-        (
-            "wait_s",
-            json!({ "minimum": 0, "maximum": WAIT_MAX, "default": 0 }),
-        ),
-        (
-            "Idempotency-Key",
-            json!({ "minLength": 1, "maxLength": KEY_BYTES_MAX, "pattern": "^[!-~]([\\t -~]*[!-~])?$" }),
-        ),
-        ("kinds", json!({ "pattern": format!("^({kind})(,({kind}))*$") })),
-    ];
-    limits.map(|(name, limits)| (name, limits.as_object().cloned().unwrap_or_default()))
+    json!({
+        "limit": { "minimum": 1, "maximum": LIST_MAX, "default": LIST_DEFAULT },
+        "wait_s": { "minimum": 0, "maximum": WAIT_MAX, "default": 0 },
+        "Idempotency-Key":
+            { "minLength": 1, "maxLength": KEY_BYTES_MAX, "pattern": "^[!-~]([\\t -~]*[!-~])?$" },
+        "kinds": { "pattern": format!("^({kind})(,({kind}))*$") },
+    })
 }
 
 #[derive(Debug, Deserialize, IntoParams)]

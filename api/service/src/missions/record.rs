@@ -12,11 +12,11 @@ use serde_json::{Value, json};
 use utoipa::ToSchema;
 
 use super::{event::Event, simulation::scenario};
-use row::{Before, Timeline};
+use row::{RowContext, Timeline};
 use store::{EventReader, StoreError, StoredEvent};
 pub use stored::EventFilter;
 use stored::{PLANNED, StoredEvents};
-use wire::{Recount, mission::NewMission};
+use wire::{DatumChange, mission::NewMission};
 
 mod row;
 mod stored;
@@ -55,34 +55,29 @@ impl RecordFormat {
         Self::EventsNdjson,
     ];
 
-    /// The format of the table; none for that of the events.
-    fn of_table(self) -> Option<Format> {
+    /// Its media type, registered with IANA except for lines of JSON, and the format of the table;
+    /// none for that of the events.
+    fn kind(self) -> (&'static str, Option<Format>) {
         match self {
-            Self::Csv => Some(Format::Csv),
-            Self::Parquet => Some(Format::Parquet),
-            Self::Ndjson => Some(Format::Ndjson),
-            Self::Mcap => Some(Format::Mcap),
-            Self::Geojson => Some(Format::Geojson),
-            Self::EventsNdjson => None,
+            Self::Csv => ("text/csv; charset=utf-8; header=present", Some(Format::Csv)),
+            Self::Parquet => ("application/vnd.apache.parquet", Some(Format::Parquet)),
+            Self::Ndjson => ("application/x-ndjson", Some(Format::Ndjson)),
+            Self::Mcap => ("application/vnd.mcap", Some(Format::Mcap)),
+            Self::Geojson => ("application/geo+json", Some(Format::Geojson)),
+            Self::EventsNdjson => ("application/x-ndjson", None),
         }
     }
 
-    /// Its media type, registered with IANA except for lines of JSON.
+    /// Its media type.
     #[must_use]
     pub fn media_type(self) -> &'static str {
-        match self {
-            Self::Ndjson | Self::EventsNdjson => "application/x-ndjson",
-            Self::Csv => "text/csv; charset=utf-8; header=present",
-            Self::Parquet => "application/vnd.apache.parquet",
-            Self::Mcap => "application/vnd.mcap",
-            Self::Geojson => "application/geo+json",
-        }
+        self.kind().0
     }
 
     /// The extension of its files, without the dot.
     #[must_use]
     pub fn extension(self) -> &'static str {
-        self.of_table().map_or("events.ndjson", Format::extension)
+        self.kind().1.map_or("events.ndjson", Format::extension)
     }
 }
 
@@ -116,7 +111,7 @@ pub fn write(
     out: &mut (impl Write + Send),
 ) -> Result<(), RecordError> {
     let events = MissionEvents::of(reader, number, filter)?;
-    match format.of_table() {
+    match format.kind().1 {
         Some(Format::Geojson) if events.origin().is_none() => Err(RecordError::NoOrigin),
         Some(format) => ::record::write(&events, format, out),
         None => events_ndjson(&events, out),
@@ -134,12 +129,8 @@ fn events_ndjson(events: &MissionEvents<'_>, out: &mut impl Write) -> Result<(),
 
 /// The event's JSON with its `sequence` in front. The stored JSON keeps its bytes.
 fn numbered(stored: &StoredEvent) -> Result<Vec<u8>, StoreError> {
-    let Some(members) = stored.body.strip_prefix(b"{") else {
-        return Err(StoreError::Damaged(format!(
-            "event {} is no event",
-            stored.sequence
-        )));
-    };
+    let is_none = || StoreError::Damaged(format!("event {} is no event", stored.sequence));
+    let members = stored.body.strip_prefix(b"{").ok_or_else(is_none)?;
     let mut line = format!("{{\"sequence\":{},", stored.sequence).into_bytes();
     line.extend_from_slice(members);
     Ok(line)
@@ -210,14 +201,14 @@ impl<'a> MissionEvents<'a> {
     }
 
     /// Counts the positions of rows of the event numbered `sequence` from the last origin.
-    fn recount(&self, sequence: u64, rows: &mut [Row<'_>]) {
+    fn count_from_last_datum(&self, sequence: u64, rows: &mut [Row<'_>]) {
         let [before @ .., (_, last)] = self.origins() else {
             return;
         };
         let since = |(since, _): &&(u64, Origin)| *since <= sequence;
         let then = self.origins().iter().rfind(since);
         let then = then.or(before.first()).filter(|(_, then)| then != last);
-        let Some(recount) = then.and_then(|(_, then)| Recount::new((*then).into(), (*last).into())) else {
+        let Some(change) = then.and_then(|(_, then)| DatumChange::new((*then).into(), (*last).into())) else {
             return;
         };
         for row in rows {
@@ -226,7 +217,7 @@ impl<'a> MissionEvents<'a> {
                 (&mut row.goal_north_m, &mut row.goal_east_m),
             ] {
                 if let (Some(north), Some(east)) = (north, east) {
-                    recount.position(north, east);
+                    change.position(north, east);
                 }
             }
         }
@@ -255,18 +246,16 @@ impl<'a> MissionEvents<'a> {
     }
 
     /// The state before a part, so that its rows equal those of the whole record.
-    fn before(&self) -> Result<Before, RecordError> {
-        let mut before = Before {
+    fn before(&self) -> Result<RowContext, RecordError> {
+        let mut before = RowContext {
             timeline: self.start,
-            ..Before::default()
+            ..RowContext::default()
         };
         // A live mission's clock is independent: only the last plan's refused fixes matter.
         let depends = !self.is_live() || self.filter.has(PLANNED);
         if 0 < self.filter.after && depends {
-            let plan = self
-                .reader
-                .last_of_kind(self.number, PLANNED, self.filter.after)?;
-            if let Some(plan) = plan {
+            let (number, after) = (self.number, self.filter.after);
+            if let Some(plan) = self.reader.last_of_kind(number, PLANNED, after)? {
                 before.apply(&Event::read(&plan)?);
             }
         }
@@ -292,7 +281,7 @@ impl<'a> MissionEvents<'a> {
             let event = Event::read(&stored)?;
             let logged_s = before.timeline.apply(&event);
             let mut rows = row::rows(stored.sequence, logged_s, &event, &mut before.refused);
-            self.recount(stored.sequence, &mut rows);
+            self.count_from_last_datum(stored.sequence, &mut rows);
             take(&Entry {
                 logged_s,
                 event: Some(&numbered(&stored)?),

@@ -3,7 +3,6 @@
 use std::{
     collections::BTreeMap,
     sync::{Arc, Mutex, MutexGuard, PoisonError},
-    time::Duration,
 };
 
 use clock::Clock;
@@ -30,12 +29,16 @@ use store::{
 };
 
 use crate::{
+    edge::{
+        problem::Problem,
+        quota::{Quota, QuotaExceeded},
+        request_id::new_id,
+    },
+    limits::{
+        ACTORS_MAX, ANSWER_TIME, CHECK_TIME, OPEN_SHARE, OWNING_MAX, READERS_MAX, RECORDS_MAX, STREAMS_MAX,
+    },
     metrics::Shed,
-    planners::Planners,
-    pool::Priority,
-    problem::Problem,
-    quota::{Quota, QuotaExceeded},
-    request_id::new_id,
+    planning::{planners::Planners, pool::Priority},
 };
 use wire::{
     Origin,
@@ -43,35 +46,11 @@ use wire::{
     sha256,
 };
 
-/// Most active missions: more than two processors can plan for once a second.
-const ACTORS_MAX: usize = 1_024;
-
 /// Hexadecimal digits of a mission's id.
 const ID_DIGITS: usize = 24;
 
-/// Most unfinished missions of one client.
-const OPEN_SHARE: usize = ACTORS_MAX / 2;
-
-/// Most readers of event streams.
-const STREAMS_MAX: usize = 256;
-
-/// Most simultaneous records, each on its own thread and in at most 9 MB.
-const RECORDS_MAX: usize = 16;
-
-/// Most threads that read the store.
-const READERS_MAX: usize = 16;
-
-/// Most threads that look up mission owners.
-const OWNING_MAX: usize = 8;
-
 /// Actors that may be started at the same time, approximately.
 const STARTS: usize = 64;
-
-/// Longest wait of a client for the check of a simulation.
-const CHECK_TIME: Duration = Duration::from_secs(5);
-
-/// Longest wait of a client for a mission's reply.
-const ANSWER_TIME: Duration = Duration::from_secs(10);
 
 /// Every mission of a data directory. Clones share them.
 #[derive(Clone, Debug)]
@@ -112,10 +91,8 @@ impl Missions {
             tokio::spawn(missions.clone().keep_share(lease.clone()));
             return Ok(missions);
         }
-        let running = missions
-            .store
-            .reader()?
-            .missions_with_status(Status::Running.name())?;
+        let status = Status::Running.name();
+        let running = missions.store.reader()?.missions_with_status(status)?;
         let n_running = running.len();
         for mission in running {
             let id = mission.id.clone();
@@ -190,41 +167,22 @@ impl Missions {
         key: Option<IdempotencyKey>,
         order: AuditEntry,
     ) -> Result<Mission, Problem> {
-        // Earlier versions derived the id from the key without a salt.
-        if let Some(key) = &key
-            && let Some(before) = key
-                .answered(
-                    &self.store,
-                    &format!("m-{}", &sha256(format!("key {}", key.key).as_bytes())[..16]),
-                )
-                .await?
-        {
-            return Ok(parsed(&before)?);
+        if let Some(key) = &key {
+            // Earlier versions derived the id from the key without a salt.
+            let id = format!("m-{}", &sha256(format!("key {}", key.key).as_bytes())[..16]);
+            if let Some(before) = key.answered(&self.store, &id).await? {
+                return Ok(parsed(&before)?);
+            }
         }
         let caller = order.caller.clone();
         if OPEN_SHARE <= self.read(move |reader| reader.count_open(&caller)).await? {
-            return Err(Problem::Share {
-                what: "missions that are not over",
-                limit: OPEN_SHARE,
-            });
+            let (what, limit) = ("missions that are not over", OPEN_SHARE);
+            return Err(Problem::Share { what, limit });
         }
-        let is_simulated = new.simulated.is_some();
-        let check = move || check::new_mission(&new).map(|()| new);
-        // The check starts the scenario, so it runs among simulations, before their work.
-        let new = if is_simulated {
-            let (checked, _job) = self.planners.simulate(Priority::Short, check);
-            let checked = self.clock().timeout(CHECK_TIME, checked).await;
-            let checked = checked.map_err(|_| self.planners.too_late())?;
-            checked.map_err(|_| Problem::Panicked)?
-        } else {
-            self.planners.read_for_mission(Priority::Long, check).await?
-        };
-        let new = new.map_err(Problem::Invalid)?;
+        let new = self.checked(new).await?;
         let at_s = self.clock().unix_s();
-        let id = self.mission_id(&key.as_ref().map_or_else(
-            || format!("{} {at_s}", new_id()),
-            |key| format!("key {}", key.key),
-        ));
+        let by_key = key.as_ref().map(|key| format!("key {}", key.key));
+        let id = self.mission_id(&by_key.unwrap_or_else(|| format!("{} {at_s}", new_id())));
         let mission = Mission {
             title: new.title().unwrap_or_else(|| id.clone()),
             kind: if new.live.is_some() { "live" } else { "simulated" }.to_owned(),
@@ -243,11 +201,14 @@ impl Missions {
             steering: None,
             id,
         };
-        let state = new.live.clone().map(MissionState::new);
-        let checkpoint = state.map(|state| Checkpoint::json(Some(state), None));
+        let checkpoint = new.live.clone().map(|live| Checkpoint {
+            state: Some(MissionState::new(live)),
+            plan: None,
+        });
+        let created = Box::new(new);
         let event = Event::Created {
             at_s,
-            mission: Box::new(new),
+            mission: created,
         };
         let append = Append {
             mission: mission.id.clone(),
@@ -256,7 +217,7 @@ impl Missions {
             status: mission.status.name().to_owned(),
             events: vec![event.stored(mission.sequence)],
             summary: json(&mission),
-            snapshot: checkpoint,
+            snapshot: checkpoint.as_ref().map(json),
             answered: key.map(|key| key.with(json(&mission))),
             order: Some(order),
             room: Room::Half,
@@ -275,6 +236,22 @@ impl Missions {
             Appended::ShareUsed => Err(Problem::DiskShare),
             Appended::MissionGone | Appended::OutOfSequence | Appended::NotOwner => Err(Problem::NoMission),
         }
+    }
+
+    /// The same request, if it is valid.
+    async fn checked(&self, new: NewMission) -> Result<NewMission, Problem> {
+        let is_simulated = new.simulated.is_some();
+        let check = move || check::new_mission(&new).map(|()| new);
+        // The check starts the scenario, so it runs among simulations, before their work.
+        let new = if is_simulated {
+            let (checked, _job) = self.planners.simulate(Priority::Short, check);
+            let checked = self.clock().timeout(CHECK_TIME, checked).await;
+            let checked = checked.map_err(|_| self.planners.too_late())?;
+            checked.map_err(|_| Problem::Panicked)?
+        } else {
+            self.planners.read_for_mission(Priority::Long, check).await?
+        };
+        new.map_err(Problem::Invalid)
     }
 
     /// The mission `id` as stored last, and its number.
@@ -348,14 +325,13 @@ impl Missions {
         order: Option<AuditEntry>,
     ) -> Result<Vec<u8>, Problem> {
         let (reply, answer) = oneshot::channel();
-        let span = Span::current();
         let mut request = Request {
             command,
             key,
             if_match,
             order,
             reply,
-            span,
+            span: Span::current(),
         };
         // The actor of a finished mission may end at this moment; then a new one answers.
         for _ in 0..2 {
@@ -391,9 +367,8 @@ impl Missions {
             return Ok(handle);
         }
         let Some(lease) = self.store.lease() else {
-            return self
-                .start_actor(self.stored(id).await?, Ownership::default())
-                .await;
+            let stored = self.stored(id).await?;
+            return self.start_actor(stored, Ownership::default()).await;
         };
         let incarnation = lease.incarnation()?;
         let (lease, name) = (lease.clone(), id.to_owned());
@@ -418,10 +393,10 @@ impl Missions {
     }
 
     pub(super) fn start_of(&self, id: &str) -> &AsyncMutex<()> {
-        let place = id
+        let lock = id
             .bytes()
             .fold(0_usize, |sum, byte| sum.wrapping_mul(31) + usize::from(byte));
-        &self.starts[place % STARTS]
+        &self.starts[lock % STARTS]
     }
 
     pub(super) async fn start_actor(
@@ -436,8 +411,9 @@ impl Missions {
             .read(move |reader| fold(reader, number, created_s, sequence))
             .await?;
         // Earlier versions did not store them here.
-        mission.setting = state.as_ref().map(|state| Setting::from(state.config()));
-        mission.origin = state.as_ref().and_then(MissionState::origin);
+        if let Some(state) = &state {
+            state.show_in(&mut mission);
+        }
         let mut actors = self.actors();
         let actors = actors.as_mut().ok_or(Problem::Log(StoreError::Closed))?;
         // Actors of finished missions may have ended.
@@ -450,14 +426,12 @@ impl Missions {
         }
         if ACTORS_MAX <= actors.len() {
             // Idle actors end here, and start again with the next request.
-            actors.retain(|_, handle| keeps_place(handle));
+            actors.retain(|_, handle| is_in_use(handle));
         }
         if ACTORS_MAX <= actors.len() {
-            self.planners.metrics.shed(Shed::Places);
-            return Err(Problem::Crowded {
-                what: "running missions",
-                limit: ACTORS_MAX,
-            });
+            self.planners.metrics.shed(Shed::Limit);
+            let (what, limit) = ("running missions", ACTORS_MAX);
+            return Err(Problem::Crowded { what, limit });
         }
         let clock = MissionClock::new(created_s, created.live.as_ref());
         let live = created.live.map(|config| Arc::new(LiveMission { config, clock }));
@@ -474,13 +448,10 @@ impl Missions {
     }
 
     /// Number of missions that can still start here.
-    pub(super) fn free_places(&self) -> usize {
+    pub(super) fn n_startable(&self) -> usize {
         let actors = self.actors();
-        let kept = actors
-            .iter()
-            .flat_map(BTreeMap::values)
-            .filter(|handle| keeps_place(handle));
-        ACTORS_MAX.saturating_sub(kept.count())
+        let kept = actors.iter().flat_map(BTreeMap::values);
+        ACTORS_MAX.saturating_sub(kept.filter(|handle| is_in_use(handle)).count())
     }
 
     /// Reads the store on a thread that may wait for the disk.
@@ -521,7 +492,7 @@ impl Missions {
 
     /// The problem of a client with an exhausted quota of `what`.
     pub(super) fn quota_exceeded(&self, exceeded: QuotaExceeded, what: &'static str) -> Problem {
-        self.planners.metrics.shed(Shed::Places);
+        self.planners.metrics.shed(Shed::Limit);
         match exceeded {
             QuotaExceeded::OfAll(limit) => Problem::Crowded { what, limit },
             QuotaExceeded::OfClient(limit) => Problem::Share { what, limit },
@@ -531,10 +502,8 @@ impl Missions {
     /// An id that depends on the text only, so that a repeated request finds its mission. The
     /// store's salt makes it unguessable.
     fn mission_id(&self, text: &str) -> String {
-        format!(
-            "m-{}",
-            &sha256(&[&*self.salt, text.as_bytes()].concat())[..ID_DIGITS]
-        )
+        let digest = sha256(&[&*self.salt, text.as_bytes()].concat());
+        format!("m-{}", &digest[..ID_DIGITS])
     }
 
     pub(super) fn actors(&self) -> MutexGuard<'_, Option<BTreeMap<String, Handle>>> {
@@ -542,8 +511,8 @@ impl Missions {
     }
 }
 
-/// `true` for actors that run a mission or serve a client: they keep their places.
-fn keeps_place(handle: &Handle) -> bool {
+/// `true` for actors that run a mission or serve a client: they do not end.
+fn is_in_use(handle: &Handle) -> bool {
     1 < handle.requests.strong_count() || handle.view.borrow().mission.status == Status::Running
 }
 
@@ -575,7 +544,8 @@ fn fold(
 ) -> Result<(NewMission, Checkpoint), StoreError> {
     let created = created(reader, number)?;
     let Some((after, body)) = reader.snapshot(number)? else {
-        return Ok((created, Checkpoint::default()));
+        let (state, plan) = (None, None);
+        return Ok((created, Checkpoint { state, plan }));
     };
     let mut checkpoint: Checkpoint = parsed(&body)?;
     // A simulated mission has no state to fold: its events are simulated again.

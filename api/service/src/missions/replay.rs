@@ -12,11 +12,11 @@ use super::{
     clock::MissionClock,
     event::{Event, Planned, StoredAnswer, answer, created, parsed, previous},
     simulation::Simulation,
-    state::{MissionState, facts},
+    state::MissionState,
 };
 use store::{EventReader, StoreError};
 
-use crate::planners;
+use crate::planning::planners;
 use wire::{PreviousPlan, mission::Mission};
 
 /// The result of a replay.
@@ -83,15 +83,14 @@ impl Run {
         match self {
             Self::Live(state, workspace) => {
                 if let Some(previous) = &logged.cut_short {
-                    state.set_previous_plan(PreviousPlan::clone(previous));
+                    state.replace_previous_plan(Some(PreviousPlan::clone(previous)));
                     return Ok(None);
                 }
                 let damaged =
                     |what: &str| StoreError::Damaged(format!("the plan at {} s: {what}", logged.t_s));
-                let request = state
-                    .request(logged.t_s)
-                    .ok_or_else(|| damaged("the events before it have too few reports"))?;
-                let snapshot = facts(request, &|| false)
+                let snapshot = state
+                    .snapshot(logged.t_s, &|| false)
+                    .ok_or_else(|| damaged("the events before it have too few reports"))?
                     .map_err(|_| damaged("the events before it make no valid snapshot"))?;
                 let plan = plan(&snapshot, &Parameters::default(), workspace);
                 let made = planners::Planned {
@@ -99,7 +98,7 @@ impl Run {
                     plan,
                     solve_time: Duration::from_nanos(logged.solve_time_ns),
                 };
-                state.set_previous_plan(previous(&made, state.origin()));
+                state.replace_previous_plan(Some(previous(&made, state.origin())));
                 Ok(Some(answer(&made, state.origin())))
             }
             Self::Simulated(simulation, workspace) => {

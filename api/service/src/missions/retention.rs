@@ -10,7 +10,7 @@ use futures_util::FutureExt as _;
 use super::{actor::Command, event::parsed, if_match::IfMatch, registry::Missions};
 use store::{AuditEntry, EventReader, StoreError};
 
-use crate::problem::Problem;
+use crate::edge::problem::Problem;
 use wire::mission::{Mission, Status};
 
 /// Time between two checks for missions that are due.
@@ -43,11 +43,8 @@ impl Missions {
     pub async fn keep_for(self, retention: Retention) {
         let mut measured = None;
         loop {
-            if let Some(lasts) = self
-                .store
-                .disk_lasts(&mut measured)
-                .filter(|lasts| *lasts < SHORT)
-            {
+            let lasts = self.store.disk_lasts(&mut measured);
+            if let Some(lasts) = lasts.filter(|lasts| *lasts < SHORT) {
                 let hours = lasts.as_secs() / 3600;
                 tracing::warn!(
                     hours,
@@ -72,14 +69,9 @@ impl Missions {
             let live = self.read(|reader| with_status(reader, &OPEN)).await?;
             for mission in live.into_iter().filter(|mission| mission.kind == "live") {
                 if self.is_silent(&mission, after).await {
-                    self.send(
-                        &mission.id,
-                        Command::Finish,
-                        None,
-                        IfMatch::default(),
-                        Some(expire_order(&self.planners.clock)),
-                    )
-                    .await?;
+                    let order = Some(expire_order(&self.planners.clock));
+                    let finish = self.send(&mission.id, Command::Finish, None, IfMatch::default(), order);
+                    finish.await?;
                     tracing::info!(mission = mission.id, "finished: no report within abandoned_hours");
                     expired.finished.push(mission.id);
                 }
@@ -88,10 +80,8 @@ impl Missions {
         if let Some(after) = retention.over {
             let before_s = self.store.clock().now_s() - after.as_secs_f64();
             for id in self.read(move |reader| reader.over_before(before_s)).await? {
-                match self
-                    .delete(&id, &IfMatch::default(), expire_order(&self.planners.clock))
-                    .await
-                {
+                let order = expire_order(&self.planners.clock);
+                match self.delete(&id, &IfMatch::default(), order).await {
                     // Another service that shares the store was faster.
                     Err(Problem::NoMission) => continue,
                     deleted => deleted?,
@@ -126,10 +116,10 @@ fn with_status(reader: &EventReader, statuses: &[Status]) -> Result<Vec<Mission>
     for status in statuses {
         all.extend(reader.missions_with_status(status.name())?);
     }
-    Ok(all
+    let whole = all
         .iter()
-        .filter_map(|mission| mission.summary().and_then(parsed).ok())
-        .collect())
+        .filter_map(|mission| mission.summary().and_then(parsed).ok());
+    Ok(whole.collect())
 }
 
 /// The service's order to finish or delete a mission that is due.

@@ -10,7 +10,6 @@ use axum::{
 };
 use clock::Clock;
 use serde::Serialize;
-use serde_json::Value;
 use utoipa::{
     IntoResponses,
     openapi::{self, ContentBuilder, KnownFormat, Object, RefOr, ResponseBuilder, SchemaFormat, Type},
@@ -21,8 +20,8 @@ use super::{
     check,
     if_match::IfMatch,
     parameters::{
-        AuditQuery, EventsQuery, IdempotencyKeyHeader, IfMatchHeader, LastEventId, MissionId, PageQuery,
-        RecordQuery, ReferenceQuery, WAIT_MAX, kinds_of, page_length,
+        AuditQuery, EventsQuery, IdempotencyKeyHeader, LastEventId, MissionId, PageQuery, RecordQuery,
+        ReferenceQuery, WAIT_MAX, kinds_of, page_length,
     },
     record::{EventFilter, RecordFormat},
     registry::{Missions, with_paths_of_now},
@@ -31,19 +30,20 @@ use super::{
 use store::EventReader;
 
 use crate::{
-    access::By,
-    admission::Work,
-    body::{JsonBody, JsonBytes, OptionalJsonBody},
-    planners::Planners,
-    pool::Priority,
-    problem::{MissionRefusals, Problem},
-    query::{ValidQuery, out_of_range, wrong_parameter},
+    edge::{
+        access::By,
+        body::BodyBytes,
+        problem::{MissionRefusals, Problem},
+        query::{ValidQuery, out_of_range, wrong_parameter},
+    },
+    missions::body::{JsonBody, OptionalJsonBody},
+    planning::{admission::Work, planners::Planners, pool::Priority},
 };
 use wire::mission::{
     Accepted, CurrentReference, Mission, MissionList, NewMission, OrderList, Reports, Run, Scene, Setting,
     Step,
 };
-use wire::{FieldError, Origin};
+use wire::{Body, FieldError, Origin};
 
 /// Number of the last orders in the refusal of a call.
 const ORDERS_TOLD: usize = 3;
@@ -78,14 +78,13 @@ where
         let missions = Missions::from_request_parts(parts, state).await?;
         let by = By::from_request_parts(parts, state).await?;
         let MissionId(id) = MissionId::from_request_parts(parts, state).await?;
-        let key = IdempotencyKeyHeader::of_request(parts);
-        let IfMatchHeader(if_match) = IfMatchHeader::from_request_parts(parts, state).await?;
+        let Ok(key) = IdempotencyKeyHeader::from_request_parts(parts, state).await;
         Ok(Self {
             missions,
             by,
             id,
             key,
-            if_match,
+            if_match: IfMatch::from_request_parts(parts, state).await?,
         })
     }
 }
@@ -98,13 +97,11 @@ impl OrderCall {
             Command::Change(..) => "change",
             _ => call,
         });
-        let mission = self
-            .missions
-            .send(&self.id, command, key, self.if_match, Some(order));
-        let body = with_orders(&self.missions, &self.id, mission.await).await?;
-        let tag = serde_json::from_slice::<Mission>(&body)
-            .ok()
-            .and_then(|mission| tag(&mission));
+        let (missions, id) = (&self.missions, &*self.id);
+        let mission = missions.send(id, command, key, self.if_match, Some(order));
+        let body = with_orders(missions, id, mission.await).await?;
+        let mission = serde_json::from_slice::<Mission>(&body).ok();
+        let tag = mission.and_then(|mission| tag(&mission));
         Ok((tag.map(|tag| [(header::ETAG, tag)]), as_json(body)).into_response())
     }
 }
@@ -198,15 +195,12 @@ pub(crate) async fn get_scene(
     MissionId(id): MissionId,
 ) -> Result<Json<Scene>, Problem> {
     let (number, mission) = missions.find(&id).await?;
-    let created = missions
-        .read(move |reader| with_paths_of_now(reader, number, &mission))
-        .await?;
+    let created = missions.read(move |reader| with_paths_of_now(reader, number, &mission));
+    let created = created.await?;
     // The scene of a simulated mission starts its scenario.
     let permit = planners.admit(Work::Reading, 0)?;
-    planners
-        .read(&permit, move |_| scene::scene(&created))
-        .await
-        .map(Json)
+    let scene = planners.read(&permit, move |_| scene::scene(&created));
+    scene.await.map(Json)
 }
 
 /// Changes the setting of a live mission, such as its goal, the paths of its AUVs or its datum,
@@ -223,14 +217,13 @@ pub(crate) async fn get_scene(
 pub(crate) async fn patch_mission(
     State(planners): State<Planners>,
     call: OrderCall,
-    body: JsonBytes,
+    body: BodyBytes,
 ) -> Result<Response, Problem> {
     let origin = call.missions.handle(&call.id).await?.view.borrow().mission.origin;
     let bytes = body.bytes.len();
     let read = move || wire::read_from::<Setting>(&body.bytes, origin);
-    let setting = planners
-        .read_body_for_mission(Priority::Mission, bytes, read)
-        .await??;
+    let read = planners.read_body_for_mission(Priority::Mission, bytes, read);
+    let setting = read.await??;
     check::patch(&setting).map_err(Problem::Invalid)?;
     let change = Command::Change(Box::new(setting.clone()), origin);
     call.send("patch", &setting, change).await
@@ -243,7 +236,7 @@ pub(crate) async fn delete_mission(
     missions: Missions,
     by: By,
     MissionId(id): MissionId,
-    IfMatchHeader(if_match): IfMatchHeader,
+    if_match: IfMatch,
 ) -> Result<StatusCode, Problem> {
     let deleted = missions.delete(&id, &if_match, by.order("delete")).await;
     with_orders(&missions, &id, deleted).await?;
@@ -289,7 +282,7 @@ pub(crate) async fn step_mission(
 /// The acceptable reports of a body for a mission with that `origin`, in metres and degrees, and
 /// the faults of the others. Without an origin, the first accepted position on Earth becomes it.
 fn read_reports(
-    body: &[u8],
+    body: Body<'_>,
     live: &LiveMission,
     origin: Option<Origin>,
     clock: &Clock,
@@ -328,7 +321,7 @@ pub(crate) async fn post_reports(
     by: By,
     MissionId(id): MissionId,
     key: IdempotencyKeyHeader,
-    body: JsonBytes,
+    body: BodyBytes,
 ) -> Result<Response, Problem> {
     // Looked up first: bodies of existing missions only are read at a mission's priority.
     let handle = missions.handle(&id).await?;
@@ -337,15 +330,15 @@ pub(crate) async fn post_reports(
     let bytes = body.bytes.len();
     let clock = missions.clock().clone();
     let read = move || {
-        let reports = read_reports(&body.bytes, &live, origin, &clock);
+        let posted = Body::parse(&body.bytes);
         // Equal for equal requests, even if fewer reports are acceptable by now.
-        let posted = serde_json::from_slice::<Value>(&body.bytes).unwrap_or_default();
-        (reports, posted)
+        let key = key.of(&by, "reports", &posted.as_ref().ok())?;
+        let reports = posted.map_err(Problem::from);
+        let reports = reports.and_then(|posted| read_reports(posted, &live, origin, &clock));
+        Ok::<_, Problem>((reports, key))
     };
-    let (reports, posted) = planners
-        .read_body_for_mission(Priority::Mission, bytes, read)
-        .await?;
-    let key = key.of(&by, "reports", &posted)?;
+    let read = planners.read_body_for_mission(Priority::Mission, bytes, read);
+    let (reports, key) = read.await??;
     Ok(as_json(missions.report(&id, reports, origin, key).await?))
 }
 
@@ -459,18 +452,14 @@ impl IntoResponses for Record {
                 RecordFormat::Ndjson | RecordFormat::EventsNdjson | RecordFormat::Csv => {
                     Object::with_type(Type::String)
                 }
-                RecordFormat::Parquet | RecordFormat::Mcap => binary(),
+                RecordFormat::Parquet | RecordFormat::Mcap => {
+                    let binary = SchemaFormat::KnownFormat(KnownFormat::Binary);
+                    let text = Object::builder().schema_type(Type::String);
+                    text.format(Some(binary)).build()
+                }
             };
             response = response.content(essence, ContentBuilder::new().schema(Some(schema)).build());
         }
         [("200".to_owned(), RefOr::T(response.build()))].into()
     }
-}
-
-fn binary() -> Object {
-    let binary = SchemaFormat::KnownFormat(KnownFormat::Binary);
-    Object::builder()
-        .schema_type(Type::String)
-        .format(Some(binary))
-        .build()
 }

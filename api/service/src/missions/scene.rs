@@ -64,11 +64,8 @@ fn of_simulated(simulated: &Simulated) -> Option<Scene> {
         let kept = points.iter().step_by(step).chain(last);
         kept.map(|point| [point.x, point.y]).collect()
     };
-    let paths = record
-        .auv_ids
-        .iter()
-        .cloned()
-        .zip(record.paths.iter().map(thinned));
+    let ids = record.auv_ids.iter().cloned();
+    let paths = ids.zip(record.paths.iter().map(thinned));
     let bounds = &record.bounds;
     Some(Scene {
         duration_s: Some(duration_s),

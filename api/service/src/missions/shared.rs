@@ -8,7 +8,7 @@ use tokio::sync::broadcast;
 use super::{actor::Ownership, registry::Missions};
 use store::{Lease, Owned, StoreError, StoredEvent, Turn};
 
-use crate::problem::Problem;
+use crate::edge::problem::Problem;
 
 /// Longest time between two turns: new owners continue missions within a plan's period.
 const TURN_MAX: Duration = Duration::from_millis(250);
@@ -31,7 +31,7 @@ impl Missions {
                     failed.clear();
                     self.forget_before(now);
                 }
-                let (asked, most) = (lease.clone(), self.free_places());
+                let (asked, most) = (lease.clone(), self.n_startable());
                 match self.own(move || asked.take_turn(most)).await {
                     Ok(turn) => self.take(turn, now, &mut failed).await,
                     Err(problem) => tracing::debug!(?problem, "no turn was taken"),

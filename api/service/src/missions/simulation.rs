@@ -1,15 +1,17 @@
 //! The simulation of a mission, one plan at a time. It is deterministic.
 
-use std::{collections::BTreeMap, time::Duration};
+use std::time::Duration;
 
 use clock::Clock;
 use planner::{
     angle::Heading,
     los::{LosTuning, Reference},
+    nalgebra::Vector2,
     parameters::Parameters,
     plan::{Baseline, Plan, SolverReport, Workspace, baseline_from, plan, plan_until},
     snapshot::{PlanRequest, PreviousPlan, Snapshot, Tuning},
     stop::Stop,
+    tuned::Tuned,
 };
 use sim::{
     guide::{Guidance, Guide as _, GuideError, LosGuide},
@@ -18,7 +20,7 @@ use sim::{
 };
 
 use super::event::{Planned, StoredAnswer, answer, planned};
-use crate::planners;
+use crate::planning::planners;
 use wire::mission::{Simulated, TrueVehicle, Truth};
 
 /// Time between two plans of the simulator, s.
@@ -49,20 +51,18 @@ pub(super) struct Tick {
 pub(super) fn scenario(config: &Simulated) -> Result<Scenario, String> {
     let scenario = match (&config.scenario, &config.scenario_file) {
         (Some(name), None) => Scenario::named(name).ok_or_else(|| {
-            format!(
-                "there is no such scenario; the scenarios are {}",
-                Scenario::names().join(", ")
-            )
-        })?,
+            let known = Scenario::names().join(", ");
+            format!("there is no such scenario; the scenarios are {known}")
+        }),
         (None, Some(text)) => {
-            Scenario::parse(text, "scenario_file", Files::default()).map_err(|error| error.to_string())?
+            Scenario::parse(text, "scenario_file", Files::default()).map_err(|error| error.to_string())
         }
         _ => return Err("give either scenario, a name, or scenario_file, the content of a file".to_owned()),
-    };
-    if scenario.has_surface_craft() {
-        Ok(scenario)
-    } else {
-        Err("the scenario has no surface craft to plan for".to_owned())
+    }?;
+    match &scenario.surface_craft {
+        Some(craft) if craft.parameters == Tuned::DEFAULT => Ok(scenario),
+        Some(_) => Err("surface_craft.parameters: a client may not set them".to_owned()),
+        None => Err("the scenario has no surface craft to plan for".to_owned()),
     }
 }
 
@@ -108,15 +108,12 @@ impl Simulation {
         let time = self.mission.time();
         let seen = self.mission.observe()?.ok_or("there is no surface craft")?;
         let made = self.steer(&seen, logged, workspace)?;
+        let schedule = made.plan.schedule.as_ref();
         let guidance = Guidance {
             reference: logged.map_or(made.plan.reference, |logged| reference(&logged.reference)),
             method: Some(made.plan.method),
             predicted_rms: self.law.is_none().then_some(made.plan.predicted.rms_error_m),
-            serves: made
-                .plan
-                .schedule
-                .as_ref()
-                .and_then(|schedule| sim::guide::served(&seen, schedule)),
+            serves: schedule.and_then(|schedule| sim::guide::served(&seen, schedule)),
             solve_time: None,
         };
         let origin = self.mission.record().origin;
@@ -145,7 +142,7 @@ impl Simulation {
         let (snapshot, plan) = if let Some(law) = &mut self.law {
             let guidance = law.guide(seen)?;
             // The current that the law subtracts, which it filters.
-            let known = Snapshot::try_from(PlanRequest {
+            let known = seen.again(PlanRequest {
                 current: law.current().map(Into::into),
                 previous_plan: law.previous_plan(),
                 ..PlanRequest::clone(seen)
@@ -181,7 +178,7 @@ impl Simulation {
                 tuning: self.tuning.clone().or_else(|| seen.tuning.clone()),
                 ..PlanRequest::clone(seen)
             };
-            let snapshot = Snapshot::try_from(observation)?;
+            let snapshot = seen.again(observation)?;
             let plan = plan(&snapshot, &self.parameters, workspace);
             self.previous = Some(PreviousPlan::from(&plan));
             (snapshot, plan)
@@ -206,26 +203,24 @@ fn reference(logged: &wire::Reference) -> Reference {
 }
 
 fn truth(row: &Row, ids: &[String]) -> Option<Truth> {
+    let vehicle = |position: Vector2<f64>, depth_m, heading_rad, speed_mps| TrueVehicle {
+        north_m: position.x,
+        east_m: position.y,
+        depth_m,
+        heading_rad,
+        speed_mps,
+    };
     let craft = row.surface_craft.as_ref()?;
-    let auvs = ids.iter().zip(&row.auvs).map(|(id, auv)| {
-        let vehicle = TrueVehicle {
-            north_m: auv.position.x,
-            east_m: auv.position.y,
-            depth_m: auv.depth,
-            heading_rad: auv.heading,
-            speed_mps: auv.surge,
-        };
-        (id.clone(), vehicle)
+    let auvs = ids.iter().zip(&row.auvs);
+    let auvs = auvs.map(|(id, auv)| {
+        (
+            id.clone(),
+            vehicle(auv.position, auv.depth, auv.heading, auv.surge),
+        )
     });
     Some(Truth {
-        asc: TrueVehicle {
-            north_m: craft.position.x,
-            east_m: craft.position.y,
-            depth_m: 0.0,
-            heading_rad: craft.heading,
-            speed_mps: craft.surge,
-        },
-        auvs: auvs.collect::<BTreeMap<_, _>>(),
+        asc: vehicle(craft.position, 0.0, craft.heading, craft.surge),
+        auvs: auvs.collect(),
         goal_north_m: craft.goal.x,
         goal_east_m: craft.goal.y,
         distance_m: craft.distance(),

@@ -1,6 +1,6 @@
 //! The state of a live mission: the fold of its events, and the resulting planner request.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, mem};
 
 use planner::{
     angle::Heading,
@@ -11,9 +11,9 @@ use serde::{Deserialize, Serialize};
 
 use super::{clock::MissionClock, event::Event};
 use wire::{
-    Asc, Auv, CraftFrame, DeclaredLimits, FieldError, Origin, PlanRequest, PreviousPlan, Recount, Report,
+    Asc, Auv, CraftFrame, DatumChange, DeclaredLimits, FieldError, Origin, PlanRequest, PreviousPlan, Report,
     Task, VehicleId,
-    mission::{AscReport, Live, LiveAuv, Reports, Setting, Steering},
+    mission::{AscReport, Live, LiveAuv, Mission, Reports, Setting, Steering},
 };
 
 /// Longest extrapolation of the surface craft's last state by its velocity, s. After that its
@@ -74,22 +74,22 @@ impl MissionState {
 
     /// `true` if the first fix on Earth can become the origin: no position in metres is known yet.
     pub(super) fn may_begin(&self) -> bool {
-        let Live {
-            origin,
-            auvs,
-            keep_outs,
-            area,
-            ..
-        } = &self.config;
+        let config = &self.config;
         let nothing_heard = self.asc.is_none() && self.reports.values().all(Vec::is_empty);
-        let nothing_told =
-            keep_outs.is_empty() && area.is_empty() && auvs.iter().all(|auv| auv.path.is_none());
-        origin.is_none() && nothing_heard && nothing_told
+        let no_path = config.auvs.iter().all(|auv| auv.path.is_none());
+        let nothing_told = config.keep_outs.is_empty() && config.area.is_empty() && no_path;
+        config.origin.is_none() && nothing_heard && nothing_told
     }
 
     /// The mission's configuration, as changed so far.
     pub(super) fn config(&self) -> &Live {
         &self.config
+    }
+
+    /// Writes the setting and the datum into the mission that clients see.
+    pub(super) fn show_in(&self, mission: &mut Mission) {
+        mission.setting = Some(Setting::from(&self.config));
+        mission.origin = self.config.origin;
     }
 
     /// Replaces members of the setting, and drops what the previous plan derived from the old ones.
@@ -111,9 +111,9 @@ impl MissionState {
             plan.goal_course_rad = None;
         }
         let is_another_craft = replaced.craft.is_some_and(|before| before != config.craft);
-        let has_another_lag = replaced
-            .limits
-            .is_some_and(|before| surge_lag(before.as_ref()) != surge_lag(config.limits.as_ref()));
+        let lag = |limits: Option<&DeclaredLimits>| limits.and_then(|limits| limits.surge_lag_s);
+        let has_another_lag = |before: Option<_>| lag(before.as_ref()) != lag(config.limits.as_ref());
+        let has_another_lag = replaced.limits.is_some_and(has_another_lag);
         if (is_another_craft || has_another_lag)
             && let Some(craft) = &mut plan.craft_estimate
         {
@@ -124,24 +124,25 @@ impl MissionState {
     /// Puts the datum at `origin`. Known positions stay on Earth, and so do true directions.
     /// Positions that are now beyond all coordinates, such as a wrong first fix, are dropped.
     fn count_from(&mut self, origin: Origin) {
-        let recount = self.config.origin.and_then(|before| Recount::new(before, origin));
+        let before = self.config.origin;
+        let change = before.and_then(|before| DatumChange::new(before, origin));
         self.config.count_from(origin);
-        let Some(recount) = recount else { return };
+        let Some(change) = change else { return };
         let is_near = |north: f64, east: f64| north.abs().max(east.abs()) <= COORDINATE_MAX;
         for fixes in self.reports.values_mut() {
             for fix in fixes.iter_mut() {
-                recount.position(&mut fix.north_m, &mut fix.east_m);
+                change.position(&mut fix.north_m, &mut fix.east_m);
             }
             fixes.retain(|fix| is_near(fix.north_m, fix.east_m));
         }
         if let Some(AscReport { state, .. }) = &mut self.asc {
-            recount.position(&mut state.north_m, &mut state.east_m);
+            change.position(&mut state.north_m, &mut state.east_m);
         }
         self.asc
             .take_if(|asc| !is_near(asc.state.north_m, asc.state.east_m));
         if let Some(plan) = &mut self.previous_plan {
             plan.origin = plan.origin.and(Some(origin));
-            plan.move_positions(|position| recount.moved(&position));
+            plan.move_positions(|position| change.moved(&position));
         }
     }
 
@@ -157,11 +158,9 @@ impl MissionState {
             let kept = self.reports.entry(id.clone()).or_default();
             for fix in fixes {
                 let place = kept.partition_point(|earlier| earlier.t_s <= fix.t_s);
-                let same_time = kept[..place]
-                    .iter()
-                    .rev()
-                    .take_while(|earlier| earlier.t_s >= fix.t_s);
-                if same_time.into_iter().all(|earlier| earlier != fix) {
+                let earlier = kept[..place].iter().rev();
+                let mut same_time = earlier.take_while(|earlier| earlier.t_s >= fix.t_s);
+                if same_time.all(|earlier| earlier != fix) {
                     kept.insert(place, *fix);
                 }
             }
@@ -184,9 +183,9 @@ impl MissionState {
         self.steering.as_ref()
     }
 
-    /// Puts this plan into the next request.
-    pub(super) fn set_previous_plan(&mut self, plan: PreviousPlan) {
-        self.previous_plan = Some(plan);
+    /// Puts this plan into the next request, and returns the previous plan.
+    pub(super) fn replace_previous_plan(&mut self, plan: Option<PreviousPlan>) -> Option<PreviousPlan> {
+        mem::replace(&mut self.previous_plan, plan)
     }
 
     /// The vehicles without the reports that a plan at `now` needs, s: `asc`, or AUVs of the goal.
@@ -211,8 +210,29 @@ impl MissionState {
         asc.chain(self.reports.iter().filter_map(newest)).collect()
     }
 
+    /// The snapshot for a plan at `now` on the mission's clock, s; `None` while reports are missing.
+    /// Leaves out a previous plan without a valid snapshot, such as one beyond all coordinates.
+    pub(super) fn snapshot(
+        &self,
+        now: f64,
+        due: &dyn Fn() -> bool,
+    ) -> Option<Result<Snapshot, Vec<FieldError>>> {
+        let valid = wire::snapshot_until(self.request(now)?, due);
+        Some(valid.or_else(|_| {
+            let request = self.request(now).expect("waits for no vehicle");
+            let previous_plan = None;
+            wire::snapshot_until(
+                PlanRequest {
+                    previous_plan,
+                    ..request
+                },
+                due,
+            )
+        }))
+    }
+
     /// The request for a plan at `now` on the mission's clock, s; `None` while reports are missing.
-    pub(super) fn request(&self, now: f64) -> Option<PlanRequest> {
+    fn request(&self, now: f64) -> Option<PlanRequest> {
         if !self.waits_for(now).is_empty() {
             return None;
         }
@@ -229,18 +249,10 @@ impl MissionState {
                 learn_nothing(plan, &asc.state);
             }
         }
-        let request = request(
-            &self.config,
-            now,
-            carried(
-                &asc.state,
-                now - asc.t_s,
-                self.previous_plan.as_ref(),
-                self.config.origin,
-            ),
-            self.config.auvs.iter().filter_map(heard).collect(),
-            previous_plan,
-        );
+        let before = self.previous_plan.as_ref();
+        let craft = carried(&asc.state, now - asc.t_s, before, self.config.origin);
+        let auvs = self.config.auvs.iter().filter_map(heard).collect();
+        let request = request(&self.config, now, craft, auvs, previous_plan);
         Some(PlanRequest {
             current: asc.current.or(request.current),
             ..request
@@ -251,10 +263,9 @@ impl MissionState {
 /// Replaces the reference of `plan` by the motion of a craft that a person steers: the planner
 /// learns nothing of its response, and the next reference turns from the bow.
 fn take_motion_for_reference(plan: &mut PreviousPlan, asc: &Asc) {
-    let over_ground = asc
-        .ground_north_mps
-        .zip(asc.ground_east_mps)
-        .map(|(north, east)| north * asc.heading_rad.cos() + east * asc.heading_rad.sin());
+    let over_ground = asc.ground_north_mps.zip(asc.ground_east_mps);
+    let (sin, cos) = (asc.heading_rad.sin(), asc.heading_rad.cos());
+    let over_ground = over_ground.map(|(north, east)| north * cos + east * sin);
     learn_nothing(plan, asc);
     if let Some(reference) = &mut plan.reference {
         reference.speed_mps = over_ground.unwrap_or(asc.speed_mps).max(0.0);
@@ -268,20 +279,6 @@ fn learn_nothing(plan: &mut PreviousPlan, asc: &Asc) {
         craft.asked_speed_mps = asc.speed_mps.max(0.0);
         craft.asked_heading_rad = asc.heading_rad;
     }
-}
-
-/// The facts of a mission's request. A previous plan without a valid snapshot, such as one that
-/// leads beyond all coordinates, is left out.
-pub(super) fn facts(mut request: PlanRequest, due: &dyn Fn() -> bool) -> Result<Snapshot, Vec<FieldError>> {
-    wire::snapshot_until(request.clone(), due).or_else(|_| {
-        request.previous_plan = None;
-        wire::snapshot_until(request, due)
-    })
-}
-
-/// The surge lag in the limits, s.
-fn surge_lag(limits: Option<&DeclaredLimits>) -> Option<f64> {
-    limits.and_then(|limits| limits.surge_lag_s)
 }
 
 /// `true` if a time is later than `now`, s, by more than the tolerance of clocks.
@@ -328,10 +325,8 @@ fn known_by(fixes: Vec<Report>, auv: &LiveAuv) -> Auv {
 
 /// The fix for a request. A fix dated ahead gets the time `now`.
 fn aged(fix: &Report, now: f64) -> Report {
-    Report {
-        t_s: fix.t_s.min(now),
-        ..*fix
-    }
+    let t_s = fix.t_s.min(now);
+    Report { t_s, ..*fix }
 }
 
 /// The surface craft `age` seconds after its state, moved over ground, with its heading and speed.
@@ -391,6 +386,11 @@ mod tests {
         serde_json::from_value(heard).expect("has the shape")
     }
 
+    fn snapshot(state: &MissionState, now: f64) -> Snapshot {
+        let snapshot = state.snapshot(now, &|| false);
+        snapshot.expect("waits for no vehicle").expect("is valid")
+    }
+
     #[test]
     fn the_surface_craft_is_extrapolated_for_ten_seconds_and_plans_wait_for_vehicles_of_the_goal() {
         let mut state = state();
@@ -435,9 +435,12 @@ mod tests {
         let mut before = state();
         before.take_reports(&heard(10.0, 1.0), 10.0);
         before.config.limits = Some(DeclaredLimits::default());
-        let first = facts(before.request(9.0).expect("waits for no vehicle"), &|| false).expect("is valid");
-        let plan = plan(&first, &Parameters::default(), &mut Workspace::default());
-        before.set_previous_plan(PreviousPlan::from(&plan));
+        let plan = plan(
+            &snapshot(&before, 9.0),
+            &Parameters::default(),
+            &mut Workspace::default(),
+        );
+        before.previous_plan = Some(PreviousPlan::from(&plan));
         let mut after = before.clone();
         after.change(&serde_json::from_value(change).expect("has the shape"));
         [before, after]
@@ -476,9 +479,7 @@ mod tests {
     #[test]
     fn another_craft_is_known_by_its_description_only_and_turns_from_the_last_reference() {
         let craft = json!({ "preset": "medusa", "relative_uncertainty": 0.0 });
-        let snapshots = before_and_after(json!({ "craft": craft })).map(|state| {
-            facts(state.request(10.0).expect("waits for no vehicle"), &|| false).expect("is valid")
-        });
+        let snapshots = before_and_after(json!({ "craft": craft })).map(|state| snapshot(&state, 10.0));
         let lag = |snapshot: &Snapshot| {
             let (known, said) = (snapshot.craft_estimate(), snapshot.craft_prior());
             (known.heading.y, said.heading_lag.mean)
@@ -546,10 +547,9 @@ mod tests {
     fn a_mission_survives_a_previous_plan_that_leads_beyond_all_coordinates() {
         let mut state = state();
         state.take_reports(&heard(10.0, 1e6), 10.0);
-        let beyond = json!({ "trajectory": [{ "t_s": 9.0, "north_m": 2e6, "east_m": 0.0, "speed_mps": 1.0,
+        let beyond = json!({ "trajectory": [{ "t_s": 9.0, "north_m": 3e6, "east_m": 0.0, "speed_mps": 1.0,
             "heading_rad": 0.0 }] });
-        state.set_previous_plan(serde_json::from_value(beyond).expect("has the shape"));
-        let request = state.request(10.0).expect("waits for no vehicle");
-        facts(request, &|| false).expect("is made without it");
+        state.previous_plan = Some(serde_json::from_value(beyond).expect("has the shape"));
+        assert_eq!(snapshot(&state, 10.0).previous_plan, None);
     }
 }

@@ -39,7 +39,11 @@ use super::{
 };
 use store::StoredEvent;
 
-use crate::{access::By, pool::lower_priority, problem::Problem, quota::QuotaPermit};
+use crate::{
+    edge::{access::By, problem::Problem, quota::QuotaPermit},
+    limits::{CHUNK, CHUNK_TIME, CHUNKS},
+    planning::pool::lower_priority,
+};
 
 /// Time between two keep-alive comments when nothing happens.
 const HEARTBEAT: Duration = Duration::from_secs(15);
@@ -49,14 +53,6 @@ const RETRY: Duration = Duration::from_secs(1);
 
 /// Events read from the store at once, for a client that was away: each may exceed 100 kB.
 const PAGE: usize = 4;
-
-/// Chunks of a record in transit. With their size they bound the memory for a slow reader.
-const CHUNKS: usize = 4;
-/// Size of a chunk, bytes.
-const CHUNK: usize = 64 << 10;
-
-/// Longest time for which the client of a record may leave a chunk waiting.
-const PATIENCE: Duration = Duration::from_secs(10);
 
 /// A reader of a mission's events.
 struct Subscription {
@@ -195,14 +191,13 @@ pub(super) async fn record(
             client: chunks,
             runtime,
             chunk: Vec::with_capacity(CHUNK),
-            patience: PATIENCE,
+            patience: CHUNK_TIME,
         };
-        let done = missions
-            .store
-            .reader()
-            .map_err(RecordError::from)
-            .and_then(|reader| record::write(&reader, number, format, &filter, &mut out));
-        if let Err(error) = done.and_then(|()| Ok(out.finish()?)) {
+        let mut whole = || -> Result<(), RecordError> {
+            record::write(&missions.store.reader()?, number, format, &filter, &mut out)?;
+            Ok(out.finish()?)
+        };
+        if let Err(error) = whole() {
             out.fail(error);
         }
     };
@@ -322,7 +317,7 @@ mod tests {
         let (client, written) = mpsc::channel(CHUNKS);
         let runtime = runtime::Handle::current();
         // Simulated time does not pass while a blocking thread works.
-        let patience = if taken { PATIENCE } else { Duration::ZERO };
+        let patience = if taken { CHUNK_TIME } else { Duration::ZERO };
         let writer = spawn_blocking(move || {
             let mut out = ChunkWriter {
                 client,

@@ -20,7 +20,7 @@ use wire::{
 
 use super::rules::{self, at};
 use crate::{
-    batch::BATCH_MAX,
+    limits::BATCH_MAX,
     missions::{check, parameters},
 };
 
@@ -68,15 +68,15 @@ pub(super) fn write(document: &mut Value) {
 }
 
 fn write_parameter_limits(call: &mut Value) {
+    let limits = parameters::parameter_limits();
     // `get_mut`, because an index would insert a missing member.
     let parameters = call.get_mut("parameters").and_then(Value::as_array_mut);
     for parameter in parameters.into_iter().flatten() {
-        for (name, mut limits) in parameters::parameter_limits() {
-            if parameter["name"] == name
-                && let Some(schema) = parameter["schema"].as_object_mut()
-            {
-                schema.append(&mut limits);
-            }
+        let limits = parameter["name"].as_str().and_then(|name| limits.get(name));
+        if let Some(Value::Object(limits)) = limits.cloned()
+            && let Some(schema) = parameter["schema"].as_object_mut()
+        {
+            schema.extend(limits);
         }
         // An absent parameter is not null.
         if let Some(kinds) = parameter.pointer_mut("/schema/type") {

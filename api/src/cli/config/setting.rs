@@ -1,7 +1,8 @@
 //! The table of settings: flags, environment variables, keys of the file, and documentation.
 
-use std::ops::RangeInclusive;
+use std::{ops::RangeInclusive, path::PathBuf};
 
+use serde::Deserialize;
 use toml::Value;
 use tracing_subscriber::filter::{LevelFilter, Targets};
 use wire::DEADLINE_MS;
@@ -35,153 +36,79 @@ pub(crate) enum Kind {
     OneOf(&'static [&'static str]),
 }
 
-/// Settings of every subcommand.
-pub(crate) const COMMON: &[Setting] = &[
-    Setting {
-        name: "data",
-        kind: Kind::Text,
-        default: Some("pilotfish-data"),
-        value_name: "DIRECTORY",
-        help: "Data directory, created if missing",
-    },
-    Setting {
-        name: "store",
-        kind: Kind::Text,
-        default: None,
-        value_name: "URL",
-        help: "PostgreSQL database of the missions, postgres://USER@HOST:PORT,HOST:PORT/NAME, which several services share; by default the data directory has them",
-    },
-    Setting {
-        name: "tokens",
-        kind: Kind::Text,
-        default: None,
-        value_name: "FILE",
-        help: "Token file; by default tokens.json in the data directory",
-    },
-    Setting {
-        name: "log",
-        kind: Kind::Filter,
-        default: Some("warn,pilotfish=info"),
-        value_name: "FILTER",
-        help: "Log filter: a level, and levels by target, such as warn,pilotfish=debug; RUST_LOG overrides it",
-    },
-    Setting {
-        name: "log_format",
-        kind: Kind::OneOf(&["text", "json"]),
-        default: Some("text"),
-        value_name: "FORMAT",
-        help: "Log format: text or json",
-    },
-];
+/// The settings, each defined once: the name and type of its value in [`Config`], its kind, its
+/// default, the name of its value in the help, and the help.
+macro_rules! settings {
+    ($(#[doc = $doc:literal] $table:ident {
+        $($name:ident: $type:ty = $kind:expr, $default:expr, $value_name:literal, $help:literal;)*
+    })*) => {
+        $(
+            #[doc = $doc]
+            pub(crate) const $table: &[Setting] = &[$(Setting {
+                name: stringify!($name),
+                kind: $kind,
+                default: $default,
+                value_name: $value_name,
+                help: $help,
+            }),*];
+        )*
 
-/// Settings of the service.
-pub(crate) const SERVE: &[Setting] = &[
-    Setting {
-        name: "host",
-        kind: Kind::Text,
-        default: Some("127.0.0.1"),
-        value_name: "HOST",
-        help: "Address or host name to listen on",
-    },
-    Setting {
-        name: "port",
-        kind: Kind::Whole(0, 65_535),
-        default: Some("8080"),
-        value_name: "PORT",
-        help: "Port to listen on; 0 chooses a free one",
-    },
-    Setting {
-        name: "allow_host",
-        kind: Kind::List,
-        default: Some(""),
-        value_name: "NAME",
-        help: "More host names under which clients reach the service, such as that of a proxy; separated by commas",
-    },
-    Setting {
-        name: "tls_certificate",
-        kind: Kind::Text,
-        default: None,
-        value_name: "FILE",
-        help: "Certificate chain (PEM) for HTTPS",
-    },
-    Setting {
-        name: "tls_key",
-        kind: Kind::Text,
-        default: None,
-        value_name: "FILE",
-        help: "Private key of the certificate (PEM)",
-    },
-    Setting {
-        name: "insecure",
-        kind: Kind::Switch,
-        default: Some("false"),
-        value_name: "BOOL",
-        help: "Let other machines connect without tokens or without TLS, although anyone on the network can then read or command",
-    },
-    Setting {
-        name: "deadline_ms",
-        kind: Kind::Number(|| DEADLINE_MS),
-        default: Some("1000"),
-        value_name: "MS",
-        help: "Deadline of an answer, ms, from 0.05 to 60000; a request may set an earlier one",
-    },
-    Setting {
-        name: "keep_days",
-        kind: Kind::Number(|| 0.0..=36_500.0),
-        default: Some("0"),
-        value_name: "DAYS",
-        help: "How long finished missions are kept, days; 0 keeps them forever",
-    },
-    Setting {
-        name: "abandoned_hours",
-        kind: Kind::Number(|| 0.0..=87_600.0),
-        default: Some("24"),
-        value_name: "HOURS",
-        help: "Time without a report after which a live mission is finished, hours; 0 means never",
-    },
-    Setting {
-        name: "client_gib",
-        kind: Kind::Number(|| 0.0..=1e6),
-        default: Some("0"),
-        value_name: "GIB",
-        help: "Disk space for the missions of one client, GiB; 0 allows half of the space that is free or used by the log at the start, and all of it with --store",
-    },
-    Setting {
-        name: "advertise",
-        kind: Kind::Text,
-        default: None,
-        value_name: "URL",
-        help: "With --store: where the other services reach this one, http://HOST:PORT or https://HOST:PORT; by default the address to listen on; required if that is a loopback address and the database is on another machine",
-    },
-    Setting {
-        name: "advertise_ca",
-        kind: Kind::Text,
-        default: None,
-        value_name: "FILE",
-        help: "With --store, if services call each other by HTTPS: certificate of the authority (PEM) that signed theirs",
-    },
-    Setting {
-        name: "peers",
-        kind: Kind::List,
-        default: Some(""),
-        value_name: "URL",
-        help: "With --store: where the other services are, http://HOST:PORT or https://HOST:PORT, separated by commas: besides services certified by --advertise-ca, calls with a client's token are forwarded to these alone",
-    },
-    Setting {
-        name: "lease_s",
-        kind: Kind::Number(|| 0.5..=60.0),
-        default: Some("2"),
-        value_name: "S",
-        help: "With --store: how long this service keeps its missions while the database does not answer, s, from 0.5 to 60; then another one takes them",
-    },
-    Setting {
-        name: "shutdown_delay_s",
-        kind: Kind::Number(|| 0.0..=30.0),
-        default: Some("0"),
-        value_name: "S",
-        help: "How long to keep serving after a stop signal while /readyz fails, s, from 0 to 30: time for a proxy to notice",
-    },
-];
+        /// Every setting, after all layers.
+        #[derive(Clone, Debug, Deserialize)]
+        pub(crate) struct Config {
+            $($(pub(crate) $name: $type,)*)*
+        }
+    };
+}
+
+settings! {
+    /// Settings of every subcommand.
+    COMMON {
+        data: PathBuf = Kind::Text, Some("pilotfish-data"), "DIRECTORY",
+            "Data directory, created if missing";
+        store: Option<String> = Kind::Text, None, "URL",
+            "PostgreSQL database of the missions, postgres://USER@HOST:PORT,HOST:PORT/NAME, which several services share; by default the data directory has them";
+        tokens: Option<PathBuf> = Kind::Text, None, "FILE",
+            "Token file; by default tokens.json in the data directory";
+        log: String = Kind::Filter, Some("warn,pilotfish=info"), "FILTER",
+            "Log filter: a level, and levels by target, such as warn,pilotfish=debug; RUST_LOG overrides it";
+        log_format: String = Kind::OneOf(&["text", "json"]), Some("text"), "FORMAT",
+            "Log format: text or json";
+    }
+    /// Settings of the service.
+    SERVE {
+        host: String = Kind::Text, Some("127.0.0.1"), "HOST",
+            "Address or host name to listen on";
+        port: u16 = Kind::Whole(0, 65_535), Some("8080"), "PORT",
+            "Port to listen on; 0 chooses a free one";
+        allow_host: Vec<String> = Kind::List, Some(""), "NAME",
+            "More host names under which clients reach the service, such as that of a proxy; separated by commas";
+        tls_certificate: Option<PathBuf> = Kind::Text, None, "FILE",
+            "Certificate chain (PEM) for HTTPS";
+        tls_key: Option<PathBuf> = Kind::Text, None, "FILE",
+            "Private key of the certificate (PEM)";
+        insecure: bool = Kind::Switch, Some("false"), "BOOL",
+            "Let other machines connect without tokens or without TLS, although anyone on the network can then read or command";
+        deadline_ms: f64 = Kind::Number(|| DEADLINE_MS), Some("1000"), "MS",
+            "Deadline of an answer, ms, from 0.05 to 60000; a request may set an earlier one";
+        keep_days: f64 = Kind::Number(|| 0.0..=36_500.0), Some("0"), "DAYS",
+            "How long finished missions are kept, days; 0 keeps them forever";
+        abandoned_hours: f64 = Kind::Number(|| 0.0..=87_600.0), Some("24"), "HOURS",
+            "Time without a report after which a live mission is finished, hours; 0 means never";
+        client_gib: f64 = Kind::Number(|| 0.0..=1e6), Some("0"), "GIB",
+            "Disk space for the missions of one client, GiB; 0 allows half of the space that is free or used by the log at the start, and all of it with --store";
+        advertise: Option<String> = Kind::Text, None, "URL",
+            "With --store: where the other services reach this one, http://HOST:PORT or https://HOST:PORT; by default the address to listen on; required if that is a loopback address and the database is on another machine";
+        advertise_ca: Option<PathBuf> = Kind::Text, None, "FILE",
+            "With --store, if services call each other by HTTPS: certificate of the authority (PEM) that signed theirs";
+        peers: Vec<String> = Kind::List, Some(""), "URL",
+            "With --store: where the other services are, http://HOST:PORT or https://HOST:PORT, separated by commas: besides services certified by --advertise-ca, calls with a client's token are forwarded to these alone";
+        lease_s: f64 = Kind::Number(|| 0.5..=60.0), Some("2"), "S",
+            "With --store: how long this service keeps its missions while the database does not answer, s, from 0.5 to 60; then another one takes them";
+        shutdown_delay_s: f64 = Kind::Number(|| 0.0..=30.0), Some("0"), "S",
+            "How long to keep serving after a stop signal while /readyz fails, s, from 0 to 30: time for a proxy to notice";
+    }
+}
 
 /// Every setting.
 pub(crate) fn all() -> impl Iterator<Item = &'static Setting> {

@@ -4,18 +4,14 @@ use std::{error::Error, path::PathBuf};
 
 use clap::{Args, ValueEnum};
 use lab::{
-    comparison::Comparison,
+    comparison::{Comparison, names},
     http_guide::{GUIDE, GuideUrl},
-    report::ReportedRun,
+    report::{ReportedRun, report},
 };
-use sim::record::Record;
 
-use super::{
-    arguments::RunArguments,
-    files::{record_files, write_report},
-};
+use super::run::{RecordFile, RunArguments};
 use crate::cli::{
-    out_file::{OutFile, print, print_json},
+    out_file::{OutFile, directory, print, print_json},
     progress::{bar, show},
     scenarios::NameOrFile,
 };
@@ -56,10 +52,13 @@ enum Format {
 pub(crate) fn compare(arguments: &Compare) -> Result<(), Box<dyn Error>> {
     let scenario = arguments.run.scenario(&arguments.scenario)?;
     let page = arguments.report.as_deref().map(OutFile::new).transpose()?;
-    let files = arguments.out.as_deref();
-    let files = files
-        .map(|out| record_files(out, &scenario, arguments.guide.as_ref()))
-        .transpose()?;
+    let mut files = vec![];
+    if let Some(out) = &arguments.out {
+        directory(out)?;
+        for name in names(&scenario, arguments.guide.as_ref()) {
+            files.push(RecordFile::new(&out.join(format!("{name}.parquet")), &scenario)?);
+        }
+    }
     let bar = bar();
     let comparison = Comparison::run(
         &scenario,
@@ -68,19 +67,11 @@ pub(crate) fn compare(arguments: &Compare) -> Result<(), Box<dyn Error>> {
         &mut |stage, done| show(&bar, stage, done),
     )?;
     bar.finish_and_clear();
-    let runs: Vec<&Record> = comparison
-        .controllers
-        .iter()
-        .map(|controller| &controller.record)
-        .collect();
     // The missions took long: if one file fails, the others are still written.
-    let files = files.unwrap_or_default();
-    let written = files
-        .iter()
-        .zip(&runs)
-        .map(|(file, record)| file.write(record))
-        .fold(Ok(()), Result::and);
-    let page = page.map_or(Ok(()), |file| write_report(&file, &reported(&comparison)));
+    let written = files.iter().zip(&comparison.controllers);
+    let written = written.map(|(file, controller)| file.write(&controller.record));
+    let written = written.fold(Ok(()), Result::and);
+    let page = page.map_or(Ok(()), |file| file.write_text(&report(&reported(&comparison))));
     page.and(written)?;
     match arguments.format {
         Format::Table => Ok(print(&comparison.to_string())?),

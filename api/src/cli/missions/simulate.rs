@@ -9,7 +9,7 @@ use clap::{
 use lab::{
     comparison::best_gains,
     http_guide::{GuideUrl, HttpGuide},
-    report::ReportedRun,
+    report::{ReportedRun, report},
     scores::lines,
     stopwatch::Stopwatch,
 };
@@ -21,24 +21,19 @@ use sim::{
     guide::{Guide, LosGuide, MpcGuide},
     mission,
     record::Record,
-    scenario::Scenario,
 };
 
 use super::{
-    arguments::RunArguments,
-    error::MissionError,
-    files::{RecordFile, record_file, write_report},
+    run::{RecordFile, RunArguments},
     snapshots::{RecordedPlanner, write_snapshots},
 };
 use crate::cli::{
+    failure::because_of,
     out_file::{OutFile, print},
     progress::{bar, show},
     scenarios::NameOrFile,
     trial::trial,
 };
-
-const LOOK_AHEAD: &str = "look-ahead-m";
-const ALONG_TRACK_GAIN: &str = "along-track-gain-per-s";
 
 #[derive(Debug, Args)]
 pub(crate) struct Simulate {
@@ -125,16 +120,18 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Box<dyn Error>> {
     let scenario = arguments.run.scenario(name)?;
     check(arguments)?;
     // Before the mission, so that a file that cannot be written does not waste it.
-    let files = arguments.out.iter().map(|path| record_file(path, &scenario));
+    let files = arguments.out.iter().map(|path| RecordFile::new(path, &scenario));
     let files = files.collect::<Result<Vec<_>, _>>()?;
     let page = arguments.report.as_deref().map(OutFile::new).transpose()?;
     let requests = arguments.snapshots.as_deref().map(OutFile::new).transpose()?;
 
     let bar = bar();
+    let mut show_tuning = |done| show(&bar, "tuning", done);
     let tuning = match arguments.controller.0 {
-        Some(law) => Some(law_tuning(law, &scenario, arguments, &mut |done| {
-            show(&bar, "tuning", done);
-        })?),
+        Some(law) if arguments.tuned => {
+            Some(best_gains(law, &scenario, arguments.run.seed, &mut show_tuning)?)
+        }
+        Some(law) => Some(arguments.tuning(law)),
         None => None,
     };
     let (mut asked, mut predictions) = (Vec::new(), Vec::new());
@@ -156,7 +153,7 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Box<dyn Error>> {
         let mut stopwatch = Stopwatch::new(guide.as_mut());
         mission::run(&scenario, &mut stopwatch, arguments.run.seed, &mut progress)
     };
-    let record = record.map_err(MissionError::Mission)?;
+    let record = record.map_err(because_of("the mission failed"))?;
     drop(guide);
     bar.finish_and_clear();
 
@@ -170,7 +167,7 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Box<dyn Error>> {
             gains: tuning.map(LawGains::from),
             ..ReportedRun::from(&record)
         };
-        write_report(&file, &[run])
+        file.write_text(&report(&[run]))
     });
     page.and(requests).and(written)?;
     let found = tuning
@@ -182,55 +179,46 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Box<dyn Error>> {
 }
 
 /// Checks the options of the planner and of the laws.
-fn check(arguments: &Simulate) -> Result<(), MissionError> {
-    match arguments.controller.0 {
-        None if arguments.look_ahead_m.is_some() => Err(MissionError::GainOfAnother(LOOK_AHEAD)),
-        None if arguments.along_track_gain_per_s.is_some() => {
-            Err(MissionError::GainOfAnother(ALONG_TRACK_GAIN))
-        }
-        None if arguments.tuned => Err(MissionError::TunedOfAnother),
-        Some(_) if arguments.snapshots.is_some() => Err(MissionError::SnapshotsOfAnother),
+fn check(arguments: &Simulate) -> Result<(), Box<dyn Error>> {
+    let gains = [
+        ("look-ahead-m", arguments.look_ahead_m),
+        ("along-track-gain-per-s", arguments.along_track_gain_per_s),
+    ];
+    let mut gains = gains.into_iter().filter_map(|(name, given)| Some((name, given?)));
+    if arguments.controller.0.is_none() {
+        return match gains.next() {
+            Some((name, _)) => Err(format!(
+                "--{name} is a gain of the line-of-sight laws: add --controller saturated_los"
+            )
+            .into()),
+            None if arguments.tuned => Err(
+                "--tuned searches for gains of a line-of-sight law: add --controller saturated_los".into(),
+            ),
+            None => Ok(()),
+        };
+    }
+    if arguments.snapshots.is_some() {
+        return Err("only the planner has snapshots: remove --snapshots or --controller".into());
+    }
+    match gains.find(|(_, given)| !(given.is_finite() && 0.0 < *given)) {
+        Some((name, given)) => Err(format!("--{name} must be above 0, not {given}").into()),
         None => Ok(()),
-        Some(_) => gains(arguments).map(drop),
     }
 }
 
-/// The law with the given gains, or tuned.
-fn law_tuning(
-    law: LosLaw,
-    scenario: &Scenario,
-    arguments: &Simulate,
-    progress: &mut dyn FnMut(f64),
-) -> Result<LosTuning, MissionError> {
-    if arguments.tuned {
-        return Ok(best_gains(law, scenario, arguments.run.seed, progress)?);
-    }
-    Ok(LosTuning {
-        law,
-        gains: gains(arguments)?,
-        integral_gain: Parameters::default().integral_gain,
-    })
-}
-
-fn gains(arguments: &Simulate) -> Result<LosGains, MissionError> {
-    let positive = |name, given: f64| {
-        if given.is_finite() && 0.0 < given {
-            Ok(given)
-        } else {
-            Err(MissionError::Gain { name, given })
+impl Simulate {
+    /// The law with the given gains.
+    fn tuning(&self, law: LosLaw) -> LosTuning {
+        let usual = Parameters::default();
+        LosTuning {
+            law,
+            gains: LosGains {
+                look_ahead: self.look_ahead_m.unwrap_or(usual.los.look_ahead),
+                along_track_gain: self.along_track_gain_per_s.unwrap_or(usual.los.along_track_gain),
+            },
+            integral_gain: usual.integral_gain,
         }
-    };
-    let LosGains {
-        look_ahead,
-        along_track_gain,
-    } = Parameters::default().los;
-    Ok(LosGains {
-        look_ahead: positive(LOOK_AHEAD, arguments.look_ahead_m.unwrap_or(look_ahead))?,
-        along_track_gain: positive(
-            ALONG_TRACK_GAIN,
-            arguments.along_track_gain_per_s.unwrap_or(along_track_gain),
-        )?,
-    })
+    }
 }
 
 fn summary(record: &Record) -> String {

@@ -10,7 +10,7 @@ use serde_json::Map;
 use sim::guide::{Guidance, Guide, GuideError, MpcGuide};
 use wire::{Answer, Prediction};
 
-use crate::cli::out_file::{NotWritten, OutFile};
+use crate::cli::{failure::Failure, out_file::OutFile};
 
 /// A planner that keeps the first and every `every`-th further snapshot, and the prediction of
 /// every [`PREDICTION_EVERY`]-th plan. Both are written after the mission, outside planning time.
@@ -47,7 +47,7 @@ impl Guide for RecordedPlanner<'_> {
     }
 }
 
-pub(super) fn write_snapshots(file: &OutFile, snapshots: &[Snapshot]) -> Result<(), NotWritten> {
+pub(super) fn write_snapshots(file: &OutFile, snapshots: &[Snapshot]) -> Result<(), Failure> {
     file.write(|out| {
         for snapshot in snapshots {
             serde_json::to_writer(&mut *out, &**snapshot)?;

@@ -16,7 +16,11 @@ use rustix::{
 use service::{
     Connections as Count,
     access::Peer,
-    places::{Place, Places},
+    limits::{
+        BACKLOG, CONNECTIONS_MAX, DRAIN_TIME, FILES_RESERVED, HEAD_BYTES_MAX, HEADER_TIME, REFUSAL_TIME,
+        REFUSALS_MAX, SEND_BUFFER, UNREAD_TIME,
+    },
+    slots::{ConnectionSlot, ConnectionSlots},
 };
 use tokio::{
     io::{AsyncRead, AsyncWrite, AsyncWriteExt as _},
@@ -27,44 +31,11 @@ use tower::ServiceExt as _;
 
 use super::tls::Tls;
 
-/// Time for open requests after the stop signal: as long as a body may take to arrive.
-const DRAIN: Duration = Duration::from_secs(10);
-
-/// Time for a request header, including the wait for the next request of a connection.
-const HEADER_TIME: Duration = Duration::from_secs(10);
-
-/// Longest head of a request, bytes; hyper itself refuses more than 100 headers. It also bounds
-/// hyper's buffers of bodies, at most twice 64 MiB for all connections.
-const HEAD_BYTES_MAX: usize = 16 << 10;
-
-/// Longest time for which a client may read nothing of an answer.
-const UNREAD_TIME: Duration = Duration::from_secs(5);
-
-/// Unread bytes of an answer that the system holds for a connection. More would hide slow clients,
-/// and costs memory for each connection.
-const SEND_BUFFER: usize = 64 << 10;
-
 /// Pause when no connection can be accepted, for example without a free file descriptor.
 const ACCEPT_AGAIN: Duration = Duration::from_millis(100);
 
-/// Connections that the system completes before they are accepted: as many as the greatest number
-/// at once. Linux allows at most `net.core.somaxconn`, by default as many.
-const WAITING_MAX: usize = CONNECTIONS_MAX;
-
-/// Most connections at once: a few for each running mission.
-const CONNECTIONS_MAX: usize = 4_096;
-
-/// File descriptors of the service itself: mission log, readers, records, refused connections.
-const FILES_RESERVED: usize = 256;
-
-/// Connections that are refused at the same time; more are closed without an answer.
-const TURNED_AWAY_MAX: usize = 64;
-
-/// Time for a refused client to read the answer.
-const TURN_AWAY_TIME: Duration = Duration::from_millis(500);
-
 /// The answer to a refused client.
-const NO_PLACE: &str = r#"{"type":"urn:pilotfish:problem:crowded","title":"The service is at its limit","status":503,"code":"crowded","detail":"the service accepts no more connections; try again after the time in Retry-After"}"#;
+const NO_SLOT: &str = r#"{"type":"urn:pilotfish:problem:crowded","title":"The service is at its limit","status":503,"code":"crowded","detail":"the service accepts no more connections; try again after the time in Retry-After"}"#;
 
 /// Serves connections.
 pub(super) struct Connections {
@@ -73,7 +44,7 @@ pub(super) struct Connections {
     router: Router,
     tls: Option<Arc<Tls>>,
     under_way: GracefulShutdown,
-    places: Places,
+    slots: ConnectionSlots,
     refusals: Arc<Semaphore>,
     count: Count,
 }
@@ -90,9 +61,9 @@ impl Connections {
             router,
             tls,
             under_way: GracefulShutdown::new(),
-            places: Places::new(n_connections_max(), clock.clone()),
+            slots: ConnectionSlots::new(n_connections_max(), clock.clone()),
             clock,
-            refusals: Arc::new(Semaphore::new(TURNED_AWAY_MAX)),
+            refusals: Arc::new(Semaphore::new(REFUSALS_MAX)),
             count,
         }
     }
@@ -112,7 +83,7 @@ impl Connections {
             tracing::debug!(%error, "cannot set TCP_NODELAY");
         }
         let peer = peer.ip().to_canonical();
-        let Some(place) = self.places.take(peer) else {
+        let Some(slot) = self.slots.acquire(peer) else {
             self.count.turned_away();
             self.turn_away(socket);
             return;
@@ -124,7 +95,7 @@ impl Connections {
             let _counted = counted;
             let client = Client {
                 peer,
-                place: place.clone(),
+                slot: slot.clone(),
             };
             let served = async {
                 match tls {
@@ -138,7 +109,7 @@ impl Connections {
             };
             tokio::select! {
                 () = served => {}
-                () = place.lost() => tracing::debug!(%peer, "a connection gave way to another"),
+                () = slot.revoked() => tracing::debug!(%peer, "a connection gave way to another"),
             }
         });
     }
@@ -161,7 +132,7 @@ impl Connections {
     pub(super) async fn drain(self) {
         if self
             .clock
-            .timeout(DRAIN, self.under_way.shutdown())
+            .timeout(DRAIN_TIME, self.under_way.shutdown())
             .await
             .is_err()
         {
@@ -170,16 +141,16 @@ impl Connections {
     }
 }
 
-/// The other end of a connection, and its place here.
+/// The other end of a connection, and its slot here.
 struct Client {
     peer: IpAddr,
-    place: Place,
+    slot: ConnectionSlot,
 }
 
 /// Sets the queue and the limits for clients that do not read, which accepted sockets inherit.
 pub(super) fn prepare(listener: &TcpListener) -> io::Result<()> {
     // A second call only changes the length of the queue.
-    rustix::net::listen(listener, i32::try_from(WAITING_MAX).expect("is small"))?;
+    rustix::net::listen(listener, i32::try_from(BACKLOG).expect("is small"))?;
     sockopt::set_socket_send_buffer_size(listener, SEND_BUFFER)?;
     // The system also ends closed connections with unread last bytes.
     sockopt::set_tcp_user_timeout(
@@ -199,7 +170,7 @@ async fn serve<S: AsyncRead + AsyncWrite + Unpin + 'static>(
 ) {
     let answer = service_fn(move |mut request: Request<Incoming>| {
         request.extensions_mut().insert(Peer(client.peer));
-        request.extensions_mut().insert(client.place.clone());
+        request.extensions_mut().insert(client.slot.clone());
         let router = router.clone();
         async move { router.oneshot(request.map(Body::new)).await }
     });
@@ -230,8 +201,8 @@ fn n_connections_max() -> usize {
 async fn turn_away(mut socket: TcpStream, clock: &Clock) {
     let answer = format!(
         "HTTP/1.1 503 Service Unavailable\r\nretry-after: 1\r\nconnection: close\r\n\
-         content-type: application/problem+json\r\ncontent-length: {}\r\n\r\n{NO_PLACE}",
-        NO_PLACE.len()
+         content-type: application/problem+json\r\ncontent-length: {}\r\n\r\n{NO_SLOT}",
+        NO_SLOT.len()
     );
     let answered = async {
         socket.write_all(answer.as_bytes()).await?;
@@ -240,7 +211,7 @@ async fn turn_away(mut socket: TcpStream, clock: &Clock) {
         tokio::io::copy(&mut socket, &mut tokio::io::sink()).await
     };
     // The client may be gone.
-    let _ = clock.timeout(TURN_AWAY_TIME, answered).await;
+    let _ = clock.timeout(REFUSAL_TIME, answered).await;
 }
 
 #[cfg(test)]

@@ -1,7 +1,8 @@
 //! HTTPS: the certificate and its key.
 
 use std::{
-    fmt, io,
+    error::Error,
+    io,
     path::{Path, PathBuf},
     sync::{Arc, PoisonError, RwLock},
 };
@@ -10,34 +11,14 @@ use tokio::net::TcpStream;
 use tokio_rustls::{
     TlsAcceptor,
     rustls::{
-        self, ServerConfig,
+        ServerConfig,
         crypto::ring,
-        pki_types::{
-            CertificateDer, PrivateKeyDer,
-            pem::{self, PemObject as _},
-        },
+        pki_types::{CertificateDer, PrivateKeyDer, pem::PemObject as _},
     },
     server::TlsStream,
 };
 
-/// TLS cannot be set up.
-#[derive(Debug, thiserror::Error)]
-pub(crate) enum TlsError {
-    #[error("TLS needs both --tls-certificate and --tls-key")]
-    Half,
-    #[error("{} is not a PEM file with {what}", path.display())]
-    Pem {
-        path: PathBuf,
-        what: &'static str,
-        source: pem::Error,
-    },
-    #[error("the certificate in {} does not match the key in {}", certificate.display(), key.display())]
-    Pair {
-        certificate: PathBuf,
-        key: PathBuf,
-        source: rustls::Error,
-    },
-}
+use crate::cli::failure::{Failure, because_of};
 
 /// The service's certificate, which can be reloaded.
 pub(super) struct Tls {
@@ -46,17 +27,12 @@ pub(super) struct Tls {
     acceptor: RwLock<TlsAcceptor>,
 }
 
-impl fmt::Debug for Tls {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Tls")
-            .field("certificate", &self.certificate)
-            .finish_non_exhaustive()
-    }
-}
-
 impl Tls {
     /// Reads certificate and key; `None` if neither is given.
-    pub(super) fn open(certificate: Option<&Path>, key: Option<&Path>) -> Result<Option<Self>, TlsError> {
+    pub(super) fn open(
+        certificate: Option<&Path>,
+        key: Option<&Path>,
+    ) -> Result<Option<Self>, Box<dyn Error>> {
         match (certificate, key) {
             (None, None) => Ok(None),
             (Some(certificate), Some(key)) => Ok(Some(Self {
@@ -64,7 +40,7 @@ impl Tls {
                 key: key.to_owned(),
                 acceptor: RwLock::new(acceptor(certificate, key)?),
             })),
-            _ => Err(TlsError::Half),
+            _ => Err("TLS needs both --tls-certificate and --tls-key".into()),
         }
     }
 
@@ -90,25 +66,19 @@ impl Tls {
     }
 }
 
-fn acceptor(certificate: &Path, key: &Path) -> Result<TlsAcceptor, TlsError> {
-    let unreadable = |path: &Path, what, source| TlsError::Pem {
-        path: path.to_owned(),
-        what,
-        source,
-    };
-    let chain = CertificateDer::pem_file_iter(certificate)
-        .and_then(Iterator::collect::<Result<Vec<_>, _>>)
-        .map_err(|source| unreadable(certificate, "a certificate", source))?;
-    let private =
-        PrivateKeyDer::from_pem_file(key).map_err(|source| unreadable(key, "a private key", source))?;
-    let mut config = ServerConfig::builder_with_provider(Arc::new(ring::default_provider()))
+fn acceptor(certificate: &Path, key: &Path) -> Result<TlsAcceptor, Failure> {
+    let chain = CertificateDer::pem_file_iter(certificate).and_then(Iterator::collect::<Result<Vec<_>, _>>);
+    let (certificate, key_file) = (certificate.display(), key.display());
+    let wrong = because_of(format!("{certificate} is not a PEM file with a certificate"));
+    let chain = chain.map_err(wrong)?;
+    let wrong = because_of(format!("{key_file} is not a PEM file with a private key"));
+    let private = PrivateKeyDer::from_pem_file(key).map_err(wrong)?;
+    let config = ServerConfig::builder_with_provider(Arc::new(ring::default_provider()))
         .with_safe_default_protocol_versions()
-        .and_then(|builder| builder.with_no_client_auth().with_single_cert(chain, private))
-        .map_err(|source| TlsError::Pair {
-            certificate: certificate.to_owned(),
-            key: key.to_owned(),
-            source,
-        })?;
+        .and_then(|builder| builder.with_no_client_auth().with_single_cert(chain, private));
+    let mut config = config.map_err(because_of(format!(
+        "the certificate in {certificate} does not match the key in {key_file}"
+    )))?;
     config.alpn_protocols = vec![b"http/1.1".to_vec()];
     Ok(TlsAcceptor::from(Arc::new(config)))
 }

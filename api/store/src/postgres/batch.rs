@@ -8,17 +8,13 @@ use super::{
         entry::{Append, Appended, AuditEntry},
         error::StoreError,
         known::Known,
+        locked::{Locked, decide},
         shares::{Shares, Taken},
-        sql::{signed, without_nul},
+        sql::{ORDER, signed, without_nul},
     },
-    columns::Columns,
+    columns::write,
     link::Link,
 };
-
-/// Locks the missions in order of their numbers, so that two services wait but do not deadlock.
-const LOCK: &str = "SELECT number, sequence, head, coalesce((SELECT digest FROM events WHERE mission = number
-    AND events.sequence = missions.sequence), ''), owner, epoch, owner_service FROM missions
-    WHERE number = ANY(?1) AND status <> 'deleted' ORDER BY number FOR UPDATE";
 
 /// The answers to missions' keys.
 const ANSWERED: &str = "SELECT asked.place, request, answer
@@ -37,17 +33,8 @@ const CREATE: &str =
 /// after a number skips no row. The lock has a number of this program; a commit releases it.
 const IN_ORDER: &str = "SELECT pg_advisory_xact_lock(7083212650464)";
 
-const ORDER: &str = "INSERT INTO orders (at_s, caller, request, mission, action) VALUES (?1, ?2, ?3, ?4, ?5)";
-
-/// A locked mission.
-struct Locked {
-    head: Head,
-    /// `true` if its last event is stored.
-    is_whole: bool,
-    owner: String,
-    epoch: u64,
-    service: Option<String>,
-}
+/// A mission, its epoch, and the service that owns it.
+type WithOwner = (Locked, u64, Option<String>);
 
 /// Appends of different missions, and the result of each.
 pub(super) struct Batch<'a, 'b> {
@@ -84,19 +71,8 @@ impl<'a, 'b> Batch<'a, 'b> {
         }
     }
 
-    /// Stores the accepted appends and commits. An error stores nothing, unless it says otherwise.
-    pub(super) fn store(&mut self, link: &Link) -> Result<(), StoreError> {
-        self.prepare(link)?;
-        end(link)
-    }
-
-    /// Stores the accepted appends, and rolls back.
-    pub(super) fn try_out(&mut self, link: &Link) -> Result<(), StoreError> {
-        self.prepare(link)?;
-        link.batch("ROLLBACK")
-    }
-
-    fn prepare(&mut self, link: &Link) -> Result<(), StoreError> {
+    /// Stores the accepted appends in a transaction that the caller ends.
+    pub(super) fn prepare(&mut self, link: &Link) -> Result<(), StoreError> {
         link.batch("BEGIN")?;
         let locked = self.lock(link)?;
         let answered = self.answered(link)?;
@@ -110,31 +86,24 @@ impl<'a, 'b> Batch<'a, 'b> {
         self.write(link, &locked)
     }
 
-    fn lock(&self, link: &Link) -> Result<HashMap<u64, Locked>, StoreError> {
-        let numbers: Vec<i64> = self
-            .appends
-            .iter()
-            .filter_map(|append| append.number.map(signed))
-            .collect();
+    fn lock(&self, link: &Link) -> Result<HashMap<u64, WithOwner>, StoreError> {
+        let numbers = self.appends.iter().filter_map(|append| append.number.map(signed));
+        let numbers: Vec<i64> = numbers.collect();
         if numbers.is_empty() {
             return Ok(HashMap::new());
         }
-        let rows = link.query(LOCK, &[&numbers])?;
+        let columns = Locked::COLUMNS;
+        // In order of their numbers, so that two services wait but do not deadlock.
+        let lock = format!(
+            "SELECT {columns}, epoch, owner_service FROM missions
+            WHERE number = ANY(?1) AND status <> 'deleted' ORDER BY number FOR UPDATE"
+        );
+        let rows = link.query(&lock, &[&numbers])?;
         let locked = rows.iter().map(|row| {
-            let epoch: i64 = row.try_get(5)?;
-            let head = Head {
-                mission: row.try_get(0)?,
-                sequence: row.try_get(1)?,
-                digest: row.try_get(2)?,
-            };
-            let locked = Locked {
-                is_whole: head.digest == row.try_get::<_, Vec<u8>>(3)?,
-                head,
-                owner: row.try_get(4)?,
-                epoch: epoch.unsigned_abs(),
-                service: row.try_get(6)?,
-            };
-            Ok((row.try_get::<_, i64>(0)?.unsigned_abs(), locked))
+            let mission = Locked::read(row)?;
+            let (epoch, service): (i64, _) = (row.try_get(5)?, row.try_get(6)?);
+            let number = mission.head.mission.unsigned_abs();
+            Ok((number, (mission, epoch.unsigned_abs(), service)))
         });
         locked.collect()
     }
@@ -155,76 +124,55 @@ impl<'a, 'b> Batch<'a, 'b> {
         let rows = link.query(ANSWERED, &[&places, &ids, &keys])?;
         let found = rows.iter().map(|row| {
             let place = usize::try_from(row.try_get::<_, i64>(0)?).unwrap_or(usize::MAX);
-            let request: Vec<u8> = row.try_get(1)?;
+            let (request, answer) = (row.try_get(1)?, row.try_get(2)?);
             let asked = self.appends[place].answered.as_ref();
-            let appended = if asked.is_some_and(|asked| asked.request[..] == request[..]) {
-                Appended::AnsweredBefore(row.try_get(2)?)
-            } else {
-                Appended::KeyTaken
-            };
-            Ok((place, appended))
+            let repeated = asked.map_or(Appended::KeyTaken, |asked| asked.repeated(request, answer));
+            Ok((place, repeated))
         });
         found.collect()
     }
 
     /// Decides about an append: stored, or the reason against it.
-    fn decide(&mut self, append: &Append, locked: &HashMap<u64, Locked>) -> Result<Appended, StoreError> {
-        let owner = match append.number {
-            None => creator(append).to_owned(),
-            Some(number) => {
-                let Some(mission) = locked.get(&number) else {
-                    return Ok(Appended::MissionGone);
-                };
-                if mission.epoch != append.epoch || mission.service.as_deref() != self.service {
-                    return Ok(Appended::NotOwner);
-                }
-                self.known.compare(&mission.head)?;
-                let first = append.events.first();
-                if first.is_some_and(|event| signed(event.sequence) != mission.head.sequence + 1) {
-                    return Ok(Appended::OutOfSequence);
-                }
-                if !mission.is_whole {
-                    return Err(mission.head.missing(&append.mission));
-                }
-                mission.owner.clone()
-            }
-        };
-        let bytes = Shares::bytes_of(append);
-        if !self.shares.has_room(&owner, bytes, append.room) {
-            return Ok(Appended::ShareUsed);
+    fn decide(&mut self, append: &Append, locked: &HashMap<u64, WithOwner>) -> Result<Appended, StoreError> {
+        let mission = append.number.and_then(|number| locked.get(&number));
+        if let Some((_, epoch, service)) = mission
+            && (*epoch != append.epoch || service.as_deref() != self.service)
+        {
+            return Ok(Appended::NotOwner);
         }
-        self.taken.push(Taken { owner, bytes });
-        Ok(Appended::Stored)
+        let mission = mission.map(|(mission, ..)| mission);
+        Ok(match decide(append, mission, self.shares, self.known)? {
+            Ok(taken) => {
+                self.taken.push(taken);
+                Appended::Stored
+            }
+            Err(refused) => refused,
+        })
     }
 
     /// Writes the accepted appends.
-    fn write(&mut self, link: &Link, locked: &HashMap<u64, Locked>) -> Result<(), StoreError> {
-        let stored = self.appends.iter().copied().zip(&self.appended);
-        let stored = stored.filter(|(_, appended)| **appended == Appended::Stored);
-        if stored
-            .clone()
-            .any(|(append, _)| append.number.is_none() || append.order.is_some())
-        {
+    fn write(&mut self, link: &Link, locked: &HashMap<u64, WithOwner>) -> Result<(), StoreError> {
+        let accepted = self.appends.iter().copied().zip(&self.appended);
+        let accepted = accepted.filter(|(_, appended)| **appended == Appended::Stored);
+        let accepted: Vec<&Append> = accepted.map(|(append, _)| append).collect();
+        let is_numbered = |append: &&Append| append.number.is_none() || append.order.is_some();
+        if accepted.iter().any(is_numbered) {
             number_in_order(link)?;
         }
-        let (mut rows, mut heads) = (Columns::default(), vec![]);
-        for (append, _) in stored {
-            if let Some(number) = append.number {
-                let links = locked[&number].head.extend(append);
-                heads.push((append, links.head.clone()));
-                rows.change(append, &links);
-                rows.add(append, links);
-            } else {
-                let links = self.create(link, append)?;
-                heads.push((append, links.head.clone()));
-                rows.add(append, links);
-            }
+        let mut stored = vec![];
+        for append in accepted {
+            let links = match append.number {
+                Some(number) => locked[&number].0.head.extend(append),
+                None => self.create(link, append)?,
+            };
+            stored.push((append, links));
             if let Some(order) = &append.order {
                 keep_order(link, &append.mission, order)?;
             }
         }
-        rows.write(link, self.now_s, self.service)?;
-        self.heads = heads;
+        write(link, &stored, self.now_s, self.service)?;
+        let heads = stored.into_iter().map(|(append, links)| (append, links.head));
+        self.heads = heads.collect();
         Ok(())
     }
 
@@ -247,7 +195,7 @@ impl<'a, 'b> Batch<'a, 'b> {
                 id,
                 status,
                 summary,
-                &creator(append),
+                &append.creator(),
                 &bytes,
                 &over_s,
                 sequence,
@@ -259,27 +207,19 @@ impl<'a, 'b> Batch<'a, 'b> {
     }
 }
 
-fn creator(append: &Append) -> &str {
-    append.order.as_ref().map_or("", |order| &order.caller)
-}
-
 /// Call it before the first new mission or order of a transaction.
 pub(super) fn number_in_order(link: &Link) -> Result<(), StoreError> {
     link.query(IN_ORDER, &[]).map(drop)
 }
 
 pub(super) fn keep_order(link: &Link, mission: &str, order: &AuditEntry) -> Result<(), StoreError> {
-    let AuditEntry {
-        at_s,
-        caller,
-        request,
-        action,
-    } = order;
-    link.execute(ORDER, &[at_s, caller, request, &mission, action])
+    let (caller, request, action) = (&order.caller, &order.request, &order.action);
+    link.execute(ORDER, &[&order.at_s, caller, request, &mission, action])
         .map(drop)
 }
 
-/// Commits. Without an answer, it is unknown whether everything is stored.
+/// Commits. Without an answer, it is unknown whether everything is stored; any other error stores
+/// nothing.
 pub(crate) fn end(link: &Link) -> Result<(), StoreError> {
     link.batch("COMMIT").map_err(|error| match error {
         StoreError::Unavailable(_) => StoreError::Unanswered,

@@ -1,7 +1,5 @@
 //! The rows that a batch inserts and changes, as arrays: one statement per table for all appends.
 
-use std::borrow::Cow;
-
 use super::{
     super::{
         digest::Links,
@@ -33,144 +31,87 @@ const SNAPSHOTS: &str = "INSERT INTO snapshots (mission, sequence, body, digest)
 const KEYS: &str = "INSERT INTO answered (mission, key, request, answer)
     SELECT * FROM unnest(?1::bigint[], ?2::text[], ?3::bytea[], ?4::bytea[])";
 
-/// Rows to insert and to change.
-#[derive(Default)]
-pub(super) struct Columns<'a> {
-    changed: Changed<'a>,
-    events: Events<'a>,
-    snapshots: Snapshots<'a>,
-    keys: Keys<'a>,
-}
-
-#[derive(Default)]
-struct Changed<'a> {
-    numbers: Vec<i64>,
-    epochs: Vec<i64>,
-    statuses: Vec<&'a str>,
-    summaries: Vec<&'a [u8]>,
-    sequences: Vec<i64>,
-    bytes: Vec<i64>,
-    heads: Vec<Vec<u8>>,
-    digests: Vec<Vec<u8>>,
-}
-
-#[derive(Default)]
-struct Events<'a> {
-    numbers: Vec<i64>,
-    sequences: Vec<i64>,
-    kinds: Vec<&'a str>,
-    bodies: Vec<&'a [u8]>,
-    digests: Vec<Vec<u8>>,
-}
-
-#[derive(Default)]
-struct Snapshots<'a> {
-    numbers: Vec<i64>,
-    sequences: Vec<i64>,
-    bodies: Vec<&'a [u8]>,
-    digests: Vec<Vec<u8>>,
-}
-
-#[derive(Default)]
-struct Keys<'a> {
-    numbers: Vec<i64>,
-    names: Vec<Cow<'a, str>>,
-    requests: Vec<&'a [u8]>,
-    answers: Vec<&'a [u8]>,
-}
-
-impl<'a> Columns<'a> {
-    /// Changes the mission of an append.
-    pub(super) fn change(&mut self, append: &'a Append, links: &Links) {
-        let changed = &mut self.changed;
-        changed.numbers.push(links.head.mission);
-        changed.epochs.push(signed(append.epoch));
-        changed.statuses.push(&append.status);
-        changed.summaries.push(&append.summary);
-        changed.sequences.push(links.head.sequence);
-        changed.bytes.push(signed(Shares::bytes_of(append)));
-        changed.heads.push(links.head.digest.clone());
-        changed.digests.push(links.summary.clone());
-    }
-
-    /// Adds the rows that an append inserts.
-    pub(super) fn add(&mut self, append: &'a Append, links: Links) {
-        let (number, last) = (links.head.mission, links.head.sequence);
-        for (event, digest) in append.events.iter().zip(links.events) {
-            self.events.digests.push(digest);
-            self.events.numbers.push(number);
-            self.events.sequences.push(signed(event.sequence));
-            self.events.kinds.push(&event.kind);
-            self.events.bodies.push(&event.body);
-        }
-        if let Some((snapshot, digest)) = append.snapshot.as_ref().zip(links.checkpoint) {
-            self.snapshots.digests.push(digest);
-            self.snapshots.numbers.push(number);
-            self.snapshots.sequences.push(last);
-            self.snapshots.bodies.push(snapshot);
-        }
-        if let Some(answered) = &append.answered {
-            self.keys.numbers.push(number);
-            self.keys.names.push(without_nul(&answered.key));
-            self.keys.requests.push(&answered.request);
-            self.keys.answers.push(&answered.answer);
+/// Writes the rows of the stored appends. New missions have their own row already.
+pub(super) fn write(
+    link: &Link,
+    stored: &[(&Append, Links)],
+    now_s: f64,
+    service: Option<&str>,
+) -> Result<(), StoreError> {
+    let changed = stored.iter().filter(|(append, _)| append.number.is_some());
+    let changed: Vec<_> = changed.collect();
+    if !changed.is_empty() {
+        let n_changed = link.execute(
+            CHANGE,
+            &[
+                &column(&changed, |(_, links)| links.head.mission),
+                &column(&changed, |(append, _)| signed(append.epoch)),
+                &column(&changed, |(append, _)| &*append.status),
+                &column(&changed, |(append, _)| &*append.summary),
+                &column(&changed, |(_, links)| links.head.sequence),
+                &column(&changed, |(append, _)| signed(Shares::bytes_of(append))),
+                &column(&changed, |(_, links)| &*links.head.digest),
+                &column(&changed, |(_, links)| &*links.summary),
+                &now_s,
+                &service,
+            ],
+        )?;
+        if n_changed != changed.len() as u64 {
+            let what = "a locked mission has another epoch".to_owned();
+            return Err(StoreError::Damaged(what));
         }
     }
-
-    pub(super) fn write(&self, link: &Link, now_s: f64, service: Option<&str>) -> Result<(), StoreError> {
-        let Self {
-            changed,
-            events,
-            snapshots,
-            keys,
-        } = self;
-        if !changed.numbers.is_empty() {
-            let n_changed = link.execute(
-                CHANGE,
-                &[
-                    &changed.numbers,
-                    &changed.epochs,
-                    &changed.statuses,
-                    &changed.summaries,
-                    &changed.sequences,
-                    &changed.bytes,
-                    &changed.heads,
-                    &changed.digests,
-                    &now_s,
-                    &service,
-                ],
-            )?;
-            if n_changed != changed.numbers.len() as u64 {
-                let what = "a locked mission has another epoch".to_owned();
-                return Err(StoreError::Damaged(what));
-            }
-        }
-        if !events.numbers.is_empty() {
-            link.execute(
-                EVENTS,
-                &[
-                    &events.numbers,
-                    &events.sequences,
-                    &events.kinds,
-                    &events.bodies,
-                    &events.digests,
-                ],
-            )?;
-        }
-        if !snapshots.numbers.is_empty() {
-            link.execute(
-                SNAPSHOTS,
-                &[
-                    &snapshots.numbers,
-                    &snapshots.sequences,
-                    &snapshots.bodies,
-                    &snapshots.digests,
-                ],
-            )?;
-        }
-        if !keys.numbers.is_empty() {
-            link.execute(KEYS, &[&keys.numbers, &keys.names, &keys.requests, &keys.answers])?;
-        }
-        Ok(())
+    let events = stored.iter().flat_map(|(append, links)| {
+        let linked = append.events.iter().zip(&links.events);
+        linked.map(|(event, digest)| (links.head.mission, event, digest))
+    });
+    let events: Vec<_> = events.collect();
+    if !events.is_empty() {
+        link.execute(
+            EVENTS,
+            &[
+                &column(&events, |(number, ..)| *number),
+                &column(&events, |(_, event, _)| signed(event.sequence)),
+                &column(&events, |(_, event, _)| &*event.kind),
+                &column(&events, |(_, event, _)| &*event.body),
+                &column(&events, |(.., digest)| &***digest),
+            ],
+        )?;
     }
+    let snapshots = stored.iter().filter_map(|(append, links)| {
+        let snapshot = append.snapshot.as_deref().zip(links.checkpoint.as_deref());
+        Some((&links.head, snapshot?))
+    });
+    let snapshots: Vec<_> = snapshots.collect();
+    if !snapshots.is_empty() {
+        link.execute(
+            SNAPSHOTS,
+            &[
+                &column(&snapshots, |(head, _)| head.mission),
+                &column(&snapshots, |(head, _)| head.sequence),
+                &column(&snapshots, |(_, (body, _))| *body),
+                &column(&snapshots, |(_, (_, digest))| *digest),
+            ],
+        )?;
+    }
+    let keys = stored.iter();
+    let keys = keys.filter_map(|(append, links)| Some((links.head.mission, append.answered.as_ref()?)));
+    let keys: Vec<_> = keys.collect();
+    if !keys.is_empty() {
+        link.execute(
+            KEYS,
+            &[
+                &column(&keys, |(number, _)| *number),
+                &column(&keys, |(_, answered)| without_nul(&answered.key)),
+                &column(&keys, |(_, answered)| &answered.request[..]),
+                &column(&keys, |(_, answered)| &*answered.answer),
+            ],
+        )?;
+    }
+    Ok(())
+}
+
+/// One column of the rows.
+fn column<'r, R, T>(rows: &'r [R], cell: impl Fn(&'r R) -> T) -> Vec<T> {
+    rows.iter().map(cell).collect()
 }

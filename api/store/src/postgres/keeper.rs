@@ -2,7 +2,7 @@
 
 use std::{
     collections::HashMap,
-    sync::{PoisonError, Weak},
+    sync::{Mutex, MutexGuard, PoisonError, Weak},
     time::Duration,
 };
 
@@ -13,9 +13,36 @@ use super::{
         error::StoreError,
         ownership::{BEATS, Member},
     },
-    link::Link,
-    member::Shared,
+    link::{Database, Link},
 };
+
+/// The facts that a service's lease and its keeper share.
+#[derive(Debug)]
+pub(super) struct Membership {
+    pub(super) clock: Clock,
+    pub(super) database: Database,
+    pub(super) member: Member,
+    /// Id of this process.
+    pub(super) id: String,
+    pub(super) state: Mutex<State>,
+    /// Held by a beat and by leaving, so that no beat follows.
+    pub(super) beating: Mutex<()>,
+}
+
+/// The lease's end and count.
+#[derive(Debug, Default)]
+pub(super) struct State {
+    /// End of the lease, by [`Clock::up`]; none after the service has left.
+    pub(super) until: Option<Duration>,
+    /// Count that rises after a loss of the missions.
+    pub(super) incarnation: u64,
+}
+
+impl Membership {
+    pub(super) fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
 
 /// Renews the lease on its own thread and connection.
 pub(super) struct Keeper {
@@ -39,7 +66,7 @@ impl Keeper {
     }
 
     /// Runs until the service leaves or its store is dropped.
-    pub(super) async fn run(mut self, shared: Weak<Shared>, clock: Clock) {
+    pub(super) async fn run(mut self, shared: Weak<Membership>, clock: Clock) {
         let mut fails = false;
         // The first connection waits longer than a lease.
         self.link = None;
@@ -70,7 +97,7 @@ impl Keeper {
     }
 
     /// Raises this service's beat, and ends services whose beats have stopped.
-    pub(super) fn beat(&mut self, shared: &Shared) -> Result<(), StoreError> {
+    pub(super) fn beat(&mut self, shared: &Membership) -> Result<(), StoreError> {
         const BEAT: &str = "UPDATE services SET beat = ?2 WHERE id = ?1";
         const JOIN: &str = "INSERT INTO services (id, url, lease_ms, beat) VALUES (?1, ?2, ?3, ?4)";
         let (id, Member { url, lease }) = (&shared.id, &shared.member);
@@ -104,7 +131,7 @@ impl Keeper {
         self.watch(shared)
     }
 
-    fn watch(&mut self, shared: &Shared) -> Result<(), StoreError> {
+    fn watch(&mut self, shared: &Membership) -> Result<(), StoreError> {
         const OTHERS: &str = "SELECT id, beat, lease_ms FROM services WHERE id <> ?1";
         const END: &str = "DELETE FROM services WHERE id = ?1 AND beat = ?2";
         let Some(link) = &self.link else { return Ok(()) };

@@ -16,13 +16,11 @@ use super::{
     super::{
         error::StoreError,
         ownership::{Acquired, BEATS, Member, Owned, Turn},
-        reader::{MISSION, stored_mission},
-        rows::Row,
+        rows::{MISSION, stored_mission},
         sql::{new_id, without_nul},
     },
-    keeper::Keeper,
+    keeper::{Keeper, Membership},
     link::{Database, PATIENCE},
-    member::Shared,
 };
 
 /// Most free missions taken at once, so that several services get some.
@@ -30,13 +28,13 @@ const TAKEN_MAX: i64 = 128;
 
 /// The lease of this service. Clones share it.
 #[derive(Clone, Debug)]
-pub struct Lease(Arc<Shared>);
+pub struct Lease(Arc<Membership>);
 
 impl Lease {
     /// Registers the service, and starts to renew its lease.
     pub(crate) fn join(database: Database, member: Member, clock: &Clock) -> Result<Self, StoreError> {
         let link = database.connect_for(member.lease.max(PATIENCE))?;
-        let shared = Arc::new(Shared {
+        let shared = Arc::new(Membership {
             clock: clock.clone(),
             database,
             member,
@@ -154,9 +152,8 @@ fn owning(take: &str) -> String {
 
 fn owned(row: &tokio_postgres::Row) -> Result<Owned, StoreError> {
     let epoch: i64 = row.try_get("epoch")?;
-    let mission = stored_mission(&Row::Postgres(row))?;
     Ok(Owned {
-        mission,
+        mission: stored_mission(row)?,
         epoch: epoch.unsigned_abs(),
     })
 }

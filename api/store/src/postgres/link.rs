@@ -1,6 +1,7 @@
 //! Connections to the database, and the waits for its answers.
 
 use std::{
+    borrow::Cow,
     cell::RefCell,
     collections::HashMap,
     fmt,
@@ -10,14 +11,25 @@ use std::{
 };
 
 use futures_util::TryStreamExt as _;
+use rusqlite::types::ValueRef::{self, Blob, Integer, Null, Real, Text};
 use tokio::{
     runtime,
     task::{AbortHandle, JoinSet},
 };
-use tokio_postgres::{Client, Config, Error, Statement, error::SqlState, types::ToSql};
+use tokio_postgres::{
+    Client, Config, Error, Statement,
+    error::SqlState,
+    types::{ToSql, Type},
+};
 
 use super::{
-    super::{error::StoreError, ownership::Trouble},
+    super::{
+        copy_rows::Target,
+        error::StoreError,
+        ownership::Trouble,
+        rows::{Param, Row, Rows},
+        sql::without_nul,
+    },
     tls::Tls,
     wait::{wait_for, wait_while},
 };
@@ -45,9 +57,9 @@ type Troubled = Arc<Mutex<Option<(Trouble, u32)>>>;
 
 /// A database, reached through any of its writable hosts. Clones share it.
 #[derive(Clone, Debug)]
-pub(crate) struct Database(Arc<Shared>);
+pub(crate) struct Database(Arc<Pool>);
 
-struct Shared {
+struct Pool {
     /// One for each host.
     hosts: Vec<Config>,
     tls: Tls,
@@ -70,13 +82,13 @@ struct Spare {
     n_used: usize,
 }
 
-impl fmt::Debug for Shared {
+impl fmt::Debug for Pool {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.name)
     }
 }
 
-impl Drop for Shared {
+impl Drop for Pool {
     fn drop(&mut self) {
         self.spare
             .get_mut()
@@ -97,7 +109,7 @@ impl Database {
             .enable_all()
             .build()
             .map_err(|error| StoreError::open(name.as_ref(), &error))?;
-        Ok(Self(Arc::new(Shared {
+        Ok(Self(Arc::new(Pool {
             hosts,
             tls,
             name,
@@ -125,7 +137,7 @@ impl Database {
 
     /// A new connection whose answers may take at most `patience`.
     pub(crate) fn connect_for(&self, patience: Duration) -> Result<Link, StoreError> {
-        let Shared {
+        let Pool {
             hosts,
             tls,
             runtime,
@@ -164,8 +176,8 @@ impl Database {
 
     fn one_of(&self, most: usize) -> Result<Pooled, StoreError> {
         let all_used = |spare: &mut Spare| most <= spare.n_used;
-        let mut spare =
-            wait_while(&self.0.returned, self.spare(), PATIENCE, all_used).ok_or(StoreError::Busy)?;
+        let waited = wait_while(&self.0.returned, self.spare(), PATIENCE, all_used);
+        let mut spare = waited.ok_or(StoreError::Busy)?;
         spare.n_used += 1;
         let link = spare.links.pop();
         drop(spare);
@@ -303,6 +315,10 @@ impl Link {
         self.wait(self.client.execute(&statement, params))
     }
 
+    pub(super) fn rows(&self) -> &dyn Rows {
+        self
+    }
+
     /// All rows of a query.
     pub(crate) fn query(
         &self,
@@ -353,17 +369,22 @@ impl Pooled {
         }
         done
     }
+}
 
-    /// Calls `take` with each row of a query, until it returns `false`.
-    pub(crate) fn each(
+impl Rows for Pooled {
+    fn text<'a>(&self, text: &'a str) -> Cow<'a, str> {
+        without_nul(text)
+    }
+
+    fn each(
         &self,
         query: &str,
-        params: &[&(dyn ToSql + Sync)],
-        take: &mut dyn FnMut(&tokio_postgres::Row) -> Result<bool, StoreError>,
+        params: &[&dyn Param],
+        take: &mut dyn FnMut(&dyn Row) -> Result<bool, StoreError>,
     ) -> Result<(), StoreError> {
         self.with(|link| {
             let statement = link.prepared(query)?;
-            let rows = link.wait(link.client.query_raw(&statement, params.iter().copied()))?;
+            let rows = link.wait(link.client.query_raw(&statement, of_postgres(params)))?;
             let mut rows = pin!(rows);
             while let Some(row) = link.wait(rows.try_next())? {
                 if !take(&row)? {
@@ -373,6 +394,55 @@ impl Pooled {
             Ok(())
         })
     }
+}
+
+impl Rows for Link {
+    fn text<'a>(&self, text: &'a str) -> Cow<'a, str> {
+        without_nul(text)
+    }
+
+    fn each(
+        &self,
+        query: &str,
+        params: &[&dyn Param],
+        take: &mut dyn FnMut(&dyn Row) -> Result<bool, StoreError>,
+    ) -> Result<(), StoreError> {
+        for row in self.query(query, &of_postgres(params))? {
+            if !take(&row)? {
+                break;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Row for tokio_postgres::Row {
+    fn value(&self, column: usize) -> Result<ValueRef<'_>, StoreError> {
+        let value = match *self.columns()[column].type_() {
+            Type::INT8 => self.try_get::<_, Option<_>>(column)?.map(Integer),
+            Type::FLOAT8 => self.try_get::<_, Option<_>>(column)?.map(Real),
+            Type::BYTEA => self.try_get::<_, Option<_>>(column)?.map(Blob),
+            _ => self
+                .try_get::<_, Option<&str>>(column)?
+                .map(|text| Text(text.as_bytes())),
+        };
+        Ok(value.unwrap_or(Null))
+    }
+}
+
+impl Target for Link {
+    fn key(&self, key: &str) -> String {
+        without_nul(key).into_owned()
+    }
+
+    fn insert(&self, statement: &str, values: &[Box<dyn Param>]) -> Result<(), StoreError> {
+        let values: Vec<_> = values.iter().map(|value| &**value).collect();
+        self.execute(statement, &of_postgres(&values)).map(drop)
+    }
+}
+
+fn of_postgres<'p>(params: &[&'p dyn Param]) -> Vec<&'p (dyn ToSql + Sync)> {
+    params.iter().map(|param| *param as &(dyn ToSql + Sync)).collect()
 }
 
 impl StoreError {

@@ -1,12 +1,15 @@
 //! Versions of the tables in PostgreSQL. Released versions never change; changes are new versions.
 
 use super::{
-    super::{digest::fill, error::StoreError},
+    super::{digest::fill, error::StoreError, schema::require_version},
     link::Link,
 };
 
+/// The newest version.
+const NEWEST: u32 = 3;
+
 /// The migrations from each version to the next.
-const STEPS: [&str; 3] = [FIRST, DIGESTS, PACKED];
+const STEPS: [&str; NEWEST as usize] = [FIRST, DIGESTS, PACKED];
 
 /// SQLite's newest tables, the services that share them, and the owner of each mission.
 ///
@@ -104,33 +107,24 @@ const PACKED: &str = "";
 /// Services that start together migrate one after the other. The number is this program's own.
 const LOCK: &str = "SELECT pg_advisory_xact_lock(7083212650463)";
 
-/// The newest version.
-fn newest() -> u32 {
-    u32::try_from(STEPS.len()).expect("a handful")
-}
-
-/// The version of the stored tables; 0 without tables. Fails for one newer than this program.
-fn version(link: &Link, name: &str) -> Result<u32, StoreError> {
+/// The version of the stored tables, which must be from `oldest` to the newest; 0 without tables.
+fn version(link: &Link, name: &str, oldest: u32) -> Result<u32, StoreError> {
     let exists = link.query("SELECT to_regclass('pilotfish_schema') IS NOT NULL", &[])?;
-    if !exists[0].try_get::<_, bool>(0)? {
-        return Ok(0);
+    let mut found = None;
+    if exists[0].try_get::<_, bool>(0)? {
+        found = link
+            .rows()
+            .first("SELECT version FROM pilotfish_schema", &[], |row| row.get(0))?;
     }
-    let rows = link.query("SELECT version FROM pilotfish_schema", &[])?;
-    let found = rows.first().map(|row| row.try_get::<_, i64>(0)).transpose()?;
-    let found = u32::try_from(found.unwrap_or(0)).unwrap_or(u32::MAX);
-    let known = newest();
-    if known < found {
-        let path = name.into();
-        return Err(StoreError::TooNew { path, found, known });
-    }
-    Ok(found)
+    let found = u32::try_from(found.unwrap_or(0_i64)).unwrap_or(u32::MAX);
+    require_version(name.as_ref(), found, [oldest, NEWEST])
 }
 
 /// Migrates the tables to the newest version, in one transaction.
 pub(super) fn migrate(link: &Link, name: &str) -> Result<(), StoreError> {
     link.batch("BEGIN")?;
     link.batch(LOCK)?;
-    let found = version(link, name)?;
+    let found = version(link, name, 0)?;
     for (step, next) in STEPS.iter().zip(1_u32..).skip(found as usize) {
         link.batch(step)?;
         link.batch(&format!(
@@ -144,10 +138,5 @@ pub(super) fn migrate(link: &Link, name: &str) -> Result<(), StoreError> {
 
 /// Fails for older tables: readers do not migrate.
 pub(super) fn require_newest(link: &Link, name: &str) -> Result<(), StoreError> {
-    let (found, known) = (version(link, name)?, newest());
-    if found < known {
-        let path = name.into();
-        return Err(StoreError::TooOld { path, found, known });
-    }
-    Ok(())
+    version(link, name, NEWEST).map(drop)
 }

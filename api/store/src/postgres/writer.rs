@@ -1,26 +1,25 @@
 //! The writer thread of a database: waiting appends share a commit of a few statements.
 
 use std::{
-    collections::{HashMap, HashSet},
+    collections::HashSet,
     time::{Duration, Instant},
 };
 
 use super::{
     super::{
         command::{LogWriter, Waiting, reply_to_each, stored},
-        entry::{Append, Appended, AuditEntry, StoredEvent},
+        entry::{Append, Appended, AuditEntry, KeyedAnswer, StoredEvent},
         error::StoreError,
-        idempotency::KeyedAnswer,
         known::Known,
+        metrics::StoreMetrics,
         shares::{Shares, Taken},
-        sql::{new_id, signed, without_nul},
+        sql::{DELETED, PROTECT, PURGE_EVENTS, new_id, signed, without_nul},
         trusted_time::{TrustedClock, TrustedTime},
     },
     batch::{Batch, end, keep_order, number_in_order},
     lease::Lease,
     link::{Database, Link},
 };
-use crate::metrics::StoreMetrics;
 
 /// Most appends in one commit: one for each mission that a service may have.
 const COMMIT_MAX: usize = 1_024;
@@ -34,14 +33,31 @@ const PURGE_PAUSE: Duration = Duration::from_millis(50);
 /// Longest age of the sums of shares, because other services also write.
 const SHARES_LIFE: Duration = Duration::from_secs(10);
 
-/// The only writing connection of this process.
-pub(crate) struct PostgresWriter {
+/// A connection that an error replaces.
+struct Connection {
     database: Database,
-    lease: Option<Lease>,
     link: Option<Link>,
+}
+
+impl Connection {
+    /// Lets the connection do `work`.
+    fn with<T>(&mut self, work: impl FnOnce(&Link) -> Result<T, StoreError>) -> Result<T, StoreError> {
+        let link = match self.link.take().filter(|link| !link.client.is_closed()) {
+            Some(link) => link,
+            None => self.database.connect()?,
+        };
+        let done = work(&link)?;
+        self.link = Some(link);
+        Ok(done)
+    }
+}
+
+/// The only writer of this process.
+pub(super) struct PostgresWriter {
+    connection: Connection,
+    lease: Option<Lease>,
     /// Deleted missions; their events are removed step by step while no command waits.
     purge: Vec<i64>,
-    most: u64,
     shares: Shares,
     shares_read: Option<Instant>,
     known: Known,
@@ -52,21 +68,20 @@ pub(crate) struct PostgresWriter {
 }
 
 impl PostgresWriter {
-    pub(crate) fn new(
-        database: Database,
-        lease: Option<Lease>,
-        most: u64,
+    pub(super) fn new(
+        (database, lease): (&Database, &Option<Lease>),
+        share: u64,
         clock: TrustedClock,
         metrics: StoreMetrics,
     ) -> Result<Self, StoreError> {
-        let link = database.connect()?;
         let mut writer = Self {
-            database,
-            lease,
-            link: Some(link),
+            connection: Connection {
+                database: database.clone(),
+                link: Some(database.connect()?),
+            },
+            lease: lease.clone(),
             purge: vec![],
-            most,
-            shares: Shares::new(most, HashMap::new()),
+            shares: Shares::new(share),
             shares_read: None,
             known: Known::default(),
             refused: None,
@@ -77,15 +92,9 @@ impl PostgresWriter {
         Ok(writer)
     }
 
-    /// Lets the connection do `work`. An error replaces the connection.
+    /// Lets the connection do `work`.
     fn with<T>(&mut self, work: impl FnOnce(&Link) -> Result<T, StoreError>) -> Result<T, StoreError> {
-        let link = match self.link.take().filter(|link| !link.client.is_closed()) {
-            Some(link) => link,
-            None => self.database.connect()?,
-        };
-        let done = work(&link)?;
-        self.link = Some(link);
-        Ok(done)
+        self.connection.with(work)
     }
 
     /// Stores appends of different missions in one commit.
@@ -98,15 +107,13 @@ impl PostgresWriter {
         }
         self.read_shares()?;
         let now_s = self.clock.now_s();
-        let service = self.lease.as_ref().map(|lease| lease.id().to_owned());
-        let shares = std::mem::replace(&mut self.shares, Shares::new(self.most, HashMap::new()));
-        let known = std::mem::take(&mut self.known);
-        let stored = self.with(|link| {
-            let mut batch = Batch::new(appends, service.as_deref(), (&shares, &known), now_s);
-            batch.store(link)?;
+        let service = self.lease.as_ref().map(Lease::id);
+        let stored = self.connection.with(|link| {
+            let mut batch = Batch::new(appends, service, (&self.shares, &self.known), now_s);
+            batch.prepare(link)?;
+            end(link)?;
             Ok((batch.appended, batch.taken, batch.heads))
         });
-        (self.shares, self.known) = (shares, known);
         let (appended, taken, heads) = stored.inspect_err(|_| self.shares_read = None)?;
         for taken in taken {
             self.shares.take(taken);
@@ -124,7 +131,7 @@ impl PostgresWriter {
     /// Counts a probe; fails if the store was set back.
     fn count(&mut self) -> Result<(), StoreError> {
         const COUNT: &str = "UPDATE probes SET count = count + 1 RETURNING count";
-        let counted = self.with(|link| link.query(COUNT, &[])?[0].try_get(0).map_err(StoreError::from))?;
+        let counted = self.with(|link| link.rows().one(COUNT, |row| row.get(0)))?;
         self.known.count(counted)
     }
 
@@ -176,15 +183,10 @@ impl PostgresWriter {
         let is_new = self
             .shares_read
             .is_some_and(|read| self.clock.machine.since(read) < SHARES_LIFE);
-        if is_new || self.most == u64::MAX {
+        if is_new || self.shares.is_unlimited() {
             return Ok(());
         }
-        let sums = self.with(|link| link.query(Shares::SUMS, &[]))?;
-        let taken = sums.iter().map(|row| {
-            let (owner, bytes): (String, i64) = (row.try_get(0)?, row.try_get(1)?);
-            Ok((owner, bytes.unsigned_abs()))
-        });
-        self.shares = Shares::new(self.most, taken.collect::<Result<_, StoreError>>()?);
+        self.connection.with(|link| self.shares.read(link))?;
         self.shares_read = Some(self.clock.machine.now());
         Ok(())
     }
@@ -197,17 +199,12 @@ impl PostgresWriter {
 
     /// Reads the deleted missions, because other services and programs also delete.
     fn read_deleted(&mut self) -> Result<(), StoreError> {
-        const DELETED: &str = "SELECT number FROM missions WHERE status = 'deleted'";
-        let deleted = self.with(|link| link.query(DELETED, &[]))?;
-        let numbers = deleted.iter().map(|row| row.try_get(0));
-        self.purge = numbers.collect::<Result<_, _>>()?;
+        self.purge = self.with(|link| link.rows().all(DELETED, &[], |row| row.get(0)))?;
         Ok(())
     }
 
     /// Removes some events of a deleted mission, at last the mission.
     fn purge_some(&mut self) -> Result<(), StoreError> {
-        const EVENTS: &str = "DELETE FROM events WHERE mission = ?1 AND sequence <=
-            (SELECT min(sequence) FROM events WHERE mission = ?1) + ?2";
         // If several services remove the same events, one of them continues.
         const MISSION: &str = "DELETE FROM missions WHERE number = ?1
             AND NOT EXISTS (SELECT 1 FROM events WHERE mission = ?1)";
@@ -215,7 +212,7 @@ impl PostgresWriter {
             return Ok(());
         };
         let purged = self.with(|link| {
-            if 0 < link.execute(EVENTS, &[&number, &PURGE])? {
+            if 0 < link.execute(PURGE_EVENTS, &[&number, &PURGE])? {
                 return Ok(false);
             }
             link.execute(MISSION, &[&number]).map(|_| true)
@@ -245,7 +242,7 @@ impl LogWriter for PostgresWriter {
     }
 
     fn recover(&mut self) -> Result<(), StoreError> {
-        (self.link, self.shares_read) = (None, None);
+        (self.connection.link, self.shares_read) = (None, None);
         Ok(())
     }
 
@@ -324,8 +321,7 @@ impl LogWriter for PostgresWriter {
     }
 
     fn protect(&mut self) -> Result<(), StoreError> {
-        self.with(|link| link.execute("UPDATE guards SET protected = 1", &[]))
-            .map(drop)
+        self.with(|link| link.execute(PROTECT, &[])).map(drop)
     }
 
     /// Stores the largest failed append again and rolls back: changing a row needs no disk space.
@@ -356,8 +352,11 @@ impl LogWriter for PostgresWriter {
             mission: id,
             ..Append::default()
         };
-        let (shares, known) = (Shares::new(u64::MAX, HashMap::new()), Known::default());
-        let tried = self.with(|link| Batch::new(&[&again], None, (&shares, &known), 0.0).try_out(link));
+        let (shares, known) = (Shares::new(u64::MAX), Known::default());
+        let tried = self.with(|link| {
+            Batch::new(&[&again], None, (&shares, &known), 0.0).prepare(link)?;
+            link.batch("ROLLBACK")
+        });
         if tried.is_err() {
             self.refused = Some(refused);
         }

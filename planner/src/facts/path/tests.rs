@@ -1,32 +1,31 @@
 use std::f64::consts::{PI, TAU};
 
-use nalgebra::Vector2;
 use serde_json::Value;
 
 use super::*;
-use crate::facts::{
-    angle::{direction, wrap},
-    path::piece::Piece,
-};
+use crate::{facts::path::piece::Piece, tests::prelude::*};
 
 fn mower() -> Path {
     Path::lawn_mower(Vector2::new(3.0, -2.0), 0.4, 50.0, 20.0, 4)
 }
 
+fn points<const N: usize>(points: [(f64, f64); N]) -> [Vector2<f64>; N] {
+    points.map(|(n, e)| Vector2::new(n, e))
+}
+
 fn square(fillet_radius: f64) -> Result<Path, InvalidPath> {
-    let corners = [(0.0, 0.0), (40.0, 0.0), (40.0, 30.0), (0.0, 30.0)].map(|(n, e)| Vector2::new(n, e));
+    let corners = points([(0.0, 0.0), (40.0, 0.0), (40.0, 30.0), (0.0, 30.0)]);
     Path::waypoints(&corners, fillet_radius, true)
 }
 
 fn corners_of_zigzag() -> [Vector2<f64>; 5] {
-    [
+    points([
         (0.0, 0.0),
         (30.0, 5.0),
         (35.0, -20.0),
         (70.0, -20.0),
         (80.0, 15.0),
-    ]
-    .map(|(n, e)| Vector2::new(n, e))
+    ])
 }
 
 fn zigzag() -> Path {
@@ -35,18 +34,9 @@ fn zigzag() -> Path {
 
 /// Way-points of a real plan: corners of any angle, short legs, a repeated point, a reversal.
 fn turning(radius: f64, closed: bool) -> Path {
-    let points = [
-        (0.0, 0.0),
-        (60.0, 5.0),
-        (60.0, 5.0),
-        (62.0, 5.0),
-        (62.0, 7.0),
-        (10.0, 7.5),
-        (45.0, 40.0),
-        (45.0, 0.0),
-        (45.0, 40.0),
-    ];
-    route(&points, radius, closed).expect("is a path")
+    let first = [(0.0, 0.0), (60.0, 5.0), (60.0, 5.0), (62.0, 5.0), (62.0, 7.0)];
+    let then = [(10.0, 7.5), (45.0, 40.0), (45.0, 0.0), (45.0, 40.0)];
+    route(&[&first[..], &then].concat(), radius, closed).expect("is a path")
 }
 
 fn route(points: &[(f64, f64)], radius: f64, closed: bool) -> Result<Path, InvalidPath> {
@@ -83,23 +73,18 @@ fn arc_length_tangent_and_curvature_agree_with_finite_differences() {
     for path in several() {
         // Beyond both ends; a closed path continues its laps.
         for gamma in [-5.3, 10.1, 55.2, 70.4, 100.7, 140.9, 301.3] {
-            let off_joints = |piece: &Piece| {
-                let (_, local) = path.lap_of(gamma);
-                (local - piece.from).abs() > h && (local - piece.end()).abs() > h
-            };
+            let (_, local) = path.lap_of(gamma);
+            let off_joints =
+                |piece: &Piece| (local - piece.from).abs() > h && (local - piece.end()).abs() > h;
             assert!(
                 path.pieces.iter().all(off_joints),
                 "the curvature jumps at {gamma}"
             );
-            let (before, here, after) = (path.at(gamma - h), path.at(gamma), path.at(gamma + h));
-            let slope = (after.position - before.position) / (2.0 * h);
             // h²/6 κ² of the central difference, and rounding of 10² m over h.
-            assert!(
-                (slope - direction(here.tangent)).norm() < 1e-7,
-                "tangent at {gamma}"
-            );
-            let turn = (after.tangent - before.tangent) / (2.0 * h);
-            assert!((turn - here.curvature).abs() < 1e-7, "curvature at {gamma}");
+            let moves = slope(|gamma| path.at(gamma).position, gamma, h);
+            near_to(moves, direction(path.at(gamma).tangent), 1e-7);
+            let turns = path.at(gamma + h).tangent - path.at(gamma - h).tangent;
+            near(turns / (2.0 * h), path.at(gamma).curvature, 1e-7);
         }
     }
 }
@@ -112,8 +97,8 @@ fn the_path_and_its_tangent_are_continuous_also_at_the_seam() {
                 let lap = if path.is_closed() { lap } else { 0.0 };
                 for joint in [piece.from, piece.end()].map(|joint| joint + lap * path.length()) {
                     let (before, after) = (path.at(joint - 1e-9), path.at(joint + 1e-9));
-                    assert!((before.position - after.position).norm() < 1e-8);
-                    assert!((before.tangent - after.tangent).abs() < 1e-8);
+                    near_to(before.position, after.position, 1e-8);
+                    near(before.tangent, after.tangent, 1e-8);
                 }
             }
         }
@@ -125,8 +110,8 @@ fn a_closed_path_repeats_its_points_while_its_tangent_keeps_growing() {
     for (path, turn) in [(square(6.0).expect("fits"), TAU), (several()[3].clone(), -TAU)] {
         for gamma in [-31.0, 0.0, 17.0, 60.0] {
             let (here, again) = (path.at(gamma), path.at(gamma + 3.0 * path.length()));
-            assert!((here.position - again.position).norm() < 1e-9);
-            assert!((again.tangent - here.tangent - 3.0 * turn).abs() < 1e-9);
+            near_to(here.position, again.position, 1e-9);
+            near(again.tangent - here.tangent, 3.0 * turn, 1e-9);
         }
     }
 }
@@ -134,10 +119,9 @@ fn a_closed_path_repeats_its_points_while_its_tangent_keeps_growing() {
 #[test]
 fn lanes_are_one_spacing_apart_and_alternate_in_direction() {
     let path = Path::lawn_mower(Vector2::zeros(), 0.0, 50.0, 20.0, 3);
-    let second = path.at(50.0 + 10.0 * PI);
-    assert!((second.position - Vector2::new(50.0, 20.0)).norm() < 1e-9);
-    assert!((path.at(path.length()).position - Vector2::new(50.0, 40.0)).norm() < 1e-9);
-    assert!((path.length() - (150.0 + 20.0 * PI)).abs() < 1e-9);
+    near_to(path.at(50.0 + 10.0 * PI).position, Vector2::new(50.0, 20.0), 1e-9);
+    near_to(path.at(path.length()).position, Vector2::new(50.0, 40.0), 1e-9);
+    near(path.length(), 150.0 + 20.0 * PI, 1e-9);
 }
 
 #[test]
@@ -145,71 +129,46 @@ fn a_fillet_shortens_each_corner_by_two_tangents_less_an_arc() {
     // L = Σ legs − Σ 2 r tan(θ/2) + Σ r θ, with the corners' angles by the law of cosines.
     let points = corners_of_zigzag();
     let legs: f64 = points.windows(2).map(|leg| (leg[1] - leg[0]).norm()).sum();
-    let rounding: f64 = points
-        .windows(3)
-        .map(|corner: &[Vector2<f64>]| {
-            let (a, b) = (corner[1] - corner[0], corner[2] - corner[1]);
-            let theta = f64::acos(a.dot(&b) / (a.norm() * b.norm()));
-            4.0 * theta - 8.0 * (theta / 2.0).tan()
-        })
-        .sum();
-    assert!((zigzag().length() - (legs + rounding)).abs() < 1e-9);
+    let rounding = points.windows(3).map(|corner: &[Vector2<f64>]| {
+        let (a, b) = (corner[1] - corner[0], corner[2] - corner[1]);
+        let theta = f64::acos(a.dot(&b) / (a.norm() * b.norm()));
+        4.0 * theta - 8.0 * (theta / 2.0).tan()
+    });
+    near(zigzag().length(), legs + rounding.sum::<f64>(), 1e-9);
     // A rectangle of 40 by 30 m: four quarter circles make one circle.
-    let expected = 140.0 - 8.0 * 6.0 + TAU * 6.0;
-    assert!((square(6.0).expect("fits").length() - expected).abs() < 1e-9);
-}
-
-#[test]
-fn a_fillet_touches_both_legs() {
     let path = square(6.0).expect("fits");
+    near(path.length(), 140.0 - 8.0 * 6.0 + TAU * 6.0, 1e-9);
     for (gamma, north, east) in [(0.0, 6.0, 0.0), (28.0, 34.0, 0.0), (28.0 + 3.0 * PI, 40.0, 6.0)] {
-        assert!((path.at(gamma).position - Vector2::new(north, east)).norm() < 1e-9);
+        near_to(path.at(gamma).position, Vector2::new(north, east), 1e-9);
     }
 }
 
 #[test]
-fn the_closest_point_agrees_with_a_search() {
-    for path in several() {
-        for k in 0..200 {
-            let (a, b) = scattered(k);
-            let position = Vector2::new(160.0 * a - 50.0, 160.0 * b - 50.0);
-            let distance = |gamma: f64| (path.at(gamma).position - position).norm();
-            let gamma = path.closest(&position);
-            let inside = gamma.clamp(0.0, path.length());
-            let searched = (0..20_000)
-                .map(|i| distance(f64::from(i) / 19_999.0 * path.length()))
-                .fold(f64::INFINITY, f64::min);
-            // The search misses the best point by at most half its step of 2 cm.
-            assert!(
-                distance(inside) <= searched + 1e-9,
-                "{position} {gamma} {searched}"
-            );
-            assert!(searched <= distance(inside) + 0.011);
-            assert!(distance(gamma) <= distance(inside) + 1e-9);
-        }
-    }
-}
-
-#[test]
-fn the_closest_point_nearby_agrees_with_a_search_nearby() {
+fn the_closest_point_agrees_with_a_search_on_the_whole_path_and_nearby() {
     for path in several() {
         for k in 0..200 {
             let ((a, b), (c, d)) = (scattered(k), scattered(k + 1_000));
             let position = Vector2::new(160.0 * a - 50.0, 160.0 * b - 50.0);
-            let (around, reach) = (path.length() * (1.4 * c - 0.2), 1.0 + 40.0 * d);
             let distance = |gamma: f64| (path.at(gamma).position - position).norm();
+            // Steps of 2 cm: a search misses the best point by at most half of one.
+            let searched = |from: f64, to: f64, n: u32| {
+                let gamma = |i: u32| from + (to - from) * f64::from(i) / f64::from(n);
+                (0..=n).map(|i| distance(gamma(i))).fold(f64::INFINITY, f64::min)
+            };
+            let gamma = path.closest(&position);
+            let inside = distance(gamma.clamp(0.0, path.length()));
+            let least = searched(0.0, path.length(), 19_999);
+            assert!(inside <= least + 1e-9, "{position} {gamma} {least}");
+            assert!(least <= inside + 0.011 && distance(gamma) <= inside + 1e-9);
+            let (around, mut reach) = (path.length() * (1.4 * c - 0.2), 1.0 + 40.0 * d);
             let gamma = path.closest_near(&position, around, reach);
             assert!((gamma - around).abs() <= reach + 1e-9);
-            let reach = if path.is_closed() {
-                reach.min(0.5 * path.length())
-            } else {
-                reach
-            };
-            let searched = (0..4_001)
-                .map(|i| distance(around + reach * (f64::from(i) / 2_000.0 - 1.0)))
-                .fold(f64::INFINITY, f64::min);
-            assert!(distance(gamma) <= searched + 1e-9, "{gamma} around {around}");
-            assert!(searched <= distance(gamma) + 0.011);
+            if path.is_closed() {
+                reach = reach.min(0.5 * path.length());
+            }
+            let least = searched(around - reach, around + reach, 4_000);
+            assert!(distance(gamma) <= least + 1e-9, "{gamma} around {around}");
+            assert!(least <= distance(gamma) + 0.011);
         }
     }
 }
@@ -217,29 +176,19 @@ fn the_closest_point_nearby_agrees_with_a_search_nearby() {
 #[test]
 fn a_position_beyond_an_end_has_its_foot_on_the_continuation() {
     let path = Path::starting_at(Vector2::zeros(), 0.0).line(50.0);
-    assert!((path.closest(&Vector2::new(-7.0, 2.0)) + 7.0).abs() < 1e-12);
-    assert!((path.closest(&Vector2::new(58.0, -2.0)) - 58.0).abs() < 1e-12);
+    near(path.closest(&Vector2::new(-7.0, 2.0)), -7.0, 1e-12);
+    near(path.closest(&Vector2::new(58.0, -2.0)), 58.0, 1e-12);
 }
 
 #[test]
-fn a_path_from_its_own_segments_is_the_same_to_the_bit() {
+fn a_path_from_its_own_segments_or_lines_and_arcs_is_the_same() {
     for path in several() {
-        assert_eq!(
-            Path::from_segments(path.segments(), path.is_closed()),
-            Ok(path.clone())
-        );
-    }
-}
-
-#[test]
-fn a_path_from_its_lines_and_arcs_is_the_same() {
-    for path in several() {
+        let again = Path::from_segments(path.segments(), path.is_closed());
+        assert_eq!(again, Ok(path.clone()), "to the bit");
         let pieces: Vec<Segment> = path.lines_and_arcs().collect();
         let again = Path::from_segments(&pieces, path.is_closed()).expect("they join");
-        for k in 0..100 {
-            let gamma = path.length() * f64::from(k) / 99.0;
-            let apart = (path.at(gamma).position - again.at(gamma).position).norm();
-            assert!(apart < 1e-6, "{apart} m at {gamma} m of {path:?}");
+        for gamma in (0..100).map(|k| path.length() * f64::from(k) / 99.0) {
+            near_to(path.at(gamma).position, again.at(gamma).position, 1e-6);
         }
     }
 }
@@ -262,137 +211,112 @@ fn refused(path: Result<Path, InvalidPath>) -> (String, String, f64, f64) {
 fn a_fillet_without_room_is_refused_with_the_largest_possible_radius() {
     let (place, code, given, most) = refused(square(15.1));
     // Two right angles on the leg of 30 m: 15 m each.
-    assert!(place.starts_with("/segments/0/points/"));
     assert_eq!(code, "fillet");
-    assert!(given == 15.1 && (most - 15.0).abs() < 1e-9);
+    assert!(place.starts_with("/segments/0/points/") && given == 15.1);
+    near(most, 15.0, 1e-9);
     assert!(square(most).is_ok());
-    let back = [(0.0, 0.0), (30.0, 0.0), (0.0, 0.0)].map(|(n, e)| Vector2::new(n, e));
+    let back = points([(0.0, 0.0), (30.0, 0.0), (0.0, 0.0)]);
     let (place, code, _, most) = refused(Path::waypoints(&back, 1.0, false));
     assert_eq!((&*place, &*code), ("/segments/0/points/1", "fillet"));
     assert!(most < 1e-9);
 }
 
 #[test]
-fn a_corner_without_a_fillet_is_a_kink_and_a_straight_line_needs_none() {
-    let (place, code, given, most) = refused(square(0.0));
-    assert_eq!(
-        (&*place, &*code, most),
-        ("/segments/0/points/0", "kink", KINK_MAX)
-    );
-    assert!((given - PI / 2.0).abs() < 1e-9);
+fn a_straight_line_needs_no_fillet() {
     let row = [0.0, 10.0, 25.0].map(|north| Vector2::new(north, 2.0 * north));
     let path = Path::waypoints(&row, 0.0, false).expect("has no corner");
-    assert!((path.length() - 25.0 * 5_f64.sqrt()).abs() < 1e-9);
+    near(path.length(), 25.0 * 5_f64.sqrt(), 1e-9);
 }
 
 #[test]
 fn segments_that_do_not_join_are_refused_with_the_size_of_the_gap_or_kink() {
     let line = |from: [f64; 2], to: [f64; 2]| Segment::Line { from, to };
     let first = line([0.0, 0.0], [10.0, 0.0]);
-    let gap = [first.clone(), line([10.0, 0.002], [20.0, 0.002])];
-    let (place, code, given, most) = refused(Path::from_segments(&gap, false));
-    assert_eq!((&*place, &*code, most), ("/segments/1", "gap", GAP_MAX));
-    assert!((given - 0.002).abs() < 1e-12);
-    let kink = [first.clone(), line([10.0, 0.0], [20.0, 0.1])];
-    let (place, code, given, _) = refused(Path::from_segments(&kink, false));
-    assert_eq!((&*place, &*code), ("/segments/1", "kink"));
-    assert!((given - 0.01_f64.atan()).abs() < 1e-12);
-    let (place, code, given, _) = refused(Path::from_segments(std::slice::from_ref(&first), true));
-    assert_eq!((&*place, &*code, given), ("/segments/0", "gap", 10.0));
+    let joined = |next: Segment| Path::from_segments(&[first.clone(), next], false);
+    let ring = Path::from_segments(std::slice::from_ref(&first), true);
+    for (path, at, expected_code, expected) in [
+        (square(0.0), "/segments/0/points/0", "kink", PI / 2.0),
+        (
+            joined(line([10.0, 0.002], [20.0, 0.002])),
+            "/segments/1",
+            "gap",
+            0.002,
+        ),
+        (
+            joined(line([10.0, 0.0], [20.0, 0.1])),
+            "/segments/1",
+            "kink",
+            0.01_f64.atan(),
+        ),
+        (ring, "/segments/0", "gap", 10.0),
+    ] {
+        let (place, code, given, most) = refused(path);
+        assert_eq!((&*place, &*code), (at, expected_code));
+        assert_eq!(most, if code == "kink" { KINK_MAX } else { GAP_MAX });
+        near(given, expected, 1e-9);
+    }
     // Coordinates rounded to millimetres join.
-    let rounded = [first, line([10.0, 0.0004], [20.0, 0.0])];
-    assert!(Path::from_segments(&rounded, false).is_ok());
+    assert!(joined(line([10.0, 0.0004], [20.0, 0.0])).is_ok());
 }
 
 #[test]
 fn invalid_numbers_are_refused_by_name() {
-    let origin = Vector2::zeros();
-    for strange in [f64::NAN, f64::INFINITY, -f64::INFINITY, 1.1e6] {
-        for (segment, at_fault) in [
-            (
-                Segment::Line {
-                    from: origin.into(),
-                    to: [strange, 0.0],
-                },
-                "/segments/0/to/0",
-            ),
-            (
-                Segment::Arc {
-                    from: [0.0, strange],
-                    centre: origin.into(),
-                    angle_rad: 1.0,
-                },
-                "/segments/0/from/1",
-            ),
-            (
-                Segment::Arc {
-                    from: [5.0, 0.0],
-                    centre: origin.into(),
-                    angle_rad: strange,
-                },
-                "/segments/0/angle_rad",
-            ),
-            (
-                Segment::Waypoints {
-                    points: vec![origin.into(), [5.0, 0.0], [9.0, 9.0]],
-                    fillet_m: Some(strange),
-                    turn_radius_m: None,
-                    legs: vec![],
-                },
-                "/segments/0/fillet_m",
-            ),
-        ] {
-            assert_eq!(refused(Path::from_segments(&[segment], false)).0, at_fault);
-        }
-        let endless = Path::starting_at(origin, 0.0).line(strange);
-        assert!(endless.check().is_err());
-        assert!(Path::circle(origin, strange, Side::Port, 0.0).is_err());
-    }
-    let point = Segment::Line {
-        from: origin.into(),
-        to: origin.into(),
+    let origin = [0.0; 2];
+    let arc = |from, angle_rad| Segment::Arc {
+        from,
+        centre: origin,
+        angle_rad,
     };
-    let fault = Path::from_segments(&[point], false).expect_err("is none");
-    assert!(
-        fault
-            .to_string()
-            .starts_with("/segments/0/to: both ends are within 0.001 m"),
-        "{fault}"
-    );
+    for strange in [f64::NAN, f64::INFINITY, -f64::INFINITY, 1.1e6] {
+        let (from, to) = (origin, [strange, 0.0]);
+        let waypoints = Segment::Waypoints {
+            points: vec![origin, [5.0, 0.0], [9.0, 9.0]],
+            fillet_m: Some(strange),
+            turn_radius_m: None,
+            legs: vec![],
+        };
+        for (segment, at_fault) in [
+            (Segment::Line { from, to }, "to/0"),
+            (arc([0.0, strange], 1.0), "from/1"),
+            (arc([5.0, 0.0], strange), "angle_rad"),
+            (waypoints, "fillet_m"),
+        ] {
+            let (place, ..) = refused(Path::from_segments(&[segment], false));
+            assert_eq!(place, format!("/segments/0/{at_fault}"));
+        }
+        let endless = Path::starting_at(origin.into(), 0.0).line(strange);
+        assert!(endless.check().is_err());
+        assert!(Path::circle(origin.into(), strange, Side::Port, 0.0).is_err());
+    }
+    let (from, to) = (origin, origin);
+    let point = Path::from_segments(&[Segment::Line { from, to }], false).expect_err("is none");
+    let says = point.to_string();
+    let expected = "/segments/0/to: both ends are within 0.001 m";
+    assert!(says.starts_with(expected), "{says}");
     assert_eq!(refused(Path::from_segments(&[], false)).0, "/segments");
 }
 
 #[test]
 fn corners_get_their_radius_or_the_largest_that_fits_their_legs() {
-    let radii = |points: &[(f64, f64)], closed: bool| -> Vec<f64> {
-        let path = route(points, 10.0, closed).expect("is a path");
+    let first = [(0.0, 0.0), (50.0, 0.0)];
+    // Repeated points are merged, also the last of a ring that repeats the first.
+    let ring = [(50.0, 50.0), (50.0, 50.05), (0.0, 50.0), (0.0, 0.0)];
+    for (others, closed, expected) in [
+        (&[(50.0, 50.0)][..], false, &[10.0][..]),
+        // Lanes 4 m apart: two right angles share the 4 m and make a lawn-mower's half circle.
+        (&[(50.0, 4.0), (0.0, 4.0)], false, &[2.0; 2]),
+        // A quarter turn takes 1 m of a leg of 1 m; the other leg is long.
+        (&[(50.0, 1.0)], false, &[1.0]),
+        (&ring, true, &[10.0; 4]),
+    ] {
+        let path = route(&[&first[..], others].concat(), 10.0, closed).expect("is a path");
         let arcs = path.pieces.iter().filter(|piece| piece.curvature != 0.0);
-        arcs.map(|piece| 1.0 / piece.curvature.abs()).collect()
-    };
-    let near = |radii: &[f64], expected: &[f64]| {
+        let radii: Vec<f64> = arcs.map(|piece| 1.0 / piece.curvature.abs()).collect();
         assert_eq!(radii.len(), expected.len(), "{radii:?}");
         for (radius, expected) in radii.iter().zip(expected) {
-            assert!((radius - expected).abs() < 1e-9, "{radii:?}");
+            near(*radius, *expected, 1e-9);
         }
-    };
-    near(&radii(&[(0.0, 0.0), (50.0, 0.0), (50.0, 50.0)], false), &[10.0]);
-    // Lanes 4 m apart: two right angles share the 4 m and make a lawn-mower's half circle.
-    near(
-        &radii(&[(0.0, 0.0), (50.0, 0.0), (50.0, 4.0), (0.0, 4.0)], false),
-        &[2.0; 2],
-    );
-    // A quarter turn takes 1 m of a leg of 1 m; the other leg is long.
-    near(&radii(&[(0.0, 0.0), (50.0, 0.0), (50.0, 1.0)], false), &[1.0]);
-    // Repeated points are merged, also the last of a ring that repeats the first.
-    let square = [
-        (0.0, 0.0),
-        (50.0, 0.0),
-        (50.0, 50.0),
-        (50.0, 50.05),
-        (0.0, 50.0),
-        (0.0, 0.0),
-    ];
-    near(&radii(&square, true), &[10.0; 4]);
+    }
 }
 
 #[test]
@@ -400,28 +324,27 @@ fn a_reversal_at_a_way_point_is_a_loop() {
     let path = route(&[(0.0, 0.0), (50.0, 0.0), (0.0, 0.0)], 6.0, false).expect("is a path");
     // 60° away, a turn of 300°, 60° away.
     let expected = 100.0 + 6.0 * 7.0 * PI / 3.0;
-    assert!((path.length() - expected).abs() < 1e-9);
+    near(path.length(), expected, 1e-9);
     let (there, back) = (path.at(50.0), path.at(path.length() - 50.0));
-    assert!((there.position - back.position).norm() < 1e-9);
-    assert!((back.tangent - there.tangent - PI).abs() < 1e-9);
+    near_to(there.position, back.position, 1e-9);
+    near(back.tangent - there.tangent, PI, 1e-9);
     // To and fro for ever.
     let ring = route(&[(0.0, 0.0), (50.0, 0.0)], 6.0, true).expect("is a path");
-    assert!((ring.length() - 2.0 * expected + 100.0).abs() < 1e-9);
+    near(ring.length(), 2.0 * expected - 100.0, 1e-9);
 }
 
 #[test]
 fn any_ten_thousand_points_make_a_searchable_path() {
-    let points: Vec<(f64, f64)> = (0..10_000)
-        .map(|k| {
-            let (a, b) = scattered(k / 2);
-            (400.0 * a, 400.0 * b + f64::from(k % 2) * a)
-        })
-        .collect();
+    let point = |k: u32| {
+        let (a, b) = scattered(k / 2);
+        (400.0 * a, 400.0 * b + f64::from(k % 2) * a)
+    };
+    let points: Vec<(f64, f64)> = (0..10_000).map(point).collect();
     let path = route(&points, 5.0, false).expect("is a path");
     for pair in path.pieces.windows(2) {
         let end = pair[0].at(pair[0].length);
-        assert!((end.position - pair[1].start).norm() < 1e-6);
-        assert!(wrap(end.tangent - pair[1].tangent).abs() < 1e-9);
+        near_to(end.position, pair[1].start, 1e-6);
+        near(wrap(end.tangent - pair[1].tangent), 0.0, 1e-9);
     }
     // The skipped blocks change nothing.
     for k in 0..20 {
@@ -429,10 +352,8 @@ fn any_ten_thousand_points_make_a_searchable_path() {
         let position = Vector2::new(500.0 * a - 50.0, 500.0 * b - 50.0);
         let nearest = path.pieces.iter().map(|piece| {
             let length = piece.closest(&position);
-            (
-                piece.from + length,
-                (position - piece.at(length).position).norm_squared(),
-            )
+            let distance = (position - piece.at(length).position).norm_squared();
+            (piece.from + length, distance)
         });
         let nearest = nearest.reduce(|best, next| if next.1 < best.1 { next } else { best });
         assert_eq!(Some(path.closest(&position)), nearest.map(|(gamma, _)| gamma));
@@ -443,24 +364,16 @@ fn any_ten_thousand_points_make_a_searchable_path() {
 fn way_points_at_one_place_are_refused() {
     let (place, code, ..) = refused(route(&[(5.0, 0.0), (5.0, 0.05), (5.0, 0.0)], 5.0, false));
     assert_eq!((&*place, &*code), ("/segments/0/points", "one_place"));
-    assert_eq!(
-        refused(route(&[(0.0, 0.0), (9.0, 2e6)], 5.0, false)).0,
-        "/segments/0/points/1/1"
-    );
+    let (place, ..) = refused(route(&[(0.0, 0.0), (9.0, 2e6)], 5.0, false));
+    assert_eq!(place, "/segments/0/points/1/1");
 }
 
 #[test]
 fn a_speed_profile_is_straight_between_its_knots_and_constant_outside() {
     let profile = SpeedProfile::new(vec![(10.0, 0.2), (20.0, 0.4), (40.0, 0.1)]).expect("is one");
-    for (gamma, speed) in [
-        (-5.0, 0.2),
-        (10.0, 0.2),
-        (15.0, 0.3),
-        (20.0, 0.4),
-        (30.0, 0.25),
-        (90.0, 0.1),
-    ] {
-        assert!((profile.at(gamma) - speed).abs() < 1e-12, "at {gamma}");
+    let at = [-5.0, 10.0, 15.0, 20.0, 30.0, 90.0].map(|gamma| profile.at(gamma));
+    for (speed, expected) in at.into_iter().zip([0.2, 0.2, 0.3, 0.4, 0.25, 0.1]) {
+        near(speed, expected, 1e-12);
     }
     assert!(SpeedProfile::constant(0.3).is_ok_and(|profile| profile.at(1e5) == 0.3));
     for (knots, at_fault) in [
@@ -481,29 +394,25 @@ fn legs_keep_their_speeds_and_depths_at_repeated_points_and_back_to_the_first() 
         speed_mps: Some(speed),
         depth_m: Some(10.0 * speed),
     };
-    let path = |legs: Vec<Leg>, closed| {
+    let path = |speeds: &[f64], closed| {
         let waypoints = Segment::Waypoints {
             points: vec![[0.0, 0.0], [100.0, 0.0], [100.0, 0.0], [100.0, 100.0]],
             fillet_m: None,
             turn_radius_m: Some(5.0),
-            legs,
+            legs: speeds.iter().map(|speed| leg(*speed)).collect(),
         };
         Path::from_segments(&[waypoints], closed)
     };
-    let open = path(vec![leg(1.0), leg(2.0), leg(3.0)], false).expect("is a path");
-    let ring = path(vec![leg(1.0), leg(2.0), leg(3.0), leg(4.0)], true).expect("is a path");
     let middles = [([50.0, 0.0], 1.0), ([100.0, 50.0], 3.0), ([50.0, 50.0], 4.0)];
-    for (path, middles) in [(&open, &middles[..2]), (&ring, &middles[..])] {
-        for (place, speed) in middles {
+    for (speeds, closed, n) in [(&[1.0, 2.0, 3.0][..], false, 2), (&[1.0, 2.0, 3.0, 4.0], true, 3)] {
+        let path = path(speeds, closed).expect("is a path");
+        for (place, speed) in &middles[..n] {
             let point = path.at(path.closest(&Vector2::from(*place)));
             assert_eq!(point.leg, leg(*speed), "{place:?}");
         }
     }
-    let field = |legs, closed| path(legs, closed).expect_err("is refused").pointer;
-    assert_eq!(field(vec![leg(1.0); 2], false), "/segments/0/legs");
-    assert_eq!(field(vec![leg(1.0); 3], true), "/segments/0/legs");
-    assert_eq!(
-        field(vec![leg(1.0), leg(11.0), leg(1.0)], false),
-        "/segments/0/legs/1/speed_mps"
-    );
+    let field = |speeds: &[f64], closed| refused(path(speeds, closed)).0;
+    assert_eq!(field(&[1.0; 2], false), "/segments/0/legs");
+    assert_eq!(field(&[1.0; 3], true), "/segments/0/legs");
+    assert_eq!(field(&[1.0, 11.0, 1.0], false), "/segments/0/legs/1/speed_mps");
 }

@@ -4,16 +4,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
 use super::*;
-use crate::{
-    facts::{
-        angle::{Course, ned_from_body},
-        evidence::AuvState,
-        known_path::KnownPath,
-        options::ForecastModel,
-        path::curve::{Path, Side},
-    },
-    predict::covariance::default_covariance,
-};
+use crate::{predict::covariance::default_covariance, tests::prelude::*};
 
 const U_H: f64 = 0.193;
 
@@ -40,10 +31,18 @@ fn auv(turn_rate: f64, path: Option<Path>) -> Known {
     }
 }
 
-/// The same vehicle with this covariance.
-fn with_covariance(mut auv: Known, covariance: Matrix4<f64>) -> Known {
+/// A vehicle without a path and with this covariance.
+fn with_covariance(turn_rate: f64, covariance: Matrix4<f64>) -> Known {
+    let mut auv = auv(turn_rate, None);
     auv.state.covariance = Some(covariance.transpose().into());
     auv
+}
+
+/// Asserts that two covariances are equal up to the sampling.
+#[track_caller]
+fn agrees(said: Matrix2<f64>, expected: Matrix2<f64>) {
+    let off = (said - expected).norm();
+    assert!(off < SAMPLED * expected.norm(), "{said} {expected}");
 }
 
 fn forecast(auv: &Known, model: ForecastModel) -> AuvForecast {
@@ -103,27 +102,19 @@ fn the_covariance_of_a_straight_course_agrees_with_simulated_vehicles() {
         (ForecastModel::ConstantVelocity, 78),
         (ForecastModel::Hold, 78),
     ] {
-        let expected = unforeseen_variance(0.0, seconds);
-        let said = forecast(&with_covariance(auv(0.0, None), filtered()), model)
-            .position_covariance(f64::from(seconds));
-        assert!(
-            (said - expected).norm() < SAMPLED * expected.norm(),
-            "{model:?} {seconds} s: {said} {expected}"
-        );
+        let said = forecast(&with_covariance(0.0, filtered()), model);
+        let found = said.position_covariance(f64::from(seconds));
+        agrees(found, unforeseen_variance(0.0, seconds));
     }
 }
 
 #[test]
 fn the_covariance_of_a_turn_is_an_upper_bound_tight_to_a_quarter_turn() {
     for turned in [0.2, 1.5, 4.0] {
-        let seconds = 60;
-        let turn_rate = turned / f64::from(seconds);
-        let truth = unforeseen_variance(turn_rate, seconds).trace();
-        let said = forecast(
-            &with_covariance(auv(turn_rate, None), filtered()),
-            ForecastModel::ConstantTurn,
-        )
-        .position_variance(f64::from(seconds));
+        let turn_rate = turned / 60.0;
+        let truth = unforeseen_variance(turn_rate, 60).trace();
+        let vehicle = with_covariance(turn_rate, filtered());
+        let said = forecast(&vehicle, ForecastModel::ConstantTurn).position_variance(60.0);
         assert!(truth * (1.0 - SAMPLED) < said, "{turned} rad: {said}, {truth}");
         assert!(
             turned > 1.6 || said < 1.3 * truth,
@@ -135,34 +126,25 @@ fn the_covariance_of_a_turn_is_an_upper_bound_tight_to_a_quarter_turn() {
 #[test]
 fn the_covariance_on_a_path_agrees_with_simulated_followers() {
     // From a lane through an arc: followers with a speed error of a tenth and offsets of 0.7 m.
-    let path = Path::starting_at(Vector2::zeros(), 0.4)
-        .line(3.0)
-        .arc(Side::Starboard, 100.0, 0.3);
-    let path = path.line(1e3);
+    let start = Path::starting_at(Vector2::zeros(), 0.4).line(3.0);
+    let path = start.arc(Side::Starboard, 100.0, 0.3).line(1e3);
     let mut vehicle = auv(0.0, Some(path.clone()));
-    let origin = &mut vehicle.state;
-    [origin.north_m, origin.east_m] = [0.0, 0.0];
-    let forecast = forecast(&with_covariance(vehicle, filtered()), ForecastModel::Path);
+    (vehicle.state.north_m, vehicle.state.east_m) = (0.0, 0.0);
+    vehicle.state.covariance = Some(filtered().into());
+    let forecast = forecast(&vehicle, ForecastModel::Path);
     let seconds = 300.0;
     let mut rng = ChaCha8Rng::seed_from_u64(11);
-    let root = filtered()
-        .fixed_view::<2, 2>(0, 0)
-        .cholesky()
-        .expect("is positive definite")
-        .l();
+    let position = filtered().fixed_view::<2, 2>(0, 0).into_owned();
+    let root = position.cholesky().expect("is positive definite").l();
     let expected = covariance((0..SAMPLES).map(|_| {
         let reported = ned_from_body(0.4).transpose() * (root * normal::<2>(&mut rng));
         let drawn = normal::<2>(&mut rng);
         let ahead = reported.x + 0.1 * U_H * seconds * drawn.x;
         let point = path.at(U_H * seconds + ahead);
-        point.position + crate::facts::path::piece::starboard(point.tangent) * (reported.y + 0.7 * drawn.y)
-            - forecast.at(seconds).position
+        let offset = starboard(point.tangent) * (reported.y + 0.7 * drawn.y);
+        point.position + offset - forecast.at(seconds).position
     }));
-    let said = forecast.position_covariance(seconds);
-    assert!(
-        (said - expected).norm() < SAMPLED * expected.norm(),
-        "{said} {expected}"
-    );
+    agrees(forecast.position_covariance(seconds), expected);
 }
 
 #[test]
@@ -182,11 +164,9 @@ fn waiting_never_reduces_the_covariance() {
             let mut vehicle = auv(turn_rate, path);
             vehicle.state.covariance = covariance.map(|matrix| matrix.transpose().into());
             let forecast = forecast(&vehicle, model);
-            let mut before = covariance
-                .unwrap_or_else(default_covariance)
-                .fixed_view::<2, 2>(0, 0)
-                .trace();
-            assert!((forecast.position_variance(0.0) - before).abs() < 1e-12);
+            let known = covariance.unwrap_or_else(|| default_covariance(&ForecastNumbers::DEFAULT));
+            let mut before = known.fixed_view::<2, 2>(0, 0).trace();
+            near(forecast.position_variance(0.0), before, 1e-12);
             for ahead in 1..600 {
                 let covariance = forecast.position_covariance(f64::from(ahead));
                 assert!(before <= covariance.trace() + 1e-12, "{model:?} after {ahead} s");
@@ -219,15 +199,13 @@ fn the_covariance_of_an_older_report_is_that_of_waiting() {
 #[test]
 fn the_covariance_of_a_fast_vehicle_is_that_of_a_slow_one_with_scaled_time() {
     // On equal lanes, a vehicle of 5 · 0.193 m/s does in 10 s what one of 0.193 m/s does in 50 s.
-    let known = with_covariance(auv(0.0, None), Matrix4::identity() * 1e-12);
-    let slow = forecast(&known, ForecastModel::ConstantVelocity);
-    let mut fast = known;
+    let slow = with_covariance(0.0, Matrix4::identity() * 1e-12);
+    let mut fast = slow.clone();
     fast.state.speed_mps = 5.0 * 0.193;
-    fast.state.covariance = Some((Matrix4::identity() * 1e-12).transpose().into());
-    let fast = forecast(&fast, ForecastModel::ConstantVelocity);
-    let ratio = fast.position_variance(10.0) / slow.position_variance(50.0);
+    let [slow, fast] = [slow, fast].map(|auv| forecast(&auv, ForecastModel::ConstantVelocity));
     // q t³: 5³ times the density, 5⁻³ of the time cubed. The slow speed is 0.19302 m/s.
-    assert!((ratio - 1.0).abs() < 1e-2, "{ratio}");
+    let found = fast.position_variance(10.0) / slow.position_variance(50.0);
+    near(found, 1.0, 1e-2);
     // The error is at most that of the opposite course, for any silence.
     let longest = fast.position_variance(3000.0).sqrt();
     assert!(longest < 2.0 * 5.0 * 0.193 * 3000.0, "{longest} m");

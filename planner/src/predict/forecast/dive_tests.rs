@@ -1,13 +1,5 @@
-use nalgebra::Vector2;
-
 use super::*;
-use crate::facts::{
-    angle::{Course, direction},
-    auv::Dive,
-    evidence::AuvState,
-    known_path::KnownPath,
-    path::curve::Path,
-};
+use crate::tests::prelude::*;
 
 /// Speed along the body of known vehicles, m/s.
 const U_D: f64 = 0.3;
@@ -41,6 +33,11 @@ fn forecast(auv: &Known) -> AuvForecast {
     auv.forecast(Forecast::Auto, &STILL)
 }
 
+/// The forecast of a vehicle in the sawtooth at `depth`.
+fn diving(descending: Option<bool>, depth: f64) -> AuvForecast {
+    forecast(&auv(sawtooth(descending), depth))
+}
+
 /// Times of a cycle and a half, s.
 fn times() -> impl Iterator<Item = f64> {
     (0..3_000).map(|k| f64::from(k) * 0.1)
@@ -50,14 +47,14 @@ fn times() -> impl Iterator<Item = f64> {
 fn horizontal_and_vertical_speed_combine_to_the_body_s_speed() {
     // Second route: finite differences are two legs of a triangle whose third is the speed.
     for (depth, descending) in [(10.0, true), (10.0, false), (23.1, true), (0.9, true)] {
-        let forecast = forecast(&auv(sawtooth(Some(descending)), depth));
+        let forecast = diving(Some(descending), depth);
         let h = 1e-4;
         for t in times().skip(1) {
             let sink = (forecast.depth_at(t + h) - forecast.depth_at(t - h)) / (2.0 * h);
             let along = (forecast.at(t + h).position.x - forecast.at(t - h).position.x) / (2.0 * h);
             // Curvature of the depth times h at the beginning of a reversal.
-            assert!((sink.hypot(along) - U_D).abs() < 1e-4, "{t} s: {sink}, {along}");
-            assert!((forecast.at(t).velocity.x - along).abs() < 1e-4, "{t} s");
+            near(sink.hypot(along), U_D, 1e-4);
+            near(forecast.at(t).velocity.x, along, 1e-4);
         }
     }
 }
@@ -65,10 +62,9 @@ fn horizontal_and_vertical_speed_combine_to_the_body_s_speed() {
 #[test]
 fn a_dive_begins_as_reported_and_repeats_after_a_cycle() {
     for descending in [true, false] {
-        for k in 0..=240 {
-            let depth = 0.85 + 0.093 * f64::from(k);
-            let forecast = forecast(&auv(sawtooth(Some(descending)), depth));
-            assert!((forecast.depth_at(0.0) - depth).abs() < 1e-12, "{depth} m");
+        for depth in (0..=240).map(|k| 0.85 + 0.093 * f64::from(k)) {
+            let forecast = diving(Some(descending), depth);
+            near(forecast.depth_at(0.0), depth, 1e-12);
             let deeper = forecast.depth_at(0.05) > depth;
             // Just before an extreme depth the direction may change.
             assert!(
@@ -77,19 +73,18 @@ fn a_dive_begins_as_reported_and_repeats_after_a_cycle() {
             );
             // Two legs and two reversals: 198.66 s; the simulated AUV takes 198.6.
             let cycle = 2.0 * (22.0 / (U_D * 50_f64.to_radians().sin()) + 3.6);
-            assert!((forecast.depth_at(cycle) - depth).abs() < 1e-9);
+            near(forecast.depth_at(cycle), depth, 1e-9);
         }
     }
 }
 
 #[test]
 fn a_reversal_extends_beyond_the_depth_that_ends_a_leg() {
-    let forecast = forecast(&auv(sawtooth(Some(true)), 10.0));
-    let deepest = times().map(|t| forecast.depth_at(t)).fold(0.0, f64::max);
-    let shallowest = times().map(|t| forecast.depth_at(t)).fold(99.0, f64::min);
+    let forecast = diving(Some(true), 10.0);
+    let depths = || times().map(|t| forecast.depth_at(t));
     // The simulated AUV: 23.203 and 0.780 m.
-    assert!((deepest - 23.2).abs() < 0.02, "{deepest}");
-    assert!((shallowest - 0.79).abs() < 0.02, "{shallowest}");
+    near(depths().fold(0.0, f64::max), 23.2, 0.02);
+    near(depths().fold(99.0, f64::min), 0.79, 0.02);
     assert!(times().any(|t| forecast.surfaced(t)) && times().any(|t| !forecast.surfaced(t)));
 }
 
@@ -97,22 +92,19 @@ fn a_reversal_extends_beyond_the_depth_that_ends_a_leg() {
 fn a_vehicle_beyond_its_sawtooth_approaches_it_straight() {
     let w = U_D * 50_f64.to_radians().sin();
     for descending in [Some(true), Some(false), None] {
-        let deep = forecast(&auv(sawtooth(descending), 40.0));
-        assert!((deep.depth_at(30.0) - (40.0 - 30.0 * w)).abs() < 1e-12);
-        let joined = deep.depth_at(17.0 / w + 2.0);
-        assert!((joined - (23.0 - 2.0 * w)).abs() < 1e-9);
-        let shallow = forecast(&auv(sawtooth(descending), 0.0));
-        assert!((shallow.depth_at(10.0) - 10.0 * w).abs() < 1e-9);
+        let deep = diving(descending, 40.0);
+        near(deep.depth_at(30.0), 40.0 - 30.0 * w, 1e-12);
+        near(deep.depth_at(17.0 / w + 2.0), 23.0 - 2.0 * w, 1e-9);
+        near(diving(descending, 0.0).depth_at(10.0), 10.0 * w, 1e-9);
     }
 }
 
 #[test]
 fn without_a_direction_the_depth_is_the_mean_and_surfaced_if_either_is() {
-    let of = |descending| forecast(&auv(sawtooth(descending), 6.0));
-    let (unknown, down, up) = (of(None), of(Some(true)), of(Some(false)));
+    let [unknown, down, up] = [None, Some(true), Some(false)].map(|descending| diving(descending, 6.0));
     for t in times() {
-        let mean = 0.5 * (down.depth_at(t) + up.depth_at(t));
-        assert!((unknown.depth_at(t) - mean).abs() < 1e-12);
+        let expected = 0.5 * (down.depth_at(t) + up.depth_at(t));
+        near(unknown.depth_at(t), expected, 1e-12);
         assert_eq!(unknown.surfaced(t), down.surfaced(t) || up.surfaced(t));
     }
 }
@@ -120,17 +112,13 @@ fn without_a_direction_the_depth_is_the_mean_and_surfaced_if_either_is() {
 #[test]
 fn a_vehicle_without_a_dive_or_at_rest_keeps_its_depth() {
     let diving = auv(sawtooth(Some(true)), 10.0);
-    let level = Known {
-        dive: None,
-        ..diving.clone()
-    };
-    let mut at_rest = diving.clone();
+    let (mut level, mut at_rest) = (diving.clone(), diving.clone());
+    level.dive = None;
     at_rest.state.speed_mps = 0.01;
-    for auv in [level, at_rest] {
-        assert!(times().all(|t| forecast(&auv).depth_at(t) == 10.0));
+    let held = diving.forecast(Forecast::Hold, &STILL);
+    for forecast in [forecast(&level), forecast(&at_rest), held] {
+        assert!(times().all(|t| forecast.depth_at(t) == 10.0));
     }
-    let hold = Forecast::Hold;
-    assert!(times().all(|t| { diving.forecast(hold, &STILL).depth_at(t) == 10.0 }));
 }
 
 #[test]
@@ -138,57 +126,51 @@ fn without_a_path_a_dive_uses_the_reported_speed_through_the_water() {
     let current = Vector2::new(-0.1, 0.2);
     let on_path = auv(sawtooth(Some(true)), 10.0);
     let ground = direction(0.0) * on_path.state.speed_mps + current;
-    let mut carried = Known {
-        path: None,
-        ..on_path.clone()
-    };
+    let mut carried = on_path.clone();
+    carried.path = None;
     carried.state.course_rad = Course::of(&ground).radians();
     carried.state.speed_mps = ground.norm();
     let carried = carried.forecast(Forecast::Auto, &current);
     let expected = forecast(&on_path);
-    for t in times() {
-        assert!((carried.depth_at(t) - expected.depth_at(t)).abs() < 1e-9);
-    }
+    times().for_each(|t| near(carried.depth_at(t), expected.depth_at(t), 1e-9));
 }
 
 #[test]
 fn the_dive_of_an_old_report_is_predicted_to_now() {
     let mut old = auv(sawtooth(Some(true)), 10.0);
     old.state.age_s = 60.0;
-    let fresh = auv(sawtooth(Some(true)), 10.0);
-    for t in times() {
-        assert!((forecast(&old).depth_at(t) - forecast(&fresh).depth_at(t + 60.0)).abs() < 1e-9);
-    }
+    let (old, fresh) = (forecast(&old), diving(Some(true), 10.0));
+    times().for_each(|t| near(old.depth_at(t), fresh.depth_at(t + 60.0), 1e-9));
 }
 
 #[test]
 fn every_accepted_dive_gives_finite_depths_under_water() {
-    for (depth_min, depth_max) in [(0.0, 0.5), (1.0, 23.0), (0.0, 12_000.0)] {
-        for (pitch, reversal) in [(0.05, 0.1), (0.05, 120.0), (1.4, 0.1), (1.4, 120.0)] {
-            for speed in [0.01, 0.05, 10.0] {
-                for depth in [-10.0, 0.0, 0.25, 0.5, 22.0, 12_000.0] {
-                    for descending in [Some(true), Some(false), None] {
-                        let dive = Dive {
-                            depth_min_m: depth_min,
-                            depth_max_m: depth_max,
-                            pitch_rad: pitch,
-                            reversal_s: Some(reversal),
-                            descending,
-                        };
-                        let mut auv = auv(dive, depth);
-                        auv.state.speed_mps = speed;
-                        auv.path = auv.path.map(|known| KnownPath {
-                            horizontal_speed: speed,
-                            ..known
-                        });
-                        let forecast = auv.forecast(Forecast::Path, &STILL);
-                        for ahead in [0.0, 1.0, 78.0, 3_600.0, 1e5] {
-                            let deep = forecast.depth_at(ahead);
-                            assert!(deep.is_finite() && deep >= depth.min(0.0), "{deep} m of {dive:?}");
-                            assert!(forecast.at(ahead).position.norm().is_finite());
-                            assert!(forecast.at(ahead).velocity.norm() <= speed / pitch.cos() + 1e-9);
-                        }
-                    }
+    let pitches = [(0.05, 0.1), (0.05, 120.0), (1.4, 0.1), (1.4, 120.0)];
+    let mut dives = Vec::new();
+    for (depth_min_m, depth_max_m) in [(0.0, 0.5), (1.0, 23.0), (0.0, 12_000.0)] {
+        for (pitch_rad, reversal) in pitches {
+            dives.extend([Some(true), Some(false), None].map(|descending| Dive {
+                depth_min_m,
+                depth_max_m,
+                pitch_rad,
+                reversal_s: Some(reversal),
+                descending,
+            }));
+        }
+    }
+    for dive in dives {
+        for speed in [0.01, 0.05, 10.0] {
+            for depth in [-10.0, 0.0, 0.25, 0.5, 22.0, 12_000.0] {
+                let mut auv = auv(dive, depth);
+                auv.state.speed_mps = speed;
+                auv.path.as_mut().expect("has one").horizontal_speed = speed;
+                let forecast = auv.forecast(Forecast::Path, &STILL);
+                for ahead in [0.0, 1.0, 78.0, 3_600.0, 1e5] {
+                    let deep = forecast.depth_at(ahead);
+                    assert!(deep.is_finite() && deep >= depth.min(0.0), "{deep} m of {dive:?}");
+                    let Motion { position, velocity } = forecast.at(ahead);
+                    assert!(position.norm().is_finite());
+                    assert!(velocity.norm() <= speed / dive.pitch_rad.cos() + 1e-9);
                 }
             }
         }

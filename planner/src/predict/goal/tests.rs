@@ -1,27 +1,11 @@
 use super::*;
-use crate::{
-    craft::description::CraftDescription,
-    estimate::tests::Random,
-    facts::{
-        angle::{Heading, direction, wrap},
-        asc::{Asc, Limits},
-        auv::{Auv, VehicleId},
-        evidence::{AuvState, Report},
-        goal::Task,
-        known_path::DeclaredPath,
-        path::curve::Path,
-    },
-    snapshot::request::PlanRequest,
-};
+use crate::{craft::description::CraftDescription, estimate::tests::Random, tests::prelude::*};
 
 fn auv(id: &str, north: f64, east: f64, course: f64) -> Auv {
-    Auv::new(
-        id,
-        AuvState::new(Vector2::new(north, east), 5.0, Course::new(course), 0.193),
-    )
+    Auv::new(id, moving(north, east, 5.0, course, 0.193))
 }
 
-fn state(auv: &mut Auv) -> &mut AuvState {
+fn state(auv: &mut Auv) -> &mut crate::AuvState {
     auv.state.as_mut().expect("the state is given")
 }
 
@@ -29,38 +13,37 @@ fn ids(names: &[&str]) -> Vec<VehicleId> {
     names.iter().map(|name| VehicleId((*name).into())).collect()
 }
 
-fn observation(auvs: Vec<Auv>, goal: impl Into<Task>) -> PlanRequest {
+fn observation(auvs: Vec<Auv>, goal: Goal, offset: Option<Offset>) -> PlanRequest {
+    let asc = Asc::new(Vector2::zeros(), Heading::new(0.0), 0.3);
     PlanRequest {
         limits: Some(Limits::MEDUSA.into()),
         craft: Some(CraftDescription::default()),
-        ..PlanRequest::new(
-            0.0,
-            Asc::new(Vector2::zeros(), Heading::new(0.0), 0.3),
-            auvs,
-            goal,
-        )
+        ..PlanRequest::new(0.0, asc, auvs, Task { goal, offset })
     }
 }
 
 fn track(vehicle: Auv, offset: Offset) -> PlanRequest {
-    let goal = Goal::Track {
-        auv: vehicle.id.clone(),
-    };
-    let offset = Some(offset);
-    observation(vec![vehicle], Task { goal, offset })
+    let auv = vehicle.id.clone();
+    observation(vec![vehicle], Goal::Track { auv }, Some(offset))
 }
 
 fn forecast(observation: &PlanRequest) -> GoalForecast {
-    GoalForecast::new(&Snapshot::try_from(observation.clone()).expect("valid"))
+    GoalForecast::new(&snapshot(observation.clone()))
+}
+
+fn snapshot(observation: PlanRequest) -> Snapshot {
+    Snapshot::try_from(observation).expect("valid")
+}
+
+/// From the followed point to the goal.
+fn arm(goal: &GoalForecast, ahead: f64) -> Vector2<f64> {
+    goal.at(ahead).position - goal.followed(ahead).position
 }
 
 /// Three AUVs with different courses, one of them turning, at three depths.
 fn three() -> Vec<Auv> {
-    let mut three = vec![
-        auv("a", 0.0, 0.0, 0.3),
-        auv("b", 40.0, 55.0, 1.1),
-        auv("c", -20.0, 70.0, -0.4),
-    ];
+    let (a, b) = (auv("a", 0.0, 0.0, 0.3), auv("b", 40.0, 55.0, 1.1));
+    let mut three = vec![a, b, auv("c", -20.0, 70.0, -0.4)];
     state(&mut three[0]).turn_rate_radps = 0.02;
     state(&mut three[1]).depth_m = 20.0;
     three
@@ -78,89 +61,77 @@ fn mower() -> Auv {
 #[test]
 fn turns_are_half_open_also_before_the_epoch() {
     let at = |elapsed: [f64; 6], n| elapsed.map(|elapsed| in_turn(elapsed, 240.0, n));
-    assert_eq!(
-        at([-480.1, -240.0, -0.1, 0.0, 239.9, 240.0], 2),
-        [1, 1, 1, 0, 0, 1]
-    );
+    let found = at([-480.1, -240.0, -0.1, 0.0, 239.9, 240.0], 2);
+    assert_eq!(found, [1, 1, 1, 0, 0, 1]);
     assert_eq!(at([0.0, 240.0, 480.0, 719.9, 720.0, -0.1], 3), [0, 1, 2, 2, 0, 2]);
 }
 
 #[test]
 fn equal_weights_give_the_midpoint_and_weight_0_excludes_an_auv() {
-    let goal = |weights: &[f64]| Goal::Weighted {
-        weights: ids(&["a", "b", "c"])
-            .into_iter()
-            .zip(weights.iter().copied())
-            .collect(),
+    let goal = |weights: &[f64]| {
+        let weights = ids(&["a", "b", "c"]).into_iter().zip(weights.iter().copied());
+        let weights = weights.collect();
+        forecast(&observation(three(), Goal::Weighted { weights }, None))
     };
-    let at = |goal: Goal, ahead| forecast(&observation(three(), goal)).at(ahead);
-    let midpoint = |names: &[&str]| Goal::Midpoint { auvs: ids(names) };
-    for ahead in [0.0, 30.0, 78.0] {
-        for (weighted, plain) in [
-            (goal(&[0.3, 0.3, 0.3]), midpoint(&["a", "b", "c"])),
-            (goal(&[5e5, 0.0, 5e5]), midpoint(&["a", "c"])),
-            (goal(&[0.0, 1e-300, 0.0]), midpoint(&["b"])),
-        ] {
-            let (weighted, plain) = (at(weighted, ahead), at(plain, ahead));
-            assert!((weighted.position - plain.position).norm() < 1e-12);
-            assert!((weighted.velocity - plain.velocity).norm() < 1e-12);
+    let midpoint = |names: &[&str]| {
+        let auvs = ids(names);
+        forecast(&observation(three(), Goal::Midpoint { auvs }, None))
+    };
+    for (weighted, plain) in [
+        (goal(&[0.3, 0.3, 0.3]), midpoint(&["a", "b", "c"])),
+        (goal(&[5e5, 0.0, 5e5]), midpoint(&["a", "c"])),
+        (goal(&[0.0, 1e-300, 0.0]), midpoint(&["b"])),
+    ] {
+        for ahead in [0.0, 30.0, 78.0] {
+            let (weighted, plain) = (weighted.at(ahead), plain.at(ahead));
+            near_to(weighted.position, plain.position, 1e-12);
+            near_to(weighted.velocity, plain.velocity, 1e-12);
         }
     }
     // The weights 0.7 and 0.3 are three tenths along the line.
-    let (a, b) = (at(midpoint(&["a"]), 9.0), at(midpoint(&["b"]), 9.0));
-    let between = at(goal(&[0.7, 0.3, 0.0]), 9.0);
-    assert!((between.position - a.position.lerp(&b.position, 0.3)).norm() < 1e-12);
-    assert_eq!(
-        forecast(&observation(three(), goal(&[0.7, 0.3, 0.0])))
-            .members()
-            .len(),
-        2
-    );
+    let [a, b] = ["a", "b"].map(|name| midpoint(&[name]).at(9.0).position);
+    let between = goal(&[0.7, 0.3, 0.0]);
+    near_to(between.at(9.0).position, a.lerp(&b, 0.3), 1e-12);
+    assert_eq!(between.members().len(), 2);
 }
 
 #[test]
 fn a_range_goal_has_equal_largest_ranges_and_moves_with_a_formation() {
-    let goal = Goal::Range {
-        auvs: ids(&["a", "b", "c"]),
-        range_m: 90.0,
-    };
-    let slants = |auvs: &[Auv], place: Vector2<f64>| -> Vec<f64> {
-        let slant = |auv: &Auv| {
-            let state = auv.state.as_ref().expect("is given");
-            (place - state.position()).norm().hypot(state.depth_m)
+    let goal = |auvs| {
+        let goal = Goal::Range {
+            auvs: ids(&["a", "b", "c"]),
+            range_m: 90.0,
         };
-        auvs.iter().map(slant).collect()
+        observation(auvs, goal, None)
     };
-    let auvs = three();
-    let here = forecast(&observation(auvs.clone(), goal.clone())).at(0.0);
-    let slants = slants(&auvs, here.position);
+    let place = forecast(&goal(three())).at(0.0).position;
+    let slant = |mut auv: Auv| {
+        let state = state(&mut auv);
+        (place - state.position()).norm().hypot(state.depth_m)
+    };
+    let slants: Vec<f64> = three().into_iter().map(slant).collect();
     let worst = slants.iter().copied().fold(0.0, f64::max);
     let farthest = slants.iter().filter(|slant| worst - **slant < 1e-9).count();
     assert!(2 <= farthest, "{slants:?}");
 
     // All rotate about one centre: each at its own speed, and the point likewise.
-    let centre = Vector2::new(10.0, -30.0);
     let mut formation = three();
     for auv in &mut formation {
         let state = state(auv);
-        let arm = state.position() - centre;
+        let arm = state.position() - Vector2::new(10.0, -30.0);
         let velocity = Vector2::new(-arm.y, arm.x) * 0.01;
-        (state.course_rad, state.speed_mps, state.turn_rate_radps) =
-            (Course::of(&velocity).radians(), velocity.norm(), 0.01);
+        state.course_rad = Course::of(&velocity).radians();
+        (state.speed_mps, state.turn_rate_radps) = (velocity.norm(), 0.01);
     }
-    assert_velocity_is_the_slope(&observation(formation, goal), &[0.0, 25.0, 78.0]);
+    assert_velocity_is_the_slope(&goal(formation), &[0.0, 25.0, 78.0]);
 }
 
 /// Central differences over 2 ms, of second order; rounding of 100 m leaves 10⁻¹¹ m/s.
 fn assert_velocity_is_the_slope(observation: &PlanRequest, times: &[f64]) {
-    let (goal, h) = (forecast(observation), 1e-3);
+    let goal = forecast(observation);
     for ahead in times {
-        let slope = (goal.at(ahead + h).position - goal.at(ahead - h).position) / (2.0 * h);
-        let velocity = goal.at(*ahead).velocity;
-        assert!(
-            (slope - velocity).norm() < 1e-7,
-            "{velocity} and {slope} at {ahead} s"
-        );
+        let moves = slope(|time| goal.at(time).position, *ahead, 1e-3);
+        near_to(moves, goal.at(*ahead).velocity, 1e-7);
     }
 }
 
@@ -180,55 +151,40 @@ fn a_turning_offset_adds_to_the_velocity() {
         drifting.current = Some(Vector2::new(0.05, 0.1).into());
         assert_velocity_is_the_slope(&drifting, &times);
     }
-    for goal in [
-        Goal::Midpoint {
-            auvs: ids(&["a", "b", "c"]),
-        },
-        Goal::Intermittent {
-            auvs: ids(&["b", "a"]),
-            dwell_s: 15.0,
-            epoch_s: -6.5,
-        },
-    ] {
-        let offset = Some(Offset::target(by));
-        let seen = observation(three(), Task { goal, offset });
-        assert_velocity_is_the_slope(&seen, &times);
+    let midpoint = Goal::Midpoint {
+        auvs: ids(&["a", "b", "c"]),
+    };
+    let in_turn = Goal::Intermittent {
+        auvs: ids(&["b", "a"]),
+        dwell_s: 15.0,
+        epoch_s: -6.5,
+    };
+    for goal in [midpoint, in_turn] {
+        assert_velocity_is_the_slope(&observation(three(), goal, Some(Offset::target(by))), &times);
     }
 }
 
 #[test]
 fn an_offset_is_along_its_axes() {
     let by = Vector2::new(10.0, 3.0);
-    let vehicle = mower();
-    let arm = |offset, ahead| {
-        let goal = forecast(&track(vehicle.clone(), offset));
-        goal.at(ahead).position - goal.followed(ahead).position
-    };
-    // The lane leads north.
-    for offset in [Offset::ned(by), Offset::target(by), Offset::path(by)] {
-        assert!((arm(offset, 0.0) - by).norm() < 1e-9, "{offset:?}");
-    }
-    // After the half circle it leads south.
-    for (offset, sign) in [
-        (Offset::ned(by), 1.0),
-        (Offset::target(by), -1.0),
-        (Offset::path(by), -1.0),
-    ] {
-        assert!((arm(offset, 100.0) - by * sign).norm() < 1e-9, "{offset:?}");
+    let [ned, target, path] =
+        [Offset::ned, Offset::target, Offset::path].map(|offset| forecast(&track(mower(), offset(by))));
+    // The lane leads north, and south after the half circle.
+    for (goal, sign) in [(&ned, 1.0), (&target, -1.0), (&path, -1.0)] {
+        near_to(arm(goal, 0.0), by, 1e-9);
+        near_to(arm(goal, 100.0), by * sign, 1e-9);
     }
     // In still water the course is the path's tangent throughout.
-    let apart = arm(Offset::target(by), 50.0) - arm(Offset::path(by), 50.0);
-    assert!(apart.norm() < 1e-9);
+    near_to(arm(&target, 50.0), arm(&path, 50.0), 1e-9);
 }
 
 #[test]
 fn a_path_that_is_not_followed_still_gives_the_direction() {
     let mut resting = mower();
     (state(&mut resting).speed_mps, state(&mut resting).course_rad) = (0.0, 2.5);
-    let by = Vector2::new(10.0, 3.0);
-    let goal = forecast(&track(resting, Offset::path(by)));
-    assert!((goal.at(60.0).position - Vector2::new(50.0, 5.0)).norm() < 1e-9);
-    assert_eq!(goal.at(60.0).velocity, Vector2::zeros());
+    let goal = forecast(&track(resting, Offset::path(Vector2::new(10.0, 3.0)))).at(60.0);
+    near_to(goal.position, Vector2::new(50.0, 5.0), 1e-9);
+    assert_eq!(goal.velocity, Vector2::zeros());
 }
 
 #[test]
@@ -236,17 +192,17 @@ fn at_rest_the_axes_are_remembered_or_else_reported() {
     let mut resting = auv("a", 0.0, 0.0, 1.0);
     state(&mut resting).speed_mps = 0.0;
     let mut seen = track(resting, Offset::target(Vector2::new(10.0, 0.0)));
-    assert!((forecast(&seen).at(40.0).position - direction(1.0) * 10.0).norm() < 1e-12);
+    near_to(forecast(&seen).at(40.0).position, direction(1.0) * 10.0, 1e-12);
     seen.previous_plan = Some(PreviousPlan {
         goal_course_rad: Some(-2.0),
         ..PreviousPlan::default()
     });
-    assert!((forecast(&seen).at(40.0).position - direction(-2.0) * 10.0).norm() < 1e-12);
-    assert_eq!(forecast(&seen).course(), Course::new(-2.0));
-    assert_eq!(forecast(&seen).at(40.0).velocity, Vector2::zeros());
-    let snapshot = Snapshot::try_from(seen).expect("valid");
-    let asked = GoalForecast::holding(&snapshot, Some(Course::new(0.5)));
-    assert!((asked.at(0.0).position - direction(0.5) * 10.0).norm() < 1e-12);
+    let goal = forecast(&seen);
+    near_to(goal.at(40.0).position, direction(-2.0) * 10.0, 1e-12);
+    assert_eq!(goal.course(), Course::new(-2.0));
+    assert_eq!(goal.at(40.0).velocity, Vector2::zeros());
+    let asked = GoalForecast::holding(&snapshot(seen), Some(Course::new(0.5)));
+    near_to(asked.at(0.0).position, direction(0.5) * 10.0, 1e-12);
 }
 
 /// A goal from fixes, one every ten seconds with σ 1.5 m: the AUV moves at `speed` for five minutes
@@ -254,30 +210,22 @@ fn at_rest_the_axes_are_remembered_or_else_reported() {
 /// rest of 300 s.
 fn directions_beside_a_vehicle_at_rest(seed: u64, speed: f64) -> Vec<f64> {
     let mut random = Random(seed);
-    let moved = 300.0;
-    let fixes: Vec<_> = (0..120_u32)
-        .map(|k| {
-            let time = 10.0 * f64::from(k);
-            let position = direction(1.0) * (speed * time.min(moved)) + random.normal() * 1.5;
-            Report::new(time, position, 1.5)
-        })
-        .collect();
+    let fix = |k: u32| {
+        let time = 10.0 * f64::from(k);
+        let position = direction(1.0) * (speed * time.min(300.0)) + random.normal() * 1.5;
+        Report::new(time, position, 1.5)
+    };
+    let fixes: Vec<_> = (0..120).map(fix).collect();
     let (mut held, mut arms) = (None, Vec::new());
-    for second in 20..1200_u32 {
-        let now = f64::from(second);
-        let heard: Vec<_> = fixes
-            .iter()
-            .filter(|fix| fix.t_s <= now && now - fix.t_s <= 300.0)
-            .copied()
-            .collect();
+    for now in (20..1200_u32).map(f64::from) {
+        let is_heard = |fix: &&Report| fix.t_s <= now && now - fix.t_s <= 300.0;
+        let heard = fixes.iter().filter(is_heard).copied().collect();
         let mut seen = track(Auv::reported("a", heard), Offset::target(Vector2::new(50.0, 0.0)));
         seen.t_s = now;
-        let goal = GoalForecast::holding(&Snapshot::try_from(seen).expect("valid"), held);
+        let goal = GoalForecast::holding(&snapshot(seen), held);
         held = Some(goal.course());
-        if moved + 300.0 <= now {
-            arms.push(crate::facts::angle::angle_of(
-                &(goal.at(0.0).position - goal.followed(0.0).position),
-            ));
+        if 600.0 <= now {
+            arms.push(angle_of(&arm(&goal, 0.0)));
         }
     }
     arms
@@ -287,14 +235,13 @@ fn directions_beside_a_vehicle_at_rest(seed: u64, speed: f64) -> Vec<f64> {
 fn an_offset_beside_a_vehicle_at_rest_is_stable() {
     // With a detectable speed, the offset rests ahead, otherwise at its first direction.
     for (speed, ahead) in [(0.5, Some(1.0)), (0.0, None)] {
-        let mut moves = 0;
-        for seed in 0..20 {
-            let arms = directions_beside_a_vehicle_at_rest(seed, speed);
+        let moves = |seed: &u64| {
+            let arms = directions_beside_a_vehicle_at_rest(*seed, speed);
             let stays = ahead.unwrap_or(arms[0]);
-            let farthest = arms.iter().map(|arm| wrap(arm - stays).abs()).fold(0.0, f64::max);
-            moves += usize::from(farthest > 0.3);
-        }
+            arms.iter().any(|arm| wrap(arm - stays).abs() > 0.3)
+        };
         // A velocity beyond its 99 % quantile occurs occasionally.
+        let moves = (0..20).filter(moves).count();
         assert!(moves <= 2, "{moves} of 20");
     }
 }
@@ -309,22 +256,18 @@ fn a_mean_that_comes_to_rest_keeps_its_last_course() {
         auvs: ids(&["a", "b"]),
     };
     let offset = Some(Offset::target(Vector2::new(10.0, 0.0)));
-    let seen = observation(vec![auv("a", 0.0, 0.0, 0.0), turning], Task { goal, offset });
+    let seen = observation(vec![auv("a", 0.0, 0.0, 0.0), turning], goal, offset);
     let goal = forecast(&seen);
-    let arm = |ahead: f64| goal.at(ahead).position - goal.followed(ahead).position;
     // ‖v_m‖ = 0.193 cos(ω t / 2): first below 0.05 m/s at a turn of acos(0.05/0.193).
     let turned = (0.05_f64 / 0.193).acos();
     let stop = turned / 0.025;
-    assert!((arm(stop - 1e-3) - direction(turned) * 10.0).norm() < 1e-3);
+    near_to(arm(&goal, stop - 1e-3), direction(turned) * 10.0, 1e-3);
     for ahead in [stop + 1e-3, stop + 1.0, 62.8] {
-        assert!((arm(ahead) - direction(turned) * 10.0).norm() < 1e-5, "{ahead}");
+        near_to(arm(&goal, ahead), direction(turned) * 10.0, 1e-5);
         assert_eq!(goal.at(ahead).velocity, goal.followed(ahead).velocity);
     }
-    // After the rest it moves backwards.
+    // After the rest it moves backwards, from π less the turn until then.
     let start = std::f64::consts::TAU / 0.05 - stop;
-    let back = crate::facts::angle::angle_of(&arm(start + 1e-3));
-    assert!(
-        wrap(back - (turned + 2.0 * (std::f64::consts::FRAC_PI_2 - turned) + std::f64::consts::PI)).abs()
-            < 1e-3
-    );
+    let back = 2.0 * std::f64::consts::PI - turned;
+    near(wrap(angle_of(&arm(&goal, start + 1e-3)) - back), 0.0, 1e-3);
 }

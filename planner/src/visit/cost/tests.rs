@@ -1,6 +1,7 @@
 //! Costs against numerical integration, in parts, over long times and from large values.
 
 use super::*;
+use crate::tests::near;
 
 const ALL: [VisitCost; 3] = [
     Age,
@@ -38,8 +39,9 @@ fn rate(law: &VisitCost, cost: f64, range: f64) -> f64 {
     }
 }
 
-/// The cost and its integral by the midpoint rule with `n` steps.
-fn integrated(law: &VisitCost, from: f64, elapsed: f64, range: f64, n: u32) -> Later {
+/// The cost and its integral by the midpoint rule in 400,000 steps.
+fn integrated(law: &VisitCost, from: f64, elapsed: f64, range: f64) -> Later {
+    let n = 400_000;
     let dt = elapsed / f64::from(n);
     let (mut cost, mut integral) = (from, 0.0);
     for _ in 0..n {
@@ -61,13 +63,13 @@ fn served_costs_agree_with_numerical_integration() {
             (30.0, 60.0, 1000.0),
         ] {
             let exact = law.served(from, elapsed, range);
-            let expected = integrated(law, from, elapsed, range, 400_000);
+            let expected = integrated(law, from, elapsed, range);
             // The midpoint rule errs when a backlog empties, by a step of 5 ms at the fastest rate.
-            let tolerance = |value: f64| 1e-5 * (1.0 + value.abs());
-            assert!(
-                (exact.cost - expected.cost).abs() < 0.03
-                    && (exact.integral - expected.integral).abs() < tolerance(expected.integral) + 0.05,
-                "{law:?} {from} {elapsed} {range}: {exact:?}, expected {expected:?}"
+            near(exact.cost, expected.cost, 0.03);
+            near(
+                exact.integral,
+                expected.integral,
+                1e-5 * (1.0 + expected.integral) + 0.05,
             );
         }
     }
@@ -77,28 +79,23 @@ fn served_costs_agree_with_numerical_integration() {
 fn unserved_costs_grow_linearly_and_their_integral_is_a_trapezium() {
     for (law, growth) in ALL.iter().zip([1.0, 0.05, 0.4]) {
         let later = law.unserved(7.0, 90.0);
-        assert!((later.cost - (7.0 + growth * 90.0)).abs() < 1e-12);
-        assert!((later.integral - 0.5 * (7.0 + later.cost) * 90.0).abs() < 1e-9);
+        near(later.cost, 7.0 + growth * 90.0, 1e-12);
+        near(later.integral, 0.5 * (7.0 + later.cost) * 90.0, 1e-9);
     }
 }
 
 #[test]
 fn two_intervals_equal_their_union_with_and_without_service() {
     for law in &ALL {
+        let served = |cost, elapsed| law.served(cost, elapsed, 60.0);
+        let unserved = |cost, elapsed| law.unserved(cost, elapsed);
         for (first, second) in [(0.0, 50.0), (12.0, 200.0), (700.0, 0.5)] {
-            for served in [false, true] {
-                let step = |cost, elapsed| {
-                    if served {
-                        law.served(cost, elapsed, 60.0)
-                    } else {
-                        law.unserved(cost, elapsed)
-                    }
-                };
+            for step in [&served as &dyn Fn(f64, f64) -> Later, &unserved] {
                 let half = step(25.0, first);
                 let (whole, rest) = (step(25.0, first + second), step(half.cost, second));
-                assert!((whole.cost - rest.cost).abs() < 1e-9);
-                let integral = half.integral + rest.integral;
-                assert!((whole.integral - integral).abs() < 1e-9 * (1.0 + whole.integral));
+                near(whole.cost, rest.cost, 1e-9);
+                let expected = half.integral + rest.integral;
+                near(whole.integral, expected, 1e-9 * (1.0 + whole.integral));
             }
         }
     }
@@ -111,10 +108,10 @@ fn variances_converge_to_the_filter_s_steady_state_from_any_value() {
     let steady = (0.05_f64 * (2.25 + 4.0) * 10.0).sqrt();
     for from in [0.0, steady, 1e12] {
         let later = law.served(from, 1e9, 100.0);
-        assert!((later.cost - steady).abs() < 1e-9 * steady);
+        near(later.cost, steady, 1e-9 * steady);
         assert!(later.integral.is_finite());
     }
-    assert!((law.fresh() - (0.05_f64 * 22.5).sqrt()).abs() < 1e-12);
+    near(law.fresh(), (0.05_f64 * 22.5).sqrt(), 1e-12);
 }
 
 #[test]
@@ -131,12 +128,16 @@ fn nothing_is_uploaded_beyond_the_range() {
 fn times_of_service_respect_the_least_time_and_empty_a_backlog() {
     for law in &ALL {
         for (cost, range, least) in [(0.0, 0.0, 30.0), (900.0, 50.0, 30.0), (1e9, 240.0, 600.0)] {
-            let dwells = law.dwells(cost, range, least);
+            let dwells = law.dwells(cost, range, least, &VisitNumbers::DEFAULT);
             assert!((dwells[0] - least).abs() < 1e-12 && dwells.is_sorted());
-            assert!(dwells.iter().all(|dwell| *dwell <= DWELL_MOST.max(least)));
+            assert!(
+                dwells
+                    .iter()
+                    .all(|dwell| *dwell <= VisitNumbers::DEFAULT.dwell_max.max(least))
+            );
         }
     }
-    let longest = ALL[2].dwells(100.0, 0.0, 10.0);
+    let longest = ALL[2].dwells(100.0, 0.0, 10.0, &VisitNumbers::DEFAULT);
     let longest = longest.last().expect("there is one");
     assert!(ALL[2].served(100.0, *longest, 0.0).cost < 1e-9);
 }

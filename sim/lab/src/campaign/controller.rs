@@ -5,9 +5,8 @@ use planner::{
     los::{LosLaw, LosTuning},
     parameters::Parameters,
     snapshot::{Forecast, ForecastModel, Goal, Limits, Offset, PlanRequest, Snapshot, Tuning},
+    tuned::Tuned,
 };
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use sim::{
     guide::{Guidance, Guide, GuideError, LosGuide, MpcGuide},
     scenario::{Scenario, Start},
@@ -16,11 +15,13 @@ use sim::{
 use super::grid::{Setting, grid, tuned};
 use crate::{
     http_guide::{GuideUrl, HttpGuide},
-    rules::{Rule, Ruled},
+    rules::RuleGuide,
 };
 
+mod entry;
 mod variation;
 
+pub use entry::{ControllerFile, CraftKnowledge, LawFile, Paths, PlannerFile, RuleFile};
 pub use variation::{Breakdown, Variation};
 
 /// A control law with its information.
@@ -28,42 +29,10 @@ pub use variation::{Breakdown, Variation};
 pub struct Controller {
     /// Its name, unique in a campaign.
     pub name: String,
-    /// Name of its entry in the campaign file. A `whole_grid` entry gives several controllers.
-    pub entry: String,
-    /// Its knowledge of paths.
-    pub paths: Paths,
-    /// Its knowledge of the surface craft.
-    pub craft: CraftKnowledge,
     /// The law that steers.
     pub law: ControlLaw,
-    /// The rule that visits AUVs instead of a schedule, and its time, s, if that is not tuned.
-    pub rule: Option<(Rule, Option<f64>)>,
-    /// Its difference from the scenario.
-    pub variation: Option<Variation>,
-}
-
-/// A controller's knowledge of the AUVs' paths, speeds and dives.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Paths {
-    /// As the scenario grants.
-    #[default]
-    AsScenario,
-    /// Nothing, unless the goal itself is given along a path.
-    Unknown,
-    /// Everything, independent of the scenario.
-    Known,
-}
-
-/// A controller's knowledge of the surface craft.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum CraftKnowledge {
-    /// The response to references, and all limits.
-    #[default]
-    Declared,
-    /// Its least and its largest speed.
-    Speeds,
+    /// Its entry in the campaign file. A `whole_grid` entry gives several controllers.
+    pub entry: ControllerFile,
 }
 
 /// The law that steers.
@@ -79,6 +48,8 @@ pub enum ControlLaw {
         parameters: Box<Parameters>,
         /// The levers that replace those of the scenario, if it sets any.
         tuning: Option<Tuning>,
+        /// The tuned numbers that replace those of the scenario, if it sets any.
+        tuned: Option<Box<Tuned>>,
         /// The forecast model that it must use; its own choice if none.
         forecast: Option<ForecastModel>,
     },
@@ -92,12 +63,8 @@ impl Controller {
     pub(super) fn law(law: LosLaw) -> Self {
         Self {
             name: law.name().to_owned(),
-            entry: law.name().to_owned(),
-            paths: Paths::AsScenario,
-            craft: CraftKnowledge::Declared,
             law: ControlLaw::Tuned(law),
-            rule: None,
-            variation: None,
+            entry: ControllerFile::default(),
         }
     }
 
@@ -105,20 +72,18 @@ impl Controller {
     /// matters only where the present is estimated from old or noisy reports.
     #[must_use]
     pub fn takes_part(&self, scenario: &Scenario) -> bool {
-        if self
-            .variation
-            .is_some_and(|variation| !variation.applies(scenario))
-        {
+        let variation = self.entry.variation;
+        if variation.is_some_and(|variation| !variation.applies(scenario)) {
             return false;
         }
         let goal = scenario.surface_craft.as_ref().map(|craft| &craft.goal);
-        if self.rule.is_some() && !matches!(goal, Some(Goal::Visit(_))) {
+        if self.entry.rule.is_some() && !matches!(goal, Some(Goal::Visit(_))) {
             return false;
         }
         match self.law {
             ControlLaw::Tuned(_) | ControlLaw::Fixed(_) => {
                 let already_known = scenario.knowledge.paths;
-                self.paths != Paths::Known || !already_known && leaves_the_present_unsure(scenario)
+                self.entry.paths != Paths::Known || !already_known && leaves_the_present_unsure(scenario)
             }
             // No range to keep: no back-off. Exact states, without acoustics, have no covariance.
             ControlLaw::Planner { ref parameters, .. } => {
@@ -149,11 +114,8 @@ impl Controller {
             ControlLaw::Fixed(tuning) => vec![tuning],
             ControlLaw::Planner { .. } | ControlLaw::Guide(_) => vec![],
         };
-        match self.rule {
-            None => Setting::grid(&laws, &[]),
-            Some((rule, None)) => Setting::grid(&laws, rule.dwells()),
-            Some((_, Some(dwell))) => Setting::grid(&laws, &[dwell]),
-        }
+        let dwells = self.entry.rule.as_ref().map(RuleFile::dwells);
+        Setting::grid(&laws, dwells.unwrap_or_default())
     }
 
     /// `true` if a part of it is tuned.
@@ -165,7 +127,7 @@ impl Controller {
     /// Time of the craft's breakdown, s.
     #[must_use]
     pub(super) fn breaks_at(&self) -> Option<f64> {
-        match self.variation {
+        match self.entry.variation {
             Some(Variation::Breakdown { at_s, .. }) => Some(at_s),
             _ => None,
         }
@@ -174,7 +136,7 @@ impl Controller {
     /// Its knowledge and variation in words.
     #[must_use]
     pub fn information(&self) -> String {
-        let of_paths = match self.paths {
+        let of_paths = match self.entry.paths {
             Paths::AsScenario => "what the scenario grants",
             Paths::Unknown => "what the scenario grants, but no path",
             Paths::Known => "what the scenario grants, and all paths, speeds and dives",
@@ -197,12 +159,12 @@ impl Controller {
                 ForecastModel::Path => "forecasts along the paths",
             },
         };
-        let of_craft = match self.craft {
+        let of_craft = match self.entry.craft {
             CraftKnowledge::Declared => "",
             CraftKnowledge::Speeds => "; of its craft the speeds alone",
         };
-        let visits = match self.rule {
-            Some((rule, _)) => format!("; visits by the rule {}", rule.names()[0]),
+        let visits = match self.entry.rule {
+            Some(rule) => format!("; visits by the rule {}", rule.name.names()[0]),
             None => String::new(),
         };
         format!("{of_paths}{of_craft}; {uses}{visits}")
@@ -212,8 +174,8 @@ impl Controller {
     #[must_use]
     pub(super) fn scenario(&self, scenario: &Scenario) -> Scenario {
         let mut scenario = scenario.clone();
-        scenario.knowledge.paths |= self.paths == Paths::Known;
-        if let Some(variation) = self.variation {
+        scenario.knowledge.paths |= self.entry.paths == Paths::Known;
+        if let Some(variation) = self.entry.variation {
             variation.vary_scenario(&mut scenario);
         }
         scenario
@@ -221,17 +183,17 @@ impl Controller {
 
     /// Applies its variation to the start, and removes undeclared parts of the craft.
     pub(super) fn vary_start(&self, start: &mut Start) {
-        if let Some(variation) = self.variation {
+        if let Some(variation) = self.entry.variation {
             variation.vary_start(start);
         }
-        if let ControlLaw::Planner {
-            tuning: Some(tuning), ..
-        } = &self.law
+        if let ControlLaw::Planner { tuning, tuned, .. } = &self.law
             && let Some(observer) = &mut start.observer
         {
-            observer.briefing.tuning = Some(tuning.clone());
+            let briefing = &mut observer.briefing;
+            briefing.tuning = tuning.clone().or(briefing.tuning.take());
+            briefing.tuned = tuned.as_deref().copied().unwrap_or(briefing.tuned);
         }
-        if self.craft == CraftKnowledge::Speeds
+        if self.entry.craft == CraftKnowledge::Speeds
             && let Some(observer) = &mut start.observer
         {
             let briefing = &mut observer.briefing;
@@ -259,15 +221,15 @@ impl Controller {
             } => (Box::new(MpcGuide::new(Parameters::clone(parameters))), *forecast),
             ControlLaw::Guide(url) => (Box::new(HttpGuide::new(url)), None),
         };
-        let guide = match (self.rule, setting.dwell_s) {
-            (Some((rule, _)), dwell) => Box::new(Ruled::new(guide, rule, dwell.unwrap_or(0.0))),
-            (None, _) => guide,
+        let guide = match self.entry.rule {
+            Some(rule) => Box::new(RuleGuide::new(guide, rule.name, setting.dwell_s.unwrap_or(0.0))),
+            None => guide,
         };
-        Box::new(Adapted {
+        Box::new(AdaptedGuide {
             guide,
-            without_paths: self.paths == Paths::Unknown,
+            without_paths: self.entry.paths == Paths::Unknown,
             forecast,
-            variation: self.variation,
+            variation: self.entry.variation,
             asked: 0,
             held: None,
         })
@@ -282,7 +244,7 @@ fn leaves_the_present_unsure(scenario: &Scenario) -> bool {
 }
 
 /// A guide whose snapshots are adapted to its controller's knowledge and variation.
-struct Adapted {
+struct AdaptedGuide {
     guide: Box<dyn Guide>,
     without_paths: bool,
     forecast: Option<ForecastModel>,
@@ -291,7 +253,7 @@ struct Adapted {
     held: Option<Guidance>,
 }
 
-impl Guide for Adapted {
+impl Guide for AdaptedGuide {
     fn name(&self) -> &'static str {
         self.guide.name()
     }
@@ -325,7 +287,7 @@ impl Guide for Adapted {
                 (auv.path, auv.dive) = (None, None);
             }
         }
-        let guidance = self.guide.guide(&Snapshot::try_from(observation)?)?;
+        let guidance = self.guide.guide(&snapshot.again(observation)?)?;
         self.held = Some(guidance);
         Ok(guidance)
     }

@@ -140,9 +140,9 @@ impl Campaign {
         let invalid = |field: String, reason: String| CampaignError::invalid(text, file, field, reason);
         let controllers = campaign.all_controllers();
         let names: Vec<String> = if campaign.scenarios.is_empty() {
-            let built_in = Scenario::names().into_iter();
-            let flown =
-                built_in.filter(|name| Scenario::named(name).is_some_and(|found| found.has_surface_craft()));
+            let has_craft =
+                |name: &&str| Scenario::named(name).is_some_and(|found| found.has_surface_craft());
+            let flown = Scenario::names().into_iter().filter(has_craft);
             flown.map(str::to_owned).collect()
         } else {
             campaign.scenarios.clone()
@@ -192,13 +192,13 @@ impl Campaign {
         let controller = |controller: &Controller| {
             json!({
                 "name": controller.name,
-                "entry": controller.entry,
+                "entry": controller.entry.name,
                 "kind": match controller.law {
                     ControlLaw::Tuned(_) | ControlLaw::Fixed(_) => "law",
                     ControlLaw::Planner { .. } => "planner",
                     ControlLaw::Guide(_) => "guide",
                 },
-                "paths": controller.paths,
+                "paths": controller.entry.paths,
                 "information": controller.information(),
                 "breaks": controller.breaks_at().is_some(),
             })
@@ -236,19 +236,12 @@ impl Campaign {
 
     /// The reference of ratios: the file's, else the first law, else the first controller.
     pub(super) fn reference(&self) -> &str {
-        let law = self
-            .controllers
-            .iter()
-            .find(|controller| controller.los_law().is_some());
-        let first = law
-            .or(self.controllers.first())
-            .map(|controller| controller.name.as_str());
-        self.file
-            .report
-            .reference
-            .as_deref()
-            .or(first)
-            .unwrap_or_default()
+        let mut controllers = self.controllers.iter();
+        let law = controllers.find(|controller| controller.los_law().is_some());
+        let first = law.or(self.controllers.first());
+        let first = first.map(|controller| controller.name.as_str());
+        let stated = self.file.report.reference.as_deref();
+        stated.or(first).unwrap_or_default()
     }
 
     /// Largest number of runs: a law with the same gains for two objectives flies once for both.
@@ -313,6 +306,11 @@ impl Campaign {
         chunks
     }
 
+    /// The chunk of that number.
+    pub(super) fn chunk(&self, number: u64) -> Option<Chunk> {
+        self.chunks().into_iter().find(|chunk| chunk.number == number)
+    }
+
     /// The tuning objectives.
     #[must_use]
     pub fn objectives(&self) -> &[Objective] {
@@ -348,22 +346,11 @@ impl Campaign {
     #[must_use]
     pub fn parameters(&self, condition: Condition) -> Vec<(&str, f64)> {
         let all = self.file.parameters.iter().zip(1..);
-        all.map(|(parameter, stream)| {
-            (
-                parameter.key.as_str(),
-                parameter.draw(&mut self.rng(condition, stream)),
-            )
-        })
-        .collect()
-    }
-
-    /// Keys of the parameters, in the file's order.
-    pub(super) fn parameter_keys(&self) -> Vec<&str> {
-        self.file
-            .parameters
-            .iter()
-            .map(|parameter| parameter.key.as_str())
-            .collect()
+        let drawn = all.map(|(parameter, stream)| {
+            let value = parameter.draw(&mut self.rng(condition, stream));
+            (parameter.key.as_str(), value)
+        });
+        drawn.collect()
     }
 
     /// The scenario of a condition, with its parameters.
@@ -393,11 +380,8 @@ impl Campaign {
     }
 
     pub(super) fn runs_per_condition(&self, case: usize) -> u64 {
-        self.cases[case]
-            .controllers
-            .iter()
-            .map(|&controller| self.n_objectives(controller) as u64)
-            .sum()
+        let controllers = self.cases[case].controllers.iter();
+        controllers.map(|number| self.n_objectives(*number) as u64).sum()
     }
 
     /// Tries the extremes of each parameter in each scenario before hours of work.
@@ -409,20 +393,15 @@ impl Campaign {
             }
             tried.push(&case.scenario.name);
             for (i, parameter) in self.file.parameters.iter().enumerate() {
+                let (key, name) = (&parameter.key, &case.scenario.name);
                 for value in parameter.extremes() {
-                    let scenario = case.with_parameters(&[(&parameter.key, value)], self.file.duration_s);
-                    let start = scenario
-                        .map_err(|error| error.to_string())
-                        .and_then(|scenario| scenario.start(0).map_err(|error| error.to_string()));
-                    start.map_err(|reason| {
-                        (
-                            format!("parameters[{i}].key"),
-                            format!(
-                                "{} = {value} does not fit into {}: {reason}",
-                                parameter.key, case.scenario.name
-                            ),
-                        )
-                    })?;
+                    let wrong = |reason: String| {
+                        let reason = format!("{key} = {value} does not fit into {name}: {reason}");
+                        (format!("parameters[{i}].key"), reason)
+                    };
+                    let scenario = case.with_parameters(&[(key, value)], self.file.duration_s);
+                    let scenario = scenario.map_err(|error| wrong(error.to_string()))?;
+                    scenario.start(0).map_err(|error| wrong(error.to_string()))?;
                 }
             }
         }

@@ -110,12 +110,8 @@ impl Manifest {
     pub fn of(campaign: &Campaign, shard: Shard) -> Self {
         let program = env!("CARGO_PKG_VERSION").to_owned();
         let mut parts = vec![SCHEMA_VERSION.to_owned(), program.clone(), campaign.text.clone()];
-        parts.extend(
-            campaign
-                .cases
-                .iter()
-                .map(|case| format!("{}\0{}", case.craft, case.scenario.source.text)),
-        );
+        let cases = campaign.cases.iter();
+        parts.extend(cases.map(|case| format!("{}\0{}", case.craft, case.scenario.source.text)));
         parts.extend(campaign.scenario_files.parts());
         Self {
             schema_version: SCHEMA_VERSION.to_owned(),
@@ -186,12 +182,8 @@ impl Directory {
             let found = Self::open(path)?;
             if (&found.manifest.digest, found.manifest.shard) != (&manifest.digest, manifest.shard) {
                 let brief = |of: &Manifest| {
-                    format!(
-                        "{} {}, shard {}",
-                        of.name,
-                        &of.digest[..8.min(of.digest.len())],
-                        of.shard
-                    )
+                    let digest = &of.digest[..8.min(of.digest.len())];
+                    format!("{} {digest}, shard {}", of.name, of.shard)
                 };
                 return Err(DirectoryError::Other(format!(
                     "{} holds another campaign ({}, program {}), not this one ({}): give another --out, or delete it",
@@ -243,8 +235,8 @@ impl Directory {
 
     /// The stored gains of a law.
     pub(super) fn gains(&self, case: usize, controller: usize) -> Option<Tuned> {
-        serde_json::from_slice(&fs::read(self.path.join(format!("gains/{case}-{controller}.json"))).ok()?)
-            .ok()
+        let file = self.path.join(format!("gains/{case}-{controller}.json"));
+        serde_json::from_slice(&fs::read(file).ok()?).ok()
     }
 
     /// Numbers of the stored chunks.
@@ -265,11 +257,8 @@ impl Directory {
 
     /// Stores the result of a piece of work; `name` has no ending.
     pub(super) fn store_bytes(&self, name: &str, bytes: &[u8]) -> Result<(), DirectoryError> {
-        let ending = if name.starts_with("chunks/") {
-            "parquet"
-        } else {
-            "json"
-        };
+        let is_chunk = name.starts_with("chunks/");
+        let ending = if is_chunk { "parquet" } else { "json" };
         let file = self.path.join(format!("{name}.{ending}"));
         write_whole(&file, bytes).map_err(|source| io_error(&file, source))
     }
@@ -313,10 +302,9 @@ impl Directory {
         };
         let of = first.manifest.shard.of;
         let mut shards: Vec<u64> = parts.iter().map(|part| part.manifest.shard.index).collect();
-        if let Some(other) = parts
-            .iter()
-            .find(|part| part.manifest.digest != first.manifest.digest || part.manifest.shard.of != of)
-        {
+        let is_other =
+            |part: &&Self| (&part.manifest.digest, part.manifest.shard.of) != (&first.manifest.digest, of);
+        if let Some(other) = parts.iter().find(is_other) {
             return Err(DirectoryError::Other(format!(
                 "{} and {} are not shards of one campaign",
                 first.path.display(),
@@ -333,8 +321,8 @@ impl Directory {
         }
         let mut all = Rows::default();
         for part in parts {
-            all.append(part.rows()?)
-                .map_err(|source| damaged(&part.path, source))?;
+            let appended = all.append(part.rows()?);
+            appended.map_err(|source| damaged(&part.path, source))?;
         }
         let manifest = Manifest {
             shard: Shard::WHOLE,
@@ -347,7 +335,7 @@ impl Directory {
 
     fn write(&self, file: &Path, rows: &Rows) -> Result<(), DirectoryError> {
         let mut bytes = vec![];
-        rows.write(self.manifest.about(), &mut bytes)
+        rows.write(&self.manifest.about(), &mut bytes)
             .map_err(|error| io_error(file, io::Error::other(error)))?;
         write_whole(file, &bytes).map_err(|source| io_error(file, source))
     }

@@ -2,7 +2,6 @@
 
 use std::{fs, io, path::Path};
 
-use planner::{los::LawGains, snapshot::ForecastModel};
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
 use schemars::JsonSchema;
@@ -10,10 +9,9 @@ use serde::{Deserialize, Serialize};
 use sim::scenario::{ScenarioError, line_of, line_of_field};
 
 use super::{
-    controller::{Controller, CraftKnowledge, Paths, Variation},
+    controller::{Controller, ControllerFile},
     score::Score,
 };
-use crate::rules::Rule;
 
 mod check;
 mod controllers;
@@ -167,76 +165,6 @@ impl Objective {
     }
 }
 
-/// A controller and its knowledge.
-#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ControllerFile {
-    /// Its name, unique in the campaign.
-    #[schemars(length(min = 1, max = 80))]
-    pub name: String,
-    /// Knowledge of the AUVs' paths, speeds and dives.
-    #[serde(default)]
-    pub paths: Paths,
-    /// Knowledge of the surface craft.
-    #[serde(default)]
-    pub craft: CraftKnowledge,
-    /// Difference from the scenario or the craft; none if left out.
-    pub variation: Option<Variation>,
-    /// The planner. Give either this
-    pub planner: Option<PlannerFile>,
-    /// or a line-of-sight law,
-    pub law: Option<LawFile>,
-    /// or the address of a law outside of this program, which gets each snapshot over HTTP.
-    pub guide: Option<String>,
-    /// A rule that visits AUVs instead of the planner's schedule, where the goal visits.
-    pub rule: Option<RuleFile>,
-}
-
-/// A rule that visits AUVs.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct RuleFile {
-    /// Its name.
-    pub name: Rule,
-    /// Time of a turn, or of a stay beyond the goal's least time, s; tuned per case if left out.
-    #[schemars(range(min = 0, max = 100_000))]
-    pub dwell_s: Option<f64>,
-}
-
-/// The planner.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct PlannerFile {
-    /// The forecast model that it must use; its own choice if left out.
-    pub forecast: Option<ForecastModel>,
-    /// The planner's levers, each the planner's default if left out, as for the members below.
-    #[serde(flatten)]
-    pub tuning: planner::snapshot::Tuning,
-    /// Back-off of acoustic ranges, in standard deviations.
-    pub range_back_off: Option<f64>,
-    /// Least share of the weight of the distance to the goal, however uncertain the goal is.
-    pub uncertain_goal_share: Option<f64>,
-    /// Share of the largest planned speed above which a law preferred to a plan is slew-limited.
-    pub hard_turn_share: Option<f64>,
-    /// Fastest that a heading reference turns where the craft could turn faster, rad/s.
-    pub heading_rate_max_radps: Option<f64>,
-    /// `true`: the fallback level of least predicted cost answers.
-    pub cost_decides: Option<bool>,
-}
-
-/// A line-of-sight law.
-#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct LawFile {
-    /// Its name, such as `saturated_los`.
-    pub name: String,
-    /// Its gains; tuned for each scenario and craft if left out.
-    pub gains: Option<LawGains>,
-    /// Fly every point of the law's grid as a separate controller.
-    #[serde(default)]
-    pub whole_grid: bool,
-}
-
 /// The comparisons of a report.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -356,11 +284,8 @@ impl CampaignFile {
         let document =
             toml::Deserializer::parse(text).map_err(|error| refused(&error, "syntax".to_owned()))?;
         let campaign: Self = serde_path_to_error::deserialize(document).map_err(|error| {
-            let field = error.path().to_string();
-            refused(
-                error.inner(),
-                if field == "." { "file".to_owned() } else { field },
-            )
+            let field = Some(error.path().to_string()).filter(|field| field != ".");
+            refused(error.inner(), field.unwrap_or_else(|| "file".to_owned()))
         })?;
         campaign
             .check()
@@ -371,10 +296,8 @@ impl CampaignFile {
     /// The controllers of all entries that are right.
     pub(super) fn all_controllers(&self) -> Vec<Controller> {
         let entries = self.controllers.iter();
-        entries
-            .filter_map(|entry| entry.controllers().ok())
-            .flatten()
-            .collect()
+        let right = entries.filter_map(|entry| entry.controllers().ok());
+        right.flatten().collect()
     }
 
     /// The JSON Schema of campaign files.

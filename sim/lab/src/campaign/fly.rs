@@ -13,9 +13,9 @@ use super::{
     controller::Controller,
     design::{Campaign, Condition, Run},
     grid::{Setting, grid, tuned},
-    learnt::Learnt,
-    rows::{Outcome, RunResult},
-    score::{Score, steps_above},
+    learnt::CraftLearning,
+    rows::{LEARNT, MORE, Row, Rows},
+    score::{SCORES, Score, steps_above},
 };
 use crate::{bound::bound_rms_m, http_guide::NoGuidance, stopwatch::timed};
 
@@ -27,7 +27,7 @@ const ROUNDING: f64 = 1.0 + 1e-6;
 pub(super) struct FlownMission {
     pub(super) record: Record,
     /// The planner's estimates of its craft; `None` for a law.
-    pub(super) learnt: Option<Learnt>,
+    pub(super) learnt: Option<CraftLearning>,
 }
 
 /// A mission of `controller` in `condition`, timed, at a point of its grid.
@@ -55,16 +55,18 @@ pub(super) fn fly_while(
     controller.vary_start(&mut start);
     let mut guide: Box<dyn Guide> = controller.guide(setting);
     let mut mission = Mission::from_start(start, &scenario, guide.name(), seed);
-    let mut learnt: Option<Learnt> = None;
+    let mut learnt: Option<CraftLearning> = None;
     while !mission.is_over() {
         let (time, interval) = (mission.time(), mission.record().interval);
         let snapshot = mission.observe()?;
-        let asked = snapshot
-            .as_ref()
+        let asked = snapshot.as_ref();
+        let asked = asked
             .map(|snapshot| timed(guide.as_mut(), snapshot))
             .transpose()?;
-        if let Some(known) = guide.craft_estimate() {
-            learnt.get_or_insert_default().look(time, interval, known);
+        if let (Some(known), Some(snapshot)) = (guide.craft_estimate(), &snapshot) {
+            let tuned = &snapshot.tuned().craft;
+            let learnt = learnt.get_or_insert_default();
+            learnt.observe(time, interval, known, tuned);
         }
         mission.step(snapshot.as_ref().zip(asked));
         if !goes_on(&mission) {
@@ -77,13 +79,17 @@ pub(super) fn fly_while(
     }))
 }
 
-/// The result of a run, without the bound. If the mission fails, the result says why. An external
-/// law without an answer has no result: it may answer later.
-pub(super) fn result(campaign: &Campaign, run: Run, gains: &RunGains) -> Result<RunResult, NoGuidance> {
+/// The row of a run, whose condition has this lower bound of `rms_m`. If the mission fails, the row
+/// says why. An external law without an answer has no row: it may answer later.
+pub(super) fn result(
+    campaign: &Campaign,
+    run: Run,
+    gains: &RunGains,
+    bound_rms_m: Option<f64>,
+) -> Result<Row, NoGuidance> {
     let controller = &campaign.controllers[run.controller];
     let begun = Instant::now();
-    let flown = fly(campaign, run.condition, controller, gains.setting);
-    let flown = match flown {
+    let flown = match fly(campaign, run.condition, controller, gains.setting) {
         Ok(flown) => Ok(flown),
         Err(error) => match error.downcast::<NoGuidance>() {
             Ok(away) if away.may_pass() => return Err(*away),
@@ -92,46 +98,103 @@ pub(super) fn result(campaign: &Campaign, run: Run, gains: &RunGains) -> Result<
         },
     };
     let took = begun.elapsed().as_secs_f64();
-    let case = &campaign.cases[run.condition.case];
-    let response = case.response();
-    let outcome = flown.and_then(|flown| {
+    let scored = flown.and_then(|flown| {
         let score = Score::of(&flown.record).ok_or("there is no surface craft in the record")?;
-        let too_fast_steps_percent = response.map(|response| {
-            let most = ROUNDING * response.heading.rate_max;
-            let (above, all) = steps_above(most, &flown.record);
-            100.0 * above / all
-        });
-        Ok(Outcome {
-            score,
-            too_fast_steps_percent,
-            learnt: flown.learnt,
-        })
+        Ok((score, flown))
     });
-    Ok(RunResult {
-        run: run.number,
-        scenario: case.scenario.name.clone(),
-        craft: case.craft.clone(),
-        controller: controller.name.clone(),
-        information: controller.information(),
-        objectives: gains.objectives.clone(),
-        replicate: run.condition.replicate,
-        seed: campaign.seed(run.condition),
-        tuning: controller
-            .los_law()
-            .zip(gains.setting.gains)
-            .map(|(law, gains)| tuned(law, gains)),
-        dwell_s: gains.setting.dwell_s,
-        parameters: campaign
-            .parameters(run.condition)
-            .into_iter()
-            .map(|(_, value)| value)
-            .collect(),
-        outcome,
-        tested: response.map(|craft| [craft.heading.lag(), craft.surge.lag(), craft.sway_per_yaw_rate]),
-        breaks_at_s: controller.breaks_at(),
-        bound_rms_m: None,
-        run_s: took,
-    })
+    Ok(row(campaign, run, gains, &scored, bound_rms_m, took))
+}
+
+/// The table of a campaign, without rows.
+pub(super) fn no_rows(campaign: &Campaign) -> Rows {
+    let condition = Condition {
+        case: 0,
+        replicate: 0,
+        tuning: false,
+    };
+    let run = Run {
+        number: 0,
+        condition,
+        controller: 0,
+        objective: 0,
+    };
+    let row = row(
+        campaign,
+        run,
+        &RunGains::default(),
+        &Err(String::new()),
+        None,
+        0.0,
+    );
+    Rows::without_rows(row)
+}
+
+/// The row of a run that took so long, s, and that was flown and scored, or failed.
+fn row(
+    campaign: &Campaign,
+    run: Run,
+    gains: &RunGains,
+    scored: &Result<(Score, FlownMission), String>,
+    bound_rms_m: Option<f64>,
+    took: f64,
+) -> Row {
+    let controller = &campaign.controllers[run.controller];
+    let case = &campaign.cases[run.condition.case];
+    let law = controller.los_law().zip(gains.setting.gains);
+    let law = law.map(|(law, gains)| tuned(law, gains));
+    let score = scored.as_ref().ok().map(|(score, _)| score);
+    let learnt = scored.as_ref().ok().and_then(|(_, flown)| flown.learnt.as_ref());
+    let response = case.response();
+    let too_fast = response.zip(scored.as_ref().ok()).map(|(response, (_, flown))| {
+        let (above, all) = steps_above(ROUNDING * response.heading.rate_max, &flown.record);
+        100.0 * above / all
+    });
+    let tested = response.map(|craft| [craft.heading.lag(), craft.surge.lag(), craft.sway_per_yaw_rate]);
+
+    let mut row = Row::default();
+    row.count("run", run.number);
+    row.word("scenario", &case.scenario.name);
+    row.word("craft", &case.craft);
+    row.word("controller", &controller.name);
+    row.word("information", &controller.information());
+    row.word("objectives", &gains.objectives);
+    row.count("replicate", run.condition.replicate);
+    row.count("seed", campaign.seed(run.condition));
+    row.number("look_ahead_m", law.map(|law| law.gains.look_ahead));
+    row.number(
+        "along_track_gain_per_s",
+        law.map(|law| law.gains.along_track_gain),
+    );
+    row.number("integral_gain_mps", law.map(|law| law.integral_gain));
+    row.number("dwell_s", gains.setting.dwell_s);
+    for (key, value) in campaign.parameters(run.condition) {
+        row.number(&format!("param.{key}"), Some(value));
+    }
+    for column in SCORES {
+        row.number(column.0, score.and_then(|score| score.value(column)));
+    }
+    let [too_fast_steps, alarms, alarm_s, noticed] = MORE;
+    row.number(too_fast_steps, too_fast);
+    #[expect(clippy::cast_precision_loss, reason = "an alarm a second at most")]
+    row.number(alarms, learnt.map(|learnt| learnt.alarms_at_s.len() as f64));
+    row.number(alarm_s, learnt.map(|learnt| learnt.alarm_s));
+    let broken = learnt.zip(controller.breaks_at());
+    row.number(
+        noticed,
+        broken.and_then(|(learnt, at)| learnt.noticed_after_s(at)),
+    );
+    for (k, [value, sigma, of_test]) in LEARNT.into_iter().enumerate() {
+        let estimate = learnt.and_then(|learnt| Some(learnt.estimates?[k]));
+        row.number(value, estimate.map(|(value, _)| value));
+        row.number(sigma, estimate.map(|(_, sigma)| sigma));
+        row.number(of_test, tested.map(|tested| tested[k]));
+    }
+    row.number("bound_rms_m", bound_rms_m);
+    row.word("failure", scored.as_ref().err().map_or("", |why| why));
+    row.number("solve_ms_p50", score.and_then(|score| score.metrics.solve_ms_p50));
+    row.number("solve_ms_p99", score.and_then(|score| score.metrics.solve_ms_p99));
+    row.number("run_s", Some(took));
+    row
 }
 
 /// The gains of a run.
@@ -147,26 +210,24 @@ pub(super) struct RunGains {
 pub(super) fn bound(campaign: &Campaign, condition: Condition) -> Option<f64> {
     let controllers = campaign.cases[condition.case].controllers.iter();
     let controllers = controllers.map(|controller| &campaign.controllers[*controller]);
-    let mut variations =
-        controllers.map(|controller| controller.variation.filter(|variation| variation.changes_craft()));
+    let changes = |controller: &Controller| {
+        let variation = controller.entry.variation;
+        variation.filter(|variation| variation.changes_craft())
+    };
+    let mut variations = controllers.map(changes);
     let first = variations.next()?;
     if variations.any(|variation| variation != first) {
         return None;
     }
-    let briefed = campaign
-        .scenario(condition)
-        .ok()?
-        .start(campaign.seed(condition))
-        .ok()?;
+    let scenario = campaign.scenario(condition).ok()?;
+    let briefed = scenario.start(campaign.seed(condition)).ok()?;
     // The controller itself chooses the place of a goal that visits.
     if matches!(briefed.observer?.briefing.goal, Goal::Visit(_)) {
         return None;
     }
     // Goal, current and plant are the same under every controller.
-    let controller = Controller {
-        variation: first,
-        ..Controller::law(LosLaw::SaturatedLos)
-    };
+    let mut controller = Controller::law(LosLaw::SaturatedLos);
+    controller.entry.variation = first;
     let setting = Setting {
         gains: Some(grid(LosLaw::SaturatedLos)[0].into()),
         dwell_s: None,

@@ -1,13 +1,13 @@
 //! A planner's estimates of its craft.
 
-use planner::craft::CraftEstimate;
+use planner::{craft::CraftEstimate, tuned::CraftNumbers};
 
 /// Time of the estimates, s.
 const LEARNT_AT_S: f64 = 300.0;
 
 /// A planner's estimates of its craft during a mission.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Learnt {
+pub(super) struct CraftLearning {
     /// Start times of its alarms that the craft does not follow, s.
     pub(super) alarms_at_s: Vec<f64>,
     /// Total duration of the alarms, s.
@@ -18,8 +18,8 @@ pub(super) struct Learnt {
     is_alarmed: bool,
 }
 
-impl Learnt {
-    pub(super) fn look(&mut self, time: f64, interval: f64, known: &CraftEstimate) {
+impl CraftLearning {
+    pub(super) fn observe(&mut self, time: f64, interval: f64, known: &CraftEstimate, tuned: &CraftNumbers) {
         let alarm = known.monitor.alarm;
         if alarm {
             self.alarm_s += interval;
@@ -30,7 +30,7 @@ impl Learnt {
         self.is_alarmed = alarm;
         if self.estimates.is_none() && LEARNT_AT_S <= time {
             let drift = (known.drift.mean, known.drift.variance.max(0.0).sqrt());
-            self.estimates = Some([known.heading_lag(), known.surge_lag(), drift]);
+            self.estimates = Some([known.heading_lag(tuned), known.surge_lag(tuned), drift]);
         }
     }
 

@@ -8,7 +8,7 @@ use super::{
     design::{Campaign, Run},
     fly::{RunGains, bound, fly, result},
     grid::Setting,
-    rows::{Rows, RunResult},
+    rows::Rows,
 };
 
 /// A replayed run.
@@ -45,11 +45,7 @@ pub fn replay(campaign: &Campaign, rows: &Rows, number: u64) -> Result<Replay, R
     let run = campaign.run(number).ok_or_else(no_run)?;
     let before = rows.only(number).ok_or_else(no_run)?;
     let controller = &campaign.controllers[run.controller];
-    let cell = |name: &str| {
-        before
-            .numbers(name)
-            .and_then(|cells| cells.first().copied().flatten())
-    };
+    let cell = |name: &str| *before.numbers(name)?.first()?;
     let setting = Setting {
         gains: match controller.law {
             ControlLaw::Tuned(_) | ControlLaw::Fixed(_) => Some(LawGains {
@@ -67,11 +63,8 @@ pub fn replay(campaign: &Campaign, rows: &Rows, number: u64) -> Result<Replay, R
     };
     let flown = fly(campaign, run.condition, controller, setting);
     let record = flown.map_err(ReplayError::Mission)?.record;
-    let again = RunResult {
-        bound_rms_m: bound(campaign, run.condition),
-        ..result(campaign, run, &gains).map_err(|away| ReplayError::Mission(away.into()))?
-    };
-    let again = Rows::of(&[again], &campaign.parameter_keys());
+    let again = result(campaign, run, &gains, bound(campaign, run.condition));
+    let again = Rows::of([again.map_err(|away| ReplayError::Mission(away.into()))?]);
     Ok(Replay {
         run,
         controller: controller.name.clone(),

@@ -3,13 +3,13 @@
 use std::num::NonZeroUsize;
 
 use super::{
-    chunk::flown,
     design::{Campaign, Chunk},
     directory::{Directory, DirectoryError},
+    fly::no_rows,
     queue::in_parallel,
     rows::Rows,
-    tune::{Gains, tune, tuned_in},
-    work::Work,
+    tune::{Gains, Tuned, tune, tuned_in},
+    work::{Work, flown},
 };
 
 /// Progress of a campaign.
@@ -39,21 +39,11 @@ pub fn run(
     let all = campaign.chunks();
     let wanted = directory.manifest.shard.chunks(&all);
     let done = directory.chunks_done()?;
-    let left: Vec<Chunk> = wanted
-        .iter()
-        .copied()
-        .filter(|chunk| !done.contains(&chunk.number))
-        .collect();
+    let is_done = |chunk: &Chunk| done.contains(&chunk.number);
+    let (stored, left): (Vec<Chunk>, Vec<Chunk>) = wanted.iter().copied().partition(is_done);
     let runs_of = |chunk: &Chunk| chunk.count * campaign.runs_per_condition(chunk.case);
     let mut state = Progress {
-        runs: (
-            wanted
-                .iter()
-                .filter(|chunk| done.contains(&chunk.number))
-                .map(runs_of)
-                .sum(),
-            wanted.iter().map(runs_of).sum(),
-        ),
+        runs: (stored.iter().map(runs_of).sum(), wanted.iter().map(runs_of).sum()),
         ..Progress::default()
     };
     progress(state);
@@ -84,7 +74,7 @@ pub fn run(
         progress(state);
     };
     in_parallel(&left, at_once, fly, &mut note)?;
-    directory.collect(wanted, Rows::of(&[], &campaign.parameter_keys()))
+    directory.collect(wanted, no_rows(campaign))
 }
 
 /// The gains of every case with chunks left, read from the directory or tuned now.
@@ -96,13 +86,11 @@ fn found_gains(
     progress: &mut (dyn FnMut((u64, u64)) + Send),
 ) -> Result<Vec<Gains>, DirectoryError> {
     let cases = (0..campaign.cases.len()).filter(|case| left.iter().any(|chunk| chunk.case == *case));
-    let searches: Vec<(usize, usize)> = cases
-        .flat_map(|case| {
-            tuned_in(campaign, case)
-                .into_iter()
-                .map(move |controller| (case, controller))
-        })
-        .collect();
+    let searches = cases.flat_map(|case| {
+        let controllers = tuned_in(campaign, case).into_iter();
+        controllers.map(move |controller| (case, controller))
+    });
+    let searches: Vec<(usize, usize)> = searches.collect();
     let mut done = (0, searches.len() as u64);
     progress(done);
     let search = |&(case, controller): &(usize, usize)| {
@@ -114,14 +102,11 @@ fn found_gains(
         directory.store_work(Work::Tune { case, controller }, &json)?;
         Ok(found)
     };
-    let found = in_parallel(&searches, jobs, search, &mut |_,
-                                                           outcome: &Result<
-        _,
-        DirectoryError,
-    >| {
+    let mut note = |_: &(usize, usize), outcome: &Result<Tuned, DirectoryError>| {
         done.0 += u64::from(outcome.is_ok());
         progress(done);
-    })?;
+    };
+    let found = in_parallel(&searches, jobs, search, &mut note)?;
     let mut gains = vec![Gains::default(); campaign.cases.len()];
     for ((case, _), tuned) in searches.iter().zip(found) {
         gains[*case].0.push(tuned);

@@ -3,7 +3,7 @@
 use planner::{angle::wrap, los::Reference};
 
 use sim::{
-    metrics::{Metrics, SurfaceCraftMetrics, Violation},
+    metrics::{Metrics, SurfaceCraftMetrics, Violation, Violations},
     record::{Record, SurfaceCraftRow},
 };
 
@@ -91,12 +91,15 @@ pub(super) fn steps_above(rate: f64, record: &Record) -> (f64, f64) {
 }
 
 /// A column: its name, with the unit at the end, and its value.
-type Number = (&'static str, fn(&Score, &SurfaceCraftMetrics) -> Option<f64>);
+type Number = (
+    &'static str,
+    fn(&Score, &SurfaceCraftMetrics, &Violations) -> Option<f64>,
+);
 
 impl Score {
     /// The value of a column.
     pub(super) fn value(&self, (_, of): Number) -> Option<f64> {
-        of(self, &self.metrics)
+        of(self, &self.metrics, &self.metrics.violations)
     }
 }
 
@@ -111,49 +114,45 @@ fn count(n: usize) -> Option<f64> {
 
 /// The columns. Less is better in each, but for `duration_s`, `visits` and the counts of answers.
 pub(super) const SCORES: [Number; 33] = [
-    ("rms_m", |_, m| Some(m.rms_m)),
-    ("mean_m", |_, m| Some(m.mean_m)),
-    ("p95_m", |_, m| Some(m.p95_m)),
-    ("max_m", |_, m| Some(m.max_m)),
-    ("settled_rms_m", |_, m| Some(m.settled_rms_m)),
-    ("time_to_3_m_s", |s, _| s.near_after_s),
-    ("duration_s", |s, _| Some(s.duration_s)),
-    ("energy_j", |_, m| Some(m.energy_j)),
-    ("heading_travel_rad", |_, m| Some(m.heading_travel_rad)),
-    ("reference_jerk", |_, m| Some(m.reference_jerk)),
-    ("speed_reference_travel_mps", |s, _| Some(s.speed_travel)),
-    ("heading_reference_travel_rad", |s, _| Some(s.heading_travel)),
-    ("steep_steps_percent", |s, _| Some(100.0 * s.steep_share)),
-    ("reference_violations", |s, _| count(s.reference.count)),
-    ("reference_violation_worst_mps", |s, _| Some(s.reference.worst)),
-    ("speed_violations", |_, m| count(m.violations.speed_mps.count)),
-    ("speed_violation_worst_mps", |_, m| {
-        Some(m.violations.speed_mps.worst)
-    }),
-    ("turn_rate_violations", |_, m| {
-        count(m.violations.turn_rate_radps.count)
-    }),
-    ("keep_out_violations", |_, m| count(m.violations.keep_out_m.count)),
-    ("keep_out_violation_worst_m", |_, m| {
-        Some(m.violations.keep_out_m.worst)
-    }),
-    ("area_violations", |_, m| count(m.violations.area_m.count)),
-    ("range_violations", |_, m| count(m.violations.range_m.count)),
-    ("range_violation_s", |_, m| Some(m.violations.range_m.duration_s)),
-    ("energy_violations", |_, m| count(m.violations.energy_j.count)),
-    ("answers_mpc", |_, m| count(m.answers_by_method.mpc)),
-    ("answers_previous_plan", |_, m| {
+    ("rms_m", |_, m, _| Some(m.rms_m)),
+    ("mean_m", |_, m, _| Some(m.mean_m)),
+    ("p95_m", |_, m, _| Some(m.p95_m)),
+    ("max_m", |_, m, _| Some(m.max_m)),
+    ("settled_rms_m", |_, m, _| Some(m.settled_rms_m)),
+    ("time_to_3_m_s", |s, _, _| s.near_after_s),
+    ("duration_s", |s, _, _| Some(s.duration_s)),
+    ("energy_j", |_, m, _| Some(m.energy_j)),
+    ("heading_travel_rad", |_, m, _| Some(m.heading_travel_rad)),
+    ("reference_jerk", |_, m, _| Some(m.reference_jerk)),
+    ("speed_reference_travel_mps", |s, _, _| Some(s.speed_travel)),
+    ("heading_reference_travel_rad", |s, _, _| Some(s.heading_travel)),
+    ("steep_steps_percent", |s, _, _| Some(100.0 * s.steep_share)),
+    ("reference_violations", |s, _, _| count(s.reference.count)),
+    ("reference_violation_worst_mps", |s, _, _| Some(s.reference.worst)),
+    ("speed_violations", |_, _, v| count(v.speed_mps.count)),
+    ("speed_violation_worst_mps", |_, _, v| Some(v.speed_mps.worst)),
+    ("turn_rate_violations", |_, _, v| count(v.turn_rate_radps.count)),
+    ("keep_out_violations", |_, _, v| count(v.keep_out_m.count)),
+    ("keep_out_violation_worst_m", |_, _, v| Some(v.keep_out_m.worst)),
+    ("area_violations", |_, _, v| count(v.area_m.count)),
+    ("range_violations", |_, _, v| count(v.range_m.count)),
+    ("range_violation_s", |_, _, v| Some(v.range_m.duration_s)),
+    ("energy_violations", |_, _, v| count(v.energy_j.count)),
+    ("answers_mpc", |_, m, _| count(m.answers_by_method.mpc)),
+    ("answers_previous_plan", |_, m, _| {
         count(m.answers_by_method.previous_plan)
     }),
-    ("answers_saturated_los", |_, m| {
+    ("answers_saturated_los", |_, m, _| {
         count(m.answers_by_method.saturated_los)
     }),
-    ("answers_hold", |_, m| count(m.answers_by_method.hold)),
-    ("visit_mean_cost", |_, m| Some(m.visits?.mean_cost)),
-    ("visit_max_cost", |_, m| Some(m.visits?.max_cost)),
-    ("visits", |_, m| count(m.visits?.visits)),
-    ("visit_changes", |_, m| count(m.visits?.changes)),
-    ("visit_deadlines_missed", |_, m| count(m.visits?.deadlines_missed)),
+    ("answers_hold", |_, m, _| count(m.answers_by_method.hold)),
+    ("visit_mean_cost", |_, m, _| Some(m.visits?.mean_cost)),
+    ("visit_max_cost", |_, m, _| Some(m.visits?.max_cost)),
+    ("visits", |_, m, _| count(m.visits?.visits)),
+    ("visit_changes", |_, m, _| count(m.visits?.changes)),
+    ("visit_deadlines_missed", |_, m, _| {
+        count(m.visits?.deadlines_missed)
+    }),
 ];
 
 /// Distance of a speed reference from its limits, m/s; 0 within them, up to rounding.

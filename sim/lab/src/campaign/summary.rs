@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, fmt::Write as _};
 use super::{design::Campaign, rows::Rows};
 
 /// A controller's name, a scenario with a craft, and the bits of a replicate's number.
-type Place<'a> = (&'a str, [&'a str; 2], u64);
+type RowKey<'a> = (&'a str, [&'a str; 2], u64);
 
 /// A line per controller: runs, failures, and each metric's ratio to the reference, the geometric
 /// mean over conditions that both flew. Each scenario with a craft has the same weight. A law with
@@ -13,11 +13,9 @@ type Place<'a> = (&'a str, [&'a str; 2], u64);
 #[must_use]
 pub fn summary(campaign: &Campaign, rows: &Rows) -> String {
     let (metrics, reference) = (&campaign.file.report.metrics, campaign.reference());
-    let values: Vec<_> = metrics.iter().map(|metric| by_place(rows, metric)).collect();
-    let names = campaign
-        .controllers
-        .iter()
-        .map(|controller| controller.name.as_str());
+    let values: Vec<_> = metrics.iter().map(|metric| by_key(rows, metric)).collect();
+    let controllers = campaign.controllers.iter();
+    let names = controllers.map(|controller| controller.name.as_str());
     let width = names.clone().map(|name| name.chars().count()).max().unwrap_or(0);
     let mut text = format!("{:width$}  {:>6}  {:>6}", "", "runs", "failed");
     for metric in metrics {
@@ -45,7 +43,7 @@ pub fn summary(campaign: &Campaign, rows: &Rows) -> String {
 }
 
 /// The values of a metric.
-fn by_place<'a>(rows: &'a Rows, metric: &str) -> BTreeMap<Place<'a>, f64> {
+fn by_key<'a>(rows: &'a Rows, metric: &str) -> BTreeMap<RowKey<'a>, f64> {
     let words = |name| rows.words(name).unwrap_or_default();
     let [controllers, scenarios, crafts, objectives, failures] =
         ["controller", "scenario", "craft", "objectives", "failure"].map(words);
@@ -56,18 +54,18 @@ fn by_place<'a>(rows: &'a Rows, metric: &str) -> BTreeMap<Place<'a>, f64> {
             continue;
         };
         let replicate = replicates[i].map_or(0, f64::to_bits);
-        let place: Place<'_> = (controllers[i], [scenarios[i], crafts[i]], replicate);
+        let key: RowKey<'_> = (controllers[i], [scenarios[i], crafts[i]], replicate);
         if objectives[i].split(' ').any(|name| name == metric) {
-            values.insert(place, value);
+            values.insert(key, value);
         } else {
-            values.entry(place).or_insert(value);
+            values.entry(key).or_insert(value);
         }
     }
     values
 }
 
 /// None without pairs, and where a value is not positive.
-fn ratio(values: &BTreeMap<Place<'_>, f64>, controller: &str, reference: &str) -> Option<f64> {
+fn ratio(values: &BTreeMap<RowKey<'_>, f64>, controller: &str, reference: &str) -> Option<f64> {
     let mut groups: BTreeMap<[&str; 2], (f64, f64)> = BTreeMap::new();
     for (&(_, group, replicate), value) in values.iter().filter(|((name, ..), _)| *name == controller) {
         let Some(other) = values.get(&(reference, group, replicate)) else {

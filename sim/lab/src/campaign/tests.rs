@@ -15,7 +15,9 @@ use sim::{
 use super::{
     Campaign, CampaignError, Directory, DirectoryError, Manifest, ScenarioFiles, Shard,
     design::{Chunk, Condition},
+    file::Objective,
     fly::fly,
+    grid::Setting,
     replay,
     rows::{LEARNT, Rows},
     run,
@@ -89,112 +91,69 @@ fn a_directory_of_another_campaign_is_refused_and_stays_as_it_is() {
     Directory::create(folder.path(), Manifest::of(&one, Shard::WHOLE)).expect("is new");
     let before = fs::read(folder.path().join("campaign.json")).expect("is there");
     let other = campaign(&SMALL.replace("seed = 7", "seed = 8"));
-    for manifest in [
-        Manifest::of(&other, Shard::WHOLE),
-        Manifest::of(&one, Shard::new(1, 2)),
-    ] {
-        let refused = Directory::create(folder.path(), manifest).expect_err("is another");
-        assert!(
-            refused.to_string().contains("holds another campaign"),
-            "{refused}"
-        );
+    for (campaign, shard) in [(&other, Shard::WHOLE), (&one, Shard::new(1, 2))] {
+        let refused = Directory::create(folder.path(), Manifest::of(campaign, shard));
+        let refused = refused.expect_err("is another").to_string();
+        assert!(refused.contains("holds another campaign"), "{refused}");
     }
-    assert_eq!(
-        fs::read(folder.path().join("campaign.json")).expect("is there"),
-        before
-    );
-    assert!(matches!(
-        Directory::open(Path::new("/nowhere")),
-        Err(DirectoryError::NotOne(_))
-    ));
+    let after = fs::read(folder.path().join("campaign.json")).expect("is there");
+    assert_eq!(after, before);
+    let nowhere = Directory::open(Path::new("/nowhere"));
+    assert!(matches!(nowhere, Err(DirectoryError::NotOne(_))));
 }
+
+/// Mistakes in [`SMALL`]: what it says | what is written instead | what the refusal says.
+const MISTAKES: &str = r#"
+seed = 7 | seed = -7 | small.toml:5: seed:
+replicates = 3 | replicates = 0 | small.toml:8: replicates: 0 is outside 1 to 1000000
+duration_s = 40 | duration_s = 1e9 | small.toml:7: duration_s: 1000000000 is outside
+duration_s = 40 | duration = 40 | small.toml:7: duration: unknown field `duration`
+"noisy-fixes"] | "noisy"] | scenarios[1]: there is no scenario "noisy", only paper-path-following
+"noisy-fixes"] | "paper-tracking"] | scenarios[1]: paper-tracking is the second with the name paper-tracking
+"noisy-fixes"] | "paper-path-following"] | has no surface craft to score
+uniform = [0.1, 0.3] | uniform = [0.3, 0.1] | parameters[0].uniform: [0.3, 0.1] are not two limits
+uniform = [0.1, 0.3] |  | parameters[0].uniform: give either uniform or choice
+uniform = [0.1, 0.3] | uniform = [0.1, 30] | parameters[0].key: surface_craft.speed_mps = 30 does not fit into paper
+surface_craft.speed_mps | surface_craft.sped | parameters[0].key: surface_craft.sped = 0.1 does not fit
+name = "service" | name = "mpc auto" | controllers[2].name: "mpc auto" is the name of two
+planner = {} |  | controllers[0].planner: give one of planner, law and guide
+planner = {} | planner = {scp = 3} | unknown field `scp`
+planner = {} | planner = { parameters.estimate.gates = 9.2 } | there is no tuned number estimate.gates
+name = "saturated_los" } | name = "straight" } | controllers[1].law.name: there is no law "straight", only saturated_los
+[tuning] | [report]\nmetrics = ["rms_m", "rms"]\n[tuning] | report.metrics[1]: there is no column "rms", only rms_m
+[tuning]\nreplicates = 1\nobjectives = ["rms_m", "energy_j"] |  | say in [tuning] how they are found
+"#;
+
+/// Mistakes in [`VISITS`].
+const MISTAKES_OF_RULES: &str = r#"
+dwell_s = 40 | dwell_s = 0.5 | controllers[1].rule.dwell_s: 0.5 is outside 1 to 100000 s
+dwell_s = 40 | dwell_s = nan | controllers[1].rule.dwell_s: NaN is outside
+{ name = "clock",  | { name = "watch",  | unknown variant `watch`
+"#;
 
 #[test]
 fn a_mistake_is_named_with_its_line_its_member_and_what_would_do() {
-    for (right, wrong, says) in [
-        ("seed = 7", "seed = -7", "small.toml:5: seed: "),
-        (
-            "replicates = 3",
-            "replicates = 0",
-            "small.toml:8: replicates: 0 is outside 1 to 1000000",
-        ),
-        (
-            "duration_s = 40",
-            "duration_s = 1e9",
-            "small.toml:7: duration_s: 1000000000 is outside",
-        ),
-        (
-            "duration_s = 40",
-            "duration = 40",
-            "small.toml:7: duration: unknown field `duration`",
-        ),
-        (
-            "\"noisy-fixes\"]",
-            "\"noisy\"]",
-            "scenarios[1]: there is no scenario \"noisy\", only paper-path-following",
-        ),
-        (
-            "\"noisy-fixes\"]",
-            "\"paper-tracking\"]",
-            "scenarios[1]: paper-tracking is the second with the name paper-tracking",
-        ),
-        (
-            "\"noisy-fixes\"]",
-            "\"paper-path-following\"]",
-            "has no surface craft to score",
-        ),
-        (
-            "uniform = [0.1, 0.3]",
-            "uniform = [0.3, 0.1]",
-            "parameters[0].uniform: [0.3, 0.1] are not two limits",
-        ),
-        (
-            "uniform = [0.1, 0.3]",
-            "",
-            "parameters[0].uniform: give either uniform or choice",
-        ),
-        (
-            "uniform = [0.1, 0.3]",
-            "uniform = [0.1, 30]",
-            "parameters[0].key: surface_craft.speed_mps = 30 does not fit into paper-tracking",
-        ),
-        (
-            "key = \"surface_craft.speed_mps\"",
-            "key = \"surface_craft.sped\"",
-            "parameters[0].key: surface_craft.sped = 0.1 does not fit",
-        ),
-        (
-            "name = \"service\"",
-            "name = \"mpc auto\"",
-            "controllers[2].name: \"mpc auto\" is the name of two",
-        ),
-        (
-            "planner = {}",
-            "",
-            "controllers[0].planner: give one of planner, law and guide",
-        ),
-        ("planner = {}", "planner = {scp = 3}", "unknown field `scp`"),
-        (
-            "name = \"saturated_los\" }",
-            "name = \"straight\" }",
-            "controllers[1].law.name: there is no law \"straight\", only saturated_los",
-        ),
-        (
-            "[tuning]\nreplicates = 1\nobjectives = [\"rms_m\", \"energy_j\"]",
-            "",
-            "say in [tuning] how they are found",
-        ),
-        ("replicates = 1\n", "replicates = 1\nfirst_seed = 2\n", ""),
-    ] {
-        assert!(SMALL.contains(right), "{right}");
-        let text = SMALL.replacen(right, wrong, 1);
-        if says.is_empty() {
-            campaign(&text);
-        } else {
-            let message = refused(&text);
-            assert!(message.contains(says), "{message}\nshould say {says}");
+    for (file, mistakes) in [(SMALL, MISTAKES), (VISITS, MISTAKES_OF_RULES)] {
+        for mistake in mistakes.lines().filter(|line| !line.is_empty()) {
+            let parts: Vec<String> = mistake
+                .splitn(3, " | ")
+                .map(|part| part.replace("\\n", "\n"))
+                .collect();
+            let [right, wrong, says] = &parts[..] else {
+                panic!("{mistake}")
+            };
+            assert!(file.contains(right), "{mistake}");
+            let message = refused(&file.replacen(right, wrong, 1));
+            assert!(message.contains(says), "{message}\n{mistake}");
         }
     }
+    campaign(&SMALL.replacen("replicates = 1\n", "replicates = 1\nfirst_seed = 2\n", 1));
+    let overlapping = SMALL
+        .replace("seed = 7", "first_seed = 1")
+        .replace("replicates = 1\n", "replicates = 1\nfirst_seed = 3\n");
+    assert!(refused(&overlapping).contains("overlap the scored ones"));
+    let unreadable = Campaign::read(Path::new("/nowhere.toml"));
+    assert!(matches!(unreadable, Err(CampaignError::Unreadable(..))));
 }
 
 /// A goal that visits and one that does not; the clock with both its followers, and the planner.
@@ -227,74 +186,38 @@ law = { name = "saturated_los", gains = { look_ahead_m = 5, along_track_gain_per
 rule = { name = "clock" }
 "#;
 
-#[test]
-fn rules_that_are_none_and_turns_that_no_goal_takes_are_refused() {
-    for (right, wrong, says) in [
-        (
-            "dwell_s = 40",
-            "dwell_s = 0.5",
-            "controllers[1].rule.dwell_s: 0.5 is outside 1 to 100000 s",
-        ),
-        (
-            "dwell_s = 40",
-            "dwell_s = nan",
-            "controllers[1].rule.dwell_s: NaN is outside",
-        ),
-        (
-            "{ name = \"clock\", ",
-            "{ name = \"watch\", ",
-            "unknown variant `watch`",
-        ),
-    ] {
-        let message = refused(&VISITS.replacen(right, wrong, 1));
-        assert!(message.contains(says), "{message}\nshould say {says}");
-    }
-}
-
-#[test]
-fn a_report_of_unknown_metrics_and_seeds_that_overlap_are_refused() {
-    let unknown = format!("{SMALL}\n[report]\nmetrics = [\"rms_m\", \"rms\"]\n");
-    assert!(
-        refused(&unknown).contains("report.metrics[1]: there is no column \"rms\", only rms_m"),
-        "{}",
-        refused(&unknown)
-    );
-    let overlapping = SMALL
-        .replace("seed = 7", "first_seed = 1")
-        .replace("replicates = 1\n", "replicates = 1\nfirst_seed = 3\n");
-    assert!(
-        refused(&overlapping).contains("overlap the scored ones"),
-        "{}",
-        refused(&overlapping)
-    );
-    assert!(matches!(
-        Campaign::read(Path::new("/nowhere.toml")),
-        Err(CampaignError::Unreadable(..))
-    ));
-}
-
 mod slow {
     use super::*;
+
+    /// The objective at each point of a controller's grid, every mission flown to its end; the
+    /// search breaks off beaten ones.
+    fn values(campaign: &Campaign, controller: usize, objective: Objective) -> Vec<(Setting, f64)> {
+        let controller = &campaign.controllers[controller];
+        let condition = campaign.tuning_conditions(0).next().expect("is one");
+        let value = |setting| {
+            let flown = fly(campaign, condition, controller, setting).expect("flies");
+            (
+                setting,
+                objective.of(&Score::of(&flown.record).expect("has a craft")),
+            )
+        };
+        controller.grid().into_iter().map(value).collect()
+    }
+
+    fn first_least(values: &[(Setting, f64)]) -> (Setting, f64) {
+        let values = values.iter().copied();
+        let least = values.reduce(|least, other| if other.1 < least.1 { other } else { least });
+        least.expect("a grid has points")
+    }
 
     #[test]
     fn a_clock_flies_at_its_best_turn_and_only_for_a_goal_that_visits() {
         let campaign = campaign(VISITS);
-        let law = &campaign.controllers[2];
-        let condition = campaign.tuning_conditions(0).next().expect("is one");
-        let costs = law.grid().into_iter().map(|setting| {
-            let flown = fly(&campaign, condition, law, setting).expect("flies");
-            let score = Score::of(&flown.record).expect("has a craft");
-            (setting, score.metrics.visits.expect("visits").mean_cost)
-        });
-        let costs: Vec<_> = costs.collect();
-        let best = costs
-            .iter()
-            .copied()
-            .reduce(|least, other| if other.1 < least.1 { other } else { least });
-        let (best, least) = best.expect("a grid has points");
+        let values = values(&campaign, 2, Objective::VisitMeanCost);
+        let (best, least) = first_least(&values);
         let found = tune(&campaign, 0, 2, &mut |_| {});
         assert_eq!((found.best[0].setting, found.best[0].mean), (best, least));
-        assert!(costs.iter().any(|(_, cost)| least + 1.0 < *cost), "{costs:?}");
+        assert!(values.iter().any(|(_, cost)| least + 1.0 < *cost), "{values:?}");
 
         let folder = TempDir::new().expect("is a folder");
         let (_, rows) = flown(&campaign, folder.path(), 1, Shard::WHOLE);
@@ -305,12 +228,11 @@ mod slow {
         let costs = numbers("visit_mean_cost");
         assert!(costs[..3].iter().all(|cost| cost.is_some_and(|cost| 5.0 < cost)) && costs[3].is_none());
         // The bound is of a goal that is the same for all.
-        assert_eq!(
-            numbers("bound_rms_m")
-                .iter()
-                .map(Option::is_some)
-                .collect::<Vec<_>>(),
-            [false, false, false, true]
+        let bounds = numbers("bound_rms_m").into_iter();
+        assert!(
+            bounds
+                .map(|bound| bound.is_some())
+                .eq([false, false, false, true])
         );
         for run in 0..4 {
             assert!(replay(&campaign, &rows, run).expect("flies").same, "{run}");
@@ -323,13 +245,8 @@ mod slow {
         let folder = TempDir::new().expect("is a folder");
         let at = |name: &str| folder.path().join(name);
         let (directory, whole) = flown(campaign, &at("one"), 1, Shard::WHOLE);
-        assert!(
-            whole
-                .words("failure")
-                .expect("a column")
-                .iter()
-                .all(|words| words.is_empty())
-        );
+        let failures = whole.words("failure").expect("a column");
+        assert!(failures.iter().all(|words| words.is_empty()));
         assert!(directory.is_collected().expect("can be seen") && !at("one").join("chunks").exists());
         assert_eq!(directory.rows().expect("are there").digest(), whole.digest());
 
@@ -341,13 +258,10 @@ mod slow {
         let chunks = campaign.chunks();
         for chunk in Shard::new(1, 2).chunks(&chunks).iter().skip(1) {
             // A killed process had kept the rows of its whole chunks.
-            let part = Directory::open(&at("again"))
-                .expect("is there")
-                .rows()
-                .expect("are there");
-            let runs = chunk
-                .conditions()
-                .flat_map(|condition| campaign.runs_in(condition));
+            let part = Directory::open(&at("again")).and_then(|part| part.rows());
+            let part = part.expect("are there");
+            let conditions = chunk.conditions();
+            let runs = conditions.flat_map(|condition| campaign.runs_in(condition));
             let mut kept = Rows::default();
             for rows in runs.filter_map(|run| part.only(run.number)) {
                 kept.append(rows).expect("the same columns");
@@ -398,16 +312,13 @@ mod slow {
         assert!(crafts.contains(&"otter") && crafts.contains(&"scenario"));
         for case in 0..campaign.cases.len() {
             for condition in campaign.tuning_conditions(case) {
-                let scored = (0..campaign.file.replicates).map(|replicate| Condition {
-                    case,
+                let scored = |replicate| Condition {
                     replicate,
                     tuning: false,
-                });
-                assert!(
-                    scored
-                        .map(|scored| campaign.seed(scored))
-                        .all(|seed| seed != campaign.seed(condition))
-                );
+                    ..condition
+                };
+                let mut scored = (0..campaign.file.replicates).map(scored);
+                assert!(scored.all(|scored| campaign.seed(scored) != campaign.seed(condition)));
             }
         }
     }
@@ -478,14 +389,14 @@ planner = {}
             assert_eq!(cell("seed", i), f64::from(seed));
             let record = mission::run(&scenario, guide.as_mut(), seed.into(), &mut |_| {}).expect("runs");
             let metrics = Metrics::of(&record).surface_craft.expect("has a craft");
-            let alone = [
-                metrics.rms_m,
-                metrics.p95_m,
-                metrics.energy_j,
-                metrics.heading_travel_rad,
-            ];
-            let names = ["rms_m", "p95_m", "energy_j", "heading_travel_rad"];
-            assert_eq!(names.map(|name| cell(name, i)), alone, "row {i}");
+            for (name, alone) in [
+                ("rms_m", metrics.rms_m),
+                ("p95_m", metrics.p95_m),
+                ("energy_j", metrics.energy_j),
+                ("heading_travel_rad", metrics.heading_travel_rad),
+            ] {
+                assert_eq!(cell(name, i), alone, "row {i}");
+            }
             assert!(cell("bound_rms_m", i) <= cell("rms_m", i), "row {i}");
         }
     }
@@ -497,24 +408,11 @@ planner = {}
             .replace("craft = [\"scenario\", \"otter\"]", "")
             .replace("replicates = 3", "replicates = 1");
         let campaign = campaign(&text);
-        let law = &campaign.controllers[1];
         let found = tune(&campaign, 0, 1, &mut |_| {});
-        let condition = campaign.tuning_conditions(0).next().expect("is one");
         assert_eq!(found.best.len(), 2);
         for (objective, best) in campaign.objectives().iter().zip(&found.best) {
-            // Every mission flown to its end; the search breaks off beaten ones.
-            let values = law.grid().into_iter().map(|setting| {
-                let flown = fly(&campaign, condition, law, setting).expect("flies");
-                (
-                    setting,
-                    objective.of(&Score::of(&flown.record).expect("has a craft")),
-                )
-            });
-            let (first, least) = values
-                .reduce(|least, other| if other.1 < least.1 { other } else { least })
-                .expect("a grid has points");
-            assert_eq!(best.mean, least, "{objective:?}");
-            assert_eq!(best.setting, first);
+            let least = first_least(&values(&campaign, 1, *objective));
+            assert_eq!((best.setting, best.mean), least, "{objective:?}");
         }
     }
 
@@ -535,6 +433,10 @@ planner = {}
 craft = "speeds"
 
 [[controllers]]
+name = "noisy log"
+planner = { parameters.craft.speed_noise = 1.0 }
+
+[[controllers]]
 name = "thruster lost"
 planner = {}
 variation = { breakdown = { what = "port_thruster_lost", at_s = 150.0 } }
@@ -546,7 +448,9 @@ variation = { breakdown = { what = "port_thruster_lost", at_s = 150.0 } }
             let row = words.iter().position(|word| *word == controller).expect("flew");
             rows.numbers(name).expect("a column")[row]
         };
-        assert_ne!(of("mpc auto", "rms_m"), of("speeds alone", "rms_m"));
+        for other in ["speeds alone", "noisy log"] {
+            assert_ne!(of("mpc auto", "rms_m"), of(other, "rms_m"), "{other}");
+        }
         for name in LEARNT.as_flattened() {
             assert!(of("speeds alone", name).is_some_and(f64::is_finite), "{name}");
         }

@@ -52,11 +52,8 @@ impl Gains {
         if (0..objective).any(|earlier| gains(earlier) == Some(setting)) {
             return None;
         }
-        let shared = campaign
-            .objectives()
-            .iter()
-            .enumerate()
-            .filter(|(k, _)| gains(*k) == Some(setting));
+        let objectives = campaign.objectives().iter().enumerate();
+        let shared = objectives.filter(|(k, _)| gains(*k) == Some(setting));
         let names: Vec<&str> = shared.map(|(_, objective)| objective.name()).collect();
         Some(RunGains {
             setting,
@@ -115,11 +112,11 @@ fn means(
     let n_conditions = conditions.len() as f64;
     let mut sums = vec![0.0; objectives.len()];
     for condition in conditions {
-        let mut so_far = SoFar::default();
+        let mut partial = PartialScore::default();
         let flown = fly_while(campaign, condition, controller, setting, &mut |mission| {
-            so_far.look(mission);
+            partial.observe(mission);
             let above = |k: usize| {
-                let least = so_far.least(objectives[k], mission.n_rows());
+                let least = partial.least(objectives[k], mission.n_rows());
                 beaten[k] < (sums[k] + SURE * least) / n_conditions
             };
             beaten.is_empty() || !(0..objectives.len()).all(above)
@@ -137,7 +134,7 @@ const SURE: f64 = 1.0 - 1e-9;
 
 /// Lower bounds of the objectives of a mission under way.
 #[derive(Clone, Copy, Debug, Default)]
-struct SoFar {
+struct PartialScore {
     /// Sum of the squared distances to the goal, m².
     squares: f64,
     /// Propulsion energy, J.
@@ -148,9 +145,9 @@ struct SoFar {
     costs: f64,
 }
 
-impl SoFar {
+impl PartialScore {
     /// Call it once a second.
-    fn look(&mut self, mission: &Mission) {
+    fn observe(&mut self, mission: &Mission) {
         let last = mission.record().rows.last();
         if let Some(craft) = last.and_then(|row| row.surface_craft.as_ref()) {
             self.squares += craft.distance().powi(2);

@@ -8,9 +8,11 @@ use std::num::NonZeroUsize;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    chunk::flown,
-    design::Campaign,
+    design::{Campaign, Chunk, Run},
     directory::{Directory, DirectoryError, Manifest},
+    fly::{RunGains, bound, no_rows, result},
+    queue::in_parallel,
+    rows::{Row, Rows},
     tune::{Gains, Tuned, tune, tuned_in},
 };
 use crate::http_guide::NoGuidance;
@@ -79,11 +81,7 @@ impl Work {
     pub fn case(self, campaign: &Campaign) -> Option<usize> {
         match self {
             Self::Tune { case, .. } => (case < campaign.cases.len()).then_some(case),
-            Self::Fly { chunk } => campaign
-                .chunks()
-                .into_iter()
-                .find(|other| other.number == chunk)
-                .map(|chunk| chunk.case),
+            Self::Fly { chunk } => Some(campaign.chunk(chunk)?.case),
         }
     }
 
@@ -103,21 +101,14 @@ impl Work {
                 Ok(serde_json::to_vec(&tuned).expect("texts and numbers only"))
             }
             Self::Fly { chunk } => {
-                let chunks = campaign.chunks();
-                let chunk = chunks
-                    .iter()
-                    .find(|other| other.number == chunk)
-                    .ok_or(WorkError::NotOfCampaign(self))?;
-                let tuned: Option<Vec<Tuned>> = before
-                    .iter()
-                    .map(|bytes| serde_json::from_slice(bytes).ok())
-                    .collect();
-                let tuned = tuned
-                    .filter(|tuned| tuned.len() == tuned_in(campaign, chunk.case).len())
-                    .ok_or(WorkError::NoGains)?;
+                let chunk = campaign.chunk(chunk).ok_or(WorkError::NotOfCampaign(self))?;
+                let tuned = before.iter().map(|bytes| serde_json::from_slice(bytes).ok());
+                let tuned: Option<Vec<Tuned>> = tuned.collect();
+                let is_whole = |tuned: &Vec<Tuned>| tuned.len() == tuned_in(campaign, chunk.case).len();
+                let gains = Gains(tuned.filter(is_whole).ok_or(WorkError::NoGains)?);
+                let rows = flown(campaign, chunk, &gains, NonZeroUsize::MIN)?;
                 let mut bytes = vec![];
-                flown(campaign, *chunk, &Gains(tuned), NonZeroUsize::MIN)?
-                    .write(manifest.about(), &mut bytes)?;
+                rows.write(&manifest.about(), &mut bytes)?;
                 Ok(bytes)
             }
         }
@@ -129,4 +120,26 @@ impl Directory {
     pub fn store_work(&self, work: Work, bytes: &[u8]) -> Result<(), DirectoryError> {
         self.store_bytes(&work.name(), bytes)
     }
+}
+
+/// Flies the runs of a chunk with its case's gains, except those that an earlier run represents.
+pub(super) fn flown(
+    campaign: &Campaign,
+    chunk: Chunk,
+    gains: &Gains,
+    threads: NonZeroUsize,
+) -> Result<Rows, NoGuidance> {
+    let mut rows: Vec<Row> = vec![];
+    for condition in chunk.conditions() {
+        let with_gains = |run: Run| Some((run, gains.of_run(campaign, run.controller, run.objective)?));
+        let runs = campaign.runs_in(condition).into_iter().filter_map(with_gains);
+        let runs: Vec<(Run, RunGains)> = runs.collect();
+        let bound_rms_m = bound(campaign, condition);
+        let fly = |(run, gains): &(Run, RunGains)| result(campaign, *run, gains, bound_rms_m);
+        rows.extend(in_parallel(&runs, threads, fly, &mut |_, _| {})?);
+    }
+    if rows.is_empty() {
+        return Ok(no_rows(campaign));
+    }
+    Ok(Rows::of(rows))
 }

@@ -3,6 +3,7 @@
 use std::fmt::{self, Write as _};
 
 use super::{Comparison, Controller, PLANNER};
+use crate::scores::{IN_RANGE, LINES};
 
 /// Controllers beside each other, and widths of the columns: 100 characters in all.
 const COLUMNS: usize = 3;
@@ -10,36 +11,6 @@ const HEAD_WIDTH: usize = 34;
 const WIDTH: usize = 22;
 /// From this share of the squared distances on, the approach dominates whole-mission metrics.
 const APPROACH_SHARE: f64 = 0.5;
-
-/// Headings of scores, by their names elsewhere, in the table's order. Others follow by name.
-const HEADS: [(&str, &str); 26] = [
-    ("visits.mean_cost", "mean cost of the AUVs"),
-    ("visits.max_cost", "largest cost of an AUV"),
-    ("visits.visits", "visits"),
-    ("visits.changes", "changes of the next visit"),
-    ("visits.deadlines_missed", "missed deadlines"),
-    ("rms_m", "distance, RMS, whole mission, m"),
-    ("settled_rms_m", "distance, RMS, once settled, m"),
-    ("mean_m", "distance, mean, m"),
-    ("p95_m", "distance, 95 % of the time, m"),
-    ("max_m", "distance, largest, m"),
-    ("regret_m", "RMS beyond the bound, m"),
-    ("energy_j", "propulsion energy, J"),
-    ("heading_travel_rad", "heading travel, rad"),
-    ("reference_jerk", "jerk of the references, m/s³"),
-    ("solve_ms_p50", "solve time, median, ms"),
-    ("solve_ms_p99", "solve time, 99 %, ms"),
-    ("answers.mpc", "answers: program"),
-    ("answers.previous_plan", "answers: previous plan"),
-    ("answers.saturated_los", "answers: line of sight"),
-    ("answers.hold", "answers: hold"),
-    ("violations.turn_rate_radps", "above the turn rate, rad/s"),
-    ("violations.speed_mps", "above the speed, m/s"),
-    ("violations.keep_out_m", "inside keep-outs, m"),
-    ("violations.area_m", "outside the area, m"),
-    ("violations.range_m", "out of acoustic range, m"),
-    ("violations.energy_j", "beyond the energy budget, J"),
-];
 
 impl fmt::Display for Comparison {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -111,7 +82,7 @@ fn write_block(f: &mut fmt::Formatter<'_>, block: &[Controller]) -> fmt::Result 
     let columns: Vec<_> = block.iter().map(|controller| controller.scores.lines()).collect();
     for (name, head) in rows_of(&columns[0]) {
         let value = |lines: &Vec<(String, String)>| {
-            let line = lines.iter().find(|(other, _)| *other == name);
+            let line = lines.iter().find(|(other, _)| other == name);
             line.map_or_else(String::new, |(_, value)| value.clone())
         };
         write_row(f, &head, columns.iter().map(value))?;
@@ -140,20 +111,20 @@ fn write_row<S: AsRef<str>>(
 }
 
 /// Names of the scores in the order of the table, and what they are called there.
-fn rows_of(lines: &[(String, String)]) -> Vec<(String, String)> {
-    let has = |name: &str| lines.iter().any(|(other, _)| other == name);
-    let known = HEADS.iter().filter(|(name, _)| has(name));
-    let known = known.map(|(name, head)| ((*name).to_owned(), (*head).to_owned()));
-    let others = lines.iter().map(|(name, _)| name);
-    let others = others.filter(|name| HEADS.iter().all(|(known, _)| known != name));
-    let others = others.map(|name| {
-        let head = match name.strip_prefix("time_in_range_s.") {
-            Some(auv) => format!("in contact range of {auv}, s"),
-            None => name.clone(),
-        };
-        (name.clone(), head)
-    });
-    known.chain(others).collect()
+fn rows_of(lines: &[(String, String)]) -> Vec<(&str, String)> {
+    let mut names: Vec<&str> = lines.iter().map(|(name, _)| name.as_str()).collect();
+    let at = |wanted| names.iter().position(|name| *name == wanted);
+    // The RMS once settled stands below that of the whole mission.
+    if let Some((whole, settled)) = at("rms_m").zip(at("settled_rms_m")) {
+        names[whole + 1..=settled].rotate_right(1);
+    }
+    let head = |name: &str| {
+        let line = LINES.iter().find(|(known, ..)| *known == name);
+        let in_range = |auv| format!("in contact range of {auv}, s");
+        let other = || name.strip_prefix(IN_RANGE).map_or(name.to_owned(), in_range);
+        line.map_or_else(other, |line| line.1.to_owned())
+    };
+    names.into_iter().map(|name| (name, head(name))).collect()
 }
 
 /// A name as two lines, if it is too long for one.

@@ -144,74 +144,49 @@ fn metadata_of_an_answer_comes_back_in_the_next_snapshot_of_the_same_mission() {
     assert_eq!(*seen.lock().expect("no law panics"), expected);
 }
 
+/// Answers without a reference: status | body | fault.
+const FAULTS: &str = r#"
+500 | ZeroDivisionError | answered with status 500, not 200: ZeroDivisionError
+307 |  | answered with status 307, not 200
+200 |  | is not JSON
+200 | {"speed_mps": NaN, "heading_rad": 0} | no NaN or Infinity either
+200 | [1, 0] | speed_mps is no number: [1,0]
+200 | {"speed_mps": "1", "heading_rad": 0} | speed_mps is no number
+200 | {"speed_mps": 1e308, "heading_rad": 0} | outside 0 to 40 m/s
+200 | {"speed_mps": -0.1, "heading_rad": 0} | speed_mps is -0.1, outside
+200 | {"speed_mps": 1} | heading_rad is no number
+200 | {"reference": {"speed_mps": 1, "heading_rad": 90}} | degrees are heading_deg
+200 | {"speed_mps": 1, "heading_rad": 0, "serves": "auv-9"} | serves is "auv-9", and no AUV
+200 | {"speed_mps": 1, "heading_rad": 0, "metadata": 3} | metadata is no object
+0 |  | no answer (
+"#;
+
 #[test]
 fn a_law_without_a_reference_ends_the_mission_with_its_fault() {
     let large = format!("{{\"speed_mps\": 1, \"note\": \"{}\"}}", "x".repeat(1 << 20));
     let remembers = json!({"speed_mps": 1, "heading_rad": 0, "metadata": {"all": "x".repeat(4096)}});
-    for (status, body, fault) in [
-        (
-            500,
-            "ZeroDivisionError",
-            "answered with status 500, not 200: ZeroDivisionError",
-        ),
-        (307, "", "answered with status 307, not 200"),
-        (200, "", "is not JSON"),
-        (
-            200,
+    let remembers = remembers.to_string();
+    let lines = FAULTS.lines().filter(|line| !line.is_empty());
+    let faults = lines.map(|line| {
+        let mut parts = line.splitn(3, " | ");
+        [(); 3].map(|()| parts.next().expect("three parts").to_owned())
+    });
+    let long = [
+        [
+            "200",
             "go\n  north",
             "(expected value at line 1 column 1): go north",
-        ),
-        (200, "\u{1b}[2J\u{9b}1A", "\u{fffd}[2J\u{fffd}1A"),
-        (
-            200,
-            r#"{"speed_mps": NaN, "heading_rad": 0}"#,
-            "no NaN or Infinity either",
-        ),
-        (200, "[1, 0]", "speed_mps is no number: [1,0]"),
-        (
-            200,
-            r#"{"speed_mps": "1", "heading_rad": 0}"#,
-            "speed_mps is no number",
-        ),
-        (
-            200,
-            r#"{"speed_mps": 1e308, "heading_rad": 0}"#,
-            "outside 0 to 40 m/s",
-        ),
-        (
-            200,
-            r#"{"speed_mps": -0.1, "heading_rad": 0}"#,
-            "speed_mps is -0.1, outside",
-        ),
-        (200, r#"{"speed_mps": 1}"#, "heading_rad is no number"),
-        (
-            200,
-            r#"{"reference": {"speed_mps": 1, "heading_rad": 90}}"#,
-            "degrees are heading_deg",
-        ),
-        (
-            200,
-            r#"{"speed_mps": 1, "heading_rad": 0, "serves": "auv-9"}"#,
-            "serves is \"auv-9\", and no AUV",
-        ),
-        (
-            200,
-            r#"{"speed_mps": 1, "heading_rad": 0, "metadata": 3}"#,
-            "metadata is no object",
-        ),
-        (200, &remembers.to_string(), "more than 4096"),
-        (200, &large, "more than 1048576 bytes"),
-        (0, "", "no answer ("),
-    ] {
-        let url = always(status, body);
-        let error = flown(&mut HttpGuide::new(&url))
-            .expect_err("is no reference")
-            .to_string();
-        assert!(error.contains(fault), "{error}");
-        assert!(
-            error.contains(&format!("the guide {url} gave no reference at 0 s")),
-            "{error}"
-        );
+        ],
+        ["200", "\u{1b}[2J\u{9b}1A", "\u{fffd}[2J\u{fffd}1A"],
+        ["200", &remembers, "more than 4096"],
+        ["200", &large, "more than 1048576 bytes"],
+    ];
+    for [status, body, fault] in faults.chain(long.map(|parts| parts.map(str::to_owned))) {
+        let url = always(status.parse().expect("a number"), &body);
+        let error = flown(&mut HttpGuide::new(&url)).expect_err("is no reference");
+        let error = error.to_string();
+        let began = format!("the guide {url} gave no reference at 0 s");
+        assert!(error.contains(&fault) && error.contains(&began), "{error}");
         assert!(error.len() < 500, "{} bytes", error.len());
     }
 }
@@ -236,15 +211,11 @@ fn a_law_that_closes_each_connection_gets_one_repeated_request() {
     // 20 questions, and all but the first asked twice.
     assert_eq!(*asked.lock().expect("no law panics"), 39);
     // Gone after its first answer.
-    (
-        *asked.lock().expect("no law panics"),
-        *from.lock().expect("no law panics"),
-    ) = (0, 3);
+    *asked.lock().expect("no law panics") = 0;
+    *from.lock().expect("no law panics") = 3;
     let error = flown(&mut HttpGuide::new(&url)).expect_err("is gone").to_string();
-    assert!(
-        error.contains("closed the connection of its last answer and a fresh one"),
-        "{error}"
-    );
+    let says = "closed the connection of its last answer and a fresh one";
+    assert!(error.contains(says), "{error}");
 }
 
 #[test]
@@ -277,28 +248,13 @@ fn a_slow_or_absent_law_may_answer_later_and_a_wrong_one_may_not() {
 
 #[test]
 fn invalid_addresses_are_refused() {
-    for text in [
-        "",
-        "127.0.0.1:8000",
-        "ftp://host/",
-        "http://",
-        "http:///path",
-        "file:///etc/passwd",
-    ] {
+    let long = format!("http://host/{}", "x".repeat(2000));
+    let wrong = "127.0.0.1:8000 ftp://host/ http:// http:///path file:///etc/passwd";
+    for text in wrong.split(' ').chain(["", &long]) {
         assert!(text.parse::<GuideUrl>().is_err(), "{text}");
     }
-    assert!(
-        format!("http://host/{}", "x".repeat(2000))
-            .parse::<GuideUrl>()
-            .is_err()
-    );
-    assert_eq!(
-        "http://host:1/law"
-            .parse::<GuideUrl>()
-            .expect("is one")
-            .to_string(),
-        "http://host:1/law"
-    );
+    let url: GuideUrl = "http://host:1/law".parse().expect("is one");
+    assert_eq!(url.to_string(), "http://host:1/law");
 }
 
 #[test]
@@ -306,23 +262,15 @@ fn a_comparison_has_the_law_beside_the_planner() {
     let scenario = scenario();
     let url = served_at(Arc::new(pursuit));
     let comparison = Comparison::run(&scenario, 1, Some(&url), &mut |_, _| {}).expect("flies");
-    let found: Vec<_> = comparison
-        .controllers
-        .iter()
-        .map(|controller| controller.name.clone())
-        .collect();
+    let controllers = comparison.controllers.iter();
+    let found: Vec<_> = controllers.map(|controller| controller.name.clone()).collect();
     assert_eq!(found, names(&scenario, Some(&url)));
     assert_eq!(found[..2], ["mpc", GUIDE]);
-    assert_eq!(comparison.controllers[1].record, {
-        let mut timed = comparison.controllers[1].record.clone();
-        let again = flown(&mut HttpGuide::new(&url)).expect("flies");
-        for (row, again) in timed.rows.iter_mut().zip(again.rows) {
-            let solve_ms = row.surface_craft.as_ref().and_then(|craft| craft.solve_ms);
-            *row = again;
-            row.surface_craft.as_mut().expect("has one").solve_ms = solve_ms;
-        }
-        timed
-    });
+    let mut record = comparison.controllers[1].record.clone();
+    for row in &mut record.rows {
+        row.surface_craft.as_mut().expect("has one").solve_ms = None;
+    }
+    assert_eq!(record, flown(&mut HttpGuide::new(&url)).expect("flies"));
 }
 
 /// Two controllers in six conditions.
@@ -352,12 +300,8 @@ fn a_campaign_stops_without_its_law_and_continues_when_the_law_is_back() {
     let fly_in = |name: &str, jobs: usize| {
         let manifest = Manifest::of(&campaign, Shard::WHOLE);
         let directory = Directory::create(&folder.path().join(name), manifest).expect("is a directory");
-        fly(
-            &campaign,
-            &directory,
-            NonZeroUsize::new(jobs).expect("positive"),
-            &mut |_| {},
-        )
+        let jobs = NonZeroUsize::new(jobs).expect("positive");
+        fly(&campaign, &directory, jobs, &mut |_| {})
     };
     let stopped = fly_in("one", 2).expect_err("its law is away").to_string();
     assert!(

@@ -95,10 +95,8 @@ pub(super) fn nearest(
 ) -> Vec<f64> {
     let sum = |start: &[f64]| model(start).iter().map(|r| r * r).sum::<f64>();
     let summed = starts.map(|start| (sum(&start), start));
-    let (_, start) = summed
-        .min_by(|(a, _), (b, _)| a.total_cmp(b))
-        .expect("there is a start");
-    start
+    let least = summed.min_by(|(a, _), (b, _)| a.total_cmp(b));
+    least.expect("there is a start").1
 }
 
 fn columns(model: &impl Fn(&[f64]) -> Vec<f64>, at: &[f64]) -> Vec<Vec<f64>> {
@@ -130,28 +128,22 @@ pub(super) fn estimates(
 ) -> Vec<Estimate> {
     let n = fitted.parameters.len();
     let columns = columns(&model, &fitted.parameters);
-    let scale: Vec<f64> = columns
-        .iter()
-        .map(|column| column.iter().map(|slope| slope * slope).sum::<f64>().sqrt())
-        .collect();
+    let norm = |column: &Vec<f64>| column.iter().map(|slope| slope * slope).sum::<f64>().sqrt();
+    let scale: Vec<f64> = columns.iter().map(norm).collect();
     let largest = scale.iter().copied().fold(0.0, f64::max);
     let shown: Vec<usize> = (0..n).filter(|j| INFORMATION_MIN * largest < scale[*j]).collect();
     let scaled = |j: usize, i: usize| columns[j][i] / scale[j];
 
     let size = shown.len();
-    let (mut information, mut middle) = (
-        DMatrix::<f64>::zeros(size, size),
-        DMatrix::<f64>::zeros(size, size),
-    );
+    let mut information = DMatrix::<f64>::zeros(size, size);
+    let mut middle = information.clone();
     for channel in channels {
         let covariance = autocovariance(&fitted.residuals[channel.clone()], n);
-        let filtered: Vec<Vec<f64>> = shown
-            .iter()
-            .map(|j| {
-                let column: Vec<f64> = channel.clone().map(|i| scaled(*j, i)).collect();
-                convolved(&column, &covariance)
-            })
-            .collect();
+        let filter = |j: &usize| {
+            let column: Vec<f64> = channel.clone().map(|i| scaled(*j, i)).collect();
+            convolved(&column, &covariance)
+        };
+        let filtered: Vec<Vec<f64>> = shown.iter().map(filter).collect();
         for (a, j) in shown.iter().enumerate() {
             for (b, k) in shown.iter().enumerate() {
                 for (i, filtered) in channel.clone().zip(&filtered[b]) {
@@ -172,16 +164,8 @@ pub(super) fn estimates(
     for (a, j) in shown.iter().enumerate() {
         sigmas[*j] = covariance[(a, a)].max(0.0).sqrt() / scale[*j];
     }
-    let with_sigma = |(value, sigma): (&f64, &f64)| Estimate {
-        value: *value,
-        sigma: *sigma,
-    };
-    fitted
-        .parameters
-        .iter()
-        .zip(sigmas.iter())
-        .map(with_sigma)
-        .collect()
+    let both = fitted.parameters.iter().copied().zip(sigmas.iter().copied());
+    both.map(|(value, sigma)| Estimate { value, sigma }).collect()
 }
 
 /// Autocovariance of `residuals` from lag 0 to the first that is lost in noise.
@@ -224,15 +208,6 @@ fn effective_count(residuals: &[f64]) -> f64 {
         return count;
     }
     count / (1.0 + 2.0 * correlated.max(0.0) / covariance[0])
-}
-
-impl Fitted {
-    /// Root mean square residual.
-    pub(super) fn rms(&self) -> f64 {
-        #[expect(clippy::cast_precision_loss, reason = "hundreds of thousands at most")]
-        let count = self.residuals.len().max(1) as f64;
-        (self.sum_of_squares / count).sqrt()
-    }
 }
 
 /// Advantage in log likelihood of `one` over `other` on the same data, for coloured residuals.

@@ -113,16 +113,15 @@ pub(super) fn fit(log: &Log, reference: &HeldReference, water: Option<&Water>) -
     let residuals = |order: LoopOrder, parameters: &[f64]| -> Vec<f64> {
         let (_, predicted) = simulate(log, reference, water, &Loop::of(order, parameters));
         let pairs = log.headings().iter().zip(predicted).zip(log.rows()).skip(begin);
+        let pairs = pairs.filter(|(_, row)| steers(row));
         pairs
-            .filter(|(_, row)| steers(row))
             .map(|((measured, predicted), _)| wrap(measured - predicted))
             .collect()
     };
     let rate_max = 0.8 * fastest_turn(log);
     let best = |order: LoopOrder| {
-        let starts = STARTS
-            .iter()
-            .flat_map(|time| DELAYS.map(|delay| Loop::start(order, *time, delay, rate_max)));
+        let start = |time: &f64| DELAYS.map(|delay| Loop::start(order, *time, delay, rate_max));
+        let starts = STARTS.iter().flat_map(start);
         least_squares(|p| residuals(order, p), &nearest(|p| residuals(order, p), starts))
     };
     let (first, second) = (best(LoopOrder::First), best(LoopOrder::Second));
@@ -211,8 +210,8 @@ fn simulate(
     }
     let predicted = simulated
         .iter()
-        .map(|motion| motion.heading + law.compass_bias)
-        .collect();
+        .map(|motion: &Motion| motion.heading + law.compass_bias);
+    let predicted = predicted.collect();
     (simulated, predicted)
 }
 

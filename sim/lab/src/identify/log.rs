@@ -80,11 +80,10 @@ impl Log {
             let (before, given) = (two[0].time, two[1].time);
             if !(before < given && given - before <= INTERVAL_MAX) {
                 let must = format!("later than the one before it, by {INTERVAL_MAX} s at most");
-                let says = format!(
-                    "row {}: {given} s follows {before} s; a row must be {must}",
-                    i + 1
-                );
-                return Err(InvalidLog(says));
+                let row = i + 1;
+                return Err(InvalidLog(format!(
+                    "row {row}: {given} s follows {before} s; a row must be {must}"
+                )));
             }
         }
         reject_degrees(&rows)?;
@@ -96,10 +95,8 @@ impl Log {
         if rows.iter().all(|row| row.ground_velocity.is_none()) {
             difference_positions(&mut rows);
         }
-        if rows
-            .iter()
-            .all(|row| row.surge.is_none() && row.ground_velocity.is_none())
-        {
+        let has_no_speed = |row: &LogRow| row.surge.is_none() && row.ground_velocity.is_none();
+        if rows.iter().all(has_no_speed) {
             let says = "no speed: the log needs surge through the water, velocity over ground, or positions";
             return Err(InvalidLog(says.to_owned()));
         }

@@ -1,54 +1,50 @@
 //! The identified craft as one page without network access, and its table as Markdown.
 
-use super::{Identification, Parameter, Traces};
-use crate::{
-    chart::{BLUE, Colour, GREY, Line, Panel, Sheet, Stroke, VERMILION},
-    document::{Block, Document, Table},
+use serde_json::{Value, json};
+
+use super::{
+    Identification,
+    parameter::{Parameter, Quantity},
 };
 
-const MEASURED: Colour = BLUE;
-const SIMULATED: Colour = VERMILION;
-const REFERENCE: Colour = GREY;
+/// Colours for colour-blind readers. Source: M. Okabe, K. Ito, "Color Universal Design", 2008.
+const MEASURED: &str = "#0072B2";
+const SIMULATED: &str = "#D55E00";
+/// References lie under the measurements.
+const REFERENCE: &str = "#A5ACB4";
 /// Digits of estimates: four of six are noise already.
 const DIGITS: usize = 4;
+
+/// Heading and columns of the table.
+const HEADING: &str = "Parameters, with 95\u{a0}% intervals";
+const COLUMNS: [&str; 5] = ["parameter", "estimate", "from", "to", ""];
 
 /// A page about the craft that was `found` in the log called `name`.
 #[must_use]
 pub fn page(name: &str, found: &Identification) -> String {
     let craft =
         serde_json::to_string_pretty(&found.description()).expect("strings, numbers and objects only");
-    let mut blocks = vec![Block::Heading(1, format!("{name}: identified craft"))];
-    blocks.extend(results(found));
+    let title = format!("{name}: identified craft");
+    let mut blocks = vec![json!({ "heading": (1, &title) })];
+    blocks.extend(missing(found).iter().map(|words| json!({ "paragraph": words })));
+    let title_of_sheet = "Measured and simulated motion";
     blocks.extend([
-        Block::Code("Craft file".to_owned(), craft),
-        Block::Sheet(Sheet {
-            title: "Measured and simulated motion".to_owned(),
-            columns: 2,
-            panels: panels(&found.traces),
-        }),
+        json!({ "heading": (2, HEADING) }),
+        json!({ "table": { "words": 1, "columns": COLUMNS, "rows": rows(found) } }),
+        json!({ "code": ("Craft file", craft) }),
+        json!({ "sheet": { "title": title_of_sheet, "columns": 2, "panels": panels(found) } }),
     ]);
-    Document(blocks).html()
+    ::page::one_file(&title, &json!({ "kind": "document", "blocks": blocks }))
 }
 
 /// The parameters with their intervals and the manoeuvres that the log lacks, as Markdown.
 #[must_use]
 pub fn summary(found: &Identification) -> String {
-    Document(results(found)).markdown()
-}
-
-fn results(found: &Identification) -> Vec<Block> {
-    let mut blocks: Vec<Block> = missing(found).into_iter().map(Block::Paragraph).collect();
-    blocks.extend([
-        Block::Heading(2, "Parameters, with 95\u{a0}% intervals".to_owned()),
-        Block::Table(Table {
-            words: 1,
-            columns: ["parameter", "estimate", "from", "to", ""]
-                .map(str::to_owned)
-                .into(),
-            rows: rows(found).into_iter().map(Vec::from).collect(),
-        }),
-    ]);
-    blocks
+    let rows = rows(found);
+    let lines = rows.iter().map(|cells| format!("| {} |\n", cells.join(" | ")));
+    let (missing, columns) = (missing(found).join("\n\n"), COLUMNS.join(" | "));
+    let table: String = lines.collect();
+    format!("{missing}\n\n## {HEADING}\n\n| {columns} |\n|---|---:|---:|---:|---:|\n{table}")
 }
 
 /// Lines of the table: name, estimate, interval, remark.
@@ -58,7 +54,7 @@ fn rows(found: &Identification) -> Vec<[String; 5]> {
     };
     let parameter = |parameter: &Parameter| {
         let numbers = [parameter.estimate, parameter.low, parameter.high].map(digits);
-        let name = parameter.quantity.name();
+        let (name, _) = parameter.quantity.name_and_manoeuvre();
         if parameter.identified {
             line(name, numbers, "")
         } else {
@@ -75,12 +71,9 @@ fn rows(found: &Identification) -> Vec<[String; 5]> {
     for name in ["speed_held", "heading_held"] {
         rows.push(one(name, craft[name].as_str().unwrap_or("open").to_owned(), ""));
     }
-    rows.push(one(
-        "residual of heading, rad",
-        digits(found.heading_residual),
-        "RMS",
-    ));
-    rows.push(one("residual of surge, m/s", digits(found.surge_residual), "RMS"));
+    let (heading, surge) = (digits(found.heading_residual), digits(found.surge_residual));
+    rows.push(one("residual of heading, rad", heading, "RMS"));
+    rows.push(one("residual of surge, m/s", surge, "RMS"));
     if let Some([north, east]) = found.current {
         rows.push(nuisance("mean current northward, m/s", north));
         rows.push(nuisance("mean current eastward, m/s", east));
@@ -94,12 +87,9 @@ fn missing(found: &Identification) -> Vec<String> {
     if missing.is_empty() {
         return vec!["The log identifies every parameter: all are in the craft file.".to_owned()];
     }
-    let sentence = |quantity: &super::Quantity| {
-        format!(
-            "The log does not identify {}: log {}.",
-            quantity.name(),
-            quantity.manoeuvre()
-        )
+    let sentence = |quantity: &Quantity| {
+        let (name, manoeuvre) = quantity.name_and_manoeuvre();
+        format!("The log does not identify {name}: log {manoeuvre}.")
     };
     missing.iter().map(sentence).collect()
 }
@@ -121,60 +111,29 @@ fn digits(number: f64) -> String {
     format!("{number:.decimals$}")
 }
 
-fn panels(traces: &Traces) -> Vec<Panel> {
+/// Each motion over time, with its residual beside it.
+fn panels(found: &Identification) -> Vec<Value> {
+    let line = |name: &str, colour: &str, stroke: &str, values: Vec<Option<f64>>| {
+        let points = found.time.iter().zip(values);
+        let known: Vec<_> = points.filter_map(|(time, value)| Some((*time, value?))).collect();
+        json!({ "name": name, "colour": colour, "stroke": stroke, "points": known })
+    };
     let all = |values: &[f64]| values.iter().copied().map(Some).collect::<Vec<_>>();
-    let headings = [&traces.heading, &traces.heading_model, &traces.heading_reference];
-    let [heading, heading_model, heading_reference] = headings.map(|values| {
-        values
-            .iter()
-            .map(|value| Some(value.to_degrees()))
-            .collect::<Vec<_>>()
-    });
-    [
-        (
-            "heading, °",
-            "residual, °",
-            heading,
-            heading_model,
-            Some(heading_reference),
-        ),
-        (
-            "surge, m/s",
-            "residual, m/s",
-            traces.surge.clone(),
-            all(&traces.surge_model),
-            Some(all(&traces.speed_reference)),
-        ),
-        (
-            "sway, m/s",
-            "residual, m/s",
-            traces.sway.clone(),
-            all(&traces.sway_model),
-            None,
-        ),
-    ]
-    .into_iter()
-    .flat_map(|(y_label, residual_label, measured, simulated, reference)| {
-        let residual: Vec<Option<f64>> = measured
-            .iter()
-            .zip(&simulated)
-            .map(|(measured, simulated)| Some((*measured)? - (*simulated)?))
-            .collect();
-        let line = |name, colour, stroke, values| line(&traces.time, name, colour, stroke, values);
+    let panels = found.traces.iter().flat_map(|trace| {
+        let both = trace.measured.iter().zip(&trace.simulated);
+        let residual = both.map(|(measured, simulated)| Some((*measured)? - simulated));
+        let residual = line("measured less simulated", MEASURED, "solid", residual.collect());
         let mut lines = vec![
-            line("measured", MEASURED, Stroke::Solid, measured),
-            line("simulated", SIMULATED, Stroke::Solid, simulated),
+            line("measured", MEASURED, "solid", trace.measured.clone()),
+            line("simulated", SIMULATED, "solid", all(&trace.simulated)),
         ];
-        lines.extend(reference.map(|values| line("reference", REFERENCE, Stroke::Dashed, values)));
-        let residual = line("measured less simulated", MEASURED, Stroke::Solid, residual);
-        [(y_label, lines), (residual_label, vec![residual])]
-            .map(|(y_label, lines)| Panel::over_time(y_label, lines))
-    })
-    .collect()
-}
-
-fn line(time: &[f64], name: &str, colour: Colour, stroke: Stroke, values: Vec<Option<f64>>) -> Line {
-    let points = time.iter().zip(values);
-    let known = points.filter_map(|(time, value)| Some((*time, value?)));
-    Line::new(name, colour, stroke, known)
+        let reference = trace.reference.iter();
+        lines.extend(reference.map(|values| line("reference", REFERENCE, "dashed", all(values))));
+        [(trace.names[0], lines), (trace.names[1], vec![residual])]
+    });
+    let panel = |(name, lines): (&str, Vec<Value>)| {
+        let time = "time, s";
+        json!({ "heading": "", "x_label": time, "y_label": name, "lines": lines })
+    };
+    panels.map(panel).collect()
 }

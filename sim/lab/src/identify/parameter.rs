@@ -9,38 +9,23 @@ const ABSOLUTE_WIDTH_MAX: f64 = 0.5;
 /// An integrator slower than this has no effect while a craft changes its speed, s.
 pub(super) const SLOW_INTEGRAL_TIME: f64 = 60.0;
 
-/// An identified quantity.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Quantity {
-    /// Time constant of the heading loop.
+/// An identified quantity, named as in a craft file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Quantity {
     HeadingTimeConstant,
-    /// Natural frequency of the heading loop.
     HeadingNaturalFrequency,
-    /// Damping ratio of the heading loop.
     HeadingDamping,
-    /// Delay of the heading loop.
     HeadingDelay,
-    /// Fastest turn.
     HeadingRateMax,
-    /// Time constant of the speed loop.
     SurgeTimeConstant,
-    /// Delay of the speed loop.
     SurgeDelay,
-    /// Largest acceleration.
     AccelerationMax,
-    /// Largest deceleration.
     DecelerationMax,
-    /// Integral time of the speed loop.
     IntegralTime,
-    /// Sway per surge and yaw rate.
     SwayPerYawRate,
-    /// Linear coefficient of propulsion power.
     PowerLinear,
-    /// Cubic coefficient of propulsion power.
     PowerCubic,
-    /// Speed through the water or over ground.
     SpeedReference,
-    /// Reference of heading or of course.
     HeadingReference,
 }
 
@@ -52,19 +37,8 @@ const STEADY_SPEEDS: &str =
     "three steady speeds, slow, working and top, each held for 60 s, with power_w in the log";
 
 impl Quantity {
-    /// Its name in a craft file.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        self.name_and_manoeuvre().0
-    }
-
-    /// The manoeuvre that shows it.
-    #[must_use]
-    pub fn manoeuvre(self) -> &'static str {
-        self.name_and_manoeuvre().1
-    }
-
-    fn name_and_manoeuvre(self) -> (&'static str, &'static str) {
+    /// Its name in a craft file, and the manoeuvre that shows it.
+    pub(super) fn name_and_manoeuvre(self) -> (&'static str, &'static str) {
         match self {
             Self::HeadingTimeConstant => ("heading_loop/time_constant_s", HEADING_STEPS),
             Self::HeadingNaturalFrequency => ("heading_loop/natural_frequency_radps", HEADING_STEPS),
@@ -120,17 +94,14 @@ impl Quantity {
 
 /// A parameter with its 95 % confidence interval, SI and radians.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Parameter {
-    /// The quantity.
-    pub quantity: Quantity,
-    /// Its estimate.
-    pub estimate: f64,
-    /// Lower end of its interval.
-    pub low: f64,
-    /// Upper end of its interval; infinite if the log sets none.
-    pub high: f64,
+pub(crate) struct Parameter {
+    pub(super) quantity: Quantity,
+    pub(super) estimate: f64,
+    pub(super) low: f64,
+    /// Infinite if the log sets no limit.
+    pub(super) high: f64,
     /// `true` if the log identifies it; it is then in the craft file.
-    pub identified: bool,
+    pub(super) identified: bool,
 }
 
 /// A parameter that was estimated as its logarithm.

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector2;
 use planner::{angle::direction, craft::SpeedReference};
+use sim::metrics::{mean, rms};
 
 use super::{
     fit::{self, Channels, Estimate, Fitted, least_squares, nearest},
@@ -145,17 +146,14 @@ pub(super) fn fit(log: &Log, heading: &[Motion]) -> SurgeFit {
             over_ground = data.fit(&Model { held, ..model }, &over_ground.parameters);
         }
     }
-    let speed_held = data
-        .has_ground
-        .then(|| fit::better(&through_water, &over_ground))
-        .flatten()
-        .map(|through_water| {
-            if through_water {
-                SpeedReference::ThroughWater
-            } else {
-                SpeedReference::OverGround
-            }
-        });
+    let better = data.has_ground.then(|| fit::better(&through_water, &over_ground));
+    let speed_held = better.flatten().map(|through_water| {
+        if through_water {
+            SpeedReference::ThroughWater
+        } else {
+            SpeedReference::OverGround
+        }
+    });
     model.held = speed_held.unwrap_or(SpeedReference::ThroughWater);
     let mut fitted = match model.held {
         SpeedReference::ThroughWater => through_water,
@@ -168,12 +166,8 @@ pub(super) fn fit(log: &Log, heading: &[Motion]) -> SurgeFit {
         fitted = data.fit(&model, &fitted.parameters);
         estimates = data.estimates(&model, &fitted);
     }
-    data.finish(
-        &Loop::of(model.held, &fitted.parameters),
-        estimates,
-        integrator,
-        speed_held,
-    )
+    let law = Loop::of(model.held, &fitted.parameters);
+    data.finish(&law, estimates, integrator, speed_held)
 }
 
 /// Rows in which the craft has gone straight for a while; all rows if it hardly ever does.
@@ -265,14 +259,10 @@ impl Data<'_> {
         let of_surge = [true, false, true, false];
         for ((kind, weight), of_surge) in kinds.iter().zip(model.weights).zip(of_surge) {
             let from = residuals.len();
-            let rows = self
-                .log
-                .rows()
-                .iter()
-                .zip(&motion)
-                .zip(&self.straight)
-                .skip(self.begin);
-            let rows = rows.filter(|(_, straight)| !of_surge || **straight);
+            let rows = self.log.rows().iter().zip(&motion).zip(&self.straight);
+            let rows = rows
+                .skip(self.begin)
+                .filter(|(_, straight)| !of_surge || **straight);
             residuals.extend(rows.filter_map(|((row, motion), _)| Some(weight * kind(row, motion, &law)?)));
             channels.push(from..residuals.len());
         }
@@ -284,11 +274,10 @@ impl Data<'_> {
         let (_, channels) = self.residuals(model, &fitted.parameters);
         let mut weights = model.weights;
         for ((weight, channel), before) in weights.iter_mut().zip(&channels).zip(model.weights) {
-            if channel.is_empty() {
-                continue;
+            if !channel.is_empty() {
+                let rms = rms(&fitted.residuals[channel.clone()]) / before;
+                *weight = 1.0 / rms.max(RESIDUAL_MIN);
             }
-            let rms = rms(fitted.residuals[channel.clone()].iter().copied()) / before;
-            *weight = 1.0 / rms.max(RESIDUAL_MIN);
         }
         weights
     }
@@ -345,7 +334,8 @@ impl Data<'_> {
         const OVER: f64 = 2.0;
         let rows = self.log.rows();
         let first = rows.iter().take_while(|row| row.time < rows[0].time + OVER);
-        mean(first.filter_map(|row| row.surge.or(Some(ground_in_body(row, law)?.x))))
+        let surge = first.filter_map(|row| row.surge.or(Some(ground_in_body(row, law)?.x)));
+        mean(&surge.collect::<Vec<_>>())
     }
 
     /// Mean of velocity over ground less the references', (north, east), m/s.
@@ -367,7 +357,7 @@ impl Data<'_> {
         let window = |from: f64, until: f64| {
             let first = rows.partition_point(|row| row.time < from);
             let end = rows.partition_point(|row| row.time < until);
-            mean(rows[first..end].iter().filter_map(surge))
+            mean(&rows[first..end].iter().filter_map(surge).collect::<Vec<_>>())
         };
         let (begin, end) = (rows[0].time, rows[rows.len() - 1].time);
         let (mut up, mut down) = (0.01_f64, 0.01_f64);
@@ -398,24 +388,17 @@ impl Data<'_> {
         };
         let simulated = self.simulate(law);
         let rows = self.log.rows();
-        let measured_surge: Vec<_> = rows
-            .iter()
-            .map(|row| row.surge.or(Some(ground_in_body(row, law)?.x)))
-            .collect();
+        let surge = |row: &LogRow| row.surge.or(Some(ground_in_body(row, law)?.x));
+        let measured_surge: Vec<_> = rows.iter().map(surge).collect();
         let measured_sway = rows.iter().zip(&simulated).map(|(row, motion)| {
-            row.sway.or(Some(
-                ground_in_body(row, law)?.y + law.compass_bias * motion.surge,
-            ))
+            let ground = || Some(ground_in_body(row, law)?.y + law.compass_bias * motion.surge);
+            row.sway.or_else(ground)
         });
-        let errors = measured_surge
-            .iter()
-            .zip(&simulated)
-            .zip(&self.straight)
-            .skip(self.begin);
-        let errors = errors.filter(|(_, straight)| **straight);
+        let errors = measured_surge.iter().zip(&simulated).zip(&self.straight);
+        let errors = errors.skip(self.begin).filter(|(_, straight)| **straight);
         let errors = errors.filter_map(|((measured, motion), _)| Some((*measured)? - motion.surge));
         SurgeFit {
-            rms: rms(errors),
+            rms: rms(&errors.collect::<Vec<_>>()),
             measured_sway: measured_sway.collect(),
             measured_surge,
             water: self.has_ground.then(|| Water {
@@ -435,15 +418,6 @@ fn ground_in_body(row: &LogRow, law: &Loop) -> Option<Vector2<f64>> {
     let through_water = row.ground_velocity? - law.current;
     let bow = direction(row.heading);
     Some(Vector2::new(through_water.dot(&bow), bow.perp(&through_water)))
-}
-
-fn mean(values: impl Iterator<Item = f64>) -> f64 {
-    let (sum, count) = values.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
-    sum / f64::max(count, 1.0)
-}
-
-fn rms(values: impl Iterator<Item = f64>) -> f64 {
-    mean(values.map(|value| value * value)).sqrt()
 }
 
 impl SurgeFit {

@@ -13,9 +13,9 @@ use super::*;
 
 /// A guide that stores the requested goals.
 #[derive(Default)]
-struct Asked(Rc<RefCell<Vec<Goal>>>);
+struct GoalRecorder(Rc<RefCell<Vec<Goal>>>);
 
-impl Guide for Asked {
+impl Guide for GoalRecorder {
     fn name(&self) -> &'static str {
         "asked"
     }
@@ -46,27 +46,27 @@ fn visits(cost: VisitCost) -> Visits {
     }
 }
 
+/// A snapshot with the craft at this place on the line; `silent` is not heard after the start.
+fn snapshot(t: f64, east: f64, visits: &Visits, silent: Option<usize>) -> Snapshot {
+    let auv = |(i, east): (usize, &f64)| {
+        let mut state = AuvState::new(Vector2::new(0.0, *east), 5.0, Course::new(0.0), 0.0);
+        state.age_s = if silent == Some(i) { 1000.0 + t } else { 0.0 };
+        Auv::new(format!("auv-{i}").as_str(), state)
+    };
+    let auvs = PLACES.iter().enumerate().map(auv).collect();
+    let craft = Asc::new(Vector2::new(0.0, east), Heading::new(0.0), 0.0);
+    let request = PlanRequest::new(t, craft, auvs, Goal::Visit(visits.clone()));
+    Snapshot::try_from(request).expect("valid")
+}
+
 /// The AUV that a rule follows in each of `seconds`. The craft jumps to a new place a minute after
-/// its order. `silent` is not heard after the start.
+/// its order.
 fn followed(rule: Rule, dwell: f64, visits: &Visits, seconds: u32, silent: Option<usize>) -> Vec<usize> {
-    let mut ruled = Ruled::new(Box::new(Asked::default()), rule, dwell);
+    let mut guide = RuleGuide::new(Box::new(GoalRecorder::default()), rule, dwell);
     let (mut east, mut told, mut all) = (-50.0, (0, usize::MAX), vec![]);
     for second in 0..seconds {
-        let t = f64::from(second);
-        let auv = |(i, east): (usize, &f64)| {
-            let mut state = AuvState::new(Vector2::new(0.0, *east), 5.0, Course::new(0.0), 0.0);
-            state.age_s = if silent == Some(i) { 1000.0 + t } else { 0.0 };
-            Auv::new(format!("auv-{i}").as_str(), state)
-        };
-        let auvs = PLACES.iter().enumerate().map(auv).collect();
-        let craft = Asc::new(Vector2::new(0.0, east), Heading::new(0.0), 0.0);
-        let request = PlanRequest::new(t, craft, auvs, Goal::Visit(visits.clone()));
-        let snapshot = Snapshot::try_from(request).expect("valid");
-        let next = ruled
-            .guide(&snapshot)
-            .expect("answers")
-            .serves
-            .expect("one is followed");
+        let guided = guide.guide(&snapshot(f64::from(second), east, visits, silent));
+        let next = guided.expect("answers").serves.expect("one is followed");
         if next != told.1 {
             told = (second, next);
         } else if told.0 + 60 == second {
@@ -85,29 +85,12 @@ fn in_order(followed: &[usize]) -> Vec<usize> {
 }
 
 #[test]
-fn oldest_first_repeats_the_order_of_service() {
+fn oldest_first_repeats_the_order_of_service_and_nearest_first_serves_each_once_a_round() {
+    let order = |rule| in_order(&followed(rule, 0.0, &visits(VisitCost::Age), 700, None));
     // Equal ages at first: by travel from −50 m. Then 60 s at each; service is within 20 m.
-    let order = in_order(&followed(
-        Rule::OldestFirst,
-        0.0,
-        &visits(VisitCost::Age),
-        600,
-        None,
-    ));
-    assert_eq!(order[..8], [1, 0, 3, 2, 1, 0, 3, 2]);
-}
-
-#[test]
-fn nearest_first_serves_every_vehicle_once_before_any_again() {
-    let order = in_order(&followed(
-        Rule::NearestFirst,
-        0.0,
-        &visits(VisitCost::Age),
-        700,
-        None,
-    ));
+    assert_eq!(order(Rule::OldestFirst)[..8], [1, 0, 3, 2, 1, 0, 3, 2]);
     // On a line, there and back: the last one of a round is the first of the next.
-    assert_eq!(order[..10], [1, 0, 3, 2, 3, 0, 1, 0, 3, 2]);
+    assert_eq!(order(Rule::NearestFirst)[..10], [1, 0, 3, 2, 3, 0, 1, 0, 3, 2]);
 }
 
 #[test]
@@ -148,17 +131,10 @@ fn the_clock_follows_the_hour_and_skips_a_silent_vehicle() {
         assert_eq!(*next, all[40 * (second / 40) % 160], "{second}");
     }
     assert_eq!((all[0], in_order(&all).len()), (1, 8));
-    for rule in [
-        Rule::Clock,
-        Rule::OldestFirst,
-        Rule::NearestFirst,
-        Rule::CostPerTime,
-    ] {
-        let all = followed(rule, 40.0, &visits, 400, Some(0));
-        assert!(
-            !all.contains(&0) && (1..4).all(|other| all.contains(&other)),
-            "{rule:?}"
-        );
+    for rule in &Rule::ALL[..4] {
+        let all = followed(*rule, 40.0, &visits, 400, Some(0));
+        let others = (1..4).all(|other| all.contains(&other));
+        assert!(!all.contains(&0) && others, "{rule:?}");
     }
 }
 
@@ -167,16 +143,9 @@ fn every_rule_replaces_its_goal_by_one_that_planner_and_laws_know() {
     let asked = Rc::new(RefCell::new(vec![]));
     let visits = visits(VisitCost::Age);
     for rule in Rule::ALL {
-        let mut ruled = Ruled::new(Box::new(Asked(asked.clone())), rule, 40.0);
-        let auv = |(i, east): (usize, &f64)| {
-            let state = AuvState::new(Vector2::new(0.0, *east), 5.0, Course::new(0.0), 0.0);
-            Auv::new(format!("auv-{i}").as_str(), state)
-        };
-        let auvs = PLACES.iter().enumerate().map(auv).collect();
-        let craft = Asc::new(Vector2::new(0.0, -50.0), Heading::new(0.0), 0.0);
-        let request = PlanRequest::new(7.0, craft, auvs, Goal::Visit(visits.clone()));
-        ruled
-            .guide(&Snapshot::try_from(request).expect("valid"))
+        let mut guide = RuleGuide::new(Box::new(GoalRecorder(asked.clone())), rule, 40.0);
+        guide
+            .guide(&snapshot(7.0, -50.0, &visits, None))
             .expect("answers");
     }
     let asked = asked.borrow();

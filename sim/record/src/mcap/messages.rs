@@ -81,13 +81,11 @@ impl Vehicle {
             * UnitQuaternion::from_axis_angle(&Vector3::y_axis(), -self.pitch)
     }
 
-    fn position_json(&self) -> Value {
-        point(&self.position, self.depth)
-    }
-
-    fn orientation_json(&self) -> Value {
+    /// Position and orientation in `world`.
+    fn pose(&self) -> [Value; 2] {
         let q = self.orientation();
-        json!({"x": q.i, "y": q.j, "z": q.k, "w": q.w})
+        let orientation = json!({"x": q.i, "y": q.j, "z": q.k, "w": q.w});
+        [point(&self.position, self.depth), orientation]
     }
 }
 
@@ -98,20 +96,22 @@ pub(super) fn point(position: &Vector2<f64>, depth: f64) -> Value {
 }
 
 pub(super) fn frame_transforms(id: &str, vehicle: &Vehicle, time: Time) -> Value {
+    let [translation, rotation] = vehicle.pose();
     json!({"transforms": [{
         "timestamp": time.json(),
         "parent_frame_id": WORLD,
         "child_frame_id": id,
-        "translation": vehicle.position_json(),
-        "rotation": vehicle.orientation_json(),
+        "translation": translation,
+        "rotation": rotation,
     }]})
 }
 
 pub(super) fn pose_in_frame(vehicle: &Vehicle, time: Time) -> Value {
+    let [position, orientation] = vehicle.pose();
     json!({
         "timestamp": time.json(),
         "frame_id": WORLD,
-        "pose": {"position": vehicle.position_json(), "orientation": vehicle.orientation_json()},
+        "pose": {"position": position, "orientation": orientation},
     })
 }
 

@@ -5,7 +5,7 @@
 
 use serde_json::{Map, Value, json};
 
-use crate::table::{COLUMNS, Kind};
+use crate::table::{COLUMNS, Column, Kind};
 
 /// Foxglove's types and their members, each a name and a type; `[]` marks a list. Types that are
 /// not here have no members: their lists are always empty.
@@ -46,8 +46,21 @@ const TYPES: [(&str, &str); 14] = [
     ),
 ];
 
-/// The schema of a type: a plain one, a list, or one of Foxglove's.
+/// The type of a row of the table.
+pub(super) const ROW: &str = "pilotfish.Row";
+/// The type of any event of a mission: its members are those of its kind.
+pub(super) const EVENT: &str = "pilotfish.Event";
+
+/// The schema of a type: a plain one, a list, one of Foxglove's, [`ROW`] or [`EVENT`].
 pub(super) fn of(name: &str) -> Value {
+    if name == ROW {
+        let members: Map<String, Value> = COLUMNS.iter().map(cell).collect();
+        return json!({"title": ROW, "type": "object", "properties": members, "required": ["kind", "t_s"]});
+    }
+    if name == EVENT {
+        let members = json!({"sequence": of("integer"), "kind": of("string")});
+        return json!({"title": EVENT, "type": "object", "properties": members, "required": ["sequence", "kind"]});
+    }
     if let Some(items) = name.strip_suffix("[]") {
         return json!({"type": "array", "items": of(items)});
     }
@@ -72,26 +85,11 @@ pub(super) fn of(name: &str) -> Value {
     json!({"title": title, "type": "object", "properties": properties, "required": names})
 }
 
-/// A row of the table.
-pub(super) fn row() -> Value {
-    let members = COLUMNS.iter().map(|column| {
-        let kind = match column.kind {
-            Kind::Count => "integer",
-            Kind::Number => "number",
-            Kind::Word => "string",
-        };
-        (column.name.to_owned(), of(kind))
-    });
-    let members: Map<String, Value> = members.collect();
-    json!({"title": "pilotfish.Row", "type": "object", "properties": members, "required": ["kind", "t_s"]})
-}
-
-/// Any event of a mission: its members are those of its kind.
-pub(super) fn event() -> Value {
-    json!({
-        "title": "pilotfish.Event",
-        "type": "object",
-        "properties": {"sequence": of("integer"), "kind": of("string")},
-        "required": ["sequence", "kind"],
-    })
+fn cell(column: &Column) -> (String, Value) {
+    let kind = match column.kind {
+        Kind::Count => "integer",
+        Kind::Number => "number",
+        Kind::Word => "string",
+    };
+    (column.name.to_owned(), of(kind))
 }

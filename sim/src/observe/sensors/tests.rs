@@ -3,9 +3,17 @@ use std::f64::consts::PI;
 use rand::SeedableRng;
 
 use super::*;
+use crate::tests::{independent_unit_normals, near, near_to};
 
 /// Time between measurements, s.
 const PERIOD: f64 = 1.0;
+
+/// Perfect sensors with other numbers.
+fn changed(change: impl FnOnce(&mut SensorSetup)) -> SensorSetup {
+    let mut setup = SensorSetup::default();
+    change(&mut setup);
+    setup
+}
 
 fn sensors(setup: SensorSetup, seed: u64) -> SurfaceSensors {
     SurfaceSensors::new(setup, ChaCha8Rng::seed_from_u64(seed))
@@ -64,72 +72,43 @@ fn perfect_sensors_give_the_truth_to_the_bit() {
     for _ in 0..3 {
         let seen = sensors.measure(&truth, true, PERIOD);
         let ground = seen.ground_velocity().expect("there are satellites");
-        for (measured, true_value) in [
-            (seen.position().x, truth.position.x),
-            (seen.position().y, truth.position.y),
-            (seen.heading().radians(), truth.heading),
-            (seen.speed_mps, truth.surge),
-            (seen.sway_mps, truth.sway),
-            (seen.yaw_rate_radps, truth.yaw_rate),
-            (ground.x, truth.ground_velocity.x),
-            (ground.y, truth.ground_velocity.y),
-        ] {
-            assert_eq!(
-                measured.to_bits(),
-                true_value.to_bits(),
-                "{measured} {true_value}"
-            );
-        }
+        let bits = |v: Vector2<f64>| [v.x.to_bits(), v.y.to_bits()];
+        assert_eq!(bits(seen.position()), bits(truth.position));
+        assert_eq!(bits(ground), bits(truth.ground_velocity));
+        let seen = [
+            seen.heading().radians(),
+            seen.speed_mps,
+            seen.sway_mps,
+            seen.yaw_rate_radps,
+        ];
+        let truth = [truth.heading, truth.surge, truth.sway, truth.yaw_rate];
+        assert_eq!(seen.map(f64::to_bits), truth.map(f64::to_bits));
     }
 }
 
 #[test]
 fn the_satellite_error_keeps_its_variance_and_correlation_time() {
-    let (sigma, tau, n) = (2.0, 10.0, 200_000_usize);
-    let setup = SensorSetup {
-        position_sigma: sigma,
-        position_correlation_time: tau,
-        ..SensorSetup::default()
-    };
-    let mut sensors = sensors(setup, 4);
-    let errors: Vec<Vector2<f64>> = (0..n)
-        .map(|_| sensors.measure(&at_rest(), true, PERIOD).position() / sigma)
-        .collect();
+    let (sigma, n) = (2.0, 200_000);
     // Bartlett: the variance of an estimated autocovariance is at most 2 Σρ²/n = 2τ/(nT) an axis,
-    // half of that for two: four standard deviations of 0.0071.
-    let bound = 0.029;
-    for lag in [0_u32, 1, 5, 10, 20] {
-        let shift = lag as usize;
-        let products: f64 = errors.windows(shift + 1).map(|w| 0.5 * w[0].dot(&w[shift])).sum();
-        #[expect(clippy::cast_precision_loss, reason = "far below 2⁵³")]
-        let found = products / (n - shift) as f64;
-        let expected = (-f64::from(lag) * PERIOD / tau).exp();
-        assert!(
-            (found - expected).abs() < bound,
-            "lag {lag}: {found} for {expected}"
-        );
+    // half of that for two: four standard deviations of 0.0071. White errors: 4/√n.
+    for (tau, bound) in [(10.0, 0.029), (0.0, 0.009)] {
+        let setup = changed(|setup| (setup.position_sigma, setup.position_correlation_time) = (sigma, tau));
+        let mut sensors = sensors(setup, 4);
+        let errors = (0..n).map(|_| sensors.measure(&at_rest(), true, PERIOD).position() / sigma);
+        let errors: Vec<Vector2<f64>> = errors.collect();
+        for lag in [0_u32, 1, 5, 10, 20] {
+            let products = errors
+                .iter()
+                .zip(&errors[lag as usize..])
+                .map(|(a, b)| 0.5 * a.dot(b));
+            let expected = if lag == 0 {
+                1.0
+            } else {
+                (-f64::from(lag) * PERIOD / tau).exp()
+            };
+            near(products.sum::<f64>() / f64::from(n - lag), expected, bound);
+        }
     }
-}
-
-#[test]
-fn without_a_correlation_time_neighbouring_errors_are_independent() {
-    let setup = SensorSetup {
-        position_sigma: 1.5,
-        ..SensorSetup::default()
-    };
-    let mut sensors = sensors(setup, 5);
-    let n = 50_000;
-    let (mut square, mut product, mut before) = (0.0, 0.0, Vector2::zeros());
-    for _ in 0..n {
-        let error = sensors.measure(&at_rest(), true, PERIOD).position() / 1.5;
-        square += error.norm_squared();
-        product += error.dot(&before);
-        before = error;
-    }
-    // χ² with 2n degrees of freedom: mean 2n, variance 4n; the product's sum has variance 2n.
-    let two_n = 2.0 * f64::from(n);
-    assert!((square - two_n).abs() < 4.0 * (2.0 * two_n).sqrt(), "{square}");
-    assert!(product.abs() < 4.0 * two_n.sqrt(), "{product}");
 }
 
 #[test]
@@ -144,47 +123,26 @@ fn white_errors_have_their_sigma_no_mean_but_the_bias_and_no_correlation() {
         speed_sigma: 0.03,
     };
     let mut sensors = sensors(setup, 6);
-    let looks = 40_000;
-    let mut sum = nalgebra::SVector::<f64, 8>::zeros();
-    let mut products = nalgebra::SMatrix::<f64, 8, 8>::zeros();
-    for _ in 0..looks {
+    independent_unit_normals((0..40_000).map(|_| {
         let seen = sensors.measure(&at_rest(), true, PERIOD);
-        let ground = seen.ground_velocity().expect("there are satellites");
-        let errors = nalgebra::SVector::from([
+        let ground = seen.ground_velocity().expect("there are satellites") / 0.05;
+        [
             seen.position().x / 2.0,
             seen.position().y / 2.0,
-            ground.x / 0.05,
-            ground.y / 0.05,
+            ground.x,
+            ground.y,
             (seen.heading().radians() + 0.1) / 0.02,
             seen.yaw_rate_radps / 0.004,
             seen.speed_mps / 0.03,
             seen.sway_mps / 0.03,
-        ]);
-        sum += errors;
-        products += errors * errors.transpose();
-    }
-    // Sums of n unit normals have variance n, of their products n, of their squares 2n about n.
-    let n = f64::from(looks);
-    assert!(sum.amax() < 4.0 * n.sqrt(), "{sum}");
-    for i in 0..8 {
-        assert!(
-            (products[(i, i)] - n).abs() < 4.0 * (2.0 * n).sqrt(),
-            "{products}"
-        );
-        for j in 0..i {
-            assert!(products[(i, j)].abs() < 4.0 * n.sqrt(), "{products}");
-        }
-    }
+        ]
+    }));
 }
 
 #[test]
 fn perfect_sensors_reckon_without_drift_in_a_constant_current() {
-    let off = drift(
-        sensors(SensorSetup::default(), 1),
-        0.7,
-        Vector2::new(0.1, -0.2),
-        600,
-    );
+    let sensors = sensors(SensorSetup::default(), 1);
+    let off = drift(sensors, 0.7, Vector2::new(0.1, -0.2), 600);
     // Rounding errors of six hundred sums of a few hundred metres.
     assert!(off.norm() < 600.0 * 600.0 * f64::EPSILON, "{off}");
 }
@@ -196,59 +154,45 @@ fn an_unseen_change_of_current_shifts_the_reckoned_position() {
     sensors.measure(&truth, true, PERIOD);
     let change = Vector2::new(-0.02, 0.05);
     truth.ground_velocity += change;
-    let off = drift_on(&mut sensors, &mut truth, 120);
     // The estimate stays where the old current would have taken the craft.
-    assert!((off + change * 120.0).norm() < 1e-9, "{off}");
+    near_to(drift_on(&mut sensors, &mut truth, 120), change * -120.0, 1e-9);
 }
 
 #[test]
 fn a_compass_bias_shows_only_after_a_turn_and_grows_with_time() {
     let bias = 0.02;
-    let setup = SensorSetup {
-        heading_bias: bias,
-        ..SensorSetup::default()
-    };
+    let setup = changed(|setup| setup.heading_bias = bias);
     let current = Vector2::new(0.1, -0.2);
     // The two errors cancel on the heading on which the current was estimated.
-    let straight = drift(sensors(setup, 1), 0.7, current, 60);
-    assert!(straight.norm() < 1e-9, "{straight}");
+    near_to(drift(sensors(setup, 1), 0.7, current, 60), Vector2::zeros(), 1e-9);
     // After half a turn they add: (R(b) − 1)(w₂ − w₁) t, w₂ = −w₁, of length 2 · 2 sin(b/2) · t.
     let mut sensors = sensors(setup, 1);
     let mut truth = under_way(Vector2::zeros(), 0.7, current);
     sensors.measure(&truth, true, PERIOD);
     truth = under_way(truth.position, 0.7 + PI, current);
     let turned = drift_on(&mut sensors, &mut truth, 60);
-    let expected = 4.0 * (0.5 * bias).sin() * 60.0;
-    assert!((turned.norm() - expected).abs() < 1e-9, "{turned}");
+    near(turned.norm(), 4.0 * (0.5 * bias).sin() * 60.0, 1e-9);
 }
 
 #[test]
 fn dead_reckoning_averages_the_noise_of_the_satellite_velocity() {
-    let (sigma, looks, outage, runs) = (0.05, 300, 100, 1_000);
-    let setup = SensorSetup {
-        velocity_sigma: sigma,
-        ..SensorSetup::default()
-    };
-    let mut square = 0.0;
-    for seed in 0..runs {
-        let mut sensors = sensors(setup, seed);
+    let (sigma, outage, runs) = (0.05, 100, 1_000_u32);
+    let setup = changed(|setup| setup.velocity_sigma = sigma);
+    let squares = (0..runs).map(|seed| {
+        let mut sensors = sensors(setup, seed.into());
         let mut truth = at_rest();
-        for _ in 0..looks {
+        for _ in 0..300 {
             sensors.measure(&truth, true, PERIOD);
         }
-        square += drift_on(&mut sensors, &mut truth, outage).norm_squared();
-    }
+        drift_on(&mut sensors, &mut truth, outage).norm_squared()
+    });
     // A running mean of gain α keeps α / (2 − α) of a white variance; 300 looks are ten memories.
     let gain = 1.0 - (-PERIOD / CURRENT_MEMORY).exp();
     let variance = sigma * sigma * gain / (2.0 - gain) * f64::from(outage * outage);
     // χ² with 2 · runs degrees of freedom has variance 4 · runs.
-    #[expect(clippy::cast_precision_loss, reason = "a thousand")]
-    let runs = runs as f64;
-    assert!(
-        (square / variance - 2.0 * runs).abs() < 4.0 * (4.0 * runs).sqrt(),
-        "{}",
-        square / variance
-    );
+    let runs = f64::from(runs);
+    let found = squares.sum::<f64>() / variance;
+    near(found, 2.0 * runs, 4.0 * (4.0 * runs).sqrt());
 }
 
 #[test]
@@ -277,9 +221,7 @@ fn a_craft_without_satellites_from_the_start_reckons_from_its_first_position() {
     let mut sensors = sensors(SensorSetup::default(), 1);
     let mut truth = under_way(Vector2::new(4.0, 2.0), 0.0, Vector2::zeros());
     let first = sensors.measure(&truth, false, PERIOD);
-    assert_eq!(
-        (first.position(), first.ground_velocity()),
-        (truth.position, None)
-    );
-    assert!(drift_on(&mut sensors, &mut truth, 50).norm() < 1e-12);
+    assert_eq!(first.position(), truth.position);
+    assert_eq!(first.ground_velocity(), None);
+    near_to(drift_on(&mut sensors, &mut truth, 50), Vector2::zeros(), 1e-12);
 }

@@ -1,11 +1,12 @@
 //! The vehicles of a scenario file: craft, goal, underwater vehicles, paths.
 
-use std::sync::Arc;
+use std::{collections::BTreeMap, sync::Arc};
 
 use planner::{
     craft::{CraftDescription, HeadingReference, SpeedReference},
     path::Side,
     snapshot::{DeclaredLimits, Goal, ID_LENGTH_MAX, Offset, Tuning},
+    tuned::Tuned,
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer};
@@ -56,6 +57,11 @@ pub struct SurfaceCraftFile {
     pub craft: Option<CraftDescription<Distribution>>,
     /// Weights of the planner's cost, its horizon and iterations; the planner's own if left out.
     pub tuning: Option<Tuning>,
+    /// Tuned numbers of the planner by table and name, such as `parameters.estimate.gate`; the
+    /// planner's own if left out.
+    #[serde(default)]
+    #[schemars(with = "BTreeMap<String, BTreeMap<String, f64>>")]
+    pub parameters: Tuned,
     /// A random craft drawn earlier, because a draw takes as long as a mission.
     #[serde(skip)]
     pub drawn: Option<Arc<RandomCraft>>,

@@ -67,6 +67,7 @@ impl Scenario {
             offset,
             limits: limits(&declared, &kind.limits)?,
             tuning: tuning(file.tuning.as_ref())?,
+            tuned: file.parameters,
             craft: craft_description(file.craft.as_ref(), declared.surge_lag_s, kind.craft, draw.seed)?,
             current: self.knowledge.current == CurrentKnowledge::Known,
             paths: self.knowledge.paths,

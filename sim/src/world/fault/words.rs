@@ -74,17 +74,11 @@ mod tests {
             side: Side::Port,
             share: 0.6,
         };
-        assert_eq!(
-            words(weak),
-            ("the port thruster delivers 60 % of its thrust".to_owned(), false)
-        );
-        assert_eq!(
-            words(FaultKind::Dies(1)),
-            ("auv-2 loses power and sends nothing".to_owned(), true)
-        );
-        assert_eq!(
-            words(FaultKind::ClockOffset(-2.0)).0,
-            "the craft's clock is 2.0 s behind"
-        );
+        let expected = ("the port thruster delivers 60 % of its thrust".to_owned(), false);
+        assert_eq!(words(weak), expected);
+        let expected = ("auv-2 loses power and sends nothing".to_owned(), true);
+        assert_eq!(words(FaultKind::Dies(1)), expected);
+        let found = words(FaultKind::ClockOffset(-2.0)).0;
+        assert_eq!(found, "the craft's clock is 2.0 s behind");
     }
 }

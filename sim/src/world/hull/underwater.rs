@@ -202,22 +202,4 @@ mod tests {
         let over_ground = attitude(theta, psi) * Vector3::new(u, 0.0, 0.0);
         assert!((slope.fixed_rows::<3>(0) - over_ground).norm() < 1e-12);
     }
-
-    #[test]
-    fn a_vehicle_with_its_nose_down_descends() {
-        let state = UnderwaterState::from([0.0, 0.0, 5.0, -0.5, 0.0, 0.3, 0.0, 0.0]);
-        let slope = HULL.derivative(&state, UnderwaterInput::default(), &Vector2::zeros());
-        assert!(slope[2] > 0.0);
-    }
-
-    #[test]
-    fn the_vehicle_rights_itself_without_a_moment() {
-        let tilted = UnderwaterState::from([0.0, 0.0, 5.0, 0.6, 0.0, 0.0, 0.0, 0.0]);
-        let level = (0..600).fold(tilted, |state, _| {
-            crate::world::integrate::rk4(&state, 0.1, |x| {
-                HULL.derivative(x, UnderwaterInput::default(), &Vector2::zeros())
-            })
-        });
-        assert!(level[3].abs() < 1e-3, "{}", level[3]);
-    }
 }

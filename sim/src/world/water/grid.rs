@@ -32,9 +32,9 @@ impl CurrentGrid {
     pub fn at(&self, time: f64, position: &Vector2<f64>) -> Vector2<f64> {
         let [times, norths, easts] = &self.axes;
         let (t, n, e) = (
-            Between::new(times, time),
-            Between::new(norths, position.x),
-            Between::new(easts, position.y),
+            Interpolation::new(times, time),
+            Interpolation::new(norths, position.x),
+            Interpolation::new(easts, position.y),
         );
         let node = |t, n, e| self.currents[(t * norths.len() + n) * easts.len() + e];
         t.interpolate(|t| n.interpolate(|n| e.interpolate(|e| node(t, n, e))))
@@ -43,14 +43,14 @@ impl CurrentGrid {
 
 /// A coordinate between two neighbours of an axis.
 #[derive(Clone, Copy)]
-struct Between {
+struct Interpolation {
     before: usize,
     after: usize,
     /// Share of the distance from `before` to `after`, in [0, 1); 0 if they are the same.
     share: f64,
 }
 
-impl Between {
+impl Interpolation {
     fn new(axis: &[f64], coordinate: f64) -> Self {
         let before = axis
             .partition_point(|&place| place <= coordinate)
@@ -78,8 +78,6 @@ impl Between {
 
 #[cfg(test)]
 mod tests {
-    use std::fmt::Write;
-
     use super::*;
 
     const HEADER: &str = "t_s,north_m,east_m,current_north_mps,current_east_mps\n";
@@ -88,23 +86,12 @@ mod tests {
     const EASTS: [f64; 2] = [-7.0, 60.0];
 
     fn table(field: impl Fn(f64, f64, f64) -> Vector2<f64>) -> String {
-        let mut table = HEADER.to_owned();
-        for t in TIMES {
-            for n in NORTHS {
-                for e in EASTS {
-                    let v = field(t, n, e);
-                    writeln!(table, "{t},{n},{e},{},{}", v.x, v.y).expect("a string takes every line");
-                }
-            }
-        }
-        table
-    }
-
-    fn affine(t: f64, n: f64, e: f64) -> Vector2<f64> {
-        Vector2::new(
-            0.1 + 1e-4 * t - 2e-3 * n + 3e-3 * e,
-            -0.2 - 2e-4 * t + 1e-3 * n - 1e-3 * e,
-        )
+        let line = |(t, n, e)| {
+            let v = field(t, n, e);
+            format!("{t},{n},{e},{},{}\n", v.x, v.y)
+        };
+        let lines = places(&TIMES, &NORTHS, &EASTS).into_iter().map(line);
+        HEADER.to_owned() + &lines.collect::<String>()
     }
 
     /// Linear in each coordinate, with every product: trilinear interpolation reproduces it.
@@ -121,42 +108,32 @@ mod tests {
     }
 
     #[test]
-    fn interpolation_reproduces_affine_fields_and_products_of_linear_ones() {
-        for field in [affine, products] {
-            let grid = read(&table(field)).expect("full");
-            for t in [0.0, 1.0, 333.3, 600.0, 700.0, 899.9] {
-                for n in [-50.0, -3.0, 0.0, 4.0, 10.0, 11.0, 199.0] {
-                    for e in [-7.0, 0.0, 33.0, 60.0] {
-                        // A few roundings of values of order one.
-                        let off = grid.at(t, &Vector2::new(n, e)) - field(t, n, e);
-                        assert!(off.amax() < 1e-14, "{t} {n} {e}: {off}");
-                    }
-                }
-            }
+    fn interpolation_reproduces_products_of_linear_fields_and_nodes_exactly() {
+        // Not multilinear: neighbours are unrelated.
+        let rough = |t: f64, n: f64, e: f64| Vector2::new((t + 3.0 * n).sin(), (e * n + t).cos());
+        let nodes = read(&table(rough)).expect("full");
+        let grid = read(&table(products)).expect("full");
+        let times = [0.0, 1.0, 333.3, 600.0, 700.0, 899.9, 900.0];
+        let norths = [-50.0, -3.0, 0.0, 4.0, 10.0, 11.0, 199.0, 200.0];
+        for (t, n, e) in places(&times, &norths, &[-7.0, 0.0, 33.0, 60.0]) {
+            // A few roundings of values of order one.
+            let off = grid.at(t, &Vector2::new(n, e)) - products(t, n, e);
+            assert!(off.amax() < 1e-14, "{t} {n} {e}: {off}");
+        }
+        for (t, n, e) in places(&TIMES, &NORTHS, &EASTS) {
+            assert_eq!(nodes.at(t, &Vector2::new(n, e)), rough(t, n, e));
         }
     }
 
-    #[test]
-    fn nodes_are_exact() {
-        // Not multilinear: neighbours are unrelated.
-        let rough = |t: f64, n: f64, e: f64| Vector2::new((t + 3.0 * n).sin(), (e * n + t).cos());
-        let grid = read(&table(rough)).expect("full");
-        for t in TIMES {
-            for n in NORTHS {
-                for e in EASTS {
-                    assert_eq!(grid.at(t, &Vector2::new(n, e)), rough(t, n, e));
-                }
-            }
-        }
+    fn places(times: &[f64], norths: &[f64], easts: &[f64]) -> Vec<(f64, f64, f64)> {
+        let of = |t: f64, n: f64| easts.iter().map(move |e| (t, n, *e));
+        let rows = times.iter().flat_map(|t| norths.iter().map(move |n| (*t, *n)));
+        rows.flat_map(|(t, n)| of(t, n)).collect()
     }
 
     #[test]
     fn the_edge_holds_beyond_the_grid() {
         let grid = read(&table(products)).expect("full");
-        let inside = |t: f64, n: f64, e: f64| {
-            let position = Vector2::new(n.clamp(-50.0, 200.0), e.clamp(-7.0, 60.0));
-            grid.at(t.clamp(0.0, 900.0), &position)
-        };
         for (t, n, e) in [
             (-1.0, 5.0, 5.0),
             (1e9, 5.0, 5.0),
@@ -166,14 +143,13 @@ mod tests {
             (300.0, 5.0, 1e6),
             (-5.0, -1e6, 1e6),
         ] {
-            assert_eq!(grid.at(t, &Vector2::new(n, e)), inside(t, n, e));
+            let inside = Vector2::new(f64::clamp(n, -50.0, 200.0), f64::clamp(e, -7.0, 60.0));
+            let inside = grid.at(f64::clamp(t, 0.0, 900.0), &inside);
+            assert_eq!(grid.at(t, &Vector2::new(n, e)), inside);
         }
         for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-            assert!(
-                grid.at(bad, &Vector2::new(bad, bad))
-                    .iter()
-                    .all(|v| v.is_finite())
-            );
+            let held = grid.at(bad, &Vector2::new(bad, bad));
+            assert!(held.iter().all(|v| v.is_finite()));
         }
     }
 
@@ -183,20 +159,12 @@ mod tests {
         let mut lines: Vec<&str> = table.lines().skip(1).collect();
         lines.reverse();
         lines.swap(3, 17);
-        assert_eq!(
-            read(&(HEADER.to_owned() + &lines.join("\n"))).expect("full"),
-            read(&table).expect("full")
-        );
+        let shuffled = read(&(HEADER.to_owned() + &lines.join("\n")));
+        assert_eq!(shuffled.expect("full"), read(&table).expect("full"));
 
-        let turned =
-            "\u{feff}current_east_mps, east_m, t_s, north_m, current_north_mps\r\n0.2, 5, 0, 3, 0.1\r\n";
-        let grid = read(turned).expect("one node");
-        assert_eq!(grid.at(0.0, &Vector2::zeros()), Vector2::new(0.1, 0.2));
-    }
-
-    #[test]
-    fn one_node_is_a_constant_current() {
-        let grid = read(&(HEADER.to_owned() + "-0.0,0,0,0.3,-0.4\n")).expect("one node");
+        let columns = "current_east_mps, east_m, t_s, north_m, current_north_mps";
+        let grid = read(&format!("\u{feff}{columns}\r\n-0.4, 0, -0.0, 0, 0.3\r\n")).expect("one node");
+        // One node is a constant current.
         for t in [-10.0, 0.0, 1e6] {
             assert_eq!(grid.at(t, &Vector2::new(t, -t)), Vector2::new(0.3, -0.4));
         }

@@ -144,11 +144,10 @@ impl Oscillation {
 
 #[cfg(test)]
 mod tests {
-    use std::f64::consts::PI;
-
     use rand::SeedableRng;
 
     use super::*;
+    use crate::tests::{binomial, near};
 
     const SETUP: Waves = Waves {
         heading_sigma: 0.05,
@@ -211,11 +210,10 @@ mod tests {
     fn surge_and_heading_have_their_sigma() {
         // Sinusoids of neighbouring frequencies decorrelate over 20 000 s except for the closest
         // pairs: 0.6 % of σ at worst was measured.
-        for seed in 0..5 {
-            let motion = motion(seed);
+        for motion in (0..5).map(motion) {
             let sigma = |of: &Oscillation| root_mean_square(times(0.5, 40_000).map(|t| value(of, t)));
-            assert!((sigma(&motion.surge) / SETUP.surge_sigma - 1.0).abs() < 0.02);
-            assert!((sigma(&motion.heading) / SETUP.heading_sigma - 1.0).abs() < 0.02);
+            near(sigma(&motion.surge) / SETUP.surge_sigma, 1.0, 0.02);
+            near(sigma(&motion.heading) / SETUP.heading_sigma, 1.0, 0.02);
         }
     }
 
@@ -223,87 +221,63 @@ mod tests {
     fn the_motion_at_one_moment_is_normal_across_seeds() {
         let n = 4000_u32;
         let samples = (0..n).map(|seed| value(&motion(seed.into()).surge, 77.0) / SETUP.surge_sigma);
-        let (second, fourth) = samples.fold((0.0, 0.0), |(second, fourth), x| {
-            (second + x.powi(2), fourth + x.powi(4))
-        });
+        let samples: Vec<f64> = samples.collect();
+        let n = f64::from(n);
+        let moment = |power| samples.iter().map(|x: &f64| x.powi(power)).sum::<f64>() / n;
         // Four standard errors: √(2/n) of a normal variance, √(96/n) of its fourth moment 3; the
         // sum of N sinusoids has 3 (1 − 1 / 2N).
-        let n = f64::from(n);
-        assert!(
-            (second / n - 1.0).abs() < 4.0 * (2.0 / n).sqrt(),
-            "{}",
-            second / n
-        );
-        let kurtosis = 3.0 * (1.0 - 0.5 / f64::from(N_SINUSOIDS));
-        assert!(
-            (fourth / n - kurtosis).abs() < 4.0 * (96.0 / n).sqrt(),
-            "{}",
-            fourth / n
-        );
+        near(moment(2), 1.0, 4.0 * (2.0 / n).sqrt());
+        let expected = 3.0 * (1.0 - 0.5 / f64::from(N_SINUSOIDS));
+        near(moment(4), expected, 4.0 * (96.0 / n).sqrt());
     }
 
     #[test]
     fn frequencies_follow_the_filters_spectrum() {
         // Share of the sinusoids in slices of the band against the spectrum's integral over the
         // slice. Shares are binomial at worst, stratified draws less: four standard errors.
-        let frequencies: Vec<f64> = (0..SEEDS)
-            .flat_map(|seed| motion(seed).surge.sinusoids)
-            .map(|sinusoid| sinusoid.frequency / OMEGA_0)
-            .collect();
-        let n = count(frequencies.iter());
+        let sinusoids = (0..SEEDS).flat_map(|seed| motion(seed).surge.sinusoids);
+        let frequencies: Vec<f64> = sinusoids.map(|sinusoid| sinusoid.frequency / OMEGA_0).collect();
         let whole = integral(0.5, 2.0, |_| 1.0);
         let edges = [0.5, 0.8, 0.9, 0.97, 1.0, 1.03, 1.1, 1.25, 2.0];
         for pair in edges.windows(2) {
             let slice = pair[0]..pair[1];
-            let share = count(frequencies.iter().filter(|w| slice.contains(*w))) / n;
+            let found = count(frequencies.iter().filter(|w| slice.contains(*w)));
             let asked = integral(slice.start, slice.end, |_| 1.0) / whole;
-            let bound = 4.0 * (asked * (1.0 - asked) / n).sqrt();
-            assert!((share - asked).abs() < bound, "{slice:?}: {share} for {asked}");
+            binomial(found, count(frequencies.iter()), asked);
         }
         assert!(frequencies.iter().all(|w| (0.5..=2.0).contains(w)));
     }
 
     #[test]
-    fn the_band_holds_the_documented_share_of_the_filters_power() {
-        // ∫₀^∞ |h|² dω of s / (s² + a s + b) is π / 2a.
-        let all = PI / (2.0 * 2.0 * SETUP.damping * OMEGA_0);
-        let share = integral(0.5, 2.0, |_| 1.0) / all;
-        assert!((share - 2.0 / PI * (0.75 / SETUP.damping).atan()).abs() < 1e-6);
-        assert!((share - 0.92).abs() < 0.005, "{share}");
-    }
-
-    #[test]
     fn accelerations_are_derivatives_of_the_motion_with_finite_variance() {
-        let motion = motion(1);
+        let first = motion(1);
         let h = 1e-3;
+        let size = (2.0 * f64::from(N_SINUSOIDS)).sqrt();
         for time in times(0.37, 200) {
             // Central differences: h² / 6 times the third, h² / 12 times the fourth derivative,
             // each at most √(2N) σ (2ω₀)ⁿ; the second also loses 4 ε √(2N) σ / h² to rounding.
-            let (before, at, after) = (time - h, time, time + h);
-            let surge = (value(&motion.surge, after) - value(&motion.surge, before)) / (2.0 * h);
-            let most = (2.0 * f64::from(N_SINUSOIDS)).sqrt() * SETUP.surge_sigma;
-            let given = motion.acceleration(at);
-            assert!((given.surge - surge).abs() < h * h / 6.0 * most * (2.0 * OMEGA_0).powi(3) + 1e-10);
-
-            let [x, y, z] = [before, at, after].map(|t| value(&motion.heading, t));
-            let most = (2.0 * f64::from(N_SINUSOIDS)).sqrt() * SETUP.heading_sigma;
+            let values = |of: &Oscillation| [time - h, time, time + h].map(|t| value(of, t));
+            let given = first.acceleration(time);
+            let [x, _, z] = values(&first.surge);
+            let most = size * SETUP.surge_sigma * (2.0 * OMEGA_0).powi(3);
+            near(given.surge, (z - x) / (2.0 * h), h * h / 6.0 * most + 1e-10);
+            let [x, y, z] = values(&first.heading);
+            let most = size * SETUP.heading_sigma;
             let rounding = 4.0 * f64::EPSILON * most / (h * h) * 8.0;
             let bound = h * h / 12.0 * most * (2.0 * OMEGA_0).powi(4) + rounding;
-            assert!((given.yaw - (z - 2.0 * y + x) / (h * h)).abs() < bound);
+            near(given.yaw, (z - 2.0 * y + x) / (h * h), bound);
         }
         // σ of the accelerations from the spectrum's moments: N sampled frequencies leave a few per
         // cent.
-        let mean_square = |of: fn(&WaveAcceleration) -> f64| {
-            let seeds = (0..20).map(|seed| {
-                let motion = self::motion(seed);
-                root_mean_square(times(0.5, 4000).map(|t| of(&motion.acceleration(t)))).powi(2)
-            });
-            seeds.sum::<f64>() / 20.0
+        let sigma = |of: fn(&WaveAcceleration) -> f64| {
+            let accelerations = |motion: WaveMotion| times(0.5, 4000).map(move |t| motion.acceleration(t));
+            let all = (0..20).map(motion).flat_map(accelerations);
+            root_mean_square(all.map(|acceleration| of(&acceleration)))
         };
-        let surge = mean_square(|a| a.surge).sqrt() / (SETUP.surge_sigma * moment(2).sqrt());
-        let yaw = mean_square(|a| a.yaw).sqrt() / (SETUP.heading_sigma * moment(4).sqrt());
-        assert!((surge - 1.0).abs() < 0.02, "{surge}");
-        assert!((yaw - 1.0).abs() < 0.05, "{yaw}");
+        let found = sigma(|a| a.surge) / (SETUP.surge_sigma * moment(2).sqrt());
+        near(found, 1.0, 0.02);
+        let found = sigma(|a| a.yaw) / (SETUP.heading_sigma * moment(4).sqrt());
+        near(found, 1.0, 0.05);
     }
 
     #[test]

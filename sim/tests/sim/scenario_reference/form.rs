@@ -18,10 +18,11 @@ pub(super) struct Form {
 }
 
 impl Form {
-    pub(super) fn of(kind: impl Into<String>) -> Self {
+    /// The form with another kind.
+    pub(super) fn called(self, kind: impl Into<String>) -> Self {
         Self {
             kind: kind.into(),
-            ..Self::default()
+            ..self
         }
     }
 
@@ -104,18 +105,14 @@ pub(super) fn split_default(described: &str) -> (String, Option<String>) {
     let begin = ["; ", ". "].iter().filter_map(|end| before.rfind(end)).max();
     let begin = begin.unwrap_or_else(|| panic!("the default begins a clause: {described}"));
     let (meaning, default) = before.split_at(begin);
+    let default = default[2..].trim_end_matches(',');
     // Text after a comma belongs to the default, text after a full stop to the meaning.
-    let (more, rest) = match after.strip_prefix(',') {
-        Some(more) => more
-            .split_once('.')
-            .map_or((more, ""), |(more, rest)| (more, rest)),
-        None => ("", after.strip_prefix('.').unwrap_or(after)),
-    };
-    let default = default[2..].trim_end_matches(',').to_owned();
-    let default = if more.is_empty() {
-        default
-    } else {
-        format!("{default},{more}")
+    let (default, rest) = match after.strip_prefix(',') {
+        Some(more) => {
+            let (more, rest) = more.split_once('.').unwrap_or((more, ""));
+            (format!("{default},{more}"), rest)
+        }
+        None => (default.to_owned(), after.strip_prefix('.').unwrap_or(after)),
     };
     (format!("{meaning}.{rest}"), Some(default))
 }

@@ -12,7 +12,7 @@ use super::super::{
     CraftPose, Frame, KnownDepth, Modem, ModemKind, PoseHistory, Settings, mounting::Mounting, seatrac,
     sentences,
 };
-use crate::{AuvFix, Geographic};
+use crate::{AuvFix, Origin};
 
 const C: f64 = 1487.0;
 const RECEIVED_S: f64 = 1_779_500_000.0;
@@ -57,7 +57,7 @@ fn about_x(angle: f64) -> Matrix3<f64> {
 struct World {
     craft: CraftPose,
     mounting: Mounting,
-    auv: Geographic,
+    auv: Origin,
     depth: f64,
 }
 
@@ -82,7 +82,7 @@ fn world() -> impl Strategy<Value = World> {
         let lon = lon_deg + east / (111_000.0 * lat_deg.to_radians().cos());
         World {
             craft: CraftPose {
-                position: Geographic { lat_deg, lon_deg },
+                position: Origin { lat_deg, lon_deg },
                 heading,
                 roll,
                 pitch,
@@ -96,7 +96,7 @@ fn world() -> impl Strategy<Value = World> {
                 roll_offset_rad: lever.5,
                 depth_m: Some(TRANSDUCER_DEPTH),
             },
-            auv: Geographic {
+            auv: Origin {
                 lat_deg: lat,
                 lon_deg: (lon + 180.0).rem_euclid(360.0) - 180.0,
             },
@@ -172,7 +172,7 @@ impl World {
 
     /// Horizontal distance from the truth, m.
     fn error(&self, fix: &AuvFix) -> f64 {
-        let place = |at: &Geographic| earth_centred(at.lat_deg, at.lon_deg, 0.0);
+        let place = |at: &Origin| earth_centred(at.lat_deg, at.lon_deg, 0.0);
         (place(&fix.position) - place(&self.auv)).norm()
     }
 

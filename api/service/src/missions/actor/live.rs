@@ -6,22 +6,22 @@ use std::{
 };
 
 use clock::Clock;
+use planner::stop::Stop;
 
 use super::{Actor, Checkpoint, Command, Context, IdempotencyKey, LiveMission, StoredPlan};
 use crate::{
-    deadline::Arrival,
+    edge::{arrival::Arrival, problem::Problem},
     metrics::{Counted, PlanFor},
     missions::{
         check,
         clock::{ClockWatch, MissionClock},
         event::{Event, answer, planned, previous},
-        state::{MissionState, facts},
+        state::MissionState,
     },
-    pool::Priority,
-    problem::Problem,
+    planning::pool::Priority,
 };
 use wire::{
-    FieldError, Outcome, PlanRequest,
+    FieldError, Outcome,
     mission::{Reports, Setting},
 };
 
@@ -30,8 +30,8 @@ const EVENTS_PER_CHECKPOINT_MAX: u32 = 64;
 
 pub(in crate::missions) struct Live {
     context: Context,
-    state: MissionState,
-    made: Arc<LiveMission>,
+    state: Arc<MissionState>,
+    mission: Arc<LiveMission>,
     /// Real time between two plans.
     period: Duration,
     due: Instant,
@@ -43,15 +43,15 @@ pub(in crate::missions) struct Live {
 }
 
 impl Live {
-    pub(in crate::missions) fn new(context: Context, made: Arc<LiveMission>, state: MissionState) -> Self {
-        let LiveMission { config, clock } = &*made;
+    pub(in crate::missions) fn new(context: Context, mission: Arc<LiveMission>, state: MissionState) -> Self {
+        let LiveMission { config, clock } = &*mission;
         let mut this = Self {
             due: next_due(clock, config.period_s, context.clock()),
             period: Duration::from_secs_f64(config.period_s / config.clock_rate),
             watch: ClockWatch::new(context.clock()),
             context,
-            state,
-            made,
+            state: Arc::new(state),
+            mission,
             since_checkpoint: 0,
             does_not_follow: None,
         };
@@ -94,14 +94,18 @@ impl Actor for Live {
             }
             Command::Change(setting, _) => return self.change(at_s, setting, key).await,
             Command::Run(None) => {
-                self.due = next_due(&self.made.clock, self.made.config.period_s, self.context.clock());
+                self.due = next_due(
+                    &self.mission.clock,
+                    self.mission.config.period_s,
+                    self.context.clock(),
+                );
                 let speed_factor = None;
                 Event::Ran { at_s, speed_factor }
             }
             Command::Pause => Event::Paused { at_s },
             Command::Finish => Event::Finished { at_s },
         };
-        let stored = self.context.append(vec![event], key, None).await?;
+        let stored = self.context.append(&[event], key, None).await?;
         self.since_checkpoint += u32::from(stored.is_new);
         self.count_does_not_follow();
         Ok(stored.answer)
@@ -111,14 +115,14 @@ impl Actor for Live {
         let due = self.due;
         self.set_next_due();
         self.note_clock_set().await;
-        let now = self.made.clock.now(self.context.clock());
-        let Some(request) = self.state.request(now) else {
+        let now = self.mission.clock.now(self.context.clock());
+        if !self.state.waits_for(now).is_empty() {
             return self.show_heard();
-        };
+        }
         if !self.context.may_plan() {
             return self.miss(1);
         }
-        if let Err(problem) = self.plan_for(request, now, due).await {
+        if let Err(problem) = self.plan_at(now, due).await {
             tracing::warn!(mission = self.context.mission.id, ?problem, "no plan");
             self.miss(1);
         }
@@ -183,56 +187,74 @@ impl Live {
         event: Event,
         key: Option<IdempotencyKey>,
     ) -> Result<Vec<u8>, Problem> {
-        let mut state = self.state.clone();
-        state.apply(&event, &self.made.clock);
-        // Every plan stores a checkpoint. Without plans, reports store one now and then.
-        let is_due = EVENTS_PER_CHECKPOINT_MAX <= self.since_checkpoint;
-        let plan = || self.context.view.borrow().plan.clone();
-        let checkpoint = is_due.then(|| Checkpoint::json(Some(state.clone()), plan()));
-        let stored = self.context.append(vec![event], key, checkpoint).await?;
+        // Plans and changes store checkpoints. Without them, reports store one now and then.
+        let is_due =
+            EVENTS_PER_CHECKPOINT_MAX <= self.since_checkpoint || matches!(event, Event::Changed { .. });
+        let after = is_due.then(|| {
+            let mut after = MissionState::clone(&self.state);
+            after.apply(&event, &self.mission.clock);
+            after
+        });
+        let checkpoint = after.as_ref().map(|after| Checkpoint {
+            state: Some(after),
+            plan: self.context.view.borrow().plan.clone(),
+        });
+        let events = [event];
+        let stored = self.context.append(&events, key, checkpoint).await?;
         if stored.is_new {
-            self.since_checkpoint = if is_due { 0 } else { self.since_checkpoint + 1 };
-            self.state = state;
+            if let Some(after) = after {
+                (self.state, self.since_checkpoint) = (Arc::new(after), 0);
+            } else {
+                Arc::make_mut(&mut self.state).apply(&events[0], &self.mission.clock);
+                self.since_checkpoint += 1;
+            }
             self.show_heard();
         }
         Ok(stored.answer)
     }
 
-    async fn plan_for(&mut self, request: PlanRequest, now: f64, due: Instant) -> Result<(), Problem> {
+    /// Makes a plan at `now`, s, and stores it. All vehicles have been heard.
+    async fn plan_at(&mut self, now: f64, due: Instant) -> Result<(), Problem> {
         let made_at = self.context.clock().now();
+        let state = Arc::clone(&self.state);
+        let facts = move |stop: &Stop| {
+            let snapshot = state.snapshot(now, &|| stop.is_due());
+            snapshot.expect("waits for no vehicle").map_err(Problem::Invalid)
+        };
         // The other half of the period is for the disk and for other missions.
-        let made = self
-            .context
-            .planners
-            .plan_in_turn(
-                |stop| facts(request, &|| stop.is_due()).map_err(Problem::Invalid),
-                Arrival(due),
-                self.period / 2,
-            )
+        let planners = &self.context.planners;
+        let made = planners
+            .plan_in_turn(facts, Arrival(due), self.period / 2)
             .await?;
         let answer = answer(&made, self.state.origin());
         let late = self.context.clock().since(due);
         let event = planned(now, late, &made, &answer);
-        let mut state = self.state.clone();
-        state.set_previous_plan(previous(&made, self.state.origin()));
-        let plan = Some(Arc::new(StoredPlan {
+        let plan = Arc::new(StoredPlan {
             sequence: self.context.mission.sequence + 1,
             time: now,
             late: late.as_secs_f64(),
             answer,
-            heard: state.heard(),
+            heard: self.state.heard(),
             made: Some(made_at),
-        }));
-        let checkpoint = Checkpoint::json(Some(state.clone()), plan.clone());
-        let events = vec![Event::Planned(Box::new(event))];
-        self.context.append(events, None, Some(checkpoint)).await?;
+        });
+        let next = Some(previous(&made, self.state.origin()));
+        let before = Arc::make_mut(&mut self.state).replace_previous_plan(next);
+        let checkpoint = Checkpoint {
+            state: Some(&*self.state),
+            plan: Some(Arc::clone(&plan)),
+        };
+        let events = [Event::Planned(Box::new(event))];
+        if let Err(problem) = self.context.append(&events, None, Some(checkpoint)).await {
+            // The next plan follows the last one that is stored.
+            Arc::make_mut(&mut self.state).replace_previous_plan(before);
+            return Err(problem);
+        }
         let metrics = &self.context.planners.metrics;
         metrics.plan(PlanFor::Live, &made.plan, made.solve_time);
         metrics.late(late);
-        self.log_changes(plan.as_deref());
+        self.log_changes(&plan);
         self.context.show(plan);
         self.count_does_not_follow();
-        self.state = state;
         self.since_checkpoint = 0;
         Ok(())
     }
@@ -244,11 +266,8 @@ impl Live {
         };
         tracing::warn!(mission = self.context.mission.id, by_s, "the clock was set");
         let at_s = self.context.clock().unix_s();
-        match self
-            .context
-            .append(vec![Event::ClockSet { at_s, by_s }], None, None)
-            .await
-        {
+        let events = [Event::ClockSet { at_s, by_s }];
+        match self.context.append(&events, None, None).await {
             Ok(_) => self.since_checkpoint += 1,
             Err(problem) => tracing::warn!(?problem, "the change of the clock was not stored"),
         }
@@ -269,22 +288,19 @@ impl Live {
     }
 
     /// Logs changes in whether plans are degraded and the craft follows.
-    fn log_changes(&self, newest: Option<&StoredPlan>) {
+    fn log_changes(&self, newest: &StoredPlan) {
         let mission = &self.context.mission.id;
         let before = self.context.view.borrow().plan.clone();
         let degraded = |plan: &StoredPlan| plan.answer.answer.outcome == Outcome::Degraded;
-        match (
-            before.as_deref().is_some_and(degraded),
-            newest.is_some_and(degraded),
-        ) {
+        match (before.as_deref().is_some_and(degraded), degraded(newest)) {
             (false, true) => {
-                let reason = newest.and_then(|plan| plan.answer.answer.reason.as_deref());
+                let reason = newest.answer.answer.reason.as_deref();
                 tracing::warn!(mission, reason, "plans are degraded");
             }
             (true, false) => tracing::info!(mission, "plans are no longer degraded"),
             (false, false) | (true, true) => {}
         }
-        match (before.as_deref().is_none_or(follows), newest.is_none_or(follows)) {
+        match (before.as_deref().is_none_or(follows), follows(newest)) {
             (true, false) => tracing::warn!(mission, "the craft does not follow"),
             (false, true) => tracing::info!(mission, "the craft follows again"),
             (true, true) | (false, false) => {}
@@ -307,7 +323,7 @@ impl Live {
     }
 
     fn show_heard(&self) {
-        let waits_for = self.state.waits_for(self.made.clock.now(self.context.clock()));
+        let waits_for = self.state.waits_for(self.mission.clock.now(self.context.clock()));
         self.context.view.send_if_modified(|view| {
             let changed = view.waits_for != waits_for;
             view.waits_for = waits_for;

@@ -16,13 +16,13 @@ use super::{
 use store::{EventReader, StoreError};
 
 use crate::{
+    edge::problem::Problem,
     metrics::PlanFor,
     missions::{
         event::Event,
         simulation::{Simulation, Tick},
     },
-    pool::Priority,
-    problem::Problem,
+    planning::pool::Priority,
 };
 use wire::mission;
 
@@ -36,21 +36,21 @@ const SLICE: Duration = Duration::from_millis(50);
 const GRACE: Duration = Duration::from_millis(100);
 
 /// Pause after a failure.
-const PATIENCE: Duration = Duration::from_secs(1);
+const PAUSE: Duration = Duration::from_secs(1);
 /// Longest pause after failures in a row: each attempt may simulate everything again.
-const PATIENCE_MAX: Duration = Duration::from_mins(1);
+const PAUSE_MAX: Duration = Duration::from_mins(1);
 
 pub(in crate::missions) struct Simulated {
     context: Context,
     config: mission::Simulated,
     /// `None` until needed: then stored events are simulated again.
-    flown: Option<Flown>,
+    progress: Option<Progress>,
     due: Instant,
-    patience: Duration,
+    pause: Duration,
 }
 
 /// The simulation and its progress.
-struct Flown {
+struct Progress {
     simulation: Box<Simulation>,
     /// Number of its last stored event.
     sequence: u64,
@@ -63,10 +63,10 @@ impl Simulated {
     pub(in crate::missions) fn new(context: Context, config: mission::Simulated) -> Self {
         Self {
             config,
-            flown: None,
+            progress: None,
             due: context.clock().now(),
             context,
-            patience: PATIENCE,
+            pause: PAUSE,
         }
     }
 }
@@ -96,7 +96,7 @@ impl Actor for Simulated {
             Command::Pause => Event::Paused { at_s },
             Command::Finish => Event::Finished { at_s },
         };
-        Ok(self.context.append(vec![event], key, None).await?.answer)
+        Ok(self.context.append(&[event], key, None).await?.answer)
     }
 
     /// Makes one plan, several without a speed factor, or repeats a part of the stored ones.
@@ -111,7 +111,7 @@ impl Actor for Simulated {
         };
         match self.proceed(n_ticks).await {
             Ok(has_made) => {
-                self.patience = PATIENCE;
+                self.pause = PAUSE;
                 if has_made {
                     self.due = due;
                 }
@@ -122,8 +122,8 @@ impl Actor for Simulated {
                     ?problem,
                     "the simulation did not advance"
                 );
-                self.due = self.context.clock().now() + self.patience;
-                self.patience = PATIENCE_MAX.min(2 * self.patience);
+                self.due = self.context.clock().now() + self.pause;
+                self.pause = PAUSE_MAX.min(2 * self.pause);
             }
         }
     }
@@ -133,38 +133,38 @@ impl Simulated {
     /// Makes at most `n_ticks` plans in one job and stores them. `false` if it made none: it
     /// repeated stored events, or a request came first.
     async fn proceed(&mut self, n_ticks: usize) -> Result<bool, Problem> {
-        self.fly(n_ticks, true).await?;
+        self.simulate(n_ticks, true).await?;
         let made = self
-            .flown
-            .take_if(|flown| !flown.ticks.is_empty() || flown.end.is_some());
-        let Some(flown) = made else { return Ok(false) };
-        self.store(flown, None).await?;
+            .progress
+            .take_if(|progress| !progress.ticks.is_empty() || progress.end.is_some());
+        let Some(progress) = made else { return Ok(false) };
+        self.store(progress, None).await?;
         Ok(true)
     }
 
     /// Makes `n_ticks` plans, or fewer at the end, in as many jobs as necessary.
     async fn step(&mut self, n_ticks: usize, key: Option<IdempotencyKey>) -> Result<Stored, Problem> {
         loop {
-            self.fly(n_ticks, false).await?;
-            if let Some(flown) = self.flown.take_if(|flown| flown.has_made(n_ticks)) {
-                return self.store(flown, key).await;
+            self.simulate(n_ticks, false).await?;
+            if let Some(progress) = self.progress.take_if(|progress| progress.has_made(n_ticks)) {
+                return self.store(progress, key).await;
             }
         }
     }
 
     /// A job of the simulation that makes up to `n_ticks` plans. If it `gives_way`, a request that
     /// comes before it begins cancels it. An error drops the simulation.
-    async fn fly(&mut self, n_ticks: usize, gives_way: bool) -> Result<(), Problem> {
+    async fn simulate(&mut self, n_ticks: usize, gives_way: bool) -> Result<(), Problem> {
         let (config, store) = (self.config.clone(), self.context.store.clone());
         let (clock, number) = (self.context.clock().clone(), self.context.number);
         let last = self.context.mission.sequence;
-        let waiting = Arc::new(Mutex::new(self.flown.take()));
+        let waiting = Arc::new(Mutex::new(self.progress.take()));
         let (begun, planners) = (Arc::clone(&waiting), self.context.planners.clone());
         let (mut worked, job) = self.context.planners.simulate(Priority::Long, move || {
-            let flown = taken(&begun).map_or_else(|| Flown::new(&config, &clock), Ok)?;
+            let progress = take(&begun).map_or_else(|| Progress::new(&config, &clock), Ok)?;
             let reader = || Ok((store.reader()?, number));
             planners.with_workspace(PlanFor::Simulated, |workspace| {
-                flown.until(last, n_ticks, &clock, reader, workspace)
+                progress.until(last, n_ticks, &clock, reader, workspace)
             })
         });
         if gives_way {
@@ -179,21 +179,25 @@ impl Simulated {
                 () = called => None,
             };
             if let Some(worked) = worked {
-                self.flown = Some(worked.map_err(|_| Problem::Panicked)??);
+                self.progress = Some(worked.map_err(|_| Problem::Panicked)??);
                 return Ok(());
             }
             if job.give_up() {
-                self.flown = taken(&waiting);
+                self.progress = take(&waiting);
                 return Ok(());
             }
         }
-        self.flown = Some(worked.await.map_err(|_| Problem::Panicked)??);
+        self.progress = Some(worked.await.map_err(|_| Problem::Panicked)??);
         Ok(())
     }
 
     /// Stores the new plans. An error drops the simulation.
-    async fn store(&mut self, mut flown: Flown, key: Option<IdempotencyKey>) -> Result<Stored, Problem> {
-        let ticks = mem::take(&mut flown.ticks);
+    async fn store(
+        &mut self,
+        mut progress: Progress,
+        key: Option<IdempotencyKey>,
+    ) -> Result<Stored, Problem> {
+        let ticks = mem::take(&mut progress.ticks);
         let n_plans = ticks.len() as u64;
         let plan = ticks.last().map(|tick| {
             Arc::new(StoredPlan {
@@ -210,13 +214,17 @@ impl Simulated {
             metrics.plan(PlanFor::Simulated, &made.plan, made.solve_time);
         }
         let planned = |tick: Tick| Event::Planned(Box::new(tick.planned));
-        let events = ticks.into_iter().map(planned).chain(flown.end.take()).collect();
-        let checkpoint = plan.is_some().then(|| Checkpoint::json(None, plan.clone()));
-        let stored = self.context.append(events, key, checkpoint).await?;
+        let events = ticks.into_iter().map(planned).chain(progress.end.take());
+        let events: Vec<_> = events.collect();
+        let checkpoint = plan.clone().map(|plan| Checkpoint {
+            state: None,
+            plan: Some(plan),
+        });
+        let stored = self.context.append(&events, key, checkpoint).await?;
         if stored.is_new {
-            flown.sequence = self.context.mission.sequence;
-            self.flown = Some(flown);
-            if plan.is_some() {
+            progress.sequence = self.context.mission.sequence;
+            self.progress = Some(progress);
+            if let Some(plan) = plan {
                 self.context.show(plan);
             }
         }
@@ -224,11 +232,11 @@ impl Simulated {
     }
 }
 
-fn taken(flown: &Mutex<Option<Flown>>) -> Option<Flown> {
-    flown.lock().unwrap_or_else(PoisonError::into_inner).take()
+fn take(progress: &Mutex<Option<Progress>>) -> Option<Progress> {
+    progress.lock().unwrap_or_else(PoisonError::into_inner).take()
 }
 
-impl Flown {
+impl Progress {
     fn new(config: &mission::Simulated, clock: &Clock) -> Result<Self, StoreError> {
         Ok(Self {
             simulation: Box::new(Simulation::new(config, clock).map_err(StoreError::Damaged)?),

@@ -32,12 +32,12 @@ pub(super) struct Timeline {
 
 /// The state before an event on which its rows depend.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Before {
+pub(super) struct RowContext {
     pub(super) timeline: Timeline,
     pub(super) refused: Refused,
 }
 
-impl Before {
+impl RowContext {
     /// Applies an event without rows.
     pub(super) fn apply(&mut self, event: &Event) {
         self.timeline.apply(event);
@@ -133,11 +133,8 @@ pub(super) fn rows<'a>(sequence: u64, time: f64, event: &'a Event, refused: &mut
                 };
                 belief.into_iter().chain(newly_refused(&row, auv, refused))
             });
-            [planned(&row, plan)]
-                .into_iter()
-                .chain(truths)
-                .chain(beliefs)
-                .collect()
+            let plan = [planned(&row, plan)].into_iter();
+            plan.chain(truths).chain(beliefs).collect()
         }
     }
 }
@@ -175,9 +172,8 @@ fn fix<'a>(row: &Row<'a>, id: &'a str, report: &Report) -> Row<'a> {
 
 fn planned<'a>(row: &Row<'a>, plan: &'a Planned) -> Row<'a> {
     let prediction = plan.prediction.as_deref();
-    let goal = prediction
-        .filter(|_| plan.truth.is_none())
-        .and_then(|prediction| Some((*prediction.goal.first()?, *prediction.asc.first()?)));
+    let goal = prediction.filter(|_| plan.truth.is_none());
+    let goal = goal.and_then(|prediction| Some((*prediction.goal.first()?, *prediction.asc.first()?)));
     Row {
         goal_north_m: goal.map(|(goal, _)| goal[0]),
         goal_east_m: goal.map(|(goal, _)| goal[1]),
@@ -249,9 +245,8 @@ fn truths<'a>(row: &Row<'a>, truth: &'a Truth) -> impl Iterator<Item = Row<'a>> 
         ..is_at(row, SURFACE_CRAFT, &truth.asc)
     };
     let (auvs, row) = (truth.auvs.iter(), *row);
-    [craft]
-        .into_iter()
-        .chain(auvs.map(move |(id, auv)| is_at(&row, id, auv)))
+    let auvs = auvs.map(move |(id, auv)| is_at(&row, id, auv));
+    [craft].into_iter().chain(auvs)
 }
 
 fn is_at<'a>(row: &Row<'a>, id: &'a str, vehicle: &TrueVehicle) -> Row<'a> {

@@ -149,11 +149,8 @@ impl Variation {
             }
             Self::NoTurnRate => {
                 observation.limits.get_or_insert_default().turn_rate_max_radps = Some(TURN_RATE_ANY);
-                observation
-                    .craft
-                    .get_or_insert_default()
-                    .heading_loop
-                    .rate_max_radps = Some(TURN_RATE_ANY);
+                let craft = observation.craft.get_or_insert_default();
+                craft.heading_loop.rate_max_radps = Some(TURN_RATE_ANY);
             }
             Self::NoPreview => {
                 if let Goal::Intermittent {
@@ -212,10 +209,8 @@ mod tests {
     }
 
     fn varied(variation: Variation, scenario: &Scenario) -> Record {
-        let controller = Controller {
-            variation: Some(variation),
-            ..Controller::law(LosLaw::SaturatedLos)
-        };
+        let mut controller = Controller::law(LosLaw::SaturatedLos);
+        controller.entry.variation = Some(variation);
         fly(&controller, scenario)
     }
 
@@ -227,14 +222,8 @@ mod tests {
         let scenario = controller.scenario(scenario);
         let mut start = scenario.start(1).expect("starts");
         controller.vary_start(&mut start);
-        run_from(
-            start,
-            &scenario,
-            controller.guide(controller.grid()[0]).as_mut(),
-            1,
-            &mut |_| {},
-        )
-        .expect("runs")
+        let mut guide = controller.guide(controller.grid()[0]);
+        run_from(start, &scenario, guide.as_mut(), 1, &mut |_| {}).expect("runs")
     }
 
     #[test]
@@ -276,10 +265,8 @@ mod tests {
     #[test]
     fn a_reference_is_held_between_two_questions() {
         let record = varied(Variation::AskedEveryS(5), &short("paper-tracking"));
-        let references = record
-            .rows
-            .iter()
-            .map(|row| row.surface_craft.as_ref().expect("has one").reference);
+        let rows = record.rows.iter();
+        let references = rows.map(|row| row.surface_craft.as_ref().expect("has one").reference);
         let references: Vec<_> = references.collect();
         for held in references.chunks(5) {
             assert!(held.iter().all(|reference| *reference == held[0]));

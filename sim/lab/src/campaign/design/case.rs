@@ -94,12 +94,8 @@ impl Case {
         for (key, value) in parameters {
             scenario.set(key, *value)?;
         }
-        Ok(prepared(
-            scenario,
-            self.class.clone(),
-            self.drawn.clone(),
-            duration,
-        ))
+        let (class, drawn) = (self.class.clone(), self.drawn.clone());
+        Ok(prepared(scenario, class, drawn, duration))
     }
 
     /// The craft's response by step tests; none if the scenario draws its craft.

@@ -49,11 +49,8 @@ impl ScenarioFiles {
     /// The scenario of that name; none if there is no such file.
     pub(super) fn scenario(&self, name: &str) -> Option<Result<Scenario, ScenarioError>> {
         let file = self.0.get(name)?;
-        Some(Scenario::parse(
-            &file.text,
-            name,
-            Files::kept(file.beside.clone()),
-        ))
+        let beside = Files::kept(file.beside.clone());
+        Some(Scenario::parse(&file.text, name, beside))
     }
 
     /// Their contents, for a digest.
@@ -129,12 +126,8 @@ planner = {}
         let out = TempDir::new().expect("is a folder");
         let directory = Directory::create(out.path(), Manifest::of(campaign, Shard::WHOLE)).expect("is new");
         let rows = run(campaign, &directory, NonZeroUsize::MIN, &mut |_| {}).expect("flies");
-        assert!(
-            rows.words("failure")
-                .expect("a column")
-                .iter()
-                .all(|why| why.is_empty())
-        );
+        let mut failures = rows.words("failure").expect("a column").into_iter();
+        assert!(failures.all(str::is_empty));
         rows.digest()
     }
 

@@ -36,14 +36,10 @@ impl CampaignFile {
     /// The first member that is wrong, and why.
     pub(super) fn check(&self) -> Checked {
         let is_letter = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
-        ensure(
-            (1..=64).contains(&self.name.len()) && self.name.chars().all(is_letter),
-            "name",
-            format!(
-                "{:?} is not 1 to 64 lower-case letters, digits and hyphens",
-                self.name
-            ),
-        )?;
+        let name = &self.name;
+        let is_name = (1..=64).contains(&name.len()) && name.chars().all(is_letter);
+        let reason = format!("{name:?} is not 1 to 64 lower-case letters, digits and hyphens");
+        ensure(is_name, "name", reason)?;
         within("seed", self.seed, 0, SEED_MAX)?;
         within("replicates", self.replicates, 1, REPLICATES_MAX)?;
         if let Some(first) = self.first_seed {
@@ -60,11 +56,8 @@ impl CampaignFile {
             ("controllers", self.controllers.len()),
             ("claims", self.claims.len()),
         ] {
-            ensure(
-                count <= ITEMS_MAX,
-                field,
-                format!("{count} is more than {ITEMS_MAX}"),
-            )?;
+            let reason = format!("{count} is more than {ITEMS_MAX}");
+            ensure(count <= ITEMS_MAX, field, reason)?;
         }
         for (i, craft) in self.craft.iter().enumerate() {
             if let CraftEntry::Random { first, count } = craft {
@@ -89,10 +82,8 @@ impl CampaignFile {
         for (k, name) in self.report.pareto_front.iter().flatten().enumerate() {
             is_column(format!("report.pareto_front[{k}]"), name)?;
         }
-        self.report
-            .reference
-            .iter()
-            .try_for_each(|reference| self.has_controller("report.reference", reference))
+        let mut reference = self.report.reference.iter();
+        reference.try_for_each(|reference| self.has_controller("report.reference", reference))
     }
 
     fn has_controller(&self, field: impl Into<String>, name: &str) -> Checked {
@@ -105,25 +96,20 @@ impl CampaignFile {
             let field = |member: &str| format!("claims[{i}].{member}");
             is_column(field("metric"), &claim.metric)?;
             for (member, names) in [("controllers", &claim.controllers), ("beside", &claim.beside)] {
-                names
-                    .iter()
-                    .try_for_each(|name| self.has_controller(field(member), name))?;
+                for name in names {
+                    self.has_controller(field(member), name)?;
+                }
             }
             ensure(!claim.controllers.is_empty(), field("controllers"), "is empty")?;
             let needs_beside = matches!(
                 claim.is,
                 Claimed::RatioAtMost(_) | Claimed::RatioSurelyAtMost(_) | Claimed::Undominated
             );
-            ensure(
-                !needs_beside || !claim.beside.is_empty(),
-                field("beside"),
-                "is empty: name the controllers to compare with",
-            )?;
-            ensure(
-                claim.is != Claimed::Undominated || self.report.pareto_front.is_some(),
-                field("is"),
-                "undominated needs report.pareto_front",
-            )?;
+            let has_beside = !needs_beside || !claim.beside.is_empty();
+            let reason = "is empty: name the controllers to compare with";
+            ensure(has_beside, field("beside"), reason)?;
+            let has_front = claim.is != Claimed::Undominated || self.report.pareto_front.is_some();
+            ensure(has_front, field("is"), "undominated needs report.pareto_front")?;
         }
         Ok(())
     }
@@ -140,15 +126,11 @@ impl CampaignFile {
             return Ok(());
         };
         let (end, scored_end) = (first + tuning.replicates, scored + self.replicates);
-        ensure(
-            scored_end <= first || end <= scored,
-            "tuning.first_seed",
-            format!(
-                "the seeds {first} to {} overlap the scored ones ({scored} to {}): gains are found on others",
-                end - 1,
-                scored_end - 1
-            ),
-        )
+        let (last, scored_last) = (end - 1, scored_end - 1);
+        let reason = format!(
+            "the seeds {first} to {last} overlap the scored ones ({scored} to {scored_last}): gains are found on others"
+        );
+        ensure(scored_end <= first || end <= scored, "tuning.first_seed", reason)
     }
 
     fn check_controllers(&self) -> Checked {
@@ -158,20 +140,13 @@ impl CampaignFile {
             let is_name = (1..=80).contains(&entry.name.len()) && !entry.name.contains('\n');
             ensure(is_name, field("name"), "1 to 80 characters of one line")?;
             let is_new = self.controllers[..i].iter().all(|other| other.name != entry.name);
-            ensure(
-                is_new,
-                field("name"),
-                format!("{:?} is the name of two", entry.name),
-            )?;
-            let controllers = entry
-                .controllers()
-                .map_err(|(member, reason)| (field(&member), reason))?;
+            let reason = format!("{:?} is the name of two", entry.name);
+            ensure(is_new, field("name"), reason)?;
+            let named = |(member, reason): (String, String)| (field(&member), reason);
+            let controllers = entry.controllers().map_err(named)?;
             let is_tuned = controllers.iter().any(Controller::is_tuned);
-            ensure(
-                !is_tuned || self.tuning.is_some(),
-                field("law.gains"),
-                "give gains, or say in [tuning] how they are found",
-            )?;
+            let reason = "give gains, or say in [tuning] how they are found";
+            ensure(!is_tuned || self.tuning.is_some(), field("law.gains"), reason)?;
         }
         Ok(())
     }

@@ -4,12 +4,12 @@ use planner::{
     los::{LawGains, LosGains, LosLaw, LosTuning},
     parameters::Parameters,
     snapshot::Tuning,
+    tuned::Tuned,
 };
 
-use super::{ControllerFile, LawFile, PlannerFile, RuleFile};
 use crate::{
     campaign::{
-        controller::{ControlLaw, Controller},
+        controller::{ControlLaw, Controller, ControllerFile, LawFile, PlannerFile, RuleFile},
         grid::{grid, tuned},
     },
     http_guide::GuideUrl,
@@ -19,9 +19,16 @@ use crate::{
 /// Longest turn or stay of a rule, s: more than a day.
 const TURN_MAX: f64 = 1.0e5;
 
+/// A member that is wrong, and the reason.
+type Wrong = (String, String);
+
+fn wrong<T>(member: impl Into<String>, reason: impl Into<String>) -> Result<T, Wrong> {
+    Err((member.into(), reason.into()))
+}
+
 impl ControllerFile {
     /// Its controllers: one, or one per point of a grid. The error names the member and the reason.
-    pub(in crate::campaign) fn controllers(&self) -> Result<Vec<Controller>, (String, String)> {
+    pub(in crate::campaign) fn controllers(&self) -> Result<Vec<Controller>, Wrong> {
         let laws = match (&self.planner, &self.law, &self.guide) {
             (Some(planner), None, None) => vec![(self.name.clone(), planner.control_law()?)],
             (None, Some(law), None) => law.control_laws(&self.name)?,
@@ -30,12 +37,7 @@ impl ControllerFile {
                 let url = url.map_err(|error| ("guide".to_owned(), error.to_string()))?;
                 vec![(self.name.clone(), ControlLaw::Guide(url))]
             }
-            _ => {
-                return Err((
-                    "planner".to_owned(),
-                    "give one of planner, law and guide".to_owned(),
-                ));
-            }
+            _ => return wrong("planner", "give one of planner, law and guide"),
         };
         if let Some(RuleFile {
             name,
@@ -44,44 +46,43 @@ impl ControllerFile {
         {
             let least = if name == Rule::Clock { 1.0 } else { 0.0 };
             if !(least..=TURN_MAX).contains(&dwell) {
-                let reason = format!("{dwell} is outside {least} to {TURN_MAX} s");
-                return Err(("rule.dwell_s".to_owned(), reason));
+                return wrong(
+                    "rule.dwell_s",
+                    format!("{dwell} is outside {least} to {TURN_MAX} s"),
+                );
             }
         }
-        let controller = |(name, law)| Controller {
-            name,
-            entry: self.name.clone(),
-            paths: self.paths,
-            craft: self.craft,
-            law,
-            rule: self.rule.map(|rule| (rule.name, rule.dwell_s)),
-            variation: self.variation,
-        };
-        let controllers: Vec<Controller> = laws.into_iter().map(controller).collect();
+        let controllers = laws.into_iter().map(|(name, law)| {
+            let entry = self.clone();
+            Controller { name, law, entry }
+        });
+        let controllers: Vec<Controller> = controllers.collect();
         if self.guide.is_some() && controllers.iter().any(Controller::is_tuned) {
             let reason = "is missing: nothing is tuned for a law outside of this program";
-            return Err(("rule.dwell_s".to_owned(), reason.to_owned()));
+            return wrong("rule.dwell_s", reason);
         }
         Ok(controllers)
     }
 }
 
 impl PlannerFile {
-    fn control_law(&self) -> Result<ControlLaw, (String, String)> {
+    fn control_law(&self) -> Result<ControlLaw, Wrong> {
         if let Some(fault) = self.tuning.faults("planner").first() {
-            return Err((fault.pointer.replace('/', "."), fault.words()));
+            return wrong(fault.pointer.replace('/', "."), fault.words());
         }
-        let mut parameters = Parameters::default().tuned(&self.tuning);
-        parameters.range_back_off = self.range_back_off.unwrap_or(parameters.range_back_off);
-        parameters.uncertain_goal_share = self
-            .uncertain_goal_share
-            .unwrap_or(parameters.uncertain_goal_share);
-        parameters.hard_turn_share = self.hard_turn_share.unwrap_or(parameters.hard_turn_share);
-        parameters.heading_rate_max = self.heading_rate_max_radps.unwrap_or(parameters.heading_rate_max);
-        parameters.cost_decides = self.cost_decides.unwrap_or(parameters.cost_decides);
+        let usual = Parameters::default().tuned(&self.tuning);
+        let parameters = Parameters {
+            range_back_off: self.range_back_off.unwrap_or(usual.range_back_off),
+            uncertain_goal_share: self.uncertain_goal_share.unwrap_or(usual.uncertain_goal_share),
+            hard_turn_share: self.hard_turn_share.unwrap_or(usual.hard_turn_share),
+            heading_rate_max: self.heading_rate_max_radps.unwrap_or(usual.heading_rate_max),
+            cost_decides: self.cost_decides.unwrap_or(usual.cost_decides),
+            ..usual
+        };
         Ok(ControlLaw::Planner {
             parameters: Box::new(parameters),
             tuning: (self.tuning != Tuning::default()).then(|| self.tuning.clone()),
+            tuned: (self.parameters != Tuned::DEFAULT).then(|| Box::new(self.parameters)),
             forecast: self.forecast,
         })
     }
@@ -89,15 +90,14 @@ impl PlannerFile {
 
 impl LawFile {
     /// Control laws by name: one at tuned or given gains, or one for each point of the grid.
-    fn control_laws(&self, name: &str) -> Result<Vec<(String, ControlLaw)>, (String, String)> {
-        let law = LosLaw::ALL.into_iter().find(|law| law.name() == self.name);
-        let law = law.ok_or_else(|| {
+    fn control_laws(&self, name: &str) -> Result<Vec<(String, ControlLaw)>, Wrong> {
+        let Some(law) = LosLaw::ALL.into_iter().find(|law| law.name() == self.name) else {
             let names = LosLaw::ALL.map(LosLaw::name).join(", ");
-            (
-                "law.name".to_owned(),
+            return wrong(
+                "law.name",
                 format!("there is no law {:?}, only {names}", self.name),
-            )
-        })?;
+            );
+        };
         match (self.gains, self.whole_grid) {
             (None, false) => Ok(vec![(name.to_owned(), ControlLaw::Tuned(law))]),
             (Some(gains), false) => Ok(vec![(name.to_owned(), ControlLaw::Fixed(fixed(gains, law)?))]),
@@ -115,16 +115,13 @@ impl LawFile {
                 });
                 Ok(named.collect())
             }
-            (Some(_), true) => Err((
-                "law.whole_grid".to_owned(),
-                "give either gains or whole_grid".to_owned(),
-            )),
+            (Some(_), true) => wrong("law.whole_grid", "give either gains or whole_grid"),
         }
     }
 }
 
 /// The tuning with the file's gains, all positive.
-fn fixed(gains: LawGains, law: LosLaw) -> Result<LosTuning, (String, String)> {
+fn fixed(gains: LawGains, law: LosLaw) -> Result<LosTuning, Wrong> {
     let tuning = tuned(law, gains);
     for (member, value) in [
         ("look_ahead_m", tuning.gains.look_ahead),
@@ -132,7 +129,7 @@ fn fixed(gains: LawGains, law: LosLaw) -> Result<LosTuning, (String, String)> {
         ("integral_gain_mps", tuning.integral_gain),
     ] {
         if !(value.is_finite() && 0.0 < value) {
-            return Err((format!("law.gains.{member}"), format!("{value} is not above 0")));
+            return wrong(format!("law.gains.{member}"), format!("{value} is not above 0"));
         }
     }
     Ok(tuning)

@@ -120,7 +120,7 @@ impl Thrusters {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::world::hull::SurfaceHull;
+    use crate::{tests::near, world::hull::SurfaceHull};
 
     const CRAFT: [Thrusters; 2] = [SurfaceHull::MEDUSA.thrusters, SurfaceHull::OTTER.thrusters];
 
@@ -136,8 +136,8 @@ mod tests {
         for thrusters in CRAFT {
             for (surge_force, yaw_moment) in [(20.0, 3.0), (-15.0, -4.0), (0.0, 9.0)] {
                 let given = thrusters.force(thrusters.allocate(wanted(surge_force, yaw_moment)));
-                assert!((given.surge_force - surge_force).abs() < 1e-12);
-                assert!((given.yaw_moment - yaw_moment).abs() < 1e-12);
+                near(given.surge_force, surge_force, 1e-12);
+                near(given.yaw_moment, yaw_moment, 1e-12);
             }
         }
     }
@@ -145,54 +145,38 @@ mod tests {
     #[test]
     fn thrusters_stay_within_their_limits_and_the_moment_has_priority() {
         for thrusters in CRAFT {
-            let differential_max = thrusters.ahead_max + thrusters.astern_max;
-            for step in -20..=20 {
-                let moment = 0.1 * f64::from(step) * thrusters.arm * differential_max;
+            let moment_max = thrusters.arm * (thrusters.ahead_max + thrusters.astern_max);
+            for moment in (-20..=20).map(|step| 0.1 * f64::from(step) * moment_max) {
                 for surge in [-1e3, -30.0, 0.0, 30.0, 1e3] {
                     let command = thrusters.allocate(wanted(surge, moment));
                     for thrust in [command.port, command.starboard] {
                         assert!(-thrusters.astern_max - 1e-12 <= thrust);
                         assert!(thrust <= thrusters.ahead_max + 1e-12);
                     }
-                    let moment_max = thrusters.arm * differential_max;
                     let reachable = moment.clamp(-moment_max, moment_max);
-                    assert!((thrusters.force(command).yaw_moment - reachable).abs() < 1e-9);
+                    near(thrusters.force(command).yaw_moment, reachable, 1e-9);
                 }
             }
         }
     }
 
     #[test]
-    fn a_stuck_rudder_turns_the_craft_under_any_command() {
+    fn a_stuck_actuator_drives_the_craft_under_any_command_and_leaves_the_other() {
         for thrusters in CRAFT {
-            let health = ThrusterHealth {
-                steering_stuck: Some(0.25),
-                ..ThrusterHealth::SOUND
+            let (mut rudder, mut thrust) = (ThrusterHealth::SOUND, ThrusterHealth::SOUND);
+            (rudder.steering_stuck, thrust.thrust_stuck) = (Some(0.25), Some(0.25));
+            let given = |surge_force, yaw_moment, health| {
+                let command = thrusters.allocate(wanted(surge_force, yaw_moment));
+                thrusters.force(thrusters.steady(command, health))
             };
             let moment = 0.25 * thrusters.arm * (thrusters.ahead_max + thrusters.astern_max);
             for asked in [-5.0, 0.0, 5.0] {
-                let command = thrusters.allocate(wanted(20.0, asked));
-                let given = thrusters.force(thrusters.steady(command, health));
-                assert!((given.yaw_moment - moment).abs() < 1e-9, "{given:?}");
+                near(given(20.0, asked, rudder).yaw_moment, moment, 1e-9);
             }
-        }
-    }
-
-    #[test]
-    fn stuck_thrust_drives_the_craft_under_any_command_and_leaves_steering() {
-        for thrusters in CRAFT {
-            let health = ThrusterHealth {
-                thrust_stuck: Some(0.25),
-                ..ThrusterHealth::SOUND
-            };
-            for surge_force in [-5.0, 0.0, 25.0] {
-                let command = thrusters.allocate(wanted(surge_force, 2.0));
-                let given = thrusters.force(thrusters.steady(command, health));
-                assert!(
-                    (given.surge_force - 0.5 * thrusters.ahead_max).abs() < 1e-9,
-                    "{given:?}"
-                );
-                assert!((given.yaw_moment - 2.0).abs() < 1e-9, "{given:?}");
+            for asked in [-5.0, 0.0, 25.0] {
+                let given = given(asked, 2.0, thrust);
+                near(given.surge_force, 0.5 * thrusters.ahead_max, 1e-9);
+                near(given.yaw_moment, 2.0, 1e-9);
             }
         }
     }
@@ -201,27 +185,20 @@ mod tests {
     fn full_ahead_with_half_the_moment_stops_the_inner_thruster() {
         // By hand: 5.4 N m at 0.15 m each is a difference of 36 N, and port is full ahead.
         let command = SurfaceHull::MEDUSA.thrusters.allocate(wanted(500.0, 5.4));
-        assert!((command.port - 36.0).abs() < 1e-12 && command.starboard.abs() < 1e-12);
+        near(command.port, 36.0, 1e-12);
+        near(command.starboard, 0.0, 1e-12);
     }
 
     #[test]
     fn a_command_inside_the_dead_zone_gives_no_thrust() {
         for thrusters in CRAFT {
-            let just_in = 0.99 * thrusters.dead_zone;
-            let command = Thrust {
-                port: just_in,
-                starboard: -just_in,
-            };
-            assert_eq!(
-                thrusters.steady(command, ThrusterHealth::SOUND),
-                Thrust::default()
-            );
-            let just_out = 1.01 * thrusters.dead_zone;
-            let command = Thrust {
-                port: just_out,
-                starboard: -just_out,
-            };
-            assert_eq!(thrusters.steady(command, ThrusterHealth::SOUND), command);
+            let [inside, outside] = [0.99, 1.01].map(|share| Thrust {
+                port: share * thrusters.dead_zone,
+                starboard: -share * thrusters.dead_zone,
+            });
+            let sound = ThrusterHealth::SOUND;
+            assert_eq!(thrusters.steady(inside, sound), Thrust::default());
+            assert_eq!(thrusters.steady(outside, sound), outside);
         }
     }
 

@@ -137,23 +137,22 @@ fn grid(mut rows: Vec<Row>) -> Result<Nodes, InvalidGrid> {
 
 #[cfg(test)]
 mod tests {
-    use std::fmt::Write;
-
     use super::*;
+    use crate::tests::rows;
 
     const HEADER: &str = "t_s,north_m,east_m,current_north_mps,current_east_mps\n";
 
     /// Three times, four norths, two easts.
     fn full_table() -> String {
-        let mut table = HEADER.to_owned();
-        for t in [0, 600, 900] {
-            for n in [-50, 0, 10, 200] {
-                for e in [-7, 60] {
-                    writeln!(table, "{t},{n},{e},0.1,-0.2").expect("a string takes every line");
-                }
-            }
-        }
-        table
+        let node = |k: usize| {
+            let (t, n, e) = (
+                [0, 600, 900][k / 8],
+                [-50, 0, 10, 200][k / 2 % 4],
+                [-7, 60][k % 2],
+            );
+            format!("{t},{n},{e},0.1,-0.2\n")
+        };
+        HEADER.to_owned() + &(0..24).map(node).collect::<String>()
     }
 
     fn refusal(table: &str) -> String {
@@ -162,44 +161,25 @@ mod tests {
 
     #[test]
     fn errors_of_a_table_name_line_and_column() {
-        let row = |row: &str| format!("{HEADER}0,0,0,0,0\n{row}\n");
-        for (table, says) in [
-            (
-                "t_s,north_m,east_m,depth_m,current_north_mps,current_east_mps\n0,0,0,0,0,0\n".to_owned(),
-                "unknown field `depth_m`",
-            ),
-            (
-                "t_s,north_m,current_north_mps,current_east_mps\n0,0,0,0\n".to_owned(),
-                "missing field `east_m`",
-            ),
-            (
-                "t_s,north_m,t_s,east_m\n0,0,0,0\n".to_owned(),
-                "duplicate field `t_s`",
-            ),
-            (String::new(), "has no nodes"),
-            (HEADER.to_owned(), "has no nodes"),
-            (row("1,x,0,0,0"), "line: 3"),
-            (row("1,0,,0,0"), "line: 3"),
-            (row("0,0,0,0"), "line: 3"),
-            (
-                row("1,0,0,NaN,0"),
-                "line 3: current_north_mps: NaN is outside -3 to 3",
-            ),
-            (
-                row("1,0,0,0,-3.5"),
-                "line 3: current_east_mps: -3.5 is outside -3 to 3",
-            ),
-            (
-                row("inf,0,0,0,0"),
-                "line 3: t_s: inf is outside -100000000000 to 100000000000",
-            ),
-            (
-                row("1,1e7,0,0,0"),
-                "line 3: north_m: 10000000 is outside -1000000 to 1000000",
-            ),
-        ] {
-            let refusal = refusal(&table);
-            assert!(refusal.contains(says), "{refusal}");
+        assert!(refusal("").contains("has no nodes"));
+        for [begin, line, says] in rows(
+            r"
+            t_s,north_m,east_m,depth_m,current_north_mps,current_east_mps | 0,0,0,0,0,0 | unknown field `depth_m`
+            t_s,north_m,current_north_mps,current_east_mps | 0,0,0,0 | missing field `east_m`
+            t_s,north_m,t_s,east_m | 0,0,0,0 | duplicate field `t_s`
+            HEADER |               | has no nodes
+            HEADER | 1,x,0,0,0     | line: 2
+            HEADER | 1,0,,0,0      | line: 2
+            HEADER | 0,0,0,0       | line: 2
+            HEADER | 1,0,0,NaN,0   | line 2: current_north_mps: NaN is outside -3 to 3
+            HEADER | 1,0,0,0,-3.5  | line 2: current_east_mps: -3.5 is outside -3 to 3
+            HEADER | inf,0,0,0,0   | line 2: t_s: inf is outside -100000000000 to 100000000000
+            HEADER | 1,1e7,0,0,0   | line 2: north_m: 10000000 is outside -1000000 to 1000000
+            ",
+        ) {
+            let begin = begin.replace("HEADER", HEADER.trim());
+            let refusal = refusal(&format!("{begin}\n{line}\n"));
+            assert!(refusal.contains(&says), "{refusal}");
         }
         let bytes = [HEADER.as_bytes(), b"0,0,0,0,\xff\n"].concat();
         assert!(matches!(read(&bytes[..]), Err(InvalidGrid::NotATable(_))));
@@ -207,29 +187,26 @@ mod tests {
 
     #[test]
     fn a_repeated_node_is_named_with_both_lines() {
-        let mut table = full_table();
-        table.push_str("600,10,-7,0,0\n");
-        assert_eq!(
-            refusal(&table),
-            "line 26: the node t_s 600, north_m 10, east_m -7 is on line 14 too"
-        );
-        assert_eq!(
-            refusal(&format!("{HEADER}0,0,0,0,0\n0,-0.0,0,0,0\n")),
-            "line 3: the node t_s 0, north_m 0, east_m 0 is on line 2 too"
-        );
+        for (table, says) in [
+            (
+                full_table() + "600,10,-7,0,0\n",
+                "line 26: the node t_s 600, north_m 10, east_m -7 is on line 14 too",
+            ),
+            (
+                format!("{HEADER}0,0,0,0,0\n0,-0.0,0,0,0\n"),
+                "line 3: the node t_s 0, north_m 0, east_m 0 is on line 2 too",
+            ),
+        ] {
+            assert_eq!(refusal(&table), says);
+        }
     }
 
     #[test]
     fn a_missing_node_is_named() {
         let table = full_table();
         for missing in 1..table.lines().count() {
-            let kept: Vec<&str> = table
-                .lines()
-                .enumerate()
-                .filter(|(line, _)| *line != missing)
-                .map(|(_, line)| line)
-                .collect();
-            let node: Vec<_> = table.lines().nth(missing).expect("counted").split(',').collect();
+            let mut kept: Vec<&str> = table.lines().collect();
+            let node: Vec<_> = kept.remove(missing).split(',').collect();
             let says = format!(
                 "the grid has 23 of its 24 nodes; the first missing node is t_s {}, north_m {}, east_m {}",
                 node[0], node[1], node[2]

@@ -1,0 +1,156 @@
+//! The decision of each tick: the plan's reference, or the reason that nothing is sent.
+
+use crate::{
+    MeasuredState, Plan, Rejects,
+    confirmation::Confirmation,
+    follow::{mission_log::MissionLog, telemetry::Telemetry},
+    mavlink::{Action, Authority, Conditions, Control, Parameters, Silence},
+    mission_link::LinkStatus,
+    output_limiter::{OutputLimiter, OutputLimits},
+    reference::Reference,
+};
+
+/// The bridge's use of references.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Sending {
+    Active,
+    Stopped(Silence),
+}
+
+/// Decides with the memory of earlier ticks.
+#[derive(Debug)]
+pub(super) struct Decision {
+    authority: Authority,
+    limiter: OutputLimiter,
+    /// `true` if the craft follows line of sight instead of the plan.
+    pub(super) line_of_sight: bool,
+    /// `true` if nothing is sent.
+    pub(super) dry_run: bool,
+    /// Limits that the body of the new mission states; none for a mission that the bridge joins.
+    pub(super) limits: Option<OutputLimits>,
+    /// `true` once there was a plan.
+    has_planned: bool,
+    /// The last logged use of references.
+    pub(super) sending: Option<Sending>,
+    /// The craft's observed motion since references are sent.
+    confirmation: Option<Confirmation>,
+}
+
+impl Decision {
+    pub(super) fn new(take_control: bool, line_of_sight: bool, dry_run: bool) -> Self {
+        Self {
+            authority: Authority::new(take_control),
+            limiter: OutputLimiter::default(),
+            line_of_sight,
+            dry_run,
+            limits: None,
+            has_planned: false,
+            sending: None,
+            confirmation: None,
+        }
+    }
+
+    /// The action at `now`, s, of a craft under `control`; logs changes.
+    pub(super) fn decide(
+        &mut self,
+        now: f64,
+        control: Control,
+        telemetry: &Telemetry,
+        link: &LinkStatus,
+        log: &MissionLog,
+    ) -> Action {
+        self.has_planned |= link.plan.is_some();
+        let plan = link.plan.as_deref();
+        let known = Conditions {
+            control,
+            distrust: telemetry.craft.distrusted(),
+            state_age: telemetry.state().map(|state| now - state.t_s),
+            reference: plan.and_then(|plan| self.reference(plan, now)),
+            has_planned: self.has_planned,
+            is_paused: link.is_paused,
+        };
+        let action = self.authority.decide(now, &known);
+        if !matches!(action, Action::Send(_)) {
+            self.confirmation = None;
+        }
+        match action {
+            Action::Send(_) => self.log_once(Sending::Active, log),
+            Action::Offer(_) => self.log_once(Sending::Stopped(Silence::NotGuided), log),
+            Action::Silent(silence) => self.log_once(Sending::Stopped(silence), log),
+            Action::OrderGuided(_) | Action::OrderArm => {}
+        }
+        action
+    }
+
+    /// `true` if the plan's references are sent.
+    pub(super) fn is_steering(&self) -> bool {
+        self.sending == Some(Sending::Active) && !self.dry_run && !self.line_of_sight
+    }
+
+    /// The reference of `plan` at `now`, s; `None` if it is too old.
+    pub(super) fn reference(&self, plan: &Plan, now: f64) -> Option<Reference> {
+        let planned = plan.planned.at(now)?;
+        OutputLimiter::may_follow(plan.arrived_s, now).then_some(if self.line_of_sight {
+            plan.line_of_sight
+        } else {
+            planned
+        })
+    }
+
+    /// Limits `reference` for the craft in `state`, which later confirms that it follows.
+    pub(super) fn limited(
+        &mut self,
+        now: f64,
+        reference: &Reference,
+        state: &MeasuredState,
+        limits: &OutputLimits,
+    ) -> Option<Reference> {
+        let craft = Reference {
+            speed: state
+                .ground_velocity
+                .map_or(state.water_velocity.x, |velocity| velocity.norm()),
+            heading: state.heading,
+        };
+        let sent = self.limiter.limit(now, reference, &craft, limits)?;
+        let begin = || Confirmation::begin(now, state);
+        self.confirmation
+            .get_or_insert_with(begin)
+            .take(now, state, &sent);
+        Some(sent)
+    }
+
+    /// The limits of output: the lowest ones of mission and autopilot.
+    pub(super) fn output_limits(&self, link: &LinkStatus, parameters: &Parameters) -> OutputLimits {
+        let of_the_mission = || {
+            let (limits, craft) = (
+                link.setting.limits.flatten(),
+                link.setting.craft.clone().flatten(),
+            );
+            OutputLimits::declared(&limits.unwrap_or_default(), &craft.unwrap_or_default())
+        };
+        self.limits.unwrap_or_else(of_the_mission).within(parameters)
+    }
+
+    /// Changes by the output limiter.
+    pub(super) fn changes(&self) -> &Rejects {
+        self.limiter.changes()
+    }
+
+    /// The motions that are not confirmed at `now`, s, in words.
+    pub(super) fn unconfirmed(&self, now: f64) -> impl Iterator<Item = &'static str> {
+        self.confirmation.iter().flat_map(move |seen| seen.missing(now))
+    }
+
+    /// Logs changes between sending and the reasons for silence.
+    fn log_once(&mut self, sending: Sending, log: &MissionLog) {
+        if self.sending.replace(sending) == Some(sending) {
+            return;
+        }
+        match sending {
+            Sending::Stopped(silence) if silence.is_meant() => log.info(&silence.to_string()),
+            Sending::Stopped(silence) => log.warn(&silence.to_string()),
+            Sending::Active if self.dry_run => log.info("references would be sent: this is a dry run"),
+            Sending::Active => log.info("references are sent"),
+        }
+    }
+}

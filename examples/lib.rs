@@ -1,4 +1,0 @@
-//! Code that the Rust examples share with the tests that run them.
-
-pub mod remote_missions;
-pub mod small_world;
