@@ -204,7 +204,7 @@ impl Scenario {
     /// The scenario with this `duration`, s. Settled metrics begin at 0 if they would begin later.
     #[must_use]
     pub fn lasting(mut self, duration: f64) -> Self {
-        let duration = duration.clamp(MissionTime::MIN, MissionTime::MAX);
+        let duration = duration.clamp(*MissionTime::RANGE.start(), MissionTime::MAX);
         self.duration_s = Quantity::fixed(duration);
         if duration.floor() - 1.0 < self.settled_after_s.most() {
             self.settled_after_s = Quantity::fixed(0.0);

@@ -41,7 +41,7 @@ pub(crate) fn document() -> &'static Value {
                 never_null(body);
             }
         }
-        rules::close_kinds(&mut document);
+        rules::name_kinds(&mut document);
         limits::write(&mut document);
         directions::write(&mut document);
         rules::write(&mut document);

@@ -16,8 +16,8 @@ use planner::snapshot::{TAGGED, pointer_token};
 use serde::{
     Deserialize, Deserializer, Serialize, Serializer,
     de::{
-        self, DeserializeSeed, EnumAccess, Expected, IntoDeserializer, MapAccess, SeqAccess, Unexpected,
-        VariantAccess, Visitor, value::StrDeserializer,
+        self, DeserializeSeed, Expected, IntoDeserializer, MapAccess, SeqAccess, Unexpected, Visitor,
+        value::{MapAccessDeserializer, StrDeserializer},
     },
     forward_to_deserialize_any,
 };
@@ -58,13 +58,16 @@ pub(crate) enum Json<'a> {
 impl Json<'_> {
     /// A member of an object, if it is present and not null.
     pub(crate) fn member(&self, name: &str) -> Option<&Self> {
+        self.given(name).filter(|value| !matches!(value, Self::Null))
+    }
+
+    /// A member of an object.
+    fn given(&self, name: &str) -> Option<&Self> {
         let Self::Object(members) = self else {
             return None;
         };
         let found = members.iter().find(|(given, _)| given == name);
-        found
-            .map(|(_, value)| value)
-            .filter(|value| !matches!(value, Self::Null))
+        found.map(|(_, value)| value)
     }
 
     pub(crate) fn number(&self) -> Option<f64> {
@@ -510,9 +513,25 @@ impl<'de> Deserializer<'de> for Node<'de> {
         visitor: V,
     ) -> Result<V::Value, ShapeError> {
         match self.json {
-            Json::Object(_) if !self.hidden.is_empty() => visitor.visit_enum(self),
+            Json::Object(_) if !self.hidden.is_empty() => {
+                visitor.visit_enum(MapAccessDeserializer::new(Kind(self)))
+            }
             Json::Text(text) => visitor.visit_enum(StrDeserializer::new(text)),
             _ => self.must_be("text"),
+        }
+    }
+
+    /// A kind without members.
+    fn deserialize_unit<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ShapeError> {
+        let Json::Object(members) = self.json else {
+            return self.deserialize_any(visitor);
+        };
+        match Members::new(members, self.hidden).advance() {
+            None => visitor.visit_unit(),
+            Some((name, _)) => {
+                let detail = "this kind has no such member";
+                Err(ShapeError::new(token(name), "unknown_field", detail))
+            }
         }
     }
 
@@ -521,7 +540,7 @@ impl<'de> Deserializer<'de> for Node<'de> {
     }
 
     forward_to_deserialize_any! {
-        i8 i16 i32 i64 i128 u8 u16 u128 f32 char bytes byte_buf unit unit_struct tuple_struct identifier
+        i8 i16 i32 i64 i128 u8 u16 u128 f32 char bytes byte_buf unit_struct tuple_struct identifier
     }
 }
 
@@ -531,7 +550,10 @@ struct Parts<'a>(std::iter::Flatten<std::array::IntoIter<Option<(&'static str, N
 impl<'de> SeqAccess<'de> for Parts<'de> {
     type Error = ShapeError;
 
-    fn next_element_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<Option<T::Value>, ShapeError> {
+    fn next_element_seed<T: DeserializeSeed<'de>>(
+        &mut self,
+        seed: T,
+    ) -> Result<Option<T::Value>, ShapeError> {
         let Some((name, node)) = self.0.next() else {
             return Ok(None);
         };
@@ -546,50 +568,24 @@ impl<'de> SeqAccess<'de> for Parts<'de> {
     }
 }
 
-/// An object whose tag names its kind.
-impl<'de> EnumAccess<'de> for Node<'de> {
-    type Error = ShapeError;
-    type Variant = Self;
+/// An object of one of several kinds, as a map from its kind to the same object.
+struct Kind<'a>(Node<'a>);
 
-    fn variant_seed<T: DeserializeSeed<'de>>(self, seed: T) -> Result<(T::Value, Self), ShapeError> {
-        let tag = self.hidden.split(' ').next().unwrap_or_default();
-        let kind = match self.json.member(tag) {
+impl<'de> MapAccess<'de> for Kind<'de> {
+    type Error = ShapeError;
+
+    fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, ShapeError> {
+        let tag = self.0.hidden.split(' ').next().unwrap_or_default();
+        let kind = match self.0.json.given(tag) {
             None => return Err(de::Error::missing_field(tag)),
             Some(Json::Text(name)) => seed.deserialize(StrDeserializer::new(name)),
-            Some(other) => Self::whole(other).must_be("text"),
+            Some(other) => Node::whole(other).must_be("text"),
         };
-        kind.map(|kind| (kind, self)).map_err(|wrong| wrong.within(tag))
-    }
-}
-
-impl<'de> VariantAccess<'de> for Node<'de> {
-    type Error = ShapeError;
-
-    fn unit_variant(self) -> Result<(), ShapeError> {
-        let Json::Object(members) = self.json else {
-            return self.must_be("an object");
-        };
-        let unexpected = |(name, _): &(Cow<'_, str>, Json<'_>)| {
-            ShapeError::new(token(name), "unknown_field", "this kind has no such member")
-        };
-        let first = Members::new(members, self.hidden).advance();
-        first.map_or(Ok(()), |member| Err(unexpected(member)))
+        kind.map(Some).map_err(|wrong| wrong.within(tag))
     }
 
-    fn newtype_variant_seed<T: DeserializeSeed<'de>>(self, seed: T) -> Result<T::Value, ShapeError> {
-        seed.deserialize(self)
-    }
-
-    fn tuple_variant<V: Visitor<'de>>(self, _: usize, _: V) -> Result<V::Value, ShapeError> {
-        self.must_be("an object")
-    }
-
-    fn struct_variant<V: Visitor<'de>>(
-        self,
-        _: &'static [&'static str],
-        visitor: V,
-    ) -> Result<V::Value, ShapeError> {
-        self.deserialize_map(visitor)
+    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, ShapeError> {
+        seed.deserialize(self.0)
     }
 }
 

@@ -110,18 +110,16 @@ fn limits(range: &RangeInclusive<f64>, unit: &str) -> String {
 }
 
 impl<K: Kind> Quantity<K> {
-    const RANGE: RangeInclusive<f64> = K::MIN..=K::MAX;
-
     /// Always `value`, which must be inside the kind's limits.
     #[must_use]
     pub fn fixed(value: f64) -> Self {
-        debug_assert!(Self::RANGE.contains(&value), "{} {value}", K::NAME);
+        debug_assert!(K::RANGE.contains(&value), "{} {value}", K::NAME);
         Self::of(Distribution::Fixed(value))
     }
 
     /// A value for one seed, in SI. A fixed number draws nothing from `rng`.
     pub fn draw(&self, rng: &mut ChaCha8Rng) -> f64 {
-        self.distribution.draw(&Self::RANGE, rng)
+        self.distribution.draw(&K::RANGE, rng)
     }
 
     /// The largest possible draw.
@@ -130,7 +128,7 @@ impl<K: Kind> Quantity<K> {
         match &self.distribution {
             Distribution::Fixed(value) | Distribution::Uniform(_, value) => *value,
             Distribution::Normal(..) => K::MAX,
-            Distribution::Choice(values) => values.iter().copied().fold(K::MIN, f64::max),
+            Distribution::Choice(values) => values.iter().copied().fold(*K::RANGE.start(), f64::max),
         }
     }
 
@@ -145,7 +143,7 @@ impl<K: Kind> Quantity<K> {
 impl<'de, K: Kind> Deserialize<'de> for Quantity<K> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let distribution = deserializer.deserialize_any(Form {
-            range: Self::RANGE,
+            range: K::RANGE,
             unit: K::UNIT,
         })?;
         Ok(Self::of(distribution))
@@ -255,7 +253,7 @@ impl<K: Kind> JsonSchema for Quantity<K> {
     }
 
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        schema_within(&Self::RANGE, K::UNIT)
+        schema_within(&K::RANGE, K::UNIT)
     }
 }
 

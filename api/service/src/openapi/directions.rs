@@ -14,7 +14,7 @@ pub(super) fn write(document: &mut Value) {
         .iter()
         .flat_map(|shape| DIRECTIONS.map(|names| (shape, names)))
     {
-        for schema in objects(&mut document["components"]["schemas"][shape]) {
+        for schema in objects(document, shape) {
             if schema["properties"].get(radians).is_none() {
                 continue;
             }

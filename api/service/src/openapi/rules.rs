@@ -18,19 +18,22 @@ const KINDS: [(&str, &str); 4] = [
     ("Segment", "kind"),
 ];
 
-/// Makes each kind a single object without further members. Any goal may have an offset.
-pub(super) fn close_kinds(document: &mut Value) {
+/// Gives each kind a closed schema of its own, to which the discriminator of its shape leads. Any goal
+/// may have an offset.
+pub(super) fn name_kinds(document: &mut Value) {
     let schemas = &mut document["components"]["schemas"];
     let visits = schemas
         .as_object_mut()
         .and_then(|schemas| schemas.remove("Visits"));
     let visits = visits.expect("is the shape of a kind of goal");
-    let offset = json!({ "oneOf": [{ "$ref": "#/components/schemas/Offset" }, { "type": "null" }],
+    let offset = json!({ "oneOf": [{ "$ref": reference("Offset") }, { "type": "null" }],
         "description": "Desired position relative to the followed point. Default: right above it." });
     for (shape, tag) in KINDS {
-        for kind in schemas[shape]["oneOf"].as_array_mut().into_iter().flatten() {
+        let kinds = schemas[shape]["oneOf"].take();
+        let mut mapping = Map::new();
+        for mut kind in kinds.as_array().cloned().into_iter().flatten() {
             if let Some(parts) = kind.get("allOf").cloned() {
-                *kind = visits.clone();
+                kind = visits.clone();
                 kind["properties"][tag] = parts[1]["properties"][tag].clone();
                 let required = kind["required"].as_array_mut();
                 required.expect("AUVs are").push(json!(tag));
@@ -39,26 +42,23 @@ pub(super) fn close_kinds(document: &mut Value) {
             if shape == "Goal" {
                 kind["properties"]["offset"] = offset.clone();
             }
-        }
-    }
-}
-
-/// Gives each kind a name of its own, to which the discriminator of its shape leads.
-fn name_kinds(schemas: &mut Value) {
-    for (shape, tag) in KINDS {
-        let kinds = schemas[shape]["oneOf"].take();
-        let mut mapping = Map::new();
-        for kind in kinds.as_array().into_iter().flatten() {
             let value = kind["properties"][tag]["enum"][0].as_str().unwrap_or_default();
-            let name: String = value.split('_').map(capitalised).collect();
-            let name = format!("{shape}{name}");
-            mapping.insert(value.to_owned(), json!(format!("#/components/schemas/{name}")));
-            schemas[&name] = kind.clone();
+            let name: String = [shape]
+                .into_iter()
+                .chain(value.split('_'))
+                .map(capitalised)
+                .collect();
+            mapping.insert(value.to_owned(), json!(reference(&name)));
+            schemas[name] = kind;
         }
         let references: Vec<_> = mapping.values().map(|name| json!({ "$ref": name })).collect();
         schemas[shape]["oneOf"] = json!(references);
         schemas[shape]["discriminator"] = json!({ "propertyName": tag, "mapping": mapping });
     }
+}
+
+fn reference(name: &str) -> String {
+    format!("#/components/schemas/{name}")
 }
 
 fn capitalised(word: &str) -> String {
@@ -69,23 +69,30 @@ fn capitalised(word: &str) -> String {
 /// The schemas at a place: `Shape`, or `Shape.member` with what follows, in each kind that has it.
 pub(super) fn at<'a>(document: &'a mut Value, place: &str) -> Vec<&'a mut Value> {
     let (shape, member) = place.split_once('.').unwrap_or((place, ""));
-    let schema = &mut document["components"]["schemas"][shape];
     if member.is_empty() {
-        return vec![schema];
+        return vec![&mut document["components"]["schemas"][shape]];
     }
     let pointer = format!("/properties/{member}");
-    objects(schema)
-        .into_iter()
+    let objects = objects(document, shape);
+    let found: Vec<_> = objects
         .filter_map(|object| object.pointer_mut(&pointer))
-        .collect()
+        .collect();
+    assert!(!found.is_empty(), "{place} is in the document");
+    found
 }
 
-/// The object that a schema describes, or those of its kinds.
-pub(super) fn objects(schema: &mut Value) -> Vec<&mut Value> {
-    if schema.get("properties").is_some() {
-        return vec![schema];
-    }
-    schema["oneOf"].as_array_mut().into_iter().flatten().collect()
+/// The schema of a shape, or those of its kinds.
+pub(super) fn objects<'a>(document: &'a mut Value, shape: &str) -> impl Iterator<Item = &'a mut Value> {
+    let schemas = &mut document["components"]["schemas"];
+    let kinds = schemas[shape].get("oneOf").cloned();
+    let is_of = move |name: &str| match &kinds {
+        Some(kinds) => kinds
+            .as_array()
+            .is_some_and(|kinds| kinds.contains(&json!({ "$ref": reference(name) }))),
+        None => name == shape,
+    };
+    let schemas = schemas.as_object_mut().into_iter().flatten();
+    schemas.filter_map(move |(name, schema)| is_of(name).then_some(schema))
 }
 
 /// Writes every rule into `document`, after limits and directions in degrees.
@@ -138,7 +145,6 @@ pub(super) fn write(document: &mut Value) {
             degrees["maximum"] = json!(most);
         }
     }
-    name_kinds(schemas);
     unsigned(document);
 }
 
@@ -173,7 +179,7 @@ pub(super) fn add_rule(schema: &mut Value, rule: Value) {
 /// A point of that schema, or a position on Earth.
 fn or_on_earth(point: &mut Value) {
     let metres = point.take();
-    *point = json!({ "anyOf": [metres, { "$ref": "#/components/schemas/Origin" }] });
+    *point = json!({ "anyOf": [metres, { "$ref": reference("Origin") }] });
 }
 
 /// The rule that these members are given and those of other variants are not.
