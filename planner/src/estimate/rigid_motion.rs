@@ -16,7 +16,8 @@ pub enum Pattern {
     Other,
 }
 
-/// A count of a few hundred.
+/// A count of a few hundred. Schedules are searched with it: a call costs more than it does.
+#[inline]
 pub(crate) fn number(count: usize) -> f64 {
     u32::try_from(count).map_or(f64::INFINITY, f64::from)
 }

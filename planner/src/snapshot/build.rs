@@ -53,7 +53,7 @@ pub struct Snapshot {
     craft_prior: Prior,
     craft_estimate: CraftEstimate,
     craft: CraftModel,
-    tuned: Tuned,
+    tuned: Box<Tuned>,
     cut_short: bool,
 }
 
@@ -115,7 +115,7 @@ impl Snapshot {
             craft_prior,
             craft_estimate,
             craft,
-            tuned: *tuned,
+            tuned: Box::new(*tuned),
             cut_short: due(),
         })
     }
