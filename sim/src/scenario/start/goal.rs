@@ -20,7 +20,11 @@ impl Scenario {
         let goal = file
             .goal
             .map(&mut |place, range, number| checked.take(place, range, number));
-        let goal = checked.all(goal)?;
+        let mut goal = checked.all(goal)?;
+        // As in a snapshot that was read.
+        if let Goal::Visit(visits) = &mut goal {
+            visits.dwell_min_s = Some(visits.dwell_min());
+        }
         let mut checked = Checked::new(draw, "surface_craft.goal_offset");
         let offset = file.goal_offset.as_ref();
         let offset =
