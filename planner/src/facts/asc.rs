@@ -26,8 +26,10 @@ pub struct AscNow {
 #[serde(deny_unknown_fields)]
 pub struct Asc {
     /// Position north of the datum, m.
+    #[serde(skip_serializing_if = "is_left_out")]
     pub north_m: f64,
     /// Position east of the datum, m.
+    #[serde(skip_serializing_if = "is_left_out")]
     pub east_m: f64,
     /// Latitude, degrees, positive north. Needs `origin`, `lon_deg`; replaces `north_m`, `east_m`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -52,6 +54,12 @@ pub struct Asc {
     /// Eastward velocity over ground, m/s. Needs `ground_north_mps`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ground_east_mps: Option<f64>,
+}
+
+/// `true` for metres that the service computes from degrees.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands references on")]
+pub(super) fn is_left_out(metres: &f64) -> bool {
+    metres.is_nan()
 }
 
 impl Asc {

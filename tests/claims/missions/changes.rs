@@ -8,7 +8,7 @@ use tests::{
 };
 use tower::ServiceExt as _;
 
-use super::{Service, live, number, read, simulated};
+use super::{Service, live, number, simulated, streams::read};
 
 impl Service {
     async fn run_live(&self) -> String {

@@ -91,7 +91,7 @@ fn a_directory_of_another_campaign_is_refused_and_stays_as_it_is() {
     Directory::create(folder.path(), Manifest::of(&one, Shard::WHOLE)).expect("is new");
     let before = fs::read(folder.path().join("campaign.json")).expect("is there");
     let other = campaign(&SMALL.replace("seed = 7", "seed = 8"));
-    for (campaign, shard) in [(&other, Shard::WHOLE), (&one, Shard::new(1, 2))] {
+    for (campaign, shard) in [(&other, Shard::WHOLE), (&one, Shard { index: 1, of: 2 })] {
         let refused = Directory::create(folder.path(), Manifest::of(campaign, shard));
         let refused = refused.expect_err("is another").to_string();
         assert!(refused.contains("holds another campaign"), "{refused}");
@@ -254,9 +254,9 @@ mod slow {
 
         // Broken off: some chunks and gains are there, another is half written.
         let begun = Directory::create(&at("broken"), Manifest::of(campaign, Shard::WHOLE)).expect("is new");
-        flown(campaign, &at("again"), 2, Shard::new(1, 2));
+        flown(campaign, &at("again"), 2, Shard { index: 1, of: 2 });
         let chunks = campaign.chunks();
-        for chunk in Shard::new(1, 2).chunks(&chunks).iter().skip(1) {
+        for chunk in (Shard { index: 1, of: 2 }).chunks(&chunks).iter().skip(1) {
             // A killed process had kept the rows of its whole chunks.
             let part = Directory::open(&at("again")).and_then(|part| part.rows());
             let part = part.expect("are there");
@@ -280,7 +280,15 @@ mod slow {
 
         for n in [3, 7] {
             let parts: Vec<Directory> = (1..=n)
-                .map(|index| flown(campaign, &at(&format!("{index} of {n}")), 2, Shard::new(index, n)).0)
+                .map(|index| {
+                    flown(
+                        campaign,
+                        &at(&format!("{index} of {n}")),
+                        2,
+                        Shard { index, of: n },
+                    )
+                    .0
+                })
                 .collect();
             let (_, merged) = Directory::merge(&at(&format!("merged {n}")), &parts).expect("merges");
             assert_eq!(merged.digest(), whole.digest(), "{n} parts");

@@ -14,8 +14,8 @@ use serde::{Deserialize, Deserializer};
 use super::{ITEMS_MAX, LANES_MAX, NAME_PATTERN, Point, yes};
 use crate::{
     scenario::quantity::{
-        Angle, CommandDelay, Coordinate, CraftMass, Depth, Distribution, Length, PathSpeed, Pitch, Quantity,
-        Share, Speed, TunedAcceleration, TunedLag,
+        Angle, CommandDelay, Coordinate, CraftMass, Damping, Depth, Distribution, Length, LostShare,
+        OffsetComponent, PathSpeed, Pitch, Quantity, Share, Speed, TunedAcceleration, TunedLag, WeavePeriod,
     },
     world::{
         dive::Leg,
@@ -139,6 +139,12 @@ pub struct AuvFile {
     pub dive: Option<DiveFile>,
     /// Error of its own navigation, added to its class's; none if left out.
     pub navigation_error: Option<NavigationErrorFile>,
+    /// Deviations from its path that are none of its navigation; none if left out.
+    #[serde(default)]
+    pub tracking_error: TrackingErrorFile,
+    /// What a surface craft that knows paths knows of it; `plan` if left out.
+    #[serde(default)]
+    pub declares: Declares,
     /// Its path; it repeats a `track` if left out.
     pub path: Option<PathFile>,
     /// Name of a CSV file with a recorded track that it repeats; it follows its `path` if left out.
@@ -160,6 +166,43 @@ pub struct NavigationErrorFile {
     /// `true`: a satellite fix at a depth of 1 m or less ends it.
     #[serde(default)]
     pub fix_at_surface: bool,
+}
+
+/// Deviations of a vehicle from its path, which no plan contains.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TrackingErrorFile {
+    /// Weave about its path; none if left out.
+    pub weave: Option<WeaveFile>,
+    /// Distance beyond each way-point at which it turns, m; negative: before it, so that it cuts
+    /// the corner; 0 if left out. It is back on its path within four times that.
+    pub turns_late_m: Option<Quantity<OffsetComponent>>,
+    /// Share of its speed that it loses nose down; 0 if left out.
+    pub slower_diving_share: Option<Quantity<LostShare>>,
+}
+
+/// A weave, as far as its hull can follow it.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WeaveFile {
+    /// Amplitude, m: √2 times the standard deviation.
+    pub amplitude_m: Quantity<Length>,
+    /// Period, s, of the spectrum's peak if damped.
+    pub period_s: Quantity<WeavePeriod>,
+    /// Relative damping of a stationary random weave: the width of its spectrum; a sine if left
+    /// out.
+    pub damping: Option<Quantity<Damping>>,
+}
+
+/// What a vehicle declares of its path.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Declares {
+    /// Its path, as planned.
+    #[default]
+    Plan,
+    /// Its track, as it will sail it.
+    Sailed,
 }
 
 /// A knot of a speed profile.
@@ -276,11 +319,17 @@ pub enum SurveyPattern {
     ExpandingSquare,
     /// Way-points without a pattern.
     Waypoints,
+    /// Parallel lanes of different lengths; never drawn.
+    UnequalLanes,
+    /// A spiral outwards; never drawn.
+    Spiral,
+    /// A figure of eight, without end; never drawn.
+    FigureOfEight,
 }
 
 impl SurveyPattern {
-    /// All of them.
-    pub const ALL: [Self; 6] = [
+    /// Those that are drawn.
+    pub const DRAWN: [Self; 6] = [
         Self::LawnMower,
         Self::ThereAndBack,
         Self::Box,

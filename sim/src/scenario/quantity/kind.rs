@@ -84,6 +84,10 @@ kinds! {
     Damping: 0.01..=0.5, "";
     /// Peak period of waves.
     WavePeriod: 1.0..=30.0, "s";
+    /// Period of a weave: from one that a hull cannot follow to most of a survey's lane.
+    WeavePeriod: 5.0..=3600.0, "s";
+    /// Share of a speed that a vehicle loses without coming to rest.
+    LostShare: 0.0..=0.9, "";
     /// Correlation time of a process.
     CorrelationTime: 0.1..=1.0e6, "s";
     /// Half a turn to either side.

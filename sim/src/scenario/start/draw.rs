@@ -3,6 +3,7 @@
 use std::ops::RangeInclusive;
 
 use nalgebra::Vector2;
+use planner::snapshot::AUVS_MAX;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
@@ -37,6 +38,11 @@ pub(super) fn survey_stream(seed: u64, i: usize) -> ChaCha8Rng {
     let mut rng = stream(seed, Stream::Scenario);
     rng.set_stream(u64::MAX - i as u64);
     rng
+}
+
+/// The random numbers of the weave of AUV number `i`, below those of the surveys.
+pub(super) fn weave_stream(seed: u64, i: usize) -> ChaCha8Rng {
+    survey_stream(seed, AUVS_MAX + i)
 }
 
 /// Draws the numbers of a scenario. Each has its own random stream, numbered in the order of the

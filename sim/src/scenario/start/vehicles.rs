@@ -1,6 +1,6 @@
 //! The vehicles of a start: surface craft and AUVs.
 
-use std::sync::Arc;
+use std::{f64::consts::FRAC_1_SQRT_2, sync::Arc};
 
 use nalgebra::Vector2;
 use planner::{
@@ -12,9 +12,10 @@ use planner::{
 
 use super::{
     craft::craft_description,
-    draw::{Checked, Draw},
+    draw::{Checked, Draw, weave_stream},
     invalid::{InvalidScenario, invalid, of_snapshot},
     path::{point_out_of_range, speed_profile},
+    turns::turning_late,
 };
 use crate::{
     observe::{Briefing, Messages},
@@ -22,13 +23,13 @@ use crate::{
     scenario::{
         file::{
             AuvFile, CurrentKnowledge, RandomCraftFile, ReportedAs, Scenario, SurfaceClassFile,
-            SurfaceCraftFile,
+            SurfaceCraftFile, TrackingErrorFile,
         },
         quantity::{Coordinate, Distribution, Kind},
     },
     world::{
         SurfaceCraft,
-        auv::SimulatedAuv,
+        auv::{SimulatedAuv, TrackingError},
         dive::Dive,
         fault::Behaviour,
         inner_loop::{DragFeedForward, SurfaceAutopilot, SurgeLoop},
@@ -39,6 +40,7 @@ use crate::{
             random::{CraftConstraints, RandomCraft},
         },
         underwater_vehicle::UnderwaterState,
+        water::Oscillation,
     },
 };
 
@@ -192,6 +194,15 @@ impl Scenario {
                 (at_first, direction(heading) * share)
             },
         );
+        let (tracking_error, late) = tracking_error(i, &file.tracking_error, draw);
+        let declared = Arc::new(path);
+        let path = match late {
+            None => declared.clone(),
+            Some(late) => {
+                let field = format!("auvs[{i}].tracking_error.turns_late_m");
+                Arc::new(turning_late(&declared, late).map_err(|reason| invalid(field, reason))?)
+            }
+        };
         let begin = path.at(0.0);
         let position = begin.position - navigation_error + offset;
         let hull = class.hull();
@@ -220,7 +231,9 @@ impl Scenario {
                 .is_some_and(|error| error.fix_at_surface),
             position_estimate: position + navigation_error,
             gains: PathFollowingGains::LAB,
-            path: Arc::new(path),
+            path,
+            declared,
+            tracking_error,
             gamma: 0.0,
             speed,
             dive,
@@ -229,6 +242,32 @@ impl Scenario {
             track: (!track.is_empty()).then(|| Arc::new(RecordedTrack::new(track))),
         })
     }
+}
+
+/// The deviations of AUV number `i` from its path, and the distance by which it turns late, m. Each
+/// number is drawn only if given.
+fn tracking_error(i: usize, file: &TrackingErrorFile, draw: &mut Draw) -> (TrackingError, Option<f64>) {
+    let weave = file.weave.as_ref().map(|weave| {
+        let (amplitude, period) = (draw.take(&weave.amplitude_m), draw.take(&weave.period_s));
+        let mut rng = weave_stream(draw.seed, i);
+        match &weave.damping {
+            None => Oscillation::sine(amplitude, period, &mut rng),
+            Some(damping) => {
+                Oscillation::new(amplitude * FRAC_1_SQRT_2, period, draw.take(damping), &mut rng)
+            }
+        }
+    });
+    let late = file.turns_late_m.as_ref().map(|late| draw.take(late));
+    let slower_diving = file
+        .slower_diving_share
+        .as_ref()
+        .map_or(0.0, |share| draw.take(share));
+    let error = TrackingError {
+        weave,
+        slower_diving,
+        time: 0.0,
+    };
+    (error, late)
 }
 
 /// A surface craft without position.
