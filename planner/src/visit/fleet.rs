@@ -123,7 +123,7 @@ impl Fleet {
         let place = |member: &ScheduledAuv| frame(&forecasts[member.auv].at(0.0));
         members.sort_by(|a, b| in_order(&place(a), &place(b)));
         let places: Vec<_> = members.iter().map(place).collect();
-        let tour = tour(&places, &craft, visits.dwell_min_s);
+        let tour = tour(&places, &craft, visits.dwell_min());
         let horizon = (parameters.horizon_tours * tour).clamp(parameters.horizon_min, parameters.horizon_max);
         let candidate = |member: &ScheduledAuv| {
             let between_turns = between_turns(&snapshot.estimates()[member.auv].track);
@@ -151,7 +151,7 @@ impl Fleet {
             candidates: members.iter().map(candidate).collect(),
             law: visits.cost,
             within: visits.within_m,
-            dwell_min: visits.dwell_min_s,
+            dwell_min: visits.dwell_min(),
             reduce: visits.reduce,
             horizon,
             afterwards: 0.5 * tour,

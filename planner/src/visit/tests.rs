@@ -59,7 +59,7 @@ fn random(seed: usize, n: usize, far: f64) -> PlanRequest {
     let ids: Vec<_> = auvs.iter().map(|auv| auv.id.clone()).collect();
     let mut visits = Visits::new(ids.clone());
     visits.cost = costs()[rng.random_range(0..3)];
-    visits.dwell_min_s = 30.0;
+    visits.dwell_min_s = Some(30.0);
     let costs = ids.into_iter().map(|id| (id, rng.random_range(0.0..400.0)));
     visits.costs_now = costs.collect();
     if rng.random_bool(0.3) {
@@ -95,7 +95,7 @@ fn states(request: &mut PlanRequest) -> impl Iterator<Item = &mut AuvState> {
 fn by_age(mut request: PlanRequest) -> PlanRequest {
     (request.current, request.asc.speed_mps) = (None, 0.0);
     let goal = visits(&mut request);
-    (goal.cost, goal.reduce, goal.dwell_min_s) = (VisitCost::Age, Reduce::Mean, 0.0);
+    (goal.cost, goal.reduce, goal.dwell_min_s) = (VisitCost::Age, Reduce::Mean, Some(0.0));
     request
 }
 

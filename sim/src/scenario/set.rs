@@ -78,7 +78,7 @@ mod tests {
     use planner::craft::SurgeLoop;
 
     use super::*;
-    use crate::scenario::quantity::{Distribution, Quantity};
+    use crate::scenario::quantity::Distribution;
 
     fn named(name: &str) -> Scenario {
         Scenario::named(name).expect("exists")
@@ -140,7 +140,7 @@ mod tests {
         let unknown = scenario.set("surface_craft.parameters.estimate.gates", 0.5);
         unknown.expect_err("there is no such number");
         let craft = scenario.surface_craft.expect("has one");
-        assert_eq!(craft.limits.surge_lag_s, Some(Quantity::fixed(0.5)));
+        assert_eq!(craft.limits.surge_lag_s, Some(Distribution::Fixed(0.5)));
         let response = craft.craft.expect("is created");
         let found = response.heading_loop.time_constant_s;
         assert_eq!(found, Some(Distribution::Fixed(0.5)));

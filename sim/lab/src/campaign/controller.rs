@@ -4,12 +4,12 @@ use planner::{
     craft::{CraftDescription, CraftEstimate},
     los::{LosLaw, LosTuning},
     parameters::Parameters,
-    snapshot::{Forecast, ForecastModel, Limits, Offset, PlanRequest, Snapshot, Tuning},
+    snapshot::{Forecast, ForecastModel, Goal, Limits, Offset, PlanRequest, Snapshot, Tuning},
     tuned::Tuned,
 };
 use sim::{
     guide::{Guidance, Guide, GuideError, LosGuide, MpcGuide},
-    scenario::{GoalFile, Scenario, Start},
+    scenario::{Scenario, Start},
 };
 
 use super::grid::{Setting, grid, tuned};
@@ -77,7 +77,7 @@ impl Controller {
             return false;
         }
         let goal = scenario.surface_craft.as_ref().map(|craft| &craft.goal);
-        if self.entry.rule.is_some() && !matches!(goal, Some(GoalFile::Visit { .. })) {
+        if self.entry.rule.is_some() && !matches!(goal, Some(Goal::Visit(_))) {
             return false;
         }
         match self.law {

@@ -7,12 +7,12 @@ use planner::{
     angle::direction,
     craft::CraftDescription,
     path::Path,
-    snapshot::{Forecast, Limits, Tuning, VehicleId},
+    snapshot::{DeclaredLimits, Forecast, Limits, Task, Tuning, VehicleId},
 };
 
 use super::{
     craft::craft_description,
-    draw::{Draw, weave_stream},
+    draw::{Checked, Draw, weave_stream},
     invalid::{InvalidScenario, invalid, of_snapshot},
     path::{point_out_of_range, speed_profile},
     turns::turning_late,
@@ -22,10 +22,10 @@ use crate::{
     record::{Bounds, Origin},
     scenario::{
         file::{
-            AuvFile, CurrentKnowledge, LimitsFile, RandomCraftFile, ReportedAs, Scenario, SurfaceClassFile,
+            AuvFile, CurrentKnowledge, RandomCraftFile, ReportedAs, Scenario, SurfaceClassFile,
             SurfaceCraftFile, TrackingErrorFile,
         },
-        quantity::{Coordinate, Kind},
+        quantity::{Coordinate, Distribution, Kind},
     },
     world::{
         SurfaceCraft,
@@ -62,16 +62,15 @@ impl Scenario {
             ));
         }
         let craft = SurfaceCraft::cruising(hull, kind.autopilot, &position, heading, speed);
+        let Task { goal, offset } = self.task(file, draw)?;
+        let declared = declared_limits(&file.limits, draw)?;
         let briefing = Briefing {
-            goal: self.goal(&file.goal, draw)?,
-            offset: match &file.goal_offset {
-                Some(offset) => Some(self.offset(offset, &file.goal, draw)?),
-                None => None,
-            },
-            limits: limits(&file.limits, &kind.limits, draw)?,
+            goal,
+            offset,
+            limits: limits(&declared, &kind.limits)?,
             tuning: tuning(file.tuning.as_ref())?,
             tuned: file.parameters,
-            craft: craft_description(file.craft.as_ref(), &file.limits, kind.craft, draw)?,
+            craft: craft_description(file.craft.as_ref(), declared.surge_lag_s, kind.craft, draw.seed)?,
             current: self.knowledge.current == CurrentKnowledge::Known,
             paths: self.knowledge.paths,
             forecast: if self.knowledge.known_paths_only {
@@ -298,19 +297,22 @@ fn constraints(file: &RandomCraftFile, draw: &mut Draw) -> CraftConstraints {
 fn tuning(file: Option<&Tuning>) -> Result<Option<Tuning>, InvalidScenario> {
     let faults = file.map(|tuning| tuning.faults("/tuning"));
     match faults.iter().flatten().next() {
-        Some(fault) => Err(of_snapshot("surface_craft", fault)),
+        Some(fault) => Err(of_snapshot("surface_craft", &fault.pointer, fault)),
         None => Ok(file.cloned()),
     }
 }
 
-fn limits(file: &LimitsFile, class: &Limits, draw: &mut Draw) -> Result<Limits, InvalidScenario> {
-    let limits = Limits {
-        speed_min: draw.take_or(file.speed_min_mps.as_ref(), class.speed_min),
-        speed_max: draw.take_or(file.speed_max_mps.as_ref(), class.speed_max),
-        turn_rate_max: draw.take_or(file.turn_rate_max_radps.as_ref(), class.turn_rate_max),
-        acceleration_max: draw.take_or(file.acceleration_max_mps2.as_ref(), class.acceleration_max),
-        deceleration_max: draw.take_or(file.deceleration_max_mps2.as_ref(), class.deceleration_max),
-    };
+fn declared_limits(
+    file: &DeclaredLimits<Distribution>,
+    draw: &mut Draw,
+) -> Result<DeclaredLimits, InvalidScenario> {
+    let mut checked = Checked::new(draw, "surface_craft.limits");
+    let limits = file.map(&mut |member, range, number| checked.take(member, range, number));
+    checked.all(Some(limits))
+}
+
+fn limits(file: &DeclaredLimits, class: &Limits) -> Result<Limits, InvalidScenario> {
+    let limits = file.with_defaults(class);
     // A snapshot has the same rule.
     if limits.speed_max < limits.speed_min + 0.05 {
         return Err(invalid(
