@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use planner::snapshot::{ACOUSTIC_RANGE, ANGLE, CURRENT_MAX, KEEP_OUT_RADIUS};
+use planner::snapshot::{ACOUSTIC_RANGE, ANGLE, CURRENT_MAX, KEEP_OUT_RADIUS, OFFSET_MAX};
 
 use crate::world::surface_craft::random;
 
@@ -38,6 +38,8 @@ kinds! {
     Coordinate: -1.0e5..=1.0e5, "m";
     /// A positive length.
     Length: 0.01..=1.0e5, "m";
+    /// A component of an offset; the range of a snapshot.
+    OffsetComponent: -OFFSET_MAX..=OFFSET_MAX, "m";
     /// Depth, positive down. Twice the depth that gliders reach.
     Depth: 0.0..=2000.0, "m";
     /// A heading or a change of one, rad.
