@@ -16,6 +16,7 @@ use nalgebra::{Matrix2, Vector2};
 use pilotfish_sim::{
     guide::{Guide, LosGuide, MpcGuide},
     mission::Mission,
+    record::SurfaceCraftRow,
     scenario::{Files, Scenario},
     world::World,
 };
@@ -232,7 +233,7 @@ fn fly(scenario: &Scenario, seed: u64, mut planner: Option<MpcGuide>) -> Result<
         news.push(
             reports
                 .filter(|report| newest < report.t_s)
-                .cloned()
+                .copied()
                 .collect::<Vec<_>>(),
         );
         newest = news
@@ -246,7 +247,7 @@ fn fly(scenario: &Scenario, seed: u64, mut planner: Option<MpcGuide>) -> Result<
     let rows = &mission.record().rows;
     let craft = rows.iter().filter_map(|row| row.surface_craft.as_ref());
     Ok(Flown {
-        distances: craft.map(|craft| craft.distance()).collect(),
+        distances: craft.map(SurfaceCraftRow::distance).collect(),
         beliefs,
         heard: Heard {
             world,
@@ -403,14 +404,7 @@ fn beliefs(missions: &[Flown]) -> String {
         let found = flown.beliefs.iter().position(|belief| belief.on_path);
         seconds(found.unwrap_or(flown.beliefs.len()))
     };
-    let mut text = format!(
-        "{:.0} | {:.0} | {:.0} | {:.0} |",
-        share(on_path().count(), all().count()),
-        share(wrong.count(), on_path().count()),
-        mean(missions.iter().map(first)),
-        mean(missions.iter().map(kept)),
-    );
-    for k in 0..HORIZONS.len() {
+    let calibration = |k: usize| {
         let nees = all().filter_map(|(flown, second)| {
             let (miss, covariance) = miss(flown, second, k);
             Some(miss.dot(&(covariance.try_inverse()? * miss)))
@@ -419,12 +413,17 @@ fn beliefs(missions: &[Flown]) -> String {
         let within =
             QUANTILES.map(|most| share(nees.iter().filter(|nees| **nees <= most).count(), nees.len()));
         let normal = mean(nees.iter().copied()) / 2.0;
-        text += &format!(
-            " {:.0} {:.0} {:.0} ({normal:.1}) |",
-            within[0], within[1], within[2]
-        );
-    }
-    text
+        format!("{:.0} {:.0} {:.0} ({normal:.1})", within[0], within[1], within[2])
+    };
+    let columns: Vec<String> = (0..HORIZONS.len()).map(calibration).collect();
+    format!(
+        "{:.0} | {:.0} | {:.0} | {:.0} | {} |",
+        share(on_path().count(), all().count()),
+        share(wrong.count(), on_path().count()),
+        mean(missions.iter().map(first)),
+        mean(missions.iter().map(kept)),
+        columns.join(" | "),
+    )
 }
 
 /// Numbers of the chosen names, all if none is chosen.

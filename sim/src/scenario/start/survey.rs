@@ -73,7 +73,9 @@ impl SurveyConstraints {
                 for turn in points[1..].chunks_mut(2) {
                     let shorter = leg * rng.random_range(0.0..0.4);
                     let inwards = if turn[0].x == 0.0 { shorter } else { -shorter };
-                    turn.iter_mut().for_each(|point| point.x += inwards);
+                    for point in turn {
+                        point.x += inwards;
+                    }
                 }
                 points
             }

@@ -22,8 +22,8 @@ use crate::{
     record::{Bounds, Origin},
     scenario::{
         file::{
-            AuvFile, CurrentKnowledge, RandomCraftFile, ReportedAs, Scenario, SurfaceClassFile,
-            SurfaceCraftFile, TrackingErrorFile,
+            AuvFile, CurrentKnowledge, NavigationErrorFile, RandomCraftFile, ReportedAs, Scenario,
+            SurfaceClassFile, SurfaceCraftFile, TrackingErrorFile,
         },
         quantity::{Coordinate, Distribution, Kind},
     },
@@ -183,17 +183,7 @@ impl Scenario {
         }
         let depth = track.first().map_or(depth, |point| point.depth);
         let speed = speed_profile(i, file, class, draw)?;
-        // Drawn only if given: every number has a stream of its own, in order.
-        let (navigation_error, navigation_drift) = file.navigation_error.as_ref().map_or_else(
-            || (Vector2::zeros(), Vector2::zeros()),
-            |error| {
-                let mut drawn = |file: Option<&_>| draw.take_or(file, 0.0);
-                let at_first = Vector2::new(drawn(error.north_m.as_ref()), drawn(error.east_m.as_ref()));
-                let share = draw.take_or(error.drift_share.as_ref(), 0.0);
-                let heading = draw.take_or(error.drift_heading_rad.as_ref(), 0.0);
-                (at_first, direction(heading) * share)
-            },
-        );
+        let (navigation_error, navigation_drift) = navigation_error(file.navigation_error.as_ref(), draw);
         let (tracking_error, late) = tracking_error(i, &file.tracking_error, draw);
         let declared = Arc::new(path);
         let path = match late {
@@ -242,6 +232,19 @@ impl Scenario {
             track: (!track.is_empty()).then(|| Arc::new(RecordedTrack::new(track))),
         })
     }
+}
+
+/// Error of an AUV's navigation at the start, m, and its growth for each metre through the water.
+/// Drawn only if given: every number has a stream of its own, in order.
+fn navigation_error(file: Option<&NavigationErrorFile>, draw: &mut Draw) -> (Vector2<f64>, Vector2<f64>) {
+    let Some(error) = file else {
+        return (Vector2::zeros(), Vector2::zeros());
+    };
+    let mut drawn = |file: Option<&_>| draw.take_or(file, 0.0);
+    let at_first = Vector2::new(drawn(error.north_m.as_ref()), drawn(error.east_m.as_ref()));
+    let share = draw.take_or(error.drift_share.as_ref(), 0.0);
+    let heading = draw.take_or(error.drift_heading_rad.as_ref(), 0.0);
+    (at_first, direction(heading) * share)
 }
 
 /// The deviations of AUV number `i` from its path, and the distance by which it turns late, m. Each
