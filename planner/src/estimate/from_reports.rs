@@ -338,28 +338,20 @@ fn probability_of_following(
         return 0.0;
     }
     let tuned = along.filter.assumed().tuned;
-    let inside = along.innovations.iter().map(|innovation| innovation.accepted);
-    let likelihoods = inside.zip(along.log_likelihoods().zip(free.log_likelihoods()));
+    let likelihoods = along.log_likelihoods().zip(free.log_likelihoods());
     let intervals = reports.iter().zip(&reports[1..]);
     let steps = intervals.map(|((_, from), (_, to))| to.t_s - from.t_s);
     let passed = along.innovations.len().saturating_sub(newest);
-    steps.zip(likelihoods).skip(passed).fold(
-        tuned.follows_at_first,
-        |follows, (elapsed, (inside, (along, free)))| {
-            // Free motion predicts the next fix as well as a loosely followed path does, and what is
-            // beyond it worse: a fix inside the gate says little against the path.
-            let odds_max = if inside {
-                tuned.odds_inside.min(odds_max)
-            } else {
-                odds_max
-            };
+    steps
+        .zip(likelihoods)
+        .skip(passed)
+        .fold(tuned.follows_at_first, |follows, (elapsed, (along, free))| {
             let [leaves, returns] =
                 [tuned.leaves_after, tuned.returns_after].map(|after| -(-elapsed / after).exp_m1());
             let follows = follows * (1.0 - leaves) + (1.0 - follows) * returns;
             let ratio = (free - along).exp().min(odds_max);
             follows / (follows + (1.0 - follows) * ratio)
-        },
-    )
+        })
 }
 
 /// Order by all members, time first and north-dependent ones last: the given order has no effect.

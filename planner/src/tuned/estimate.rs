@@ -81,9 +81,6 @@ numbers! {
         /// Largest weight of a report against a repeated track: a turn with few fixes is metres
         /// off.
         odds_max = 3.0,
-        /// Largest weight against a declared path of a report inside its gate: free motion predicts
-        /// the next fix of a loose vehicle as well as its path does, and all later ones worse.
-        odds_inside = 2.0,
         /// Least current for the hypothesis of a declared speed over ground, m/s; less is uncertain
         /// anyway.
         current_min = 0.05,
