@@ -75,7 +75,7 @@ impl SurfaceTruth {
     /// The state of `craft` in a `current` (north, east), m/s.
     #[must_use]
     pub fn of(craft: &SurfaceCraft, current: Vector2<f64>) -> Self {
-        let [_, _, heading, surge, sway, yaw_rate, ..] = craft.state.into();
+        let [_, _, heading, surge, sway, yaw_rate, ..]: [f64; 8] = craft.state.into();
         Self {
             position: craft.position(),
             heading,

@@ -83,10 +83,10 @@ impl Georeference {
         for (name, value, range, must) in [
             ("sound_speed_mps", speed, SOUND_SPEED_MPS, &*water),
             ("magnetic_declination_rad", declination, -PI..=PI, "within ±π"),
-            ("sigma_m", sigma, positive, &reach),
-            ("mounting: its length", lever, length, &lever_max),
+            ("sigma_m", sigma, positive, &*reach),
+            ("mounting: its length", lever, length, &*lever_max),
             ("mounting: an angle", roll + pitch + heading, finite, "a number"),
-            ("mounting.depth_m", depth, depths, &depth_max),
+            ("mounting.depth_m", depth, depths, &*depth_max),
         ] {
             if !range.contains(&value) {
                 return Err(UnusableSettings(format!("{name} is {value}; it must be {must}")));

@@ -281,13 +281,8 @@ mod slow {
         for n in [3, 7] {
             let parts: Vec<Directory> = (1..=n)
                 .map(|index| {
-                    flown(
-                        campaign,
-                        &at(&format!("{index} of {n}")),
-                        2,
-                        Shard { index, of: n },
-                    )
-                    .0
+                    let shard = Shard { index, of: n };
+                    flown(campaign, &at(&format!("{index} of {n}")), 2, shard).0
                 })
                 .collect();
             let (_, merged) = Directory::merge(&at(&format!("merged {n}")), &parts).expect("merges");
