@@ -121,7 +121,9 @@ impl<'a> Estimator<'a> {
             let path = path.filter(|_| !(self.due)());
             let declared = auv.path.as_ref().filter(|_| path.is_some());
             let others = declared.map_or_else(Vec::new, DeclaredPath::with_other_turn_radii);
-            let paths: Vec<_> = others.into_iter().chain(path.cloned()).collect();
+            // Without a sharp corner, the first of the others is the declared path itself.
+            let own = path.filter(|own| others.first() != Some(own)).cloned();
+            let paths: Vec<_> = others.into_iter().chain(own).collect();
             let found = self.filtered(reports, &paths, before);
             return Estimate {
                 dive: found.dive.filter(|_| auv.dive.is_none()),

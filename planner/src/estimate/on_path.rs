@@ -14,7 +14,7 @@ use crate::{
     facts::{
         angle::{direction, ned_from_body},
         evidence::{Report, SPEED_AT_REST},
-        known_path::{KnownPath, foot_speed},
+        known_path::{FOOT_FACTOR_MIN, KnownPath, foot_speed},
         path::piece::{Piece, starboard},
     },
     tuned::EstimateNumbers,
@@ -367,17 +367,22 @@ impl PathFit {
         let step = if steps > 0.0 { t / steps } else { 0.0 };
         let (mut done, mut turned, mut to_starboard) = (0.0, 0.0, 0.0);
         let kept = (-step * self.spread.error_rate).exp();
-        let mut tangent = assumed.known.path.at(self.state.x).tangent;
+        let tangent_at = |along: f64| assumed.known.path.at(along).tangent;
+        let mut tangent = tangent_at(self.state.x);
         while done < steps {
             // Midpoint rule, accurate to second order.
             let start = self.state.x;
             self.state.x += 0.5 * step * self.rate(assumed);
-            self.state.x = start + step * self.rate(assumed);
-            let by = assumed.known.path.at(self.state.x).tangent - tangent;
+            let way = step * self.rate(assumed);
+            // As in forecasts, γ̇ = u / (1 + c |κ|), with the mean bend of the step.
+            let bend = (tangent_at(start + way) - tangent).abs();
+            let longer = (way.abs() + self.corner() * bend).max(FOOT_FACTOR_MIN * way.abs());
+            let share = way.abs() / longer.max(f64::MIN_POSITIVE);
+            self.state.x = start + way * share;
+            let by = tangent_at(self.state.x) - tangent;
             tangent += by;
-            turned += by.abs();
+            turned += by.abs() * share;
             to_starboard = to_starboard * kept + self.sense * by;
-            self.state.x -= self.sense * by.abs() * self.corner();
             let outwards = -assumed.tuned.corner_out * self.sense * by * self.corner();
             self.state[ERROR] = self.state[ERROR] * kept + outwards;
             done += 1.0;
@@ -661,10 +666,15 @@ impl Filter for OnPath<'_> {
             }
         }
         let (best_probability, innovation) = best;
-        // Outside the gate too, so that a looser tracking gains what a refused fix says for it.
-        if 0.0 < best_probability {
+        if innovation.accepted {
             then.normalise();
             *self = then;
+        } else if 0.0 < best_probability {
+            // A refused fix moves no vehicle, but it may speak for a looser tracking.
+            for (mine, weighed) in self.hypotheses.iter_mut().zip(&then.hypotheses) {
+                mine.probability = weighed.probability;
+            }
+            self.normalise();
         }
         Innovation {
             density,

@@ -114,9 +114,9 @@ fn random_walk() -> Vec<Vector2<f64>> {
     (0..30).map(step).collect()
 }
 
-/// Of forecasts a minute ahead: their root-mean-square error, m, and the share inside the 80 %
-/// ellipse. The vehicle declares its way-points alone, or nothing.
-fn a_minute_ahead(vehicle: &Vehicle, points: &[Vector2<f64>], declares: bool) -> (f64, f64) {
+/// Of forecasts a minute ahead: their root-mean-square error, m, the share inside the 80 % ellipse,
+/// and the share along a route. The vehicle declares its way-points alone, or nothing.
+fn a_minute_ahead(vehicle: &Vehicle, points: &[Vector2<f64>], declares: bool) -> [f64; 3] {
     let positions = vehicle.positions(points);
     let waypoints = Segment::Waypoints {
         points: points.iter().map(|point| (*point).into()).collect(),
@@ -130,7 +130,7 @@ fn a_minute_ahead(vehicle: &Vehicle, points: &[Vector2<f64>], declares: bool) ->
         speed_mps: SPEED,
     });
     let known = declared.as_ref().map(|path| path.known().expect("is a path"));
-    let (mut squares, mut inside, mut n) = (0.0, 0.0, 0.0);
+    let (mut squares, mut inside, mut followed, mut n) = (0.0, 0.0, 0.0, 0.0);
     for seed in [20] {
         let mut random = Random(seed);
         let (mut reports, mut track) = (Vec::new(), Vec::new());
@@ -169,10 +169,11 @@ fn a_minute_ahead(vehicle: &Vehicle, points: &[Vector2<f64>], declares: bool) ->
                 .expect("is positive definite");
             squares += error.norm_squared();
             inside += f64::from(u8::from(error.dot(&(inverse * error)) <= 3.219));
+            followed += f64::from(u8::from(route.is_some()));
             n += 1.0;
         }
     }
-    (f64::sqrt(squares / n), inside / n)
+    [f64::sqrt(squares / n), inside / n, followed / n]
 }
 
 /// Prints errors and coverage; the bounds are for other tracks and seeds than the numbers were
@@ -185,14 +186,15 @@ fn vehicles_that_weave_overshoot_or_cut_corners_keep_their_routes() {
             ("lanes", lanes(), most_on_lanes),
             ("way-points", random_walk(), most_on_walk),
         ] {
-            let (off, inside) = a_minute_ahead(vehicle, &points, true);
+            let [off, inside, followed] = a_minute_ahead(vehicle, &points, true);
             println!(
                 "{:12} {pattern:10} {off:5.1} m, {inside:4.2} inside",
                 vehicle.name
             );
+            assert!(0.5 < inside && 0.85 < followed, "{}, {pattern}", vehicle.name);
             assert!(off < most, "{}, {pattern}: {off} m", vehicle.name);
         }
-        let (off, inside) = a_minute_ahead(vehicle, &lanes(), false);
+        let [off, inside, _] = a_minute_ahead(vehicle, &lanes(), false);
         println!("{:12} undeclared {off:5.1} m, {inside:4.2} inside", vehicle.name);
         assert!(off < 26.0, "{}, undeclared: {off} m", vehicle.name);
     }

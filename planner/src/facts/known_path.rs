@@ -90,7 +90,7 @@ impl DeclaredPath {
         }
     }
 
-    /// The same path with the other turn radii; none if it declares its radii.
+    /// The same path for other ways to turn, the likeliest first; none if it declares its radii.
     pub(crate) fn with_other_turn_radii(&self) -> Vec<KnownPath> {
         let leaves_open = |segment: &Segment| {
             matches!(
@@ -175,6 +175,11 @@ pub(crate) fn place_on_path(state: &AuvState, known: &KnownPath, current: &Vecto
         (distance + POSITION_UNCERTAINTY) * (1.0 + (WRONG_WAY - 1.0) * 0.5 * (1.0 - agreement))
     })
 }
+
+/// Least ratio of a vehicle's speed over ground to that of its foot on a bend of its path. The foot
+/// of a vehicle far inside a bend is fast, at the centre infinitely so. At half the radius it has
+/// twice the vehicle's speed; farther inside, a vehicle does not follow the bend.
+pub(crate) const FOOT_FACTOR_MIN: f64 = 0.5;
 
 /// Speed of the vehicle's place on a path with this `tangent`, m/s. `sense`: 1, or −1 for a vehicle
 /// that follows the path backwards.

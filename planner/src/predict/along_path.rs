@@ -9,7 +9,7 @@ use crate::{
     facts::{
         angle::{direction, ned_from_body},
         evidence::{AuvState, SPEED_AT_REST},
-        known_path::{KnownPath, foot_speed, place_on_path},
+        known_path::{FOOT_FACTOR_MIN, KnownPath, foot_speed, place_on_path},
         path::{
             curve::Path,
             piece::{PathPoint, Piece, starboard},
@@ -28,11 +28,6 @@ const STRETCHES_MAX: f64 = 1000.0;
 
 /// Time for which a path is followed, s; longer than any plan. Then the vehicle keeps its speed.
 const LOOKED_AHEAD: f64 = 1800.0;
-
-/// Least ratio of a vehicle's speed over ground to that of its foot on a bend of its path. The foot
-/// of a vehicle far inside a bend is fast, at the centre infinitely so. At half the radius it has
-/// twice the vehicle's speed; farther inside, a vehicle does not follow the bend.
-const FOOT_FACTOR_MIN: f64 = 0.5;
 
 /// A vehicle that follows a path at its present offset.
 ///

@@ -47,7 +47,8 @@ tagged! {
             #[serde(default, skip_serializing_if = "Option::is_none")]
             fillet_m: Option<f64>,
             /// Without `fillet_m`: the vehicle's turn radius, m. Default: its speed at 0.15 rad/s;
-            /// with `reports` also at 0.09 and 0.055 rad/s, and the best fit counts.
+            /// with `reports` also at 0.09 and 0.055 rad/s, corners cut or overshot, and the best fit
+            /// counts.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             turn_radius_m: Option<f64>,
             /// Speed and depth of every leg, beginning at the first point; for a closed path also of

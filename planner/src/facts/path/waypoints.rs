@@ -354,8 +354,8 @@ impl Legs {
     }
 }
 
-/// Angle of the second arc of an overshot corner, rad: half a turn of the two centres is
-/// r (1 + cos θ) across the second leg, of their distance 2 r.
+/// Angle δ of the second arc of an overshot corner, rad: the centres of both arcs are 2 r apart, of
+/// which r (1 + cos θ) = 2 r cos δ is across the second leg.
 fn back(turn: f64) -> f64 {
     (0.5 * (1.0 + turn.cos())).acos()
 }
