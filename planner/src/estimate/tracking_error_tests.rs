@@ -196,6 +196,6 @@ fn vehicles_that_weave_overshoot_or_cut_corners_keep_their_routes() {
         }
         let [off, inside, _] = a_minute_ahead(vehicle, &lanes(), false);
         println!("{:12} undeclared {off:5.1} m, {inside:4.2} inside", vehicle.name);
-        assert!(off < 26.0, "{}, undeclared: {off} m", vehicle.name);
+        assert!(off < 28.0, "{}, undeclared: {off} m", vehicle.name);
     }
 }
