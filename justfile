@@ -101,6 +101,11 @@ load *more:
     url=$(grep -o -m 1 "http://[^ ]*" "$data/said")
     "$target/load" --url "$url" --pid $service {{more}}
 
+# Distances and forecasts on AUVs that do not sail what they plan, beside tuned line of sight: all of it, or less, such as
+# `just tracks --patterns lanes,boxes --errors weave-4 --declared plan,unknown --seeds 200-202 --tuned-on 100-102`
+tracks *more:
+    cargo run --release -p pilotfish-sim --example tracks -- {{more}}
+
 # Time of one convex program in the planner's solver and in others (needs tests/python/requirements.txt)
 solvers:
     python3 tests/python/solvers.py

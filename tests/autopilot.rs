@@ -76,7 +76,6 @@ pub struct Boat {
 }
 
 /// A frame of `system`'s autopilot.
-#[must_use]
 pub fn frame(system: u32, message: &MavMessage) -> Vec<u8> {
     let header = MavHeader {
         system_id: system,
@@ -89,7 +88,6 @@ pub fn frame(system: u32, message: &MavMessage) -> Vec<u8> {
 }
 
 /// `GLOBAL_POSITION_INT` of a vehicle at `position` (north, east), m.
-#[must_use]
 #[expect(
     clippy::cast_possible_truncation,
     reason = "the message's integers are that wide"
@@ -112,7 +110,6 @@ pub fn place(position: &Vector2<f64>, velocity: &Vector2<f64>, heading: Option<f
 
 impl Boat {
     /// At (0, 0), heading east, in mode HOLD and disarmed.
-    #[must_use]
     pub fn moored() -> Self {
         Self {
             position: Vector2::zeros(),
@@ -202,7 +199,6 @@ impl Boat {
     }
 
     /// Its messages at this step, of fifty in a second.
-    #[must_use]
     pub fn messages(&self, step: u64, current: &Vector2<f64>) -> Vec<MavMessage> {
         let mut said = vec![];
         if step.is_multiple_of(50) && self.has_heartbeat {

@@ -33,7 +33,6 @@ fn places(value: &Value, at: &str, found: &mut Vec<String>) {
 }
 
 /// Every place of such a value.
-#[must_use]
 pub fn places_of(value: &Value, such: fn(&Value) -> bool) -> Vec<String> {
     let mut found = vec![];
     places(value, "", &mut found);
@@ -42,9 +41,6 @@ pub fn places_of(value: &Value, such: fn(&Value) -> bool) -> Vec<String> {
 }
 
 /// Any one of them.
-///
-/// # Panics
-/// If there is none: the test's own mistake.
 pub fn pick<'a, T>(rng: &mut ChaCha8Rng, list: &'a [T]) -> &'a T {
     list.choose(rng)
         .expect("the list is a constant or comes from an example")

@@ -16,7 +16,6 @@ const ANSWER_BYTES_MAX: usize = 32 << 20;
 pub const START_S: f64 = 1.8e9;
 
 /// A service on a simulated machine: the same answers on any processor if Tokio's time is paused.
-#[must_use]
 pub fn simulated_machine() -> Settings {
     Settings {
         clock: Clock::simulated(START_S),
@@ -38,67 +37,44 @@ pub struct Answer {
 
 impl Answer {
     /// The body as JSON.
-    ///
-    /// # Panics
-    /// If it is none: the test's finding.
-    #[must_use]
     pub fn json(&self) -> Value {
         serde_json::from_str(&self.text).expect("the answer is JSON")
     }
 
     /// Asserts the status.
-    ///
-    /// # Panics
-    /// If it is another one: the test's finding.
     pub fn must_be(&self, status: u16) {
         assert_eq!(self.status.as_u16(), status, "{}", self.text);
     }
 
     /// Asserts status and code of a refusal.
-    ///
-    /// # Panics
-    /// If they are others: the test's finding.
     pub fn must_refuse(&self, status: u16, code: &str) {
         self.must_be(status);
         assert_eq!(self.problem()["code"], code, "{}", self.text);
     }
 
     /// Asserts that the text is in the answer.
-    ///
-    /// # Panics
-    /// If it is not: the test's finding.
     pub fn must_say(&self, text: &str) {
         assert!(self.text.contains(text), "{text} is not in {}", self.text);
     }
 
     /// The body as JSON, of an answer that must have that status.
-    ///
-    /// # Panics
-    /// If it has another one: the test's finding.
-    #[must_use]
     pub fn expected(&self, status: u16) -> Value {
         self.must_be(status);
         self.json()
     }
 
     /// The header, as text; empty without one.
-    #[must_use]
     pub fn header(&self, name: &str) -> &str {
         let value = self.headers.get(name);
         value.map_or("", |value| value.to_str().unwrap_or_default())
     }
 
     /// The content type.
-    #[must_use]
     pub fn content_type(&self) -> &str {
         self.header("content-type")
     }
 
     /// The problem document, after checking what every one has.
-    ///
-    /// # Panics
-    /// If it is none: the test's finding.
-    #[must_use]
     pub fn problem(&self) -> Value {
         assert_eq!(self.content_type(), "application/problem+json", "{}", self.text);
         let document = self.json();
@@ -112,7 +88,6 @@ impl Answer {
     }
 
     /// Pointer and code of each field error.
-    #[must_use]
     pub fn faults(&self) -> Vec<(String, String)> {
         let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
         let document = self.problem();
@@ -123,39 +98,26 @@ impl Answer {
 }
 
 /// The list of that one fault.
-#[must_use]
 pub fn fault(pointer: &str, code: &str) -> Vec<(String, String)> {
     vec![(pointer.to_owned(), code.to_owned())]
 }
 
 /// Sends `request` to a service built with `settings`.
-///
-/// # Panics
-/// If there is no answer at all: the test's finding.
 pub async fn send(settings: Settings, request: Request<Body>) -> Answer {
     send_to(app(settings), request).await
 }
 
 /// The JSON of `path`, which is there, on a simulated machine.
-///
-/// # Panics
-/// If it is refused: the test's finding.
 pub async fn served(path: &str) -> Value {
     send(simulated_machine(), get(path)).await.expected(200)
 }
 
 /// The JSON of the answer to `body`, posted to `path` and accepted, on a simulated machine.
-///
-/// # Panics
-/// If it is refused: the test's finding.
 pub async fn answered(path: &str, body: impl Into<Body>) -> Value {
     send(simulated_machine(), post(path, body)).await.expected(200)
 }
 
 /// Sends `request` to `service`.
-///
-/// # Panics
-/// If there is no answer at all: the test's finding.
 pub async fn send_to(service: axum::Router, request: Request<Body>) -> Answer {
     let response = service.oneshot(request).await.expect("a router always answers");
     let (parts, body) = response.into_parts();
@@ -169,23 +131,17 @@ pub async fn send_to(service: axum::Router, request: Request<Body>) -> Answer {
 }
 
 /// A request without a body.
-///
-/// # Panics
-/// If there is no such method or path: the test's own mistake.
-#[must_use]
 pub fn call(method: &str, path: &str) -> Request<Body> {
     let request = Request::builder().method(method).uri(path);
     request.body(Body::empty()).expect("the test gives a path")
 }
 
 /// A GET request.
-#[must_use]
 pub fn get(path: &str) -> Request<Body> {
     call("GET", path)
 }
 
 /// A POST request with a JSON body.
-#[must_use]
 pub fn post(path: &str, body: impl Into<Body>) -> Request<Body> {
     let mut request = with(call("POST", path), "content-type", "application/json");
     *request.body_mut() = body.into();
@@ -193,10 +149,6 @@ pub fn post(path: &str, body: impl Into<Body>) -> Request<Body> {
 }
 
 /// The request with that header.
-///
-/// # Panics
-/// If that is no value of a header: the test's own mistake.
-#[must_use]
 pub fn with(mut request: Request<Body>, name: &'static str, value: &str) -> Request<Body> {
     let value = HeaderValue::from_bytes(value.as_bytes()).expect("the test gives a value");
     request.headers_mut().insert(name, value);
@@ -204,10 +156,6 @@ pub fn with(mut request: Request<Body>, name: &'static str, value: &str) -> Requ
 }
 
 /// The body of an example.
-///
-/// # Panics
-/// If there is no such example: the test's own mistake.
-#[must_use]
 pub fn example(name: &str) -> Value {
     let example = service::examples::EXAMPLES
         .iter()

@@ -41,9 +41,6 @@ pub struct Fuzzer {
 impl Fuzzer {
     /// Answers the body of a case, then the same facts a little later with the answer handed back,
     /// and so on. `until` runs the planning that it gets with a stop signal.
-    ///
-    /// # Panics
-    /// If an answer has a number that is not finite, or is not taken back: the test's finding.
     pub fn try_case(&mut self, number: u64, mut until: impl FnMut(&mut ChaCha8Rng, &mut dyn FnMut(&Stop))) {
         let case = Case(number);
         let (mut body, mut rng) = (case.body(), case.rng());
@@ -196,9 +193,6 @@ fn splice(request: &mut Value, rng: &mut ChaCha8Rng) {
 }
 
 /// The request in a body, or its faults.
-///
-/// # Panics
-/// If a fault has no place, or JSON is not called JSON: the test's finding.
 pub fn read(body: &[u8]) -> Result<(PlanRequest, Snapshot), Vec<FieldError>> {
     let read = wire::read(body).map_err(|unread| {
         let (is_json, fault) = match unread {

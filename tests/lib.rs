@@ -1,5 +1,10 @@
 //! Initial snapshots of tests, and the service with and without a socket.
 
+#![expect(
+    clippy::must_use_candidate,
+    reason = "a test uses what it asks for, or checks nothing"
+)]
+
 pub mod autopilot;
 pub mod broken;
 pub mod client;
@@ -23,7 +28,6 @@ use planner::{
 };
 
 /// An AUV at (north, east) metres on a course, at a 50° sawtooth's horizontal 0.193 m/s.
-#[must_use]
 pub fn auv(id: &str, north: f64, east: f64, course: f64) -> Auv {
     let state = AuvState {
         age_s: 0.4,
@@ -33,10 +37,6 @@ pub fn auv(id: &str, north: f64, east: f64, course: f64) -> Auv {
 }
 
 /// The state of AUV number `i`, to be changed.
-///
-/// # Panics
-/// If it is known by reports: a test's own mistake.
-#[must_use]
 pub fn state(observation: &mut PlanRequest, i: usize) -> &mut AuvState {
     let state = observation.auvs[i].state.as_mut();
     state.expect("the test's AUVs have states")
@@ -49,19 +49,16 @@ pub fn place(observation: &mut PlanRequest, i: usize, position: Vector2<f64>) {
 }
 
 /// The names of the two AUVs of [`observation`].
-#[must_use]
 pub fn both() -> Vec<VehicleId> {
     vec![VehicleId("auv-1".into()), VehicleId("auv-2".into())]
 }
 
 /// The craft with the tests' limits, described by its name.
-#[must_use]
 pub fn medusa() -> CraftDescription {
     CraftDescription::of_preset("medusa")
 }
 
 /// A craft at the datum with two AUVs ahead, on parallel northward lanes 60 m apart.
-#[must_use]
 pub fn observation(goal: Goal) -> PlanRequest {
     PlanRequest {
         current: Some(Vector2::new(0.02, 0.05).into()),
@@ -80,7 +77,6 @@ pub fn observation(goal: Goal) -> PlanRequest {
 }
 
 /// The goals that the planner knows, each with the AUVs of [`observation`].
-#[must_use]
 pub fn goals() -> [Goal; 5] {
     [
         Goal::Track {
@@ -103,39 +99,28 @@ pub fn goals() -> [Goal; 5] {
 }
 
 /// The offsets that do not need a path, to starboard and a little astern.
-#[must_use]
 pub fn offsets() -> [Offset; 2] {
     let by = Vector2::new(-5.0, 15.0);
     [Offset::ned(by), Offset::target(by)]
 }
 
 /// The observation as a snapshot.
-///
-/// # Panics
-/// If the observation is not a valid one: a test's own mistake.
-#[must_use]
 pub fn snapshot(observation: PlanRequest) -> Snapshot {
     Snapshot::try_from(observation).expect("the test starts from a valid observation")
 }
 
 /// The plan of a new workspace for the observation.
-#[must_use]
 pub fn planned(observation: PlanRequest) -> Plan {
     let snapshot = snapshot(observation);
     plan(&snapshot, &Parameters::default(), &mut Workspace::default())
 }
 
 /// The answer to the snapshot with that plan.
-#[must_use]
 pub fn answer(snapshot: &Snapshot, plan: &Plan) -> wire::PlanResponse {
     wire::Answer::new(snapshot, plan, Duration::ZERO, &serde_json::Map::new()).planned()
 }
 
 /// The first goal, and a craft that has followed the plan made `age` seconds ago and hands it back.
-///
-/// # Panics
-/// Never: the plan begins before now.
-#[must_use]
 pub fn followed(age: f64) -> PlanRequest {
     let mut observation = observation(goals()[0].clone());
     let answer = planned(PlanRequest {

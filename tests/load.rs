@@ -45,13 +45,13 @@ const LATE_AGE: f64 = 1.5;
 /// Posts to many live missions and says how the service bears it.
 #[derive(Debug, Parser)]
 struct Arguments {
-    /// Where the service listens.
+    /// The service's URL.
     #[arg(long, default_value = "http://127.0.0.1:8080")]
     url: String,
-    /// How many missions.
+    /// Number of missions.
     #[arg(long, default_value_t = 200)]
     missions: usize,
-    /// For how long.
+    /// Duration, minutes.
     #[arg(long, default_value_t = 10.0)]
     minutes: f64,
     /// Process of the service, whose memory is reported.

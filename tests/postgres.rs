@@ -45,16 +45,11 @@ struct Server {
 static SERVER: LazyLock<Option<Server>> = LazyLock::new(start);
 
 /// The certificate of the server, if there is one.
-#[must_use]
 pub fn authority() -> Option<&'static str> {
     SERVER.as_ref().map(|server| &*server.certificate)
 }
 
 /// The URL of a new database. None without PostgreSQL: then the test is skipped, and says so.
-///
-/// # Panics
-/// If the server does not start: the test's finding.
-#[must_use]
 pub fn database() -> Option<String> {
     static MADE: AtomicU32 = AtomicU32::new(0);
     let Some(server) = &*SERVER else {
@@ -70,9 +65,6 @@ pub fn database() -> Option<String> {
 }
 
 /// Removes a database made by [`database`], despite its connections.
-///
-/// # Panics
-/// If it fails: the test's finding.
 pub fn drop(url: &str) {
     let (server, name) = url.rsplit_once('/').expect("is a URL");
     let drop = format!("DROP DATABASE {name} WITH (FORCE)");
@@ -80,10 +72,6 @@ pub fn drop(url: &str) {
 }
 
 /// Executes statements by `psql` in the database of a URL, and returns the output.
-///
-/// # Panics
-/// If it fails: the test's finding.
-#[must_use]
 pub fn psql(url: &str, statements: &str) -> String {
     let programs = programs().expect("there is a server");
     let flags = "--no-psqlrc --tuples-only --no-align --set=ON_ERROR_STOP=1";

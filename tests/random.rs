@@ -22,7 +22,6 @@ use rand_chacha::ChaCha8Rng;
 
 /// A snapshot's facts, different for every seed. Half are usual. In the others, numbers may be at
 /// the edge of their range, vehicles coincide or rest, and an earlier plan be another's.
-#[must_use]
 pub fn observation(seed: u64) -> PlanRequest {
     let mut draw = Draw {
         rng: ChaCha8Rng::seed_from_u64(seed),
@@ -32,7 +31,6 @@ pub fn observation(seed: u64) -> PlanRequest {
 }
 
 /// The planner's levers, each set by every other seed, in the range that a debug build solves.
-#[must_use]
 pub fn tuning(seed: u64) -> Tuning {
     let mut draw = Draw {
         rng: ChaCha8Rng::seed_from_u64(seed),

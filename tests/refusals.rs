@@ -5,9 +5,6 @@ use serde_json::{Value, json};
 use crate::client::{Answer, fault};
 
 /// Puts `value` at `place`, in new objects where there are none; none removes the member.
-///
-/// # Panics
-/// If there is no such place: the test's own mistake.
 pub fn put(body: &mut Value, place: &str, value: Option<Value>) {
     let Some((parent, name)) = place.rsplit_once('/') else {
         *body = value.expect("a body is not taken away");
@@ -27,9 +24,6 @@ pub fn put(body: &mut Value, place: &str, value: Option<Value>) {
 /// Asserts the answers of `send` to `base` with one change each. Each row is a place (`.`: the body),
 /// the value put there (`absent`: none), and the code of the refusal; then in any order: another
 /// pointer, limits, a part of the answer behind `~`, detail. Two spaces separate cells.
-///
-/// # Panics
-/// If an answer is another one: the test's finding.
 pub async fn assert_refused(base: &Value, table: &str, send: impl AsyncFn(Value) -> Answer) {
     let rows = table.lines().map(str::trim);
     for row in rows.filter(|row| !row.is_empty() && !row.starts_with('#')) {

@@ -25,10 +25,6 @@ pub struct Server {
 
 impl Server {
     /// Starts `program` (`pilotfish` with or without `serve`) on a free port, without missions.
-    ///
-    /// # Panics
-    /// If it does not start or prints no URL: the test's finding.
-    #[must_use]
     pub fn start(mut program: Command) -> Self {
         let data = tempfile::tempdir().expect("there is room");
         program.env("PILOTFISH_DATA", data.path());
@@ -36,10 +32,6 @@ impl Server {
     }
 
     /// Starts `program` on `port`, for example an earlier server's, whose `--data` it may continue.
-    ///
-    /// # Panics
-    /// If it does not start or prints no URL: the test's finding.
-    #[must_use]
     pub fn start_on(program: Command, port: u16) -> Self {
         Self::start_in(None, program, port)
     }
@@ -69,17 +61,12 @@ impl Server {
     }
 
     /// The port on which it listens.
-    ///
-    /// # Panics
-    /// If it printed none: the test's finding.
-    #[must_use]
     pub fn port(&self) -> u16 {
         let port = self.address.rsplit_once(':').map(|(_, port)| port.parse());
         port.expect("an address has a port").expect("a port is a number")
     }
 
     /// Its address, such as `http://127.0.0.1:40123`.
-    #[must_use]
     pub fn url(&self) -> String {
         format!("http://{}", self.address)
     }
@@ -94,10 +81,6 @@ impl Drop for Server {
 }
 
 /// A certificate for this machine and its key, in files of `directory`.
-///
-/// # Panics
-/// If there is no room for them: the test's finding.
-#[must_use]
 pub fn certificate(directory: &Path) -> (String, String) {
     let CertifiedKey { cert, signing_key } =
         generate_simple_self_signed(["localhost".to_owned(), "127.0.0.1".to_owned()]).expect("are names");

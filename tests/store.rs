@@ -6,7 +6,6 @@ use clock::Clock;
 use store::{Acquired, Append, Appended, AuditEntry, EventStore, Member, Room, StoredEvent};
 
 /// An event of a live mission.
-#[must_use]
 pub fn event(sequence: u64, body: &str) -> StoredEvent {
     StoredEvent {
         sequence,
@@ -16,7 +15,6 @@ pub fn event(sequence: u64, body: &str) -> StoredEvent {
 }
 
 /// Appends to `mission`: a new one if `events` begin with event 1, else the store's first one.
-#[must_use]
 pub fn append(mission: &str, events: Vec<StoredEvent>) -> Append {
     Append {
         mission: mission.to_owned(),
@@ -31,7 +29,6 @@ pub fn append(mission: &str, events: Vec<StoredEvent>) -> Append {
 }
 
 /// An order of `caller`.
-#[must_use]
 pub fn order(caller: &str, action: &str) -> AuditEntry {
     AuditEntry {
         caller: caller.to_owned(),
@@ -41,18 +38,11 @@ pub fn order(caller: &str, action: &str) -> AuditEntry {
 }
 
 /// Appends, and sees that it is stored.
-///
-/// # Panics
-/// If it is not: the test's finding.
 pub async fn add(store: &EventStore, append: Append) {
     assert_eq!(store.append(append).await, Ok(Appended::Stored));
 }
 
 /// The store of a service with that lease, in a database of several.
-///
-/// # Panics
-/// If it does not open: the test's finding.
-#[must_use]
 pub fn joined_for(url: &str, name: &str, lease: Duration) -> EventStore {
     let url_of_service = format!("http://{name}");
     let member = Member {
@@ -63,9 +53,6 @@ pub fn joined_for(url: &str, name: &str, lease: Duration) -> EventStore {
 }
 
 /// The epoch with which `store` owns the mission `a`; the URL of the owner if it is another.
-///
-/// # Panics
-/// If there is no such mission: the test's own mistake.
 pub fn acquired(store: &EventStore) -> Result<u64, String> {
     match store.lease().expect("is shared").acquire("a").expect("is asked") {
         Acquired::Here(owned) => Ok(owned.epoch),
@@ -75,7 +62,6 @@ pub fn acquired(store: &EventStore) -> Result<u64, String> {
 }
 
 /// Appends an event to the mission `a`, as its owner with that epoch.
-#[must_use]
 pub fn at_epoch(epoch: u64, sequence: u64) -> Append {
     Append {
         epoch,

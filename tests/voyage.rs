@@ -98,7 +98,6 @@ pub struct Voyage {
 
 impl Voyage {
     /// The voyage in words: broken claim, faults and newest events.
-    #[must_use]
     pub fn told(&self) -> String {
         let broken = self.broken.as_deref().unwrap_or("every claim holds");
         let faults: Vec<String> = self
@@ -176,10 +175,6 @@ fn rng(seed: u64, part: u64) -> ChaCha8Rng {
 }
 
 /// Sails the voyage of `seed`.
-///
-/// # Panics
-/// If the machine has no memory disk or no runtime can be made.
-#[must_use]
 pub fn sail(seed: u64, course: Course) -> Voyage {
     let log = shown::Log::default();
     let listen = || course.only.map(|_| log.listen());
@@ -195,7 +190,6 @@ pub fn sail(seed: u64, course: Course) -> Voyage {
 }
 
 /// Sails the voyages of `seeds` on this many threads, else one on each processor, while `goes_on`.
-#[must_use]
 pub fn sail_all(
     seeds: Range<u64>,
     course: Course,

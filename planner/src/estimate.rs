@@ -25,8 +25,10 @@ mod screening_tests;
 mod speed_band_tests;
 #[cfg(test)]
 pub(crate) mod tests;
+#[cfg(test)]
+mod tracking_error_tests;
 
 pub use from_reports::{Estimate, Route};
 pub use on_path::{NextTurn, PathFit, Spread};
-pub use repeats::Repeats;
+pub use repeats::{RepeatedTrack, Repeats};
 pub use rigid_motion::Pattern;

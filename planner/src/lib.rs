@@ -13,6 +13,7 @@
 //!
 //! | folder | contents |
 //! |---|---|
+//! | `tuned/` | numbers that were chosen by flights, in tables that campaigns can vary |
 //! | `facts/` | angles, paths, vehicles, goals and limits, with their accepted ranges |
 //! | `craft/` | the surface craft as data, its response model, and the learning of that model |
 //! | `estimate/` | each AUV's state at its last report, filtered from its reports |
@@ -72,6 +73,7 @@ pub mod snapshot;
 pub mod solve;
 #[cfg(test)]
 mod tests;
+pub mod tuned;
 mod visit;
 
 pub use choose::{

@@ -3,7 +3,6 @@
 pub(crate) mod along_path;
 pub(crate) mod covariance;
 pub(crate) mod dive;
-pub(crate) mod drift;
 pub mod forecast;
 pub mod goal;
 pub(crate) mod motion;

@@ -5,5 +5,5 @@ pub mod certificate;
 pub(crate) mod clarabel;
 pub mod stop;
 
-pub use by_shape::KEPT_BYTES_MAX;
+pub use by_shape::{ByShape, KEPT_BYTES_MAX};
 pub use clarabel::{Solution, SolverStatus, Solvers, TOLERANCE};

@@ -113,7 +113,7 @@ impl LosGuide {
         let Goal::Visit(_) = &snapshot.goal.goal else {
             return Ok(GoalForecast::holding(snapshot, self.course));
         };
-        let snapshot = Snapshot::try_from(PlanRequest {
+        let snapshot = snapshot.again(PlanRequest {
             previous_plan: self.previous_plan(),
             ..PlanRequest::clone(snapshot)
         })?;
@@ -213,7 +213,7 @@ impl Guide for MpcGuide {
             previous_plan: self.previous.take(),
             ..PlanRequest::clone(snapshot)
         };
-        let snapshot = Snapshot::try_from(observation)?;
+        let snapshot = snapshot.again(observation)?;
         let plan = plan(&snapshot, &self.parameters, &mut self.workspace);
         self.previous = Some(PreviousPlan::from(&plan));
         let guidance = Guidance {

@@ -3,9 +3,11 @@
 //! All guidance laws see the same [`Snapshot`]: errors of sensors and messages have their own
 //! random streams, and every step draws the same number from them.
 
+use std::sync::Arc;
+
 use nalgebra::Vector2;
 use planner::{
-    angle::{Course, ned_from_body},
+    angle::Course,
     craft::CraftDescription,
     path::Segment,
     snapshot::{
@@ -13,6 +15,7 @@ use planner::{
         InvalidRequest, LEG_HEIGHT_MIN, Limits, Offset, PlanRequest, REPORT_SIGMA_MAX, REPORT_SIGMA_MIN,
         Report, Snapshot, Task, Tuning,
     },
+    tuned::Tuned,
 };
 
 use crate::{
@@ -49,6 +52,8 @@ pub struct Briefing {
     pub craft: CraftDescription,
     /// The planner's tuning.
     pub tuning: Option<Tuning>,
+    /// Numbers of its estimates and forecasts.
+    pub tuned: Tuned,
     /// `true`: snapshots contain the current at the craft.
     pub current: bool,
     /// `true`: snapshots contain paths, speeds and dives of the underwater vehicles.
@@ -188,15 +193,7 @@ impl Observer {
             self.receive_every_state(world);
         }
         let current = world.water.current(&craft.position(), 0.0);
-        let truth = SurfaceTruth {
-            position: craft.position(),
-            heading: craft.state[2],
-            surge: craft.state[3],
-            sway: craft.state[4],
-            yaw_rate: craft.state[5],
-            ground_velocity: ned_from_body(craft.state[2]) * Vector2::new(craft.state[3], craft.state[4])
-                + current,
-        };
+        let truth = SurfaceTruth::of(craft, current);
         let asc = self
             .sensors
             .measure(&truth, world.faults.gnss_works(time), interval);
@@ -213,7 +210,8 @@ impl Observer {
                     received.reports(clock, briefing.messages == Messages::Reports),
                 )
             };
-            if !briefing.paths || auv.track.is_some() {
+            let declares_none = auv.track.is_some() && Arc::ptr_eq(&auv.declared, &auv.path);
+            if !briefing.paths || declares_none {
                 return known;
             }
             // The planned speed at the last known position: the present position is unknown.
@@ -227,7 +225,7 @@ impl Observer {
         };
         let auvs = self.received.iter().zip(&world.auvs).map(auv).collect();
         let range_max_m = briefing.bounds.range_max;
-        Snapshot::try_from(PlanRequest {
+        let request = PlanRequest {
             current: briefing.current.then_some(current.into()),
             limits: Some(briefing.limits.into()),
             craft: Some(briefing.craft.clone()),
@@ -245,7 +243,8 @@ impl Observer {
                     offset: briefing.offset,
                 },
             )
-        })
+        };
+        Snapshot::with(request, &briefing.tuned, &|| false)
     }
 
     /// The counts of messages, with acoustics.
@@ -357,10 +356,10 @@ fn telemetry_of(auv: &SimulatedAuv, world: &World) -> Telemetry {
     }
 }
 
-/// The path of an AUV's mission plan at a horizontal `speed`, m/s. A plan of way-points does not
-/// contain its vehicle's turning radius.
+/// The path that an AUV declares at a horizontal `speed`, m/s. A plan of way-points does not contain
+/// its vehicle's turning radius.
 fn known_path(auv: &SimulatedAuv, speed: f64) -> DeclaredPath {
-    let mut path = DeclaredPath::new(&auv.path, speed);
+    let mut path = DeclaredPath::new(&auv.declared, speed);
     for segment in &mut path.segments {
         if let Segment::Waypoints { turn_radius_m, .. } = segment {
             *turn_radius_m = None;

@@ -5,7 +5,7 @@
 
 use std::{collections::BTreeMap, io, path::Path};
 
-use planner::snapshot::ranges_by_shape;
+use planner::snapshot::{LIMITS_ALONE, Range, TIME, VISIT_COST, WEIGHT, ranges_by_shape};
 use serde_json::{Value, json};
 
 mod file;
@@ -115,8 +115,8 @@ impl Scenario {
         Self::parse(&text, &file, Files::beside(beside))
     }
 
-    /// The scenario in `text`, which was read from `file`. [`Self::start`] shows whether its numbers
-    /// fit together.
+    /// The scenario in `text`, which was read from `file`. [`Self::start`] checks if its numbers fit
+    /// together.
     pub fn parse(text: &str, file: &str, files: Files) -> Result<Self, ScenarioError> {
         let mut source = Source {
             file: file.to_owned(),
@@ -175,11 +175,27 @@ impl Scenario {
     pub fn schema() -> serde_json::Value {
         let mut schema = schemars::schema_for!(Self).to_value();
         // The planner's shapes have numbers without a range; the table of ranges is the planner's.
-        for (shape, (member, range)) in ranges_by_shape() {
-            if let Some(property) = schema.pointer_mut(&format!("/$defs/{shape}/properties/{member}")) {
-                let description = property["description"].take();
-                let number = schema_within(&range, unit_of(member));
-                *property = json!({ "description": description, "anyOf": [number] });
+        let ranges = ranges_by_shape().chain(LIMITS_ALONE.map(|range| ("Limits", range)));
+        for (shape, (member, range)) in ranges {
+            // The goal `visit` is a shape of its own here.
+            let shapes = [shape].into_iter().chain((shape == "Goal").then_some("Visits"));
+            let number = schema_within(&range, unit_of(member));
+            for shape in shapes {
+                for property in members(&mut schema, shape, member) {
+                    let description = match (shape, &property["description"]) {
+                        ("Limits", Value::String(text)) => json!(of_the_class(member, text)),
+                        (_, text) => text.clone(),
+                    };
+                    *property = json!({ "description": description, "anyOf": [number] });
+                }
+            }
+        }
+        for (member, range) in NUMBERS_BY_AUV {
+            let number = schema_within(&range, unit_of(member));
+            for shape in ["Goal", "Visits"] {
+                for property in members(&mut schema, shape, member) {
+                    property["additionalProperties"] = json!(number);
+                }
             }
         }
         schema
@@ -188,7 +204,7 @@ impl Scenario {
     /// The scenario with this `duration`, s. Settled metrics begin at 0 if they would begin later.
     #[must_use]
     pub fn lasting(mut self, duration: f64) -> Self {
-        let duration = duration.clamp(MissionTime::MIN, MissionTime::MAX);
+        let duration = duration.clamp(*MissionTime::RANGE.start(), MissionTime::MAX);
         self.duration_s = Quantity::fixed(duration);
         if duration.floor() - 1.0 < self.settled_after_s.most() {
             self.settled_after_s = Quantity::fixed(0.0);
@@ -201,6 +217,41 @@ impl Scenario {
     pub fn has_surface_craft(&self) -> bool {
         self.surface_craft.is_some()
     }
+}
+
+/// Numbers of a goal that have the names of AUVs.
+const NUMBERS_BY_AUV: [Range; 3] = [
+    ("weights", WEIGHT),
+    ("serve_by_s", TIME),
+    ("costs_now", VISIT_COST),
+];
+
+/// The schemas of a member of a shape, or of each of its kinds that has it.
+fn members<'a>(schema: &'a mut Value, shape: &str, member: &str) -> Vec<&'a mut Value> {
+    let Some(shape) = schema.pointer_mut(&format!("/$defs/{shape}")) else {
+        return vec![];
+    };
+    let objects = if shape.get("oneOf").is_some() {
+        let kinds = shape["oneOf"].as_array_mut().into_iter().flatten();
+        let named = kinds.filter_map(|kind| kind.get_mut("properties")?.as_object_mut());
+        named.flat_map(|named| named.values_mut()).collect()
+    } else {
+        vec![shape]
+    };
+    let place = format!("/properties/{member}");
+    let of = |object: &'a mut Value| object.pointer_mut(&place);
+    objects.into_iter().filter_map(of).collect()
+}
+
+/// The description of a limit, whose default in a scenario is that of the craft's class.
+fn of_the_class(member: &str, description: &str) -> String {
+    let (what, _) = description.split_once(['.', ';']).unwrap_or((description, ""));
+    let default = if member == "surge_lag_s" {
+        "that of `craft`"
+    } else {
+        "the class's"
+    };
+    format!("{what}; {default} if left out.")
 }
 
 #[cfg(test)]
@@ -226,7 +277,7 @@ mod tests {
             duration_s = 1800       | duration_s =                  | syntax
             settled_after_s = 120   | settled_after_s = 1800        | settled_after_s: 1800 s is less than a second before
             id = "auv-2"            | id = "auv-1"                  | auvs[1].id: "auv-1" is the name of two
-            auvs = ["auv-1", "auv-2"] | auvs = ["auv-1", "auv-3"]   | auvs[1]: there is no vehicle "auv-3"
+            auvs = ["auv-1", "auv-2"] | auvs = ["auv-1", "auv-3"]   | auvs[1]: no vehicle in `auvs` has this id (given: "auv-3")
             lanes = 4               | lanes = 0                     | lawn_mower.lanes: 0 is outside 1 to 100
             lane_length_m = 100     | lane_length = 100             | lane_length: unknown field `lane_length`, expected one of
             contact_range_m = 30    |                               | surface_craft: missing field `contact_range_m`

@@ -1,20 +1,11 @@
 //! Comparisons that several tests share.
 
-use nalgebra::{SMatrix, SVector, Vector2};
+use nalgebra::{SMatrix, SVector};
 
-/// Asserts that two numbers differ by less than `tolerance`.
-#[track_caller]
-pub(crate) fn near(found: f64, expected: f64, tolerance: f64) {
-    let off = (found - expected).abs();
-    assert!(off < tolerance, "{found} instead of {expected}");
-}
+#[path = "../../planner/src/tests/checks.rs"]
+mod checks;
 
-/// Asserts that two vectors are less than `tolerance` apart.
-#[track_caller]
-pub(crate) fn near_to(found: Vector2<f64>, expected: Vector2<f64>, tolerance: f64) {
-    let off = (found - expected).norm();
-    assert!(off < tolerance, "{found} instead of {expected}: {off} apart");
-}
+pub(crate) use checks::{near, near_to, rows};
 
 /// Asserts four standard deviations for a count of `n` draws with probability `p`.
 #[track_caller]
@@ -39,17 +30,4 @@ pub(crate) fn independent_unit_normals<const N: usize>(draws: impl Iterator<Item
         near(products[(i, i)], n, most * 2_f64.sqrt());
         (0..i).for_each(|j| near(products[(i, j)], 0.0, most));
     }
-}
-
-/// The cells of a table in words: a row a line, cells apart by `|`. In a cell, `\n` breaks a line.
-pub(crate) fn rows<const N: usize>(table: &str) -> Vec<[String; N]> {
-    let cells = |row: &str| {
-        row.split('|')
-            .map(|cell| cell.trim().replace("\\n", "\n"))
-            .collect::<Vec<_>>()
-    };
-    let lines = table.lines().filter(|row| !row.trim().is_empty());
-    lines
-        .map(|row| cells(row).try_into().unwrap_or_else(|_| panic!("{row}")))
-        .collect()
 }

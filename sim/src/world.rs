@@ -5,6 +5,7 @@
 //! (AUV classes: [`underwater_vehicle`]), which [`integrate`] moves in [`water`], with [`fault`]s.
 //! [`plant`] has a hull's physical limits. An AUV may repeat a [`recorded_track`] instead.
 
+use nalgebra::Vector2;
 use planner::{angle::Heading, los::Reference};
 
 pub mod auv;
@@ -73,6 +74,25 @@ impl World {
     #[must_use]
     pub fn periods(&self) -> u32 {
         self.periods
+    }
+
+    /// The positions (north, east), m, of every underwater vehicle in the next `duration` s, about
+    /// `interval` s apart. The surface craft has no influence on them.
+    #[must_use]
+    pub fn tracks_ahead(&self, duration: f64, interval: f64) -> Vec<Vec<Vector2<f64>>> {
+        let mut world = self.clone();
+        let mut tracks = vec![vec![]; self.auvs.len()];
+        let mut due = self.time();
+        while world.time() <= self.time() + duration {
+            if due <= world.time() {
+                due += interval;
+                for (track, auv) in tracks.iter_mut().zip(&world.auvs) {
+                    track.push(auv.position());
+                }
+            }
+            world.step(None);
+        }
+        tracks
     }
 
     /// Advances by one inner-loop period. Without a `reference`, the surface craft does not move.

@@ -315,3 +315,10 @@ test("steering with a reservation of whoever steers is not green, and no alarm",
   const state = stateOf({ id: "m", title: "", status: "running", kind: "live", t_s: 0, plan, steering: { state: "steering", why, age_s: 0 } });
   expect(state).toEqual({ words: "steering", why, tone: "warn", alarm: false });
 });
+
+test("whoever steers judges the age of the plan, and the page only of a craft that nobody says to steer", () => {
+  const plan = { outcome: "ok", method: "mpc", age_s: 9, period_s: 1, waits_for: [], warnings: [] }, mission = { id: "m", title: "", status: "running", kind: "live", t_s: 0, plan };
+  const toneOf = (steering) => stateOf({ ...mission, steering: steering && { age_s: 0, why: "", ...steering } }).tone;
+  const said = [{ state: "steering" }, { state: "steering", why: "no new plan" }, { state: "degraded" }, { state: "not_steering" }, { state: "steering", age_s: 4 }, undefined];
+  expect(said.map(toneOf)).toEqual(["good", "warn", "bad", "bad", "bad", "bad"]);
+});

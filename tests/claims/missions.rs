@@ -2,295 +2,35 @@
 
 use std::{fs, sync::Arc, time::Duration};
 
-use axum::{
-    Router,
-    body::Body,
-    http::{Method, Request},
-};
-use clock::Clock;
+use axum::{body::Body, http::Request};
 use futures_util::StreamExt as _;
 use planner::{
     los::{LosLaw, LosTuning},
     parameters::Parameters,
 };
 use serde_json::{Value, json};
-use service::{
-    Settings,
-    missions::{Missions, replay::replay},
-};
 use sim::{
     guide::{LosGuide, MpcGuide},
     mission,
     scenario::Scenario,
 };
-use store::{EventReader, EventStore, FILE_NAME};
-use tempfile::TempDir;
+use store::FILE_NAME;
 use tests::{
-    client::{Answer, call, fault, get, post, send_to, simulated_machine, with},
+    client::{get, post, simulated_machine, with},
     refusals::assert_refused,
 };
 use tower::ServiceExt as _;
 
 mod changes;
 mod earth;
+mod harness;
 mod laws;
 mod orders;
+mod reports;
+mod streams;
 
-/// A service on a simulated machine: its time passes while everything waits.
-pub(crate) struct Service {
-    pub(crate) clock: Clock,
-    pub(crate) router: Router,
-    missions: Missions,
-    data: TempDir,
-}
-
-impl Service {
-    /// With no missions yet.
-    async fn start() -> Self {
-        Self::start_with(simulated_machine()).await
-    }
-
-    pub(crate) async fn start_with(settings: Settings) -> Self {
-        Self::start_in(settings, tempfile::tempdir().expect("is made"), u64::MAX).await
-    }
-
-    /// On the store in `data`, of which a client may use `share` bytes.
-    async fn start_in(settings: Settings, data: TempDir, share: u64) -> Self {
-        let clock = settings.clock.clone();
-        let store = EventStore::open_with(data.path(), share, &clock).expect("opens");
-        let (router, missions) = service::service(settings, store).await.expect("starts");
-        Self {
-            clock,
-            router,
-            missions,
-            data,
-        }
-    }
-
-    async fn restart(self) -> Self {
-        let Self { clock, data, .. } = self;
-        self.missions.close();
-        drop((self.router, self.missions));
-        // Simulated time passes when the store's writer has ended.
-        clock.sleep(Duration::from_millis(1)).await;
-        let settings = Settings {
-            clock,
-            ..simulated_machine()
-        };
-        Self::start_in(settings, data, u64::MAX).await
-    }
-
-    /// Time on the clock of a rehearsal at tenfold speed.
-    fn mission_now(&self, mission: &Value) -> f64 {
-        let created = mission["created_s"].as_f64().expect("has a time");
-        created + 10.0 * (self.clock.unix_s() - created)
-    }
-
-    /// Time on the clock of the rehearsal at that path.
-    async fn now(&self, mission: &str) -> f64 {
-        self.mission_now(&self.ask(mission).await)
-    }
-
-    async fn send(&self, request: Request<Body>) -> Answer {
-        send_to(self.router.clone(), request).await
-    }
-
-    async fn get(&self, path: &str) -> Answer {
-        self.send(get(path)).await
-    }
-
-    async fn post(&self, path: &str, body: &Value) -> Answer {
-        self.send(post(path, body.to_string())).await
-    }
-
-    async fn post_keyed(&self, path: &str, body: &Value, key: &str) -> Answer {
-        let request = post(path, body.to_string());
-        self.send(with(request, "idempotency-key", key)).await
-    }
-
-    async fn patch_keyed(&self, mission: &str, body: &Value, key: &str) -> Answer {
-        let mut request = with(post(mission, body.to_string()), "idempotency-key", key);
-        *request.method_mut() = Method::PATCH;
-        let merge_patch = "application/merge-patch+json";
-        self.send(with(request, "content-type", merge_patch)).await
-    }
-
-    async fn patch(&self, mission: &str, body: &Value) -> Answer {
-        let mut request = post(mission, body.to_string());
-        *request.method_mut() = Method::PATCH;
-        self.send(request).await
-    }
-
-    /// Changes the mission, and returns it.
-    async fn change(&self, mission: &str, body: Value) -> Value {
-        self.patch(mission, &body).await.expected(200)
-    }
-
-    async fn delete(&self, mission: &str) -> Answer {
-        self.send(call("DELETE", mission)).await
-    }
-
-    /// Creates a mission, and returns its path.
-    async fn create(&self, body: &Value) -> String {
-        let made = self.post("/v1/missions", body).await;
-        made.must_be(201);
-        let path = made.header("location").to_owned();
-        assert!(path.ends_with(made.json()["id"].as_str().expect("has a name")));
-        path
-    }
-
-    async fn ask(&self, path: &str) -> Value {
-        self.get(path).await.expected(200)
-    }
-
-    pub(crate) async fn order(&self, mission: &str, order: &str, body: Value) -> Value {
-        self.post(&format!("{mission}/{order}"), &body)
-            .await
-            .expected(200)
-    }
-
-    /// Reports both AUVs and the surface craft of now.
-    async fn hear(&self, mission: &str) -> Value {
-        let now = self.now(mission).await;
-        self.order(mission, "reports", heard(now)).await
-    }
-
-    /// Starts a live mission with reports.
-    pub(crate) async fn running(&self) -> String {
-        let mission = self.create(&live()).await;
-        self.hear(&mission).await;
-        self.order(&mission, "run", json!({})).await;
-        mission
-    }
-
-    /// The reference by the next plan after that event.
-    async fn reference_after(&self, mission: &str, sequence: &Value) -> Value {
-        let path = format!("{mission}/reference?wait_s=10&after={sequence}");
-        let reference = self.ask(&path).await;
-        assert!(sequence.as_u64() < reference["sequence"].as_u64(), "{reference}");
-        reference
-    }
-
-    /// The mission with that status, which it must reach within a simulated minute.
-    async fn until(&self, mission: &str, status: &str) -> Value {
-        let start = self.clock.now();
-        loop {
-            let seen = self.ask(mission).await;
-            if seen["status"] == status {
-                return seen;
-            }
-            let waited = self.clock.since(start);
-            assert!(waited < Duration::from_mins(1), "is not {status}: {seen}");
-            self.clock.sleep(Duration::from_millis(20)).await;
-        }
-    }
-
-    /// Asserts that the simulated mission is `flown`, to the bit. Returns its plans.
-    async fn assert_is(&self, mission: &str, flown: &sim::record::Record) -> Vec<Value> {
-        let planned = self.record(mission, "events_ndjson&kinds=planned").await;
-        assert_eq!(planned.len(), flown.rows.len());
-        for (event, row) in planned.iter().zip(&flown.rows) {
-            let craft = row.surface_craft.as_ref().expect("is there");
-            let (position, truth) = (craft.position, &event["truth"]);
-            let found = [
-                &event["t_s"],
-                &truth["asc"]["north_m"],
-                &truth["asc"]["east_m"],
-                &truth["distance_m"],
-                &event["reference"]["speed_mps"],
-            ];
-            let expected = [
-                row.time,
-                position.x,
-                position.y,
-                craft.distance(),
-                craft.reference.speed,
-            ];
-            assert_eq!(found.map(Value::as_f64), expected.map(Some));
-            assert_eq!(event["outcome"], "ok");
-        }
-        planned
-    }
-
-    /// Replays every plan of a mission, and asserts that all are equal. Returns their number.
-    fn n_replayed(&self, mission: &str) -> u64 {
-        let reader = EventReader::of(self.data.path()).expect("opens");
-        let replayed = replay(&reader, id(mission), &mut |_, _| {});
-        let replayed = replayed.expect("is whole").expect("is there");
-        assert_eq!((&*replayed.different, replayed.cut_short), (&[] as &[u64], 0));
-        replayed.equal
-    }
-
-    /// The lines of the mission's record in that format.
-    async fn record(&self, mission: &str, format: &str) -> Vec<Value> {
-        let record = self.get(&format!("{mission}/record?format={format}")).await;
-        record.must_be(200);
-        let lines = record.text.lines();
-        lines
-            .map(|line| serde_json::from_str(line).expect("is JSON"))
-            .collect()
-    }
-
-    /// Every event of the mission.
-    async fn events(&self, mission: &str) -> Vec<Value> {
-        self.record(mission, "events_ndjson").await
-    }
-}
-
-/// The name of a mission with that path.
-pub(crate) fn id(mission: &str) -> &str {
-    mission.rsplit('/').next().expect("is a path")
-}
-
-fn number(value: &Value) -> f64 {
-    value.as_f64().expect("is a number")
-}
-
-fn simulated(scenario: &str) -> Value {
-    json!({ "schema_version": "1.0", "simulated": { "scenario": scenario, "seed": 1 } })
-}
-
-/// A scenario of a minute, as a client sends a whole one.
-fn short_scenario() -> Value {
-    let text = Scenario::text("paper-tracking").expect("exists");
-    let lines = text
-        .lines()
-        .map(|line| match line.split_once(" = ").map_or("", |(key, _)| key) {
-            "duration_s" => "duration_s = 60.0",
-            "settled_after_s" => "settled_after_s = 0.0",
-            _ => line,
-        });
-    let text = lines.collect::<Vec<_>>().join("\n");
-    json!({ "schema_version": "1.0", "simulated": { "scenario_file": text, "seed": 3 } })
-}
-
-fn live() -> Value {
-    json!({ "schema_version": "1.0", "title": "two AUVs", "metadata": { "boat": 7 }, "live": {
-        "auvs": [{ "id": "auv-1" }, { "id": "auv-2" }],
-        "goal": { "kind": "midpoint", "auvs": ["auv-1", "auv-2"] },
-        "period_s": 1.0, "clock_rate": 10.0,
-    } })
-}
-
-/// A few times the resolution of Unix time in an `f64`, s, on a clock ten times as fast.
-const UNIX_RESOLUTION_S: f64 = 1e-5;
-
-fn fix(t_s: f64, north_m: f64, east_m: f64) -> Value {
-    json!({ "t_s": t_s, "north_m": north_m, "east_m": east_m, "sigma_m": 1.0 })
-}
-
-fn asc(t_s: f64) -> Value {
-    json!([{ "t_s": t_s, "state": { "north_m": 0.0, "east_m": 0.0, "heading_rad": 0.0, "speed_mps": 0.2,
-        "sway_mps": 0.0, "yaw_rate_radps": 0.0 } }])
-}
-
-/// Both AUVs a few seconds ago, and the surface craft now.
-fn heard(now: f64) -> Value {
-    json!({ "received_s": now, "auvs": {
-        "auv-1": [fix(now - 4.0, 10.0, -20.0)],
-        "auv-2": [fix(now - 2.0, 10.0, 20.0)],
-    }, "asc": asc(now) })
-}
+pub(crate) use harness::{Service, id};
+use harness::{UNIX_RESOLUTION_S, asc, fix, heard, live, number, short_scenario, simulated};
 
 #[tokio::test(start_paused = true)]
 async fn every_plan_has_its_prediction_and_a_record_can_be_read_in_parts() {
@@ -588,123 +328,6 @@ async fn a_repeated_request_with_its_key_is_carried_out_once() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn reports_without_an_acceptable_one_are_refused_with_each_fault_s_place() {
-    let service = Service::start().await;
-    let mission = service.create(&live()).await;
-    let now = service.now(&mission).await;
-    let mut body = heard(now);
-    body["auvs"]["auv-1"][0]["north_m"] = json!(1e9);
-    body["auvs"]["auv-2"][0]["sigma_m"] = json!(-1.0);
-    body["auvs"]["a/b"] = json!([fix(now, 0.0, 0.0)]);
-    body["asc"][0]["state"]["speed_mps"] = json!(1e6);
-    body["asc"][0]["t_s"] = json!(5.0);
-    body["asc"][0]["current"] = json!({ "north_mps": 1e6, "east_mps": 0 });
-    let note = |t_s: f64, length: usize| json!({ "t_s": t_s, "text": "x".repeat(length) });
-    body["notes"] = json!([note(5.0, 3), note(now, 501)]);
-    let post = async |body: &Value| service.post(&format!("{mission}/reports"), body).await;
-    let mut pointers: Vec<_> = post(&body)
-        .await
-        .faults()
-        .into_iter()
-        .map(|(pointer, _)| pointer)
-        .collect();
-    pointers.sort();
-    let expected = "/asc/0/current/north_mps /asc/0/state/speed_mps /asc/0/t_s /auvs/auv-1/0/north_m \
-        /auvs/auv-2/0/sigma_m /auvs/a~1b /notes/0/t_s /notes/1/text";
-    assert_eq!(pointers.join(" "), expected);
-    let ahead = json!({ "auvs": { "auv-1": [fix(now + 1000.0, 0.0, 0.0)] } });
-    assert_eq!(
-        post(&ahead).await.faults(),
-        fault("/auvs/auv-1/0/t_s", "out_of_range")
-    );
-    let others: serde_json::Map<String, Value> = (0..1000).map(|k| (k.to_string(), json!([]))).collect();
-    for (body, code) in [
-        (json!({}), "missing"),
-        (json!({ "received_s": now }), "missing"),
-        (
-            json!({ "auvs": { "auv-1": vec![fix(now, 0.0, 0.0); 65] } }),
-            "too_long",
-        ),
-        (json!({ "auvs": others }), "too_long"),
-    ] {
-        assert_eq!(post(&body).await.faults()[0].1, code);
-    }
-    // A map would keep one of two equal names.
-    let fix = fix(now, 0.0, 0.0);
-    let twice = format!(r#"{{"auvs":{{"auv-1":[{fix}],"auv-1":[{fix}]}}}}"#);
-    let refused = service
-        .send(tests::client::post(&format!("{mission}/reports"), twice))
-        .await;
-    assert_eq!(refused.faults(), fault("/auvs/auv-1", "duplicate_field"));
-    assert_eq!(service.ask(&mission).await["sequence"], 1);
-}
-
-#[tokio::test(start_paused = true)]
-async fn a_rejected_report_affects_no_other() {
-    let service = Service::start().await;
-    let mission = service.create(&live()).await;
-    let now = service.now(&mission).await;
-    let mut body = heard(now);
-    let mut odd = fix(now, 3.0, 4.0);
-    odd["sigma_m"] = json!(1e9);
-    let list = body["auvs"]["auv-1"].as_array_mut().expect("a list");
-    list.splice(0..0, [odd, json!({ "t_s": now })]);
-    body["auvs"]["auv-9"] = json!([fix(now, 0.0, 0.0), fix(now, 1.0, 0.0)]);
-    body["notes"] = json!([{ "t_s": now, "text": 5 }, { "t_s": now, "text": "kept" }]);
-    let reports = format!("{mission}/reports");
-    let accepted = service.post_keyed(&reports, &body, "some").await.expected(200);
-    let mut rejected = accepted["rejected"].as_array().expect("a list").clone();
-    rejected.sort_by_key(|error| error["pointer"].to_string());
-    let pointers: Vec<_> = rejected.iter().map(|error| &error["pointer"]).collect();
-    let expected = [
-        "/auvs/auv-1/0/sigma_m",
-        "/auvs/auv-1/1/north_m",
-        "/auvs/auv-9",
-        "/notes/0/text",
-    ];
-    assert_eq!(pointers, expected);
-    let sigma = &rejected[0];
-    let fault = json!([sigma["given"], sigma["code"]]);
-    assert_eq!(fault, json!([1e9, "out_of_range"]));
-    assert!(sigma["limit"]["most"].is_number(), "{sigma}");
-    assert_eq!(service.post_keyed(&reports, &body, "some").await.json(), accepted);
-
-    let stored = &service.events(&mission).await[1]["heard"];
-    assert_eq!(stored["auvs"], heard(now)["auvs"]);
-    assert_eq!(stored["notes"], json!([{ "t_s": now, "text": "kept" }]));
-    assert_eq!(stored["rejected"], accepted["rejected"]);
-    assert_eq!(service.ask(&mission).await["sequence"], 2);
-}
-
-#[tokio::test(start_paused = true)]
-async fn a_wrong_clock_is_reported_in_seconds() {
-    let service = Service::start().await;
-    let mission = service.create(&live()).await;
-    let reports = format!("{mission}/reports");
-    for (off, told) in [(1000.0, "1000.0 s ahead of"), (-90_000.0, "90000.0 s behind")] {
-        let now = service.now(&mission).await + off;
-        let off_clock =
-            json!({ "received_s": now, "auvs": { "auv-1": [fix(now, 0.0, 0.0)] }, "asc": asc(now) });
-        let document = service.post(&reports, &off_clock).await.problem();
-        for error in document["errors"].as_array().expect("a list") {
-            let pointer = error["pointer"].as_str().expect("a text");
-            let expected = ["/received_s", "/auvs/auv-1/0/t_s", "/asc/0/t_s"];
-            assert!(expected.contains(&pointer), "{document}");
-            let detail = error["detail"].as_str().expect("a text");
-            let told = format!("is {told} the mission's clock");
-            assert!(detail.starts_with(&told), "{detail}");
-        }
-    }
-    // A receiver on local time: an AUV's fix may be that old, a state of the craft not.
-    let late = service.now(&mission).await - 3600.0;
-    let body = json!({ "auvs": { "auv-1": [fix(late, 0.0, 0.0)] }, "asc": asc(late) });
-    let accepted = service.post(&reports, &body).await.json();
-    let rejected = accepted["rejected"].as_array().expect("a list");
-    assert_eq!(rejected.len(), 1, "{accepted}");
-    assert_eq!(rejected[0]["pointer"], "/asc/0/t_s");
-}
-
-#[tokio::test(start_paused = true)]
 async fn every_call_names_a_wrong_parameter() {
     let service = Service::start().await;
     let mission = service.create(&live()).await;
@@ -780,7 +403,8 @@ async fn a_command_of_another_kind_of_mission_is_a_conflict() {
     }
 }
 
-/// All missions, read in pages of `limit` at most of fewer bytes than that, and the number of pages.
+/// All missions, read in pages of at most `limit` missions and `bytes_max` bytes, and the number of
+/// pages.
 async fn pages(service: &Service, limit: u32, bytes_max: usize) -> (Vec<String>, usize) {
     let (mut after, mut paths) = (json!(0), vec![]);
     for n in 1.. {
@@ -870,87 +494,6 @@ async fn a_mission_deleted_during_reads_is_gone_and_not_damaged() {
         }
     }
     service.get("/readyz").await.must_be(200);
-}
-
-/// A stream of events that is read piece by piece.
-struct Stream {
-    pieces: axum::body::BodyDataStream,
-    text: String,
-}
-
-impl Stream {
-    async fn of(service: &Service, request: Request<Body>) -> Self {
-        let answer = service.router.clone().oneshot(request).await.expect("answers");
-        assert_eq!(answer.status(), 200);
-        Self {
-            pieces: answer.into_body().into_data_stream(),
-            text: String::new(),
-        }
-    }
-
-    /// Reads until the event of that number has come, or to the end.
-    async fn read_to(&mut self, last: u64) -> &str {
-        while !self.text.contains(&format!("id: {last}\n"))
-            && let Some(piece) = self.pieces.next().await
-        {
-            let piece = piece.expect("is whole");
-            self.text.push_str(std::str::from_utf8(&piece).expect("is text"));
-        }
-        &self.text
-    }
-}
-
-/// The text of the whole stream.
-async fn read(service: &Service, request: Request<Body>) -> String {
-    let mut stream = Stream::of(service, request).await;
-    stream.read_to(u64::MAX).await.to_owned()
-}
-
-fn ids(text: &str) -> Vec<u64> {
-    let ids = text.lines().filter_map(|line| line.strip_prefix("id: "));
-    ids.map(|id| id.parse().expect("is a number")).collect()
-}
-
-#[tokio::test(start_paused = true)]
-async fn a_stream_sends_every_event_once_from_the_reader_s_position_on() {
-    let service = Arc::new(Service::start().await);
-    let mission = service.create(&short_scenario()).await;
-    service.order(&mission, "step", json!({ "ticks": 20 })).await;
-    let events = format!("{mission}/events");
-    let mut whole = Stream::of(&service, get(&format!("{events}?after=0"))).await;
-    assert_eq!(ids(whole.read_to(21).await), (1..=21).collect::<Vec<_>>());
-
-    let resumed = with(get(&events), "last-event-id", "7");
-    let shared = Arc::clone(&service);
-    let reader = tokio::spawn(async move { read(&shared, resumed).await });
-    service.order(&mission, "run", json!({})).await;
-    let finished = service.until(&mission, "finished").await;
-    let last = finished["sequence"].as_u64().expect("is a number");
-    let text = reader.await.expect("does not panic");
-    assert_eq!(ids(&text), (8..=last).collect::<Vec<_>>());
-    assert!(text.contains("event: finished"));
-    // Nothing more comes, which keeps a browser from asking for ever.
-    for after in [last, u64::MAX] {
-        service.get(&format!("{events}?after={after}")).await.must_be(204);
-    }
-}
-
-#[tokio::test(start_paused = true)]
-async fn a_slow_reader_learns_the_numbers_of_missed_events() {
-    let service = Service::start().await;
-    let mission = service.create(&live()).await;
-    let mut stream = Stream::of(&service, get(&format!("{mission}/events"))).await;
-    service.hear(&mission).await;
-    stream.read_to(2).await;
-    for _ in 0..100 {
-        service.hear(&mission).await;
-    }
-    let text = stream.read_to(102).await;
-    assert_eq!(text.matches("event: gap").count(), 1);
-    // The last 64 are kept for a client that is behind.
-    let gap = r#"data: {"from":3,"kind":"gap","to":38}"#;
-    assert!(text.contains(gap), "{text}");
-    assert_eq!(ids(text), [2].into_iter().chain(39..=102).collect::<Vec<_>>());
 }
 
 #[tokio::test(start_paused = true)]

@@ -356,7 +356,7 @@ async fn a_goal_has_exactly_the_members_of_its_kind() {
     let table = format!(
         r#"
         /goal          {{"kind":"track"}}                                                     missing       /goal/auv
-        /goal          {{"kind":"track","auv":"auv-1","dwell_s":240}}                         unexpected    /goal/dwell_s
+        /goal          {{"kind":"track","auv":"auv-1","dwell_s":240}}                         unknown_field  /goal/dwell_s
         /goal          {{"kind":"intermittent","auvs":["auv-1"],"dwell_s":240}}               missing       /goal/epoch_s
         /goal          {{"kind":"midpoint","auvs":["auv-1","auv-9"]}}                         unknown_vehicle  /goal/auvs/1
         /goal          {{"kind":"midpoint","auvs":["auv-1","auv-1"]}}                         duplicate     /goal/auvs/1
@@ -371,7 +371,7 @@ async fn a_goal_has_exactly_the_members_of_its_kind() {
         /goal          {{"kind":"range","auvs":["auv-1"]}}                                    missing       /goal/range_m
         /goal          {{"kind":"range","auvs":["auv-1"],"range_m":0.9}}                      out_of_range  /goal/range_m
         /goal/offset   {{"frame":"ned","north_m":1}}                                          missing       /goal/offset/east_m
-        /goal/offset   {{"frame":"target","ahead_m":1,"starboard_m":2,"north_m":0}}           unexpected    /goal/offset/north_m
+        /goal/offset   {{"frame":"target","ahead_m":1,"starboard_m":2,"north_m":0}}           unknown_field  /goal/offset/north_m
         /goal/offset   {{"frame":"polar","range_m":-1,"bearing_rad":0}}                       out_of_range  /goal/offset/range_m
         /goal/offset   {{"frame":"body"}}                                                     unknown_variant  /goal/offset/frame
         /goal/offset   {{"frame":"path","ahead_m":1,"starboard_m":2}}                         no_path       /goal/offset/frame
@@ -445,7 +445,7 @@ async fn an_invalid_path_is_located() {
         {at}  {long}      length
         {at}/0/to         [2e6,0]       out_of_range  {at}/0/to/0
         {at}/0/to         absent        missing
-        {at}/0/angle_rad  1             unexpected
+        {at}/0/angle_rad  1             unknown_field
         {at}/0/from       [1,2,3]       length
         {at}/0/from       {{"north_m":1}}  wrong_type
         /auvs/0/path/speed_mps  0       out_of_range  0.01..10

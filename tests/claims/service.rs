@@ -313,27 +313,29 @@ async fn the_openapi_document_states_dependencies_of_members() {
         ("Auv/allOf/0/oneOf/0/required", json!(["state"])),
         ("Auv/allOf/0/oneOf/0/properties/reports/type", json!("null")),
         (
-            "Goal/allOf/0/oneOf/1/properties/kind/enum",
-            json!(["intermittent"]),
+            "Goal/discriminator/mapping/intermittent",
+            json!("#/components/schemas/GoalIntermittent"),
         ),
-        ("Goal/allOf/0/oneOf/1/properties/dwell_s/type", json!("number")),
+        ("GoalIntermittent/properties/kind/enum", json!(["intermittent"])),
+        ("GoalIntermittent/properties/dwell_s/type", json!("number")),
+        ("GoalVisit/additionalProperties", json!(false)),
         ("PlanRequest/properties/schema_version/const", json!("1.0")),
         ("PlanRequest/properties/area/items/anyOf/0/maxItems", json!(2)),
         ("Live/properties/area/items/anyOf/0/items/maximum", json!(1e6)),
         ("AuvState/properties/covariance/items/minItems", json!(4)),
-        ("Segment/properties/fillet_m/minimum", json!(0.0)),
+        ("SegmentWaypoints/properties/fillet_m/minimum", json!(0.0)),
         ("Simulated/properties/seed/maximum", json!(u64::MAX)),
     ] {
         assert_eq!(schemas.pointer(&format!("/{place}")), Some(&said), "{place}");
     }
-    let angle = &schemas["Segment"]["properties"]["angle_rad"];
+    let angle = &schemas["SegmentArc"]["properties"]["angle_rad"];
     assert_eq!(
         angle["minimum"].as_f64(),
         angle["maximum"].as_f64().map(|most| -most)
     );
     // The least request gives no defaults, and absent members are not null.
     for place in [
-        "Goal/properties/auv/default",
+        "GoalTrack/properties/auv/default",
         "Auv/properties/id/default",
         "PlanRequest/oneOf",
     ] {

@@ -66,7 +66,7 @@ def new_mission():
     """A live mission that follows one AUV."""
     live = models.Live(
         auvs=[models.LiveAuv(id=AUV)],
-        goal=models.Goal(kind=models.GoalKind.TRACK, auv=AUV),
+        goal=models.GoalTrack(kind=models.GoalTrackKind.TRACK, auv=AUV),
         origin=models.Origin(lat_deg=38.41, lon_deg=-9.12),  # the record as GeoJSON needs it
     )
     return models.NewMission(schema_version="1.0", title="generated client", live=live)

@@ -59,11 +59,9 @@ async fn a_silent_host_does_not_keep_a_service_from_the_one_that_answers() {
     let Some(url) = database() else { return };
     let silent = std::net::TcpListener::bind("127.0.0.1:0").expect("a port is free");
     let address = silent.local_addr().expect("is bound");
-    let url = url.replace("127.0.0.1", &format!("{address},127.0.0.1"));
-    let begun = Instant::now();
+    // One after the other, the silent ones would use up the time for a connection.
+    let url = url.replace("127.0.0.1", &format!("{address},{address},{address},127.0.0.1"));
     let store = joined_for(&url, "one", PATIENCE);
     add(&store, append("a", vec![event(1, "made")])).await;
     assert_eq!(acquired(&store), Ok(1));
-    // One host after the other, each of the connections would wait a second.
-    assert!(begun.elapsed() < 2 * LEASE, "{:?}", begun.elapsed());
 }

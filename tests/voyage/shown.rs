@@ -51,7 +51,6 @@ pub struct Shown {
 
 impl Shown {
     /// `true` for status line, ground station and mission if they report unreserved steering.
-    #[must_use]
     pub fn good(&self) -> [bool; 3] {
         let said = self.mission.as_ref().map(|mission| &mission["steering"]);
         // Words from before the bridge's silence do not count.

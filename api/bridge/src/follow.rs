@@ -38,7 +38,7 @@ pub(crate) use telemetry::{CLOCK_ERROR_MAX_S, Fixes, Telemetry};
 
 use decision::Decision;
 use mission_log::MissionLog;
-use reporting::{Facts, Reporting, send_texts};
+use reporting::{Facts, LINE_INTERVAL_S, Reporting, send_texts};
 use steering::{Steering, lines};
 use telemetry::{AUTOPILOT_WIRE, REPORT_AGE_MAX_S};
 
@@ -100,8 +100,6 @@ pub struct Bridge {
     /// Time of the newest reported state of the craft, s.
     reported_s: f64,
     trouble: Option<String>,
-    /// The state of the last second, and `true` if it was good.
-    shown: Option<(SteeringState, bool)>,
     last_second: u64,
 }
 
@@ -113,8 +111,8 @@ const LISTEN: Duration = Duration::from_millis(100);
 const PARAMETERS_WAIT_S: f64 = 5.0;
 /// Time to wait for positions that agree, one of which becomes the origin of a new mission.
 const ORIGIN_WAIT: Duration = Duration::from_secs(20);
-/// Time between two status lines, s.
-const LINE_INTERVAL_S: u64 = 5;
+/// Time between two requests to the autopilot, s.
+const REQUEST_INTERVAL_S: u64 = 5;
 /// Longest status line, bytes: two lines of a terminal.
 const LINE_BYTES: usize = 160;
 
@@ -168,7 +166,6 @@ impl Bridge {
             met_s: None,
             reported_s: f64::NEG_INFINITY,
             trouble: None,
-            shown: None,
             last_second: 0,
             settings,
         }
@@ -229,12 +226,12 @@ impl Bridge {
             self.listen_for(LISTEN).await;
             let now = self.now_s();
             self.telemetry.settled_position(now);
-            if now - logged_s >= Duration::from_secs(LINE_INTERVAL_S).as_secs_f64() {
+            if now - logged_s >= LINE_INTERVAL_S {
                 logged_s = now;
-                log_lines(&format!(
-                    "waiting for the craft: {}",
-                    self.facts(&self.link()).line()
-                ));
+                let link = self.link();
+                let facts = self.facts(&link);
+                let line = facts.line(facts.steering().as_ref());
+                log_lines(&format!("waiting for the craft: {line}"));
             }
             match self.autopilot.control(now) {
                 Control::Unreported if self.telemetry.craft.newest().is_some() => return true,
@@ -378,6 +375,9 @@ impl Bridge {
             self.act(now, action, state.as_ref(), link);
         }
         let steering = self.facts(link).steering();
+        if self.reporting.takes_line(now, steering.as_ref()) {
+            log_lines(&self.facts(link).line(steering.as_ref()));
+        }
         let mission = self.log.mission.as_ref();
         self.reporting.tell(now, steering, mission, &mut self.autopilot);
     }
@@ -413,15 +413,9 @@ impl Bridge {
 
     fn each_second(&mut self, second: u64, link: &LinkStatus) {
         self.autopilot.send_heartbeat();
-        let steering = self.facts(link).steering();
-        let shown = steering.map(|steering| (steering.state, steering.is_good()));
-        let has_changed = std::mem::replace(&mut self.shown, shown) != shown;
-        if second.is_multiple_of(LINE_INTERVAL_S) {
+        if second.is_multiple_of(REQUEST_INTERVAL_S) {
             // An autopilot that restarted has forgotten the requests.
             self.autopilot.request(&self.telemetry.parameters);
-        }
-        if has_changed || second.is_multiple_of(LINE_INTERVAL_S) {
-            log_lines(&self.facts(link).line());
         }
         if link.trouble != self.trouble {
             match &link.trouble {

@@ -57,7 +57,8 @@ const MISMATCH_AFTER_S: f64 = 5.0;
 /// Time for which they must contradict, s: one position alone may be as far off.
 const MISMATCH_FOR_S: f64 = 2.0;
 /// Growth of the distance between positions and integrated velocity that is a drift, m/s, and its
-/// increase per m/s, as receivers' velocities lag; least standard deviations; least time, s.
+/// increase per m/s, as receivers' velocities lag; least standard deviations, if these were known;
+/// least time, s.
 const DRIFT: [f64; 2] = [0.35, 0.05];
 const DRIFT_SIGMAS: f64 = 5.0;
 const DRIFT_AFTER_S: f64 = 10.0;
@@ -336,7 +337,7 @@ impl Integrity {
                 .velocity_track
                 .newest()
                 .map_or(0.0, |(_, velocity)| velocity.norm());
-            let most = gate(DRIFT, speed).max(DRIFT_SIGMAS * drift.slope_sigma);
+            let most = gate(DRIFT, speed).max(drift.slope_beyond(DRIFT_SIGMAS));
             let is_apart = drift.slope.norm() > self.limit(Alarm::PositionDrifts, most);
             let is_raised = is_apart && !self.alarms.contains(&Alarm::VelocityContradicts);
             self.set(Alarm::PositionDrifts, is_raised);

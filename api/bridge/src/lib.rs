@@ -15,6 +15,7 @@
 //! Headings are true, rad, clockwise from north; positions are WGS 84 in degrees.
 
 pub mod acoustics;
+mod arrivals;
 pub mod autopilot_link;
 mod bridge_clock;
 mod confirmation;

@@ -11,7 +11,7 @@ use ::wire::{
     mission::{Accepted, CurrentReference, Mission, MissionList, Reports, Run, Status},
 };
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
-use serde_json::Value;
+use serde_json::{Value, json};
 use ureq::http::StatusCode;
 
 mod token_file;
@@ -161,7 +161,9 @@ impl MissionClient {
         let path = format!("/{id}/reference?wait_s={}&after={after}", self.wait_s);
         match self.get(&path).await {
             Err(ServiceError::Rejected { code, .. }) if code == "no_plan_yet" => Ok(None),
-            answer => answer.map(Some),
+            answer => serde_json::from_value(used(answer?))
+                .map(Some)
+                .map_err(unavailable),
         }
     }
 
@@ -252,6 +254,16 @@ fn read<T: DeserializeOwned>(answer: &Answer) -> Result<T, ServiceError> {
         (429 | 500.., _) => ServiceError::Unavailable(format!("{status}: {detail}")),
         (_, code) => ServiceError::Rejected { code, detail },
     })
+}
+
+/// An answer without the members of its plan that no bridge uses: a newer service may state in them
+/// what this program cannot read.
+fn used(mut answer: Value) -> Value {
+    if let Some(plan) = answer.get_mut("plan").and_then(Value::as_object_mut) {
+        plan.retain(|member, _| !["schedule", "solver"].contains(&&**member));
+        plan.extend(["targets", "violations"].map(|member| (member.to_owned(), json!([]))));
+    }
+    answer
 }
 
 fn unavailable(error: impl Error) -> ServiceError {

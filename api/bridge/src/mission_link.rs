@@ -23,6 +23,7 @@ use tokio::task::JoinSet;
 
 use crate::{
     AuvFix, MeasuredState, Rejects,
+    arrivals::Arrivals,
     bridge_clock::BridgeClock,
     mission_client::{MissionClient, ServiceError},
     plan::Plan,
@@ -32,7 +33,7 @@ use crate::{
 const RETRY: Duration = Duration::from_millis(300);
 /// The same for finding the mission.
 const FIND_RETRY: Duration = Duration::from_secs(1);
-/// Metres of a position in degrees: `null` in JSON, for which the service computes the number.
+/// Metres of a position in degrees: not in JSON, because the service computes them.
 const IN_DEGREES: f64 = f64::NAN;
 
 /// State of the mission at one moment.
@@ -43,8 +44,12 @@ pub(crate) struct LinkStatus {
     /// The mission's settings when it was found.
     pub(crate) setting: Setting,
     pub(crate) plan: Option<Arc<Plan>>,
-    /// The reason that the service did not answer the last request.
+    /// The arrivals of plans since the mission was found or went on.
+    pub(crate) plans: Option<Arrivals>,
+    /// The reason that the service did not answer the last request, and the time since which it
+    /// has answered none, s of the bridge's clock.
     pub(crate) trouble: Option<String>,
+    pub(crate) troubled_s: Option<f64>,
     /// Values outside the API's ranges that were clamped, by member.
     pub(crate) clamped: Rejects,
     /// Number of rejected reports, and the last reason.
@@ -57,6 +62,15 @@ pub(crate) struct LinkStatus {
 }
 
 impl LinkStatus {
+    fn is_answered(&mut self) {
+        (self.trouble, self.troubled_s) = (None, None);
+    }
+
+    fn fails(&mut self, now_s: f64, error: &ServiceError) {
+        self.trouble = Some(error.to_string());
+        self.troubled_s.get_or_insert(now_s);
+    }
+
     fn count_rejected(&mut self, faults: Vec<String>) {
         for fault in faults {
             let (count, why) = self.rejected.get_or_insert_default();
@@ -201,7 +215,7 @@ impl Shared {
             match found {
                 Ok(mission) => {
                     let mut status = lock(&self.status);
-                    status.trouble = None;
+                    status.is_answered();
                     status.is_over = mission.status.is_over();
                     status.mission = Some(mission.id.clone());
                     status.setting = mission.setting.unwrap_or_default();
@@ -210,12 +224,12 @@ impl Shared {
                 Err(error) => {
                     let mut status = lock(&self.status);
                     // A mission that the bridge would create can be lost on the way to it.
-                    status.has_failed = match error {
+                    status.has_failed = match &error {
                         ServiceError::Unavailable(_) => false,
                         ServiceError::NoMission => matches!(mission, MissionChoice::Joined(_)),
                         ServiceError::Unauthorised | ServiceError::Rejected { .. } => true,
                     };
-                    status.trouble = Some(error.to_string());
+                    status.fails(self.clock.now_s(), &error);
                 }
             }
             self.clock.machine.sleep(FIND_RETRY).await;
@@ -229,7 +243,7 @@ impl Shared {
         if status.mission.as_deref() != Some(mission) {
             return;
         }
-        (status.mission, status.plan) = (None, None);
+        (status.mission, status.plan, status.plans) = (None, None, None);
         drop(status);
         let text = format!("the service no longer has mission {mission}: searching for it again");
         tracing::warn!("{text}");
@@ -246,14 +260,14 @@ impl Shared {
             match self.client.report(mission, reports, key).await {
                 Ok(rejected) => {
                     let mut status = lock(&self.status);
-                    status.trouble = None;
+                    status.is_answered();
                     return status.count_rejected(rejected);
                 }
                 Err(ServiceError::NoMission) => return self.lose(mission),
                 Err(error @ ServiceError::Rejected { .. }) => {
                     return lock(&self.status).count_rejected(vec![error.to_string()]);
                 }
-                Err(error) => lock(&self.status).trouble = Some(error.to_string()),
+                Err(error) => lock(&self.status).fails(self.clock.now_s(), &error),
             }
             self.clock.machine.sleep(RETRY).await;
         }
@@ -293,7 +307,7 @@ impl Shared {
             Err(error) => {
                 match error {
                     ServiceError::NoMission => self.lose(mission),
-                    error => lock(&self.status).trouble = Some(error.to_string()),
+                    error => lock(&self.status).fails(self.clock.now_s(), &error),
                 }
                 false
             }
@@ -319,6 +333,14 @@ impl Shared {
         let is_running = answer.status == Status::Running;
         now.is_over = answer.status.is_over();
         now.is_paused = !is_running && !now.is_over;
+        if is_new && is_running {
+            match &mut now.plans {
+                Some(plans) => plans.push(now_s),
+                None => now.plans = Some(Arrivals::first(now_s)),
+            }
+        } else if !is_running {
+            now.plans = None;
+        }
         // A paused mission makes no plans, and its last one is not followed.
         now.plan = Plan::new(answer, newest.arrived_s, now_s)
             .filter(|_| is_running)

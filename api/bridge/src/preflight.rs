@@ -184,7 +184,7 @@ fn fixes(bridge: &Bridge, auvs: &[String]) -> Vec<Finding> {
     let fixes = &bridge.telemetry().fixes;
     let now = bridge.now_s();
     let finding = |(auv, fixes): (&String, &Fixes)| {
-        let (age, count) = (now - fixes.at_s, fixes.count);
+        let (age, count) = (now - fixes.arrivals.newest_s, fixes.count);
         let sigma = fixes.newest.sigma_m.map(|sigma| format!(", ±{sigma:.1} m"));
         let sigma = sigma.unwrap_or_default();
         let is_new = age <= FIX_AGE_MAX_S;

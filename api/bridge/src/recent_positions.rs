@@ -149,9 +149,24 @@ pub(crate) struct Trend {
     pub(crate) span_s: f64,
     /// Change of the values per second, and its standard deviation along either axis.
     pub(crate) slope: Vector2<f64>,
-    pub(crate) slope_sigma: f64,
+    slope_sigma: f64,
+    /// Degrees of freedom of `slope_sigma`, along both axes.
+    freedom: f64,
     /// Root mean square of the deviations.
     pub(crate) rms: f64,
+}
+
+impl Trend {
+    /// The length of a slope that noise exceeds as rarely as a normal one of two axes exceeds this
+    /// many `sigmas`. The standard deviation is an estimate, from few values a poor one:
+    ///
+    /// ```text
+    /// P(|slope| > k s) = (1 + k²/ν)^(−ν/2) = exp(−sigmas²/2)        |slope|²/2s²: F(2, ν)
+    /// ```
+    pub(crate) fn slope_beyond(&self, sigmas: f64) -> f64 {
+        let square = self.freedom * (sigmas.powi(2) / self.freedom).exp_m1();
+        square.sqrt() * self.slope_sigma
+    }
 }
 
 /// Least squares through (time, s, value); `None` for less than [`TREND_COUNT_MIN`] values.
@@ -172,10 +187,12 @@ pub(crate) fn trend(values: impl Iterator<Item = (f64, Vector2<f64>)>) -> Option
     }
     slope /= spread;
     let residual = (square - slope.norm_squared() * spread).max(0.0);
+    let freedom = 2.0 * (count - 2.0);
     Some(Trend {
         span_s: (values[0].0 - values[values.len() - 1].0).abs(),
         slope,
-        slope_sigma: (residual / (2.0 * (count - 2.0)) / spread).sqrt(),
+        slope_sigma: (residual / freedom / spread).sqrt(),
+        freedom,
         rms: (residual / count).sqrt(),
     })
 }

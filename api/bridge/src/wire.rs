@@ -168,7 +168,7 @@ fn keep_open(endpoint: &Endpoint, kept: &Mutex<Option<OpenWire>>, input: &Input)
             }
             Err(error) if was_open => {
                 was_open = false;
-                tracing::warn!(%endpoint, %error, "cannot be opened: tried again every second");
+                tracing::warn!(%endpoint, %error, "cannot open; retrying every {} s", RETRY.as_secs());
             }
             Err(_) => {}
         }

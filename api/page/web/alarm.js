@@ -7,7 +7,7 @@ import { duration, methodName } from "./format.js";
  * @typedef {import("./types.js").MissionState} MissionState
  */
 
-/** The plan of a running live mission is stale if it is older than so many periods. */
+/** The plan of a running live mission is stale if it is older than so many periods: of one that nobody says to steer. */
 const STALE_PERIODS = 4;
 
 /** For how long it is known whether a craft is steered, after whoever steers it has said so, s. */
@@ -56,15 +56,16 @@ export function stateOf({ status, kind, plan, scene, steering }, { age_s = plan?
   const unlessLost = (state) => (lost && state.tone === "good" ? { ...state, tone: "warn" } : state);
   if (kind !== "live") return unlessLost(planned(plan, []));
   const { waits_for = [] } = plan ?? {}, isOld = Number.isFinite(age_s) && age_s > ageMax(plan?.period_s ?? scene?.period_s), old = isOld ? { age_s } : {};
-  const causes = isOld ? [waits_for.length ? `waits for reports of ${waits_for.map((id) => (id === "asc" ? "the surface craft" : id)).join(", ")}` : "no new plan"] : [];
+  const waits = waits_for.length ? [`waits for reports of ${waits_for.map((id) => (id === "asc" ? "the surface craft" : id)).join(", ")}`] : [];
+  const causes = !isOld ? [] : waits.length ? waits : ["no new plan"];
   const because = (/** @type {string} */ first) => [first, ...causes].filter(Boolean).join("; ");
   if (steering && said_s <= KNOWN_S * (scene?.clock_rate ?? 1)) {
     if (steering.state === "person") return { words: "a person has the craft", why: steering.why, tone: "warn", alarm: false, ...old };
     if (steering.state === "waiting") return { words: "not steering", why: steering.why, tone: "warn", alarm: false, ...old };
     if (steering.state === "not_steering") return { words: "not steering", why: because(steering.why), tone: "bad", alarm: true, ...old };
-    const followed = planned(plan, causes), isWorse = steering.state === "degraded" && !followed.alarm;
-    if (isWorse) return { words: "degraded", why: steering.why, tone: "bad", alarm: true };
-    // Whoever steers says what is missing to call it good.
+    // Whoever steers says what is missing to call it good, and whether the plan is too old for that.
+    const followed = planned(plan, waits), isWorse = steering.state === "degraded" && !followed.alarm;
+    if (isWorse) return { words: "degraded", why: steering.why, tone: "bad", alarm: true, ...old };
     return steering.why && !followed.alarm ? { ...followed, why: steering.why, tone: "warn", ...old } : unlessLost({ ...followed, ...old });
   }
   if (lost) return { words: "steering not known", why: lost, tone: "bad", alarm: true, ...old };

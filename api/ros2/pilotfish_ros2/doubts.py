@@ -126,7 +126,15 @@ class Trend:
     span_s: float
     slope: np.ndarray
     slope_sigma: float
+    freedom: float
     rms: float
+
+    def slope_beyond(self, sigmas: float) -> float:
+        """The length of a slope that noise exceeds as rarely as a normal one of two axes exceeds so many `sigmas`.
+
+        P(|slope| > k s) = (1 + k²/ν)^(−ν/2) = exp(−sigmas²/2)        |slope|²/2s²: F(2, ν)
+        """
+        return self.slope_sigma * math.sqrt(self.freedom * math.expm1(sigmas**2 / self.freedom))
 
 
 def trend(values: list[tuple[float, np.ndarray]]) -> Trend | None:
@@ -138,8 +146,9 @@ def trend(values: list[tuple[float, np.ndarray]]) -> Trend | None:
     spread = float(times @ times)
     slope = times @ off / spread
     residual = max(float((off**2).sum() - slope @ slope * spread), 0.0)
-    sigma = math.sqrt(residual / (2.0 * (count - 2.0)) / spread)
-    return Trend(abs(times[-1] - times[0]), slope, sigma, math.sqrt(residual / count))
+    freedom = 2.0 * (count - 2.0)
+    sigma = math.sqrt(residual / freedom / spread)
+    return Trend(abs(times[-1] - times[0]), slope, sigma, freedom, math.sqrt(residual / count))
 
 
 @dataclass
@@ -403,7 +412,7 @@ class Doubts:
         drift = self.recent.drift()
         if drift is not None and drift.span_s >= DRIFT_AFTER_S:
             speed = 0.0 if self._motion.trusted is None else float(np.linalg.norm(self._motion.trusted[1]))
-            most = max(_gate(DRIFT, speed), DRIFT_SIGMAS * drift.slope_sigma)
+            most = max(_gate(DRIFT, speed), drift.slope_beyond(DRIFT_SIGMAS))
             # It ends well inside its gate.
             least = 0.5 * most if Alarm.POSITION_DRIFTS in self.alarms else most
             is_apart = bool(np.linalg.norm(drift.slope) > least)

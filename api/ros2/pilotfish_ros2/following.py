@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from dataclasses import dataclass
 from typing import Any, Self
 
@@ -10,6 +11,8 @@ import numpy as np
 
 # A craft that has not reported its position for this long gets no reference, s.
 STATE_AGE_MAX_S = 3.0
+# Warnings of a plan that the craft does not respond.
+NOT_FOLLOWED = ("craft_does_not_follow", "heading_does_not_respond", "speed_does_not_respond")
 
 
 @dataclass(frozen=True)
@@ -56,6 +59,8 @@ class Plan:
     """Current (north, east) that a speed over ground contains, m/s; zero where the craft holds speed through water."""
     status: str
     """One line for the log."""
+    faults: tuple[str, ...] = ()
+    """Why it is degraded, or why the craft does not follow it."""
 
     @classmethod
     def from_answer(cls, answer: Any, now_s: float) -> Self:
@@ -82,6 +87,11 @@ class Plan:
             lags_s=(_lag(craft, "heading_lag_s"), _lag(craft, "surge_lag_s")),
             current=(plan["current"]["north_mps"], plan["current"]["east_mps"]) if is_over_ground else (0.0, 0.0),
             status=", ".join([f"{plan['method']} {plan['outcome']}", f"{distance_m:.1f} m from the goal", *warnings]),
+            faults=tuple(
+                code.replace("_", " ")
+                for code in [*(code for code in warnings if code in NOT_FOLLOWED), plan.get("reason")]
+                if code
+            ),
         )
 
     def at(self, t_s: float) -> Reference | None:
@@ -123,6 +133,40 @@ def why_silent(state_age_s: float | None, reference: Reference | None, status: s
     if reference is None:
         return "the newest plan is too old" if has_planned else "no plan yet"
     return None
+
+
+class Arrivals:
+    """Arrivals of what should keep coming: plans, or the fixes of an AUV. Times are monotonic, s."""
+
+    # Number of kept times between arrivals, and the least number that predicts the next one; when it is overdue, s.
+    INTERVALS, INTERVALS_MIN, OVERDUE_S = 8, 3, 2.0
+
+    def __init__(self) -> None:
+        self._newest_s: float | None = None
+        self._intervals: deque[float] = deque(maxlen=self.INTERVALS)
+
+    def push(self, at_s: float) -> None:
+        """Something came at `at_s`."""
+        if self._newest_s is not None:
+            self._intervals.append(at_s - self._newest_s)
+        self._newest_s = at_s
+
+    def is_overdue(self, now_s: float) -> bool:
+        """Whether another one should have come: after the longest of the last intervals."""
+        if self._newest_s is None or len(self._intervals) < self.INTERVALS_MIN:
+            return False
+        return now_s - self._newest_s > max(self._intervals) + self.OVERDUE_S
+
+
+def steering(silence: str | None, is_meant: bool, faults: list[str], missing: list[str]) -> tuple[str, str]:
+    """The state of the steering and its reason, for every display.
+
+    `silence` is why nothing is published, which `is_meant` or not; `faults` make the steering degraded, `missing` is
+    what it lacks to be called good.
+    """
+    if silence is not None:
+        return ("waiting" if is_meant else "not_steering", silence)
+    return ("degraded", "; ".join(faults)) if faults else ("steering", "; ".join(missing))
 
 
 class CurrentObserver:

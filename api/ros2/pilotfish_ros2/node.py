@@ -21,7 +21,7 @@ from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
 
 from . import conversion
 from .doubts import Alarm, Doubts
-from .following import CurrentObserver, Motion, why_silent
+from .following import Arrivals, CurrentObserver, Motion, steering, why_silent
 from .mission import MissionLink
 
 # Best effort matches every publisher; 0.3 s of a filter that publishes at 100 Hz.
@@ -86,6 +86,7 @@ class PilotfishNode(Node):
         self._word: tuple[tuple[str, str], float] = (("", ""), -math.inf)
         self._trouble = ""
         self._published_plan_s: float | None = None
+        self._plans, self._fixes = Arrivals(), dict[str, Arrivals]()
 
         token = File(p["token_file"]).read_text("utf-8-sig").strip() if p["token_file"] else None
         client = Client(p["url"], token, timeout_s=TIMEOUT_S, patience_s=PATIENCE_S)
@@ -167,6 +168,7 @@ class PilotfishNode(Node):
         if motion.ground_velocity is not None:
             north, east = motion.ground_velocity
             report |= {"course_rad": math.atan2(east, north), "speed_mps": math.hypot(north, east)}
+        self._fixes.setdefault(auv, Arrivals()).push(time.monotonic())
         self._link.report_auv(auv, report)
 
     def _tick(self) -> None:
@@ -192,6 +194,7 @@ class PilotfishNode(Node):
         self._report_steering(now_s, silence)
         if plan is not None and plan.planned_s != self._published_plan_s:
             self._published_plan_s = plan.planned_s
+            self._plans.push(now_s)
             self._path.publish(conversion.path_message(plan, self._settings["map_frame"], time.time() - now_s))
         if self._is_steering:
             heading = self._craft[0].heading_rad
@@ -225,17 +228,23 @@ class PilotfishNode(Node):
 
     def _report_steering(self, now_s: float, silence: str | None) -> None:
         """Says once a second, and as soon as it has changed, whether the craft is steered."""
-        if self._settings["dry_run"]:
-            word = ("waiting", "a dry run")
-        elif silence is None:
-            word = ("steering", "")
-        else:
-            is_meant = self._link.status != "running" or not self._link.has_planned
-            word = ("waiting" if is_meant else "not_steering", silence)
+        word = ("waiting", "a dry run") if self._settings["dry_run"] else self._steering(now_s, silence)
         before, said_s = self._word
         if word != before or now_s - said_s >= WORD_INTERVAL_S:
             self._word = (word, now_s)
             self._link.report_steering({"t_s": time.time(), "state": word[0], "why": word[1]})
+        if word != before:
+            self._log_status()
+
+    def _steering(self, now_s: float, silence: str | None) -> tuple[str, str]:
+        """The state of the steering, decided here alone."""
+        is_meant = self._link.status != "running" or not self._link.has_planned
+        faults = [alarm.value for alarm in Alarm if alarm in self._alarms]
+        faults += self._link.plan.faults if self._link.plan else ()
+        missing = [f"no new fix of {auv}" for auv, fixes in self._fixes.items() if fixes.is_overdue(now_s)]
+        if self._plans.is_overdue(now_s):
+            missing.insert(0, "the service does not answer" if self._link.trouble else "no new plan")
+        return steering(silence, is_meant, faults, missing)
 
     def _log_status(self) -> None:
         if self._link.trouble != self._trouble:
@@ -243,8 +252,10 @@ class PilotfishNode(Node):
             self._note(
                 f"the service does not answer: {self._trouble}" if self._trouble else "the service answers again"
             )
-        parts = [self._link.plan.status if self._link.plan else "no plan", self._said or "references are sent"]
-        parts += [alarm.value for alarm in Alarm if alarm in self._alarms and alarm.value != self._said]
+        (state, why), _ = self._word
+        parts = [f"{state.replace('_', ' ')}: {why}" if why else state.replace("_", " ")]
+        parts.append(self._link.plan.status if self._link.plan else "no plan")
+        parts += [alarm.value for alarm in Alarm if alarm in self._alarms and alarm.value not in why]
         parts += [f"rejected: {reason}: {count}" for reason, count in self._rejected.items()]
         self.get_logger().info("; ".join(parts))
 

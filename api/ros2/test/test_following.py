@@ -4,7 +4,17 @@ import math
 
 import numpy as np
 import pytest
-from pilotfish_ros2.following import CurrentObserver, Plan, Reference, ahead, starboard, why_silent, wrap
+from pilotfish_ros2.following import (
+    Arrivals,
+    CurrentObserver,
+    Plan,
+    Reference,
+    ahead,
+    starboard,
+    steering,
+    why_silent,
+    wrap,
+)
 
 
 def turning(lags_s=(0.0, 0.0), current=(0.0, 0.0)):
@@ -50,6 +60,29 @@ def test_a_plan_that_is_too_old_gives_no_reference():
 def test_each_missing_condition_stops_the_references(changed, reason):
     known = {"state_age_s": 0.1, "reference": Reference(1.0, 0.0), "status": "running", "has_planned": True}
     assert why_silent(**(known | changed)) == reason
+
+
+def test_what_should_keep_coming_is_overdue_two_seconds_after_its_longest_interval():
+    arrivals = Arrivals()
+    for at_s in [0.0, 5.0, 10.0]:
+        arrivals.push(at_s)
+    assert not arrivals.is_overdue(100.0)
+    arrivals.push(15.0)
+    assert [arrivals.is_overdue(at_s) for at_s in (22.0, 22.1)] == [False, True]
+
+
+@pytest.mark.parametrize(
+    ("known", "state"),
+    [
+        ((None, False, [], []), ("steering", "")),
+        ((None, False, [], ["no new plan", "no new fix of auv-1"]), ("steering", "no new plan; no new fix of auv-1")),
+        ((None, False, ["deadline"], ["no new plan"]), ("degraded", "deadline")),
+        (("no plan yet", True, ["deadline"], []), ("waiting", "no plan yet")),
+        (("no recent odometry of the craft", False, [], []), ("not_steering", "no recent odometry of the craft")),
+    ],
+)
+def test_the_state_of_the_steering_is_the_worst_with_its_reason(known, state):
+    assert steering(*known) == state
 
 
 def test_two_headings_show_both_components_of_the_current():

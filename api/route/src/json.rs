@@ -84,23 +84,26 @@ fn located(text: &str, pointer: &str) -> String {
     format!("line {line} ({pointer})")
 }
 
-fn geojson(mut value: Value, progress: &mut Progress<'_>) -> Result<Vec<Route>, Unread> {
+/// The features of a file, each with its place.
+fn features(mut value: Value) -> Result<Vec<(String, Value)>, Unread> {
     let crs = value["crs"].to_string();
     if crs.contains("EPSG") && !crs.contains("4326") {
         let fault = "is not WGS 84; export it in longitude and latitude";
         return Err(Unread::new("/crs", fault));
     }
-    let features = if value["type"] == "FeatureCollection" {
-        let Value::Array(items) = value["features"].take() else {
-            return Err(Unread::new("/features", "is no list"));
-        };
-        let feature = |(k, item)| (format!("/features/{k}"), item);
-        items.into_iter().enumerate().map(feature).collect()
-    } else {
-        vec![(String::new(), value)]
+    if value["type"] != "FeatureCollection" {
+        return Ok(vec![(String::new(), value)]);
+    }
+    let Value::Array(items) = value["features"].take() else {
+        return Err(Unread::new("/features", "is no list"));
     };
+    let feature = |(k, item)| (format!("/features/{k}"), item);
+    Ok(items.into_iter().enumerate().map(feature).collect())
+}
+
+fn geojson(value: Value, progress: &mut Progress<'_>) -> Result<Vec<Route>, Unread> {
     let (mut routes, mut loose) = (Vec::new(), Route::default());
-    for (place, item) in features {
+    for (place, item) in features(value)? {
         let no_geojson = |error: serde_json::Error| {
             let fault = format!("is neither GeoJSON nor a plan of QGroundControl: {error}");
             Unread::new(&*place, fault)

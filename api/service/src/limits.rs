@@ -78,12 +78,15 @@ pub(crate) const WORK_MIN: f64 = 2e-3;
 /// Most bytes of the idle workspaces of requests, and of those of missions.
 pub(crate) const IDLE_BYTES_MAX: usize = 32 << 20;
 
-// Missions. One client has at most half of the streams and records.
+// Missions. One client has at most half of the memory, streams and records.
 
 /// Most active missions: more than two processors can plan for once a second.
 pub(crate) const ACTORS_MAX: usize = 1_024;
 /// Most unfinished missions of one client.
 pub(crate) const OPEN_SHARE: usize = ACTORS_MAX / 2;
+/// Most bytes of active live missions in memory, beside workspaces. A body of the greatest length
+/// makes one of 5 MiB.
+pub(crate) const LIVE_BYTES_MAX: usize = 256 << 20;
 /// Requests that may wait for a mission: reports of a few vehicles for some seconds.
 pub(crate) const MAILBOX: usize = 32;
 /// Longest wait of a client for a mission's reply.

@@ -92,7 +92,7 @@ metrics! {
         missed: Counter = "mission_plans_missed", Counter::default();
         /// Running live missions whose newest plan warns that the craft does not follow
         does_not_follow: Gauge = "missions_craft_does_not_follow", Gauge::default();
-        /// How often a craft of a live mission began not to follow
+        /// Times that a craft of a live mission began not to follow
         does_not_follow_begun: Counter = "craft_does_not_follow", Counter::default();
     }
 }

@@ -15,6 +15,7 @@ pub mod event;
 pub(crate) mod forward;
 mod if_match;
 mod list;
+mod memory;
 pub(crate) mod parameters;
 pub mod record;
 mod registry;

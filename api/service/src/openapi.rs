@@ -41,6 +41,7 @@ pub(crate) fn document() -> &'static Value {
                 never_null(body);
             }
         }
+        rules::name_kinds(&mut document);
         limits::write(&mut document);
         directions::write(&mut document);
         rules::write(&mut document);

@@ -67,7 +67,7 @@ pub(crate) struct Preflight {
     sensors: Sensors,
     #[command(flatten)]
     mission: MissionFlags,
-    /// How long to listen, s.
+    /// Time to listen, s.
     #[arg(long, value_name = "S", default_value_t = 60)]
     look: u64,
 }

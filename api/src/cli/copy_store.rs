@@ -10,10 +10,10 @@ use crate::cli::{out_file::print, progress::with_spinner};
 
 #[derive(Debug, Args)]
 pub(crate) struct CopyStore {
-    /// Where the missions are: a data directory, or the postgres:// URL of a database.
+    /// The store of the missions: a data directory, or the postgres:// URL of a database.
     #[arg(long, value_name = "DIRECTORY|URL")]
     from: String,
-    /// Where they go, the other way round or not: a store without missions, created if missing.
+    /// The other store, also a directory or a database: without missions, created if missing.
     #[arg(long, value_name = "DIRECTORY|URL")]
     to: String,
 }

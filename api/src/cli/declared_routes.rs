@@ -207,10 +207,10 @@ fn segment(piece: &Segment) -> Result<SegmentFile, String> {
 
 /// The number, if it is within the scenario's range.
 fn fixed<K: Kind>(what: &'static str, value: f64) -> Result<Quantity<K>, String> {
-    let (least, most) = (K::MIN, K::MAX);
-    if (least..=most).contains(&value) {
+    if K::RANGE.contains(&value) {
         return Ok(Quantity::fixed(value));
     }
+    let (least, most) = K::RANGE.into_inner();
     Err(format!(
         "scenarios take {what} from {least} to {most}, and the route has {value}"
     ))

@@ -31,7 +31,7 @@ pub(crate) struct Demo {
     /// Seed of all random numbers.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// How many times as fast as life the mission runs.
+    /// Seconds of the mission per second.
     #[arg(long, value_name = "FACTOR", default_value_t = 20.0)]
     speed_factor: f64,
     /// Port on 127.0.0.1 [default: 8080, or a free one if that is in use]

@@ -35,7 +35,7 @@ pub(crate) struct Route {
     /// CSV with named columns.
     #[arg(required_unless_present = "rectangle")]
     file: Option<PathBuf>,
-    /// Which route of the file.
+    /// Name of the route in the file.
     #[arg(long, requires = "file")]
     name: Option<String>,
     /// Horizontal speed of the AUV through the water, m/s. Default: the file's.

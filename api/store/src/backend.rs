@@ -1,10 +1,8 @@
-//! Where a store is: a directory, or a database.
+//! The place of a store: a directory, or a database.
 
 use std::{fmt::Debug, path::Path, sync::Arc};
 
-use super::{
-    error::StoreError, open_files::OpenFiles, ownership::Trouble, postgres::Lease, reader::EventReader,
-};
+use super::{error::StoreError, open_files::OpenFiles, ownership::Trouble, reader::EventReader};
 
 /// A directory or a database. Its writer is a [`LogWriter`](super::command::LogWriter).
 pub(super) trait Backend: Debug + Send + Sync {
@@ -13,11 +11,6 @@ pub(super) trait Backend: Debug + Send + Sync {
 
     /// The store's file, if it has one.
     fn path(&self) -> Option<&Path> {
-        None
-    }
-
-    /// The service's lease of missions, if other services can own them.
-    fn lease(&self) -> Option<&Lease> {
         None
     }
 

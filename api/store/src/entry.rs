@@ -22,6 +22,8 @@ pub struct StoredMission {
     pub number: u64,
     /// Its id in paths.
     pub id: String,
+    /// The client that created it.
+    pub owner: String,
     pub(super) summary: Vec<u8>,
     /// `true` if the summary has its digest.
     pub(super) is_whole: bool,

@@ -103,6 +103,7 @@ pub struct EventStore {
 #[derive(Debug)]
 struct Shared {
     backend: Box<dyn Backend>,
+    lease: Option<Lease>,
     clock: TrustedClock,
     /// The first damage that was found.
     damage: Mutex<Option<String>>,
@@ -175,11 +176,12 @@ impl EventStore {
         )?;
         // The losses were noted above.
         writer.list(outdated);
-        Self::run(open_files, clock, metrics, writer).map_err(refused)
+        Self::run(open_files, None, clock, metrics, writer).map_err(refused)
     }
 
     fn run(
         backend: impl Backend + 'static,
+        lease: Option<Lease>,
         clock: TrustedClock,
         metrics: StoreMetrics,
         writer: impl LogWriter + Send + 'static,
@@ -190,6 +192,7 @@ impl EventStore {
             .spawn_thread("mission-log", run(writer, commands, clock.machine.clone()))?;
         let shared = Shared {
             backend: Box::new(backend),
+            lease,
             clock,
             damage: Mutex::default(),
             metrics,
@@ -203,7 +206,7 @@ impl EventStore {
     /// This service's lease of missions; none if no other service can own them.
     #[must_use]
     pub fn lease(&self) -> Option<&Lease> {
-        self.shared.backend.lease()
+        self.shared.lease.as_ref()
     }
 
     /// Time until the disk is full, at the rate since the last call; none if unknown.

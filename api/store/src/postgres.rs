@@ -71,24 +71,13 @@ impl EventReader {
     }
 }
 
-/// A database, and this service's lease of missions in it.
-#[derive(Debug)]
-struct Joined {
-    database: Database,
-    lease: Option<Lease>,
-}
-
-impl Backend for Joined {
+impl Backend for Database {
     fn reader(&self) -> Result<EventReader, StoreError> {
-        Ok(EventReader::in_database(self.database.reading()?))
-    }
-
-    fn lease(&self) -> Option<&Lease> {
-        self.lease.as_ref()
+        Ok(EventReader::in_database(self.reading()?))
     }
 
     fn trouble(&self, trouble: Option<Trouble>) {
-        self.database.trouble(trouble);
+        Self::trouble(self, trouble);
     }
 }
 
@@ -119,8 +108,8 @@ impl EventStore {
         let mut writer = PostgresWriter::new((&database, &lease), share, clock.clone(), metrics.clone())?;
         writer.keep_time(time)?;
         let name = database.name().to_owned();
-        let joined = Joined { database, lease };
-        Self::run(joined, clock, metrics, writer).map_err(|error| StoreError::open(name.as_ref(), &error))
+        Self::run(database, lease, clock, metrics, writer)
+            .map_err(|error| StoreError::open(name.as_ref(), &error))
     }
 }
 

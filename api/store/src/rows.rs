@@ -134,7 +134,7 @@ impl Rows for Connection {
 }
 
 /// The columns that [`stored_mission`] reads.
-pub(super) const MISSION: &str = "number, id, summary, status, sequence, head, digest";
+pub(super) const MISSION: &str = "number, id, summary, status, sequence, head, digest, owner";
 
 /// Reads the columns [`MISSION`].
 pub(super) fn stored_mission(row: &dyn Row) -> Result<StoredMission, StoreError> {
@@ -144,6 +144,7 @@ pub(super) fn stored_mission(row: &dyn Row) -> Result<StoredMission, StoreError>
     Ok(StoredMission {
         number: unsigned(number),
         id,
+        owner: row.get(7)?,
         summary,
         is_whole: stored == expected,
     })

@@ -267,7 +267,7 @@ fn until_some<T>(otherwise: &str, mut tried: impl FnMut() -> Option<T>) -> T {
     }
 }
 
-/// Why an acknowledgement is awaited in vain.
+/// Message for an acknowledgement that does not come.
 const SILENT: &str = "nothing is acknowledged any more";
 
 /// A member of an acknowledgement with this status; none if the service dies while it answers, or

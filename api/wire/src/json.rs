@@ -12,12 +12,12 @@ use std::{
     fmt,
 };
 
-use planner::snapshot::pointer_token;
+use planner::snapshot::{TAGGED, pointer_token};
 use serde::{
     Deserialize, Deserializer, Serialize, Serializer,
     de::{
         self, DeserializeSeed, Expected, IntoDeserializer, MapAccess, SeqAccess, Unexpected, Visitor,
-        value::StrDeserializer,
+        value::{MapAccessDeserializer, StrDeserializer},
     },
     forward_to_deserialize_any,
 };
@@ -58,13 +58,16 @@ pub(crate) enum Json<'a> {
 impl Json<'_> {
     /// A member of an object, if it is present and not null.
     pub(crate) fn member(&self, name: &str) -> Option<&Self> {
+        self.given(name).filter(|value| !matches!(value, Self::Null))
+    }
+
+    /// A member of an object.
+    fn given(&self, name: &str) -> Option<&Self> {
         let Self::Object(members) = self else {
             return None;
         };
         let found = members.iter().find(|(given, _)| given == name);
-        found
-            .map(|(_, value)| value)
-            .filter(|value| !matches!(value, Self::Null))
+        found.map(|(_, value)| value)
     }
 
     pub(crate) fn number(&self) -> Option<f64> {
@@ -309,11 +312,7 @@ impl de::Error for ShapeError {
         Self::new(token(name), "missing", "must be given")
     }
 
-    /// Without `known` members, another kind of object has this one.
     fn unknown_field(name: &str, known: &'static [&'static str]) -> Self {
-        if known.is_empty() {
-            return Self::new(token(name), "unexpected", "this kind has no such member");
-        }
         let detail = format!("unknown member; known members are {}", listed(known));
         Self::new(token(name), "unknown_field", detail)
     }
@@ -339,12 +338,18 @@ pub(crate) struct Node<'a> {
     json: &'a Json<'a>,
     /// `true` for an item of a list of fixed length.
     in_fixed_list: bool,
+    /// Of an object that is read as one of several kinds: its tag, which names the kind, and perhaps
+    /// a member that is read apart. Null members of such an object are omitted ones.
+    hidden: &'static str,
 }
 
 impl<'a> Node<'a> {
     pub(crate) fn whole(json: &'a Json<'a>) -> Self {
-        let in_fixed_list = false;
-        Self { json, in_fixed_list }
+        Self {
+            json,
+            in_fixed_list: false,
+            hidden: "",
+        }
     }
 
     fn must_be<T>(self, expected: &str) -> Result<T, ShapeError> {
@@ -390,7 +395,7 @@ impl<'de> Deserializer<'de> for Node<'de> {
             Json::Number(number) => visit_number(number, visitor),
             Json::Text(text) => visitor.visit_str(text),
             Json::List(items) => visitor.visit_seq(Items::new(items, false)),
-            Json::Object(members) => visitor.visit_map(Members::new(members)),
+            Json::Object(members) => visitor.visit_map(Members::new(members, self.hidden)),
         }
     }
 
@@ -436,10 +441,21 @@ impl<'de> Deserializer<'de> for Node<'de> {
 
     fn deserialize_newtype_struct<V: Visitor<'de>>(
         self,
-        _: &'static str,
+        name: &'static str,
         visitor: V,
     ) -> Result<V::Value, ShapeError> {
-        visitor.visit_newtype_struct(self)
+        let Some(hidden) = name.strip_prefix(TAGGED) else {
+            return visitor.visit_newtype_struct(self);
+        };
+        if !matches!(self.json, Json::Object(_)) {
+            return self.must_be("an object");
+        }
+        let apart = |name| Some((name, Self::whole(self.json.member(name)?)));
+        let parts = [
+            Some(("", Self { hidden, ..self })),
+            hidden.split(' ').nth(1).and_then(apart),
+        ];
+        visitor.visit_seq(Parts(parts.into_iter().flatten()))
     }
 
     fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ShapeError> {
@@ -475,7 +491,7 @@ impl<'de> Deserializer<'de> for Node<'de> {
 
     fn deserialize_map<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ShapeError> {
         match self.json {
-            Json::Object(members) => visitor.visit_map(Members::new(members)),
+            Json::Object(members) => visitor.visit_map(Members::new(members, self.hidden)),
             _ => self.must_be("an object"),
         }
     }
@@ -497,8 +513,25 @@ impl<'de> Deserializer<'de> for Node<'de> {
         visitor: V,
     ) -> Result<V::Value, ShapeError> {
         match self.json {
+            Json::Object(_) if !self.hidden.is_empty() => {
+                visitor.visit_enum(MapAccessDeserializer::new(Kind(self)))
+            }
             Json::Text(text) => visitor.visit_enum(StrDeserializer::new(text)),
             _ => self.must_be("text"),
+        }
+    }
+
+    /// A kind without members.
+    fn deserialize_unit<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ShapeError> {
+        let Json::Object(members) = self.json else {
+            return self.deserialize_any(visitor);
+        };
+        match Members::new(members, self.hidden).advance() {
+            None => visitor.visit_unit(),
+            Some((name, _)) => {
+                let detail = "this kind has no such member";
+                Err(ShapeError::new(token(name), "unknown_field", detail))
+            }
         }
     }
 
@@ -507,7 +540,52 @@ impl<'de> Deserializer<'de> for Node<'de> {
     }
 
     forward_to_deserialize_any! {
-        i8 i16 i32 i64 i128 u8 u16 u128 f32 char bytes byte_buf unit unit_struct tuple_struct identifier
+        i8 i16 i32 i64 i128 u8 u16 u128 f32 char bytes byte_buf unit_struct tuple_struct identifier
+    }
+}
+
+/// An object of one of several kinds, then the member that is read apart, with its name.
+struct Parts<'a>(std::iter::Flatten<std::array::IntoIter<Option<(&'static str, Node<'a>)>, 2>>);
+
+impl<'de> SeqAccess<'de> for Parts<'de> {
+    type Error = ShapeError;
+
+    fn next_element_seed<T: DeserializeSeed<'de>>(
+        &mut self,
+        seed: T,
+    ) -> Result<Option<T::Value>, ShapeError> {
+        let Some((name, node)) = self.0.next() else {
+            return Ok(None);
+        };
+        let part = seed.deserialize(node);
+        part.map(Some).map_err(|wrong| {
+            if name.is_empty() {
+                wrong
+            } else {
+                wrong.within(name)
+            }
+        })
+    }
+}
+
+/// An object of one of several kinds, as a map from its kind to the same object.
+struct Kind<'a>(Node<'a>);
+
+impl<'de> MapAccess<'de> for Kind<'de> {
+    type Error = ShapeError;
+
+    fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, ShapeError> {
+        let tag = self.0.hidden.split(' ').next().unwrap_or_default();
+        let kind = match self.0.json.given(tag) {
+            None => return Err(de::Error::missing_field(tag)),
+            Some(Json::Text(name)) => seed.deserialize(StrDeserializer::new(name)),
+            Some(other) => Node::whole(other).must_be("text"),
+        };
+        kind.map(Some).map_err(|wrong| wrong.within(tag))
+    }
+
+    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, ShapeError> {
+        seed.deserialize(self.0)
     }
 }
 
@@ -537,8 +615,8 @@ impl<'de> SeqAccess<'de> for Items<'de> {
             return Ok(None);
         };
         let node = Node {
-            json,
             in_fixed_list: self.fixed,
+            ..Node::whole(json)
         };
         let item = seed
             .deserialize(node)
@@ -549,17 +627,27 @@ impl<'de> SeqAccess<'de> for Items<'de> {
 
 /// The members of an object, with their names.
 struct Members<'a> {
-    members: std::slice::Iter<'a, (Cow<'a, str>, Json<'a>)>,
+    rest: std::slice::Iter<'a, (Cow<'a, str>, Json<'a>)>,
+    hidden: &'static str,
     /// The member whose name was read last.
-    member: Option<&'a (Cow<'a, str>, Json<'a>)>,
+    last: Option<&'a (Cow<'a, str>, Json<'a>)>,
 }
 
 impl<'a> Members<'a> {
-    fn new(members: &'a [(Cow<'a, str>, Json<'a>)]) -> Self {
+    fn new(members: &'a [(Cow<'a, str>, Json<'a>)], hidden: &'static str) -> Self {
         Self {
-            members: members.iter(),
-            member: None,
+            rest: members.iter(),
+            hidden,
+            last: None,
         }
+    }
+
+    /// The next member that the shape may have.
+    fn advance(&mut self) -> Option<&'a (Cow<'a, str>, Json<'a>)> {
+        let hidden = self.hidden;
+        let is_hidden = |name: &str| hidden.split(' ').any(|hidden| hidden == name);
+        self.rest
+            .find(|(name, json)| hidden.is_empty() || !(is_hidden(name) || matches!(json, Json::Null)))
     }
 }
 
@@ -567,13 +655,13 @@ impl<'de> MapAccess<'de> for Members<'de> {
     type Error = ShapeError;
 
     fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, ShapeError> {
-        self.member = self.members.next();
-        let name = self.member.map(|(name, _)| StrDeserializer::new(name));
+        self.last = self.advance();
+        let name = self.last.map(|(name, _)| StrDeserializer::new(name));
         name.map(|name| seed.deserialize(name)).transpose()
     }
 
     fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, ShapeError> {
-        let (name, json) = self.member.expect("a name is read before its value");
+        let (name, json) = self.last.expect("a name is read before its value");
         seed.deserialize(Node::whole(json))
             .map_err(|wrong| wrong.within(name))
     }

@@ -219,7 +219,7 @@ impl<'a> Answer<'a> {
     }
 
     fn craft_estimate(&self, asked: DomainReference) -> CraftEstimate {
-        let known = &self.plan.craft;
+        let (known, tuned) = (&self.plan.craft, &self.snapshot.tuned().craft);
         let (heading_held, speed_held) = known.modes(self.snapshot.craft_prior());
         let learnt = |(value, sigma): (f64, f64)| Learnt { value, sigma };
         let remembered = planner::craft::CraftEstimate {
@@ -227,10 +227,10 @@ impl<'a> Answer<'a> {
             ..*known
         };
         CraftEstimate {
-            heading_lag_s: learnt(known.heading_lag()),
+            heading_lag_s: learnt(known.heading_lag(tuned)),
             heading_offset_rad: learnt(known.heading_offset()),
             heading_held,
-            surge_lag_s: learnt(known.surge_lag()),
+            surge_lag_s: learnt(known.surge_lag(tuned)),
             speed_held,
             surge_bias_mps2: learnt(known.surge_disturbance()),
             sway_per_yaw_rate_s: learnt((known.drift.mean, known.drift.variance.max(0.0).sqrt())),

@@ -6,7 +6,7 @@ use utoipa::ToSchema;
 
 use crate::{
     craft::estimate::CraftEstimate,
-    estimate::{NextTurn, Pattern, from_reports::Estimate},
+    estimate::{NextTurn, RepeatedTrack, from_reports::Estimate},
     facts::{
         angle::Course,
         auv::{Dive, VehicleId},
@@ -279,23 +279,6 @@ pub struct RouteFit {
     pub repeats: Option<RepeatedTrack>,
 }
 
-/// Pattern that an underwater vehicle's track repeats.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct RepeatedTrack {
-    /// Kind of pattern.
-    pub pattern: Pattern,
-    /// Number of repetitions in the stored track: about two or more.
-    pub times: f64,
-    /// Length of the pattern, m: of a lawn-mower's lane and turn, or of a lap.
-    pub period_m: f64,
-    /// Length of its longest leg from corner to corner, m.
-    pub leg_m: f64,
-    /// Distance between lanes, m; 0 without lanes.
-    pub spacing_m: f64,
-    /// Root-mean-square distance between repetitions, m.
-    pub residual_m: f64,
-}
-
 impl TargetPoint {
     /// Position (north, east), m.
     #[must_use]
@@ -322,7 +305,7 @@ impl PlannedTarget {
             let sigma = |time: &f64| forecast.position_variance(*time).sqrt();
             Self {
                 id: auv.id.clone(),
-                estimate: estimate.into(),
+                estimate: TargetEstimate::new(estimate, snapshot),
                 forecast: forecast.model.into(),
                 drift: forecast.drift().into(),
                 track: estimate.track.clone(),
@@ -335,8 +318,8 @@ impl PlannedTarget {
     }
 }
 
-impl From<&Estimate> for TargetEstimate {
-    fn from(estimate: &Estimate) -> Self {
+impl TargetEstimate {
+    fn new(estimate: &Estimate, snapshot: &Snapshot) -> Self {
         let state = &estimate.state;
         let velocity = state.velocity();
         Self {
@@ -350,7 +333,7 @@ impl From<&Estimate> for TargetEstimate {
             east_mps: velocity.y,
             turn_rate_radps: state.turn_rate_radps,
             covariance: state.covariance,
-            position_sigma_m: estimate.position_sigma(),
+            position_sigma_m: estimate.position_sigma(&snapshot.tuned().estimate),
             rejected: estimate.rejected.clone(),
             dive: estimate.dive,
             route: estimate.route.map(|route| RouteFit {
@@ -361,14 +344,7 @@ impl From<&Estimate> for TargetEstimate {
                 faster_mps: route.fit.faster(),
                 backwards: route.fit.sense < 0.0,
                 next_turn: route.next_turn,
-                repeats: estimate.repeats.as_ref().map(|repeats| RepeatedTrack {
-                    pattern: repeats.pattern,
-                    times: repeats.times,
-                    period_m: repeats.period,
-                    leg_m: repeats.leg,
-                    spacing_m: repeats.spacing,
-                    residual_m: repeats.residual,
-                }),
+                repeats: estimate.repeats.as_ref().map(|repeats| repeats.track),
             }),
         }
     }

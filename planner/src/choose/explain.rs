@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::{
-    choose::select::{baselines_of_all, select_answer},
+    choose::select::{baselines, select_answer},
     los::law::LosLaw,
     problem::{parameters::Parameters, violation::Unit},
     program::{build::Program, layout::Slack, standard_form::Cone, units::SLACK_UNIT},
@@ -95,15 +95,7 @@ pub struct UsedSlack {
 pub fn explain(snapshot: &Snapshot, planned: CostTerms, parameters: &Parameters, stop: &Stop) -> Explanation {
     let mut solvers = Solvers::default();
     let mut explanation = Explanation::default();
-    let times: Vec<f64> = parameters
-        .of(snapshot)
-        .steps
-        .iter()
-        .scan(0.0, |time, step| {
-            *time += step;
-            Some(*time)
-        })
-        .collect();
+    let times = parameters.of(snapshot).times();
     let mut programs = ByShape::default();
     let _plan = select_answer(snapshot, parameters, &mut programs, stop, &mut |program| {
         let solution = solvers.solve_until(program, stop);
@@ -115,7 +107,7 @@ pub fn explain(snapshot: &Snapshot, planned: CostTerms, parameters: &Parameters,
         });
         explanation.program = size(program);
         explanation.slack = if is_whole {
-            slacks(program, &solution, &times)
+            slacks(program, &solution, &times[1..])
         } else {
             vec![]
         };
@@ -123,7 +115,7 @@ pub fn explain(snapshot: &Snapshot, planned: CostTerms, parameters: &Parameters,
     });
     let laws = LosLaw::ALL
         .iter()
-        .zip(baselines_of_all(snapshot, parameters, stop))
+        .zip(baselines(snapshot, parameters, stop))
         .map(|(law, baseline)| (law.name().to_owned(), baseline.cost_terms));
     let mpc = ("mpc".to_owned(), planned);
     explanation.cost_terms = [mpc].into_iter().chain(laws).collect();

@@ -1,8 +1,7 @@
 //! Entry points of the planner.
 
 use crate::{
-    choose::select::{baseline_from_memory, baselines_of_all, select_answer},
-    los::{law::LosLaw, tracking_law::TrackingLaw},
+    choose::select::select_answer,
     problem::parameters::Parameters,
     program::build::Program,
     snapshot::build::Snapshot,
@@ -15,10 +14,10 @@ use crate::{
 
 pub use crate::{
     choose::answer::{
-        Baseline, GoalPoint, Method, Plan, PlannedTarget, RepeatedTrack, RouteFit, TargetEstimate,
-        TargetPoint,
+        Baseline, GoalPoint, Method, Plan, PlannedTarget, RouteFit, TargetEstimate, TargetPoint,
     },
-    choose::select::scheduled_goal,
+    choose::select::{baseline_from, baselines, scheduled_goal},
+    estimate::RepeatedTrack,
     problem::violation::{SoftLimit, Subject, Unit, Violation},
     scp::{
         predicted_cost::{CostTerms, Predicted},
@@ -34,18 +33,7 @@ pub struct Workspace {
 }
 
 /// Programs by shape, the part of a [`Workspace`] besides the solvers.
-#[derive(Debug, Default)]
-pub struct Programs {
-    by_shape: ByShape<Program>,
-}
-
-impl Programs {
-    /// Size in bytes.
-    #[must_use]
-    pub fn bytes(&self) -> usize {
-        self.by_shape.bytes()
-    }
-}
+pub type Programs = ByShape<Program>;
 
 impl Workspace {
     /// Approximate size in bytes: programs and solvers of the last used shapes up to
@@ -57,7 +45,7 @@ impl Workspace {
 
     /// Drops a last shape above the limit too, for a workspace that is not in use.
     pub fn shrink(&mut self) {
-        self.programs.by_shape.shrink_to(KEPT_BYTES_MAX);
+        self.programs.shrink_to(KEPT_BYTES_MAX);
         self.solvers.shrink_to(KEPT_BYTES_MAX);
     }
 }
@@ -81,28 +69,7 @@ pub fn plan_until(
 ) -> Plan {
     let Workspace { programs, solvers } = workspace;
     let solve = &mut |program: &Program| solvers.solve_until(program, stop);
-    select_answer(snapshot, parameters, &mut programs.by_shape, stop, solve)
-}
-
-/// The answers of all line-of-sight laws for `snapshot` with the gains in `parameters`:
-/// [`Plan::baseline`] for each of [`LosLaw::ALL`]. If `stop` cuts their schedule short,
-/// [`Baseline::degraded`] says so.
-///
-/// The laws start without memory: an integral at zero, a box from one fix.
-#[must_use]
-pub fn baselines(snapshot: &Snapshot, parameters: &Parameters, stop: &Stop) -> [Baseline; LosLaw::ALL.len()] {
-    baselines_of_all(snapshot, parameters, stop)
-}
-
-/// The baseline of a running law, with its gains and its memory of earlier positions and times.
-#[must_use]
-pub fn baseline_from(
-    snapshot: &Snapshot,
-    parameters: &Parameters,
-    law: &TrackingLaw,
-    stop: &Stop,
-) -> Baseline {
-    baseline_from_memory(snapshot, parameters, law, stop)
+    select_answer(snapshot, parameters, programs, stop, solve)
 }
 
 /// [`plan`] with another solver than Clarabel, for comparisons or forced failures.
@@ -113,11 +80,5 @@ pub fn plan_with(
     programs: &mut Programs,
     solve: &mut dyn FnMut(&Program) -> Solution,
 ) -> Plan {
-    select_answer(
-        snapshot,
-        parameters,
-        &mut programs.by_shape,
-        &Stop::never(),
-        solve,
-    )
+    select_answer(snapshot, parameters, programs, &Stop::never(), solve)
 }

@@ -6,7 +6,7 @@ use crate::{
     choose::answer::{Baseline, GoalPoint, Method, Plan, PlannedTarget},
     craft::{
         estimate::CraftEstimate,
-        response::{HALF_HOLD, Rollout, Stage},
+        response::{HALF_HOLD, Rollout},
     },
     facts::{
         angle::{Course, Heading, angle_of, wrap},
@@ -31,7 +31,6 @@ use crate::{
     scp::{
         follower::{follow, invert_response, slew_limited, speed_lead, stage_at},
         iterations::Scp,
-        predicted_cost::predict,
         result::{CandidateTrajectory, Degraded, ScpResult, SolverReport},
     },
     snapshot::build::Snapshot,
@@ -68,49 +67,35 @@ pub(crate) fn select_answer(
     let cut_short = cut_short(snapshot, schedule.as_ref(), stop);
     let horizon = Horizon::new(snapshot, parameters, &goal);
     // 2. The law: baseline, initial guess and fallback.
-    let los_rollout = horizon.line_of_sight(snapshot, &goal, tuning(LosLaw::SaturatedLos, parameters));
-    let law = saturated_los(
-        &AscNow::from(snapshot),
-        &goal.at(0.0),
-        horizon.goal_course,
-        parameters.los,
-        snapshot.limits(),
-    );
-    let los = Level {
-        method: Method::SaturatedLos,
-        reference: law,
-        candidate: rolled_out(&horizon, los_rollout.stages.clone(), &los_rollout),
-    };
+    let (los, los_rollout) = line_of_sight(&horizon);
     // 3. The program, unless the goal depends on a report that is too old.
     let stale = |auv: usize| parameters.is_stale(&snapshot.estimates()[auv]);
+    let mut program = Scp {
+        horizon: &horizon,
+        stop,
+        solve,
+        programs,
+    };
     let scp = if goal.needs_now().any(stale) {
         ScpResult::none(Degraded::StaleReport)
     } else if snapshot.cut_short() {
         ScpResult::none(Degraded::Deadline)
     } else {
-        let mut scp = Scp {
-            snapshot,
-            parameters,
-            horizon: &horizon,
-            goal: &goal,
-            stop,
-            solve,
-            programs,
-        };
-        scp.run(&los_rollout, los.candidate.predicted.cost)
+        program.run(&los_rollout, los.candidate.predicted.cost)
     };
     // 4. The level that answers.
     let distance = (goal.at(0.0).position - snapshot.asc.position()).norm();
     let craft = answered(snapshot, distance);
     let best = if craft.realised.law_steers && scp.degraded != Some(Degraded::StaleReport) {
-        steered(los.clone(), snapshot, parameters, &horizon)
+        steered(los.clone(), &horizon)
     } else {
-        best_level(snapshot, parameters, &horizon, &scp, &los)
+        best_level(&horizon, &scp, &los)
     };
     // 5. The answer.
     let (command, through_water) = commanded(best.reference, snapshot);
-    let broken_by_program = (best.method == Method::Mpc).then_some(scp.violations);
+    let by_program = (best.method == Method::Mpc).then_some(scp.violations);
     let violations = best.candidate.violations.into_iter();
+    let violations = violations.chain(by_program.into_iter().flatten()).flatten();
     let times = || horizon.times.iter();
     let covariances = |auv: &AuvForecast| times().map(|time| auv.position_covariance(*time)).collect();
     Plan {
@@ -128,24 +113,14 @@ pub(crate) fn select_answer(
         goal_course: goal.course(),
         targets: PlannedTarget::all(snapshot, &horizon.times, goal.auvs()),
         position_covariances: goal.auvs().iter().map(covariances).collect(),
-        baseline: Baseline {
-            degraded: cut_short,
-            reference: snapshot.command(&law),
-            trajectory: horizon.trajectory(&los.candidate.stages).collect(),
-            predicted: los.candidate.predicted,
-            cost_terms: los.candidate.terms,
-            violations: los.candidate.violations.into_iter().flatten().collect(),
-        },
+        baseline: baseline(&horizon, &los.reference, &los.candidate, cut_short),
         solver: SolverReport {
             deadline_hit: stop.was_due() || snapshot.cut_short(),
             ..scp.report
         },
         predicted: best.candidate.predicted,
         cost_terms: best.candidate.terms,
-        violations: violations
-            .chain(broken_by_program.into_iter().flatten())
-            .flatten()
-            .collect(),
+        violations: violations.collect(),
         range_unattainable: horizon.constraints.range_unattainable,
         schedule,
     }
@@ -209,35 +184,22 @@ fn without_heading_offset(asked: Reference, snapshot: &Snapshot) -> Reference {
 }
 
 /// The level that answers; the first of equals.
-fn best_level(
-    snapshot: &Snapshot,
-    parameters: &Parameters,
-    horizon: &Horizon<'_>,
-    scp: &ScpResult,
-    los: &Level,
-) -> Level {
+fn best_level(horizon: &Horizon<'_>, scp: &ScpResult, los: &Level) -> Level {
     if scp.degraded == Some(Degraded::StaleReport) {
-        return hold(snapshot, horizon);
+        return hold(horizon);
     }
-    let planned = scp
-        .candidate
-        .as_ref()
-        .map(|candidate| planned(horizon, candidate.clone(), snapshot, parameters));
-    let levels = [
-        planned,
-        previous_plan(snapshot, parameters, horizon),
-        Some(los.clone()),
-    ];
+    let planned = scp.candidate.clone().map(|candidate| planned(horizon, candidate));
+    let levels = [planned, previous_plan(horizon), Some(los.clone())];
     let cost = |level: &Level| level.candidate.predicted.cost;
     let best = levels.into_iter().flatten().reduce(|best, next| {
-        if parameters.cost_decides && cost(&next) + COST_TIE < cost(&best) {
+        if horizon.parameters.cost_decides && cost(&next) + COST_TIE < cost(&best) {
             next
         } else {
             best
         }
     });
     let best = best.expect("line of sight is always there");
-    steered(best, snapshot, parameters, horizon)
+    steered(best, horizon)
 }
 
 /// The estimate of the craft, updated with its present `distance` from the goal, m.
@@ -247,8 +209,9 @@ fn answered(snapshot: &Snapshot, distance: f64) -> CraftEstimate {
     let elapsed = previous
         .and_then(|previous| Some(snapshot.t_s - previous.trajectory.first()?.t_s))
         .map_or(0.0, |elapsed| elapsed.clamp(0.0, 10.0));
+    let (alarm, tuned) = (estimate.monitor.alarm, &snapshot.tuned().craft);
     CraftEstimate {
-        realised: estimate.realised.after(distance, elapsed, estimate.monitor.alarm),
+        realised: estimate.realised.after(distance, elapsed, alarm, tuned),
         ..estimate
     }
 }
@@ -258,48 +221,46 @@ fn answered(snapshot: &Snapshot, distance: f64) -> CraftEstimate {
 ///
 /// In a hard turn at full speed, saturated thrusters achieve neither, and the heading swings for 10
 /// s. From rest the law may turn as fast as the craft can; see `docs/rationale.md#references`.
-fn steered(level: Level, snapshot: &Snapshot, parameters: &Parameters, horizon: &Horizon<'_>) -> Level {
+fn steered(level: Level, horizon: &Horizon<'_>) -> Level {
     if level.method != Method::SaturatedLos {
         return level;
     }
-    let craft = snapshot.craft_model();
-    let planned = parameters.planned(craft).limits;
-    let at_speed = parameters.hard_turn_share * planned.speed_max < snapshot.asc.speed_mps;
+    let (snapshot, planned) = (horizon.snapshot, &horizon.craft.limits);
+    let at_speed = horizon.parameters.hard_turn_share * planned.speed_max < snapshot.asc.speed_mps;
     let rate = if at_speed {
         planned.turn_rate_max
     } else {
-        craft.limits.turn_rate_max
+        snapshot.craft_model().limits.turn_rate_max
     };
     Level {
-        reference: slew_limited(level.reference, snapshot, horizon, rate),
+        reference: slew_limited(level.reference, horizon, rate),
         ..level
     }
 }
 
-/// Answers of all laws without memory. All have the same goal: a schedule is expensive.
-pub(crate) fn baselines_of_all(
-    snapshot: &Snapshot,
-    parameters: &Parameters,
-    stop: &Stop,
-) -> [Baseline; LosLaw::ALL.len()] {
+/// The answers of all line-of-sight laws for `snapshot` with the gains in `parameters`:
+/// [`Plan::baseline`] for each of [`LosLaw::ALL`]. If `stop` cuts their schedule short,
+/// [`Baseline::degraded`] says so. All have the same goal: a schedule is expensive.
+///
+/// The laws start without memory: an integral at zero, a box from one fix.
+#[must_use]
+pub fn baselines(snapshot: &Snapshot, parameters: &Parameters, stop: &Stop) -> [Baseline; LosLaw::ALL.len()] {
     let parameters = &*parameters.of(snapshot);
     let (goal, schedule) = scheduled_goal(snapshot, parameters, remembered_course(snapshot), stop);
     let degraded = cut_short(snapshot, schedule.as_ref(), stop);
     let horizon = Horizon::new(snapshot, parameters, &goal);
     LosLaw::ALL.map(|law| {
         let tuning = tuning(law, parameters);
-        let rollout = horizon.line_of_sight(snapshot, &goal, tuning);
+        let candidate = rolled_out(&horizon, &horizon.line_of_sight(tuning));
         let mut tracking = TrackingLaw::new(tuning, Some(horizon.goal_course));
         let through_water = tracking.steer(0.0, &AscNow::from(snapshot), &goal.at(0.0), snapshot.limits());
-        Baseline {
-            degraded,
-            ..rolled_out_baseline(snapshot, &horizon, &rollout, &through_water)
-        }
+        baseline(&horizon, &through_water, &candidate, degraded)
     })
 }
 
-/// The answer of `law` with its memory.
-pub(crate) fn baseline_from_memory(
+/// The baseline of a running law, with its gains and its memory of earlier positions and times.
+#[must_use]
+pub fn baseline_from(
     snapshot: &Snapshot,
     parameters: &Parameters,
     law: &TrackingLaw,
@@ -308,28 +269,28 @@ pub(crate) fn baseline_from_memory(
     let parameters = &*parameters.of(snapshot);
     let (goal, _) = scheduled_goal(snapshot, parameters, remembered_course(snapshot), stop);
     let horizon = Horizon::new(snapshot, parameters, &goal);
-    let rollout = horizon.line_of_sight_with_memory(snapshot, &goal, law.clone());
+    let rollout = horizon.line_of_sight_with_memory(law.clone());
     let asc = AscNow::from(snapshot);
     let through_water = law
         .clone()
         .steer(snapshot.t_s, &asc, &goal.at(0.0), snapshot.limits());
-    rolled_out_baseline(snapshot, &horizon, &rollout, &through_water)
+    baseline(&horizon, &through_water, &rolled_out(&horizon, &rollout), None)
 }
 
-fn rolled_out_baseline(
-    snapshot: &Snapshot,
+/// The answer of a law with its reference through the water and its `candidate`.
+fn baseline(
     horizon: &Horizon<'_>,
-    rollout: &Rollout,
     through_water: &Reference,
+    candidate: &CandidateTrajectory,
+    degraded: Option<Degraded>,
 ) -> Baseline {
-    let (predicted, cost_terms, violations) = predict(horizon, rollout, &horizon.weights);
     Baseline {
-        degraded: None,
-        reference: snapshot.command(through_water),
-        trajectory: horizon.trajectory(&rollout.stages).collect(),
-        predicted,
-        cost_terms,
-        violations: violations.into_iter().flatten().collect(),
+        degraded,
+        reference: horizon.snapshot.command(through_water),
+        trajectory: horizon.trajectory(&candidate.stages).collect(),
+        predicted: candidate.predicted,
+        cost_terms: candidate.terms,
+        violations: candidate.violations.into_iter().flatten().collect(),
     }
 }
 
@@ -341,70 +302,78 @@ fn tuning(law: LosLaw, parameters: &Parameters) -> LosTuning {
     }
 }
 
+/// The law's level, and its rollout, which is also an initial guess.
+fn line_of_sight(horizon: &Horizon<'_>) -> (Level, Rollout) {
+    let (snapshot, parameters) = (horizon.snapshot, horizon.parameters);
+    let rollout = horizon.line_of_sight(tuning(LosLaw::SaturatedLos, parameters));
+    let (asc, goal) = (AscNow::from(snapshot), horizon.forecast.at(0.0));
+    let level = Level {
+        method: Method::SaturatedLos,
+        reference: saturated_los(
+            &asc,
+            &goal,
+            horizon.goal_course,
+            parameters.los,
+            snapshot.limits(),
+        ),
+        candidate: rolled_out(horizon, &rollout),
+    };
+    (level, rollout)
+}
+
 /// The program's level.
-fn planned(
-    horizon: &Horizon<'_>,
-    candidate: CandidateTrajectory,
-    snapshot: &Snapshot,
-    parameters: &Parameters,
-) -> Level {
+fn planned(horizon: &Horizon<'_>, candidate: CandidateTrajectory) -> Level {
     let next = horizon.trajectory(&candidate.stages).nth(1);
     let next = next.expect("a horizon has an interval");
-    let surge = horizon.start.velocity.x;
-    let craft = parameters.planned(snapshot.craft_model());
-    let lead = craft.course_lag() + HALF_HOLD;
-    let later = stage_at(horizon, &candidate.stages, 0, lead).velocity;
+    let velocity_at = |lead| stage_at(horizon, &candidate.stages, 0, lead).velocity;
+    let later = velocity_at(horizon.craft.course_lag() + HALF_HOLD);
     let next = Reference {
         heading: if later.norm() < SPEED_WITHOUT_DIRECTION {
             next.heading()
         } else {
-            Heading::new(snapshot.asc.heading().radians() + angle_of(&later))
+            Heading::new(horizon.snapshot.asc.heading().radians() + angle_of(&later))
         },
-        speed: stage_at(horizon, &candidate.stages, 0, speed_lead(&craft))
-            .velocity
-            .norm(),
+        speed: velocity_at(speed_lead(&horizon.craft)).norm(),
     };
-    let asked = invert_response(surge, &next, craft.surge_disturbance, &craft);
     Level {
         method: Method::Mpc,
-        reference: slew_limited(asked, snapshot, horizon, craft.limits.turn_rate_max),
+        reference: towards(&next, horizon),
         candidate,
     }
 }
 
 /// The previous plan, continued: its trajectory from now, held at its end.
-fn previous_plan(snapshot: &Snapshot, parameters: &Parameters, horizon: &Horizon<'_>) -> Option<Level> {
+fn previous_plan(horizon: &Horizon<'_>) -> Option<Level> {
     let previous = horizon.previous.as_ref()?;
     let stages = horizon.stages_along(previous);
-    let rollout = follow(horizon, &stages, snapshot, parameters);
-    let craft = parameters.planned(snapshot.craft_model());
-    let lead = craft.course_lag() + HALF_HOLD;
+    let rollout = follow(horizon, &stages);
+    let (now, craft) = (horizon.snapshot.t_s, &horizon.craft);
     let next = Reference {
-        heading: previous.at(snapshot.t_s + lead).heading(),
-        speed: previous.at(snapshot.t_s + speed_lead(&craft)).speed_mps,
+        heading: previous.at(now + (craft.course_lag() + HALF_HOLD)).heading(),
+        speed: previous.at(now + speed_lead(craft)).speed_mps,
     };
-    let surge = horizon.start.velocity.x;
-    let asked = invert_response(surge, &next, craft.surge_disturbance, &craft);
     Some(Level {
         method: Method::PreviousPlan,
-        reference: slew_limited(asked, snapshot, horizon, craft.limits.turn_rate_max),
-        candidate: rolled_out(horizon, stages, &rollout),
+        reference: towards(&next, horizon),
+        candidate: CandidateTrajectory::new(horizon, stages, &rollout),
     })
 }
 
-/// The candidate of `stages` with the prediction of `rollout`.
-fn rolled_out(horizon: &Horizon<'_>, stages: Vec<Stage>, rollout: &Rollout) -> CandidateTrajectory {
-    let (predicted, terms, violations) = predict(horizon, rollout, &horizon.weights);
-    CandidateTrajectory {
-        stages,
-        predicted,
-        terms,
-        violations,
-    }
+/// The reference by which the craft moves as `next`.
+fn towards(next: &Reference, horizon: &Horizon<'_>) -> Reference {
+    let craft = &horizon.craft;
+    let asked = invert_response(horizon.start.velocity.x, next, craft.surge_disturbance, craft);
+    slew_limited(asked, horizon, craft.limits.turn_rate_max)
+}
+
+/// The candidate of `rollout`.
+fn rolled_out(horizon: &Horizon<'_>, rollout: &Rollout) -> CandidateTrajectory {
+    CandidateTrajectory::new(horizon, rollout.stages.clone(), rollout)
 }
 
 /// The last level: a slow turn or a stop, as the client chose.
-fn hold(snapshot: &Snapshot, horizon: &Horizon<'_>) -> Level {
+fn hold(horizon: &Horizon<'_>) -> Level {
+    let snapshot = horizon.snapshot;
     let law = |heading: Heading| match snapshot.hold {
         Hold::Stop => Reference { speed: 0.0, heading },
         Hold::SlowTurn => Reference {
@@ -416,6 +385,6 @@ fn hold(snapshot: &Snapshot, horizon: &Horizon<'_>) -> Level {
     Level {
         method: Method::Hold,
         reference: law(snapshot.asc.heading()),
-        candidate: rolled_out(horizon, rollout.stages.clone(), &rollout),
+        candidate: rolled_out(horizon, &rollout),
     }
 }

@@ -13,31 +13,14 @@
 //! Source: E. S. Page, "Continuous inspection schemes", 1954, doi:10.1093/biomet/41.1-2.100. Missed
 //! faults and false alarms: `docs/evidence.md#random-craft`.
 
-/// Averaging time τ of changes, s.
-const MEMORY: f64 = 10.0;
+use crate::tuned::CraftNumbers;
 
-/// Rate of an opposite expected change, in deviations per second, that restarts the changes: a
-/// craft faster than the slowest reverses sooner.
-const REVERSAL: f64 = 0.2;
-
-/// Evidence h at which references are assumed without effect.
+/// Evidence h at which references are assumed without effect. With it the memory of an answer is
+/// bounded; the numbers that can be varied are in `tuned`.
 const EVIDENCE_ENOUGH: f64 = 9.0;
 
-/// Time in which sufficient evidence fades, s.
-const FADING_TIME: f64 = 60.0;
-
-/// Relative error κ of an expected change: a first-order lag has no dead times, overshoot or
-/// integrators. It bounds the evidence per second: a late response to a large step is no fault.
-const MODEL_ERROR: f64 = 0.5;
-
-/// Standard deviation σ of heading changes from noise and waves, rad.
-pub(super) const HEADING_SIGMA: f64 = 0.04;
-
-/// Standard deviation of speed changes, m/s. Waves exceed it, but briefly.
-pub(super) const SPEED_SIGMA: f64 = 0.02;
-
 /// The effect of one loop's references.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Effect {
     /// Heading or speed of the slowest plausible craft, rad or m/s.
     pub expected: f64,
@@ -60,9 +43,7 @@ impl Effect {
         Self {
             expected: seen,
             seen,
-            expected_change: 0.0,
-            seen_change: 0.0,
-            evidence: 0.0,
+            ..Self::default()
         }
     }
 
@@ -72,23 +53,12 @@ impl Effect {
         EVIDENCE_ENOUGH <= self.evidence
     }
 
-    /// Its numbers, in the order of the memory.
-    pub(super) fn memory(&self) -> [f64; 5] {
-        [
-            self.expected,
-            self.seen,
-            self.expected_change,
-            self.seen_change,
-            self.evidence,
-        ]
-    }
-
     /// The same `elapsed` later, s, for a loop with this `reference`, now at `seen`. `response` is
     /// the slowest craft's; `difference` is a − b of two headings or speeds.
     pub(super) fn after(
         &self,
         (reference, seen): (f64, f64),
-        sigma: f64,
+        (sigma, tuned): (f64, &CraftNumbers),
         elapsed: f64,
         difference: impl Fn(f64, f64) -> f64,
         response: impl Fn(f64) -> f64,
@@ -101,21 +71,21 @@ impl Effect {
         };
         let expected = response(from);
         let (expected_now, seen_now) = (difference(expected, from), difference(seen, self.seen));
-        let reverses =
-            expected_now * self.expected_change < 0.0 && expected_now.abs() > REVERSAL * sigma * elapsed;
+        let reverses = expected_now * self.expected_change < 0.0
+            && expected_now.abs() > tuned.effect_reversal * sigma * elapsed;
         let kept = if reverses { 0.0 } else { 1.0 };
-        let fade = (-elapsed / MEMORY).exp();
+        let fade = (-elapsed / tuned.effect_memory).exp();
         let expected_change = fade * (kept * self.expected_change + expected_now);
         let seen_change = fade * (kept * self.seen_change + seen_now);
         // An opposite change has another cause, such as an integrator that unwinds.
         let answer = (seen_change * expected_change).max(0.0);
         let square = expected_change * expected_change;
-        let variance = sigma * sigma + MODEL_ERROR * MODEL_ERROR * square;
+        let variance = sigma * sigma + tuned.effect_model_error * tuned.effect_model_error * square;
         let gain = (square - 2.0 * answer) / (2.0 * variance);
         // A craft beyond the reference that the slowest still approaches has nothing to do.
         let is_asked = difference(reference, seen) * expected_change > 0.0;
         let gain = if is_asked { gain } else { gain.min(0.0) };
-        let fading = EVIDENCE_ENOUGH / FADING_TIME;
+        let fading = EVIDENCE_ENOUGH / tuned.effect_fading_time;
         Self {
             expected,
             seen,

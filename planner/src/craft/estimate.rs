@@ -2,10 +2,13 @@
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
-use crate::craft::{
-    effect::Effect,
-    monitor::{Monitor, Realised},
-    prior::Gaussian,
+use crate::{
+    craft::{
+        effect::Effect,
+        monitor::{Monitor, Realised},
+        prior::Gaussian,
+    },
+    tuned::CraftNumbers,
 };
 
 /// Standard deviation below which a current from positions is used, m/s.
@@ -17,12 +20,8 @@ pub(crate) const EVIDENCE_MAX: f64 = 10.0;
 /// Largest variance.
 pub(crate) const VARIANCE_MAX: f64 = 100.0;
 
-/// Relative standard deviation of a loop's lag around its approximation by a delay and a
-/// first-order lag. See `docs/rationale.md#learning-the-craft`.
-const LAG_MODEL_ERROR: f64 = 0.15;
-
 /// Estimate of the craft's loops from declaration and response; the next request returns it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CraftEstimate {
     /// Filtered heading, rad; logarithm of its time constant in s; offset from the reference, rad.
     pub heading: Vector3<f64>,
@@ -76,16 +75,16 @@ impl CraftEstimate {
 
     /// Lag behind a reference that turns steadily, s, and its standard deviation.
     #[must_use]
-    pub fn heading_lag(&self) -> (f64, f64) {
+    pub fn heading_lag(&self, tuned: &CraftNumbers) -> (f64, f64) {
         let (time, sigma) = self.heading_time();
-        with_model_error(self.delays.x + time, sigma)
+        with_model_error(self.delays.x + time, sigma, tuned)
     }
 
     /// Lag behind a reference that rises steadily, s, and its standard deviation.
     #[must_use]
-    pub fn surge_lag(&self) -> (f64, f64) {
+    pub fn surge_lag(&self, tuned: &CraftNumbers) -> (f64, f64) {
         let (time, sigma) = self.surge_time();
-        with_model_error(self.delays.y + time, sigma)
+        with_model_error(self.delays.y + time, sigma, tuned)
     }
 
     /// Offset of the heading from its reference, rad, and its standard deviation.
@@ -108,8 +107,8 @@ impl CraftEstimate {
 }
 
 /// Adds the approximation error of delay and first-order lag to a lag's standard deviation.
-fn with_model_error(lag: f64, sigma: f64) -> (f64, f64) {
-    (lag, sigma.hypot(LAG_MODEL_ERROR * lag))
+fn with_model_error(lag: f64, sigma: f64, tuned: &CraftNumbers) -> (f64, f64) {
+    (lag, sigma.hypot(tuned.lag_model_error * lag))
 }
 
 fn log_normal(mean: f64, variance: f64) -> (f64, f64) {

@@ -13,7 +13,7 @@
 //! Extended Kalman filters: the loops are nonlinear in their time constants, and unexcited
 //! parameters must keep their prior, which recursive least squares with a forgetting factor does
 //! not ensure. Logarithms keep time constants positive. Time constants and their variances return
-//! to their prior in [`FORGETTING_TIME`], so estimates are bounded and adapt.
+//! to their prior in the forgetting time, so estimates are bounded and adapt.
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
@@ -21,10 +21,10 @@ use crate::{
     craft::{
         closed_loop::HeadingReference,
         covariance::{propagated, sound},
-        effect::{self, Effect},
+        effect::Effect,
         estimate::CraftEstimate,
         model::CraftModel,
-        monitor::{Monitor, Realised},
+        monitor::Monitor,
         one_step::{heading_change, surge_after},
         prior::{Gaussian, Prior},
     },
@@ -33,10 +33,8 @@ use crate::{
         asc::{Asc, Limits},
         ranges::CURRENT_MAX,
     },
+    tuned::CraftNumbers,
 };
-
-/// Time in which an unexcited estimate returns to its prior, s.
-const FORGETTING_TIME: f64 = 1800.0;
 
 /// Longest interval between two snapshots for a prediction, s; older memories restart.
 const INTERVAL_MAX: f64 = 10.0;
@@ -50,51 +48,8 @@ const TIME_CONSTANT: std::ops::RangeInclusive<f64> = 0.2..=20.0;
 /// Largest magnitude of a learnt drift in a turn, s, unless a larger one is declared.
 const DRIFT_MAX: f64 = 5.0;
 
-/// Standard deviation of a heading around the loop's prediction, rad: compass and waves.
-const HEADING_NOISE: f64 = 0.04;
-
-/// Its random walk, rad/√s.
-const HEADING_WALK: f64 = 0.02;
-
-/// Standard deviation of a speed through the water, m/s: speed log and waves.
-const SPEED_NOISE: f64 = 0.03;
-
-/// Random walk of the speed, m/s/√s.
-const SPEED_WALK: f64 = 0.01;
-
-/// Random walk of a surge disturbance, m/s²/√s: faster, it follows the residue of a delay; slower,
-/// it follows a wound-up integrator late; see `docs/rationale.md#learning-the-craft`.
-const DISTURBANCE_WALK: f64 = 0.002;
-
-/// Standard deviation of an unknown disturbance, m/s².
-const DISTURBANCE_SIGMA: f64 = 0.03;
-
-/// Standard deviation of a sway through the water, m/s.
-const SWAY_NOISE: f64 = 0.05;
-
-/// Standard deviation of a position, m, from a GNSS receiver.
-const POSITION_NOISE: f64 = 0.7;
-
-/// Standard deviation of an unknown current along an axis, m/s.
-const CURRENT_SIGMA: f64 = 0.3;
-
-/// Random walk of a current, m/s/√s.
-const CURRENT_WALK: f64 = 0.002;
-
-/// Squared innovation, in variances, that is no noise.
-const GATE: f64 = 25.0;
-
-/// Standard deviation of an unknown heading offset, rad.
-pub(super) const OFFSET_SIGMA: f64 = 0.1;
-
-/// Random walk of the heading offset, rad/√s.
-const OFFSET_WALK: f64 = 0.004;
-
 /// Largest heading offset, rad.
 const OFFSET_MAX: f64 = 0.8;
-
-/// Largest speed offset from a learnt disturbance, m/s; more is assumed a fault.
-const SPEED_OFFSET_BELIEVED: f64 = 0.05;
 
 /// Largest difference of a filtered speed from a measured one, m/s.
 const FILTERED_SPEED_ERROR_MAX: f64 = 2.0;
@@ -105,29 +60,14 @@ const POSITION_JUMP: f64 = 20.0;
 /// Speed of such a displacement, m/s.
 const SPEED_JUMP: f64 = 10.0;
 
-/// Largest crab angle of a craft that holds its course, rad.
-const CRAB_MAX: f64 = 1.0;
-
-/// Recent turn whose thrust the speed lacks, rad.
-const HARD_TURN: f64 = 0.35;
-
-/// The same as a yaw rate, rad/s, for a craft without way, whose recent turns are not observed.
-const HARD_YAW_RATE: f64 = 0.04;
-
 /// Largest turn of unambiguous sense, rad; plans' references are within 2.6 rad of the bow.
 const CLEAR_TURN_MAX: f64 = 2.7;
 
-/// Least speed for an observation of drift, m/s.
-pub(super) const SPEED_WITH_DRIFT: f64 = 0.15;
-
 /// `true` for a craft `beyond` its reference but ahead of one that `moved`: a bridge sends
 /// references along a plan's trajectory between plans, ahead of its loop.
-fn leads(beyond: f64, moved: f64) -> bool {
-    0.0 < beyond * moved && beyond.abs() <= LEAD_MAX * moved.abs()
+fn leads(beyond: f64, moved: f64, lead_max: f64) -> bool {
+    0.0 < beyond * moved && beyond.abs() <= lead_max * moved.abs()
 }
-
-/// Largest ratio of a following craft's lead to the motion of its reference between two plans.
-const LEAD_MAX: f64 = 2.0;
 
 /// Observation of the craft in one snapshot.
 #[derive(Clone, Copy, Debug)]
@@ -142,6 +82,19 @@ pub(crate) struct CraftObservation<'a> {
     pub(crate) current: Vector2<f64>,
     /// Estimate and references of the previous answer, if usable.
     pub(crate) previous: Option<(CraftEstimate, PastReference)>,
+    pub(crate) tuned: &'a CraftNumbers,
+}
+
+/// One step of the filters.
+#[derive(Clone, Copy)]
+pub(super) struct Step<'a> {
+    pub(super) observation: &'a CraftObservation<'a>,
+    pub(super) asc: &'a Asc,
+    pub(super) prior: &'a Prior,
+    /// The declared craft within the limits.
+    pub(super) craft: &'a CraftModel,
+    pub(super) asked: PastReference,
+    pub(super) tuned: &'a CraftNumbers,
 }
 
 /// References of the loops since an earlier answer.
@@ -172,67 +125,73 @@ impl CraftEstimate {
         if jump > POSITION_JUMP + SPEED_JUMP * asked.elapsed {
             return start();
         }
-        before.after(observation, prior, asked)
+        before.after(&Step {
+            observation,
+            asc: observation.asc,
+            prior,
+            craft: &CraftModel::new(&prior.craft, observation.limits),
+            asked,
+            tuned: observation.tuned,
+        })
     }
 
     fn start(observation: &CraftObservation<'_>, prior: &Prior) -> Self {
-        let asc = observation.asc;
+        let (asc, tuned) = (observation.asc, observation.tuned);
         Self {
             heading: Vector3::new(asc.heading().radians(), prior.heading_lag.mean, 0.0),
             heading_covariance: Matrix3::from_diagonal(&Vector3::new(
-                HEADING_NOISE * HEADING_NOISE,
+                tuned.heading_noise * tuned.heading_noise,
                 prior.heading_lag.variance,
-                OFFSET_SIGMA * OFFSET_SIGMA,
+                tuned.offset_sigma * tuned.offset_sigma,
             )),
             delays: prior.delays(),
             followed_heading: asc.heading().radians(),
             followed_speed: asc.speed_mps,
             followed_command: Vector2::new(asc.heading().radians(), asc.speed_mps),
-            evidence: Vector2::zeros(),
             surge: Vector3::new(asc.speed_mps, prior.surge_lag.mean, 0.0),
             surge_covariance: Matrix3::from_diagonal(&Vector3::new(
-                SPEED_NOISE * SPEED_NOISE,
+                tuned.speed_noise * tuned.speed_noise,
                 prior.surge_lag.variance,
-                DISTURBANCE_SIGMA * DISTURBANCE_SIGMA,
+                tuned.disturbance_sigma * tuned.disturbance_sigma,
             )),
             drift: prior.drift,
-            current: Vector2::zeros(),
-            current_variance: CURRENT_SIGMA * CURRENT_SIGMA,
+            current_variance: tuned.current_sigma * tuned.current_sigma,
             position: asc.position(),
             monitor: Monitor::new(asc),
             heading_effect: Effect::new(asc.heading().radians()),
             speed_effect: Effect::new(asc.speed_mps),
-            realised: Realised::START,
+            ..Self::default()
         }
     }
 
     /// The filters one snapshot later.
-    fn after(&self, observation: &CraftObservation<'_>, prior: &Prior, asked: PastReference) -> Self {
-        let craft = CraftModel::new(&prior.craft, observation.limits);
+    fn after(&self, step: &Step<'_>) -> Self {
+        let Step {
+            asc,
+            prior,
+            asked,
+            tuned,
+            ..
+        } = *step;
         let mut next = *self;
-        next.position = observation.asc.position();
+        next.position = asc.position();
         next.delays = prior.delays();
         if asked.elapsed < INTERVAL_MIN {
             return next;
         }
-        next.forget(prior, asked.elapsed);
-        next.update_mode_evidence(observation, prior, &craft, asked);
-        next.learn_heading(observation.asc.heading().radians(), &craft, asked, prior);
-        next.learn_surge(observation.asc.speed_mps, &craft, asked, prior);
-        let before = (self.followed_heading, self.followed_speed);
-        next.test_effects(
-            observation.asc,
-            &prior.slowest(observation.limits),
-            before,
-            asked.elapsed,
-        );
-        next.reset_faulty_loops(observation, prior);
-        next.learn_drift(observation, prior, asked);
-        next.learn_current(observation, &self.position, asked);
-        let expected = next.monitored(prior, &craft);
+        next.forget(step);
+        next.update_mode_evidence(step);
+        next.learn_heading(step);
+        next.learn_surge(step);
+        next.test_effects(step, (self.followed_heading, self.followed_speed));
+        next.reset_faulty_loops(step);
+        next.learn_drift(step);
+        next.learn_current(step, &self.position);
+        let expected = next.monitored(step);
         let crab = match next.modes(prior).0 {
             HeadingReference::Course => {
-                (observation.current.norm() / observation.asc.speed_mps.max(SPEED_WITH_DRIFT)).min(CRAB_MAX)
+                let speed = asc.speed_mps.max(tuned.speed_with_drift);
+                (step.observation.current.norm() / speed).min(tuned.crab_max)
             }
             HeadingReference::Heading => 0.0,
         };
@@ -240,13 +199,15 @@ impl CraftEstimate {
         let turned = next.heading_effect.seen_change;
         next.monitor = self
             .monitor
-            .after(observation.asc, &expected, crab, turned, asked_for, asked.elapsed);
+            .after((asc, tuned), &expected, (crab, turned), asked_for, asked.elapsed);
         next.monitor.alarm |= next.heading_effect.is_missing() || next.speed_effect.is_missing();
         next
     }
 
-    /// Compares the craft with the `slowest` plausible one; `before`: the previous references.
-    fn test_effects(&mut self, asc: &Asc, slowest: &CraftModel, before: (f64, f64), elapsed: f64) {
+    /// Compares the craft with the slowest plausible one; `before`: the previous references.
+    fn test_effects(&mut self, step: &Step<'_>, before: (f64, f64)) {
+        let (asc, tuned, elapsed) = (step.asc, step.tuned, step.asked.elapsed);
+        let slowest = &step.prior.slowest(step.observation.limits, tuned);
         let (heading, speed) = (self.followed_heading, self.followed_speed);
         let seen = asc.heading().radians();
         let (turned, faster) = (|a: f64, b: f64| wrap(a - b), |a: f64, b: f64| a - b);
@@ -254,7 +215,7 @@ impl CraftEstimate {
             // Both senses are possible.
             self.heading_effect.restarted(seen)
         } else if asc.speed_mps < slowest.limits.speed_min
-            || leads(turned(seen, heading), turned(heading, before.0))
+            || leads(turned(seen, heading), turned(heading, before.0), tuned.lead_max)
         {
             // Without way a rudder has no effect.
             self.heading_effect.paused(seen, turned)
@@ -263,35 +224,26 @@ impl CraftEstimate {
                 let rate_max = slowest.limits.turn_rate_max;
                 wrap(from + heading_change(wrap(heading - from), slowest.heading_time, rate_max, elapsed))
             };
-            let difference = |a, b| wrap(a - b);
-            self.heading_effect.after(
-                (heading, seen),
-                effect::HEADING_SIGMA,
-                elapsed,
-                difference,
-                response,
-            )
+            let sigma = tuned.effect_heading_sigma;
+            self.heading_effect
+                .after((heading, seen), (sigma, tuned), elapsed, turned, response)
         };
         // In a hard turn thrusters serve the turn first. A stuck craft does not turn.
-        let turns_hard =
-            HARD_TURN < self.heading_effect.seen_change.abs() || HARD_YAW_RATE < asc.yaw_rate_radps.abs();
-        self.speed_effect = if turns_hard || leads(asc.speed_mps - speed, speed - before.1) {
+        let turns_hard = tuned.hard_turn < self.heading_effect.seen_change.abs()
+            || tuned.hard_yaw_rate < asc.yaw_rate_radps.abs();
+        self.speed_effect = if turns_hard || leads(asc.speed_mps - speed, speed - before.1, tuned.lead_max) {
             self.speed_effect.paused(asc.speed_mps, faster)
         } else {
             let response = |from| surge_after(from, 0.0, speed, slowest, elapsed).0;
-            self.speed_effect.after(
-                (speed, asc.speed_mps),
-                effect::SPEED_SIGMA,
-                elapsed,
-                faster,
-                response,
-            )
+            let (both, sigma) = ((speed, asc.speed_mps), tuned.effect_speed_sigma);
+            self.speed_effect
+                .after(both, (sigma, tuned), elapsed, faster, response)
         };
     }
 
     /// Resets a loop whose references have no effect: it is as expected once it works again.
-    fn reset_faulty_loops(&mut self, observation: &CraftObservation<'_>, prior: &Prior) {
-        let start = Self::start(observation, prior);
+    fn reset_faulty_loops(&mut self, step: &Step<'_>) {
+        let start = Self::start(step.observation, step.prior);
         if self.heading_effect.is_missing() {
             (self.heading, self.heading_covariance) = (start.heading, start.heading_covariance);
         }
@@ -301,21 +253,23 @@ impl CraftEstimate {
     }
 
     /// The craft that the monitor compares with: the declared one, else the learnt one.
-    fn monitored(&self, prior: &Prior, craft: &CraftModel) -> CraftModel {
+    fn monitored(&self, step: &Step<'_>) -> CraftModel {
+        let prior = step.prior;
         let lag = |declared: bool, prior: f64, learnt: f64| if declared { prior } else { learnt }.exp();
         let surge_time = lag(prior.surge_declared, prior.surge_lag.mean, self.surge.y);
-        let most = SPEED_OFFSET_BELIEVED / surge_time;
+        let most = step.tuned.speed_offset_believed / surge_time;
         CraftModel {
             heading_time: lag(prior.heading_declared, prior.heading_lag.mean, self.heading.y),
             surge_time,
             surge_disturbance: self.surge.z.clamp(-most, most),
-            ..*craft
+            ..*step.craft
         }
     }
 
     /// Pulls unexcited parameters back to their prior.
-    fn forget(&mut self, prior: &Prior, elapsed: f64) {
-        let share = 1.0 - (-elapsed / FORGETTING_TIME).exp();
+    fn forget(&mut self, step: &Step<'_>) {
+        let prior = step.prior;
+        let share = 1.0 - (-step.asked.elapsed / step.tuned.forgetting_time).exp();
         self.heading.y += share * (prior.heading_lag.mean - self.heading.y);
         self.heading_covariance.m22 += share * (prior.heading_lag.variance - self.heading_covariance.m22);
         self.surge.y += share * (prior.surge_lag.mean - self.surge.y);
@@ -324,7 +278,11 @@ impl CraftEstimate {
         self.drift.variance += share * (prior.drift.variance - self.drift.variance);
     }
 
-    fn learn_heading(&mut self, measured: f64, craft: &CraftModel, asked: PastReference, prior: &Prior) {
+    fn learn_heading(&mut self, step: &Step<'_>) {
+        let Step {
+            craft, asked, tuned, ..
+        } = *step;
+        let measured = step.asc.heading().radians();
         let ahead = wrap(asked.heading - self.followed_heading);
         let followed = self.followed_heading + behind(craft.heading_delay, asked.elapsed) * ahead;
         self.followed_heading = wrap(followed);
@@ -334,11 +292,11 @@ impl CraftEstimate {
             Vector3::new(state.x + turned, state.y, state.z)
         };
         let (predicted, mut covariance) = propagated(predict, &self.heading, &self.heading_covariance);
-        covariance.m11 += HEADING_WALK * HEADING_WALK * asked.elapsed;
-        covariance.m33 += OFFSET_WALK * OFFSET_WALK * asked.elapsed;
+        covariance.m11 += tuned.heading_walk * tuned.heading_walk * asked.elapsed;
+        covariance.m33 += tuned.offset_walk * tuned.offset_walk * asked.elapsed;
         let innovation = wrap(measured - predicted.x);
-        let variance = covariance.m11 + HEADING_NOISE * HEADING_NOISE;
-        if innovation * innovation > GATE * variance {
+        let variance = covariance.m11 + tuned.heading_noise * tuned.heading_noise;
+        if innovation * innovation > tuned.gate * variance {
             // Turned by another cause: accept the heading, learn nothing.
             self.heading.x = measured;
             return;
@@ -347,13 +305,17 @@ impl CraftEstimate {
         let state = predicted + gain * innovation;
         self.heading = Vector3::new(
             wrap(state.x),
-            bounded_log_time(state.y, &prior.heading_lag),
+            bounded_log_time(state.y, &step.prior.heading_lag, tuned),
             state.z.clamp(-OFFSET_MAX, OFFSET_MAX),
         );
         self.heading_covariance = sound(&(covariance - gain * covariance.row(0)));
     }
 
-    fn learn_surge(&mut self, measured: f64, craft: &CraftModel, asked: PastReference, prior: &Prior) {
+    fn learn_surge(&mut self, step: &Step<'_>) {
+        let Step {
+            craft, asked, tuned, ..
+        } = *step;
+        let measured = step.asc.speed_mps;
         let share = behind(craft.surge_delay, asked.elapsed);
         self.followed_speed += share * (asked.speed - self.followed_speed);
         let followed = self.followed_speed;
@@ -366,13 +328,13 @@ impl CraftEstimate {
             Vector3::new(speed, state.y, bias)
         };
         let (predicted, mut covariance) = propagated(predict, &self.surge, &self.surge_covariance);
-        covariance.m11 += SPEED_WALK * SPEED_WALK * asked.elapsed;
-        covariance.m33 += DISTURBANCE_WALK * DISTURBANCE_WALK * asked.elapsed;
+        covariance.m11 += tuned.speed_walk * tuned.speed_walk * asked.elapsed;
+        covariance.m33 += tuned.disturbance_walk * tuned.disturbance_walk * asked.elapsed;
         let innovation = measured - predicted.x;
-        let variance = covariance.m11 + SPEED_NOISE * SPEED_NOISE;
+        let variance = covariance.m11 + tuned.speed_noise * tuned.speed_noise;
         let gain = covariance.column(0) / variance;
         // A wild speed reading moves the filter no more than a plausible one.
-        let most = (GATE * variance).sqrt();
+        let most = (tuned.gate * variance).sqrt();
         let state = predicted + gain * innovation.clamp(-most, most);
         let bias_most = craft.surge_disturbance_max();
         self.surge = Vector3::new(
@@ -380,31 +342,31 @@ impl CraftEstimate {
                 measured - FILTERED_SPEED_ERROR_MAX,
                 measured + FILTERED_SPEED_ERROR_MAX,
             ),
-            bounded_log_time(state.y, &prior.surge_lag),
+            bounded_log_time(state.y, &step.prior.surge_lag, tuned),
             state.z.clamp(-bias_most, bias_most),
         );
         self.surge_covariance = sound(&(covariance - gain * covariance.row(0)));
     }
 
     /// Uses the measured sway, else that of the velocity over ground minus a declared current.
-    fn learn_drift(&mut self, observation: &CraftObservation<'_>, prior: &Prior, asked: PastReference) {
-        let asc = observation.asc;
+    fn learn_drift(&mut self, step: &Step<'_>) {
+        let (asc, tuned) = (step.asc, step.tuned);
         let across = || {
-            let through_water = asc.ground_velocity()? - observation.declared_current?;
+            let through_water = asc.ground_velocity()? - step.observation.declared_current?;
             Some((ned_from_body(asc.heading().radians()).transpose() * through_water).y)
         };
         let Some(sway) = measured_sway(asc)
             .or_else(across)
-            .filter(|_| asc.speed_mps.abs() > SPEED_WITH_DRIFT)
+            .filter(|_| asc.speed_mps.abs() > tuned.speed_with_drift)
         else {
             return;
         };
         let slope = -asc.speed_mps * asc.yaw_rate_radps;
         // Readings are correlated over a second: drift errors last as long as a wave.
-        let noise = SWAY_NOISE * SWAY_NOISE / asked.elapsed.min(1.0);
+        let noise = tuned.sway_noise * tuned.sway_noise / step.asked.elapsed.min(1.0);
         let variance = slope * slope * self.drift.variance + noise;
         let gain = self.drift.variance * slope / variance;
-        let most = DRIFT_MAX.max(prior.drift.mean.abs());
+        let most = DRIFT_MAX.max(step.prior.drift.mean.abs());
         let mean = self.drift.mean + gain * (sway - slope * self.drift.mean);
         self.drift = Gaussian {
             mean: mean.clamp(-most, most),
@@ -412,21 +374,18 @@ impl CraftEstimate {
         };
     }
 
-    fn learn_current(
-        &mut self,
-        observation: &CraftObservation<'_>,
-        before: &Vector2<f64>,
-        asked: PastReference,
-    ) {
-        let asc = observation.asc;
+    fn learn_current(&mut self, step: &Step<'_>, before: &Vector2<f64>) {
+        let Step {
+            asc, asked, tuned, ..
+        } = *step;
         let over_ground = (asc.position() - before) / asked.elapsed;
         let sway = measured_sway(asc).unwrap_or(-self.drift.mean * asc.speed_mps * asc.yaw_rate_radps);
         // Mean heading and speed of the interval: both ends, measured and filtered.
         let psi = asc.heading().radians() - 0.5 * asc.yaw_rate_radps * asked.elapsed;
         let seen = over_ground - ned_from_body(psi) * Vector2::new(asc.speed_mps, sway);
-        let variance = self.current_variance + CURRENT_WALK * CURRENT_WALK * asked.elapsed;
+        let variance = self.current_variance + tuned.current_walk * tuned.current_walk * asked.elapsed;
         // Errors of successive positions cancel over time; as independent noise they are overrated.
-        let noise = 2.0 * (POSITION_NOISE / asked.elapsed).powi(2);
+        let noise = 2.0 * (tuned.position_noise / asked.elapsed).powi(2);
         let gain = variance / (variance + noise);
         let current = self.current + (seen - self.current) * gain;
         self.current = current.map(|axis| axis.clamp(-CURRENT_MAX, CURRENT_MAX));
@@ -449,7 +408,7 @@ pub(super) fn behind(delay: f64, elapsed: f64) -> f64 {
 }
 
 /// A time constant's logarithm, within the bounds of its prior.
-fn bounded_log_time(log_time: f64, prior: &Gaussian) -> f64 {
+fn bounded_log_time(log_time: f64, prior: &Gaussian, tuned: &CraftNumbers) -> f64 {
     let (least, largest) = TIME_CONSTANT.into_inner();
-    prior.bounded(log_time).clamp(least.ln(), largest.ln())
+    prior.bounded(log_time, tuned).clamp(least.ln(), largest.ln())
 }

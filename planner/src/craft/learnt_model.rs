@@ -5,17 +5,8 @@ use nalgebra::Vector2;
 use crate::{
     craft::{closed_loop::HeadingReference, estimate::CraftEstimate, model::CraftModel, prior::Prior},
     facts::asc::Limits,
+    tuned::CraftNumbers,
 };
-
-/// Least speed of a craft that holds a course, as a multiple of the current.
-const COURSE_SPEED_RATIO: f64 = 1.4;
-
-/// Largest share of the top speed for this least speed.
-const COURSE_SPEED_SHARE: f64 = 0.6;
-
-/// Share of its rates that is planned for a loop whose references have no effect: a partial failure
-/// obeys it, and a recovery shows.
-const EFFECT_LEFT: f64 = 0.5;
 
 impl CraftModel {
     /// The learnt craft; a slower one if it does not follow.
@@ -25,8 +16,9 @@ impl CraftModel {
         estimate: &CraftEstimate,
         limits: &Limits,
         current: &Vector2<f64>,
+        tuned: &CraftNumbers,
     ) -> Self {
-        let declared = Self::new(&prior.craft, limits).steerable(prior, estimate, current);
+        let declared = Self::new(&prior.craft, limits).steerable(prior, estimate, current, tuned);
         let learnt = Self {
             heading_time: estimate.heading_time().0,
             heading_offset: estimate.heading.z,
@@ -36,27 +28,34 @@ impl CraftModel {
             ..declared
         };
         let mut model = if estimate.monitor.alarm {
-            learnt.cautious()
+            learnt.cautious(tuned)
         } else {
             learnt
         };
         if estimate.heading_effect.is_missing() {
-            model.limits.turn_rate_max = EFFECT_LEFT * learnt.limits.turn_rate_max;
+            model.limits.turn_rate_max = tuned.effect_left * learnt.limits.turn_rate_max;
         }
         if estimate.speed_effect.is_missing() {
-            model.limits.acceleration_max = EFFECT_LEFT * learnt.limits.acceleration_max;
-            model.limits.deceleration_max = EFFECT_LEFT * learnt.limits.deceleration_max;
+            model.limits.acceleration_max = tuned.effect_left * learnt.limits.acceleration_max;
+            model.limits.deceleration_max = tuned.effect_left * learnt.limits.deceleration_max;
         }
-        model.with_bounded_disturbance()
+        model.with_bounded_disturbance(tuned)
     }
 
     /// A course loop fails in a current faster than the craft: raises the least speed above it.
-    fn steerable(self, prior: &Prior, estimate: &CraftEstimate, current: &Vector2<f64>) -> Self {
+    fn steerable(
+        self,
+        prior: &Prior,
+        estimate: &CraftEstimate,
+        current: &Vector2<f64>,
+        tuned: &CraftNumbers,
+    ) -> Self {
         let (HeadingReference::Course, _) = estimate.modes(prior) else {
             return self;
         };
         let limits = self.limits;
-        let least = (COURSE_SPEED_RATIO * current.norm()).min(COURSE_SPEED_SHARE * limits.speed_max);
+        let least =
+            (tuned.course_speed_ratio * current.norm()).min(tuned.course_speed_share * limits.speed_max);
         Self {
             limits: Limits {
                 speed_min: limits.speed_min.max(least),

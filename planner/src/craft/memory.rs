@@ -2,14 +2,13 @@
 
 use std::ops::RangeInclusive;
 
-use nalgebra::{Matrix3, Vector2, Vector3};
+use nalgebra::{Matrix3, Vector2};
 
 use crate::{
     craft::{
         effect::{self, Effect},
         estimate::{CraftEstimate, EVIDENCE_MAX, VARIANCE_MAX},
-        monitor::{Monitor, Realised, SINCE_MAX},
-        prior::Gaussian,
+        monitor::SINCE_MAX,
     },
     facts::{previous_plan::PreviousPlan, ranges::CURRENT_MAX},
 };
@@ -77,38 +76,13 @@ impl PreviousPlan {
 }
 
 impl CraftEstimate {
-    /// All its numbers; only [`Self::from_memory`] knows their order.
+    /// All its numbers, as [`Self::from_memory`] reads them.
     #[must_use]
     pub fn memory(&self) -> [f64; MEMORY_LENGTH] {
         let mut memory = [0.0; MEMORY_LENGTH];
-        let numbers = vector(&self.heading)
-            .chain(upper(&self.heading_covariance))
-            .chain(vector(&self.surge))
-            .chain(upper(&self.surge_covariance))
-            .chain([
-                self.delays.x,
-                self.delays.y,
-                self.followed_heading,
-                self.followed_speed,
-                self.followed_command.x,
-                self.followed_command.y,
-                self.evidence.x,
-                self.evidence.y,
-                self.drift.mean,
-                self.drift.variance,
-                self.current.x,
-                self.current.y,
-                self.current_variance,
-                self.position.x,
-                self.position.y,
-            ])
-            .chain(self.monitor.memory())
-            .chain(self.realised.memory())
-            .chain(self.heading_effect.memory())
-            .chain(self.speed_effect.memory());
-        for (place, number) in memory.iter_mut().zip(numbers) {
-            *place = number;
-        }
+        let mut places = memory.iter_mut();
+        let mut copy = *self;
+        copy.each(&mut |number, _| *places.next().expect("a place for each number") = *number);
         memory
     }
 
@@ -118,89 +92,86 @@ impl CraftEstimate {
         if ![MEMORY_LENGTH_WITHOUT_EFFECTS, MEMORY_LENGTH].contains(&memory.len()) {
             return None;
         }
-        let mut left = memory.iter().copied();
-        let mut take = |range: RangeInclusive<f64>| left.next().filter(|number| range.contains(number));
-        let (angle, speed) = (-4.0..=4.0, -40.0..=40.0);
-        let log_time = -7.0..=7.0;
-        let heading = Vector3::new(
-            take(angle.clone())?,
-            take(log_time.clone())?,
-            take(angle.clone())?,
-        );
-        let heading_covariance = covariance([(); 6].map(|()| take(-VARIANCE_MAX..=VARIANCE_MAX)))?;
-        let surge = Vector3::new(take(speed.clone())?, take(log_time)?, take(-20.0..=20.0)?);
-        let surge_covariance = covariance([(); 6].map(|()| take(-VARIANCE_MAX..=VARIANCE_MAX)))?;
-        let mut estimate = Self {
-            heading,
-            heading_covariance,
-            surge,
-            surge_covariance,
-            delays: Vector2::new(take(0.0..=1.0e3)?, take(0.0..=1.0e3)?),
-            followed_heading: take(angle.clone())?,
-            followed_speed: take(speed.clone())?,
-            followed_command: Vector2::new(take(angle.clone())?, take(speed.clone())?),
-            evidence: Vector2::new(
-                take(-EVIDENCE_MAX..=EVIDENCE_MAX)?,
-                take(-EVIDENCE_MAX..=EVIDENCE_MAX)?,
-            ),
-            drift: Gaussian {
-                mean: take(-DRIFT_DECLARED_MAX..=DRIFT_DECLARED_MAX)?,
-                variance: take(0.0..=DRIFT_VARIANCE_MAX)?,
-            },
-            current: Vector2::new(
-                take(-CURRENT_MAX..=CURRENT_MAX)?,
-                take(-CURRENT_MAX..=CURRENT_MAX)?,
-            ),
-            current_variance: take(0.0..=VARIANCE_MAX)?,
-            position: Vector2::new(take(-2.0e6..=2.0e6)?, take(-2.0e6..=2.0e6)?),
-            monitor: Monitor {
-                heading: take(angle)?,
-                speed: take(speed)?,
-                statistic: take(0.0..=1.0e3)?,
-                alarm: take(0.0..=1.0)? > 0.5,
-                heading_error: take(-4.0..=4.0)?,
-                speed_error: take(-80.0..=80.0)?,
-            },
-            realised: Realised {
-                planner: take(0.0..=1.0e9)?,
-                law: take(0.0..=1.0e9)?,
-                law_steers: take(0.0..=1.0)? > 0.5,
-                since: take(0.0..=SINCE_MAX)?,
-            },
-            heading_effect: Effect::new(heading.x),
-            speed_effect: Effect::new(surge.x),
-        };
-        if memory.len() == MEMORY_LENGTH {
-            let mut effect = |state: RangeInclusive<f64>, change: RangeInclusive<f64>| {
-                Some(Effect {
-                    expected: take(state.clone())?,
-                    seen: take(state)?,
-                    expected_change: take(change.clone())?,
-                    seen_change: take(change)?,
-                    evidence: take(0.0..=effect::EVIDENCE_MAX)?,
-                })
-            };
-            estimate.heading_effect = effect(-4.0..=4.0, -1.0e4..=1.0e4)?;
-            estimate.speed_effect = effect(-1.0e3..=1.0e3, -1.0e4..=1.0e4)?;
+        let (mut estimate, mut is_valid) = (Self::default(), true);
+        let mut left = memory.iter();
+        estimate.each(&mut |number, range| {
+            if let Some(remembered) = left.next() {
+                is_valid &= range.contains(remembered);
+                *number = *remembered;
+            }
+        });
+        if memory.len() < MEMORY_LENGTH {
+            estimate.heading_effect = Effect::new(estimate.heading.x);
+            estimate.speed_effect = Effect::new(estimate.surge.x);
         }
-        Some(estimate)
+        let covariances = [&estimate.heading_covariance, &estimate.surge_covariance];
+        (is_valid && covariances.into_iter().all(is_covariance)).then_some(estimate)
+    }
+
+    /// Visits all its numbers with their ranges, in the order of the memory.
+    fn each(&mut self, visit: &mut dyn FnMut(&mut f64, RangeInclusive<f64>)) {
+        let (angle, speed, log_time) = (4.0, 40.0, 7.0);
+        let loops = [
+            (&mut self.heading, &mut self.heading_covariance, angle, angle),
+            (&mut self.surge, &mut self.surge_covariance, speed, 20.0),
+        ];
+        for (state, covariance, most, offset) in loops {
+            for (number, most) in state.iter_mut().zip([most, log_time, offset]) {
+                visit(number, -most..=most);
+            }
+            for (row, column) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)] {
+                visit(&mut covariance[(row, column)], -VARIANCE_MAX..=VARIANCE_MAX);
+                covariance[(column, row)] = covariance[(row, column)];
+            }
+        }
+        visit(&mut self.delays.x, 0.0..=1.0e3);
+        visit(&mut self.delays.y, 0.0..=1.0e3);
+        visit(&mut self.followed_heading, -angle..=angle);
+        visit(&mut self.followed_speed, -speed..=speed);
+        visit(&mut self.followed_command.x, -angle..=angle);
+        visit(&mut self.followed_command.y, -speed..=speed);
+        for evidence in &mut self.evidence {
+            visit(evidence, -EVIDENCE_MAX..=EVIDENCE_MAX);
+        }
+        visit(&mut self.drift.mean, -DRIFT_DECLARED_MAX..=DRIFT_DECLARED_MAX);
+        visit(&mut self.drift.variance, 0.0..=DRIFT_VARIANCE_MAX);
+        for current in &mut self.current {
+            visit(current, -CURRENT_MAX..=CURRENT_MAX);
+        }
+        visit(&mut self.current_variance, 0.0..=VARIANCE_MAX);
+        for position in &mut self.position {
+            visit(position, -2.0e6..=2.0e6);
+        }
+        let monitor = &mut self.monitor;
+        visit(&mut monitor.heading, -angle..=angle);
+        visit(&mut monitor.speed, -speed..=speed);
+        visit(&mut monitor.statistic, 0.0..=1.0e3);
+        visit_flag(&mut monitor.alarm, visit);
+        visit(&mut monitor.heading_error, -angle..=angle);
+        visit(&mut monitor.speed_error, -80.0..=80.0);
+        let realised = &mut self.realised;
+        visit(&mut realised.planner, 0.0..=1.0e9);
+        visit(&mut realised.law, 0.0..=1.0e9);
+        visit_flag(&mut realised.law_steers, visit);
+        visit(&mut realised.since, 0.0..=SINCE_MAX);
+        for (effect, most) in [(&mut self.heading_effect, angle), (&mut self.speed_effect, 1.0e3)] {
+            visit(&mut effect.expected, -most..=most);
+            visit(&mut effect.seen, -most..=most);
+            visit(&mut effect.expected_change, -1.0e4..=1.0e4);
+            visit(&mut effect.seen_change, -1.0e4..=1.0e4);
+            visit(&mut effect.evidence, 0.0..=effect::EVIDENCE_MAX);
+        }
     }
 }
 
-fn vector(vector: &Vector3<f64>) -> impl Iterator<Item = f64> {
-    [vector.x, vector.y, vector.z].into_iter()
+/// Visits a flag as 0 or 1.
+fn visit_flag(flag: &mut bool, visit: &mut dyn FnMut(&mut f64, RangeInclusive<f64>)) {
+    let mut number = f64::from(u8::from(*flag));
+    visit(&mut number, 0.0..=1.0);
+    *flag = number > 0.5;
 }
 
-fn upper(matrix: &Matrix3<f64>) -> impl Iterator<Item = f64> {
-    let m = matrix;
-    [m.m11, m.m12, m.m13, m.m22, m.m23, m.m33].into_iter()
-}
-
-/// The matrix of an upper triangle, if it is a covariance: no eigenvalue negative beyond rounding.
-fn covariance(upper: [Option<f64>; 6]) -> Option<Matrix3<f64>> {
-    let [m11, m12, m13, m22, m23, m33] = upper;
-    let (m11, m12, m13, m22, m23, m33) = (m11?, m12?, m13?, m22?, m23?, m33?);
-    let matrix = Matrix3::new(m11, m12, m13, m12, m22, m23, m13, m23, m33);
-    let rounding = COVARIANCE_ROUNDING * matrix.amax();
-    (-rounding <= matrix.symmetric_eigenvalues().min()).then_some(matrix)
+/// `true` for a covariance: no eigenvalue is negative beyond rounding.
+fn is_covariance(matrix: &Matrix3<f64>) -> bool {
+    -COVARIANCE_ROUNDING * matrix.amax() <= matrix.symmetric_eigenvalues().min()
 }

@@ -3,23 +3,11 @@
 use crate::{
     craft::closed_loop::{Craft, Power},
     facts::asc::Limits,
+    tuned::CraftNumbers,
 };
 
 /// Largest surge disturbance, as a multiple of the weaker acceleration limit.
 const SURGE_DISTURBANCE_MOST: f64 = 1.5;
-
-/// Largest share of the weaker acceleration limit that a disturbance takes in a plan, for a loop
-/// with an integrator, which unwinds.
-const DISTURBANCE_SHARE_OF_AN_INTEGRATOR: f64 = 0.9;
-
-/// The same without an integrator: a present push, as of thrust used in a turn, is brief.
-const DISTURBANCE_SHARE: f64 = 0.5;
-
-/// Factor on the lags of a craft that does not follow.
-const CAUTIOUS_LAG: f64 = 1.5;
-
-/// Share of its rates for a craft that does not follow.
-const CAUTIOUS_RATE: f64 = 0.6;
 
 /// Closed-loop response as the planner predicts it: the craft's, within the operator's limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,10 +59,10 @@ impl CraftModel {
 
     /// The same craft with some acceleration and deceleration left by its disturbance. A plan for a
     /// craft pushed beyond its limits stays in place.
-    pub(super) fn with_bounded_disturbance(self) -> Self {
+    pub(super) fn with_bounded_disturbance(self, tuned: &CraftNumbers) -> Self {
         let share = match self.integral_time {
-            Some(_) => DISTURBANCE_SHARE_OF_AN_INTEGRATOR,
-            None => DISTURBANCE_SHARE,
+            Some(_) => tuned.disturbance_share_of_an_integrator,
+            None => tuned.disturbance_share,
         };
         let most = share * self.limits.acceleration_max.min(self.limits.deceleration_max);
         Self {
@@ -84,17 +72,17 @@ impl CraftModel {
     }
 
     /// A craft that turns and accelerates more slowly.
-    pub(super) fn cautious(self) -> Self {
+    pub(super) fn cautious(self, tuned: &CraftNumbers) -> Self {
         let limits = self.limits;
         Self {
             limits: Limits {
-                turn_rate_max: CAUTIOUS_RATE * limits.turn_rate_max,
-                acceleration_max: CAUTIOUS_RATE * limits.acceleration_max,
-                deceleration_max: CAUTIOUS_RATE * limits.deceleration_max,
+                turn_rate_max: tuned.cautious_rate * limits.turn_rate_max,
+                acceleration_max: tuned.cautious_rate * limits.acceleration_max,
+                deceleration_max: tuned.cautious_rate * limits.deceleration_max,
                 ..limits
             },
-            heading_time: CAUTIOUS_LAG * self.heading_time,
-            surge_time: CAUTIOUS_LAG * self.surge_time,
+            heading_time: tuned.cautious_lag * self.heading_time,
+            surge_time: tuned.cautious_lag * self.surge_time,
             ..self
         }
     }

@@ -6,19 +6,12 @@ use crate::{
     craft::{
         closed_loop::{HeadingReference, SpeedReference},
         estimate::{CraftEstimate, EVIDENCE_MAX},
-        learn_by_ekf::{CraftObservation, OFFSET_SIGMA, PastReference, SPEED_WITH_DRIFT, behind},
-        model::CraftModel,
+        learn_by_ekf::{Step, behind},
         prior::Prior,
     },
     facts::angle::{angle_of, wrap},
 };
 
-/// Standard deviation of a heading or course from the reference of its loop, rad.
-const MODE_HEADING_SIGMA: f64 = 0.25;
-/// Standard deviation of a speed from the reference of its loop, m/s.
-const MODE_SPEED_SIGMA: f64 = 0.08;
-/// Weight of a log-likelihood: errors last for several seconds.
-const MODE_SHARE: f64 = 0.2;
 /// Log-likelihood ratio at which a mode is assumed: odds of 55 to 1.
 const EVIDENCE_ENOUGH: f64 = 4.0;
 
@@ -42,27 +35,29 @@ impl CraftEstimate {
     /// Updates the evidence of undeclared modes: heading or course, and speed through the water or
     /// over ground along the bow, by the distance from the command. In still water they are
     /// indistinguishable and equivalent.
-    pub(super) fn update_mode_evidence(
-        &mut self,
-        observation: &CraftObservation<'_>,
-        prior: &Prior,
-        craft: &CraftModel,
-        asked: PastReference,
-    ) {
-        let asc = observation.asc;
+    pub(super) fn update_mode_evidence(&mut self, step: &Step<'_>) {
+        let Step {
+            asc,
+            prior,
+            craft,
+            asked,
+            tuned,
+            ..
+        } = *step;
         self.followed_command.x +=
             behind(craft.heading_lag(), asked.elapsed) * wrap(asked.command.x - self.followed_command.x);
         self.followed_command.x = wrap(self.followed_command.x);
         self.followed_command.y +=
             behind(craft.surge_lag(), asked.elapsed) * (asked.command.y - self.followed_command.y);
         let drifting = || {
-            let current = observation
+            let current = step
+                .observation
                 .declared_current
                 .or_else(|| self.current_from_positions())?;
             Some(asc.water_velocity() + current)
         };
         let ground = asc.ground_velocity().or_else(drifting);
-        let Some(ground) = ground.filter(|ground| ground.norm() > SPEED_WITH_DRIFT) else {
+        let Some(ground) = ground.filter(|ground| ground.norm() > tuned.speed_with_drift) else {
             return;
         };
         let heading = wrap(self.followed_command.x - asc.heading().radians());
@@ -71,16 +66,18 @@ impl CraftEstimate {
         let over_ground = self.followed_command.y - ground.dot(&asc.heading().unit());
         let before = self.modes(prior);
         let gain = Vector2::new(
-            (heading * heading - course * course) / (2.0 * MODE_HEADING_SIGMA * MODE_HEADING_SIGMA),
-            (speed * speed - over_ground * over_ground) / (2.0 * MODE_SPEED_SIGMA * MODE_SPEED_SIGMA),
+            (heading * heading - course * course)
+                / (2.0 * tuned.mode_heading_sigma * tuned.mode_heading_sigma),
+            (speed * speed - over_ground * over_ground)
+                / (2.0 * tuned.mode_speed_sigma * tuned.mode_speed_sigma),
         );
         // Errors last for several seconds: each counts in part.
-        let gain = gain.map(|gain| gain.clamp(-1.0, 1.0) * MODE_SHARE * asked.elapsed);
+        let gain = gain.map(|gain| gain.clamp(-1.0, 1.0) * tuned.mode_share * asked.elapsed);
         self.evidence = (self.evidence + gain).map(|evidence| evidence.clamp(-EVIDENCE_MAX, EVIDENCE_MAX));
         let after = self.modes(prior);
         if after.0 != before.0 {
             self.heading.z = 0.0;
-            self.heading_covariance.m33 = OFFSET_SIGMA * OFFSET_SIGMA;
+            self.heading_covariance.m33 = tuned.offset_sigma * tuned.offset_sigma;
             self.heading_covariance.m13 = 0.0;
             self.heading_covariance.m31 = 0.0;
             self.heading_covariance.m23 = 0.0;

@@ -9,10 +9,11 @@ use crate::{
         model::CraftModel,
     },
     facts::asc::Limits,
+    tuned::CraftNumbers,
 };
 
 /// A number with a standard deviation.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Gaussian {
     /// Its mean.
     pub mean: f64,
@@ -22,44 +23,22 @@ pub struct Gaussian {
 
 impl Gaussian {
     /// Largest plausible logarithm of a lag with this prior.
-    pub(crate) fn largest(&self) -> f64 {
-        self.mean + self.most()
+    pub(crate) fn largest(&self, tuned: &CraftNumbers) -> f64 {
+        self.mean + self.most(tuned)
     }
 
     /// `log_lag` within the plausible range.
-    pub(crate) fn bounded(&self, log_lag: f64) -> f64 {
-        log_lag.clamp(self.mean - self.most(), self.largest())
+    pub(crate) fn bounded(&self, log_lag: f64, tuned: &CraftNumbers) -> f64 {
+        log_lag.clamp(self.mean - self.most(tuned), self.largest(tuned))
     }
 
-    fn most(&self) -> f64 {
-        (LAG_DEVIATIONS * self.variance.sqrt()).max(LOG_LAG_SPREAD_MIN)
+    fn most(&self, tuned: &CraftNumbers) -> f64 {
+        (tuned.lag_deviations * self.variance.sqrt()).max(tuned.log_lag_spread_min)
     }
 }
 
 /// Default relative standard deviation of a client's description.
 const DECLARED_UNCERTAINTY: f64 = 0.15;
-
-/// Standard deviation of an undeclared time constant's logarithm: a factor of two.
-const DEFAULT_LAG_SIGMA: f64 = 0.7;
-
-/// Standard deviation of an undeclared drift in turns, s.
-const DEFAULT_DRIFT_SIGMA: f64 = 0.7;
-
-/// Smallest standard deviation of a drift in turns, s.
-const DRIFT_SIGMA_MIN: f64 = 0.05;
-
-/// Plausible deviation of a time constant in standard deviations: a factor of 4 for an undeclared
-/// one. Beyond it the craft has a fault.
-const LAG_DEVIATIONS: f64 = 2.0;
-
-/// Least plausible deviation as a logarithm: a factor of 2.2 for a declared one.
-const LOG_LAG_SPREAD_MIN: f64 = 0.8;
-
-/// Share of its declared rates of the slowest plausible craft.
-const SLOWEST_RATE_DECLARED: f64 = 0.7;
-
-/// The same for undeclared rates.
-const SLOWEST_RATE: f64 = 0.5;
 
 /// Shortest lag in a logarithm, s.
 const LAG_MIN: f64 = 0.2;
@@ -92,19 +71,19 @@ impl Prior {
     }
 
     /// The slowest plausible craft.
-    pub(crate) fn slowest(&self, limits: &Limits) -> CraftModel {
+    pub(crate) fn slowest(&self, limits: &Limits, tuned: &CraftNumbers) -> CraftModel {
         let craft = CraftModel::new(&self.craft, limits);
         let share = |declared| {
             if declared {
-                SLOWEST_RATE_DECLARED
+                tuned.slowest_rate_declared
             } else {
-                SLOWEST_RATE
+                tuned.slowest_rate
             }
         };
         let (turning, surging) = (share(self.heading_declared), share(self.surge_declared));
         CraftModel {
-            heading_time: self.heading_lag.largest().exp(),
-            surge_time: self.surge_lag.largest().exp(),
+            heading_time: self.heading_lag.largest(tuned).exp(),
+            surge_time: self.surge_lag.largest(tuned).exp(),
             limits: Limits {
                 turn_rate_max: turning * craft.limits.turn_rate_max,
                 acceleration_max: surging * craft.limits.acceleration_max,
@@ -114,14 +93,13 @@ impl Prior {
             ..craft
         }
     }
-}
 
-impl From<&CraftDescription> for Prior {
-    fn from(declared: &CraftDescription) -> Self {
+    /// The craft as `declared`.
+    pub(crate) fn new(declared: &CraftDescription, tuned: &CraftNumbers) -> Self {
         let craft = declared.craft();
         let sigma = declared.relative_uncertainty.unwrap_or(DECLARED_UNCERTAINTY);
         let by_name = declared.preset().is_some_and(|preset| preset.name != "generic");
-        let lag_sigma = |declared| if declared { sigma } else { DEFAULT_LAG_SIGMA };
+        let lag_sigma = |declared| if declared { sigma } else { tuned.lag_sigma };
         let heading_declared = by_name || declared.heading_loop.dynamics().is_some();
         let surge_declared = by_name || declared.surge_loop.time_constant_s.is_some();
         let drift_declared = by_name || declared.sway_per_yaw_rate_s.is_some();
@@ -130,9 +108,9 @@ impl From<&CraftDescription> for Prior {
             variance: lag_sigma(declared) * lag_sigma(declared),
         };
         let drift_sigma = if drift_declared {
-            (sigma * craft.sway_per_yaw_rate.abs()).max(DRIFT_SIGMA_MIN)
+            (sigma * craft.sway_per_yaw_rate.abs()).max(tuned.drift_sigma_min)
         } else {
-            DEFAULT_DRIFT_SIGMA
+            tuned.drift_sigma
         };
         Self {
             heading_lag: lag(craft.heading.time_constant(), heading_declared),

@@ -8,7 +8,16 @@ use crate::{
         reference::{Reference, TrajectoryPoint},
     },
     tests::prelude::*,
+    tuned::CraftNumbers,
 };
+
+const TUNED: &CraftNumbers = &CraftNumbers::DEFAULT;
+
+impl From<&CraftDescription> for Prior {
+    fn from(declared: &CraftDescription) -> Self {
+        Self::new(declared, TUNED)
+    }
+}
 
 /// Pseudo-random numbers in [−1, 1): a linear congruence.
 struct Noise(u64);
@@ -309,7 +318,8 @@ fn references_without_effect_are_noticed_within_ten_seconds() {
 fn stuck(before: &Effect, reference: f64) -> Effect {
     let half = |from: f64| from + 0.5 * (reference - from);
     let seen = (reference, before.seen);
-    before.after(seen, effect::SPEED_SIGMA, 1.0, |a, b| a - b, half)
+    let sigma = (TUNED.effect_speed_sigma, TUNED);
+    before.after(seen, sigma, 1.0, |a, b| a - b, half)
 }
 
 #[test]
@@ -347,7 +357,7 @@ fn a_loop_without_effect_is_not_learnt() {
     assert!(known.heading_effect.is_missing());
     assert_eq!((known.heading.y, known.heading.z), (prior.heading_lag.mean, 0.0));
     let rate = |estimate: &CraftEstimate| {
-        let model = CraftModel::learnt(&prior, estimate, &Limits::ANY, &Vector2::zeros());
+        let model = CraftModel::learnt(&prior, estimate, &Limits::ANY, &Vector2::zeros(), TUNED);
         model.limits.turn_rate_max
     };
     assert_eq!(rate(&known), 0.5 * Ship::RATE_MAX);

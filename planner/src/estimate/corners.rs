@@ -4,19 +4,10 @@ use std::f64::consts::PI;
 
 use nalgebra::{Complex, Vector2};
 
-use crate::estimate::legs::TrackPoint;
+use crate::{estimate::legs::TrackPoint, tuned::EstimateNumbers};
 
 /// Most points at which a track is compared with itself.
 pub(crate) const PLACES_MAX: u16 = 256;
-
-/// Least turn of a reversal, rad; its legs do not intersect.
-const BACK: f64 = 2.4;
-
-/// Sine of the least turn whose legs are intersected.
-const SINE_MIN: f64 = 0.2;
-
-/// Relative tolerance of a turn's length against usual speed times elapsed time.
-const LENGTH_TOLERANCE: f64 = 0.35;
 
 /// A straight piece of a track.
 pub(crate) struct TrackEdge {
@@ -56,13 +47,18 @@ impl TrackEdge {
     }
 
     /// Corners between this leg and the next for a turn `radius`, m.
-    pub(crate) fn turn(&self, next: &Self, radius: f64) -> Option<Vec<Complex<f64>>> {
+    pub(crate) fn turn(
+        &self,
+        next: &Self,
+        radius: f64,
+        tuned: &EstimateNumbers,
+    ) -> Option<Vec<Complex<f64>>> {
         let (u, v) = (self.direction(), next.direction());
         let between = next.from - self.to;
         let sine = cross(u, v);
-        if (v * u.conj()).arg().abs() < BACK {
+        if (v * u.conj()).arg().abs() < tuned.reversal_min {
             // Almost parallel legs intersect anywhere; the track itself is then as good.
-            if sine.abs() < SINE_MIN {
+            if sine.abs() < tuned.bend_sine_min {
                 return None;
             }
             return Some(vec![self.to + u * (cross(between, v) / sine)]);
@@ -90,7 +86,7 @@ impl TrackEdge {
         corners: &[Complex<f64>],
         next: &Self,
         seen: &[Complex<f64>],
-        tolerance: f64,
+        (tolerance, tuned): (f64, &EstimateNumbers),
     ) -> bool {
         let way: Vec<_> = [self.to]
             .iter()
@@ -100,7 +96,7 @@ impl TrackEdge {
             .collect();
         let length: f64 = way.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum();
         let usual = 0.5 * (self.speed() + next.speed()) * (next.start - self.end);
-        (length - usual).abs() <= LENGTH_TOLERANCE * usual + 2.0 * tolerance
+        (length - usual).abs() <= tuned.turn_length_tolerance * usual + 2.0 * tolerance
             && seen.iter().all(|place| {
                 way.windows(2).any(|pair| {
                     let chord = pair[1] - pair[0];

@@ -5,19 +5,8 @@ use std::ops::RangeInclusive;
 use crate::{
     estimate::rigid_motion::number,
     facts::{auv::Dive, evidence::Report},
+    tuned::EstimateNumbers,
 };
-
-/// Least height of a detected sawtooth, m. Assumption: gauge errors and swell are 2.5 % of it.
-const HEIGHT_MIN: f64 = 4.0;
-
-/// Depth change from the last extreme at which a vehicle has reversed, as a share of the height.
-const SWING: f64 = 0.3;
-
-/// Largest relative difference of reversal depths (by the height) and of the legs' rates.
-const SPREAD_MAX: f64 = 0.1;
-
-/// Largest root-mean-square bend of a leg, as a share of the height; waves exceed it.
-const BENT_MAX: f64 = 0.03;
 
 /// Fewest reversals: the vehicle has repeated itself.
 const APEXES_MIN: usize = 3;
@@ -72,7 +61,7 @@ impl DepthLeg {
 
 /// The sawtooth of a vehicle with horizontal speed `u_h` through the water, m/s, from the depths of
 /// its reports in order of time, if its reversals repeat.
-pub(crate) fn sawtooth(reports: &[(usize, Report)], u_h: f64) -> Option<Dive> {
+pub(crate) fn sawtooth(reports: &[(usize, Report)], u_h: f64, tuned: &EstimateNumbers) -> Option<Dive> {
     let depth = |(_, report): &(usize, Report)| Some([report.t_s, report.depth_m?]);
     let mut depths: Vec<_> = reports.iter().filter_map(depth).collect();
     depths.dedup_by_key(|[time, _]| *time);
@@ -83,10 +72,10 @@ pub(crate) fn sawtooth(reports: &[(usize, Report)], u_h: f64) -> Option<Dive> {
             (least.min(*z), most.max(*z))
         });
     let height = most - least;
-    if height < HEIGHT_MIN {
+    if height < tuned.sawtooth_height_min {
         return None;
     }
-    let ends = ends(&depths, SWING * height);
+    let ends = ends(&depths, tuned.swing * height);
     // Reversal points are on neither leg.
     let legs = ends
         .windows(2)
@@ -95,8 +84,9 @@ pub(crate) fn sawtooth(reports: &[(usize, Report)], u_h: f64) -> Option<Dive> {
     let whole = legs.get(1..legs.len() - 1)?;
     let rates = whole.iter().flatten().map(|leg| leg.rate.abs());
     let rate = rates.sum::<f64>() / number(whole.len());
-    let is_like_others =
-        |leg: &DepthLeg| (leg.rate.abs() - rate).abs() <= SPREAD_MAX * rate && leg.bent <= BENT_MAX * height;
+    let is_like_others = |leg: &DepthLeg| {
+        (leg.rate.abs() - rate).abs() <= tuned.spread_max * rate && leg.bent <= tuned.bent_max * height
+    };
     let like_others: Vec<_> = legs.into_iter().map(|leg| leg.filter(is_like_others)).collect();
     // The oldest leg may be nearly over, and the newest may have just begun.
     let legs: Vec<_> = match &like_others[..] {
@@ -128,15 +118,14 @@ pub(crate) fn sawtooth(reports: &[(usize, Report)], u_h: f64) -> Option<Dive> {
     // Half of the reversal is beyond the depth that ends the leg.
     let turn = 0.5 * rate * Dive::REVERSAL_MEDUSA;
     let legs_since = (rate * (last - newest.time) / height).floor();
-    (shallow.1.max(deep.1) <= SPREAD_MAX * height && PITCH.contains(&pitch_rad) && 2.0 * turn < height).then(
-        || Dive {
+    (shallow.1.max(deep.1) <= tuned.spread_max * height && PITCH.contains(&pitch_rad) && 2.0 * turn < height)
+        .then(|| Dive {
             depth_min_m: (shallow.0 + turn).max(0.0),
             depth_max_m: deep.0 - turn,
             pitch_rad,
             reversal_s: None,
             descending: Some(newest.is_lowest == (legs_since.rem_euclid(2.0) == 1.0)),
-        },
-    )
+        })
 }
 
 /// Indices where the depths reverse by more than `swing`, m, with the first, and one past the last.
@@ -165,6 +154,10 @@ mod tests {
 
     use super::*;
     use crate::{estimate::tests::Random, predict::dive::DepthForecast};
+
+    fn sawtooth(reports: &[(usize, Report)], u_h: f64) -> Option<Dive> {
+        super::sawtooth(reports, u_h, &EstimateNumbers::DEFAULT)
+    }
 
     fn report(t_s: f64, depth: f64) -> (usize, Report) {
         let depth_m = Some(depth);

@@ -2,7 +2,7 @@
 
 use std::cmp::Ordering;
 
-use nalgebra::{Matrix4, Vector2};
+use nalgebra::Vector2;
 
 use crate::{
     estimate::{
@@ -10,8 +10,8 @@ use crate::{
         interacting::Interacting,
         kalman::Kalman,
         legs::TrackPoint,
-        on_path::{NextTurn, OnPath, PathFit, PathHypothesis, SPEED_DENSITIES},
-        repeats::{PastTrack, Repeats},
+        on_path::{NextTurn, OnPath, PathFit, PathHypothesis},
+        repeats::{LOOSE_SCATTERS, PastTrack, Repeats},
         screening::ScreenedReports,
         track::Track,
         turn::{clear, remembered_turn_rate, turn_rate},
@@ -23,13 +23,8 @@ use crate::{
         known_path::{DeclaredPath, KnownPath},
         previous_plan::RememberedTarget,
     },
+    tuned::EstimateNumbers,
 };
-
-/// Largest age of a telemetered rate of turn, s. Six of the ten-second slots in which an acoustic
-/// network usually hears of a vehicle, a third of a lawn-mower's turn. With a longer one, a vehicle
-/// that falls silent in a turn would be forecast to circle; see
-/// `docs/rationale.md#estimating-the-auvs`.
-pub(crate) const TURN_RATE_AGE_MAX: f64 = 60.0;
 
 /// Newest reports of a hasty estimate: enough for a velocity, with two outliers.
 const HASTY: usize = 8;
@@ -83,49 +78,54 @@ impl Route {
     }
 }
 
-/// Probability at the first report that a vehicle follows its path.
-const FOLLOWS_AT_FIRST: f64 = 0.9;
-
-/// Mean time until a vehicle leaves its path, s.
-const LEAVES_AFTER: f64 = 3600.0;
-
-/// Mean time until it returns, s.
-const RETURNS_AFTER: f64 = 600.0;
-
 /// Number of newest reports that test whether a vehicle still repeats its track: older ones made
-/// the path. Misfits of three in a row end the repetition; the weight of each is limited, since a
-/// turn with few fixes is metres off.
+/// the path. Misfits of three in a row end the repetition.
 const TELLING: usize = 3;
-const ODDS_MAX: f64 = 3.0;
 
-/// Least current for the hypothesis of a declared speed over ground, m/s; less is uncertain anyway.
-const CURRENT_MIN: f64 = 0.05;
-
-/// Largest distance of two simultaneous fixes that are one message over two links, m.
-const REPEATED_WITHIN: f64 = 0.1;
+/// Estimates AUVs at one moment.
+pub(crate) struct Estimator<'a> {
+    /// Now, s.
+    pub(crate) now: f64,
+    /// Current (north, east), m/s.
+    pub(crate) current: Vector2<f64>,
+    pub(crate) tuned: &'a EstimateNumbers,
+    /// `true` once only the newest reports count, without a path.
+    pub(crate) due: &'a dyn Fn() -> bool,
+}
 
 impl Estimate {
-    /// Estimates `auv` at `now`, s, in a `current` (north, east), m/s. A state without a rate of
-    /// turn takes it from the previous plan, given with the time of its report. Given the track
-    /// `before`, an AUV without a path or a dive may get them from its track and depths. Once
-    /// `due`, only the newest reports count, without a path.
-    pub(crate) fn new(
+    /// Root-mean-square distance between estimate and vehicle now, m, on a straight course since:
+    /// √(tr P) of the position. `None` without a covariance.
+    #[must_use]
+    pub fn position_sigma(&self, tuned: &EstimateNumbers) -> Option<f64> {
+        let state = &self.state;
+        let reported = Kalman::new(0.0, &state.position(), &state.velocity(), &state.covariance()?);
+        let now = reported.at(state.age_s, tuned);
+        Some(now.position_variance().max(0.0).sqrt())
+    }
+}
+
+impl<'a> Estimator<'a> {
+    /// Estimates `auv`. A state without a rate of turn takes it from the previous plan, given with
+    /// the time of its report. Given the track `before`, an AUV without a path or a dive may get
+    /// them from its track and depths.
+    pub(crate) fn estimate(
+        &self,
         auv: &Auv,
         path: Option<&KnownPath>,
-        now: f64,
-        current: &Vector2<f64>,
         previous: Option<(RememberedTarget, f64)>,
         before: Option<&[TrackPoint]>,
-        due: &dyn Fn() -> bool,
-    ) -> Self {
+    ) -> Estimate {
         let Some(state) = &auv.state else {
             let reports = auv.reports.as_deref().unwrap_or_default();
-            let path = path.filter(|_| !due());
+            let path = path.filter(|_| !(self.due)());
             let declared = auv.path.as_ref().filter(|_| path.is_some());
             let others = declared.map_or_else(Vec::new, DeclaredPath::with_other_turn_radii);
-            let paths: Vec<_> = path.cloned().into_iter().chain(others).collect();
-            let found = from_reports(reports, &paths, (now, current), before, due);
-            return Self {
+            // Without a sharp corner, the first of the others is the declared path itself.
+            let own = path.filter(|own| others.first() != Some(own)).cloned();
+            let paths: Vec<_> = others.into_iter().chain(own).collect();
+            let found = self.filtered(reports, &paths, before);
+            return Estimate {
                 dive: found.dive.filter(|_| auv.dive.is_none()),
                 ..found
             };
@@ -133,10 +133,10 @@ impl Estimate {
         let mut state = *state;
         // A gyroscope never reads exactly 0, which stands for an omitted rate.
         if let (0.0, Some((earlier, reported))) = (state.turn_rate_radps, previous) {
-            let between = now - state.age_s - reported;
-            state.turn_rate_radps = remembered_turn_rate(&earlier.estimate, &state, between);
+            let between = self.now - state.age_s - reported;
+            state.turn_rate_radps = remembered_turn_rate(&earlier.estimate, &state, between, self.tuned);
         }
-        Self {
+        Estimate {
             state,
             rejected: Vec::new(),
             inflation: 0.0,
@@ -149,129 +149,169 @@ impl Estimate {
         }
     }
 
-    /// Root-mean-square distance between estimate and vehicle now, m, on a straight course since:
-    /// √(tr P) of the position. `None` without a covariance.
-    #[must_use]
-    pub fn position_sigma(&self) -> Option<f64> {
-        let state = &self.state;
-        let now =
-            Kalman::new(0.0, &state.position(), &state.velocity(), &state.covariance()?).at(state.age_s);
-        Some(now.position_variance().max(0.0).sqrt())
-    }
-}
-
-/// Filters `reports`, at least one, in order of time. The vehicle is on one of `paths`.
-fn from_reports(
-    reports: &[Report],
-    paths: &[KnownPath],
-    (now, current): (f64, &Vector2<f64>),
-    before: Option<&[TrackPoint]>,
-    due: &dyn Fn() -> bool,
-) -> Estimate {
-    // Reports older than any forecast count only if there are no others.
-    let newest = reports
-        .iter()
-        .map(|report| report.t_s)
-        .fold(f64::NEG_INFINITY, f64::max);
-    let oldest = (now - FORECAST_AGE_MAX).min(newest);
-    let mut numbered: Vec<_> = reports
-        .iter()
-        .enumerate()
-        .filter(|(_, report)| oldest <= report.t_s)
-        .map(|(number, report)| {
-            // A report from the future counts as from now.
-            let time = report.t_s.min(now);
-            (number, Report { t_s: time, ..*report })
-        })
-        .collect();
-    numbered.sort_by(|(_, a), (_, b)| in_order(a, b));
-    if due() {
-        numbered.drain(..numbered.len().saturating_sub(HASTY));
-    }
-    let ScreenedReports {
-        reports: screened,
-        track: free,
-        inflation,
-        velocity_contradicted,
-    } = ScreenedReports::new(without_repeated(&numbered), due);
-    let infers = before.is_some();
-    let before = before.filter(|_| paths.is_empty());
-    let past_track = before.map_or_else(PastTrack::default, |before| {
-        PastTrack::new(before, &free.used, current)
-    });
-    let repeats = if due() { None } else { past_track.repeats() };
-    let along = on_likeliest_path(paths, repeats.as_ref(), current, &screened, due);
-    let route = along.as_ref().map(|along| Route {
-        probability: match repeats {
-            None => probability_of_following(&screened, along, &free, (usize::MAX, f64::INFINITY)),
-            Some(_) => probability_of_following(&screened, along, &free, (TELLING, ODDS_MAX)),
-        },
-        fit: *along.filter.fit(),
-        next_turn: match paths {
-            [_] => along.filter.next_turn(),
-            _ => along.filter.next_turn().map(NextTurn::of_any_radius),
-        },
-        current: along.filter.assumed().current,
-    });
-    let path = along.as_ref().map(|along| along.filter.assumed().known.clone());
-    let followed = along.filter(|_| route.is_some_and(|route| route.is_followed()));
-    let (filtered, used) = match &followed {
-        Some(track) => (Filtered::from(&track.filter), &track.used),
-        None => (Filtered::from(&free.filter.combined()), &free.used),
-    };
-    let through_water = (filtered.velocity - current).norm();
-    Estimate {
-        state: filtered.state(used, now),
-        dive: infers.then(|| sawtooth(used, through_water)).flatten(),
-        rejected: (0..reports.len())
-            .filter(|number| used.iter().all(|(used, _)| used != number))
-            .collect(),
-        inflation,
-        velocity_contradicted,
-        route,
-        repeats,
-        path,
-        track: past_track.points,
-    }
-}
-
-/// The likeliest track through `reports` on one of `paths`, or on the pattern that its own track
-/// `repeats`. Speeds may be over ground; without a fitting declared path the pace may vary.
-fn on_likeliest_path<'a>(
-    paths: &'a [KnownPath],
-    repeats: Option<&'a Repeats>,
-    current: &Vector2<f64>,
-    reports: &[(usize, Report)],
-    due: &dyn Fn() -> bool,
-) -> Option<Track<OnPath<'a>>> {
-    let through =
-        |assumed: PathHypothesis<'a>| Track::through(reports, |report| OnPath::start(report, &assumed));
-    let known = paths.iter().chain(repeats.map(|repeats| &repeats.path));
-    let hypotheses = known.map(|known| PathHypothesis {
-        known,
-        current: *current,
-        speed_density: SPEED_DENSITIES[0],
-        roughness: repeats.map(|repeats| repeats.residual),
-    });
-    let mut best = hypotheses.take_while(|_| !due()).map(through).reduce(likelier)?;
-    if !due() && repeats.is_none() && CURRENT_MIN <= current.norm() {
-        let over_ground = PathHypothesis {
-            current: Vector2::zeros(),
-            ..*best.filter.assumed()
+    /// Filters `reports`, at least one, in order of time. The vehicle is on one of `paths`.
+    fn filtered(&self, reports: &[Report], paths: &[KnownPath], before: Option<&[TrackPoint]>) -> Estimate {
+        let (tuned, due) = (self.tuned, self.due);
+        let ScreenedReports {
+            reports: screened,
+            track: free,
+            inflation,
+            velocity_contradicted,
+        } = ScreenedReports::new(self.without_repeated(&self.numbered(reports)), tuned, due);
+        let infers = before.is_some();
+        let before = before.filter(|_| paths.is_empty());
+        let past_track = |scatter: f64| {
+            before.map_or_else(PastTrack::default, |before| {
+                PastTrack::new(before, &free.used, &self.current, scatter, tuned)
+            })
         };
-        best = likelier(best, through(over_ground));
-    }
-    for speed_density in &SPEED_DENSITIES[1..] {
-        if due() || (repeats.is_none() && !best.is_inconsistent()) {
-            break;
+        let exact = past_track(1.0);
+        let repeats = (!due()).then(|| exact.repeats()).flatten();
+        let loose = LOOSE_SCATTERS.into_iter().take_while(|_| !due());
+        let repeats = repeats.or_else(|| loose.map(past_track).find_map(|track| track.repeats()));
+        let along = self.on_likeliest_path(paths, repeats.as_ref(), &screened);
+        let route = along.as_ref().map(|along| Route {
+            probability: match repeats {
+                None => probability_of_following(&screened, along, &free, (usize::MAX, f64::INFINITY)),
+                Some(_) => probability_of_following(&screened, along, &free, (TELLING, tuned.odds_max)),
+            },
+            fit: *along.filter.fit(),
+            next_turn: match paths {
+                [_] => along.filter.next_turn(),
+                _ => along.filter.next_turn().map(|turn| turn.of_any_radius(tuned)),
+            },
+            current: along.filter.assumed().current,
+        });
+        let path = along.as_ref().map(|along| along.filter.assumed().known.clone());
+        let followed = along.filter(|_| route.is_some_and(|route| route.is_followed()));
+        let (filtered, used) = match &followed {
+            Some(track) => (track.filter.free(), &track.used),
+            None => (free.filter.combined(), &free.used),
+        };
+        let through_water = (filtered.velocity() - self.current).norm();
+        Estimate {
+            state: self.state(&filtered, used),
+            dive: infers.then(|| sawtooth(used, through_water, tuned)).flatten(),
+            rejected: (0..reports.len())
+                .filter(|number| used.iter().all(|(used, _)| used != number))
+                .collect(),
+            inflation,
+            velocity_contradicted,
+            route,
+            repeats,
+            path,
+            track: exact.points,
         }
-        let less_steady = PathHypothesis {
-            speed_density: *speed_density,
-            ..*best.filter.assumed()
-        };
-        best = likelier(best, through(less_steady));
     }
-    Some(best)
+
+    /// The state that is `filtered`, with the newest depth and turn among the used reports.
+    fn state(&self, filtered: &Kalman, used: &[(usize, Report)]) -> AuvState {
+        let (now, tuned) = (self.now, self.tuned);
+        let newest_first = || used.iter().rev().map(|(_, report)| report);
+        let reported =
+            newest_first().find_map(|report| report.turn_rate_radps.map(|rate| (report.t_s, rate)));
+        let turning = reported.or_else(|| turning(used, tuned));
+        // Without any reported depth the vehicle is at the surface.
+        let depth = newest_first().find_map(|report| report.depth_m).unwrap_or(0.0);
+        let velocity = filtered.velocity();
+        let (course, speed) = (Course::of(&velocity), velocity.norm().min(SPEED_MAX));
+        AuvState {
+            turn_rate_radps: turning
+                .filter(|(time, _)| now - time <= tuned.turn_rate_age_max)
+                .map_or(0.0, |(_, rate)| rate),
+            age_s: (now - filtered.time).max(0.0),
+            covariance: Some(filtered.covariance.transpose().into()),
+            ..AuvState::new(filtered.position(), depth, course, speed)
+        }
+    }
+
+    /// The reports with their numbers, [`in_order`], without those older than any forecast.
+    fn numbered(&self, reports: &[Report]) -> Vec<(usize, Report)> {
+        let times = reports.iter().map(|report| report.t_s);
+        let newest = times.fold(f64::NEG_INFINITY, f64::max);
+        // Older reports count only if there are no others.
+        let oldest = (self.now - FORECAST_AGE_MAX).min(newest);
+        let used = reports.iter().enumerate();
+        let used = used.filter(|(_, report)| oldest <= report.t_s);
+        // A report from the future counts as from now.
+        let until_now = |report: &Report| Report {
+            t_s: report.t_s.min(self.now),
+            ..*report
+        };
+        let mut numbered: Vec<_> = used.map(|(number, report)| (number, until_now(report))).collect();
+        numbered.sort_by(|(_, a), (_, b)| in_order(a, b));
+        if (self.due)() {
+            numbered.drain(..numbered.len().saturating_sub(HASTY));
+        }
+        numbered
+    }
+
+    /// Keeps the last of repeated messages, [`in_order`]: they are no second measurement.
+    fn without_repeated(&self, numbered: &[(usize, Report)]) -> Vec<(usize, Report)> {
+        let again = |first: &Report, later: &Report| {
+            first.t_s == later.t_s
+                && (first.position() - later.position()).norm() <= self.tuned.repeated_within
+        };
+        let is_last = |place: usize, report: &Report| {
+            let later = numbered[place + 1..].iter();
+            later
+                .take_while(|(_, later)| later.t_s == report.t_s)
+                .all(|(_, later)| !again(report, later))
+        };
+        let last = numbered
+            .iter()
+            .enumerate()
+            .filter(|(place, (_, report))| is_last(*place, report));
+        last.map(|(_, numbered)| *numbered).collect()
+    }
+
+    /// The likeliest track through `reports` on one of `paths`, or on the pattern that its own
+    /// track `repeats`. Speeds may be over ground; without a fitting declared path the pace may
+    /// vary.
+    fn on_likeliest_path<'b>(
+        &self,
+        paths: &'b [KnownPath],
+        repeats: Option<&'b Repeats>,
+        reports: &[(usize, Report)],
+    ) -> Option<Track<OnPath<'b>>>
+    where
+        'a: 'b,
+    {
+        let (tuned, due) = (self.tuned, self.due);
+        let through =
+            |assumed: PathHypothesis<'b>| Track::through(reports, |report| OnPath::start(report, &assumed));
+        let known = paths.iter().chain(repeats.map(|repeats| &repeats.path));
+        let hypotheses = known.map(|known| PathHypothesis {
+            known,
+            current: self.current,
+            speed_density: tuned.pace_density,
+            roughness: repeats.map(|repeats| repeats.track.residual_m),
+            tuned,
+        });
+        let mut best = hypotheses.take_while(|_| !due()).map(through).reduce(likelier)?;
+        if !due() && repeats.is_none() && tuned.current_min <= self.current.norm() {
+            let over_ground = PathHypothesis {
+                current: Vector2::zeros(),
+                ..*best.filter.assumed()
+            };
+            best = likelier(best, through(over_ground));
+        }
+        for speed_density in [
+            tuned.pace_density_varied,
+            tuned.pace_density_uneven,
+            tuned.pace_density_erratic,
+        ] {
+            if due() || (repeats.is_none() && !best.is_inconsistent()) {
+                break;
+            }
+            let less_steady = PathHypothesis {
+                speed_density,
+                ..*best.filter.assumed()
+            };
+            best = likelier(best, through(less_steady));
+        }
+        Some(best)
+    }
 }
 
 /// The likelier of two tracks; the first of equals.
@@ -283,30 +323,12 @@ fn likelier<'a>(one: Track<OnPath<'a>>, other: Track<OnPath<'a>>) -> Track<OnPat
     }
 }
 
-/// Keeps the last of repeated messages, [`in_order`]: they are no second measurement.
-fn without_repeated(numbered: &[(usize, Report)]) -> Vec<(usize, Report)> {
-    let again = |first: &Report, later: &Report| {
-        first.t_s == later.t_s && (first.position() - later.position()).norm() <= REPEATED_WITHIN
-    };
-    let is_last = |place: usize, report: &Report| {
-        let later = numbered[place + 1..].iter();
-        later
-            .take_while(|(_, later)| later.t_s == report.t_s)
-            .all(|(_, later)| !again(report, later))
-    };
-    let last = numbered
-        .iter()
-        .enumerate()
-        .filter(|(place, (_, report))| is_last(*place, report));
-    last.map(|(_, numbered)| *numbered).collect()
-}
-
 /// Probability that a vehicle follows its path as in `along`, after the `newest` of its `reports`,
 /// in a two-state model with `free` motion. `odds_max` bounds a report's weight against the path.
 fn probability_of_following(
     reports: &[(usize, Report)],
     along: &Track<OnPath<'_>>,
-    free: &Track<Interacting>,
+    free: &Track<Interacting<'_>>,
     (newest, odds_max): (usize, f64),
 ) -> f64 {
     let moves = match reports {
@@ -317,19 +339,19 @@ fn probability_of_following(
     if !moves || !along.filter.is_on_path() {
         return 0.0;
     }
-    let innovations = along.innovations.iter().zip(&free.innovations);
+    let tuned = along.filter.assumed().tuned;
+    let likelihoods = along.log_likelihoods().zip(free.log_likelihoods());
     let intervals = reports.iter().zip(&reports[1..]);
     let steps = intervals.map(|((_, from), (_, to))| to.t_s - from.t_s);
     let passed = along.innovations.len().saturating_sub(newest);
     steps
-        .zip(innovations)
+        .zip(likelihoods)
         .skip(passed)
-        .fold(FOLLOWS_AT_FIRST, |follows, (elapsed, (along, free))| {
-            let [leaves, returns] = [LEAVES_AFTER, RETURNS_AFTER].map(|after| -(-elapsed / after).exp_m1());
+        .fold(tuned.follows_at_first, |follows, (elapsed, (along, free))| {
+            let [leaves, returns] =
+                [tuned.leaves_after, tuned.returns_after].map(|after| -(-elapsed / after).exp_m1());
             let follows = follows * (1.0 - leaves) + (1.0 - follows) * returns;
-            let ratio = (free.log_likelihood() - along.log_likelihood())
-                .exp()
-                .min(odds_max);
+            let ratio = (free - along).exp().min(odds_max);
             follows / (follows + (1.0 - follows) * ratio)
         })
 }
@@ -356,63 +378,12 @@ pub(crate) fn in_order(a: &Report, b: &Report) -> Ordering {
         .unwrap_or(Ordering::Equal)
 }
 
-/// State of a filter after its last report.
-struct Filtered {
-    time: f64,
-    position: Vector2<f64>,
-    velocity: Vector2<f64>,
-    covariance: Matrix4<f64>,
-}
-
-impl From<&Kalman> for Filtered {
-    fn from(filter: &Kalman) -> Self {
-        Self {
-            time: filter.time(),
-            position: filter.position(),
-            velocity: filter.velocity(),
-            covariance: *filter.covariance(),
-        }
-    }
-}
-
-impl From<&OnPath<'_>> for Filtered {
-    fn from(filter: &OnPath<'_>) -> Self {
-        Self {
-            time: filter.time(),
-            position: filter.position(),
-            velocity: filter.velocity(),
-            covariance: filter.covariance(),
-        }
-    }
-}
-
-impl Filtered {
-    /// Time and rate of turn between the two newest courses, if neither report has a rate.
-    fn turning(used: &[(usize, Report)]) -> Option<(f64, f64)> {
-        let [.., (_, before), (_, after)] = used else {
-            return None;
-        };
-        let [from, to] = [before.ground_track()?, after.ground_track()?].map(|track| track.velocity());
-        let rate = turn_rate(&from, &to, after.t_s - before.t_s)?;
-        Some((after.t_s, clear(rate)))
-    }
-
-    /// The state, with the newest depth and turn among the used reports.
-    fn state(&self, used: &[(usize, Report)], now: f64) -> AuvState {
-        let newest_first = || used.iter().rev().map(|(_, report)| report);
-        let reported =
-            newest_first().find_map(|report| report.turn_rate_radps.map(|rate| (report.t_s, rate)));
-        let turning = reported.or_else(|| Self::turning(used));
-        // Without any reported depth the vehicle is at the surface.
-        let depth = newest_first().find_map(|report| report.depth_m).unwrap_or(0.0);
-        let (course, speed) = (Course::of(&self.velocity), self.velocity.norm().min(SPEED_MAX));
-        AuvState {
-            turn_rate_radps: turning
-                .filter(|(time, _)| now - time <= TURN_RATE_AGE_MAX)
-                .map_or(0.0, |(_, rate)| rate),
-            age_s: (now - self.time).max(0.0),
-            covariance: Some(self.covariance.transpose().into()),
-            ..AuvState::new(self.position, depth, course, speed)
-        }
-    }
+/// Time and rate of turn between the two newest courses, if neither report has a rate.
+fn turning(used: &[(usize, Report)], tuned: &EstimateNumbers) -> Option<(f64, f64)> {
+    let [.., (_, before), (_, after)] = used else {
+        return None;
+    };
+    let [from, to] = [before.ground_track()?, after.ground_track()?].map(|track| track.velocity());
+    let rate = turn_rate(&from, &to, after.t_s - before.t_s)?;
+    Some((after.t_s, clear(rate, tuned)))
 }

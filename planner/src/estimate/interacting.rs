@@ -6,28 +6,16 @@ use crate::{
     estimate::{
         kalman::{Kalman, Measurement},
         motion_model::MotionModel,
-        track::{Filter, Innovation},
+        track::{Filter, Innovation, Track},
     },
     facts::evidence::Report,
+    tuned::EstimateNumbers,
 };
 
 /// Number of motion models: straight, manoeuvre.
 const N_MODELS: usize = 2;
 
 const MANOEUVRE: usize = 1;
-
-/// Mean distance before a manoeuvre, m. Assumption: lanes of a survey.
-const STRAIGHT_LENGTH: f64 = 100.0;
-
-/// Mean length of a manoeuvre, m: half a turn of 10 m radius.
-const MANOEUVRE_LENGTH: f64 = 30.0;
-
-/// Least speed in the manoeuvre model, m/s: half of the slowest cruise of known vehicles.
-const MANOEUVRE_SPEED_MIN: f64 = 0.1;
-
-/// Largest acceleration towards a telemetered speed, m/s². Assumption: from rest to 1 m/s within
-/// the ten seconds between two fixes.
-const ACCELERATION_MAX: f64 = 0.1;
 
 /// Least probability of a model, so that no measurement excludes it for good.
 const PROBABILITY_MIN: f64 = 1.0e-9;
@@ -44,24 +32,29 @@ const PROBABILITY_MIN: f64 = 1.0e-9;
 /// Source: H. A. P. Blom, Y. Bar-Shalom, "The interacting multiple model algorithm for systems with
 /// Markovian switching coefficients", 1988, doi:10.1109/9.1299.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Interacting {
+pub(crate) struct Interacting<'a> {
+    tuned: &'a EstimateNumbers,
     models: [Kalman; N_MODELS],
     probabilities: [f64; N_MODELS],
     /// Telemetered rate of turn at the last report, rad/s.
     turn_rate: Option<f64>,
 }
 
-impl Interacting {
-    /// Starts from one report.
-    pub(crate) fn start(report: &Report) -> Self {
-        Self::of_one(Kalman::start(report), report)
+impl<'a> Interacting<'a> {
+    /// The track through `reports`, at least one, in order of time.
+    pub(crate) fn track(reports: &[(usize, Report)], tuned: &'a EstimateNumbers) -> Track<Self> {
+        Track::through(reports, |report| {
+            Self::of_one(Kalman::start(report, tuned), report, tuned)
+        })
     }
 
-    fn of_one(filter: Kalman, report: &Report) -> Self {
-        let length = STRAIGHT_LENGTH + MANOEUVRE_LENGTH;
+    fn of_one(filter: Kalman, report: &Report, tuned: &'a EstimateNumbers) -> Self {
+        let (straight, manoeuvre) = (tuned.straight_length, tuned.manoeuvre_length);
+        let length = straight + manoeuvre;
         Self {
+            tuned,
             models: [filter.clone(), filter],
-            probabilities: [STRAIGHT_LENGTH / length, MANOEUVRE_LENGTH / length],
+            probabilities: [straight / length, manoeuvre / length],
             turn_rate: report.turn_rate_radps,
         }
     }
@@ -73,9 +66,12 @@ impl Interacting {
 
     /// The prediction at the time of a report.
     fn predicted(&self, report: &Report) -> Self {
-        let t = report.t_s - self.models[0].time();
+        let t = report.t_s - self.models[0].time;
         let speed = self.speed(report);
-        let (begin, end) = (speed / STRAIGHT_LENGTH, speed / MANOEUVRE_LENGTH);
+        let (begin, end) = (
+            speed / self.tuned.straight_length,
+            speed / self.tuned.manoeuvre_length,
+        );
         let settled = -(-(begin + end) * t).exp_m1() / (begin + end);
         let (begun, ended) = (settled * begin, settled * end);
         let transition = [[1.0 - begun, begun], [ended, 1.0 - ended]];
@@ -85,8 +81,8 @@ impl Interacting {
             (None, _) | (_, None) => 0.0,
         };
         let motions = [
-            MotionModel::straight(speed),
-            MotionModel::manoeuvre(speed, turn_rate),
+            MotionModel::straight(speed, self.tuned),
+            MotionModel::manoeuvre(speed, turn_rate, self.tuned),
         ];
         let joint = |j: usize| -> [f64; N_MODELS] {
             std::array::from_fn(|i| self.probabilities[i] * transition[i][j])
@@ -97,6 +93,7 @@ impl Interacting {
             mixture(&self.models, &shares).after(report.t_s, &motions[j])
         });
         Self {
+            tuned: self.tuned,
             models,
             probabilities,
             turn_rate: report.turn_rate_radps,
@@ -105,18 +102,19 @@ impl Interacting {
 
     /// Speed of a manoeuvre until `report`, m/s.
     fn speed(&self, report: &Report) -> f64 {
-        let t = report.t_s - self.models[0].time();
+        let t = report.t_s - self.models[0].time;
         let known = self.combined().mean_square_speed().sqrt();
         let reported = report.ground_track().map_or(0.0, |track| track.speed);
         reported
-            .min(known + ACCELERATION_MAX * t)
+            .min(known + self.tuned.acceleration_max * t)
             .max(known)
-            .max(MANOEUVRE_SPEED_MIN)
+            .max(self.tuned.manoeuvre_speed_min)
     }
 
     /// `true` if a measurement is inside a model's gate; the manoeuvre's includes turns.
     fn is_in_gate(&self, measurement: &Measurement) -> bool {
-        self.models.iter().any(|model| model.is_in_gate(measurement))
+        let inside = |model: &Kalman| measurement.normalised_square(model) <= self.tuned.gate;
+        self.models.iter().any(inside)
     }
 
     /// Innovation of a position.
@@ -150,14 +148,19 @@ impl Interacting {
     /// The velocity comes first, as it predicts the position. In the other order, an outlier after
     /// a long gap would resemble a fast vehicle, and its telemetered speed a mistake.
     fn take_velocity(&mut self, report: &Report) {
-        let velocity = report.ground_track().as_ref().map(Measurement::of_velocity);
+        let track = report.ground_track();
+        let velocity = track.map(|track| Measurement::of_velocity(&track, self.tuned));
         if let Some(velocity) = velocity.filter(|velocity| self.is_in_gate(velocity)) {
             self.update(&velocity);
         }
     }
 }
 
-impl Filter for Interacting {
+impl Filter for Interacting<'_> {
+    fn tuned(&self) -> &EstimateNumbers {
+        self.tuned
+    }
+
     fn accept(&mut self, report: &Report) -> Innovation {
         let mut then = self.predicted(report);
         then.take_velocity(report);
@@ -173,7 +176,7 @@ impl Filter for Interacting {
     /// Keeps the velocity of the manoeuvre model.
     fn found_at(&self, report: &Report) -> Self {
         let there = self.predicted(report).models[MANOEUVRE].found_at(&report.position(), report.sigma_m);
-        let mut found = Self::of_one(there, report);
+        let mut found = Self::of_one(there, report, self.tuned);
         found.take_velocity(report);
         found
     }
@@ -182,18 +185,18 @@ impl Filter for Interacting {
 /// The Gaussian with the mean and covariance of a mixture, whose weights sum to 1.
 fn mixture(models: &[Kalman; N_MODELS], weights: &[f64; N_MODELS]) -> Kalman {
     let weighted = || models.iter().zip(weights);
-    let first = models[0].mean();
+    let first = models[0].mean;
     // Relative to the first, so that the mean of equals is exact.
     let mean: Vector4<f64> = first
         + weighted()
-            .map(|(model, weight)| (model.mean() - first) * *weight)
+            .map(|(model, weight)| (model.mean - first) * *weight)
             .sum::<Vector4<f64>>();
     let covariance: Matrix4<f64> = weighted()
         .map(|(model, weight)| {
-            let off = model.mean() - mean;
-            (model.covariance() + off * off.transpose()) * *weight
+            let off = model.mean - mean;
+            (model.covariance + off * off.transpose()) * *weight
         })
         .sum();
     let velocity = Vector2::new(mean.z, mean.w);
-    Kalman::new(models[0].time(), &mean.xy(), &velocity, &covariance)
+    Kalman::new(models[0].time, &mean.xy(), &velocity, &covariance)
 }

@@ -8,28 +8,13 @@ use crate::{
         angle::ned_from_body,
         evidence::{GroundTrack, Report},
     },
+    tuned::EstimateNumbers,
 };
 
-/// White acceleration along north and along east, m²/s³, after the last report. Tuned on simulated
-/// lawn-mowers, see `docs/rationale.md#estimating-the-auvs`.
-pub(crate) const ACCELERATION_DENSITY: f64 = 2.0e-4;
-
 /// Standard deviation of an unknown velocity, m/s, along either axis. The largest accepted speed,
-/// 10 m/s, is inside the gate: (10/3)² = 11.1 is less than [`GATE`]. With a smaller one the track
+/// 10 m/s, is inside the gate: (10/3)² = 11.1 is less than 13.8. With a smaller one the track
 /// of a fast vehicle without a reported speed would never start.
 const UNKNOWN_SPEED_SIGMA: f64 = 3.0;
-
-/// Standard deviation of a telemetered speed, m/s. Assumption: a quantised Doppler log or thruster
-/// model, and the speed of a sawtooth around its mean.
-const SPEED_SIGMA: f64 = 0.03;
-
-/// Standard deviation of a telemetered course, rad. Assumption: 3°, a micro-mechanical compass
-/// under water and the vehicle's estimate of its drift.
-const COURSE_SIGMA: f64 = 0.05;
-
-/// Largest squared Mahalanobis distance of an accepted measurement of two numbers: the 99.9 %
-/// quantile of χ² with two degrees of freedom, −2 ln 0.001.
-pub(crate) const GATE: f64 = 13.815_510_557_964_274;
 
 /// Mean and covariance of (north, east, north velocity, east velocity) at one time.
 ///
@@ -42,9 +27,9 @@ pub(crate) const GATE: f64 = 13.815_510_557_964_274;
 /// Navigation*, 2001, sections 5.2 and 6.2.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Kalman {
-    time: f64,
-    mean: Vector4<f64>,
-    covariance: Matrix4<f64>,
+    pub(crate) time: f64,
+    pub(crate) mean: Vector4<f64>,
+    pub(crate) covariance: Matrix4<f64>,
 }
 
 impl Kalman {
@@ -62,7 +47,7 @@ impl Kalman {
     }
 
     /// Starts from one report.
-    pub(crate) fn start(report: &Report) -> Self {
+    pub(crate) fn start(report: &Report, tuned: &EstimateNumbers) -> Self {
         let (position, velocity) = (report.sigma_m.powi(2), UNKNOWN_SPEED_SIGMA.powi(2));
         let variances = Vector4::new(position, position, velocity, velocity);
         let mut filter = Self {
@@ -71,7 +56,7 @@ impl Kalman {
             covariance: Matrix4::from_diagonal(&variances),
         };
         if let Some(track) = &report.ground_track() {
-            filter.update(&Measurement::of_velocity(track));
+            filter.update(&Measurement::of_velocity(track, tuned));
         }
         filter
     }
@@ -79,17 +64,17 @@ impl Kalman {
     /// Updates with all of `report`, without a gate.
     #[cfg(test)]
     pub(crate) fn accept_ungated(&mut self, report: &Report) {
-        *self = self.at(report.t_s);
+        *self = self.at(report.t_s, &EstimateNumbers::DEFAULT);
         if let Some(track) = &report.ground_track() {
-            self.update(&Measurement::of_velocity(track));
+            self.update(&Measurement::of_velocity(track, &EstimateNumbers::DEFAULT));
         }
         self.update(&Measurement::of_position(report));
     }
 
-    /// The state at a later time, s, on a straight course with [`ACCELERATION_DENSITY`].
-    pub(crate) fn at(&self, time: f64) -> Self {
+    /// The state at a later time, s, on a straight course.
+    pub(crate) fn at(&self, time: f64, tuned: &EstimateNumbers) -> Self {
         let straight = MotionModel::Straight {
-            density: ACCELERATION_DENSITY,
+            density: tuned.acceleration_density,
         };
         self.after(time, &straight)
     }
@@ -115,24 +100,12 @@ impl Kalman {
         found
     }
 
-    pub(crate) fn mean(&self) -> &Vector4<f64> {
-        &self.mean
-    }
-
-    pub(crate) fn time(&self) -> f64 {
-        self.time
-    }
-
     pub(crate) fn position(&self) -> Vector2<f64> {
         self.mean.xy()
     }
 
     pub(crate) fn velocity(&self) -> Vector2<f64> {
         Vector2::new(self.mean.z, self.mean.w)
-    }
-
-    pub(crate) fn covariance(&self) -> &Matrix4<f64> {
-        &self.covariance
     }
 
     /// Sum of the variances along north and east, m².
@@ -143,10 +116,6 @@ impl Kalman {
     /// Mean square of the speed, (m/s)².
     pub(crate) fn mean_square_speed(&self) -> f64 {
         self.velocity().norm_squared() + self.covariance[(2, 2)] + self.covariance[(3, 3)]
-    }
-
-    pub(crate) fn is_in_gate(&self, measurement: &Measurement) -> bool {
-        self.mahalanobis(measurement).0 <= GATE
     }
 
     /// Logarithm of the probability density of `measurement`, up to a constant.
@@ -204,8 +173,9 @@ impl Measurement {
     }
 
     /// The speed errs along the course, speed and course across it.
-    pub(crate) fn of_velocity(track: &GroundTrack) -> Self {
-        let (along, across) = (SPEED_SIGMA, SPEED_SIGMA.hypot(COURSE_SIGMA * track.speed));
+    pub(crate) fn of_velocity(track: &GroundTrack, tuned: &EstimateNumbers) -> Self {
+        let along = tuned.speed_sigma;
+        let across = along.hypot(tuned.course_sigma * track.speed);
         let ned_from_course = ned_from_body(track.course.radians());
         let variances = Vector2::new(along.powi(2), across.powi(2));
         let r = ned_from_course * Matrix2::from_diagonal(&variances) * ned_from_course.transpose();

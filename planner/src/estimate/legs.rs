@@ -2,27 +2,14 @@
 
 use nalgebra::Vector2;
 
-use crate::facts::evidence::Report;
+use crate::{estimate::rigid_motion::number, facts::evidence::Report, tuned::EstimateNumbers};
 
 /// A point of a track: time, s, position north and east, m.
 pub(crate) type TrackPoint = [f64; 3];
 
-/// Least standard deviation of a fix, m: vehicles move no straighter.
-pub(crate) const SIGMA_MIN: f64 = 0.7;
-
-/// Price of a leg, in squares of normalised residuals: 4 for its numbers, the rest for its end
-/// among 64 reports.
-const LEG_PRICE: f64 = 14.0;
-
 /// Position (north, east), m.
 pub(crate) fn place(point: &TrackPoint) -> Vector2<f64> {
     Vector2::new(point[1], point[2])
-}
-
-/// A piece of a track at constant velocity.
-pub(crate) struct TrackLeg {
-    pub(crate) from: TrackPoint,
-    pub(crate) to: TrackPoint,
 }
 
 /// Weighted sums over some reports: of 1, t, t², p, t p, p².
@@ -69,9 +56,14 @@ impl Sums {
     }
 }
 
-/// The legs of least price through `reports`, at least one, in order of time: optimal by dynamic
+/// The ends of the legs of least price, each at constant velocity, through `reports`, at least one,
+/// in order of time, for a `scatter` about them in standard deviations of a fix: optimal by dynamic
 /// programming over the beginning of the last leg.
-pub(crate) fn legs(reports: &[(usize, Report)]) -> Vec<TrackLeg> {
+pub(crate) fn legs(
+    reports: &[(usize, Report)],
+    scatter: f64,
+    tuned: &EstimateNumbers,
+) -> Vec<[TrackPoint; 2]> {
     let start = reports[0].1;
     // For each number of reports: the least price, the beginning of the last leg, and its sums.
     let mut cheapest = vec![(0.0, 0, Sums::default())];
@@ -82,9 +74,13 @@ pub(crate) fn legs(reports: &[(usize, Report)]) -> Vec<TrackLeg> {
             *sums = sums.and(
                 report.t_s - start.t_s,
                 report.position() - start.position(),
-                report.sigma_m.max(SIGMA_MIN),
+                scatter * report.sigma_m.max(tuned.fix_sigma_min),
             );
-            Some((cheapest[begin].0 + LEG_PRICE + sums.residual(), begin, *sums))
+            Some((
+                cheapest[begin].0 + tuned.leg_price + sums.residual(),
+                begin,
+                *sums,
+            ))
         });
         let best = last_legs.min_by(|a, b| a.0.total_cmp(&b.0));
         cheapest.extend(best);
@@ -98,10 +94,7 @@ pub(crate) fn legs(reports: &[(usize, Report)]) -> Vec<TrackLeg> {
             let place = start.position() + position + velocity * (report.t_s - start.t_s - time);
             [report.t_s, place.x, place.y]
         };
-        legs.push(TrackLeg {
-            from: at(&reports[begin].1),
-            to: at(&reports[end - 1].1),
-        });
+        legs.push([begin, end - 1].map(|place| at(&reports[place].1)));
         end = begin;
     }
     legs.reverse();
@@ -118,8 +111,7 @@ pub(crate) fn between_turns(track: &[TrackPoint]) -> Option<f64> {
     let turned = |pair: &&[Vector2<f64>]| TURN < pair[0].angle(&pair[1]);
     let turns = steps.windows(2).filter(turned).count();
     let (first, last) = (track.first()?, track.last()?);
-    #[expect(clippy::cast_precision_loss, reason = "a hundred places at most")]
-    (0 < turns).then(|| (last[0] - first[0]) / turns as f64)
+    (0 < turns).then(|| (last[0] - first[0]) / number(turns))
 }
 
 /// The fewest of `points` within `tolerance`, m, of all (Ramer, Douglas and Peucker).

@@ -2,16 +2,7 @@
 
 use nalgebra::{Complex, Matrix2, Matrix4, Vector4};
 
-/// White acceleration of a straight-moving vehicle, along either axis, m²/s³.
-const STRAIGHT_DENSITY: f64 = 1.5e-4;
-
-/// Its growth with the speed, m²/s³ per (m/s)². At 1 m/s the course wanders by 0.03 rad in 10 s;
-/// see `docs/rationale.md#estimating-the-auvs`.
-const STRAIGHT_DENSITY_OF_SPEED: f64 = 1.0e-4;
-
-/// Distance over which a manoeuvring vehicle loses its velocity, m: twice the radius of a usual
-/// turn; see `docs/rationale.md#estimating-the-auvs`.
-const FORGETTING_LENGTH: f64 = 20.0;
+use crate::tuned::EstimateNumbers;
 
 /// A motion model, linear in positions and velocities.
 ///
@@ -53,16 +44,16 @@ pub(crate) struct Transition {
 
 impl MotionModel {
     /// Straight motion at a speed, m/s.
-    pub(crate) fn straight(speed: f64) -> Self {
+    pub(crate) fn straight(speed: f64, tuned: &EstimateNumbers) -> Self {
         Self::Straight {
-            density: STRAIGHT_DENSITY + STRAIGHT_DENSITY_OF_SPEED * speed * speed,
+            density: tuned.straight_density + tuned.straight_density_of_speed * speed * speed,
         }
     }
 
     /// A manoeuvre at a speed, m/s, above 0, with a rate of turn, rad/s, 0 if unknown.
-    pub(crate) fn manoeuvre(speed: f64, turn_rate: f64) -> Self {
+    pub(crate) fn manoeuvre(speed: f64, turn_rate: f64, tuned: &EstimateNumbers) -> Self {
         Self::Manoeuvre {
-            forgetting: speed / FORGETTING_LENGTH,
+            forgetting: speed / tuned.forgetting_length,
             turn_rate,
             variance: speed * speed,
         }
@@ -124,6 +115,8 @@ fn turned(by: Complex<f64>) -> Matrix2<f64> {
 mod tests {
     use super::*;
 
+    const TUNED: &EstimateNumbers = &EstimateNumbers::DEFAULT;
+
     /// F and Q by integration of Ṗ = A P + P Aᵀ + Q̇ with the midpoint rule.
     fn integrated(model: &MotionModel, t: f64) -> Transition {
         let (a, q) = match *model {
@@ -156,10 +149,10 @@ mod tests {
     #[test]
     fn the_closed_forms_agree_with_integrated_moments() {
         for model in [
-            MotionModel::straight(0.9),
-            MotionModel::manoeuvre(0.2, 0.02),
-            MotionModel::manoeuvre(0.9, -0.09),
-            MotionModel::manoeuvre(3.0, 0.0),
+            MotionModel::straight(0.9, TUNED),
+            MotionModel::manoeuvre(0.2, 0.02, TUNED),
+            MotionModel::manoeuvre(0.9, -0.09, TUNED),
+            MotionModel::manoeuvre(3.0, 0.0, TUNED),
         ] {
             for t in [0.5, 10.0, 60.0] {
                 let (closed, stepped) = (model.over(t), integrated(&model, t));
@@ -176,8 +169,8 @@ mod tests {
     #[test]
     fn a_brief_manoeuvre_is_white_acceleration() {
         let (speed, t) = (0.9_f64, 1e-2);
-        let short = MotionModel::manoeuvre(speed, 0.05).over(t).q;
-        let density = 2.0 * speed.powi(3) / FORGETTING_LENGTH;
+        let short = MotionModel::manoeuvre(speed, 0.05, TUNED).over(t).q;
+        let density = 2.0 * speed.powi(3) / TUNED.forgetting_length;
         let white = MotionModel::Straight { density }.over(t).q;
         // The first neglected term is of relative size t s/ℓ, 4.5e-4; rounding is far less.
         assert!((short[(2, 2)] / white[(2, 2)] - 1.0).abs() < 1e-3);
@@ -186,7 +179,7 @@ mod tests {
 
     #[test]
     fn a_long_manoeuvre_leaves_any_velocity_of_its_size() {
-        let transition = MotionModel::manoeuvre(0.7, 0.1).over(1.0e4);
+        let transition = MotionModel::manoeuvre(0.7, 0.1, TUNED).over(1.0e4);
         assert!((transition.q[(2, 2)] - 0.49).abs() < 1e-12 && transition.f[(2, 2)].abs() < 1e-12);
     }
 }

@@ -1,49 +1,24 @@
 //! Filter of a vehicle that follows a known path by its own navigation.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_PI_2, TAU};
 
-use nalgebra::{Matrix2, Matrix2x4, Matrix4, Vector2, Vector4};
+use nalgebra::{Matrix2, Matrix2x6, Matrix4, Matrix6, Vector2, Vector6};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::{
     estimate::{
-        kalman::GATE,
+        kalman::Kalman,
         track::{Filter, Innovation},
     },
     facts::{
         angle::{direction, ned_from_body},
         evidence::{Report, SPEED_AT_REST},
-        known_path::{KnownPath, foot_speed},
-        path::piece::Piece,
+        known_path::{FOOT_FACTOR_MIN, KnownPath, foot_speed},
+        path::piece::{Piece, starboard},
     },
+    tuned::EstimateNumbers,
 };
-
-/// Spread of the place along the path besides the speed's error, m²/s. The surges of a sawtooth's
-/// reversals, 0.4 m each, two in a cycle of 200 s, make 0.0016.
-const ALONG_DENSITY: f64 = 0.002;
-
-/// The same per square of the vehicle's speed, s: on lanes, a survey AUV was 1.7 m from the place
-/// of its mean speed of 1.8 m/s after 30 s, see `docs/rationale.md#estimating-the-auvs`.
-const PACE_TIME: f64 = 0.03;
-
-/// Standard deviation of the speed along the path, m/s, from an unknown or remote current.
-const SPEED_SIGMA: f64 = 0.05;
-
-/// The same as a share of the declared speed. Assumption: accuracy of planned speeds.
-const SPEED_SHARE: f64 = 0.2;
-
-/// Spreads of that difference, (m/s)²/s. The first: between still water and an unknown current, see
-/// `docs/rationale.md#estimating-the-auvs`. The others: vehicles whose speed changes by 0.1, 0.3 or
-/// 1 m/s in 100 s, as robot boats' does within a leg.
-pub(crate) const SPEED_DENSITIES: [f64; 4] = [1.0e-5, 1.0e-4, 1.0e-3, 1.0e-2];
-
-/// Standard deviation of the velocity across the path, m/s: the offset's spread in ten seconds.
-const ACROSS_SIGMA: f64 = 0.014;
-
-/// Standard deviation of a telemetered, momentary speed along the path, m/s: half of the 0.1 m/s
-/// that a sawtooth's reversal adds; see `docs/rationale.md#estimating-the-auvs`.
-const TELEMETRY_SIGMA: f64 = 0.05;
 
 /// Longest step of a prediction along the path, s: at 0.3 m/s and 10 m radius a turn of 0.15 rad.
 const STEP_MAX: f64 = 5.0;
@@ -61,47 +36,71 @@ struct Navigation {
     offset_sigma: f64,
     /// Spread of the offset along either axis, m²/s.
     offset_density: f64,
-    /// Initial offsets along the path that are separate hypotheses, in deviations, and their
-    /// deviation: a filter is linear, and a turn at the wrong place is not.
-    parts: &'static [f64],
-    part_sigma: f64,
+    /// Initial offsets along the path that are separate hypotheses, and their deviation.
+    parts: (&'static [f64], f64),
 }
 
-/// Assumptions: most vehicles are some metres off, as in an unknown current; by dead reckoning they
-/// are tens of metres off after an hour, and drift by a metre in a hundred seconds. Chosen on an
-/// Otter and a MEDUSA behind lawn-mowers of 0.2 to 0.9 m/s, see
-/// `docs/rationale.md#estimating-the-auvs`.
-const NAVIGATIONS: [Navigation; 2] = [
-    Navigation {
-        share: 0.9,
-        offset_sigma: 2.0,
-        offset_density: 0.001,
-        parts: &[0.0],
-        part_sigma: 1.0,
-    },
-    Navigation {
-        share: 0.1,
-        offset_sigma: 20.0,
-        offset_density: 0.01,
-        parts: &[0.0, -0.7, 0.7, -1.4, 1.4],
-        part_sigma: 0.35,
-    },
-];
+/// Initial offsets along the path by dead reckoning, in deviations, and their deviation: a filter
+/// is linear, and a turn at the wrong place is not. Otter on lanes at 0.9 m/s, path 20 m off: 1.26
+/// m, without parts 4.80 m.
+const PARTS: (&[f64], f64) = (&[0.0, -0.7, 0.7, -1.4, 1.4], 0.35);
 
-/// Prior probability that a vehicle follows its path backwards.
-const BACKWARDS: f64 = 0.02;
+/// The usual navigation, and dead reckoning.
+fn navigations(tuned: &EstimateNumbers) -> [Navigation; 2] {
+    [
+        Navigation {
+            share: 1.0 - tuned.poor_share,
+            offset_sigma: tuned.offset_sigma,
+            offset_density: tuned.offset_density,
+            parts: (&[0.0], 1.0),
+        },
+        Navigation {
+            share: tuned.poor_share,
+            offset_sigma: tuned.poor_offset_sigma,
+            offset_density: tuned.poor_offset_density,
+            parts: PARTS,
+        },
+    ]
+}
+
+/// How closely a vehicle keeps to the path that it means to follow.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Tracking {
+    /// Probability.
+    share: f64,
+    /// Standard deviation of its cross-track error, m.
+    error_sigma: f64,
+    /// Variance that a turn adds to that error and to the place along the path, m²/rad: the vehicle
+    /// overshoots a corner or cuts it.
+    turn_density: f64,
+    /// Standard deviation of the way that each radian of a turn takes beyond the path's, m/rad.
+    corner_sigma: f64,
+}
+
+/// Exact, loose and rough tracking.
+fn trackings(tuned: &EstimateNumbers) -> [Tracking; 3] {
+    let tracking = |share: f64, error_sigma: f64, turn: f64, corner_sigma: f64| Tracking {
+        share,
+        error_sigma,
+        turn_density: turn * turn / FRAC_PI_2,
+        corner_sigma,
+    };
+    let (loose, rough) = (tuned.loose_share, tuned.rough_share);
+    [
+        tracking(1.0 - loose - rough, 0.0, 0.0, tuned.exact_corner),
+        tracking(loose, tuned.loose_sigma, tuned.loose_turn, tuned.loose_corner),
+        tracking(rough, tuned.rough_sigma, tuned.rough_turn, tuned.rough_corner),
+    ]
+}
 
 /// Standard deviation of an unknown place along the path, m: negligible information beside any fix.
 const ANYWHERE: f64 = 1000.0;
-
-/// Largest distance of a path from the first report, m: 3 σ of a poor navigation.
-const REACH: f64 = 60.0;
 
 /// Most initial places along the path, the closest ones.
 const FEET_MAX: usize = 4;
 
 /// Most hypotheses.
-const HYPOTHESES_MAX: usize = 16;
+const HYPOTHESES_MAX: usize = 24;
 
 /// Probability below which a hypothesis is dropped.
 const PROBABILITY_MIN: f64 = 3.0e-3;
@@ -116,16 +115,20 @@ pub(crate) struct PathHypothesis<'a> {
     pub(crate) speed_density: f64,
     /// Distance of a path made of reports from them, m; such a path has no other offset.
     pub(crate) roughness: Option<f64>,
+    pub(crate) tuned: &'a EstimateNumbers,
 }
 
-/// A vehicle on a path displaced by the error of its navigation.
+/// A vehicle on a path displaced by the error of its navigation, and beside it by its own.
 ///
 /// ```text
-/// x = (γ, b, o)   p = p_P(γ) + o (measured)   γ̇ = ±(u_P(γ) + b) + w_s   ḃ = w_b   ȯ = w_o
+/// x = (γ, b, o, e, c)   p = p_P(γ) + o + e n(γ) (measured)
+/// γ̇ = ±(u_P(γ) + b − c |ψ̇_P|) + w_s   ḃ = w_b   ȯ = w_o   ė = −e/τ ∓ k c ψ̇_P + w_e   ċ = 0
 /// ```
-/// u_P is the speed over ground from the declared speed and current, o the offset (north, east). A
-/// straight leg shows o across it; a turn shows the rest. The leg, the navigation and the sense are
-/// hypotheses, each with its own filter and probability.
+/// u_P is the speed over ground from the declared speed and current, o the offset (north, east), e
+/// the cross-track error, a stationary process with the correlation time τ, n the normal to
+/// starboard, and c the way that a turn takes beyond the path's, which carries the vehicle outwards
+/// by a share k. A straight leg shows o across it; a turn shows the rest. The leg, the navigation,
+/// the tracking and the sense are hypotheses, each with its own filter and probability.
 #[derive(Clone, Debug)]
 pub(crate) struct OnPath<'a> {
     assumed: PathHypothesis<'a>,
@@ -148,25 +151,18 @@ pub struct NextTurn {
 /// Longest straight piece inside one turn, m.
 const SAME_TURN: f64 = 1.0;
 
-/// Least bend that is a turn, rad; fixes of 1.5 m bend a leg twice by up to 0.2 rad.
-const TURN_LEAST: f64 = 0.35;
-
-/// Standard deviation of the beginning of a turn of unknown radius, s: with the possible turn rates
-/// it begins up to 7 s before or after the middle one.
-const TURN_BEGINS_SIGMA: f64 = 4.0;
-
 impl NextTurn {
     /// The turn on a path of unknown radii.
-    pub(crate) fn of_any_radius(self) -> Self {
+    pub(crate) fn of_any_radius(self, tuned: &EstimateNumbers) -> Self {
         Self {
-            sigma_s: self.sigma_s.hypot(TURN_BEGINS_SIGMA),
+            sigma_s: self.sigma_s.hypot(tuned.turn_begins_sigma),
             ..self
         }
     }
 }
 
 /// Growth of the uncertainty of a vehicle on its path.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Spread {
     /// Growth of the variance of the place along the path, without the speed's error, m²/s.
     pub along_density: f64,
@@ -176,45 +172,40 @@ pub struct Spread {
     pub offset_density: f64,
     /// Variance of the path's points along either axis, m².
     pub path_variance: f64,
+    /// Variance of the cross-track error, m².
+    pub error_variance: f64,
+    /// Rate at which the cross-track error fades, 1/s.
+    pub error_rate: f64,
+    /// Growth of its variance, and of the place's, with the turned angle, m²/rad.
+    pub turn_density: f64,
 }
 
 /// Place of a vehicle on its path, its speed, and the path's offset.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PathFit {
-    /// Place γ along the path, m; excess speed, m/s; offset of the path (north, east), m.
-    pub state: Vector4<f64>,
+    /// Place γ along the path, m; excess speed, m/s; offset of the path (north, east), m;
+    /// cross-track error, m, positive to starboard of the path; way of a turn beyond the path's,
+    /// m/rad.
+    pub state: Vector6<f64>,
     /// Covariance of these.
-    pub covariance: Matrix4<f64>,
+    pub covariance: Matrix6<f64>,
     /// 1, or −1 for a vehicle that follows the path backwards.
     pub sense: f64,
     /// Growth of the uncertainty.
     pub spread: Spread,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Hypothesis {
     probability: f64,
     fit: PathFit,
 }
 
-impl Hypothesis {
-    const NONE: Self = Self {
-        probability: 0.0,
-        fit: PathFit {
-            state: Vector4::new(0.0, 0.0, 0.0, 0.0),
-            covariance: Matrix4::new(
-                0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
-            ),
-            sense: 1.0,
-            spread: Spread {
-                along_density: 0.0,
-                speed_density: 0.0,
-                offset_density: 0.0,
-                path_variance: 0.0,
-            },
-        },
-    };
-}
+/// Index of the cross-track error in a state.
+const ERROR: usize = 4;
+
+/// Index of the way of a turn beyond the path's.
+const CORNER: usize = 5;
 
 impl PathFit {
     /// Place along the path, m.
@@ -235,20 +226,35 @@ impl PathFit {
         Vector2::new(self.state.z, self.state.w)
     }
 
+    /// Cross-track error, m, positive to starboard of the path.
+    #[must_use]
+    pub fn error(&self) -> f64 {
+        self.state[ERROR]
+    }
+
+    /// Way of a turn beyond the path's, m/rad: positive if the vehicle overshoots its corners.
+    #[must_use]
+    pub fn corner(&self) -> f64 {
+        self.state[CORNER]
+    }
+
     /// Position on `known`, m.
     pub(crate) fn position(&self, known: &KnownPath) -> Vector2<f64> {
-        known.path.at(self.state.x).position + self.offset()
+        let point = known.path.at(self.state.x);
+        point.position + self.offset() + starboard(point.tangent) * self.error()
     }
 
     /// Rate of the place γ, m/s.
-    fn rate(&self, known: &KnownPath, current: &Vector2<f64>) -> f64 {
+    fn rate(&self, assumed: &PathHypothesis<'_>) -> f64 {
+        let (known, current) = (assumed.known, &assumed.current);
         let point = known.path.at(self.state.x);
         foot_speed(known.speed_at(&point), current, point.tangent, self.sense) + self.sense * self.state.y
     }
 
     /// The next turn.
-    pub(crate) fn next_turn(&self, known: &KnownPath, current: &Vector2<f64>) -> Option<NextTurn> {
-        let (path, pieces) = (&known.path, known.path.pieces());
+    pub(crate) fn next_turn(&self, assumed: &PathHypothesis<'_>) -> Option<NextTurn> {
+        let (path, tuned) = (&assumed.known.path, assumed.tuned);
+        let pieces = path.pieces();
         let (_, gamma) = path.lap_of(self.state.x);
         let begun = pieces.partition_point(|piece| piece.from <= gamma);
         let forwards = 0.0 < self.sense;
@@ -299,16 +305,16 @@ impl PathFit {
         for ((from, to), piece) in arcs {
             if from - end <= SAME_TURN && 0.0 <= angle(piece) * by_rad {
                 (by_rad, end) = (by_rad + angle(piece), to);
-            } else if TURN_LEAST <= f64::abs(by_rad) {
+            } else if tuned.turn_least <= f64::abs(by_rad) {
                 break;
             } else {
                 (distance, end, by_rad) = (from, to, angle(piece));
             }
         }
-        if f64::abs(by_rad) < TURN_LEAST {
+        if f64::abs(by_rad) < tuned.turn_least {
             return None;
         }
-        let speed = self.rate(known, current).abs().max(SPEED_AT_REST);
+        let speed = self.rate(assumed).abs().max(SPEED_AT_REST);
         let in_s = distance / speed;
         let p = &self.covariance;
         let variance = p.m11
@@ -325,69 +331,101 @@ impl PathFit {
     }
 
     /// Derivative of position and speed by the state: rows north, east.
-    fn jacobian(tangent: f64) -> Matrix2x4<f64> {
-        let along = direction(tangent);
-        Matrix2x4::new(along.x, 0.0, 1.0, 0.0, along.y, 0.0, 0.0, 1.0)
+    fn jacobian(tangent: f64) -> Matrix2x6<f64> {
+        let (along, across) = (direction(tangent), starboard(tangent));
+        Matrix2x6::new(
+            along.x, 0.0, 1.0, 0.0, across.x, 0.0, //
+            along.y, 0.0, 0.0, 1.0, across.y, 0.0,
+        )
     }
 
-    /// Covariance of the position at `tangent`, m², after `elapsed` seconds.
+    /// Covariance of the position at `tangent`, m², after `elapsed` seconds and a turn by `turned`.
     #[must_use]
-    pub fn position_covariance(&self, tangent: f64, elapsed: f64) -> Matrix2<f64> {
+    pub fn position_covariance(&self, tangent: f64, elapsed: f64, turned: f64) -> Matrix2<f64> {
         let mut jacobian = Self::jacobian(tangent);
-        let along = direction(tangent);
-        jacobian.set_column(1, &(along * (self.sense * elapsed)));
+        let (along, across) = (direction(tangent), starboard(tangent));
         let spread = &self.spread;
-        let ahead = spread.along_density * elapsed + spread.speed_density * elapsed.powi(3) / 3.0;
+        let kept = (-elapsed * spread.error_rate).exp();
+        jacobian.set_column(1, &(along * (self.sense * elapsed)));
+        jacobian.set_column(ERROR, &(across * kept));
+        jacobian.set_column(CORNER, &(along * (-self.sense * turned.abs())));
+        let turning = spread.turn_density * turned.abs();
+        let ahead = spread.along_density * elapsed + spread.speed_density * elapsed.powi(3) / 3.0 + turning;
+        // No less than now: waiting adds no information.
+        let settled = spread.error_variance.max(self.covariance[(ERROR, ERROR)]);
+        let beside = settled * (1.0 - kept * kept) + turning;
         let anywhere = spread.path_variance + spread.offset_density * elapsed;
         jacobian * self.covariance * jacobian.transpose()
             + along * along.transpose() * ahead
+            + across * across.transpose() * beside
             + Matrix2::identity() * anywhere
     }
 
     /// Predicts by `t` seconds.
-    fn carry_on(&mut self, t: f64, known: &KnownPath, current: &Vector2<f64>) {
+    fn carry_on(&mut self, t: f64, assumed: &PathHypothesis<'_>) {
         let steps = (t / STEP_MAX).ceil().min(STEPS_MAX);
         let step = if steps > 0.0 { t / steps } else { 0.0 };
-        let mut done = 0.0;
+        let (mut done, mut turned, mut to_starboard) = (0.0, 0.0, 0.0);
+        let kept = (-step * self.spread.error_rate).exp();
+        let tangent_at = |along: f64| assumed.known.path.at(along).tangent;
+        let mut tangent = tangent_at(self.state.x);
         while done < steps {
             // Midpoint rule, accurate to second order.
             let start = self.state.x;
-            self.state.x += 0.5 * step * self.rate(known, current);
-            self.state.x = start + step * self.rate(known, current);
+            self.state.x += 0.5 * step * self.rate(assumed);
+            let way = step * self.rate(assumed);
+            // As in forecasts, γ̇ = u / (1 + c |κ|), with the mean bend of the step.
+            let bend = (tangent_at(start + way) - tangent).abs();
+            let longer = (way.abs() + self.corner() * bend).max(FOOT_FACTOR_MIN * way.abs());
+            let share = way.abs() / longer.max(f64::MIN_POSITIVE);
+            self.state.x = start + way * share;
+            let by = tangent_at(self.state.x) - tangent;
+            tangent += by;
+            turned += by.abs() * share;
+            to_starboard = to_starboard * kept + self.sense * by;
+            let outwards = -assumed.tuned.corner_out * self.sense * by * self.corner();
+            self.state[ERROR] = self.state[ERROR] * kept + outwards;
             done += 1.0;
         }
-        let mut f = Matrix4::identity();
+        let kept = (-t * self.spread.error_rate).exp();
+        let mut f = Matrix6::identity();
         f[(0, 1)] = self.sense * t;
+        f[(ERROR, ERROR)] = kept;
+        f[(0, CORNER)] = -self.sense * turned;
+        f[(ERROR, CORNER)] = -assumed.tuned.corner_out * to_starboard;
         let (q_s, q_b, q_o) = (
             self.spread.along_density,
             self.spread.speed_density,
             self.spread.offset_density * t,
         );
-        let mut q = Matrix4::from_diagonal(&Vector4::new(q_s * t + q_b * t.powi(3) / 3.0, q_b * t, q_o, q_o));
+        let turning = self.spread.turn_density * turned;
+        let q_e = self.spread.error_variance * (1.0 - kept * kept) + turning;
+        let q_along = q_s * t + q_b * t.powi(3) / 3.0 + turning;
+        let mut q = Matrix6::from_diagonal(&Vector6::new(q_along, q_b * t, q_o, q_o, q_e, 0.0));
         q[(0, 1)] = 0.5 * q_b * t * t * self.sense;
         q[(1, 0)] = q[(0, 1)];
         self.covariance = f * self.covariance * f.transpose() + q;
     }
 
-    /// Updates with a position in Joseph's form, as in [`super::kalman::Kalman`].
+    /// Updates with a position in Joseph's form, as in [`Kalman`].
     fn update(
         &mut self,
-        h: &Matrix2x4<f64>,
+        h: &Matrix2x6<f64>,
         innovation: &Vector2<f64>,
         inverse: &Matrix2<f64>,
         variance: f64,
     ) {
         let gain = self.covariance * h.transpose() * inverse;
-        let kept = Matrix4::identity() - gain * h;
+        let kept = Matrix6::identity() - gain * h;
         let covariance = kept * self.covariance * kept.transpose() + gain * gain.transpose() * variance;
         self.covariance = (covariance + covariance.transpose()) * 0.5;
         self.state += gain * innovation;
     }
 
     /// Updates with a speed along the path that is higher by `excess`.
-    fn update_speed(&mut self, excess: f64) {
+    fn update_speed(&mut self, excess: f64, tuned: &EstimateNumbers) {
         let column = self.covariance.column(1).into_owned();
-        let gain = column / (column.y + TELEMETRY_SIGMA.powi(2));
+        let gain = column / (column.y + tuned.telemetry_sigma.powi(2));
         self.covariance -= gain * column.transpose();
         self.covariance = (self.covariance + self.covariance.transpose()) * 0.5;
         self.state += gain * excess;
@@ -400,20 +438,31 @@ impl<'a> OnPath<'a> {
         let mut filter = Self {
             assumed: *assumed,
             time: report.t_s,
-            hypotheses: [Hypothesis::NONE; HYPOTHESES_MAX],
+            hypotheses: [Hypothesis::default(); HYPOTHESES_MAX],
         };
-        let PathHypothesis { known, roughness, .. } = assumed;
-        let [good, _] = &NAVIGATIONS;
-        for gamma in known.path.feet::<FEET_MAX>(&report.position(), REACH) {
-            if roughness.is_some() {
-                filter.insert(filter.begun(gamma, good, 0.0, 1.0, report));
-                continue;
-            }
-            for navigation in &NAVIGATIONS {
-                for part in navigation.parts {
-                    filter.insert(filter.begun(gamma, navigation, *part, 1.0, report));
+        let PathHypothesis {
+            known,
+            roughness,
+            tuned,
+            ..
+        } = assumed;
+        let navigations = navigations(tuned);
+        for gamma in known.path.feet::<FEET_MAX>(&report.position(), tuned.reach) {
+            for tracking in &trackings(tuned) {
+                let mut insert = |navigation: &Navigation, part: f64, sense: f64| {
+                    let begun = filter.begun(gamma, (navigation, tracking), part, sense, report);
+                    filter.insert(&begun);
+                };
+                if roughness.is_some() {
+                    insert(&navigations[0], 0.0, 1.0);
+                    continue;
                 }
-                filter.insert(filter.begun(gamma, navigation, 0.0, -1.0, report));
+                for navigation in &navigations {
+                    for part in navigation.parts.0 {
+                        insert(navigation, *part, 1.0);
+                    }
+                    insert(navigation, 0.0, -1.0);
+                }
             }
         }
         filter.normalise();
@@ -424,44 +473,59 @@ impl<'a> OnPath<'a> {
     fn begun(
         &self,
         gamma: f64,
-        navigation: &Navigation,
+        (navigation, tracking): (&Navigation, &Tracking),
         part: f64,
         sense: f64,
         report: &Report,
     ) -> Hypothesis {
-        let turn = ned_from_body(self.assumed.known.path.at(gamma).tangent);
+        let (known, tuned) = (self.assumed.known, self.assumed.tuned);
+        let turn = ned_from_body(known.path.at(gamma).tangent);
         let sigma = navigation.offset_sigma;
         let ahead = part * sigma;
         let offset = turn * Vector2::new(ahead, 0.0);
-        let variances = Vector2::new((navigation.part_sigma * sigma).powi(2), sigma.powi(2));
+        let variances = Vector2::new((navigation.parts.1 * sigma).powi(2), sigma.powi(2));
         let speed_variance =
-            SPEED_SIGMA.powi(2) + (SPEED_SHARE * self.assumed.known.horizontal_speed).powi(2);
-        let mut covariance =
-            Matrix4::from_diagonal(&Vector4::new(ANYWHERE.powi(2), speed_variance, 0.0, 0.0));
+            tuned.path_speed_sigma.powi(2) + (tuned.path_speed_share * known.horizontal_speed).powi(2);
+        let error_variance = tracking.error_sigma.powi(2);
+        let mut covariance = Matrix6::from_diagonal(&Vector6::new(
+            ANYWHERE.powi(2),
+            speed_variance,
+            0.0,
+            0.0,
+            error_variance,
+            tracking.corner_sigma.powi(2),
+        ));
         covariance
             .fixed_view_mut::<2, 2>(2, 2)
             .copy_from(&(turn * Matrix2::from_diagonal(&variances) * turn.transpose()));
         let mut fit = PathFit {
-            state: Vector4::new(gamma - ahead, 0.0, offset.x, offset.y),
+            state: Vector6::new(gamma - ahead, 0.0, offset.x, offset.y, 0.0, 0.0),
             covariance,
             sense,
             spread: Spread {
-                along_density: ALONG_DENSITY + PACE_TIME * self.assumed.known.horizontal_speed.powi(2),
+                along_density: tuned.along_density + tuned.pace_time * known.horizontal_speed.powi(2),
                 speed_density: self.assumed.speed_density,
                 offset_density: navigation.offset_density,
                 path_variance: self.assumed.roughness.unwrap_or(0.0).powi(2),
+                error_variance,
+                error_rate: tuned.error_time.recip(),
+                turn_density: tracking.turn_density,
             },
         };
         let innovation = self.take_in(&mut fit, report);
-        let share = if sense < 0.0 { BACKWARDS } else { 1.0 - BACKWARDS };
+        let share = if sense < 0.0 {
+            tuned.backwards
+        } else {
+            1.0 - tuned.backwards
+        };
         Hypothesis {
-            probability: navigation.share * share * (-0.5 * part * part).exp() * innovation.density,
+            probability: navigation.share
+                * tracking.share
+                * share
+                * (-0.5 * part * part).exp()
+                * innovation.density,
             fit,
         }
-    }
-
-    pub(crate) fn time(&self) -> f64 {
-        self.time
     }
 
     /// The path hypothesis.
@@ -472,7 +536,7 @@ impl<'a> OnPath<'a> {
     /// The next turn, if the vehicle is on the path.
     pub(crate) fn next_turn(&self) -> Option<NextTurn> {
         let fit = self.is_on_path().then(|| self.fit())?;
-        fit.next_turn(self.assumed.known, &self.assumed.current)
+        fit.next_turn(&self.assumed)
     }
 
     /// `true` if the path passes near the reports.
@@ -485,22 +549,14 @@ impl<'a> OnPath<'a> {
         &self.hypotheses[0].fit
     }
 
-    pub(crate) fn position(&self) -> Vector2<f64> {
-        self.fit().position(self.assumed.known)
-    }
-
-    pub(crate) fn velocity(&self) -> Vector2<f64> {
-        let fit = self.fit();
-        direction(self.assumed.known.path.at(fit.state.x).tangent)
-            * fit.rate(self.assumed.known, &self.assumed.current)
-    }
-
-    /// Covariance of (north, east, north velocity, east velocity).
-    pub(crate) fn covariance(&self) -> Matrix4<f64> {
-        let fit = self.fit();
-        let tangent = self.assumed.known.path.at(fit.state.x).tangent;
+    /// The most probable vehicle, as if it were free.
+    pub(crate) fn free(&self) -> Kalman {
+        let (fit, known) = (self.fit(), self.assumed.known);
+        let tangent = known.path.at(fit.state.x).tangent;
         let (along, h) = (direction(tangent), PathFit::jacobian(tangent));
-        let across = Vector2::new(-along.y, along.x);
+        let across = starboard(tangent);
+        let swing = fit.spread.error_variance * fit.spread.error_rate.powi(2);
+        let across_variance = self.assumed.tuned.across_sigma.powi(2) + swing;
         let with_speed = h * fit.covariance.column(1) * along.transpose() * fit.sense;
         let mut covariance = Matrix4::zeros();
         covariance
@@ -511,17 +567,19 @@ impl<'a> OnPath<'a> {
             .fixed_view_mut::<2, 2>(2, 0)
             .copy_from(&with_speed.transpose());
         covariance.fixed_view_mut::<2, 2>(2, 2).copy_from(
-            &(along * along.transpose() * fit.covariance.m22
-                + across * across.transpose() * ACROSS_SIGMA.powi(2)),
+            &(along * along.transpose() * fit.covariance.m22 + across * across.transpose() * across_variance),
         );
-        (covariance + covariance.transpose()) * 0.5
+        let covariance = (covariance + covariance.transpose()) * 0.5;
+        let velocity = along * fit.rate(&self.assumed);
+        Kalman::new(self.time, &fit.position(known), &velocity, &covariance)
     }
 
     /// Updates with a report inside the gate. The density covers position and reported course.
     fn take_in(&self, fit: &mut PathFit, report: &Report) -> Innovation {
-        let point = self.assumed.known.path.at(fit.state.x);
+        let PathHypothesis { known, tuned, .. } = self.assumed;
+        let point = known.path.at(fit.state.x);
         let h = PathFit::jacobian(point.tangent);
-        let error = report.position() - point.position - fit.offset();
+        let error = report.position() - fit.position(known);
         let noise = report.sigma_m.powi(2) + fit.spread.path_variance;
         let covariance = h * fit.covariance * h.transpose() + Matrix2::identity() * noise;
         let determinant = covariance.determinant().max(f64::MIN_POSITIVE);
@@ -531,15 +589,15 @@ impl<'a> OnPath<'a> {
         let track = report.ground_track();
         let agreement = track.map_or(1.0, |track| {
             let cosine = (direction(point.tangent) * fit.sense).dot(&track.course.unit());
-            ((cosine - 1.0) / COURSE_VARIANCE).exp() + COURSE_UNLIKE
+            ((cosine - 1.0) / tuned.course_variance).exp() + tuned.course_unlike
         });
-        let accepted = normalised <= GATE;
+        let accepted = normalised <= tuned.gate;
         if accepted {
             fit.update(&h, &error, &inverse, noise);
             if let Some(track) = &track {
-                let along = direction(self.assumed.known.path.at(fit.state.x).tangent) * fit.sense;
-                let forwards = fit.sense * fit.rate(self.assumed.known, &self.assumed.current);
-                fit.update_speed(track.velocity().dot(&along) - forwards);
+                let along = direction(known.path.at(fit.state.x).tangent) * fit.sense;
+                let forwards = fit.sense * fit.rate(&self.assumed);
+                fit.update_speed(track.velocity().dot(&along) - forwards, tuned);
             }
         }
         Innovation {
@@ -552,13 +610,13 @@ impl<'a> OnPath<'a> {
     }
 
     /// Inserts a hypothesis by probability; drops the least probable if there are too many.
-    fn insert(&mut self, hypothesis: Hypothesis) {
+    fn insert(&mut self, hypothesis: &Hypothesis) {
         let place = self
             .hypotheses
             .partition_point(|other| hypothesis.probability <= other.probability);
         if let Some(from) = self.hypotheses.get_mut(place..).filter(|from| !from.is_empty()) {
             from.rotate_right(1);
-            from[0] = hypothesis;
+            from[0] = *hypothesis;
         }
     }
 
@@ -567,9 +625,7 @@ impl<'a> OnPath<'a> {
         let mut then = self.clone();
         then.time = time;
         for hypothesis in then.hypotheses.iter_mut().take_while(|one| 0.0 < one.probability) {
-            hypothesis
-                .fit
-                .carry_on(time - self.time, self.assumed.known, &self.assumed.current);
+            hypothesis.fit.carry_on(time - self.time, &self.assumed);
         }
         then
     }
@@ -592,13 +648,11 @@ impl<'a> OnPath<'a> {
     }
 }
 
-/// Variance of a telemetered course about the path's, rad²: crab angles and turns.
-const COURSE_VARIANCE: f64 = 0.1;
-
-/// Density of any course relative to one along the path.
-const COURSE_UNLIKE: f64 = 0.01;
-
 impl Filter for OnPath<'_> {
+    fn tuned(&self) -> &EstimateNumbers {
+        self.assumed.tuned
+    }
+
     fn accept(&mut self, report: &Report) -> Innovation {
         let mut then = self.carried_to(report.t_s);
         let mut best = (0.0, Innovation::REFUSED);
@@ -606,15 +660,21 @@ impl Filter for OnPath<'_> {
         for hypothesis in then.hypotheses.iter_mut().take_while(|one| 0.0 < one.probability) {
             let innovation = self.take_in(&mut hypothesis.fit, report);
             density += hypothesis.probability * innovation.density;
-            hypothesis.probability *= innovation.log_likelihood().exp();
+            hypothesis.probability *= innovation.log_likelihood(self.assumed.tuned).exp();
             if best.0 < hypothesis.probability {
                 best = (hypothesis.probability, innovation);
             }
         }
-        let (_, innovation) = best;
+        let (best_probability, innovation) = best;
         if innovation.accepted {
             then.normalise();
             *self = then;
+        } else if 0.0 < best_probability {
+            // A refused fix moves no vehicle, but it may speak for a looser tracking.
+            for (mine, weighed) in self.hypotheses.iter_mut().zip(&then.hypotheses) {
+                mine.probability = weighed.probability;
+            }
+            self.normalise();
         }
         Innovation {
             density,
@@ -631,7 +691,7 @@ impl Filter for OnPath<'_> {
             .take_while(|one| 0.0 < one.probability)
         {
             let fit = &mut hypothesis.fit;
-            let offset = report.position() - self.assumed.known.path.at(fit.state.x).position;
+            let offset = report.position() - fit.position(self.assumed.known) + fit.offset();
             (fit.state.z, fit.state.w) = (offset.x, offset.y);
             for axis in 2..4 {
                 fit.covariance.fill_row(axis, 0.0);

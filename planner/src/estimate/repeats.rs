@@ -3,11 +3,13 @@
 use std::sync::Arc;
 
 use nalgebra::{Complex, Vector2};
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
 
 use crate::{
     estimate::{
         corners::{PLACES_MAX, Polyline, TrackCorner, TrackEdge},
-        legs::{SIGMA_MIN, TrackPoint, legs, place, simplified},
+        legs::{TrackPoint, legs, place, simplified},
         rigid_motion::{Pattern, RigidMotion, number},
     },
     facts::{
@@ -15,37 +17,21 @@ use crate::{
         known_path::{DeclaredPath, KnownPath, TURN_RATES},
         path::{curve::Path, piece::Leg, segment::Segment},
     },
+    tuned::EstimateNumbers,
 };
+
+/// Scatters of a weaving vehicle about the legs of its track, in standard deviations of a fix.
+pub(crate) const LOOSE_SCATTERS: [f64; 2] = [1.6, 2.5];
 
 /// Most points of a stored track, the newest ones; a lane with its turn needs five or six.
 pub(crate) const TRACK_POINTS_MAX: usize = 96;
 
-/// Tolerance of the simplification of a track, in standard deviations of a fix.
-const STRAIGHT: f64 = 0.7;
-
 /// Fewest points of a track with a turn.
 const POINTS_MIN: usize = 4;
-
-/// Distance between compared points of two pieces of a track, in standard deviations of a fix.
-const SPACING: f64 = 2.7;
-
-/// Least change of course of a compared piece, rad: nearly a half turn. At 2.5, 5 of 200 tracks
-/// through random way-points had a pattern, at 3.0 at most one.
-const TURN_MIN: f64 = 3.0;
-
-/// Least change of course of a pattern, rad; pieces of lines and wide curves are all alike. One
-/// corner is enough: between the two of a turn, a lane ago was between two others.
-const LAG_TURN_MIN: f64 = 1.2;
 
 /// Range of the lag's refinement, in distances between points, and as a share of the lag.
 const REFINED_BY: f64 = 2.0;
 const REFINED_SHARE: f64 = 0.2;
-
-/// Largest root-mean-square distance of equal pieces, in standard deviations of a fix.
-const RESIDUAL_MAX: f64 = 2.3;
-
-/// The same as a share of the radius of gyration; pieces as small as their noise are alike.
-const RESIDUAL_SHARE_MAX: f64 = 0.1;
 
 /// Time by which a path is continued, s; longer than any plan.
 const AHEAD: f64 = 180.0;
@@ -65,30 +51,38 @@ const LEG_TIME_MAX: f64 = 86_400.0;
 /// Silence after which a track restarts, s.
 const SILENCE_MAX: f64 = 1800.0;
 
-/// Pattern that a vehicle's track repeats.
+/// Pattern that a vehicle's track repeats, and the path that it makes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Repeats {
     /// Past track, and its continuation by one more repetition.
     pub path: KnownPath,
+    /// The pattern.
+    pub track: RepeatedTrack,
+}
+
+/// Pattern that an underwater vehicle's track repeats.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct RepeatedTrack {
     /// Kind of pattern.
     pub pattern: Pattern,
-    /// Number of repetitions in the stored track.
+    /// Number of repetitions in the stored track: about two or more.
     pub times: f64,
-    /// Length of the pattern, m.
-    pub period: f64,
-    /// Length of its longest leg, m.
-    pub leg: f64,
+    /// Length of the pattern, m: of a lawn-mower's lane and turn, or of a lap.
+    pub period_m: f64,
+    /// Length of its longest leg from corner to corner, m.
+    pub leg_m: f64,
     /// Distance between lanes, m; 0 without lanes.
-    pub spacing: f64,
+    pub spacing_m: f64,
     /// Root-mean-square distance between repetitions, m.
-    pub residual: f64,
+    pub residual_m: f64,
 }
 
 /// Past track of a vehicle, as straight legs.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct PastTrack {
+pub(crate) struct PastTrack<'a> {
+    tuned: &'a EstimateNumbers,
     pub(crate) points: Vec<TrackPoint>,
-    /// Standard deviation of its fixes, m.
+    /// Standard deviation of its fixes about its legs, m.
     sigma: f64,
     /// Its speed through the water in motion, m/s.
     speed: f64,
@@ -98,26 +92,29 @@ pub(crate) struct PastTrack {
     fixes: Vec<Vector2<f64>>,
 }
 
-impl PastTrack {
+impl<'a> PastTrack<'a> {
     /// Through `reports`, in order of time, in a `current` (north, east), m/s, after the
-    /// `remembered` track of an earlier answer.
+    /// `remembered` track of an earlier answer, for a `scatter` about its legs in standard deviations
+    /// of a fix.
     pub(crate) fn new(
         remembered: &[TrackPoint],
         reports: &[(usize, Report)],
         current: &Vector2<f64>,
+        scatter: f64,
+        tuned: &'a EstimateNumbers,
     ) -> Self {
         let Some((_, first)) = reports.first() else {
             return Self::default();
         };
-        let legs = legs(reports);
+        let legs = legs(reports, scatter, tuned);
         let mut points = before(remembered, first);
         let (mut way, mut time) = (0.0, 0.0);
-        for leg in &legs {
-            points.push(leg.from);
-            if leg.from[0] < leg.to[0] {
-                points.push(leg.to);
-                let elapsed = leg.to[0] - leg.from[0];
-                let through_water = (place(&leg.to) - place(&leg.from)) / elapsed - current;
+        for [from, to] in &legs {
+            points.push(*from);
+            if from[0] < to[0] {
+                points.push(*to);
+                let elapsed = to[0] - from[0];
+                let through_water = (place(to) - place(from)) / elapsed - current;
                 if SPEED_AT_REST <= through_water.norm() {
                     way += through_water.norm() * elapsed;
                     time += elapsed;
@@ -127,10 +124,11 @@ impl PastTrack {
         // The median: one inaccurate fix must not straighten the rest.
         let mut sigmas: Vec<_> = reports.iter().map(|(_, report)| report.sigma_m).collect();
         sigmas.sort_by(f64::total_cmp);
-        let sigma = sigmas[sigmas.len() / 2].max(SIGMA_MIN);
-        let mut points = simplified(&points, STRAIGHT * sigma);
+        let sigma = scatter * sigmas[sigmas.len() / 2].max(tuned.fix_sigma_min);
+        let mut points = simplified(&points, tuned.track_tolerance * sigma);
         points.drain(..points.len().saturating_sub(TRACK_POINTS_MAX));
         Self {
+            tuned,
             points,
             sigma,
             speed: if time > 0.0 { way / time } else { 0.0 },
@@ -189,13 +187,13 @@ impl PastTrack {
         if track.points.len() < POINTS_MIN {
             return None;
         }
-        let spacing = (SPACING * self.sigma).max(track.length() / (f64::from(PLACES_MAX) - 1.0));
+        let spacing = (self.tuned.spacing * self.sigma).max(track.length() / (f64::from(PLACES_MAX) - 1.0));
         let places = track.places(spacing);
         let n = places.len();
         let turned = turned(&places);
         // The shortest piece that turns enough.
-        let [enough, least] =
-            [TURN_MIN, LAG_TURN_MIN].map(|enough| turned.partition_point(|turned| *turned < enough) * CHORD);
+        let [enough, least] = [self.tuned.piece_turn_min, self.tuned.lag_turn_min]
+            .map(|enough| turned.partition_point(|turned| *turned < enough) * CHORD);
         // The shortest lag with a match, and its neighbours; twice that lag fits as well.
         let mut best: Option<Match> = None;
         for lag in least..n / 2 {
@@ -225,22 +223,24 @@ impl PastTrack {
         }
         let best = self.refined(&track, &places, spacing, best?);
         let (mean_square, path) = self.path(&track, &best, radius)?;
-        let pattern = best.motion.pattern(RESIDUAL_MAX * self.sigma);
+        let pattern = best.motion.pattern(self.tuned.residual_max * self.sigma);
         let repeats = Repeats {
             path: KnownPath {
                 path: Arc::new(path),
                 horizontal_speed: self.speed,
             },
-            pattern,
-            times: (spacing * number(best.span) + best.lag) / best.lag,
-            period: best.lag,
-            leg: track.longest_leg_after(track.length() - 4.0 * best.lag),
-            spacing: if pattern == Pattern::Lanes {
-                best.motion.glide()
-            } else {
-                0.0
+            track: RepeatedTrack {
+                pattern,
+                times: (spacing * number(best.span) + best.lag) / best.lag,
+                period_m: best.lag,
+                leg_m: track.longest_leg_after(track.length() - 4.0 * best.lag),
+                spacing_m: if pattern == Pattern::Lanes {
+                    best.motion.glide()
+                } else {
+                    0.0
+                },
+                residual_m: best.motion.residual,
             },
-            residual: best.motion.residual,
         };
         Some((mean_square, repeats))
     }
@@ -253,7 +253,9 @@ impl PastTrack {
         // Only the newest legs count: a long transit may precede the lanes.
         let newest = &edges[edges.len().saturating_sub(NEWEST)..];
         let longest = newest.iter().map(TrackEdge::length).fold(0.0, f64::max);
-        let enough = (LONG_SHARE * longest).max(LONG * self.sigma).max(4.0 * radius);
+        let enough = (self.tuned.long_leg_share * longest)
+            .max(self.tuned.long_leg * self.sigma)
+            .max(4.0 * radius);
         let long: Vec<_> = (0..edges.len())
             .filter(|edge| enough <= edges[*edge].length())
             .collect();
@@ -268,8 +270,8 @@ impl PastTrack {
                 .map(|edge| edge.from)
                 .collect();
             let n = corners.len();
-            let turned = before.turn(after, radius);
-            let tolerance = radius + 3.0 * self.sigma;
+            let turned = before.turn(after, radius, self.tuned);
+            let tolerance = (radius + 3.0 * self.sigma, self.tuned);
             match turned.filter(|corners| before.can_turn(corners, after, &seen, tolerance)) {
                 Some(turned) => corners.extend(turned.into_iter().map(TrackCorner::from)),
                 None => corners.extend(seen.into_iter().map(TrackCorner::from)),
@@ -284,7 +286,7 @@ impl PastTrack {
     }
 
     fn is_match(&self, motion: &RigidMotion) -> bool {
-        let most = (RESIDUAL_MAX * self.sigma).min(RESIDUAL_SHARE_MAX * motion.extent);
+        let most = (self.tuned.residual_max * self.sigma).min(self.tuned.residual_share_max * motion.extent);
         motion.residual <= most
     }
 
@@ -353,10 +355,6 @@ impl PastTrack {
 /// Number of newest legs that define a long one.
 const NEWEST: usize = 24;
 
-/// Least length of a long leg, in standard deviations of a fix, and as a share of the longest.
-const LONG: f64 = 8.0;
-const LONG_SHARE: f64 = 0.2;
-
 /// The stored track before the `first` report; empty if the two cannot be one track.
 fn before(remembered: &[TrackPoint], first: &Report) -> Vec<TrackPoint> {
     let newest = &remembered[remembered.len().saturating_sub(TRACK_POINTS_MAX)..];
@@ -415,10 +413,11 @@ mod tests {
 
     const SIGMA: f64 = 1.5;
     const SPEED: f64 = 0.9;
+    const TUNED: &EstimateNumbers = &EstimateNumbers::DEFAULT;
 
     /// Past track of a vehicle that followed `path` for a `time`, s: fixes every ten seconds, of
     /// which those before the last 640 s are in the stored track of earlier answers.
-    fn past_track(path: &Path, time: f64, seed: u64) -> PastTrack {
+    fn past_track(path: &Path, time: f64, seed: u64) -> PastTrack<'static> {
         let mut random = Random(seed);
         let fix = |t_s: f64| {
             let place = path.at(SPEED * t_s).position + random.normal() * SIGMA;
@@ -429,7 +428,7 @@ mod tests {
         let mut past_track = PastTrack::default();
         for end in (1..=fixes.len()).step_by(3).chain([fixes.len()]) {
             let window = &fixes[end.saturating_sub(64)..end];
-            past_track = PastTrack::new(&past_track.points, window, &Vector2::zeros());
+            past_track = PastTrack::new(&past_track.points, window, &Vector2::zeros(), 1.0, TUNED);
         }
         past_track
     }
@@ -471,10 +470,10 @@ mod tests {
             assert_eq!(past_track(&path, 400.0, seed).repeats(), None, "{seed}");
             for time in [700.0, 750.0, 1000.0, 1900.0] {
                 let repeats = past_track(&path, time, seed).repeats().expect("repeats");
-                assert_eq!(repeats.pattern, Pattern::Lanes);
-                near(repeats.spacing, 30.0, 2.0);
+                assert_eq!(repeats.track.pattern, Pattern::Lanes);
+                near(repeats.track.spacing_m, 30.0, 2.0);
                 // From corner to corner: the half circles extend the lanes by 15 m.
-                near(repeats.leg, 220.0, 20.0);
+                near(repeats.track.leg_m, 220.0, 20.0);
                 squares += off(&path, time, &repeats).powi(2);
             }
         }
@@ -489,7 +488,7 @@ mod tests {
         for path in [through(corners.repeat(5)), through(ends.repeat(8))] {
             let past_track = past_track(&path, 1100.0, 1);
             let repeats = past_track.repeats().expect("repeats");
-            assert_eq!(repeats.pattern, Pattern::Laps);
+            assert_eq!(repeats.track.pattern, Pattern::Laps);
             assert!(off(&path, 1100.0, &repeats) < 8.0);
         }
     }
@@ -520,7 +519,7 @@ mod tests {
                 [radius * angle.sin(), radius * (1.0 - angle.cos())]
             };
             let past_track = past_track(&through((0..30).map(point).collect()), 1500.0, seed);
-            let lag = past_track.repeats().map(|repeats| repeats.period);
+            let lag = past_track.repeats().map(|repeats| repeats.track.period_m);
             assert!(lag.is_none_or(|lag| lag > 100.0), "{seed}: {lag:?}");
         }
     }
@@ -539,7 +538,7 @@ mod tests {
             ..past_track.clone()
         };
         let [here, there] = [past_track, elsewhere].map(|track| track.repeats().expect("repeats"));
-        near(here.residual, there.residual, 1.0e-9);
+        near(here.track.residual_m, there.track.residual_m, 1.0e-9);
         let [here, there] = [here, there].map(|repeats| repeats.path.path);
         let end = |path: &Path| path.at(path.length()).position;
         near_to(end(&there), moved(&end(&here)), 1.0e-6);
@@ -554,7 +553,8 @@ mod tests {
                 Report::new(10.0 * f64::from(k), Vector2::new(north, 0.0), sigma),
             )
         };
-        let past_track = PastTrack::new(&[], &(0..8).map(fix).collect::<Vec<_>>(), &Vector2::zeros());
+        let fixes: Vec<_> = (0..8).map(fix).collect();
+        let past_track = PastTrack::new(&[], &fixes, &Vector2::zeros(), 1.0, TUNED);
         let mut numbers = past_track.points.iter().flatten();
         assert!(numbers.all(|number| number.is_finite()));
     }
@@ -572,14 +572,15 @@ mod tests {
     fn a_long_leg_and_the_track_before_it_are_one_track() {
         // Half an hour on one leg leaves no corner among the reports.
         let remembered = [[0.0, 0.0, 50.0], [50.0, 0.0, 0.0], [3.99e3, 3.99e3, 0.0]];
-        let past_track = PastTrack::new(&remembered, &northward(4.0e3, 1.0), &Vector2::zeros());
+        let past_track = PastTrack::new(&remembered, &northward(4.0e3, 1.0), &Vector2::zeros(), 1.0, TUNED);
         assert_eq!(past_track.points[..2], remembered[..2]);
     }
 
     #[test]
     fn an_impossible_stored_track_is_dropped() {
         let fixes = northward(1.0e3, 0.1);
-        let new = |remembered: &[TrackPoint]| PastTrack::new(remembered, &fixes, &Vector2::zeros());
+        let new =
+            |remembered: &[TrackPoint]| PastTrack::new(remembered, &fixes, &Vector2::zeros(), 1.0, TUNED);
         let alone = new(&[]);
         for garbage in [
             [[990.0, 1.0e300, 0.0], [995.0, -1.0e300, 0.0]],

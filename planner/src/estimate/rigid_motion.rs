@@ -17,8 +17,13 @@ pub enum Pattern {
 }
 
 /// A count of a few hundred.
+#[expect(
+    clippy::cast_precision_loss,
+    reason = "a few hundred; a check shows in the search of schedules"
+)]
+#[inline]
 pub(crate) fn number(count: usize) -> f64 {
-    u32::try_from(count).map_or(f64::INFINITY, f64::from)
+    count as f64
 }
 
 /// A rotation and a translation, after a reflection if mirrored.

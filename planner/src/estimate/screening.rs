@@ -14,9 +14,10 @@
 use crate::{
     estimate::{
         interacting::Interacting,
-        track::{REJECTED_MAX, Track, mean},
+        track::{Track, mean},
     },
     facts::evidence::Report,
+    tuned::EstimateNumbers,
 };
 
 /// Least tried inflation, m, then by factors of two: a tenth of the best acoustic fix.
@@ -25,47 +26,32 @@ const INFLATION_MIN: f64 = 0.05;
 /// Largest inflation that is tried, m: a multipath.
 const INFLATION_MAX: f64 = 250.0;
 
-/// Gain in log-likelihood that an inflation needs: twice the value that χ² with one degree of
-/// freedom exceeds once in a hundred thousand.
-const INFLATION_EVIDENCE: f64 = 10.0;
-
-/// Deficit of log-likelihood that ends the search for wider inflations, if hardly any fix is
-/// outside the gate. If most are, single fixes decide, and wider inflations are undetermined.
-const CLEARLY_LESS: f64 = 3.0;
-
-/// Largest inflation of consistent fixes, as a share of their mean distance. A vehicle that turns
-/// between fixes can resemble one at rest with inaccurate fixes.
-const INFLATION_SHARE: f64 = 0.1;
-
-/// Page's threshold h: fixes are e^h times as likely without the velocities.
-const VELOCITY_EVIDENCE: f64 = 8.0;
-
-/// Limit on the increments of the second and the third fix: the first may be the outlier, so two
-/// that differ from it contradict no velocity.
-const VELOCITY_EVIDENCE_AT_FIRST: f64 = 3.9;
-
 /// Reports with claims that are consistent with their fixes.
-pub(crate) struct ScreenedReports {
+pub(crate) struct ScreenedReports<'a> {
     /// Reports with inflated standard deviations, without courses and speeds that fixes contradict.
     pub(crate) reports: Vec<(usize, Report)>,
     /// The track through them.
-    pub(crate) track: Track<Interacting>,
+    pub(crate) track: Track<Interacting<'a>>,
     /// Root of the variance added to each fix, m; 0 if the claims are consistent.
     pub(crate) inflation: f64,
     /// `true` if fixes contradict the reported courses and speeds.
     pub(crate) velocity_contradicted: bool,
 }
 
-impl ScreenedReports {
+impl<'a> ScreenedReports<'a> {
     /// Screens `claimed` reports, at least one, in order of time. Once `due`, no inflation is
     /// tried.
-    pub(crate) fn new(claimed: Vec<(usize, Report)>, due: &dyn Fn() -> bool) -> Self {
-        let claimed = without_echoes(claimed);
+    pub(crate) fn new(
+        claimed: Vec<(usize, Report)>,
+        tuned: &'a EstimateNumbers,
+        due: &dyn Fn() -> bool,
+    ) -> Self {
+        let claimed = without_echoes(claimed, tuned);
         let positions: Vec<_> = claimed
             .iter()
             .map(|(number, report)| (*number, report.with_ground_track(None)))
             .collect();
-        let (inflation, without) = inflated(&positions, due);
+        let (inflation, without) = inflated(&positions, tuned, due);
         let reports = with_inflation(&claimed, inflation);
         if claimed.iter().all(|(_, report)| report.ground_track().is_none()) {
             return Self {
@@ -75,8 +61,8 @@ impl ScreenedReports {
                 velocity_contradicted: false,
             };
         }
-        let with = Track::through(&reports, Interacting::start);
-        let velocity_contradicted = contradicts(&without, &with);
+        let with = Interacting::track(&reports, tuned);
+        let velocity_contradicted = contradicts(&without, &with, tuned);
         Self {
             reports: if velocity_contradicted {
                 with_inflation(&positions, inflation)
@@ -91,11 +77,11 @@ impl ScreenedReports {
 }
 
 /// Drops misfits among simultaneous fixes: only one of a ping's returns is direct.
-fn without_echoes(mut claimed: Vec<(usize, Report)>) -> Vec<(usize, Report)> {
+fn without_echoes(mut claimed: Vec<(usize, Report)>, tuned: &EstimateNumbers) -> Vec<(usize, Report)> {
     if claimed.windows(2).all(|two| two[0].1.t_s < two[1].1.t_s) {
         return claimed;
     }
-    let used = Track::through(&claimed, Interacting::start).used;
+    let used = Interacting::track(&claimed, tuned).used;
     claimed.retain(|(number, report)| {
         let fits = used.iter().any(|(used, _)| used == number);
         fits || used.iter().all(|(_, used)| used.t_s != report.t_s)
@@ -104,17 +90,21 @@ fn without_echoes(mut claimed: Vec<(usize, Report)>) -> Vec<(usize, Report)> {
 }
 
 /// The most likely inflation of the positions of `reports`, and its track.
-fn inflated(reports: &[(usize, Report)], due: &dyn Fn() -> bool) -> (f64, Track<Interacting>) {
-    let track = |inflation: f64| Track::through(&with_inflation(reports, inflation), Interacting::start);
+fn inflated<'a>(
+    reports: &[(usize, Report)],
+    tuned: &'a EstimateNumbers,
+    due: &dyn Fn() -> bool,
+) -> (f64, Track<Interacting<'a>>) {
+    let track = |inflation: f64| Interacting::track(&with_inflation(reports, inflation), tuned);
     let sigmas = reports.iter().map(|(_, report)| report.sigma_m);
     let smallest = sigmas.fold(f64::INFINITY, f64::min);
     let mut best = (0.0, track(0.0));
     let mut largest = best.1.log_likelihood();
-    let least = largest + INFLATION_EVIDENCE;
+    let least = largest + tuned.inflation_evidence;
     let most = if best.1.is_inconsistent() {
         INFLATION_MAX
     } else {
-        INFLATION_MAX.min(INFLATION_SHARE * mean_step(reports))
+        INFLATION_MAX.min(tuned.inflation_share * mean_step(reports))
     };
     let mut inflation = INFLATION_MIN;
     while inflation <= most && !due() {
@@ -122,7 +112,7 @@ fn inflated(reports: &[(usize, Report)], due: &dyn Fn() -> bool) -> (f64, Track<
         if 0.5 * smallest <= inflation {
             let tried = track(inflation);
             let likelihood = tried.log_likelihood();
-            if likelihood < largest - CLEARLY_LESS && tried.rejected_share() <= REJECTED_MAX {
+            if likelihood < largest - tuned.clearly_less && tried.hardly_rejects() {
                 break;
             }
             if largest < likelihood {
@@ -156,16 +146,17 @@ fn with_inflation(reports: &[(usize, Report)], inflation: f64) -> Vec<(usize, Re
 }
 
 /// `true` if recent fixes are much likelier on the track `without` velocities.
-fn contradicts(without: &Track<Interacting>, with: &Track<Interacting>) -> bool {
+fn contradicts(without: &Track<Interacting>, with: &Track<Interacting>, tuned: &EstimateNumbers) -> bool {
     let mut sum: f64 = 0.0;
-    for (k, (without, with)) in without.innovations.iter().zip(&with.innovations).enumerate() {
+    let both = without.log_likelihoods().zip(with.log_likelihoods());
+    for (k, (without, with)) in both.enumerate() {
         let most = if k < 2 {
-            VELOCITY_EVIDENCE_AT_FIRST
+            tuned.velocity_evidence_at_first
         } else {
             f64::INFINITY
         };
-        let gain = (without.log_likelihood() - with.log_likelihood()).min(most);
-        sum = (sum + gain).clamp(0.0, 2.0 * VELOCITY_EVIDENCE);
+        let gain = (without - with).min(most);
+        sum = (sum + gain).clamp(0.0, 2.0 * tuned.velocity_evidence);
     }
-    VELOCITY_EVIDENCE <= sum
+    tuned.velocity_evidence <= sum
 }

@@ -6,7 +6,10 @@
 )]
 
 use super::{
-    interacting::Interacting, kalman::Kalman, screening::ScreenedReports, tests::Random, track::Track,
+    interacting::Interacting,
+    kalman::Kalman,
+    screening::ScreenedReports,
+    tests::{Random, TUNED},
 };
 use crate::tests::prelude::*;
 
@@ -96,10 +99,10 @@ fn outcome(case: Case, estimate: impl Fn(&[(usize, Report)]) -> Kalman) -> Outco
     let mut sum = Outcome::default();
     for seed in 0..N_FLIGHTS {
         let (reports, truth) = flight(case, case.n(), seed);
-        let found = estimate(&reports).at(reports.last().expect("6 or more").1.t_s);
+        let found = estimate(&reports).at(reports.last().expect("6 or more").1.t_s, TUNED);
         let error = found.position() - truth;
         sum.rms += error.norm_squared() / n;
-        let covariance = found.covariance().fixed_view::<2, 2>(0, 0).into_owned();
+        let covariance = found.covariance.fixed_view::<2, 2>(0, 0).into_owned();
         sum.nees += error.dot(&(covariance.try_inverse().expect("positive definite") * error)) / (2.0 * n);
     }
     sum.rms = sum.rms.sqrt();
@@ -108,15 +111,15 @@ fn outcome(case: Case, estimate: impl Fn(&[(usize, Report)]) -> Kalman) -> Outco
 
 /// The estimate from unscreened reports.
 fn before(reports: &[(usize, Report)]) -> Kalman {
-    Track::through(reports, Interacting::start).filter.combined()
+    Interacting::track(reports, TUNED).filter.combined()
 }
 
 fn after(reports: &[(usize, Report)]) -> Kalman {
     screened(reports.to_vec()).track.filter.combined()
 }
 
-fn screened(reports: Vec<(usize, Report)>) -> ScreenedReports {
-    ScreenedReports::new(reports, &|| false)
+fn screened(reports: Vec<(usize, Report)>) -> ScreenedReports<'static> {
+    ScreenedReports::new(reports, TUNED, &|| false)
 }
 
 /// The estimate with known accuracy and no velocities.
@@ -185,7 +188,8 @@ fn a_second_return_of_a_ping_inflates_no_accuracy() {
         });
         let screened = screened(echoed.collect());
         assert_eq!(screened.inflation, 0.0, "seed {seed}");
-        near_to(screened.track.filter.combined().at(last).position(), truth, 6.0);
+        let found = screened.track.filter.combined().at(last, TUNED);
+        near_to(found.position(), truth, 6.0);
     }
 }
 

@@ -9,7 +9,7 @@ use nalgebra::Vector4;
 
 use super::*;
 use crate::{
-    estimate::{from_reports::TURN_RATE_AGE_MAX, tests::Random},
+    estimate::tests::{Random, TUNED},
     facts::{options::Forecast, ranges::REPORT_SIGMA_MIN},
     predict::forecast::{AuvForecast, Intent},
     tests::prelude::*,
@@ -150,7 +150,7 @@ fn outcome(speed: f64, sigma: f64, telemetry: Telemetry) -> Outcome {
         let flight = Flight::new(band, seed);
         let found = flight.estimate();
         // Longer silences are forecast by other rules.
-        if found.state.age_s > TURN_RATE_AGE_MAX {
+        if found.state.age_s > TUNED.turn_rate_age_max {
             continue;
         }
         let (position, velocity) = flight.truth(flight.now - found.state.age_s);

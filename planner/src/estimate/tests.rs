@@ -2,22 +2,46 @@
 
 use std::{f64::consts::FRAC_PI_2, sync::Arc};
 
-use nalgebra::{Matrix2, Matrix4, Vector4};
+use nalgebra::{Matrix2, Matrix6, Vector6};
 use proptest::prelude::*;
 
 use super::*;
 use crate::{
     estimate::{
-        from_reports::in_order,
-        kalman::{ACCELERATION_DENSITY, Kalman},
-        on_path::Spread,
+        from_reports::{Estimator, in_order},
+        kalman::Kalman,
+        legs::TrackPoint,
+        on_path::{PathHypothesis, Spread},
     },
     facts::{
         known_path::speed_along,
         previous_plan::{PreviousEstimate, RememberedTarget},
     },
     tests::prelude::*,
+    tuned::EstimateNumbers,
 };
+
+pub(crate) const TUNED: &EstimateNumbers = &EstimateNumbers::DEFAULT;
+
+impl Estimate {
+    pub(crate) fn new(
+        auv: &Auv,
+        path: Option<&KnownPath>,
+        now: f64,
+        current: &Vector2<f64>,
+        previous: Option<(RememberedTarget, f64)>,
+        before: Option<&[TrackPoint]>,
+        due: &dyn Fn() -> bool,
+    ) -> Self {
+        let estimator = Estimator {
+            now,
+            current: *current,
+            tuned: TUNED,
+            due,
+        };
+        estimator.estimate(auv, path, previous, before)
+    }
+}
 
 /// Standard deviation of a fix and interval between two, typical of acoustic networks.
 const SIGMA: f64 = 1.5;
@@ -62,7 +86,7 @@ fn flight(seed: u64, n: usize, velocity: Vector2<f64>) -> (Vec<Report>, Vector2<
             time += t;
             // The two integrals of white noise over t: variances q t and q t³/3, covariance q t²/2.
             let (first, second) = (random.normal(), random.normal());
-            let scale = (ACCELERATION_DENSITY * t).sqrt();
+            let scale = (TUNED.acceleration_density * t).sqrt();
             position += velocity * t + (first * 0.5 + second / 12_f64.sqrt()) * (scale * t);
             velocity += first * scale;
         }
@@ -150,10 +174,10 @@ fn the_gate_reduces_the_error_with_two_percent_of_outliers() {
                 let state = estimate(&reports, 690.0).state;
                 let (then, covariance) = (690.0 - state.age_s, state.covariance().expect("made of reports"));
                 let newest = Kalman::new(then, &state.position(), &state.velocity(), &covariance);
-                newest.at(690.0).position()
+                newest.at(690.0, TUNED).position()
             } else {
                 let (first, later) = reports.split_first().expect("not empty");
-                let mut filter = Kalman::start(first);
+                let mut filter = Kalman::start(first, TUNED);
                 for report in later {
                     filter.accept_ungated(report);
                 }
@@ -271,12 +295,15 @@ fn a_turn_reported_more_than_a_minute_ago_is_unused() {
 #[test]
 fn the_present_sigma_is_the_filter_s_prediction() {
     let (reports, ..) = flight(9, 5, Vector2::new(0.2, 0.1));
-    let sigma = |now| estimate(&reports, now).position_sigma().expect("made of reports");
+    let sigma = |now| {
+        let sigma = estimate(&reports, now).position_sigma(TUNED);
+        sigma.expect("made of reports")
+    };
     let p = estimate(&reports, 540.0)
         .state
         .covariance
         .expect("made of reports");
-    let (t, q) = (30.0_f64, ACCELERATION_DENSITY);
+    let (t, q) = (30.0_f64, TUNED.acceleration_density);
     // p + v t with independent errors: P_pp + 2 t P_pv + t² P_vv + q t³/3 along either axis.
     let along = |i: usize| p[i][i] + 2.0 * t * p[i][i + 2] + t * t * p[i + 2][i + 2] + q * t.powi(3) / 3.0;
     near(sigma(570.0), (along(0) + along(1)).sqrt(), 1e-12);
@@ -608,7 +635,7 @@ fn reports_older_than_an_hour_count_if_there_are_no_others() {
     // Years of age work with and without a path.
     let auv = Auv::reported("a", reports);
     let ages = estimated(&auv, Some(&lanes(1).0), 1.0e11, Vector2::zeros());
-    assert!(ages.position_sigma().is_some_and(f64::is_finite));
+    assert!(ages.position_sigma(TUNED).is_some_and(f64::is_finite));
 }
 
 fn report(extent: f64) -> impl Strategy<Value = Report> {
@@ -700,17 +727,19 @@ fn the_next_turn_is_the_first_one_ahead_with_the_sense_of_motion() {
     let (closed, open) = (path(&square, true), path(&square, false));
     let next = |path: &Path, along: f64, sense: f64| {
         let fit = PathFit {
-            state: Vector4::new(along, 0.0, 0.0, 0.0),
-            covariance: Matrix4::identity(),
+            state: Vector6::new(along, 0.0, 0.0, 0.0, 0.0, 0.0),
+            covariance: Matrix6::identity(),
             sense,
-            spread: Spread {
-                along_density: 0.0,
-                speed_density: 0.0,
-                offset_density: 0.0,
-                path_variance: 0.0,
-            },
+            spread: Spread::default(),
         };
-        let turn = fit.next_turn(&known(path.clone(), 0.5), &Vector2::zeros());
+        let assumed = PathHypothesis {
+            known: &known(path.clone(), 0.5),
+            current: Vector2::zeros(),
+            speed_density: 0.0,
+            roughness: None,
+            tuned: TUNED,
+        };
+        let turn = fit.next_turn(&assumed);
         turn.map(|turn| ((turn.in_s * 0.5).round(), (turn.by_rad / FRAC_PI_2).round()))
     };
     // The open one: 90 m, an arc of 16 m, 80 m, an arc, 90 m.

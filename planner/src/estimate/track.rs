@@ -1,6 +1,6 @@
 //! Association of reports to a track.
 
-use crate::facts::evidence::Report;
+use crate::{facts::evidence::Report, tuned::EstimateNumbers};
 
 /// Number of successive agreeing refused reports that replace a track (lost, or from an outlier).
 /// With 2 % of outliers spread over 20 m, three agree by chance once in a million.
@@ -11,14 +11,10 @@ const AGREEING_TO_TAKE_OVER: usize = 3;
 /// one refused report in sixty thousand.
 const AGREEING_TO_BE_MOVED: usize = 2;
 
-/// Largest share of fixes outside the gate on a track that fits.
-pub(crate) const REJECTED_MAX: f64 = 0.1;
-
-/// Largest consistent mean normalised innovation squared of an axis; its expectation is 1.
-const NORMALISED_MAX: f64 = 1.5;
-
 /// A filter of a vehicle's motion with a gate.
 pub(crate) trait Filter {
+    fn tuned(&self) -> &EstimateNumbers;
+
     /// Updates with `report`, not older than the previous one, if its position is inside the gate.
     fn accept(&mut self, report: &Report) -> Innovation;
 
@@ -42,12 +38,6 @@ pub(crate) struct Innovation {
     pub(crate) variance: f64,
 }
 
-/// Share of fixes that are outliers. Assumption: multipath in shallow water.
-const OUTLIER_SHARE: f64 = 0.02;
-
-/// Scale of outliers along an axis, m.
-const OUTLIER_SCALE: f64 = 20.0;
-
 impl Innovation {
     /// Innovation of a report without any remaining hypothesis.
     pub(crate) const REFUSED: Self = Self {
@@ -62,10 +52,10 @@ impl Innovation {
     ///
     /// Outliers have Student's distribution with two degrees of freedom: a distant one is no less
     /// probable than a few fixes of a wrong accuracy.
-    pub(crate) fn log_likelihood(&self) -> f64 {
-        let variance = OUTLIER_SCALE * OUTLIER_SCALE + self.variance;
+    pub(crate) fn log_likelihood(&self, tuned: &EstimateNumbers) -> f64 {
+        let variance = tuned.outlier_scale * tuned.outlier_scale + self.variance;
         let student = (1.0 + 0.5 * self.square / variance).powi(-2) / (std::f64::consts::TAU * variance);
-        (self.density + OUTLIER_SHARE * student).ln()
+        (self.density + tuned.outlier_share * student).ln()
     }
 }
 
@@ -128,25 +118,30 @@ impl<F: Filter> Track<F> {
         }
     }
 
+    /// Log-likelihoods of the reports but the first.
+    pub(crate) fn log_likelihoods(&self) -> impl Iterator<Item = f64> {
+        let tuned = self.filter.tuned();
+        self.innovations
+            .iter()
+            .map(|innovation| innovation.log_likelihood(tuned))
+    }
+
     /// Log-likelihood of all reports but the first.
     pub(crate) fn log_likelihood(&self) -> f64 {
-        self.innovations.iter().map(Innovation::log_likelihood).sum()
+        self.log_likelihoods().sum()
     }
 
     /// `true` if the reports contradict the motion, or their claimed accuracies.
     pub(crate) fn is_inconsistent(&self) -> bool {
         let accepted = self.innovations.iter().filter(|innovation| innovation.accepted);
         let normalised = mean(accepted.map(|innovation| 0.5 * innovation.normalised));
-        REJECTED_MAX < self.rejected_share() || NORMALISED_MAX < normalised
+        self.filter.tuned().normalised_max < normalised || !self.hardly_rejects()
     }
 
-    /// Share of the reports, without the first, outside the gate.
-    pub(crate) fn rejected_share(&self) -> f64 {
-        mean(
-            self.innovations
-                .iter()
-                .map(|innovation| f64::from(u8::from(!innovation.accepted))),
-        )
+    /// `true` if hardly any report, without the first, is outside the gate.
+    pub(crate) fn hardly_rejects(&self) -> bool {
+        let refused = |innovation: &Innovation| f64::from(u8::from(!innovation.accepted));
+        mean(self.innovations.iter().map(refused)) <= self.filter.tuned().rejected_max
     }
 
     /// The `rival` in place of this track.

@@ -2,10 +2,13 @@
 
 use nalgebra::Vector2;
 
-use crate::facts::{
-    angle::{angle_of, wrap},
-    evidence::{AuvState, SPEED_AT_REST},
-    previous_plan::PreviousEstimate,
+use crate::{
+    facts::{
+        angle::{angle_of, wrap},
+        evidence::{AuvState, SPEED_AT_REST},
+        previous_plan::PreviousEstimate,
+    },
+    tuned::EstimateNumbers,
 };
 
 /// Interval between two courses for a rate of turn, s. Assumption: a shorter one shows only errors,
@@ -14,12 +17,6 @@ const BETWEEN: std::ops::RangeInclusive<f64> = 0.1..=30.0;
 
 /// Largest turn between two courses with an unambiguous sense, rad.
 const TURNED_MAX: f64 = 2.0;
-
-/// Averaging time of the rate, s. Course errors of 0.05 rad, one a second, leave 0.01 rad/s.
-const MEMORY: f64 = 5.0;
-
-/// Least significant rate of turn, rad/s: 22° over the default horizon of 78 s.
-const RATE_MIN: f64 = 0.005;
 
 /// Largest rate of turn that a snapshot accepts, rad/s.
 const RATE_MAX: f64 = 1.0;
@@ -38,20 +35,28 @@ pub(crate) fn turn_rate(before: &Vector2<f64>, after: &Vector2<f64>, between: f6
 /// r = r⁻ + (1 − exp(−Δ/τ)) ((χ − χ⁻) / Δ − r⁻)          τ = 5 s
 /// ```
 /// r⁻ is unchanged if the state is no newer.
-pub(crate) fn remembered_turn_rate(earlier: &PreviousEstimate, state: &AuvState, between: f64) -> f64 {
+pub(crate) fn remembered_turn_rate(
+    earlier: &PreviousEstimate,
+    state: &AuvState,
+    between: f64,
+    tuned: &EstimateNumbers,
+) -> f64 {
     if between.abs() < *BETWEEN.start() {
         return earlier.turn_rate_radps;
     }
     let Some(rate) = turn_rate(&earlier.velocity(), &state.velocity(), between) else {
         return 0.0;
     };
-    let share = -(-between / MEMORY).exp_m1();
-    clear(earlier.turn_rate_radps + share * (rate - earlier.turn_rate_radps))
+    let share = -(-between / tuned.turn_rate_memory).exp_m1();
+    clear(
+        earlier.turn_rate_radps + share * (rate - earlier.turn_rate_radps),
+        tuned,
+    )
 }
 
 /// The rate, or 0 if it is insignificant.
-pub(crate) fn clear(rate: f64) -> f64 {
-    if rate.abs() < RATE_MIN {
+pub(crate) fn clear(rate: f64, tuned: &EstimateNumbers) -> f64 {
+    if rate.abs() < tuned.turn_rate_min {
         0.0
     } else {
         rate.clamp(-RATE_MAX, RATE_MAX)

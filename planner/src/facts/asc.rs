@@ -1,10 +1,14 @@
 //! State and limits of the surface craft.
 
 use nalgebra::Vector2;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::facts::angle::{Heading, ned_from_body};
+use crate::facts::{
+    angle::{Heading, ned_from_body},
+    ranges::{LIMITS, LIMITS_ALONE, MapNumber, Range},
+};
 
 /// Inputs of a guidance law that describe the surface craft and its water.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,8 +26,10 @@ pub struct AscNow {
 #[serde(deny_unknown_fields)]
 pub struct Asc {
     /// Position north of the datum, m.
+    #[serde(skip_serializing_if = "is_left_out")]
     pub north_m: f64,
     /// Position east of the datum, m.
+    #[serde(skip_serializing_if = "is_left_out")]
     pub east_m: f64,
     /// Latitude, degrees, positive north. Needs `origin`, `lon_deg`; replaces `north_m`, `east_m`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -48,6 +54,12 @@ pub struct Asc {
     /// Eastward velocity over ground, m/s. Needs `ground_north_mps`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ground_east_mps: Option<f64>,
+}
+
+/// `true` for metres that the service computes from degrees.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands references on")]
+pub(super) fn is_left_out(metres: &f64) -> bool {
+    metres.is_nan()
 }
 
 impl Asc {
@@ -111,28 +123,52 @@ impl Asc {
 }
 
 /// Limits that the operator sets for the surface craft.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = Limits)]
-pub struct DeclaredLimits {
+#[schemars(rename = "Limits")]
+pub struct DeclaredLimits<N = f64> {
     /// Slowest speed reference through the water, m/s. Default: 0.05.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub speed_min_mps: Option<f64>,
+    #[schema(value_type = Option<f64>)]
+    pub speed_min_mps: Option<N>,
     /// Fastest speed reference, m/s: through the water, or over ground if held. Default: 1.5.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub speed_max_mps: Option<f64>,
+    #[schema(value_type = Option<f64>)]
+    pub speed_max_mps: Option<N>,
     /// Largest yaw rate, rad/s. Default: the craft's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub turn_rate_max_radps: Option<f64>,
+    #[schema(value_type = Option<f64>)]
+    pub turn_rate_max_radps: Option<N>,
     /// Largest acceleration ahead, m/s². Default: the craft's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub acceleration_max_mps2: Option<f64>,
+    #[schema(value_type = Option<f64>)]
+    pub acceleration_max_mps2: Option<N>,
     /// Largest deceleration, m/s², positive. Default: the craft's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub deceleration_max_mps2: Option<f64>,
+    #[schema(value_type = Option<f64>)]
+    pub deceleration_max_mps2: Option<N>,
     /// Time constant of the surge loop, s; `craft` overrides it. Default: the craft's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub surge_lag_s: Option<f64>,
+    #[schema(value_type = Option<f64>)]
+    pub surge_lag_s: Option<N>,
+}
+
+impl<N> DeclaredLimits<N> {
+    /// The same limits with other numbers. `number` maps each one, with its name, in this order.
+    pub fn map<M>(&self, number: MapNumber<'_, N, M>) -> DeclaredLimits<M> {
+        let mut of = |(member, range): &Range, given: &Option<N>| number(member, range, given.as_ref());
+        let [speed_min, turn_rate_max, acceleration_max, deceleration_max] = &LIMITS;
+        let [speed_max, surge_lag] = &LIMITS_ALONE;
+        DeclaredLimits {
+            speed_min_mps: of(speed_min, &self.speed_min_mps),
+            speed_max_mps: of(speed_max, &self.speed_max_mps),
+            turn_rate_max_radps: of(turn_rate_max, &self.turn_rate_max_radps),
+            acceleration_max_mps2: of(acceleration_max, &self.acceleration_max_mps2),
+            deceleration_max_mps2: of(deceleration_max, &self.deceleration_max_mps2),
+            surge_lag_s: of(surge_lag, &self.surge_lag_s),
+        }
+    }
 }
 
 impl From<Limits> for DeclaredLimits {
@@ -165,13 +201,20 @@ pub struct Limits {
 
 impl From<&DeclaredLimits> for Limits {
     fn from(declared: &DeclaredLimits) -> Self {
-        let any = Self::ANY;
-        Self {
-            speed_min: declared.speed_min_mps.unwrap_or(any.speed_min),
-            speed_max: declared.speed_max_mps.unwrap_or(any.speed_max),
-            turn_rate_max: declared.turn_rate_max_radps.unwrap_or(any.turn_rate_max),
-            acceleration_max: declared.acceleration_max_mps2.unwrap_or(any.acceleration_max),
-            deceleration_max: declared.deceleration_max_mps2.unwrap_or(any.deceleration_max),
+        declared.with_defaults(&Self::ANY)
+    }
+}
+
+impl DeclaredLimits {
+    /// The declared limits, and those of `others` that are not declared.
+    #[must_use]
+    pub fn with_defaults(&self, others: &Limits) -> Limits {
+        Limits {
+            speed_min: self.speed_min_mps.unwrap_or(others.speed_min),
+            speed_max: self.speed_max_mps.unwrap_or(others.speed_max),
+            turn_rate_max: self.turn_rate_max_radps.unwrap_or(others.turn_rate_max),
+            acceleration_max: self.acceleration_max_mps2.unwrap_or(others.acceleration_max),
+            deceleration_max: self.deceleration_max_mps2.unwrap_or(others.deceleration_max),
         }
     }
 }

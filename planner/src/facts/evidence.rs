@@ -4,7 +4,7 @@ use nalgebra::{Matrix4, Vector2};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::facts::angle::Course;
+use crate::facts::{angle::Course, asc::is_left_out};
 
 /// An AUV slower than this over ground is at rest, m/s. A quarter of known vehicles' slowest speed
 /// (0.193 m/s); below it the course is noise.
@@ -101,8 +101,10 @@ pub struct Report {
     /// now. If all reports are older than an hour, only the newest counts.
     pub t_s: f64,
     /// Position north of the datum, m.
+    #[serde(skip_serializing_if = "is_left_out")]
     pub north_m: f64,
     /// Position east of the datum, m.
+    #[serde(skip_serializing_if = "is_left_out")]
     pub east_m: f64,
     /// Latitude, degrees, positive north. Needs `origin`, `lon_deg`; replaces `north_m`, `east_m`.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -1,55 +1,101 @@
 //! Goals of the surface craft, and its offset from the point that it follows.
 
-use std::collections::BTreeMap;
+use std::{borrow::Cow, collections::BTreeMap};
 
 use nalgebra::Vector2;
 use serde::{Deserialize, Deserializer, Serialize};
-use utoipa::ToSchema;
+use utoipa::{
+    PartialSchema, ToSchema,
+    openapi::{RefOr, Schema},
+};
 
 use crate::facts::{
     angle::direction,
     auv::VehicleId,
-    members::{members, needed},
-    visit::{Reduce, VisitCost, Visits},
+    ranges::{GOAL_IN_TURN, GOAL_RANGE, MapNumber, OFFSET_AHEAD, OFFSET_NED, OFFSET_POLAR, Range, WEIGHT},
+    tagged::{read, read_tagged, tagged},
+    visit::{Visits, map_each},
 };
 
-/// The goal of the surface craft.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(tag = "kind", rename_all = "snake_case")]
-pub enum Goal {
-    /// Stay above one AUV.
-    Track {
-        /// The AUV to follow.
-        auv: VehicleId,
-    },
-    /// Follow each AUV in turn for a dwell time: the k-th from `epoch_s + k·dwell_s`, half-open.
-    Intermittent {
-        /// The AUVs to follow, in order.
-        auvs: Vec<VehicleId>,
-        /// Time spent with each, s.
-        dwell_s: f64,
-        /// Start of the first dwell at the first AUV, s on the snapshot's clock.
-        epoch_s: f64,
-    },
-    /// Stay above the mean of several AUVs.
-    Midpoint {
-        /// The AUVs in the mean.
-        auvs: Vec<VehicleId>,
-    },
-    /// Stay above the weighted mean of several AUVs.
-    Weighted {
-        /// The AUVs in the mean with their relative weights; 0 excludes an AUV.
-        weights: BTreeMap<VehicleId, f64>,
-    },
-    /// Stay within a slant range of all AUVs, where the largest range is least.
-    Range {
-        /// The AUVs to stay near.
-        auvs: Vec<VehicleId>,
-        /// The slant range to stay within, m.
-        range_m: f64,
-    },
-    /// Serve several AUVs one after the other, in the order and at the times of least cost.
-    Visit(Visits),
+tagged! {
+    /// The goal of the surface craft. `kind` determines the other members.
+    #[derive(Clone, Debug, PartialEq)]
+    pub enum Goal<N> = "Goal", GoalOutside, "kind" {
+        /// Stay above one vehicle.
+        Track {
+            /// The vehicle to follow.
+            #[schema(value_type = String)]
+            auv: VehicleId,
+        },
+        /// Follow each vehicle in turn: the k-th from `epoch_s + k·dwell_s`, half-open.
+        Intermittent {
+            /// The vehicles to follow, in order.
+            #[schema(value_type = Vec<String>)]
+            auvs: Vec<VehicleId>,
+            /// Time with each vehicle, s.
+            #[schema(value_type = f64)]
+            dwell_s: N,
+            /// Start of the first dwell at the first vehicle, s on the craft's clock.
+            #[schema(value_type = f64)]
+            epoch_s: N,
+        },
+        /// Stay above the mean of several vehicles.
+        Midpoint {
+            /// The vehicles in the mean.
+            #[schema(value_type = Vec<String>)]
+            auvs: Vec<VehicleId>,
+        },
+        /// Stay above the weighted mean of several vehicles.
+        Weighted {
+            /// Weight of each vehicle in the mean, by name; only ratios count, and at least one is
+            /// above 0.
+            #[schema(value_type = BTreeMap<String, f64>, example = json!({ "auv-1": 0.7, "auv-2": 0.3 }))]
+            weights: BTreeMap<VehicleId, N>,
+        },
+        /// Stay within a slant range of all vehicles, where the largest range is least.
+        Range {
+            /// The vehicles to stay near.
+            #[schema(value_type = Vec<String>)]
+            auvs: Vec<VehicleId>,
+            /// Largest slant range to each vehicle, m.
+            #[schema(value_type = f64)]
+            range_m: N,
+        },
+        /// Serve several vehicles one after the other, in the order and at the times of least cost.
+        #[schema(value_type = Visits)]
+        Visit(Visits<N>),
+    }
+}
+
+impl<N> Goal<N> {
+    /// The same goal with other numbers. `number` maps each one, with its place, such as
+    /// `visit.cost.data.growth_kbps`, in this order. None if it gives none for a required one.
+    pub fn map<M>(&self, number: MapNumber<'_, N, M>) -> Option<Goal<M>> {
+        let mut of = |kind: &str, (member, range): &Range, given: &N| {
+            number(&format!("{kind}.{member}"), range, Some(given))
+        };
+        Some(match self {
+            Self::Track { auv } => Goal::Track { auv: auv.clone() },
+            Self::Intermittent {
+                auvs,
+                dwell_s,
+                epoch_s,
+            } => Goal::Intermittent {
+                auvs: auvs.clone(),
+                dwell_s: of("intermittent", &GOAL_IN_TURN[0], dwell_s)?,
+                epoch_s: of("intermittent", &GOAL_IN_TURN[1], epoch_s)?,
+            },
+            Self::Midpoint { auvs } => Goal::Midpoint { auvs: auvs.clone() },
+            Self::Weighted { weights } => Goal::Weighted {
+                weights: map_each("weighted.weights", &WEIGHT, weights, number)?,
+            },
+            Self::Range { auvs, range_m } => Goal::Range {
+                auvs: auvs.clone(),
+                range_m: of("range", &GOAL_RANGE[0], range_m)?,
+            },
+            Self::Visit(visits) => Goal::Visit(visits.map(number)?),
+        })
+    }
 }
 
 impl Goal {
@@ -78,39 +124,78 @@ impl Goal {
     }
 }
 
-/// Desired position of the surface craft relative to the followed point: one AUV, the mean of
-/// several, or the point of least largest range.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-#[serde(tag = "frame", rename_all = "snake_case")]
-pub enum Offset {
-    /// In fixed directions.
-    Ned {
-        /// Distance north, m.
-        north_m: f64,
-        /// Distance east, m.
-        east_m: f64,
-    },
-    /// Along the course over ground of the followed point; at rest, its last course.
-    Target {
-        /// Distance ahead, m.
-        ahead_m: f64,
-        /// Distance to starboard, m.
-        starboard_m: f64,
-    },
-    /// Along the path tangent at the followed AUV.
-    Path {
-        /// Distance ahead, m.
-        ahead_m: f64,
-        /// Distance to starboard, m.
-        starboard_m: f64,
-    },
-    /// In a fixed direction.
-    Polar {
-        /// Distance, m.
-        range_m: f64,
-        /// Bearing, rad, clockwise from north.
-        bearing_rad: f64,
-    },
+tagged! {
+    /// Desired position relative to the followed point: a vehicle, the mean of several, or the point
+    /// of least largest range. `frame` determines the other members.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub enum Offset<N> = "Offset", OffsetOutside, "frame" {
+        /// In fixed directions.
+        Ned {
+            /// Distance north, m.
+            #[schema(value_type = f64)]
+            north_m: N,
+            /// Distance east, m.
+            #[schema(value_type = f64)]
+            east_m: N,
+        },
+        /// Along the course over ground of the followed point. The offset turns with the course;
+        /// while the point rests, its last course counts.
+        Target {
+            /// Distance ahead, m.
+            #[schema(value_type = f64)]
+            ahead_m: N,
+            /// Distance to starboard, m.
+            #[schema(value_type = f64)]
+            starboard_m: N,
+        },
+        /// Along the path tangent at the vehicle. Needs a goal that follows one vehicle at a time,
+        /// and whose path is known.
+        Path {
+            /// Distance ahead, m.
+            #[schema(value_type = f64)]
+            ahead_m: N,
+            /// Distance to starboard, m.
+            #[schema(value_type = f64)]
+            starboard_m: N,
+        },
+        /// In a fixed direction.
+        Polar {
+            /// Distance, m.
+            #[schema(value_type = f64)]
+            range_m: N,
+            /// Bearing, rad, clockwise from north.
+            #[schema(value_type = f64)]
+            bearing_rad: N,
+        },
+    }
+}
+read_tagged!(Offset<N>, OffsetOutside, "frame");
+
+impl<N> Offset<N> {
+    /// As [`Goal::map`].
+    pub fn map<M>(&self, number: MapNumber<'_, N, M>) -> Option<Offset<M>> {
+        let mut of = |frame: &str, (member, range): &Range, given: &N| {
+            number(&format!("{frame}.{member}"), range, Some(given))
+        };
+        Some(match self {
+            Self::Ned { north_m, east_m } => Offset::Ned {
+                north_m: of("ned", &OFFSET_NED[0], north_m)?,
+                east_m: of("ned", &OFFSET_NED[1], east_m)?,
+            },
+            Self::Target { ahead_m, starboard_m } => Offset::Target {
+                ahead_m: of("target", &OFFSET_AHEAD[0], ahead_m)?,
+                starboard_m: of("target", &OFFSET_AHEAD[1], starboard_m)?,
+            },
+            Self::Path { ahead_m, starboard_m } => Offset::Path {
+                ahead_m: of("path", &OFFSET_AHEAD[0], ahead_m)?,
+                starboard_m: of("path", &OFFSET_AHEAD[1], starboard_m)?,
+            },
+            Self::Polar { range_m, bearing_rad } => Offset::Polar {
+                range_m: of("polar", &OFFSET_POLAR[0], range_m)?,
+                bearing_rad: of("polar", &OFFSET_POLAR[1], bearing_rad)?,
+            },
+        })
+    }
 }
 
 impl Offset {
@@ -172,181 +257,33 @@ impl From<Goal> for Task {
     }
 }
 
-members! {
-    /// The goal of the surface craft. `kind` determines the other members.
-    TaskMembers of Task as "Goal",
-    /// Kind of goal.
-    kind: GoalKind,
-    /// `track`: the vehicle to follow.
-    #[schema(value_type = Option<String>)]
-    auv: Option<VehicleId>,
-    /// `intermittent`: the vehicles to follow, in order. `midpoint`: those in the mean. `range`:
-    /// those to stay near. `visit`: those to serve, in any order.
-    #[schema(value_type = Option<Vec<String>>)]
-    auvs: Option<Vec<VehicleId>>,
-    /// `intermittent`: time with each vehicle, s.
-    dwell_s: Option<f64>,
-    /// `intermittent`: start of the first dwell at the first vehicle, s on the request's clock.
-    epoch_s: Option<f64>,
-    /// `weighted`: weight of each vehicle in the mean, by name, from 0 to 10⁶; only ratios count,
-    /// and at least one is above 0. `visit`: weight of each vehicle's cost; default: 1.
-    #[schema(value_type = Option<BTreeMap<String, f64>>, example = json!({ "auv-1": 0.7, "auv-2": 0.3 }))]
-    weights: Option<BTreeMap<VehicleId, f64>>,
-    /// `range`: largest slant range to each vehicle, m, from 1 to 20,000.
-    range_m: Option<f64>,
-    /// `visit`: cost of an unserved vehicle. Default: its age.
-    cost: Option<VisitCost>,
-    /// `visit`: largest horizontal distance of service, m, from 1 to 5000. Default: 20.
-    within_m: Option<f64>,
-    /// `visit`: least time with a vehicle, s, from 0 to 3600. Default: 0 for `age`, else 30.
-    dwell_min_s: Option<f64>,
-    /// `visit`: deadlines of service by name, s on the request's clock. Default: none.
-    #[schema(value_type = Option<BTreeMap<String, f64>>, example = json!({ "auv-2": 1800.0 }))]
-    serve_by_s: Option<BTreeMap<VehicleId, f64>>,
-    /// `visit`: the mean of the costs counts, or the largest. Default: `mean`.
-    reduce: Option<Reduce>,
-    /// `visit`: known present costs, by name, in the unit of the cost, from 0 to 10¹²; for example,
-    /// from a modem that counts uploaded data. Default: the cost in `previous_plan`, advanced to
-    /// now, else that of a vehicle just served.
-    #[schema(value_type = Option<BTreeMap<String, f64>>, example = json!({ "auv-2": 340.0 }))]
-    costs_now: Option<BTreeMap<VehicleId, f64>>,
-    /// `visit`: the vehicle to visit next, until that visit is over. Default: that of least cost.
-    #[schema(value_type = Option<String>)]
-    next: Option<VehicleId>,
-    /// Any kind: desired position relative to the followed point. Default: right above it.
-    offset: Option<Offset>,
-}
-
-/// Kinds of goals.
-#[derive(Clone, Copy, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-enum GoalKind {
-    /// Stay above one vehicle: `auv`.
-    Track,
-    /// Follow each vehicle in turn: `auvs`, `dwell_s`, `epoch_s`.
-    Intermittent,
-    /// Stay above the mean of several vehicles: `auvs`.
-    Midpoint,
-    /// Stay above the weighted mean of several vehicles: `weights`.
-    Weighted,
-    /// Stay within a slant range of all vehicles, at the least largest range: `auvs`, `range_m`.
-    Range,
-    /// Serve several vehicles one after the other, in the order and at the times of least cost:
-    /// `auvs`, and optionally `cost`, `weights`, `within_m`, `dwell_min_s`, `serve_by_s`, `reduce`,
-    /// `costs_now`, `next`.
-    Visit,
-}
-
-impl TaskMembers {
-    /// The members of a goal of the kind `visit`, with their defaults.
-    fn visits(&mut self, auvs: Vec<VehicleId>) -> Visits {
-        let default = Visits::new(auvs);
-        let cost = self.cost.take().unwrap_or(default.cost);
-        Visits {
-            cost,
-            weights: self.weights.take().unwrap_or_default(),
-            within_m: self.within_m.take().unwrap_or(default.within_m),
-            dwell_min_s: self.dwell_min_s.take().unwrap_or(cost.dwell_min()),
-            serve_by_s: self.serve_by_s.take().unwrap_or_default(),
-            reduce: self.reduce.take().unwrap_or_default(),
-            costs_now: self.costs_now.take().unwrap_or_default(),
-            next: self.next.take(),
-            ..default
-        }
-    }
-}
-
 impl<'de> Deserialize<'de> for Task {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let mut given = TaskMembers::deserialize(deserializer)?;
-        let goal = match given.kind {
-            GoalKind::Track => Goal::Track {
-                auv: needed(&mut given.auv, "auv")?,
-            },
-            GoalKind::Intermittent => Goal::Intermittent {
-                auvs: needed(&mut given.auvs, "auvs")?,
-                dwell_s: needed(&mut given.dwell_s, "dwell_s")?,
-                epoch_s: needed(&mut given.epoch_s, "epoch_s")?,
-            },
-            GoalKind::Midpoint => Goal::Midpoint {
-                auvs: needed(&mut given.auvs, "auvs")?,
-            },
-            GoalKind::Weighted => Goal::Weighted {
-                weights: needed(&mut given.weights, "weights")?,
-            },
-            GoalKind::Range => Goal::Range {
-                auvs: needed(&mut given.auvs, "auvs")?,
-                range_m: needed(&mut given.range_m, "range_m")?,
-            },
-            GoalKind::Visit => {
-                let auvs = needed(&mut given.auvs, "auvs")?;
-                Goal::Visit(given.visits(auvs))
-            }
-        };
-        let offset = given.offset.take();
-        given.none_left()?;
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        let (mut goal, offset) = read::<GoalOutside, Offset, D>(from, "$tagged kind offset")?;
+        if let Goal::Visit(visits) = &mut goal {
+            visits.dwell_min_s = Some(visits.dwell_min());
+        }
         Ok(Self { goal, offset })
     }
 }
 
-members! {
-    /// Desired position relative to the followed point: a vehicle, the mean of several, or the
-    /// point of least largest range. `frame` determines the other members.
-    OffsetMembers of Offset as "Offset",
-    /// Axes of the offset.
-    frame: OffsetFrame,
-    /// `ned`: distance north, m, within ±1000.
-    north_m: Option<f64>,
-    /// `ned`: distance east, m, within ±1000.
-    east_m: Option<f64>,
-    /// `target`, `path`: distance ahead, m, within ±1000.
-    ahead_m: Option<f64>,
-    /// `target`, `path`: distance to starboard, m, within ±1000.
-    starboard_m: Option<f64>,
-    /// `polar`: distance, m, from 0 to 1000.
-    range_m: Option<f64>,
-    /// `polar`: bearing, rad, clockwise from north, within ±2π.
-    bearing_rad: Option<f64>,
+impl PartialSchema for Task {
+    /// Each kind has an `offset` beside its members.
+    fn schema() -> RefOr<Schema> {
+        <Goal as PartialSchema>::schema()
+    }
 }
 
-/// Axes of an offset.
-#[derive(Clone, Copy, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-enum OffsetFrame {
-    /// North and east: `north_m`, `east_m`.
-    Ned,
-    /// Along the course over ground of the followed point: `ahead_m`, `starboard_m`. The offset
-    /// turns with the course; while the point rests, its last course counts.
-    Target,
-    /// Along the path tangent at the vehicle: `ahead_m`, `starboard_m`. Needs a goal that follows
-    /// one vehicle at a time, with a declared `path`.
-    Path,
-    /// North and east, as `range_m` and `bearing_rad`.
-    Polar,
-}
+impl ToSchema for Task {
+    fn name() -> Cow<'static, str> {
+        <Goal as ToSchema>::name()
+    }
 
-impl<'de> Deserialize<'de> for Offset {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let mut given = OffsetMembers::deserialize(deserializer)?;
-        let offset = match given.frame {
-            OffsetFrame::Ned => Self::Ned {
-                north_m: needed(&mut given.north_m, "north_m")?,
-                east_m: needed(&mut given.east_m, "east_m")?,
-            },
-            OffsetFrame::Target => Self::Target {
-                ahead_m: needed(&mut given.ahead_m, "ahead_m")?,
-                starboard_m: needed(&mut given.starboard_m, "starboard_m")?,
-            },
-            OffsetFrame::Path => Self::Path {
-                ahead_m: needed(&mut given.ahead_m, "ahead_m")?,
-                starboard_m: needed(&mut given.starboard_m, "starboard_m")?,
-            },
-            OffsetFrame::Polar => Self::Polar {
-                range_m: needed(&mut given.range_m, "range_m")?,
-                bearing_rad: needed(&mut given.bearing_rad, "bearing_rad")?,
-            },
-        };
-        given.none_left()?;
-        Ok(offset)
+    fn schemas(schemas: &mut Vec<(String, RefOr<Schema>)>) {
+        <Goal as ToSchema>::schemas(schemas);
+        schemas.push((
+            <Offset as ToSchema>::name().into(),
+            <Offset as PartialSchema>::schema(),
+        ));
     }
 }

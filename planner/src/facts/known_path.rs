@@ -9,7 +9,7 @@ use utoipa::ToSchema;
 use crate::facts::{
     angle::{direction, ned_from_body},
     evidence::{AuvState, SPEED_AT_REST},
-    path::{curve::Path, limits::InvalidPath, piece::PathPoint, segment::Segment},
+    path::{curve::Path, limits::InvalidPath, piece::PathPoint, segment::Segment, waypoints::Overshot},
 };
 
 /// A path that an underwater vehicle is known to follow.
@@ -31,6 +31,13 @@ pub struct DeclaredPath {
 /// Rates of turn of vehicles without a declared radius, rad/s. The first counts until a turn was
 /// observed. Assumption: survey AUVs of 1.5 m/s turn at 10 m, others at up to 27 m.
 pub(crate) const TURN_RATES: [f64; 3] = [0.15, 0.09, 0.055];
+
+/// Least turn of a corner that a vehicle does not cut, rad: its arc would begin farther from the
+/// way-point than 1.7 radii.
+const SHARP_FROM: f64 = PI * 2.0 / 3.0;
+
+/// Rate of turn at such a corner of a vehicle that cuts others, rad/s.
+const SHARP_TURN_RATE: f64 = 0.6;
 
 /// Most way-points of a path tried at several rates: 1,000 corners take as long as the filters.
 const OTHER_RATES_COUNT_MAX: usize = 1000;
@@ -60,16 +67,16 @@ impl DeclaredPath {
 
     /// The path, if its segments join; [`Self::turn_radius`] applies without a declared one.
     pub fn path(&self) -> Result<Path, InvalidPath> {
-        self.turned_at(self.turn_radius())
+        self.turned_at(self.turn_radius(), None)
     }
 
     /// The same with a `radius`, m, at way-points without their own.
-    fn turned_at(&self, radius: f64) -> Result<Path, InvalidPath> {
+    fn turned_at(&self, radius: f64, overshot: Option<Overshot>) -> Result<Path, InvalidPath> {
         let mut segments = self.segments.clone();
         for unnamed in segments.iter_mut().filter_map(unnamed_radius) {
             *unnamed = Some(radius);
         }
-        Path::from_segments(&segments, self.closed)
+        Path::turned(&segments, self.closed, overshot)
     }
 
     pub(crate) fn known(&self) -> Result<KnownPath, InvalidPath> {
@@ -83,7 +90,7 @@ impl DeclaredPath {
         }
     }
 
-    /// The same path with the other turn radii; none if it declares its radii.
+    /// The same path for other ways to turn, the likeliest first; none if it declares its radii.
     pub(crate) fn with_other_turn_radii(&self) -> Vec<KnownPath> {
         let leaves_open = |segment: &Segment| {
             matches!(
@@ -98,8 +105,16 @@ impl DeclaredPath {
         if OTHER_RATES_COUNT_MAX < self.count() || !self.segments.iter().any(leaves_open) {
             return Vec::new();
         }
-        let radii = TURN_RATES[1..].iter().map(|rate| self.speed_mps / rate);
-        let paths = radii.flat_map(|radius| self.turned_at(radius));
+        let radii = TURN_RATES.iter().map(|rate| self.speed_mps / rate);
+        let sharp = Overshot {
+            from: SHARP_FROM,
+            radius: self.speed_mps / SHARP_TURN_RATE,
+        };
+        let cut = radii.clone().map(|radius| (radius, sharp));
+        let overshot = radii.map(|radius| (radius, Overshot { from: 0.0, radius }));
+        let paths = cut
+            .chain(overshot)
+            .flat_map(|(radius, overshot)| self.turned_at(radius, Some(overshot)));
         paths.map(|path| self.with_path(path)).collect()
     }
 }
@@ -160,6 +175,11 @@ pub(crate) fn place_on_path(state: &AuvState, known: &KnownPath, current: &Vecto
         (distance + POSITION_UNCERTAINTY) * (1.0 + (WRONG_WAY - 1.0) * 0.5 * (1.0 - agreement))
     })
 }
+
+/// Least ratio of a vehicle's speed over ground to that of its foot on a bend of its path. The foot
+/// of a vehicle far inside a bend is fast, at the centre infinitely so. At half the radius it has
+/// twice the vehicle's speed; farther inside, a vehicle does not follow the bend.
+pub(crate) const FOOT_FACTOR_MIN: f64 = 0.5;
 
 /// Speed of the vehicle's place on a path with this `tangent`, m/s. `sense`: 1, or −1 for a vehicle
 /// that follows the path backwards.

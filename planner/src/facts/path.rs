@@ -13,7 +13,7 @@ pub(crate) mod segment;
 pub(crate) mod speed_profile;
 #[cfg(test)]
 mod tests;
-mod waypoints;
+pub(crate) mod waypoints;
 
 pub use curve::{Path, Side};
 pub use limits::{

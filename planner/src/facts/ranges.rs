@@ -60,6 +60,9 @@ pub const SURFACING_SEPARATION: RangeInclusive<f64> = 0.5..=100.0;
 /// The range of a member of a JSON object, by its name.
 pub type Range = (&'static str, RangeInclusive<f64>);
 
+/// Maps a number, such as a distribution, to another one, from its place, its range and its value.
+pub type MapNumber<'a, N, M> = &'a mut dyn FnMut(&str, &RangeInclusive<f64>, Option<&N>) -> Option<M>;
+
 const COORDINATE: RangeInclusive<f64> = -COORDINATE_MAX..=COORDINATE_MAX;
 const DEPTH: RangeInclusive<f64> = -10.0..=DEPTH_MAX;
 const TURN_RATE: RangeInclusive<f64> = -1.0..=1.0;
@@ -83,7 +86,7 @@ pub const DIRECTIONS: [[&str; 2]; 3] = [
 ];
 
 /// Time on the client's clock, s.
-pub(crate) const TIME: RangeInclusive<f64> = -TIME_MAX..=TIME_MAX;
+pub const TIME: RangeInclusive<f64> = -TIME_MAX..=TIME_MAX;
 
 /// State of the surface craft.
 pub(crate) const ASC: [Range; 6] = [
@@ -221,6 +224,13 @@ pub(crate) const LIMITS: [Range; 4] = [
     ("turn_rate_max_radps", 0.01..=3.0),
     ("acceleration_max_mps2", 0.001..=5.0),
     ("deceleration_max_mps2", 0.001..=5.0),
+];
+
+/// Limits that no snapshot checks alone: the least top speed depends on the slowest speed, and the
+/// lag is the craft's.
+pub const LIMITS_ALONE: [Range; 2] = [
+    ("speed_max_mps", 0.0..=SPEED_MAX_MOST),
+    ("surge_lag_s", TIME_CONSTANT),
 ];
 
 /// Tuning by clients. Weights are at most ten times their default (acceleration a hundred times),

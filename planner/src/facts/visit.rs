@@ -1,14 +1,15 @@
 //! Goals that visit AUVs one after the other.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, ops::RangeInclusive};
 
 use schemars::JsonSchema;
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::facts::{
     auv::VehicleId,
-    members::{members, needed},
+    ranges::{GOAL_VISIT, MapNumber, Range, TIME, VISIT_COST, VISIT_DATA, VISIT_UNCERTAINTY, WEIGHT},
+    tagged::{read_tagged, tagged},
 };
 
 /// Default horizontal distance within which an AUV is served, m. Assumption: a craft that
@@ -27,31 +28,83 @@ const SIGMA_BEARING: f64 = 0.02;
 /// Default time between two fixes, s.
 const INTERVAL: f64 = 10.0;
 
-/// AUVs that the surface craft visits; the planner chooses the order and the times.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Visits {
-    /// The AUVs to serve, in any order.
+/// Vehicles that the surface craft visits; the planner chooses the order and the times.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema, JsonSchema)]
+#[serde(deny_unknown_fields, bound(deserialize = "N: Deserialize<'de> + From<f64>"))]
+#[schemars(bound = "N: JsonSchema + From<f64>")]
+pub struct Visits<N = f64> {
+    /// The vehicles to serve, in any order.
+    #[schema(value_type = Vec<String>)]
     pub auvs: Vec<VehicleId>,
-    /// Cost of an unserved AUV.
-    pub cost: VisitCost,
-    /// Relative weight of each cost. Default: 1; 0 excludes an AUV.
-    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
-    pub weights: BTreeMap<VehicleId, f64>,
-    /// Horizontal distance within which an AUV counts as served, m.
-    pub within_m: f64,
-    /// Least time with an AUV, s.
-    pub dwell_min_s: f64,
-    /// Deadlines of AUVs, s on the snapshot's clock; unnamed ones have none.
-    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
-    pub serve_by_s: BTreeMap<VehicleId, f64>,
-    /// The statistic of the costs that counts.
+    /// Cost of an unserved vehicle; its age if left out.
+    #[serde(default = "age::<N>")]
+    #[schema(value_type = Option<VisitCost>)]
+    pub cost: VisitCost<N>,
+    /// Relative weight of each vehicle's cost; 1 if left out. 0 excludes a vehicle.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    #[schema(value_type = Option<BTreeMap<String, f64>>, example = json!({ "auv-1": 2.0 }))]
+    pub weights: BTreeMap<VehicleId, N>,
+    /// Largest horizontal distance of service, m; 20 if left out.
+    #[serde(default = "within::<N>")]
+    #[schema(value_type = Option<f64>)]
+    pub within_m: N,
+    /// Least time with a vehicle, s; 0 for `age`, else 30 if left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<f64>)]
+    pub dwell_min_s: Option<N>,
+    /// Deadlines of service by name, s on the craft's clock; none if left out.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    #[schema(value_type = Option<BTreeMap<String, f64>>, example = json!({ "auv-2": 1800.0 }))]
+    pub serve_by_s: BTreeMap<VehicleId, N>,
+    /// The mean of the costs counts, or the largest; `mean` if left out.
+    #[serde(default)]
+    #[schema(value_type = Option<Reduce>)]
     pub reduce: Reduce,
-    /// Present costs that are known better than from the previous plan.
-    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
-    pub costs_now: BTreeMap<VehicleId, f64>,
-    /// The operator's next AUV, until `previous_plan` says that its visit is over.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    /// Known present costs, by name, in the unit of the cost, for example from a modem that counts
+    /// uploaded data; those in `previous_plan`, advanced to now, else of vehicles just served if left
+    /// out.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    #[schema(value_type = Option<BTreeMap<String, f64>>, example = json!({ "auv-2": 340.0 }))]
+    pub costs_now: BTreeMap<VehicleId, N>,
+    /// The vehicle to visit next, until `previous_plan` says that its visit is over; that of least
+    /// cost if left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>)]
     pub next: Option<VehicleId>,
+}
+
+fn within<N: From<f64>>() -> N {
+    WITHIN.into()
+}
+
+impl<N> Visits<N> {
+    pub(crate) fn map<M>(&self, number: MapNumber<'_, N, M>) -> Option<Visits<M>> {
+        let [within, dwell_min] = &GOAL_VISIT;
+        Some(Visits {
+            auvs: self.auvs.clone(),
+            weights: map_each("visit.weights", &WEIGHT, &self.weights, number)?,
+            serve_by_s: map_each("visit.serve_by_s", &TIME, &self.serve_by_s, number)?,
+            costs_now: map_each("visit.costs_now", &VISIT_COST, &self.costs_now, number)?,
+            cost: self.cost.map(number)?,
+            within_m: number("visit.within_m", &within.1, Some(&self.within_m))?,
+            dwell_min_s: number("visit.dwell_min_s", &dwell_min.1, self.dwell_min_s.as_ref()),
+            reduce: self.reduce,
+            next: self.next.clone(),
+        })
+    }
+}
+
+/// Maps the numbers of vehicles.
+pub(crate) fn map_each<N, M>(
+    place: &str,
+    range: &RangeInclusive<f64>,
+    numbers: &BTreeMap<VehicleId, N>,
+    number: MapNumber<'_, N, M>,
+) -> Option<BTreeMap<VehicleId, M>> {
+    let each = numbers
+        .iter()
+        .map(|(id, given)| Some((id.clone(), number(&format!("{place}.{id}"), range, Some(given))?)));
+    each.collect()
 }
 
 impl Visits {
@@ -63,12 +116,18 @@ impl Visits {
             cost: VisitCost::Age,
             weights: BTreeMap::new(),
             within_m: WITHIN,
-            dwell_min_s: VisitCost::Age.dwell_min(),
+            dwell_min_s: Some(VisitCost::Age.dwell_min()),
             serve_by_s: BTreeMap::new(),
             reduce: Reduce::Mean,
             costs_now: BTreeMap::new(),
             next: None,
         }
+    }
+
+    /// Least time with an AUV, s.
+    #[must_use]
+    pub fn dwell_min(&self) -> f64 {
+        self.dwell_min_s.unwrap_or(self.cost.dwell_min())
     }
 
     /// Weight of the cost of `id`.
@@ -78,32 +137,91 @@ impl Visits {
     }
 }
 
-/// Cost of an unserved AUV.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-#[serde(tag = "kind", rename_all = "snake_case")]
-pub enum VisitCost {
-    /// Time since it was last served, s.
-    Age,
-    /// Variance of its own navigation, m²; fixes from the craft reduce it.
-    Uncertainty {
-        /// Growth of the variance, m²/s.
-        growth_m2ps: f64,
-        /// Standard deviation of a fix at no distance, m.
-        sigma_m: f64,
-        /// Growth of the standard deviation with the slant range, rad.
-        sigma_rad: f64,
-        /// Time between two fixes, s.
-        interval_s: f64,
-    },
-    /// Data gathered and not uploaded, kbit.
-    Data {
-        /// Rate of gathering, kbit/s.
-        growth_kbps: f64,
-        /// Rate of upload at no distance, kbit/s; falls linearly with the slant range.
-        upload_kbps: f64,
-        /// Slant range at which the rate of upload is 0, m.
-        range_max_m: f64,
-    },
+tagged! {
+    /// Cost of an unserved vehicle. `kind` determines the other members.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub enum VisitCost<N> = "VisitCost", VisitCostOutside, "kind" {
+        /// Time since it was last served, s.
+        Age,
+        /// Variance of its own navigation, m²; fixes from the craft reduce it.
+        Uncertainty {
+            /// Growth of the variance without aid, m²/s.
+            #[schema(value_type = f64)]
+            growth_m2ps: N,
+            /// Standard deviation of a fix at range 0, m; 1.5 if left out.
+            #[serde(default = "sigma::<N>")]
+            #[schema(value_type = Option<f64>)]
+            sigma_m: N,
+            /// Growth of `sigma_m` with the slant range, rad; 0.02 if left out.
+            #[serde(default = "sigma_bearing::<N>")]
+            #[schema(value_type = Option<f64>)]
+            sigma_rad: N,
+            /// Time between two fixes, s; 10 if left out.
+            #[serde(default = "interval::<N>")]
+            #[schema(value_type = Option<f64>)]
+            interval_s: N,
+        },
+        /// Data not yet uploaded, kbit.
+        Data {
+            /// Rate of gathering, kbit/s.
+            #[schema(value_type = f64)]
+            growth_kbps: N,
+            /// Rate of upload at range 0, kbit/s; linear in the slant range.
+            #[schema(value_type = f64)]
+            upload_kbps: N,
+            /// Slant range at which the rate of upload is 0, m.
+            #[schema(value_type = f64)]
+            range_max_m: N,
+        },
+    }
+}
+read_tagged!(VisitCost<N>, VisitCostOutside, "kind");
+
+fn sigma<N: From<f64>>() -> N {
+    SIGMA.into()
+}
+
+fn sigma_bearing<N: From<f64>>() -> N {
+    SIGMA_BEARING.into()
+}
+
+fn interval<N: From<f64>>() -> N {
+    INTERVAL.into()
+}
+
+fn age<N>() -> VisitCost<N> {
+    VisitCost::Age
+}
+
+impl<N> VisitCost<N> {
+    fn map<M>(&self, number: MapNumber<'_, N, M>) -> Option<VisitCost<M>> {
+        let mut of = |kind: &str, (member, range): &Range, given: &N| {
+            number(&format!("visit.cost.{kind}.{member}"), range, Some(given))
+        };
+        Some(match self {
+            Self::Age => VisitCost::Age,
+            Self::Uncertainty {
+                growth_m2ps,
+                sigma_m,
+                sigma_rad,
+                interval_s,
+            } => VisitCost::Uncertainty {
+                growth_m2ps: of("uncertainty", &VISIT_UNCERTAINTY[0], growth_m2ps)?,
+                sigma_m: of("uncertainty", &VISIT_UNCERTAINTY[1], sigma_m)?,
+                sigma_rad: of("uncertainty", &VISIT_UNCERTAINTY[2], sigma_rad)?,
+                interval_s: of("uncertainty", &VISIT_UNCERTAINTY[3], interval_s)?,
+            },
+            Self::Data {
+                growth_kbps,
+                upload_kbps,
+                range_max_m,
+            } => VisitCost::Data {
+                growth_kbps: of("data", &VISIT_DATA[0], growth_kbps)?,
+                upload_kbps: of("data", &VISIT_DATA[1], upload_kbps)?,
+                range_max_m: of("data", &VISIT_DATA[2], range_max_m)?,
+            },
+        })
+    }
 }
 
 impl VisitCost {
@@ -126,61 +244,4 @@ pub enum Reduce {
     Mean,
     /// The largest weighted cost at any time; among equals, the least mean.
     Max,
-}
-
-members! {
-    /// Cost of an unserved underwater vehicle. `kind` determines the other members.
-    CostMembers of VisitCost as "VisitCost",
-    /// Kind of cost.
-    kind: CostKind,
-    /// `uncertainty`: growth of the variance without aid, m²/s, from 10⁻⁶ to 10⁶.
-    growth_m2ps: Option<f64>,
-    /// `uncertainty`: standard deviation of a fix at range 0, m, from 0.001 to 100,000.
-    /// Default: 1.5.
-    sigma_m: Option<f64>,
-    /// `uncertainty`: growth of `sigma_m` with the slant range, rad, from 0 to 1. Default: 0.02.
-    sigma_rad: Option<f64>,
-    /// `uncertainty`: time between two fixes, s, from 0.1 to 3600. Default: 10.
-    interval_s: Option<f64>,
-    /// `data`: rate of gathering, kbit/s, from 0 to 10⁶.
-    growth_kbps: Option<f64>,
-    /// `data`: upload at range 0, kbit/s, from 0.001 to 10⁶; linear in the slant range.
-    upload_kbps: Option<f64>,
-    /// `data`: slant range at which the rate of upload is 0, m, from 1 to 20 000.
-    range_max_m: Option<f64>,
-}
-
-/// Kinds of costs.
-#[derive(Clone, Copy, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-enum CostKind {
-    /// Time since the vehicle was last served, s.
-    Age,
-    /// Variance of its navigation, m²: `growth_m2ps`, and fixes' `sigma_m`, `sigma_rad`,
-    /// `interval_s`.
-    Uncertainty,
-    /// Data not uploaded, kbit: `growth_kbps`, `upload_kbps`, `range_max_m`.
-    Data,
-}
-
-impl<'de> Deserialize<'de> for VisitCost {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let mut given = CostMembers::deserialize(deserializer)?;
-        let cost = match given.kind {
-            CostKind::Age => Self::Age,
-            CostKind::Uncertainty => Self::Uncertainty {
-                growth_m2ps: needed(&mut given.growth_m2ps, "growth_m2ps")?,
-                sigma_m: given.sigma_m.take().unwrap_or(SIGMA),
-                sigma_rad: given.sigma_rad.take().unwrap_or(SIGMA_BEARING),
-                interval_s: given.interval_s.take().unwrap_or(INTERVAL),
-            },
-            CostKind::Data => Self::Data {
-                growth_kbps: needed(&mut given.growth_kbps, "growth_kbps")?,
-                upload_kbps: needed(&mut given.upload_kbps, "upload_kbps")?,
-                range_max_m: needed(&mut given.range_max_m, "range_max_m")?,
-            },
-        };
-        given.none_left()?;
-        Ok(cost)
-    }
 }

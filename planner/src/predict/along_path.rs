@@ -2,20 +2,21 @@
 
 use std::sync::Arc;
 
-use nalgebra::Vector2;
+use nalgebra::{Matrix2, Matrix4, Vector2};
 
 use crate::{
     estimate::PathFit,
     facts::{
-        angle::direction,
+        angle::{direction, ned_from_body},
         evidence::{AuvState, SPEED_AT_REST},
-        known_path::{KnownPath, foot_speed, place_on_path},
+        known_path::{FOOT_FACTOR_MIN, KnownPath, foot_speed, place_on_path},
         path::{
             curve::Path,
             piece::{PathPoint, Piece, starboard},
         },
     },
-    predict::{covariance::OnPath, dive::Lead, motion::Motion},
+    predict::{dive::Lead, motion::Motion},
+    tuned::ForecastNumbers,
 };
 
 /// Largest turn with a linear change of the speed along an arc, rad. In a current half as fast as
@@ -27,15 +28,6 @@ const STRETCHES_MAX: f64 = 1000.0;
 
 /// Time for which a path is followed, s; longer than any plan. Then the vehicle keeps its speed.
 const LOOKED_AHEAD: f64 = 1800.0;
-
-/// Least ratio of a vehicle's speed over ground to that of its foot on a bend of its path. The foot
-/// of a vehicle far inside a bend is fast, at the centre infinitely so. At half the radius it has
-/// twice the vehicle's speed; farther inside, a vehicle does not follow the bend.
-const FOOT_FACTOR_MIN: f64 = 0.5;
-
-/// Distance of the approach to the steady offset, m: the course relative to the path decreases by a
-/// factor of e. Tuned on the simulated follower, see `docs/rationale.md#forecasts`.
-const APPROACH_LENGTH: f64 = 2.0;
 
 /// A vehicle that follows a path at its present offset.
 ///
@@ -54,9 +46,9 @@ pub(crate) struct AlongPath {
     /// Fit of its reports to the path, if it has any.
     fit: Option<Box<PathFit>>,
     /// Horizontal speed through the water, m/s.
-    horizontal_speed: f64,
+    pub(crate) horizontal_speed: f64,
     /// Cross-track offset at the report y₁, m, positive to starboard.
-    offset: f64,
+    pub(crate) offset: f64,
     /// Remaining change of the offset, m.
     approach: f64,
     /// Rate of the approach to the steady offset, 1/s.
@@ -84,6 +76,9 @@ struct Stretch {
     rate: f64,
     /// λ = dγ̇/dγ, 1/s.
     growth: f64,
+    /// Angle turned before, rad, and per metre since, rad/m; positive whatever the side.
+    turned: f64,
+    curvature: f64,
 }
 
 impl AlongPath {
@@ -94,6 +89,7 @@ impl AlongPath {
         known: &KnownPath,
         fit: Option<&PathFit>,
         current: &Vector2<f64>,
+        tuned: &ForecastNumbers,
     ) -> Self {
         let mut stretches = Vec::new();
         let path = &known.path;
@@ -110,40 +106,40 @@ impl AlongPath {
         let mut schedule = Schedule {
             known,
             offset,
+            corner: fit.map_or(0.0, PathFit::corner),
             ground_speed,
             turn: turn_of_a_stretch(path, current),
             sense: ground_speed(known.speed_at(&point), point.tangent).signum(),
             time: 0.0,
+            turned: 0.0,
             time_max: state.age_s + LOOKED_AHEAD,
             stretches: &mut stretches,
         };
         let lap = schedule.fill(gamma);
-        let cross_course = if state.speed_mps < SPEED_AT_REST || fit.is_some() {
-            0.0
+        // A fit's tracking error fades; a vehicle without a fit settles beside the path.
+        let (offset, approach, approach_rate) = if let Some(fit) = fit {
+            (fit.error(), -fit.error(), fit.spread.error_rate)
         } else {
-            state.course().unit().dot(&starboard(point.tangent))
+            let cross_course = if state.speed_mps < SPEED_AT_REST {
+                0.0
+            } else {
+                state.course().unit().dot(&starboard(point.tangent))
+            };
+            let length = tuned.approach_length;
+            let rate = state.speed_mps.max(SPEED_AT_REST) / length;
+            (offset, length * cross_course, rate)
         };
         Self {
             path: Arc::clone(path),
             fit: fit.copied().map(Box::new),
             horizontal_speed,
             offset,
-            approach: APPROACH_LENGTH * cross_course,
-            approach_rate: state.speed_mps.max(SPEED_AT_REST) / APPROACH_LENGTH,
+            approach,
+            approach_rate,
             reported_tangent: point.tangent,
             lap,
             stretches,
         }
-    }
-
-    /// Cross-track offset at the report y₁, m, positive to starboard.
-    pub(crate) fn offset(&self) -> f64 {
-        self.offset
-    }
-
-    /// Horizontal speed through the water, m/s.
-    pub(crate) fn horizontal_speed(&self) -> f64 {
-        self.horizontal_speed
     }
 
     /// Motion `elapsed` seconds after the report, with a `lead` over the horizontal speed.
@@ -178,24 +174,39 @@ impl AlongPath {
         self.path.at(self.foot(elapsed).0).leg.depth_m
     }
 
-    /// Fit of its reports to the path, if it has any.
-    pub(crate) fn fit(&self) -> Option<&PathFit> {
-        self.fit.as_deref()
-    }
-
     /// 1, or −1 for a vehicle that follows its path backwards.
     fn sense(&self) -> f64 {
         self.fit.as_ref().map_or(1.0, |fit| fit.sense)
     }
 
-    /// Inputs of the position covariance, `elapsed` seconds after the report.
-    pub(crate) fn on_path(&self, elapsed: f64, lead: Lead) -> OnPath {
-        OnPath {
-            reported: self.reported_tangent,
-            tangent: self.path.at(self.foot(elapsed).0 + lead.distance).tangent,
-            speed: self.horizontal_speed,
-            approached: 1.0 - self.left_to_approach(elapsed),
+    /// Covariance of the position, m², `elapsed` s after the report: by the fit of the reports, else
+    /// from the report's covariance `state`.
+    ///
+    /// ```text
+    /// along    σ_s² + (0.1 u_h t)²              across   σ_y² + σ_∞² (1 − (1 − a)²)
+    /// ```
+    /// in the path's frame there, with σ_s and σ_y from the report in the path's frame then, their
+    /// correlation unchanged, and the completed share a of the approach to a steady offset. The
+    /// error along the path is taken as straight: bends are long beside it.
+    pub(crate) fn position_covariance(
+        &self,
+        state: &Matrix4<f64>,
+        elapsed: f64,
+        lead: Lead,
+        tuned: &ForecastNumbers,
+    ) -> Matrix2<f64> {
+        if let Some(fit) = &self.fit {
+            let tangent = self.tangent(elapsed, lead).0;
+            return fit.position_covariance(tangent, elapsed, self.turned(elapsed));
         }
+        let reported = ned_from_body(self.reported_tangent);
+        let mut covariance = reported.transpose() * state.fixed_view::<2, 2>(0, 0) * reported;
+        covariance[(0, 0)] += (tuned.path_speed_share * self.horizontal_speed * elapsed).powi(2);
+        let approached = 1.0 - self.left_to_approach(elapsed);
+        covariance[(1, 1)] += tuned.cross_track_sigma.powi(2) * (1.0 - (1.0 - approached).powi(2));
+        let there = self.path.at(self.foot(elapsed).0 + lead.distance);
+        let tangent = ned_from_body(there.tangent);
+        tangent * covariance * tangent.transpose()
     }
 
     /// Remaining share of the approach to the steady offset, from 1 to 0.
@@ -205,22 +216,34 @@ impl AlongPath {
 
     /// Arc length of the point abeam of the vehicle, m, and its rate, m/s.
     fn foot(&self, elapsed: f64) -> (f64, f64) {
-        let (laps_length, elapsed) = match self.lap {
-            Some((time, length)) => {
-                let laps = (elapsed / time).floor();
-                (laps * length, elapsed - laps * time)
-            }
-            None => (0.0, elapsed),
-        };
-        let after = self
-            .stretches
-            .partition_point(|stretch| stretch.time <= elapsed)
-            .max(1);
-        let stretch = &self.stretches[after - 1];
-        let since = elapsed - stretch.time;
-        let gamma = stretch.gamma + stretch.rate * since * exponential_mean(stretch.growth * since);
+        let (laps, since, stretch) = self.stretch(elapsed);
         let rate = stretch.rate * (stretch.growth * since).exp();
-        (gamma + laps_length, rate)
+        let laps_length = self.lap.map_or(0.0, |(_, length)| laps * length);
+        (stretch.gamma + stretch.way(since) + laps_length, rate)
+    }
+
+    /// Angle turned along the path, rad, to either side.
+    fn turned(&self, elapsed: f64) -> f64 {
+        let (laps, since, stretch) = self.stretch(elapsed);
+        laps * self.path.total_turn() + stretch.turned + stretch.curvature * stretch.way(since).abs()
+    }
+
+    /// Completed laps, and the time, s, on the present stretch.
+    fn stretch(&self, elapsed: f64) -> (f64, f64, &Stretch) {
+        let (laps, elapsed) = self.lap.map_or((0.0, elapsed), |(time, _)| {
+            let laps = (elapsed / time).floor();
+            (laps, elapsed - laps * time)
+        });
+        let begun = |stretch: &Stretch| stretch.time <= elapsed;
+        let stretch = &self.stretches[self.stretches.partition_point(begun).max(1) - 1];
+        (laps, elapsed - stretch.time, stretch)
+    }
+}
+
+impl Stretch {
+    /// Signed distance along the path `since` its beginning, m.
+    fn way(&self, since: f64) -> f64 {
+        self.rate * since * exponential_mean(self.growth * since)
     }
 }
 
@@ -228,12 +251,16 @@ impl AlongPath {
 struct Schedule<'a, F> {
     known: &'a KnownPath,
     offset: f64,
+    /// Way of a turn beyond the path's, m/rad.
+    corner: f64,
     /// Rate of the foot, m/s, by horizontal speed through the water and tangent.
     ground_speed: F,
     turn: f64,
     /// 1 for a vehicle that moves forwards along its path, −1 for one carried backwards.
     sense: f64,
     time: f64,
+    /// Angle turned so far, rad.
+    turned: f64,
     /// Time without need for further stretches, s after the report.
     time_max: f64,
     stretches: &'a mut Vec<Stretch>,
@@ -325,7 +352,10 @@ impl<F: Fn(f64, f64) -> f64> Schedule<'_, F> {
             gamma,
             rate: self.sense * before,
             growth: if before > 0.0 { change } else { 0.0 },
+            turned: self.turned,
+            curvature: curvature.abs(),
         });
+        self.turned += length * curvature.abs();
         // If the speed vanishes within, the vehicle approaches that point for ever.
         if before <= 0.0 || after <= 0.0 {
             return false;
@@ -341,6 +371,8 @@ impl<F: Fn(f64, f64) -> f64> Schedule<'_, F> {
             gamma,
             rate: self.sense * rate,
             growth: 0.0,
+            turned: self.turned,
+            curvature: 0.0,
         });
         rate > 0.0
     }
@@ -348,7 +380,8 @@ impl<F: Fn(f64, f64) -> f64> Schedule<'_, F> {
     /// Speed of the vehicle's foot along the path in its sense of travel, m/s.
     fn rate(&self, point: &PathPoint) -> f64 {
         let speed = (self.ground_speed)(self.known.speed_at(point), point.tangent);
-        self.sense * speed / (1.0 - point.curvature * self.offset).max(FOOT_FACTOR_MIN)
+        let longer = self.corner * point.curvature.abs();
+        self.sense * speed / (1.0 + longer - point.curvature * self.offset).max(FOOT_FACTOR_MIN)
     }
 }
 

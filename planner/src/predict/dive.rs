@@ -1,11 +1,6 @@
 //! Depth forecast of an AUV in a sawtooth dive.
 
-use nalgebra::Vector2;
-
-use crate::facts::{
-    auv::Dive,
-    evidence::{AuvState, SPEED_AT_REST},
-};
+use crate::facts::{auv::Dive, evidence::SPEED_AT_REST};
 
 /// Depth over time.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,11 +69,6 @@ impl DepthForecast {
             }
             Some(_) | None => Self::Held(depth),
         }
-    }
-
-    /// Along its sawtooth, at the reported speed, in a `current` (north, east), m/s.
-    pub(crate) fn from_motion(state: &AuvState, dive: Option<Dive>, current: &Vector2<f64>) -> Self {
-        Self::at_speed(state.depth_m, dive, (state.velocity() - current).norm())
     }
 
     /// Expected depth `elapsed` seconds after the report, m.

@@ -14,38 +14,20 @@ use crate::{
     },
     predict::{
         along_path::AlongPath,
-        covariance::{self, Free, default_covariance, free},
+        covariance::{default_covariance, free},
         dive::DepthForecast,
-        drift::{MEMORY, constant, fading},
     },
+    tuned::ForecastNumbers,
 };
 
 pub use crate::{facts::evidence::SPEED_AT_REST, predict::motion::Motion};
-
-/// Rate of turn below which [`Forecast::Auto`] uses a straight course, rad/s. It amounts to 9° over
-/// the default horizon of 78 s.
-const TURN_RATE_STRAIGHT: f64 = 0.002;
 
 /// Depth at or above which an AUV obstructs the surface craft, m. Assumption: half a metre each for
 /// draught, the AUV's height, its depth error, and clearance.
 pub const SURFACED_DEPTH: f64 = 2.0;
 
-/// Longest interval between two reports for an estimate of drift, s; vehicles turn.
-const BETWEEN_MAX: f64 = 60.0;
-
 /// Shortest interval between two reports, s; rounding separates equal times by less.
 pub(crate) const BETWEEN_MIN: f64 = 1e-3;
-
-/// Distance from the expected position at which a vehicle has jumped, m, unless the time between
-/// the reports explains it: it corrected its position, or was confused with another. Assumption:
-/// two standard deviations of an acoustic fix (1.5 m).
-const JUMP: f64 = 3.0;
-
-/// Drift that explains a distance, m/s. Assumption: a strong current in a working area.
-const USUAL: f64 = 0.3;
-
-/// Largest drift along an axis, m/s. Assumption: an AUV in a stronger one does not return.
-const DRIFT_MAX: f64 = 0.5;
 
 /// Known plans of an AUV.
 #[derive(Clone, Copy, Debug, Default)]
@@ -56,6 +38,8 @@ pub struct Intent<'a> {
     pub fit: Option<&'a PathFit>,
     /// The sawtooth in which it dives.
     pub dive: Option<Dive>,
+    /// The numbers of the forecast.
+    pub tuned: &'a ForecastNumbers,
 }
 
 /// The forecast of one AUV.
@@ -69,10 +53,12 @@ pub struct AuvForecast {
     depth: DepthForecast,
     /// Covariance of (north, east, north velocity, east velocity) at the report.
     covariance: Matrix4<f64>,
-    /// Variance of the velocity at the report, for the decision on a course, (m/s)².
-    velocity_variance: f64,
+    /// Variance of the velocity at the report along either axis, (m/s)²; 0 if unknown, and along a
+    /// path, which gives the course.
+    pub(crate) velocity_variance: f64,
     /// Velocity (north, east) that its model does not explain, m/s.
     drift: Vector2<f64>,
+    tuned: ForecastNumbers,
 }
 
 /// Motion after the report.
@@ -97,7 +83,8 @@ impl AuvForecast {
     /// The forecast of an AUV from its `state` by `choice`, in a `current` (north, east), m/s.
     #[must_use]
     pub fn new(state: &AuvState, intent: Intent<'_>, choice: Forecast, current: &Vector2<f64>) -> Self {
-        let along_path = |known| AlongPath::new(state, known, intent.fit, current);
+        let tuned = intent.tuned;
+        let along_path = |known| AlongPath::new(state, known, intent.fit, current, tuned);
         let choice = if state.age_s <= FORECAST_AGE_MAX {
             choice
         } else {
@@ -106,66 +93,82 @@ impl AuvForecast {
         let along = match (choice, intent.path) {
             (Forecast::Path, Some(known)) => Some(along_path(known)),
             (Forecast::Auto | Forecast::Declared, Some(known)) if SPEED_AT_REST <= state.speed_mps => {
-                Some(along_path(known)).filter(|along| along.offset().abs() <= OFFSET_FROM_PATH_MAX)
+                Some(along_path(known))
+                    .filter(|along| intent.fit.is_some() || along.offset.abs() <= OFFSET_FROM_PATH_MAX)
             }
             _ => None,
         };
-        if let Some(along_path) = along {
-            return Self {
-                model: ForecastModel::Path,
-                age: state.age_s,
-                depth: DepthForecast::at_speed(state.depth_m, intent.dive, along_path.horizontal_speed()),
-                propagation: Propagation::AlongPath(along_path),
-                covariance: state.covariance().unwrap_or_else(default_covariance),
-                velocity_variance: 0.0,
-                drift: Vector2::zeros(),
+        let covariance = state.covariance();
+        let (model, propagation, depth, velocity_variance) = if let Some(along_path) = along {
+            let depth = DepthForecast::at_speed(state.depth_m, intent.dive, along_path.horizontal_speed);
+            (
+                ForecastModel::Path,
+                Propagation::AlongPath(along_path),
+                depth,
+                0.0,
+            )
+        } else {
+            let model = match choice {
+                Forecast::Auto | Forecast::Declared | Forecast::Path => from_motion_alone(state, tuned),
+                Forecast::Hold => ForecastModel::Hold,
+                Forecast::ConstantVelocity => ForecastModel::ConstantVelocity,
+                Forecast::ConstantTurn => ForecastModel::ConstantTurn,
             };
-        }
-        let model = match choice {
-            Forecast::Auto | Forecast::Declared | Forecast::Path => from_motion_alone(state),
-            Forecast::Hold => ForecastModel::Hold,
-            Forecast::ConstantVelocity => ForecastModel::ConstantVelocity,
-            Forecast::ConstantTurn => ForecastModel::ConstantTurn,
-        };
-        let (velocity, turn_rate) = match model {
-            ForecastModel::Hold => (Vector2::zeros(), 0.0),
-            ForecastModel::ConstantTurn => (state.velocity(), state.turn_rate_radps),
-            ForecastModel::ConstantVelocity | ForecastModel::Path => (state.velocity(), 0.0),
+            let (velocity, turn_rate) = match model {
+                ForecastModel::Hold => (Vector2::zeros(), 0.0),
+                ForecastModel::ConstantTurn => (state.velocity(), state.turn_rate_radps),
+                ForecastModel::ConstantVelocity | ForecastModel::Path => (state.velocity(), 0.0),
+            };
+            let turning = Propagation::Turning(Turning {
+                position: state.position(),
+                velocity,
+                turn_rate,
+            });
+            let depth = match model {
+                ForecastModel::Hold => DepthForecast::Held(state.depth_m),
+                ForecastModel::ConstantVelocity | ForecastModel::ConstantTurn | ForecastModel::Path => {
+                    let through_water = (state.velocity() - current).norm();
+                    DepthForecast::at_speed(state.depth_m, intent.dive, through_water)
+                }
+            };
+            let variance = covariance.map_or(0.0, |known| 0.5 * (known.m33 + known.m44));
+            (model, turning, depth, variance)
         };
         Self {
             model,
             age: state.age_s,
-            propagation: Propagation::Turning(Turning {
-                position: state.position(),
-                velocity,
-                turn_rate,
-            }),
-            depth: match model {
-                ForecastModel::Hold => DepthForecast::Held(state.depth_m),
-                ForecastModel::ConstantVelocity | ForecastModel::ConstantTurn | ForecastModel::Path => {
-                    DepthForecast::from_motion(state, intent.dive, current)
-                }
-            },
-            covariance: state.covariance().unwrap_or_else(default_covariance),
-            velocity_variance: state
-                .covariance()
-                .map_or(0.0, |known| 0.5 * (known.m33 + known.m44)),
+            propagation,
+            depth,
+            covariance: covariance.unwrap_or_else(|| default_covariance(tuned)),
+            velocity_variance,
             drift: Vector2::zeros(),
+            tuned: *tuned,
         }
     }
 
     /// Motion `ahead` seconds after the snapshot.
     ///
-    /// Along a path, a diving vehicle surges ahead in the level motion between two legs.
+    /// Along a path, a diving vehicle surges ahead in the level motion between two legs, and the
+    /// drift fades, since a vehicle returns to its path; else the drift is constant.
+    ///
+    /// ```text
+    /// d τ (1 − exp(−t/τ))                     displacement by a fading drift
+    /// ```
     #[must_use]
     pub fn at(&self, ahead: f64) -> Motion {
         let elapsed = self.age + ahead;
-        match &self.propagation {
-            Propagation::Turning(turning) => constant(self.drift, elapsed).beyond(turning.at(elapsed)),
+        let (modelled, by, rate) = match &self.propagation {
+            Propagation::Turning(turning) => (turning.at(elapsed), self.drift * elapsed, self.drift),
             Propagation::AlongPath(along_path) => {
-                let lead = self.depth.lead(elapsed);
-                fading(self.drift, elapsed).beyond(along_path.at(elapsed, lead))
+                let memory = self.tuned.drift_memory;
+                let left = (-elapsed / memory).exp();
+                let modelled = along_path.at(elapsed, self.depth.lead(elapsed));
+                (modelled, self.drift * (memory * (1.0 - left)), self.drift * left)
             }
+        };
+        Motion {
+            position: modelled.position + by,
+            velocity: modelled.velocity + rate,
         }
     }
 
@@ -214,28 +217,14 @@ impl AuvForecast {
         let elapsed = self.age + ahead;
         match &self.propagation {
             Propagation::Turning(turning) => {
-                let course = Free {
-                    speed: turning.velocity.norm(),
-                    turned: turning.turn_rate * elapsed,
-                };
-                free(&self.covariance, elapsed, &course)
+                let (speed, turned) = (turning.velocity.norm(), turning.turn_rate * elapsed);
+                free(&self.covariance, elapsed, speed, turned, &self.tuned)
             }
             Propagation::AlongPath(along_path) => {
                 let lead = self.depth.lead(elapsed);
-                match along_path.fit() {
-                    Some(fit) => fit.position_covariance(along_path.tangent(elapsed, lead).0, elapsed),
-                    None => {
-                        covariance::along_path(&self.covariance, elapsed, &along_path.on_path(elapsed, lead))
-                    }
-                }
+                along_path.position_covariance(&self.covariance, elapsed, lead, &self.tuned)
             }
         }
-    }
-
-    /// Variance of the velocity at the report along either axis, (m/s)²; 0 if unknown, and along a
-    /// path, which gives the course.
-    pub(crate) fn velocity_variance(&self) -> f64 {
-        self.velocity_variance
     }
 
     /// Trace of [`AuvForecast::position_covariance`], m²: the mean square error of the position.
@@ -259,10 +248,10 @@ impl AuvForecast {
 }
 
 /// The model of [`Forecast::Auto`] for an AUV without a path.
-fn from_motion_alone(state: &AuvState) -> ForecastModel {
+fn from_motion_alone(state: &AuvState, tuned: &ForecastNumbers) -> ForecastModel {
     if state.speed_mps < SPEED_AT_REST {
         ForecastModel::Hold
-    } else if state.turn_rate_radps.abs() < TURN_RATE_STRAIGHT {
+    } else if state.turn_rate_radps.abs() < tuned.turn_rate_straight {
         ForecastModel::ConstantVelocity
     } else {
         ForecastModel::ConstantTurn
@@ -303,15 +292,18 @@ impl AuvForecast {
     /// newest report is no newer, Δ exceeds a minute, or p − p⁻ is a jump. Position noise mostly
     /// cancels.
     ///
-    /// Along paths a drift must fade, see `docs/rationale.md#forecasts`.
+    /// Along paths a drift must fade, see [`ForecastNumbers::drift_memory`].
     pub(crate) fn after(
         earlier: &RememberedTarget,
         between: f64,
         state: &AuvState,
         (intent, choice, current): (Intent<'_>, Forecast, &Vector2<f64>),
     ) -> Self {
-        let drift = earlier.drift.map(|along| along.clamp(-DRIFT_MAX, DRIFT_MAX));
-        let tells = earlier.model != ForecastModel::Hold && (BETWEEN_MIN..=BETWEEN_MAX).contains(&between);
+        let tuned = intent.tuned;
+        let bounded = |drift: Vector2<f64>| drift.map(|along| along.clamp(-tuned.drift_max, tuned.drift_max));
+        let drift = bounded(earlier.drift);
+        let tells = earlier.model != ForecastModel::Hold
+            && (BETWEEN_MIN..=tuned.drift_between_max).contains(&between);
         let expected = tells.then(|| {
             let known = &earlier.estimate;
             let (course, speed) = (Course::of(&known.velocity()), known.velocity().norm());
@@ -331,9 +323,8 @@ impl AuvForecast {
         }
         forecast.drift = drift;
         let off = expected.map_or_else(Vector2::zeros, |expected| state.position() - expected);
-        if off.norm() <= JUMP.max(USUAL * between) {
-            let drift = drift + off / between.max(MEMORY);
-            forecast.drift = drift.map(|along| along.clamp(-DRIFT_MAX, DRIFT_MAX));
+        if off.norm() <= tuned.drift_jump.max(tuned.drift_usual * between) {
+            forecast.drift = bounded(drift + off / between.max(tuned.drift_memory));
         }
         forecast
     }
@@ -353,8 +344,8 @@ impl Known {
     fn forecast(&self, choice: Forecast, current: &Vector2<f64>) -> AuvForecast {
         let intent = Intent {
             path: self.path.as_ref(),
-            fit: None,
             dive: self.dive,
+            ..Intent::default()
         };
         AuvForecast::new(&self.state, intent, choice, current)
     }

@@ -263,9 +263,9 @@ impl GoalForecast {
 
     /// Speed below which the point followed at the time `turn` is at rest, m/s.
     fn speed_at_rest(&self, turn: f64) -> f64 {
-        let variances = || self.members().map(AuvForecast::velocity_variance);
+        let variances = || self.members().map(|member| member.velocity_variance);
         let variance = match (self.member_in_turn(turn), &self.rule) {
-            (Some(member), _) => self.auvs[self.members[member].auv].velocity_variance(),
+            (Some(member), _) => self.auvs[self.members[member].auv].velocity_variance,
             (None, Rule::NearestToAll) => variances().fold(0.0, f64::max),
             (None, Rule::Mean | Rule::InTurn { .. } | Rule::Scheduled(_)) => {
                 let shares = self.members.iter().map(|member| member.share.powi(2));
@@ -301,6 +301,7 @@ pub(crate) fn forecast_all(snapshot: &Snapshot) -> Vec<AuvForecast> {
             path: known.path.filter(|_| follows),
             fit: route.filter(|route| route.is_followed()).map(|route| &route.fit),
             dive: auv.dive.or(known.estimate.dive),
+            tuned: &snapshot.tuned().forecast,
         };
         match (&auv.state, snapshot.remembered(&auv.id)) {
             // A client with a covariance has a filter, whose velocity matches its positions.

@@ -4,7 +4,6 @@ use nalgebra::Vector2;
 
 use crate::{
     craft::{
-        closed_loop::Power,
         model::CraftModel,
         response::{HALF_HOLD, Response, Rollout, Stage, Surge},
     },
@@ -30,9 +29,12 @@ use crate::{
 /// Facts of one snapshot in the craft's frame, so that a plan is invariant to north and the datum.
 #[derive(Clone, Debug)]
 pub(crate) struct Horizon<'a> {
+    pub(crate) snapshot: &'a Snapshot,
+    pub(crate) parameters: &'a Parameters,
+    pub(crate) forecast: &'a GoalForecast,
+    /// The craft as it is planned.
+    pub(crate) craft: CraftModel,
     pub(crate) frame: Frame,
-    /// Lengths of the intervals, s.
-    pub(crate) steps: &'a [f64],
     /// Times of the stages after the snapshot, s: 0 first.
     pub(crate) times: Vec<f64>,
     /// Goal at the stages, craft frame.
@@ -49,8 +51,6 @@ pub(crate) struct Horizon<'a> {
     pub(crate) previous: Option<PreviousTrajectory<'a>>,
     /// The heading that the craft has been following.
     pub(crate) followed: Option<FollowedHeading>,
-    /// Propulsion power of the craft.
-    pub(crate) power: Power,
     /// Weights of the cost, given the goal's uncertainty.
     pub(crate) weights: Weights,
     /// Limits of position at the stages, craft frame.
@@ -59,13 +59,9 @@ pub(crate) struct Horizon<'a> {
 
 impl<'a> Horizon<'a> {
     /// The horizon of `snapshot`.
-    pub(crate) fn new(snapshot: &'a Snapshot, parameters: &'a Parameters, goal: &GoalForecast) -> Self {
+    pub(crate) fn new(snapshot: &'a Snapshot, parameters: &'a Parameters, goal: &'a GoalForecast) -> Self {
         let frame = Frame::of(snapshot);
-        let later = parameters.steps.iter().scan(0.0, |time, step| {
-            *time += step;
-            Some(*time)
-        });
-        let times: Vec<f64> = std::iter::once(0.0).chain(later).collect();
+        let times = parameters.times();
         let previous = PreviousTrajectory::of(snapshot, parameters);
         let followed = FollowedHeading::of(snapshot, parameters);
         let yaw_rate = yaw_rate(snapshot, followed);
@@ -73,8 +69,11 @@ impl<'a> Horizon<'a> {
         let goal_motions: Vec<_> = times.iter().map(goal_at).collect();
         let goal_now = goal_motions[0].position;
         Self {
+            snapshot,
+            parameters,
+            forecast: goal,
+            craft: parameters.planned(snapshot.craft_model()),
             frame,
-            steps: &parameters.steps,
             goal: goal_motions,
             goal_course: target_course(&goal.at(0.0), Some(goal.course())),
             current: frame.vector(&snapshot.current()),
@@ -85,7 +84,6 @@ impl<'a> Horizon<'a> {
             yaw_rate,
             previous,
             followed,
-            power: snapshot.craft_model().power,
             weights: parameters.weights_for(snapshot, goal),
             constraints: StageConstraints::new(snapshot, parameters, &frame, &times, &goal_now, goal.auvs()),
             times,
@@ -93,35 +91,26 @@ impl<'a> Horizon<'a> {
     }
 
     /// Rollout of a line-of-sight law without memory on the response model.
-    pub(crate) fn line_of_sight(
-        &self,
-        snapshot: &Snapshot,
-        goal: &GoalForecast,
-        tuning: LosTuning,
-    ) -> Rollout {
+    pub(crate) fn line_of_sight(&self, tuning: LosTuning) -> Rollout {
         let mut tracking = TrackingLaw::new(tuning, Some(self.local_goal_course()));
         let law = |time, asc: &_, _| {
-            tracking.steer(time, asc, &self.frame.motion(&goal.at(time)), snapshot.limits())
+            let target = self.frame.motion(&self.forecast.at(time));
+            tracking.steer(time, asc, &target, self.snapshot.limits())
         };
-        self.roll_out(snapshot.craft_model(), law)
+        self.roll_out(self.snapshot.craft_model(), law)
     }
 
     /// Rollout of a line-of-sight law with its memory in NED and on the snapshot's clock.
-    pub(crate) fn line_of_sight_with_memory(
-        &self,
-        snapshot: &Snapshot,
-        goal: &GoalForecast,
-        mut tracking: TrackingLaw,
-    ) -> Rollout {
+    pub(crate) fn line_of_sight_with_memory(&self, mut tracking: TrackingLaw) -> Rollout {
         let law = |time, asc: &_, _| {
             let (now, asc) = (self.frame.time(time), self.frame.asc_in_ned(asc));
-            let asked = tracking.steer(now, &asc, &goal.at(time), snapshot.limits());
+            let asked = tracking.steer(now, &asc, &self.forecast.at(time), self.snapshot.limits());
             Reference {
                 heading: Heading::new(self.frame.angle(asked.heading.radians())),
                 ..asked
             }
         };
-        self.roll_out(snapshot.craft_model(), law)
+        self.roll_out(self.snapshot.craft_model(), law)
     }
 
     /// Acceleration through the water now, craft frame, m/s²: that of the yaw rate.
@@ -142,7 +131,7 @@ impl<'a> Horizon<'a> {
             current: self.current,
             heading_reference: self.followed.map(heading),
         };
-        response.roll_out(self.start, Heading::new(0.0), self.steps, law)
+        response.roll_out(self.start, Heading::new(0.0), &self.parameters.steps, law)
     }
 
     /// Directions of travel, craft frame: the bow's, then those of `stages`; slow ones repeat them.

@@ -131,6 +131,16 @@ impl Parameters {
         }
     }
 
+    /// Times of the horizon's stages, s, from 0.
+    #[must_use]
+    pub(crate) fn times(&self) -> Vec<f64> {
+        let later = self.steps.iter().scan(0.0, |time, step| {
+            *time += step;
+            Some(*time)
+        });
+        std::iter::once(0.0).chain(later).collect()
+    }
+
     /// `craft` as it is planned: with slightly reduced limits.
     #[must_use]
     pub fn planned(&self, craft: &CraftModel) -> CraftModel {
@@ -165,7 +175,7 @@ impl Parameters {
         // A stale AUV has no estimate that could be uncertain.
         let sigma = estimates
             .filter(|estimate| !self.is_stale(estimate))
-            .filter_map(Estimate::position_sigma)
+            .filter_map(|estimate| estimate.position_sigma(&snapshot.tuned().estimate))
             .fold(0.0, f64::max);
         let distance = (goal.at(0.0).position - snapshot.asc.position()).norm();
         self.weights

@@ -19,12 +19,8 @@ impl Program {
                     Slack::OtherRange
                 };
                 self.soften(row, k, slack, LENGTH_UNIT);
-                let away = (subproblem.goal[k] - range.centres[k]) / LENGTH_UNIT;
-                for axis in 0..2 {
-                    let d = self.layout.deviation(k) + axis;
-                    self.row_triplets.push((row + 1 + axis, d, -1.0));
-                    self.bounds[row + 1 + axis] = away[axis];
-                }
+                self.add_axes(row + 1, self.layout.deviation(k), -1.0);
+                self.bound(row + 1, (subproblem.goal[k] - range.centres[k]) / LENGTH_UNIT);
             }
         }
     }

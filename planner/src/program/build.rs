@@ -132,23 +132,39 @@ impl Program {
         1..=self.layout.n_stages
     }
 
+    pub(super) fn add(&mut self, row: usize, column: usize, coefficient: f64) {
+        self.row_triplets.push((row, column, coefficient));
+    }
+
+    /// Adds a multiple of the identity in two rows and columns, ahead and starboard.
+    pub(super) fn add_axes(&mut self, row: usize, column: usize, coefficient: f64) {
+        self.add(row, column, coefficient);
+        self.add(row + 1, column + 1, coefficient);
+    }
+
     pub(super) fn add_velocity(&mut self, row: usize, k: usize, coefficient: Vector2<f64>) {
-        for axis in 0..2 {
-            self.row_triplets
-                .push((row, self.layout.velocity(k) + axis, coefficient[axis]));
-        }
+        let column = self.layout.velocity(k);
+        self.add(row, column, coefficient.x);
+        self.add(row, column + 1, coefficient.y);
     }
 
     pub(super) fn add_deviation(&mut self, row: usize, k: usize, coefficient: Vector2<f64>) {
-        for axis in 0..2 {
-            self.row_triplets
-                .push((row, self.layout.deviation(k) + axis, coefficient[axis]));
-        }
+        let column = self.layout.deviation(k);
+        self.add(row, column, coefficient.x);
+        self.add(row, column + 1, coefficient.y);
+    }
+
+    pub(super) fn bound(&mut self, row: usize, by: Vector2<f64>) {
+        self.bounds[row..row + 2].copy_from_slice(by.as_slice());
     }
 
     /// Widens a row by the slack of its kind; `unit` is the row's.
     pub(super) fn soften(&mut self, row: usize, k: usize, slack: Slack, unit: f64) {
-        self.row_triplets
-            .push((row, self.layout.slack(k, slack), -SLACK_UNIT / unit));
+        self.add(row, self.layout.slack(k, slack), -SLACK_UNIT / unit);
+    }
+
+    /// Adds weight · x² to the cost.
+    pub(super) fn price(&mut self, column: usize, weight: f64) {
+        self.cost_triplets.push((column, column, 2.0 * weight));
     }
 }

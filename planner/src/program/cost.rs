@@ -19,10 +19,9 @@ impl Program {
         let scale = cost_scale(subproblem);
         for k in self.stages() {
             let weight = scale * position_weight(subproblem, k) * LENGTH_UNIT * LENGTH_UNIT;
-            for axis in 0..2 {
-                let d = self.layout.deviation(k) + axis;
-                self.cost_triplets.push((d, d, 2.0 * weight));
-            }
+            let d = self.layout.deviation(k);
+            self.price(d, weight);
+            self.price(d + 1, weight);
         }
     }
 
@@ -39,18 +38,14 @@ impl Program {
             };
             let least = subproblem.minimax.iter().map(distance).fold(0.0, f64::max) / LENGTH_UNIT;
             let tau = self.layout.minimax(k);
-            self.cost_triplets.push((tau, tau, 2.0 * weight));
+            self.price(tau, weight);
             self.linear[tau] += 2.0 * weight * least;
             for (i, member) in subproblem.minimax.iter().enumerate() {
                 let row = self.layout.minimax_cone(k, i);
-                self.row_triplets.push((row, tau, -1.0));
+                self.add(row, tau, -1.0);
                 self.bounds[row] = least;
-                let away = (subproblem.goal[k] - member.positions[k]) / LENGTH_UNIT;
-                for axis in 0..2 {
-                    let d = self.layout.deviation(k) + axis;
-                    self.row_triplets.push((row + 1 + axis, d, -1.0));
-                    self.bounds[row + 1 + axis] = away[axis];
-                }
+                self.add_axes(row + 1, self.layout.deviation(k), -1.0);
+                self.bound(row + 1, (subproblem.goal[k] - member.positions[k]) / LENGTH_UNIT);
                 self.bounds[row + 3] = member.depths[k] / LENGTH_UNIT;
             }
         }
@@ -69,7 +64,7 @@ impl Program {
             let weight = scale * (subproblem.weights.velocity * duration(subproblem, k) + terminal);
             for axis in 0..2 {
                 let v = self.layout.velocity(k) + axis;
-                self.cost_triplets.push((v, v, 2.0 * weight));
+                self.price(v, weight);
                 self.linear[v] -= 2.0 * weight * subproblem.goal_velocity[k][axis];
             }
         }
@@ -82,12 +77,12 @@ impl Program {
             let weight = scale * subproblem.weights.acceleration / subproblem.steps[k];
             for axis in 0..2 {
                 let end = self.layout.velocity(k + 1) + axis;
-                self.cost_triplets.push((end, end, 2.0 * weight));
+                self.price(end, weight);
                 if k == 0 {
                     self.linear[end] -= 2.0 * weight * subproblem.velocity[axis];
                 } else {
                     let start = self.layout.velocity(k) + axis;
-                    self.cost_triplets.push((start, start, 2.0 * weight));
+                    self.price(start, weight);
                     self.cost_triplets.push((start, end, -2.0 * weight));
                 }
             }
@@ -109,17 +104,17 @@ impl Program {
             self.linear[sigma] += price * subproblem.power.linear_w_per_mps;
             self.linear[cube] += price * subproblem.power.cubic_w_per_mps3.max(CUBIC_MIN);
             let first = self.layout.energy_cones(k);
-            self.row_triplets.push((first, square, -0.5));
+            self.add(first, square, -0.5);
             self.bounds[first] = 0.5;
-            self.row_triplets.push((first + 1, sigma, -1.0));
-            self.row_triplets.push((first + 2, square, -0.5));
+            self.add(first + 1, sigma, -1.0);
+            self.add(first + 2, square, -0.5);
             self.bounds[first + 2] = -0.5;
             let second = first + 3;
-            self.row_triplets.push((second, cube, -0.5));
-            self.row_triplets.push((second, sigma, -0.5));
-            self.row_triplets.push((second + 1, square, -1.0));
-            self.row_triplets.push((second + 2, cube, -0.5));
-            self.row_triplets.push((second + 2, sigma, 0.5));
+            self.add(second, cube, -0.5);
+            self.add(second, sigma, -0.5);
+            self.add(second + 1, square, -1.0);
+            self.add(second + 2, cube, -0.5);
+            self.add(second + 2, sigma, 0.5);
         }
     }
 

@@ -16,23 +16,17 @@ impl Program {
             let drift =
                 (subproblem.current * dt - (subproblem.goal[k] - subproblem.goal[k - 1])) / LENGTH_UNIT;
             let half = 0.5 * dt / LENGTH_UNIT;
-            for axis in 0..2 {
-                let row = self.layout.dynamics(k) + axis;
-                self.row_triplets
-                    .push((row, self.layout.deviation(k) + axis, 1.0));
-                self.row_triplets
-                    .push((row, self.layout.velocity(k) + axis, -half));
-                self.bounds[row] = drift[axis];
-                if k > 1 {
-                    self.row_triplets
-                        .push((row, self.layout.deviation(k - 1) + axis, -1.0));
-                    self.row_triplets
-                        .push((row, self.layout.velocity(k - 1) + axis, -half));
-                } else {
-                    // The craft is the origin: d_0 = −r_0.
-                    self.bounds[row] +=
-                        half * subproblem.velocity[axis] - subproblem.goal[0][axis] / LENGTH_UNIT;
-                }
+            let row = self.layout.dynamics(k);
+            self.add_axes(row, self.layout.deviation(k), 1.0);
+            self.add_axes(row, self.layout.velocity(k), -half);
+            if k > 1 {
+                self.add_axes(row, self.layout.deviation(k - 1), -1.0);
+                self.add_axes(row, self.layout.velocity(k - 1), -half);
+                self.bound(row, drift);
+            } else {
+                // The craft is the origin: d_0 = −r_0.
+                let start = subproblem.velocity * half - subproblem.goal[0] / LENGTH_UNIT;
+                self.bound(row, drift + start);
             }
         }
     }
@@ -134,16 +128,13 @@ impl Program {
             if self.layout.energy {
                 // ‖v_k‖ ≤ σ_k ≤ most
                 let (sigma, top) = (self.layout.energy(k), self.layout.top_speed(k));
-                self.row_triplets.push((row, sigma, -1.0));
-                self.row_triplets.push((top, sigma, 1.0));
+                self.add(row, sigma, -1.0);
+                self.add(top, sigma, 1.0);
                 self.bounds[top] = most;
             } else {
                 self.bounds[row] = most;
             }
-            for axis in 0..2 {
-                self.row_triplets
-                    .push((row + 1 + axis, self.layout.velocity(k) + axis, -1.0));
-            }
+            self.add_axes(row + 1, self.layout.velocity(k), -1.0);
         }
     }
 }

@@ -10,7 +10,7 @@ use crate::{
         asc::AscNow,
         reference::Reference,
     },
-    problem::{frame::SPEED_WITHOUT_DIRECTION, horizon::Horizon, parameters::Parameters},
+    problem::{frame::SPEED_WITHOUT_DIRECTION, horizon::Horizon},
     snapshot::build::Snapshot,
 };
 
@@ -43,14 +43,9 @@ const TIME_ROUNDING: f64 = 5e-7;
 /// ```
 /// The second term represents the replanning every second from the craft's position; without it,
 /// errors of the first turn would last to the end of the horizon.
-pub(crate) fn follow(
-    horizon: &Horizon<'_>,
-    stages: &[Stage],
-    snapshot: &Snapshot,
-    parameters: &Parameters,
-) -> Rollout {
+pub(crate) fn follow(horizon: &Horizon<'_>, stages: &[Stage]) -> Rollout {
     let mut k = 0;
-    let craft = parameters.planned(snapshot.craft_model());
+    let craft = &horizon.craft;
     let heading_lead = craft.heading_lag().max(FOLLOW_LEAD);
     let gain = FOLLOW_GAIN.min(FOLLOW_GAIN_LAG / heading_lead);
     let law = |time, asc: &AscNow, surge: Surge| {
@@ -59,7 +54,7 @@ pub(crate) fn follow(
         }
         let here = horizon.between(stages, k, time);
         let back = (here.position - asc.position) * gain;
-        let next = stage_at(horizon, stages, k, time + speed_lead(&craft));
+        let next = stage_at(horizon, stages, k, time + speed_lead(craft));
         let later = stage_at(horizon, stages, k, time + heading_lead).velocity + back;
         let planned = Reference {
             speed: (next.velocity + back).norm(),
@@ -69,9 +64,9 @@ pub(crate) fn follow(
                 Heading::new(angle_of(&later))
             },
         };
-        invert_response(surge.speed, &planned, surge.bias, &craft)
+        invert_response(surge.speed, &planned, surge.bias, craft)
     };
-    horizon.roll_out(&craft, law)
+    horizon.roll_out(craft, law)
 }
 
 /// `stages` at a time in the interval after stage k or in a later one.
@@ -117,25 +112,18 @@ pub(crate) fn invert_response(
 
 /// The reference behind the slew limiter: its heading turns at most at `rate` from the previous
 /// one, rad/s, unless that leads into a keep-out. Successive plans may want opposite turns.
-pub(crate) fn slew_limited(
-    asked: Reference,
-    snapshot: &Snapshot,
-    horizon: &Horizon<'_>,
-    rate: f64,
-) -> Reference {
-    match limited(&asked, snapshot, horizon, rate) {
+pub(crate) fn slew_limited(asked: Reference, horizon: &Horizon<'_>, rate: f64) -> Reference {
+    let snapshot = horizon.snapshot;
+    let limited = horizon.followed.map(|followed| {
+        let bow = snapshot.asc.heading();
+        limited_heading(asked.heading, followed.heading, bow, rate * followed.age)
+    });
+    match limited {
         Some(heading) if !leads_into_a_keep_out(heading, asked.speed, snapshot) => {
             Reference { heading, ..asked }
         }
         Some(_) | None => asked,
     }
-}
-
-/// The heading of a reference, limited by `rate` relative to the previous plan's, if any.
-fn limited(asked: &Reference, snapshot: &Snapshot, horizon: &Horizon<'_>, rate: f64) -> Option<Heading> {
-    let followed = horizon.followed?;
-    let (before, bow) = (followed.heading, snapshot.asc.heading());
-    Some(limited_heading(asked.heading, before, bow, rate * followed.age))
 }
 
 /// `true` if a craft on `heading` would enter a keep-out within [`KEEP_OUT_FORESIGHT`].

@@ -5,18 +5,14 @@ use crate::{
     craft::response::{Stage, Surge},
     facts::{
         angle::{Heading, angle_of, wrap},
-        asc::{AscNow, Limits},
+        asc::AscNow,
         path::curve::Side,
         reference::Reference,
     },
     los::saturated::saturated_los,
-    predict::{
-        goal::GoalForecast,
-        motion::{Motion, target_course},
-    },
-    problem::{horizon::Horizon, parameters::Parameters},
+    predict::motion::{Motion, target_course},
+    problem::horizon::Horizon,
     scp::detours::{Wall, add, clear_course},
-    snapshot::build::Snapshot,
 };
 
 /// Bearing error beyond which both sides of a turn are tried, rad: 115°.
@@ -37,22 +33,13 @@ const LOITER_RATE: f64 = 0.15;
 /// Most new guesses: each costs two SCP iterations.
 const GUESSES_MAX: usize = 4;
 
-/// Inputs of initial guesses.
-#[derive(Clone, Copy)]
-pub(crate) struct InitialGuesses<'a> {
-    pub(crate) snapshot: &'a Snapshot,
-    pub(crate) parameters: &'a Parameters,
-    pub(crate) horizon: &'a Horizon<'a>,
-    pub(crate) goal: &'a GoalForecast,
-}
-
-impl InitialGuesses<'_> {
+impl Horizon<'_> {
     /// Guesses without an earlier plan; `los` is the line-of-sight law's trajectory.
     ///
     /// In order: both sides of a wall, both sides of a turn or circle, line of sight, straight to
     /// the goal's end; each that crosses a disc becomes two that pass it. At most [`GUESSES_MAX`].
-    pub(crate) fn without_plan(&self, los: &[Stage]) -> Vec<Vec<Stage>> {
-        let discs = &self.horizon.constraints.discs;
+    pub(crate) fn guesses_without_plan(&self, los: &[Stage]) -> Vec<Vec<Stage>> {
+        let discs = &self.constraints.discs;
         let direct = self.direct();
         let mut guesses = Vec::new();
         if Wall::is_across(discs, los) || Wall::is_across(discs, &direct) {
@@ -74,7 +61,7 @@ impl InitialGuesses<'_> {
     }
 
     /// Guesses besides an earlier plan's trajectory that does not circle, if the goal is at rest.
-    pub(crate) fn beside_plan(&self, earlier: &[Stage]) -> Vec<Vec<Stage>> {
+    pub(crate) fn guesses_beside_plan(&self, earlier: &[Stage]) -> Vec<Vec<Stage>> {
         let directions = || Horizon::directions_of(earlier);
         let turned: f64 = directions()
             .zip(directions().skip(1))
@@ -88,7 +75,7 @@ impl InitialGuesses<'_> {
     }
 
     fn turns_to_either_side(&self, los: &[Stage]) -> bool {
-        let to_goal = self.horizon.goal[0].position;
+        let to_goal = self.goal[0].position;
         let bearing_error = if to_goal.norm() > NEAR {
             angle_of(&to_goal)
         } else {
@@ -98,14 +85,17 @@ impl InitialGuesses<'_> {
         TURN_TO_EITHER_SIDE < bearing_error.abs()
     }
 
+    /// `true` if the goal is near and slower through the water than the craft's least speed.
     fn loiters(&self) -> bool {
-        loiters(self.horizon, self.snapshot.limits())
+        let goal = &self.goal[0];
+        let through_water = goal.velocity - self.current;
+        goal.position.norm() < NEAR && through_water.norm() < self.snapshot.limits().speed_min
     }
 
     /// At full speed for the goal, with the turn to that side, then by line of sight.
     fn turning(&self, side: Side) -> Vec<Stage> {
         let speed_max = self.snapshot.limits().speed_max;
-        self.roll_out(|_, target, asc, los| {
+        self.guess(|_, target, asc, los| {
             let reference = for_the_goal(target, asc, los, speed_max);
             let turn = wrap(reference.heading.radians() - asc.heading.radians());
             if turn * side.sign() < -TURN_WORTH_FORCING {
@@ -121,10 +111,10 @@ impl InitialGuesses<'_> {
 
     /// At full speed along the outline of any wall before the goal, then for the goal.
     fn around_walls(&self, side: Side) -> Vec<Stage> {
-        let (horizon, speed_max) = (self.horizon, self.snapshot.limits().speed_max);
-        let discs = &horizon.constraints.discs;
-        self.roll_out(|time, target, asc, los| {
-            let stage = horizon.times.partition_point(|begun| *begun <= time) - 1;
+        let speed_max = self.snapshot.limits().speed_max;
+        let discs = &self.constraints.discs;
+        self.guess(|time, target, asc, los| {
+            let stage = self.times.partition_point(|begun| *begun <= time) - 1;
             match clear_course(discs, stage, &asc.position, &target.position, side) {
                 None => for_the_goal(target, asc, los, speed_max),
                 Some(course) => Reference {
@@ -138,14 +128,13 @@ impl InitialGuesses<'_> {
     /// Straight to the goal at the end of the horizon, to arrive then: line of sight, astern of a
     /// changing goal, never tries this.
     fn direct(&self) -> Vec<Stage> {
-        let horizon = self.horizon;
-        let duration = horizon.times[horizon.times.len() - 1];
-        let end = horizon.goal[horizon.goal.len() - 1].position;
+        let duration = self.times[self.times.len() - 1];
+        let end = self.goal[self.goal.len() - 1].position;
         let limits = &self.snapshot.limits();
         let law = |time: f64, asc: &AscNow, _: Surge| {
             let to_end = end - asc.position;
             let left = (duration - time).max(1.0);
-            let through_water = to_end / left - horizon.current;
+            let through_water = to_end / left - self.current;
             let speed = through_water.norm();
             Reference {
                 speed: speed.clamp(limits.speed_min, limits.speed_max),
@@ -156,29 +145,29 @@ impl InitialGuesses<'_> {
                 },
             }
         };
-        horizon.roll_out(self.snapshot.craft_model(), law).stages
+        self.roll_out(self.snapshot.craft_model(), law).stages
     }
 
     /// Slowly around a resting goal.
     fn loitering(&self, side: Side) -> Vec<Stage> {
         let speed_min = self.snapshot.limits().speed_min;
-        self.roll_out(|_, _, asc, _| Reference {
+        self.guess(|_, _, asc, _| Reference {
             speed: speed_min,
             heading: Heading::new(asc.heading.radians() + side.sign() * LOITER_RATE),
         })
     }
 
-    fn roll_out(&self, law: impl Fn(f64, &Motion, &AscNow, Reference) -> Reference) -> Vec<Stage> {
-        let horizon = self.horizon;
-        let mut held = horizon.local_goal_course();
+    /// The trajectory of a `law` that knows the goal's motion and its line of sight.
+    fn guess(&self, law: impl Fn(f64, &Motion, &AscNow, Reference) -> Reference) -> Vec<Stage> {
+        let mut held = self.local_goal_course();
         let limits = &self.snapshot.limits();
         let law = |time: f64, asc: &AscNow, _: Surge| {
-            let target = horizon.frame.motion(&self.goal.at(time));
+            let target = self.frame.motion(&self.forecast.at(time));
             held = target_course(&target, Some(held));
             let los = saturated_los(asc, &target, held, self.parameters.los, limits);
             law(time, &target, asc, los)
         };
-        horizon.roll_out(self.snapshot.craft_model(), law).stages
+        self.roll_out(self.snapshot.craft_model(), law).stages
     }
 }
 
@@ -193,11 +182,4 @@ fn for_the_goal(goal: &Motion, asc: &AscNow, los: Reference, speed_max: f64) -> 
         speed: speed_max,
         heading: Heading::new(angle_of(&(to_goal + goal.velocity * lead))),
     }
-}
-
-/// `true` if the goal is near and slower through the water than the craft's least speed.
-fn loiters(horizon: &Horizon<'_>, limits: &Limits) -> bool {
-    let goal = &horizon.goal[0];
-    let through_water = goal.velocity - horizon.current;
-    goal.position.norm() < NEAR && through_water.norm() < limits.speed_min
 }

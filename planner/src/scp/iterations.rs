@@ -5,7 +5,7 @@ use nalgebra::Vector2;
 
 use crate::{
     craft::response::{Rollout, Stage, surge_disturbances},
-    predict::{goal::GoalForecast, motion::Motion},
+    predict::motion::Motion,
     problem::{
         horizon::Horizon,
         parameters::Parameters,
@@ -20,11 +20,9 @@ use crate::{
     },
     scp::{
         follower::follow,
-        initial_guesses::InitialGuesses,
-        predicted_cost::{Violations, predict},
+        predicted_cost::Violations,
         result::{CandidateTrajectory, Degraded, ScpResult},
     },
-    snapshot::build::Snapshot,
     solve::{
         by_shape::ByShape,
         certificate::Residuals,
@@ -48,10 +46,7 @@ const NEGLIGIBLE_COST: f64 = 0.01;
 
 /// Sequential convex programming on one snapshot.
 pub(crate) struct Scp<'a> {
-    pub(crate) snapshot: &'a Snapshot,
-    pub(crate) parameters: &'a Parameters,
     pub(crate) horizon: &'a Horizon<'a>,
-    pub(crate) goal: &'a GoalForecast,
     pub(crate) stop: &'a Stop,
     pub(crate) solve: &'a mut dyn FnMut(&Program) -> Solution,
     /// Earlier programs, to be restated in place.
@@ -88,21 +83,16 @@ impl Scp<'_> {
     /// sight, and while the iterations still turn: if the goal changes, two iterations cannot leave
     /// a cone that points elsewhere.
     pub(crate) fn run(&mut self, los: &Rollout, los_cost: f64) -> ScpResult {
-        let guesses = InitialGuesses {
-            snapshot: self.snapshot,
-            parameters: self.parameters,
-            horizon: self.horizon,
-            goal: self.goal,
+        let horizon = self.horizon;
+        let Some(previous) = &horizon.previous else {
+            return self.best_of(None, horizon.guesses_without_plan(&los.stages));
         };
-        let Some(previous) = &self.horizon.previous else {
-            return self.best_of(None, guesses.without_plan(&los.stages));
-        };
-        let previous = self.horizon.stages_along(previous);
+        let previous = horizon.stages_along(previous);
         let first = self.iterate(previous.clone());
         let others = if first.converged && first.cost() <= los_cost + NEGLIGIBLE_COST {
-            guesses.beside_plan(&previous)
+            horizon.guesses_beside_plan(&previous)
         } else {
-            guesses.without_plan(&los.stages)
+            horizon.guesses_without_plan(&los.stages)
         };
         self.best_of(Some(first), others)
     }
@@ -119,8 +109,8 @@ impl Scp<'_> {
     /// Iterates from `guess` until convergence. A failed iteration keeps the previous result.
     fn iterate(&mut self, guess: Vec<Stage>) -> ScpResult {
         let mut result = ScpResult::none(Degraded::Solver(SolverStatus::Unsolved));
-        let mut about = guess;
-        for _ in 0..self.parameters.scp_iterations {
+        let (mut about, parameters) = (guess, self.horizon.parameters);
+        for _ in 0..parameters.scp_iterations {
             if self.stop.is_due() {
                 if result.candidate.is_none() {
                     result.degraded = Some(Degraded::Deadline);
@@ -131,7 +121,7 @@ impl Scp<'_> {
             let solved = self.solve_subproblem(&about);
             result.report.scp_iterations += 1;
             result.report.iterations += solved.solution.iterations;
-            if let Err(reason) = accept(&solved.solution, solved.residuals.as_ref(), self.parameters) {
+            if let Err(reason) = accept(&solved.solution, solved.residuals.as_ref(), parameters) {
                 if result.candidate.is_none() {
                     result.report.status = solved.solution.status;
                     result.degraded = Some(reason);
@@ -141,23 +131,18 @@ impl Scp<'_> {
             // 2. Follow the solution on the response model, and predict its cost.
             let stages = solved.stages(self.horizon);
             let turned = cosine_of_turn(&about, &stages);
-            let rollout = follow(self.horizon, &stages, self.snapshot, self.parameters);
-            let (predicted, terms, violations) = predict(self.horizon, &rollout, &self.horizon.weights);
+            let rollout = follow(self.horizon, &stages);
+            let candidate = CandidateTrajectory::new(self.horizon, stages.clone(), &rollout);
             // 3. Keep the best. A later iteration is another linearisation, not a descent step.
-            if predicted.cost <= result.cost() {
+            if candidate.predicted.cost <= result.cost() {
                 result.report.status = solved.solution.status;
                 result.report.residuals = solved.residuals;
                 result.degraded = None;
                 result.violations = solved.violations(self.horizon);
                 result.converged = turned > PRESSED_COSINE;
-                result.candidate = Some(CandidateTrajectory {
-                    stages: stages.clone(),
-                    predicted,
-                    terms,
-                    violations,
-                });
+                result.candidate = Some(candidate);
             }
-            if turned > self.parameters.converged_cosine {
+            if turned > parameters.converged_cosine {
                 break;
             }
             about = stages;
@@ -167,11 +152,10 @@ impl Scp<'_> {
 
     /// States and solves the subproblem linearised about `stages`.
     fn solve_subproblem(&mut self, stages: &[Stage]) -> Solved {
-        let (horizon, parameters) = (self.horizon, self.parameters);
-        let about = Linearisation::about(stages, horizon, self.snapshot, parameters);
-        let craft = parameters.planned(self.snapshot.craft_model());
+        let (horizon, craft) = (self.horizon, &self.horizon.craft);
+        let about = Linearisation::about(stages, horizon);
         let subproblem = Subproblem {
-            steps: horizon.steps,
+            steps: &horizon.parameters.steps,
             velocity: horizon.start.velocity,
             acceleration: horizon.acceleration(),
             course_lag: craft.course_lag(),
@@ -247,7 +231,8 @@ impl Solved {
 
 impl Linearisation {
     /// The facts of `horizon` for a subproblem about `stages`.
-    fn about(stages: &[Stage], horizon: &Horizon<'_>, snapshot: &Snapshot, parameters: &Parameters) -> Self {
+    fn about(stages: &[Stage], horizon: &Horizon<'_>) -> Self {
+        let (snapshot, parameters) = (horizon.snapshot, horizon.parameters);
         let reach = GOAL_REACH * snapshot.limits().speed_max * parameters.steps.iter().sum::<f64>();
         let near = |motion: &Motion| motion.position.cap_magnitude(reach);
         let goal: Vec<_> = horizon.goal.iter().map(near).collect();

@@ -58,11 +58,8 @@ type Excess = (f64, Option<Subject>);
 /// The cost is the program's in natural units, without its scale and its cap on far goals, plus the
 /// program's price of every violated limit of position, at the worst point of each interval. A
 /// rollout keeps the craft's own limits.
-pub(crate) fn predict(
-    horizon: &Horizon<'_>,
-    rollout: &Rollout,
-    weights: &Weights,
-) -> (Predicted, CostTerms, Violations<4>) {
+pub(crate) fn predict(horizon: &Horizon<'_>, rollout: &Rollout) -> (Predicted, CostTerms, Violations<4>) {
+    let weights = &horizon.weights;
     let (mut predicted, mut terms) = track(horizon, &rollout.stages, weights);
     let kept = predicted.cost;
     let mut pricing = Pricing {
@@ -197,7 +194,7 @@ fn track(horizon: &Horizon<'_>, stages: &[Stage], weights: &Weights) -> (Predict
         let excess = horizon
             .constraints
             .minimax_excess(k, &stage.position, &goal.position);
-        let power = horizon.power.at(stage.velocity.norm());
+        let power = horizon.craft.power.at(stage.velocity.norm());
         (error, excess.unwrap_or(error), relative, power)
     };
     let mut terms = CostTerms::default();

@@ -6,8 +6,9 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::{
-    craft::response::Stage,
-    scp::predicted_cost::{CostTerms, Predicted, Violations},
+    craft::response::{Rollout, Stage},
+    problem::horizon::Horizon,
+    scp::predicted_cost::{CostTerms, Predicted, Violations, predict},
     solve::{certificate::Residuals, clarabel::SolverStatus},
 };
 
@@ -36,6 +37,19 @@ pub(crate) struct CandidateTrajectory {
     pub(crate) violations: Violations<4>,
 }
 
+impl CandidateTrajectory {
+    /// `stages` with the prediction of `rollout`.
+    pub(crate) fn new(horizon: &Horizon<'_>, stages: Vec<Stage>, rollout: &Rollout) -> Self {
+        let (predicted, terms, violations) = predict(horizon, rollout);
+        Self {
+            stages,
+            predicted,
+            terms,
+            violations,
+        }
+    }
+}
+
 impl ScpResult {
     /// No candidate, with the reason.
     pub(crate) fn none(reason: Degraded) -> Self {
@@ -43,7 +57,7 @@ impl ScpResult {
             candidate: None,
             converged: false,
             degraded: Some(reason),
-            report: SolverReport::nothing_done(),
+            report: SolverReport::default(),
             violations: [None; 2],
         }
     }
@@ -105,7 +119,7 @@ impl fmt::Display for Degraded {
 }
 
 /// Work of the solver.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Solver)]
 pub struct SolverReport {
     /// Status of the SCP iteration that led to the answer, else of the failed one, in snake case.
@@ -126,18 +140,4 @@ pub struct SolverReport {
     /// Residuals of that iteration's subproblem, independent of the solver.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub residuals: Option<Residuals>,
-}
-
-impl SolverReport {
-    /// No program was tried.
-    pub(crate) fn nothing_done() -> Self {
-        Self {
-            status: SolverStatus::Unsolved,
-            scp_iterations: 0,
-            iterations: 0,
-            deadline_hit: false,
-            solve_time_ms: None,
-            residuals: None,
-        }
-    }
 }

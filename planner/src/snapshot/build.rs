@@ -8,10 +8,11 @@ use crate::{
     craft::{
         closed_loop::{Craft, SpeedReference},
         estimate::CraftEstimate,
+        learn_by_ekf::CraftObservation,
         model::CraftModel,
         prior::Prior,
     },
-    estimate::from_reports::Estimate,
+    estimate::from_reports::{Estimate, Estimator},
     facts::{
         angle::{Heading, wrap},
         asc::{AscNow, Limits},
@@ -24,6 +25,7 @@ use crate::{
         check::InvalidRequest,
         request::{PlanRequest, REMEMBERED_AGE_MAX},
     },
+    tuned::Tuned,
 };
 
 /// Weight of the sway from the yaw rate, against the measured one, at the start of a plan.
@@ -51,6 +53,7 @@ pub struct Snapshot {
     craft_prior: Prior,
     craft_estimate: CraftEstimate,
     craft: CraftModel,
+    tuned: Box<Tuned>,
     cut_short: bool,
 }
 
@@ -59,22 +62,51 @@ impl Snapshot {
     ///
     /// # Errors
     /// All faults of the request.
-    pub fn until(mut request: PlanRequest, due: &dyn Fn() -> bool) -> Result<Self, InvalidRequest> {
+    pub fn until(request: PlanRequest, due: &dyn Fn() -> bool) -> Result<Self, InvalidRequest> {
+        Self::with(request, &Tuned::DEFAULT, due)
+    }
+
+    /// The snapshot of another `request` by the same tuned numbers.
+    ///
+    /// # Errors
+    /// All faults of the request.
+    pub fn again(&self, request: PlanRequest) -> Result<Self, InvalidRequest> {
+        Self::with(request, &self.tuned, &|| false)
+    }
+
+    /// The snapshot of `request` by these tuned numbers.
+    ///
+    /// # Errors
+    /// All faults of the request.
+    pub fn with(
+        mut request: PlanRequest,
+        tuned: &Tuned,
+        due: &dyn Fn() -> bool,
+    ) -> Result<Self, InvalidRequest> {
         let paths = request.known_paths()?;
         let corners: Vec<_> = request.area.iter().copied().map(Vector2::from).collect();
         request.area = clockwise(&corners).into_iter().map(Into::into).collect();
         let (limits, craft) = (request.limits(), request.craft());
-        let craft_prior = Prior::from(&craft);
+        let craft_prior = Prior::new(&craft, &tuned.craft);
         (request.limits, request.craft) = (Some(limits.into()), Some(craft));
         let current = request.current();
+        let estimator = Estimator {
+            now: request.t_s,
+            current,
+            tuned: &tuned.estimate,
+            due,
+        };
         let estimate = |(auv, path): (&Auv, &Option<KnownPath>)| {
             let remembered = request.remembered(&auv.id);
-            let track = request.remembered_track(&auv.id);
-            Estimate::new(auv, path.as_ref(), request.t_s, &current, remembered, track, due)
+            estimator.estimate(auv, path.as_ref(), remembered, request.remembered_track(&auv.id))
         };
         let estimates = request.auvs.iter().zip(&paths).map(estimate).collect();
-        let craft_estimate = CraftEstimate::new(&request.craft_observation(&limits), &craft_prior);
-        let craft = CraftModel::learnt(&craft_prior, &craft_estimate, &limits, &current);
+        let observation = CraftObservation {
+            tuned: &tuned.craft,
+            ..request.craft_observation(&limits)
+        };
+        let craft_estimate = CraftEstimate::new(&observation, &craft_prior);
+        let craft = CraftModel::learnt(&craft_prior, &craft_estimate, &limits, &current, &tuned.craft);
         Ok(Self {
             request,
             limits,
@@ -83,6 +115,7 @@ impl Snapshot {
             craft_prior,
             craft_estimate,
             craft,
+            tuned: Box::new(*tuned),
             cut_short: due(),
         })
     }
@@ -91,6 +124,12 @@ impl Snapshot {
     #[must_use]
     pub fn cut_short(&self) -> bool {
         self.cut_short
+    }
+
+    /// The tuned numbers of its estimates and forecasts.
+    #[must_use]
+    pub fn tuned(&self) -> &Tuned {
+        &self.tuned
     }
 
     /// The command that makes the craft move through the water as `reference` says.

@@ -89,6 +89,17 @@ impl Asc {
     }
 }
 
+impl Task {
+    /// Its faults as the goal of a request with these `auvs`, by member within `goal`.
+    #[must_use]
+    pub fn faults(&self, auvs: &[Auv]) -> Vec<FieldError> {
+        found(|check| {
+            check.goal_length(&self.goal);
+            check.goal(self, auvs);
+        })
+    }
+}
+
 impl Current {
     /// Its faults, by member within `field`.
     #[must_use]
@@ -137,18 +148,7 @@ impl Check {
                 self.length(place, path.count(), &(1..=SEGMENTS_MAX));
             }
         }
-        match &request.goal.goal {
-            Goal::Track { .. } => {}
-            Goal::Intermittent { auvs, .. }
-            | Goal::Midpoint { auvs }
-            | Goal::Range { auvs, .. }
-            | Goal::Visit(Visits { auvs, .. }) => {
-                self.length(format_args!("/goal/auvs"), auvs.len(), &(1..=AUVS_MAX));
-            }
-            Goal::Weighted { weights } => {
-                self.length(format_args!("/goal/weights"), weights.len(), &(1..=AUVS_MAX));
-            }
-        }
+        self.goal_length(&request.goal.goal);
         self.length(
             format_args!("/keep_outs"),
             request.keep_outs.len(),
@@ -167,6 +167,21 @@ impl Check {
             if let Some(schedule) = &previous.schedule {
                 at_most(VISITS_MAX, "schedule/visits", schedule.visits.len());
                 at_most(AUVS_MAX, "schedule/costs", schedule.costs.len());
+            }
+        }
+    }
+
+    fn goal_length(&mut self, goal: &Goal) {
+        match goal {
+            Goal::Track { .. } => {}
+            Goal::Intermittent { auvs, .. }
+            | Goal::Midpoint { auvs }
+            | Goal::Range { auvs, .. }
+            | Goal::Visit(Visits { auvs, .. }) => {
+                self.length(format_args!("/goal/auvs"), auvs.len(), &(1..=AUVS_MAX));
+            }
+            Goal::Weighted { weights } => {
+                self.length(format_args!("/goal/weights"), weights.len(), &(1..=AUVS_MAX));
             }
         }
     }
@@ -202,20 +217,6 @@ impl Check {
     pub(crate) fn numbers<const N: usize>(&mut self, field: &str, ranges: &[Range; N], values: [f64; N]) {
         for ((name, range), value) in ranges.iter().zip(values) {
             self.within(format_args!("{field}/{name}"), value, range);
-        }
-    }
-
-    /// Checks the given ones of `values` against their ranges.
-    pub(crate) fn given_numbers<const N: usize>(
-        &mut self,
-        field: &str,
-        ranges: &[Range; N],
-        values: [Option<f64>; N],
-    ) {
-        for ((name, range), value) in ranges.iter().zip(values) {
-            if let Some(value) = value {
-                self.within(format_args!("{field}/{name}"), value, range);
-            }
         }
     }
 

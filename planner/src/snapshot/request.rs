@@ -23,6 +23,7 @@ use crate::{
         tuning::Tuning,
         water::Current,
     },
+    tuned::CraftNumbers,
 };
 
 /// Version of these shapes, in requests and answers.
@@ -258,6 +259,7 @@ impl PlanRequest {
             declared_current: self.current.map(Vector2::from),
             current: self.current(),
             previous: previous(),
+            tuned: &CraftNumbers::DEFAULT,
         }
     }
 

@@ -8,7 +8,7 @@ pub const KEPT_BYTES_MAX: usize = 8 << 20;
 
 /// Values of the last used shapes.
 #[derive(Debug)]
-pub(crate) struct ByShape<T> {
+pub struct ByShape<T> {
     /// With their bytes; the last used one is at the end.
     kept: Vec<(Layout, usize, T)>,
 }
@@ -48,7 +48,8 @@ impl<T> ByShape<T> {
     }
 
     /// Size of all values.
-    pub(crate) fn bytes(&self) -> usize {
+    #[must_use]
+    pub fn bytes(&self) -> usize {
         self.kept.iter().map(|(_, bytes, _)| bytes).sum()
     }
 

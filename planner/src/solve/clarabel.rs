@@ -35,10 +35,11 @@ const PER_FACTOR_ENTRY: usize = 16;
 const ITERATIONS_MAX: u32 = 100;
 
 /// Final status of a solve.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SolverStatus {
     /// Not started.
+    #[default]
     Unsolved,
     /// Optimal within tolerance.
     Solved,
@@ -72,7 +73,7 @@ impl fmt::Display for SolverStatus {
 }
 
 /// Result of a solver. `primal`, `dual` and `slack` are valid only with a suitable status.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Solution {
     /// Final status.
     pub status: SolverStatus,
@@ -92,10 +93,7 @@ impl Solution {
     pub fn none(status: SolverStatus) -> Self {
         Self {
             status,
-            primal: Vec::new(),
-            dual: Vec::new(),
-            slack: Vec::new(),
-            iterations: 0,
+            ..Self::default()
         }
     }
 }
@@ -174,7 +172,7 @@ impl Solvers {
             return solution;
         }
         // Rare: numbers of very different size, see `docs/rationale.md#solver`.
-        let Some(settings) = settings(self.tolerance, FEASIBILITY * self.tolerance) else {
+        let Some(settings) = settings(self.tolerance) else {
             return solution;
         };
         let careful = solve_with_care(&program.standard_form(), settings, stop);
@@ -194,10 +192,7 @@ impl Solvers {
             solver.update_A(&program.constraints.values).ok()?;
             solver.update_b(&program.bounds).ok()?;
         } else {
-            let solver = new_solver(
-                &program.standard_form(),
-                settings(self.tolerance, FEASIBILITY * self.tolerance)?,
-            )?;
+            let solver = new_solver(&program.standard_form(), settings(self.tolerance)?)?;
             let bytes = bytes(program, &solver);
             self.by_shape.insert(program.layout, bytes, solver);
         }
@@ -241,13 +236,13 @@ fn new_solver(program: &StandardForm<'_>, settings: DefaultSettings<f64>) -> Opt
     .ok()
 }
 
-fn settings(tolerance: f64, feasibility: f64) -> Option<DefaultSettings<f64>> {
+fn settings(tolerance: f64) -> Option<DefaultSettings<f64>> {
     DefaultSettingsBuilder::default()
         .verbose(false)
         .max_iter(ITERATIONS_MAX)
         .tol_gap_abs(tolerance)
         .tol_gap_rel(tolerance)
-        .tol_feas(feasibility)
+        .tol_feas(FEASIBILITY * tolerance)
         // Slacks give every program a solution and a bounded cost: apparent proofs of infeasibility
         // are rounding, and the tolerance 0 accepts none.
         .tol_infeas_rel(0.0)

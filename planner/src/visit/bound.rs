@@ -30,7 +30,6 @@ use crate::{
     visit::{
         fleet::{Candidate, Fleet},
         intercept::Craft,
-        state::KEPT_IN_TURN,
     },
 };
 
@@ -284,7 +283,7 @@ fn travel(fleet: &Fleet, craft: &Craft, a: usize, b: usize) -> f64 {
     let (a, b) = (&fleet.candidates[a].track, &fleet.candidates[b].track);
     // Error of a schedule's model of a turn: immediate drift, and an arc that ends where it began.
     let turn = craft.current.norm() * std::f64::consts::PI / craft.turn_rate
-        + 2.0 * KEPT_IN_TURN * fleet.speed_now / craft.turn_rate;
+        + 2.0 * fleet.tuned.kept_in_turn * fleet.speed_now / craft.turn_rate;
     let apart = a.nearest(b) - 2.0 * fleet.within - turn;
     apart / (craft.speed + a.fastest.min(b.fastest))
 }

@@ -1,8 +1,11 @@
 //! Evolution of the cost of one AUV, with and without service, in closed form.
 
-use crate::facts::{
-    schedule::CostUnit,
-    visit::VisitCost::{self, Age, Data, Uncertainty},
+use crate::{
+    facts::{
+        schedule::CostUnit,
+        visit::VisitCost::{self, Age, Data, Uncertainty},
+    },
+    tuned::VisitNumbers,
 };
 
 /// A cost after some time.
@@ -58,13 +61,17 @@ impl VisitCost {
     ///
     /// An age is 0 at once. A variance is almost stationary after √(S/q), and longer visits pay
     /// after a long leg. A backlog ends when it is uploaded.
-    pub(crate) fn dwells(&self, cost: f64, range: f64, least: f64) -> Dwells {
+    pub(crate) fn dwells(&self, cost: f64, range: f64, least: f64, tuned: &VisitNumbers) -> Dwells {
         let whole = match *self {
             Age => 0.0,
             Uncertainty { growth_m2ps, .. } => (self.fix_noise(range) / growth_m2ps).sqrt(),
             Data { growth_kbps, .. } => {
                 let falls = self.upload(range) - growth_kbps;
-                if falls > 0.0 { cost / falls } else { DWELL_MOST }
+                if falls > 0.0 {
+                    cost / falls
+                } else {
+                    tuned.dwell_max
+                }
             }
         };
         let shares: &[f64] = match self {
@@ -73,10 +80,10 @@ impl VisitCost {
         };
         let mut dwells = Dwells::new();
         for share in shares {
-            let dwell = (share * whole).min(DWELL_MOST).max(least);
+            let dwell = (share * whole).min(tuned.dwell_max).max(least);
             if dwells
                 .last()
-                .is_none_or(|before: &f64| before * DWELL_RATIO < dwell)
+                .is_none_or(|before: &f64| before * tuned.dwell_ratio < dwell)
             {
                 dwells.push(dwell);
             }
@@ -128,12 +135,6 @@ impl VisitCost {
 
 /// Times of service to choose from.
 pub(crate) type Dwells = smallvec::SmallVec<[f64; 4]>;
-
-/// Longest considered time of service, s. Assumption: later plans may extend it.
-const DWELL_MOST: f64 = 1200.0;
-
-/// Least ratio of distinct times of service.
-const DWELL_RATIO: f64 = 1.2;
 
 /// A scalar Kalman–Bucy filter with process noise `q`, m²/s, measurement noise `s` = R T, m² s.
 ///

@@ -3,19 +3,15 @@
 use std::f64::consts::PI;
 
 use crate::{
+    estimate::rigid_motion::number,
     facts::{auv::Auv, evidence::Report},
     predict::forecast::{AuvForecast, BETWEEN_MIN},
     snapshot::build::Snapshot,
+    tuned::VisitNumbers,
 };
-
-/// Least height of a rise and of a fall, m. Assumption: swell and gauge errors are smaller.
-const HEIGHT_MIN: f64 = 4.0;
 
 /// Fewest reported depths.
 const DEPTHS_MIN: usize = 6;
-
-/// Interval of the present rate, s.
-const RATE_TIME: f64 = 10.0;
 
 /// A depth as a damped oscillation about its mean: its phase is known for about a period.
 #[derive(Clone, Copy, Debug)]
@@ -35,7 +31,7 @@ struct Swing {
 
 impl Swing {
     /// From `reports` until `now`, s.
-    fn seen(reports: &[Report], now: f64) -> Option<Self> {
+    fn seen(reports: &[Report], now: f64, tuned: &VisitNumbers) -> Option<Self> {
         let depth = |report: &Report| Some([report.t_s, report.depth_m?]);
         let mut depths: Vec<[f64; 2]> = reports.iter().filter_map(depth).collect();
         depths.sort_by(|a, b| a[0].total_cmp(&b[0]));
@@ -54,11 +50,14 @@ impl Swing {
             (low, high) = (low.min(depth), high.max(depth));
             (rise, fall) = (rise.max(depth - low), fall.max(high - depth));
         }
-        if rise.min(fall) < HEIGHT_MIN {
+        if rise.min(fall) < tuned.swing_height_min {
             return None;
         }
         let [newest, depth_now] = depths[depths.len() - 1];
-        let before = depths.iter().rev().find(|[time, _]| RATE_TIME <= newest - time)?;
+        let before = depths
+            .iter()
+            .rev()
+            .find(|[time, _]| tuned.swing_rate_time <= newest - time)?;
         // A period is twice the height at the mean rate, with rests.
         let steps = depths.windows(2);
         let gone: f64 = steps
@@ -66,8 +65,7 @@ impl Swing {
             .sum();
         let height = most - least;
         let frequency = PI * gone / ((newest - depths[0][0]) * height);
-        #[expect(clippy::cast_precision_loss, reason = "64 reports at most")]
-        let mean = depths.iter().map(|[_, depth]| kept(*depth)).sum::<f64>() / depths.len() as f64;
+        let mean = depths.iter().map(|[_, depth]| kept(*depth)).sum::<f64>() / number(depths.len());
         let rate = (kept(depth_now) - kept(before[1])) / (newest - before[0]);
         Some(Self {
             least,
@@ -119,7 +117,7 @@ pub(crate) fn depths_ahead<'a>(snapshot: &Snapshot, forecasts: &'a [AuvForecast]
         let reports = auv.reports.as_deref().filter(|_| undeclared);
         DepthAhead {
             forecast,
-            swing: reports.and_then(|reports| Swing::seen(reports, snapshot.t_s)),
+            swing: reports.and_then(|reports| Swing::seen(reports, snapshot.t_s, &snapshot.tuned().visit)),
         }
     };
     snapshot.auvs.iter().zip(forecasts).map(depth).collect()
@@ -132,6 +130,8 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     use super::*;
+
+    const TUNED: &VisitNumbers = &VisitNumbers::DEFAULT;
 
     /// Depth of a glider that dives to `deepest`, m, at `rate`, m/s, rises, and rests for `rest`,
     /// s.
@@ -163,7 +163,7 @@ mod tests {
             let (rest, now) = (rng.random_range(0.0..200.0), rng.random_range(0.0..2000.0));
             let depth = |time: f64| glider(time, deepest, rate, rest);
             // 64 reports are half a period of the slowest.
-            let Some(swing) = Swing::seen(&reports(depth, now, 64), now) else {
+            let Some(swing) = Swing::seen(&reports(depth, now, 64), now, TUNED) else {
                 continue;
             };
             n_seen += 1;
@@ -188,16 +188,16 @@ mod tests {
         let launched = |time: f64| (0.5 * (time - 180.0)).clamp(0.0, 60.0);
         let dropout = |time: f64| if (500.0..510.0).contains(&time) { 0.0 } else { 60.0 };
         let depths: [&dyn Fn(f64) -> f64; 4] = [&deep, &level, &launched, &dropout];
-        let seen = depths.map(|depth| Swing::seen(&reports(depth, 900.0, 64), 900.0).is_some());
+        let seen = depths.map(|depth| Swing::seen(&reports(depth, 900.0, 64), 900.0, TUNED).is_some());
         assert_eq!(seen, [true, false, false, false]);
         for n in [0, 5] {
-            assert!(Swing::seen(&reports(deep, 900.0, n), 900.0).is_none());
+            assert!(Swing::seen(&reports(deep, 900.0, n), 900.0, TUNED).is_none());
         }
         let mut unknown = reports(deep, 900.0, 64);
         for report in &mut unknown {
             report.depth_m = None;
         }
-        assert!(Swing::seen(&unknown, 900.0).is_none());
+        assert!(Swing::seen(&unknown, 900.0, TUNED).is_none());
     }
 
     #[test]
@@ -215,7 +215,7 @@ mod tests {
                 report.depth_m = Some(depth);
                 report.t_s += rng.random_range(-12.0..12.0);
             }
-            if let Some(swing) = Swing::seen(&reports, 900.0) {
+            if let Some(swing) = Swing::seen(&reports, 900.0, TUNED) {
                 n_seen += 1;
                 let mut depths = (0..400).map(|k| swing.at(10.0 * f64::from(k)));
                 assert!(depths.all(|depth| (least..=most).contains(&depth)));

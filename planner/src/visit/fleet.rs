@@ -10,6 +10,7 @@ use crate::{
     },
     predict::{forecast::AuvForecast, motion::Motion},
     snapshot::build::Snapshot,
+    tuned::VisitNumbers,
     visit::{
         depth::DepthAhead,
         intercept::{Craft, SampledTrack},
@@ -68,6 +69,7 @@ pub(crate) struct Candidate {
 /// The scheduling problem.
 #[derive(Clone, Debug)]
 pub(crate) struct Fleet {
+    pub(crate) tuned: VisitNumbers,
     pub(crate) craft: Craft,
     /// Present speed of the craft through the water, m/s.
     pub(crate) speed_now: f64,
@@ -121,7 +123,7 @@ impl Fleet {
         let place = |member: &ScheduledAuv| frame(&forecasts[member.auv].at(0.0));
         members.sort_by(|a, b| in_order(&place(a), &place(b)));
         let places: Vec<_> = members.iter().map(place).collect();
-        let tour = tour(&places, &craft, visits.dwell_min_s);
+        let tour = tour(&places, &craft, visits.dwell_min());
         let horizon = (parameters.horizon_tours * tour).clamp(parameters.horizon_min, parameters.horizon_max);
         let candidate = |member: &ScheduledAuv| {
             let between_turns = between_turns(&snapshot.estimates()[member.auv].track);
@@ -143,12 +145,13 @@ impl Fleet {
             }
         };
         let mut fleet = Self {
+            tuned: snapshot.tuned().visit,
             craft,
             speed_now: snapshot.asc.speed_mps.clamp(0.0, speed),
             candidates: members.iter().map(candidate).collect(),
             law: visits.cost,
             within: visits.within_m,
-            dwell_min: visits.dwell_min_s,
+            dwell_min: visits.dwell_min(),
             reduce: visits.reduce,
             horizon,
             afterwards: 0.5 * tour,

@@ -1,25 +1,15 @@
 //! Silence of AUVs, counted while the craft is where it heard them before.
 
 use crate::{
+    estimate::rigid_motion::number,
     facts::evidence::Report,
     predict::forecast::{BETWEEN_MIN, SURFACED_DEPTH},
     snapshot::build::Snapshot,
+    tuned::VisitNumbers,
 };
-
-/// Silence in mean intervals between reports: by chance 1 in 65,000, with half of them lost.
-const INTERVALS: f64 = 8.0;
-
-/// Silence in longest gaps between reports: AUVs that report in bursts pause as long again.
-const GAPS: f64 = 2.0;
-
-/// Shortest silence, s.
-const SILENCE_MIN: f64 = 60.0;
 
 /// Fewest reports for an estimate of their intervals.
 const REPORTS_MIN: usize = 5;
-
-/// Longest interval between plans that counts as listening, s; outages do not.
-const LISTENED_MAX: f64 = 10.0;
 
 /// Hearing of an AUV, from plan to plan.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -33,6 +23,7 @@ pub struct Hearing {
 /// Present evidence of an AUV.
 #[derive(Clone, Copy, Debug)]
 pub struct Heard<'a> {
+    tuned: &'a VisitNumbers,
     reports: &'a [Report],
     /// Age of its newest report, s, and its horizontal distance from the craft, m.
     age: f64,
@@ -44,6 +35,7 @@ impl<'a> Heard<'a> {
     #[must_use]
     pub fn of(snapshot: &'a Snapshot, auv: usize, distance: f64) -> Self {
         Self {
+            tuned: &snapshot.tuned().visit,
             reports: snapshot.auvs[auv].reports.as_deref().unwrap_or_default(),
             age: snapshot.estimates()[auv].state.age_s,
             distance,
@@ -59,8 +51,7 @@ impl<'a> Heard<'a> {
             return None;
         }
         let gaps = times.windows(2).map(|pair| pair[1] - pair[0]);
-        #[expect(clippy::cast_precision_loss, reason = "64 reports at most")]
-        let mean = gaps.clone().sum::<f64>() / (times.len() - 1) as f64;
+        let mean = gaps.clone().sum::<f64>() / number(times.len() - 1);
         Some([mean, gaps.fold(0.0, f64::max)])
     }
 
@@ -76,9 +67,9 @@ impl<'a> Heard<'a> {
     /// Time without a report until silence, s; endless for an AUV last heard at the surface.
     fn silence(&self) -> f64 {
         match self.intervals() {
-            Some([mean, longest]) if !self.surfaced() => {
-                (INTERVALS * mean).max(GAPS * longest).max(SILENCE_MIN)
-            }
+            Some([mean, longest]) if !self.surfaced() => (self.tuned.silent_intervals * mean)
+                .max(self.tuned.silent_gaps * longest)
+                .max(self.tuned.silence_min),
             _ => f64::INFINITY,
         }
     }
@@ -89,7 +80,7 @@ impl Hearing {
     #[must_use]
     pub fn later(mut self, elapsed: f64, heard: &Heard) -> Self {
         if heard.distance <= self.within {
-            self.unheard += elapsed.min(LISTENED_MAX);
+            self.unheard += elapsed.min(heard.tuned.listened_max);
         }
         self.unheard = self.unheard.min(heard.age);
         if heard.intervals().is_some_and(|[mean, _]| heard.age <= mean) {
@@ -114,6 +105,7 @@ mod tests {
     const AGE_MAX: f64 = 900.0;
     /// Interval between plans, s.
     const STEP: f64 = 1.0;
+    const TUNED: &VisitNumbers = &VisitNumbers::DEFAULT;
 
     /// A report each 10 s until 0 s, without the `lost` ones; the newest is number 0.
     fn reports(depth_m: Option<f64>, lost: impl Fn(u32) -> bool) -> Vec<Report> {
@@ -129,6 +121,7 @@ mod tests {
         let (mut hearing, mut age) = (Hearing::default(), 0.0);
         loop {
             let heard = Heard {
+                tuned: TUNED,
                 reports,
                 age,
                 distance: distance(age),
@@ -159,6 +152,7 @@ mod tests {
         let (within, unheard) = (300.0, 81.0);
         for (age, expected) in [(700.0, true), (3.0, false)] {
             let heard = Heard {
+                tuned: TUNED,
                 reports: &all,
                 age,
                 distance: 5000.0,

@@ -3,6 +3,7 @@
 use nalgebra::Vector2;
 
 use crate::{
+    estimate::rigid_motion::number,
     facts::{
         angle::{angle_of, wrap},
         options::ForecastModel,
@@ -39,10 +40,8 @@ impl SampledTrack {
         frame: impl Fn(&Motion) -> Vector2<f64>,
         depth: impl Fn(f64) -> f64,
     ) -> Self {
-        #[expect(clippy::cast_precision_loss, reason = "a few hundred samples")]
-        let step = horizon / SAMPLES as f64;
-        #[expect(clippy::cast_precision_loss, reason = "a few hundred samples")]
-        let times = || (0..=SAMPLES).map(|i| i as f64 * step);
+        let step = horizon / number(SAMPLES);
+        let times = || (0..=SAMPLES).map(|i| number(i) * step);
         // A velocity with the decay rate 1/τ displaces the AUV by v τ (1 − e^(−t/τ)) on average.
         let foreseen = |time: f64| match between_turns {
             Some(tau) if 0.0 < time && forecast.model != ForecastModel::Path => {
@@ -73,8 +72,7 @@ impl SampledTrack {
     fn piece(&self, time: f64) -> TrackPiece {
         let (before, _) = self.place(time);
         let last = before + 2 == self.positions.len();
-        #[expect(clippy::cast_precision_loss, reason = "a few hundred samples")]
-        let end = (before + 1) as f64 * self.step;
+        let end = number(before + 1) * self.step;
         TrackPiece {
             end: if last { f64::INFINITY } else { end },
             velocity: (self.positions[before + 1] - self.positions[before]) / self.step,

@@ -25,16 +25,6 @@ pub(crate) struct Vehicle {
     pub(crate) deadline: Option<f64>,
 }
 
-impl ServedVehicle {
-    /// Its hearing.
-    fn hearing(&self) -> Hearing {
-        Hearing {
-            within: self.heard_within_m,
-            unheard: self.unheard_s,
-        }
-    }
-}
-
 /// The previous schedule as memory.
 pub(crate) struct Memory<'a> {
     now: f64,
@@ -77,9 +67,12 @@ impl<'a> Memory<'a> {
             let distance = (forecast.at(0.0).position - snapshot.asc.position()).norm();
             let depth = depths[auv].at(0.0);
             let heard = Heard::of(snapshot, auv, distance);
-            let (elapsed, before): (f64, Hearing) = served(self.heard, id)
-                .map_or_else(Default::default, |(elapsed, before)| (elapsed, before.hearing()));
-            let hearing = before.later(elapsed, &heard);
+            let (elapsed, before) = served(self.heard, id).unzip();
+            let before = before.map_or_else(Hearing::default, |before| Hearing {
+                within: before.heard_within_m,
+                unheard: before.unheard_s,
+            });
+            let hearing = before.later(elapsed.unwrap_or(0.0), &heard);
             let silent = hearing.is_silent(&heard, report_age_max);
             let near = !silent && distance <= visits.within_m && law.reaches(depth);
             let carried = known.map_or_else(

@@ -10,10 +10,13 @@ use std::cell::Cell;
 
 use smallvec::SmallVec;
 
-use crate::visit::{
-    cost::Dwells,
-    fleet::Fleet,
-    state::{CostState, TIE, VisitWindow},
+use crate::{
+    estimate::rigid_motion::number,
+    visit::{
+        cost::Dwells,
+        fleet::Fleet,
+        state::{CostState, TIE, VisitWindow},
+    },
 };
 
 /// Slots of time in which schedules are compared with each other.
@@ -243,7 +246,8 @@ impl Search<'_> {
     fn dwells(&self, there: &CostState, to: usize) -> Dwells {
         let range = self.fleet.candidates[to].track.depth_at(there.time);
         let least = self.fleet.dwell_min.max(VISIT_MIN);
-        let mut dwells = self.fleet.law.dwells(there.costs[to], range, least);
+        let law = self.fleet.law;
+        let mut dwells = law.dwells(there.costs[to], range, least, &self.fleet.tuned);
         if !self.bounded() {
             dwells.truncate(DWELLS_OF_MANY);
         }
@@ -304,8 +308,7 @@ impl Search<'_> {
         }
         if width < here.len() {
             self.exact = false;
-            #[expect(clippy::cast_precision_loss, reason = "at most 60 slots")]
-            let end = fleet.horizon * (slot + 1) as f64 / SLOTS as f64;
+            let end = fleet.horizon * number(slot + 1) / number(SLOTS);
             let mut ranked: Vec<_> = here
                 .iter()
                 .map(|node| (fleet.rank(&self.nodes[*node].state, end), *node))
@@ -319,11 +322,10 @@ impl Search<'_> {
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
-        clippy::cast_precision_loss,
         reason = "a time within the horizon is in one of 60 slots"
     )]
     fn slot(&self, time: f64) -> usize {
-        ((time / self.fleet.horizon * SLOTS as f64) as usize).min(SLOTS - 1)
+        ((time / self.fleet.horizon * number(SLOTS)) as usize).min(SLOTS - 1)
     }
 
     fn found(&self) -> Option<Found> {

@@ -3,6 +3,7 @@
 use nalgebra::Vector2;
 
 use crate::{
+    estimate::rigid_motion::number,
     facts::{angle::wrap, ranges::AUVS_MAX, visit::Reduce},
     visit::{
         cost::Later,
@@ -10,14 +11,6 @@ use crate::{
         intercept::{Arrival, Departure},
     },
 };
-
-/// Weight of the mean cost beside the largest one.
-const MEAN_BESIDE_MAX: f64 = 0.01;
-
-/// Share of its speed that a craft keeps over a turn: a MEDUSA that reverses at 1.5 m/s and 0.17
-/// rad/s continues for 7 m of 8.8 m. Half of that is assumed: with more, some AUVs were not passed
-/// as predicted, see `docs/rationale.md#visits`.
-pub(crate) const KEPT_IN_TURN: f64 = 0.4;
 
 /// Relative difference of equal costs, from sums in another order.
 pub(crate) const TIE: f64 = 1e-9;
@@ -130,7 +123,7 @@ impl Fleet {
     /// The turn before the leg that ends with `arrival`, in which the craft may pass AUVs.
     fn turn(&self, state: &mut CostState, arrival: Arrival) {
         let angle = wrap(arrival.heading - state.heading);
-        let radius = KEPT_IN_TURN * self.speed_now / self.craft.turn_rate;
+        let radius = self.tuned.kept_in_turn * self.speed_now / self.craft.turn_rate;
         let at = |share: f64| {
             let turned = share * angle;
             let aside = (1.0 - turned.cos()) * angle.signum();
@@ -239,9 +232,7 @@ impl Fleet {
 
     /// Weight of a candidate relative to the mean weight.
     pub(crate) fn relative(&self, candidate: &Candidate) -> f64 {
-        #[expect(clippy::cast_precision_loss, reason = "at most 16 candidates")]
-        let n = self.candidates.len() as f64;
-        candidate.share * n
+        candidate.share * number(self.candidates.len())
     }
 
     /// Cost of a state at the horizon, without missed deadlines.
@@ -297,7 +288,7 @@ impl Fleet {
     pub(crate) fn reduced_by(&self, peak: f64, mean: f64) -> f64 {
         match self.reduce {
             Reduce::Mean => mean,
-            Reduce::Max => peak + MEAN_BESIDE_MAX * mean,
+            Reduce::Max => peak + self.tuned.mean_beside_max * mean,
         }
     }
 

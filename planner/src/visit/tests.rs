@@ -59,7 +59,7 @@ fn random(seed: usize, n: usize, far: f64) -> PlanRequest {
     let ids: Vec<_> = auvs.iter().map(|auv| auv.id.clone()).collect();
     let mut visits = Visits::new(ids.clone());
     visits.cost = costs()[rng.random_range(0..3)];
-    visits.dwell_min_s = 30.0;
+    visits.dwell_min_s = Some(30.0);
     let costs = ids.into_iter().map(|id| (id, rng.random_range(0.0..400.0)));
     visits.costs_now = costs.collect();
     if rng.random_bool(0.3) {
@@ -95,7 +95,7 @@ fn states(request: &mut PlanRequest) -> impl Iterator<Item = &mut AuvState> {
 fn by_age(mut request: PlanRequest) -> PlanRequest {
     (request.current, request.asc.speed_mps) = (None, 0.0);
     let goal = visits(&mut request);
-    (goal.cost, goal.reduce, goal.dwell_min_s) = (VisitCost::Age, Reduce::Mean, 0.0);
+    (goal.cost, goal.reduce, goal.dwell_min_s) = (VisitCost::Age, Reduce::Mean, Some(0.0));
     request
 }
 
@@ -205,8 +205,8 @@ fn enumerated(
             continue;
         };
         let there = fleet.travelled(state, to, arrival);
-        let depth = track.depth_at(arrival.time);
-        for dwell in fleet.law.dwells(there.costs[to], depth, fleet.dwell_min) {
+        let (cost, depth) = (there.costs[to], track.depth_at(arrival.time));
+        for dwell in fleet.law.dwells(cost, depth, fleet.dwell_min, &fleet.tuned) {
             let left = fleet.visited_until(&there, to, fleet.horizon.min(arrival.time + dwell));
             best = best.min(worth(fleet, &fleet.visited_until(&left, to, fleet.horizon)));
             if left.time < fleet.horizon {

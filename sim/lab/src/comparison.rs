@@ -4,15 +4,13 @@
 
 use std::collections::BTreeMap;
 
-use planner::los::{LawGains, LosLaw, LosTuning};
+use planner::{
+    los::{LawGains, LosLaw, LosTuning},
+    snapshot::Goal,
+};
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
-use sim::{
-    guide::GuideError,
-    mission,
-    record::Record,
-    scenario::{GoalFile, Scenario},
-};
+use sim::{guide::GuideError, mission, record::Record, scenario::Scenario};
 
 use crate::{
     campaign::{
@@ -130,7 +128,7 @@ fn best(campaign: &Campaign, controller: usize, progress: &mut dyn FnMut(f64)) -
 
 fn visits(scenario: &Scenario) -> bool {
     let craft = scenario.surface_craft.as_ref();
-    craft.is_some_and(|craft| matches!(craft.goal, GoalFile::Visit { .. }))
+    craft.is_some_and(|craft| matches!(craft.goal, Goal::Visit(_)))
 }
 
 /// A controller's knowledge and scores.

@@ -166,7 +166,7 @@ impl RuleGuide {
                 (goal, Some(memory.places[followed]))
             }
             Rule::OldestFirst | Rule::NearestFirst | Rule::CostPerTime => {
-                let next = memory.next(self.rule, now, visits.dwell_min_s + self.dwell, (&seen, &heard));
+                let next = memory.next(self.rule, now, visits.dwell_min() + self.dwell, (&seen, &heard));
                 let auv = memory.costs.auvs[next].clone();
                 (Goal::Track { auv }, Some(memory.places[next]))
             }
@@ -286,7 +286,7 @@ impl Guide for RuleGuide {
             goal: Task { goal, offset },
             ..PlanRequest::clone(snapshot)
         };
-        let guidance = self.guide.guide(&Snapshot::try_from(request)?)?;
+        let guidance = self.guide.guide(&snapshot.again(request)?)?;
         Ok(Guidance { serves, ..guidance })
     }
 }

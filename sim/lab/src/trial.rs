@@ -7,11 +7,7 @@
 use std::f64::consts::TAU;
 
 use nalgebra::Vector2;
-use planner::{
-    angle::{Heading, ned_from_body},
-    los::Reference,
-    snapshot::Limits,
-};
+use planner::{angle::Heading, los::Reference, snapshot::Limits};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
@@ -207,15 +203,7 @@ fn fly(trial: &Trial, world: &mut World, sensors: &mut SurfaceSensors) -> Vec<Lo
             };
             let interval = f64::from(PERIODS_PER_ROW) * PERIOD;
             let current = world.water.current(&craft.position(), 0.0);
-            let through_water = Vector2::new(craft.state[3], craft.state[4]);
-            let truth = SurfaceTruth {
-                position: craft.position(),
-                heading: craft.state[2],
-                surge: craft.state[3],
-                sway: craft.state[4],
-                yaw_rate: craft.state[5],
-                ground_velocity: ned_from_body(craft.state[2]) * through_water + current,
-            };
+            let truth = SurfaceTruth::of(craft, current);
             let works = world.faults.gnss_works(world.time());
             let measured = sensors.measure(&truth, works, interval);
             rows.push(LogRow {

@@ -8,6 +8,7 @@ use planner::{
 use rand_chacha::ChaCha8Rng;
 
 use super::noise::{disturbed, disturbed_vector, normal_pair};
+use crate::world::SurfaceCraft;
 
 /// Time over which dead reckoning averages the current while GNSS works, s. Assumption: far longer
 /// than the second between two measurements, whose noise is white; far shorter than a tide's hours.
@@ -68,6 +69,22 @@ pub struct SurfaceTruth {
     pub yaw_rate: f64,
     /// Velocity over ground (north, east), m/s.
     pub ground_velocity: Vector2<f64>,
+}
+
+impl SurfaceTruth {
+    /// The state of `craft` in a `current` (north, east), m/s.
+    #[must_use]
+    pub fn of(craft: &SurfaceCraft, current: Vector2<f64>) -> Self {
+        let [_, _, heading, surge, sway, yaw_rate, ..]: [f64; 8] = craft.state.into();
+        Self {
+            position: craft.position(),
+            heading,
+            surge,
+            sway,
+            yaw_rate,
+            ground_velocity: ned_from_body(heading) * Vector2::new(surge, sway) + current,
+        }
+    }
 }
 
 /// The surface craft's sensors with their state.

@@ -35,6 +35,12 @@ pub struct Quantity<K> {
     kind: PhantomData<K>,
 }
 
+impl From<f64> for Distribution {
+    fn from(value: f64) -> Self {
+        Self::Fixed(value)
+    }
+}
+
 impl Default for Distribution {
     fn default() -> Self {
         Self::Fixed(0.0)
@@ -86,6 +92,11 @@ pub(super) fn unit_of(member: &str) -> &'static str {
         ("_w_per_mps3", "W/(m/s)³"),
         ("_radps", "rad/s"),
         ("_mps2", "m/s²"),
+        ("_m2ps", "m²/s"),
+        ("_kbps", "kbit/s"),
+        ("_mps", "m/s"),
+        ("_rad", "rad"),
+        ("_m", "m"),
         ("_s", "s"),
     ];
     let known = units.iter().find(|(end, _)| member.ends_with(end));
@@ -99,18 +110,16 @@ fn limits(range: &RangeInclusive<f64>, unit: &str) -> String {
 }
 
 impl<K: Kind> Quantity<K> {
-    const RANGE: RangeInclusive<f64> = K::MIN..=K::MAX;
-
     /// Always `value`, which must be inside the kind's limits.
     #[must_use]
     pub fn fixed(value: f64) -> Self {
-        debug_assert!(Self::RANGE.contains(&value), "{} {value}", K::NAME);
+        debug_assert!(K::RANGE.contains(&value), "{} {value}", K::NAME);
         Self::of(Distribution::Fixed(value))
     }
 
     /// A value for one seed, in SI. A fixed number draws nothing from `rng`.
     pub fn draw(&self, rng: &mut ChaCha8Rng) -> f64 {
-        self.distribution.draw(&Self::RANGE, rng)
+        self.distribution.draw(&K::RANGE, rng)
     }
 
     /// The largest possible draw.
@@ -119,7 +128,7 @@ impl<K: Kind> Quantity<K> {
         match &self.distribution {
             Distribution::Fixed(value) | Distribution::Uniform(_, value) => *value,
             Distribution::Normal(..) => K::MAX,
-            Distribution::Choice(values) => values.iter().copied().fold(K::MIN, f64::max),
+            Distribution::Choice(values) => values.iter().copied().fold(*K::RANGE.start(), f64::max),
         }
     }
 
@@ -134,7 +143,7 @@ impl<K: Kind> Quantity<K> {
 impl<'de, K: Kind> Deserialize<'de> for Quantity<K> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let distribution = deserializer.deserialize_any(Form {
-            range: Self::RANGE,
+            range: K::RANGE,
             unit: K::UNIT,
         })?;
         Ok(Self::of(distribution))
@@ -244,7 +253,7 @@ impl<K: Kind> JsonSchema for Quantity<K> {
     }
 
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        schema_within(&Self::RANGE, K::UNIT)
+        schema_within(&K::RANGE, K::UNIT)
     }
 }
 

@@ -78,7 +78,7 @@ mod tests {
     use planner::craft::SurgeLoop;
 
     use super::*;
-    use crate::scenario::quantity::{Distribution, Quantity};
+    use crate::scenario::quantity::Distribution;
 
     fn named(name: &str) -> Scenario {
         Scenario::named(name).expect("exists")
@@ -130,11 +130,17 @@ mod tests {
             "surface_craft.craft.heading_loop.time_constant_s",
             "surface_craft.limits.surge_lag_s",
             "surface_craft.tuning.energy_weight_per_j",
+            "surface_craft.parameters.estimate.gate",
         ] {
             scenario.set(key, 0.5).expect("is a number");
         }
+        let start = scenario.start(1).expect("starts");
+        let briefing = start.observer.expect("has a craft").briefing;
+        assert_eq!(briefing.tuned.estimate.gate, 0.5);
+        let unknown = scenario.set("surface_craft.parameters.estimate.gates", 0.5);
+        unknown.expect_err("there is no such number");
         let craft = scenario.surface_craft.expect("has one");
-        assert_eq!(craft.limits.surge_lag_s, Some(Quantity::fixed(0.5)));
+        assert_eq!(craft.limits.surge_lag_s, Some(Distribution::Fixed(0.5)));
         let response = craft.craft.expect("is created");
         let found = response.heading_loop.time_constant_s;
         assert_eq!(found, Some(Distribution::Fixed(0.5)));

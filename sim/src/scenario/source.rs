@@ -91,7 +91,7 @@ const FORMS: &[Form] = &[
     },
     Form {
         place: "surface_craft.goal_offset",
-        shape: Shape::OneOf(&["ned", "target", "path"]),
+        shape: Shape::OneOf(&["ned", "target", "path", "polar"]),
         example: "goal_offset = {ned = {north_m = -5, east_m = 10}}",
     },
     Form {

@@ -1,12 +1,20 @@
 //! From a scenario and a seed to a world and its observer.
 
+use std::sync::Arc;
+
 use ::record::table::SURFACE_CRAFT;
-use planner::snapshot::{AUVS_MAX, ID_LENGTH_MAX, Limits};
+use planner::{
+    path::{Path, Segment},
+    snapshot::{AUVS_MAX, ID_LENGTH_MAX, Limits},
+};
 
 use crate::{
     observe::{Briefing, Observer},
     record::{Bounds, Origin},
-    scenario::{ScenarioError, file::Scenario},
+    scenario::{
+        ScenarioError,
+        file::{Declares, Scenario},
+    },
     world::World,
 };
 
@@ -18,6 +26,7 @@ mod invalid;
 mod path;
 mod survey;
 mod track;
+mod turns;
 mod vehicles;
 
 pub use invalid::InvalidScenario;
@@ -25,6 +34,11 @@ pub use invalid::InvalidScenario;
 use draw::Draw;
 use environment::bounds;
 use invalid::invalid;
+
+/// Time between two points of a declared track, s: a few metres.
+const DECLARED_INTERVAL: f64 = 4.0;
+/// Largest number of points of a declared track, short of those that a path may have.
+const DECLARED_MAX: f64 = 5000.0;
 
 /// A mission about to begin.
 #[derive(Clone, Debug)]
@@ -88,7 +102,8 @@ impl Scenario {
             }
             None => (None, None, None),
         };
-        let world = World::new(surface_craft, auvs, water, faults);
+        let mut world = World::new(surface_craft, auvs, water, faults);
+        self.declare_tracks(&mut world, duration)?;
         let limits = briefing.as_ref().map(|briefing| briefing.limits);
         let observer = match briefing {
             Some(briefing) => Some(self.observer(&world, briefing, seed, &mut draw)?),
@@ -104,6 +119,29 @@ impl Scenario {
             bounds,
             origin,
         })
+    }
+
+    /// Lets the vehicles that declare what they will sail do so.
+    fn declare_tracks(&self, world: &mut World, duration: f64) -> Result<(), InvalidScenario> {
+        if self.auvs.iter().all(|file| file.declares == Declares::Plan) {
+            return Ok(());
+        }
+        let interval = DECLARED_INTERVAL.max(duration / DECLARED_MAX);
+        let tracks = world.tracks_ahead(duration, interval);
+        for (i, (auv, track)) in world.auvs.iter_mut().zip(tracks).enumerate() {
+            if self.auvs[i].declares == Declares::Sailed {
+                let waypoints = Segment::Waypoints {
+                    points: track.into_iter().map(Into::into).collect(),
+                    fillet_m: None,
+                    turn_radius_m: None,
+                    legs: vec![],
+                };
+                let path = Path::from_segments(&[waypoints], false);
+                let path = path.map_err(|error| invalid(format!("auvs[{i}].declares"), error))?;
+                auv.declared = Arc::new(path);
+            }
+        }
+        Ok(())
     }
 
     fn check_names(&self) -> Result<(), InvalidScenario> {

@@ -18,6 +18,7 @@ use crate::world::{
     path_following::{PathCommand, PathError, PathFollowingGains, follow_path},
     recorded_track::RecordedTrack,
     underwater_vehicle::Navigation,
+    water::Oscillation,
 };
 
 /// Largest depth with the GNSS antenna on the tail above water, m. Assumption: half a length.
@@ -30,6 +31,17 @@ const LEAVING_TURN_RATE: f64 = 0.15;
 /// Distance along the path, beyond the distance strayed, within which a vehicle rejoins at the
 /// nearest point, m. Assumption: less than the lane spacing of a lawn-mower that it can turn on.
 const REJOIN_REACH: f64 = 10.0;
+
+/// Deviations of a vehicle from the path that it follows, beyond those of its navigation.
+#[derive(Clone, Debug, Default)]
+pub struct TrackingError {
+    /// Distance to starboard of its path at which it steers, m.
+    pub(crate) weave: Option<Oscillation>,
+    /// Share of its speed that it loses nose down.
+    pub(crate) slower_diving: f64,
+    /// Time since the start, s.
+    pub(crate) time: f64,
+}
 
 /// An underwater vehicle.
 #[derive(Clone, Debug)]
@@ -58,6 +70,10 @@ pub struct SimulatedAuv {
     pub gains: PathFollowingGains,
     /// The path it follows.
     pub path: Arc<Path>,
+    /// The path that it declares.
+    pub declared: Arc<Path>,
+    /// Its deviations from the path that it follows.
+    pub tracking_error: TrackingError,
     /// Arc length γ of the point that it follows, m.
     pub gamma: f64,
     /// Speed reference along the body `U_d(γ)`.
@@ -171,9 +187,8 @@ impl SimulatedAuv {
         }
         match self.behaviour {
             Behaviour::FollowsPath => {
-                let point = self.path.at(self.gamma);
-                let estimated = PathError::new(&self.position_estimate, self.heading(), &point);
-                wrap(point.tangent + self.gains.approach_angle(estimated.y_1))
+                let tangent = self.path.at(self.gamma).tangent;
+                wrap(tangent + self.gains.approach_angle(self.steered_error().y_1))
             }
             Behaviour::LeavesPath(Some(heading)) => wrap(heading),
             Behaviour::LeavesPath(None) | Behaviour::WaitsAtSurface | Behaviour::Drifts => {
@@ -228,15 +243,34 @@ impl SimulatedAuv {
 
     /// Command of the path-following law at the estimated position.
     fn path_command(&self) -> PathCommand {
+        let curvature = self.path.at(self.gamma).curvature;
+        follow_path(
+            &self.steered_error(),
+            curvature,
+            self.horizontal_speed(),
+            &self.gains,
+        )
+    }
+
+    /// The deviation that its path follower sees: from where it weaves, by its own navigation.
+    fn steered_error(&self) -> PathError {
         let point = self.path.at(self.gamma);
         let error = PathError::new(&self.position_estimate, self.heading(), &point);
-        follow_path(&error, point.curvature, self.horizontal_speed(), &self.gains)
+        let TrackingError { weave, time, .. } = &self.tracking_error;
+        PathError {
+            y_1: error.y_1 - weave.as_ref().map_or(0.0, |weave| weave.at(*time)),
+            ..error
+        }
     }
 
     /// Inner loops take the body's yaw rate r = cosθ ψ̇; the law gives ψ̇.
     fn inner_loop_reference(&self, command: &PathCommand) -> UnderwaterReference {
+        let lost = match self.leg {
+            Leg::Down => self.tracking_error.slower_diving,
+            Leg::Up => 0.0,
+        };
         UnderwaterReference {
-            surge: self.speed_at(self.gamma),
+            surge: self.speed_at(self.gamma) * (1.0 - lost),
             pitch: self.leg.pitch(&self.dive),
             yaw_rate: command.heading_rate * self.pitch().cos(),
         }
@@ -290,6 +324,7 @@ impl SimulatedAuv {
             self.hull.derivative(state, input, current)
         });
         self.gamma += command.point_speed * PERIOD;
+        self.tracking_error.time += PERIOD;
         // A vehicle cannot leave the water.
         self.state[2] = self.state[2].max(0.0);
         self.navigate(&through_water);

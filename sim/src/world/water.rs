@@ -25,6 +25,7 @@ pub use waves::{WaveAcceleration, Waves};
 
 use super::inner_loop::PERIOD;
 use gauss_markov::Fluctuation;
+pub(crate) use waves::Oscillation;
 use waves::WaveMotion;
 
 /// Largest component of a mean current, north or east, m/s.

@@ -3,10 +3,10 @@
 use pilotfish_sim::{
     guide::Guide,
     mission::Mission,
-    scenario::{LimitsFile, RandomCraftFile, Scenario, SurfaceClassFile},
+    scenario::{RandomCraftFile, Scenario, SurfaceClassFile},
     world::fault::{Fault, FaultKind},
 };
-use planner::{angle::wrap, craft::CraftDescription, path::Side};
+use planner::{angle::wrap, craft::CraftDescription, path::Side, snapshot::DeclaredLimits};
 
 use crate::{mpc, named};
 
@@ -64,7 +64,7 @@ fn with_craft(name: &str, class: SurfaceClassFile, declared: bool, seconds: f64)
     let mut scenario = named(name);
     let craft = scenario.surface_craft.as_mut().expect("has one");
     craft.class = class;
-    craft.limits = LimitsFile::default();
+    craft.limits = DeclaredLimits::default();
     craft.craft = (!declared).then(CraftDescription::default);
     scenario.lasting(seconds)
 }

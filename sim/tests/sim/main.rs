@@ -7,8 +7,10 @@ use pilotfish_sim::{
     scenario::{Files, Scenario},
     world::World,
 };
-use planner::{nalgebra::Vector2, parameters::Parameters};
+use planner::parameters::Parameters;
 
+#[path = "../../../planner/src/tests/checks.rs"]
+mod checks;
 mod determinism;
 mod effects;
 mod estimates;
@@ -20,8 +22,11 @@ mod scenario_reference;
 mod scenarios;
 mod step_responses;
 mod surface_craft;
+mod tracking_errors;
 mod underwater_vehicle;
 mod visits;
+
+use checks::{near, near_to, rows};
 
 fn los() -> LosGuide {
     LosGuide::new(Parameters::default().los)
@@ -58,31 +63,4 @@ fn step_until(world: &mut World, time: f64) {
 
 fn craft(row: &pilotfish_sim::record::Row) -> &SurfaceCraftRow {
     row.surface_craft.as_ref().expect("has one")
-}
-
-/// Asserts that two numbers differ by less than `tolerance`.
-#[track_caller]
-fn near(found: f64, expected: f64, tolerance: f64) {
-    let off = (found - expected).abs();
-    assert!(off < tolerance, "{found} instead of {expected}");
-}
-
-/// Asserts that two positions are less than `tolerance` apart.
-#[track_caller]
-fn near_to(found: Vector2<f64>, expected: Vector2<f64>, tolerance: f64) {
-    let off = (found - expected).norm();
-    assert!(off < tolerance, "{found} instead of {expected}: {off} apart");
-}
-
-/// The cells of a table in words: a row a line, cells apart by `|`. In a cell, `\n` breaks a line.
-fn rows<const N: usize>(table: &str) -> Vec<[String; N]> {
-    let cells = |row: &str| {
-        row.split('|')
-            .map(|cell| cell.trim().replace("\\n", "\n"))
-            .collect::<Vec<_>>()
-    };
-    let lines = table.lines().filter(|row| !row.trim().is_empty());
-    lines
-        .map(|row| cells(row).try_into().unwrap_or_else(|_| panic!("{row}")))
-        .collect()
 }

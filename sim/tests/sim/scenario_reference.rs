@@ -18,6 +18,8 @@ const BEGIN: &str = "<!-- keys -->\n";
 const END: &str = "<!-- /keys -->\n";
 /// Documented as the planner's levers.
 const LEVERS: &str = "surface_craft.tuning";
+/// Documented as the planner's tuned numbers.
+const NUMBERS: &str = "surface_craft.parameters";
 /// Any value of this variable writes the reference anew.
 const UPDATE: &str = "UPDATE_DOCS";
 
@@ -65,7 +67,11 @@ impl Reference {
         } else {
             Presence::Optional(default.unwrap_or_default())
         };
-        let form = self.form(&inside);
+        let form = if key == NUMBERS {
+            Form::default()
+        } else {
+            self.form(&inside)
+        };
         self.rows.push(Row {
             key: key.to_owned(),
             value: form.value(),

@@ -232,7 +232,7 @@ fn members_that_would_fail_in_a_mission_are_refused_before_it() {
         r#"
         id = "auv-1" | id = "a\"b,c" | auvs[0].id
         id = "auv-1" | id = "asc" | the name of the surface craft
-        ["auv-1"] | ["auv-1", "auv-1"] | named twice
+        ["auv-1"] | ["auv-1", "auv-1"] | auvs[1]: duplicate name
         speed_mps = 0.3 | speed_mps = 4 | more than the 72 N
         LINE | speed_mps = 2.5\nLINE | more than the 72 N
         [surface_craft.limits] | [surface_craft.limits]\nspeed_max_mps = 0.06 | 0.05 m/s above
@@ -244,8 +244,8 @@ fn members_that_would_fail_in_a_mission_are_refused_before_it() {
         [water] | ACOUSTICS slots_s = {auv-1 = 11} | slots_s.auv-1: 11 is outside 0 to 10,
         [water] | ACOUSTICS slots_s = {} | slots_s: "auv-1" has no slot
         [water] | ACOUSTICS loss = 0.6\nloss_at_range_max = 0.5 | loss_at_range_max: 0.5 is outside 0.6 to 1,
-        goal.midpoint.auvs = ["auv-1"] | goal.weighted.weights = {auv-2 = 1.0} | there is no vehicle "auv-2"
-        goal.midpoint.auvs = ["auv-1"] | goal.weighted.weights = {auv-1 = 0} | weights: at least one of them must be above 0
+        goal.midpoint.auvs = ["auv-1"] | goal.weighted.weights = {auv-2 = 1.0} | no vehicle in `auvs` has this id (given: "auv-2")
+        goal.midpoint.auvs = ["auv-1"] | goal.weighted.weights = {auv-1 = 0} | weights: at least one weight must be above 0
         goal.midpoint.auvs = ["auv-1"] | goal.range = {auvs = ["auv-1"], range_m = 0.5} | outside 1 to 20000 m
         [surface_craft.limits] | goal_offset.path = {ahead_m = 0, starboard_m = 9}\n[surface_craft.limits] | goal_offset.path: an offset along a path needs a goal that follows one vehicle at a time
         goal.midpoint.auvs = ["auv-1"] | goal.track.auv = "auv-1"\ngoal_offset.path = {ahead_m = 0, starboard_m = 9} | the surface craft knows no paths

@@ -8,7 +8,7 @@ use tests::{
 };
 use tower::ServiceExt as _;
 
-use super::{Service, live, number, read, simulated};
+use super::{Service, live, number, simulated, streams::read};
 
 impl Service {
     async fn run_live(&self) -> String {
@@ -327,17 +327,24 @@ async fn the_levers_of_a_mission_make_its_plans_and_can_be_changed() {
     assert_eq!((points(&usual), points(&tuned)), (31, 6));
     // They are asked for something else.
     assert_ne!(usual["plan_id"], tuned["plan_id"]);
-    let file = |steps: &str| {
+    let with = |line: &str| {
         let text = Scenario::text("switching").expect("exists");
         let (before, after) = text.split_once("[surface_craft]\n").expect("has a craft");
-        format!("{before}[surface_craft]\ntuning.steps_s = {steps}\n{after}")
+        format!("{before}[surface_craft]\n{line}\n{after}")
     };
+    let file = |steps: &str| with(&format!("tuning.steps_s = {steps}"));
     let from_file = plan_of(json!({ "scenario_file": file("[1, 1, 2, 2, 4]") })).await;
     assert_eq!(from_file["plan_id"], tuned["plan_id"]);
     let replaced = json!({ "scenario_file": file("[2, 2, 2]"), "tuning": steps });
     assert_eq!(plan_of(replaced).await["plan_id"], tuned["plan_id"]);
-    let wrong = json!({ "schema_version": "1.0", "simulated": { "scenario_file": file("[1, 1]") } });
-    let refused = service.post("/v1/missions", &wrong).await;
-    refused.must_be(422);
-    refused.must_say("surface_craft.tuning.steps_s");
+    let numbers = with("parameters.estimate.gate = 9.2");
+    for (wrong, key) in [
+        (file("[1, 1]"), "surface_craft.tuning.steps_s"),
+        (numbers, "surface_craft.parameters"),
+    ] {
+        let wrong = json!({ "schema_version": "1.0", "simulated": { "scenario_file": wrong } });
+        let refused = service.post("/v1/missions", &wrong).await;
+        refused.must_be(422);
+        refused.must_say(key);
+    }
 }

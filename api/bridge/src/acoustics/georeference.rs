@@ -76,18 +76,17 @@ impl Georeference {
         let depth = mounting.and_then(|mounting| mounting.depth_m).unwrap_or(0.0);
         let (positive, finite) = (f64::MIN_POSITIVE..=REACH_M, f64::MIN..=f64::MAX);
         let (length, depths) = (0.0..=LEVER_MAX_M, -LEVER_MAX_M..=LEVER_MAX_M);
+        let (slowest, fastest) = SOUND_SPEED_MPS.into_inner();
+        let water = format!("a speed in water, {slowest} to {fastest} m/s");
+        let reach = format!("positive and at most {REACH_M}");
+        let [lever_max, depth_max] = ["at most ", "within ±"].map(|most| format!("{most}{LEVER_MAX_M} m"));
         for (name, value, range, must) in [
-            (
-                "sound_speed_mps",
-                speed,
-                SOUND_SPEED_MPS,
-                "a speed in water, 1380 to 1620 m/s",
-            ),
+            ("sound_speed_mps", speed, SOUND_SPEED_MPS, &*water),
             ("magnetic_declination_rad", declination, -PI..=PI, "within ±π"),
-            ("sigma_m", sigma, positive, "positive and at most 20 000"),
-            ("mounting: its length", lever, length, "at most 500 m"),
+            ("sigma_m", sigma, positive, &*reach),
+            ("mounting: its length", lever, length, &*lever_max),
             ("mounting: an angle", roll + pitch + heading, finite, "a number"),
-            ("mounting.depth_m", depth, depths, "within ±500 m"),
+            ("mounting.depth_m", depth, depths, &*depth_max),
         ] {
             if !range.contains(&value) {
                 return Err(UnusableSettings(format!("{name} is {value}; it must be {must}")));

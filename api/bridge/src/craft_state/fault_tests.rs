@@ -5,6 +5,7 @@ use std::{collections::BTreeSet, f64::consts::TAU};
 use planner::angle::wrap;
 
 use super::*;
+use crate::recent_positions::trend;
 
 /// Time between two steps, s.
 const STEP_S: f64 = 0.1;
@@ -593,4 +594,19 @@ fn a_compass_frozen_on_a_straight_course_is_named_by_a_gyro_in_waves_or_at_the_f
     assert_eq!(without.detection(45.0, Alarm::HeadingFrozen, &mut stays), None);
     without.requested.heading = 2.5;
     without.raises_within(15.0, Alarm::HeadingFrozen, &mut stays);
+}
+
+#[test]
+fn noise_of_few_positions_is_as_rarely_a_drift_as_that_of_many() {
+    let (mut draw, mut beyond) = (Random(23), [0; 2]);
+    for _ in 0..20_000 {
+        // A receiver at 1 Hz for 10 s.
+        let noise = (0..11).map(|t_s| (f64::from(t_s), draw.normals()));
+        let trend = trend(noise).expect("are enough");
+        for (count, sigmas) in beyond.iter_mut().zip([3.0, 5.0]) {
+            *count += u32::from(trend.slope.norm() > trend.slope_beyond(sigmas));
+        }
+    }
+    // exp(−4.5) of them are 222, with a standard deviation of 15; exp(−12.5) are 0.07.
+    assert!((177..=267).contains(&beyond[0]) && beyond[1] == 0, "{beyond:?}");
 }

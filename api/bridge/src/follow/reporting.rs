@@ -24,8 +24,11 @@ const NOT_FOLLOWED: [&str; 3] = [
 /// The warning that an AUV is silent. Lost messages alone cause it: it is told, and is no alarm.
 const NOT_HEARD: &str = "stale_report";
 
-/// The reason for a missing plan of a silent service.
+/// The reasons for a missing plan, and the time without an answer after which a service is silent,
+/// s: one lost request is none.
 const SILENT_SERVICE: &str = "the service does not answer";
+const NO_NEW_PLAN: &str = "no new plan";
+const SILENT_S: f64 = 1.0;
 
 /// Time without a fix of an AUV after which the plan states if that matters (`NOT_HEARD`), s.
 const LATE_MAX_S: f64 = 32.0;
@@ -33,14 +36,18 @@ const LATE_MAX_S: f64 = 32.0;
 /// Time between two reports of the state to the mission, s. After three missing ones it is unknown.
 const STATE_INTERVAL_S: f64 = 1.0;
 
-/// Time that a state lasts before the ground station is told, s; and time without an alarm before
-/// its end is told: an alarm that comes and goes is one alarm (as in ISA-18.2).
-const CHANGED_S: f64 = 1.0;
+/// Time that an improvement lasts before it is told, s, and the same after an alarm or a reservation
+/// for the ground station: an alarm that comes and goes is one alarm (as in ISA-18.2).
+const BETTER_S: f64 = 1.0;
 const CLEAR_S: f64 = 10.0;
 
-/// Time between two texts to the ground station, s: of a lasting alarm, and of a changing cause.
+/// Time between two texts to the ground station, s: of a lasting alarm, and of a changing cause or
+/// an improvement.
 const ALARM_INTERVAL_S: f64 = 30.0;
-const CAUSE_INTERVAL_S: f64 = 10.0;
+const TEXT_INTERVAL_S: f64 = 10.0;
+
+/// Time between two status lines, s.
+pub(super) const LINE_INTERVAL_S: f64 = 5.0;
 
 /// A cause without its numbers: a growing age is the same cause.
 fn words(cause: &str) -> Vec<&str> {
@@ -65,7 +72,7 @@ pub(super) struct Facts<'a> {
 }
 
 impl<'a> Facts<'a> {
-    /// The state of the steering; `None` in a dry run. Silence is an alarm only while the craft is
+    /// The state of the steering, decided here alone; `None` in a dry run. Silence is an alarm only while the craft is
     /// armed and in the guided mode, so that no one else steers it.
     pub(super) fn steering(self) -> Option<Steering> {
         if self.decision.dry_run {
@@ -116,13 +123,26 @@ impl<'a> Facts<'a> {
         causes
     }
 
-    /// The parts without which steering is unconfirmed: the service, observed motion, heard AUVs.
+    /// The parts without which steering is unconfirmed: new plans, observed motion, heard AUVs.
     fn unconfirmed(self) -> Vec<String> {
         let now = self.now;
-        let service = self.link.trouble.iter().map(|_| SILENT_SERVICE.to_owned());
+        let silent_s = self.link.troubled_s.map_or(0.0, |since_s| now - since_s);
+        let lacks_plan = self
+            .link
+            .plans
+            .as_ref()
+            .is_some_and(|plans| plans.is_overdue(now));
+        let service = match (SILENT_S <= silent_s, lacks_plan) {
+            (true, _) => Some(SILENT_SERVICE),
+            (false, true) => Some(NO_NEW_PLAN),
+            (false, false) => None,
+        };
+        let service = service.into_iter().map(str::to_owned);
         let craft = self.decision.unconfirmed(now).map(str::to_owned);
         let fixes = self.telemetry.fixes.iter();
-        let late = fixes.filter(|(_, fixes)| fixes.is_overdue(now) && now - fixes.at_s <= LATE_MAX_S);
+        let late = fixes.filter(|(_, Fixes { arrivals, .. })| {
+            arrivals.is_overdue(now) && now - arrivals.newest_s <= LATE_MAX_S
+        });
         let late = late.map(|(auv, _)| format!("no new fix of {auv}"));
         let warnings = self.link.plan.iter().flat_map(|plan| &plan.answer.plan.warnings);
         let not_heard = warnings.filter(|warning| warning.code == NOT_HEARD);
@@ -131,7 +151,7 @@ impl<'a> Facts<'a> {
     }
 
     /// Steering, mode, plan, reference, fixes and rejected input in one line.
-    pub(super) fn line(self) -> String {
+    pub(super) fn line(self, steering: Option<&Steering>) -> String {
         let (now, link) = (self.now, self.link);
         let mode = match self.autopilot.control(now) {
             Control::Reported(Some((heartbeat, age))) if age <= HEARTBEAT_AGE_MAX_S => heartbeat.mode_name(),
@@ -139,7 +159,7 @@ impl<'a> Facts<'a> {
             Control::Reported(None) => "no autopilot".to_owned(),
             Control::Unreported => "mode unknown".to_owned(),
         };
-        let steering = self.steering().map(|steering| steering.to_string());
+        let steering = steering.map(ToString::to_string);
         let is_new = |words: &String| !steering.iter().any(|said| said.contains(words.as_str()));
         let mut parts = vec![steering.clone().unwrap_or_else(|| "dry run".to_owned()), mode];
         if let Some(plan) = &link.plan {
@@ -149,9 +169,12 @@ impl<'a> Facts<'a> {
         let alarms = self.alarms().filter(is_new);
         parts.extend(alarms.map(|alarm| format!("WARNING {alarm}")));
         let fixes = self.telemetry.fixes.iter();
-        parts.extend(fixes.map(|(auv, Fixes { at_s, count, .. })| {
+        parts.extend(fixes.map(|(auv, Fixes { arrivals, count, .. })| {
             let fixes = if *count == 1 { "fix" } else { "fixes" };
-            format!("{auv} heard {:.0} s ago, {count} {fixes}", now - at_s)
+            format!(
+                "{auv} heard {:.0} s ago, {count} {fixes}",
+                now - arrivals.newest_s
+            )
         }));
         let rejected = link.rejected.iter();
         parts.extend(rejected.map(|(count, why)| format!("{count} reports rejected ({why})")));
@@ -194,13 +217,13 @@ impl<'a> Facts<'a> {
     }
 }
 
-/// Tells mission and ground station the state of the steering; remembers what was told.
+/// Tells log, mission and ground station the state of the steering; remembers what was told.
 #[derive(Debug, Default)]
 pub(super) struct Reporting {
-    /// The state of the steering and its beginning, s.
-    steering: Option<(Steering, f64)>,
-    /// Time since which the state differs from the ground station's, s.
-    differs_since_s: Option<f64>,
+    /// The state in the last status line, and its time, s.
+    pub(super) lined: Option<(Option<Steering>, f64)>,
+    /// Time since which the state is better than the ground station's, s.
+    better_since_s: Option<f64>,
     /// The last texts to the ground station, and their time, s.
     pub(super) texted: Option<(Steering, f64)>,
     /// The last state and reason for the mission, and their time, s.
@@ -208,7 +231,24 @@ pub(super) struct Reporting {
 }
 
 impl Reporting {
-    /// Tells the state at `now`, s; none in a dry run.
+    /// `true` if a status line is due at `now`, s: at once after a worse state, else a second after
+    /// the last one.
+    pub(super) fn takes_line(&mut self, now: f64, steering: Option<&Steering>) -> bool {
+        let is_due = self.lined.as_ref().is_none_or(|(said, at)| {
+            let [is_worse, is_other] = match said.as_ref().zip(steering) {
+                Some((said, now)) => [now.is_worse_than(said), !now.is_like(said)],
+                None => [false, said.as_ref() != steering],
+            };
+            let elapsed = now - at;
+            is_worse || is_other && BETTER_S <= elapsed || LINE_INTERVAL_S <= elapsed
+        });
+        if is_due {
+            self.lined = Some((steering.cloned(), now));
+        }
+        is_due
+    }
+
+    /// Tells the state at `now`, s, to mission and ground station; none in a dry run.
     pub(super) fn tell(
         &mut self,
         now: f64,
@@ -237,35 +277,31 @@ impl Reporting {
         }
     }
 
-    /// Sends texts after a second of change, or `CLEAR_S` of improvement, and repeatedly during an
+    /// Sends texts of a worse state at once, of a better one that lasts, and repeatedly during an
     /// alarm.
     fn text(&mut self, now: f64, steering: Steering, autopilot: &mut AutopilotLink) {
-        let since = match &self.steering {
-            Some((before, since)) if steering.is_like(before) => *since,
-            _ => now,
-        };
-        let is_told = self
-            .texted
-            .as_ref()
-            .is_some_and(|(told, _)| steering.is_like(told));
-        self.differs_since_s = (!is_told).then(|| self.differs_since_s.unwrap_or(now));
-        let is_due = match &self.texted {
-            Some((told, at)) if is_told => {
+        let told = self.texted.as_ref();
+        let is_told = told.is_some_and(|(told, _)| !told.is_worse_than(&steering));
+        self.better_since_s = (!is_told).then(|| self.better_since_s.unwrap_or(now));
+        let better_s = self.better_since_s.map_or(0.0, |since_s| now - since_s);
+        let is_due = match told {
+            None => BETTER_S <= better_s,
+            Some((told, _)) if steering.is_worse_than(told) => true,
+            Some((told, at)) if steering.is_like(told) => {
                 let is_alarm = steering.state == SteeringState::NotSteering;
                 let is_new = words(&told.cause) != words(&steering.cause);
-                is_new && CAUSE_INTERVAL_S <= now - at || is_alarm && ALARM_INTERVAL_S <= now - at
+                is_new && TEXT_INTERVAL_S <= now - at || is_alarm && ALARM_INTERVAL_S <= now - at
             }
-            Some((told, _)) if told.is_alarm() && !steering.is_alarm() => CLEAR_S <= now - since,
-            Some((told, _)) if told.is_on() && steering.is_good() => CLEAR_S <= now - since,
-            _ => self
-                .differs_since_s
-                .is_some_and(|since_s| CHANGED_S <= now - since_s),
+            Some((told, at)) => {
+                let is_end = told.is_alarm() || told.is_on() && steering.is_good();
+                let lasts_s = if is_end { CLEAR_S } else { BETTER_S };
+                lasts_s <= better_s && TEXT_INTERVAL_S <= now - at
+            }
         };
         if is_due {
             send_texts(&steering, autopilot);
-            self.texted = Some((steering.clone(), now));
+            self.texted = Some((steering, now));
         }
-        self.steering = Some((steering, since));
     }
 }
 

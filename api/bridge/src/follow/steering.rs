@@ -43,9 +43,19 @@ impl Steering {
         }
     }
 
-    /// `true` if the ground station is told the same of both, whatever their causes.
+    /// `true` if operators are told the same of both, whatever their causes.
     pub(super) fn is_like(&self, other: &Self) -> bool {
-        (self.is_on(), self.severity()) == (other.is_on(), other.severity())
+        self.rank() == other.rank()
+    }
+
+    /// `true` if references end, or are sent with less effect.
+    pub(super) fn is_worse_than(&self, other: &Self) -> bool {
+        self.rank() < other.rank()
+    }
+
+    /// Higher is better.
+    fn rank(&self) -> (bool, u8) {
+        (self.is_on(), self.severity() as u8)
     }
 
     /// Texts for the ground station, each of at most `TEXT_BYTES`, with whole words only.

@@ -1,10 +1,11 @@
 //! Telemetry: what the wires say, and what of it is doubted.
 
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::{
     Alarm, AuvFix, CraftState, MeasuredState, Measurement, Origin, Rejects, Source,
     acoustics::{CraftPose, KnownDepth, Modem, PoseHistory},
+    arrivals::Arrivals,
     autopilot_link::{AutopilotLink, read_nmea},
     follow::mission_log::{MissionLog, TARGET},
     mavlink::{AutopilotEvent, Parameters},
@@ -19,11 +20,6 @@ pub(super) const AUTOPILOT_WIRE: usize = 0;
 const DEPTH_SIGMA_M: f64 = 0.5;
 /// Clocks farther apart than this shift fixes by a craft's length, s.
 pub(crate) const CLOCK_ERROR_MAX_S: f64 = 0.5;
-/// Number of kept times between fixes, and the least number that predicts the next one.
-const INTERVALS: usize = 8;
-const INTERVALS_MIN: usize = 3;
-/// Delay after which a fix is overdue, s.
-const OVERDUE_S: f64 = 2.0;
 /// Greatest age of a reported position, s.
 pub(super) const REPORT_AGE_MAX_S: f64 = 2.0;
 
@@ -55,36 +51,22 @@ pub(crate) struct Telemetry {
 #[derive(Clone, Debug)]
 pub(crate) struct Fixes {
     pub(crate) newest: AuvFix,
-    /// Time of its arrival, s.
-    pub(crate) at_s: f64,
+    pub(crate) arrivals: Arrivals,
     pub(crate) count: u64,
-    /// The last times between two fixes, s.
-    intervals: VecDeque<f64>,
 }
 
 impl Fixes {
     fn first(newest: AuvFix, at_s: f64) -> Self {
         Self {
             newest,
-            at_s,
+            arrivals: Arrivals::first(at_s),
             count: 1,
-            intervals: VecDeque::new(),
         }
     }
 
     fn take(&mut self, fix: AuvFix, t_s: f64) {
-        self.intervals.push_back(t_s - self.at_s);
-        if self.intervals.len() > INTERVALS {
-            self.intervals.pop_front();
-        }
-        (self.newest, self.at_s, self.count) = (fix, t_s, self.count + 1);
-    }
-
-    /// `true` if a fix should have come by `now`, s: after the longest of the last intervals, since
-    /// a modem often loses some. The first fixes set no expectation.
-    pub(super) fn is_overdue(&self, now: f64) -> bool {
-        let usual = self.intervals.iter().copied().fold(0.0, f64::max);
-        self.intervals.len() >= INTERVALS_MIN && now - self.at_s > usual + OVERDUE_S
+        self.arrivals.push(t_s);
+        (self.newest, self.count) = (fix, self.count + 1);
     }
 }
 

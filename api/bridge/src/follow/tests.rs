@@ -10,6 +10,8 @@ use ::wire::{
 use super::{decision::Sending, *};
 use crate::{Plan, mavlink::Silence, tests::planned};
 
+mod displays;
+
 /// A bridge with only the wire of its autopilot.
 fn bridge() -> (Bridge, Input) {
     let connect = "tcp:autopilot:1".parse().expect("an endpoint");
@@ -86,7 +88,8 @@ fn warnings(of: &[(&str, &str)]) -> Vec<Warning> {
 fn line(sending: Option<Sending>, link: &LinkStatus) -> String {
     let (mut bridge, _) = bridge();
     bridge.decision.sending = sending;
-    bridge.facts(link).line()
+    let facts = bridge.facts(link);
+    facts.line(facts.steering().as_ref())
 }
 
 const ACTIVE: Option<Sending> = Some(Sending::Active);
@@ -151,12 +154,12 @@ async fn an_outdated_plan_has_only_its_age_and_a_present_one_is_shown_within_the
 }
 
 #[tokio::test(start_paused = true)]
-async fn the_ground_station_is_told_of_states_that_last_a_second_and_of_the_lasting_end_of_an_alarm() {
+async fn the_ground_station_is_told_of_worse_states_at_once_and_of_the_lasting_end_of_an_alarm() {
     let ((mut bridge, wire), link) = (bridge(), link(|_| {}));
     let mut texts = vec![];
     let stale = Sending::Stopped(Silence::PlanStale);
-    // Tenths of a second. One second of silence is not told; intermittent silence twice a minute.
-    let course = [(Sending::Active, 12), (stale, 8), (Sending::Active, 20)];
+    // Tenths of a second. Intermittent silence is told twice a minute.
+    let course = [(Sending::Active, 12)];
     let intermittent = [(stale, 13), (Sending::Active, 30)].repeat(14);
     let end = [(Sending::Active, 80)];
     for (sending, tenths) in course.into_iter().chain(intermittent).chain(end) {

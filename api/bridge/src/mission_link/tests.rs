@@ -322,6 +322,7 @@ fn the_service_reads_what_is_posted_as_places_on_earth() {
         ..Reports::default()
     };
     let body = serde_json::to_vec(&posted).expect("is JSON");
+    assert!(!String::from_utf8_lossy(&body).contains("null"));
     let origin = Some(state().position);
     let body = ::wire::Body::parse(&body).expect("is JSON");
     let (read, rejected) = ::wire::read_reports(body, origin, |_| vec![]).expect("is read");
@@ -417,4 +418,20 @@ async fn an_older_plan_of_another_service_does_not_replace_a_newer_one() {
     clock.sleep(Duration::from_secs(10)).await;
     let plan = link.status().plan.expect("is kept for as long as it is valid");
     assert_eq!(plan.answer.sequence, 7);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_plan_of_a_newer_service_is_read_without_the_parts_that_no_bridge_uses() {
+    let clock = Clock::simulated(0.0);
+    let (transport, _) = service(&clock, |call| {
+        let mut newer = planned(1);
+        newer["plan"]["solver"] = json!({ "status": "of tomorrow" });
+        newer["plan"]["violations"] = json!([{ "limit": "of tomorrow" }]);
+        newer["plan"]["warnings"] = json!([{ "code": "of_tomorrow", "pointer": "", "detail": "" }]);
+        (200, if is_for_plan(call) { newer } else { mission("m-1") })
+    });
+    let link = joined(&clock, None, transport);
+    clock.sleep(Duration::from_secs(2)).await;
+    let plan = link.status().plan.expect("is read");
+    assert!(plan.warnings().eq(["of_tomorrow"]));
 }

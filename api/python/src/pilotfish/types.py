@@ -198,10 +198,6 @@ class Comparison(TypedDict):
 Controller: TypeAlias = Literal["mpc", "saturated_los", "saturated_los_tracker_frame", "integral_los", "waypoint_box"]
 
 
-# Kinds of costs.
-CostKind: TypeAlias = Literal["age", "uncertainty", "data"]
-
-
 # Unit of a cost.
 CostUnit: TypeAlias = Literal["s", "m2", "kbit"]
 
@@ -433,47 +429,32 @@ class FieldError(TypedDict):
 Forecast: TypeAlias = Literal["auto", "declared", "hold", "constant_velocity", "constant_turn", "path"]
 
 
-class Goal(TypedDict):
-    """The goal of the surface craft. `kind` determines the other members."""
+# The goal of the surface craft. `kind` determines the other members.
+Goal: TypeAlias = "GoalIntermittent | GoalMidpoint | GoalRange | GoalTrack | GoalVisit | GoalWeighted"
 
-    # `track`: the vehicle to follow.
-    auv: NotRequired[str | None]
-    # `intermittent`: the vehicles to follow, in order. `midpoint`: those in the mean. `range`: those to stay near.
-    # `visit`: those to serve, in any order.
-    auvs: NotRequired[list[str] | None]
-    # `visit`: cost of an unserved vehicle. Default: its age.
-    cost: NotRequired[VisitCost | None]
-    # `visit`: known present costs, by name, in the unit of the cost, from 0 to 10¹²; for example, from a modem that
-    # counts uploaded data. Default: the cost in `previous_plan`, advanced to now, else that of a vehicle just
-    # served.
-    costs_now: NotRequired[dict[str, float] | None]
-    # `visit`: least time with a vehicle, s, from 0 to 3600. Default: 0 for `age`, else 30.
-    dwell_min_s: NotRequired[float | None]
-    # `intermittent`: time with each vehicle, s.
-    dwell_s: NotRequired[float | None]
-    # `intermittent`: start of the first dwell at the first vehicle, s on the request's clock.
-    epoch_s: NotRequired[float | None]
-    # Kind of goal.
-    kind: GoalKind
-    # `visit`: the vehicle to visit next, until that visit is over. Default: that of least cost.
-    next: NotRequired[str | None]
-    # Any kind: desired position relative to the followed point. Default: right above it.
+
+class GoalIntermittent(TypedDict):
+    """Follow each vehicle in turn: the k-th from `epoch_s + k·dwell_s`, half-open."""
+
+    # The vehicles to follow, in order.
+    auvs: list[str]
+    # Time with each vehicle, s.
+    dwell_s: float
+    # Start of the first dwell at the first vehicle, s on the craft's clock.
+    epoch_s: float
+    kind: Literal["intermittent"]
+    # Desired position relative to the followed point. Default: right above it.
     offset: NotRequired[Offset | None]
-    # `range`: largest slant range to each vehicle, m, from 1 to 20,000.
-    range_m: NotRequired[float | None]
-    # `visit`: the mean of the costs counts, or the largest. Default: `mean`.
-    reduce: NotRequired[Reduce | None]
-    # `visit`: deadlines of service by name, s on the request's clock. Default: none.
-    serve_by_s: NotRequired[dict[str, float] | None]
-    # `weighted`: weight of each vehicle in the mean, by name, from 0 to 10⁶; only ratios count, and at least one is
-    # above 0. `visit`: weight of each vehicle's cost; default: 1.
-    weights: NotRequired[dict[str, float] | None]
-    # `visit`: largest horizontal distance of service, m, from 1 to 5000. Default: 20.
-    within_m: NotRequired[float | None]
 
 
-# Kinds of goals.
-GoalKind: TypeAlias = Literal["track", "intermittent", "midpoint", "weighted", "range", "visit"]
+class GoalMidpoint(TypedDict):
+    """Stay above the mean of several vehicles."""
+
+    # The vehicles in the mean.
+    auvs: list[str]
+    kind: Literal["midpoint"]
+    # Desired position relative to the followed point. Default: right above it.
+    offset: NotRequired[Offset | None]
 
 
 class GoalPoint(TypedDict):
@@ -495,11 +476,70 @@ class GoalPoint(TypedDict):
     t_s: float
 
 
+class GoalRange(TypedDict):
+    """Stay within a slant range of all vehicles, where the largest range is least."""
+
+    # The vehicles to stay near.
+    auvs: list[str]
+    kind: Literal["range"]
+    # Desired position relative to the followed point. Default: right above it.
+    offset: NotRequired[Offset | None]
+    # Largest slant range to each vehicle, m.
+    range_m: float
+
+
+class GoalTrack(TypedDict):
+    """Stay above one vehicle."""
+
+    # The vehicle to follow.
+    auv: str
+    kind: Literal["track"]
+    # Desired position relative to the followed point. Default: right above it.
+    offset: NotRequired[Offset | None]
+
+
 class GoalTrajectory(TypedDict):
     """Expected positions of the goal."""
 
     # One point for each of the plan's trajectory.
     trajectory: list[GoalPoint]
+
+
+class GoalVisit(TypedDict):
+    """Vehicles that the surface craft visits; the planner chooses the order and the times."""
+
+    # The vehicles to serve, in any order.
+    auvs: list[str]
+    # Cost of an unserved vehicle; its age if left out.
+    cost: NotRequired[VisitCost | None]
+    # Known present costs, by name, in the unit of the cost, for example from a modem that counts uploaded data;
+    # those in `previous_plan`, advanced to now, else of vehicles just served if left out.
+    costs_now: NotRequired[dict[str, float] | None]
+    # Least time with a vehicle, s; 0 for `age`, else 30 if left out.
+    dwell_min_s: NotRequired[float | None]
+    kind: Literal["visit"]
+    # The vehicle to visit next, until `previous_plan` says that its visit is over; that of least cost if left out.
+    next: NotRequired[str | None]
+    # Desired position relative to the followed point. Default: right above it.
+    offset: NotRequired[Offset | None]
+    # The mean of the costs counts, or the largest; `mean` if left out.
+    reduce: NotRequired[Reduce | None]
+    # Deadlines of service by name, s on the craft's clock; none if left out.
+    serve_by_s: NotRequired[dict[str, float] | None]
+    # Relative weight of each vehicle's cost; 1 if left out. 0 excludes a vehicle.
+    weights: NotRequired[dict[str, float] | None]
+    # Largest horizontal distance of service, m; 20 if left out.
+    within_m: NotRequired[float | None]
+
+
+class GoalWeighted(TypedDict):
+    """Stay above the weighted mean of several vehicles."""
+
+    kind: Literal["weighted"]
+    # Desired position relative to the followed point. Default: right above it.
+    offset: NotRequired[Offset | None]
+    # Weight of each vehicle in the mean, by name; only ratios count, and at least one is above 0.
+    weights: dict[str, float]
 
 
 class HeadingLoop(TypedDict):
@@ -761,31 +801,55 @@ class Note(TypedDict):
     text: str
 
 
-class Offset(TypedDict):
-    """Desired position relative to the followed point: a vehicle, the mean of several, or the point of least largest
-    range. `frame` determines the other members.
+# Desired position relative to the followed point: a vehicle, the mean of several, or the point of least largest
+# range. `frame` determines the other members.
+Offset: TypeAlias = "OffsetNed | OffsetPath | OffsetPolar | OffsetTarget"
+
+
+class OffsetNed(TypedDict):
+    """In fixed directions."""
+
+    # Distance east, m.
+    east_m: float
+    frame: Literal["ned"]
+    # Distance north, m.
+    north_m: float
+
+
+class OffsetPath(TypedDict):
+    """Along the path tangent at the vehicle. Needs a goal that follows one vehicle at a time, and whose path is
+    known.
     """
 
-    # `target`, `path`: distance ahead, m, within ±1000.
-    ahead_m: NotRequired[float | None]
+    # Distance ahead, m.
+    ahead_m: float
+    frame: Literal["path"]
+    # Distance to starboard, m.
+    starboard_m: float
+
+
+class OffsetPolar(TypedDict):
+    """In a fixed direction."""
+
     # Instead of `bearing_rad`: the same in degrees. The service stores radians.
     bearing_deg: NotRequired[float | None]
-    # `polar`: bearing, rad, clockwise from north, within ±2π.
-    bearing_rad: NotRequired[float | None]
-    # `ned`: distance east, m, within ±1000.
-    east_m: NotRequired[float | None]
-    # Axes of the offset.
-    frame: OffsetFrame
-    # `ned`: distance north, m, within ±1000.
-    north_m: NotRequired[float | None]
-    # `polar`: distance, m, from 0 to 1000.
-    range_m: NotRequired[float | None]
-    # `target`, `path`: distance to starboard, m, within ±1000.
-    starboard_m: NotRequired[float | None]
+    # Bearing, rad, clockwise from north.
+    bearing_rad: NotRequired[float]
+    frame: Literal["polar"]
+    # Distance, m.
+    range_m: float
 
 
-# Axes of an offset.
-OffsetFrame: TypeAlias = Literal["ned", "target", "path", "polar"]
+class OffsetTarget(TypedDict):
+    """Along the course over ground of the followed point. The offset turns with the course; while the point rests,
+    its last course counts.
+    """
+
+    # Distance ahead, m.
+    ahead_m: float
+    frame: Literal["target"]
+    # Distance to starboard, m.
+    starboard_m: float
 
 
 class Order(TypedDict):
@@ -1493,36 +1557,52 @@ class Schedule(TypedDict):
 
 
 # A segment of a path. `kind` determines the other members. Points are (north, east), m.
-Segment = TypedDict(
-    "Segment",
+Segment: TypeAlias = "SegmentArc | SegmentLine | SegmentWaypoints"
+
+
+# Part of a circle.
+SegmentArc = TypedDict(
+    "SegmentArc",
     {
-        # `arc`: turn, rad, positive to starboard, up to a full circle.
-        "angle_rad": "NotRequired[float | None]",
-        # `arc`: centre of its circle.
-        "centre": "NotRequired[list[float] | Origin | None]",
-        # `waypoints`: radius of every corner, m, for which all legs must have room; 0 only if no leg turns. Without it,
-        # corners have the `turn_radius_m`, or the largest possible radius.
-        "fillet_m": "NotRequired[float | None]",
-        # `line`, `arc`: beginning.
-        "from": "NotRequired[list[float] | Origin | None]",
-        # Kind of segment.
-        "kind": "SegmentKind",
-        # `waypoints`: speed and depth of every leg, beginning at the first point; for a closed path also of the leg
-        # back. Empty if they do not differ.
-        "legs": "NotRequired[list[Leg]]",
-        # `waypoints`: points where the straight legs meet.
-        "points": "NotRequired[list[list[float] | Origin] | None]",
-        # `line`: end.
-        "to": "NotRequired[list[float] | Origin | None]",
-        # `waypoints` without `fillet_m`: the vehicle's turn radius, m. Default: its speed at 0.15 rad/s; with `reports`
-        # also at 0.09 and 0.055 rad/s, and the best fit counts.
-        "turn_radius_m": "NotRequired[float | None]",
+        # Turn, rad, positive to starboard, up to a full circle.
+        "angle_rad": "float",
+        # Centre of the circle.
+        "centre": "list[float] | Origin",
+        # Beginning.
+        "from": "list[float] | Origin",
+        "kind": 'Literal["arc"]',
     },
 )
 
 
-# Kinds of segments.
-SegmentKind: TypeAlias = Literal["line", "arc", "waypoints"]
+# A straight line.
+SegmentLine = TypedDict(
+    "SegmentLine",
+    {
+        # Beginning.
+        "from": "list[float] | Origin",
+        "kind": 'Literal["line"]',
+        # End.
+        "to": "list[float] | Origin",
+    },
+)
+
+
+class SegmentWaypoints(TypedDict):
+    """Straight legs between points, joined by arcs that touch both legs."""
+
+    # Radius of every corner, m, for which all legs must have room; 0 only if no leg turns. Without it, corners have
+    # the `turn_radius_m`, or the largest possible radius.
+    fillet_m: NotRequired[float | None]
+    kind: Literal["waypoints"]
+    # Speed and depth of every leg, beginning at the first point; for a closed path also of the leg back. Empty if
+    # they do not differ.
+    legs: NotRequired[list[Leg]]
+    # Points where the legs meet. Repeated points are omitted.
+    points: list[list[float] | Origin]
+    # Without `fillet_m`: the vehicle's turn radius, m. Default: its speed at 0.15 rad/s; with `reports` also at
+    # 0.09 and 0.055 rad/s, and the best fit counts.
+    turn_radius_m: NotRequired[float | None]
 
 
 class SentEvent(TypedDict):
@@ -1877,25 +1957,40 @@ class Visit(TypedDict):
     north_m: float
 
 
-class VisitCost(TypedDict):
-    """Cost of an unserved underwater vehicle. `kind` determines the other members."""
+# Cost of an unserved vehicle. `kind` determines the other members.
+VisitCost: TypeAlias = "VisitCostAge | VisitCostData | VisitCostUncertainty"
 
-    # `data`: rate of gathering, kbit/s, from 0 to 10⁶.
-    growth_kbps: NotRequired[float | None]
-    # `uncertainty`: growth of the variance without aid, m²/s, from 10⁻⁶ to 10⁶.
-    growth_m2ps: NotRequired[float | None]
-    # `uncertainty`: time between two fixes, s, from 0.1 to 3600. Default: 10.
+
+class VisitCostAge(TypedDict):
+    """Time since it was last served, s."""
+
+    kind: Literal["age"]
+
+
+class VisitCostData(TypedDict):
+    """Data not yet uploaded, kbit."""
+
+    # Rate of gathering, kbit/s.
+    growth_kbps: float
+    kind: Literal["data"]
+    # Slant range at which the rate of upload is 0, m.
+    range_max_m: float
+    # Rate of upload at range 0, kbit/s; linear in the slant range.
+    upload_kbps: float
+
+
+class VisitCostUncertainty(TypedDict):
+    """Variance of its own navigation, m²; fixes from the craft reduce it."""
+
+    # Growth of the variance without aid, m²/s.
+    growth_m2ps: float
+    # Time between two fixes, s; 10 if left out.
     interval_s: NotRequired[float | None]
-    # Kind of cost.
-    kind: CostKind
-    # `data`: slant range at which the rate of upload is 0, m, from 1 to 20 000.
-    range_max_m: NotRequired[float | None]
-    # `uncertainty`: standard deviation of a fix at range 0, m, from 0.001 to 100,000. Default: 1.5.
+    kind: Literal["uncertainty"]
+    # Standard deviation of a fix at range 0, m; 1.5 if left out.
     sigma_m: NotRequired[float | None]
-    # `uncertainty`: growth of `sigma_m` with the slant range, rad, from 0 to 1. Default: 0.02.
+    # Growth of `sigma_m` with the slant range, rad; 0.02 if left out.
     sigma_rad: NotRequired[float | None]
-    # `data`: upload at range 0, kbit/s, from 0.001 to 10⁶; linear in the slant range.
-    upload_kbps: NotRequired[float | None]
 
 
 class Warning(TypedDict):

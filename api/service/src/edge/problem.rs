@@ -193,18 +193,19 @@ pub(crate) struct Refusals;
 
 impl IntoResponses for Refusals {
     fn responses() -> BTreeMap<String, RefOr<Documented>> {
-        refusals(
+        refusals(&format!(
             "400 The body is not JSON, or ended early.
             401 The service requires a token, and the request has no valid one.
             403 The token does not allow this call, or a page of another site sent the request.
             408 The body came too slowly.
-            413 The body is longer than 1 MiB.
+            413 The body is longer than {} MiB.
             415 The body is not declared as JSON in UTF-8 without content encoding.
             422 Some fields are not valid: `errors` names them by JSON pointer.
             500 The service has a bug.
             503 Every planner is busy, or there is no solution and `fallback` is `none`.
             504 The deadline passed, and `fallback` is `none` or the body is a file.",
-        )
+            BODY_BYTES_MAX >> 20
+        ))
     }
 }
 

@@ -6,6 +6,8 @@ use std::{
     sync::{Arc, Mutex, MutexGuard, PoisonError},
 };
 
+use crate::edge::problem::Problem;
+
 /// A limit for all clients together, and one for each. Clones share the count.
 #[derive(Clone, Debug)]
 pub struct Quota<K: Eq + Hash> {
@@ -37,6 +39,16 @@ pub enum QuotaExceeded {
     OfClient(usize),
 }
 
+impl QuotaExceeded {
+    /// The problem of the client that wants more of `what`.
+    pub(crate) fn problem(self, what: &'static str) -> Problem {
+        match self {
+            Self::OfAll(limit) => Problem::Crowded { what, limit },
+            Self::OfClient(limit) => Problem::Share { what, limit },
+        }
+    }
+}
+
 impl<K: Clone + Eq + Hash> Quota<K> {
     /// At most `limit` at once, of which one client has at most half.
     #[must_use]
@@ -53,21 +65,20 @@ impl<K: Clone + Eq + Hash> Quota<K> {
 
     /// A permit for `n` things of `client`.
     pub fn take(&self, client: K, n: usize) -> Result<QuotaPermit<K>, QuotaExceeded> {
-        let mut taken = self.taken();
-        if self.limit < taken.of_all + n {
-            return Err(QuotaExceeded::OfAll(self.limit));
-        }
-        let of_client = taken.of_each.get(&client).copied().unwrap_or(0);
-        if self.share < of_client + n {
-            return Err(QuotaExceeded::OfClient(self.share));
-        }
-        taken.of_all += n;
-        taken.of_each.insert(client.clone(), of_client + n);
-        Ok(QuotaPermit {
+        let mut permit = self.existing(client, 0);
+        permit.resize(n)?;
+        Ok(permit)
+    }
+
+    /// A permit for `n` things of `client` that exist already, even beyond the limits.
+    pub fn existing(&self, client: K, n: usize) -> QuotaPermit<K> {
+        let mut permit = QuotaPermit {
             quota: self.clone(),
             client,
-            n,
-        })
+            n: 0,
+        };
+        permit.set(n, &mut self.taken());
+        permit
     }
 
     fn taken(&self) -> MutexGuard<'_, Taken<K>> {
@@ -75,16 +86,37 @@ impl<K: Clone + Eq + Hash> Quota<K> {
     }
 }
 
+impl<K: Clone + Eq + Hash> QuotaPermit<K> {
+    /// Counts `n` things from now on, if these are no more than before, or within the limits.
+    pub fn resize(&mut self, n: usize) -> Result<(), QuotaExceeded> {
+        let quota = self.quota.clone();
+        let mut taken = quota.taken();
+        let more = n.saturating_sub(self.n);
+        let of_client = taken.of_each.get(&self.client).copied().unwrap_or(0);
+        if 0 < more && quota.limit < taken.of_all + more {
+            return Err(QuotaExceeded::OfAll(quota.limit));
+        }
+        if 0 < more && quota.share < of_client + more {
+            return Err(QuotaExceeded::OfClient(quota.share));
+        }
+        self.set(n, &mut taken);
+        Ok(())
+    }
+
+    fn set(&mut self, n: usize, taken: &mut Taken<K>) {
+        taken.of_all = taken.of_all - self.n + n;
+        let of_client = taken.of_each.remove(&self.client).unwrap_or(0) - self.n + n;
+        if 0 < of_client {
+            taken.of_each.insert(self.client.clone(), of_client);
+        }
+        self.n = n;
+    }
+}
+
 impl<K: Clone + Eq + Hash> Drop for QuotaPermit<K> {
     fn drop(&mut self) {
-        let mut taken = self.quota.taken();
-        taken.of_all -= self.n;
-        if let Some(of_client) = taken.of_each.get_mut(&self.client) {
-            *of_client -= self.n;
-            if *of_client == 0 {
-                taken.of_each.remove(&self.client);
-            }
-        }
+        let quota = self.quota.clone();
+        self.set(0, &mut quota.taken());
     }
 }
 
@@ -106,8 +138,14 @@ mod tests {
             QuotaExceeded::OfAll(4)
         );
         drop(first);
-        assert!(quota.take("c", 1).is_ok());
+        let mut third = quota.take("c", 1).expect("is free");
+        assert_eq!(third.resize(3), Err(QuotaExceeded::OfAll(4)));
         drop(second);
+        assert_eq!(third.resize(3), Err(QuotaExceeded::OfClient(2)));
+        let existing = quota.existing("c", 5);
+        assert_eq!(third.resize(2), Err(QuotaExceeded::OfAll(4)));
+        assert_eq!(third.resize(0), Ok(()));
+        drop((third, existing));
         assert!(quota.taken().of_each.is_empty());
     }
 }

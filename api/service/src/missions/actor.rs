@@ -24,14 +24,15 @@ use super::{
     clock::MissionClock,
     event::{Event, StoredAnswer, json},
     if_match::IfMatch,
+    memory::MEMORY,
     state::MissionState,
 };
 use store::{Append, Appended, AuditEntry, EventStore, KeyedAnswer, Room, StoreError, StoredEvent};
 
 use crate::{
-    edge::problem::Problem,
+    edge::{problem::Problem, quota::QuotaPermit},
     limits::{EVENTS_BEHIND_MAX, MAILBOX},
-    metrics::Counted,
+    metrics::{Counted, Shed},
     planning::planners::Planners,
 };
 use wire::{
@@ -291,6 +292,8 @@ pub(super) struct Context {
     order: Option<AuditEntry>,
     /// Counts the mission until its end.
     counted: Option<Counted>,
+    /// The memory of a live mission.
+    memory: Option<QuotaPermit<Arc<str>>>,
 }
 
 /// The answer to a request after its events were stored.
@@ -306,10 +309,11 @@ impl Context {
         (number, mission): (u64, Mission),
         ownership: Ownership,
         plan: Option<Arc<StoredPlan>>,
-        live: Option<Arc<LiveMission>>,
+        live: Option<(Arc<LiveMission>, QuotaPermit<Arc<str>>)>,
         store: EventStore,
         planners: Planners,
     ) -> (Self, Handle) {
+        let (live, memory) = live.unzip();
         let mission = Arc::new(mission);
         let (requests_in, requests) = mpsc::channel(MAILBOX);
         let (view, view_out) = watch::channel(View {
@@ -330,6 +334,7 @@ impl Context {
         };
         let context = Self {
             counted: count(&planners, &mission),
+            memory,
             requests,
             called: None,
             number,
@@ -347,6 +352,15 @@ impl Context {
 
     fn clock(&self) -> &Clock {
         &self.planners.clock
+    }
+
+    /// Counts `bytes` of memory from now on. Fails if these are too many.
+    fn hold(&mut self, bytes: usize) -> Result<(), Problem> {
+        let resized = self.memory.as_mut().map_or(Ok(()), |memory| memory.resize(bytes));
+        resized.map_err(|exceeded| {
+            self.planners.metrics.shed(Shed::Limit);
+            exceeded.problem(MEMORY)
+        })
     }
 
     fn is_running(&self) -> bool {

@@ -21,6 +21,7 @@ use super::{
     clock::MissionClock,
     event::{Event, created, json, parsed},
     if_match::IfMatch,
+    memory::{MEMORY, bytes_of},
     state::MissionState,
 };
 use store::{
@@ -35,7 +36,8 @@ use crate::{
         request_id::new_id,
     },
     limits::{
-        ACTORS_MAX, ANSWER_TIME, CHECK_TIME, OPEN_SHARE, OWNING_MAX, READERS_MAX, RECORDS_MAX, STREAMS_MAX,
+        ACTORS_MAX, ANSWER_TIME, CHECK_TIME, LIVE_BYTES_MAX, OPEN_SHARE, OWNING_MAX, READERS_MAX,
+        RECORDS_MAX, STREAMS_MAX,
     },
     metrics::Shed,
     planning::{planners::Planners, pool::Priority},
@@ -63,6 +65,8 @@ pub struct Missions {
     salt: Arc<[u8]>,
     pub(super) streams: Quota<Arc<str>>,
     pub(super) records: Quota<Arc<str>>,
+    /// Bytes of active live missions, by the clients that created them.
+    pub(super) memory: Quota<Arc<str>>,
     reading: Arc<Semaphore>,
     /// For look-ups of owners, which long reads must not delay.
     owning: Arc<Semaphore>,
@@ -83,6 +87,7 @@ impl Missions {
             actors: Arc::new(Mutex::new(Some(BTreeMap::new()))),
             streams: Quota::new(STREAMS_MAX),
             records: Quota::new(RECORDS_MAX),
+            memory: Quota::new(LIVE_BYTES_MAX),
             reading: Arc::new(Semaphore::new(READERS_MAX)),
             owning: Arc::new(Semaphore::new(OWNING_MAX)),
             starts: Arc::new(std::array::from_fn(|_| AsyncMutex::default())),
@@ -405,7 +410,9 @@ impl Missions {
         ownership: Ownership,
     ) -> Result<Handle, Problem> {
         let mut mission: Mission = parsed(stored.summary()?)?;
-        let StoredMission { number, id, .. } = stored;
+        let StoredMission {
+            number, id, owner, ..
+        } = stored;
         let (created_s, sequence) = (mission.created_s, mission.sequence);
         let (created, Checkpoint { state, plan }) = self
             .read(move |reader| fold(reader, number, created_s, sequence))
@@ -433,11 +440,30 @@ impl Missions {
             let (what, limit) = ("running missions", ACTORS_MAX);
             return Err(Problem::Crowded { what, limit });
         }
+        let memory = state.as_ref().zip(created.live.as_ref()).map(|(state, live)| {
+            let (owner, bytes) = (Arc::from(owner), bytes_of(live, state.config()));
+            if mission.status == Status::Running {
+                // It was within the limits, here or at another service.
+                return Ok(self.memory.existing(owner, bytes));
+            }
+            self.memory.take(owner, bytes).map_err(|exceeded| {
+                // Idle actors end here, and start again with the next request.
+                actors.retain(|_, handle| is_in_use(handle));
+                self.quota_exceeded(exceeded, MEMORY)
+            })
+        });
+        let memory = memory.transpose()?;
         let clock = MissionClock::new(created_s, created.live.as_ref());
         let live = created.live.map(|config| Arc::new(LiveMission { config, clock }));
         let (store, planners) = (self.store.clone(), self.planners.clone());
-        let (context, handle) =
-            Context::new((number, mission), ownership, plan, live.clone(), store, planners);
+        let (context, handle) = Context::new(
+            (number, mission),
+            ownership,
+            plan,
+            live.clone().zip(memory),
+            store,
+            planners,
+        );
         match (live, state, created.simulated) {
             (Some(live), Some(state), _) => drop(tokio::spawn(run(Live::new(context, live, state)))),
             (None, None, Some(config)) => drop(tokio::spawn(run(Simulated::new(context, config)))),
@@ -493,10 +519,7 @@ impl Missions {
     /// The problem of a client with an exhausted quota of `what`.
     pub(super) fn quota_exceeded(&self, exceeded: QuotaExceeded, what: &'static str) -> Problem {
         self.planners.metrics.shed(Shed::Limit);
-        match exceeded {
-            QuotaExceeded::OfAll(limit) => Problem::Crowded { what, limit },
-            QuotaExceeded::OfClient(limit) => Problem::Share { what, limit },
-        }
+        exceeded.problem(what)
     }
 
     /// An id that depends on the text only, so that a repeated request finds its mission. The

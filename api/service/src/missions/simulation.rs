@@ -11,6 +11,7 @@ use planner::{
     plan::{Baseline, Plan, SolverReport, Workspace, baseline_from, plan, plan_until},
     snapshot::{PlanRequest, PreviousPlan, Snapshot, Tuning},
     stop::Stop,
+    tuned::Tuned,
 };
 use sim::{
     guide::{Guidance, Guide as _, GuideError, LosGuide},
@@ -58,10 +59,11 @@ pub(super) fn scenario(config: &Simulated) -> Result<Scenario, String> {
         }
         _ => return Err("give either scenario, a name, or scenario_file, the content of a file".to_owned()),
     }?;
-    let has_craft = scenario.has_surface_craft();
-    has_craft
-        .then_some(scenario)
-        .ok_or("the scenario has no surface craft to plan for".to_owned())
+    match &scenario.surface_craft {
+        Some(craft) if craft.parameters == Tuned::DEFAULT => Ok(scenario),
+        Some(_) => Err("surface_craft.parameters: a client may not set them".to_owned()),
+        None => Err("the scenario has no surface craft to plan for".to_owned()),
+    }
 }
 
 impl Simulation {
@@ -140,7 +142,7 @@ impl Simulation {
         let (snapshot, plan) = if let Some(law) = &mut self.law {
             let guidance = law.guide(seen)?;
             // The current that the law subtracts, which it filters.
-            let known = Snapshot::try_from(PlanRequest {
+            let known = seen.again(PlanRequest {
                 current: law.current().map(Into::into),
                 previous_plan: law.previous_plan(),
                 ..PlanRequest::clone(seen)
@@ -176,7 +178,7 @@ impl Simulation {
                 tuning: self.tuning.clone().or_else(|| seen.tuning.clone()),
                 ..PlanRequest::clone(seen)
             };
-            let snapshot = Snapshot::try_from(observation)?;
+            let snapshot = seen.again(observation)?;
             let plan = plan(&snapshot, &self.parameters, workspace);
             self.previous = Some(PreviousPlan::from(&plan));
             (snapshot, plan)

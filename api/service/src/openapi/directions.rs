@@ -3,16 +3,18 @@
 use serde_json::{Value, json};
 use wire::{DIRECTION_DEG, DIRECTIONS};
 
-use super::rules::add_rule;
+use super::rules::{add_rule, objects};
 
 /// Shapes of requests with a direction.
 const SHAPES: [&str; 4] = ["Asc", "AuvState", "Report", "Offset"];
 
 /// Adds degrees to every shape with a direction in radians. A required direction has one of both.
 pub(super) fn write(document: &mut Value) {
-    for shape in SHAPES {
-        let schema = &mut document["components"]["schemas"][shape];
-        for [degrees, radians] in DIRECTIONS {
+    for (shape, [degrees, radians]) in SHAPES
+        .iter()
+        .flat_map(|shape| DIRECTIONS.map(|names| (shape, names)))
+    {
+        for schema in objects(document, shape) {
             if schema["properties"].get(radians).is_none() {
                 continue;
             }

@@ -8,8 +8,8 @@ use planner::{
     path::{ARC_ANGLE_MAX, LENGTH_MAX, LENGTH_MIN, SEGMENTS_MAX},
     snapshot::{
         AREA_CORNERS, AUVS_MAX, COORDINATE_MAX, COVARIANCE, Dive, Fallback, Forecast, Hold, ID_LENGTH_MAX,
-        KEEP_OUTS_MAX, Limits, REPORTS_MAX, SPEED_MAX_MOST, STEP, STEPS_COUNT, TIME_MAX,
-        TRAJECTORY_POINTS_MAX, VISIT_COST, VISITS_MAX, WEIGHT, ranges_by_shape,
+        KEEP_OUTS_MAX, Limits, REPORTS_MAX, SPEED_MAX_MOST, STEP, STEPS_COUNT, TIME, TRAJECTORY_POINTS_MAX,
+        VISIT_COST, VISITS_MAX, WEIGHT, ranges_by_shape,
     },
 };
 use serde_json::{Map, Value, json};
@@ -18,7 +18,7 @@ use wire::{
     mission::{Setting, Step},
 };
 
-use super::rules::{self, place};
+use super::rules::{self, at};
 use crate::{
     limits::BATCH_MAX,
     missions::{check, parameters},
@@ -26,9 +26,10 @@ use crate::{
 
 /// Writes the accepted values into `document`.
 pub(super) fn write(document: &mut Value) {
-    let mut write = |at: &str, keyword: &str, value: Value| {
-        let schema = document.pointer_mut(&place(at));
-        schema.unwrap_or_else(|| panic!("{at} is in the document"))[keyword] = value;
+    let mut write = |place: &str, keyword: &str, value: Value| {
+        for schema in at(document, place) {
+            schema[keyword] = value.clone();
+        }
     };
     let by_shape = ranges_by_shape().map(|(shape, (member, range))| (format!("{shape}.{member}"), range));
     let gains = LawGains::RANGES.map(|(member, range)| (format!("LawGains.{member}"), range));
@@ -84,9 +85,8 @@ fn write_parameter_limits(call: &mut Value) {
 
 /// A coordinate of a point, m.
 const COORDINATE: RangeInclusive<f64> = -COORDINATE_MAX..=COORDINATE_MAX;
-const TIME: RangeInclusive<f64> = -TIME_MAX..=TIME_MAX;
 
-/// Ranges of numbers that are not in the planner's table, by the [`place`] of their schema.
+/// Ranges of numbers that are not in the planner's table, by the place of their schema.
 const RANGES: [(&str, RangeInclusive<f64>); 18] = [
     ("AuvState.covariance/items/items", COVARIANCE),
     ("PlanRequest.area/items/items", COORDINATE),
@@ -108,7 +108,7 @@ const RANGES: [(&str, RangeInclusive<f64>); 18] = [
     ("Run.speed_factor", check::SPEED_FACTOR),
 ];
 
-/// Lengths by the [`place`] of their schema: the minimum, if any, and the maximum.
+/// Lengths by the place of their schema: the minimum, if any, and the maximum.
 type Lengths = (&'static str, Option<usize>, usize);
 
 const TEXTS: [Lengths; 5] = [
@@ -150,7 +150,7 @@ const OBJECTS: [Lengths; 4] = [
     ("Reports.auvs", None, AUVS_MAX),
 ];
 
-/// Defaults by the [`place`] of their schema.
+/// Defaults by the place of their schema.
 fn defaults() -> [(&'static str, Value); 18] {
     [
         ("Asc.sway_mps", json!(0.0)),

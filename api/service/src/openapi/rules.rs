@@ -7,25 +7,117 @@ use planner::craft::PRESETS;
 use serde_json::{Map, Value, json};
 use wire::{LATITUDE_MAX_DEG, LONGITUDE_MAX_DEG, SCHEMA_VERSION};
 
-/// Points (north, east) that may be positions on Earth.
-const POINTS: [&str; 3] = ["from", "to", "centre"];
-
 /// Shapes with a position, in metres or on Earth.
 const POSITIONS: [&str; 4] = ["Asc", "AuvState", "Report", "KeepOut"];
 
+/// Shapes of several kinds, each closed, and the member that names the kind.
+const KINDS: [(&str, &str); 4] = [
+    ("Goal", "kind"),
+    ("Offset", "frame"),
+    ("VisitCost", "kind"),
+    ("Segment", "kind"),
+];
+
+/// Gives each kind a closed schema of its own, to which the discriminator of its shape leads. Any goal
+/// may have an offset.
+pub(super) fn name_kinds(document: &mut Value) {
+    let schemas = &mut document["components"]["schemas"];
+    let visits = schemas
+        .as_object_mut()
+        .and_then(|schemas| schemas.remove("Visits"));
+    let visits = visits.expect("is the shape of a kind of goal");
+    let offset = json!({ "oneOf": [{ "$ref": reference("Offset") }, { "type": "null" }],
+        "description": "Desired position relative to the followed point. Default: right above it." });
+    for (shape, tag) in KINDS {
+        let kinds = schemas[shape]["oneOf"].take();
+        let mut mapping = Map::new();
+        for mut kind in kinds.as_array().cloned().into_iter().flatten() {
+            if let Some(parts) = kind.get("allOf").cloned() {
+                kind = visits.clone();
+                kind["properties"][tag] = parts[1]["properties"][tag].clone();
+                let required = kind["required"].as_array_mut();
+                required.expect("AUVs are").push(json!(tag));
+            }
+            kind["additionalProperties"] = json!(false);
+            if shape == "Goal" {
+                kind["properties"]["offset"] = offset.clone();
+            }
+            let value = kind["properties"][tag]["enum"][0].as_str().unwrap_or_default();
+            let name: String = [shape]
+                .into_iter()
+                .chain(value.split('_'))
+                .map(capitalised)
+                .collect();
+            mapping.insert(value.to_owned(), json!(reference(&name)));
+            schemas[name] = kind;
+        }
+        let references: Vec<_> = mapping.values().map(|name| json!({ "$ref": name })).collect();
+        schemas[shape]["oneOf"] = json!(references);
+        schemas[shape]["discriminator"] = json!({ "propertyName": tag, "mapping": mapping });
+    }
+}
+
+fn reference(name: &str) -> String {
+    format!("#/components/schemas/{name}")
+}
+
+fn capitalised(word: &str) -> String {
+    let (first, rest) = word.split_at(1);
+    first.to_uppercase() + rest
+}
+
+/// The schemas at a place: `Shape`, or `Shape.member` with what follows, in each kind that has it.
+pub(super) fn at<'a>(document: &'a mut Value, place: &str) -> Vec<&'a mut Value> {
+    let (shape, member) = place.split_once('.').unwrap_or((place, ""));
+    if member.is_empty() {
+        return vec![&mut document["components"]["schemas"][shape]];
+    }
+    let pointer = format!("/properties/{member}");
+    let objects = objects(document, shape);
+    let found: Vec<_> = objects
+        .filter_map(|object| object.pointer_mut(&pointer))
+        .collect();
+    assert!(!found.is_empty(), "{place} is in the document");
+    found
+}
+
+/// The schema of a shape, or those of its kinds.
+pub(super) fn objects<'a>(document: &'a mut Value, shape: &str) -> impl Iterator<Item = &'a mut Value> {
+    let schemas = &mut document["components"]["schemas"];
+    let kinds = schemas[shape].get("oneOf").cloned();
+    let is_of = move |name: &str| match &kinds {
+        Some(kinds) => kinds
+            .as_array()
+            .is_some_and(|kinds| kinds.contains(&json!({ "$ref": reference(name) }))),
+        None => name == shape,
+    };
+    let schemas = schemas.as_object_mut().into_iter().flatten();
+    schemas.filter_map(move |(name, schema)| is_of(name).then_some(schema))
+}
+
 /// Writes every rule into `document`, after limits and directions in degrees.
 pub(super) fn write(document: &mut Value) {
-    for (at, mut words) in words() {
-        let schema = document.pointer_mut(&place(at)).and_then(Value::as_object_mut);
+    for (place, mut words) in words() {
         let words = words.as_object_mut().expect("are an object");
-        schema.expect("is in the document").append(words);
+        for schema in at(document, place) {
+            let schema = schema.as_object_mut().expect("is a schema");
+            schema.append(&mut words.clone());
+        }
+    }
+    for place in ["PlanRequest.area/items", "Setting.area/items", "Live.area/items"]
+        .iter()
+        .chain(&POINTS)
+    {
+        for point in at(document, place) {
+            or_on_earth(point);
+        }
     }
     let schemas = &mut document["components"]["schemas"];
     for (shape, variants) in one_of() {
         let schema = &mut schemas[shape];
         let rule: Vec<Value> = variants
             .iter()
-            .map(|variant| variant.rule(&variants, schema))
+            .map(|given| rule(given, variants, schema))
             .collect();
         add_rule(schema, json!({ "oneOf": rule }));
     }
@@ -53,16 +145,16 @@ pub(super) fn write(document: &mut Value) {
             degrees["maximum"] = json!(most);
         }
     }
-    for shape in ["PlanRequest", "Live", "Setting"] {
-        or_on_earth(&mut schemas[shape]["properties"]["area"]["items"]);
-    }
-    let segment = &mut schemas["Segment"]["properties"];
-    for point in POINTS {
-        or_on_earth(&mut segment[point]);
-    }
-    or_on_earth(&mut segment["points"]["items"]);
     unsigned(document);
 }
+
+/// Points of segments, which may be positions on Earth.
+const POINTS: [&str; 4] = [
+    "Segment.from",
+    "Segment.to",
+    "Segment.centre",
+    "Segment.points/items",
+];
 
 /// Requires either pair of coordinates. Stored bodies may have both.
 fn write_position(schema: &mut Value) {
@@ -87,67 +179,25 @@ pub(super) fn add_rule(schema: &mut Value, rule: Value) {
 /// A point of that schema, or a position on Earth.
 fn or_on_earth(point: &mut Value) {
     let metres = point.take();
-    *point = json!({ "anyOf": [metres, { "$ref": "#/components/schemas/Origin" }] });
+    *point = json!({ "anyOf": [metres, { "$ref": reference("Origin") }] });
 }
 
-/// A combination of a shape's members that are given together.
-#[derive(Clone)]
-struct Variant {
-    /// A member that chooses this variant, and the values that do.
-    choice: Option<(&'static str, Vec<&'static str>)>,
-    given: &'static [&'static str],
-    /// Further members that may be given. Those of other variants may not.
-    optional: &'static [&'static str],
-}
-
-impl Variant {
-    /// A variant that the member `by` chooses.
-    fn of(
-        by: &'static str,
-        values: &[&'static str],
-        given: &'static [&'static str],
-        optional: &'static [&'static str],
-    ) -> Self {
-        Self {
-            choice: Some((by, values.to_vec())),
-            given,
-            optional,
-        }
+/// The rule that these members are given and those of other variants are not.
+fn rule(given: &[&str], all: &[&[&str]], schema: &Value) -> Value {
+    let is_given = |name: &&&str| given.contains(name);
+    let kinds = given
+        .iter()
+        .map(|name| (*name, kind(&schema["properties"][name]["type"])));
+    let others = all.iter().copied().flatten().filter(|name| !is_given(name));
+    let properties: Map<_, _> = kinds
+        .chain(others.map(|name| (*name, json!("null"))))
+        .map(|(name, kind)| (name.to_owned(), json!({ "type": kind })))
+        .collect();
+    let mut rule = json!({ "properties": properties });
+    if !given.is_empty() {
+        rule["required"] = json!(given);
     }
-
-    fn members(&self) -> impl Iterator<Item = &'static str> + use<> {
-        self.given.iter().chain(self.optional).copied()
-    }
-
-    fn rule(&self, all: &[Self], schema: &Value) -> Value {
-        let given = self.given.iter();
-        let given = given.map(|name| {
-            let kind = if POINTS.contains(name) {
-                json!(["array", "object"])
-            } else {
-                kind(&schema["properties"][name]["type"])
-            };
-            (*name, json!({ "type": kind }))
-        });
-        let others = all.iter().flat_map(Self::members);
-        let absent = others
-            .filter(|name| !self.members().any(|own| own == *name))
-            .map(|name| (name, json!({ "type": "null" })));
-        let choice = self
-            .choice
-            .iter()
-            .map(|(name, values)| (*name, json!({ "enum": values })));
-        let properties: Map<_, _> = given
-            .chain(absent)
-            .chain(choice)
-            .map(|(name, schema)| (name.to_owned(), schema))
-            .collect();
-        let mut rule = json!({ "properties": properties });
-        if !self.given.is_empty() {
-            rule["required"] = json!(self.given);
-        }
-        rule
-    }
+    rule
 }
 
 /// The type of a schema that is not null.
@@ -164,95 +214,25 @@ pub(super) fn kind(kinds: &Value) -> Value {
     }
 }
 
-/// Shapes of whose variants exactly one is given.
-fn one_of() -> Vec<(&'static str, Vec<Variant>)> {
-    let kind = |kind, given| Variant::of("kind", &[kind], given, &[]);
-    let frame = |frames, given| Variant::of("frame", frames, given, &[]);
-    let and = |kind, given, optional| Variant::of("kind", &[kind], given, optional);
-    vec![
-        ("Auv", given(&[&["state"], &["reports"]])),
-        ("NewMission", given(&[&["live"], &["simulated"]])),
-        ("Simulated", given(&[&["scenario"], &["scenario_file"]])),
-        ("Asc", given(&[&["ground_north_mps", "ground_east_mps"], &[]])),
+/// Shapes with groups of members, of which exactly one is given.
+fn one_of() -> [(&'static str, &'static [&'static [&'static str]]); 6] {
+    [
+        ("Auv", &[&["state"], &["reports"]]),
+        ("NewMission", &[&["live"], &["simulated"]]),
+        ("Simulated", &[&["scenario"], &["scenario_file"]]),
+        ("Asc", &[&["ground_north_mps", "ground_east_mps"], &[]]),
         (
             "Report",
-            given(&[&["course_rad", "speed_mps"], &["course_deg", "speed_mps"], &[]]),
+            &[&["course_rad", "speed_mps"], &["course_deg", "speed_mps"], &[]],
         ),
         (
             "HeadingLoop",
-            given(&[&["time_constant_s"], &["natural_frequency_radps", "damping"], &[]]),
-        ),
-        (
-            "Goal",
-            vec![
-                kind("track", &["auv"]),
-                kind("intermittent", &["auvs", "dwell_s", "epoch_s"]),
-                kind("midpoint", &["auvs"]),
-                kind("weighted", &["weights"]),
-                kind("range", &["auvs", "range_m"]),
-                and("visit", &["auvs"], &VISIT_OPTIONAL),
-            ],
-        ),
-        (
-            "VisitCost",
-            vec![
-                kind("age", &[]),
-                and(
-                    "uncertainty",
-                    &["growth_m2ps"],
-                    &["sigma_m", "sigma_rad", "interval_s"],
-                ),
-                kind("data", &["growth_kbps", "upload_kbps", "range_max_m"]),
-            ],
-        ),
-        (
-            "Offset",
-            vec![
-                frame(&["ned"], &["north_m", "east_m"]),
-                frame(&["target", "path"], &["ahead_m", "starboard_m"]),
-                frame(&["polar"], &["range_m", "bearing_rad"]),
-                frame(&["polar"], &["range_m", "bearing_deg"]),
-            ],
-        ),
-        (
-            "Segment",
-            vec![
-                kind("line", &["from", "to"]),
-                kind("arc", &["from", "centre", "angle_rad"]),
-                and("waypoints", &["points"], &["fillet_m", "turn_radius_m"]),
-            ],
+            &[&["time_constant_s"], &["natural_frequency_radps", "damping"], &[]],
         ),
     ]
 }
 
-/// Optional members of a goal of the kind `visit`.
-const VISIT_OPTIONAL: [&str; 8] = [
-    "cost",
-    "weights",
-    "within_m",
-    "dwell_min_s",
-    "serve_by_s",
-    "reduce",
-    "costs_now",
-    "next",
-];
-
-/// Variants without a member that chooses.
-fn given(variants: &[&'static [&'static str]]) -> Vec<Variant> {
-    let variant = |given: &&'static [_]| Variant {
-        choice: None,
-        given,
-        optional: &[],
-    };
-    variants.iter().map(variant).collect()
-}
-
-/// The pointer of a schema: `Shape`, or `Shape.member` with what follows.
-pub(super) fn place(short: &str) -> String {
-    format!("/components/schemas/{}", short.replace('.', "/properties/"))
-}
-
-/// Lengths and patterns, by the [`place`] of their schema.
+/// Lengths and patterns, by the place of their schema.
 fn words() -> Vec<(&'static str, Value)> {
     let exactly = |n: usize| json!({ "minItems": n, "maxItems": n });
     // Names have no control characters, Unicode's general category Cc.
@@ -269,10 +249,10 @@ fn words() -> Vec<(&'static str, Value)> {
         ("Goal.auvs", json!({ "uniqueItems": true })),
         ("Craft.preset", json!({ "pattern": preset })),
         ("PlanRequest.area/items", exactly(2)),
-        ("Segment.from", exactly(2)),
-        ("Segment.to", exactly(2)),
-        ("Segment.centre", exactly(2)),
-        ("Segment.points/items", exactly(2)),
+        (POINTS[0], exactly(2)),
+        (POINTS[1], exactly(2)),
+        (POINTS[2], exactly(2)),
+        (POINTS[3], exactly(2)),
         ("Segment.points", json!({ "minItems": 2 })),
         ("AuvState.covariance", exactly(4)),
         ("AuvState.covariance/items", exactly(4)),

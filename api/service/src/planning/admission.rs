@@ -195,6 +195,11 @@ mod tests {
         Duration::from_millis(ms)
     }
 
+    /// A plan asked for at `at` that may take a second.
+    fn with_a_second(admission: &Admission, at: Instant) -> Result<Arc<Permit>, Problem> {
+        admission.admit(at, (Work::Plan, 4096), Priority::Short, at + ms(1000))
+    }
+
     #[tokio::test(start_paused = true)]
     async fn a_request_that_would_be_late_is_refused_and_one_with_more_time_is_admitted() {
         let (admission, now) = (slow(), Clock::simulated(0.0).now());
@@ -207,14 +212,7 @@ mod tests {
     #[tokio::test(start_paused = true)]
     async fn a_burst_waits_and_a_standing_queue_is_cut() {
         let (admission, start) = (slow(), Clock::simulated(0.0).now());
-        let admit = |at| {
-            admission.admit(
-                start + ms(at),
-                (Work::Plan, 4096),
-                Priority::Short,
-                start + ms(at + 1000),
-            )
-        };
+        let admit = |at| with_a_second(&admission, start + ms(at));
         let mut waiting: Vec<_> = (0..10).map(|_| admit(0).expect("is a burst")).collect();
         waiting.push(admit(90).expect("may still go away"));
         assert_eq!(admit(101).err(), Some(Problem::Overloaded));
@@ -225,14 +223,7 @@ mod tests {
     #[tokio::test(start_paused = true)]
     async fn a_queue_that_was_cut_stays_short_while_requests_are_refused() {
         let (admission, start) = (slow(), Clock::simulated(0.0).now());
-        let admit = |at| {
-            admission.admit(
-                start + ms(at),
-                (Work::Plan, 4096),
-                Priority::Short,
-                start + ms(at + 1000),
-            )
-        };
+        let admit = |at| with_a_second(&admission, start + ms(at));
         let mut waiting: Vec<_> = (0..10).map(|_| admit(0).expect("is a burst")).collect();
         assert_eq!(admit(101).err(), Some(Problem::Overloaded));
         waiting.clear();

@@ -75,6 +75,10 @@ impl Pool {
                 .map(|(_, jobs): &(_, Receiver<_>)| jobs.clone());
             let waiting = Arc::clone(&waiting);
             let thread = thread::Builder::new().name(name.to_owned());
+            #[expect(
+                clippy::disallowed_methods,
+                reason = "these threads wait for jobs and compute: `Clock::spawn_thread` runs futures"
+            )]
             let started = thread.spawn(move || work(&jobs, &waiting));
             started.expect("a service starts before it runs out of threads");
         }

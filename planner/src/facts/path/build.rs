@@ -13,6 +13,7 @@ use crate::facts::{
         limits::{GAP_MAX, InvalidPath, SEGMENTS_MAX, require_count, require_straight},
         piece::Piece,
         segment::Segment,
+        waypoints::Overshot,
     },
 };
 
@@ -26,13 +27,22 @@ impl Path {
     /// ([`GAP_MAX`]), turns at a point ([`KINK_MAX`](super::KINK_MAX)), or has legs too short for
     /// its `fillet_m`. Without a `fillet_m`, corners may have any angle.
     pub fn from_segments(segments: &[Segment], closed: bool) -> Result<Self, InvalidPath> {
+        Self::turned(segments, closed, None)
+    }
+
+    /// [`Path::from_segments`] of a vehicle that may overshoot corners.
+    pub(crate) fn turned(
+        segments: &[Segment],
+        closed: bool,
+        overshot: Option<Overshot>,
+    ) -> Result<Self, InvalidPath> {
         let given = segments.iter().map(Segment::count).sum();
         require_count(format_args!("/segments"), given, &(1..=SEGMENTS_MAX), "segments")?;
         let mut path = Self::starting_at(Vector2::zeros(), 0.0);
         let ring = closed && segments.len() == 1;
         for (i, segment) in segments.iter().enumerate() {
             let field = format!("/segments/{i}");
-            let pieces = segment.pieces(&field, ring)?;
+            let pieces = segment.pieces(&field, ring, overshot)?;
             if let (Some(next), false) = (pieces.first(), path.pieces.is_empty()) {
                 path.require_joint(&field, next)?;
             }

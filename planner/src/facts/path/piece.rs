@@ -3,13 +3,14 @@
 use std::f64::consts::TAU;
 
 use nalgebra::Vector2;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::facts::angle::{angle_of, direction, sinc};
 
 /// A vehicle's motion on a leg, to the end of the turn at its last point.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Leg {
     /// Horizontal speed through the water, m/s, from 0.01 to 10. Default: the path's.

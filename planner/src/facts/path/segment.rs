@@ -3,121 +3,62 @@
 use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::Vector2;
-use serde::{Deserialize, Deserializer, Serialize};
-use utoipa::ToSchema;
 
 use crate::facts::{
     angle::angle_of,
     field_error::FieldError,
-    members::{members, needed},
     path::{
         limits::{
             ARC_ANGLE_MAX, InvalidPath, LENGTH_MAX, LENGTH_MIN, TURN_RADIUS, one_place, require_point,
             require_within,
         },
         piece::{Leg, Piece},
-        waypoints::{Corners, legs},
+        waypoints::{Corners, Overshot, legs},
     },
+    tagged::{read_tagged, tagged},
 };
 
-/// A segment of a path; positions are (north, east), m.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(tag = "kind", rename_all = "snake_case")]
-pub enum Segment {
-    /// A straight line.
-    Line {
-        /// Its beginning.
-        from: [f64; 2],
-        /// Its end.
-        to: [f64; 2],
-    },
-    /// Part of a circle.
-    Arc {
-        /// Its beginning.
-        from: [f64; 2],
-        /// Centre of the circle.
-        centre: [f64; 2],
-        /// Its turn, rad, positive to starboard, up to a full circle.
-        angle_rad: f64,
-    },
-    /// Straight legs between points, joined by arcs that touch both legs.
-    Waypoints {
-        /// Points where the legs meet. Repeated points are omitted.
-        points: Vec<[f64; 2]>,
-        /// Radius of every arc, m, for which all legs must have room; 0 for a straight line.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        fillet_m: Option<f64>,
-        /// Without `fillet_m`: turn radius if legs have room, m. Default: [`TURN_RADIUS`].
-        #[serde(skip_serializing_if = "Option::is_none")]
-        turn_radius_m: Option<f64>,
-        /// Differences between legs: empty, or one for each leg, beginning at the first point.
-        #[serde(skip_serializing_if = "Vec::is_empty")]
-        legs: Vec<Leg>,
-    },
-}
-
-members! {
+tagged! {
     /// A segment of a path. `kind` determines the other members. Points are (north, east), m.
-    SegmentMembers of Segment as "Segment",
-    /// Kind of segment.
-    kind: SegmentKind,
-    /// `line`, `arc`: beginning.
-    from: Option<[f64; 2]>,
-    /// `line`: end.
-    to: Option<[f64; 2]>,
-    /// `arc`: centre of its circle.
-    centre: Option<[f64; 2]>,
-    /// `arc`: turn, rad, positive to starboard, up to a full circle.
-    angle_rad: Option<f64>,
-    /// `waypoints`: points where the straight legs meet.
-    points: Option<Vec<[f64; 2]>>,
-    /// `waypoints`: radius of every corner, m, for which all legs must have room; 0 only if no leg
-    /// turns. Without it, corners have the `turn_radius_m`, or the largest possible radius.
-    fillet_m: Option<f64>,
-    /// `waypoints` without `fillet_m`: the vehicle's turn radius, m. Default: its speed at 0.15
-    /// rad/s; with `reports` also at 0.09 and 0.055 rad/s, and the best fit counts.
-    turn_radius_m: Option<f64>,
-    /// `waypoints`: speed and depth of every leg, beginning at the first point; for a closed path
-    /// also of the leg back. Empty if they do not differ.
-    legs: Vec<Leg>,
-}
-
-/// Kinds of segments.
-#[derive(Clone, Copy, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-enum SegmentKind {
-    /// A straight line: `from`, `to`.
-    Line,
-    /// Part of a circle: `from`, `centre`, `angle_rad`.
-    Arc,
-    /// Straight legs with rounded corners: `points`; at most one of `fillet_m` and `turn_radius_m`.
-    Waypoints,
-}
-
-impl<'de> Deserialize<'de> for Segment {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let mut given = SegmentMembers::deserialize(deserializer)?;
-        let segment = match given.kind {
-            SegmentKind::Line => Self::Line {
-                from: needed(&mut given.from, "from")?,
-                to: needed(&mut given.to, "to")?,
-            },
-            SegmentKind::Arc => Self::Arc {
-                from: needed(&mut given.from, "from")?,
-                centre: needed(&mut given.centre, "centre")?,
-                angle_rad: needed(&mut given.angle_rad, "angle_rad")?,
-            },
-            SegmentKind::Waypoints => Self::Waypoints {
-                points: needed(&mut given.points, "points")?,
-                fillet_m: given.fillet_m.take(),
-                turn_radius_m: given.turn_radius_m.take(),
-                legs: std::mem::take(&mut given.legs),
-            },
-        };
-        given.none_left()?;
-        Ok(segment)
+    #[derive(Clone, Debug, PartialEq)]
+    pub enum Segment = "Segment", SegmentOutside, "kind" {
+        /// A straight line.
+        Line {
+            /// Beginning.
+            from: [f64; 2],
+            /// End.
+            to: [f64; 2],
+        },
+        /// Part of a circle.
+        Arc {
+            /// Beginning.
+            from: [f64; 2],
+            /// Centre of the circle.
+            centre: [f64; 2],
+            /// Turn, rad, positive to starboard, up to a full circle.
+            angle_rad: f64,
+        },
+        /// Straight legs between points, joined by arcs that touch both legs.
+        Waypoints {
+            /// Points where the legs meet. Repeated points are omitted.
+            points: Vec<[f64; 2]>,
+            /// Radius of every corner, m, for which all legs must have room; 0 only if no leg turns.
+            /// Without it, corners have the `turn_radius_m`, or the largest possible radius.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            fillet_m: Option<f64>,
+            /// Without `fillet_m`: the vehicle's turn radius, m. Default: its speed at 0.15 rad/s;
+            /// with `reports` also at 0.09 and 0.055 rad/s, corners cut or overshot, and the best fit
+            /// counts.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            turn_radius_m: Option<f64>,
+            /// Speed and depth of every leg, beginning at the first point; for a closed path also of
+            /// the leg back. Empty if they do not differ.
+            #[serde(default, skip_serializing_if = "Vec::is_empty")]
+            legs: Vec<Leg>,
+        },
     }
 }
+read_tagged!(Segment, SegmentOutside, "kind");
 
 impl Segment {
     /// Number of segments; every way-point counts as one.
@@ -167,7 +108,12 @@ impl Segment {
     }
 
     /// Its checked pieces; `ring`: way-points lead back to the first.
-    pub(super) fn pieces(&self, field: &str, ring: bool) -> Result<Vec<Piece>, InvalidPath> {
+    pub(super) fn pieces(
+        &self,
+        field: &str,
+        ring: bool,
+        overshot: Option<Overshot>,
+    ) -> Result<Vec<Piece>, InvalidPath> {
         match self {
             Self::Line { from, to } => {
                 require_point(format_args!("{field}/from"), from)?;
@@ -204,6 +150,7 @@ impl Segment {
                     (Some(radius), None) => Corners::Fillets { radius },
                     (None, radius) => Corners::Turns {
                         radius: radius.unwrap_or(TURN_RADIUS),
+                        overshot,
                     },
                     (Some(_), Some(_)) => {
                         let detail = "give fillet_m, which must fit, or turn_radius_m, which is made to fit";

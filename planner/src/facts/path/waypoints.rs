@@ -32,13 +32,23 @@ pub const REPEATED_WITHIN: f64 = 0.1;
 /// Least turn of a corner that becomes a loop, rad; its arc would pass at three times its radius.
 pub const LOOP_FROM: f64 = PI * 5.0 / 6.0;
 
+/// Corners at which a vehicle turns once it has reached the way-point.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Overshot {
+    /// Least turn of such a corner, rad.
+    pub(crate) from: f64,
+    /// Radius of the turn, m.
+    pub(crate) radius: f64,
+}
+
 /// Rounding of corners.
 #[derive(Clone, Copy)]
 pub(super) enum Corners {
     /// One radius for all, m, for which the legs must have room; 0 if there is no corner.
     Fillets { radius: f64 },
     /// This radius, m, or the largest for which the legs have room.
-    Turns { radius: f64 },
+    /// Corners sharper than an angle, rad, may be overshot by another radius.
+    Turns { radius: f64, overshot: Option<Overshot> },
 }
 
 /// Legs and corners between `points`, and back to the first if `ring`. `declared` describes each
@@ -69,14 +79,14 @@ pub(super) fn legs(
     }
     let corners = match corners {
         Corners::Fillets { radius } => legs.fillets(radius, field)?,
-        Corners::Turns { radius } => {
+        Corners::Turns { radius, overshot } => {
             require_within(
                 format_args!("{field}/turn_radius_m"),
                 radius,
                 LENGTH_MIN,
                 LENGTH_MAX,
             )?;
-            legs.turns(radius)
+            legs.turns(radius, overshot)
         }
     };
     Ok(legs.pieces(&corners, declared))
@@ -99,11 +109,32 @@ struct Legs {
 #[derive(Clone, Copy, Default)]
 struct Corner {
     radius: f64,
-    /// Length that it takes of both legs, m.
+    /// Length that it takes of both legs, m; if overshot, of the second alone.
     tangent_length: f64,
     /// Rad, positive to starboard.
     turn: f64,
-    is_loop: bool,
+    kind: CornerKind,
+}
+
+#[derive(Clone, Copy, Default, PartialEq, Eq)]
+enum CornerKind {
+    /// One arc, which touches both legs.
+    #[default]
+    Cut,
+    /// Two arcs from the way-point to the second leg.
+    Overshot,
+    /// Three arcs from the way-point back to it.
+    Loop,
+}
+
+impl Corner {
+    /// Lengths that it takes of both legs, m.
+    fn lengths(&self) -> [f64; 2] {
+        match self.kind {
+            CornerKind::Overshot => [0.0, self.tangent_length],
+            CornerKind::Cut | CornerKind::Loop => [self.tangent_length; 2],
+        }
+    }
 }
 
 impl Legs {
@@ -198,7 +229,7 @@ impl Legs {
             radius,
             tangent_length: radius * unit,
             turn: *turn,
-            is_loop: false,
+            kind: CornerKind::Cut,
         };
         Ok(self.turns.iter().zip(tangent_lengths).map(corner).collect())
     }
@@ -230,7 +261,7 @@ impl Legs {
     }
 
     /// Arcs of `radius`, or of a shared fraction where those at both ends of a leg do not fit.
-    fn turns(&self, radius: f64) -> Vec<Corner> {
+    fn turns(&self, radius: f64, overshot: Option<Overshot>) -> Vec<Corner> {
         let n = self.points.len();
         let wanted = |point: usize| {
             let turn = self.turns[point];
@@ -238,31 +269,49 @@ impl Legs {
                 return Corner::default();
             }
             let shorter = self.length(point).min(self.length(self.before(point)));
+            // In a reversal, rounding must not choose the side.
+            let back = PI - KINK_MAX < turn.abs();
+            let turn = if back { turn.rem_euclid(TAU) } else { turn };
+            if let Some(overshot) = overshot.filter(|overshot| overshot.from < turn.abs()) {
+                let unit = overshot_length(turn);
+                let radius = overshot.radius.min(self.length(point) / unit);
+                return Corner {
+                    radius,
+                    tangent_length: radius * unit,
+                    turn,
+                    kind: CornerKind::Overshot,
+                };
+            }
             if LOOP_FROM < turn.abs() {
-                // In a reversal, rounding must not choose the side.
-                let back = PI - KINK_MAX < turn.abs();
                 return Corner {
                     radius: radius.min(0.5 * shorter),
                     tangent_length: 0.0,
-                    turn: if back { turn.rem_euclid(TAU) } else { turn },
-                    is_loop: true,
+                    turn,
+                    kind: CornerKind::Loop,
                 };
             }
             Corner {
                 radius,
                 tangent_length: (radius * (0.5 * turn.abs()).tan()).min(shorter),
                 turn,
-                is_loop: false,
+                kind: CornerKind::Cut,
             }
         };
         let mut corners: Vec<Corner> = (0..n).map(wanted).collect();
-        let taken = |leg: usize| corners[leg].tangent_length + corners[(leg + 1) % n].tangent_length;
+        let taken = |leg: usize| corners[leg].lengths()[1] + corners[(leg + 1) % n].lengths()[0];
         let share = |leg: usize| (self.length(leg) / taken(leg)).min(1.0);
         let shares: Vec<f64> = (0..self.n()).map(share).collect();
         for (point, corner) in corners.iter_mut().enumerate() {
             if 0.0 < corner.tangent_length {
-                corner.tangent_length *= shares[point].min(shares[self.before(point)]);
-                corner.radius = corner.tangent_length / (0.5 * corner.turn.abs()).tan();
+                let (share, unit) = match corner.kind {
+                    CornerKind::Overshot => (shares[point], overshot_length(corner.turn)),
+                    CornerKind::Cut | CornerKind::Loop => (
+                        shares[point].min(shares[self.before(point)]),
+                        (0.5 * corner.turn.abs()).tan(),
+                    ),
+                };
+                corner.tangent_length *= share;
+                corner.radius = corner.tangent_length / unit;
             }
         }
         corners
@@ -274,18 +323,25 @@ impl Legs {
             let first = pieces.len();
             let (along, tangent) = (self.vector(leg), self.tangents[leg]);
             let corner = corners[(leg + 1) % self.points.len()];
-            let (before, after) = (corners[leg].tangent_length, corner.tangent_length);
+            let ([_, before], [after, _]) = (corners[leg].lengths(), corner.lengths());
             let start = self.points[leg] + direction(tangent) * before;
             let length = along.norm() - before - after;
             if LENGTH_OF_ROUNDING < length {
                 pieces.push(Piece::line(start, tangent, length));
             }
             let end = self.points[leg] + along;
-            if corner.is_loop {
-                pieces.extend(looped(end, tangent, corner.radius, corner.turn));
-            } else if LENGTH_OF_ROUNDING < corner.radius * corner.turn.abs() {
-                let start = end - direction(tangent) * after;
-                pieces.push(Piece::arc(start, tangent, corner.radius, corner.turn));
+            match corner.kind {
+                CornerKind::Loop => pieces.extend(looped(end, tangent, corner.radius, corner.turn)),
+                CornerKind::Overshot => pieces.extend(
+                    overshot(end, tangent, corner.radius, corner.turn)
+                        .into_iter()
+                        .filter(|piece| LENGTH_OF_ROUNDING < piece.length),
+                ),
+                CornerKind::Cut if LENGTH_OF_ROUNDING < corner.radius * corner.turn.abs() => {
+                    let start = end - direction(tangent) * after;
+                    pieces.push(Piece::arc(start, tangent, corner.radius, corner.turn));
+                }
+                CornerKind::Cut => {}
             }
             // The last given leg of those that end at this point.
             let n_given = declared.len().max(1);
@@ -296,6 +352,30 @@ impl Legs {
         }
         pieces
     }
+}
+
+/// Angle δ of the second arc of an overshot corner, rad: the centres of both arcs are 2 r apart, of
+/// which r (1 + cos θ) = 2 r cos δ is across the second leg.
+fn back(turn: f64) -> f64 {
+    (0.5 * (1.0 + turn.cos())).acos()
+}
+
+/// Length of the second leg that an overshot corner takes, in radii.
+fn overshot_length(turn: f64) -> f64 {
+    turn.abs().sin() + 2.0 * back(turn).sin()
+}
+
+/// Two arcs from a point to a leg from it, at an angle `turn` to `tangent`: by θ + δ into the turn,
+/// and by δ away from it on to the leg.
+fn overshot(point: Vector2<f64>, tangent: f64, radius: f64, turn: f64) -> [Piece; 2] {
+    let back = back(turn).copysign(turn);
+    let mut at = (point, tangent);
+    [turn + back, -back].map(|angle| {
+        let piece = Piece::arc(at.0, at.1, radius, angle);
+        let end = piece.at(piece.length);
+        at = (end.position, end.tangent);
+        piece
+    })
 }
 
 /// Three arcs from a point back to it, by which a vehicle on `tangent` turns by `turn`: by φ away

@@ -164,7 +164,7 @@ fn waiting_never_reduces_the_covariance() {
             let mut vehicle = auv(turn_rate, path);
             vehicle.state.covariance = covariance.map(|matrix| matrix.transpose().into());
             let forecast = forecast(&vehicle, model);
-            let known = covariance.unwrap_or_else(default_covariance);
+            let known = covariance.unwrap_or_else(|| default_covariance(&ForecastNumbers::DEFAULT));
             let mut before = known.fixed_view::<2, 2>(0, 0).trace();
             near(forecast.position_variance(0.0), before, 1e-12);
             for ahead in 1..600 {

@@ -78,7 +78,11 @@ impl Check {
             report.speed_mps,
             report.turn_rate_radps,
         ];
-        self.given_numbers(field, &TELEMETRY, telemetry);
+        for ((name, range), value) in TELEMETRY.iter().zip(telemetry) {
+            if let Some(value) = value {
+                self.within(format_args!("{field}/{name}"), value, range);
+            }
+        }
     }
 
     fn covariance(&mut self, field: &str, covariance: &Matrix4<f64>) {

@@ -16,7 +16,7 @@ const NOT_NAMED: &str = "only vehicles in goal/auvs are visited";
 impl Check {
     pub(super) fn visits(&mut self, visits: &Visits, auvs: &[Auv]) {
         self.vehicles(&visits.auvs, auvs);
-        self.numbers("/goal", &GOAL_VISIT, [visits.within_m, visits.dwell_min_s]);
+        self.numbers("/goal", &GOAL_VISIT, [visits.within_m, visits.dwell_min()]);
         match visits.cost {
             VisitCost::Age => {}
             VisitCost::Uncertainty {

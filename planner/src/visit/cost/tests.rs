@@ -128,12 +128,16 @@ fn nothing_is_uploaded_beyond_the_range() {
 fn times_of_service_respect_the_least_time_and_empty_a_backlog() {
     for law in &ALL {
         for (cost, range, least) in [(0.0, 0.0, 30.0), (900.0, 50.0, 30.0), (1e9, 240.0, 600.0)] {
-            let dwells = law.dwells(cost, range, least);
+            let dwells = law.dwells(cost, range, least, &VisitNumbers::DEFAULT);
             assert!((dwells[0] - least).abs() < 1e-12 && dwells.is_sorted());
-            assert!(dwells.iter().all(|dwell| *dwell <= DWELL_MOST.max(least)));
+            assert!(
+                dwells
+                    .iter()
+                    .all(|dwell| *dwell <= VisitNumbers::DEFAULT.dwell_max.max(least))
+            );
         }
     }
-    let longest = ALL[2].dwells(100.0, 0.0, 10.0);
+    let longest = ALL[2].dwells(100.0, 0.0, 10.0, &VisitNumbers::DEFAULT);
     let longest = longest.last().expect("there is one");
     assert!(ALL[2].served(100.0, *longest, 0.0).cost < 1e-9);
 }

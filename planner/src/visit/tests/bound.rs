@@ -10,7 +10,7 @@ fn no_sequence_costs_less_than_the_bound() {
         let far = if seed % 2 == 0 { 150.0 } else { 500.0 };
         let mut request = random(9000 + seed, n, far);
         if seed % 5 == 0 {
-            visits(&mut request).dwell_min_s = 15.0;
+            visits(&mut request).dwell_min_s = Some(15.0);
         }
         let fleet = fleet(&request, horizon(&request, if n == 3 { 500.0 } else { 900.0 }));
         let least = enumerated(&fleet, &fleet.start(), None, Fleet::cost);

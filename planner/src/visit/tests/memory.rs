@@ -166,7 +166,7 @@ fn a_request_for_the_next_visit_ends_with_it_for_any_least_time() {
         ];
         let mut request = two(&auvs, 0.0, 1.0);
         visits(&mut request).costs_now.clear();
-        visits(&mut request).dwell_min_s = dwell_min;
+        visits(&mut request).dwell_min_s = Some(dwell_min);
         visits(&mut request).next = Some("auv-0".into());
         let mut schedule = scheduled(&request);
         says(&schedule, "as the goal asks");

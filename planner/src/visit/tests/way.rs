@@ -52,7 +52,7 @@ fn a_distant_next_auv_does_not_shorten_a_visit() {
     ];
     let mut request = two(&auvs, 0.0, SPEED);
     let goal = visits(&mut request);
-    (goal.cost, goal.dwell_min_s, goal.next) = (costs()[1], 30.0, Some("here".into()));
+    (goal.cost, goal.dwell_min_s, goal.next) = (costs()[1], Some(30.0), Some("here".into()));
     let plan = planned(&request);
     let schedule = plan.schedule.expect("the goal visits");
     let (first, second) = (&schedule.visits[0], &schedule.visits[1]);
@@ -86,7 +86,7 @@ fn the_goal_departs_from_the_first_auv_no_faster_than_the_craft() {
             );
             request.asc.north_m = 59.0;
             let goal = visits(&mut request);
-            (goal.cost, goal.dwell_min_s, goal.next) = (costs()[1], 30.0, Some("here".into()));
+            (goal.cost, goal.dwell_min_s, goal.next) = (costs()[1], Some(30.0), Some("here".into()));
             let (_, goal, schedule) = scheduled_goal(request);
             let leave = schedule.visits[0].leave_s - 1000.0;
             n_legs += usize::from(schedule.visits.len() > 1);

@@ -4,11 +4,12 @@ use planner::{
     craft::{CraftDescription, CraftEstimate},
     los::{LosLaw, LosTuning},
     parameters::Parameters,
-    snapshot::{Forecast, ForecastModel, Limits, Offset, PlanRequest, Snapshot, Tuning},
+    snapshot::{Forecast, ForecastModel, Goal, Limits, Offset, PlanRequest, Snapshot, Tuning},
+    tuned::Tuned,
 };
 use sim::{
     guide::{Guidance, Guide, GuideError, LosGuide, MpcGuide},
-    scenario::{GoalFile, Scenario, Start},
+    scenario::{Scenario, Start},
 };
 
 use super::grid::{Setting, grid, tuned};
@@ -47,6 +48,8 @@ pub enum ControlLaw {
         parameters: Box<Parameters>,
         /// The levers that replace those of the scenario, if it sets any.
         tuning: Option<Tuning>,
+        /// The tuned numbers that replace those of the scenario, if it sets any.
+        tuned: Option<Box<Tuned>>,
         /// The forecast model that it must use; its own choice if none.
         forecast: Option<ForecastModel>,
     },
@@ -74,7 +77,7 @@ impl Controller {
             return false;
         }
         let goal = scenario.surface_craft.as_ref().map(|craft| &craft.goal);
-        if self.entry.rule.is_some() && !matches!(goal, Some(GoalFile::Visit { .. })) {
+        if self.entry.rule.is_some() && !matches!(goal, Some(Goal::Visit(_))) {
             return false;
         }
         match self.law {
@@ -183,12 +186,12 @@ impl Controller {
         if let Some(variation) = self.entry.variation {
             variation.vary_start(start);
         }
-        if let ControlLaw::Planner {
-            tuning: Some(tuning), ..
-        } = &self.law
+        if let ControlLaw::Planner { tuning, tuned, .. } = &self.law
             && let Some(observer) = &mut start.observer
         {
-            observer.briefing.tuning = Some(tuning.clone());
+            let briefing = &mut observer.briefing;
+            briefing.tuning = tuning.clone().or(briefing.tuning.take());
+            briefing.tuned = tuned.as_deref().copied().unwrap_or(briefing.tuned);
         }
         if self.entry.craft == CraftKnowledge::Speeds
             && let Some(observer) = &mut start.observer
@@ -284,7 +287,7 @@ impl Guide for AdaptedGuide {
                 (auv.path, auv.dive) = (None, None);
             }
         }
-        let guidance = self.guide.guide(&Snapshot::try_from(observation)?)?;
+        let guidance = self.guide.guide(&snapshot.again(observation)?)?;
         self.held = Some(guidance);
         Ok(guidance)
     }

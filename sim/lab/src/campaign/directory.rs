@@ -42,12 +42,6 @@ impl Shard {
     /// The whole campaign.
     pub const WHOLE: Self = Self { index: 1, of: 1 };
 
-    /// The `index`-th of `of`, from 1 on.
-    #[cfg(test)]
-    pub(super) fn new(index: u64, of: u64) -> Self {
-        Self { index, of }
-    }
-
     /// Its chunks, adjacent, so that few shards tune the same laws.
     pub(super) fn chunks(self, all: &[Chunk]) -> &[Chunk] {
         let n = all.len() as u64;

@@ -63,8 +63,10 @@ pub(super) fn fly_while(
         let asked = asked
             .map(|snapshot| timed(guide.as_mut(), snapshot))
             .transpose()?;
-        if let Some(known) = guide.craft_estimate() {
-            learnt.get_or_insert_default().observe(time, interval, known);
+        if let (Some(known), Some(snapshot)) = (guide.craft_estimate(), &snapshot) {
+            let tuned = &snapshot.tuned().craft;
+            let learnt = learnt.get_or_insert_default();
+            learnt.observe(time, interval, known, tuned);
         }
         mission.step(snapshot.as_ref().zip(asked));
         if !goes_on(&mission) {

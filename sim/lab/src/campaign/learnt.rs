@@ -1,6 +1,6 @@
 //! A planner's estimates of its craft.
 
-use planner::craft::CraftEstimate;
+use planner::{craft::CraftEstimate, tuned::CraftNumbers};
 
 /// Time of the estimates, s.
 const LEARNT_AT_S: f64 = 300.0;
@@ -19,7 +19,7 @@ pub(super) struct CraftLearning {
 }
 
 impl CraftLearning {
-    pub(super) fn observe(&mut self, time: f64, interval: f64, known: &CraftEstimate) {
+    pub(super) fn observe(&mut self, time: f64, interval: f64, known: &CraftEstimate, tuned: &CraftNumbers) {
         let alarm = known.monitor.alarm;
         if alarm {
             self.alarm_s += interval;
@@ -30,7 +30,7 @@ impl CraftLearning {
         self.is_alarmed = alarm;
         if self.estimates.is_none() && LEARNT_AT_S <= time {
             let drift = (known.drift.mean, known.drift.variance.max(0.0).sqrt());
-            self.estimates = Some([known.heading_lag(), known.surge_lag(), drift]);
+            self.estimates = Some([known.heading_lag(tuned), known.surge_lag(tuned), drift]);
         }
     }
 

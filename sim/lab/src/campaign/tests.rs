@@ -91,7 +91,7 @@ fn a_directory_of_another_campaign_is_refused_and_stays_as_it_is() {
     Directory::create(folder.path(), Manifest::of(&one, Shard::WHOLE)).expect("is new");
     let before = fs::read(folder.path().join("campaign.json")).expect("is there");
     let other = campaign(&SMALL.replace("seed = 7", "seed = 8"));
-    for (campaign, shard) in [(&other, Shard::WHOLE), (&one, Shard::new(1, 2))] {
+    for (campaign, shard) in [(&other, Shard::WHOLE), (&one, Shard { index: 1, of: 2 })] {
         let refused = Directory::create(folder.path(), Manifest::of(campaign, shard));
         let refused = refused.expect_err("is another").to_string();
         assert!(refused.contains("holds another campaign"), "{refused}");
@@ -118,6 +118,7 @@ surface_craft.speed_mps | surface_craft.sped | parameters[0].key: surface_craft.
 name = "service" | name = "mpc auto" | controllers[2].name: "mpc auto" is the name of two
 planner = {} |  | controllers[0].planner: give one of planner, law and guide
 planner = {} | planner = {scp = 3} | unknown field `scp`
+planner = {} | planner = { parameters.estimate.gates = 9.2 } | there is no tuned number estimate.gates
 name = "saturated_los" } | name = "straight" } | controllers[1].law.name: there is no law "straight", only saturated_los
 [tuning] | [report]\nmetrics = ["rms_m", "rms"]\n[tuning] | report.metrics[1]: there is no column "rms", only rms_m
 [tuning]\nreplicates = 1\nobjectives = ["rms_m", "energy_j"] |  | say in [tuning] how they are found
@@ -253,9 +254,9 @@ mod slow {
 
         // Broken off: some chunks and gains are there, another is half written.
         let begun = Directory::create(&at("broken"), Manifest::of(campaign, Shard::WHOLE)).expect("is new");
-        flown(campaign, &at("again"), 2, Shard::new(1, 2));
+        flown(campaign, &at("again"), 2, Shard { index: 1, of: 2 });
         let chunks = campaign.chunks();
-        for chunk in Shard::new(1, 2).chunks(&chunks).iter().skip(1) {
+        for chunk in (Shard { index: 1, of: 2 }).chunks(&chunks).iter().skip(1) {
             // A killed process had kept the rows of its whole chunks.
             let part = Directory::open(&at("again")).and_then(|part| part.rows());
             let part = part.expect("are there");
@@ -279,7 +280,10 @@ mod slow {
 
         for n in [3, 7] {
             let parts: Vec<Directory> = (1..=n)
-                .map(|index| flown(campaign, &at(&format!("{index} of {n}")), 2, Shard::new(index, n)).0)
+                .map(|index| {
+                    let shard = Shard { index, of: n };
+                    flown(campaign, &at(&format!("{index} of {n}")), 2, shard).0
+                })
                 .collect();
             let (_, merged) = Directory::merge(&at(&format!("merged {n}")), &parts).expect("merges");
             assert_eq!(merged.digest(), whole.digest(), "{n} parts");
@@ -432,6 +436,10 @@ planner = {}
 craft = "speeds"
 
 [[controllers]]
+name = "noisy log"
+planner = { parameters.craft.speed_noise = 1.0 }
+
+[[controllers]]
 name = "thruster lost"
 planner = {}
 variation = { breakdown = { what = "port_thruster_lost", at_s = 150.0 } }
@@ -443,7 +451,9 @@ variation = { breakdown = { what = "port_thruster_lost", at_s = 150.0 } }
             let row = words.iter().position(|word| *word == controller).expect("flew");
             rows.numbers(name).expect("a column")[row]
         };
-        assert_ne!(of("mpc auto", "rms_m"), of("speeds alone", "rms_m"));
+        for other in ["speeds alone", "noisy log"] {
+            assert_ne!(of("mpc auto", "rms_m"), of(other, "rms_m"), "{other}");
+        }
         for name in LEARNT.as_flattened() {
             assert!(of("speeds alone", name).is_some_and(f64::is_finite), "{name}");
         }

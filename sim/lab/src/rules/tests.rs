@@ -113,7 +113,7 @@ fn a_stay_exceeds_the_least_time_by_the_requested_one() {
         range_max_m: 100.0,
     };
     let mut visits = visits(data);
-    visits.dwell_min_s = 30.0;
+    visits.dwell_min_s = Some(30.0);
     for (dwell, longer) in [(0.0, 0), (45.0, 45)] {
         let all = followed(Rule::OldestFirst, dwell, &visits, 200, None);
         // There from the 61st second on, as it jumps after the 60th.

@@ -5,18 +5,17 @@ use std::{collections::BTreeMap, sync::Arc};
 use planner::{
     craft::{CraftDescription, HeadingReference, SpeedReference},
     path::Side,
-    snapshot::{ID_LENGTH_MAX, Reduce, Tuning},
+    snapshot::{DeclaredLimits, Goal, ID_LENGTH_MAX, Offset, Tuning},
+    tuned::Tuned,
 };
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Deserializer};
 
 use super::{ITEMS_MAX, LANES_MAX, NAME_PATTERN, Point, yes};
 use crate::{
     scenario::quantity::{
-        Acceleration, Angle, BearingSigma, ClockTime, CommandDelay, Coordinate, CraftMass, DataRate, Depth,
-        Distribution, Dwell, FixInterval, FixSigma, LeastSpeed, Length, LoopLag, MissionTime,
-        OffsetComponent, PathSpeed, Pitch, Quantity, RangeToKeep, ServedWithin, Share, SlantRange, Speed,
-        TunedAcceleration, TunedLag, TurnRate, UploadRate, VarianceGrowth, Weight,
+        Angle, CommandDelay, Coordinate, CraftMass, Damping, Depth, Distribution, Length, LostShare,
+        OffsetComponent, PathSpeed, Pitch, Quantity, Share, Speed, TunedAcceleration, TunedLag, WeavePeriod,
     },
     world::{
         dive::Leg,
@@ -44,21 +43,32 @@ pub struct SurfaceCraftFile {
     #[serde(default = "yes")]
     pub drag_feed_forward: bool,
     /// Its goal.
-    pub goal: GoalFile,
+    #[serde(deserialize_with = "Goal::outside")]
+    pub goal: Goal<Distribution>,
     /// Offset of the goal from the point that it follows; none if left out.
-    pub goal_offset: Option<OffsetFile>,
+    #[serde(default, deserialize_with = "offset")]
+    pub goal_offset: Option<Offset<Distribution>>,
     /// Slant range that counts as contact, m.
     pub contact_range_m: Quantity<Length>,
     /// Limits given to the planner; those of the class if left out.
     #[serde(default)]
-    pub limits: LimitsFile,
+    pub limits: DeclaredLimits<Distribution>,
     /// Closed-loop response given to the planner; the true one if left out, none if empty.
     pub craft: Option<CraftDescription<Distribution>>,
     /// Weights of the planner's cost, its horizon and iterations; the planner's own if left out.
     pub tuning: Option<Tuning>,
+    /// Tuned numbers of the planner by table and name, such as `parameters.estimate.gate`; the
+    /// planner's own if left out.
+    #[serde(default)]
+    #[schemars(with = "BTreeMap<String, BTreeMap<String, f64>>")]
+    pub parameters: Tuned,
     /// A random craft drawn earlier, because a draw takes as long as a mission.
     #[serde(skip)]
     pub drawn: Option<Arc<RandomCraft>>,
+}
+
+fn offset<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Offset<Distribution>>, D::Error> {
+    Offset::outside(from).map(Some)
 }
 
 /// A class of surface craft.
@@ -99,138 +109,6 @@ pub struct RandomCraftFile {
     pub delay_s: Option<Quantity<CommandDelay>>,
 }
 
-/// A goal of the surface craft.
-#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum GoalFile {
-    /// Stay above one AUV.
-    Track {
-        /// Its name.
-        auv: String,
-    },
-    /// Follow several in turn.
-    Intermittent {
-        /// Their names, in order.
-        auvs: Vec<String>,
-        /// Time above each, s.
-        dwell_s: Quantity<MissionTime>,
-        /// Start of the first interval, s on the surface craft's clock.
-        epoch_s: Quantity<ClockTime>,
-    },
-    /// Stay above the mean of several.
-    Midpoint {
-        /// Their names.
-        auvs: Vec<String>,
-    },
-    /// Stay above the weighted mean of several.
-    Weighted {
-        /// Relative weights.
-        weights: BTreeMap<String, Quantity<Weight>>,
-    },
-    /// Stay within a slant range of several, where the largest range is least.
-    Range {
-        /// Their names.
-        auvs: Vec<String>,
-        /// The range, m.
-        range_m: Quantity<SlantRange>,
-    },
-    /// Serve several in the order and at the times that cost least.
-    Visit {
-        /// Their names.
-        auvs: Vec<String>,
-        /// Cost of an unserved one; `age` if left out.
-        #[serde(default)]
-        cost: VisitCostFile,
-        /// Relative weights of the costs; 1 if left out.
-        #[serde(default)]
-        weights: BTreeMap<String, Quantity<Weight>>,
-        /// Horizontal distance that counts as served, m; 20 if left out.
-        within_m: Option<Quantity<ServedWithin>>,
-        /// Least time with one, s; 0 for `age`, else 30 if left out.
-        dwell_min_s: Option<Quantity<Dwell>>,
-        /// Deadlines, s on the surface craft's clock; none if left out.
-        #[serde(default)]
-        serve_by_s: BTreeMap<String, Quantity<ClockTime>>,
-        /// Statistic of the costs that counts; `mean` if left out.
-        #[serde(default)]
-        reduce: Reduce,
-    },
-}
-
-/// Cost of an unserved underwater vehicle.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum VisitCostFile {
-    /// Time since it was last served, s.
-    #[default]
-    Age,
-    /// Variance of its own navigation, m².
-    Uncertainty {
-        /// Growth of the variance, m²/s.
-        growth_m2ps: Quantity<VarianceGrowth>,
-        /// Standard deviation of a fix at no distance, m.
-        sigma_m: Quantity<FixSigma>,
-        /// Growth of that with the slant range, rad.
-        sigma_rad: Quantity<BearingSigma>,
-        /// Time between two fixes, s.
-        interval_s: Quantity<FixInterval>,
-    },
-    /// Data that it has not uploaded, kbit.
-    Data {
-        /// Rate of gathering, kbit/s.
-        growth_kbps: Quantity<DataRate>,
-        /// Rate of upload at no distance, kbit/s.
-        upload_kbps: Quantity<UploadRate>,
-        /// Slant range at which the upload ends, m.
-        range_max_m: Quantity<RangeToKeep>,
-    },
-}
-
-/// Offset of a goal from the point that it follows.
-#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum OffsetFile {
-    /// Along north and east.
-    Ned {
-        /// Distance north, m.
-        north_m: Quantity<OffsetComponent>,
-        /// Distance east, m.
-        east_m: Quantity<OffsetComponent>,
-    },
-    /// Along the course of the followed point, at rest its last one.
-    Target {
-        /// Distance ahead, m.
-        ahead_m: Quantity<OffsetComponent>,
-        /// Distance to starboard, m.
-        starboard_m: Quantity<OffsetComponent>,
-    },
-    /// Along the path of the followed AUV. Requires `knowledge.paths`.
-    Path {
-        /// Distance ahead, m.
-        ahead_m: Quantity<OffsetComponent>,
-        /// Distance to starboard, m.
-        starboard_m: Quantity<OffsetComponent>,
-    },
-}
-
-/// Limits that differ from those of the class.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct LimitsFile {
-    /// Slowest speed reference, m/s; the class's if left out.
-    pub speed_min_mps: Option<Quantity<LeastSpeed>>,
-    /// Fastest speed reference, m/s; the class's if left out.
-    pub speed_max_mps: Option<Quantity<Speed>>,
-    /// Largest yaw rate, rad/s; the class's if left out.
-    pub turn_rate_max_radps: Option<Quantity<TurnRate>>,
-    /// Largest acceleration, m/s²; the class's if left out.
-    pub acceleration_max_mps2: Option<Quantity<Acceleration>>,
-    /// Largest deceleration, m/s²; the class's if left out.
-    pub deceleration_max_mps2: Option<Quantity<Acceleration>>,
-    /// Time constant of the surge loop, s; that of `craft` if left out.
-    pub surge_lag_s: Option<Quantity<LoopLag>>,
-}
-
 /// An underwater vehicle: its class, its path, and its start relative to the beginning of the path.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -261,6 +139,12 @@ pub struct AuvFile {
     pub dive: Option<DiveFile>,
     /// Error of its own navigation, added to its class's; none if left out.
     pub navigation_error: Option<NavigationErrorFile>,
+    /// Deviations from its path that are none of its navigation; none if left out.
+    #[serde(default)]
+    pub tracking_error: TrackingErrorFile,
+    /// What a surface craft that knows paths knows of it; `plan` if left out.
+    #[serde(default)]
+    pub declares: Declares,
     /// Its path; it repeats a `track` if left out.
     pub path: Option<PathFile>,
     /// Name of a CSV file with a recorded track that it repeats; it follows its `path` if left out.
@@ -282,6 +166,43 @@ pub struct NavigationErrorFile {
     /// `true`: a satellite fix at a depth of 1 m or less ends it.
     #[serde(default)]
     pub fix_at_surface: bool,
+}
+
+/// Deviations of a vehicle from its path, which no plan contains.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TrackingErrorFile {
+    /// Weave about its path; none if left out.
+    pub weave: Option<WeaveFile>,
+    /// Distance beyond each way-point at which it turns, m; negative: before it, so that it cuts
+    /// the corner; 0 if left out. It is back on its path within four times that.
+    pub turns_late_m: Option<Quantity<OffsetComponent>>,
+    /// Share of its speed that it loses nose down; 0 if left out.
+    pub slower_diving_share: Option<Quantity<LostShare>>,
+}
+
+/// A weave, as far as its hull can follow it.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WeaveFile {
+    /// Amplitude, m: √2 times the standard deviation.
+    pub amplitude_m: Quantity<Length>,
+    /// Period, s, of the spectrum's peak if damped.
+    pub period_s: Quantity<WeavePeriod>,
+    /// Relative damping of a stationary random weave: the width of its spectrum; a sine if left
+    /// out.
+    pub damping: Option<Quantity<Damping>>,
+}
+
+/// What a vehicle declares of its path.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Declares {
+    /// Its path, as planned.
+    #[default]
+    Plan,
+    /// Its track, as it will sail it.
+    Sailed,
 }
 
 /// A knot of a speed profile.
@@ -398,11 +319,17 @@ pub enum SurveyPattern {
     ExpandingSquare,
     /// Way-points without a pattern.
     Waypoints,
+    /// Parallel lanes of different lengths; never drawn.
+    UnequalLanes,
+    /// A spiral outwards; never drawn.
+    Spiral,
+    /// A figure of eight, without end; never drawn.
+    FigureOfEight,
 }
 
 impl SurveyPattern {
-    /// All of them.
-    pub const ALL: [Self; 6] = [
+    /// Those that are drawn.
+    pub const DRAWN: [Self; 6] = [
         Self::LawnMower,
         Self::ThereAndBack,
         Self::Box,

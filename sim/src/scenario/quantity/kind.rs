@@ -1,6 +1,8 @@
 //! Units and limits of a scenario's numbers.
 
-use planner::snapshot::{ACOUSTIC_RANGE, CURRENT_MAX, KEEP_OUT_RADIUS, OFFSET_MAX, TIME_CONSTANT};
+use std::ops::RangeInclusive;
+
+use planner::snapshot::{ACOUSTIC_RANGE, ANGLE, CURRENT_MAX, KEEP_OUT_RADIUS, OFFSET_MAX};
 
 use crate::world::surface_craft::random;
 
@@ -10,14 +12,14 @@ pub trait Kind {
     const NAME: &'static str;
     /// Its unit, for messages.
     const UNIT: &'static str;
-    /// Least value.
-    const MIN: f64;
-    /// Largest value.
-    const MAX: f64;
+    /// Its range.
+    const RANGE: RangeInclusive<f64>;
+    /// Its largest value.
+    const MAX: f64 = *Self::RANGE.end();
 }
 
 macro_rules! kinds {
-    ($($(#[$doc:meta])* $name:ident: $min:expr, $max:expr, $unit:literal;)*) => {$(
+    ($($(#[$doc:meta])* $name:ident: $range:expr, $unit:literal;)*) => {$(
         $(#[$doc])*
         #[derive(Clone, Debug, PartialEq)]
         pub enum $name {}
@@ -25,8 +27,7 @@ macro_rules! kinds {
         impl Kind for $name {
             const NAME: &'static str = stringify!($name);
             const UNIT: &'static str = $unit;
-            const MIN: f64 = $min;
-            const MAX: f64 = $max;
+            const RANGE: RangeInclusive<f64> = $range;
         }
     )*};
 }
@@ -34,115 +35,91 @@ macro_rules! kinds {
 kinds! {
     /// North or east of the datum, a tenth of a snapshot's range: no vehicle leaves it in a day at
     /// 3 m/s in a current of 3 m/s.
-    Coordinate: -1.0e5, 1.0e5, "m";
+    Coordinate: -1.0e5..=1.0e5, "m";
     /// A positive length.
-    Length: 0.01, 1.0e5, "m";
-    /// Slant range to stay within; the range of a snapshot.
-    SlantRange: 1.0, 2.0e4, "m";
+    Length: 0.01..=1.0e5, "m";
     /// A component of an offset; the range of a snapshot.
-    OffsetComponent: -OFFSET_MAX, OFFSET_MAX, "m";
-    /// Distance within which a vehicle is served; like the next eight, with a snapshot's range.
-    ServedWithin: 1.0, 5.0e3, "m";
-    /// Least time with a vehicle.
-    Dwell: 0.0, 3600.0, "s";
-    /// Growth of a variance.
-    VarianceGrowth: 1.0e-6, 1.0e6, "m²/s";
-    /// Standard deviation of a fix.
-    FixSigma: 0.001, 1.0e5, "m";
-    /// Standard deviation of a bearing.
-    BearingSigma: 0.0, 1.0, "rad";
-    /// Time between two fixes.
-    FixInterval: 0.1, 3600.0, "s";
-    /// Rate at which a vehicle gathers data.
-    DataRate: 0.0, 1.0e6, "kbit/s";
-    /// Rate at which a vehicle uploads data.
-    UploadRate: 0.001, 1.0e6, "kbit/s";
-    /// Weight of a vehicle in a mean; the range of a snapshot.
-    Weight: 0.0, 1.0e6, "";
+    OffsetComponent: -OFFSET_MAX..=OFFSET_MAX, "m";
     /// Depth, positive down. Twice the depth that gliders reach.
-    Depth: 0.0, 2000.0, "m";
+    Depth: 0.0..=2000.0, "m";
     /// A heading or a change of one, rad.
-    Angle: -std::f64::consts::TAU, std::f64::consts::TAU, "rad";
+    Angle: ANGLE, "rad";
     /// Pitch of a dive: steep enough to dive, short of the vertical, at which yaw is undefined.
-    Pitch: 0.05, 1.3, "rad";
+    Pitch: 0.05..=1.3, "rad";
     /// Speed through the water.
-    Speed: 0.0, 5.0, "m/s";
+    Speed: 0.0..=5.0, "m/s";
     /// Speed of an underwater vehicle along its path.
-    PathSpeed: 0.05, 3.0, "m/s";
+    PathSpeed: 0.05..=3.0, "m/s";
     /// A component of the current; the range of a snapshot.
-    CurrentComponent: -CURRENT_MAX, CURRENT_MAX, "m/s";
+    CurrentComponent: -CURRENT_MAX..=CURRENT_MAX, "m/s";
     /// Duration of a mission: up to a day.
-    MissionTime: 1.0, 86_400.0, "s";
+    MissionTime: 1.0..=86_400.0, "s";
     /// An instant of a mission.
-    Instant: 0.0, 86_400.0, "s";
+    Instant: 0.0..=86_400.0, "s";
     /// A time on a clock, or an offset of one.
-    ClockTime: -86_400.0, 86_400.0, "s";
+    ClockTime: -86_400.0..=86_400.0, "s";
     /// A time constant, a period, a delay.
-    Period: 0.0, 3600.0, "s";
+    Period: 0.0..=3600.0, "s";
     /// A share of a whole.
-    Share: 0.0, 1.0, "";
+    Share: 0.0..=1.0, "";
     /// A share of a whole, to either side.
-    SignedShare: -1.0, 1.0, "";
+    SignedShare: -1.0..=1.0, "";
     /// A factor on a claimed standard deviation.
-    ClaimFactor: 1.0e-6, 1.0e6, "";
+    ClaimFactor: 1.0e-6..=1.0e6, "";
     /// A factor on a current.
-    Factor: 0.0, 2.0, "";
+    Factor: 0.0..=2.0, "";
     /// Standard deviation of a position.
-    PositionNoise: 0.0, 1000.0, "m";
+    PositionNoise: 0.0..=1000.0, "m";
     /// Standard deviation of a measured speed.
-    SpeedNoise: 0.0, 0.4, "m/s";
+    SpeedNoise: 0.0..=0.4, "m/s";
     /// Standard deviation of a speed of the water.
-    WaterSpeedNoise: 0.0, 1.0, "m/s";
+    WaterSpeedNoise: 0.0..=1.0, "m/s";
     /// Standard deviation of an angle.
-    AngleNoise: 0.0, 0.5, "rad";
+    AngleNoise: 0.0..=0.5, "rad";
     /// Bias of an angle.
-    AngleBias: -1.0, 1.0, "rad";
+    AngleBias: -1.0..=1.0, "rad";
     /// Standard deviation of a rate of turn.
-    RateNoise: 0.0, 0.2, "rad/s";
+    RateNoise: 0.0..=0.2, "rad/s";
     /// Standard deviation of a depth.
-    DepthNoise: 0.0, 1.0, "m";
+    DepthNoise: 0.0..=1.0, "m";
     /// Damping ratio of a wave spectrum.
-    Damping: 0.01, 0.5, "";
+    Damping: 0.01..=0.5, "";
     /// Peak period of waves.
-    WavePeriod: 1.0, 30.0, "s";
+    WavePeriod: 1.0..=30.0, "s";
+    /// Period of a weave: from one that a hull cannot follow to most of a survey's lane.
+    WeavePeriod: 5.0..=3600.0, "s";
+    /// Share of a speed that a vehicle loses without coming to rest.
+    LostShare: 0.0..=0.9, "";
     /// Correlation time of a process.
-    CorrelationTime: 0.1, 1.0e6, "s";
+    CorrelationTime: 0.1..=1.0e6, "s";
     /// Half a turn to either side.
-    HalfTurn: -std::f64::consts::PI, std::f64::consts::PI, "rad";
+    HalfTurn: -std::f64::consts::PI..=std::f64::consts::PI, "rad";
     /// Depth down to which a current changes.
-    ShearDepth: 0.1, 2000.0, "m";
+    ShearDepth: 0.1..=2000.0, "m";
     /// Radius of a keep-out disc; the range of a snapshot.
-    KeepOutRadius: *KEEP_OUT_RADIUS.start(), *KEEP_OUT_RADIUS.end(), "m";
+    KeepOutRadius: KEEP_OUT_RADIUS, "m";
     /// Largest slant range allowed; the range of a snapshot.
-    RangeToKeep: *ACOUSTIC_RANGE.start(), *ACOUSTIC_RANGE.end(), "m";
+    RangeToKeep: ACOUSTIC_RANGE, "m";
     /// Range of an acoustic modem.
-    AcousticRange: 0.01, 20_000.0, "m";
+    AcousticRange: 0.01..=20_000.0, "m";
     /// Time from one slot to the next.
-    FrameTime: 1.0, 3600.0, "s";
+    FrameTime: 1.0..=3600.0, "s";
     /// Length of a message, or of its processing.
-    MessageTime: 0.001, 30.0, "s";
-    /// Time constant of a control loop; the range of a snapshot.
-    LoopLag: *TIME_CONSTANT.start(), *TIME_CONSTANT.end(), "s";
-    /// Least speed at which a craft steers.
-    LeastSpeed: 0.0, 2.0, "m/s";
+    MessageTime: 0.001..=30.0, "s";
     /// Speed of sound in water.
-    SoundSpeed: 1400.0, 1600.0, "m/s";
-    /// Largest rate of turn.
-    TurnRate: 0.01, 2.0, "rad/s";
-    /// Largest acceleration.
-    Acceleration: 0.005, 5.0, "m/s²";
+    SoundSpeed: 1400.0..=1600.0, "m/s";
     /// Dry mass of a random surface craft.
-    CraftMass: random::MASS[0], random::MASS[1], "kg";
+    CraftMass: random::MASS[0]..=random::MASS[1], "kg";
     /// Design lag of a loop of a random craft.
-    TunedLag: random::LAG[0], random::LAG[1], "s";
+    TunedLag: random::LAG[0]..=random::LAG[1], "s";
     /// Largest acceleration that the surge loop of a random craft commands.
-    TunedAcceleration: random::ACCELERATION[0], random::ACCELERATION[1], "m/s²";
+    TunedAcceleration: random::ACCELERATION[0]..=random::ACCELERATION[1], "m/s²";
     /// Delay of references before they reach the loops.
-    CommandDelay: random::DELAY[0], random::DELAY[1], "s";
+    CommandDelay: random::DELAY[0]..=random::DELAY[1], "s";
     /// Propulsion energy.
-    Energy: 0.0, 1.0e12, "J";
+    Energy: 0.0..=1.0e12, "J";
     /// Latitude of the datum.
-    Latitude: -90.0, 90.0, "°";
+    Latitude: -90.0..=90.0, "°";
     /// Longitude of the datum.
-    Longitude: -180.0, 180.0, "°";
+    Longitude: -180.0..=180.0, "°";
 }

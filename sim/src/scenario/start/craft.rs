@@ -3,57 +3,45 @@
 use planner::craft::CraftDescription;
 
 use super::{
-    draw::Draw,
+    draw::{Checked, Draw},
     invalid::{InvalidScenario, invalid, of_snapshot},
 };
-use crate::scenario::{
-    file::LimitsFile,
-    quantity::{Distribution, unit_of},
-};
+use crate::scenario::quantity::Distribution;
 
 /// First random number of a craft description, beyond those of all other numbers that a file can
 /// have: describing the craft changes no other draw.
 const NUMBERS_FROM: u64 = 1 << 32;
 
-/// The craft description of the file, else the true one. The limits' surge lag overrides both.
+/// The craft description of the file, else the true one. A `surge_lag` of the limits, s, overrides
+/// both.
 pub(super) fn craft_description(
     file: Option<&CraftDescription<Distribution>>,
-    limits: &LimitsFile,
+    surge_lag: Option<f64>,
     truth: CraftDescription,
-    draw: &mut Draw,
+    seed: u64,
 ) -> Result<CraftDescription, InvalidScenario> {
     let mut craft = match file {
-        Some(file) => described(file, draw.seed)?,
+        Some(file) => described(file, seed)?,
         None => truth,
     };
-    let lag = draw.take_optional(limits.surge_lag_s.as_ref());
-    if lag.is_some() && file.is_some_and(|file| file.surge_loop.time_constant_s.is_some()) {
+    if surge_lag.is_some() && file.is_some_and(|file| file.surge_loop.time_constant_s.is_some()) {
         return Err(invalid(
             "surface_craft.limits.surge_lag_s",
             "surface_craft.craft.surge_loop.time_constant_s is given too; give one of them",
         ));
     }
-    craft.surge_loop.time_constant_s = lag.or(craft.surge_loop.time_constant_s);
+    craft.surge_loop.time_constant_s = surge_lag.or(craft.surge_loop.time_constant_s);
     Ok(craft)
 }
 
 fn described(file: &CraftDescription<Distribution>, seed: u64) -> Result<CraftDescription, InvalidScenario> {
     let taken = NUMBERS_FROM;
     let mut draw = Draw { seed, taken };
-    let mut out_of_range = None;
-    let craft = file.map(|member, range, number| {
-        if let Some(Err(reason)) = number.map(|number| number.check(range, unit_of(member))) {
-            let field = format!("surface_craft.craft.{}", member.replace('/', "."));
-            out_of_range.get_or_insert(invalid(field, reason));
-            return None;
-        }
-        draw.take_within(number, range)
-    });
-    if let Some(wrong) = out_of_range {
-        return Err(wrong);
-    }
+    let mut checked = Checked::new(&mut draw, "surface_craft.craft");
+    let craft = file.map(|place, range, number| checked.take(place, range, number));
+    let craft = checked.all(Some(craft))?;
     match craft.faults().first() {
-        Some(fault) => Err(of_snapshot("surface_craft", fault)),
+        Some(fault) => Err(of_snapshot("surface_craft", &fault.pointer, fault)),
         None => Ok(craft),
     }
 }

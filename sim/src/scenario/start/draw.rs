@@ -3,13 +3,14 @@
 use std::ops::RangeInclusive;
 
 use nalgebra::Vector2;
+use planner::snapshot::AUVS_MAX;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::invalid::{InvalidScenario, invalid};
 use crate::scenario::{
     file::{ITEMS_MAX, Point},
-    quantity::{Distribution, Kind, Quantity},
+    quantity::{Distribution, Kind, Quantity, unit_of},
 };
 
 /// Uses of a seed's random numbers. Each has its own stream: another draw of one changes no other.
@@ -39,6 +40,11 @@ pub(super) fn survey_stream(seed: u64, i: usize) -> ChaCha8Rng {
     rng
 }
 
+/// The random numbers of the weave of AUV number `i`, below those of the surveys.
+pub(super) fn weave_stream(seed: u64, i: usize) -> ChaCha8Rng {
+    survey_stream(seed, AUVS_MAX + i)
+}
+
 /// Draws the numbers of a scenario. Each has its own random stream, numbered in the order of the
 /// draws. Fixed and omitted numbers count: making a number a distribution changes no other.
 pub(super) struct Draw {
@@ -60,15 +66,6 @@ impl Draw {
         Some(quantity?.draw(&mut rng))
     }
 
-    pub(super) fn take_within(
-        &mut self,
-        number: Option<&Distribution>,
-        range: &RangeInclusive<f64>,
-    ) -> Option<f64> {
-        let mut rng = self.rng();
-        Some(number?.draw(range, &mut rng))
-    }
-
     /// The random numbers of the next draw.
     fn rng(&mut self) -> ChaCha8Rng {
         self.taken += 1;
@@ -84,6 +81,51 @@ impl Draw {
 
     pub(super) fn points(&mut self, points: &[Point]) -> Vec<Vector2<f64>> {
         points.iter().map(|point| self.point(point)).collect()
+    }
+}
+
+/// Draws numbers of a table whose ranges are those of a snapshot.
+pub(super) struct Checked<'a> {
+    draw: &'a mut Draw,
+    table: &'static str,
+    out_of_range: Option<InvalidScenario>,
+}
+
+impl<'a> Checked<'a> {
+    pub(super) fn new(draw: &'a mut Draw, table: &'static str) -> Self {
+        Self {
+            draw,
+            table,
+            out_of_range: None,
+        }
+    }
+
+    /// The number at `place`, such as `heading_loop/delay_s`; none if it is not in its range.
+    pub(super) fn take(
+        &mut self,
+        place: &str,
+        range: &RangeInclusive<f64>,
+        number: Option<&Distribution>,
+    ) -> Option<f64> {
+        let mut rng = self.draw.rng();
+        let number = number?;
+        match number.check(range, unit_of(place)) {
+            Ok(()) => Some(number.draw(range, &mut rng)),
+            Err(reason) => {
+                let field = format!("{}.{}", self.table, place.replace('/', "."));
+                self.out_of_range.get_or_insert_with(|| invalid(field, reason));
+                None
+            }
+        }
+    }
+
+    /// What was made of the numbers, if all were in their ranges.
+    pub(super) fn all<T>(self, made: Option<T>) -> Result<T, InvalidScenario> {
+        match (self.out_of_range, made) {
+            (None, Some(made)) => Ok(made),
+            (Some(wrong), _) => Err(wrong),
+            (None, None) => unreachable!("only numbers out of range are left out"),
+        }
     }
 }
 

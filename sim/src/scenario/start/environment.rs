@@ -3,7 +3,7 @@
 use std::{f64::consts::TAU, ops::RangeInclusive};
 
 use nalgebra::Vector2;
-use planner::snapshot::{FieldError, KeepOut, bounds_faults, clockwise};
+use planner::snapshot::{KeepOut, bounds_faults, clockwise};
 
 use super::{
     draw::{Draw, Stream, check_count, stream},
@@ -231,13 +231,7 @@ pub(super) fn bounds(file: &BoundsFile, draw: &mut Draw) -> Result<Bounds, Inval
         Some(fault) => {
             // A scenario has the range beside the other bounds.
             let pointer = fault.pointer.replace("/acoustics", "");
-            Err(of_snapshot(
-                "bounds",
-                &FieldError {
-                    pointer,
-                    ..fault.clone()
-                },
-            ))
+            Err(of_snapshot("bounds", &pointer, fault))
         }
     }
 }

@@ -14,9 +14,9 @@ pub struct InvalidScenario {
     pub reason: String,
 }
 
-/// The fault of a snapshot's member, which is in the table `table` of a scenario.
-pub(super) fn of_snapshot(table: &str, fault: &FieldError) -> InvalidScenario {
-    let steps = fault.pointer.split('/').skip(1);
+/// The fault of a snapshot's member, which is at `pointer` in the table `table` of a scenario.
+pub(super) fn of_snapshot(table: &str, pointer: &str, fault: &FieldError) -> InvalidScenario {
+    let steps = pointer.split('/').skip(1);
     let field = steps.fold(table.to_owned(), |field, step| match step.parse::<usize>() {
         Ok(index) => format!("{field}[{index}]"),
         Err(_) => format!("{field}.{step}"),

@@ -19,6 +19,7 @@ use crate::{
 };
 
 impl Scenario {
+    /// The path of AUV `i`. Its length is that of the list of kinds: an arm draws the numbers of one.
     pub(super) fn path(
         &self,
         i: usize,
@@ -26,8 +27,16 @@ impl Scenario {
         origin: Option<Origin>,
         draw: &mut Draw,
     ) -> Result<Path, InvalidScenario> {
-        let field = format!("auvs[{i}].path");
-        match file {
+        let kind = match file {
+            PathFile::LawnMower { .. } => "lawn_mower",
+            PathFile::Waypoints { .. } => "waypoints",
+            PathFile::RandomSurvey { .. } => "random_survey",
+            PathFile::Circle { .. } => "circle",
+            PathFile::Segments { .. } => "segments",
+            PathFile::Geojson { .. } => "geojson",
+        };
+        let field = format!("auvs[{i}].path.{kind}");
+        let drawn = match file {
             PathFile::LawnMower {
                 from,
                 heading_rad,
@@ -36,18 +45,14 @@ impl Scenario {
                 lanes,
             } => {
                 if !(1..=LANES_MAX).contains(lanes) {
-                    return Err(invalid(
-                        format!("{field}.lawn_mower.lanes"),
-                        format_args!("{lanes} is outside 1 to {LANES_MAX}"),
-                    ));
+                    let fault = format_args!("{lanes} is outside 1 to {LANES_MAX}");
+                    return Err(invalid(format!("{field}.lanes"), fault));
                 }
                 let from = draw.point(from);
                 let heading = draw.take(heading_rad);
                 let (length, spacing) = (draw.take(lane_length_m), draw.take(lane_spacing_m));
                 let path = Path::lawn_mower(from, heading, length, spacing, *lanes);
-                path.check()
-                    .map_err(|error| invalid(format!("{field}.lawn_mower"), error))?;
-                Ok(path)
+                path.check().map(|()| path)
             }
             PathFile::Waypoints {
                 points,
@@ -55,7 +60,6 @@ impl Scenario {
                 turn_radius_m,
                 closed,
             } => {
-                let field = format!("{field}.waypoints");
                 let points = draw.points(points).into_iter().map(Into::into).collect();
                 let (fillet_m, turn_radius_m) = match (fillet_m, turn_radius_m) {
                     (Some(_), Some(_)) => return Err(invalid(field, "fillet_m or turn_radius_m, not both")),
@@ -68,7 +72,7 @@ impl Scenario {
                     turn_radius_m,
                     legs: vec![],
                 };
-                Path::from_segments(&[waypoints], *closed).map_err(|error| invalid(field, error))
+                Path::from_segments(&[waypoints], *closed)
             }
             PathFile::RandomSurvey {
                 seed,
@@ -88,7 +92,7 @@ impl Scenario {
                     turn_radius: draw.take_or(turn_radius_m.as_ref(), TURN_RADIUS),
                 };
                 let rng = survey_stream(seed.unwrap_or(draw.seed), i);
-                constraints.draw(&format!("{field}.random_survey"), rng)
+                return constraints.draw(&field, rng);
             }
             PathFile::Circle {
                 centre,
@@ -100,32 +104,25 @@ impl Scenario {
                 let radius = draw.take(radius_m);
                 let bearing = draw.take_or(bearing_rad.as_ref(), 0.0);
                 Path::circle(centre, radius, *turn, bearing)
-                    .map_err(|error| invalid(format!("{field}.circle"), error))
             }
             PathFile::Segments { segments, closed } => {
                 let segments: Vec<Segment> = segments.iter().map(|file| segment(file, draw)).collect();
                 Path::from_segments(&segments, *closed)
-                    .map_err(|error| invalid(format!("{field}.segments"), error))
             }
             PathFile::Geojson { file, fillet_m } => {
-                let origin = origin.ok_or_else(|| {
-                    invalid(
-                        format!("{field}.geojson"),
-                        "latitudes and longitudes need a datum: add [origin]",
-                    )
-                })?;
-                let line = self
-                    .files
-                    .line(file)
-                    .map_err(|error| invalid(format!("{field}.geojson.file"), error))?;
-                let not_on_earth = |error| invalid(format!("{field}.geojson.file"), error);
+                let no_datum = "latitudes and longitudes need a datum: add [origin]";
+                let origin = origin.ok_or_else(|| invalid(field.clone(), no_datum))?;
+                let file_field = || format!("{field}.file");
+                let line = self.files.line(file);
+                let line = line.map_err(|error| invalid(file_field(), error))?;
+                let not_on_earth = |error| invalid(file_field(), error);
                 let datum = Datum::new(&origin).map_err(not_on_earth)?;
                 let points = line.iter().map(|place| datum.to_local(place));
                 let points = points.collect::<Result<Vec<_>, _>>().map_err(not_on_earth)?;
                 Path::waypoints(&points, draw.take(fillet_m), false)
-                    .map_err(|error| invalid(format!("{field}.geojson"), error))
             }
-        }
+        };
+        drawn.map_err(|error| invalid(field, error))
     }
 }
 

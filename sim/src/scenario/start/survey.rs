@@ -1,6 +1,6 @@
 //! A random survey: way-points in a usual pattern, or in none.
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 use nalgebra::Vector2;
 use planner::{
@@ -45,7 +45,7 @@ impl SurveyConstraints {
             Ok(length)
         };
         // All are drawn: fixing one changes no other.
-        let drawn = *SurveyPattern::ALL.choose(&mut rng).expect("is not empty");
+        let drawn = *SurveyPattern::DRAWN.choose(&mut rng).expect("is not empty");
         let pattern = self.pattern.unwrap_or(drawn);
         let drawn = rng.random_range(-PI..PI);
         let heading = self.heading.unwrap_or(drawn);
@@ -66,6 +66,26 @@ impl SurveyConstraints {
             SurveyPattern::Racetrack => lanes(2, leg, spacing),
             SurveyPattern::ExpandingSquare => expanding_square(leg, spacing),
             SurveyPattern::Waypoints => without_pattern(leg, radius, &mut rng),
+            SurveyPattern::UnequalLanes => {
+                let n = rng.random_range(4..=12);
+                let mut points = lanes(n, leg, spacing);
+                // Both points of a turn.
+                for turn in points[1..].chunks_mut(2) {
+                    let shorter = leg * rng.random_range(0.0..0.4);
+                    let inwards = if turn[0].x == 0.0 { shorter } else { -shorter };
+                    for point in turn {
+                        point.x += inwards;
+                    }
+                }
+                points
+            }
+            SurveyPattern::Spiral => spiral(leg, spacing),
+            SurveyPattern::FigureOfEight => {
+                let wide = 2.0 * spacing;
+                [(0.0, 0.0), (leg, wide), (leg, 0.0), (0.0, wide)]
+                    .map(|(ahead, starboard)| Vector2::new(ahead, starboard))
+                    .into()
+            }
         };
         let to_ned = ned_from_body(heading);
         let place =
@@ -75,6 +95,8 @@ impl SurveyConstraints {
             fillet_m: None,
             turn_radius_m: Some(match pattern {
                 SurveyPattern::LawnMower | SurveyPattern::Racetrack => 0.5 * spacing,
+                // As round as its points allow.
+                SurveyPattern::Spiral => leg,
                 _ => radius,
             }),
             legs: vec![],
@@ -83,6 +105,7 @@ impl SurveyConstraints {
             SurveyPattern::ThereAndBack,
             SurveyPattern::Box,
             SurveyPattern::Racetrack,
+            SurveyPattern::FigureOfEight,
         ]
         .contains(&pattern);
         Path::from_segments(&[waypoints], closed).map_err(|error| invalid(field, error))
@@ -112,6 +135,14 @@ fn expanding_square(longest: f64, spacing: f64) -> Vec<Vector2<f64>> {
         .take_while(|(_, length)| *length <= longest * (1.0 + f64::EPSILON))
         .map(|(k, length)| direction(f64::from(k) * FRAC_PI_2) * length);
     joined(legs)
+}
+
+/// Points an eighth of a turn apart on a spiral whose turns are `spacing` m apart, up to a diameter
+/// of twice `longest` m.
+fn spiral(longest: f64, spacing: f64) -> Vec<Vector2<f64>> {
+    let at = |k: u32| direction(f64::from(k) * FRAC_PI_4) * spacing * (1.0 + 0.125 * f64::from(k));
+    let points = (0..).map(at).take_while(|point| point.norm() <= longest);
+    points.map(|point| point - at(0)).collect()
 }
 
 /// Legs of lengths up to `longest` m, with turns that need no loop.

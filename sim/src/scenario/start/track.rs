@@ -9,7 +9,7 @@ use super::invalid::{InvalidScenario, invalid};
 use crate::{
     record::Origin,
     scenario::{
-        file::{AuvFile, Scenario},
+        file::{AuvFile, Scenario, TrackingErrorFile},
         quantity::{Coordinate, Depth, Kind, MissionTime, Speed},
     },
     world::recorded_track::TrackPoint,
@@ -122,6 +122,10 @@ fn given_too(auv: &AuvFile) -> Option<&'static str> {
         ("speed_profile", auv.speed_profile.is_some()),
         ("dive", auv.dive.is_some()),
         ("navigation_error", auv.navigation_error.is_some()),
+        (
+            "tracking_error",
+            auv.tracking_error != TrackingErrorFile::default(),
+        ),
     ];
     members
         .into_iter()

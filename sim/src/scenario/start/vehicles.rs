@@ -1,34 +1,35 @@
 //! The vehicles of a start: surface craft and AUVs.
 
-use std::sync::Arc;
+use std::{f64::consts::FRAC_1_SQRT_2, sync::Arc};
 
 use nalgebra::Vector2;
 use planner::{
     angle::direction,
     craft::CraftDescription,
     path::Path,
-    snapshot::{Forecast, Limits, Tuning, VehicleId},
+    snapshot::{DeclaredLimits, Forecast, Limits, Task, Tuning, VehicleId},
 };
 
 use super::{
     craft::craft_description,
-    draw::Draw,
+    draw::{Checked, Draw, weave_stream},
     invalid::{InvalidScenario, invalid, of_snapshot},
     path::{point_out_of_range, speed_profile},
+    turns::turning_late,
 };
 use crate::{
     observe::{Briefing, Messages},
     record::{Bounds, Origin},
     scenario::{
         file::{
-            AuvFile, CurrentKnowledge, LimitsFile, RandomCraftFile, ReportedAs, Scenario, SurfaceClassFile,
-            SurfaceCraftFile,
+            AuvFile, CurrentKnowledge, NavigationErrorFile, RandomCraftFile, ReportedAs, Scenario,
+            SurfaceClassFile, SurfaceCraftFile, TrackingErrorFile,
         },
-        quantity::{Coordinate, Kind},
+        quantity::{Coordinate, Distribution, Kind},
     },
     world::{
         SurfaceCraft,
-        auv::SimulatedAuv,
+        auv::{SimulatedAuv, TrackingError},
         dive::Dive,
         fault::Behaviour,
         inner_loop::{DragFeedForward, SurfaceAutopilot, SurgeLoop},
@@ -39,6 +40,7 @@ use crate::{
             random::{CraftConstraints, RandomCraft},
         },
         underwater_vehicle::UnderwaterState,
+        water::Oscillation,
     },
 };
 
@@ -60,15 +62,15 @@ impl Scenario {
             ));
         }
         let craft = SurfaceCraft::cruising(hull, kind.autopilot, &position, heading, speed);
+        let Task { goal, offset } = self.task(file, draw)?;
+        let declared = declared_limits(&file.limits, draw)?;
         let briefing = Briefing {
-            goal: self.goal(&file.goal, draw)?,
-            offset: match &file.goal_offset {
-                Some(offset) => Some(self.offset(offset, &file.goal, draw)?),
-                None => None,
-            },
-            limits: limits(&file.limits, &kind.limits, draw)?,
+            goal,
+            offset,
+            limits: limits(&declared, &kind.limits)?,
             tuning: tuning(file.tuning.as_ref())?,
-            craft: craft_description(file.craft.as_ref(), &file.limits, kind.craft, draw)?,
+            tuned: file.parameters,
+            craft: craft_description(file.craft.as_ref(), declared.surge_lag_s, kind.craft, draw.seed)?,
             current: self.knowledge.current == CurrentKnowledge::Known,
             paths: self.knowledge.paths,
             forecast: if self.knowledge.known_paths_only {
@@ -181,17 +183,16 @@ impl Scenario {
         }
         let depth = track.first().map_or(depth, |point| point.depth);
         let speed = speed_profile(i, file, class, draw)?;
-        // Drawn only if given: every number has a stream of its own, in order.
-        let (navigation_error, navigation_drift) = file.navigation_error.as_ref().map_or_else(
-            || (Vector2::zeros(), Vector2::zeros()),
-            |error| {
-                let mut drawn = |file: Option<&_>| draw.take_or(file, 0.0);
-                let at_first = Vector2::new(drawn(error.north_m.as_ref()), drawn(error.east_m.as_ref()));
-                let share = draw.take_or(error.drift_share.as_ref(), 0.0);
-                let heading = draw.take_or(error.drift_heading_rad.as_ref(), 0.0);
-                (at_first, direction(heading) * share)
-            },
-        );
+        let (navigation_error, navigation_drift) = navigation_error(file.navigation_error.as_ref(), draw);
+        let (tracking_error, late) = tracking_error(i, &file.tracking_error, draw);
+        let declared = Arc::new(path);
+        let path = match late {
+            None => declared.clone(),
+            Some(late) => {
+                let field = format!("auvs[{i}].tracking_error.turns_late_m");
+                Arc::new(turning_late(&declared, late).map_err(|reason| invalid(field, reason))?)
+            }
+        };
         let begin = path.at(0.0);
         let position = begin.position - navigation_error + offset;
         let hull = class.hull();
@@ -220,7 +221,9 @@ impl Scenario {
                 .is_some_and(|error| error.fix_at_surface),
             position_estimate: position + navigation_error,
             gains: PathFollowingGains::LAB,
-            path: Arc::new(path),
+            path,
+            declared,
+            tracking_error,
             gamma: 0.0,
             speed,
             dive,
@@ -229,6 +232,45 @@ impl Scenario {
             track: (!track.is_empty()).then(|| Arc::new(RecordedTrack::new(track))),
         })
     }
+}
+
+/// Error of an AUV's navigation at the start, m, and its growth for each metre through the water.
+/// Drawn only if given: every number has a stream of its own, in order.
+fn navigation_error(file: Option<&NavigationErrorFile>, draw: &mut Draw) -> (Vector2<f64>, Vector2<f64>) {
+    let Some(error) = file else {
+        return (Vector2::zeros(), Vector2::zeros());
+    };
+    let mut drawn = |file: Option<&_>| draw.take_or(file, 0.0);
+    let at_first = Vector2::new(drawn(error.north_m.as_ref()), drawn(error.east_m.as_ref()));
+    let share = draw.take_or(error.drift_share.as_ref(), 0.0);
+    let heading = draw.take_or(error.drift_heading_rad.as_ref(), 0.0);
+    (at_first, direction(heading) * share)
+}
+
+/// The deviations of AUV number `i` from its path, and the distance by which it turns late, m. Each
+/// number is drawn only if given.
+fn tracking_error(i: usize, file: &TrackingErrorFile, draw: &mut Draw) -> (TrackingError, Option<f64>) {
+    let weave = file.weave.as_ref().map(|weave| {
+        let (amplitude, period) = (draw.take(&weave.amplitude_m), draw.take(&weave.period_s));
+        let mut rng = weave_stream(draw.seed, i);
+        match &weave.damping {
+            None => Oscillation::sine(amplitude, period, &mut rng),
+            Some(damping) => {
+                Oscillation::new(amplitude * FRAC_1_SQRT_2, period, draw.take(damping), &mut rng)
+            }
+        }
+    });
+    let late = file.turns_late_m.as_ref().map(|late| draw.take(late));
+    let slower_diving = file
+        .slower_diving_share
+        .as_ref()
+        .map_or(0.0, |share| draw.take(share));
+    let error = TrackingError {
+        weave,
+        slower_diving,
+        time: 0.0,
+    };
+    (error, late)
 }
 
 /// A surface craft without position.
@@ -258,19 +300,22 @@ fn constraints(file: &RandomCraftFile, draw: &mut Draw) -> CraftConstraints {
 fn tuning(file: Option<&Tuning>) -> Result<Option<Tuning>, InvalidScenario> {
     let faults = file.map(|tuning| tuning.faults("/tuning"));
     match faults.iter().flatten().next() {
-        Some(fault) => Err(of_snapshot("surface_craft", fault)),
+        Some(fault) => Err(of_snapshot("surface_craft", &fault.pointer, fault)),
         None => Ok(file.cloned()),
     }
 }
 
-fn limits(file: &LimitsFile, class: &Limits, draw: &mut Draw) -> Result<Limits, InvalidScenario> {
-    let limits = Limits {
-        speed_min: draw.take_or(file.speed_min_mps.as_ref(), class.speed_min),
-        speed_max: draw.take_or(file.speed_max_mps.as_ref(), class.speed_max),
-        turn_rate_max: draw.take_or(file.turn_rate_max_radps.as_ref(), class.turn_rate_max),
-        acceleration_max: draw.take_or(file.acceleration_max_mps2.as_ref(), class.acceleration_max),
-        deceleration_max: draw.take_or(file.deceleration_max_mps2.as_ref(), class.deceleration_max),
-    };
+fn declared_limits(
+    file: &DeclaredLimits<Distribution>,
+    draw: &mut Draw,
+) -> Result<DeclaredLimits, InvalidScenario> {
+    let mut checked = Checked::new(draw, "surface_craft.limits");
+    let limits = file.map(&mut |member, range, number| checked.take(member, range, number));
+    checked.all(Some(limits))
+}
+
+fn limits(file: &DeclaredLimits, class: &Limits) -> Result<Limits, InvalidScenario> {
+    let limits = file.with_defaults(class);
     // A snapshot has the same rule.
     if limits.speed_max < limits.speed_min + 0.05 {
         return Err(invalid(

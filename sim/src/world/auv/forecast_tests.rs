@@ -53,8 +53,8 @@ fn forecast(auv: &SimulatedAuv, current: Vector2<f64>, diving: bool) -> AuvForec
     };
     let intent = Intent {
         path: Some(&path),
-        fit: None,
         dive: diving.then_some(dive),
+        ..Intent::default()
     };
     AuvForecast::new(&state, intent, Forecast::Path, &current)
 }

@@ -24,6 +24,8 @@
 //! ```
 //!
 //! q is stratified, one draw in each of N equal parts: one realisation has the filter's shape.
+//!
+//! The weave of an underwater vehicle about its path has the same spectrum, of a longer period.
 
 use std::f64::consts::{LN_2, TAU};
 
@@ -70,8 +72,8 @@ pub(super) struct WaveMotion {
 impl WaveMotion {
     pub(super) fn new(waves: &Waves, rng: &mut ChaCha8Rng) -> Self {
         Self {
-            surge: Oscillation::new(waves.surge_sigma, waves, rng),
-            heading: Oscillation::new(waves.heading_sigma, waves, rng),
+            surge: Oscillation::new(waves.surge_sigma, waves.peak_period, waves.damping, rng),
+            heading: Oscillation::new(waves.heading_sigma, waves.peak_period, waves.damping, rng),
         }
     }
 
@@ -86,9 +88,9 @@ impl WaveMotion {
 
 /// A stationary motion: N sinusoids of one amplitude σ √(2/N).
 #[derive(Clone, Debug)]
-struct Oscillation {
+pub(crate) struct Oscillation {
     amplitude: f64,
-    sinusoids: [Sinusoid; N_SINUSOIDS as usize],
+    sinusoids: Vec<Sinusoid>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -100,12 +102,14 @@ struct Sinusoid {
 }
 
 impl Oscillation {
-    fn new(sigma: f64, waves: &Waves, rng: &mut ChaCha8Rng) -> Self {
+    /// The motion of standard deviation `sigma`, spectral peak at `peak_period` s and relative
+    /// `damping` that `rng` draws.
+    pub(crate) fn new(sigma: f64, peak_period: f64, damping: f64, rng: &mut ChaCha8Rng) -> Self {
         let n = f64::from(N_SINUSOIDS);
-        let (lambda, omega_0) = (waves.damping, TAU / waves.peak_period);
+        let (lambda, omega_0) = (damping, TAU / peak_period);
         let theta = (BAND.sinh() / lambda).atan();
         let mut stratum = 0.0;
-        let sinusoids = std::array::from_fn(|_| {
+        let sinusoid = |_| {
             let q = (stratum + rng.random_range(0.0..1.0)) / n;
             stratum += 1.0;
             let s = (lambda * (q * theta).tan()).asinh();
@@ -114,11 +118,31 @@ impl Oscillation {
                 frequency: omega_0 * if above { s.exp() } else { (-s).exp() },
                 phase: rng.random_range(0.0..TAU),
             }
-        });
+        };
         Self {
             amplitude: sigma * (2.0 / n).sqrt(),
-            sinusoids,
+            sinusoids: (0..N_SINUSOIDS).map(sinusoid).collect(),
         }
+    }
+
+    /// A sine of this `amplitude` and `period`, s, whose phase `rng` draws.
+    pub(crate) fn sine(amplitude: f64, period: f64, rng: &mut ChaCha8Rng) -> Self {
+        Self {
+            amplitude,
+            sinusoids: vec![Sinusoid {
+                frequency: TAU / period,
+                phase: rng.random_range(0.0..TAU),
+            }],
+        }
+    }
+
+    /// The motion at `time` s.
+    pub(crate) fn at(&self, time: f64) -> f64 {
+        let cosines = self.sinusoids.iter();
+        let sum: f64 = cosines
+            .map(|Sinusoid { frequency, phase }| (frequency * time + phase).cos())
+            .sum();
+        self.amplitude * sum
     }
 
     /// First derivative in time at `time` s.
@@ -162,15 +186,6 @@ mod tests {
         WaveMotion::new(&SETUP, &mut ChaCha8Rng::seed_from_u64(seed))
     }
 
-    /// The motion itself; the module has its derivatives only.
-    fn value(oscillation: &Oscillation, time: f64) -> f64 {
-        let cosines = oscillation
-            .sinusoids
-            .iter()
-            .map(|sinusoid| (sinusoid.frequency * time + sinusoid.phase).cos());
-        oscillation.amplitude * cosines.sum::<f64>()
-    }
-
     /// ∫ g(ω) |h(iω)|² dω between two frequencies as multiples of ω₀, by the midpoint rule, without
     /// the substitutions that draw frequencies.
     fn integral(from: f64, to: f64, g: impl Fn(f64) -> f64) -> f64 {
@@ -211,7 +226,7 @@ mod tests {
         // Sinusoids of neighbouring frequencies decorrelate over 20 000 s except for the closest
         // pairs: 0.6 % of σ at worst was measured.
         for motion in (0..5).map(motion) {
-            let sigma = |of: &Oscillation| root_mean_square(times(0.5, 40_000).map(|t| value(of, t)));
+            let sigma = |of: &Oscillation| root_mean_square(times(0.5, 40_000).map(|t| of.at(t)));
             near(sigma(&motion.surge) / SETUP.surge_sigma, 1.0, 0.02);
             near(sigma(&motion.heading) / SETUP.heading_sigma, 1.0, 0.02);
         }
@@ -220,7 +235,7 @@ mod tests {
     #[test]
     fn the_motion_at_one_moment_is_normal_across_seeds() {
         let n = 4000_u32;
-        let samples = (0..n).map(|seed| value(&motion(seed.into()).surge, 77.0) / SETUP.surge_sigma);
+        let samples = (0..n).map(|seed| motion(seed.into()).surge.at(77.0) / SETUP.surge_sigma);
         let samples: Vec<f64> = samples.collect();
         let n = f64::from(n);
         let moment = |power| samples.iter().map(|x: &f64| x.powi(power)).sum::<f64>() / n;
@@ -256,7 +271,7 @@ mod tests {
         for time in times(0.37, 200) {
             // Central differences: h² / 6 times the third, h² / 12 times the fourth derivative,
             // each at most √(2N) σ (2ω₀)ⁿ; the second also loses 4 ε √(2N) σ / h² to rounding.
-            let values = |of: &Oscillation| [time - h, time, time + h].map(|t| value(of, t));
+            let values = |of: &Oscillation| [time - h, time, time + h].map(|t| of.at(t));
             let given = first.acceleration(time);
             let [x, _, z] = values(&first.surge);
             let most = size * SETUP.surge_sigma * (2.0 * OMEGA_0).powi(3);

@@ -16,6 +16,7 @@ use crate::{
         check,
         clock::{ClockWatch, MissionClock},
         event::{Event, answer, planned, previous},
+        memory::bytes_of,
         state::MissionState,
     },
     planning::pool::Priority,
@@ -168,17 +169,26 @@ impl Live {
             return self.context.unchanged(key).await;
         }
         setting.clone().exchange_with(&mut config);
+        let bytes = self.bytes_with(&config).max(self.bytes_with(self.state.config()));
         // Checked here and not in the handler, so that no other change comes in between.
         let patch = setting.clone();
         let check = move || check::changed(&config, &patch, origin.is_some());
         let checked = self.context.planners.read_for_mission(Priority::Mission, check);
         checked.await?.map_err(Problem::Invalid)?;
+        self.context.hold(bytes)?;
         let event = Event::Changed {
             at_s,
             setting,
             replaced,
         };
-        self.append_and_apply(event, key).await
+        let answer = self.append_and_apply(event, key).await;
+        self.context.hold(self.bytes_with(self.state.config()))?;
+        answer
+    }
+
+    /// Bytes of the mission with this configuration.
+    fn bytes_with(&self, config: &wire::mission::Live) -> usize {
+        bytes_of(&self.mission.config, config)
     }
 
     /// Stores an event that changes the state, and applies it.

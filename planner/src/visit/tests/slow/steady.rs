@@ -77,7 +77,7 @@ fn changes_of_next(mut request: PlanRequest, step: f64, n_plans: usize) -> usize
     let mut changes = 0;
     for _ in 0..n_plans {
         let next = schedule.visits[0].clone();
-        let dwells = 0.0 < visits(&mut request).dwell_min_s;
+        let dwells = 0.0 < visits(&mut request).dwell_min();
         let over = if dwells { next.leave_s } else { next.arrive_s };
         request = after_leg(&request, &schedule, step);
         schedule = scheduled(&request);
@@ -107,7 +107,7 @@ fn the_next_visit_is_stable_between_auvs_of_equal_cost() {
         request.asc.heading_rad = rng.random_range(-PI..PI);
         let goal = visits(&mut request);
         goal.cost = costs()[rng.random_range(0..3)];
-        goal.dwell_min_s = if seed % 2 == 0 { 0.0 } else { 30.0 };
+        goal.dwell_min_s = Some(if seed % 2 == 0 { 0.0 } else { 30.0 });
         assert_eq!(changes_of_next(request, 4.0, 25), 0, "seed {seed}");
     }
 }

@@ -1,6 +1,8 @@
 //! An entry of a campaign file: a controller and its knowledge.
 
-use planner::{los::LawGains, snapshot::ForecastModel};
+use std::collections::BTreeMap;
+
+use planner::{los::LawGains, snapshot::ForecastModel, tuned::Tuned};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -70,6 +72,11 @@ pub struct PlannerFile {
     pub heading_rate_max_radps: Option<f64>,
     /// `true`: the fallback level of least predicted cost answers.
     pub cost_decides: Option<bool>,
+    /// Tuned numbers by table and name, such as `parameters.estimate.gate`; the scenario's if left
+    /// out.
+    #[serde(default)]
+    #[schemars(with = "BTreeMap<String, BTreeMap<String, f64>>")]
+    pub parameters: Tuned,
 }
 
 /// A line-of-sight law.

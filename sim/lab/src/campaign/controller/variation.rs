@@ -8,7 +8,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use sim::{
     fault::{Fault, FaultKind},
-    scenario::{CurrentKnowledge, FaultFile, FaultKindFile, GoalFile, Quantity, Scenario, Start},
+    scenario::{CurrentKnowledge, FaultFile, FaultKindFile, Quantity, Scenario, Start},
     surface_craft::{Drag, SurfaceHull},
 };
 
@@ -86,7 +86,7 @@ impl Variation {
         match self {
             Self::WrongCurrentMps(_) => scenario.knowledge.current == CurrentKnowledge::Known,
             Self::LateReportsS(_) => scenario.knowledge.acoustics.is_some(),
-            Self::NoPreview => craft.is_some_and(|craft| matches!(craft.goal, GoalFile::Intermittent { .. })),
+            Self::NoPreview => craft.is_some_and(|craft| matches!(craft.goal, Goal::Intermittent { .. })),
             Self::Hull(_)
             | Self::ClockAheadS(_)
             | Self::NoSurgeLag

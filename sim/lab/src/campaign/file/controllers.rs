@@ -4,6 +4,7 @@ use planner::{
     los::{LawGains, LosGains, LosLaw, LosTuning},
     parameters::Parameters,
     snapshot::Tuning,
+    tuned::Tuned,
 };
 
 use crate::{
@@ -81,6 +82,7 @@ impl PlannerFile {
         Ok(ControlLaw::Planner {
             parameters: Box::new(parameters),
             tuning: (self.tuning != Tuning::default()).then(|| self.tuning.clone()),
+            tuned: (self.parameters != Tuned::DEFAULT).then(|| Box::new(self.parameters)),
             forecast: self.forecast,
         })
     }

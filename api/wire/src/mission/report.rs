@@ -1,0 +1,193 @@
+//! Reports to a live mission.
+
+use std::collections::BTreeMap;
+
+use geodesy::Datum;
+use nalgebra::Vector2;
+use planner::snapshot::{Asc, Current, Origin, Report};
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::FieldError;
+
+/// Reports in any order, also late or repeated. Each is accepted or rejected by itself.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Reports {
+    /// Place of the datum, if the first of these fixes has set it. Written by the service.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub origin: Option<Origin>,
+    /// The first fault of each rejected report, at its place in the body. Written by the service.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub rejected: Vec<FieldError>,
+    /// Unix time at which the surface craft received them, s. Default: that of the service.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub received_s: Option<f64>,
+    /// Fixes, at most 64 of each underwater vehicle; `t_s` is the Unix time of sending.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub auvs: BTreeMap<String, Vec<Report>>,
+    /// States of the surface craft, at most 64. The newest counts.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub asc: Vec<AscReport>,
+    /// Events aboard for the mission's log, at most 64. No plan depends on them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<Note>,
+    /// States of steering, from the program that steers, at most 64. The newest counts.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub steering: Vec<Steering>,
+}
+
+impl Reports {
+    /// All positions, as north, east, latitude and longitude.
+    fn positions(
+        &mut self,
+    ) -> impl Iterator<Item = (&mut f64, &mut f64, &mut Option<f64>, &mut Option<f64>)> {
+        let states = self.asc.iter_mut().map(|report| {
+            let at = &mut report.state;
+            (&mut at.north_m, &mut at.east_m, &mut at.lat_deg, &mut at.lon_deg)
+        });
+        let fixes = self.auvs.values_mut().flatten();
+        states.chain(fixes.map(|at| (&mut at.north_m, &mut at.east_m, &mut at.lat_deg, &mut at.lon_deg)))
+    }
+
+    /// Adds latitude and longitude to positions in metres, if `origin` is a place on Earth.
+    pub fn complete(&mut self, origin: Origin) {
+        let Ok(datum) = Datum::new(&origin.into()) else {
+            return;
+        };
+        for (north, east, lat_deg, lon_deg) in self.positions() {
+            if lat_deg.is_none() {
+                let place = Origin::from(datum.from_local(&Vector2::new(*north, *east)));
+                (*lat_deg, *lon_deg) = (Some(place.lat_deg), Some(place.lon_deg));
+            }
+        }
+    }
+
+    /// `true` if every position has its latitude.
+    #[must_use]
+    pub fn is_complete(&self) -> bool {
+        let fixes = self.auvs.values().flatten().map(|fix| fix.lat_deg);
+        let states = self.asc.iter().map(|report| report.state.lat_deg);
+        fixes.chain(states).all(|lat_deg| lat_deg.is_some())
+    }
+
+    /// `true` if there is no report.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.auvs.is_empty() && self.asc.is_empty() && self.notes.is_empty() && self.steering.is_empty()
+    }
+
+    /// Adds the reports of `others`.
+    pub fn extend(&mut self, others: Self) {
+        for (id, fixes) in others.auvs {
+            self.auvs.entry(id).or_default().extend(fixes);
+        }
+        self.asc.extend(others.asc);
+        self.notes.extend(others.notes);
+        self.steering.extend(others.steering);
+    }
+}
+
+/// An event aboard, for example a takeover by a person, or a lost heartbeat.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Note {
+    /// Unix time, s: at most a day ago, and at most 1 s ahead.
+    pub t_s: f64,
+    /// The event, at most 500 bytes.
+    #[schema(example = "a person has the craft")]
+    pub text: String,
+}
+
+/// State of steering, known only to the program that steers. A bridge posts it once a second.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Steering {
+    /// Unix time of the state, s: at most half an hour ago, and at most 1 s ahead.
+    pub t_s: f64,
+    /// The state.
+    pub state: SteeringState,
+    /// The reason, for people, at most 500 bytes.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    #[schema(example = "the autopilot left its guided mode")]
+    pub why: String,
+}
+
+impl Steering {
+    /// The state at `now` on the mission's clock, s.
+    #[must_use]
+    pub fn at(&self, now: f64) -> LastSteering {
+        LastSteering {
+            state: self.state,
+            why: self.why.clone(),
+            age_s: (now - self.t_s).max(0.0),
+        }
+    }
+}
+
+/// State of the surface craft's steering.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SteeringState {
+    /// The mission's references are sent to it.
+    Steering,
+    /// References are sent, but they or the craft's response to them are faulty.
+    Degraded,
+    /// A person steers it.
+    Person,
+    /// Nothing is sent yet, as intended: no plan, not armed, or a dry run.
+    Waiting,
+    /// Nothing is sent, and an operator must find the reason.
+    NotSteering,
+}
+
+/// The last reported state of steering.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct LastSteering {
+    /// The state.
+    pub state: SteeringState,
+    /// The reason, for people.
+    pub why: String,
+    /// Its age, s on the mission's clock. Beyond 3 s, the state is unknown.
+    pub age_s: f64,
+}
+
+/// A state of the surface craft.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AscReport {
+    /// Unix time of the state, s: at most a day ago, and at most 1 s ahead.
+    pub t_s: f64,
+    /// The state.
+    pub state: Asc,
+    /// Current of the craft's observer: it overrides the mission's `current` and velocities.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub current: Option<Current>,
+    /// `true` if the mission's references steered it. Otherwise its response is not learnt, earlier
+    /// learning stays, and references turn from the present heading. Default: yes.
+    #[serde(default = "yes", skip_serializing_if = "is_yes")]
+    pub steered: bool,
+}
+
+fn yes() -> bool {
+    true
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands references on")]
+fn is_yes(said: &bool) -> bool {
+    *said
+}
+
+/// The accepted reports are on the disk.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Accepted {
+    /// Number of the event that stores them.
+    pub sequence: u64,
+    /// Place of the datum, if the first of these fixes has set it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub origin: Option<Origin>,
+    /// The first fault of each rejected report, with a pointer into the body. An AUV that the
+    /// mission does not know is named once.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub rejected: Vec<FieldError>,
+}

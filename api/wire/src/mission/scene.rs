@@ -1,0 +1,107 @@
+//! The map of a mission, and the true states of a simulated one.
+
+use std::collections::BTreeMap;
+
+use planner::{
+    los::LawGains,
+    snapshot::{KeepOut, Origin, Task},
+};
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::new::Controller;
+
+/// Map objects beside the vehicles, and the controller's information, as of the mission's creation.
+/// Later changes are in its `setting`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Scene {
+    /// Duration of a simulated mission, s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub duration_s: Option<f64>,
+    /// Start of the settled scores, such as `settled_rms_m`, s since a simulated mission's start.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub settled_after_s: Option<f64>,
+    /// Time between two plans, s.
+    pub period_s: f64,
+    /// Seconds of a live mission's clock per second.
+    pub clock_rate: f64,
+    /// Name of the scenario, if it has one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scenario: Option<String>,
+    /// The seed of a simulated mission.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub seed: Option<u64>,
+    /// Controller of a simulated mission.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub controller: Option<Controller>,
+    /// Gains of a simulated mission's law.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gains: Option<LawGains>,
+    /// Faults of a simulated mission, in the order of their starts.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub faults: Vec<SceneFault>,
+    /// The controller's information, in words.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub information: Option<String>,
+    /// The goal of a simulated mission; that of a live one is in its setting.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub goal: Option<Task>,
+    /// The underwater vehicles.
+    pub auvs: Vec<String>,
+    /// Discs to keep out of.
+    pub keep_outs: Vec<KeepOut>,
+    /// Corners (north, east) of the area to stay in, m.
+    pub area: Vec<[f64; 2]>,
+    /// Slant range to keep within, m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub range_max_m: Option<f64>,
+    /// Points (north, east) of the known paths of underwater vehicles, m.
+    pub paths: BTreeMap<String, Vec<[f64; 2]>>,
+    /// Place of the datum on Earth, if known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub origin: Option<Origin>,
+}
+
+/// A fault of a simulated mission.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct SceneFault {
+    /// Start, s since the mission's start.
+    pub from_s: f64,
+    /// End, s; none if it lasts until the mission's end.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub until_s: Option<f64>,
+    /// The fault, in words.
+    pub what: String,
+}
+
+/// True states in a simulated mission at the time of a plan.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Truth {
+    /// The surface craft.
+    pub asc: TrueVehicle,
+    /// The underwater vehicles, by name.
+    pub auvs: BTreeMap<String, TrueVehicle>,
+    /// The goal's position north, m.
+    pub goal_north_m: f64,
+    /// The goal's position east, m.
+    pub goal_east_m: f64,
+    /// Distance of the surface craft to the goal, m.
+    pub distance_m: f64,
+    /// Propulsion energy since the start, J.
+    pub energy_j: f64,
+}
+
+/// A vehicle of a simulated mission.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct TrueVehicle {
+    /// Position north, m.
+    pub north_m: f64,
+    /// Position east, m.
+    pub east_m: f64,
+    /// Depth, m, positive down.
+    pub depth_m: f64,
+    /// Heading, rad, in (−π, π].
+    pub heading_rad: f64,
+    /// Surge speed through the water, m/s.
+    pub speed_mps: f64,
+}

@@ -1,0 +1,130 @@
+//! The members of a live mission that can be changed.
+
+use std::{collections::BTreeMap, mem};
+
+use planner::{
+    craft::CraftDescription,
+    snapshot::{DeclaredLimits, DeclaredPath, KeepOut, Origin, Task, Tuning},
+};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use utoipa::ToSchema;
+
+use super::new::Live;
+
+/// The members of a live mission that can be changed while it runs.
+///
+/// In a patch, a given member replaces the previous one as a whole, without merging. `null` removes
+/// it. Members that are left out stay. At least one is given.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Setting {
+    /// The goal. `null` is refused: every mission has one.
+    #[serde(default, deserialize_with = "required")]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Task, required = false)]
+    pub goal: Option<Task>,
+    /// The operator's limits of the surface craft. Without `craft`, they also describe the craft.
+    #[serde(default, deserialize_with = "removable")]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<DeclaredLimits>)]
+    pub limits: Option<Option<DeclaredLimits>>,
+    /// Closed-loop response of the surface craft. After a change, learning starts anew.
+    #[serde(default, deserialize_with = "removable")]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<CraftDescription>)]
+    pub craft: Option<Option<CraftDescription>>,
+    /// The planner's levers.
+    #[serde(default, deserialize_with = "removable")]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<Tuning>)]
+    pub tuning: Option<Option<Tuning>>,
+    /// Discs to keep out of.
+    #[serde(default, deserialize_with = "removable")]
+    #[serde(serialize_with = "null_if_empty", skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<Vec<KeepOut>>)]
+    pub keep_outs: Option<Vec<KeepOut>>,
+    /// Corners of the area to stay in.
+    #[serde(default, deserialize_with = "removable")]
+    #[serde(serialize_with = "null_if_empty", skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<Vec<[f64; 2]>>)]
+    pub area: Option<Vec<[f64; 2]>>,
+    /// Place of the datum on Earth. Everything keeps its place on Earth. `null` is refused. A
+    /// mission shows its `origin` beside its setting.
+    #[serde(default, deserialize_with = "removable")]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Origin, required = false)]
+    pub origin: Option<Option<Origin>>,
+    /// Paths of AUVs by name. Each replaces the AUV's path as a whole; `null` removes it. Other
+    /// AUVs keep theirs. A mission shows paths in its scene, not in its setting.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub paths: BTreeMap<String, ChangedPath>,
+}
+
+/// The new path of an AUV; `null` for none.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(transparent)]
+pub struct ChangedPath(pub Option<DeclaredPath>);
+
+/// Reads a member that must not be `null`.
+fn required<'de, T: Deserialize<'de>, D: Deserializer<'de>>(given: D) -> Result<Option<T>, D::Error> {
+    T::deserialize(given).map(Some)
+}
+
+/// Reads a member that `null` removes.
+fn removable<'de, T, D>(given: D) -> Result<Option<T>, D::Error>
+where
+    T: Deserialize<'de> + Default,
+    D: Deserializer<'de>,
+{
+    Option::deserialize(given).map(|given| Some(given.unwrap_or_default()))
+}
+
+#[expect(clippy::ref_option, reason = "this is how serde calls it")]
+fn null_if_empty<T: Serialize, S: Serializer>(
+    given: &Option<Vec<T>>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    given
+        .as_ref()
+        .filter(|items| !items.is_empty())
+        .serialize(serializer)
+}
+
+impl Setting {
+    /// Largest number of members.
+    pub const MEMBERS: usize = 8;
+
+    /// Exchanges the given members with those of `config`.
+    pub fn exchange_with(&mut self, config: &mut Live) {
+        fn exchange<T>(given: Option<&mut T>, place: &mut T) {
+            if let Some(given) = given {
+                mem::swap(given, place);
+            }
+        }
+        exchange(self.goal.as_mut(), &mut config.goal);
+        exchange(self.limits.as_mut(), &mut config.limits);
+        exchange(self.craft.as_mut(), &mut config.craft);
+        exchange(self.tuning.as_mut(), &mut config.tuning);
+        exchange(self.keep_outs.as_mut(), &mut config.keep_outs);
+        exchange(self.area.as_mut(), &mut config.area);
+        exchange(self.origin.as_mut(), &mut config.origin);
+        for auv in &mut config.auvs {
+            exchange(self.paths.get_mut(&auv.id).map(|path| &mut path.0), &mut auv.path);
+        }
+    }
+}
+
+impl From<&Live> for Setting {
+    /// Every member of the mission's setting, without origin and paths.
+    fn from(config: &Live) -> Self {
+        Self {
+            goal: Some(config.goal.clone()),
+            limits: Some(config.limits),
+            craft: Some(config.craft.clone()),
+            tuning: Some(config.tuning.clone()),
+            keep_outs: Some(config.keep_outs.clone()),
+            area: Some(config.area.clone()),
+            ..Self::default()
+        }
+    }
+}
