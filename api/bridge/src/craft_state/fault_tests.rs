@@ -564,6 +564,19 @@ fn a_mirrored_yaw_is_named_at_the_first_turn_and_is_invisible_on_a_northern_cour
 }
 
 #[test]
+fn a_yaw_rate_that_is_always_zero_contradicts_no_heading() {
+    let mut mission = Mission::new(Sensors::Filter, 18);
+    let mut unmeasured = |_: &Mission, measured| match measured {
+        CraftMeasurement::YawRate(_) => CraftMeasurement::YawRate(0.0),
+        other => other,
+    };
+    mission.requested.heading = 1.5;
+    mission.requested_until_s = f64::INFINITY;
+    let found = mission.detection(59.0, Alarm::HeadingContradicts, &mut unmeasured);
+    assert_eq!(found, None);
+}
+
+#[test]
 fn a_position_that_drifts_from_the_velocity_at_half_a_metre_per_second_is_named() {
     for (sensors, within_s) in [(Sensors::Filter, 16.0), (Sensors::Receiver(1.5), 20.0)] {
         let mut mission = Mission::straight_on_after(sensors, 19, 50);
