@@ -1601,7 +1601,7 @@ class SegmentWaypoints(TypedDict):
     # Points where the legs meet. Repeated points are omitted.
     points: list[list[float] | Origin]
     # Without `fillet_m`: the vehicle's turn radius, m. Default: its speed at 0.15 rad/s; with `reports` also at
-    # 0.09 and 0.055 rad/s, and the best fit counts.
+    # 0.09 and 0.055 rad/s, corners cut or overshot, and the best fit counts.
     turn_radius_m: NotRequired[float | None]
 
 
