@@ -217,8 +217,8 @@ impl Integrity {
             CraftMeasurement::YawRate(rate) => {
                 let is_possible = self.is_possible(rate, YAW_RATE_MAX, "turns faster than a surface craft");
                 let is_used = is_possible && self.yaw_rates.uses_any(t_s, source);
-                // A gyroscope never reads exactly 0, which stands for a rate that nothing measures.
-                if is_used && rate != 0.0 {
+                // A gyroscope never reads 0 always, which stands for a rate that nothing measures.
+                if is_used && (rate != 0.0 || self.yaw_rate.is_some()) {
                     self.turn(t_s, rate);
                 }
                 is_used
