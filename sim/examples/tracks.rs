@@ -1,6 +1,6 @@
-//! What the planner believes about where AUVs go, on tracks with errors of their own: patterns ×
-//! tracking errors × what is declared, beside line of sight behind a Kalman filter whose noise and
-//! gains are tuned for each pattern and error on other seeds.
+//! Forecasts and distances of the planner behind AUVs with tracking errors: patterns × errors ×
+//! declarations. Beside it line of sight behind a Kalman filter; its noise and the gains are tuned
+//! for each pattern and error on other seeds.
 //!
 //! ```text
 //! cargo run --release -p pilotfish-sim --example tracks -- --seeds 200-219 --tuned-on 100-109

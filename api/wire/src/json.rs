@@ -338,8 +338,8 @@ pub(crate) struct Node<'a> {
     json: &'a Json<'a>,
     /// `true` for an item of a list of fixed length.
     in_fixed_list: bool,
-    /// Of an object that is read as one of several kinds: its tag, which names the kind, and perhaps
-    /// a member that is read apart. Null members of such an object are omitted ones.
+    /// Tag of an object of several kinds and, after a space, a member that is read apart, if any;
+    /// empty for other objects. Null members of such an object count as omitted.
     hidden: &'static str,
 }
 

@@ -63,7 +63,7 @@ fn navigations(tuned: &EstimateNumbers) -> [Navigation; 2] {
     ]
 }
 
-/// How closely a vehicle keeps to the path that it means to follow.
+/// Accuracy with which a vehicle keeps to its path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Tracking {
     /// Probability.

@@ -130,7 +130,7 @@ numbers! {
         rough_share = 0.05,
         /// Standard deviation of a loose vehicle's cross-track error, m.
         loose_sigma = 1.5,
-        /// The same of a rough one.
+        /// Standard deviation of a rough vehicle's cross-track error, m.
         rough_sigma = 4.0,
         /// Standard deviation of what a corner of 90° adds to a loose vehicle's errors along and
         /// across its path, m. With 6, lanes are covered better and sharp corners worse.

@@ -36,9 +36,10 @@ const LATE_MAX_S: f64 = 32.0;
 /// Time between two reports of the state to the mission, s. After three missing ones it is unknown.
 const STATE_INTERVAL_S: f64 = 1.0;
 
-/// Time that an improvement lasts before it is told, s, and the same after an alarm or a reservation
-/// for the ground station: an alarm that comes and goes is one alarm (as in ISA-18.2).
+/// Time that an improvement lasts before it is told, s.
 const BETTER_S: f64 = 1.0;
+/// The same after an alarm or a reservation, for the ground station: an alarm that comes and goes is
+/// one alarm (as in ISA-18.2).
 const CLEAR_S: f64 = 10.0;
 
 /// Time between two texts to the ground station, s: of a lasting alarm, and of a changing cause or
@@ -72,8 +73,8 @@ pub(super) struct Facts<'a> {
 }
 
 impl<'a> Facts<'a> {
-    /// The state of the steering, decided here alone; `None` in a dry run. Silence is an alarm only while the craft is
-    /// armed and in the guided mode, so that no one else steers it.
+    /// Decides the state of the steering, for every display; `None` in a dry run. Silence is an
+    /// alarm only while the craft is armed and in the guided mode: then nobody else steers.
     pub(super) fn steering(self) -> Option<Steering> {
         if self.decision.dry_run {
             return None;
