@@ -1,10 +1,5 @@
 //! Initial snapshots of tests, and the service with and without a socket.
 
-#![expect(
-    clippy::must_use_candidate,
-    reason = "a test uses what it asks for, or checks nothing"
-)]
-
 pub mod autopilot;
 pub mod broken;
 pub mod client;

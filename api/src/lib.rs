@@ -21,7 +21,6 @@ mod otlp;
 const USAGE: u8 = 2;
 
 /// Runs the command line of this process.
-#[must_use]
 pub fn run() -> ExitCode {
     let arguments = Arguments::of_process();
     let layers = match arguments.layers() {

@@ -61,7 +61,6 @@ pub struct LosGuide {
 
 impl LosGuide {
     /// The saturated law with these gains.
-    #[must_use]
     pub fn new(gains: LosGains) -> Self {
         Self::tuned(LosTuning {
             law: LosLaw::SaturatedLos,
@@ -71,7 +70,6 @@ impl LosGuide {
     }
 
     /// Any of the laws.
-    #[must_use]
     pub fn tuned(tuning: LosTuning) -> Self {
         Self {
             tracking: TrackingLaw::new(tuning, None),
@@ -85,19 +83,16 @@ impl LosGuide {
 
 impl LosGuide {
     /// The law with its state after the last call.
-    #[must_use]
     pub fn tracking(&self) -> &TrackingLaw {
         &self.tracking
     }
 
     /// The current (north, east) of the last call, m/s, if it was known.
-    #[must_use]
     pub fn current(&self) -> Option<Vector2<f64>> {
         self.current.map(|(_, current)| current)
     }
 
     /// Previous plan from which a planner makes the same schedule; none if the goal does not visit.
-    #[must_use]
     pub fn previous_plan(&self) -> Option<PreviousPlan> {
         let (then, schedule) = self.schedule.as_ref()?;
         let nowhere = TrajectoryPoint::new(*then, Vector2::zeros(), 0.0, Heading::new(0.0));
@@ -159,7 +154,6 @@ impl Guide for LosGuide {
 }
 
 /// Index in `snapshot` of the underwater vehicle that `schedule` serves now or next.
-#[must_use]
 pub fn served(snapshot: &Snapshot, schedule: &Schedule) -> Option<usize> {
     let next = schedule.next()?;
     snapshot.auvs.iter().position(|auv| auv.id == *next)
@@ -176,7 +170,6 @@ pub struct MpcGuide {
 
 impl MpcGuide {
     /// The planner with `parameters`.
-    #[must_use]
     pub fn new(parameters: Parameters) -> Self {
         Self {
             parameters,
@@ -187,13 +180,11 @@ impl MpcGuide {
     }
 
     /// The last snapshot of the planner, with its previous plan.
-    #[must_use]
     pub fn asked(&self) -> Option<&Snapshot> {
         self.last.as_ref().map(|(snapshot, _)| snapshot)
     }
 
     /// The last plan and its snapshot.
-    #[must_use]
     pub fn planned(&self) -> Option<&(Snapshot, Plan)> {
         self.last.as_ref()
     }

@@ -131,7 +131,6 @@ pub struct AuvMetrics {
 
 impl Metrics {
     /// The metrics of `record`.
-    #[must_use]
     pub fn of(record: &Record) -> Self {
         Self {
             surface_craft: SurfaceCraftMetrics::of(record),
@@ -264,7 +263,6 @@ impl Violations {
 
 impl Violation {
     /// Violation of a limit that a row exceeds by `excess`, where positive.
-    #[must_use]
     pub fn of(record: &Record, excess: &dyn Fn(&Row) -> f64) -> Self {
         let mut violation = Self::default();
         let mut inside_episode = false;
@@ -358,7 +356,6 @@ fn quantile(sorted: &[f64], per_cent: usize) -> Option<f64> {
 }
 
 /// The mean; 0 of nothing.
-#[must_use]
 pub fn mean(values: &[f64]) -> f64 {
     #[expect(
         clippy::cast_precision_loss,
@@ -369,7 +366,6 @@ pub fn mean(values: &[f64]) -> f64 {
 }
 
 /// The root mean square; 0 of nothing.
-#[must_use]
 pub fn rms(values: &[f64]) -> f64 {
     mean(&values.iter().map(|value| value * value).collect::<Vec<_>>()).sqrt()
 }

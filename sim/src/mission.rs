@@ -78,7 +78,6 @@ impl Mission {
     }
 
     /// The mission from `start`, which the caller may have changed.
-    #[must_use]
     pub fn from_start(start: Start, scenario: &Scenario, guide: &str, seed: u64) -> Self {
         let mut record = empty_record(scenario, &start, guide, seed);
         let ticks_max = whole_plans(start.duration);
@@ -100,19 +99,16 @@ impl Mission {
     }
 
     /// `true` after its last tick.
-    #[must_use]
     pub fn is_over(&self) -> bool {
         self.ticks_max <= self.ticks
     }
 
     /// Number of rows of its complete record.
-    #[must_use]
     pub fn n_rows(&self) -> u32 {
         self.ticks_max
     }
 
     /// Mission time, s.
-    #[must_use]
     pub fn time(&self) -> f64 {
         self.start.world.time()
     }
@@ -167,13 +163,11 @@ impl Mission {
     }
 
     /// The record so far.
-    #[must_use]
     pub fn record(&self) -> &Record {
         &self.record
     }
 
     /// The record.
-    #[must_use]
     pub fn into_record(self) -> Record {
         self.record
     }

@@ -114,7 +114,6 @@ struct Message {
 
 impl Observer {
     /// The observer of `world` at its start, with the launch position of every underwater vehicle.
-    #[must_use]
     pub fn new(
         world: &World,
         briefing: Briefing,
@@ -248,7 +247,6 @@ impl Observer {
     }
 
     /// The counts of messages, with acoustics.
-    #[must_use]
     pub fn counts(&self) -> Option<MessageCounts> {
         self.acoustics.as_ref().map(Acoustics::counts)
     }

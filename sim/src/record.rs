@@ -75,7 +75,6 @@ pub struct Row {
 
 impl Row {
     /// Mean cost of the visited underwater vehicles that are alive, if any.
-    #[must_use]
     pub fn mean_cost(&self) -> Option<f64> {
         let costs = self.auvs.iter().filter_map(|auv| Some(auv.service?.cost));
         let (sum, n) = costs.fold((0.0, 0.0), |(sum, n), cost| (sum + cost, n + 1.0));
@@ -124,7 +123,6 @@ pub struct SurfaceCraftRow {
 
 impl SurfaceCraftRow {
     /// True distance to the goal, m.
-    #[must_use]
     pub fn distance(&self) -> f64 {
         (self.position - self.goal).norm()
     }
@@ -215,7 +213,6 @@ pub struct KnownAuv {
 pub const OWN_LAW: &str = "own_law";
 
 /// Name in files of `method`.
-#[must_use]
 pub fn method_name(method: Method) -> &'static str {
     match method {
         Method::Mpc => "mpc",

@@ -85,13 +85,11 @@ pub enum ScenarioError {
 
 impl Scenario {
     /// The names of the built-in scenarios.
-    #[must_use]
     pub fn names() -> Vec<&'static str> {
         BUILT_IN.iter().map(|(name, _)| *name).collect()
     }
 
     /// The file of the built-in scenario of that name.
-    #[must_use]
     pub fn text(name: &str) -> Option<&'static str> {
         BUILT_IN
             .iter()
@@ -99,7 +97,6 @@ impl Scenario {
     }
 
     /// The built-in scenario of that name.
-    #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         let scenario = Self::parse(Self::text(name)?, name, Files::default());
         Some(scenario.expect("a test reads every built-in scenario"))
@@ -171,7 +168,6 @@ impl Scenario {
     }
 
     /// The JSON Schema of scenario files.
-    #[must_use]
     pub fn schema() -> serde_json::Value {
         let mut schema = schemars::schema_for!(Self).to_value();
         // The planner's shapes have numbers without a range; the table of ranges is the planner's.
@@ -213,7 +209,6 @@ impl Scenario {
     }
 
     /// `true` if there is a surface craft to guide.
-    #[must_use]
     pub fn has_surface_craft(&self) -> bool {
         self.surface_craft.is_some()
     }

@@ -22,7 +22,6 @@ pub struct Costs {
 
 impl Costs {
     /// Costs after a long service at the surface.
-    #[must_use]
     pub fn new(visits: &Visits) -> Self {
         let goal = Goal::Visit(visits.clone());
         let auvs: Vec<_> = goal.vehicles().cloned().collect();
@@ -39,7 +38,6 @@ impl Costs {
     }
 
     /// `true` if an AUV is served at this horizontal distance and depth, m.
-    #[must_use]
     pub fn serves(&self, distance: f64, depth: f64) -> bool {
         let reached = match self.visits.cost {
             VisitCost::Age | VisitCost::Uncertainty { .. } => true,

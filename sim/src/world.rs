@@ -44,7 +44,6 @@ pub struct World {
 
 impl World {
     /// The world at the start.
-    #[must_use]
     pub fn new(
         surface_craft: Option<SurfaceCraft>,
         mut auvs: Vec<SimulatedAuv>,
@@ -65,20 +64,17 @@ impl World {
     }
 
     /// Time since the start, s.
-    #[must_use]
     pub fn time(&self) -> f64 {
         f64::from(self.periods) * PERIOD
     }
 
     /// Inner-loop periods since the start.
-    #[must_use]
     pub fn periods(&self) -> u32 {
         self.periods
     }
 
     /// The positions (north, east), m, of every underwater vehicle in the next `duration` s, about
     /// `interval` s apart. The surface craft has no influence on them.
-    #[must_use]
     pub fn tracks_ahead(&self, duration: f64, interval: f64) -> Vec<Vec<Vector2<f64>>> {
         let mut world = self.clone();
         let mut tracks = vec![vec![]; self.auvs.len()];

@@ -127,7 +127,6 @@ impl fmt::Debug for Bridge {
 
 impl Bridge {
     /// A bridge on its `clock`. `open` opens wires: [`crate::wire::open`], or a test's.
-    #[must_use]
     pub fn open(
         clock: &Clock,
         autopilot: AutopilotSettings,
@@ -176,7 +175,6 @@ impl Bridge {
     }
 
     /// The autopilot's parameters that contradict the mission.
-    #[must_use]
     pub fn contradictions(&self) -> Vec<Contradiction> {
         let speed_max = self.speed_max.unwrap_or(0.0);
         self.telemetry.parameters.contradictions(speed_max)

@@ -5,7 +5,6 @@ use planner::snapshot::Origin;
 
 /// The position at this latitude and longitude, degrees, if in range. `None` at 0°, 0°, which
 /// receivers without a position report.
-#[must_use]
 pub fn on_earth(lat_deg: f64, lon_deg: f64) -> Option<Origin> {
     let is_in_range = lat_deg.abs() <= 90.0 && lon_deg.abs() <= 180.0;
     (is_in_range && (lat_deg, lon_deg) != (0.0, 0.0)).then_some(Origin { lat_deg, lon_deg })

@@ -75,7 +75,6 @@ impl MissionClient {
     ///
     /// # Panics
     /// If `urls` is empty.
-    #[must_use]
     pub fn new(urls: &[String], token: Option<TokenFile>, transport: Transport) -> Self {
         assert!(!urls.is_empty(), "a client needs a service");
         let (answer_timeout, wait_s) = if urls.len() == 1 {

@@ -97,7 +97,6 @@ pub enum MissionChoice {
 
 impl MissionChoice {
     /// The unfinished mission of this name, or a new one of `body`.
-    #[must_use]
     pub fn named(name: String, body: Value) -> Self {
         let digest = hex::encode(Sha256::digest(body.to_string()));
         Self::Named { name, digest, body }

@@ -87,7 +87,6 @@ impl NmeaReader {
     }
 
     /// Rejected lines by reason. Sentences of other kinds count as "unused sentence".
-    #[must_use]
     pub fn rejects(&self) -> &Rejects {
         &self.rejects
     }

@@ -25,7 +25,6 @@ pub(crate) struct Plan {
 impl Plan {
     /// The plan in an answer of `now_s`, which first arrived at `arrived_s`, both s of the bridge's
     /// clock; `None` without a trajectory.
-    #[must_use]
     pub(crate) fn new(answer: CurrentReference, arrived_s: f64, now_s: f64) -> Option<Self> {
         let plan = &answer.plan;
         let reference = |speed, heading| Reference { speed, heading };

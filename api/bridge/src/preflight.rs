@@ -58,7 +58,6 @@ const FIX_AGE_MAX_S: f64 = 60.0;
 type Finding = (Verdict, String);
 
 /// All checks of a bridge's received data, with fixes of `auvs`.
-#[must_use]
 pub fn checks(bridge: &Bridge, auvs: &[String]) -> Vec<Check> {
     let mut findings = vec![
         ("autopilot", autopilot(bridge)),

@@ -133,7 +133,6 @@ const CONNECT_TIMEOUT: Duration = Duration::from_secs(3);
 const READ_BYTES: usize = 4096;
 
 /// Opens `endpoint` on its own thread, and again after failures, until the bridge is gone.
-#[must_use]
 pub fn open(endpoint: &Endpoint, input: Input) -> Output {
     let line = Arc::new(Mutex::new(None));
     let (kept, endpoint) = (Arc::clone(&line), endpoint.clone());

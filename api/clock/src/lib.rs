@@ -74,14 +74,12 @@ impl Error for Panicked {}
 
 impl Clock {
     /// The clock of this machine.
-    #[must_use]
     pub fn machine() -> Self {
         Self(None)
     }
 
     /// The clock of a simulated machine; its Unix time is now `unix_s`, s. Call it in a Tokio
     /// runtime of one thread with paused time.
-    #[must_use]
     pub fn simulated(unix_s: f64) -> Self {
         let lag = Duration::ZERO;
         Self(Some(Arc::new(Simulated {
@@ -91,7 +89,6 @@ impl Clock {
     }
 
     /// Running time: never set, with an unspecified zero.
-    #[must_use]
     pub fn now(&self) -> Instant {
         match &self.0 {
             None => Instant::now(),
@@ -100,13 +97,11 @@ impl Clock {
     }
 
     /// Running time since `earlier`; zero if that is later.
-    #[must_use]
     pub fn since(&self, earlier: Instant) -> Duration {
         self.now().saturating_duration_since(earlier)
     }
 
     /// Wall time, Unix time, s. It can be set forward and back.
-    #[must_use]
     pub fn unix_s(&self) -> f64 {
         match &self.0 {
             None => SystemTime::now()
@@ -117,7 +112,6 @@ impl Clock {
     }
 
     /// Time since the machine was switched on, including sleep.
-    #[must_use]
     pub fn up(&self) -> Duration {
         match &self.0 {
             None => {
@@ -139,7 +133,6 @@ impl Clock {
     }
 
     /// Ticks, the first after one `period`. Missed ticks are not made up for.
-    #[must_use]
     pub fn every(&self, period: Duration) -> Interval {
         let mut ticks = time::interval_at(time::Instant::now() + period, period);
         ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
@@ -181,7 +174,6 @@ impl Clock {
     }
 
     /// End of the wait on a timer for an event at `end`; after it, [`Self::by`] is more exact.
-    #[must_use]
     pub fn last_stretch(&self, end: Instant) -> Instant {
         match &self.0 {
             None => end.checked_sub(TIMER_RESOLUTION).unwrap_or(end),
@@ -233,7 +225,6 @@ impl Clock {
     }
 
     /// `true` for a simulated machine, which has no threads.
-    #[must_use]
     pub fn is_simulated(&self) -> bool {
         self.0.is_some()
     }

@@ -122,7 +122,6 @@ pub(crate) fn failed<E: Into<async_nats::Error>>(what: impl Into<String>) -> imp
 }
 
 /// The id of a campaign on a broker.
-#[must_use]
 pub fn id_of(manifest: &Manifest) -> String {
     let digest = &manifest.digest[..DIGEST_LETTERS.min(manifest.digest.len())];
     format!("{}-{digest}", manifest.name)

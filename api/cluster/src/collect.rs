@@ -21,7 +21,6 @@ pub struct Progress {
 
 impl Progress {
     /// `true` if no work is left.
-    #[must_use]
     pub fn is_over(&self) -> bool {
         self.chunks.1 <= self.chunks.0 + self.blocked
     }

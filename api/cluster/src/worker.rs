@@ -48,7 +48,6 @@ type CachedCampaign = Arc<(Manifest, Campaign, ObjectStore)>;
 
 impl Worker {
     /// Does `jobs` pieces of work in parallel, and gives up work started `tries_max` times in vain.
-    #[must_use]
     pub fn new(broker: Broker, jobs: usize, tries_max: i64) -> Self {
         Self {
             broker,

@@ -166,7 +166,6 @@ const POLICY: &str =
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:";
 
 /// A page without other files and network: `report.js` shows `data` by its `kind`.
-#[must_use]
 pub fn one_file(title: &str, data: &Value) -> String {
     let style = include_str!("../web/page.css");
     let script: String = OF_REPORTS.iter().copied().map(declarations).collect();

@@ -73,19 +73,16 @@ impl Unread {
 
 impl Route {
     /// The first speed of its points, m/s.
-    #[must_use]
     pub fn speed_mps(&self) -> Option<f64> {
         self.points.iter().find_map(|point| point.speed_mps)
     }
 
     /// The first turn radius of its points, m.
-    #[must_use]
     pub fn turn_radius_m(&self) -> Option<f64> {
         self.points.iter().find_map(|point| point.turn_radius_m)
     }
 
     /// The end points of its legs, if legs differ in speed or depth; else none.
-    #[must_use]
     pub fn ends_of_legs(&self) -> Vec<&RoutePoint> {
         let first = self.points.first().filter(|_| self.closed);
         let ends: Vec<_> = self.points.iter().skip(1).chain(first).collect();
@@ -100,7 +97,6 @@ impl Route {
     }
 
     /// Statements of the file that a path with one turn radius lacks.
-    #[must_use]
     pub fn left_out(&self) -> Vec<String> {
         let stated = || self.points.iter().filter_map(|point| point.turn_radius_m);
         let least = stated().fold(f64::INFINITY, f64::min);

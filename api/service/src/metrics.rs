@@ -189,7 +189,6 @@ impl PlanFor {
 
 impl Connections {
     /// Counts one more until the result is dropped.
-    #[must_use]
     pub fn opened(&self) -> Counted {
         Counted::new(self.open.clone())
     }

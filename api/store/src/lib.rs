@@ -204,13 +204,11 @@ impl EventStore {
     }
 
     /// This service's lease of missions; none if no other service can own them.
-    #[must_use]
     pub fn lease(&self) -> Option<&Lease> {
         self.shared.lease.as_ref()
     }
 
     /// Time until the disk is full, at the rate since the last call; none if unknown.
-    #[must_use]
     pub fn disk_lasts(&self, before: &mut Option<(Instant, u64)>) -> Option<Duration> {
         let disk = statvfs(self.shared.backend.path()?).ok()?;
         let free = disk.f_bavail.saturating_mul(disk.f_frsize);
@@ -224,7 +222,6 @@ impl EventStore {
     }
 
     /// Counters of the store.
-    #[must_use]
     pub fn metrics(&self) -> &StoreMetrics {
         &self.shared.metrics
     }
@@ -259,13 +256,11 @@ impl EventStore {
     }
 
     /// The machine's clock.
-    #[must_use]
     pub fn machine(&self) -> &Clock {
         &self.shared.clock.machine
     }
 
     /// The time by which tokens expire and old missions are deleted.
-    #[must_use]
     pub fn clock(&self) -> &TrustedClock {
         &self.shared.clock
     }

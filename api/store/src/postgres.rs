@@ -84,7 +84,6 @@ impl Backend for Database {
 impl EventStore {
     /// `true` if the database of a URL may be on another machine, whose services may share it. A
     /// wrong URL is refused later.
-    #[must_use]
     pub fn is_elsewhere(url: &str) -> bool {
         let config = without_tls(url).parse::<Config>();
         config.is_ok_and(|config| !is_on_this_machine(&config))

@@ -248,7 +248,6 @@ impl EventReader {
 
     /// The error for missing data of a mission: damage, unless the mission is being deleted. A
     /// deletion marks the mission first and then removes its events step by step.
-    #[must_use]
     pub fn damaged(&self, mission: u64, what: &str) -> StoreError {
         let mark = "SELECT id FROM missions WHERE number = ?1 AND status <> 'deleted'";
         match self

@@ -137,7 +137,6 @@ impl TrustedClock {
     }
 
     /// Trusted time now, Unix time, s.
-    #[must_use]
     pub fn now_s(&self) -> f64 {
         let (time, read) = &*self.locked();
         time.trusted + self.machine.since(*read).as_secs_f64()
@@ -152,7 +151,6 @@ impl TrustedClock {
     }
 
     /// Lead of the machine's clock at the last reading, s; negative for a lag.
-    #[must_use]
     pub fn clock_ahead_s(&self) -> f64 {
         let (TrustedTime { trusted, seen, .. }, _) = &*self.locked();
         seen.clock - trusted

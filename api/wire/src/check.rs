@@ -25,7 +25,6 @@ pub fn snapshot_until(mut request: PlanRequest, due: &dyn Fn() -> bool) -> Resul
 }
 
 /// `request` with the defaults of its `snapshot`.
-#[must_use]
 pub fn with_defaults(request: PlanRequest, snapshot: &Snapshot) -> PlanRequest {
     PlanRequest {
         limits: snapshot.limits,
@@ -49,7 +48,6 @@ fn all<T>(envelope: Vec<FieldError>, checked: Result<T, InvalidRequest>) -> Resu
 }
 
 /// The fault of a `schema_version`, if it has one.
-#[must_use]
 pub fn unsupported_version(given: &str) -> Option<FieldError> {
     (given != SCHEMA_VERSION).then(|| {
         let detail = format!("this service speaks version {SCHEMA_VERSION}");

@@ -37,7 +37,6 @@ pub struct CraftFrame {
 
 impl CraftFrame {
     /// The frame at `craft` (north, east), m, from `origin`; none if that is no place on Earth.
-    #[must_use]
     pub fn new(origin: Origin, craft: Vector2<f64>) -> Option<Self> {
         Self::at(&datum(origin)?, craft)
     }
@@ -62,7 +61,6 @@ impl CraftFrame {
     }
 
     /// `plan`, made for `snapshot`, for the next request; positions count from `origin`.
-    #[must_use]
     pub fn previous_plan(snapshot: &Snapshot, plan: &Plan, origin: Option<Origin>) -> PreviousPlan {
         let mut previous = PreviousPlan::from(plan);
         if let Some(frame) = Self::of(snapshot, origin) {
@@ -105,7 +103,6 @@ impl CraftFrame {
     }
 
     /// Converts a position from the craft to one (north, east) from the datum, m.
-    #[must_use]
     pub fn leave(&self, position: &Vector2<f64>) -> Vector2<f64> {
         let exact = || self.datum.to_local(&self.at_craft.from_local(position)).ok();
         let linear = || self.craft + self.to_datum * position;

@@ -8,7 +8,6 @@ use sha2::{Digest, Sha256};
 
 /// SHA-256, hexadecimal, of the checked request with its defaults, without members that change no
 /// plan. With an origin, positions count from the craft, and the origin is the craft's place.
-#[must_use]
 pub fn plan_id(snapshot: &Snapshot) -> String {
     let request = PlanRequest {
         deadline_ms: None,
@@ -19,7 +18,6 @@ pub fn plan_id(snapshot: &Snapshot) -> String {
 }
 
 /// SHA-256, hexadecimal.
-#[must_use]
 pub fn sha256(bytes: &[u8]) -> String {
     let mut text = String::new();
     for byte in Sha256::digest(bytes) {

@@ -24,7 +24,6 @@ use serde_json::{Value, json};
 /// status     status of the solver, in snake case
 /// solution   x, multipliers z, slacks s and the objective; absent for a status without them
 /// ```
-#[must_use]
 pub fn program_dump(program: &Program, solution: &Solution) -> Value {
     let (columns, unit_mps) = program.first_velocity();
     let mut dump = json!({

@@ -39,13 +39,11 @@ pub enum Status {
 
 impl Status {
     /// `true` if nothing more will happen.
-    #[must_use]
     pub fn is_over(self) -> bool {
         matches!(self, Self::Finished | Self::Failed)
     }
 
     /// Its name in JSON.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Created => "created",

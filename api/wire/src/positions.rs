@@ -162,7 +162,6 @@ pub struct DatumChange {
 
 impl DatumChange {
     /// None if a datum is no place on Earth.
-    #[must_use]
     pub fn new(from: Origin, to: Origin) -> Option<Self> {
         let from = Datum::new(&from.into()).ok()?;
         let to = Datum::new(&to.into()).ok()?;
@@ -170,7 +169,6 @@ impl DatumChange {
     }
 
     /// A position (north, east), m, from the other datum.
-    #[must_use]
     pub fn moved(&self, position: &Vector2<f64>) -> Vector2<f64> {
         let place = self.from.from_local(position);
         self.to.to_local(&place).unwrap_or(*position)

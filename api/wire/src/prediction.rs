@@ -128,7 +128,6 @@ pub struct PredictedCraft {
 
 impl Prediction {
     /// The predictions of `plan`, made for `snapshot` and answered by `answer`.
-    #[must_use]
     pub fn of(snapshot: &Snapshot, plan: &Plan, answer: &PlanResponse) -> Self {
         let kept = evenly(answer.trajectory.len());
         let at = |north: f64, east: f64| [rounded(north, CENTI), rounded(east, CENTI)];

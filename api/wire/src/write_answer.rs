@@ -46,7 +46,6 @@ pub struct Answer<'a> {
 
 impl<'a> Answer<'a> {
     /// The answer to the request of `snapshot` and `metadata`; the planner took `solve_time`.
-    #[must_use]
     pub fn new(
         snapshot: &'a Snapshot,
         plan: &'a Plan,
@@ -88,7 +87,6 @@ impl<'a> Answer<'a> {
     }
 
     /// The planner's answer.
-    #[must_use]
     pub fn planned(&self) -> PlanResponse {
         let plan = self.plan;
         let (outcome, reason) = outcome(plan.degraded);
@@ -111,7 +109,6 @@ impl<'a> Answer<'a> {
     }
 
     /// A law's answer to the same snapshot. The law starts without memory; a warning says so.
-    #[must_use]
     pub fn law(&self, law: LosLaw, baseline: &domain::Baseline) -> PlanResponse {
         let reference = baseline.reference;
         let mut answer = PlanResponse {

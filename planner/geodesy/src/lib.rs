@@ -66,7 +66,6 @@ impl Datum {
     }
 
     /// Latitude and longitude of `position` (north, east), m; the longitude is in [−π, π].
-    #[must_use]
     pub fn from_local(&self, position: &Vector2<f64>) -> Origin {
         // `+ 0.0` turns −0.0 into 0.0, for which atan2 would answer −π on the southern ray.
         let azimuth = (position.y + 0.0).atan2(position.x + 0.0);
@@ -92,7 +91,6 @@ impl Datum {
     /// α₁ and α₂ are the azimuths of the geodesic from the datum, at the datum and at the position.
     /// Bearings across the geodesic differ equally; those in between by up to s²/(12 R²) less or
     /// more, since transverse distances are too long.
-    #[must_use]
     pub fn convergence(&self, position: &Vector2<f64>) -> f64 {
         let [azimuth, azimuth_there, _] = self.along(position);
         PI - (PI - (azimuth_there - azimuth)).rem_euclid(TAU)
@@ -106,7 +104,6 @@ impl Datum {
     ///
     /// s and m₁₂ are the geodesic's length and reduced length (Karney, section 3): geodesics that
     /// leave the datum dα apart are m₁₂ dα apart there, and s dα in the local frame.
-    #[must_use]
     pub fn true_from_local(&self, position: &Vector2<f64>) -> Matrix2<f64> {
         let [azimuth, azimuth_there, across] = self.along(position);
         Rotation2::new(azimuth_there)
@@ -136,7 +133,6 @@ impl Datum {
 }
 
 /// Unit vector (north, east) that points along `angle`, rad, clockwise from north.
-#[must_use]
 pub fn direction(angle: f64) -> Vector2<f64> {
     let (sin, cos) = angle.sin_cos();
     Vector2::new(cos, sin)

@@ -161,7 +161,6 @@ impl GoalPoint {
     }
 
     /// Its position and velocity over ground.
-    #[must_use]
     pub fn motion(&self) -> Motion {
         Motion {
             position: Vector2::new(self.north_m, self.east_m),
@@ -281,7 +280,6 @@ pub struct RouteFit {
 
 impl TargetPoint {
     /// Position (north, east), m.
-    #[must_use]
     pub fn position(&self) -> Vector2<f64> {
         Vector2::new(self.north_m, self.east_m)
     }

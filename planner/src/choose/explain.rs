@@ -91,7 +91,6 @@ pub struct UsedSlack {
 
 /// Repeats [`crate::plan::plan_until`] for `snapshot` and keeps the subproblems. `planned` has the
 /// cost terms of the plan to explain. If a deadline cut that plan short, this one differs.
-#[must_use]
 pub fn explain(snapshot: &Snapshot, planned: CostTerms, parameters: &Parameters, stop: &Stop) -> Explanation {
     let mut solvers = Solvers::default();
     let mut explanation = Explanation::default();

@@ -38,7 +38,6 @@ pub type Programs = ByShape<Program>;
 impl Workspace {
     /// Approximate size in bytes: programs and solvers of the last used shapes up to
     /// [`KEPT_BYTES_MAX`](crate::solve::KEPT_BYTES_MAX) each, plus the last one of any size.
-    #[must_use]
     pub fn bytes(&self) -> usize {
         self.programs.bytes() + self.solvers.bytes()
     }
@@ -53,14 +52,12 @@ impl Workspace {
 /// Plans for `snapshot`.
 ///
 /// The answer is always a plan: [`Plan::method`] names the fallback level that gave it.
-#[must_use]
 pub fn plan(snapshot: &Snapshot, parameters: &Parameters, workspace: &mut Workspace) -> Plan {
     plan_until(snapshot, parameters, workspace, &Stop::never())
 }
 
 /// [`plan`] that stops when `stop` is due: the last complete SCP iteration answers, or else a
 /// fallback level. Without an interruption the answer is [`plan`]'s, to the bit.
-#[must_use]
 pub fn plan_until(
     snapshot: &Snapshot,
     parameters: &Parameters,
@@ -73,7 +70,6 @@ pub fn plan_until(
 }
 
 /// [`plan`] with another solver than Clarabel, for comparisons or forced failures.
-#[must_use]
 pub fn plan_with(
     snapshot: &Snapshot,
     parameters: &Parameters,

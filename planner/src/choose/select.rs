@@ -128,7 +128,6 @@ pub(crate) fn select_answer(
 
 /// The goal of `snapshot`, and its schedule if it visits AUVs; `held` as in
 /// [`GoalForecast::holding`].
-#[must_use]
 pub fn scheduled_goal(
     snapshot: &Snapshot,
     parameters: &Parameters,
@@ -243,7 +242,6 @@ fn steered(level: Level, horizon: &Horizon<'_>) -> Level {
 /// [`Baseline::degraded`] says so. All have the same goal: a schedule is expensive.
 ///
 /// The laws start without memory: an integral at zero, a box from one fix.
-#[must_use]
 pub fn baselines(snapshot: &Snapshot, parameters: &Parameters, stop: &Stop) -> [Baseline; LosLaw::ALL.len()] {
     let parameters = &*parameters.of(snapshot);
     let (goal, schedule) = scheduled_goal(snapshot, parameters, remembered_course(snapshot), stop);
@@ -259,7 +257,6 @@ pub fn baselines(snapshot: &Snapshot, parameters: &Parameters, stop: &Stop) -> [
 }
 
 /// The baseline of a running law, with its gains and its memory of earlier positions and times.
-#[must_use]
 pub fn baseline_from(
     snapshot: &Snapshot,
     parameters: &Parameters,

@@ -114,7 +114,6 @@ impl Craft {
     /// The command that makes the craft move through the water as `reference` says, in a `current`
     /// (north, east), m/s. A loop over ground gets the velocity over ground along the bow, up to
     /// `speed_max`, m/s; a course loop gets the direction of that velocity.
-    #[must_use]
     pub fn command(&self, reference: &Reference, current: &Vector2<f64>, speed_max: f64) -> Reference {
         let ahead = reference.heading.unit();
         let over_ground = ahead * reference.speed + current;
@@ -135,7 +134,6 @@ impl Craft {
 
 impl HeadingDynamics {
     /// Lag behind a reference that turns steadily, s: T, or 2ζ/ω.
-    #[must_use]
     pub fn lag(self) -> f64 {
         match self {
             Self::FirstOrder { time_constant } => time_constant,
@@ -153,7 +151,6 @@ const SECOND_ORDER_DELAY: f64 = 0.4;
 
 impl HeadingResponse {
     /// Time constant of the first-order loop that approximates this one after a delay, s.
-    #[must_use]
     pub fn time_constant(&self) -> f64 {
         match self.dynamics {
             HeadingDynamics::FirstOrder { time_constant } => time_constant,
@@ -162,13 +159,11 @@ impl HeadingResponse {
     }
 
     /// Delay of the first-order loop that approximates this one, s.
-    #[must_use]
     pub(crate) fn effective_delay(&self) -> f64 {
         self.lag() - self.time_constant()
     }
 
     /// Lag behind a reference that turns steadily, with the delay, s.
-    #[must_use]
     pub fn lag(&self) -> f64 {
         self.dynamics.lag() + self.delay
     }
@@ -176,7 +171,6 @@ impl HeadingResponse {
 
 impl SurgeResponse {
     /// Lag behind a reference that rises steadily, with the delay, s.
-    #[must_use]
     pub fn lag(&self) -> f64 {
         self.time_constant + self.delay
     }
@@ -184,7 +178,6 @@ impl SurgeResponse {
 
 impl Power {
     /// Power at a speed through the water, W, never negative.
-    #[must_use]
     pub fn at(&self, speed: f64) -> f64 {
         let speed = speed.abs();
         (self.linear_w_per_mps + self.cubic_w_per_mps3 * speed * speed) * speed

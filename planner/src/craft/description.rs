@@ -183,7 +183,6 @@ impl From<&Craft> for CraftDescription {
 
 impl HeadingLoop {
     /// The declared dynamics, if any.
-    #[must_use]
     pub fn dynamics(&self) -> Option<HeadingDynamics> {
         match (self.time_constant_s, self.natural_frequency_radps, self.damping) {
             (Some(time_constant), ..) => Some(HeadingDynamics::FirstOrder { time_constant }),
@@ -198,7 +197,6 @@ impl HeadingLoop {
 
 impl CraftDescription {
     /// The known craft of that name, without other members.
-    #[must_use]
     pub fn of_preset(name: &str) -> Self {
         Self {
             preset: Some(name.to_owned()),
@@ -212,7 +210,6 @@ impl CraftDescription {
     }
 
     /// The described craft; omitted members are the preset's, or the generic craft's.
-    #[must_use]
     pub fn craft(&self) -> Craft {
         let base = self.preset().map_or(Craft::GENERIC, |preset| preset.craft);
         let (heading, surge) = (&self.heading_loop, &self.surge_loop);
@@ -240,7 +237,6 @@ impl CraftDescription {
     }
 
     /// All faults, by their JSON names: `/craft/heading_loop/delay_s`.
-    #[must_use]
     pub fn faults(&self) -> Vec<FieldError> {
         let mut faults = Vec::new();
         if let Some(given) = self.preset.as_deref().filter(|_| self.preset().is_none()) {

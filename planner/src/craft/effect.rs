@@ -48,7 +48,6 @@ impl Effect {
     }
 
     /// `true` if references are assumed without effect.
-    #[must_use]
     pub fn is_missing(&self) -> bool {
         EVIDENCE_ENOUGH <= self.evidence
     }

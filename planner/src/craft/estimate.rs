@@ -62,45 +62,38 @@ pub struct CraftEstimate {
 
 impl CraftEstimate {
     /// Time constant of the heading loop, s: median and standard deviation.
-    #[must_use]
     pub fn heading_time(&self) -> (f64, f64) {
         log_normal(self.heading.y, self.heading_covariance.m22)
     }
 
     /// Time constant of the speed loop, s: median and standard deviation.
-    #[must_use]
     pub fn surge_time(&self) -> (f64, f64) {
         log_normal(self.surge.y, self.surge_covariance.m22)
     }
 
     /// Lag behind a reference that turns steadily, s, and its standard deviation.
-    #[must_use]
     pub fn heading_lag(&self, tuned: &CraftNumbers) -> (f64, f64) {
         let (time, sigma) = self.heading_time();
         with_model_error(self.delays.x + time, sigma, tuned)
     }
 
     /// Lag behind a reference that rises steadily, s, and its standard deviation.
-    #[must_use]
     pub fn surge_lag(&self, tuned: &CraftNumbers) -> (f64, f64) {
         let (time, sigma) = self.surge_time();
         with_model_error(self.delays.y + time, sigma, tuned)
     }
 
     /// Offset of the heading from its reference, rad, and its standard deviation.
-    #[must_use]
     pub fn heading_offset(&self) -> (f64, f64) {
         (self.heading.z, self.heading_covariance.m33.sqrt())
     }
 
     /// Acceleration disturbance of the speed loop, m/s², and its standard deviation.
-    #[must_use]
     pub fn surge_disturbance(&self) -> (f64, f64) {
         (self.surge.z, self.surge_covariance.m33.sqrt())
     }
 
     /// Current from positions (north, east), m/s, if sufficiently known.
-    #[must_use]
     pub fn current_from_positions(&self) -> Option<Vector2<f64>> {
         (self.current_variance < CURRENT_KNOWN * CURRENT_KNOWN).then_some(self.current)
     }

@@ -112,7 +112,6 @@ pub(crate) struct PastReference {
 
 impl CraftEstimate {
     /// The present estimate: the previous one updated by `observation`, or a start from the prior.
-    #[must_use]
     pub(crate) fn new(observation: &CraftObservation<'_>, prior: &Prior) -> Self {
         let start = || Self::start(observation, prior);
         let Some((before, asked)) = observation.previous else {

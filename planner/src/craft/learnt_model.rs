@@ -10,7 +10,6 @@ use crate::{
 
 impl CraftModel {
     /// The learnt craft; a slower one if it does not follow.
-    #[must_use]
     pub(crate) fn learnt(
         prior: &Prior,
         estimate: &CraftEstimate,

@@ -33,7 +33,6 @@ const COVARIANCE_ROUNDING: f64 = 1.0e-9;
 
 impl PreviousPlan {
     /// `true` if its memory of the craft cannot be used.
-    #[must_use]
     pub fn has_unusable_memory(&self) -> bool {
         let memory = self.craft_estimate.as_ref().map(|craft| craft.memory.as_slice());
         memory.is_some_and(|memory| !memory.is_empty() && CraftEstimate::from_memory(memory).is_none())
@@ -69,7 +68,6 @@ impl PreviousPlan {
     }
 
     /// Its estimate of the craft; none if the memory cannot be used.
-    #[must_use]
     pub fn craft(&self) -> Option<CraftEstimate> {
         CraftEstimate::from_memory(&self.craft_estimate.as_ref()?.memory)
     }
@@ -77,7 +75,6 @@ impl PreviousPlan {
 
 impl CraftEstimate {
     /// All its numbers, as [`Self::from_memory`] reads them.
-    #[must_use]
     pub fn memory(&self) -> [f64; MEMORY_LENGTH] {
         let mut memory = [0.0; MEMORY_LENGTH];
         let mut places = memory.iter_mut();
@@ -87,7 +84,6 @@ impl CraftEstimate {
     }
 
     /// Inverse of [`Self::memory`]; none for a missing or invalid number or covariance.
-    #[must_use]
     pub fn from_memory(memory: &[f64]) -> Option<Self> {
         if ![MEMORY_LENGTH_WITHOUT_EFFECTS, MEMORY_LENGTH].contains(&memory.len()) {
             return None;

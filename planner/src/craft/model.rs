@@ -36,7 +36,6 @@ pub struct CraftModel {
 
 impl CraftModel {
     /// `craft` within `limits`.
-    #[must_use]
     pub fn new(craft: &Craft, limits: &Limits) -> Self {
         Self {
             limits: Limits {
@@ -88,26 +87,22 @@ impl CraftModel {
     }
 
     /// Largest disturbance of the speed loop, m/s²; larger estimates are errors.
-    #[must_use]
     pub(crate) fn surge_disturbance_max(&self) -> f64 {
         SURGE_DISTURBANCE_MOST * self.limits.acceleration_max.min(self.limits.deceleration_max)
     }
 
     /// Lag of the direction of travel behind a steadily turning heading reference, s: the heading's
     /// lag plus the outward drift in the turn.
-    #[must_use]
     pub fn course_lag(&self) -> f64 {
         (self.heading_lag() + self.sway_per_yaw_rate).max(0.0)
     }
 
     /// Lag of the heading behind a reference that turns steadily, s.
-    #[must_use]
     pub fn heading_lag(&self) -> f64 {
         self.heading_time + self.heading_delay
     }
 
     /// Lag of the speed behind a reference that rises steadily, s.
-    #[must_use]
     pub fn surge_lag(&self) -> f64 {
         self.surge_time + self.surge_delay
     }

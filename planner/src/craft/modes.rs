@@ -17,7 +17,6 @@ const EVIDENCE_ENOUGH: f64 = 4.0;
 
 impl CraftEstimate {
     /// The loops' modes: declared, else by the evidence.
-    #[must_use]
     pub fn modes(&self, prior: &Prior) -> (HeadingReference, SpeedReference) {
         let heading = match prior.heading_held {
             Some(held) => held,

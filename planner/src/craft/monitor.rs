@@ -38,7 +38,6 @@ pub struct Monitor {
 
 impl Monitor {
     /// The monitor of a craft at its start.
-    #[must_use]
     pub(crate) fn new(asc: &Asc) -> Self {
         Self {
             heading: asc.heading().radians(),
@@ -50,7 +49,6 @@ impl Monitor {
     /// The monitor `elapsed` later, for references of heading and speed behind the loops' delays, a
     /// largest angle `crab` between heading and course, rad, which is 0 if the craft holds the
     /// heading, and a recent turn `turned`, rad.
-    #[must_use]
     pub(crate) fn after(
         &self,
         (asc, tuned): (&Asc, &CraftNumbers),

@@ -134,7 +134,6 @@ pub struct Preset {
 
 impl Preset {
     /// The craft of that name.
-    #[must_use]
     pub fn named(name: &str) -> Option<&'static Self> {
         PRESETS.iter().find(|preset| preset.name == name)
     }

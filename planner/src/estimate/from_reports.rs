@@ -72,7 +72,6 @@ pub struct Route {
 
 impl Route {
     /// `true` if it probably follows its path.
-    #[must_use]
     pub fn is_followed(&self) -> bool {
         0.5 <= self.probability
     }
@@ -96,7 +95,6 @@ pub(crate) struct Estimator<'a> {
 impl Estimate {
     /// Root-mean-square distance between estimate and vehicle now, m, on a straight course since:
     /// √(tr P) of the position. `None` without a covariance.
-    #[must_use]
     pub fn position_sigma(&self, tuned: &EstimateNumbers) -> Option<f64> {
         let state = &self.state;
         let reported = Kalman::new(0.0, &state.position(), &state.velocity(), &state.covariance()?);

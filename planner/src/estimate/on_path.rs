@@ -209,31 +209,26 @@ const CORNER: usize = 5;
 
 impl PathFit {
     /// Place along the path, m.
-    #[must_use]
     pub fn along(&self) -> f64 {
         self.state.x
     }
 
     /// Speed along the path above the declared one, m/s.
-    #[must_use]
     pub fn faster(&self) -> f64 {
         self.state.y
     }
 
     /// Offset of the path (north, east), m.
-    #[must_use]
     pub fn offset(&self) -> Vector2<f64> {
         Vector2::new(self.state.z, self.state.w)
     }
 
     /// Cross-track error, m, positive to starboard of the path.
-    #[must_use]
     pub fn error(&self) -> f64 {
         self.state[ERROR]
     }
 
     /// Way of a turn beyond the path's, m/rad: positive if the vehicle overshoots its corners.
-    #[must_use]
     pub fn corner(&self) -> f64 {
         self.state[CORNER]
     }
@@ -340,7 +335,6 @@ impl PathFit {
     }
 
     /// Covariance of the position at `tangent`, m², after `elapsed` seconds and a turn by `turned`.
-    #[must_use]
     pub fn position_covariance(&self, tangent: f64, elapsed: f64, turned: f64) -> Matrix2<f64> {
         let mut jacobian = Self::jacobian(tangent);
         let (along, across) = (direction(tangent), starboard(tangent));

@@ -19,7 +19,6 @@ pub(crate) trait Filter {
     fn accept(&mut self, report: &Report) -> Innovation;
 
     /// The vehicle after a jump to `report`.
-    #[must_use]
     fn found_at(&self, report: &Report) -> Self;
 }
 

@@ -6,7 +6,6 @@ pub use geodesy::direction;
 use nalgebra::Vector2;
 
 /// Wraps an angle to (−π, π]. Unit: rad. Exact for angles already inside.
-#[must_use]
 pub fn wrap(angle: f64) -> f64 {
     if -PI < angle && angle <= PI {
         return angle;
@@ -17,14 +16,12 @@ pub fn wrap(angle: f64) -> f64 {
 
 /// Rotation by `psi` from the body (or target, or path) frame to NED:
 /// `v_ned = ned_from_body(psi) * v_body`.
-#[must_use]
 pub fn ned_from_body(psi: f64) -> nalgebra::Matrix2<f64> {
     let (sin, cos) = psi.sin_cos();
     nalgebra::Matrix2::new(cos, -sin, sin, cos)
 }
 
 /// Angle of a (north, east) vector, clockwise from north, in (−π, π]; 0 for the zero vector.
-#[must_use]
 pub fn angle_of(vector: &Vector2<f64>) -> f64 {
     // `+ 0.0` turns −0.0 into 0.0, for which atan2 would otherwise answer −π on the southern ray.
     wrap((vector.y + 0.0).atan2(vector.x + 0.0))
@@ -37,19 +34,16 @@ pub struct Heading(f64);
 
 impl Heading {
     /// Wraps `angle` to (−π, π].
-    #[must_use]
     pub fn new(angle: f64) -> Self {
         Self(wrap(angle))
     }
 
     /// The angle in (−π, π], rad.
-    #[must_use]
     pub fn radians(self) -> f64 {
         self.0
     }
 
     /// The angle in [0, 360), degrees, as a compass shows it.
-    #[must_use]
     pub fn compass_degrees(self) -> f64 {
         let degrees = self.0.to_degrees().rem_euclid(360.0);
         // rem_euclid of a tiny negative number rounds up to 360 itself.
@@ -57,7 +51,6 @@ impl Heading {
     }
 
     /// Unit vector along the bow, (north, east).
-    #[must_use]
     pub fn unit(self) -> Vector2<f64> {
         direction(self.0)
     }
@@ -70,25 +63,21 @@ pub struct Course(f64);
 
 impl Course {
     /// Wraps `angle` to (−π, π].
-    #[must_use]
     pub fn new(angle: f64) -> Self {
         Self(wrap(angle))
     }
 
     /// The course of a ground velocity (north, east).
-    #[must_use]
     pub fn of(velocity: &Vector2<f64>) -> Self {
         Self(angle_of(velocity))
     }
 
     /// The angle in (−π, π], rad.
-    #[must_use]
     pub fn radians(self) -> f64 {
         self.0
     }
 
     /// Unit vector along the course, (north, east).
-    #[must_use]
     pub fn unit(self) -> Vector2<f64> {
         direction(self.0)
     }
@@ -100,7 +89,6 @@ pub(crate) fn starboard_of(direction: Vector2<f64>) -> Vector2<f64> {
 }
 
 /// sin x / x, and its limit 1 at 0.
-#[must_use]
 pub fn sinc(x: f64) -> f64 {
     // The series' next term, x⁴/120, is below the rounding of 1 here.
     if x.abs() < 1e-4 {

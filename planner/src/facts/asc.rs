@@ -65,7 +65,6 @@ pub(super) fn is_left_out(metres: &f64) -> bool {
 impl Asc {
     /// A craft at `position` (north, east), m, with `surge` speed through the water, m/s. Sway and
     /// yaw rate are 0; the velocity over ground is unknown.
-    #[must_use]
     pub fn new(position: Vector2<f64>, heading: Heading, surge: f64) -> Self {
         Self {
             north_m: position.x,
@@ -92,31 +91,26 @@ impl Asc {
     }
 
     /// Position (north, east), m.
-    #[must_use]
     pub fn position(&self) -> Vector2<f64> {
         Vector2::new(self.north_m, self.east_m)
     }
 
     /// Heading ψ.
-    #[must_use]
     pub fn heading(&self) -> Heading {
         Heading::new(self.heading_rad)
     }
 
     /// Velocity over ground (north, east), m/s, where a GNSS receiver gives it.
-    #[must_use]
     pub fn ground_velocity(&self) -> Option<Vector2<f64>> {
         Some(Vector2::new(self.ground_north_mps?, self.ground_east_mps?))
     }
 
     /// Velocity through the water (north, east), m/s.
-    #[must_use]
     pub fn water_velocity(&self) -> Vector2<f64> {
         ned_from_body(self.heading().radians()) * Vector2::new(self.speed_mps, self.sway_mps)
     }
 
     /// Velocity over ground minus velocity through the water (north, east), m/s, unchecked.
-    #[must_use]
     pub fn apparent_current(&self) -> Option<Vector2<f64>> {
         Some(self.ground_velocity()? - self.water_velocity())
     }
@@ -207,7 +201,6 @@ impl From<&DeclaredLimits> for Limits {
 
 impl DeclaredLimits {
     /// The declared limits, and those of `others` that are not declared.
-    #[must_use]
     pub fn with_defaults(&self, others: &Limits) -> Limits {
         Limits {
             speed_min: self.speed_min_mps.unwrap_or(others.speed_min),

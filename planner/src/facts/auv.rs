@@ -52,7 +52,6 @@ pub struct Auv {
 
 impl Auv {
     /// An AUV in `state`, with unknown path and dive.
-    #[must_use]
     pub fn new(id: impl Into<VehicleId>, state: AuvState) -> Self {
         Self {
             id: id.into(),
@@ -64,7 +63,6 @@ impl Auv {
     }
 
     /// An AUV with `reports`, and unknown path and dive.
-    #[must_use]
     pub fn reported(id: impl Into<VehicleId>, reports: Vec<Report>) -> Self {
         Self {
             id: id.into(),
@@ -106,7 +104,6 @@ impl Dive {
     pub const REVERSAL_MEDUSA: f64 = 3.6;
 
     /// Duration of a reversal, s.
-    #[must_use]
     pub fn reversal(&self) -> f64 {
         self.reversal_s.unwrap_or(Self::REVERSAL_MEDUSA)
     }

@@ -44,7 +44,6 @@ pub struct KeepOut {
 
 impl KeepOut {
     /// A disc about `centre` (north, east), m, of `radius`, m.
-    #[must_use]
     pub fn new(centre: Vector2<f64>, radius: f64) -> Self {
         Self {
             north_m: centre.x,
@@ -56,14 +55,12 @@ impl KeepOut {
     }
 
     /// Its centre (north, east), m.
-    #[must_use]
     pub fn centre(&self) -> Vector2<f64> {
         Vector2::new(self.north_m, self.east_m)
     }
 }
 
 /// All faults of the bounds of a request, by field.
-#[must_use]
 pub fn bounds_faults(
     keep_outs: &[KeepOut],
     area: &[Vector2<f64>],
@@ -104,7 +101,6 @@ pub(crate) fn separation_fault(separation: Option<f64>) -> Option<FieldError> {
 
 /// Corners (north, east) of a checked area without its dents, clockwise seen from above; begins
 /// with the first remaining corner.
-#[must_use]
 pub fn clockwise(area: &[Vector2<f64>]) -> Vec<Vector2<f64>> {
     let mut border: Vec<_> = border(area).into_iter().map(|i| area[i]).collect();
     if doubled_area(area) < 0.0 {

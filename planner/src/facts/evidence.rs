@@ -51,7 +51,6 @@ pub struct AuvState {
 impl AuvState {
     /// The present state of an AUV at `position` (north, east), m, and `depth`, m, on a straight
     /// course at `speed` over ground, m/s. Its covariance is unknown.
-    #[must_use]
     pub fn new(position: Vector2<f64>, depth: f64, course: Course, speed: f64) -> Self {
         Self {
             north_m: position.x,
@@ -68,25 +67,21 @@ impl AuvState {
     }
 
     /// Position (north, east) at the time of the report, m.
-    #[must_use]
     pub fn position(&self) -> Vector2<f64> {
         Vector2::new(self.north_m, self.east_m)
     }
 
     /// Course over ground χ.
-    #[must_use]
     pub fn course(&self) -> Course {
         Course::new(self.course_rad)
     }
 
     /// Velocity over ground (north, east), m/s.
-    #[must_use]
     pub fn velocity(&self) -> Vector2<f64> {
         self.course().unit() * self.speed_mps
     }
 
     /// Covariance of (north, east, north velocity, east velocity) at that time, if known.
-    #[must_use]
     pub fn covariance(&self) -> Option<Matrix4<f64>> {
         self.covariance
             .map(|rows| Matrix4::from_fn(|row, column| rows[row][column]))
@@ -133,7 +128,6 @@ pub struct Report {
 
 impl Report {
     /// A position (north, east), m, at time `t_s` with standard deviation `sigma_m`; no telemetry.
-    #[must_use]
     pub fn new(t_s: f64, position: Vector2<f64>, sigma_m: f64) -> Self {
         Self {
             t_s,
@@ -160,13 +154,11 @@ impl Report {
     }
 
     /// Measured position (north, east), m.
-    #[must_use]
     pub fn position(&self) -> Vector2<f64> {
         Vector2::new(self.north_m, self.east_m)
     }
 
     /// Telemetered course and speed.
-    #[must_use]
     pub fn ground_track(&self) -> Option<GroundTrack> {
         Some(GroundTrack {
             course: Course::new(self.course_rad?),
@@ -186,7 +178,6 @@ pub struct GroundTrack {
 
 impl GroundTrack {
     /// Velocity over ground (north, east), m/s.
-    #[must_use]
     pub fn velocity(&self) -> Vector2<f64> {
         self.course.unit() * self.speed
     }

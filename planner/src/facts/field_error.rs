@@ -15,7 +15,6 @@ use crate::facts::ranges::{ANGLE, DIRECTIONS};
 const QUOTE_LENGTH_MAX: usize = 200;
 
 /// `name` as a token of a JSON pointer. Source: RFC 6901, section 3.
-#[must_use]
 pub fn pointer_token(name: &str) -> String {
     name.replace('~', "~0").replace('/', "~1")
 }
@@ -64,7 +63,6 @@ impl FieldError {
     }
 
     /// An error in the parameter `name`.
-    #[must_use]
     pub fn of_parameter(name: &str, code: &str, detail: impl Into<String>) -> Self {
         Self {
             parameter: Some(shortened(name.to_owned())),
@@ -165,7 +163,6 @@ impl FieldError {
     }
 
     /// The fault and the given value, for people.
-    #[must_use]
     pub fn words(&self) -> String {
         match &self.given {
             Some(given) => format!("{} (given: {given})", self.detail),
@@ -199,7 +196,6 @@ impl FieldError {
 }
 
 /// `text`, cut to the length that a document repeats.
-#[must_use]
 pub fn shortened(text: String) -> String {
     match text.char_indices().nth(QUOTE_LENGTH_MAX) {
         Some((end, _)) => format!("{}…", &text[..end]),

@@ -200,7 +200,6 @@ impl<N> Offset<N> {
 
 impl Offset {
     /// An offset in fixed directions, (north, east), m.
-    #[must_use]
     pub fn ned(by: Vector2<f64>) -> Self {
         Self::Ned {
             north_m: by.x,
@@ -209,7 +208,6 @@ impl Offset {
     }
 
     /// An offset along the course of the followed point, (ahead, starboard), m.
-    #[must_use]
     pub fn target(by: Vector2<f64>) -> Self {
         Self::Target {
             ahead_m: by.x,
@@ -218,7 +216,6 @@ impl Offset {
     }
 
     /// An offset along the path of the followed AUV, (ahead, starboard), m.
-    #[must_use]
     pub fn path(by: Vector2<f64>) -> Self {
         Self::Path {
             ahead_m: by.x,
@@ -227,7 +224,6 @@ impl Offset {
     }
 
     /// The offset in the axes of its frame, m: (north, east), or (ahead, starboard).
-    #[must_use]
     pub fn vector(&self) -> Vector2<f64> {
         match *self {
             Self::Ned { north_m, east_m } => Vector2::new(north_m, east_m),

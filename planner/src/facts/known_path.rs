@@ -44,7 +44,6 @@ const OTHER_RATES_COUNT_MAX: usize = 1000;
 
 impl DeclaredPath {
     /// A `path` followed at a horizontal speed through the water, m/s.
-    #[must_use]
     pub fn new(path: &Path, speed_mps: f64) -> Self {
         Self {
             segments: path.segments().to_vec(),
@@ -60,7 +59,6 @@ impl DeclaredPath {
     }
 
     /// Radius of turns at way-points without their own, m.
-    #[must_use]
     pub fn turn_radius(&self) -> f64 {
         self.speed_mps / TURN_RATES[0]
     }

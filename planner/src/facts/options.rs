@@ -21,7 +21,6 @@ pub enum ForecastModel {
 
 impl ForecastModel {
     /// Its name in JSON and records.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Hold => "hold",
@@ -56,7 +55,6 @@ pub enum Forecast {
 
 impl Forecast {
     /// The model for all vehicles; `None` if the planner chooses.
-    #[must_use]
     pub fn model(self) -> Option<ForecastModel> {
         match self {
             Self::Auto | Self::Declared => None,

@@ -45,19 +45,16 @@ pub struct PreviousPlan {
 
 impl PreviousPlan {
     /// Time at which it was made, s on the request's clock.
-    #[must_use]
     pub fn made_at(&self) -> Option<f64> {
         Some(self.trajectory.first()?.t_s)
     }
 
     /// Course of the followed point, without the offset, when it last moved.
-    #[must_use]
     pub fn goal_course(&self) -> Option<Course> {
         self.goal_course_rad.map(Course::new)
     }
 
     /// The command to the craft, in the kinds of references that its loops hold.
-    #[must_use]
     pub fn command(&self) -> Option<Reference> {
         let given = self.reference?;
         Some(Reference {
@@ -67,7 +64,6 @@ impl PreviousPlan {
     }
 
     /// Reference as speed through the water and heading; the command, without a craft's estimate.
-    #[must_use]
     pub fn asked(&self) -> Option<Reference> {
         let asked = self.craft_estimate.as_ref().map(|craft| Reference {
             speed: craft.asked_speed_mps,

@@ -39,7 +39,6 @@ pub struct TrajectoryPoint {
 
 impl TrajectoryPoint {
     /// A point at time `t_s` and `position` (north, east), m, without latitude and longitude.
-    #[must_use]
     pub fn new(t_s: f64, position: Vector2<f64>, speed_mps: f64, heading: Heading) -> Self {
         Self {
             t_s,
@@ -53,13 +52,11 @@ impl TrajectoryPoint {
     }
 
     /// Position (north, east), m.
-    #[must_use]
     pub fn position(&self) -> Vector2<f64> {
         Vector2::new(self.north_m, self.east_m)
     }
 
     /// Heading ψ.
-    #[must_use]
     pub fn heading(&self) -> Heading {
         Heading::new(self.heading_rad)
     }

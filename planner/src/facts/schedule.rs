@@ -41,7 +41,6 @@ pub struct Schedule {
 
 impl Schedule {
     /// The vehicle of the present visit, or else of the next one.
-    #[must_use]
     pub fn next(&self) -> Option<&VehicleId> {
         self.visits.first().map(|visit| &visit.auv)
     }

@@ -52,7 +52,6 @@ pub struct Tuning {
 
 impl Tuning {
     /// All its faults, by member within `field`.
-    #[must_use]
     pub fn faults(&self, field: &str) -> Vec<FieldError> {
         let steps_s = format_args!("{field}/steps_s");
         let n_steps = self.steps_s.as_ref().map(Vec::len);

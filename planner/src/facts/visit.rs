@@ -109,7 +109,6 @@ pub(crate) fn map_each<N, M>(
 
 impl Visits {
     /// These AUVs by the time since they were served, with all defaults.
-    #[must_use]
     pub fn new(auvs: Vec<VehicleId>) -> Self {
         Self {
             auvs,
@@ -125,13 +124,11 @@ impl Visits {
     }
 
     /// Least time with an AUV, s.
-    #[must_use]
     pub fn dwell_min(&self) -> f64 {
         self.dwell_min_s.unwrap_or(self.cost.dwell_min())
     }
 
     /// Weight of the cost of `id`.
-    #[must_use]
     pub fn weight(&self, id: &VehicleId) -> f64 {
         self.weights.get(id).copied().unwrap_or(1.0)
     }
@@ -226,7 +223,6 @@ impl<N> VisitCost<N> {
 
 impl VisitCost {
     /// Default time with an AUV, s: an age is 0 at once.
-    #[must_use]
     pub fn dwell_min(&self) -> f64 {
         match self {
             Self::Age => 0.0,

@@ -41,7 +41,6 @@ pub struct IntegralState {
 /// Departures: the path is the line through the target along its course and turns with it; the
 /// speed is that of [`saturated_los`](super::saturated_los), reduced by the cross-track error
 /// alone, since a crab angle is no error; a known current is subtracted first.
-#[must_use]
 pub fn integral_los(
     time: f64,
     asc: &AscNow,

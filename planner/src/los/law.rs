@@ -29,7 +29,6 @@ impl LosLaw {
     ];
 
     /// Its name in JSON and records.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::SaturatedLos => "saturated_los",
@@ -85,7 +84,6 @@ impl LawGains {
     ];
 
     /// The gains in the order of [`Self::RANGES`].
-    #[must_use]
     pub fn values(&self) -> [Option<f64>; 3] {
         [
             Some(self.look_ahead_m),
@@ -95,7 +93,6 @@ impl LawGains {
     }
 
     /// `law` with these gains; `integral_gain`, m/s, replaces an undeclared one.
-    #[must_use]
     pub fn tuning(self, law: LosLaw, integral_gain: f64) -> LosTuning {
         LosTuning {
             law,

@@ -25,7 +25,6 @@ use crate::{
 /// Observation*, eqs. (34)–(42), (49). Departures: (s, e) are rotated by the target's course; k₃ s
 /// is negative (as printed the feedback is positive and diverges); the current is subtracted as a
 /// vector, since a course is not a heading.
-#[must_use]
 pub fn saturated_los(
     asc: &AscNow,
     target: &Motion,

@@ -49,7 +49,6 @@ const HALVINGS: u32 = 53;
 /// Source: D. O. Akanji, *Cooperative Motion Control of Autonomous Marine Vehicles for Ocean
 /// Observation*, eqs. (44)–(49), whose rates are this frame's. Departures: one frame throughout,
 /// the sign of k₃ s in (49), and the current, as in [`saturated_los`](super::saturated_los).
-#[must_use]
 pub fn saturated_los_tracker_frame(
     asc: &AscNow,
     target: &Motion,

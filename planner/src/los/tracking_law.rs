@@ -28,7 +28,6 @@ pub struct TrackingLaw {
 
 impl TrackingLaw {
     /// The law at its start. `course`: the target's last one in motion, if known.
-    #[must_use]
     pub fn new(tuning: LosTuning, course: Option<Course>) -> Self {
         Self {
             tuning,
@@ -39,13 +38,11 @@ impl TrackingLaw {
     }
 
     /// The law.
-    #[must_use]
     pub fn law(&self) -> LosLaw {
         self.tuning.law
     }
 
     /// The reference at `time`, s on any clock. All steps use one frame.
-    #[must_use]
     pub fn steer(&mut self, time: f64, asc: &AscNow, target: &Motion, limits: &Limits) -> Reference {
         let course = target_course(target, self.course);
         self.course = Some(course);

@@ -73,7 +73,6 @@ struct Lap {
 
 impl WaypointBox {
     /// The reference at `time`, s. Uses the target's position, and its course for a new box.
-    #[must_use]
     pub fn steer(
         &mut self,
         time: f64,

@@ -81,7 +81,6 @@ struct Turning {
 
 impl AuvForecast {
     /// The forecast of an AUV from its `state` by `choice`, in a `current` (north, east), m/s.
-    #[must_use]
     pub fn new(state: &AuvState, intent: Intent<'_>, choice: Forecast, current: &Vector2<f64>) -> Self {
         let tuned = intent.tuned;
         let along_path = |known| AlongPath::new(state, known, intent.fit, current, tuned);
@@ -154,7 +153,6 @@ impl AuvForecast {
     /// ```text
     /// d τ (1 − exp(−t/τ))                     displacement by a fading drift
     /// ```
-    #[must_use]
     pub fn at(&self, ahead: f64) -> Motion {
         let elapsed = self.age + ahead;
         let (modelled, by, rate) = match &self.propagation {
@@ -175,7 +173,6 @@ impl AuvForecast {
     /// Expected depth `ahead` seconds after the snapshot, m, positive down: along its sawtooth if
     /// known and the vehicle moves (the mean of both directions if that is unknown), else along the
     /// legs of its path, else constant.
-    #[must_use]
     pub fn depth_at(&self, ahead: f64) -> f64 {
         let elapsed = self.age + ahead;
         self.depth.at(elapsed) + self.descent(elapsed)
@@ -202,7 +199,6 @@ impl AuvForecast {
 
     /// `true` if the surface craft must keep clear of it `ahead` seconds after the snapshot: it may
     /// be as shallow as [`SURFACED_DEPTH`] in one of the possible directions.
-    #[must_use]
     pub fn surfaced(&self, ahead: f64) -> bool {
         let elapsed = self.age + ahead;
         self.depth.shallowest(elapsed) + self.descent(elapsed) <= SURFACED_DEPTH
@@ -212,7 +208,6 @@ impl AuvForecast {
     ///
     /// Its trace never decreases. Along a path it grows with the variance of the speed, and across
     /// it to a bound; else it grows with the variance of the velocity and unforeseen accelerations.
-    #[must_use]
     pub fn position_covariance(&self, ahead: f64) -> Matrix2<f64> {
         let elapsed = self.age + ahead;
         match &self.propagation {
@@ -228,14 +223,12 @@ impl AuvForecast {
     }
 
     /// Trace of [`AuvForecast::position_covariance`], m²: the mean square error of the position.
-    #[must_use]
     pub fn position_variance(&self, ahead: f64) -> f64 {
         self.position_covariance(ahead).trace()
     }
 
     /// Tangent angle ψ_P of the path, rad, and its rate, rad/s, at the AUV `ahead` seconds after
     /// the snapshot; `None` if its forecast is not along a path.
-    #[must_use]
     pub fn tangent(&self, ahead: f64) -> Option<(f64, f64)> {
         match &self.propagation {
             Propagation::Turning(_) => None,
@@ -277,7 +270,6 @@ impl Turning {
 
 impl AuvForecast {
     /// Velocity over ground (north, east) that model and report do not explain, m/s.
-    #[must_use]
     pub fn drift(&self) -> Vector2<f64> {
         self.drift
     }

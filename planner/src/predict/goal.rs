@@ -117,14 +117,12 @@ impl GoalForecast {
     /// The forecast goal of `snapshot`. A visit goal follows the nearest AUV, since the schedule is
     /// the planner's choice ([`scheduled_goal`](crate::plan::scheduled_goal)). If the followed
     /// point may be at rest, its course is the previous plan's.
-    #[must_use]
     pub fn new(snapshot: &Snapshot) -> Self {
         let previous = snapshot.previous_plan.as_ref();
         Self::holding(snapshot, previous.and_then(PreviousPlan::goal_course))
     }
 
     /// The goal of `snapshot` with the last course in motion `held`, as [`GoalForecast::course`].
-    #[must_use]
     pub fn holding(snapshot: &Snapshot, held: Option<Course>) -> Self {
         Self::scheduled(snapshot, forecast_all(snapshot), held, &[])
     }
@@ -156,7 +154,6 @@ impl GoalForecast {
     /// The goal's motion `ahead` seconds after the snapshot.
     ///
     /// The velocity of an offset that turns includes ω × r.
-    #[must_use]
     pub fn at(&self, ahead: f64) -> Motion {
         let followed = self.followed(ahead);
         let Some(offset) = self.offset else {
@@ -176,19 +173,16 @@ impl GoalForecast {
     /// intermittent goal are half-open, [k T, (k+1) T), also before the epoch. The point nearest to
     /// all moves with the weighted mean of the AUVs that determine it: exact for a rigid formation,
     /// never faster than the fastest, and continuous while they are the same.
-    #[must_use]
     pub fn followed(&self, ahead: f64) -> Motion {
         self.followed_in_turn(ahead, ahead)
     }
 
     /// Last course of the followed point in motion, without the offset, for the next plan.
-    #[must_use]
     pub fn course(&self) -> Course {
         self.course
     }
 
     /// Forecasts of the AUVs that the goal depends on, in its order, without those of weight 0.
-    #[must_use]
     pub fn members(&self) -> impl ExactSizeIterator<Item = &AuvForecast> {
         self.members.iter().map(|member| &self.auvs[member.auv])
     }
@@ -203,7 +197,6 @@ impl GoalForecast {
     }
 
     /// Forecasts of all AUVs, in the snapshot's order.
-    #[must_use]
     pub fn auvs(&self) -> &[AuvForecast] {
         &self.auvs
     }

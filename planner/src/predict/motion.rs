@@ -5,7 +5,6 @@ use nalgebra::Vector2;
 use crate::facts::{angle::Course, evidence::SPEED_AT_REST};
 
 /// The target's course; below 0.05 m/s it is noise, and the last one, `held`, applies.
-#[must_use]
 pub fn target_course(target: &Motion, held: Option<Course>) -> Course {
     course_from(target, SPEED_AT_REST, held)
 }

@@ -45,7 +45,6 @@ pub struct Nearest {
 ///
 /// # Panics
 /// If `vehicles` is empty.
-#[must_use]
 pub fn nearest_to_all(vehicles: &[Below]) -> Nearest {
     // Relative to the first: coordinates of 10⁶ m leave few digits to squares.
     let origin = vehicles[0].position;

@@ -123,7 +123,6 @@ impl Parameters {
     }
 
     /// These with the tuning of `snapshot`.
-    #[must_use]
     pub fn of(&self, snapshot: &Snapshot) -> Cow<'_, Self> {
         match &snapshot.tuning {
             Some(tuning) => Cow::Owned(self.tuned(tuning)),
@@ -132,7 +131,6 @@ impl Parameters {
     }
 
     /// Times of the horizon's stages, s, from 0.
-    #[must_use]
     pub(crate) fn times(&self) -> Vec<f64> {
         let later = self.steps.iter().scan(0.0, |time, step| {
             *time += step;
@@ -142,7 +140,6 @@ impl Parameters {
     }
 
     /// `craft` as it is planned: with slightly reduced limits.
-    #[must_use]
     pub fn planned(&self, craft: &CraftModel) -> CraftModel {
         let limits = &craft.limits;
         CraftModel {
@@ -161,7 +158,6 @@ impl Parameters {
     }
 
     /// `true` if the AUV's report is too old for goals and limits.
-    #[must_use]
     pub(crate) fn is_stale(&self, estimate: &Estimate) -> bool {
         estimate.state.age_s > self.report_age_max
     }
@@ -169,7 +165,6 @@ impl Parameters {
     /// The weights for a plan on `snapshot` with `goal`: [`Parameters::weights`], reduced by the
     /// goal's uncertainty, which is that of the least known AUV that the goal follows now (of AUVs
     /// in turn, the present one). Without a covariance an AUV counts as exactly known.
-    #[must_use]
     pub fn weights_for(&self, snapshot: &Snapshot, goal: &GoalForecast) -> Weights {
         let estimates = goal.needs_now().map(|auv| &snapshot.estimates()[auv]);
         // A stale AUV has no estimate that could be uncertain.
@@ -193,7 +188,6 @@ impl Weights {
     /// An error below the uncertainty is as likely the estimate's as the craft's, and the next
     /// report removes part of it: chasing it is longer and no nearer; see
     /// `docs/rationale.md#prices`.
-    #[must_use]
     pub(crate) fn for_uncertain_goal(&self, distance: f64, sigma: f64, least: f64) -> Self {
         let (error, sigma) = (distance.powi(4), (UNCERTAINTY_DEVIATIONS * sigma).powi(4));
         let share = if sigma > 0.0 {

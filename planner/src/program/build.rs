@@ -31,7 +31,6 @@ pub struct Program {
 
 impl Program {
     /// The program of `subproblem`.
-    #[must_use]
     pub fn new(subproblem: &Subproblem<'_>) -> Self {
         let layout = subproblem.layout();
         let (n, n_stages) = (layout.n_variables(), layout.n_stages);
@@ -72,7 +71,6 @@ impl Program {
     }
 
     /// The program in the form of a solver.
-    #[must_use]
     pub(crate) fn standard_form(&self) -> StandardForm<'_> {
         StandardForm {
             quadratic: &self.quadratic,
@@ -91,7 +89,6 @@ impl Program {
     }
 
     /// The two columns of v_1, ahead and starboard, and their unit, m/s.
-    #[must_use]
     pub fn first_velocity(&self) -> ([usize; 2], f64) {
         let column = self.layout.velocity(1);
         ([column, column + 1], 1.0)

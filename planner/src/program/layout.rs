@@ -56,13 +56,11 @@ const N_ENERGY: usize = 3;
 
 impl Layout {
     /// Number of variables.
-    #[must_use]
     pub fn n_variables(&self) -> usize {
         self.energy(self.n_stages + 1)
     }
 
     /// Number of rows.
-    #[must_use]
     pub fn n_rows(&self) -> usize {
         self.energy_cones(self.n_stages + 1)
     }

@@ -9,7 +9,6 @@ const CONE_WITH_DEPTH: [&str; 4] = ["bound", "ahead", "starboard", "depth"];
 
 impl Slack {
     /// Its name in JSON.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Motion => "motion",
@@ -44,7 +43,6 @@ impl Names {
 
 impl Layout {
     /// The names of the columns, in order: `deviation[1].ahead`, `slack[1].motion`.
-    #[must_use]
     pub fn column_names(&self) -> Vec<String> {
         let mut names = Names(vec![String::new(); self.n_variables()]);
         for k in 1..=self.n_stages {
@@ -65,7 +63,6 @@ impl Layout {
     }
 
     /// The names of the rows, in order: `dynamics[1].ahead`, `area[1].edge[0]`.
-    #[must_use]
     pub fn row_names(&self) -> Vec<String> {
         let mut names = Names(vec![String::new(); self.n_rows()]);
         for k in 1..=self.n_stages {

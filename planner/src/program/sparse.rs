@@ -22,7 +22,6 @@ pub(crate) type Triplet = (usize, usize, f64);
 
 impl Sparse {
     /// The matrix of the given shape from `triplets`.
-    #[must_use]
     pub(crate) fn new(n_rows: usize, n_cols: usize, triplets: &[Triplet]) -> Self {
         let mut order: Vec<usize> = (0..triplets.len()).collect();
         order.sort_by_key(|&i| (triplets[i].1, triplets[i].0));

@@ -51,7 +51,6 @@ pub struct Subproblem<'a> {
 
 impl Subproblem<'_> {
     /// The shape of the subproblem's program.
-    #[must_use]
     pub fn layout(&self) -> Layout {
         Layout {
             n_stages: self.steps.len(),

@@ -121,19 +121,16 @@ impl Snapshot {
     }
 
     /// `true` if time did not suffice for all estimates.
-    #[must_use]
     pub fn cut_short(&self) -> bool {
         self.cut_short
     }
 
     /// The tuned numbers of its estimates and forecasts.
-    #[must_use]
     pub fn tuned(&self) -> &Tuned {
         &self.tuned
     }
 
     /// The command that makes the craft move through the water as `reference` says.
-    #[must_use]
     pub fn command(&self, reference: &Reference) -> Reference {
         let (heading_held, speed_held) = self.craft_estimate.modes(&self.craft_prior);
         let craft = Craft {
@@ -145,7 +142,6 @@ impl Snapshot {
     }
 
     /// `reference` through the water, within the largest speed over ground and the least speed.
-    #[must_use]
     pub(crate) fn within_speed_max(&self, reference: &Reference) -> Reference {
         let (_, speed_held) = self.craft_estimate.modes(&self.craft_prior);
         let speed_max = match speed_held {
@@ -163,7 +159,6 @@ impl Snapshot {
 
     /// [`Snapshot::command`] behind a slew-rate limit: the heading changes by no more than the
     /// craft can turn, or than `reference` changed. New currents enter at that rate.
-    #[must_use]
     pub(crate) fn slew_limited_command(&self, reference: &Reference) -> Reference {
         let command = self.command(reference);
         let before = self.previous_plan.as_ref().and_then(|previous| {
@@ -191,7 +186,6 @@ impl Snapshot {
     /// surge, and a mean of the measured sway and that from the yaw rate.
     ///
     /// Waves, the log's noise and the swing of the bow in them end before a plan could react.
-    #[must_use]
     pub fn velocity_now(&self, yaw_rate: f64) -> Vector2<f64> {
         let (surge, sway) = (self.craft_estimate.surge.x, self.asc.sway_mps);
         let drift = -self.craft.sway_per_yaw_rate * surge * yaw_rate;
@@ -199,37 +193,31 @@ impl Snapshot {
     }
 
     /// The declared surface craft, with its uncertainty.
-    #[must_use]
     pub fn craft_prior(&self) -> &Prior {
         &self.craft_prior
     }
 
     /// The estimate of the surface craft from its motion.
-    #[must_use]
     pub fn craft_estimate(&self) -> &CraftEstimate {
         &self.craft_estimate
     }
 
     /// The response model of the surface craft.
-    #[must_use]
     pub fn craft_model(&self) -> &CraftModel {
         &self.craft
     }
 
     /// Limits of the surface craft.
-    #[must_use]
     pub fn limits(&self) -> &Limits {
         &self.limits
     }
 
     /// The path of each AUV, if known, in the request's order.
-    #[must_use]
     pub fn paths(&self) -> &[Option<KnownPath>] {
         &self.paths
     }
 
     /// The estimate of every AUV, in the request's order.
-    #[must_use]
     pub fn estimates(&self) -> &[Estimate] {
         &self.estimates
     }

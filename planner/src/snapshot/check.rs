@@ -75,7 +75,6 @@ fn found(check: impl FnOnce(&mut Check)) -> Vec<FieldError> {
 
 impl Report {
     /// Its faults at time `now`, s, by member within `field`.
-    #[must_use]
     pub fn faults(&self, field: &str, now: f64) -> Vec<FieldError> {
         found(|check| check.report(field, self, now))
     }
@@ -83,7 +82,6 @@ impl Report {
 
 impl Asc {
     /// Its faults, by member within `field`.
-    #[must_use]
     pub fn faults(&self, field: &str) -> Vec<FieldError> {
         found(|check| check.asc(field, self))
     }
@@ -91,7 +89,6 @@ impl Asc {
 
 impl Task {
     /// Its faults as the goal of a request with these `auvs`, by member within `goal`.
-    #[must_use]
     pub fn faults(&self, auvs: &[Auv]) -> Vec<FieldError> {
         found(|check| {
             check.goal_length(&self.goal);
@@ -102,7 +99,6 @@ impl Task {
 
 impl Current {
     /// Its faults, by member within `field`.
-    #[must_use]
     pub fn faults(&self, field: &str) -> Vec<FieldError> {
         found(|check| check.current(field, self))
     }

@@ -126,7 +126,6 @@ impl PlanRequest {
     /// A request with these members; the others may be set afterwards. By default the limits are
     /// [`Limits::ANY`](super::Limits::ANY), the craft is generic until it is learnt, forecasts are
     /// chosen for each AUV, and the last fallback level is a slow turn.
-    #[must_use]
     pub fn new(t_s: f64, asc: Asc, auvs: Vec<Auv>, goal: impl Into<Task>) -> Self {
         Self {
             schema_version: SCHEMA_VERSION.to_owned(),
@@ -153,19 +152,16 @@ impl PlanRequest {
     }
 
     /// Largest slant range to every AUV, m.
-    #[must_use]
     pub fn range_max(&self) -> Option<f64> {
         self.acoustics.map(|acoustics| acoustics.range_max_m)
     }
 
     /// Limits of the surface craft.
-    #[must_use]
     pub(crate) fn limits(&self) -> Limits {
         self.limits.as_ref().map_or(Limits::ANY, Limits::from)
     }
 
     /// The declared craft. Without `craft`, `limits` also describe the craft.
-    #[must_use]
     pub(crate) fn craft(&self) -> CraftDescription {
         let limits = self.limits.unwrap_or_default();
         let mut craft = self.craft.clone().unwrap_or_else(|| CraftDescription {
@@ -186,7 +182,6 @@ impl PlanRequest {
     }
 
     /// Current (north, east), m/s; zero if unknown.
-    #[must_use]
     pub fn current(&self) -> Vector2<f64> {
         self.known_current().unwrap_or_else(Vector2::zeros)
     }
@@ -194,7 +189,6 @@ impl PlanRequest {
     /// Current (north, east), m/s: the declared one; else ground velocity minus velocity through
     /// the water, smoothed with the previous plan's current; without a ground velocity, the
     /// estimate from positions and speed through the water, else the previous plan's.
-    #[must_use]
     pub fn known_current(&self) -> Option<Vector2<f64>> {
         let previous = self.previous_plan.as_ref();
         let unmeasured = self.current.is_none() && self.asc.ground_velocity().is_none();
@@ -220,7 +214,6 @@ impl PlanRequest {
     ///
     /// Velocities that leave more than [`CURRENT_MAX`] along an axis contradict each other and are
     /// ignored: an unsettled speed log or compass must not spoil plans, nor the memory.
-    #[must_use]
     pub fn current_after(&self, memory: Option<(f64, Vector2<f64>)>) -> Option<Vector2<f64>> {
         let measured = || {
             let apparent = self.asc.apparent_current();
@@ -287,7 +280,6 @@ impl PlanRequest {
     }
 
     /// The AUV `id`.
-    #[must_use]
     pub fn auv(&self, id: &VehicleId) -> Option<&Auv> {
         self.auvs.iter().find(|auv| auv.id == *id)
     }

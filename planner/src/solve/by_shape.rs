@@ -48,7 +48,6 @@ impl<T> ByShape<T> {
     }
 
     /// Size of all values.
-    #[must_use]
     pub fn bytes(&self) -> usize {
         self.kept.iter().map(|(_, bytes, _)| bytes).sum()
     }

@@ -27,7 +27,6 @@ pub struct Residuals {
 
 impl Residuals {
     /// Recomputes the residuals of `solution`; all NaN if a number is not finite.
-    #[must_use]
     pub fn of(program: &Program, solution: &Solution) -> Self {
         // `f64::max` drops NaN, so non-finite numbers are detected first.
         let mut numbers = solution
@@ -87,7 +86,6 @@ impl Residuals {
     }
 
     /// `true` if every residual is at most `tolerance`; NaN is not.
-    #[must_use]
     pub fn within(&self, tolerance: f64) -> bool {
         [self.primal, self.dual, self.gap]
             .iter()

@@ -89,7 +89,6 @@ pub struct Solution {
 
 impl Solution {
     /// No solution, with the reason.
-    #[must_use]
     pub fn none(status: SolverStatus) -> Self {
         Self {
             status,
@@ -132,7 +131,6 @@ impl std::fmt::Debug for Solvers {
 
 impl Solvers {
     /// Solvers with another tolerance than [`TOLERANCE`], for checks of it.
-    #[must_use]
     pub fn with_tolerance(tolerance: f64) -> Self {
         Self {
             tolerance,
@@ -146,7 +144,6 @@ impl Solvers {
     }
 
     /// Approximate size of the solvers in bytes.
-    #[must_use]
     pub fn bytes(&self) -> usize {
         self.by_shape.bytes()
     }

@@ -20,7 +20,6 @@ pub struct Stop {
 
 impl Stop {
     /// Never due.
-    #[must_use]
     pub fn never() -> Self {
         Self {
             poll: None,
@@ -29,7 +28,6 @@ impl Stop {
     }
 
     /// Due once `poll` returns `true`.
-    #[must_use]
     pub fn when(poll: impl Fn() -> bool + Send + Sync + 'static) -> Self {
         Self {
             poll: Some(Arc::new(poll)),
@@ -38,13 +36,11 @@ impl Stop {
     }
 
     /// Due before the first program: a lower fallback level answers.
-    #[must_use]
     pub fn at_once() -> Self {
         Self::when(|| true)
     }
 
     /// Polls the signal.
-    #[must_use]
     pub fn is_due(&self) -> bool {
         let Some(poll) = &self.poll else { return false };
         // An independent flag.
@@ -54,7 +50,6 @@ impl Stop {
     }
 
     /// `true` if a poll found the signal due. Does not poll.
-    #[must_use]
     pub fn was_due(&self) -> bool {
         self.found.load(Ordering::Relaxed)
     }

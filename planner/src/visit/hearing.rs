@@ -32,7 +32,6 @@ pub struct Heard<'a> {
 
 impl<'a> Heard<'a> {
     /// Evidence of the snapshot's AUV `auv`, at a horizontal `distance` from the craft, m.
-    #[must_use]
     pub fn of(snapshot: &'a Snapshot, auv: usize, distance: f64) -> Self {
         Self {
             tuned: &snapshot.tuned().visit,
@@ -90,7 +89,6 @@ impl Hearing {
     }
 
     /// `true` if the AUV is silent where it was heard, or anywhere for longer than `age_max`, s.
-    #[must_use]
     pub fn is_silent(&self, heard: &Heard, age_max: f64) -> bool {
         heard.silence() < self.unheard || age_max < heard.age
     }

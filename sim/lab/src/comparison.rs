@@ -85,7 +85,6 @@ fn law_entry(law: LosLaw) -> Value {
 }
 
 /// Names of the controllers, in their order.
-#[must_use]
 pub fn names(scenario: &Scenario, guide: Option<&GuideUrl>) -> Vec<String> {
     let all = controllers(scenario, guide).into_iter();
     all.filter_map(|entry| Some(entry["name"].as_str()?.to_owned()))
@@ -194,7 +193,6 @@ impl Comparison {
     }
 
     /// The controller with the least mean cost of visited AUVs, or the least `rms_m`.
-    #[must_use]
     pub fn best(&self) -> &Controller {
         self.least(Controller::value)
     }

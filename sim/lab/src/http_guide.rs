@@ -100,7 +100,6 @@ enum AnswerFault {
 
 impl NoGuidance {
     /// `true` if the law was absent or too slow: it may answer later.
-    #[must_use]
     pub fn may_pass(&self) -> bool {
         matches!(
             self.why,
@@ -121,7 +120,6 @@ pub struct HttpGuide {
 
 impl HttpGuide {
     /// The law at `url`, for one mission.
-    #[must_use]
     pub fn new(url: &GuideUrl) -> Self {
         Self::within(url, ANSWER_TIME)
     }

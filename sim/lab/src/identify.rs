@@ -73,7 +73,6 @@ pub struct Identification {
 
 impl Identification {
     /// The craft, with the identified parameters.
-    #[must_use]
     pub fn description(&self) -> CraftDescription {
         let known = |quantity| {
             let is = |parameter: &&Parameter| parameter.quantity == quantity && parameter.identified;
@@ -134,7 +133,6 @@ impl Identification {
 }
 
 /// Fits a craft to `log`.
-#[must_use]
 pub fn identify(log: &Log) -> Identification {
     let reference = reference::HeldReference::headings(log);
     let by_heading = heading::fit(log, &reference, None);

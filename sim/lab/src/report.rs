@@ -40,7 +40,6 @@ impl<'a> From<&'a Record> for ReportedRun<'a> {
 const PATH_POINTS_MAX: usize = 400;
 
 /// A page about `runs`, which differ only in the controller.
-#[must_use]
 pub fn report(runs: &[ReportedRun<'_>]) -> String {
     let title = runs.first().map_or_else(String::new, |run| {
         format!("{}, seed {}", run.record.scenario, run.record.seed)

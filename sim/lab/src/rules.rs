@@ -66,7 +66,6 @@ impl Rule {
     ];
 
     /// Names of its controllers: with the planner (also the rule's own), and with line of sight.
-    #[must_use]
     pub fn names(self) -> [&'static str; 2] {
         match self {
             Self::Clock => ["clock", "clock_los"],
@@ -79,7 +78,6 @@ impl Rule {
     }
 
     /// Times to try, s: of a turn by the clock, or of a stay beyond the goal's least time.
-    #[must_use]
     pub fn dwells(self) -> &'static [f64] {
         match self {
             Self::Clock => &TURNS,
@@ -126,7 +124,6 @@ struct Observed {
 
 impl RuleGuide {
     /// `guide` by `rule`; `dwell` is the time of a turn or of a stay beyond the least, s.
-    #[must_use]
     pub fn new(guide: Box<dyn Guide>, rule: Rule, dwell: f64) -> Self {
         Self {
             guide,

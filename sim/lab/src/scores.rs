@@ -22,7 +22,6 @@ pub struct Scores {
 
 impl Scores {
     /// The scores of a mission; none without a surface craft.
-    #[must_use]
     pub fn of(record: &Record) -> Option<Self> {
         let metrics = Metrics::of(record).surface_craft?;
         let regret_m = bound_rms_m(record).map(|bound| metrics.rms_m - bound);
@@ -30,7 +29,6 @@ impl Scores {
     }
 
     /// The scores as lines of a table: name, and value for people.
-    #[must_use]
     pub fn lines(&self) -> Vec<(String, String)> {
         let scores = serde_json::to_value(self).expect("numbers, by name");
         let line = |(name, _, digits): &(&str, &str, usize)| {
@@ -96,7 +94,6 @@ fn for_people(value: &Value, digits: usize) -> String {
 }
 
 /// All scores as table lines: the surface craft's, and each AUV's distance from its path.
-#[must_use]
 pub fn lines(record: &Record) -> Vec<(String, String)> {
     let mut lines = Scores::of(record).map_or_else(Vec::new, |scores| scores.lines());
     for auv in &Metrics::of(record).auvs {

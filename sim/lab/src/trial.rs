@@ -58,7 +58,6 @@ pub struct Trial {
 
 impl Trial {
     /// Half an hour for a craft with that top speed, m/s, and largest turn rate, rad/s.
-    #[must_use]
     pub(crate) fn half_hour(speed_max: f64, turn_rate_max: f64) -> Self {
         let mut legs = Vec::new();
         let mut leg = |duration, speed: f64, heading, turn_rate| {
@@ -99,13 +98,11 @@ impl Trial {
     }
 
     /// Its duration, s.
-    #[must_use]
     pub fn duration(&self) -> f64 {
         self.legs.iter().map(|leg| leg.duration).sum()
     }
 
     /// Speed and heading reference at `time` s after its start; the last leg continues.
-    #[must_use]
     pub fn reference(&self, time: f64) -> (f64, f64) {
         let mut begin = 0.0;
         for leg in &self.legs {
@@ -144,14 +141,12 @@ pub enum NoTrial {
 
 impl TrialSetup {
     /// A craft of that class, with drag feed-forward and small craft's sensors; current 0.15 m/s.
-    #[must_use]
     pub fn of_class(class: SurfaceClass) -> Self {
         let autopilot = class.autopilot(DragFeedForward::On);
         Self::with(class.hull(), autopilot, &class.limits())
     }
 
     /// A craft with that hull and autopilot, likewise.
-    #[must_use]
     pub fn with(hull: SurfaceHull, autopilot: SurfaceAutopilot, limits: &Limits) -> Self {
         let trial = Trial::half_hour(limits.speed_max, limits.turn_rate_max);
         let (speed, heading) = trial.reference(0.0);
@@ -180,7 +175,6 @@ impl TrialSetup {
     }
 
     /// The log of the trial; `seed` draws the sensors' errors.
-    #[must_use]
     pub fn fly(&self, seed: u64) -> Vec<LogRow> {
         let mut sensors = SurfaceSensors::new(self.sensors, ChaCha8Rng::seed_from_u64(seed));
         fly(&self.trial, &mut self.world.clone(), &mut sensors)

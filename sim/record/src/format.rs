@@ -45,7 +45,6 @@ impl Format {
     }
 
     /// The extension of its files, without the dot.
-    #[must_use]
     pub fn extension(self) -> &'static str {
         match self {
             Self::Csv => "csv",

@@ -4,7 +4,6 @@ use std::borrow::Cow;
 
 /// A CSV table with commas between columns and decimal points, byte for byte, if its first line
 /// that is no comment has tabs or semicolons; else the table itself.
-#[must_use]
 pub fn with_commas(table: &[u8]) -> Cow<'_, [u8]> {
     let is_head = |line: &&[u8]| !line.trim_ascii().is_empty() && !line.starts_with(b"#");
     let mut lines = table.split(|byte| *byte == b'\n');

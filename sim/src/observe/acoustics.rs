@@ -132,7 +132,6 @@ impl SlotNoise {
 
 impl Acoustics {
     /// A channel without messages. `period` is the length of a step, s, at most a frame.
-    #[must_use]
     pub fn new(setup: &AcousticsSetup, period: f64, rng: ChaCha8Rng) -> Self {
         let frame_steps = whole_steps(setup.frame, period).max(1);
         let slot_steps = setup
@@ -204,7 +203,6 @@ impl Acoustics {
     }
 
     /// The counts of messages so far.
-    #[must_use]
     pub fn counts(&self) -> MessageCounts {
         self.counts
     }

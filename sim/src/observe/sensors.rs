@@ -73,7 +73,6 @@ pub struct SurfaceTruth {
 
 impl SurfaceTruth {
     /// The state of `craft` in a `current` (north, east), m/s.
-    #[must_use]
     pub fn of(craft: &SurfaceCraft, current: Vector2<f64>) -> Self {
         let [_, _, heading, surge, sway, yaw_rate, ..]: [f64; 8] = craft.state.into();
         Self {
@@ -132,7 +131,6 @@ impl WhiteNoise {
 
 impl SurfaceSensors {
     /// Sensors before their first measurement, with a stationary satellite error.
-    #[must_use]
     pub fn new(setup: SensorSetup, mut rng: ChaCha8Rng) -> Self {
         let position_error = normal_pair(&mut rng) * setup.position_sigma;
         Self {

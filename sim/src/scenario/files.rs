@@ -44,13 +44,11 @@ pub struct UnreadableFile(String);
 
 impl Files {
     /// The files in `folder`.
-    #[must_use]
     pub fn beside(folder: &Path) -> Self {
         Self(Location::Folder(folder.to_owned()))
     }
 
     /// Stored `texts`, by name, of a scenario that was moved.
-    #[must_use]
     pub fn kept(texts: BTreeMap<String, String>) -> Self {
         Self(Location::Memory(Arc::new(texts)))
     }

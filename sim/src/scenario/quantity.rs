@@ -111,7 +111,6 @@ fn limits(range: &RangeInclusive<f64>, unit: &str) -> String {
 
 impl<K: Kind> Quantity<K> {
     /// Always `value`, which must be inside the kind's limits.
-    #[must_use]
     pub fn fixed(value: f64) -> Self {
         debug_assert!(K::RANGE.contains(&value), "{} {value}", K::NAME);
         Self::of(Distribution::Fixed(value))
@@ -123,7 +122,6 @@ impl<K: Kind> Quantity<K> {
     }
 
     /// The largest possible draw.
-    #[must_use]
     pub fn most(&self) -> f64 {
         match &self.distribution {
             Distribution::Fixed(value) | Distribution::Uniform(_, value) => *value,

@@ -210,13 +210,11 @@ fn members_to<'a>(text: &'a str, field: &str) -> Vec<Member<'a>> {
 }
 
 /// The line of a TOML text, from 1 on, with this `byte`.
-#[must_use]
 pub fn line_of(text: &str, byte: usize) -> usize {
     1 + text.bytes().take(byte).filter(|byte| *byte == b'\n').count()
 }
 
 /// The line of the member at `field`, such as `auvs[0].path`, or of the innermost table around it.
-#[must_use]
 pub fn line_of_field(text: &str, field: &str) -> usize {
     let members = members_to(text, field);
     members

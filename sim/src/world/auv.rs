@@ -90,43 +90,36 @@ pub struct SimulatedAuv {
 
 impl SimulatedAuv {
     /// Horizontal position (north, east), m.
-    #[must_use]
     pub fn position(&self) -> Vector2<f64> {
         self.state.fixed_rows::<2>(0).into_owned()
     }
 
     /// Depth, m.
-    #[must_use]
     pub fn depth(&self) -> f64 {
         self.state[2]
     }
 
     /// Pitch θ, rad.
-    #[must_use]
     pub fn pitch(&self) -> f64 {
         self.state[3]
     }
 
     /// Heading ψ, rad, not wrapped.
-    #[must_use]
     pub fn heading(&self) -> f64 {
         self.state[4]
     }
 
     /// Horizontal speed through the water u cosθ, m/s.
-    #[must_use]
     pub fn horizontal_speed(&self) -> f64 {
         self.state[5] * self.pitch().cos()
     }
 
     /// Heading rate ψ̇ = r / cosθ, rad/s.
-    #[must_use]
     pub fn heading_rate(&self) -> f64 {
         heading_rate(self.pitch(), self.state[7])
     }
 
     /// Speed reference along the body at arc length `gamma`, m/s; repeated on each lap if closed.
-    #[must_use]
     pub fn speed_at(&self, gamma: f64) -> f64 {
         if self.path.is_closed() {
             self.speed.at(gamma.rem_euclid(self.path.length()))
@@ -136,7 +129,6 @@ impl SimulatedAuv {
     }
 
     /// The point that it follows (north, east), m.
-    #[must_use]
     pub fn path_point(&self) -> Vector2<f64> {
         match &self.track {
             Some(_) => self.position(),
@@ -145,7 +137,6 @@ impl SimulatedAuv {
     }
 
     /// True deviation from the point it follows; zero on a recorded track.
-    #[must_use]
     pub fn path_error(&self) -> PathError {
         if self.track.is_some() {
             return PathError::default();
@@ -160,7 +151,6 @@ impl SimulatedAuv {
     /// ```
     /// The rate is that of a turn at steady speed, from the gyroscope. A pitch reversal in a
     /// current changes `u_h` and swings the course for seconds; that is no turn.
-    #[must_use]
     pub fn ground_track(&self, time: f64, current: &Vector2<f64>) -> (Vector2<f64>, f64) {
         if let Some(track) = &self.track {
             let motion = track.at(time);
@@ -180,7 +170,6 @@ impl SimulatedAuv {
     }
 
     /// Heading reference, rad, in (−π, π]: ψ_P + δ on its path, else the heading it takes or has.
-    #[must_use]
     pub fn heading_reference(&self) -> f64 {
         if self.track.is_some() {
             return wrap(self.heading());
@@ -198,7 +187,6 @@ impl SimulatedAuv {
     }
 
     /// Reference for its inner loops; none if it has no power.
-    #[must_use]
     pub fn reference(&self) -> Option<UnderwaterReference> {
         if self.track.is_some() {
             return Some(UnderwaterReference {

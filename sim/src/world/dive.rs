@@ -16,7 +16,6 @@ pub struct Dive {
 
 impl Dive {
     /// The paper's: 1 to 23 m at 50°. Source: Figs. 4 and 6, eq. (32).
-    #[must_use]
     pub fn paper() -> Self {
         Self {
             depth_min: 1.0,
@@ -49,7 +48,6 @@ impl Leg {
     }
 
     /// Pitch reference θ, rad, positive nose-up.
-    #[must_use]
     pub fn pitch(self, dive: &Dive) -> f64 {
         match self {
             Self::Down => -dive.pitch,

@@ -86,7 +86,6 @@ pub struct Faults(pub Vec<Fault>);
 
 impl Faults {
     /// Health of the surface craft's thrusters at `time` s. Shares of one thruster multiply.
-    #[must_use]
     pub fn thrusters(&self, time: f64) -> ThrusterHealth {
         let mut health = ThrusterHealth::SOUND;
         for what in self.at(time) {
@@ -108,7 +107,6 @@ impl Faults {
     }
 
     /// Factor by which the surface craft's heading loop is slower at `time` s. Factors multiply.
-    #[must_use]
     pub fn heading_loop_slowed(&self, time: f64) -> f64 {
         self.at(time).fold(1.0, |product, what| match what {
             FaultKind::SlowHeadingLoop(factor) => product * factor,
@@ -117,7 +115,6 @@ impl Faults {
     }
 
     /// Steady error of the craft's heading loop at `time` s, rad, positive to starboard; a sum.
-    #[must_use]
     pub fn heading_offset(&self, time: f64) -> f64 {
         self.at(time).fold(0.0, |sum, what| match what {
             FaultKind::HeadingOffset(offset) => sum + offset,
@@ -126,13 +123,11 @@ impl Faults {
     }
 
     /// `true` while the surface craft's GNSS receiver works at `time` s.
-    #[must_use]
     pub fn gnss_works(&self, time: f64) -> bool {
         !self.at(time).any(|what| what == FaultKind::GnssOutage)
     }
 
     /// Offset of the surface craft's clock at `time` s, s, positive if ahead. Offsets add up.
-    #[must_use]
     pub fn clock_offset(&self, time: f64) -> f64 {
         self.at(time).fold(0.0, |sum, what| match what {
             FaultKind::ClockOffset(offset) => sum + offset,
@@ -141,7 +136,6 @@ impl Faults {
     }
 
     /// `true` if no message of underwater vehicle `auv` arrives at `time` s.
-    #[must_use]
     pub fn is_silent(&self, auv: usize, time: f64) -> bool {
         self.at(time)
             .any(|what| [FaultKind::Silence(auv), FaultKind::Dies(auv)].contains(&what))
@@ -149,7 +143,6 @@ impl Faults {
 
     /// Factor on the reported standard deviation of fixes of underwater vehicle `auv` at `time` s.
     /// Factors multiply.
-    #[must_use]
     pub fn accuracy_factor(&self, auv: usize, time: f64) -> f64 {
         self.at(time).fold(1.0, |product, what| match what {
             FaultKind::WrongAccuracy { auv: of, factor } if of == auv => product * factor,
@@ -158,19 +151,16 @@ impl Faults {
     }
 
     /// `true` if underwater vehicle `auv` reports speed 0 at `time` s.
-    #[must_use]
     pub fn reports_speed_zero(&self, auv: usize, time: f64) -> bool {
         self.at(time).any(|what| what == FaultKind::ReportsSpeedZero(auv))
     }
 
     /// `true` if messages of underwater vehicle `auv` that arrive at `time` s arrive twice.
-    #[must_use]
     pub fn messages_twice(&self, auv: usize, time: f64) -> bool {
         self.at(time).any(|what| what == FaultKind::MessagesTwice(auv))
     }
 
     /// Behaviour of underwater vehicle `auv` at `time` s. The gravest of several faults applies.
-    #[must_use]
     pub fn behaviour(&self, auv: usize, time: f64) -> Behaviour {
         let is = |kind: FaultKind| self.at(time).any(|what| what == kind);
         if is(FaultKind::Dies(auv)) {

@@ -19,13 +19,11 @@ pub struct Drag {
 
 impl Drag {
     /// Force or moment against a motion of `velocity`, with the sign of the motion, N or N m.
-    #[must_use]
     pub fn resistance(&self, velocity: f64) -> f64 {
         (self.linear + self.quadratic * velocity.abs()) * velocity
     }
 
     /// Speed at which the resistance is `load`, N or N m, not negative: m/s or rad/s.
-    #[must_use]
     pub fn speed_against(&self, load: f64) -> f64 {
         // 2 load / (d + √(d² + 4 d₂ load)) is the root that does not cancel where d₂ is small.
         2.0 * load / (self.linear + (self.linear * self.linear + 4.0 * self.quadratic * load).sqrt())

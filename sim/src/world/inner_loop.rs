@@ -71,7 +71,6 @@ pub struct SurgeLoop {
 
 impl SurgeLoop {
     /// A loop in steady state at `speed`, m/s, on a hull with this drag.
-    #[must_use]
     pub fn settled_at(speed: f64, feed_forward: DragFeedForward, hull_drag: Drag) -> Self {
         let integral = match feed_forward {
             DragFeedForward::Off => hull_drag.resistance(speed),

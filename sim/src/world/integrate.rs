@@ -6,7 +6,6 @@ use nalgebra::SVector;
 ///
 /// Inputs and current are held over the step, as the inner loops hold them, so the right-hand side
 /// does not depend on time. Source: any text on numerical integration; local error O(step⁵).
-#[must_use]
 pub fn rk4<const N: usize>(
     state: &SVector<f64, N>,
     step: f64,

@@ -41,13 +41,11 @@ impl PathFollowingGains {
     /// δ(y₁) = −θ_a tanh(k_δ y₁)
     /// ```
     /// δ(0) = 0 and y₁ u sin δ ≤ 0, which the proof needs.
-    #[must_use]
     pub fn approach_angle(&self, cross_track: f64) -> f64 {
         -self.theta_a * (self.k_delta * cross_track).tanh()
     }
 
     /// dδ/dy₁, rad/m.
-    #[must_use]
     pub fn approach_slope(&self, cross_track: f64) -> f64 {
         -self.theta_a * self.k_delta / (self.k_delta * cross_track).cosh().powi(2)
     }
@@ -66,7 +64,6 @@ pub struct PathError {
 
 impl PathError {
     /// The deviation of a vehicle at `position` (north, east) with heading `psi`.
-    #[must_use]
     pub fn new(position: &Vector2<f64>, psi: f64, point: &PathPoint) -> Self {
         let error = ned_from_body(point.tangent).transpose() * (position - point.position);
         Self {
@@ -96,7 +93,6 @@ pub struct PathCommand {
 /// ```
 /// δ̇ omits the current, which the vehicle does not know. A cross current therefore leaves a steady
 /// offset, little larger than with the current in δ̇ (docs/rationale.md#sim-path-offset).
-#[must_use]
 pub fn follow_path(error: &PathError, curvature: f64, u_h: f64, gains: &PathFollowingGains) -> PathCommand {
     let PathError { s_1, y_1, psi_e } = *error;
     let delta = gains.approach_angle(y_1);
@@ -112,7 +108,6 @@ pub fn follow_path(error: &PathError, curvature: f64, u_h: f64, gains: &PathFoll
 }
 
 /// (sin a − sin b) / (a − b) = cos((a + b)/2) sinc((a − b)/2), regular where a = b.
-#[must_use]
 pub fn sine_quotient(a: f64, b: f64) -> f64 {
     (0.5 * (a + b)).cos() * sinc(0.5 * (a - b))
 }

@@ -49,7 +49,6 @@ pub struct Plant {
 impl Plant {
     /// The limits of `hull` with sound thrusters in calm water. Its masses and drags are positive,
     /// and every drag grows without limit.
-    #[must_use]
     pub fn of(hull: &SurfaceHull) -> Self {
         let (m_u, m_v) = (hull.mass_surge, hull.mass_sway);
         let (c_u, c_v) = (hull.coriolis.surge, hull.coriolis.sway);

@@ -50,7 +50,6 @@ impl RecordedTrack {
     /// # Panics
     ///
     /// Without a point, or if times do not increase: the reader of a file checks both.
-    #[must_use]
     pub fn new(points: Vec<TrackPoint>) -> Self {
         assert!(
             !points.is_empty() && points.is_sorted_by(|one, next| one.time < next.time),
@@ -60,7 +59,6 @@ impl RecordedTrack {
     }
 
     /// Position and motion at `time` s.
-    #[must_use]
     pub fn at(&self, time: f64) -> TrackMotion {
         let passed = self.0.partition_point(|point| point.time <= time);
         let from = self.0[passed.saturating_sub(1)];
@@ -76,7 +74,6 @@ impl RecordedTrack {
     }
 
     /// Its points; if more than `most`, every n-th and the last.
-    #[must_use]
     pub fn outline(&self, most: usize) -> Vec<Vector2<f64>> {
         let every = self.0.len().div_ceil(most).max(1);
         let points = self.0.iter().step_by(every).chain(self.0.last());

@@ -26,7 +26,6 @@ pub enum SurfaceClass {
 
 impl SurfaceClass {
     /// Its hull and thrusters.
-    #[must_use]
     pub fn hull(self) -> SurfaceHull {
         match self {
             Self::Medusa => SurfaceHull::MEDUSA,
@@ -35,7 +34,6 @@ impl SurfaceClass {
     }
 
     /// Its inner loops, with this mode of the surge loop.
-    #[must_use]
     pub fn autopilot(self, feed_forward: DragFeedForward) -> SurfaceAutopilot {
         let gains = match self {
             Self::Medusa => SurfaceAutopilot::MEDUSA,
@@ -48,7 +46,6 @@ impl SurfaceClass {
     }
 
     /// Its closed-loop response with drag feed-forward on, as given to the planner.
-    #[must_use]
     pub fn craft(self) -> CraftDescription {
         let name = match self {
             Self::Medusa => "medusa",
@@ -58,7 +55,6 @@ impl SurfaceClass {
     }
 
     /// Its limits, as given to the planner.
-    #[must_use]
     pub fn limits(self) -> Limits {
         match self {
             Self::Medusa => Limits::MEDUSA,
@@ -105,7 +101,6 @@ pub struct Sea {
 
 impl Sea {
     /// Still water.
-    #[must_use]
     pub fn calm() -> Self {
         Self {
             current: Vector2::zeros(),
@@ -117,7 +112,6 @@ impl Sea {
 impl SurfaceCraft {
     /// A craft with settled loops on a straight course at a steady `speed` through the water, m/s.
     /// Position (north, east), m; heading ψ, rad.
-    #[must_use]
     pub fn cruising(
         hull: SurfaceHull,
         autopilot: SurfaceAutopilot,
@@ -136,7 +130,6 @@ impl SurfaceCraft {
     }
 
     /// Position (north, east), m.
-    #[must_use]
     pub fn position(&self) -> Vector2<f64> {
         self.state.fixed_rows::<2>(0).into_owned()
     }

@@ -29,7 +29,6 @@ pub enum Navigation {
 
 impl UnderwaterClass {
     /// Its hull and actuators.
-    #[must_use]
     pub fn hull(self) -> UnderwaterHull {
         match self {
             Self::Medusa => UnderwaterHull::MEDUSA,
@@ -38,7 +37,6 @@ impl UnderwaterClass {
     }
 
     /// Its inner loops.
-    #[must_use]
     pub fn loops(self) -> UnderwaterLoops {
         match self {
             Self::Medusa => UnderwaterLoops::MEDUSA,
@@ -50,7 +48,6 @@ impl UnderwaterClass {
     ///
     /// MEDUSA: the paper's. Slocum: 26°, from 30 m, the limit of its shallowest buoyancy engine, up
     /// to 0.5 m, where the antenna on the tail is above water.
-    #[must_use]
     pub fn dive(self) -> Dive {
         match self {
             Self::Medusa => Dive::paper(),
@@ -65,7 +62,6 @@ impl UnderwaterClass {
     /// Its speed along the body, through the water, m/s.
     ///
     /// MEDUSA: 0.3 m/s, Fig. 6 of the paper. Slocum: 0.29 m/s horizontally.
-    #[must_use]
     pub fn speed(self) -> f64 {
         match self {
             Self::Medusa => 0.3,
@@ -74,7 +70,6 @@ impl UnderwaterClass {
     }
 
     /// Its navigation.
-    #[must_use]
     pub fn navigation(self) -> Navigation {
         match self {
             Self::Medusa => Navigation::Exact,

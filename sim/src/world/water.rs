@@ -67,7 +67,6 @@ pub struct Shear {
 
 impl WaterSetup {
     /// Still water with a constant current (north, east), m/s.
-    #[must_use]
     pub fn constant(current: Vector2<f64>) -> Self {
         Self {
             current: MeanCurrent::Constant(current),
@@ -104,7 +103,6 @@ impl Water {
     ///
     /// Current and waves draw from streams of their own: a seed gives the same current with and
     /// without waves, and the same waves with and without a fluctuation.
-    #[must_use]
     pub fn new(setup: &WaterSetup, mut rng: ChaCha8Rng) -> Self {
         let mut wave_rng = ChaCha8Rng::from_rng(&mut rng);
         Self {
@@ -130,7 +128,6 @@ impl Water {
 
     /// Current (north, east), m/s, at a position (north, east), m, and a depth, m; above the
     /// surface, that at the surface.
-    #[must_use]
     pub fn current(&self, position: &Vector2<f64>, depth: f64) -> Vector2<f64> {
         let mut current = match &self.mean {
             MeanCurrent::Constant(current) => *current,
@@ -147,7 +144,6 @@ impl Water {
     }
 
     /// Acceleration of a craft at the surface by waves; zero without waves.
-    #[must_use]
     pub fn wave_acceleration(&self) -> WaveAcceleration {
         match &self.waves {
             Some(waves) => waves.acceleration(self.time()),

@@ -100,7 +100,6 @@ impl Transport {
 
 /// The environment's proxy (`ALL_PROXY`, `HTTPS_PROXY`, `HTTP_PROXY`; `NO_PROXY`) for requests to
 /// `url`: only for HTTPS, since a proxy reads tokens otherwise, and never for this machine.
-#[must_use]
 pub fn proxy_of(url: &str) -> Option<Proxy> {
     proxied(url, Proxy::try_from_env())
 }

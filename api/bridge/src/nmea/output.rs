@@ -33,7 +33,6 @@ const STEPS_PER_DEGREE: f64 = 10.0;
 /// - `$PPLTF`: our own, because no standard sentence commands a speed. VTG and VHW would count as
 ///   measurements; PRC is the position of a lever, and Maritime Robotics' `$PMARCRS` commands a
 ///   course.
-#[must_use]
 pub fn heading_and_speed_sentences(reference: &Reference) -> String {
     let Reference { speed, heading } = *reference;
     debug_assert!(speed.is_finite() && heading.is_finite(), "references are finite");

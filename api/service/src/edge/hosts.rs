@@ -24,7 +24,6 @@ pub struct Hosts(Arc<[String]>);
 
 impl Hosts {
     /// Hosts with those names.
-    #[must_use]
     pub fn new(names: impl IntoIterator<Item = String>) -> Self {
         let known = |name: String| {
             let authority = name.parse::<Authority>();

@@ -165,7 +165,6 @@ impl Problem {
     }
 
     /// The document for the request with that path (`instance`) and id.
-    #[must_use]
     pub fn document(&self, instance: &str, request_id: &str) -> ProblemDocument {
         let (status, code, title) = self.kind();
         let mut errors = match self {

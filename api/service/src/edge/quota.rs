@@ -51,7 +51,6 @@ impl QuotaExceeded {
 
 impl<K: Clone + Eq + Hash> Quota<K> {
     /// At most `limit` at once, of which one client has at most half.
-    #[must_use]
     pub fn new(limit: usize) -> Self {
         Self {
             limit,

@@ -26,7 +26,6 @@ impl Role {
     pub const ALL: [Self; 3] = [Self::ReadOnly, Self::Operator, Self::Admin];
 
     /// Its name in files, on the command line and in answers.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::ReadOnly => "read-only",

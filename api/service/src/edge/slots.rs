@@ -70,7 +70,6 @@ struct Connection {
 
 impl ConnectionSlots {
     /// At most `limit` slots, of which one address has at most half.
-    #[must_use]
     pub fn new(limit: usize, clock: Clock) -> Self {
         Self(Arc::new(Mutex::new(Table {
             clock,
@@ -83,7 +82,6 @@ impl ConnectionSlots {
     }
 
     /// A slot for a connection from `address`; `None` if no connection may give way.
-    #[must_use]
     pub fn acquire(&self, address: IpAddr) -> Option<ConnectionSlot> {
         let now = self.table().clock.now();
         self.acquire_at(now, address)

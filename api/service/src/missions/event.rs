@@ -228,7 +228,6 @@ macro_rules! kinds {
             pub const KINDS: [&str; 9] = [$($name),*];
 
             /// The name of its kind.
-            #[must_use]
             pub fn kind(&self) -> &'static str {
                 match self {
                     $(Self::$variant { .. } => $name,)*

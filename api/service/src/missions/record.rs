@@ -69,13 +69,11 @@ impl RecordFormat {
     }
 
     /// Its media type.
-    #[must_use]
     pub fn media_type(self) -> &'static str {
         self.kind().0
     }
 
     /// The extension of its files, without the dot.
-    #[must_use]
     pub fn extension(self) -> &'static str {
         self.kind().1.map_or("events.ndjson", Format::extension)
     }

@@ -123,7 +123,6 @@ fn with_status(reader: &EventReader, statuses: &[Status]) -> Result<Vec<Mission>
 }
 
 /// The service's order to finish or delete a mission that is due.
-#[must_use]
 pub fn expire_order(clock: &Clock) -> AuditEntry {
     AuditEntry {
         at_s: clock.unix_s(),

@@ -89,7 +89,6 @@ impl From<&Route> for PathOfFile {
 }
 
 /// Speed and depth of the legs of `route`, if they differ.
-#[must_use]
 pub fn legs(route: &Route) -> Vec<Leg> {
     let leg = |end: &RoutePoint| Leg {
         speed_mps: end.speed_mps,

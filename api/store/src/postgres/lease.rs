@@ -67,13 +67,11 @@ impl Lease {
     }
 
     /// The URL at which other services reach this one.
-    #[must_use]
     pub fn url(&self) -> &str {
         &self.0.member.url
     }
 
     /// Time between two turns.
-    #[must_use]
     pub fn turn_time(&self) -> Duration {
         self.0.member.lease / BEATS
     }

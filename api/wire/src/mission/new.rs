@@ -37,7 +37,6 @@ pub struct NewMission {
 
 impl NewMission {
     /// The given title, or the default.
-    #[must_use]
     pub fn title(&self) -> Option<String> {
         let of_the_scenario = |simulated: &Simulated| {
             let scenario = simulated.scenario.as_deref().unwrap_or("own scenario");
@@ -101,7 +100,6 @@ impl Controller {
     }
 
     /// The line-of-sight law; none for the planner.
-    #[must_use]
     pub fn law(self) -> Option<LosLaw> {
         match self {
             Self::Mpc => None,

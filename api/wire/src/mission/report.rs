@@ -64,7 +64,6 @@ impl Reports {
     }
 
     /// `true` if every position has its latitude.
-    #[must_use]
     pub fn is_complete(&self) -> bool {
         let fixes = self.auvs.values().flatten().map(|fix| fix.lat_deg);
         let states = self.asc.iter().map(|report| report.state.lat_deg);
@@ -72,7 +71,6 @@ impl Reports {
     }
 
     /// `true` if there is no report.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.auvs.is_empty() && self.asc.is_empty() && self.notes.is_empty() && self.steering.is_empty()
     }
@@ -115,7 +113,6 @@ pub struct Steering {
 
 impl Steering {
     /// The state at `now` on the mission's clock, s.
-    #[must_use]
     pub fn at(&self, now: f64) -> LastSteering {
         LastSteering {
             state: self.state,

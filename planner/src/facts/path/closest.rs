@@ -39,7 +39,6 @@ impl Path {
     /// Arc length of the point closest to `position` (north, east), m; the first of equals.
     ///
     /// Beyond an end of an open path: the arc length of the foot on the straight continuation.
-    #[must_use]
     pub fn closest(&self, position: &Vector2<f64>) -> f64 {
         self.foot(position, self.closest_between(position, 0.0, self.length))
     }
@@ -47,7 +46,6 @@ impl Path {
     /// Arc length of the closest point at most `reach` metres along the path from `gamma`, for
     /// paths that pass close to themselves. Includes the continuations of an open path; on a closed
     /// path the result does not wrap.
-    #[must_use]
     pub fn closest_near(&self, position: &Vector2<f64>, gamma: f64, reach: f64) -> f64 {
         if self.closed {
             let reach = reach.min(0.5 * self.length);
@@ -87,7 +85,6 @@ impl Path {
     /// Arc length of the point of least `cost` (of distance to `position`, m, and point) among the
     /// local minima of distance, at most one for each line or arc. No cost is less than its
     /// distance. Beyond the ends as [`Path::closest`].
-    #[must_use]
     pub(crate) fn closest_by(&self, position: &Vector2<f64>, cost: impl Fn(f64, &PathPoint) -> f64) -> f64 {
         let candidate = |piece: &Piece| match self.foot_on(piece, position) {
             Some((gamma, distance, point)) => Foot {

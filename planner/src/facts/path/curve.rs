@@ -94,7 +94,6 @@ impl Side {
 
 impl Path {
     /// An open path of length 0 at `start` (north, east), m, along `tangent`, rad.
-    #[must_use]
     pub fn starting_at(start: Vector2<f64>, tangent: f64) -> Self {
         let end = PathPoint {
             position: start,
@@ -146,7 +145,6 @@ impl Path {
     }
 
     /// Lanes of `lane_length`, `lane_spacing` apart, m, with half circles, the first to starboard.
-    #[must_use]
     pub fn lawn_mower(
         start: Vector2<f64>,
         tangent: f64,
@@ -166,19 +164,16 @@ impl Path {
     }
 
     /// Length, m; of one lap of a closed path.
-    #[must_use]
     pub fn length(&self) -> f64 {
         self.length
     }
 
     /// `true` if the path leads from its end to its beginning.
-    #[must_use]
     pub fn is_closed(&self) -> bool {
         self.closed
     }
 
     /// Its segments; [`Path::from_segments`] restores the same path from them, to the bit.
-    #[must_use]
     pub fn segments(&self) -> &[Segment] {
         &self.segments
     }
@@ -200,7 +195,6 @@ impl Path {
     }
 
     /// The point at arc length `gamma`, m, any finite number.
-    #[must_use]
     pub fn at(&self, gamma: f64) -> PathPoint {
         let (laps, gamma) = self.lap_of(gamma);
         if !self.closed && gamma < 0.0 {

@@ -62,7 +62,6 @@ read_tagged!(Segment, SegmentOutside, "kind");
 
 impl Segment {
     /// Number of segments; every way-point counts as one.
-    #[must_use]
     pub fn count(&self) -> usize {
         match self {
             Self::Line { .. } | Self::Arc { .. } => 1,

@@ -43,7 +43,6 @@ impl SpeedProfile {
     }
 
     /// Speed at arc length `gamma`, m/s, always positive.
-    #[must_use]
     pub fn at(&self, gamma: f64) -> f64 {
         let after = self.knots.partition_point(|(at, _)| *at <= gamma);
         if after == 0 {

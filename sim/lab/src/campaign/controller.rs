@@ -59,7 +59,6 @@ pub enum ControlLaw {
 
 impl Controller {
     /// A law with the information that the scenario grants.
-    #[must_use]
     pub(super) fn law(law: LosLaw) -> Self {
         Self {
             name: law.name().to_owned(),
@@ -70,7 +69,6 @@ impl Controller {
 
     /// `true` if it takes part in `scenario`. A law uses only the present, so knowing the paths
     /// matters only where the present is estimated from old or noisy reports.
-    #[must_use]
     pub fn takes_part(&self, scenario: &Scenario) -> bool {
         let variation = self.entry.variation;
         if variation.is_some_and(|variation| !variation.applies(scenario)) {
@@ -97,7 +95,6 @@ impl Controller {
     }
 
     /// The law that steers; `None` for the planner.
-    #[must_use]
     pub(super) fn los_law(&self) -> Option<LosLaw> {
         match self.law {
             ControlLaw::Tuned(law) => Some(law),
@@ -107,7 +104,6 @@ impl Controller {
     }
 
     /// The settings to search; a single one if nothing is tuned.
-    #[must_use]
     pub(crate) fn grid(&self) -> Vec<Setting> {
         let laws = match self.law {
             ControlLaw::Tuned(law) => grid(law),
@@ -119,13 +115,11 @@ impl Controller {
     }
 
     /// `true` if a part of it is tuned.
-    #[must_use]
     pub(super) fn is_tuned(&self) -> bool {
         1 < self.grid().len()
     }
 
     /// Time of the craft's breakdown, s.
-    #[must_use]
     pub(super) fn breaks_at(&self) -> Option<f64> {
         match self.entry.variation {
             Some(Variation::Breakdown { at_s, .. }) => Some(at_s),
@@ -134,7 +128,6 @@ impl Controller {
     }
 
     /// Its knowledge and variation in words.
-    #[must_use]
     pub fn information(&self) -> String {
         let of_paths = match self.entry.paths {
             Paths::AsScenario => "what the scenario grants",
@@ -171,7 +164,6 @@ impl Controller {
     }
 
     /// The scenario with its knowledge and its variation.
-    #[must_use]
     pub(super) fn scenario(&self, scenario: &Scenario) -> Scenario {
         let mut scenario = scenario.clone();
         scenario.knowledge.paths |= self.entry.paths == Paths::Known;

@@ -187,7 +187,6 @@ impl Campaign {
     }
 
     /// Outline for reports: the file with its defaults, controllers, scenarios and craft.
-    #[must_use]
     pub(super) fn outline(&self) -> Value {
         let controller = |controller: &Controller| {
             json!({
@@ -245,7 +244,6 @@ impl Campaign {
     }
 
     /// Largest number of runs: a law with the same gains for two objectives flies once for both.
-    #[must_use]
     pub fn n_runs(&self) -> u64 {
         (0..self.cases.len())
             .map(|case| self.runs_per_condition(case) * self.file.replicates)
@@ -253,7 +251,6 @@ impl Campaign {
     }
 
     /// The runs of a condition, in order.
-    #[must_use]
     pub fn runs_in(&self, condition: Condition) -> Vec<Run> {
         let before: u64 = (0..condition.case)
             .map(|case| self.runs_per_condition(case) * self.file.replicates)
@@ -274,7 +271,6 @@ impl Campaign {
     }
 
     /// The run of that number.
-    #[must_use]
     pub fn run(&self, number: u64) -> Option<Run> {
         let conditions = self.chunks().into_iter().flat_map(Chunk::conditions);
         let mut runs = conditions.flat_map(|condition| self.runs_in(condition));
@@ -282,7 +278,6 @@ impl Campaign {
     }
 
     /// All runs in chunks.
-    #[must_use]
     pub fn chunks(&self) -> Vec<Chunk> {
         let mut chunks = vec![];
         for case in 0..self.cases.len() {
@@ -312,7 +307,6 @@ impl Campaign {
     }
 
     /// The tuning objectives.
-    #[must_use]
     pub fn objectives(&self) -> &[Objective] {
         self.file.tuning.as_ref().map_or(&[], |tuning| &tuning.objectives)
     }
@@ -328,7 +322,6 @@ impl Campaign {
     }
 
     /// The seed of a condition's mission.
-    #[must_use]
     pub fn seed(&self, condition: Condition) -> u64 {
         let tuning = self.file.tuning.as_ref();
         let first = if condition.tuning {
@@ -343,7 +336,6 @@ impl Campaign {
     }
 
     /// Keys and values of the parameters, in the file's order; equal in a replicate of all cases.
-    #[must_use]
     pub fn parameters(&self, condition: Condition) -> Vec<(&str, f64)> {
         let all = self.file.parameters.iter().zip(1..);
         let drawn = all.map(|(parameter, stream)| {

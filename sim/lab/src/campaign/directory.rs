@@ -100,7 +100,6 @@ pub struct Manifest {
 
 impl Manifest {
     /// The manifest of `campaign`.
-    #[must_use]
     pub fn of(campaign: &Campaign, shard: Shard) -> Self {
         let program = env!("CARGO_PKG_VERSION").to_owned();
         let mut parts = vec![SCHEMA_VERSION.to_owned(), program.clone(), campaign.text.clone()];
@@ -209,7 +208,6 @@ impl Directory {
     }
 
     /// Its path.
-    #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }

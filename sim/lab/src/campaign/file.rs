@@ -144,7 +144,6 @@ pub enum Objective {
 
 impl Objective {
     /// Its column.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::RmsM => "rms_m",
@@ -301,7 +300,6 @@ impl CampaignFile {
     }
 
     /// The JSON Schema of campaign files.
-    #[must_use]
     pub fn schema() -> serde_json::Value {
         schemars::schema_for!(Self).to_value()
     }

@@ -24,7 +24,6 @@ pub(crate) struct Setting {
 
 impl Setting {
     /// All gains with all times; an empty list counts as one unset value.
-    #[must_use]
     pub(crate) fn grid(laws: &[LosTuning], dwells: &[f64]) -> Vec<Self> {
         fn some_or_none<T>(all: impl Iterator<Item = T>) -> Vec<Option<T>> {
             let all: Vec<_> = all.map(Some).collect();
@@ -49,7 +48,6 @@ pub(crate) fn tuned(law: LosLaw, gains: LawGains) -> LosTuning {
 }
 
 /// Grid of `law`: look-aheads × along-track gains, × integral gains for [`LosLaw::Integral`].
-#[must_use]
 pub(crate) fn grid(law: LosLaw) -> Vec<LosTuning> {
     let default = [Parameters::default().integral_gain];
     let integral_gains: &[f64] = match law {

@@ -122,13 +122,11 @@ impl Rows {
     }
 
     /// Number of rows.
-    #[must_use]
     pub fn len(&self) -> usize {
         self.rows.len()
     }
 
     /// `true` without rows.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.rows.is_empty()
     }
@@ -140,7 +138,6 @@ impl Rows {
     }
 
     /// A column's numbers in the order of the runs; `None` without a numeric column of that name.
-    #[must_use]
     pub fn numbers(&self, name: &str) -> Option<Vec<Option<f64>>> {
         let number = |cell: &Cell| match cell {
             Cell::Number(number) => Some(*number),
@@ -150,7 +147,6 @@ impl Rows {
     }
 
     /// The words of a column, likewise.
-    #[must_use]
     pub fn words(&self, name: &str) -> Option<Vec<&str>> {
         fn word(cell: &Cell) -> Option<&str> {
             match cell {
@@ -181,7 +177,6 @@ impl Rows {
     }
 
     /// SHA-256 of all cells except the measured ones, column by column. Equal rows: equal digests.
-    #[must_use]
     pub fn digest(&self) -> String {
         let mut bytes = vec![];
         let is_measured = |name: &str| MEASURED.contains(&name);

@@ -115,7 +115,6 @@ fn found_gains(
 }
 
 /// The number of processors.
-#[must_use]
 pub fn jobs() -> NonZeroUsize {
     std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN)
 }

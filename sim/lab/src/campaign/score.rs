@@ -38,7 +38,6 @@ pub(super) struct Score {
 
 impl Score {
     /// The scores of a mission; none without a surface craft.
-    #[must_use]
     pub(super) fn of(record: &Record) -> Option<Self> {
         let metrics = Metrics::of(record).surface_craft?;
         let crafts = || {

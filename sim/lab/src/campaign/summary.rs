@@ -10,7 +10,6 @@ type RowKey<'a> = (&'a str, [&'a str; 2], u64);
 /// A line per controller: runs, failures, and each metric's ratio to the reference, the geometric
 /// mean over conditions that both flew. Each scenario with a craft has the same weight. A law with
 /// several gains counts at those for the metric, else at its first.
-#[must_use]
 pub fn summary(campaign: &Campaign, rows: &Rows) -> String {
     let (metrics, reference) = (&campaign.file.report.metrics, campaign.reference());
     let values: Vec<_> = metrics.iter().map(|metric| by_key(rows, metric)).collect();

@@ -54,7 +54,6 @@ pub enum WorkError {
 
 impl Work {
     /// The name of its result.
-    #[must_use]
     pub fn name(self) -> String {
         match self {
             Self::Tune { case, controller } => format!("gains/{case}-{controller}"),
@@ -63,21 +62,18 @@ impl Work {
     }
 
     /// The work that must be done before the chunks of `case`.
-    #[must_use]
     pub fn before(campaign: &Campaign, case: usize) -> Vec<Self> {
         let laws = tuned_in(campaign, case).into_iter();
         laws.map(|controller| Self::Tune { case, controller }).collect()
     }
 
     /// The chunks of `case`.
-    #[must_use]
     pub fn chunks(campaign: &Campaign, case: usize) -> Vec<Self> {
         let chunks = campaign.chunks().into_iter().filter(|chunk| chunk.case == case);
         chunks.map(|chunk| Self::Fly { chunk: chunk.number }).collect()
     }
 
     /// Its case; none if it belongs to another campaign.
-    #[must_use]
     pub fn case(self, campaign: &Campaign) -> Option<usize> {
         match self {
             Self::Tune { case, .. } => (case < campaign.cases.len()).then_some(case),

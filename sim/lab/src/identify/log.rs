@@ -105,13 +105,11 @@ impl Log {
     }
 
     /// The rows, in time.
-    #[must_use]
     pub fn rows(&self) -> &[LogRow] {
         &self.rows
     }
 
     /// The measured headings without jumps, rad.
-    #[must_use]
     pub fn headings(&self) -> &[f64] {
         &self.headings
     }

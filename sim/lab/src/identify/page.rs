@@ -20,7 +20,6 @@ const HEADING: &str = "Parameters, with 95\u{a0}% intervals";
 const COLUMNS: [&str; 5] = ["parameter", "estimate", "from", "to", ""];
 
 /// A page about the craft that was `found` in the log called `name`.
-#[must_use]
 pub fn page(name: &str, found: &Identification) -> String {
     let craft =
         serde_json::to_string_pretty(&found.description()).expect("strings, numbers and objects only");
@@ -38,7 +37,6 @@ pub fn page(name: &str, found: &Identification) -> String {
 }
 
 /// The parameters with their intervals and the manoeuvres that the log lacks, as Markdown.
-#[must_use]
 pub fn summary(found: &Identification) -> String {
     let rows = rows(found);
     let lines = rows.iter().map(|cells| format!("| {} |\n", cells.join(" | ")));

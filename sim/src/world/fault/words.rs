@@ -6,7 +6,6 @@ use super::{Fault, FaultKind};
 
 impl Fault {
     /// The fault in words. `auvs` has the names of the underwater vehicles.
-    #[must_use]
     pub fn in_words(&self, auvs: &[String]) -> String {
         let percent = |share: f64| format!("{:.0} %", 100.0 * share);
         match self.what {
@@ -49,7 +48,6 @@ impl Fault {
     }
 
     /// `true` if it stops the messages of an underwater vehicle.
-    #[must_use]
     pub fn stops_messages(&self) -> bool {
         matches!(self.what, FaultKind::Silence(_) | FaultKind::Dies(_))
     }

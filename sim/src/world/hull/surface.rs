@@ -96,20 +96,17 @@ impl SurfaceHull {
 
     /// The craft at a steady `speed` through the water, m/s, on a straight course with thrust in
     /// balance with drag. Position (north, east), m; heading ψ, rad.
-    #[must_use]
     pub fn cruising(&self, position: &Vector2<f64>, heading: f64, speed: f64) -> SurfaceState {
         let thrust = 0.5 * self.drag_surge.resistance(speed);
         SurfaceState::from([position.x, position.y, heading, speed, 0.0, 0.0, thrust, thrust])
     }
 
     /// Top speed through the water, straight ahead, m/s.
-    #[must_use]
     pub fn speed_top(&self) -> f64 {
         self.drag_surge.speed_against(2.0 * self.thrusters.ahead_max)
     }
 
     /// Slowest useful speed reference, m/s, with the thrusters well out of their dead zone.
-    #[must_use]
     pub fn speed_least(&self) -> f64 {
         let margin = 2.0;
         let out_of_dead_zone = self
@@ -128,7 +125,6 @@ impl SurfaceHull {
     /// Source: T. I. Fossen, *Handbook of Marine Craft Hydrodynamics and Motion Control* (2011),
     /// three-degree-of-freedom manoeuvring model. Eq. (5) of the paper has the other sign in the
     /// sway row's Coriolis term, which would create energy.
-    #[must_use]
     pub fn acceleration(&self, velocity: &Vector3<f64>, input: SurfaceInput) -> Vector3<f64> {
         let (u, v, r) = (velocity.x, velocity.y, velocity.z);
         let (c_u, c_v) = (self.coriolis.surge, self.coriolis.sway);
@@ -144,7 +140,6 @@ impl SurfaceHull {
     /// `steady` is the thrust that the thrusters approach, N, from [`Thrusters::steady`].
     /// `disturbance` comes from the waves. `current` (north, east), m/s, is constant and without
     /// rotation: it moves the craft and does not push it.
-    #[must_use]
     pub fn derivative(
         &self,
         state: &SurfaceState,
@@ -176,14 +171,12 @@ impl SurfaceHull {
     }
 
     /// Kinetic energy of hull and entrained water, J.
-    #[must_use]
     pub fn kinetic_energy(&self, velocity: &Vector3<f64>) -> f64 {
         let masses = Vector3::new(self.mass_surge, self.mass_sway, self.inertia_yaw);
         0.5 * velocity.component_mul(velocity).dot(&masses)
     }
 
     /// Power of the thrusters on hull and water, W, negative while they brake: τ_u u + τ_r r.
-    #[must_use]
     pub fn thrust_power(&self, state: &SurfaceState) -> f64 {
         let propulsion = self.thrusters.force(thrust(state));
         propulsion.surge_force * state[3] + propulsion.yaw_moment * state[5]
@@ -196,7 +189,6 @@ impl SurfaceHull {
     /// |T_port (u + a r)| + |T_starboard (u − a r)|
     /// ```
     /// Losses of propeller and motor are omitted, for want of a public value.
-    #[must_use]
     pub fn propulsion_power(&self, state: &SurfaceState) -> f64 {
         let (u, swing) = (state[3], self.thrusters.arm * state[5]);
         (state[6] * (u + swing)).abs() + (state[7] * (u - swing)).abs()

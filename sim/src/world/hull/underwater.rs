@@ -128,7 +128,6 @@ impl UnderwaterHull {
     /// Source: eqs. (3) and (6) of the paper without sway. (3) has east and depth added, and
     /// another ψ̇ than r: a pitched vehicle's yaw axis is not vertical. The restoring term is a
     /// moment. Within 5° of the vertical, ψ̇ is that at 85°: finite states have finite derivatives.
-    #[must_use]
     pub fn derivative(
         &self,
         state: &UnderwaterState,
@@ -153,7 +152,6 @@ impl UnderwaterHull {
     }
 
     /// The forces of the actuators for the command `wanted`.
-    #[must_use]
     pub fn saturated(&self, wanted: UnderwaterInput) -> UnderwaterInput {
         UnderwaterInput {
             surge_force: wanted.surge_force.clamp(-self.force_max, self.force_max),
@@ -167,7 +165,6 @@ impl UnderwaterHull {
 
 /// Heading rate ψ̇ = r / cosθ, rad/s, at this pitch, rad, and body yaw rate, rad/s; bounded near
 /// the vertical as in [`UnderwaterHull::derivative`].
-#[must_use]
 pub fn heading_rate(pitch: f64, yaw_rate: f64) -> f64 {
     yaw_rate / off_the_pole(pitch.cos())
 }

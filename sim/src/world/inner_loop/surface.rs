@@ -62,7 +62,6 @@ pub struct AutopilotMemory {
 
 impl AutopilotMemory {
     /// State of loops settled at `speed`, m/s, and `heading`, rad, on a hull with this surge drag.
-    #[must_use]
     pub fn settled_at(autopilot: &SurfaceAutopilot, drag_surge: Drag, speed: f64, heading: f64) -> Self {
         Self {
             surge: SurgeLoop::settled_at(speed, autopilot.feed_forward, drag_surge),
@@ -91,7 +90,6 @@ pub struct Measured {
 
 impl Measured {
     /// Measurements of a craft in a current (north, east), m/s.
-    #[must_use]
     pub fn of(state: &SurfaceState, current: &Vector2<f64>) -> Self {
         Self {
             heading: state[2],
@@ -162,7 +160,6 @@ impl SurfaceAutopilot {
     /// ```
     /// u is the speed that the loop holds, also in the drag: a craft that only measures its
     /// speed over ground feeds forward the drag in still water.
-    #[must_use]
     pub fn command(
         &self,
         hull: &SurfaceHull,

@@ -64,7 +64,6 @@ impl UnderwaterLoops {
     ///
     /// Inversely proportional to the frequency of the pitch loop, as simulated dives show
     /// (docs/rationale.md#sim-dive-reversal).
-    #[must_use]
     pub fn reversal_time(&self) -> f64 {
         const PHASE: f64 = 4.2;
         PHASE / self.pitch_frequency
@@ -74,7 +73,6 @@ impl UnderwaterLoops {
     ///
     /// Pitch is proportional-derivative with compensated restoring moment; yaw rate is proportional
     /// with the reference's drag fed forward, so a steady turn has no error.
-    #[must_use]
     pub fn command(
         &self,
         hull: &UnderwaterHull,

@@ -28,7 +28,6 @@ impl CurrentGrid {
     }
 
     /// The current (north, east), m/s, at `time` s and `position` (north, east), m.
-    #[must_use]
     pub fn at(&self, time: f64, position: &Vector2<f64>) -> Vector2<f64> {
         let [times, norths, easts] = &self.axes;
         let (t, n, e) = (

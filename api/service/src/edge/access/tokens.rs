@@ -283,7 +283,6 @@ impl Tokens {
     }
 
     /// `true` if any token exists: then every client needs one.
-    #[must_use]
     pub fn are_made(&self) -> bool {
         self.known().is_some_and(|known| !known.tokens.is_empty())
     }

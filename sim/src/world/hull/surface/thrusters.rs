@@ -57,7 +57,6 @@ impl Thrusters {
     /// ```text
     /// τ_u = T_port + T_starboard      τ_r = a (T_port − T_starboard)
     /// ```
-    #[must_use]
     pub fn force(&self, thrust: Thrust) -> SurfaceInput {
         SurfaceInput {
             surge_force: thrust.port + thrust.starboard,
@@ -74,7 +73,6 @@ impl Thrusters {
     /// d = clamp(τ_r / 2a, ±(ahead + astern)/2)     c = clamp(τ_u / 2, |d| − astern, ahead − |d|)
     /// T_port = c + d     T_starboard = c − d
     /// ```
-    #[must_use]
     pub fn allocate(&self, wanted: SurfaceInput) -> Thrust {
         let differential_max = 0.5 * (self.ahead_max + self.astern_max);
         let differential = (wanted.yaw_moment / (2.0 * self.arm)).clamp(-differential_max, differential_max);
@@ -89,7 +87,6 @@ impl Thrusters {
 
     /// Steady thrust for `command`, with steering and thrust where they are stuck, within the
     /// limits, 0 in the dead zone, times each thruster's health.
-    #[must_use]
     pub fn steady(&self, command: Thrust, health: ThrusterHealth) -> Thrust {
         let command = match (health.steering_stuck, health.thrust_stuck) {
             (None, None) => command,

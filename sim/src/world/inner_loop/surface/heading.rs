@@ -114,7 +114,6 @@ impl HeadingMemory {
 
 impl HeadingLoop {
     /// The loop with `factor` times the lag of a cascade's outer loop or of the reference model.
-    #[must_use]
     pub(crate) fn slowed(mut self, factor: f64) -> Self {
         match &mut self {
             Self::ProportionalDerivative { frequency, .. }
