@@ -375,15 +375,15 @@ impl Missions {
             let stored = self.stored(id).await?;
             return self.start_actor(stored, Ownership::default()).await;
         };
-        let incarnation = lease.incarnation()?;
         let (lease, name) = (lease.clone(), id.to_owned());
-        match self.own(move || lease.acquire(&name)).await? {
-            Acquired::Here(Owned { mission, epoch }) => {
+        let acquire = move || Ok((lease.incarnation()?, lease.acquire(&name)?));
+        match self.own(acquire).await? {
+            (incarnation, Acquired::Here(Owned { mission, epoch })) => {
                 let ownership = Ownership { epoch, incarnation };
                 self.start_actor(mission, ownership).await
             }
-            Acquired::At(url) => Err(Problem::Elsewhere(url)),
-            Acquired::NoMission => Err(Problem::NoMission),
+            (_, Acquired::At(url)) => Err(Problem::Elsewhere(url)),
+            (_, Acquired::NoMission) => Err(Problem::NoMission),
         }
     }
 
