@@ -13,7 +13,7 @@ use crate::{
         on_path::{NextTurn, OnPath, PathFit, PathHypothesis},
         repeats::{LOOSE_SCATTERS, PastTrack, Repeats},
         screening::ScreenedReports,
-        track::Track,
+        track::{Innovation, Track},
         turn::{clear, remembered_turn_rate, turn_rate},
     },
     facts::{
@@ -173,7 +173,7 @@ impl<'a> Estimator<'a> {
                 None => probability_of_following(&screened, along, &free, (usize::MAX, f64::INFINITY)),
                 Some(_) => probability_of_following(&screened, along, &free, (TELLING, tuned.odds_max)),
             },
-            fit: *along.filter.fit(),
+            fit: along.filter.fit(),
             next_turn: match paths {
                 [_] => along.filter.next_turn(),
                 _ => along.filter.next_turn().map(|turn| turn.of_any_radius(tuned)),
@@ -276,23 +276,24 @@ impl<'a> Estimator<'a> {
         'a: 'b,
     {
         let (tuned, due) = (self.tuned, self.due);
-        let through =
-            |assumed: PathHypothesis<'b>| Track::through(reports, |report| OnPath::start(report, &assumed));
         let known = paths.iter().chain(repeats.map(|repeats| &repeats.path));
-        let hypotheses = known.map(|known| PathHypothesis {
+        let mut hypotheses = known.map(|known| PathHypothesis {
             known,
             current: self.current,
             speed_density: tuned.pace_density,
             roughness: repeats.map(|repeats| repeats.track.residual_m),
             tuned,
         });
-        let mut best = hypotheses.take_while(|_| !due()).map(through).reduce(likelier)?;
+        let first = hypotheses.next().filter(|_| !due())?;
+        let first = Track::through(reports, |report| OnPath::start(report, &first));
+        let likelier = |best: Track<OnPath<'b>>, assumed| likelier_on_path(best, &assumed, reports);
+        let mut best = hypotheses.take_while(|_| !due()).fold(first, likelier);
         if !due() && repeats.is_none() && tuned.current_min <= self.current.norm() {
             let over_ground = PathHypothesis {
                 current: Vector2::zeros(),
                 ..*best.filter.assumed()
             };
-            best = likelier(best, through(over_ground));
+            best = likelier(best, over_ground);
         }
         for speed_density in [
             tuned.pace_density_varied,
@@ -306,19 +307,30 @@ impl<'a> Estimator<'a> {
                 speed_density,
                 ..*best.filter.assumed()
             };
-            best = likelier(best, through(less_steady));
+            best = likelier(best, less_steady);
         }
         Some(best)
     }
 }
 
-/// The likelier of two tracks; the first of equals.
-fn likelier<'a>(one: Track<OnPath<'a>>, other: Track<OnPath<'a>>) -> Track<OnPath<'a>> {
-    if one.log_likelihood() < other.log_likelihood() {
-        other
-    } else {
-        one
-    }
+/// Deficit of log-likelihood that no track makes up for.
+const HOPELESS: f64 = 25.0;
+
+/// The likelier of `best` and the track through the same `reports` on an `assumed` path; the first
+/// of equals.
+fn likelier_on_path<'a>(
+    best: Track<OnPath<'a>>,
+    assumed: &PathHypothesis<'a>,
+    reports: &[(usize, Report)],
+) -> Track<OnPath<'a>> {
+    let (mut best_so_far, mut ahead) = (best.log_likelihoods(), 0.0);
+    let promising = |innovation: &Innovation| {
+        ahead += innovation.log_likelihood(assumed.tuned) - best_so_far.next().unwrap_or(0.0);
+        -HOPELESS < ahead
+    };
+    let other = Track::while_promising(reports, |report| OnPath::start(report, assumed), promising);
+    drop(best_so_far);
+    other.filter(|_| 0.0 < ahead).unwrap_or(best)
 }
 
 /// Probability that a vehicle follows its path as in `along`, after the `newest` of its `reports`,

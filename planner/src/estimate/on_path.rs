@@ -12,7 +12,7 @@ use crate::{
         track::{Filter, Innovation},
     },
     facts::{
-        angle::{direction, ned_from_body},
+        angle::{direction, ned_from_body, starboard_of},
         evidence::{Report, SPEED_AT_REST},
         known_path::{FOOT_FACTOR_MIN, KnownPath, foot_speed},
         path::piece::{Piece, starboard},
@@ -133,8 +133,8 @@ pub(crate) struct PathHypothesis<'a> {
 pub(crate) struct OnPath<'a> {
     assumed: PathHypothesis<'a>,
     time: f64,
-    /// The most probable hypothesis is first.
-    hypotheses: [Hypothesis; HYPOTHESES_MAX],
+    /// At most [`HYPOTHESES_MAX`], the most probable one first.
+    hypotheses: Vec<Hypothesis>,
 }
 
 /// The next turn of a vehicle on its path.
@@ -241,9 +241,9 @@ impl PathFit {
 
     /// Rate of the place γ, m/s.
     fn rate(&self, assumed: &PathHypothesis<'_>) -> f64 {
-        let (known, current) = (assumed.known, &assumed.current);
-        let point = known.path.at(self.state.x);
-        foot_speed(known.speed_at(&point), current, point.tangent, self.sense) + self.sense * self.state.y
+        let (tangent, leg) = assumed.known.path.tangent_at(self.state.x);
+        let speed = leg.speed_mps.unwrap_or(assumed.known.horizontal_speed);
+        foot_speed(speed, &assumed.current, tangent, self.sense) + self.sense * self.state.y
     }
 
     /// The next turn.
@@ -326,8 +326,8 @@ impl PathFit {
     }
 
     /// Derivative of position and speed by the state: rows north, east.
-    fn jacobian(tangent: f64) -> Matrix2x6<f64> {
-        let (along, across) = (direction(tangent), starboard(tangent));
+    fn jacobian(along: &Vector2<f64>) -> Matrix2x6<f64> {
+        let across = starboard_of(*along);
         Matrix2x6::new(
             along.x, 0.0, 1.0, 0.0, across.x, 0.0, //
             along.y, 0.0, 0.0, 1.0, across.y, 0.0,
@@ -336,8 +336,9 @@ impl PathFit {
 
     /// Covariance of the position at `tangent`, m², after `elapsed` seconds and a turn by `turned`.
     pub fn position_covariance(&self, tangent: f64, elapsed: f64, turned: f64) -> Matrix2<f64> {
-        let mut jacobian = Self::jacobian(tangent);
-        let (along, across) = (direction(tangent), starboard(tangent));
+        let along = direction(tangent);
+        let across = starboard_of(along);
+        let mut jacobian = Self::jacobian(&along);
         let spread = &self.spread;
         let kept = (-elapsed * spread.error_rate).exp();
         jacobian.set_column(1, &(along * (self.sense * elapsed)));
@@ -357,12 +358,47 @@ impl PathFit {
 
     /// Predicts by `t` seconds.
     fn carry_on(&mut self, t: f64, assumed: &PathHypothesis<'_>) {
+        let kept = (-t * self.spread.error_rate).exp();
+        let way = t * self.rate(assumed);
+        let (turned, to_starboard) = if assumed
+            .known
+            .path
+            .is_straight_between(self.state.x, self.state.x + way)
+        {
+            self.state.x += way;
+            self.state[ERROR] *= kept;
+            (0.0, 0.0)
+        } else {
+            self.carry_round(t, assumed)
+        };
+        let mut f = Matrix6::identity();
+        f[(0, 1)] = self.sense * t;
+        f[(ERROR, ERROR)] = kept;
+        f[(0, CORNER)] = -self.sense * turned;
+        f[(ERROR, CORNER)] = -assumed.tuned.corner_out * to_starboard;
+        let (q_s, q_b, q_o) = (
+            self.spread.along_density,
+            self.spread.speed_density,
+            self.spread.offset_density * t,
+        );
+        let turning = self.spread.turn_density * turned;
+        let q_e = self.spread.error_variance * (1.0 - kept * kept) + turning;
+        let q_along = q_s * t + q_b * t.powi(3) / 3.0 + turning;
+        let mut q = Matrix6::from_diagonal(&Vector6::new(q_along, q_b * t, q_o, q_o, q_e, 0.0));
+        q[(0, 1)] = 0.5 * q_b * t * t * self.sense;
+        q[(1, 0)] = q[(0, 1)];
+        self.covariance = f * self.covariance * f.transpose() + q;
+    }
+
+    /// Predicts the state by `t` seconds in steps. The angle that it turns, rad, and the turn to starboard
+    /// of which the cross-track error still tells.
+    fn carry_round(&mut self, t: f64, assumed: &PathHypothesis<'_>) -> (f64, f64) {
         let steps = (t / STEP_MAX).ceil().min(STEPS_MAX);
         let step = if steps > 0.0 { t / steps } else { 0.0 };
-        let (mut done, mut turned, mut to_starboard) = (0.0, 0.0, 0.0);
         let kept = (-step * self.spread.error_rate).exp();
-        let tangent_at = |along: f64| assumed.known.path.at(along).tangent;
+        let tangent_at = |along: f64| assumed.known.path.tangent_at(along).0;
         let mut tangent = tangent_at(self.state.x);
+        let (mut done, mut turned, mut to_starboard) = (0.0, 0.0, 0.0);
         while done < steps {
             // Midpoint rule, accurate to second order.
             let start = self.state.x;
@@ -381,24 +417,7 @@ impl PathFit {
             self.state[ERROR] = self.state[ERROR] * kept + outwards;
             done += 1.0;
         }
-        let kept = (-t * self.spread.error_rate).exp();
-        let mut f = Matrix6::identity();
-        f[(0, 1)] = self.sense * t;
-        f[(ERROR, ERROR)] = kept;
-        f[(0, CORNER)] = -self.sense * turned;
-        f[(ERROR, CORNER)] = -assumed.tuned.corner_out * to_starboard;
-        let (q_s, q_b, q_o) = (
-            self.spread.along_density,
-            self.spread.speed_density,
-            self.spread.offset_density * t,
-        );
-        let turning = self.spread.turn_density * turned;
-        let q_e = self.spread.error_variance * (1.0 - kept * kept) + turning;
-        let q_along = q_s * t + q_b * t.powi(3) / 3.0 + turning;
-        let mut q = Matrix6::from_diagonal(&Vector6::new(q_along, q_b * t, q_o, q_o, q_e, 0.0));
-        q[(0, 1)] = 0.5 * q_b * t * t * self.sense;
-        q[(1, 0)] = q[(0, 1)];
-        self.covariance = f * self.covariance * f.transpose() + q;
+        (turned, to_starboard)
     }
 
     /// Updates with a position in Joseph's form, as in [`Kalman`].
@@ -432,7 +451,7 @@ impl<'a> OnPath<'a> {
         let mut filter = Self {
             assumed: *assumed,
             time: report.t_s,
-            hypotheses: [Hypothesis::default(); HYPOTHESES_MAX],
+            hypotheses: Vec::with_capacity(HYPOTHESES_MAX),
         };
         let PathHypothesis {
             known,
@@ -445,7 +464,7 @@ impl<'a> OnPath<'a> {
             for tracking in &trackings(tuned) {
                 let mut insert = |navigation: &Navigation, part: f64, sense: f64| {
                     let begun = filter.begun(gamma, (navigation, tracking), part, sense, report);
-                    filter.insert(&begun);
+                    filter.insert(begun);
                 };
                 if roughness.is_some() {
                     insert(&navigations[0], 0.0, 1.0);
@@ -473,7 +492,7 @@ impl<'a> OnPath<'a> {
         report: &Report,
     ) -> Hypothesis {
         let (known, tuned) = (self.assumed.known, self.assumed.tuned);
-        let turn = ned_from_body(known.path.at(gamma).tangent);
+        let turn = ned_from_body(known.path.tangent_at(gamma).0);
         let sigma = navigation.offset_sigma;
         let ahead = part * sigma;
         let offset = turn * Vector2::new(ahead, 0.0);
@@ -535,20 +554,21 @@ impl<'a> OnPath<'a> {
 
     /// `true` if the path passes near the reports.
     pub(crate) fn is_on_path(&self) -> bool {
-        0.0 < self.hypotheses[0].probability
+        !self.hypotheses.is_empty()
     }
 
     /// The most probable fit.
-    pub(crate) fn fit(&self) -> &PathFit {
-        &self.hypotheses[0].fit
+    pub(crate) fn fit(&self) -> PathFit {
+        self.hypotheses
+            .first()
+            .map_or_else(PathFit::default, |hypothesis| hypothesis.fit)
     }
 
     /// The most probable vehicle, as if it were free.
     pub(crate) fn free(&self) -> Kalman {
         let (fit, known) = (self.fit(), self.assumed.known);
-        let tangent = known.path.at(fit.state.x).tangent;
-        let (along, h) = (direction(tangent), PathFit::jacobian(tangent));
-        let across = starboard(tangent);
+        let along = direction(known.path.tangent_at(fit.state.x).0);
+        let (across, h) = (starboard_of(along), PathFit::jacobian(&along));
         let swing = fit.spread.error_variance * fit.spread.error_rate.powi(2);
         let across_variance = self.assumed.tuned.across_sigma.powi(2) + swing;
         let with_speed = h * fit.covariance.column(1) * along.transpose() * fit.sense;
@@ -572,8 +592,9 @@ impl<'a> OnPath<'a> {
     fn take_in(&self, fit: &mut PathFit, report: &Report) -> Innovation {
         let PathHypothesis { known, tuned, .. } = self.assumed;
         let point = known.path.at(fit.state.x);
-        let h = PathFit::jacobian(point.tangent);
-        let error = report.position() - fit.position(known);
+        let along = direction(point.tangent);
+        let h = PathFit::jacobian(&along);
+        let error = report.position() - point.position - fit.offset() - starboard_of(along) * fit.error();
         let noise = report.sigma_m.powi(2) + fit.spread.path_variance;
         let covariance = h * fit.covariance * h.transpose() + Matrix2::identity() * noise;
         let determinant = covariance.determinant().max(f64::MIN_POSITIVE);
@@ -582,14 +603,14 @@ impl<'a> OnPath<'a> {
         let (normalised, variance) = (error.dot(&(inverse * error)), determinant.sqrt());
         let track = report.ground_track();
         let agreement = track.map_or(1.0, |track| {
-            let cosine = (direction(point.tangent) * fit.sense).dot(&track.course.unit());
+            let cosine = (along * fit.sense).dot(&track.course.unit());
             ((cosine - 1.0) / tuned.course_variance).exp() + tuned.course_unlike
         });
         let accepted = normalised <= tuned.gate;
         if accepted {
             fit.update(&h, &error, &inverse, noise);
             if let Some(track) = &track {
-                let along = direction(known.path.at(fit.state.x).tangent) * fit.sense;
+                let along = direction(known.path.tangent_at(fit.state.x).0) * fit.sense;
                 let forwards = fit.sense * fit.rate(&self.assumed);
                 fit.update_speed(track.velocity().dot(&along) - forwards, tuned);
             }
@@ -604,21 +625,19 @@ impl<'a> OnPath<'a> {
     }
 
     /// Inserts a hypothesis by probability; drops the least probable if there are too many.
-    fn insert(&mut self, hypothesis: &Hypothesis) {
+    fn insert(&mut self, hypothesis: Hypothesis) {
         let place = self
             .hypotheses
             .partition_point(|other| hypothesis.probability <= other.probability);
-        if let Some(from) = self.hypotheses.get_mut(place..).filter(|from| !from.is_empty()) {
-            from.rotate_right(1);
-            from[0] = *hypothesis;
-        }
+        self.hypotheses.insert(place, hypothesis);
+        self.hypotheses.truncate(HYPOTHESES_MAX);
     }
 
     /// The prediction at a later time, s.
     fn carried_to(&self, time: f64) -> Self {
         let mut then = self.clone();
         then.time = time;
-        for hypothesis in then.hypotheses.iter_mut().take_while(|one| 0.0 < one.probability) {
+        for hypothesis in &mut then.hypotheses {
             hypothesis.fit.carry_on(time - self.time, &self.assumed);
         }
         then
@@ -633,12 +652,10 @@ impl<'a> OnPath<'a> {
             .sum();
         self.hypotheses
             .sort_by(|a, b| b.probability.total_cmp(&a.probability));
-        for hypothesis in &mut self.hypotheses {
+        self.hypotheses.retain_mut(|hypothesis| {
             hypothesis.probability /= sum;
-            if hypothesis.probability.is_nan() || hypothesis.probability < PROBABILITY_MIN {
-                hypothesis.probability = 0.0;
-            }
-        }
+            PROBABILITY_MIN <= hypothesis.probability
+        });
     }
 }
 
@@ -651,7 +668,7 @@ impl Filter for OnPath<'_> {
         let mut then = self.carried_to(report.t_s);
         let mut best = (0.0, Innovation::REFUSED);
         let mut density = 0.0;
-        for hypothesis in then.hypotheses.iter_mut().take_while(|one| 0.0 < one.probability) {
+        for hypothesis in &mut then.hypotheses {
             let innovation = self.take_in(&mut hypothesis.fit, report);
             density += hypothesis.probability * innovation.density;
             hypothesis.probability *= innovation.log_likelihood(self.assumed.tuned).exp();
@@ -679,11 +696,7 @@ impl Filter for OnPath<'_> {
     /// The place on the path is kept and the path moves: the vehicle corrected its position.
     fn found_at(&self, report: &Report) -> Self {
         let mut found = self.carried_to(report.t_s);
-        for hypothesis in found
-            .hypotheses
-            .iter_mut()
-            .take_while(|one| 0.0 < one.probability)
-        {
+        for hypothesis in &mut found.hypotheses {
             let fit = &mut hypothesis.fit;
             let offset = report.position() - fit.position(self.assumed.known) + fit.offset();
             (fit.state.z, fit.state.w) = (offset.x, offset.y);

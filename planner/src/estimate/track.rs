@@ -81,11 +81,23 @@ impl<F: Filter> Track<F> {
     /// Refused reports may begin a rival track. It takes over once it has enough reports without
     /// one of the track in between, or more than the track at the end.
     pub(crate) fn through(reports: &[(usize, Report)], start: impl Fn(&Report) -> F) -> Self {
+        Self::while_promising(reports, start, |_| true).expect("is always promising")
+    }
+
+    /// The same, or `None` as soon as an innovation is not `promising`.
+    pub(crate) fn while_promising(
+        reports: &[(usize, Report)],
+        start: impl Fn(&Report) -> F,
+        mut promising: impl FnMut(&Innovation) -> bool,
+    ) -> Option<Self> {
         let (first, later) = reports.split_first().expect("a snapshot's reports are not empty");
         let mut track = Self::of_one(start(&first.1), first);
         let mut rival: Option<Rival<F>> = None;
         for report in later {
             let innovation = track.accept(report);
+            if !promising(&innovation) {
+                return None;
+            }
             track.innovations.push(innovation);
             if innovation.accepted {
                 rival = None;
@@ -111,10 +123,10 @@ impl<F: Filter> Track<F> {
                 rival = Some(Rival { afresh, moved });
             }
         }
-        match rival {
+        Some(match rival {
             Some(rival) if track.used.len() < rival.afresh.used.len() => track.followed_by(rival.afresh),
             Some(_) | None => track,
-        }
+        })
     }
 
     /// Log-likelihoods of the reports but the first.

@@ -212,6 +212,29 @@ impl Path {
         }
     }
 
+    /// Tangent angle, rad, and leg at arc length `gamma`, as of [`Self::at`].
+    pub(crate) fn tangent_at(&self, gamma: f64) -> (f64, Leg) {
+        let (laps, gamma) = self.lap_of(gamma);
+        if !self.closed && gamma < 0.0 {
+            return (self.start.tangent, self.start.leg);
+        }
+        match self.piece_over(gamma) {
+            Some(piece) if self.closed || gamma <= piece.end() => {
+                let turned = piece.curvature * (gamma - piece.from);
+                (piece.tangent + turned + laps * self.turn_of_a_lap(), piece.leg)
+            }
+            _ => (self.end.tangent, self.end.leg),
+        }
+    }
+
+    /// `true` if one straight piece holds both arc lengths, on the same lap.
+    pub(crate) fn is_straight_between(&self, one: f64, other: f64) -> bool {
+        let ((lap, one), (other_lap, other)) = (self.lap_of(one), self.lap_of(other));
+        let piece = self.piece_over(one);
+        let holds = |piece: &Piece| piece.curvature == 0.0 && piece.from <= other && other <= piece.end();
+        lap == other_lap && piece.is_some_and(holds)
+    }
+
     /// Sum of the absolute turns, rad.
     pub(crate) fn total_turn(&self) -> f64 {
         self.turn
