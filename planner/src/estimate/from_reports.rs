@@ -9,7 +9,7 @@ use crate::{
         dive::sawtooth,
         interacting::Interacting,
         kalman::Kalman,
-        legs::TrackPoint,
+        legs::{TrackPoint, forgetting_length},
         on_path::{NextTurn, OnPath, PathFit, PathHypothesis},
         repeats::{LOOSE_SCATTERS, PastTrack, Repeats},
         screening::ScreenedReports,
@@ -53,6 +53,8 @@ pub struct Estimate {
     pub path: Option<KnownPath>,
     /// Sawtooth in its reported depths.
     pub dive: Option<Dive>,
+    /// Distance over which it forgets its course, m, off any path; `None` without reports.
+    pub forgets_after: Option<f64>,
     /// Its past track, as the next request needs it.
     pub track: Vec<TrackPoint>,
 }
@@ -143,6 +145,7 @@ impl<'a> Estimator<'a> {
             repeats: None,
             path: None,
             dive: None,
+            forgets_after: None,
             track: Vec::new(),
         }
     }
@@ -198,6 +201,7 @@ impl<'a> Estimator<'a> {
             route,
             repeats,
             path,
+            forgets_after: Some(forgetting_length(&exact.points, tuned)),
             track: exact.points,
         }
     }

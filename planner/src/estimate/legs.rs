@@ -2,7 +2,7 @@
 
 use nalgebra::Vector2;
 
-use crate::{estimate::rigid_motion::number, facts::evidence::Report, tuned::EstimateNumbers};
+use crate::{facts::evidence::Report, tuned::EstimateNumbers};
 
 /// A point of a track: time, s, position north and east, m.
 pub(crate) type TrackPoint = [f64; 3];
@@ -104,14 +104,23 @@ pub(crate) fn legs(
 /// Least bend that is a turn, rad; fixes bend a straight leg by less.
 const TURN: f64 = std::f64::consts::FRAC_PI_4;
 
-/// Mean time between the turns of a `track`, s; `None` without turns.
-pub(crate) fn between_turns(track: &[TrackPoint]) -> Option<f64> {
-    let steps = track.windows(2).map(|pair| place(&pair[1]) - place(&pair[0]));
-    let steps: Vec<_> = steps.filter(|step| 0.0 < step.norm()).collect();
-    let turned = |pair: &&[Vector2<f64>]| TURN < pair[0].angle(&pair[1]);
-    let turns = steps.windows(2).filter(turned).count();
-    let (first, last) = (track.first()?, track.last()?);
-    (0 < turns).then(|| (last[0] - first[0]) / number(turns))
+/// Distance over which a vehicle forgets its course, m, by its `track`.
+///
+/// ```text
+/// ℓ = (ℓ₀ + Σ lᵢ) / (1 + Σ (1 − cos θᵢ))
+/// ```
+/// Turns by θ take a share 1 − cos θ of the mean of its direction; the legs between them are l long.
+/// ℓ₀ holds before any was seen.
+pub(crate) fn forgetting_length(track: &[TrackPoint], tuned: &EstimateNumbers) -> f64 {
+    let legs = track.windows(2).map(|pair| place(&pair[1]) - place(&pair[0]));
+    let legs: Vec<_> = legs.filter(|leg| 0.0 < leg.norm()).collect();
+    let way: f64 = legs.iter().map(Vector2::norm).sum();
+    let angles = legs.windows(2).map(|pair| pair[0].angle(&pair[1]));
+    let turns: f64 = angles
+        .filter(|angle| TURN < *angle)
+        .map(|angle| 1.0 - angle.cos())
+        .sum();
+    (tuned.forgets_after + way) / (1.0 + turns)
 }
 
 /// The fewest of `points` within `tolerance`, m, of all (Ramer, Douglas and Peucker).
@@ -158,9 +167,16 @@ mod tests {
     }
 
     #[test]
-    fn only_sharp_bends_count_for_the_time_between_turns() {
-        // Lanes of 100 m, 20 m apart: each takes 240 s and two turns. Bad fixes bend a lane by 10°.
-        let lanes = track_through(&[
+    fn a_vehicle_forgets_its_course_by_how_much_it_turned() {
+        let usual = EstimateNumbers::DEFAULT.forgets_after;
+        let length =
+            |places: &[[f64; 2]]| forgetting_length(&track_through(places), &EstimateNumbers::DEFAULT);
+        assert!((length(&[]) - usual).abs() < 1e-12);
+        // Bad fixes bend a transit by 10°.
+        let transit = length(&[[0.0, 0.0], [250.0, 22.0], [500.0, 0.0]]);
+        assert!((transit - 500.0 - usual).abs() < 3.0, "{transit}");
+        // Four lanes of 100 m, 20 m apart: six right angles on 460 m.
+        let lanes = length(&[
             [0.0, 0.0],
             [50.0, 4.0],
             [100.0, 0.0],
@@ -168,11 +184,9 @@ mod tests {
             [0.0, 20.0],
             [0.0, 40.0],
             [100.0, 40.0],
+            [100.0, 60.0],
+            [0.0, 60.0],
         ]);
-        let between = between_turns(&lanes).expect("turns four times");
-        assert!((between - 680.0 / 4.0).abs() < 1.0, "{between}");
-        assert_eq!(between_turns(&lanes[..3]), None);
-        assert_eq!(between_turns(&lanes[..1]), None);
-        assert_eq!(between_turns(&[]), None);
+        assert!((lanes - (460.0 + usual) / 7.0).abs() < 1.0, "{lanes}");
     }
 }

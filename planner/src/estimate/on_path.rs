@@ -464,7 +464,7 @@ impl<'a> OnPath<'a> {
             for tracking in &trackings(tuned) {
                 let mut insert = |navigation: &Navigation, part: f64, sense: f64| {
                     let begun = filter.begun(gamma, (navigation, tracking), part, sense, report);
-                    filter.insert(begun);
+                    filter.insert(&begun);
                 };
                 if roughness.is_some() {
                     insert(&navigations[0], 0.0, 1.0);
@@ -625,11 +625,11 @@ impl<'a> OnPath<'a> {
     }
 
     /// Inserts a hypothesis by probability; drops the least probable if there are too many.
-    fn insert(&mut self, hypothesis: Hypothesis) {
+    fn insert(&mut self, hypothesis: &Hypothesis) {
         let place = self
             .hypotheses
             .partition_point(|other| hypothesis.probability <= other.probability);
-        self.hypotheses.insert(place, hypothesis);
+        self.hypotheses.insert(place, *hypothesis);
         self.hypotheses.truncate(HYPOTHESES_MAX);
     }
 

@@ -84,6 +84,8 @@ pub(crate) struct PastTrack<'a> {
     pub(crate) points: Vec<TrackPoint>,
     /// Standard deviation of its fixes about its legs, m.
     sigma: f64,
+    /// Fewest repetitions of a pattern.
+    times_min: f64,
     /// Its speed through the water in motion, m/s.
     speed: f64,
     /// Current (north, east), m/s.
@@ -131,6 +133,11 @@ impl<'a> PastTrack<'a> {
             tuned,
             points,
             sigma,
+            times_min: if scatter > 1.0 {
+                tuned.loose_times_min
+            } else {
+                tuned.times_min
+            },
             speed: if time > 0.0 { way / time } else { 0.0 },
             current: *current,
             fixes: reports.iter().map(|(_, report)| report.position()).collect(),
@@ -145,7 +152,8 @@ impl<'a> PastTrack<'a> {
         }
         let found = TURN_RATES
             .iter()
-            .filter_map(|rate| self.repeats_turning_at(self.speed / rate));
+            .filter_map(|rate| self.repeats_turning_at(self.speed / rate))
+            .filter(|(_, repeats)| self.times_min <= repeats.track.times);
         let best = found.min_by(|(a, _), (b, _)| a.total_cmp(b));
         best.map(|(_, repeats)| repeats)
     }

@@ -86,6 +86,12 @@ impl AuvState {
         self.covariance
             .map(|rows| Matrix4::from_fn(|row, column| rows[row][column]))
     }
+
+    /// Root-mean-square distance from the vehicle at that time, m, if known.
+    pub(crate) fn position_sigma(&self) -> Option<f64> {
+        let variance = |known: Matrix4<f64>| known.m11 + known.m22;
+        self.covariance().map(|known| variance(known).max(0.0).sqrt())
+    }
 }
 
 /// A measured position of an underwater vehicle, with the telemetry sent with it.

@@ -37,7 +37,8 @@ impl ForecastModel {
 pub enum Forecast {
     /// The planner chooses for each vehicle: `hold` at rest; along its `path` if it is at most 15 m
     /// away; without a `path`, along the lanes or laps that its `reports` and the previous plan's
-    /// `track` repeat; else with its rate of turn.
+    /// `track` repeat; else with its rate of turn. Off any path, a vehicle with `reports` forgets its
+    /// course over 60 m, or as its past track tells: the mean over turns that nobody declared.
     #[default]
     Auto,
     /// As `auto`, but only declared paths are followed.

@@ -1,11 +1,11 @@
 //! Forecasts of AUVs in closed form, for any grid of times.
 
-use nalgebra::{Matrix2, Matrix4, Vector2};
+use nalgebra::{Complex, Matrix2, Matrix4, Vector2};
 
 use crate::{
     estimate::PathFit,
     facts::{
-        angle::{Course, angle_of, direction, sinc},
+        angle::Course,
         auv::Dive,
         evidence::{AuvState, FORECAST_AGE_MAX},
         known_path::{KnownPath, OFFSET_FROM_PATH_MAX},
@@ -38,6 +38,8 @@ pub struct Intent<'a> {
     pub fit: Option<&'a PathFit>,
     /// The sawtooth in which it dives.
     pub dive: Option<Dive>,
+    /// Distance over which it forgets its course, m, off its path. `None` if it goes straight on.
+    pub forgets_after: Option<f64>,
     /// The numbers of the forecast.
     pub tuned: &'a ForecastNumbers,
 }
@@ -77,6 +79,8 @@ struct Turning {
     velocity: Vector2<f64>,
     /// Rate of turn, rad/s.
     turn_rate: f64,
+    /// Rate at which its course is forgotten, 1/s.
+    forgetting: f64,
 }
 
 impl AuvForecast {
@@ -118,10 +122,15 @@ impl AuvForecast {
                 ForecastModel::ConstantTurn => (state.velocity(), state.turn_rate_radps),
                 ForecastModel::ConstantVelocity | ForecastModel::Path => (state.velocity(), 0.0),
             };
+            let forgetting = match (choice, intent.forgets_after) {
+                (Forecast::Auto | Forecast::Declared, Some(length)) => velocity.norm() / length,
+                _ => 0.0,
+            };
             let turning = Propagation::Turning(Turning {
                 position: state.position(),
                 velocity,
                 turn_rate,
+                forgetting,
             });
             let depth = match model {
                 ForecastModel::Hold => DepthForecast::Held(state.depth_m),
@@ -252,18 +261,27 @@ fn from_motion_alone(state: &AuvState, tuned: &ForecastNumbers) -> ForecastModel
 }
 
 impl Turning {
-    /// Motion `elapsed` seconds after the report.
+    /// Expected motion `elapsed` seconds after the report.
     ///
     /// ```text
-    /// p(t) = p + ‖v‖ t sinc(ω t / 2) [cos(χ + ω t / 2), sin(χ + ω t / 2)]
+    /// v(t) = v exp(−z t)    p(t) = p + v (1 − exp(−z t)) / z    z = a − i ω
     /// ```
-    /// The chord of an arc: exact, and regular at ω = 0.
+    /// with north + i east as complex numbers, the rate of turn ω, and the rate a at which turns that
+    /// nobody announced make the course forgotten: the mean over them.
     fn at(&self, elapsed: f64) -> Motion {
-        let (speed, course) = (self.velocity.norm(), angle_of(&self.velocity));
-        let half_turn = 0.5 * self.turn_rate * elapsed;
+        let z = Complex::new(self.forgetting, -self.turn_rate) * elapsed;
+        let velocity = Complex::new(self.velocity.x, self.velocity.y);
+        let half = z * 0.5;
+        // (1 − exp(−z)) / z = exp(−z/2) sinh(z/2) / (z/2); the next term of the series is z⁴/1920.
+        let mean = if half.norm_sqr() < 1e-8 {
+            half * half / 6.0 + 1.0
+        } else {
+            half.sinh() / half
+        };
+        let (travelled, then) = (velocity * (-half).exp() * mean * elapsed, velocity * (-z).exp());
         Motion {
-            position: self.position + direction(course + half_turn) * (speed * elapsed * sinc(half_turn)),
-            velocity: direction(course + 2.0 * half_turn) * speed,
+            position: self.position + Vector2::new(travelled.re, travelled.im),
+            velocity: Vector2::new(then.re, then.im),
         }
     }
 }
@@ -380,6 +398,27 @@ mod tests {
         }
         let lap = forecast.at(std::f64::consts::TAU / 0.02);
         near_to(lap.position, forecast.at(0.0).position, 1e-12);
+    }
+
+    #[test]
+    fn a_forgotten_course_is_the_mean_of_legs_that_end_at_random() {
+        let intent = Intent {
+            forgets_after: Some(60.0),
+            ..Intent::default()
+        };
+        let state = moving(0.0, 0.0, 8.0, 0.0, 0.5);
+        let ahead = |choice| AuvForecast::new(&state, intent, choice, &Vector2::zeros());
+        for until in [10, 120, 1700] {
+            // Each second a leg ends with a probability of 1/120; all directions are then alike.
+            let each = (0..until).map(|t| 0.5 * (1.0_f64 - 1.0 / 120.0).powf(f64::from(t)));
+            let motion = ahead(Forecast::Auto).at(f64::from(until));
+            near_to(motion.position, Vector2::new(each.sum(), 0.0), 0.5);
+        }
+        let moves = slope(|time| ahead(Forecast::Auto).at(time).position, 50.0, 1e-3);
+        near_to(moves, ahead(Forecast::Auto).at(50.0).velocity, 1e-9);
+        // Who asks for a constant velocity gets it.
+        let straight = ahead(Forecast::ConstantVelocity).at(1700.0).position;
+        near_to(straight, Vector2::new(850.0, 0.0), 1e-9);
     }
 
     #[test]

@@ -294,6 +294,7 @@ pub(crate) fn forecast_all(snapshot: &Snapshot) -> Vec<AuvForecast> {
             path: known.path.filter(|_| follows),
             fit: route.filter(|route| route.is_followed()).map(|route| &route.fit),
             dive: auv.dive.or(known.estimate.dive),
+            forgets_after: known.estimate.forgets_after,
             tuned: &snapshot.tuned().forecast,
         };
         match (&auv.state, snapshot.remembered(&auv.id)) {

@@ -13,7 +13,7 @@ use crate::{
 };
 
 /// Standard deviations within which errors of craft and goal are indistinguishable.
-const UNCERTAINTY_DEVIATIONS: f64 = 2.0;
+const UNCERTAINTY_DEVIATIONS: f64 = 2.5;
 
 /// Least gap between the least and the largest speed, m/s.
 const SPEED_GAP: f64 = 0.05;
@@ -164,13 +164,14 @@ impl Parameters {
 
     /// The weights for a plan on `snapshot` with `goal`: [`Parameters::weights`], reduced by the
     /// goal's uncertainty, which is that of the least known AUV that the goal follows now (of AUVs
-    /// in turn, the present one). Without a covariance an AUV counts as exactly known.
+    /// in turn, the present one) at its report: what it did since then no report corrects. Without a
+    /// covariance an AUV counts as exactly known.
     pub fn weights_for(&self, snapshot: &Snapshot, goal: &GoalForecast) -> Weights {
         let estimates = goal.needs_now().map(|auv| &snapshot.estimates()[auv]);
         // A stale AUV has no estimate that could be uncertain.
         let sigma = estimates
             .filter(|estimate| !self.is_stale(estimate))
-            .filter_map(|estimate| estimate.position_sigma(&snapshot.tuned().estimate))
+            .filter_map(|estimate| estimate.state.position_sigma())
             .fold(0.0, f64::max);
         let distance = (goal.at(0.0).position - snapshot.asc.position()).norm();
         self.weights
@@ -183,7 +184,7 @@ impl Weights {
     /// `sigma`, m; at least a share `least` remains.
     ///
     /// ```text
-    /// w ← w max(least, e⁴ / (e⁴ + (2 d)⁴))      for both weights of position
+    /// w ← w max(least, e⁴ / (e⁴ + (2.5 d)⁴))      for both weights of position
     /// ```
     /// An error below the uncertainty is as likely the estimate's as the craft's, and the next
     /// report removes part of it: chasing it is longer and no nearer; see
@@ -281,12 +282,12 @@ mod tests {
         let weights = Weights::default();
         let share =
             |distance, sigma| weights.for_uncertain_goal(distance, sigma, LEAST).position / weights.position;
-        // At two deviations the causes are equally likely.
-        assert!((share(2.0, 1.0) - 0.5).abs() < 1e-12);
+        // At so many deviations the causes are equally likely.
+        assert!((share(UNCERTAINTY_DEVIATIONS, 1.0) - 0.5).abs() < 1e-12);
         let distances = [0.0, 0.5, 1.0, 2.0, 5.0, 50.0];
         assert!(distances.is_sorted_by(|a, b| share(*a, 1.0) <= share(*b, 1.0)));
         assert!(distances.is_sorted_by(|a, b| share(3.0, *a) >= share(3.0, *b)));
-        // Far away the error is not the goal's: 1 − (2/50)⁴.
+        // Far away the error is not the goal's: 1 − (2.5/50)⁴.
         assert!(share(50.0, 1.0) > 0.999);
         for (distance, sigma) in [(0.0, 1e6), (1e6, 1e6), (1e6, 1e-6)] {
             assert!((LEAST..=1.0).contains(&share(distance, sigma)));

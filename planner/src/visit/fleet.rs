@@ -3,7 +3,6 @@
 use nalgebra::Vector2;
 
 use crate::{
-    estimate::legs::between_turns,
     facts::{
         angle::ned_from_body,
         visit::{Reduce, VisitCost, Visits},
@@ -126,15 +125,9 @@ impl Fleet {
         let tour = tour(&places, &craft, visits.dwell_min());
         let horizon = (parameters.horizon_tours * tour).clamp(parameters.horizon_min, parameters.horizon_max);
         let candidate = |member: &ScheduledAuv| {
-            let between_turns = between_turns(&snapshot.estimates()[member.auv].track);
-            let track = SampledTrack::new(
-                &forecasts[member.auv],
-                between_turns,
-                horizon,
-                &craft.current,
-                frame,
-                |time| depths[member.auv].at(time),
-            );
+            let track = SampledTrack::new(&forecasts[member.auv], horizon, &craft.current, frame, |time| {
+                depths[member.auv].at(time)
+            });
             Candidate {
                 auv: member.auv,
                 share: member.weight,

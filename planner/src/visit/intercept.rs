@@ -4,10 +4,7 @@ use nalgebra::Vector2;
 
 use crate::{
     estimate::rigid_motion::number,
-    facts::{
-        angle::{angle_of, wrap},
-        options::ForecastModel,
-    },
+    facts::angle::{angle_of, wrap},
     predict::{forecast::AuvForecast, motion::Motion},
 };
 
@@ -30,11 +27,9 @@ pub(crate) struct SampledTrack {
 
 impl SampledTrack {
     /// The forecast of an AUV until `horizon`, s, in the craft's `frame`, in a `current` of that
-    /// frame, m/s, at its `depth`, m. Without a path, a mean interval `between_turns`, s, predicts
-    /// turns into random directions.
+    /// frame, m/s, at its `depth`, m.
     pub(crate) fn new(
         forecast: &AuvForecast,
-        between_turns: Option<f64>,
         horizon: f64,
         current: &Vector2<f64>,
         frame: impl Fn(&Motion) -> Vector2<f64>,
@@ -42,15 +37,7 @@ impl SampledTrack {
     ) -> Self {
         let step = horizon / number(SAMPLES);
         let times = || (0..=SAMPLES).map(|i| number(i) * step);
-        // A velocity with the decay rate 1/τ displaces the AUV by v τ (1 − e^(−t/τ)) on average.
-        let foreseen = |time: f64| match between_turns {
-            Some(tau) if 0.0 < time && forecast.model != ForecastModel::Path => {
-                let here = frame(&forecast.at(0.0));
-                here + (frame(&forecast.at(time)) - here) * (tau / time * -(-time / tau).exp_m1())
-            }
-            _ => frame(&forecast.at(time)),
-        };
-        let positions: Vec<_> = times().map(foreseen).collect();
+        let positions: Vec<_> = times().map(|time| frame(&forecast.at(time))).collect();
         let velocities = positions.windows(2).map(|pair| (pair[1] - pair[0]) / step);
         let fastest = velocities.map(|velocity| (velocity - current).norm());
         Self {
@@ -259,20 +246,20 @@ mod tests {
         AuvForecast::new(&state, Intent::default(), Forecast::ConstantTurn, &STILL)
     }
 
-    fn track(auv: &AuvForecast, between_turns: Option<f64>, current: &Vector2<f64>) -> SampledTrack {
+    fn track(auv: &AuvForecast, current: &Vector2<f64>) -> SampledTrack {
         let position = |motion: &Motion| motion.position;
-        SampledTrack::new(auv, between_turns, HORIZON, current, position, |_| 8.0)
+        SampledTrack::new(auv, HORIZON, current, position, |_| 8.0)
     }
 
     /// Time at which a craft in still water is near enough after its turn.
     fn arrival(auv: &AuvForecast) -> Option<f64> {
-        let arrival = craft(STILL).arrive(&track(auv, None, &STILL), &HERE, WITHIN, HORIZON);
+        let arrival = craft(STILL).arrive(&track(auv, &STILL), &HERE, WITHIN, HORIZON);
         arrival.map(|arrival| arrival.time)
     }
 
     /// Time at which a craft on a constant heading in still water is near enough.
     fn reached(auv: &AuvForecast) -> Option<f64> {
-        craft(STILL).reach(&track(auv, None, &STILL), &HERE, WITHIN, HORIZON)
+        craft(STILL).reach(&track(auv, &STILL), &HERE, WITHIN, HORIZON)
     }
 
     fn craft(current: Vector2<f64>) -> Craft {
@@ -311,7 +298,7 @@ mod tests {
                 let angle = 0.26 * f64::from(k) + 0.3 * current.x;
                 let place = direction(angle) * (15.0 + 60.0 * f64::from(k));
                 let auv = forecast(place.x, place.y, 2.0 - angle, 0.1 * f64::from(k % 7), 0.0);
-                let (track, craft) = (track(&auv, None, &current), craft(current));
+                let (track, craft) = (track(&auv, &current), craft(current));
                 let found = craft.reach(&track, &HERE, WITHIN, HORIZON);
                 let expected = scanned(&craft, &auv, false);
                 assert_eq!(found.is_some(), expected.is_some(), "{current} {k}");
@@ -375,19 +362,5 @@ mod tests {
                 "{outside} m outside: {late} s"
             );
         }
-    }
-
-    #[test]
-    fn the_forecast_of_an_auv_that_turns_is_the_mean_of_random_turns() {
-        let auv = forecast(0.0, 0.0, 0.0, 0.5, 0.0);
-        let [straight, turning] = [None, Some(120.0)].map(|between| track(&auv, between, &STILL));
-        for until in [10, 120, 1700] {
-            // Mean of tracks whose legs end at random, each second with a probability of 1/120.
-            let each = (0..until).map(|t| 0.5 * (1.0_f64 - 1.0 / 120.0).powf(f64::from(t)));
-            let place = turning.at(f64::from(until));
-            near(place.x, each.sum(), 0.5);
-            near(place.y, 0.0, 1e-9);
-        }
-        near(straight.at(1700.0).x, 850.0, 1e-6);
     }
 }
