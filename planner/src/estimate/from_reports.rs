@@ -80,7 +80,7 @@ impl Route {
 }
 
 /// Number of newest reports that test whether a vehicle still repeats its track: older ones made
-/// the path. Misfits of three in a row end the repetition.
+/// the path.
 const TELLING: usize = 3;
 
 /// Estimates AUVs at one moment.
@@ -172,10 +172,12 @@ impl<'a> Estimator<'a> {
         let repeats = repeats.or_else(|| loose.map(past_track).find_map(|track| track.repeats()));
         let along = self.on_likeliest_path(paths, repeats.as_ref(), &screened);
         let route = along.as_ref().map(|along| Route {
-            probability: match repeats {
-                None => probability_of_following(&screened, along, &free, (usize::MAX, f64::INFINITY)),
-                Some(_) => probability_of_following(&screened, along, &free, (TELLING, tuned.odds_max)),
-            },
+            probability: probability_of_following(
+                &screened,
+                along,
+                &free,
+                repeats.as_ref().map_or(usize::MAX, |_| TELLING),
+            ),
             fit: along.filter.fit(),
             next_turn: match paths {
                 [_] => along.filter.next_turn(),
@@ -338,12 +340,12 @@ fn likelier_on_path<'a>(
 }
 
 /// Probability that a vehicle follows its path as in `along`, after the `newest` of its `reports`,
-/// in a two-state model with `free` motion. `odds_max` bounds a report's weight against the path.
+/// in a two-state model with `free` motion.
 fn probability_of_following(
     reports: &[(usize, Report)],
     along: &Track<OnPath<'_>>,
     free: &Track<Interacting<'_>>,
-    (newest, odds_max): (usize, f64),
+    newest: usize,
 ) -> f64 {
     let moves = match reports {
         // One fix has no information on motion.
@@ -365,7 +367,7 @@ fn probability_of_following(
             let [leaves, returns] =
                 [tuned.leaves_after, tuned.returns_after].map(|after| -(-elapsed / after).exp_m1());
             let follows = follows * (1.0 - leaves) + (1.0 - follows) * returns;
-            let ratio = (free - along).exp().min(odds_max);
+            let ratio = (free - along).exp();
             follows / (follows + (1.0 - follows) * ratio)
         })
 }

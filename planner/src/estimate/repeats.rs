@@ -84,8 +84,6 @@ pub(crate) struct PastTrack<'a> {
     pub(crate) points: Vec<TrackPoint>,
     /// Standard deviation of its fixes about its legs, m.
     sigma: f64,
-    /// Fewest repetitions of a pattern.
-    times_min: f64,
     /// Its speed through the water in motion, m/s.
     speed: f64,
     /// Current (north, east), m/s.
@@ -133,11 +131,6 @@ impl<'a> PastTrack<'a> {
             tuned,
             points,
             sigma,
-            times_min: if scatter > 1.0 {
-                tuned.loose_times_min
-            } else {
-                tuned.times_min
-            },
             speed: if time > 0.0 { way / time } else { 0.0 },
             current: *current,
             fixes: reports.iter().map(|(_, report)| report.position()).collect(),
@@ -153,7 +146,7 @@ impl<'a> PastTrack<'a> {
         let found = TURN_RATES
             .iter()
             .filter_map(|rate| self.repeats_turning_at(self.speed / rate))
-            .filter(|(_, repeats)| self.times_min <= repeats.track.times);
+            .filter(|(_, repeats)| self.tuned.times_min <= repeats.track.times);
         let best = found.min_by(|(a, _), (b, _)| a.total_cmp(b));
         best.map(|(_, repeats)| repeats)
     }

@@ -159,6 +159,7 @@ fn a_minute_ahead(vehicle: &Vehicle, points: &[Vector2<f64>], declares: bool) ->
             let intent = Intent {
                 path: found.path.as_ref().filter(|_| route.is_some()),
                 fit: route.map(|route| &route.fit),
+                forgets_after: found.forgets_after,
                 ..Intent::default()
             };
             let forecast = AuvForecast::new(&found.state, intent, Forecast::Auto, &Vector2::zeros());
