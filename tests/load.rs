@@ -16,8 +16,6 @@ use tokio::{
 mod flight;
 #[path = "load/http.rs"]
 mod http;
-#[path = "load/overload.rs"]
-mod overload;
 #[path = "load/record.rs"]
 mod record;
 #[path = "load/tally.rs"]
@@ -37,8 +35,6 @@ const TELL_EVERY: Duration = Duration::from_secs(30);
 const WARM: Duration = Duration::from_mins(2);
 /// Between two steps.
 const STEP: Duration = Duration::from_mins(1);
-/// More than the creation of missions and the measurements around an overload take.
-const SETTLED: Duration = Duration::from_mins(10);
 /// Age of a plan that is late by half a period, s.
 const LATE_AGE: f64 = 1.5;
 
@@ -60,9 +56,6 @@ struct Arguments {
     /// Add so many missions every minute instead, until the service has too much to do.
     #[arg(long)]
     step: Option<usize>,
-    /// Ask for plans beside the missions, so many times as often as the service keeps up with.
-    #[arg(long, value_name = "FACTOR", conflicts_with = "step")]
-    overload: Option<f64>,
 }
 
 #[tokio::main(flavor = "current_thread")]
@@ -72,15 +65,9 @@ async fn main() -> Result<(), Box<dyn Error>> {
     let address: SocketAddr = address.parse()?;
     let mut load = Load::new(address, arguments.pid);
     let time = Duration::from_secs_f64(60.0 * arguments.minutes);
-    match (arguments.step, arguments.overload) {
-        (Some(step), _) => load.step(step).await?,
-        (None, Some(factor)) => {
-            let end = load.begun + time + SETTLED;
-            load.add(arguments.missions, end).await?;
-            overload::run(address, factor, time, arguments.pid).await?;
-            load.flights.abort_all();
-        }
-        (None, None) => load.keep(arguments.missions, time).await?,
+    match arguments.step {
+        Some(step) => load.step(step).await?,
+        None => load.keep(arguments.missions, time).await?,
     }
     load.account().await
 }

@@ -44,7 +44,7 @@ use faults::{Fault, Now, schedule};
 use host::Host;
 use operator::Operator;
 use sea::Sea;
-pub use shown::Shown;
+pub use shown::{Log, Shown};
 
 /// Wall time at the start of every voyage, Unix time, s.
 const START_S: f64 = 1.8e9;
@@ -176,7 +176,7 @@ fn rng(seed: u64, part: u64) -> ChaCha8Rng {
 
 /// Sails the voyage of `seed`.
 pub fn sail(seed: u64, course: Course) -> Voyage {
-    let log = shown::Log::default();
+    let log = Log::default();
     let listen = || course.only.map(|_| log.listen());
     // With one subscriber, the thread that logs first, of any voyage, decides what is logged.
     let (_first, _second) = (listen(), listen());
@@ -221,7 +221,7 @@ pub fn sail_all(
     })
 }
 
-async fn sailed(seed: u64, mut course: Course, log: shown::Log) -> Voyage {
+async fn sailed(seed: u64, mut course: Course, log: Log) -> Voyage {
     if course.only.is_some() {
         course.duration_s = shown::DURATION_S;
     }

@@ -22,25 +22,24 @@ use clarabel::{
     algebra::CscMatrix,
     solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus as ClarabelStatus, SupportedConeT},
 };
-use nalgebra::Vector2;
 use planner::{
-    craft::{Craft, CraftModel},
     parameters::Parameters,
-    program::{AcousticRange, Cone, Program, Subproblem},
-    snapshot::Limits,
+    plan::{Programs, plan_with},
+    program::{Cone, Program},
+    snapshot::Acoustics,
     solve::{Solution, SolverStatus, Solvers},
     sparse::Sparse,
 };
 use serde_json::json;
+use tests::{goals, observation, snapshot};
 use wire::program_dump;
 
 /// Programs of a horizon: enough that none is a special case, and few enough for the cache.
 const N_SCENES: u32 = 40;
 /// Interval of horizons with equal steps, s: the middle one of the default horizon.
 const INTERVAL: f64 = 2.0;
-/// Horizontal acoustic ranges of the two AUVs, m. They are 30 m abeam and the goal up to 3 m to one
-/// side, so that the ranges hold the craft back from a third of the goals.
-const RANGES: [f64; 2] = [33.0, 32.0];
+/// Acoustic range, m: a little more than half the AUVs' distance, so that it binds some of the plans.
+const RANGE: f64 = 36.0;
 
 fn main() {
     let arguments = Arguments::parse();
@@ -51,9 +50,7 @@ fn main() {
     );
     let mut times = serde_json::Map::new();
     for (name, steps) in horizons() {
-        let scenes: Vec<_> = (0..N_SCENES).map(|i| Scene::new(&steps, i)).collect();
-        let programs = scenes.iter().map(|scene| Program::new(&scene.subproblem()));
-        let programs: Vec<_> = programs.collect();
+        let programs: Vec<_> = (0..N_SCENES).map(|i| program(&steps, i)).collect();
         let measured = Measured::over(&programs, arguments.rounds);
         measured.print(name, &programs[0]);
         if let Some(folder) = &arguments.dump {
@@ -96,71 +93,29 @@ fn horizons() -> [(&'static str, Vec<f64>); 4] {
     ]
 }
 
-/// A craft at 0.3 m/s amid two AUVs on parallel courses, metres from its goal. Numbers are assumed.
-struct Scene {
-    steps: Vec<f64>,
-    velocity: Vector2<f64>,
-    goal: Vec<Vector2<f64>>,
-    goal_velocity: Vec<Vector2<f64>>,
-    directions: Vec<Vector2<f64>>,
-    surge_disturbance: Vec<f64>,
-    ranges: Vec<AcousticRange>,
-    parameters: Parameters,
-}
-
-impl Scene {
-    /// Scene number `i`: another place of the goal around the craft, and another bend on its way.
-    fn new(steps: &[f64], i: u32) -> Self {
-        let angle = f64::from(i) * TAU / f64::from(N_SCENES);
-        let mut times = vec![0.0];
-        for step in steps {
-            times.push(times[times.len() - 1] + step);
-        }
-        let end = times[steps.len()];
-        let at = |t: f64, place: Vector2<f64>| place + t * Vector2::new(0.193, 0.02);
-        let range = |abeam: f64, radius: f64| AcousticRange {
-            centres: times.iter().map(|&t| at(t, Vector2::new(4.0, abeam))).collect(),
-            radii: vec![radius; times.len()],
-            named: true,
-        };
-        Self {
-            steps: steps.to_vec(),
-            velocity: Vector2::new(0.3, 0.02 * angle.sin()),
-            goal: times
-                .iter()
-                .map(|&t| at(t, Vector2::new(4.0 + 6.0 * angle.sin(), -3.0 * angle.cos())))
-                .collect(),
-            goal_velocity: vec![Vector2::new(0.173, -0.03); times.len()],
-            directions: times
-                .iter()
-                .map(|t| planner::angle::direction(0.4 * angle.cos() * t / end))
-                .collect(),
-            surge_disturbance: vec![0.0; times.len()],
-            ranges: vec![range(30.0, RANGES[0]), range(-30.0, RANGES[1])],
-            parameters: Parameters::default(),
-        }
-    }
-
-    fn subproblem(&self) -> Subproblem<'_> {
-        Subproblem {
-            acceleration: Vector2::zeros(),
-            course_lag: CraftModel::new(&Craft::MEDUSA, &Limits::MEDUSA).course_lag(),
-            power: Craft::MEDUSA.power,
-            steps: &self.steps,
-            velocity: self.velocity,
-            current: Vector2::new(0.02, 0.05),
-            goal: &self.goal,
-            goal_velocity: &self.goal_velocity,
-            directions: &self.directions,
-            limits: &Limits::MEDUSA,
-            surge_disturbance: &self.surge_disturbance,
-            ranges: &self.ranges,
-            discs: &[],
-            edges: &[],
-            minimax: &[],
-            weights: &self.parameters.weights,
-        }
-    }
+/// The first program of a plan over `steps`. Scene number `i` has the craft at another place beside the
+/// midpoint of two AUVs 60 m apart.
+fn program(steps: &[f64], i: u32) -> Program {
+    let angle = f64::from(i) * TAU / f64::from(N_SCENES);
+    let mut scene = observation(goals()[2].clone());
+    scene.asc.north_m = 11.0 - 6.0 * angle.sin();
+    scene.asc.east_m = 27.0 + 3.0 * angle.cos();
+    scene.acoustics = Some(Acoustics { range_max_m: RANGE });
+    let parameters = Parameters {
+        steps: steps.to_vec(),
+        ..Parameters::default()
+    };
+    let (mut solvers, mut first) = (Solvers::default(), None);
+    let _ = plan_with(
+        &snapshot(scene),
+        &parameters,
+        &mut Programs::default(),
+        &mut |program| {
+            first.get_or_insert_with(|| program.clone());
+            solvers.solve(program)
+        },
+    );
+    first.expect("a program was stated")
 }
 
 /// The costs of all programs of a horizon.

@@ -64,15 +64,6 @@ fn plan_with_status(snapshot: &Snapshot, status: SolverStatus) -> Plan {
 }
 
 #[test]
-fn a_solved_program_answers_on_the_first_fallback_level() {
-    for goal in goals() {
-        let answer = plan_with_status(&snapshot(observation(goal)), SolverStatus::Solved);
-        assert_eq!(how(&answer), (Method::Mpc, None));
-        assert!(answer.solver.scp_iterations > 0);
-    }
-}
-
-#[test]
 fn every_status_that_proves_nothing_leads_to_the_previous_plan() {
     let snapshot = snapshot(followed(3.0));
     let previous = snapshot.previous_plan.clone().unwrap().trajectory;

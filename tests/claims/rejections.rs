@@ -81,6 +81,15 @@ async fn a_member_is_refused_by_place_and_reason() {
         /auvs/0/reports           [{"t_s":110,"north_m":1,"east_m":2,"sigma_m":1.5}]  unexpected
         /auvs/0                   {"id":"auv-1"}      missing           /auvs/0/state
 
+        # A craft's numbers contradict one another.
+        /craft/preset        "titanic"            unknown_preset
+        /craft/heading_loop  {"damping":0.8}      missing        /craft/heading_loop/natural_frequency_radps
+        /craft/heading_loop  {"natural_frequency_radps":1}  missing  /craft/heading_loop/damping
+        /craft/heading_loop  {"time_constant_s":1,"damping":1}  unexpected  /craft/heading_loop/time_constant_s
+        /craft/heading_loop  {"lag_s":1}          unknown_field  /craft/heading_loop/lag_s
+        /craft/surge_loop    {"integrates":true}  missing        /craft/surge_loop/integral_time_s
+        /craft/surge_loop    {"integrates":false,"integral_time_s":9}  unexpected  /craft/surge_loop/integral_time_s
+
         # Details are in the words of JSON.
         .             []              wrong_type       must be an object, not a list
         .             3               wrong_type       must be an object, not a number
@@ -282,20 +291,6 @@ async fn no_error_demands_the_type_that_was_sent() {
     }
     // Most of over a hundred places have six wrong types.
     assert!(400 < n_wrong_types, "{n_wrong_types}");
-}
-
-#[tokio::test(start_paused = true)]
-async fn a_craft_that_contradicts_itself_is_refused() {
-    let table = r#"
-        /craft/preset        "titanic"        unknown_preset
-        /craft/heading_loop  {"damping":0.8}  missing         /craft/heading_loop/natural_frequency_radps
-        /craft/heading_loop  {"natural_frequency_radps":1}  missing  /craft/heading_loop/damping
-        /craft/heading_loop  {"time_constant_s":1,"damping":1}  unexpected  /craft/heading_loop/time_constant_s
-        /craft/heading_loop  {"lag_s":1}          unknown_field   /craft/heading_loop/lag_s
-        /craft/surge_loop    {"integrates":true}  missing     /craft/surge_loop/integral_time_s
-        /craft/surge_loop    {"integrates":false,"integral_time_s":9}  unexpected  /craft/surge_loop/integral_time_s
-    "#;
-    assert_refused(&example("track"), table).await;
 }
 
 #[tokio::test(start_paused = true)]

@@ -121,22 +121,6 @@ async fn an_unattainable_limit_has_slack() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_comparison_names_the_limits_that_every_law_breaks() {
-    let mut body = example("track");
-    // Between the craft and the AUV that it follows.
-    let (asc, target) = (&body["asc"], &body["auvs"][0]["state"]);
-    let half = |name: &str| 0.5 * (number(&asc[name]) + number(&target[name]));
-    let disc = json!({ "north_m": half("north_m"), "east_m": half("east_m"), "radius_m": 2.0 });
-    body["keep_outs"] = json!([disc]);
-    let plans = answered("/v1/plan/compare", body.to_string()).await["plans"].clone();
-    let broken = &plans["saturated_los"]["violations"][0];
-    let named = json!([broken["limit"], broken["pointer"]]);
-    assert_eq!(named, json!(["keep_out", "/keep_outs/0"]));
-    let cost = |name: &str| number(&plans[name]["predicted"]["cost"]);
-    assert!(cost("mpc") < cost("saturated_los"));
-}
-
-#[tokio::test(start_paused = true)]
 async fn a_comparison_has_a_whole_answer_of_every_law_and_its_missing_state() {
     let answer = answered("/v1/plan/compare", EXAMPLES[1].body).await;
     let plans = serde_json::from_value::<wire::Comparison>(answer.clone()).expect("has the shape");
@@ -518,16 +502,11 @@ async fn the_openapi_document_resolves_every_reference() {
     let document = served("/openapi.json").await;
     assert!(document["paths"]["/readyz"]["get"]["responses"]["503"].is_object());
     let text = document.to_string();
-    let references: Vec<_> = text
-        .split("\"#/")
-        .skip(1)
-        .filter_map(|rest| rest.split('"').next())
-        .collect();
-    assert!(!references.is_empty());
-    for reference in references {
+    for rest in text.split("\"#/").skip(1) {
+        let reference = rest.split('"').next().unwrap_or_default();
         assert!(
             document.pointer(&format!("/{reference}")).is_some(),
-            "{reference} leads nowhere"
+            "{reference}"
         );
     }
 }

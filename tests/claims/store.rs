@@ -93,7 +93,6 @@ of_both_stores! {
     a_deleted_mission_is_gone_at_once_and_its_number_is_not_reused
     a_client_beyond_its_share_stores_nothing_and_others_still_do
     orders_are_listed_page_by_page
-    a_closed_store_stores_nothing
     ages_count_from_a_stored_time
     every_change_of_stored_data_is_named
     an_open_store_that_is_set_back_stores_nothing_more
@@ -303,13 +302,6 @@ async fn a_reader_after_a_number_misses_no_event_of_two_services() {
     assert_eq!((n_orders, n_missions), (2 * EACH, 2 * EACH));
 }
 
-async fn a_closed_store_stores_nothing(place: Place) {
-    let store = place.open().await;
-    add(&store, append("a", vec![event(1, "x")])).await;
-    store.close().await.expect("is closed");
-    assert_eq!(store.append(append("b", vec![])).await, Err(StoreError::Closed));
-}
-
 async fn ages_count_from_a_stored_time(place: Place) {
     let store = place.open().await;
     let finished = Append {
@@ -360,43 +352,19 @@ async fn every_change_of_stored_data_is_named(place: Place) {
     let a = |what: &str| damaged(&format!("a: {what}"));
     let of_b = "(SELECT body FROM whole WHERE mission = 2 AND sequence = 2)";
     // `2nd`: of event 2 of mission a.
-    for (damage, named) in [
-        (
-            "UPDATE events SET body = OF_B 2nd",
-            "event 2 is not what was stored",
-        ),
-        (
-            "UPDATE events SET kind = 'planned' 2nd",
-            "event 2 is not what was stored",
-        ),
-        (
-            "UPDATE events SET digest = (SELECT digest FROM whole WHERE mission = 1 AND sequence = 3) 2nd",
-            "event 2 is not what was stored",
-        ),
-        (
-            "UPDATE events SET sequence = 9 2nd;
-             UPDATE events SET sequence = 2 WHERE mission = 1 AND sequence = 3;
-             UPDATE events SET sequence = 3 WHERE mission = 1 AND sequence = 9",
-            "event 2 is not what was stored",
-        ),
-        (
-            "DELETE FROM events WHERE mission = 1 AND sequence = 1",
-            "event 1 is missing",
-        ),
-        ("DELETE FROM events 2nd", "event 2 is missing"),
-        (
-            "DELETE FROM events WHERE mission = 2 AND sequence = 2; UPDATE events SET mission = 2 2nd",
-            "event 2 is missing, b: event 2 is not what was stored",
-        ),
-        (
-            "UPDATE snapshots SET body = OF_B WHERE mission = 1",
-            "its checkpoint at event 4 is not what was stored",
-        ),
-        (
-            "UPDATE snapshots SET sequence = 3 WHERE mission = 1",
-            "its checkpoint at event 3 is not what was stored",
-        ),
-    ] {
+    let table = "
+        UPDATE events SET body = OF_B 2nd | event 2 is not what was stored
+        UPDATE events SET kind = 'planned' 2nd | event 2 is not what was stored
+        UPDATE events SET digest = (SELECT digest FROM whole WHERE mission = 1 AND sequence = 3) 2nd | event 2 is not what was stored
+        UPDATE events SET sequence = 9 2nd; UPDATE events SET sequence = 2 WHERE mission = 1 AND sequence = 3; UPDATE events SET sequence = 3 WHERE mission = 1 AND sequence = 9 | event 2 is not what was stored
+        DELETE FROM events WHERE mission = 1 AND sequence = 1 | event 1 is missing
+        DELETE FROM events 2nd | event 2 is missing
+        DELETE FROM events WHERE mission = 2 AND sequence = 2; UPDATE events SET mission = 2 2nd | event 2 is missing, b: event 2 is not what was stored
+        UPDATE snapshots SET body = OF_B WHERE mission = 1 | its checkpoint at event 4 is not what was stored
+        UPDATE snapshots SET sequence = 3 WHERE mission = 1 | its checkpoint at event 3 is not what was stored
+    ";
+    for row in table.trim().lines() {
+        let (damage, named) = row.split_once(" | ").expect("is a row");
         let damage = damage.replace("OF_B", of_b);
         place.change(&damage.replace("2nd", "WHERE mission = 1 AND sequence = 2"));
         let named = format!("a: {named}");

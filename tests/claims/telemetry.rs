@@ -2,9 +2,8 @@
 
 use std::{
     collections::{BTreeMap, BTreeSet},
-    io::{self, Write},
     sync::{
-        Arc, Mutex,
+        Mutex,
         atomic::{AtomicBool, Ordering},
     },
     time::Duration,
@@ -19,8 +18,11 @@ use planner::{
 };
 use serde_json::{Value, json};
 use service::Settings;
-use tests::client::{call, example, get, post, send_to, simulated_machine, with};
-use tracing_subscriber::{filter::LevelFilter, fmt::MakeWriter};
+use tests::{
+    client::{call, example, get, post, send_to, simulated_machine, with},
+    voyage::Log,
+};
+use tracing_subscriber::filter::LevelFilter;
 
 use super::missions::{Service, id};
 
@@ -199,7 +201,7 @@ async fn missions_are_counted_by_status_and_by_craft_that_do_not_follow() {
         Samples::of(router).await
     };
     let log = Log::default();
-    let _logs = log.listen();
+    let _logs = listen(&log);
     let mission = service.running().await;
     let id = id(&mission);
     let warns = |samples: &Samples| samples.sum("pilotfish_missions_craft_does_not_follow", &[]);
@@ -227,48 +229,24 @@ async fn missions_are_counted_by_status_and_by_craft_that_do_not_follow() {
     assert_eq!(missions(&Samples::of(router).await, ""), 0.0);
 
     for told in ["the craft does not follow", "the craft follows again"] {
-        assert_eq!(log.lines(&[told, id]).len(), 1, "{told}");
+        assert_eq!(lines_of(&log, &[told, id]).len(), 1, "{told}");
     }
 }
 
-/// The captured log.
-#[derive(Clone, Default)]
-struct Log(Arc<Mutex<Vec<u8>>>);
-
-impl Write for Log {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.0.lock().expect("is whole").write(bytes)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        Ok(())
-    }
+/// Captures at the program's level, on the test's thread, which is that of calls and missions.
+fn listen(log: &Log) -> impl Drop + use<> {
+    let subscriber = tracing_subscriber::fmt()
+        .with_max_level(LevelFilter::INFO)
+        .with_ansi(false)
+        .with_writer(Mutex::new(log.clone()));
+    tracing_subscriber::util::SubscriberInitExt::set_default(subscriber)
 }
 
-impl<'a> MakeWriter<'a> for Log {
-    type Writer = Self;
-
-    fn make_writer(&'a self) -> Self {
-        self.clone()
-    }
-}
-
-impl Log {
-    /// Captures at the program's level, on the test's thread, which is that of calls and missions.
-    fn listen(&self) -> impl Drop + use<> {
-        let subscriber = tracing_subscriber::fmt()
-            .with_max_level(LevelFilter::INFO)
-            .with_ansi(false)
-            .with_writer(self.clone());
-        tracing_subscriber::util::SubscriberInitExt::set_default(subscriber)
-    }
-
-    /// The lines with all of these parts.
-    fn lines(&self, parts: &[&str]) -> Vec<String> {
-        let text = String::from_utf8(self.0.lock().expect("is whole").clone()).expect("is text");
-        let holds = |line: &&str| parts.iter().all(|part| line.contains(part));
-        text.lines().filter(holds).map(str::to_owned).collect()
-    }
+/// The lines of a log with all of these parts.
+fn lines_of(log: &Log, parts: &[&str]) -> Vec<String> {
+    let text = log.text();
+    let holds = |line: &&str| parts.iter().all(|part| line.contains(part));
+    text.lines().filter(holds).map(str::to_owned).collect()
 }
 
 fn called(request: Request<Body>, id: &str) -> Request<Body> {
@@ -280,7 +258,7 @@ async fn calls_and_changes_are_logged_with_their_call_and_probes_are_not() {
     let service = Service::start_with(simulated_machine()).await;
     let router = &service.router;
     let log = Log::default();
-    let _logs = log.listen();
+    let _logs = listen(&log);
     let mission = service.running().await;
     let id = id(&mission);
     let paused = called(post(&format!("{mission}/pause"), "{}"), "the-pause");
@@ -291,14 +269,14 @@ async fn calls_and_changes_are_logged_with_their_call_and_probes_are_not() {
     send_to(router.clone(), called(call("DELETE", &mission), "the-end")).await;
 
     for (request, change) in [("the-pause", "paused"), ("the-end", "deleted")] {
-        let lines = log.lines(&[request, "a mission changed", id]);
+        let lines = lines_of(&log, &[request, "a mission changed", id]);
         assert!(lines.len() == 1 && lines[0].contains(change), "{lines:?}");
         let route = "route=\"/v1/missions/{id}";
-        let lines = log.lines(&[request, "answered", route, "ms=", id, "trace_id="]);
+        let lines = lines_of(&log, &[request, "answered", route, "ms=", id, "trace_id="]);
         assert!(lines.len() == 1 && lines[0].contains("INFO"), "{lines:?}");
     }
-    assert_eq!(log.lines(&["a mission changed", "created", id]).len(), 1);
-    assert_eq!(log.lines(&["the-probe"]), [""; 0]);
+    assert_eq!(lines_of(&log, &["a mission changed", "created", id]).len(), 1);
+    assert_eq!(lines_of(&log, &["the-probe"]), [""; 0]);
 }
 
 #[tokio::test(start_paused = true)]
@@ -306,7 +284,7 @@ async fn a_trace_continues_in_log_and_answer() {
     const TRACE: &str = "0af7651916cd43dd8448eb211c80319c";
     let service = service::app(simulated_machine());
     let log = Log::default();
-    let _logs = log.listen();
+    let _logs = listen(&log);
     let mut answered = vec![];
     for given in ["b7ad6b7169203331-01", "b7ad6b7169203331-zz"] {
         let parent = format!("00-{TRACE}-{given}");
@@ -320,6 +298,9 @@ async fn a_trace_continues_in_log_and_answer() {
     let own = answered[1].split('-').nth(1).expect("is a context");
     assert!(own.len() == 32 && own != TRACE, "{own}");
     for trace in [TRACE, own] {
-        assert_eq!(log.lines(&["answered", &format!("trace_id={trace}")]).len(), 1);
+        assert_eq!(
+            lines_of(&log, &["answered", &format!("trace_id={trace}")]).len(),
+            1
+        );
     }
 }

@@ -28,25 +28,16 @@ impl Samples {
         fresh
     }
 
-    pub(crate) fn len(&self) -> usize {
-        self.values.len()
-    }
-
-    pub(crate) fn all(&self) -> Spread {
+    fn all(&self) -> Spread {
         Spread::of(&self.values)
     }
 }
 
 /// Median, 99th percentile and largest of some values.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Spread([f64; 3]);
+struct Spread([f64; 3]);
 
 impl Spread {
-    /// The 99th percentile.
-    pub(crate) fn high(&self) -> f64 {
-        self.0[1]
-    }
-
     fn of(values: &[f64]) -> Self {
         let mut sorted = values.to_vec();
         sorted.sort_by(f64::total_cmp);

@@ -80,8 +80,8 @@ pub(super) fn only(kind: Kind) -> Fault {
 }
 
 /// The log of this thread's programs, as text.
-#[derive(Clone, Default)]
-pub(super) struct Log(Arc<Mutex<Vec<u8>>>);
+#[derive(Clone, Debug, Default)]
+pub struct Log(Arc<Mutex<Vec<u8>>>);
 
 impl io::Write for Log {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
@@ -105,15 +105,16 @@ impl Log {
         text.with_writer(Mutex::new(self.clone())).finish().set_default()
     }
 
+    /// All of it.
+    pub fn text(&self) -> String {
+        String::from_utf8_lossy(&lock(&self.0)).into_owned()
+    }
+
     /// The newest status line.
     fn line(&self) -> String {
-        let log = lock(&self.0);
-        let log = String::from_utf8_lossy(&log);
-        let line = log
-            .lines()
-            .rev()
-            .map(str::trim)
-            .find(|line| LINES.iter().any(|with| line.starts_with(with)));
+        let text = self.text();
+        let is_status = |line: &&str| LINES.iter().any(|with| line.starts_with(with));
+        let line = text.lines().rev().map(str::trim).find(is_status);
         line.unwrap_or_default().to_owned()
     }
 }

@@ -322,24 +322,13 @@ mod tests {
 
     #[test]
     fn endpoints_are_read_and_other_texts_rejected_with_the_syntax() {
-        for text in [
-            "udp:0.0.0.0:14550",
-            "udpout:localhost:14551",
-            "tcp:[::1]:5760",
-            "serial:/dev/ttyUSB0:57600",
-        ] {
+        let good = "udp:0.0.0.0:14550 udpout:localhost:14551 tcp:[::1]:5760 serial:/dev/ttyUSB0:57600";
+        for text in good.split(' ') {
             let endpoint: Endpoint = text.parse().expect("an endpoint");
             assert_eq!(endpoint.to_string(), text);
         }
-        for text in [
-            "",
-            "tcp",
-            "tcp:",
-            "tcp::5760",
-            "tcp:localhost:70000",
-            "serial:/dev/ttyUSB0:0",
-            "i2c:a:1",
-        ] {
+        let wrong = "tcp tcp: tcp::5760 tcp:localhost:70000 serial:/dev/ttyUSB0:0 i2c:a:1";
+        for text in wrong.split(' ').chain([""]) {
             let error = text.parse::<Endpoint>().expect_err("no endpoint");
             assert!(error.to_string().contains("tcp:HOST:PORT"), "{error}");
         }

@@ -57,14 +57,6 @@ fn help_shows_the_flags_of_stored_missions_where_they_have_an_effect() {
 }
 
 #[test]
-fn an_unknown_log_level_is_refused() {
-    let refused = line("scenarios --log loud");
-    assert_eq!(refused.status.code(), Some(2));
-    let levels = "must be a level (error, warn, info, debug, trace, off)";
-    has_all(refusal(&refused), &[levels]);
-}
-
-#[test]
 fn a_bridge_that_hears_no_craft_ends_in_the_given_time() {
     let folder = tempfile::tempdir().expect("there is room");
     let ended = line(&format!(

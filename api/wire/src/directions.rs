@@ -204,27 +204,19 @@ mod tests {
             let body = body(asc, &json!({ "course_rad": 0 }), &json!({ "bearing_rad": 0 }));
             read_value(&body).expect_err("is refused")
         };
-        for (asc, pointer, code) in [
-            (json!({}), "/asc/heading_rad", "missing"),
-            (json!({ "heading_deg": null }), "/asc/heading_rad", "missing"),
-            (
-                json!({ "heading_deg": 0, "heading_rad": 0 }),
-                "/asc/heading_deg",
-                "mixed",
-            ),
-            (
-                json!({ "heading_deg": 360.1 }),
-                "/asc/heading_deg",
-                "out_of_range",
-            ),
-            (json!({ "heading_deg": "N" }), "/asc/heading_deg", "wrong_type"),
-            // The craft has a heading and no course.
-            (
-                json!({ "heading_rad": 0, "course_deg": 0 }),
-                "/asc/course_deg",
-                "unknown_field",
-            ),
-        ] {
+        let table = r#"
+            {}                                     /asc/heading_rad  missing
+            {"heading_deg":null}                   /asc/heading_rad  missing
+            {"heading_deg":0,"heading_rad":0}      /asc/heading_deg  mixed
+            {"heading_deg":360.1}                  /asc/heading_deg  out_of_range
+            {"heading_deg":"N"}                    /asc/heading_deg  wrong_type
+            {"heading_rad":0,"course_deg":0}       /asc/course_deg   unknown_field
+        "#;
+        for row in table.trim().lines() {
+            let [asc, pointer, code] = row.split_whitespace().collect::<Vec<_>>()[..] else {
+                panic!("{row}")
+            };
+            let asc: Value = serde_json::from_str(asc).expect("is JSON");
             let wrong = refused(&asc);
             assert_eq!((&*wrong.pointer, &*wrong.code), (pointer, code), "{asc}");
         }

@@ -8,7 +8,7 @@ use pilotfish_sim::{
     record::{Record, Row},
 };
 use planner::{
-    angle::{Heading, angle_of, direction, wrap},
+    angle::{Heading, direction, wrap},
     los::Reference,
     path::Segment,
     snapshot::{Report, Snapshot},
@@ -116,19 +116,6 @@ fn cross_current_unknown_can_be_estimated_but_not_read() {
 }
 
 #[test]
-fn cross_current_sheared_is_a_third_and_turned_by_30_degrees_at_full_depth() {
-    let record = flown("cross-current-sheared", 1);
-    for row in &record.rows {
-        let (above, below) = (craft(row).current, row.auvs[0].current);
-        let share = (row.auvs[0].depth / 23.0).min(1.0);
-        near(below.norm() / above.norm(), 1.0 - 0.67 * share, 1e-9);
-        // The file has 30° to six digits.
-        near(wrap(angle_of(&below) - angle_of(&above)), PI / 6.0 * share, 1e-6);
-    }
-    assert!(largest(record.rows.iter().map(|row| row.auvs[0].depth)) > 23.0);
-}
-
-#[test]
 fn about_face_begins_far_ahead_and_faces_backwards() {
     for seed in 0..20 {
         let start = world(&named("about-face"), seed);
@@ -167,21 +154,6 @@ fn switching_hands_over_every_240_s_to_a_vehicle_60_m_away() {
 fn anti_phase_has_a_goal_that_is_mostly_at_rest() {
     let slow = share(&goal_steps(&flown("anti-phase", 1)), |step| *step < 0.05);
     assert!(slow > 0.5, "{slow}");
-}
-
-#[test]
-fn target_stops_at_the_surface_for_almost_600_s() {
-    let record = flown("target-stops", 1);
-    let waits = |pair: &&[Row]| {
-        let [before, after] = [&pair[0].auvs[0], &pair[1].auvs[0]];
-        after.depth < 1.0 && (after.position - before.position).norm() < 0.01
-    };
-    let waiting = record.rows.windows(2).filter(waits).count();
-    // It has up to 23 m to climb, at 0.3 m/s · sin 50°: 100 s.
-    assert!((500..=600).contains(&waiting), "{waiting}");
-    // Then it continues.
-    let moved = record.rows[1799].auvs[0].position - record.rows[1199].auvs[0].position;
-    assert!(moved.norm() > 50.0, "{moved}");
 }
 
 #[test]
@@ -290,19 +262,6 @@ fn survey_declared_follows_a_navigation_that_is_off_by_20_m_and_drifts() {
     near((errors[1] - errors[0]).norm(), 12.9, 0.3);
 }
 
-#[test]
-fn survey_resumed_leaves_its_lanes_for_150_s_and_returns() {
-    for seed in 1..=3 {
-        let record = flown("survey-resumed", seed);
-        let off = |rows: &[Row]| largest(rows.iter().map(|row| row.auvs[0].cross_track.abs()));
-        let [before, strayed, after] = [60..700, 700..850, 1000..1450].map(|rows| off(&record.rows[rows]));
-        assert!(
-            before < 1.0 && 50.0 < strayed && after < 1.0,
-            "{before} {strayed} {after}"
-        );
-    }
-}
-
 #[expect(clippy::cast_precision_loss, reason = "a mission has a few hundred messages")]
 fn share_of(some: usize, all: usize) -> f64 {
     some as f64 / all as f64
@@ -357,19 +316,6 @@ fn rough_water_rocks_the_craft_and_its_current_varies() {
 }
 
 #[test]
-fn faults_weaken_a_thruster_for_300_s() {
-    // 60 % of 36 N, but for the lag of 0.1 s: a second is ten of those.
-    let limit = 0.6 * 36.0 * (1.0 + (-10_f64).exp());
-    let (mut weak, mut sound) = (0.0_f64, 0.0_f64);
-    for row in (1..=3).flat_map(|seed| flown("faults", seed).rows) {
-        let is_weak = (301.0..600.0).contains(&row.time);
-        let most = if is_weak { &mut weak } else { &mut sound };
-        *most = most.max(craft(&row).thrust_port);
-    }
-    assert!(weak < limit && limit < sound, "{weak} {sound}");
-}
-
-#[test]
 fn faults_make_the_position_drift_until_gnss_returns() {
     let scenario = named("faults").lasting(900.0);
     let returns: Vec<f64> = (1..=6)
@@ -404,30 +350,4 @@ fn faults_set_the_clock_ahead_lead_one_vehicle_astray_and_kill_the_other() {
     // Its last message is from before 1500 s, by a clock that is 5 s ahead.
     near(known_age(dead, 0), 305.0, 1.5);
     assert!(known_age(dead, 1) < 6.0);
-}
-
-#[test]
-fn otter_is_faster_than_a_medusa_can_be() {
-    let fastest = largest(flown("otter", 1).rows.iter().map(|row| craft(row).surge));
-    assert!(fastest > 1.6, "{fastest}");
-}
-
-#[test]
-fn slocums_drift_off_their_paths_under_water_and_correct_at_the_surface() {
-    let record = flown("slocum", 1);
-    let rows = &record.rows;
-    for i in 0..2 {
-        let is_under = |row: &Row| row.auvs[i].depth > 1.0;
-        let surfaces = |k: &usize| is_under(&rows[k - 1]) && !is_under(&rows[*k]);
-        let surfaced: Vec<usize> = (1..rows.len()).filter(surfaces).collect();
-        assert!(surfaced.len() >= 4, "{surfaced:?}");
-        // It steers by its estimated position, from which the current of 0.05 m/s carries it away.
-        let off = |k: usize| rows[k].auvs[i].cross_track.abs();
-        let drift = off(surfaced[0]);
-        near(drift, 0.05 * rows[surfaced[0]].time, 0.5);
-        assert!(drift > 1.0);
-        // Then it has a fix, and comes nearer.
-        let knowing = off(surfaced[0] + 10);
-        assert!(knowing < drift, "{knowing}");
-    }
 }

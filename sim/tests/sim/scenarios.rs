@@ -84,35 +84,20 @@ id = "auv-1"
 #[test]
 fn bounds_that_no_snapshot_accepts_are_refused_before_departure() {
     let crowded = fs::read_to_string(folder().join("crowded.toml")).expect("built in");
-    let area = "area = [[-60, -60], [160, -60], [160, 180], [-60, 180]]";
-    let disc = "keep_outs = [";
-    let many = format!("{disc}{}", "{north_m = 0, east_m = 0, radius_m = 1},".repeat(33));
-    for (text, written, says) in [
-        (
-            area,
-            "area = [[0, 0], [90, 0], [50, 20], [90, 90], [0, 90]]",
-            "bounds.area[2]",
-        ),
-        (
-            area,
-            "area = [[0, 0], [90, 0]]",
-            "bounds.area: must have 3 to 64 items (given: 2)",
-        ),
-        ("radius_m = 8", "radius_m = 0.01", "0.1"),
-        (
-            "range_max_m = 60",
-            "range_max_m = {choice = [60, 0.5]}",
-            "range_max_m",
-        ),
-        (
-            disc,
-            &many,
-            "bounds.keep_outs: must have 0 to 32 items (given: 34)",
-        ),
-    ] {
-        assert_eq!(crowded.matches(text).count(), 1, "{text}");
-        let error = read_beside(&crowded.replace(text, written), "none", "").expect_err(written);
-        assert!(error.contains(says), "{error}");
+    let many = "{north_m = 0, east_m = 0, radius_m = 1},".repeat(33);
+    for [text, written, says] in rows(
+        r#"
+        area = [[-60, -60], [160, -60], [160, 180], [-60, 180]] | area = [[0, 0], [90, 0], [50, 20], [90, 90], [0, 90]] | bounds.area[2]
+        area = [[-60, -60], [160, -60], [160, 180], [-60, 180]] | area = [[0, 0], [90, 0]] | bounds.area: must have 3 to 64 items (given: 2)
+        radius_m = 8 | radius_m = 0.01 | 0.1
+        range_max_m = 60 | range_max_m = {choice = [60, 0.5]} | range_max_m
+        keep_outs = [ | keep_outs = [MANY | bounds.keep_outs: must have 0 to 32 items (given: 34)
+        "#,
+    ) {
+        assert_eq!(crowded.matches(&text).count(), 1, "{text}");
+        let written = written.replace("MANY", &many);
+        let error = read_beside(&crowded.replace(&text, &written), "none", "").expect_err(&written);
+        assert!(error.contains(&says), "{error}");
     }
 }
 
@@ -250,6 +235,7 @@ fn members_that_would_fail_in_a_mission_are_refused_before_it() {
         [surface_craft.limits] | goal_offset.path = {ahead_m = 0, starboard_m = 9}\n[surface_craft.limits] | goal_offset.path: an offset along a path needs a goal that follows one vehicle at a time
         goal.midpoint.auvs = ["auv-1"] | goal.track.auv = "auv-1"\ngoal_offset.path = {ahead_m = 0, starboard_m = 9} | the surface craft knows no paths
         LINE | path.waypoints = {points = [[0, 0], [10, 0], [10, 10]], fillet_m = 11} | fillet
+        LINE | tracking_error.turns_late_m = 5\nLINE | auvs[0].tracking_error.turns_late_m: the path has no way-points
         "#,
     );
 }

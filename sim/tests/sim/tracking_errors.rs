@@ -159,16 +159,6 @@ fn a_late_turn_goes_beyond_its_way_point_and_an_early_one_cuts_the_corner() {
 }
 
 #[test]
-fn a_turn_needs_way_points() {
-    let text = text(&format!("{LINE}tracking_error.turns_late_m = 5"));
-    let refused = parsed(&text).start(1).expect_err("has none").to_string();
-    assert!(
-        refused.contains("auvs[0].tracking_error.turns_late_m: the path has no way-points"),
-        "{refused}"
-    );
-}
-
-#[test]
 fn a_slow_diver_loses_its_share_nose_down() {
     // Legs of some minutes.
     let text = text(&format!("{LINE}tracking_error.slower_diving_share = 0.3"));

@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 
 use ::mavlink::{
-    MAVLinkV2MessageRaw, MavHeader, MavlinkReader as FrameReader,
+    MavHeader, MavlinkReader as FrameReader,
     dialects::ardupilotmega::{
         ATTITUDE_DATA, EKF_STATUS_REPORT_DATA, ESTIMATOR_STATUS_DATA, EkfStatusFlags, EstimatorStatusFlags,
-        FOLLOW_TARGET_DATA, GLOBAL_POSITION_INT_DATA, HEARTBEAT_DATA, MavAutopilot, MavFrame, MavMessage,
-        MavModeFlag, MavSeverity, MavType,
+        FOLLOW_TARGET_DATA, GLOBAL_POSITION_INT_DATA, MavAutopilot, MavFrame, MavMessage, MavSeverity,
+        MavType,
     },
 };
 use nalgebra::Vector2;
@@ -18,32 +18,9 @@ use crate::{
     Alarm, AuvFix, CraftMeasurement, Measurement, Origin,
     autopilot_link::{AutopilotLink, AutopilotSettings},
     reference::Reference,
+    tests::{ARDUPILOT, BOAT, frame, heartbeat},
     wire::Received,
 };
-
-fn frame(system_id: u32, component_id: u8, message: &MavMessage) -> Vec<u8> {
-    let header = MavHeader {
-        system_id,
-        component_id,
-        sequence: 0,
-    };
-    let mut raw = MAVLinkV2MessageRaw::new();
-    raw.serialize_message(header, message);
-    raw.raw_bytes().to_vec()
-}
-
-const ARDUPILOT: MavAutopilot = MavAutopilot::MAV_AUTOPILOT_ARDUPILOTMEGA;
-const BOAT: MavType = MavType::MAV_TYPE_SURFACE_BOAT;
-
-fn heartbeat(mavtype: MavType, autopilot: MavAutopilot, custom_mode: u32) -> MavMessage {
-    MavMessage::HEARTBEAT(HEARTBEAT_DATA {
-        mavtype,
-        custom_mode,
-        autopilot,
-        base_mode: MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED,
-        ..HEARTBEAT_DATA::DEFAULT
-    })
-}
 
 const HERE: GLOBAL_POSITION_INT_DATA = GLOBAL_POSITION_INT_DATA {
     lat: 384_100_000,

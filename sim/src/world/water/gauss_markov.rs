@@ -133,12 +133,4 @@ mod tests {
         }
         assert!(mean_of(|x| x.x * x.y).abs() < CONFIDENCE / n.sqrt());
     }
-
-    #[test]
-    fn a_fluctuation_with_sigma_zero_is_zero() {
-        let still = GaussMarkov { sigma: 0.0, ..SETUP };
-        let mut fluctuation = Fluctuation::new(still, ChaCha8Rng::seed_from_u64(3));
-        fluctuation.step(0.1);
-        assert_eq!(fluctuation.velocity(), Vector2::zeros());
-    }
 }

@@ -314,15 +314,4 @@ mod tests {
             }
         }
     }
-
-    #[test]
-    fn waves_with_sigma_zero_cause_no_acceleration() {
-        let flat = Waves {
-            heading_sigma: 0.0,
-            surge_sigma: 0.0,
-            ..SETUP
-        };
-        let motion = WaveMotion::new(&flat, &mut ChaCha8Rng::seed_from_u64(2));
-        assert_eq!(motion.acceleration(3.0), WaveAcceleration::default());
-    }
 }

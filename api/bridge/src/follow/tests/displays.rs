@@ -3,11 +3,8 @@
 use std::{collections::BTreeMap, sync::Mutex};
 
 use ::mavlink::{
-    MAVLinkV2MessageRaw, MavHeader, MavlinkReader,
-    dialects::ardupilotmega::{
-        FOLLOW_TARGET_DATA, GLOBAL_POSITION_INT_DATA, HEARTBEAT_DATA, MavAutopilot, MavMessage, MavModeFlag,
-        MavType,
-    },
+    MavlinkReader,
+    dialects::ardupilotmega::{FOLLOW_TARGET_DATA, GLOBAL_POSITION_INT_DATA, MavMessage},
 };
 use ::wire::mission::Steering as Said;
 
@@ -15,7 +12,7 @@ use super::*;
 use crate::{
     arrivals::Arrivals,
     mission_client::{Answer, Transport},
-    tests::mission,
+    tests::{ARDUPILOT, BOAT, frame, heartbeat, mission},
 };
 
 /// Speed of the boat to the north, m/s.
@@ -23,7 +20,6 @@ const SPEED: f64 = 1.0;
 const METRES_PER_DEGREE: f64 = 111_195.0;
 const GUIDED: u32 = 15;
 const HOLD: u32 = 4;
-const BOAT: u32 = 1;
 const AUV: u32 = 7;
 const TICK: Duration = Duration::from_millis(100);
 
@@ -43,17 +39,6 @@ struct Voyage {
     tenths: u32,
     sent: Arc<Mutex<Vec<u8>>>,
     posted: Arc<Mutex<Vec<Said>>>,
-}
-
-fn frame(system: u32, message: &MavMessage) -> Vec<u8> {
-    let header = MavHeader {
-        system_id: system,
-        component_id: 1,
-        sequence: 0,
-    };
-    let mut raw = MAVLinkV2MessageRaw::new();
-    raw.serialize_message(header, message);
-    raw.raw_bytes().to_vec()
 }
 
 impl Voyage {
@@ -134,19 +119,11 @@ impl Voyage {
             vx: 100,
             ..GLOBAL_POSITION_INT_DATA::DEFAULT
         };
-        let mut bytes = frame(BOAT, &MavMessage::GLOBAL_POSITION_INT(place));
+        let mut bytes = frame(1, 1, &MavMessage::GLOBAL_POSITION_INT(place));
         if self.tenths.is_multiple_of(10) {
             let is_left = fault == Some(Fault::LeavesGuided);
-            let mut base_mode = MavModeFlag::MAV_MODE_FLAG_CUSTOM_MODE_ENABLED;
-            base_mode.insert(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED);
-            let heartbeat = HEARTBEAT_DATA {
-                custom_mode: if is_left { HOLD } else { GUIDED },
-                mavtype: MavType::MAV_TYPE_SURFACE_BOAT,
-                autopilot: MavAutopilot::MAV_AUTOPILOT_ARDUPILOTMEGA,
-                base_mode,
-                ..HEARTBEAT_DATA::DEFAULT
-            };
-            bytes.extend(frame(BOAT, &MavMessage::HEARTBEAT(heartbeat)));
+            let beat = heartbeat(BOAT, ARDUPILOT, if is_left { HOLD } else { GUIDED });
+            bytes.extend(frame(1, 1, &beat));
         }
         if self.tenths.is_multiple_of(50) && fault != Some(Fault::FixesCease) {
             let fix = FOLLOW_TARGET_DATA {
@@ -155,7 +132,7 @@ impl Voyage {
                 est_capabilities: 1,
                 ..FOLLOW_TARGET_DATA::DEFAULT
             };
-            bytes.extend(frame(AUV, &MavMessage::FOLLOW_TARGET(fix)));
+            bytes.extend(frame(AUV, 1, &MavMessage::FOLLOW_TARGET(fix)));
         }
         bytes
     }

@@ -206,26 +206,6 @@ fn simulated() -> Vec<Event> {
     ]
 }
 
-#[tokio::test(start_paused = true)]
-async fn each_event_is_written_as_stored_behind_its_number() {
-    for events in [live(), simulated()] {
-        let logged = Logged::of(events.clone()).await;
-        let text = String::from_utf8(logged.written(RecordFormat::EventsNdjson)).expect("is text");
-        assert_eq!(text.lines().count(), events.len());
-        for (i, (line, event)) in text.lines().zip(&events).enumerate() {
-            let mut value: Value = serde_json::from_str(line).expect("is JSON");
-            let sequence = value
-                .as_object_mut()
-                .and_then(|members| members.remove("sequence"));
-            assert_eq!(sequence, Some(json!(i + 1)));
-            assert_eq!(
-                &serde_json::from_value::<Event>(value).expect("is an event"),
-                event
-            );
-        }
-    }
-}
-
 /// The lines of the table, by column, without empty cells.
 fn table(csv: &[u8]) -> Vec<BTreeMap<String, String>> {
     let mut reader = ::csv::Reader::from_reader(csv);
@@ -443,16 +423,6 @@ async fn mcap_of_a_live_mission_logs_reports_when_heard_and_publishes_them_when_
         .map(|(_, _, event)| event.clone())
         .collect();
     assert_eq!(events, lines);
-}
-
-#[tokio::test(start_paused = true)]
-async fn mcap_of_a_simulated_mission_counts_from_its_start() {
-    let logged = Logged::of(simulated()).await;
-    let topics = messages(&logged.written(RecordFormat::Mcap));
-    let times = |topic: &str| -> Vec<u64> { topics[topic].iter().map(|(time, _, _)| *time).collect() };
-    assert_eq!(times("/auv-1/pose"), [0, 1_000_000_000]);
-    assert_eq!(times("/auv-1/fix"), [0, 1_000_000_000]);
-    assert_eq!(times("/events"), [0, 0, 0, 1_000_000_000, 1_000_000_000]);
 }
 
 /// Kind, id, times and positions of a line.
