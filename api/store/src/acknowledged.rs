@@ -26,7 +26,6 @@ use wire::sha256;
 
 use super::digest::Head;
 
-/// Name of the list in the data directory.
 pub(super) const LIST_NAME: &str = "missions.heads";
 
 /// The list of earlier versions. Services removed its entries when they stopped.
@@ -195,7 +194,6 @@ impl Acknowledged {
         Some(due.saturating_duration_since(self.clock.now()))
     }
 
-    /// Syncs all lines.
     pub(super) fn sync(&mut self) -> io::Result<()> {
         self.sync_at = None;
         self.file.sync_data()

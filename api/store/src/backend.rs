@@ -6,7 +6,6 @@ use super::{error::StoreError, open_files::OpenFiles, ownership::Trouble, reader
 
 /// A directory or a database. Its writer is a [`LogWriter`](super::command::LogWriter).
 pub(super) trait Backend: Debug + Send + Sync {
-    /// A reading connection.
     fn reader(&self) -> Result<EventReader, StoreError>;
 
     /// The store's file, if it has one.
