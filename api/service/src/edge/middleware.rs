@@ -35,7 +35,6 @@ use crate::{
 /// The route label of requests without a route.
 const UNMATCHED: &str = "unmatched";
 
-/// Prefix of the routes of a mission.
 const MISSION: &str = "/v1/missions/{id}";
 
 /// Calls that keep missions alive: their connections keep their slots.
@@ -82,7 +81,6 @@ const NO_STORE: HeaderValue = HeaderValue::from_static("no-store");
 /// Cache control of the page's files: they may be kept, and are validated by their tags before use.
 const REVALIDATE: HeaderValue = HeaderValue::from_static("no-cache");
 
-/// The data of the middleware.
 #[derive(Clone)]
 pub(crate) struct Middleware {
     pub(crate) clock: Clock,

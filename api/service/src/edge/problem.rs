@@ -40,7 +40,6 @@ macro_rules! problems {
         }
 
         impl Problem {
-            /// Status, code and title.
             fn kind(&self) -> (u16, &'static str, &'static str) {
                 match self {
                     Self::Log(StoreError::Full) => (507, "disk_full", "The disk is full"),
@@ -280,7 +279,6 @@ fn first_of(errors: &[FieldError], f: &mut fmt::Formatter<'_>) -> fmt::Result {
     }
 }
 
-/// The fault and its place.
 fn located(error: &FieldError, f: &mut fmt::Formatter<'_>) -> fmt::Result {
     match (&error.parameter, error.pointer.as_str()) {
         (Some(name), _) => write!(f, "the parameter {name}")?,

@@ -35,10 +35,8 @@ use crate::{
     missions::Missions,
 };
 
-/// Marks a forwarded call.
 const FORWARDED: HeaderName = HeaderName::from_static("pilotfish-forwarded");
 
-/// Routes of a mission.
 const MISSION: &str = "/v1/missions/{id}";
 
 /// Routes whose answer is in the store.
@@ -66,7 +64,6 @@ const PASSED_ON: [HeaderName; 5] = [
     header::RETRY_AFTER,
 ];
 
-/// Time for a connection to another service.
 const CONNECT_TIME: Duration = Duration::from_secs(1);
 
 /// Time for the head of an answer: the longest wait for a reference, 60 s, and a margin.
@@ -82,7 +79,6 @@ const SILENCE_MAX: Duration = Duration::from_secs(30);
 /// Time between two questions whether a silent service still has the mission.
 const ASK_AGAIN: Duration = Duration::from_millis(500);
 
-/// Forwards calls to the owners of missions.
 #[derive(Clone)]
 pub(crate) struct Forwarding {
     missions: Missions,

@@ -39,7 +39,6 @@ pub(super) struct Simulation {
     law: Option<LosGuide>,
 }
 
-/// One simulated plan.
 #[derive(Debug)]
 pub(super) struct Tick {
     pub(super) planned: Planned,
@@ -81,8 +80,8 @@ impl Simulation {
             })
         });
         let name = law.as_ref().map_or("mpc", |law| law.name());
-        let mut mission = sim::mission::Mission::new(&scenario(config)?, name, config.seed)
-            .map_err(|error| error.to_string())?;
+        let mission = sim::mission::Mission::new(&scenario(config)?, name, config.seed);
+        let mut mission = mission.map_err(|error| error.to_string())?;
         mission.forget_paths();
         Ok(Self {
             clock: clock.clone(),
@@ -211,12 +210,9 @@ fn truth(row: &Row, ids: &[String]) -> Option<Truth> {
         speed_mps,
     };
     let craft = row.surface_craft.as_ref()?;
-    let auvs = ids.iter().zip(&row.auvs);
-    let auvs = auvs.map(|(id, auv)| {
-        (
-            id.clone(),
-            vehicle(auv.position, auv.depth, auv.heading, auv.surge),
-        )
+    let auvs = ids.iter().zip(&row.auvs).map(|(id, auv)| {
+        let auv = vehicle(auv.position, auv.depth, auv.heading, auv.surge);
+        (id.clone(), auv)
     });
     Some(Truth {
         asc: vehicle(craft.position, 0.0, craft.heading, craft.surge),

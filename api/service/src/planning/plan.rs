@@ -188,7 +188,6 @@ pub(crate) fn answer<'a>(planned: &'a Planned, context: &'a Context) -> Answer<'
     Answer::new(snapshot, plan, *solve_time, &context.metadata).on_earth(context.origin)
 }
 
-/// The answer's JSON.
 pub(crate) fn written<T: Serialize>(answer: impl FnOnce() -> T) -> Response {
     info_span!("write").in_scope(|| Json(answer()).into_response())
 }

@@ -30,7 +30,6 @@ impl EventFilter {
 /// one would keep the write-ahead log from being truncated.
 pub(super) struct StoredEvents<'a> {
     reader: &'a EventReader,
-    /// The mission's number.
     number: u64,
     /// The sequence of the mission's last event.
     last: u64,
@@ -44,7 +43,6 @@ pub(super) struct StoredEvents<'a> {
 }
 
 impl<'a> StoredEvents<'a> {
-    /// The events that pass `filter`, in order.
     pub(super) fn of(reader: &'a EventReader, number: u64, last: u64, filter: &'a EventFilter) -> Self {
         Self {
             reader,
