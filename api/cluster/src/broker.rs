@@ -23,8 +23,6 @@ use percent_encoding::percent_decode_str;
 use serde::{Deserialize, Serialize};
 use tokio::io::AsyncReadExt as _;
 
-use super::event::WorkerEvent;
-
 pub(crate) const STREAM: &str = "PILOTFISH_WORK";
 /// Prefix of the subjects of work; version and campaign follow.
 const SUBJECT: &str = "pilotfish.work";
@@ -102,6 +100,19 @@ pub enum ClusterError {
 pub struct Broker {
     pub(crate) clock: Clock,
     pub(crate) jetstream: Context,
+}
+
+/// An event of a worker.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum WorkerEvent {
+    /// A piece of work is done: its campaign and name.
+    Done(String, String),
+    /// A piece of work was given up: its campaign, its name and the reason.
+    Parked(String, String, String),
+    /// Work for another version, which this worker may not do.
+    Refused(String),
+    /// The broker does not answer, or refuses; the worker keeps trying.
+    Trouble(String),
 }
 
 /// A message with a piece of work.

@@ -18,10 +18,9 @@ use tokio::sync::watch;
 
 use super::{
     broker::{
-        Broker, ClusterError, PARKED, PAUSE, WorkMessage, as_token, failed, fetch, names, store, subjects_of,
-        version_in,
+        Broker, ClusterError, PARKED, PAUSE, WorkMessage, WorkerEvent, as_token, failed, fetch, names, store,
+        subjects_of, version_in,
     },
-    event::WorkerEvent,
     submit::send,
 };
 

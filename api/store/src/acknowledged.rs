@@ -93,14 +93,11 @@ impl Entry {
     }
 
     fn line(&self) -> String {
-        let Self {
-            at_s,
-            number,
-            mission,
-            sequence,
-            digest,
-        } = self;
-        let line = format!("{number} {mission:.ID$} {sequence} {digest} {at_s:.3}");
+        let (number, mission, sequence) = (self.number, &self.mission, self.sequence);
+        let line = format!(
+            "{number} {mission:.ID$} {sequence} {} {:.3}",
+            self.digest, self.at_s
+        );
         let line = format!("{line} {}", check(&line));
         format!("{line:<width$}\n", width = LINE - 1)
     }

@@ -33,7 +33,6 @@ use tokio::sync::{
 };
 
 mod acknowledged;
-mod backend;
 mod command;
 #[cfg(feature = "postgres")]
 mod copy;
@@ -63,7 +62,6 @@ mod trusted_time;
 mod writer;
 
 use acknowledged::{Acknowledged, Compared, LIST_NAME};
-use backend::Backend;
 use command::{Command, LogWriter, Reply, run};
 #[cfg(feature = "postgres")]
 pub use copy::{Copied, StorePlace, copy};
@@ -108,6 +106,30 @@ struct Shared {
     /// The first damage that was found.
     damage: Mutex<Option<String>>,
     metrics: StoreMetrics,
+}
+
+/// The place of a store, a directory or a database. Its writer is a [`LogWriter`].
+trait Backend: Debug + Send + Sync {
+    fn reader(&self) -> Result<EventReader, StoreError>;
+
+    /// The store's file, if it has one.
+    fn path(&self) -> Option<&Path> {
+        None
+    }
+
+    /// Disturbs all connections from now on.
+    fn trouble(&self, _: Option<Trouble>) {}
+}
+
+impl Backend for Arc<OpenFiles> {
+    fn reader(&self) -> Result<EventReader, StoreError> {
+        self.check()?;
+        EventReader::open((**self).path(), Some(Arc::clone(self)))
+    }
+
+    fn path(&self) -> Option<&Path> {
+        Some((**self).path())
+    }
 }
 
 impl EventStore {

@@ -22,8 +22,7 @@ use tokio_postgres::{
 };
 
 use super::{
-    EventStore,
-    backend::Backend,
+    Backend, EventStore,
     command::LogWriter as _,
     error::StoreError,
     metrics::StoreMetrics,

@@ -459,11 +459,8 @@ impl<'a> Batch<'a, '_> {
     }
 
     fn write(&self, to: &dyn Rows, append: &Append, links: &Links, bytes: u64) -> Result<(), StoreError> {
-        let Head {
-            mission,
-            sequence,
-            digest,
-        } = &links.head;
+        let head = &links.head;
+        let (mission, sequence, digest) = (&head.mission, &head.sequence, &head.digest);
         let Append { status, summary, .. } = append;
         let (bytes, whole, now_s) = (signed(bytes), &links.summary, self.trusted_s);
         let params: [&dyn Param; 8] = [mission, status, summary, &bytes, sequence, digest, whole, &now_s];

@@ -206,8 +206,7 @@ pub(crate) async fn handle(middleware: Middleware, mut request: Request, next: N
     response.map(|body| Answer::body(body, active, still_allowed, &clock))
 }
 
-/// The fields of every log line about a request. The level is that of errors, so that log filters
-/// keep the fields of each line that they show.
+/// Fields of each log line about a request. Its level is error, so that filters keep the fields.
 fn span(method: &Method, route: &str, path: &str, id: &str) -> Span {
     let mission = route.starts_with(MISSION).then(|| path.split('/').nth(3));
     let mission = mission.flatten().filter(|id| id.len() <= request_id::LENGTH_MAX);

@@ -24,8 +24,7 @@ use crate::{
     limits::{BODY_BYTES_MAX, FIELD_ERRORS_MAX},
 };
 
-/// Time after which to repeat a request to a busy service, s. Plans take milliseconds: a full queue
-/// is no longer full a second later.
+/// Time after which to ask a busy service again, s: plans take milliseconds.
 const RETRY_AFTER: HeaderValue = HeaderValue::from_static("1");
 
 /// Defines the problems: status, code, title and variant of each, and its detail: fault and remedy.
@@ -244,10 +243,8 @@ fn refusals(table: &str) -> BTreeMap<String, RefOr<Documented>> {
 /// The remedy for a mission that has changed, and its last orders.
 fn changed(revision: u64, since: &[Order]) -> String {
     let order = |order: &Order| {
-        let Order {
-            action, caller, at_s, ..
-        } = order;
-        format!("{action} by {caller} at {at_s:.0} s")
+        let (action, caller) = (&order.action, &order.caller);
+        format!("{action} by {caller} at {:.0} s", order.at_s)
     };
     let since: Vec<_> = since.iter().map(order).collect();
     format!(

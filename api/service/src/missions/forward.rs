@@ -42,8 +42,7 @@ const MISSION: &str = "/v1/missions/{id}";
 /// Routes whose answer is in the store.
 const STORED: [&str; 3] = [MISSION, "/v1/missions/{id}/record", "/v1/missions/{id}/scene"];
 
-/// A client's headers that are not forwarded: those of its connection, and those about pages of
-/// other sites, which this service has checked.
+/// Headers of the client's connection, and those about pages of other sites, which were checked.
 const NOT_FORWARDED: [HeaderName; 8] = [
     header::HOST,
     header::CONNECTION,
@@ -72,8 +71,7 @@ const HEAD_TIME: Duration = Duration::from_secs(75);
 /// Longest complete answer, bytes. It is read whole, since the other service may die meanwhile.
 const ANSWER_BYTES_MAX: usize = 16 << 20;
 
-/// Longest silence within an answer: streams have a heartbeat every 15 s. A connection that was cut
-/// does not end by itself.
+/// Longest silence within an answer: streams have a heartbeat every 15 s, and cuts are silent.
 const SILENCE_MAX: Duration = Duration::from_secs(30);
 
 /// Time between two questions whether a silent service still has the mission.

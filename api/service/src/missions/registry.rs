@@ -404,9 +404,7 @@ impl Missions {
         ownership: Ownership,
     ) -> Result<Handle, Problem> {
         let mut mission: Mission = parsed(stored.summary()?)?;
-        let StoredMission {
-            number, id, owner, ..
-        } = stored;
+        let (number, id, owner) = (stored.number, stored.id, stored.owner);
         let (created_s, sequence) = (mission.created_s, mission.sequence);
         let folded = self.read(move |reader| fold(reader, number, created_s, sequence));
         let (created, Checkpoint { state, plan }) = folded.await?;
@@ -509,8 +507,7 @@ impl Missions {
         exceeded.problem(what)
     }
 
-    /// An id that depends on the text only, so that a repeated request finds its mission. The
-    /// store's salt makes it unguessable.
+    /// An id that depends on the text alone, for repeated requests; the store's salt hides it.
     fn mission_id(&self, text: &str) -> String {
         let digest = sha256(&[&*self.salt, text.as_bytes()].concat());
         format!("m-{}", &digest[..ID_DIGITS])

@@ -8,7 +8,7 @@ use planner::{
     los::{LosTuning, Reference},
     nalgebra::Vector2,
     parameters::Parameters,
-    plan::{Baseline, Plan, SolverReport, Workspace, baseline_from, plan, plan_until},
+    plan::{Plan, SolverReport, Workspace, baseline_from, plan, plan_until},
     snapshot::{PlanRequest, PreviousPlan, Snapshot, Tuning},
     stop::Stop,
     tuned::Tuned,
@@ -149,20 +149,15 @@ impl Simulation {
             // Forecasts and the law's trajectory need no program; the law made the schedule.
             let stop = Stop::at_once();
             let plan = plan_until(&known, &self.parameters, workspace, &stop);
-            let Baseline {
-                trajectory,
-                predicted,
-                violations,
-                ..
-            } = baseline_from(&known, &self.parameters, law.tracking(), &stop);
+            let along = baseline_from(&known, &self.parameters, law.tracking(), &stop);
             let plan = Plan {
                 method: guidance.method.expect("a line-of-sight law is a method"),
                 degraded: None,
                 reference: guidance.reference,
                 reference_through_water: guidance.reference,
-                trajectory,
-                predicted,
-                violations,
+                trajectory: along.trajectory,
+                predicted: along.predicted,
+                violations: along.violations,
                 schedule: law.previous_plan().and_then(|plan| plan.schedule),
                 solver: SolverReport {
                     deadline_hit: false,

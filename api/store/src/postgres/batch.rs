@@ -182,12 +182,9 @@ impl<'a, 'b> Batch<'a, 'b> {
         let bytes = signed(Shares::bytes_of(append));
         let over_s = append.is_over().then_some(self.now_s);
         let (id, status, summary) = (&append.mission, &append.status, &append.summary);
-        let Head {
-            mission,
-            sequence,
-            digest,
-        } = &links.head;
+        let head = &links.head;
         let (owner, whole) = (&append.creator(), &links.summary);
+        let (mission, sequence, digest) = (&head.mission, &head.sequence, &head.digest);
         let params: [&dyn Param; 10] = [
             mission, id, status, summary, owner, &bytes, &over_s, sequence, digest, whole,
         ];

@@ -128,18 +128,12 @@ impl Database {
 
     /// A new connection whose answers may take at most `patience`.
     pub(crate) fn connect_for(&self, patience: Duration) -> Result<Link, StoreError> {
-        let Pool {
-            hosts,
-            tls,
-            runtime,
-            troubled,
-            ..
-        } = &*self.0;
-        if matches!(*lock(troubled), Some((Trouble::Cut, _))) {
+        let pool = &*self.0;
+        if matches!(*lock(&pool.troubled), Some((Trouble::Cut, _))) {
             return Err(StoreError::silent());
         }
-        let runtime = runtime.as_ref().ok_or(StoreError::Closed)?;
-        let connecting = runtime.spawn(first_of(hosts.clone(), tls.clone()));
+        let runtime = pool.runtime.as_ref().ok_or(StoreError::Closed)?;
+        let connecting = runtime.spawn(first_of(pool.hosts.clone(), pool.tls.clone()));
         let abort = connecting.abort_handle();
         let Some(connected) = wait_for(connecting, patience.min(CONNECT_TIME)) else {
             abort.abort();
@@ -151,7 +145,7 @@ impl Database {
             statements: RefCell::default(),
             task,
             patience,
-            troubled: Arc::clone(troubled),
+            troubled: Arc::clone(&pool.troubled),
         })
     }
 

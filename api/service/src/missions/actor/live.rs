@@ -340,8 +340,7 @@ fn follows(plan: &StoredPlan) -> bool {
     plan.answer.answer.craft_estimate.follows
 }
 
-/// The next time when the clock shows whole periods since the mission's creation. So a restart does
-/// not align the plans of all missions.
+/// The next whole period since the mission's creation, so that a restart aligns no missions.
 fn next_due(clock: &MissionClock, period: f64, machine: &Clock) -> Instant {
     let since = (clock.now(machine) - clock.created) / period;
     let left = (since.ceil() - since).clamp(0.0, 1.0) * period / clock.rate;

@@ -80,9 +80,7 @@ impl Iterator for StoredEvents<'_> {
 impl StoredEvents<'_> {
     /// The next event of any kind.
     fn any(&mut self) -> Option<Result<StoredEvent, StoreError>> {
-        let Self {
-            reader, number, last, ..
-        } = *self;
+        let (reader, number, last) = (self.reader, self.number, self.last);
         if self.after == last || self.left == 0 {
             return None;
         }
