@@ -13,8 +13,7 @@
 )]
 
 use std::{
-    error::Error,
-    fmt, io,
+    io,
     panic::{AssertUnwindSafe, catch_unwind},
     sync::{Arc, Mutex, PoisonError},
     thread,
@@ -61,16 +60,9 @@ struct Settings {
 }
 
 /// The work panicked. The panic hook has reported it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the work panicked")]
 pub struct Panicked;
-
-impl fmt::Display for Panicked {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("the work panicked")
-    }
-}
-
-impl Error for Panicked {}
 
 impl Clock {
     /// The clock of this machine.

@@ -23,9 +23,6 @@ use percent_encoding::percent_decode_str;
 use serde::{Deserialize, Serialize};
 use tokio::io::AsyncReadExt as _;
 
-use super::event::WorkerEvent;
-
-/// The stream of work.
 pub(crate) const STREAM: &str = "PILOTFISH_WORK";
 /// Prefix of the subjects of work; version and campaign follow.
 const SUBJECT: &str = "pilotfish.work";
@@ -33,7 +30,6 @@ const SUBJECT: &str = "pilotfish.work";
 const BUCKET: &str = "pilotfish-";
 /// The broker drops duplicates of work for this long: longer than from gains to their chunks.
 const DUPLICATE_WINDOW: Duration = Duration::from_mins(10);
-/// Timeout of a request.
 const REQUEST_TIMEOUT: Duration = Duration::from_secs(10);
 /// Timeout of a read. It must be repeated if the object is overwritten or its broker dies.
 const READ_TIMEOUT: Duration = Duration::from_secs(30);
@@ -44,7 +40,6 @@ pub(crate) const PAUSE: Duration = Duration::from_secs(1);
 /// Letters of the digest in a campaign's id.
 const DIGEST_LETTERS: usize = 12;
 
-/// The manifest's object.
 pub(crate) const MANIFEST: &str = "manifest";
 /// Prefix of objects about work that was given up.
 pub(crate) const PARKED: &str = "parked/";
@@ -107,12 +102,23 @@ pub struct Broker {
     pub(crate) jetstream: Context,
 }
 
+/// An event of a worker.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum WorkerEvent {
+    /// A piece of work is done: its campaign and name.
+    Done(String, String),
+    /// A piece of work was given up: its campaign, its name and the reason.
+    Parked(String, String, String),
+    /// Work for another version, which this worker may not do.
+    Refused(String),
+    /// The broker does not answer, or refuses; the worker keeps trying.
+    Trouble(String),
+}
+
 /// A message with a piece of work.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct WorkMessage {
-    /// The campaign.
     pub(crate) campaign: String,
-    /// The work.
     pub(crate) work: lab::campaign::Work,
 }
 
@@ -241,14 +247,14 @@ impl Broker {
         for _ in 0..SPREAD_LOOKS {
             self.clock.sleep(PAUSE).await;
             let stream = self.jetstream.get_stream(name).await;
-            let cluster = stream
+            if let Some(cluster) = stream
                 .ok()
-                .and_then(|stream| stream.cached_info().cluster.clone());
-            if cluster.is_some_and(|cluster| {
+                .and_then(|stream| stream.cached_info().cluster.clone())
+            {
                 let current = cluster.replicas.iter().filter(|replica| replica.current);
-                cluster.leader.is_some() && replicas <= 1 + current.count()
-            }) {
-                return Ok(());
+                if cluster.leader.is_some() && replicas <= 1 + current.count() {
+                    return Ok(());
+                }
             }
         }
         let late = std::io::Error::other("the copies are not complete yet: submit again");
@@ -281,7 +287,6 @@ impl Broker {
         bucket.map_err(failed("make the campaign's bucket"))
     }
 
-    /// The bucket of a campaign.
     pub(crate) async fn bucket(&self, campaign: &str) -> Result<ObjectStore, ClusterError> {
         let name = format!("{BUCKET}{campaign}");
         self.jetstream.get_object_store(&name).await.map_err(|error| {
@@ -346,11 +351,8 @@ pub(crate) async fn fetch(
 
 /// Stores an object: it is then on the broker's disk, or on a majority of its servers.
 pub(crate) async fn store(bucket: &ObjectStore, name: &str, bytes: &[u8]) -> Result<(), ClusterError> {
-    bucket
-        .put(name, &mut Cursor::new(bytes))
-        .await
-        .map_err(failed(format!("store {name}")))?;
-    Ok(())
+    let stored = bucket.put(name, &mut Cursor::new(bytes)).await;
+    stored.map(drop).map_err(failed(format!("store {name}")))
 }
 
 /// Names of the objects of a bucket. The answering server may lag: the list is complete up to some
@@ -374,27 +376,20 @@ const IS_IT_THERE: &str = "is a nats-server running, and is the address right?";
 /// Advice about a broker that closes the connection; it also does so when it stops.
 const HUNG_UP: &str = "the broker closed the connection: does it need TLS (tls://), or a client certificate (--nats-cert, --nats-key)?";
 
-/// Advice about a failed connection.
 fn advice(error: &ConnectError) -> &'static str {
     // The client has no error kinds for these.
     let words = error.to_string();
     let authority = "give the authority that signed its certificate (--nats-ca)";
+    let expired = "its certificate has expired, or the clock of this machine is wrong";
+    let named = "its certificate is for another name: use that name in the address";
+    let needs_one = "it needs a client certificate (--nats-cert, --nats-key)";
     let by_words = [
         ("UnknownIssuer", authority),
         // An authority of the same name with another key.
         ("BadSignature", authority),
-        (
-            "Expired",
-            "its certificate has expired, or the clock of this machine is wrong",
-        ),
-        (
-            "CertificateRequired",
-            "it needs a client certificate (--nats-cert, --nats-key)",
-        ),
-        (
-            "NotValidForName",
-            "its certificate is for another name: use that name in the address",
-        ),
+        ("Expired", expired),
+        ("CertificateRequired", needs_one),
+        ("NotValidForName", named),
         (
             "InvalidContentType",
             "it has no TLS: use nats:// instead of tls://",

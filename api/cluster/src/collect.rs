@@ -28,15 +28,10 @@ impl Progress {
 
 /// All work of a campaign: gains, chunks.
 fn all_work(campaign: &Campaign) -> (Vec<Work>, Vec<Work>) {
-    let cases = 0..campaign.cases.len();
-    let gains = cases
-        .clone()
-        .flat_map(|case| Work::before(campaign, case))
-        .collect();
-    (
-        gains,
-        cases.flat_map(|case| Work::chunks(campaign, case)).collect(),
-    )
+    let cases = || 0..campaign.cases.len();
+    let gains = cases().flat_map(|case| Work::before(campaign, case));
+    let chunks = cases().flat_map(|case| Work::chunks(campaign, case));
+    (gains.collect(), chunks.collect())
 }
 
 /// Progress of the campaign `id`.
@@ -45,12 +40,8 @@ pub async fn progress(broker: &Broker, id: &str) -> Result<Progress, ClusterErro
     let bucket = broker.bucket(id).await?;
     let there = names(&bucket, &broker.clock).await?;
     let (gains, chunks) = all_work(&campaign);
-    let done = |all: &[Work]| {
-        (
-            all.iter().filter(|work| there.contains(&work.name())).count(),
-            all.len(),
-        )
-    };
+    let is_done = |work: &&Work| there.contains(&work.name());
+    let done = |all: &[Work]| (all.iter().filter(is_done).count(), all.len());
     let (mut parked, mut given_up) = (vec![], vec![]);
     for name in there.iter().filter(|name| name.starts_with(PARKED)) {
         let what = name.trim_start_matches(PARKED);
@@ -68,16 +59,11 @@ pub async fn progress(broker: &Broker, id: &str) -> Result<Progress, ClusterErro
         let before = case.map_or_else(Vec::new, |case| Work::before(&campaign, case));
         !there.contains(&chunk.name()) && (is_given_up(chunk) || before.iter().any(is_given_up))
     };
-    let blocked = if given_up.is_empty() {
-        0
-    } else {
-        chunks.iter().filter(is_blocked).count()
-    };
     Ok(Progress {
         tuned: done(&gains),
         chunks: done(&chunks),
+        blocked: chunks.iter().filter(is_blocked).count(),
         parked,
-        blocked,
     })
 }
 
@@ -98,10 +84,8 @@ pub async fn collect(broker: &Broker, id: &str, path: &Path) -> Result<(Director
         let (gains, chunks) = all_work(&campaign);
         for work in gains.into_iter().chain(chunks) {
             let missing = || ClusterError::Unfinished(of - 1, of);
-            let bytes = fetch(&bucket, &work.name(), &broker.clock)
-                .await?
-                .ok_or_else(missing)?;
-            directory.store_work(work, &bytes)?;
+            let bytes = fetch(&bucket, &work.name(), &broker.clock).await?;
+            directory.store_work(work, &bytes.ok_or_else(missing)?)?;
         }
     }
     // Nothing is left to fly: this only joins the chunks.

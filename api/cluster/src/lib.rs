@@ -9,17 +9,15 @@
 //! its work to another. Stored work is not repeated. Every machine gives the same rows, except for
 //! measured times, so that duplicates are harmless.
 //!
-//! In reading order: [`broker`] is the connection and its names, [`event`] the reports of a worker;
-//! [`mod@submit`], [`worker`] and [`mod@collect`] are the three programs.
+//! [`broker`] is the connection and its names; [`mod@submit`], [`worker`] and [`mod@collect`] are the
+//! three programs.
 
 pub mod broker;
 pub mod collect;
-pub mod event;
 pub mod submit;
 pub mod worker;
 
-pub use broker::{Access, Broker, ClusterError};
+pub use broker::{Access, Broker, ClusterError, WorkerEvent};
 pub use collect::{Progress, collect, progress};
-pub use event::WorkerEvent;
 pub use submit::{Submitted, submit};
 pub use worker::Worker;

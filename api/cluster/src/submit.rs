@@ -73,22 +73,13 @@ pub(crate) async fn send(
         work,
     };
     let payload = Bytes::from(serde_json::to_vec(&order).expect("names and numbers only"));
-    let subject = subject(
-        &as_token(&manifest.program, &manifest.schema_version),
-        &id,
-        &work.name(),
-    );
+    let version = as_token(&manifest.program, &manifest.schema_version);
+    let subject = subject(&version, &id, &work.name());
+    let message = format!("{id} {} {}", work.name(), parked.unwrap_or_default());
     let mut headers = async_nats::HeaderMap::new();
-    headers.insert(
-        "Nats-Msg-Id",
-        format!("{id} {} {}", work.name(), parked.unwrap_or_default()),
-    );
-    let sent = broker
-        .jetstream
-        .publish_with_headers(subject, headers, payload)
-        .await;
-    sent.map_err(failed("send work"))?
-        .await
-        .map_err(failed("send work"))?;
-    Ok(())
+    headers.insert("Nats-Msg-Id", message);
+    let jetstream = &broker.jetstream;
+    let sent = jetstream.publish_with_headers(subject, headers, payload).await;
+    let stored = sent.map_err(failed("send work"))?.await;
+    stored.map(drop).map_err(failed("send work"))
 }

@@ -18,10 +18,9 @@ use tokio::sync::watch;
 
 use super::{
     broker::{
-        Broker, ClusterError, PARKED, PAUSE, WorkMessage, as_token, failed, fetch, names, store, subjects_of,
-        version_in,
+        Broker, ClusterError, PARKED, PAUSE, WorkMessage, WorkerEvent, as_token, failed, fetch, names, store,
+        subjects_of, version_in,
     },
-    event::WorkerEvent,
     submit::send,
 };
 
@@ -29,7 +28,6 @@ use super::{
 const ACK_WAIT: Duration = Duration::from_secs(20);
 /// Time between two signs of life of a worker.
 const PROGRESS: Duration = Duration::from_secs(5);
-/// Timeout of a request for work.
 const PULL: Duration = Duration::from_secs(5);
 /// Attempts to store a result with a broker that does not answer: a quarter of an hour.
 const ATTEMPTS: u32 = 900;
@@ -37,7 +35,6 @@ const ATTEMPTS: u32 = 900;
 /// A worker.
 pub struct Worker {
     broker: Broker,
-    /// Number of parallel pieces of work.
     jobs: usize,
     /// Starts without a result after which work is given up.
     tries_max: i64,
@@ -86,38 +83,36 @@ impl Worker {
     ) -> Result<Consumer<pull::Config>, ClusterError> {
         let own = as_token(env!("CARGO_PKG_VERSION"), lab::campaign::rows::SCHEMA_VERSION);
         let mut stream = self.broker.stream(1).await?;
-        let waiting = stream
-            .info_with_subjects("pilotfish.work.>")
-            .await
-            .map_err(failed("look for work"))?;
-        let mut others: Vec<String> = vec![];
-        for (subject, _) in waiting.collect::<Vec<_>>().await.into_iter().flatten() {
-            match version_in(&subject) {
-                Some(version) if version != own && !others.iter().any(|other| other == version) => {
-                    others.push(version.to_owned());
-                }
-                _ => {}
-            }
+        let waiting = stream.info_with_subjects("pilotfish.work.>").await;
+        let waiting = waiting
+            .map_err(failed("look for work"))?
+            .collect::<Vec<_>>()
+            .await;
+        let mut others = vec![];
+        for (subject, _) in waiting.into_iter().flatten() {
+            let version = version_in(&subject).filter(|version| *version != own);
+            others.extend(
+                version
+                    .map(str::to_owned)
+                    .filter(|version| !others.contains(version)),
+            );
         }
         for version in others {
-            notify(WorkerEvent::Refused(format!(
-                "work waits for version {version}; this is {own}"
-            )));
+            let why = format!("work waits for version {version}; this is {own}");
+            notify(WorkerEvent::Refused(why));
         }
+        let name = format!("workers-{own}");
         let config = pull::Config {
-            durable_name: Some(format!("workers-{own}")),
+            durable_name: Some(name.clone()),
             filter_subject: subjects_of(&own),
             ack_policy: AckPolicy::Explicit,
             ack_wait: ACK_WAIT,
             max_ack_pending: 100_000,
             ..pull::Config::default()
         };
-        let name = format!("workers-{own}");
         stream.info().await.map_err(failed("look for work"))?;
-        stream
-            .get_or_create_consumer(&name, config)
-            .await
-            .map_err(failed("make the queue of workers"))
+        let consumer = stream.get_or_create_consumer(&name, config).await;
+        consumer.map_err(failed("make the queue of workers"))
     }
 
     async fn work(
@@ -145,13 +140,9 @@ impl Worker {
                 }
                 Some(Ok(message)) => {
                     idle = Duration::ZERO;
-                    if let Err(error) = with_heartbeat(
-                        &message,
-                        &self.broker.clock,
-                        Box::pin(self.take(&message, notify)),
-                    )
-                    .await
-                    {
+                    let taken = Box::pin(self.take(&message, notify));
+                    let taken = with_heartbeat(&message, &self.broker.clock, taken).await;
+                    if let Err(error) = taken {
                         notify(WorkerEvent::Trouble(error.to_string()));
                         // Another worker may succeed.
                         let _ = message.ack_with(AckKind::Nak(Some(PAUSE))).await;
@@ -168,10 +159,8 @@ impl Worker {
         notify: &(dyn Fn(WorkerEvent) + Sync),
     ) -> Result<(), ClusterError> {
         let Ok(order) = serde_json::from_slice::<WorkMessage>(&message.payload) else {
-            notify(WorkerEvent::Trouble(format!(
-                "{} is not a piece of work",
-                message.subject
-            )));
+            let what = format!("{} is not a piece of work", message.subject);
+            notify(WorkerEvent::Trouble(what));
             return acknowledged(message, AckKind::Term).await;
         };
         let WorkMessage { campaign: id, work } = order;
@@ -192,18 +181,11 @@ impl Worker {
                     before.extend(fetch(bucket, &gains.name(), &self.broker.clock).await?);
                 }
             }
-            let job = Arc::clone(&known);
-            let bytes = match self
-                .broker
-                .clock
-                .run_blocking(move || work.done(&job.1, &job.0, &before))
-                .await
-            {
-                Ok(bytes) => bytes?,
-                // A panic is our bug: the broker sends the work again until it is given up.
-                Err(error) => return Err(failed(format!("do {}", work.name()))(error)),
-            };
-            let name = work.name();
+            let (job, name) = (Arc::clone(&known), work.name());
+            let done = move || work.done(&job.1, &job.0, &before);
+            let done = self.broker.clock.run_blocking(done).await;
+            // A panic is our bug: the broker sends the work again until it is given up.
+            let bytes = done.map_err(failed(format!("do {name}")))??;
             with_retries(notify, &self.broker.clock, || store(bucket, &name, &bytes)).await?;
         }
         if let (Work::Tune { .. }, Some(case)) = (work, case) {
@@ -235,18 +217,14 @@ impl Worker {
             }
         })
         .await?;
-        if !Work::before(campaign, case)
-            .iter()
-            .all(|gains| there.contains(&gains.name()))
-        {
+        let is_there = |gains: &Work| there.contains(&gains.name());
+        if !Work::before(campaign, case).iter().all(is_there) {
             return Ok(());
         }
         for chunk in Work::chunks(campaign, case) {
-            if !there.contains(&chunk.name()) {
-                with_retries(notify, &self.broker.clock, || {
-                    send(&self.broker, manifest, chunk, None)
-                })
-                .await?;
+            if !is_there(&chunk) {
+                let send = || send(&self.broker, manifest, chunk, None);
+                with_retries(notify, &self.broker.clock, send).await?;
             }
         }
         Ok(())
@@ -285,10 +263,8 @@ async fn with_heartbeat<T>(message: &Message, clock: &Clock, doing: impl Future<
 
 /// Acknowledges a message, and waits for the broker's confirmation.
 async fn acknowledged(message: &Message, kind: AckKind) -> Result<(), ClusterError> {
-    message
-        .double_ack_with(kind)
-        .await
-        .map_err(failed("acknowledge work"))
+    let confirmed = message.double_ack_with(kind).await;
+    confirmed.map_err(failed("acknowledge work"))
 }
 
 /// Retries while the broker does not answer, so that no result is lost.

@@ -22,17 +22,6 @@ pub struct File {
     pub content: &'static str,
 }
 
-impl File {
-    fn lean(self) -> Self {
-        if self.media_type == SCRIPT {
-            let content = without_comments(self.content).leak();
-            Self { content, ..self }
-        } else {
-            self
-        }
-    }
-}
-
 /// A module with empty lines in place of comments: every line keeps its number.
 fn without_comments(module: &str) -> String {
     let mut within = false;
@@ -52,9 +41,22 @@ const HTML: &str = "text/html; charset=utf-8";
 const SCRIPT: &str = "text/javascript; charset=utf-8";
 const STYLE: &str = "text/css; charset=utf-8";
 
+macro_rules! module {
+    ($name:literal) => {
+        include_str!(concat!("../web/", $name, ".js"))
+    };
+}
+
 macro_rules! files {
-    ($($path:literal: $media_type:expr, $name:literal;)*) => {
-        LazyLock::new(|| vec![$(File { path: $path, media_type: $media_type, content: include_str!(concat!("../web/", $name)) }.lean()),*])
+    ($($path:literal: $media_type:expr, $name:literal;)* modules: $($module:literal)*) => {
+        LazyLock::new(|| vec![
+            $(File { path: $path, media_type: $media_type, content: include_str!(concat!("../web/", $name)) },)*
+            $(File {
+                path: concat!("/", $module, ".js"),
+                media_type: SCRIPT,
+                content: without_comments(module!($module)).leak(),
+            },)*
+        ])
     };
 }
 
@@ -64,57 +66,15 @@ pub static FILES: LazyLock<Vec<File>> = files! {
     "/page.css": STYLE, "page.css";
     "/icon.svg": "image/svg+xml", "icon.svg";
     "/gallery.json": "application/json", "gallery.json";
-    "/address.js": SCRIPT, "address.js";
-    "/alarm.js": SCRIPT, "alarm.js";
-    "/app.js": SCRIPT, "app.js";
-    "/background.js": SCRIPT, "background.js";
-    "/beliefs.js": SCRIPT, "beliefs.js";
-    "/bell.js": SCRIPT, "bell.js";
-    "/chart.js": SCRIPT, "chart.js";
-    "/chart_canvas.js": SCRIPT, "chart_canvas.js";
-    "/compare.js": SCRIPT, "compare.js";
-    "/comparison.js": SCRIPT, "comparison.js";
-    "/copy_as.js": SCRIPT, "copy_as.js";
-    "/csv.js": SCRIPT, "csv.js";
-    "/curves.js": SCRIPT, "curves.js";
-    "/differences.js": SCRIPT, "differences.js";
     "/docs": HTML, "docs.html";
     "/docs.css": STYLE, "docs.css";
-    "/docs.js": SCRIPT, "docs.js";
-    "/dom.js": SCRIPT, "dom.js";
-    "/drawing.js": SCRIPT, "drawing.js";
-    "/editor.js": SCRIPT, "editor.js";
-    "/explanation.js": SCRIPT, "explanation.js";
-    "/format.js": SCRIPT, "format.js";
-    "/hand_over.js": SCRIPT, "hand_over.js";
-    "/home.js": SCRIPT, "home.js";
-    "/journal.js": SCRIPT, "journal.js";
-    "/lettering.js": SCRIPT, "lettering.js";
-    "/limits.js": SCRIPT, "limits.js";
-    "/live.js": SCRIPT, "live.js";
-    "/map.js": SCRIPT, "map.js";
-    "/measure.js": SCRIPT, "measure.js";
-    "/mission.js": SCRIPT, "mission.js";
-    "/order_draft.js": SCRIPT, "order_draft.js";
-    "/order_form.js": SCRIPT, "order_form.js";
-    "/order_map.js": SCRIPT, "order_map.js";
-    "/orders.js": SCRIPT, "orders.js";
-    "/picture.js": SCRIPT, "picture.js";
-    "/plan.js": SCRIPT, "plan.js";
-    "/plan_picture.js": SCRIPT, "plan_picture.js";
-    "/plan_tables.js": SCRIPT, "plan_tables.js";
-    "/playback.js": SCRIPT, "playback.js";
-    "/pointers.js": SCRIPT, "pointers.js";
-    "/predictions.js": SCRIPT, "predictions.js";
-    "/recording.js": SCRIPT, "recording.js";
-    "/route_form.js": SCRIPT, "route_form.js";
-    "/scores.js": SCRIPT, "scores.js";
-    "/series.js": SCRIPT, "series.js";
-    "/service.js": SCRIPT, "service.js";
-    "/symbols.js": SCRIPT, "symbols.js";
-    "/theme.js": SCRIPT, "theme.js";
-    "/thumbnail.js": SCRIPT, "thumbnail.js";
-    "/visits.js": SCRIPT, "visits.js";
+    modules:
+    "address" "alarm" "app" "background" "beliefs" "bell" "chart" "chart_canvas" "compare" "comparison"
+    "copy_as" "csv" "curves" "differences" "docs" "dom" "drawing" "editor" "explanation" "format"
+    "hand_over" "home" "journal" "lettering" "limits" "live" "map" "measure" "mission" "order_draft"
+    "order_form" "order_map" "orders" "picture" "plan" "plan_picture" "plan_tables" "playback" "pointers"
+    "predictions" "recording" "route_form" "scores" "series" "service" "symbols" "theme" "thumbnail"
+    "visits"
 };
 
 /// Files that only live missions with orders and the API documentation load.
@@ -127,39 +87,16 @@ pub const ON_DEMAND: [&str; 6] = [
     "/docs.js",
 ];
 
+macro_rules! modules {
+    ($($name:literal)*) => { [$(module!($name)),*] };
+}
+
 /// The modules of a report, each after its imports.
-const OF_REPORTS: [&str; 30] = [
-    include_str!("../web/dom.js"),
-    include_str!("../web/format.js"),
-    include_str!("../web/alarm.js"),
-    include_str!("../web/theme.js"),
-    include_str!("../web/series.js"),
-    include_str!("../web/csv.js"),
-    include_str!("../web/limits.js"),
-    include_str!("../web/hand_over.js"),
-    include_str!("../web/journal.js"),
-    include_str!("../web/recording.js"),
-    include_str!("../web/scores.js"),
-    include_str!("../web/playback.js"),
-    include_str!("../web/background.js"),
-    include_str!("../web/visits.js"),
-    include_str!("../web/picture.js"),
-    include_str!("../web/curves.js"),
-    include_str!("../web/lettering.js"),
-    include_str!("../web/symbols.js"),
-    include_str!("../web/drawing.js"),
-    include_str!("../web/measure.js"),
-    include_str!("../web/map.js"),
-    include_str!("../web/chart_canvas.js"),
-    include_str!("../web/chart.js"),
-    include_str!("../web/explanation.js"),
-    include_str!("../web/beliefs.js"),
-    include_str!("../web/mission.js"),
-    include_str!("../web/differences.js"),
-    include_str!("../web/comparison.js"),
-    include_str!("../web/sheet.js"),
-    include_str!("../web/report.js"),
-];
+const OF_REPORTS: [&str; 30] = modules! {
+    "dom" "format" "alarm" "theme" "series" "csv" "limits" "hand_over" "journal" "recording" "scores"
+    "playback" "background" "visits" "picture" "curves" "lettering" "symbols" "drawing" "measure" "map"
+    "chart_canvas" "chart" "explanation" "beliefs" "mission" "differences" "comparison" "sheet" "report"
+};
 
 /// The policy for a page of one file: its own script and style, and nothing from elsewhere.
 const POLICY: &str =

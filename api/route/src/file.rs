@@ -11,18 +11,12 @@ use crate::{
     text,
 };
 
-/// The routes of a file; each has at least one point.
-///
-/// # Errors
-/// The first place that cannot be read, with advice.
+/// The routes of a file, each with a point or more. Fails with the first place that cannot be read.
 pub fn read(bytes: &[u8]) -> Result<Vec<Route>, Unread> {
     read_until(bytes, &|| false)
 }
 
-/// As [`read`], but gives up once it is `due`.
-///
-/// # Errors
-/// The errors of [`read`], or the lack of time.
+/// As [`read`]; also fails once it is `due`.
 pub fn read_until(bytes: &[u8], due: &dyn Fn() -> bool) -> Result<Vec<Route>, Unread> {
     let progress = Progress::new(due);
     if BYTES_MAX < bytes.len() {

@@ -25,9 +25,6 @@ pub enum NoLanes {
 /// Way-points (north, east), m, of lanes over the polygon of `corners` (north, east), m: about half
 /// a spacing inside both sides, in turn along and against the heading. Where the area is not
 /// convex, a lane runs from its first edge to its last.
-///
-/// # Errors
-/// An area without corners, or a spacing without lanes.
 pub fn lanes_over(corners: &[[f64; 2]], mower: &LawnMower) -> Result<Vec<[f64; 2]>, NoLanes> {
     let finite = corners.iter().flatten().all(|number| number.is_finite());
     if corners.len() < 3 || !finite || !mower.heading_rad.is_finite() {

@@ -7,10 +7,8 @@ use crate::route::{POINTS_MAX, Route, RoutePoint, Unread};
 /// Largest file, also unpacked, bytes: a day's track. Reading takes at most eight times this.
 pub const BYTES_MAX: usize = 8 << 20;
 
-/// Most routes of a file.
 const ROUTES_MAX: usize = 10_000;
 
-/// Most columns of a line.
 const COLUMNS_MAX: usize = 256;
 
 /// Calls of [`Progress::look`] for each look at the time.

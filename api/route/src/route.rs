@@ -8,7 +8,6 @@ pub const POINTS_MAX: usize = 200_000;
 /// Most names in an error or a note.
 pub(crate) const NAMES_TOLD: usize = 20;
 
-/// Note about an area with holes.
 pub(crate) const HOLES: &str = "holes of the area, which are left out";
 
 /// A route of a file.
@@ -106,7 +105,6 @@ impl Route {
         self.notes.iter().cloned().chain(first.map(note)).collect()
     }
 
-    /// Adds a note once.
     pub(crate) fn note(&mut self, note: &str) {
         if !self.notes.iter().any(|known| known == note) {
             self.notes.push(note.to_owned());
@@ -170,10 +168,7 @@ impl RoutePoint {
     }
 }
 
-/// The route called `name`, or the only one.
-///
-/// # Errors
-/// No route has the name, or there are several and no name: the message lists the names.
+/// The route called `name`, or the only one. The error lists the names.
 pub fn select(mut routes: Vec<Route>, name: Option<&str>) -> Result<Route, Unread> {
     let found = match name {
         Some(name) => routes.iter().position(|route| route.name == name),
@@ -190,17 +185,13 @@ pub fn select(mut routes: Vec<Route>, name: Option<&str>) -> Result<Route, Unrea
         more => format!(" and {more} more"),
     };
     let listed = listed.join(", ") + &more;
-    let (place, fault) = match name {
-        Some(name) => (
-            format!("route {name:?}"),
-            format!("is not in the file, which has {listed}"),
-        ),
-        None => (
-            "file".to_owned(),
-            format!("has {n} routes, choose one by name: {listed}"),
-        ),
-    };
-    Err(Unread::new(place, fault))
+    Err(match name {
+        Some(name) => {
+            let fault = format!("is not in the file, which has {listed}");
+            Unread::new(format!("route {name:?}"), fault)
+        }
+        None => Unread::new("file", format!("has {n} routes, choose one by name: {listed}")),
+    })
 }
 
 /// Number of line ends in `text`.
@@ -208,7 +199,6 @@ pub(crate) fn lines_in(text: &str) -> usize {
     text.bytes().filter(|byte| *byte == b'\n').count()
 }
 
-/// A finite number.
 pub(crate) fn number(place: &str, text: &str) -> Result<f64, Unread> {
     let text = text.trim();
     let number = text.parse().ok().filter(|number: &f64| number.is_finite());

@@ -24,7 +24,6 @@ pub(crate) fn routes(text: &str, mut progress: Progress<'_>) -> Result<Vec<Route
     csv(text, &mut progress)
 }
 
-/// Columns of an item of a way-point list.
 const WPL_COLUMNS: usize = 12;
 
 /// Source: MAVLink, "File formats": index, current, frame, command, seven parameters, autocontinue.

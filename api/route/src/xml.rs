@@ -16,7 +16,6 @@ use crate::{
     route::{HOLES, Route, RoutePoint, Unread, lines_in, number, shortened},
 };
 
-/// Deepest nesting of elements.
 const DEPTH_MAX: usize = 64;
 
 /// Longest tag, with its attributes, bytes.
@@ -115,7 +114,6 @@ pub(crate) fn routes(text: &str, progress: Progress<'_>) -> Result<Vec<Route>, U
 
 struct Found<'a> {
     progress: Progress<'a>,
-    /// Line of the reader.
     line: usize,
     /// Local names of the open elements.
     open: Vec<String>,
@@ -123,7 +121,6 @@ struct Found<'a> {
     text: String,
     /// Line at which the text begins.
     text_line: usize,
-    /// The open route.
     route: Option<Route>,
     routes: Vec<Route>,
     /// Way-points outside all routes: a route if there is no other.

@@ -51,7 +51,6 @@ pub struct Version {
     pub schema_version: String,
 }
 
-/// The result of the last test of readiness, and its time.
 type Verdict = (Instant, Result<(), Problem>);
 
 /// The last verdict on readiness.

@@ -111,7 +111,6 @@ metrics! {
 #[derive(Clone, Debug)]
 pub(crate) struct Metrics {
     counts: Arc<Counts>,
-    /// Has the metrics by name.
     registry: Arc<Registry>,
 }
 
@@ -132,7 +131,6 @@ impl Drop for Counted {
     }
 }
 
-/// The reason of a refusal.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Shed {
     /// Too many wait, or the work before it leaves no time for it.
@@ -148,32 +146,15 @@ pub(crate) enum Shed {
 }
 
 impl Shed {
-    const ALL: [Self; 5] = [
-        Self::Admission,
-        Self::Pool,
-        Self::Memory,
-        Self::Mailbox,
-        Self::Limit,
-    ];
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Admission => "admission",
-            Self::Pool => "pool",
-            Self::Memory => "room",
-            Self::Mailbox => "mailbox",
-            Self::Limit => "places",
-        }
-    }
+    /// Their labels, in this order.
+    const NAMES: [&str; 5] = ["admission", "pool", "room", "mailbox", "places"];
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum PlanFor {
     /// A request to `/v1/plan`.
     Request,
-    /// A live mission.
     Live,
-    /// A simulated mission.
     Simulated,
 }
 
@@ -207,8 +188,8 @@ impl Metrics {
     ) -> Self {
         let counts = Counts::default();
         // A counter that appears with its first increment has no rate for it.
-        for reason in Shed::ALL {
-            counts.shed.get_or_create_owned(&[("reason", reason.name())]);
+        for reason in Shed::NAMES {
+            counts.shed.get_or_create_owned(&[("reason", reason)]);
         }
         let mut registry = Registry::default();
         registry.register_collector(Box::new(Process { log_lines_dropped }));
@@ -235,7 +216,8 @@ impl Metrics {
     }
 
     pub(crate) fn shed(&self, reason: Shed) {
-        self.counts.shed.get_or_create(&[("reason", reason.name())]).inc();
+        let reason = Shed::NAMES[reason as usize];
+        self.counts.shed.get_or_create(&[("reason", reason)]).inc();
     }
 
     /// The number of admitted requests, by `body`: `short` or `long`.
@@ -264,9 +246,8 @@ impl Metrics {
         counts.plans.get_or_create(&labels).inc();
         let times = counts.solve_time.get_or_create(&[("purpose", made_for.name())]);
         times.observe(solve_time.as_secs_f64());
-        counts
-            .solver_iterations
-            .observe(f64::from(plan.solver.iterations));
+        let iterations = f64::from(plan.solver.iterations);
+        counts.solver_iterations.observe(iterations);
         #[expect(clippy::cast_precision_loss, reason = "a few")]
         counts.scp_iterations.observe(plan.solver.scp_iterations as f64);
     }
@@ -283,7 +264,6 @@ impl Metrics {
         self.counts.late.observe(late.as_secs_f64());
     }
 
-    /// Counts plans of a live mission that were not made.
     pub(crate) fn missed(&self, n: u64) {
         self.counts.missed.inc_by(n);
     }
@@ -304,14 +284,13 @@ fn known(method: &Method) -> &str {
 }
 
 fn method(method: plan::Method) -> &'static str {
+    use plan::Method;
     match method {
-        plan::Method::Mpc => "mpc",
-        plan::Method::PreviousPlan => "previous_plan",
-        plan::Method::SaturatedLos => "saturated_los",
-        plan::Method::Hold => "hold",
-        plan::Method::SaturatedLosTrackerFrame | plan::Method::IntegralLos | plan::Method::WaypointBox => {
-            "law"
-        }
+        Method::Mpc => "mpc",
+        Method::PreviousPlan => "previous_plan",
+        Method::SaturatedLos => "saturated_los",
+        Method::Hold => "hold",
+        Method::SaturatedLosTrackerFrame | Method::IntegralLos | Method::WaypointBox => "law",
     }
 }
 
@@ -330,16 +309,11 @@ impl Collector for Process {
         #[expect(clippy::disallowed_methods, reason = "processor time, which decides nothing")]
         let cpu = clock_gettime(ClockId::ProcessCPUTime);
         let cpu = Duration::try_from(cpu).unwrap_or_default().as_secs_f64();
-        write(
-            "process_cpu_seconds",
-            "Processor time, user and system.",
-            &ConstCounter::new(cpu),
-        )?;
-        write(
-            "pilotfish_log_lines_dropped",
-            "Log lines dropped because standard error was not read.",
-            &ConstCounter::new((self.log_lines_dropped)()),
-        )?;
+        let help = "Processor time, user and system.";
+        write("process_cpu_seconds", help, &ConstCounter::new(cpu))?;
+        let help = "Log lines dropped because standard error was not read.";
+        let dropped = ConstCounter::new((self.log_lines_dropped)());
+        write("pilotfish_log_lines_dropped", help, &dropped)?;
         if let Some(bytes) = resident_bytes() {
             let help = "Resident memory.";
             write("process_resident_memory_bytes", help, &ConstGauge::new(bytes))?;

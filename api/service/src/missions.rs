@@ -8,7 +8,6 @@
 //! ```
 
 mod actor;
-mod body;
 pub(crate) mod check;
 mod clock;
 pub mod event;

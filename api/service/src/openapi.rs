@@ -11,13 +11,12 @@ use crate::{
     app_state::AppState,
     crafts,
     edge::access::{self, is_public},
-    examples, health, metrics,
+    examples::{self, EXAMPLES},
+    health, metrics,
     missions::routes as calls,
     planning::{batch, plan, route_files},
 };
 
-mod bodies;
-mod directions;
 mod limits;
 mod rules;
 
@@ -43,12 +42,11 @@ pub(crate) fn document() -> &'static Value {
         }
         rules::name_kinds(&mut document);
         limits::write(&mut document);
-        directions::write(&mut document);
         rules::write(&mut document);
         link_missions(&mut document);
         describe_events(&mut document);
         describe_tokens(&mut document);
-        bodies::write(&mut document);
+        write_examples(&mut document);
         document
     });
     &DOCUMENT
@@ -161,5 +159,31 @@ fn never_null(schema: &mut Value) {
     let shape = shape.and_then(|shapes| shapes.iter_mut().find(|shape| shape["$ref"].is_string()));
     if let Some(shape) = shape.map(Value::take) {
         *schema = shape;
+    }
+}
+
+/// Writes an example of each body. A time 0 stands for now.
+fn write_examples(document: &mut Value) {
+    let snapshot: Value = serde_json::from_str(EXAMPLES[0].body).expect("is a snapshot");
+    let track = json!({ "kind": "track", "auv": "auv-1", "offset": { "frame": "polar", "range_m": 10, "bearing_deg": 90 } });
+    let fix = json!({ "t_s": 0, "north_m": 10, "east_m": 5, "depth_m": 12, "sigma_m": 1.5 });
+    let state = json!({ "north_m": 0, "east_m": 0, "heading_deg": 30, "speed_mps": 0.4 });
+    let reports = json!({ "auvs": { "auv-1": [fix] }, "asc": [{ "t_s": 0, "state": state }] });
+    let mission = json!({ "schema_version": "1.0", "simulated": { "scenario": "calm", "seed": 1 } });
+    for (path, method, example) in [
+        ("/v1/plan", "post", snapshot.clone()),
+        ("/v1/plan/compare", "post", snapshot.clone()),
+        ("/v1/plan/validate", "post", snapshot.clone()),
+        ("/v1/plan/batch", "post", json!({ "requests": [snapshot] })),
+        ("/v1/missions", "post", mission),
+        ("/v1/missions/{id}", "patch", json!({ "goal": track })),
+        ("/v1/missions/{id}/run", "post", json!({ "speed_factor": 10 })),
+        ("/v1/missions/{id}/step", "post", json!({ "ticks": 1 })),
+        ("/v1/missions/{id}/reports", "post", reports),
+    ] {
+        let content = document["paths"][path][method]["requestBody"]["content"].as_object_mut();
+        for body in content.into_iter().flat_map(Map::values_mut) {
+            body["example"] = example.clone();
+        }
     }
 }

@@ -26,7 +26,6 @@ use wire::sha256;
 
 use super::digest::Head;
 
-/// Name of the list in the data directory.
 pub(super) const LIST_NAME: &str = "missions.heads";
 
 /// The list of earlier versions. Services removed its entries when they stopped.
@@ -94,14 +93,11 @@ impl Entry {
     }
 
     fn line(&self) -> String {
-        let Self {
-            at_s,
-            number,
-            mission,
-            sequence,
-            digest,
-        } = self;
-        let line = format!("{number} {mission:.ID$} {sequence} {digest} {at_s:.3}");
+        let (number, mission, sequence) = (self.number, &self.mission, self.sequence);
+        let line = format!(
+            "{number} {mission:.ID$} {sequence} {} {:.3}",
+            self.digest, self.at_s
+        );
         let line = format!("{line} {}", check(&line));
         format!("{line:<width$}\n", width = LINE - 1)
     }
@@ -195,7 +191,6 @@ impl Acknowledged {
         Some(due.saturating_duration_since(self.clock.now()))
     }
 
-    /// Syncs all lines.
     pub(super) fn sync(&mut self) -> io::Result<()> {
         self.sync_at = None;
         self.file.sync_data()

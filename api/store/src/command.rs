@@ -39,7 +39,6 @@ pub(super) enum Command {
     Append(Append, Reply<Appended>),
     /// Other work, after all earlier appends.
     Do(Work),
-    /// Ends the writer.
     Close(Reply<()>),
 }
 
@@ -62,7 +61,6 @@ pub(super) trait LogWriter {
     fn keep_time(&mut self, time: TrustedTime) -> Result<(), StoreError>;
     /// As [`Self::keep_time`]; may also set the time back.
     fn set_time(&mut self, time: TrustedTime) -> Result<(), StoreError>;
-    /// Stores that the service has tokens.
     fn protect(&mut self) -> Result<(), StoreError>;
     /// Fails if the store cannot be written.
     fn probe(&mut self) -> Result<(), StoreError>;
@@ -72,7 +70,6 @@ pub(super) trait LogWriter {
     }
     /// Removes the deleted missions and the free space.
     fn vacuum(&mut self) -> Result<(), StoreError>;
-    /// Ends the writer's work.
     fn close(&mut self) -> Result<(), StoreError>;
 }
 

@@ -7,7 +7,7 @@ use rusqlite::Connection;
 
 use super::{
     EventStore,
-    copy_rows::{TABLES, Target, copy_rows},
+    copy_rows::{TABLES, copy_rows},
     error::StoreError,
     postgres::{self, batch::end},
     reader::FILE_NAME,
@@ -99,11 +99,11 @@ impl StorePlace {
                     .reader()?
                     .0
                     .first(services, &[], |row| row.get::<String>(0))?;
-                match first {
-                    None => Ok(store),
-                    Some(_) => Err(self
-                        .refused("services use it: stop them (after one was killed: start one for two leases, and stop it)")),
+                if first.is_some() {
+                    let why = "services use it: stop them (after one was killed: start one for two leases, and stop it)";
+                    return Err(self.refused(why));
                 }
+                Ok(store)
             }
         }
     }
@@ -116,7 +116,7 @@ impl StorePlace {
     }
 }
 
-fn copy_all(from: &dyn Rows, to: &dyn Target) -> Result<Copied, StoreError> {
+fn copy_all(from: &dyn Rows, to: &dyn Rows) -> Result<Copied, StoreError> {
     let mut copied = Copied::default();
     for (table, _) in TABLES {
         let condition = match table {

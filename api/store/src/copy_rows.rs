@@ -1,11 +1,10 @@
 //! The tables that both stores have, and copies of their rows.
 
-use rusqlite::{Connection, ToSql, params_from_iter, types::ValueRef};
+use rusqlite::types::ValueRef;
 
 use super::{
     error::StoreError,
     rows::{Param, Row, Rows},
-    sql::with_nul,
 };
 
 /// The copied columns of each table, in the order of their references.
@@ -25,30 +24,10 @@ pub(super) const TABLES: [(&str, &str); 7] = [
 /// The column of a text that may have a NUL.
 const KEY: &str = "key";
 
-/// A connection that rows are copied to.
-pub(super) trait Target {
-    /// The text of a key in this store's form.
-    fn key(&self, key: &str) -> String;
-    fn insert(&self, statement: &str, values: &[Box<dyn Param>]) -> Result<(), StoreError>;
-}
-
-impl Target for Connection {
-    fn key(&self, key: &str) -> String {
-        with_nul(key)
-    }
-
-    fn insert(&self, statement: &str, values: &[Box<dyn Param>]) -> Result<(), StoreError> {
-        let values = values.iter().map(|value| &**value as &dyn ToSql);
-        self.prepare_cached(statement)?
-            .execute(params_from_iter(values))?;
-        Ok(())
-    }
-}
-
 /// Copies the rows of a table that meet `condition`. Returns their number.
 pub(super) fn copy_rows(
     from: &dyn Rows,
-    to: &dyn Target,
+    to: &dyn Rows,
     table: &str,
     condition: &str,
     params: &[&dyn Param],
@@ -65,7 +44,8 @@ pub(super) fn copy_rows(
         &mut |row| {
             let values = names.iter().enumerate();
             let values = values.map(|(column, name)| value(row, column, *name == KEY, to));
-            to.insert(&insert, &values.collect::<Result<Vec<_>, _>>()?)?;
+            let values = values.collect::<Result<Vec<_>, _>>()?;
+            to.change(&insert, &values.iter().map(|value| &**value).collect::<Vec<_>>())?;
             n += 1;
             Ok(true)
         },
@@ -73,13 +53,13 @@ pub(super) fn copy_rows(
     Ok(n)
 }
 
-fn value(row: &dyn Row, column: usize, is_key: bool, to: &dyn Target) -> Result<Box<dyn Param>, StoreError> {
+fn value(row: &dyn Row, column: usize, is_key: bool, to: &dyn Rows) -> Result<Box<dyn Param>, StoreError> {
     Ok(match row.value(column)? {
         // Only times are optional.
         ValueRef::Null => Box::new(None::<f64>),
         ValueRef::Integer(number) => Box::new(number),
         ValueRef::Real(number) => Box::new(number),
-        ValueRef::Text(_) if is_key => Box::new(to.key(&row.get::<String>(column)?)),
+        ValueRef::Text(_) if is_key => Box::new(to.text(&row.get::<String>(column)?).into_owned()),
         ValueRef::Text(_) => Box::new(row.get::<String>(column)?),
         ValueRef::Blob(bytes) => Box::new(bytes.to_vec()),
     })

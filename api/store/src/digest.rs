@@ -40,7 +40,6 @@ pub(super) fn summary_of(status: &str, id: &str) -> String {
 /// A mission's last event.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Head {
-    /// The mission's number.
     pub(super) mission: i64,
     /// 0 without events.
     pub(super) sequence: i64,
@@ -58,7 +57,6 @@ pub(super) struct Links {
 }
 
 impl Head {
-    /// The head of a mission without events.
     pub(super) fn of_new(mission: i64) -> Self {
         Self {
             mission,

@@ -66,7 +66,6 @@ pub struct Append {
 }
 
 impl Append {
-    /// `true` if the mission is over after these events.
     pub(super) fn is_over(&self) -> bool {
         ["finished", "failed"].contains(&&*self.status)
     }

@@ -11,45 +11,23 @@ use rusqlite::ErrorCode;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum StoreError {
     /// The directory or the file cannot be used.
-    #[error("cannot open the mission log {path}: {reason}")]
-    Open {
-        /// The file.
-        path: PathBuf,
-        /// The reason.
-        reason: String,
-    },
-    /// The file was written by a later version of this program.
+    #[error("cannot open the mission log {0}: {1}")]
+    Open(PathBuf, String),
+    /// The file was written by a later version of this program: its schema, and the newest known.
     #[error(
-        "the mission log {path} has schema {found}, but this program knows schemas up to {known}: use the newer program"
+        "the mission log {0} has schema {1}, but this program knows schemas up to {2}: use the newer program"
     )]
-    TooNew {
-        /// The file.
-        path: PathBuf,
-        /// Its schema.
-        found: u32,
-        /// The newest known.
-        known: u32,
-    },
-    /// The file was written by an earlier version of this program.
+    TooNew(PathBuf, u32, u32),
+    /// The file was written by an earlier version of this program: its schema, and the one read.
     #[error(
-        "the mission log {path} has schema {found}, but this program reads {known}: start the service once to migrate it"
+        "the mission log {0} has schema {1}, but this program reads {2}: start the service once to migrate it"
     )]
-    TooOld {
-        /// The file.
-        path: PathBuf,
-        /// Its schema.
-        found: u32,
-        /// The schema that this program reads.
-        known: u32,
-    },
+    TooOld(PathBuf, u32, u32),
     /// Another program writes to it.
     #[error(
-        "the mission log {path} is in use by another pilotfish: stop it, or choose another --data directory"
+        "the mission log {0} is in use by another pilotfish: stop it, or choose another --data directory"
     )]
-    InUse {
-        /// The file.
-        path: PathBuf,
-    },
+    InUse(PathBuf),
     /// The service had tokens, but has none now.
     #[error(
         "the service had tokens, but {} holds none: restore the file from a backup, or create tokens with pilotfish token add",
@@ -61,17 +39,12 @@ pub enum StoreError {
         "the disk of the mission log is full: nothing was stored; free some space and send the request again"
     )]
     Full,
-    /// A file of the store was deleted or replaced while it was open.
+    /// A file of the store was deleted or replaced while it was open, and the fault of its path.
     #[error(
-        "the data directory was deleted or replaced while the service was running: {path} {why}. Nothing more is stored: stop \
+        "the data directory was deleted or replaced while the service was running: {0} {1}. Nothing more is stored: stop \
          the service, put the directory back, and start the service again"
     )]
-    Displaced {
-        /// The file.
-        path: PathBuf,
-        /// The fault of the path.
-        why: String,
-    },
+    Displaced(PathBuf, String),
     /// The events are stored, but are missing from the list of acknowledged events.
     #[error("cannot write the list of acknowledged events: {0}; send the request again with the same key")]
     Unconfirmed(String),
@@ -115,10 +88,12 @@ pub enum StoreError {
 
 impl StoreError {
     pub(super) fn open(path: &Path, reason: &dyn Display) -> Self {
-        Self::Open {
-            path: path.to_owned(),
-            reason: reason.to_string(),
-        }
+        Self::Open(path.to_owned(), reason.to_string())
+    }
+
+    /// Names the file of an error.
+    pub(super) fn at<E: Display>(path: &Path) -> impl Fn(E) -> Self {
+        move |error| Self::open(path, &error)
     }
 }
 

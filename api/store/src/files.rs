@@ -48,7 +48,6 @@ pub(super) fn require_no_loss(lost: &Path) -> Result<(), StoreError> {
     }
 }
 
-/// Adds a line to the file of losses.
 pub(super) fn note_lost(path: &Path, lost: &str) -> io::Result<()> {
     let mut file = private_file(path)?;
     writeln!(file, "{lost}")?;

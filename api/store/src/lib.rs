@@ -33,7 +33,6 @@ use tokio::sync::{
 };
 
 mod acknowledged;
-mod backend;
 mod command;
 #[cfg(feature = "postgres")]
 mod copy;
@@ -63,7 +62,6 @@ mod trusted_time;
 mod writer;
 
 use acknowledged::{Acknowledged, Compared, LIST_NAME};
-use backend::Backend;
 use command::{Command, LogWriter, Reply, run};
 #[cfg(feature = "postgres")]
 pub use copy::{Copied, StorePlace, copy};
@@ -110,6 +108,30 @@ struct Shared {
     metrics: StoreMetrics,
 }
 
+/// The place of a store, a directory or a database. Its writer is a [`LogWriter`].
+trait Backend: Debug + Send + Sync {
+    fn reader(&self) -> Result<EventReader, StoreError>;
+
+    /// The store's file, if it has one.
+    fn path(&self) -> Option<&Path> {
+        None
+    }
+
+    /// Disturbs all connections from now on.
+    fn trouble(&self, _: Option<Trouble>) {}
+}
+
+impl Backend for Arc<OpenFiles> {
+    fn reader(&self) -> Result<EventReader, StoreError> {
+        self.check()?;
+        EventReader::open((**self).path(), Some(Arc::clone(self)))
+    }
+
+    fn path(&self) -> Option<&Path> {
+        Some((**self).path())
+    }
+}
+
 impl EventStore {
     /// Opens the store in `directory`. Creates both if missing, and migrates the store.
     pub fn open(directory: &Path, clock: &Clock) -> Result<Self, StoreError> {
@@ -119,22 +141,16 @@ impl EventStore {
     /// As [`Self::open`]; the missions of one client may take at most `share` bytes.
     pub fn open_with(directory: &Path, share: u64, clock: &Clock) -> Result<Self, StoreError> {
         let path = directory.join(FILE_NAME);
-        let refused = |error: io::Error| StoreError::open(&path, &error);
-        let database = make_private(directory, &path).map_err(refused)?;
+        let database = make_private(directory, &path).map_err(StoreError::at(&path))?;
         lock(&database, &path)?;
         require_file_of_write_ahead(&path)?;
-        let refused = |error| StoreError::open(&path, &error);
-        let mut connection = Connection::open(&path).map_err(refused)?;
+        let mut connection = Connection::open(&path).map_err(StoreError::at(&path))?;
         schema::require_log(&connection, &path)?;
-        configure(&connection).map_err(refused)?;
+        configure(&connection).map_err(StoreError::at(&path))?;
         schema::migrate(&mut connection, &path)?;
         // A file that is no log keeps its mode: it was refused above.
-        for name in [
-            FILE_NAME.to_owned(),
-            format!("{FILE_NAME}-wal"),
-            format!("{FILE_NAME}-shm"),
-        ] {
-            hide(&directory.join(name));
+        for suffix in ["", "-wal", "-shm"] {
+            hide(&directory.join(format!("{FILE_NAME}{suffix}")));
         }
         Self::start(connection, &path, database, share, clock)
     }
@@ -146,11 +162,11 @@ impl EventStore {
         share: u64,
         machine: &Clock,
     ) -> Result<Self, StoreError> {
-        let refused = |error: io::Error| StoreError::open(path, &error);
+        let refused = StoreError::at::<io::Error>(path);
         let directory = path.parent().unwrap_or(Path::new("."));
-        let open_files = Arc::new(OpenFiles::new(path, database).map_err(refused)?);
-        let (acknowledged, listed) = Acknowledged::open(directory, machine)
-            .map_err(|error| StoreError::open(&directory.join(LIST_NAME), &error))?;
+        let open_files = Arc::new(OpenFiles::new(path, database).map_err(&refused)?);
+        let opened = Acknowledged::open(directory, machine);
+        let (acknowledged, listed) = opened.map_err(StoreError::at(&directory.join(LIST_NAME)))?;
         let Compared { lost, outdated } = acknowledged::compare(&connection, listed, machine.unix_s())
             .unwrap_or_else(|error| {
                 tracing::error!(%error, "cannot tell which acknowledged events are missing");
@@ -159,11 +175,11 @@ impl EventStore {
         if !lost.is_empty() {
             let lost = lost.join("\n");
             tracing::error!(lost, "acknowledged events are missing from the mission log");
-            note_lost(&directory.join(LOST_NAME), &lost).map_err(refused)?;
+            note_lost(&directory.join(LOST_NAME), &lost).map_err(&refused)?;
         }
         let mut time = TrustedTime::read(&connection)?;
         time.resume(machine);
-        connection.execute(TrustedTime::WRITE, time.columns())?;
+        time.write(&connection, TrustedTime::WRITE)?;
         let clock = TrustedClock::new(time, machine);
         let metrics = StoreMetrics::default();
         let mut writer = Writer::new(
@@ -187,9 +203,8 @@ impl EventStore {
         writer: impl LogWriter + Send + 'static,
     ) -> io::Result<Self> {
         let (sender, commands) = channel(WAITING_MAX);
-        clock
-            .machine
-            .spawn_thread("mission-log", run(writer, commands, clock.machine.clone()))?;
+        let run = run(writer, commands, clock.machine.clone());
+        clock.machine.spawn_thread("mission-log", run)?;
         let shared = Shared {
             backend: Box::new(backend),
             lease,
@@ -217,8 +232,8 @@ impl EventStore {
         let seconds = now.0.saturating_duration_since(then).as_secs();
         let left = free
             .saturating_mul(seconds)
-            .checked_div(now.1.saturating_sub(stored))?;
-        Some(Duration::from_secs(left))
+            .checked_div(now.1.saturating_sub(stored));
+        left.map(Duration::from_secs)
     }
 
     /// Counters of the store.
@@ -233,10 +248,8 @@ impl EventStore {
                 event.body = packed.into();
             }
         }
-        let packed = append
-            .snapshot
-            .as_deref()
-            .and_then(|body| pack(body, packed::OVERWRITTEN));
+        let packed = append.snapshot.as_deref();
+        let packed = packed.and_then(|body| pack(body, packed::OVERWRITTEN));
         append.snapshot = packed.or(append.snapshot);
         self.send(|reply| Command::Append(append, reply)).await
     }
@@ -326,12 +339,11 @@ impl EventStore {
 
     async fn send<T>(&self, command: impl FnOnce(Reply<T>) -> Command) -> Result<T, StoreError> {
         let (reply, answer) = oneshot::channel();
-        self.writer
-            .try_send(command(reply))
-            .map_err(|error| match error {
-                TrySendError::Full(_) => StoreError::Busy,
-                TrySendError::Closed(_) => StoreError::Closed,
-            })?;
+        let sent = self.writer.try_send(command(reply));
+        sent.map_err(|error| match error {
+            TrySendError::Full(_) => StoreError::Busy,
+            TrySendError::Closed(_) => StoreError::Closed,
+        })?;
         answer.await.map_err(|_| StoreError::Unanswered)?
     }
 

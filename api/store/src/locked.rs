@@ -10,7 +10,6 @@ use super::{
     sql::signed,
 };
 
-/// A mission's row.
 pub(super) struct Locked {
     pub(super) head: Head,
     /// `true` if its last event is stored.

@@ -40,7 +40,6 @@ impl OpenFiles {
         })
     }
 
-    /// The store's file.
     pub(super) fn path(&self) -> &Path {
         &self.files[0].0
     }
@@ -53,10 +52,7 @@ impl OpenFiles {
                 Ok(_) => "is another file".to_owned(),
                 Err(error) => format!("cannot be found ({error})"),
             };
-            return Err(StoreError::Displaced {
-                path: path.clone(),
-                why,
-            });
+            return Err(StoreError::Displaced(path.clone(), why));
         }
         Ok(())
     }
@@ -67,13 +63,10 @@ fn identity(path: &Path) -> io::Result<Identity> {
     Ok((file.dev(), file.ino()))
 }
 
-/// Locks the database for this process.
 pub(super) fn lock(database: &File, path: &Path) -> Result<(), StoreError> {
     match database.try_lock() {
         Ok(()) => Ok(()),
-        Err(TryLockError::WouldBlock) => Err(StoreError::InUse {
-            path: path.to_owned(),
-        }),
+        Err(TryLockError::WouldBlock) => Err(StoreError::InUse(path.to_owned())),
         Err(TryLockError::Error(error)) => Err(StoreError::open(path, &error)),
     }
 }

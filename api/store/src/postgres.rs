@@ -22,8 +22,7 @@ use tokio_postgres::{
 };
 
 use super::{
-    EventStore,
-    backend::Backend,
+    Backend, EventStore,
     command::LogWriter as _,
     error::StoreError,
     metrics::StoreMetrics,
@@ -51,7 +50,6 @@ use writer::PostgresWriter;
 /// Time for a connection to one host: the next host may answer.
 const CONNECT_TIME: Duration = Duration::from_secs(1);
 
-/// URL schemes of a database.
 const SCHEMES: [&str; 2] = ["postgres://", "postgresql://"];
 
 /// The database of a URL, migrated to the newest tables.
@@ -188,9 +186,7 @@ fn of_each_host(address: &str) -> Vec<String> {
     let parts = address.split_once("://").and_then(|(scheme, rest)| {
         let end = rest.find(['/', '?']).unwrap_or(rest.len());
         let (authority, rest) = rest.split_at(end);
-        let (login, hosts) = authority
-            .rsplit_once('@')
-            .map_or(("", authority), |(login, hosts)| (login, hosts));
+        let (login, hosts) = authority.rsplit_once('@').unwrap_or(("", authority));
         let at = if login.is_empty() { "" } else { "@" };
         (!hosts.is_empty()).then(|| {
             let one = |host| format!("{scheme}://{login}{at}{host}{rest}");
@@ -221,11 +217,8 @@ fn name(config: &Config) -> String {
         Host::Unix(path) => path.display().to_string(),
     });
     let hosts: Vec<String> = hosts.collect();
-    format!(
-        "postgres://{}/{}",
-        hosts.join(","),
-        config.get_dbname().unwrap_or_default()
-    )
+    let database = config.get_dbname().unwrap_or_default();
+    format!("postgres://{}/{database}", hosts.join(","))
 }
 
 #[cfg(test)]

@@ -20,7 +20,6 @@ use super::{
 /// Name of the store's file in the data directory.
 pub const FILE_NAME: &str = "missions.sqlite3";
 
-/// Events per query.
 const PAGE: usize = 64;
 
 /// Reads the event store.
@@ -36,10 +35,7 @@ impl EventReader {
     /// Reads the store in `directory`; a service may be writing to it.
     pub fn of(directory: &Path) -> Result<Self, StoreError> {
         let path = directory.join(FILE_NAME);
-        if !path
-            .try_exists()
-            .map_err(|error| StoreError::open(&path, &error))?
-        {
+        if !path.try_exists().map_err(StoreError::at(&path))? {
             let reason = "there is no such file: give the data directory of the service with --data";
             return Err(StoreError::open(&path, &reason));
         }
@@ -67,19 +63,16 @@ impl EventReader {
         let page = "number > ?1 AND status <> 'deleted' ORDER BY number LIMIT ?2";
         let mut listed: Vec<StoredMission> = vec![];
         let (mut left, mut more) = (bytes, false);
-        self.0.each(
-            &select_missions(page),
-            &[&signed(after), &limit(most.saturating_add(1))],
-            &mut |row| {
-                let mission = stored_mission(row)?;
-                more = listed.len() == most || (left < mission.summary.len() && !listed.is_empty());
-                if !more {
-                    left = left.saturating_sub(mission.summary.len());
-                    listed.push(mission);
-                }
-                Ok(!more)
-            },
-        )?;
+        let params: [&dyn Param; 2] = [&signed(after), &limit(most.saturating_add(1))];
+        self.0.each(&select_missions(page), &params, &mut |row| {
+            let mission = stored_mission(row)?;
+            more = listed.len() == most || (left < mission.summary.len() && !listed.is_empty());
+            if !more {
+                left = left.saturating_sub(mission.summary.len());
+                listed.push(mission);
+            }
+            Ok(!more)
+        })?;
         Ok((listed, more))
     }
 
@@ -108,17 +101,17 @@ impl EventReader {
         let page = "SELECT number, mission, at_s, caller, request, action FROM orders
             WHERE ?1 < number AND (mission = ?2 OR ?2 IS NULL) ORDER BY number LIMIT ?3";
         let mission = mission.map(|id| self.0.text(id));
-        self.0
-            .all(page, &[&signed(after), &mission, &limit(most)], |row| {
-                Ok(Order {
-                    number: unsigned(row.get(0)?),
-                    mission: row.get(1)?,
-                    at_s: row.get(2)?,
-                    caller: row.get(3)?,
-                    request_id: row.get(4)?,
-                    action: row.get(5)?,
-                })
+        let params: [&dyn Param; 3] = [&signed(after), &mission, &limit(most)];
+        self.0.all(page, &params, |row| {
+            Ok(Order {
+                number: unsigned(row.get(0)?),
+                mission: row.get(1)?,
+                at_s: row.get(2)?,
+                caller: row.get(3)?,
+                request_id: row.get(4)?,
+                action: row.get(5)?,
             })
+        })
     }
 
     /// The last orders of a mission, at most `most`, newest first.
@@ -126,9 +119,8 @@ impl EventReader {
         let newest = "SELECT number FROM orders WHERE mission = ?1 ORDER BY number DESC LIMIT 1 OFFSET ?2";
         let after = self
             .0
-            .first(newest, &[&mission, &limit(most)], |row| row.get(0))?
-            .map_or(0, unsigned);
-        let mut orders = self.orders(Some(mission), after, most)?;
+            .first(newest, &[&mission, &limit(most)], |row| row.get(0))?;
+        let mut orders = self.orders(Some(mission), after.map_or(0, unsigned), most)?;
         orders.reverse();
         Ok(orders)
     }
@@ -169,20 +161,15 @@ impl EventReader {
         let found = self.0.first(newest, &[&signed(mission)], |row| {
             let (sequence, body): (_, Vec<u8>) = (row.get(0)?, row.get(1)?);
             let (stored, before): (Vec<u8>, Option<Vec<u8>>) = (row.get(2)?, row.get(3)?);
-            let expected = digest(
-                signed(mission),
-                sequence,
-                CHECKPOINT,
-                &before.unwrap_or_default(),
-                &body,
-            );
+            let before = before.unwrap_or_default();
+            let expected = digest(signed(mission), sequence, CHECKPOINT, &before, &body);
             Ok((unsigned(sequence), body, stored == expected))
         })?;
         match found {
-            Some((sequence, _, false)) => Err(self.damaged(
-                mission,
-                &format!("its checkpoint at event {sequence} is not what was stored"),
-            )),
+            Some((sequence, _, false)) => {
+                let what = format!("its checkpoint at event {sequence} is not what was stored");
+                Err(self.damaged(mission, &what))
+            }
             Some((sequence, body, true)) => Ok(Some((sequence, unpack(body)?))),
             None => Ok(None),
         }
@@ -214,17 +201,15 @@ impl EventReader {
         let params: [&dyn Param; 3] = [&signed(mission), &signed(after), &limit(most)];
         let read: Vec<_> = self.0.all(&page, &params, Linked::read)?;
         let mut before = None;
-        let events = read
-            .into_iter()
-            .zip(after.saturating_add(1)..)
-            .map(|(mut linked, next)| {
-                linked.before = before.take().or(linked.before);
-                before = Some(linked.digest.clone());
-                if linked.event.sequence != next {
-                    return Err(self.damaged(mission, &format!("event {next} is missing")));
-                }
-                linked.whole().map_err(|fault| self.damaged(mission, &fault))
-            });
+        let numbered = read.into_iter().zip(after.saturating_add(1)..);
+        let events = numbered.map(|(mut linked, next)| {
+            linked.before = before.take().or(linked.before);
+            before = Some(linked.digest.clone());
+            if linked.event.sequence != next {
+                return Err(self.damaged(mission, &format!("event {next} is missing")));
+            }
+            linked.whole().map_err(|fault| self.damaged(mission, &fault))
+        });
         events.collect()
     }
 
@@ -235,13 +220,11 @@ impl EventReader {
         kind: &str,
         sequence: u64,
     ) -> Result<Option<StoredEvent>, StoreError> {
-        let last = select_events(
-            "TRUE",
-            "kind = ?2 AND sequence <= ?3 ORDER BY sequence DESC LIMIT 1",
-        );
+        let condition = "kind = ?2 AND sequence <= ?3 ORDER BY sequence DESC LIMIT 1";
+        let (last, number) = (select_events("TRUE", condition), signed(mission));
         let found = self
             .0
-            .first(&last, &[&signed(mission), &kind, &signed(sequence)], Linked::read)?;
+            .first(&last, &[&number, &kind, &signed(sequence)], Linked::read)?;
         let whole = found.map(Linked::whole).transpose();
         whole.map_err(|fault| self.damaged(mission, &fault))
     }
@@ -250,10 +233,10 @@ impl EventReader {
     /// deletion marks the mission first and then removes its events step by step.
     pub fn damaged(&self, mission: u64, what: &str) -> StoreError {
         let mark = "SELECT id FROM missions WHERE number = ?1 AND status <> 'deleted'";
-        match self
+        let found = self
             .0
-            .first(mark, &[&signed(mission)], |row| row.get::<String>(0))
-        {
+            .first(mark, &[&signed(mission)], |row| row.get::<String>(0));
+        match found {
             Ok(Some(id)) => StoreError::Damaged(format!("mission {id}: {what}")),
             Ok(None) => StoreError::Gone,
             Err(error) => error,
@@ -334,9 +317,8 @@ impl Linked {
         }
         let before = self.before.as_deref().unwrap_or_default();
         let expected = digest(self.mission, signed(sequence), &kind, before, &body);
-        let body = (self.digest == expected)
-            .then(|| unpack(body.to_vec()).ok())
-            .flatten();
+        let is_whole = self.digest == expected;
+        let body = is_whole.then(|| unpack(body.to_vec()).ok()).flatten();
         let body = body.ok_or_else(|| format!("event {sequence} is not what was stored"))?;
         Ok(StoredEvent {
             sequence,

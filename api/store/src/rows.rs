@@ -3,15 +3,15 @@
 use std::{borrow::Cow, fmt::Debug};
 
 use rusqlite::{
-    Connection, ToSql,
+    Connection, Params, ToSql, params_from_iter,
     types::{FromSql, ValueRef},
 };
 
 use super::{
     digest::{digest, summary_of},
-    entry::StoredMission,
+    entry::{AuditEntry, StoredMission},
     error::StoreError,
-    sql::unsigned,
+    sql::{ORDER, PURGE, PURGE_EVENTS, PURGE_MISSION, unsigned, with_nul},
 };
 
 /// A value for each store of this program.
@@ -24,7 +24,6 @@ pub(super) trait Param: ToSql {}
 #[cfg(not(feature = "postgres"))]
 impl<T: ToSql> Param for T {}
 
-/// A row of a result.
 pub(super) trait Row {
     /// The value in a column, from 0.
     fn value(&self, column: usize) -> Result<ValueRef<'_>, StoreError>;
@@ -43,7 +42,7 @@ impl Row for rusqlite::Row<'_> {
     }
 }
 
-/// A connection that reads.
+/// A connection.
 pub(super) trait Rows: Debug + Send {
     /// The text in this store's form.
     fn text<'a>(&self, text: &'a str) -> Cow<'a, str>;
@@ -60,10 +59,12 @@ pub(super) trait Rows: Debug + Send {
         params: &[&dyn Param],
         take: &mut dyn FnMut(&dyn Row) -> Result<bool, StoreError>,
     ) -> Result<(), StoreError>;
+
+    /// Executes a statement. Returns the number of changed rows.
+    fn change(&self, statement: &str, params: &[&dyn Param]) -> Result<u64, StoreError>;
 }
 
 impl dyn Rows + '_ {
-    /// All rows.
     pub(super) fn all<T, A: FromIterator<T>>(
         &self,
         query: &str,
@@ -78,7 +79,6 @@ impl dyn Rows + '_ {
         Ok(all.into_iter().collect())
     }
 
-    /// The first row, if there is one.
     pub(super) fn first<T>(
         &self,
         query: &str,
@@ -93,7 +93,6 @@ impl dyn Rows + '_ {
         Ok(first)
     }
 
-    /// The only row.
     pub(super) fn one<T>(
         &self,
         query: &str,
@@ -102,11 +101,25 @@ impl dyn Rows + '_ {
         let row = self.first(query, &[], read)?;
         row.ok_or_else(|| StoreError::Damaged(format!("{query}: a row is missing")))
     }
+
+    pub(super) fn keep_order(&self, mission: &str, order: &AuditEntry) -> Result<(), StoreError> {
+        let (caller, request, action) = (&order.caller, &order.request, &order.action);
+        let params: [&dyn Param; 5] = [&order.at_s, caller, request, &mission, action];
+        self.change(ORDER, &params).map(drop)
+    }
+
+    /// Removes some events of a deleted mission, at last the mission. `true` if the mission is gone.
+    pub(super) fn purge(&self, number: i64) -> Result<bool, StoreError> {
+        if 0 < self.change(PURGE_EVENTS, &[&number, &PURGE])? {
+            return Ok(false);
+        }
+        self.change(PURGE_MISSION, &[&number]).map(|_| true)
+    }
 }
 
 impl Rows for Connection {
     fn text<'a>(&self, text: &'a str) -> Cow<'a, str> {
-        text.into()
+        with_nul(text).into()
     }
 
     fn file(&self) -> Option<&Connection> {
@@ -120,10 +133,7 @@ impl Rows for Connection {
         take: &mut dyn FnMut(&dyn Row) -> Result<bool, StoreError>,
     ) -> Result<(), StoreError> {
         let mut statement = self.prepare_cached(query)?;
-        for (place, param) in (1..).zip(params) {
-            statement.raw_bind_parameter(place, *param as &dyn ToSql)?;
-        }
-        let mut rows = statement.raw_query();
+        let mut rows = statement.query(of_sqlite(params))?;
         while let Some(row) = rows.next()? {
             if !take(row)? {
                 break;
@@ -131,12 +141,20 @@ impl Rows for Connection {
         }
         Ok(())
     }
+
+    fn change(&self, statement: &str, params: &[&dyn Param]) -> Result<u64, StoreError> {
+        let n = self.prepare_cached(statement)?.execute(of_sqlite(params))?;
+        Ok(n as u64)
+    }
+}
+
+fn of_sqlite(params: &[&dyn Param]) -> impl Params {
+    params_from_iter(params.iter().map(|param| *param as &dyn ToSql))
 }
 
 /// The columns that [`stored_mission`] reads.
 pub(super) const MISSION: &str = "number, id, summary, status, sequence, head, digest, owner";
 
-/// Reads the columns [`MISSION`].
 pub(super) fn stored_mission(row: &dyn Row) -> Result<StoredMission, StoreError> {
     let (number, id, summary): (_, String, Vec<u8>) = (row.get(0)?, row.get(1)?, row.get(2)?);
     let (status, head, stored): (String, Vec<u8>, Vec<u8>) = (row.get(3)?, row.get(5)?, row.get(6)?);

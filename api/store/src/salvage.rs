@@ -33,21 +33,12 @@ impl EventReader {
     /// refused: use `pg_basebackup`.
     pub fn back_up(&self, directory: &Path) -> Result<Vec<String>, StoreError> {
         let (path, rest) = (directory.join(FILE_NAME), directory.join(REST_NAME));
-        let file = self.0.file().ok_or_else(|| {
-            StoreError::open(
-                &path,
-                &"PostgreSQL makes its own backups: use pg_basebackup, or pg_dump",
-            )
-        })?;
+        let why = "PostgreSQL makes its own backups: use pg_basebackup, or pg_dump";
+        let file = self.0.file().ok_or_else(|| StoreError::open(&path, &why))?;
         for path in [&path, &rest] {
-            if path
-                .try_exists()
-                .map_err(|error| StoreError::open(path, &error))?
-            {
-                return Err(StoreError::open(
-                    path,
-                    &"the file exists: choose another directory",
-                ));
+            if path.try_exists().map_err(StoreError::at(path))? {
+                let why = "the file exists: choose another directory";
+                return Err(StoreError::open(path, &why));
             }
         }
         let partial = directory.join(format!("{FILE_NAME}.partial"));
@@ -199,11 +190,8 @@ fn copy_mission(from: &Connection, to: &Connection, number: i64) -> Result<(), S
 /// The numbers of a table's rows; all numbers ever used if the rows cannot be read.
 fn numbers(from: &Connection, table: &str) -> Vec<i64> {
     let rows: &dyn Rows = from;
-    let listed = rows.all(
-        &format!("SELECT number FROM {table} ORDER BY number"),
-        &[],
-        |row| row.get(0),
-    );
+    let all = format!("SELECT number FROM {table} ORDER BY number");
+    let listed = rows.all(&all, &[], |row| row.get(0));
     let given = "SELECT seq FROM sqlite_sequence WHERE name = ?1";
     let given = || from.query_row(given, [table], |row| row.get(0));
     listed.unwrap_or_else(|_| (1..=given().unwrap_or(0)).collect())
@@ -251,7 +239,5 @@ fn checked(copy: &Path) -> Result<Vec<String>, StoreError> {
 
 /// Empties a file that an earlier attempt may have left.
 fn empty(path: &Path) -> Result<(), StoreError> {
-    File::create(path)
-        .map(drop)
-        .map_err(|error| StoreError::open(path, &error))
+    File::create(path).map(drop).map_err(StoreError::at(path))
 }

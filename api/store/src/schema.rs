@@ -10,7 +10,6 @@ use super::{
     writer::writing,
 };
 
-/// The newest version.
 const NEWEST: u32 = 9;
 
 /// The migrations from each version to the next.
@@ -71,7 +70,6 @@ CREATE TABLE salts (salt BLOB NOT NULL) STRICT;
 INSERT INTO salts VALUES (randomblob(32));
 ";
 
-/// The orders of the audit.
 const ORDERS: &str = "
 CREATE TABLE orders (
     number INTEGER PRIMARY KEY AUTOINCREMENT,
@@ -143,9 +141,9 @@ fn version(connection: &Connection, path: &Path, oldest: u32) -> Result<u32, Sto
 pub(super) fn require_version(path: &Path, found: u32, [oldest, known]: [u32; 2]) -> Result<u32, StoreError> {
     let path = path.to_owned();
     if known < found {
-        Err(StoreError::TooNew { path, found, known })
+        Err(StoreError::TooNew(path, found, known))
     } else if found < oldest {
-        Err(StoreError::TooOld { path, found, known })
+        Err(StoreError::TooOld(path, found, known))
     } else {
         Ok(found)
     }

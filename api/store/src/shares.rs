@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::{
     entry::{Append, Room},
     error::StoreError,
-    rows::Rows,
+    rows::{Row, Rows},
 };
 
 /// Bytes of an event, a stored answer or an order beside its text.
@@ -26,12 +26,19 @@ pub(super) struct Taken {
     pub(super) bytes: u64,
 }
 
+impl Taken {
+    /// Number, owner and bytes of a mission that a deletion has hidden.
+    pub(super) fn hidden(row: &dyn Row) -> Result<(i64, Self), StoreError> {
+        let (owner, bytes) = (row.get(1)?, row.get::<i64>(2)?.unsigned_abs());
+        Ok((row.get(0)?, Self { owner, bytes }))
+    }
+}
+
 impl Shares {
     /// Selects owner and bytes of the stored missions.
     const SUMS: &str =
         "SELECT owner, CAST(sum(bytes) AS BIGINT) FROM missions WHERE status <> 'deleted' GROUP BY owner";
 
-    /// The shares of an empty store.
     pub(super) fn new(most: u64) -> Self {
         Self {
             most,
@@ -39,7 +46,6 @@ impl Shares {
         }
     }
 
-    /// Counts the stored missions.
     pub(super) fn read(&mut self, rows: &dyn Rows) -> Result<(), StoreError> {
         self.taken = rows.all(Self::SUMS, &[], |row| {
             Ok((row.get(0)?, row.get::<i64>(1)?.unsigned_abs()))
@@ -73,7 +79,6 @@ impl Shares {
         }
     }
 
-    /// Size of an append, bytes.
     pub(super) fn bytes_of(append: &Append) -> u64 {
         let events = append.events.iter().map(|event| event.body.len());
         let answer = append.answered.iter().map(|answered| answered.answer.len());

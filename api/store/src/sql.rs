@@ -10,17 +10,21 @@ use std::{
 /// append may wait behind two others.
 pub(super) const LOCK_TIME: Duration = Duration::from_secs(2);
 
-/// Removes some events of a deleted mission.
+/// Events of a deleted mission, or free pages, that one commit removes: some milliseconds.
+pub(super) const PURGE: i64 = 500;
+
 pub(super) const PURGE_EVENTS: &str = "DELETE FROM events WHERE mission = ?1 AND sequence <=
     (SELECT min(sequence) FROM events WHERE mission = ?1) + ?2";
+
+/// Of several services that remove the same events, one removes the mission.
+pub(super) const PURGE_MISSION: &str = "DELETE FROM missions WHERE number = ?1
+    AND NOT EXISTS (SELECT 1 FROM events WHERE mission = ?1)";
 
 /// Selects the deleted missions that still have events.
 pub(super) const DELETED: &str = "SELECT number FROM missions WHERE status = 'deleted'";
 
-/// Notes that the service has tokens.
 pub(super) const PROTECT: &str = "UPDATE guards SET protected = 1";
 
-/// Stores an order of the audit.
 pub(super) const ORDER: &str =
     "INSERT INTO orders (at_s, caller, request, mission, action) VALUES (?1, ?2, ?3, ?4, ?5)";
 

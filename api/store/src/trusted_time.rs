@@ -15,7 +15,10 @@ use std::{
 
 use clock::Clock;
 
-use super::{error::StoreError, rows::Rows};
+use super::{
+    error::StoreError,
+    rows::{Param, Rows},
+};
 
 /// Running time after which an agreeing clock is trusted, s.
 const AGREED: f64 = 3.0 * 86_400.0;
@@ -55,7 +58,7 @@ pub(super) struct TrustedTime {
 }
 
 impl TrustedTime {
-    /// Stores [`Self::columns`].
+    /// For [`Self::write`].
     pub(super) const WRITE: &str = "UPDATE guards SET trusted_s = ?1, agreed_s = ?2, clock_s = ?3, up_s = ?4";
 
     /// The stored time. A new store trusts the clock, an older one its newest order.
@@ -74,8 +77,10 @@ impl TrustedTime {
         }
     }
 
-    pub(super) fn columns(&self) -> [f64; 4] {
-        [self.trusted, self.agreed, self.seen.clock, self.seen.up]
+    pub(super) fn write(&self, to: &dyn Rows, statement: &str) -> Result<(), StoreError> {
+        let Reading { clock, up } = &self.seen;
+        let params: [&dyn Param; 4] = [&self.trusted, &self.agreed, clock, up];
+        to.change(statement, &params).map(drop)
     }
 
     /// Advances to the start of a service.

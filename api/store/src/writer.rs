@@ -2,7 +2,7 @@
 
 use std::{sync::Arc, time::Duration};
 
-use rusqlite::{Connection, OptionalExtension as _, Transaction, TransactionBehavior, params};
+use rusqlite::{Connection, Transaction, TransactionBehavior};
 
 use super::{
     acknowledged::{Acknowledged, Entry},
@@ -13,20 +13,15 @@ use super::{
     known::Known,
     locked::{Locked, decide},
     open_files::OpenFiles,
-    rows::Rows,
+    rows::{Param, Rows},
     shares::{Shares, Taken},
-    sql::{DELETED, ORDER, PROTECT, PURGE_EVENTS, limit, signed},
+    sql::{DELETED, PROTECT, PURGE, limit, signed},
     trusted_time::{TrustedClock, TrustedTime},
 };
 use crate::metrics::StoreMetrics;
 
-/// Most appends in one commit.
 const COMMIT_MAX: usize = 256;
 
-/// Events of a deleted mission, or free pages, that one commit removes: some milliseconds.
-const PURGE: i64 = 500;
-
-/// Pause after a failed removal.
 const PURGE_RETRY: Duration = Duration::from_secs(1);
 
 /// Bytes in the write-ahead file that cause a merge: SQLite's own limit of 1,000 pages.
@@ -47,6 +42,9 @@ const CREATE: &str =
 const CHANGE: &str =
     "UPDATE missions SET status = ?2, summary = ?3, bytes = bytes + ?4, sequence = ?5, head = ?6, digest = ?7,
     over_s = CASE WHEN ?2 IN ('finished', 'failed') THEN coalesce(over_s, ?8) END WHERE number = ?1";
+
+const HIDE: &str = "UPDATE missions SET status = 'deleted', id = 'deleted ' || number WHERE id = ?1
+    RETURNING number, owner, bytes";
 
 const EVENT: &str = "INSERT INTO events (mission, sequence, kind, body, digest) VALUES (?1, ?2, ?3, ?4, ?5)";
 
@@ -105,6 +103,10 @@ impl Writer {
             unmerged: 0,
             files,
         })
+    }
+
+    fn rows(&self) -> &dyn Rows {
+        &self.connection
     }
 
     /// Merges the write-ahead file into the store's file.
@@ -180,7 +182,7 @@ impl Writer {
             self.free_pages = give_back(&self.connection).unwrap_or(false);
             return;
         };
-        let purged = purge(&self.connection, number);
+        let purged = self.rows().purge(number);
         self.stuck = purged.is_err();
         match purged {
             Ok(true) => {
@@ -260,10 +262,11 @@ impl LogWriter for Writer {
         match committed {
             Ok(appended) => {
                 let confirmed = self.confirm(entries);
-                let results = appended
-                    .into_iter()
-                    .map(|appended| confirmed.clone().map(|()| appended));
-                reply_to_each(batch, results);
+                let results = appended.into_iter();
+                reply_to_each(
+                    batch,
+                    results.map(|appended| confirmed.clone().map(|()| appended)),
+                );
                 self.unmerged += bytes + COMMIT_BYTES;
                 self.merge_much();
             }
@@ -292,22 +295,13 @@ impl LogWriter for Writer {
         self.files.check()?;
         self.known.check()?;
         let transaction = writing(&mut self.connection)?;
-        let hidden: Option<(i64, Taken)> = transaction
-            .prepare_cached(
-                "UPDATE missions SET status = 'deleted', id = 'deleted ' || number WHERE id = ?1
-                 RETURNING number, owner, bytes",
-            )?
-            .query_row([id], |row| {
-                let (owner, bytes) = (row.get(1)?, row.get::<_, i64>(2)?.unsigned_abs());
-                Ok((row.get(0)?, Taken { owner, bytes }))
-            })
-            .optional()?;
-        let Some((number, room)) = hidden else {
+        let rows: &dyn Rows = &*transaction;
+        let Some((number, room)) = rows.first(HIDE, &[&id], Taken::hidden)? else {
             drop(transaction);
             // An earlier attempt may have deleted it.
             return self.confirm(vec![]).map(|()| false);
         };
-        keep_order(&transaction, id, order)?;
+        rows.keep_order(id, order)?;
         transaction.commit()?;
         self.shares.give_back(&room);
         self.unmerged += COMMIT_BYTES;
@@ -323,22 +317,19 @@ impl LogWriter for Writer {
     }
 
     fn keep_time(&mut self, time: TrustedTime) -> Result<(), StoreError> {
-        self.connection.execute(TrustedTime::WRITE, time.columns())?;
-        Ok(())
+        time.write(&self.connection, TrustedTime::WRITE)
     }
 
     fn protect(&mut self) -> Result<(), StoreError> {
-        self.connection.execute(PROTECT, [])?;
-        Ok(())
+        self.rows().change(PROTECT, &[]).map(drop)
     }
 
     /// Writes the size of the largest failed append: a disk may be full for that one only.
     fn probe(&mut self) -> Result<(), StoreError> {
         self.known.check()?;
         self.confirm(vec![])?;
-        let mut try_out = self
-            .connection
-            .prepare_cached("UPDATE probes SET count = count + 1, room = zeroblob(?1)")?;
+        let try_out = "UPDATE probes SET count = count + 1, room = zeroblob(?1)";
+        let mut try_out = self.connection.prepare_cached(try_out)?;
         if let Some(bytes) = self.refused {
             let with_indexes = bytes.saturating_mul(2) + PROBE_BYTES;
             try_out.execute([limit(with_indexes)])?;
@@ -355,18 +346,15 @@ impl LogWriter for Writer {
     }
 
     fn limit_growth(&mut self, pages: Option<u32>) -> Result<(), StoreError> {
-        let now: u32 = self
-            .connection
-            .pragma_query_value(None, "page_count", |row| row.get(0))?;
+        let connection = &self.connection;
+        let now: u32 = connection.pragma_query_value(None, "page_count", |row| row.get(0))?;
         let most = pages.map_or(u32::MAX - 1, |more| now + more);
-        Ok(self
-            .connection
-            .pragma_update_and_check(None, "max_page_count", most, |_| Ok(()))?)
+        Ok(connection.pragma_update_and_check(None, "max_page_count", most, |_| Ok(()))?)
     }
 
     fn vacuum(&mut self) -> Result<(), StoreError> {
         while let Some(&number) = self.purge.last() {
-            if purge(&self.connection, number)? {
+            if self.rows().purge(number)? {
                 self.purge.pop();
             }
         }
@@ -394,16 +382,6 @@ fn merge(connection: &Connection, mode: &str) -> rusqlite::Result<bool> {
     })
 }
 
-/// Removes some events of a deleted mission, at last the mission. `true` if the mission is gone.
-fn purge(connection: &Connection, number: i64) -> rusqlite::Result<bool> {
-    let mut some = connection.prepare_cached(PURGE_EVENTS)?;
-    if 0 < some.execute(params![number, PURGE])? {
-        return Ok(false);
-    }
-    connection.execute("DELETE FROM missions WHERE number = ?1", [number])?;
-    Ok(true)
-}
-
 /// Removes some free pages. `true` if more are left.
 fn give_back(connection: &Connection) -> rusqlite::Result<bool> {
     let free = || connection.query_row("PRAGMA freelist_count", [], |row| row.get::<_, i64>(0));
@@ -423,7 +401,6 @@ fn size(append: &Append) -> usize {
     events.sum::<usize>() + append.summary.len() + snapshot
 }
 
-/// Appends in one commit.
 struct Batch<'a, 'b> {
     shares: &'b Shares,
     known: &'b Known,
@@ -471,66 +448,40 @@ impl<'a> Batch<'a, '_> {
         let head = if let Some(mission) = mission {
             mission.head
         } else {
-            let mut made = transaction.prepare_cached(CREATE)?;
-            Head::of_new(made.query_row(params![append.mission, taken.owner], |row| row.get(0))?)
+            let made = rows.first(CREATE, &[&append.mission, &taken.owner], |row| row.get(0))?;
+            Head::of_new(made.expect("a row is inserted"))
         };
         let links = head.extend(append);
-        self.write(transaction, append, &links, taken.bytes)?;
+        self.write(rows, append, &links, taken.bytes)?;
         self.taken.push(taken);
         self.heads.push((append, links.head));
         Ok(Appended::Stored)
     }
 
-    fn write(
-        &self,
-        transaction: &Transaction<'_>,
-        append: &Append,
-        links: &Links,
-        bytes: u64,
-    ) -> rusqlite::Result<()> {
-        let Head {
-            mission,
-            sequence,
-            digest,
-        } = &links.head;
-        transaction.prepare_cached(CHANGE)?.execute(params![
-            mission,
-            append.status,
-            append.summary,
-            signed(bytes),
-            sequence,
-            digest,
-            links.summary,
-            self.trusted_s
-        ])?;
-        let mut event = transaction.prepare_cached(EVENT)?;
+    fn write(&self, to: &dyn Rows, append: &Append, links: &Links, bytes: u64) -> Result<(), StoreError> {
+        let head = &links.head;
+        let (mission, sequence, digest) = (&head.mission, &head.sequence, &head.digest);
+        let Append { status, summary, .. } = append;
+        let (bytes, whole, now_s) = (signed(bytes), &links.summary, self.trusted_s);
+        let params: [&dyn Param; 8] = [mission, status, summary, &bytes, sequence, digest, whole, &now_s];
+        to.change(CHANGE, &params)?;
         for (StoredEvent { sequence, kind, body }, digest) in append.events.iter().zip(&links.events) {
-            event.execute(params![mission, signed(*sequence), kind, body, digest])?;
+            to.change(EVENT, &[mission, &signed(*sequence), kind, &&**body, digest])?;
         }
         if let Some((snapshot, digest)) = append.snapshot.as_ref().zip(links.checkpoint.as_ref()) {
-            let mut kept = transaction.prepare_cached(SNAPSHOT)?;
-            kept.execute(params![mission, sequence, snapshot, digest])?;
+            to.change(SNAPSHOT, &[mission, sequence, snapshot, digest])?;
         }
         if let Some(KeyedAnswer { key, request, answer }) = &append.answered {
-            let mut kept = transaction.prepare_cached(KEY)?;
-            kept.execute(params![mission, key, request, answer])?;
+            to.change(KEY, &[mission, key, &&request[..], answer])?;
         }
         match &append.order {
-            Some(order) => keep_order(transaction, &append.mission, order),
+            Some(order) => to.keep_order(&append.mission, order),
             None => Ok(()),
         }
     }
 }
 
-/// Selects a mission for an append.
 fn locked() -> String {
     let columns = Locked::COLUMNS;
     format!("SELECT {columns} FROM missions WHERE number = ?1 AND status <> 'deleted'")
-}
-
-fn keep_order(transaction: &Transaction<'_>, mission: &str, order: &AuditEntry) -> rusqlite::Result<()> {
-    let (caller, request, action) = (&order.caller, &order.request, &order.action);
-    let mut kept = transaction.prepare_cached(ORDER)?;
-    kept.execute(params![order.at_s, caller, request, mission, action])?;
-    Ok(())
 }

@@ -75,11 +75,7 @@ fn envelope_faults(request: &PlanRequest) -> Vec<FieldError> {
     let deadline = request.deadline_ms;
     invalid.extend(deadline.and_then(|given| FieldError::outside("/deadline_ms", given, &DEADLINE_MS)));
     let bytes = Value::Object(request.metadata.clone()).to_string().len();
-    invalid.extend(FieldError::of_length(
-        "/metadata",
-        bytes,
-        &(0..=METADATA_BYTES_MAX),
-        "bytes",
-    ));
+    let range = 0..=METADATA_BYTES_MAX;
+    invalid.extend(FieldError::of_length("/metadata", bytes, &range, "bytes"));
     invalid
 }

@@ -113,11 +113,8 @@ impl CraftFrame {
     fn position(&self, position: &Vector2<f64>) -> Vector2<f64> {
         let from_craft = position - self.craft;
         let exact = || self.at_craft.to_local(&self.datum.from_local(position)).ok();
-        let linear = || self.from_datum * from_craft;
-        self.is_far(&from_craft)
-            .then(exact)
-            .flatten()
-            .unwrap_or_else(linear)
+        let exact = self.is_far(&from_craft).then(exact).flatten();
+        exact.unwrap_or_else(|| self.from_datum * from_craft)
     }
 
     /// `true` if the linear form is too inexact at `from_craft`, m.

@@ -1,7 +1,5 @@
 //! Digests that name plans and answers.
 
-use std::fmt::Write as _;
-
 use planner::snapshot::{PlanRequest, Snapshot};
 use serde_json::Map;
 use sha2::{Digest, Sha256};
@@ -19,9 +17,5 @@ pub fn plan_id(snapshot: &Snapshot) -> String {
 
 /// SHA-256, hexadecimal.
 pub fn sha256(bytes: &[u8]) -> String {
-    let mut text = String::new();
-    for byte in Sha256::digest(bytes) {
-        write!(text, "{byte:02x}").expect("a string takes everything");
-    }
-    text
+    format!("{:x}", Sha256::digest(bytes))
 }

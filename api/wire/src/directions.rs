@@ -112,12 +112,11 @@ fn put_direction(object: &mut Json<'_>, [degrees, radians]: &[&'static str; 2]) 
 mod tests {
     use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 
+    use planner::snapshot::Offset;
     use serde_json::{Value, json};
 
     use super::*;
-    use crate::{
-        Body, BodyError, Offset, PlanRequest, mission::Setting, plan_id, read, read_reports, snapshot,
-    };
+    use crate::{Body, BodyError, PlanRequest, mission::Setting, plan_id, read, read_reports, snapshot};
 
     fn body(asc: &Value, state: &Value, offset: &Value) -> Value {
         let mut body = json!({

@@ -31,7 +31,6 @@ const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 /// Most values in a body, about twice those of 16 AUVs with 256 segments and 64 reports each.
 pub const VALUES_MAX: usize = 100_000;
 
-/// Longest name of a member in a pointer, characters.
 const TOKEN_LENGTH_MAX: usize = 80;
 
 /// The fault of a body.
@@ -43,7 +42,6 @@ pub enum BodyError {
     Shape(Box<FieldError>),
 }
 
-/// A JSON value.
 #[derive(Debug)]
 pub(crate) enum Json<'a> {
     Null,
@@ -61,7 +59,6 @@ impl Json<'_> {
         self.given(name).filter(|value| !matches!(value, Self::Null))
     }
 
-    /// A member of an object.
     fn given(&self, name: &str) -> Option<&Self> {
         let Self::Object(members) = self else {
             return None;
@@ -102,11 +99,8 @@ impl Json<'_> {
                 let mut names = HashSet::with_capacity(members.len());
                 for (name, value) in members {
                     if !names.insert(name) {
-                        return Err(ShapeError::new(
-                            token(name),
-                            "duplicate_field",
-                            "duplicate member",
-                        ));
+                        let (code, detail) = ("duplicate_field", "duplicate member");
+                        return Err(ShapeError::new(token(name), code, detail));
                     }
                     value.each_name_once().map_err(|twice| twice.within(name))?;
                 }
@@ -319,11 +313,8 @@ impl de::Error for ShapeError {
 
     fn unknown_variant(_: &str, known: &'static [&'static str]) -> Self {
         let one_of = if known.len() > 2 { "one of " } else { "" };
-        Self::new(
-            String::new(),
-            "unknown_variant",
-            format!("must be {one_of}{}", listed(known)),
-        )
+        let detail = format!("must be {one_of}{}", listed(known));
+        Self::new(String::new(), "unknown_variant", detail)
     }
 }
 
@@ -557,13 +548,10 @@ impl<'de> SeqAccess<'de> for Parts<'de> {
         let Some((name, node)) = self.0.next() else {
             return Ok(None);
         };
-        let part = seed.deserialize(node);
-        part.map(Some).map_err(|wrong| {
-            if name.is_empty() {
-                wrong
-            } else {
-                wrong.within(name)
-            }
+        let part = seed.deserialize(node).map(Some);
+        part.map_err(|wrong| match name {
+            "" => wrong,
+            name => wrong.within(name),
         })
     }
 }
@@ -618,10 +606,8 @@ impl<'de> SeqAccess<'de> for Items<'de> {
             in_fixed_list: self.fixed,
             ..Node::whole(json)
         };
-        let item = seed
-            .deserialize(node)
-            .map_err(|wrong| wrong.within(&i.to_string()));
-        item.map(Some)
+        let item = seed.deserialize(node).map(Some);
+        item.map_err(|wrong| wrong.within(&i.to_string()))
     }
 }
 

@@ -30,30 +30,19 @@ pub use directions::DIRECTION_DEG;
 pub use dump::program_dump;
 pub use json::{Body, BodyError, VALUES_MAX};
 pub use planner::{
-    certificate::Residuals,
-    craft::{CraftDescription, HeadingLoop, HeadingReference, Power, SpeedReference, SurgeLoop},
-    explain::{Explanation, ProgramSize, SubproblemReport, UsedSlack},
+    craft::{CraftDescription, HeadingLoop, HeadingReference, SpeedReference, SurgeLoop},
     path::Segment,
-    plan::{
-        CostTerms, GoalPoint, Method, PlannedTarget, Predicted, RepeatedTrack, RouteFit, SoftLimit,
-        SolverReport, Subject, TargetEstimate, TargetPoint, Unit, Violation,
-    },
-    program::Slack,
+    plan::Method,
     snapshot::{
-        Acoustics, Asc, Auv, AuvState, Current, DIRECTIONS, DeclaredLimits, DeclaredPath, Dive, Drift,
-        Fallback, FieldError, Forecast, Goal, Hold, KeepOut, Offset, Origin, PlanRequest, PreviousCraft,
-        PreviousEstimate, PreviousPlan, PreviousReference, PreviousTarget, Report, SCHEMA_VERSION, Task,
-        TrajectoryPoint, VehicleId, shortened,
+        Asc, Auv, Current, DIRECTIONS, DeclaredLimits, DeclaredPath, FieldError, Origin, PlanRequest,
+        PreviousPlan, Report, SCHEMA_VERSION, Task, TrajectoryPoint, VehicleId, shortened,
     },
 };
 pub use positions::{DatumChange, LATITUDE_MAX_DEG, LONGITUDE_MAX_DEG};
-pub use prediction::{Heard, PredictedAuv, PredictedCraft, Prediction, SteerBy};
+pub use prediction::{Heard, PredictedAuv, Prediction};
 pub use read::{read, read_each, read_from};
-pub use reports::{Sorted, read_reports};
-pub use response::{
-    Baseline, Comparison, CraftEstimate, GoalTrajectory, Learnt, Outcome, PlanResponse, Plans, Reference,
-    Warning,
-};
+pub use reports::read_reports;
+pub use response::{Comparison, Learnt, Outcome, PlanResponse, Plans, Reference, Warning};
 pub use write_answer::Answer;
 
 /// Time for an answer, ms. A shorter one ends before the request is read; no client steers by an

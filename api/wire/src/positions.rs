@@ -38,7 +38,6 @@ pub const LONGITUDE_MAX_DEG: f64 = 360.0;
 #[derive(Clone, Debug)]
 pub(crate) struct Positions {
     datum: Option<Datum>,
-    /// Place of the datum.
     pub(crate) origin: Option<Origin>,
     /// `true` if the first position may become a missing origin.
     may_begin: bool,
@@ -66,7 +65,6 @@ impl Positions {
         })
     }
 
-    /// Gives every position in `body` its metres.
     pub(crate) fn put_into_metres(&mut self, body: &mut Json<'_>) -> Result<(), ShapeError> {
         self.put(body, false)
     }
@@ -188,14 +186,9 @@ impl DatumChange {
 
 /// Fails if `place` is no place on Earth.
 fn check(place: &Origin) -> Result<(), ShapeError> {
-    let outside = FieldError::outside("/lat_deg", place.lat_deg, &(-LATITUDE_MAX_DEG..=LATITUDE_MAX_DEG))
-        .or_else(|| {
-            FieldError::outside(
-                "/lon_deg",
-                place.lon_deg,
-                &(-LONGITUDE_MAX_DEG..=LONGITUDE_MAX_DEG),
-            )
-        });
+    let outside = |name: &str, given: f64, most: f64| FieldError::outside(name, given, &(-most..=most));
+    let outside = outside("/lat_deg", place.lat_deg, LATITUDE_MAX_DEG)
+        .or_else(|| outside("/lon_deg", place.lon_deg, LONGITUDE_MAX_DEG));
     outside.map_or(Ok(()), |wrong| Err(ShapeError(Box::new(wrong))))
 }
 

@@ -42,22 +42,16 @@ pub fn read_each<T: DeserializeOwned>(
         BodyError::Shape(Box::new(error.limit(most)))
     };
     let Json::Object(mut members) = json else {
-        return Err(refused(
-            "wrong_type",
-            format!("the body must be an object with `{name}`"),
-        ));
+        let detail = format!("the body must be an object with `{name}`");
+        return Err(refused("wrong_type", detail));
     };
     let [(given, Json::List(items))] = members.as_mut_slice() else {
-        return Err(refused(
-            "wrong_type",
-            format!("the body must contain only the list `{name}`"),
-        ));
+        let detail = format!("the body must contain only the list `{name}`");
+        return Err(refused("wrong_type", detail));
     };
     if given != name || !(1..=most).contains(&items.len()) {
-        return Err(refused(
-            "length",
-            format!("the body must have the list `{name}` of 1 to {most} items"),
-        ));
+        let detail = format!("the body must have the list `{name}` of 1 to {most} items");
+        return Err(refused("length", detail));
     }
     Ok(items.drain(..).map(|item| read_whole(item, None)).collect())
 }

@@ -12,7 +12,7 @@ use crate::{
 };
 
 /// The accepted reports of a body, and the faults of each rejected one.
-pub type Sorted = (Reports, Vec<Vec<FieldError>>);
+type Sorted = (Reports, Vec<Vec<FieldError>>);
 
 /// Reads reports, with positions in metres from `origin`. Without an origin, the first accepted
 /// position in latitude and longitude becomes the origin. `faults` checks a single report.
@@ -22,14 +22,12 @@ pub fn read_reports(
     faults: impl Fn(&Reports) -> Vec<FieldError>,
 ) -> Result<Sorted, BodyError> {
     let items = take_items(&mut json);
-    let rest = json
-        .each_name_once()
-        .and_then(|()| Reports::deserialize(Node::whole(&json)))
-        .and_then(|rest| check_lengths(&rest, &items).map(|()| rest));
-    let begin = Positions::from(origin, true);
-    let (mut reports, mut positions) = rest
-        .and_then(|rest| Ok((rest, begin?)))
-        .map_err(|ShapeError(error)| BodyError::Shape(error))?;
+    let begun = json.each_name_once().and_then(|()| {
+        let rest = Reports::deserialize(Node::whole(&json))?;
+        check_lengths(&rest, &items)?;
+        Ok((rest, Positions::from(origin, true)?))
+    });
+    let (mut reports, mut positions) = begun.map_err(|ShapeError(error)| BodyError::Shape(error))?;
     let mut rejected: Vec<Vec<FieldError>> = vec![];
     for item in items {
         // A rejected report sets no origin.
@@ -102,20 +100,17 @@ fn take_items<'a>(body: &mut Json<'a>) -> Vec<Item<'a>> {
 /// Fails for bodies that are empty, too long or with the service's members. `rest` has no items.
 fn check_lengths(rest: &Reports, items: &[Item<'_>]) -> Result<(), ShapeError> {
     if rest.origin.is_some() || !rest.rejected.is_empty() {
-        let detail = "set by the service: leave it out";
         let member = if rest.origin.is_some() {
             "/origin"
         } else {
             "/rejected"
         };
+        let detail = "set by the service: leave it out";
         return Err(ShapeError::new(member.to_owned(), "unexpected", detail));
     }
     if items.is_empty() && rest.auvs.is_empty() {
-        return Err(ShapeError::new(
-            String::new(),
-            "missing",
-            "give auvs, asc, notes or steering",
-        ));
+        let detail = "give auvs, asc, notes or steering";
+        return Err(ShapeError::new(String::new(), "missing", detail));
     }
     let too_long =
         |pointer: &str, given, most| Err(ShapeError(Box::new(FieldError::too_long(pointer, given, most))));

@@ -90,6 +90,7 @@ impl<'a> Answer<'a> {
     pub fn planned(&self) -> PlanResponse {
         let plan = self.plan;
         let (outcome, reason) = outcome(plan.degraded);
+        let asked = plan.reference_through_water;
         PlanResponse {
             outcome,
             method: plan.method,
@@ -99,12 +100,7 @@ impl<'a> Answer<'a> {
                 ..plan.solver
             }),
             violations: plan.violations.clone(),
-            ..self.along(
-                plan.reference,
-                plan.reference_through_water,
-                &plan.trajectory,
-                plan.predicted,
-            )
+            ..self.along(plan.reference, asked, &plan.trajectory, plan.predicted)
         }
     }
 
@@ -154,6 +150,8 @@ impl<'a> Answer<'a> {
                 (*north, *east) = (place.x, place.y);
             }
         }
+        let mut warnings = warnings(self.snapshot, self.plan);
+        warnings.extend(self.origin_far());
         let mut schedule = self.plan.schedule.clone();
         for visit in schedule.iter_mut().flat_map(|schedule| &mut schedule.visits) {
             let place = self.placed(&Vector2::new(visit.north_m, visit.east_m));
@@ -190,10 +188,7 @@ impl<'a> Answer<'a> {
             solver: None,
             predicted,
             violations: Vec::new(),
-            warnings: warnings(self.snapshot, self.plan)
-                .into_iter()
-                .chain(self.origin_far())
-                .collect(),
+            warnings,
             metadata: self.metadata.clone(),
         }
     }
@@ -211,7 +206,7 @@ impl<'a> Answer<'a> {
         let place = self
             .place
             .map(|(_, datum)| Origin::from(datum.from_local(&position)));
-        let (lat_deg, lon_deg) = (place.map(|place| place.lat_deg), place.map(|place| place.lon_deg));
+        let (lat_deg, lon_deg) = place.map(|place| (place.lat_deg, place.lon_deg)).unzip();
         (position.x, position.y, lat_deg, lon_deg)
     }
 
@@ -248,24 +243,19 @@ fn warning(code: &str, pointer: &str, detail: String) -> Warning {
 }
 
 fn warnings(snapshot: &Snapshot, plan: &Plan) -> Vec<Warning> {
-    let stale = snapshot
-        .auvs
-        .iter()
-        .zip(snapshot.estimates())
-        .enumerate()
-        .filter(|(_, (_, estimate))| REPORT_AGE_STALE < estimate.state.age_s);
-    let mut warnings: Vec<_> = stale
-        .map(|(i, (auv, estimate))| {
-            let pointer = if auv.state.is_some() {
-                format!("/auvs/{i}/state/age_s")
+    let mut warnings = vec![];
+    for (i, (auv, estimate)) in snapshot.auvs.iter().zip(snapshot.estimates()).enumerate() {
+        let (id, age) = (&auv.id, estimate.state.age_s);
+        if REPORT_AGE_STALE < age {
+            let member = if auv.state.is_some() {
+                "state/age_s"
             } else {
-                format!("/auvs/{i}/reports")
+                "reports"
             };
-            let (id, age) = (&auv.id, estimate.state.age_s);
             let detail = format!("{id} was last heard of {age:.0} s ago; its forecast starts there");
-            warning("stale_report", &pointer, detail)
-        })
-        .collect();
+            warnings.push(warning("stale_report", &format!("/auvs/{i}/{member}"), detail));
+        }
+    }
     warnings.extend(contradicted_claims(snapshot));
     warnings.extend(no_current(snapshot));
     warnings.extend(unusable_memory(snapshot));
@@ -291,16 +281,13 @@ fn about_visits(snapshot: &Snapshot, plan: &Plan) -> Vec<Warning> {
         let detail = format!("no visit to {id} is planned: {because}");
         warnings.push(warning("visit_unreachable", &format!("/goal/auvs/{i}"), detail));
     }
-    for (id, pointer, what) in visits
-        .next
-        .iter()
-        .map(|id| (id, "/goal/next".to_owned(), "it is not visited next"))
-        .chain(visits.serve_by_s.keys().map(|id| {
-            let pointer = format!("/goal/serve_by_s/{}", pointer_token(&id.0));
-            (id, pointer, "no visit is planned by its deadline")
-        }))
-        .filter(|(id, _, _)| visits.weight(id) == 0.0)
-    {
+    let next = visits.next.iter();
+    let next = next.map(|id| (id, "/goal/next".to_owned(), "it is not visited next"));
+    let due = visits.serve_by_s.keys().map(|id| {
+        let pointer = format!("/goal/serve_by_s/{}", pointer_token(&id.0));
+        (id, pointer, "no visit is planned by its deadline")
+    });
+    for (id, pointer, what) in next.chain(due).filter(|(id, ..)| visits.weight(id) == 0.0) {
         let detail = format!("{id} counts for nothing, by its weight of 0: {what}");
         warnings.push(warning("visit_without_weight", &pointer, detail));
     }
@@ -334,10 +321,8 @@ fn contradicted_claims(snapshot: &Snapshot) -> Vec<Warning> {
             );
             warnings.push(warning("reported_velocity_contradicted", &pointer, detail));
         }
-        if let Some(route) = estimate
-            .route
-            .filter(|route| estimate.repeats.is_none() && !route.is_followed())
-        {
+        let route = estimate.route.filter(|_| estimate.repeats.is_none());
+        if let Some(route) = route.filter(|route| !route.is_followed()) {
             let detail = format!(
                 "{id} does not follow its path (probability {:.2}): it is forecast from its motion",
                 route.probability
@@ -508,12 +493,9 @@ fn no_current(snapshot: &Snapshot) -> Option<Warning> {
 }
 
 fn outcome(degraded: Option<domain::Degraded>) -> (Outcome, Option<String>) {
-    let outcome = if degraded.is_some() {
-        Outcome::Degraded
-    } else {
-        Outcome::Ok
-    };
-    (outcome, degraded.map(|degraded| degraded.to_string()))
+    degraded.map_or((Outcome::Ok, None), |why| {
+        (Outcome::Degraded, Some(why.to_string()))
+    })
 }
 
 /// Warning of a law that would have a memory in a mission.

@@ -53,22 +53,18 @@ pub(crate) async fn get_access(By { caller, .. }: By) -> Json<Access> {
     })
 }
 
-/// Path of the audit list.
 pub(crate) const AUDIT: &str = "/v1/audit";
 
 /// Address of the client of a connection. The server adds it to every request as an extension.
 #[derive(Clone, Copy, Debug)]
 pub struct Peer(pub IpAddr);
 
-/// The sender of a request.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Caller {
     /// Name of the token, or the client's address if the service requires no tokens.
     pub(crate) name: Arc<str>,
     pub(crate) role: Role,
-    /// Missions and craft to which the token is limited.
     pub(crate) limit: Option<TokenLimit>,
-    /// `true` if a token identifies the caller.
     pub(crate) has_token: bool,
 }
 
@@ -119,12 +115,10 @@ pub(crate) struct By {
 }
 
 impl By {
-    /// Name of the caller's token, or the address.
     pub(crate) fn name(&self) -> Arc<str> {
         Arc::clone(&self.caller.name)
     }
 
-    /// Missions and craft to which the caller is limited.
     pub(crate) fn limit(&self) -> Option<&TokenLimit> {
         self.caller.limit.as_ref()
     }
@@ -172,7 +166,6 @@ pub(crate) fn changes_nothing(method: &Method, path: &str) -> bool {
     needed_role(method, path) == Role::ReadOnly
 }
 
-/// The lowest role that may make the call.
 fn needed_role(method: &Method, path: &str) -> Role {
     let reads = method == Method::GET || method == Method::HEAD || method == Method::OPTIONS;
     if method == Method::DELETE || path == AUDIT {
@@ -184,7 +177,6 @@ fn needed_role(method: &Method, path: &str) -> Role {
     }
 }
 
-/// The bearer token of a request.
 fn bearer(headers: &HeaderMap) -> Result<&str, Problem> {
     let mut given = headers.get_all(header::AUTHORIZATION).iter();
     let (Some(value), None) = (given.next(), given.next()) else {
@@ -192,9 +184,8 @@ fn bearer(headers: &HeaderMap) -> Result<&str, Problem> {
     };
     let parts = value.to_str().ok().and_then(|value| value.split_once(' '));
     let parts = parts.filter(|(scheme, _)| scheme.eq_ignore_ascii_case("bearer"));
-    parts
-        .map(|(_, token)| token.trim())
-        .ok_or(Problem::Unauthenticated)
+    let (_, token) = parts.ok_or(Problem::Unauthenticated)?;
+    Ok(token.trim())
 }
 
 #[cfg(test)]

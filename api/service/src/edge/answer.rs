@@ -51,10 +51,8 @@ impl AnswerMemory {
 
     /// The same body, which takes memory until it is sent. Fails without memory for `caller`.
     pub(crate) async fn hold(&self, caller: Arc<str>, body: Body) -> Result<Body, Problem> {
-        let length = body
-            .size_hint()
-            .exact()
-            .and_then(|length| usize::try_from(length).ok());
+        let length = body.size_hint().exact();
+        let length = length.and_then(|length| usize::try_from(length).ok());
         let Some(length) = length.filter(|length| SHORT_BYTES_MAX < *length) else {
             return Ok(body);
         };

@@ -20,11 +20,9 @@ use crate::{
 };
 use wire::BodyError;
 
-/// Settings and memory for receiving bodies.
 #[derive(Clone, Debug)]
 pub(crate) struct Bodies {
     clock: Clock,
-    /// Longest time for a body to arrive.
     time_limit: Duration,
     /// Memory for plans, and for missions, KiB.
     memory: [Arc<Semaphore>; 2],

@@ -35,7 +35,6 @@ use crate::{
 /// The route label of requests without a route.
 const UNMATCHED: &str = "unmatched";
 
-/// Prefix of the routes of a mission.
 const MISSION: &str = "/v1/missions/{id}";
 
 /// Calls that keep missions alive: their connections keep their slots.
@@ -82,7 +81,6 @@ const NO_STORE: HeaderValue = HeaderValue::from_static("no-store");
 /// Cache control of the page's files: they may be kept, and are validated by their tags before use.
 const REVALIDATE: HeaderValue = HeaderValue::from_static("no-cache");
 
-/// The data of the middleware.
 #[derive(Clone)]
 pub(crate) struct Middleware {
     pub(crate) clock: Clock,
@@ -208,8 +206,7 @@ pub(crate) async fn handle(middleware: Middleware, mut request: Request, next: N
     response.map(|body| Answer::body(body, active, still_allowed, &clock))
 }
 
-/// The fields of every log line about a request. The level is that of errors, so that log filters
-/// keep the fields of each line that they show.
+/// Fields of each log line about a request. Its level is error, so that filters keep the fields.
 fn span(method: &Method, route: &str, path: &str, id: &str) -> Span {
     let mission = route.starts_with(MISSION).then(|| path.split('/').nth(3));
     let mission = mission.flatten().filter(|id| id.len() <= request_id::LENGTH_MAX);

@@ -24,8 +24,7 @@ use crate::{
     limits::{BODY_BYTES_MAX, FIELD_ERRORS_MAX},
 };
 
-/// Time after which to repeat a request to a busy service, s. Plans take milliseconds: a full queue
-/// is no longer full a second later.
+/// Time after which to ask a busy service again, s: plans take milliseconds.
 const RETRY_AFTER: HeaderValue = HeaderValue::from_static("1");
 
 /// Defines the problems: status, code, title and variant of each, and its detail: fault and remedy.
@@ -40,7 +39,6 @@ macro_rules! problems {
         }
 
         impl Problem {
-            /// Status, code and title.
             fn kind(&self) -> (u16, &'static str, &'static str) {
                 match self {
                     Self::Log(StoreError::Full) => (507, "disk_full", "The disk is full"),
@@ -245,10 +243,8 @@ fn refusals(table: &str) -> BTreeMap<String, RefOr<Documented>> {
 /// The remedy for a mission that has changed, and its last orders.
 fn changed(revision: u64, since: &[Order]) -> String {
     let order = |order: &Order| {
-        let Order {
-            action, caller, at_s, ..
-        } = order;
-        format!("{action} by {caller} at {at_s:.0} s")
+        let (action, caller) = (&order.action, &order.caller);
+        format!("{action} by {caller} at {:.0} s", order.at_s)
     };
     let since: Vec<_> = since.iter().map(order).collect();
     format!(
@@ -280,7 +276,6 @@ fn first_of(errors: &[FieldError], f: &mut fmt::Formatter<'_>) -> fmt::Result {
     }
 }
 
-/// The fault and its place.
 fn located(error: &FieldError, f: &mut fmt::Formatter<'_>) -> fmt::Result {
     match (&error.parameter, error.pointer.as_str()) {
         (Some(name), _) => write!(f, "the parameter {name}")?,

@@ -36,7 +36,6 @@ pub(crate) fn wrong_parameter(name: &str, code: &str, detail: impl Into<String>)
     Problem::Invalid(vec![FieldError::of_parameter(name, code, detail)])
 }
 
-/// A parameter that is not within its range.
 pub(crate) fn out_of_range<T: Display + Serialize>(name: &str, given: T, least: i32, most: T) -> Problem {
     let detail = format!("must be from {least} to {most}");
     let error = FieldError::of_parameter(name, "out_of_range", detail).given(json!(given));

@@ -10,7 +10,6 @@ use std::{
 
 use axum::http::{HeaderMap, HeaderName};
 
-/// The header of requests and answers.
 pub(crate) static HEADER: HeaderName = HeaderName::from_static("x-request-id");
 
 /// Longest accepted id of a client, bytes.
@@ -29,7 +28,6 @@ impl RequestId {
     }
 }
 
-/// An id that is unique in this process and unlike those of other processes. It is no secret.
 pub(crate) fn new_id() -> String {
     format!("{:016x}", random())
 }

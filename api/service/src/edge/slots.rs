@@ -168,8 +168,7 @@ impl Table {
             .or_else(|| self.of_busiest_caller(of, now))
     }
 
-    /// The oldest connection of the caller with the most. The only caller of an address keeps its
-    /// recent ones.
+    /// The busiest caller's oldest connection. The only caller of an address keeps its recent ones.
     fn of_busiest_caller(&self, of: &ByUse, now: Instant) -> Option<u64> {
         let mut of_each: BTreeMap<_, Vec<_>> = BTreeMap::new();
         for (_, number) in &of[Use::Mission as usize] {

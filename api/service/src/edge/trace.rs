@@ -7,10 +7,8 @@ use std::fmt;
 use axum::http::{HeaderMap, HeaderName};
 use tracing::Span;
 
-/// The header of a request.
 static TRACEPARENT: HeaderName = HeaderName::from_static("traceparent");
 
-/// The header of an answer.
 pub(crate) static TRACERESPONSE: HeaderName = HeaderName::from_static("traceresponse");
 
 /// Puts a request's named span into its client's trace. Returns its own context, with a tracer.

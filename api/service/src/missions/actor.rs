@@ -46,10 +46,8 @@ pub(super) mod simulated;
 /// Time for which the actor of a finished mission waits for requests, such as a repeated one.
 const REST: Duration = Duration::from_secs(5);
 
-/// The reason that a simulated mission refuses reports.
 pub(super) const NO_REPORTS: &str = "a simulated mission makes its own reports; only live missions take them";
 
-/// The reason that a simulated mission keeps its setting.
 pub(super) const FIXED_SETTING: &str = "the scenario sets what a simulated mission does: create another mission with the goal, \
     the keep-outs and the craft in its scenario_file";
 
@@ -58,12 +56,9 @@ pub(super) const FIXED_SETTING: &str = "the scenario sets what a simulated missi
 pub(super) struct Request {
     pub(super) command: Command,
     pub(super) key: Option<IdempotencyKey>,
-    /// The revisions of the mission for which the command is meant.
     pub(super) if_match: IfMatch,
-    /// The order behind the command, if there is one.
     pub(super) order: Option<AuditEntry>,
     pub(super) reply: oneshot::Sender<Result<Vec<u8>, Problem>>,
-    /// The span of the client's request.
     pub(super) span: Span,
 }
 
@@ -76,9 +71,7 @@ pub(super) enum Command {
     /// Starts or resumes the mission, with a speed factor for a simulated one.
     Run(Option<f64>),
     Pause,
-    /// Makes a number of plans.
     Step(u32),
-    /// Ends the mission.
     Finish,
 }
 
@@ -91,13 +84,11 @@ pub(crate) struct IdempotencyKey {
 }
 
 impl IdempotencyKey {
-    /// The key with its answer, to be stored.
     pub(super) fn with(self, answer: Vec<u8>) -> KeyedAnswer {
         let Self { key, request } = self;
         KeyedAnswer { key, request, answer }
     }
 
-    /// The earlier answer to the key.
     pub(super) async fn answered(
         &self,
         store: &EventStore,
@@ -124,7 +115,6 @@ pub(super) struct View {
     pub(super) waits_for: Vec<String>,
     /// The last report of whether the craft is steered.
     pub(super) steering: Option<Steering>,
-    /// Plans that were due and not made.
     pub(super) missed: u64,
     /// Time when the last report was stored, or the service was started.
     pub(super) reported: Instant,
@@ -153,10 +143,8 @@ impl StoredPlan {
             return now - self.time;
         };
         // The greater age counts: one is too small after the clock was set back, one after a sleep.
-        let steady = self
-            .made
-            .map_or(0.0, |made| clock.rate * machine.since(made).as_secs_f64());
-        steady.max(clock.now(machine) - self.time)
+        let since = self.made.map_or(0.0, |made| machine.since(made).as_secs_f64());
+        (clock.rate * since).max(clock.now(machine) - self.time)
     }
 }
 
@@ -176,12 +164,10 @@ pub(super) struct Handle {
     pub(super) requests: mpsc::Sender<Request>,
     pub(super) view: watch::Receiver<View>,
     pub(super) events: broadcast::WeakSender<StoredEvent>,
-    /// The configuration of a live mission.
     pub(super) live: Option<Arc<LiveMission>>,
     pub(super) ownership: Ownership,
 }
 
-/// This service's ownership of a mission.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Ownership {
     /// Stored events carry it: the store refuses those of an earlier owner.
@@ -190,7 +176,6 @@ pub(super) struct Ownership {
     pub(super) incarnation: u64,
 }
 
-/// A live mission's configuration and clock.
 #[derive(Debug)]
 pub(super) struct LiveMission {
     pub(super) config: Live,
@@ -288,11 +273,8 @@ pub(super) struct Context {
     view: watch::Sender<View>,
     events: broadcast::Sender<StoredEvent>,
     planners: Planners,
-    /// The order that is being executed.
     order: Option<AuditEntry>,
-    /// Counts the mission until its end.
     counted: Option<Counted>,
-    /// The memory of a live mission.
     memory: Option<QuotaPermit<Arc<str>>>,
 }
 
@@ -380,7 +362,6 @@ impl Context {
         }
     }
 
-    /// The next request, if one waits.
     fn try_next(&mut self) -> Result<Request, TryRecvError> {
         self.called.take().map_or_else(|| self.requests.try_recv(), Ok)
     }
@@ -448,8 +429,10 @@ impl Context {
         match appended? {
             Appended::Stored => {}
             Appended::AnsweredBefore(answer) => {
-                let is_new = false;
-                return Ok(Stored { answer, is_new });
+                return Ok(Stored {
+                    answer,
+                    is_new: false,
+                });
             }
             Appended::KeyTaken => return Err(Problem::KeyTaken),
             Appended::ShareUsed => return Err(Problem::DiskShare),
@@ -483,17 +466,15 @@ impl Context {
 
     /// The disk space for storing events that begin with this one.
     fn room_for(&self, first: Option<&Event>) -> Room {
+        use Event::{ClockSet, Failed, Finished, Paused, Planned};
         match first {
             // A live mission's plan guides a craft, so it is stored in any case.
-            Some(Event::Planned(_)) if self.mission.kind == "live" => Room::Any,
-            Some(
-                Event::Paused { .. } | Event::Finished { .. } | Event::Failed { .. } | Event::ClockSet { .. },
-            ) => Room::Any,
+            Some(Planned(_)) if self.mission.kind == "live" => Room::Any,
+            Some(Paused { .. } | Finished { .. } | Failed { .. } | ClockSet { .. }) => Room::Any,
             _ => Room::Share,
         }
     }
 
-    /// Publishes the last stored plan.
     fn show(&self, plan: Arc<StoredPlan>) {
         self.view.send_modify(|view| {
             view.plan = Some(plan);
@@ -517,10 +498,8 @@ fn count(planners: &Planners, mission: &Mission) -> Option<Counted> {
 
 /// `true` for an event that changes a mission's setting or status.
 fn changes(event: &Event) -> bool {
-    !matches!(
-        event,
-        Event::Reported { .. } | Event::Planned(_) | Event::ClockSet { .. }
-    )
+    use Event::{ClockSet, Planned, Reported};
+    !matches!(event, Reported { .. } | Planned(_) | ClockSet { .. })
 }
 
 fn log(mission: &str, event: &Event) {

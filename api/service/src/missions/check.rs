@@ -16,11 +16,8 @@ use wire::{
     shortened, unsupported_version,
 };
 
-/// Longest title, bytes.
 pub(crate) const TITLE_BYTES_MAX: usize = 200;
-/// Longest note, bytes.
 pub(crate) const NOTE_BYTES_MAX: usize = 500;
-/// Longest scenario, bytes.
 const SCENARIO_BYTES_MAX: usize = 64 << 10;
 /// Time between two plans, s.
 pub(crate) const PERIOD: RangeInclusive<f64> = 0.5..=60.0;
@@ -231,7 +228,6 @@ fn shorten(trial: &mut PlanRequest, patch: &Setting) {
     }
 }
 
-/// The error that the mission has no AUV `id`, which is in `member`.
 fn unknown_auv(config: &Live, member: &str, id: &str) -> FieldError {
     let known: Vec<&str> = config.auvs.iter().map(|auv| auv.id.as_str()).collect();
     let pointer = format!("/{member}/{}", pointer_token(&shortened(id.to_owned())));

@@ -24,12 +24,10 @@ impl MissionClock {
         Self { created, rate }
     }
 
-    /// The time now, s.
     pub(super) fn now(&self, clock: &Clock) -> f64 {
         self.at(clock.unix_s())
     }
 
-    /// The time at a Unix time, s.
     pub(super) fn at(&self, unix: f64) -> f64 {
         self.created + self.rate * (unix - self.created)
     }
@@ -43,7 +41,6 @@ pub(super) struct ClockWatch {
 }
 
 impl ClockWatch {
-    /// Starts watching.
     pub(super) fn new(clock: &Clock) -> Self {
         Self {
             unix: clock.unix_s(),

@@ -158,7 +158,6 @@ pub(super) struct StoredAnswer {
 }
 
 impl StoredAnswer {
-    /// SHA-256 of the answer's JSON, hexadecimal.
     pub(super) fn digest(&self) -> String {
         sha256(self.json.get().as_bytes())
     }
@@ -210,7 +209,6 @@ impl Event {
         })
     }
 
-    /// The stored form, under that number.
     pub(super) fn stored(&self, sequence: u64) -> StoredEvent {
         StoredEvent {
             sequence,
@@ -220,7 +218,6 @@ impl Event {
     }
 }
 
-/// Names the kinds of events.
 macro_rules! kinds {
     ($($variant:ident $name:literal)*) => {
         impl Event {

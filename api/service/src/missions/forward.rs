@@ -35,17 +35,14 @@ use crate::{
     missions::Missions,
 };
 
-/// Marks a forwarded call.
 const FORWARDED: HeaderName = HeaderName::from_static("pilotfish-forwarded");
 
-/// Routes of a mission.
 const MISSION: &str = "/v1/missions/{id}";
 
 /// Routes whose answer is in the store.
 const STORED: [&str; 3] = [MISSION, "/v1/missions/{id}/record", "/v1/missions/{id}/scene"];
 
-/// A client's headers that are not forwarded: those of its connection, and those about pages of
-/// other sites, which this service has checked.
+/// Headers of the client's connection, and those about pages of other sites, which were checked.
 const NOT_FORWARDED: [HeaderName; 8] = [
     header::HOST,
     header::CONNECTION,
@@ -66,7 +63,6 @@ const PASSED_ON: [HeaderName; 5] = [
     header::RETRY_AFTER,
 ];
 
-/// Time for a connection to another service.
 const CONNECT_TIME: Duration = Duration::from_secs(1);
 
 /// Time for the head of an answer: the longest wait for a reference, 60 s, and a margin.
@@ -75,14 +71,12 @@ const HEAD_TIME: Duration = Duration::from_secs(75);
 /// Longest complete answer, bytes. It is read whole, since the other service may die meanwhile.
 const ANSWER_BYTES_MAX: usize = 16 << 20;
 
-/// Longest silence within an answer: streams have a heartbeat every 15 s. A connection that was cut
-/// does not end by itself.
+/// Longest silence within an answer: streams have a heartbeat every 15 s, and cuts are silent.
 const SILENCE_MAX: Duration = Duration::from_secs(30);
 
 /// Time between two questions whether a silent service still has the mission.
 const ASK_AGAIN: Duration = Duration::from_millis(500);
 
-/// Forwards calls to the owners of missions.
 #[derive(Clone)]
 pub(crate) struct Forwarding {
     missions: Missions,

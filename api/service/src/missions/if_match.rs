@@ -8,8 +8,7 @@ use wire::mission::Mission;
 
 use crate::edge::{problem::Problem, query::wrong_parameter};
 
-/// The revisions of a mission for which a call is meant, from the `If-Match` header. `*` and a
-/// missing header match any.
+/// The revisions for which a call is meant, from `If-Match`; `*` and a missing header match any.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct IfMatch(Option<Vec<u64>>);
 

@@ -40,9 +40,8 @@ impl Missions {
         };
         let (known, stored, more) = self.read(page).await?;
         let missions = self.clone();
-        let is_within = move |mission: &Mission| {
-            let named =
-                |limit: &TokenLimit| limit.names(&mission.id) || limit.names_craft_of(&mission.metadata);
+        let is_within = move |Mission { id, metadata, .. }: &Mission| {
+            let named = |limit: &TokenLimit| limit.names(id) || limit.names_craft_of(metadata);
             limit.as_ref().is_none_or(named)
         };
         let list = move || {
@@ -116,7 +115,6 @@ impl Missions {
         Ok(Some((plan.map(summary), steering)))
     }
 
-    /// The mission `id` as stored last, with its last plan and steering.
     pub(super) async fn find_with_plan(&self, id: &str) -> Result<Mission, Problem> {
         let (missions, name) = (self.clone(), id.to_owned());
         let found = self.read(move |reader| {

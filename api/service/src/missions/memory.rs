@@ -2,7 +2,6 @@
 
 use wire::{Segment, mission::Live};
 
-/// Its name in problems.
 pub(super) const MEMORY: &str = "bytes of live missions in memory";
 
 /// Memory of a mission with metadata of 4 KiB, and of each AUV with 64 reports and its part of two

@@ -1,12 +1,13 @@
-//! Parameters of the calls of missions: paths, headers and queries.
+//! Parts of the requests of missions: paths, headers, queries and bodies.
 
 use std::convert::Infallible;
 
 use axum::{
-    extract::{FromRef, FromRequestParts, Path},
+    extract::{FromRef, FromRequest, FromRequestParts, Path, Request},
     http::{HeaderValue, request::Parts},
 };
-use serde::{Deserialize, Serialize};
+use http_body::Body as _;
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use serde_json::{Value, json};
 use sha2::{Digest as _, Sha256};
 use utoipa::IntoParams;
@@ -18,10 +19,14 @@ use super::{
     record::RecordFormat,
     registry::Missions,
 };
-use crate::edge::{
-    access::By,
-    problem::Problem,
-    query::{out_of_range, wrong_parameter},
+use crate::{
+    edge::{
+        access::By,
+        body::{Bodies, BodyBytes},
+        problem::Problem,
+        query::{out_of_range, wrong_parameter},
+    },
+    planning::{planners::Planners, pool::Priority},
 };
 
 /// Missions or orders on one page.
@@ -29,7 +34,6 @@ const LIST_MAX: usize = 1_000;
 const LIST_DEFAULT: usize = 100;
 /// Longest wait for a plan, s.
 pub(super) const WAIT_MAX: f64 = 60.0;
-/// Longest `Idempotency-Key`, bytes.
 const KEY_BYTES_MAX: usize = 200;
 
 /// The mission of a path, which the caller's limit allows.
@@ -207,7 +211,6 @@ pub(crate) struct RecordQuery {
     pub(super) kinds: Option<String>,
 }
 
-/// The kinds of events in a query.
 pub(super) fn kinds_of(query: Option<&str>) -> Result<Vec<String>, Problem> {
     let kinds: Vec<String> =
         query.map_or_else(Vec::new, |kinds| kinds.split(',').map(str::to_owned).collect());
@@ -218,5 +221,48 @@ pub(super) fn kinds_of(query: Option<&str>) -> Result<Vec<String>, Problem> {
             let error = FieldError::of_parameter("kinds", "unknown", detail).given(wrong.as_str());
             Err(Problem::Invalid(vec![error]))
         }
+    }
+}
+
+/// A JSON body of the shape `T`, of a call about a mission.
+#[derive(Debug)]
+pub(crate) struct JsonBody<T>(pub(crate) T);
+
+impl<T, S> FromRequest<S> for JsonBody<T>
+where
+    T: DeserializeOwned + Send + 'static,
+    S: Send + Sync,
+    Bodies: FromRef<S>,
+    Planners: FromRef<S>,
+{
+    type Rejection = Problem;
+
+    async fn from_request(request: Request, state: &S) -> Result<Self, Problem> {
+        let body = BodyBytes::from_request(request, state).await?;
+        let (planners, bytes) = (Planners::from_ref(state), body.bytes.len());
+        let read = planners.read_body_for_mission(Priority::Long, bytes, || body.read());
+        read.await?.map(Self)
+    }
+}
+
+/// A JSON body of the shape `T`; without a body, the default.
+#[derive(Debug)]
+pub(crate) struct OptionalJsonBody<T>(pub(crate) T);
+
+impl<T, S> FromRequest<S> for OptionalJsonBody<T>
+where
+    T: DeserializeOwned + Default + Send + 'static,
+    S: Send + Sync,
+    Bodies: FromRef<S>,
+    Planners: FromRef<S>,
+{
+    type Rejection = Problem;
+
+    async fn from_request(request: Request, state: &S) -> Result<Self, Problem> {
+        if request.body().is_end_stream() {
+            return Ok(Self(T::default()));
+        }
+        let JsonBody(body) = JsonBody::from_request(request, state).await?;
+        Ok(Self(body))
     }
 }

@@ -61,7 +61,6 @@ pub struct Missions {
     pub(super) planners: Planners,
     /// Handles of active missions, by id. `None` once the service stops.
     actors: Arc<Mutex<Option<BTreeMap<String, Handle>>>>,
-    /// The store's salt.
     salt: Arc<[u8]>,
     pub(super) streams: Quota<Arc<str>>,
     pub(super) records: Quota<Arc<str>>,
@@ -210,15 +209,12 @@ impl Missions {
             state: Some(MissionState::new(live)),
             plan: None,
         });
-        let created = Box::new(new);
         let event = Event::Created {
             at_s,
-            mission: created,
+            mission: Box::new(new),
         };
         let append = Append {
             mission: mission.id.clone(),
-            number: None,
-            epoch: 0,
             status: mission.status.name().to_owned(),
             events: vec![event.stored(mission.sequence)],
             summary: json(&mission),
@@ -226,6 +222,7 @@ impl Missions {
             answered: key.map(|key| key.with(json(&mission))),
             order: Some(order),
             room: Room::Half,
+            ..Append::default()
         };
         match self.store.append(append).await? {
             Appended::Stored => {
@@ -265,7 +262,6 @@ impl Missions {
         Ok((stored.number, parsed(stored.summary()?)?))
     }
 
-    /// The client's metadata of the mission `id`.
     pub(super) async fn metadata(&self, id: &str) -> Result<Map<String, Value>, Problem> {
         let active = self.actors().as_ref().and_then(|actors| actors.get(id).cloned());
         match active {
@@ -398,10 +394,8 @@ impl Missions {
     }
 
     pub(super) fn start_of(&self, id: &str) -> &AsyncMutex<()> {
-        let lock = id
-            .bytes()
-            .fold(0_usize, |sum, byte| sum.wrapping_mul(31) + usize::from(byte));
-        &self.starts[lock % STARTS]
+        let mix = |sum: usize, byte: u8| sum.wrapping_mul(31) + usize::from(byte);
+        &self.starts[id.bytes().fold(0, mix) % STARTS]
     }
 
     pub(super) async fn start_actor(
@@ -410,13 +404,10 @@ impl Missions {
         ownership: Ownership,
     ) -> Result<Handle, Problem> {
         let mut mission: Mission = parsed(stored.summary()?)?;
-        let StoredMission {
-            number, id, owner, ..
-        } = stored;
+        let (number, id, owner) = (stored.number, stored.id, stored.owner);
         let (created_s, sequence) = (mission.created_s, mission.sequence);
-        let (created, Checkpoint { state, plan }) = self
-            .read(move |reader| fold(reader, number, created_s, sequence))
-            .await?;
+        let folded = self.read(move |reader| fold(reader, number, created_s, sequence));
+        let (created, Checkpoint { state, plan }) = folded.await?;
         // Earlier versions did not store them here.
         if let Some(state) = &state {
             state.show_in(&mut mission);
@@ -456,14 +447,8 @@ impl Missions {
         let clock = MissionClock::new(created_s, created.live.as_ref());
         let live = created.live.map(|config| Arc::new(LiveMission { config, clock }));
         let (store, planners) = (self.store.clone(), self.planners.clone());
-        let (context, handle) = Context::new(
-            (number, mission),
-            ownership,
-            plan,
-            live.clone().zip(memory),
-            store,
-            planners,
-        );
+        let (mission, held) = ((number, mission), live.clone().zip(memory));
+        let (context, handle) = Context::new(mission, ownership, plan, held, store, planners);
         match (live, state, created.simulated) {
             (Some(live), Some(state), _) => drop(tokio::spawn(run(Live::new(context, live, state)))),
             (None, None, Some(config)) => drop(tokio::spawn(run(Simulated::new(context, config)))),
@@ -522,8 +507,7 @@ impl Missions {
         exceeded.problem(what)
     }
 
-    /// An id that depends on the text only, so that a repeated request finds its mission. The
-    /// store's salt makes it unguessable.
+    /// An id that depends on the text alone, for repeated requests; the store's salt hides it.
     fn mission_id(&self, text: &str) -> String {
         let digest = sha256(&[&*self.salt, text.as_bytes()].concat());
         format!("m-{}", &digest[..ID_DIGITS])

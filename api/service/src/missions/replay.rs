@@ -71,7 +71,6 @@ pub fn replay(
     Ok(Some(replayed))
 }
 
-/// A mission during its replay.
 enum Run {
     Live(Box<MissionState>, Box<Workspace>),
     Simulated(Box<Simulation>, Box<Workspace>),

@@ -8,7 +8,7 @@ use clock::Clock;
 use futures_util::FutureExt as _;
 
 use super::{actor::Command, event::parsed, if_match::IfMatch, registry::Missions};
-use store::{AuditEntry, EventReader, StoreError};
+use store::{AuditEntry, EventReader, StoreError, StoredMission};
 
 use crate::edge::problem::Problem;
 use wire::mission::{Mission, Status};
@@ -31,7 +31,6 @@ pub struct Retention {
     pub abandoned: Option<Duration>,
 }
 
-/// The missions that were due.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 struct Expired {
     deleted: Vec<String>,
@@ -61,7 +60,6 @@ impl Missions {
         }
     }
 
-    /// Finishes and deletes the missions that are due.
     async fn expire(&self, retention: Retention) -> Result<Expired, Problem> {
         let mut expired = Expired::default();
         if let Some(after) = retention.abandoned {
@@ -116,10 +114,8 @@ fn with_status(reader: &EventReader, statuses: &[Status]) -> Result<Vec<Mission>
     for status in statuses {
         all.extend(reader.missions_with_status(status.name())?);
     }
-    let whole = all
-        .iter()
-        .filter_map(|mission| mission.summary().and_then(parsed).ok());
-    Ok(whole.collect())
+    let whole = |mission: &StoredMission| mission.summary().and_then(parsed).ok();
+    Ok(all.iter().filter_map(whole).collect())
 }
 
 /// The service's order to finish or delete a mission that is due.

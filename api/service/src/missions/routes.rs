@@ -20,8 +20,8 @@ use super::{
     check,
     if_match::IfMatch,
     parameters::{
-        AuditQuery, EventsQuery, IdempotencyKeyHeader, LastEventId, MissionId, PageQuery, RecordQuery,
-        ReferenceQuery, WAIT_MAX, kinds_of, page_length,
+        AuditQuery, EventsQuery, IdempotencyKeyHeader, JsonBody, LastEventId, MissionId, OptionalJsonBody,
+        PageQuery, RecordQuery, ReferenceQuery, WAIT_MAX, kinds_of, page_length,
     },
     record::{EventFilter, RecordFormat},
     registry::{Missions, with_paths_of_now},
@@ -36,7 +36,6 @@ use crate::{
         problem::{MissionRefusals, Problem},
         query::{ValidQuery, out_of_range, wrong_parameter},
     },
-    missions::body::{JsonBody, OptionalJsonBody},
     planning::{admission::Work, planners::Planners, pool::Priority},
 };
 use wire::mission::{
@@ -59,54 +58,28 @@ where
     }
 }
 
-/// An order for a mission: the mission, the caller, and the key of the request.
-pub(crate) struct OrderCall {
-    missions: Missions,
-    by: By,
-    id: String,
-    key: IdempotencyKeyHeader,
-    if_match: IfMatch,
+/// An order for a mission, from its request.
+type OrderCall = (Missions, By, MissionId, IdempotencyKeyHeader, IfMatch);
+
+/// Sends the command of the call `name` with that `body`, and answers with the mission after it.
+async fn send(
+    (missions, by, MissionId(id), key, if_match): OrderCall,
+    name: &str,
+    body: &impl Serialize,
+    command: Command,
+) -> Result<Response, Problem> {
+    let key = key.of(&by, name, body)?;
+    let order = by.order(match command {
+        Command::Change(..) => "change",
+        _ => name,
+    });
+    let mission = missions.send(&id, command, key, if_match, Some(order));
+    let body = with_orders(&missions, &id, mission.await).await?;
+    let mission = serde_json::from_slice::<Mission>(&body).ok();
+    let tag = mission.and_then(|mission| tag(&mission));
+    Ok((tag.map(|tag| [(header::ETAG, tag)]), as_json(body)).into_response())
 }
 
-impl<S: Send + Sync> FromRequestParts<S> for OrderCall
-where
-    Option<Missions>: FromRef<S>,
-{
-    type Rejection = Problem;
-
-    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Problem> {
-        let missions = Missions::from_request_parts(parts, state).await?;
-        let by = By::from_request_parts(parts, state).await?;
-        let MissionId(id) = MissionId::from_request_parts(parts, state).await?;
-        let Ok(key) = IdempotencyKeyHeader::from_request_parts(parts, state).await;
-        Ok(Self {
-            missions,
-            by,
-            id,
-            key,
-            if_match: IfMatch::from_request_parts(parts, state).await?,
-        })
-    }
-}
-
-impl OrderCall {
-    /// Sends the command of the `call` with that `body`, and answers with the mission after it.
-    async fn send(self, call: &str, body: &impl Serialize, command: Command) -> Result<Response, Problem> {
-        let key = self.key.of(&self.by, call, body)?;
-        let order = self.by.order(match command {
-            Command::Change(..) => "change",
-            _ => call,
-        });
-        let (missions, id) = (&self.missions, &*self.id);
-        let mission = missions.send(id, command, key, self.if_match, Some(order));
-        let body = with_orders(missions, id, mission.await).await?;
-        let mission = serde_json::from_slice::<Mission>(&body).ok();
-        let tag = mission.and_then(|mission| tag(&mission));
-        Ok((tag.map(|tag| [(header::ETAG, tag)]), as_json(body)).into_response())
-    }
-}
-
-/// The `ETag` of a mission.
 fn tag(mission: &Mission) -> Option<HeaderValue> {
     HeaderValue::from_str(&format!("\"{}\"", mission.revision)).ok()
 }
@@ -219,14 +192,15 @@ pub(crate) async fn patch_mission(
     call: OrderCall,
     body: BodyBytes,
 ) -> Result<Response, Problem> {
-    let origin = call.missions.handle(&call.id).await?.view.borrow().mission.origin;
+    let (missions, _, MissionId(id), ..) = &call;
+    let origin = missions.handle(id).await?.view.borrow().mission.origin;
     let bytes = body.bytes.len();
     let read = move || wire::read_from::<Setting>(&body.bytes, origin);
     let read = planners.read_body_for_mission(Priority::Mission, bytes, read);
     let setting = read.await??;
     check::patch(&setting).map_err(Problem::Invalid)?;
     let change = Command::Change(Box::new(setting.clone()), origin);
-    call.send("patch", &setting, change).await
+    send(call, "patch", &setting, change).await
 }
 
 /// Ends a mission and deletes it with its events.
@@ -251,21 +225,21 @@ pub(crate) async fn run_mission(
     OptionalJsonBody(run): OptionalJsonBody<Run>,
 ) -> Result<Response, Problem> {
     check::speed_factor(run.speed_factor).map_err(Problem::Invalid)?;
-    call.send("run", &run, Command::Run(run.speed_factor)).await
+    send(call, "run", &run, Command::Run(run.speed_factor)).await
 }
 
 /// Pauses a mission: it makes no plans, and still accepts reports.
 #[utoipa::path(post, path = "/v1/missions/{id}/pause", tag = "missions", params(MissionId, IdempotencyKeyHeader),
     responses((status = 200, description = "The mission is paused.", body = Mission), MissionRefusals))]
 pub(crate) async fn pause_mission(call: OrderCall) -> Result<Response, Problem> {
-    call.send("pause", &(), Command::Pause).await
+    send(call, "pause", &(), Command::Pause).await
 }
 
 /// Ends a mission. Its events are kept.
 #[utoipa::path(post, path = "/v1/missions/{id}/finish", tag = "missions", params(MissionId, IdempotencyKeyHeader),
     responses((status = 200, description = "The mission is finished.", body = Mission), MissionRefusals))]
 pub(crate) async fn finish_mission(call: OrderCall) -> Result<Response, Problem> {
-    call.send("finish", &(), Command::Finish).await
+    send(call, "finish", &(), Command::Finish).await
 }
 
 /// Advances a simulated mission by a number of plans.
@@ -276,7 +250,7 @@ pub(crate) async fn step_mission(
     OptionalJsonBody(step): OptionalJsonBody<Step>,
 ) -> Result<Response, Problem> {
     check::ticks(step.ticks).map_err(Problem::Invalid)?;
-    call.send("step", &step, Command::Step(step.ticks)).await
+    send(call, "step", &step, Command::Step(step.ticks)).await
 }
 
 /// The acceptable reports of a body for a mission with that `origin`, in metres and degrees, and
@@ -353,9 +327,8 @@ pub(crate) async fn get_reference(
     if !(0.0..=WAIT_MAX).contains(&wait_s) {
         return Err(out_of_range("wait_s", wait_s, 0, WAIT_MAX));
     }
-    let Handle {
-        mut view, mut live, ..
-    } = missions.handle(&id).await?;
+    let handle = missions.handle(&id).await?;
+    let (mut view, mut live) = (handle.view, handle.live);
     if 0.0 < wait_s {
         let newest = |view: &View| view.plan.as_ref().map_or(0, |plan| plan.sequence);
         let after = after.unwrap_or_else(|| newest(&view.borrow()));
@@ -439,7 +412,6 @@ fn as_json(body: Vec<u8>) -> Response {
     ([(header::CONTENT_TYPE, "application/json")], body).into_response()
 }
 
-/// A record in the requested format.
 struct Record;
 
 impl IntoResponses for Record {

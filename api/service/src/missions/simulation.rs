@@ -8,7 +8,7 @@ use planner::{
     los::{LosTuning, Reference},
     nalgebra::Vector2,
     parameters::Parameters,
-    plan::{Baseline, Plan, SolverReport, Workspace, baseline_from, plan, plan_until},
+    plan::{Plan, SolverReport, Workspace, baseline_from, plan, plan_until},
     snapshot::{PlanRequest, PreviousPlan, Snapshot, Tuning},
     stop::Stop,
     tuned::Tuned,
@@ -39,7 +39,6 @@ pub(super) struct Simulation {
     law: Option<LosGuide>,
 }
 
-/// One simulated plan.
 #[derive(Debug)]
 pub(super) struct Tick {
     pub(super) planned: Planned,
@@ -81,8 +80,8 @@ impl Simulation {
             })
         });
         let name = law.as_ref().map_or("mpc", |law| law.name());
-        let mut mission = sim::mission::Mission::new(&scenario(config)?, name, config.seed)
-            .map_err(|error| error.to_string())?;
+        let mission = sim::mission::Mission::new(&scenario(config)?, name, config.seed);
+        let mut mission = mission.map_err(|error| error.to_string())?;
         mission.forget_paths();
         Ok(Self {
             clock: clock.clone(),
@@ -150,20 +149,15 @@ impl Simulation {
             // Forecasts and the law's trajectory need no program; the law made the schedule.
             let stop = Stop::at_once();
             let plan = plan_until(&known, &self.parameters, workspace, &stop);
-            let Baseline {
-                trajectory,
-                predicted,
-                violations,
-                ..
-            } = baseline_from(&known, &self.parameters, law.tracking(), &stop);
+            let along = baseline_from(&known, &self.parameters, law.tracking(), &stop);
             let plan = Plan {
                 method: guidance.method.expect("a line-of-sight law is a method"),
                 degraded: None,
                 reference: guidance.reference,
                 reference_through_water: guidance.reference,
-                trajectory,
-                predicted,
-                violations,
+                trajectory: along.trajectory,
+                predicted: along.predicted,
+                violations: along.violations,
                 schedule: law.previous_plan().and_then(|plan| plan.schedule),
                 solver: SolverReport {
                     deadline_hit: false,
@@ -211,12 +205,9 @@ fn truth(row: &Row, ids: &[String]) -> Option<Truth> {
         speed_mps,
     };
     let craft = row.surface_craft.as_ref()?;
-    let auvs = ids.iter().zip(&row.auvs);
-    let auvs = auvs.map(|(id, auv)| {
-        (
-            id.clone(),
-            vehicle(auv.position, auv.depth, auv.heading, auv.surge),
-        )
+    let auvs = ids.iter().zip(&row.auvs).map(|(id, auv)| {
+        let auv = vehicle(auv.position, auv.depth, auv.heading, auv.surge);
+        (id.clone(), auv)
     });
     Some(Truth {
         asc: vehicle(craft.position, 0.0, craft.heading, craft.surge),

@@ -41,7 +41,6 @@ pub(super) struct MissionState {
 }
 
 impl MissionState {
-    /// The state before any report.
     pub(super) fn new(config: Live) -> Self {
         Self {
             config,
@@ -138,8 +137,8 @@ impl MissionState {
         if let Some(AscReport { state, .. }) = &mut self.asc {
             change.position(&mut state.north_m, &mut state.east_m);
         }
-        self.asc
-            .take_if(|asc| !is_near(asc.state.north_m, asc.state.east_m));
+        let is_far = |asc: &mut AscReport| !is_near(asc.state.north_m, asc.state.east_m);
+        self.asc.take_if(is_far);
         if let Some(plan) = &mut self.previous_plan {
             plan.origin = plan.origin.and(Some(origin));
             plan.move_positions(|position| change.moved(&position));
@@ -178,7 +177,6 @@ impl MissionState {
         self.steering = said.max_by(|a, b| a.t_s.total_cmp(&b.t_s)).cloned();
     }
 
-    /// The last report of whether the craft is steered.
     pub(super) fn steering(&self) -> Option<&Steering> {
         self.steering.as_ref()
     }
@@ -219,15 +217,9 @@ impl MissionState {
     ) -> Option<Result<Snapshot, Vec<FieldError>>> {
         let valid = wire::snapshot_until(self.request(now)?, due);
         Some(valid.or_else(|_| {
-            let request = self.request(now).expect("waits for no vehicle");
-            let previous_plan = None;
-            wire::snapshot_until(
-                PlanRequest {
-                    previous_plan,
-                    ..request
-                },
-                due,
-            )
+            let mut request = self.request(now).expect("waits for no vehicle");
+            request.previous_plan = None;
+            wire::snapshot_until(request, due)
         }))
     }
 
@@ -286,7 +278,6 @@ fn is_ahead(time: f64, now: f64) -> bool {
     now + AHEAD_MAX < time
 }
 
-/// The AUVs that the goal names.
 fn goal_members(config: &Live) -> impl Iterator<Item = &str> {
     config.goal.goal.named().map(|VehicleId(id)| id.as_str())
 }

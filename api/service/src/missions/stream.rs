@@ -54,7 +54,6 @@ const RETRY: Duration = Duration::from_secs(1);
 /// Events read from the store at once, for a client that was away: each may exceed 100 kB.
 const PAGE: usize = 4;
 
-/// A reader of a mission's events.
 struct Subscription {
     missions: Missions,
     number: u64,

@@ -1,9 +1,10 @@
-//! Ranges, lengths and defaults in the `OpenAPI` document, from the constants of the checks: utoipa
-//! takes literals only.
+//! Accepted values in the `OpenAPI` document, from the constants of the checks: utoipa takes literals
+//! only.
 
 use std::ops::RangeInclusive;
 
 use planner::{
+    craft::PRESETS,
     los::LawGains,
     path::{ARC_ANGLE_MAX, LENGTH_MAX, LENGTH_MIN, SEGMENTS_MAX},
     snapshot::{
@@ -12,9 +13,10 @@ use planner::{
         VISIT_COST, VISITS_MAX, WEIGHT, ranges_by_shape,
     },
 };
+use serde::Serialize;
 use serde_json::{Map, Value, json};
 use wire::{
-    DEADLINE_MS,
+    DEADLINE_MS, SCHEMA_VERSION,
     mission::{Setting, Step},
 };
 
@@ -24,38 +26,18 @@ use crate::{
     missions::{check, parameters},
 };
 
-/// Writes the accepted values into `document`.
 pub(super) fn write(document: &mut Value) {
-    let mut write = |place: &str, keyword: &str, value: Value| {
-        for schema in at(document, place) {
-            schema[keyword] = value.clone();
+    let by_shape = ranges_by_shape().map(|(shape, range)| (shape, range.0, range.1));
+    let gains = LawGains::RANGES.map(|(member, range)| ("LawGains", member, range));
+    let ranges = by_shape.chain(gains);
+    let ranges = ranges.map(|(shape, member, range)| (format!("{shape}.{member}"), between(range)));
+    let members = members().into_iter();
+    for (place, mut values) in ranges.chain(members.map(|(place, values)| (place.to_owned(), values))) {
+        let values = values.as_object_mut().expect("are an object");
+        for schema in at(document, &place) {
+            let schema = schema.as_object_mut().expect("is a schema");
+            schema.append(&mut values.clone());
         }
-    };
-    let by_shape = ranges_by_shape().map(|(shape, (member, range))| (format!("{shape}.{member}"), range));
-    let gains = LawGains::RANGES.map(|(member, range)| (format!("LawGains.{member}"), range));
-    let more = RANGES.map(|(at, range)| (at.to_owned(), range));
-    for (at, range) in by_shape.chain(more).chain(gains) {
-        write(&at, "minimum", json!(range.start()));
-        write(&at, "maximum", json!(range.end()));
-    }
-    // The minimum depends on the slowest speed.
-    write("Limits.speed_max_mps", "maximum", json!(SPEED_MAX_MOST));
-    write("Step.ticks", "minimum", json!(check::TICKS.start()));
-    write("Step.ticks", "maximum", json!(check::TICKS.end()));
-    for (of, rows) in [
-        ("Length", &TEXTS[..]),
-        ("Items", &LISTS),
-        ("Properties", &OBJECTS),
-    ] {
-        for (at, least, most) in rows {
-            if let Some(least) = least {
-                write(at, &format!("min{of}"), json!(least));
-            }
-            write(at, &format!("max{of}"), json!(most));
-        }
-    }
-    for (at, value) in defaults() {
-        write(at, "default", value);
     }
     let paths = document["paths"].as_object_mut().into_iter();
     for path in paths.flat_map(Map::values_mut) {
@@ -83,93 +65,109 @@ fn write_parameter_limits(call: &mut Value) {
     }
 }
 
-/// A coordinate of a point, m.
-const COORDINATE: RangeInclusive<f64> = -COORDINATE_MAX..=COORDINATE_MAX;
+fn between<T: Serialize>(range: RangeInclusive<T>) -> Value {
+    json!({ "minimum": range.start(), "maximum": range.end() })
+}
 
-/// Ranges of numbers that are not in the planner's table, by the place of their schema.
-const RANGES: [(&str, RangeInclusive<f64>); 18] = [
-    ("AuvState.covariance/items/items", COVARIANCE),
-    ("PlanRequest.area/items/items", COORDINATE),
-    ("Goal.weights/additionalProperties", WEIGHT),
-    ("Goal.costs_now/additionalProperties", VISIT_COST),
-    ("Goal.serve_by_s/additionalProperties", TIME),
-    ("ServedVehicle.served_by_s", TIME),
-    ("Tuning.steps_s/items", STEP),
-    ("Segment.from/items", COORDINATE),
-    ("Segment.to/items", COORDINATE),
-    ("Segment.centre/items", COORDINATE),
-    ("Segment.points/items/items", COORDINATE),
-    ("Segment.angle_rad", -ARC_ANGLE_MAX..=ARC_ANGLE_MAX),
-    ("Segment.fillet_m", 0.0..=LENGTH_MAX),
-    ("Segment.turn_radius_m", LENGTH_MIN..=LENGTH_MAX),
-    ("PlanRequest.deadline_ms", DEADLINE_MS),
-    ("Live.period_s", check::PERIOD),
-    ("Live.clock_rate", check::CLOCK_RATE),
-    ("Run.speed_factor", check::SPEED_FACTOR),
-];
+fn default(value: impl Serialize) -> Value {
+    json!({ "default": value })
+}
 
-/// Lengths by the place of their schema: the minimum, if any, and the maximum.
-type Lengths = (&'static str, Option<usize>, usize);
-
-const TEXTS: [Lengths; 5] = [
-    ("Auv.id", Some(1), ID_LENGTH_MAX),
-    ("LiveAuv.id", Some(1), ID_LENGTH_MAX),
-    ("NewMission.title", None, check::TITLE_BYTES_MAX),
-    ("Note.text", None, check::NOTE_BYTES_MAX),
-    ("Steering.why", None, check::NOTE_BYTES_MAX),
-];
-
-const LISTS: [Lengths; 20] = [
-    ("Auv.reports", Some(1), REPORTS_MAX),
-    ("Path.segments", Some(1), SEGMENTS_MAX),
-    ("Tuning.steps_s", Some(*STEPS_COUNT.start()), *STEPS_COUNT.end()),
-    ("Goal.auvs", Some(1), AUVS_MAX),
-    ("PlanRequest.auvs", Some(1), AUVS_MAX),
-    ("PlanRequest.keep_outs", Some(0), KEEP_OUTS_MAX),
-    ("PlanRequest.area", CORNERS.0, CORNERS.1),
-    ("PreviousPlan.trajectory", Some(0), TRAJECTORY_POINTS_MAX),
-    ("PreviousPlan.targets", Some(0), AUVS_MAX),
-    ("Schedule.visits", Some(0), VISITS_MAX),
-    ("Schedule.costs", Some(0), AUVS_MAX),
-    ("Live.auvs", Some(1), AUVS_MAX),
-    ("Live.keep_outs", Some(0), KEEP_OUTS_MAX),
-    ("Live.area", CORNERS.0, CORNERS.1),
-    ("Setting.keep_outs", Some(0), KEEP_OUTS_MAX),
-    ("Setting.area", CORNERS.0, CORNERS.1),
-    ("Reports.asc", None, REPORTS_MAX),
-    ("Reports.notes", None, REPORTS_MAX),
-    ("Reports.steering", None, REPORTS_MAX),
-    ("Batch.requests", Some(1), BATCH_MAX),
-];
-const CORNERS: (Option<usize>, usize) = (Some(*AREA_CORNERS.start()), *AREA_CORNERS.end());
-
-const OBJECTS: [Lengths; 4] = [
-    ("Goal.weights", Some(1), AUVS_MAX),
-    ("Setting.paths", None, AUVS_MAX),
-    ("Setting", Some(1), Setting::MEMBERS),
-    ("Reports.auvs", None, AUVS_MAX),
-];
-
-/// Defaults by the place of their schema.
-fn defaults() -> [(&'static str, Value); 18] {
-    [
-        ("Asc.sway_mps", json!(0.0)),
-        ("Asc.yaw_rate_radps", json!(0.0)),
-        ("AuvState.turn_rate_radps", json!(0.0)),
-        ("AuvState.age_s", json!(0.0)),
-        ("Dive.reversal_s", json!(Dive::REVERSAL_MEDUSA)),
-        ("Path.closed", json!(false)),
-        ("Limits.speed_min_mps", json!(Limits::ANY.speed_min)),
-        ("Limits.speed_max_mps", json!(Limits::ANY.speed_max)),
-        ("Power.linear_w_per_mps", json!(0.0)),
-        ("Power.cubic_w_per_mps3", json!(0.0)),
-        ("PlanRequest.forecast", json!(Forecast::default())),
-        ("PlanRequest.fallback", json!(Fallback::default())),
-        ("PlanRequest.hold", json!(Hold::default())),
-        ("Live.forecast", json!(Forecast::default())),
-        ("Live.hold", json!(Hold::default())),
-        ("Live.period_s", json!(1.0)),
-        ("Live.clock_rate", json!(1.0)),
-        ("Step.ticks", json!(Step::default().ticks)),
+/// Values that are not in the planner's table of ranges, by the place of their schema.
+fn members() -> Vec<(&'static str, Value)> {
+    const COORDINATE: RangeInclusive<f64> = -COORDINATE_MAX..=COORDINATE_MAX;
+    // Names have no control characters, Unicode's general category Cc.
+    let name = json!({ "minLength": 1, "maxLength": ID_LENGTH_MAX, "pattern": "^[^\\u0000-\\u001f\\u007f-\\u009f]*$" });
+    let presets: Vec<&str> = PRESETS.iter().map(|preset| preset.name).collect();
+    let preset = format!("^({})$", presets.join("|"));
+    let version = json!({ "const": SCHEMA_VERSION });
+    let note = json!({ "maxLength": check::NOTE_BYTES_MAX });
+    let list = |least: usize, most: usize| json!({ "minItems": least, "maxItems": most });
+    let at_most = |most: usize| json!({ "maxItems": most });
+    let corners = list(*AREA_CORNERS.start(), *AREA_CORNERS.end());
+    let object = |least: usize, most: usize| json!({ "minProperties": least, "maxProperties": most });
+    vec![
+        ("Asc.sway_mps", default(0.0)),
+        ("Asc.yaw_rate_radps", default(0.0)),
+        ("Auv.id", name.clone()),
+        ("Auv.reports", list(1, REPORTS_MAX)),
+        ("AuvState.age_s", default(0.0)),
+        ("AuvState.covariance", list(4, 4)),
+        ("AuvState.covariance/items", list(4, 4)),
+        ("AuvState.covariance/items/items", between(COVARIANCE)),
+        ("AuvState.turn_rate_radps", default(0.0)),
+        ("Batch", json!({ "additionalProperties": false })),
+        ("Batch.requests", list(1, BATCH_MAX)),
+        ("Craft.preset", json!({ "pattern": preset })),
+        ("Dive.reversal_s", default(Dive::REVERSAL_MEDUSA)),
+        ("Goal.auvs", list(1, AUVS_MAX)),
+        ("Goal.auvs", json!({ "uniqueItems": true })),
+        ("Goal.costs_now/additionalProperties", between(VISIT_COST)),
+        ("Goal.serve_by_s/additionalProperties", between(TIME)),
+        ("Goal.weights", object(1, AUVS_MAX)),
+        ("Goal.weights/additionalProperties", between(WEIGHT)),
+        // The minimum depends on the slowest speed.
+        ("Limits.speed_max_mps", json!({ "maximum": SPEED_MAX_MOST })),
+        ("Limits.speed_max_mps", default(Limits::ANY.speed_max)),
+        ("Limits.speed_min_mps", default(Limits::ANY.speed_min)),
+        ("Live.area", corners.clone()),
+        ("Live.auvs", list(1, AUVS_MAX)),
+        ("Live.clock_rate", between(check::CLOCK_RATE)),
+        ("Live.clock_rate", default(1.0)),
+        ("Live.forecast", default(Forecast::default())),
+        ("Live.hold", default(Hold::default())),
+        ("Live.keep_outs", list(0, KEEP_OUTS_MAX)),
+        ("Live.period_s", between(check::PERIOD)),
+        ("Live.period_s", default(1.0)),
+        ("LiveAuv.id", name),
+        ("LiveAuv.id", json!({ "not": { "const": "asc" } })),
+        ("NewMission.schema_version", version.clone()),
+        ("NewMission.title", json!({ "maxLength": check::TITLE_BYTES_MAX })),
+        ("Note.text", note.clone()),
+        ("Path.closed", default(false)),
+        ("Path.segments", list(1, SEGMENTS_MAX)),
+        ("PlanRequest.area", corners.clone()),
+        ("PlanRequest.area/items", list(2, 2)),
+        ("PlanRequest.area/items/items", between(COORDINATE)),
+        ("PlanRequest.auvs", list(1, AUVS_MAX)),
+        ("PlanRequest.deadline_ms", between(DEADLINE_MS)),
+        ("PlanRequest.fallback", default(Fallback::default())),
+        ("PlanRequest.forecast", default(Forecast::default())),
+        ("PlanRequest.hold", default(Hold::default())),
+        ("PlanRequest.keep_outs", list(0, KEEP_OUTS_MAX)),
+        ("PlanRequest.schema_version", version),
+        ("Power.cubic_w_per_mps3", default(0.0)),
+        ("Power.linear_w_per_mps", default(0.0)),
+        ("PreviousPlan.targets", list(0, AUVS_MAX)),
+        ("PreviousPlan.trajectory", list(0, TRAJECTORY_POINTS_MAX)),
+        ("Reports.asc", at_most(REPORTS_MAX)),
+        ("Reports.auvs", json!({ "maxProperties": AUVS_MAX })),
+        ("Reports.notes", at_most(REPORTS_MAX)),
+        ("Reports.steering", at_most(REPORTS_MAX)),
+        ("Run.speed_factor", between(check::SPEED_FACTOR)),
+        ("Schedule.costs", list(0, AUVS_MAX)),
+        ("Schedule.visits", list(0, VISITS_MAX)),
+        ("Segment.angle_rad", between(-ARC_ANGLE_MAX..=ARC_ANGLE_MAX)),
+        ("Segment.centre", list(2, 2)),
+        ("Segment.centre/items", between(COORDINATE)),
+        ("Segment.fillet_m", between(0.0..=LENGTH_MAX)),
+        ("Segment.from", list(2, 2)),
+        ("Segment.from/items", between(COORDINATE)),
+        ("Segment.points", json!({ "minItems": 2 })),
+        ("Segment.points/items", list(2, 2)),
+        ("Segment.points/items/items", between(COORDINATE)),
+        ("Segment.to", list(2, 2)),
+        ("Segment.to/items", between(COORDINATE)),
+        ("Segment.turn_radius_m", between(LENGTH_MIN..=LENGTH_MAX)),
+        ("ServedVehicle.served_by_s", between(TIME)),
+        ("Setting", object(1, Setting::MEMBERS)),
+        ("Setting.area", corners),
+        ("Setting.keep_outs", list(0, KEEP_OUTS_MAX)),
+        ("Setting.paths", json!({ "maxProperties": AUVS_MAX })),
+        ("Steering.why", note),
+        ("Step.ticks", between(check::TICKS)),
+        ("Step.ticks", default(Step::default().ticks)),
+        ("Tuning.steps_s", list(*STEPS_COUNT.start(), *STEPS_COUNT.end())),
+        ("Tuning.steps_s/items", between(STEP)),
     ]
 }

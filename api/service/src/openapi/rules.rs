@@ -3,12 +3,14 @@
 //! They are written as `allOf`, which generators of clients skip if they do not know it. Null and
 //! absent are equal for optional members.
 
-use planner::craft::PRESETS;
 use serde_json::{Map, Value, json};
-use wire::{LATITUDE_MAX_DEG, LONGITUDE_MAX_DEG, SCHEMA_VERSION};
+use wire::{DIRECTION_DEG, DIRECTIONS, LATITUDE_MAX_DEG, LONGITUDE_MAX_DEG};
 
 /// Shapes with a position, in metres or on Earth.
 const POSITIONS: [&str; 4] = ["Asc", "AuvState", "Report", "KeepOut"];
+
+/// Shapes of requests with a direction.
+const DIRECTED: [&str; 4] = ["Asc", "AuvState", "Report", "Offset"];
 
 /// Shapes of several kinds, each closed, and the member that names the kind.
 const KINDS: [(&str, &str); 4] = [
@@ -22,10 +24,8 @@ const KINDS: [(&str, &str); 4] = [
 /// may have an offset.
 pub(super) fn name_kinds(document: &mut Value) {
     let schemas = &mut document["components"]["schemas"];
-    let visits = schemas
-        .as_object_mut()
-        .and_then(|schemas| schemas.remove("Visits"));
-    let visits = visits.expect("is the shape of a kind of goal");
+    let named = schemas.as_object_mut().expect("are by name");
+    let visits = named.remove("Visits").expect("is the shape of a kind of goal");
     let offset = json!({ "oneOf": [{ "$ref": reference("Offset") }, { "type": "null" }],
         "description": "Desired position relative to the followed point. Default: right above it." });
     for (shape, tag) in KINDS {
@@ -74,9 +74,8 @@ pub(super) fn at<'a>(document: &'a mut Value, place: &str) -> Vec<&'a mut Value>
     }
     let pointer = format!("/properties/{member}");
     let objects = objects(document, shape);
-    let found: Vec<_> = objects
-        .filter_map(|object| object.pointer_mut(&pointer))
-        .collect();
+    let found = objects.filter_map(|object| object.pointer_mut(&pointer));
+    let found: Vec<_> = found.collect();
     assert!(!found.is_empty(), "{place} is in the document");
     found
 }
@@ -86,47 +85,45 @@ pub(super) fn objects<'a>(document: &'a mut Value, shape: &str) -> impl Iterator
     let schemas = &mut document["components"]["schemas"];
     let kinds = schemas[shape].get("oneOf").cloned();
     let is_of = move |name: &str| match &kinds {
-        Some(kinds) => kinds
-            .as_array()
-            .is_some_and(|kinds| kinds.contains(&json!({ "$ref": reference(name) }))),
-        None => name == shape,
+        Some(Value::Array(kinds)) => kinds.contains(&json!({ "$ref": reference(name) })),
+        _ => name == shape,
     };
     let schemas = schemas.as_object_mut().into_iter().flatten();
     schemas.filter_map(move |(name, schema)| is_of(name).then_some(schema))
 }
 
-/// Writes every rule into `document`, after limits and directions in degrees.
+/// Writes every rule into `document`, after its limits.
 pub(super) fn write(document: &mut Value) {
-    for (place, mut words) in words() {
-        let words = words.as_object_mut().expect("are an object");
-        for schema in at(document, place) {
-            let schema = schema.as_object_mut().expect("is a schema");
-            schema.append(&mut words.clone());
-        }
-    }
-    for place in ["PlanRequest.area/items", "Setting.area/items", "Live.area/items"]
-        .iter()
-        .chain(&POINTS)
-    {
+    write_degrees(document);
+    for place in POINTS {
         for point in at(document, place) {
-            or_on_earth(point);
+            *point = json!({ "anyOf": [point.take(), { "$ref": reference("Origin") }] });
         }
     }
     let schemas = &mut document["components"]["schemas"];
+    let steady = json!({ "integrates": { "enum": [false, null] }, "integral_time_s": { "type": "null" } });
+    let integrating =
+        json!({ "integrates": { "enum": [true, null] }, "integral_time_s": { "type": "number" } });
+    let integrating = json!({ "required": ["integral_time_s"], "properties": integrating });
+    add_rule(
+        &mut schemas["SurgeLoop"],
+        json!({ "anyOf": [{ "properties": steady }, integrating] }),
+    );
     for (shape, variants) in one_of() {
         let schema = &mut schemas[shape];
-        let rule: Vec<Value> = variants
-            .iter()
-            .map(|given| rule(given, variants, schema))
-            .collect();
-        add_rule(schema, json!({ "oneOf": rule }));
+        let rules = variants.iter().map(|given| rule(given, variants, schema));
+        let rules: Vec<Value> = rules.collect();
+        add_rule(schema, json!({ "oneOf": rules }));
     }
-    schemas["Reports"]["allOf"] = json!([{ "anyOf": [
-        { "required": ["auvs"], "properties": { "auvs": { "minProperties": 1 } } },
-        { "required": ["asc"], "properties": { "asc": { "minItems": 1 } } },
-        { "required": ["notes"], "properties": { "notes": { "minItems": 1 } } },
-        { "required": ["steering"], "properties": { "steering": { "minItems": 1 } } },
-    ] }]);
+    let has_one =
+        |(name, least): (&str, &str)| json!({ "required": [name], "properties": { name: { least: 1 } } });
+    let lists = [
+        ("auvs", "minProperties"),
+        ("asc", "minItems"),
+        ("notes", "minItems"),
+        ("steering", "minItems"),
+    ];
+    schemas["Reports"]["allOf"] = json!([{ "anyOf": lists.map(has_one) }]);
     let corners = schemas["PlanRequest"]["properties"]["area"]["items"].clone();
     for shape in ["PlanRequest", "Live"] {
         let area = &mut schemas[shape]["properties"]["area"];
@@ -136,7 +133,16 @@ pub(super) fn write(document: &mut Value) {
         area["minItems"] = json!(0);
     }
     for shape in POSITIONS {
-        write_position(&mut schemas[shape]);
+        let schema = &mut schemas[shape];
+        if let Some(required) = schema["required"].as_array_mut() {
+            required.retain(|name| name != "north_m" && name != "east_m");
+        }
+        // Stored bodies may have both.
+        let pairs = [["north_m", "east_m"], ["lat_deg", "lon_deg"]];
+        add_rule(
+            schema,
+            json!({ "anyOf": pairs.map(|pair| json!({ "required": pair })) }),
+        );
     }
     for shape in POSITIONS.iter().chain(&["Origin"]) {
         for (name, most) in [("lat_deg", LATITUDE_MAX_DEG), ("lon_deg", LONGITUDE_MAX_DEG)] {
@@ -148,51 +154,65 @@ pub(super) fn write(document: &mut Value) {
     unsigned(document);
 }
 
-/// Points of segments, which may be positions on Earth.
-const POINTS: [&str; 4] = [
+/// Points, which may be positions on Earth.
+const POINTS: [&str; 7] = [
+    "PlanRequest.area/items",
+    "Setting.area/items",
+    "Live.area/items",
     "Segment.from",
     "Segment.to",
     "Segment.centre",
     "Segment.points/items",
 ];
 
-/// Requires either pair of coordinates. Stored bodies may have both.
-fn write_position(schema: &mut Value) {
-    let pairs = [["north_m", "east_m"], ["lat_deg", "lon_deg"]];
-    if let Some(required) = schema["required"].as_array_mut() {
-        required.retain(|name| !pairs[0].iter().any(|metres| name == metres));
+/// Adds degrees to every shape with a direction in radians. A required direction has one of both.
+fn write_degrees(document: &mut Value) {
+    let all = DIRECTED
+        .iter()
+        .flat_map(|shape| DIRECTIONS.map(|names| (shape, names)));
+    for (shape, [degrees, radians]) in all {
+        for schema in objects(document, shape) {
+            if schema["properties"].get(radians).is_none() {
+                continue;
+            }
+            schema["properties"][degrees] = json!({
+                "type": ["number", "null"], "format": "double",
+                "minimum": DIRECTION_DEG.start(), "maximum": DIRECTION_DEG.end(),
+                "description": format!("Instead of `{radians}`: the same in degrees. The service stores radians."),
+            });
+            let required = schema["required"].as_array_mut();
+            let at = required.and_then(|names| Some((names.iter().position(|name| name == radians)?, names)));
+            if let Some((at, names)) = at {
+                names.remove(at);
+                let given = |name: &str, other: &str| {
+                    json!({ "required": [name],
+                        "properties": { name: { "type": "number" }, other: { "type": "null" } } })
+                };
+                let either = [given(radians, degrees), given(degrees, radians)];
+                add_rule(schema, json!({ "oneOf": either }));
+            }
+        }
     }
-    add_rule(
-        schema,
-        json!({ "anyOf": pairs.map(|pair| json!({ "required": pair })) }),
-    );
 }
 
-/// Adds `rule` to those of a schema.
-pub(super) fn add_rule(schema: &mut Value, rule: Value) {
+fn add_rule(schema: &mut Value, rule: Value) {
     match schema["allOf"].as_array_mut() {
         Some(rules) => rules.push(rule),
         None => schema["allOf"] = json!([rule]),
     }
 }
 
-/// A point of that schema, or a position on Earth.
-fn or_on_earth(point: &mut Value) {
-    let metres = point.take();
-    *point = json!({ "anyOf": [metres, { "$ref": reference("Origin") }] });
-}
-
 /// The rule that these members are given and those of other variants are not.
 fn rule(given: &[&str], all: &[&[&str]], schema: &Value) -> Value {
     let is_given = |name: &&&str| given.contains(name);
-    let kinds = given
-        .iter()
-        .map(|name| (*name, kind(&schema["properties"][name]["type"])));
     let others = all.iter().copied().flatten().filter(|name| !is_given(name));
-    let properties: Map<_, _> = kinds
-        .chain(others.map(|name| (*name, json!("null"))))
-        .map(|(name, kind)| (name.to_owned(), json!({ "type": kind })))
+    let mut properties: Map<_, _> = others
+        .map(|name| ((*name).to_owned(), json!({ "type": "null" })))
         .collect();
+    for name in given {
+        let kind = kind(&schema["properties"][name]["type"]);
+        properties.insert((*name).to_owned(), json!({ "type": kind }));
+    }
     let mut rule = json!({ "properties": properties });
     if !given.is_empty() {
         rule["required"] = json!(given);
@@ -228,42 +248,6 @@ fn one_of() -> [(&'static str, &'static [&'static [&'static str]]); 6] {
         (
             "HeadingLoop",
             &[&["time_constant_s"], &["natural_frequency_radps", "damping"], &[]],
-        ),
-    ]
-}
-
-/// Lengths and patterns, by the place of their schema.
-fn words() -> Vec<(&'static str, Value)> {
-    let exactly = |n: usize| json!({ "minItems": n, "maxItems": n });
-    // Names have no control characters, Unicode's general category Cc.
-    let name = json!({ "pattern": "^[^\\u0000-\\u001f\\u007f-\\u009f]*$" });
-    let presets: Vec<&str> = PRESETS.iter().map(|preset| preset.name).collect();
-    let preset = format!("^({})$", presets.join("|"));
-    let version = json!({ "const": SCHEMA_VERSION });
-    vec![
-        ("PlanRequest.schema_version", version.clone()),
-        ("NewMission.schema_version", version),
-        ("Auv.id", name.clone()),
-        ("LiveAuv.id", name),
-        ("LiveAuv.id", json!({ "not": { "const": "asc" } })),
-        ("Goal.auvs", json!({ "uniqueItems": true })),
-        ("Craft.preset", json!({ "pattern": preset })),
-        ("PlanRequest.area/items", exactly(2)),
-        (POINTS[0], exactly(2)),
-        (POINTS[1], exactly(2)),
-        (POINTS[2], exactly(2)),
-        (POINTS[3], exactly(2)),
-        ("Segment.points", json!({ "minItems": 2 })),
-        ("AuvState.covariance", exactly(4)),
-        ("AuvState.covariance/items", exactly(4)),
-        ("Batch", json!({ "additionalProperties": false })),
-        (
-            "SurgeLoop",
-            json!({ "allOf": [{ "anyOf": [
-                { "properties": { "integrates": { "enum": [false, null] }, "integral_time_s": { "type": "null" } } },
-                { "required": ["integral_time_s"], "properties": {
-                    "integrates": { "enum": [true, null] }, "integral_time_s": { "type": "number" } } },
-            ] }] }),
         ),
     ]
 }

@@ -20,17 +20,14 @@ use crate::{
 /// The kind of work of an admitted request. The time for a byte depends on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Work {
-    /// A plan.
     Plan,
     /// The plans of all laws.
     Comparison,
-    /// The plans of a batch.
     Batch,
     /// A check of a snapshot, a route of a file or the scene of a mission.
     Reading,
 }
 
-/// Number of the kinds of [`Work`].
 const KINDS: usize = 4;
 
 /// Decides on admission. Clones share the state.
@@ -64,7 +61,6 @@ struct Load {
     standing_since: Option<Instant>,
     /// Time until which the queue stays short.
     cut_until: Option<Instant>,
-    /// Shows `n`.
     gauge: Gauge,
 }
 

@@ -179,16 +179,10 @@ pub(crate) fn check_fallback(snapshot: &Snapshot, degraded: Option<Degraded>) ->
 }
 
 pub(crate) fn answer<'a>(planned: &'a Planned, context: &'a Context) -> Answer<'a> {
-    let Planned {
-        snapshot,
-        plan,
-        solve_time,
-        ..
-    } = planned;
-    Answer::new(snapshot, plan, *solve_time, &context.metadata).on_earth(context.origin)
+    let (snapshot, plan) = (&planned.snapshot, &planned.plan);
+    Answer::new(snapshot, plan, planned.solve_time, &context.metadata).on_earth(context.origin)
 }
 
-/// The answer's JSON.
 pub(crate) fn written<T: Serialize>(answer: impl FnOnce() -> T) -> Response {
     info_span!("write").in_scope(|| Json(answer()).into_response())
 }

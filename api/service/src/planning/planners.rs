@@ -48,13 +48,11 @@ pub(crate) struct Planners {
     long: Admission,
     /// Reads and checks bodies.
     reading: Pool,
-    /// Plans for requests.
     planning: Pool,
     /// Limits the plans for missions to one for each processor.
     missions: Arc<Semaphore>,
     /// Simulates on half of the processors, so that plans do not wait for simulations.
     simulating: Pool,
-    /// Longest time for an answer.
     pub(crate) deadline: Duration,
     pub(crate) clock: Clock,
     pub(crate) metrics: Metrics,

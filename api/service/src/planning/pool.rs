@@ -42,7 +42,6 @@ pub(crate) enum Priority {
 #[derive(Clone, Debug)]
 pub(crate) struct Pool {
     clock: Clock,
-    /// One for each priority.
     queues: [Sender<Weak<Job>>; 3],
     /// Lengths of the queues, by priority.
     waiting: Arc<[Gauge; 3]>,
@@ -52,7 +51,6 @@ impl Priority {
     /// Every priority, the highest first.
     pub(crate) const ALL: [Self; 3] = [Self::Mission, Self::Short, Self::Long];
 
-    /// Its name in metrics.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Mission => "mission",
@@ -70,9 +68,8 @@ impl Pool {
         // A simulated machine has no threads: it does one job after the other.
         let n_threads = if clock.is_simulated() { 0 } else { n };
         for _ in 0..n_threads {
-            let jobs = channels
-                .each_ref()
-                .map(|(_, jobs): &(_, Receiver<_>)| jobs.clone());
+            let of_each = |(_, jobs): &(_, Receiver<_>)| jobs.clone();
+            let jobs = channels.each_ref().map(of_each);
             let waiting = Arc::clone(&waiting);
             let thread = thread::Builder::new().name(name.to_owned());
             #[expect(

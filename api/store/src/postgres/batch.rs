@@ -5,18 +5,18 @@ use std::collections::HashMap;
 use super::{
     super::{
         digest::{Head, Links},
-        entry::{Append, Appended, AuditEntry},
+        entry::{Append, Appended},
         error::StoreError,
         known::Known,
         locked::{Locked, decide},
+        rows::{Param, Rows as _},
         shares::{Shares, Taken},
-        sql::{ORDER, signed, without_nul},
+        sql::{signed, without_nul},
     },
     columns::write,
     link::Link,
 };
 
-/// The answers to missions' keys.
 const ANSWERED: &str = "SELECT asked.place, request, answer
     FROM unnest(?1::bigint[], ?2::text[], ?3::text[]) AS asked(place, id, key)
     JOIN missions ON missions.id = asked.id AND status <> 'deleted'
@@ -150,7 +150,6 @@ impl<'a, 'b> Batch<'a, 'b> {
         })
     }
 
-    /// Writes the accepted appends.
     fn write(&mut self, link: &Link, locked: &HashMap<u64, WithOwner>) -> Result<(), StoreError> {
         let accepted = self.appends.iter().copied().zip(&self.appended);
         let accepted = accepted.filter(|(_, appended)| **appended == Appended::Stored);
@@ -167,7 +166,7 @@ impl<'a, 'b> Batch<'a, 'b> {
             };
             stored.push((append, links));
             if let Some(order) = &append.order {
-                keep_order(link, &append.mission, order)?;
+                link.rows().keep_order(&append.mission, order)?;
             }
         }
         write(link, &stored, self.now_s, self.service)?;
@@ -183,26 +182,13 @@ impl<'a, 'b> Batch<'a, 'b> {
         let bytes = signed(Shares::bytes_of(append));
         let over_s = append.is_over().then_some(self.now_s);
         let (id, status, summary) = (&append.mission, &append.status, &append.summary);
-        let Head {
-            mission,
-            sequence,
-            digest,
-        } = &links.head;
-        link.execute(
-            CREATE,
-            &[
-                mission,
-                id,
-                status,
-                summary,
-                &append.creator(),
-                &bytes,
-                &over_s,
-                sequence,
-                digest,
-                &links.summary,
-            ],
-        )?;
+        let head = &links.head;
+        let (owner, whole) = (&append.creator(), &links.summary);
+        let (mission, sequence, digest) = (&head.mission, &head.sequence, &head.digest);
+        let params: [&dyn Param; 10] = [
+            mission, id, status, summary, owner, &bytes, &over_s, sequence, digest, whole,
+        ];
+        link.change(CREATE, &params)?;
         Ok(links)
     }
 }
@@ -210,12 +196,6 @@ impl<'a, 'b> Batch<'a, 'b> {
 /// Call it before the first new mission or order of a transaction.
 pub(super) fn number_in_order(link: &Link) -> Result<(), StoreError> {
     link.query(IN_ORDER, &[]).map(drop)
-}
-
-pub(super) fn keep_order(link: &Link, mission: &str, order: &AuditEntry) -> Result<(), StoreError> {
-    let (caller, request, action) = (&order.caller, &order.request, &order.action);
-    link.execute(ORDER, &[&order.at_s, caller, request, &mission, action])
-        .map(drop)
 }
 
 /// Commits. Without an answer, it is unknown whether everything is stored; any other error stores

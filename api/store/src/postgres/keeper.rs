@@ -22,14 +22,12 @@ pub(super) struct Membership {
     pub(super) clock: Clock,
     pub(super) database: Database,
     pub(super) member: Member,
-    /// Id of this process.
     pub(super) id: String,
     pub(super) state: Mutex<State>,
     /// Held by a beat and by leaving, so that no beat follows.
     pub(super) beating: Mutex<()>,
 }
 
-/// The lease's end and count.
 #[derive(Debug, Default)]
 pub(super) struct State {
     /// End of the lease, by [`Clock::up`]; none after the service has left.

@@ -51,7 +51,6 @@ impl Lease {
         Ok(Self(shared))
     }
 
-    /// Name of this process among the services.
     pub(crate) fn id(&self) -> &str {
         &self.0.id
     }

@@ -24,7 +24,6 @@ use tokio_postgres::{
 
 use super::{
     super::{
-        copy_rows::Target,
         error::StoreError,
         ownership::Trouble,
         rows::{Param, Row, Rows},
@@ -73,12 +72,9 @@ struct Pool {
     runtime: Option<runtime::Runtime>,
 }
 
-/// Connections for queries.
 #[derive(Default)]
 struct Spare {
-    /// Idle connections.
     links: Vec<Link>,
-    /// Number of used connections.
     n_used: usize,
 }
 
@@ -90,11 +86,7 @@ impl fmt::Debug for Pool {
 
 impl Drop for Pool {
     fn drop(&mut self) {
-        self.spare
-            .get_mut()
-            .unwrap_or_else(PoisonError::into_inner)
-            .links
-            .clear();
+        lock(&self.spare).links.clear();
         if let Some(runtime) = self.runtime.take() {
             runtime.shutdown_background();
         }
@@ -120,7 +112,6 @@ impl Database {
         })))
     }
 
-    /// Hosts and name of the database.
     pub(crate) fn name(&self) -> &str {
         &self.0.name
     }
@@ -137,18 +128,12 @@ impl Database {
 
     /// A new connection whose answers may take at most `patience`.
     pub(crate) fn connect_for(&self, patience: Duration) -> Result<Link, StoreError> {
-        let Pool {
-            hosts,
-            tls,
-            runtime,
-            troubled,
-            ..
-        } = &*self.0;
-        if matches!(*lock(troubled), Some((Trouble::Cut, _))) {
+        let pool = &*self.0;
+        if matches!(*lock(&pool.troubled), Some((Trouble::Cut, _))) {
             return Err(StoreError::silent());
         }
-        let runtime = runtime.as_ref().ok_or(StoreError::Closed)?;
-        let connecting = runtime.spawn(first_of(hosts.clone(), tls.clone()));
+        let runtime = pool.runtime.as_ref().ok_or(StoreError::Closed)?;
+        let connecting = runtime.spawn(first_of(pool.hosts.clone(), pool.tls.clone()));
         let abort = connecting.abort_handle();
         let Some(connected) = wait_for(connecting, patience.min(CONNECT_TIME)) else {
             abort.abort();
@@ -160,7 +145,7 @@ impl Database {
             statements: RefCell::default(),
             task,
             patience,
-            troubled: Arc::clone(troubled),
+            troubled: Arc::clone(&pool.troubled),
         })
     }
 
@@ -232,7 +217,6 @@ enum Lost {
     Answer,
 }
 
-/// A connection.
 pub(crate) struct Link {
     pub(super) client: Client,
     statements: RefCell<HashMap<String, Statement>>,
@@ -254,19 +238,14 @@ impl Drop for Link {
 }
 
 impl Link {
-    /// Waits for the result of a query.
     pub(super) fn wait<T>(&self, work: impl Future<Output = Result<T, Error>>) -> Result<T, StoreError> {
         let lost = self.lost();
-        let result = (lost != Some(Lost::Statement))
-            .then(|| wait_for(work, self.patience))
-            .flatten();
+        let is_sent = lost != Some(Lost::Statement);
+        let result = is_sent.then(|| wait_for(work, self.patience)).flatten();
         if lost.is_some() {
             return Err(self.end(StoreError::silent()));
         }
-        match result {
-            Some(result) => Ok(result?),
-            None => Err(StoreError::silent()),
-        }
+        Ok(result.ok_or_else(StoreError::silent)??)
     }
 
     /// The part of the next statement that the trouble takes.
@@ -295,10 +274,8 @@ impl Link {
         }
         let text = query.replace('?', "$");
         let statement = self.wait(self.client.prepare(&text))?;
-        self.statements
-            .borrow_mut()
-            .insert(query.to_owned(), statement.clone());
-        Ok(statement)
+        let mut statements = self.statements.borrow_mut();
+        Ok(statements.entry(query.to_owned()).or_insert(statement).clone())
     }
 
     /// Executes a statement. Returns the number of changed rows.
@@ -319,7 +296,6 @@ impl Link {
         self
     }
 
-    /// All rows of a query.
     pub(crate) fn query(
         &self,
         query: &str,
@@ -394,6 +370,10 @@ impl Rows for Pooled {
             Ok(())
         })
     }
+
+    fn change(&self, statement: &str, params: &[&dyn Param]) -> Result<u64, StoreError> {
+        self.with(|link| link.change(statement, params))
+    }
 }
 
 impl Rows for Link {
@@ -414,6 +394,10 @@ impl Rows for Link {
         }
         Ok(())
     }
+
+    fn change(&self, statement: &str, params: &[&dyn Param]) -> Result<u64, StoreError> {
+        self.execute(statement, &of_postgres(params))
+    }
 }
 
 impl Row for tokio_postgres::Row {
@@ -422,22 +406,9 @@ impl Row for tokio_postgres::Row {
             Type::INT8 => self.try_get::<_, Option<_>>(column)?.map(Integer),
             Type::FLOAT8 => self.try_get::<_, Option<_>>(column)?.map(Real),
             Type::BYTEA => self.try_get::<_, Option<_>>(column)?.map(Blob),
-            _ => self
-                .try_get::<_, Option<&str>>(column)?
-                .map(|text| Text(text.as_bytes())),
+            _ => self.try_get::<_, Option<_>>(column)?.map(str::as_bytes).map(Text),
         };
         Ok(value.unwrap_or(Null))
-    }
-}
-
-impl Target for Link {
-    fn key(&self, key: &str) -> String {
-        without_nul(key).into_owned()
-    }
-
-    fn insert(&self, statement: &str, values: &[Box<dyn Param>]) -> Result<(), StoreError> {
-        let values: Vec<_> = values.iter().map(|value| &**value).collect();
-        self.execute(statement, &of_postgres(&values)).map(drop)
     }
 }
 
@@ -459,15 +430,14 @@ impl From<Error> for StoreError {
         };
         let text = refusal.message().to_owned();
         let code = refusal.code();
-        if *code == SqlState::DISK_FULL {
-            Self::Full
-        } else if [
+        let busy = [
             SqlState::T_R_DEADLOCK_DETECTED,
             SqlState::LOCK_NOT_AVAILABLE,
             SqlState::T_R_SERIALIZATION_FAILURE,
-        ]
-        .contains(code)
-        {
+        ];
+        if *code == SqlState::DISK_FULL {
+            Self::Full
+        } else if busy.contains(code) {
             Self::Busy
         } else if ["08", "25", "28", "3D", "53", "57"].contains(&&code.code()[..2]) {
             Self::Unavailable(text)

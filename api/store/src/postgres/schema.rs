@@ -5,7 +5,6 @@ use super::{
     link::Link,
 };
 
-/// The newest version.
 const NEWEST: u32 = 3;
 
 /// The migrations from each version to the next.
@@ -112,9 +111,8 @@ fn version(link: &Link, name: &str, oldest: u32) -> Result<u32, StoreError> {
     let exists = link.query("SELECT to_regclass('pilotfish_schema') IS NOT NULL", &[])?;
     let mut found = None;
     if exists[0].try_get::<_, bool>(0)? {
-        found = link
-            .rows()
-            .first("SELECT version FROM pilotfish_schema", &[], |row| row.get(0))?;
+        let version = "SELECT version FROM pilotfish_schema";
+        found = link.rows().first(version, &[], |row| row.get(0))?;
     }
     let found = u32::try_from(found.unwrap_or(0_i64)).unwrap_or(u32::MAX);
     require_version(name.as_ref(), found, [oldest, NEWEST])

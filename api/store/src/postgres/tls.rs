@@ -21,14 +21,12 @@ use tokio_rustls::{
 #[derive(Clone)]
 pub(crate) struct Tls(pub(super) Arc<ClientConfig>);
 
-/// Makes one connection to a host.
 pub(crate) struct ToHost {
     config: Arc<ClientConfig>,
     /// The host's name; none for a socket of this machine, which needs no TLS.
     name: Option<ServerName<'static>>,
 }
 
-/// An encrypted connection.
 pub(crate) struct Encrypted(client::TlsStream<Socket>);
 
 impl MakeTlsConnect<Socket> for Tls {

@@ -13,19 +13,16 @@ use super::{
         known::Known,
         metrics::StoreMetrics,
         shares::{Shares, Taken},
-        sql::{DELETED, PROTECT, PURGE_EVENTS, new_id, signed, without_nul},
+        sql::{DELETED, PROTECT, new_id, signed, without_nul},
         trusted_time::{TrustedClock, TrustedTime},
     },
-    batch::{Batch, end, keep_order, number_in_order},
+    batch::{Batch, end, number_in_order},
     lease::Lease,
     link::{Database, Link},
 };
 
 /// Most appends in one commit: one for each mission that a service may have.
 const COMMIT_MAX: usize = 1_024;
-
-/// Events of a deleted mission that one commit removes: some milliseconds.
-const PURGE: i64 = 500;
 
 /// Pause between removals.
 const PURGE_PAUSE: Duration = Duration::from_millis(50);
@@ -40,7 +37,6 @@ struct Connection {
 }
 
 impl Connection {
-    /// Lets the connection do `work`.
     fn with<T>(&mut self, work: impl FnOnce(&Link) -> Result<T, StoreError>) -> Result<T, StoreError> {
         let link = match self.link.take().filter(|link| !link.client.is_closed()) {
             Some(link) => link,
@@ -92,7 +88,6 @@ impl PostgresWriter {
         Ok(writer)
     }
 
-    /// Lets the connection do `work`.
     fn with<T>(&mut self, work: impl FnOnce(&Link) -> Result<T, StoreError>) -> Result<T, StoreError> {
         self.connection.with(work)
     }
@@ -143,13 +138,8 @@ impl PostgresWriter {
                 self.known.note(&format!("{what} (lost: {})", lost.join(", ")));
             }
             StoreError::Full | StoreError::Refused(_) => {
-                let size = |append: &Append| Shares::bytes_of(append);
-                let largest = appends
-                    .iter()
-                    .copied()
-                    .chain(&self.refused)
-                    .max_by_key(|append| size(append));
-                self.refused = largest.cloned();
+                let all = appends.iter().copied().chain(&self.refused);
+                self.refused = all.max_by_key(|append| Shares::bytes_of(append)).cloned();
             }
             _ => {}
         }
@@ -180,21 +170,13 @@ impl PostgresWriter {
     }
 
     fn read_shares(&mut self) -> Result<(), StoreError> {
-        let is_new = self
-            .shares_read
-            .is_some_and(|read| self.clock.machine.since(read) < SHARES_LIFE);
-        if is_new || self.shares.is_unlimited() {
+        let since = self.shares_read.map(|read| self.clock.machine.since(read));
+        if since.is_some_and(|since| since < SHARES_LIFE) || self.shares.is_unlimited() {
             return Ok(());
         }
         self.connection.with(|link| self.shares.read(link))?;
         self.shares_read = Some(self.clock.machine.now());
         Ok(())
-    }
-
-    fn write_time(&mut self, statement: &str, time: TrustedTime) -> Result<(), StoreError> {
-        let [trusted, agreed, clock, up] = time.columns();
-        self.with(|link| link.execute(statement, &[&trusted, &agreed, &clock, &up]))
-            .map(drop)
     }
 
     /// Reads the deleted missions, because other services and programs also delete.
@@ -205,19 +187,10 @@ impl PostgresWriter {
 
     /// Removes some events of a deleted mission, at last the mission.
     fn purge_some(&mut self) -> Result<(), StoreError> {
-        // If several services remove the same events, one of them continues.
-        const MISSION: &str = "DELETE FROM missions WHERE number = ?1
-            AND NOT EXISTS (SELECT 1 FROM events WHERE mission = ?1)";
         let Some(&number) = self.purge.last() else {
             return Ok(());
         };
-        let purged = self.with(|link| {
-            if 0 < link.execute(PURGE_EVENTS, &[&number, &PURGE])? {
-                return Ok(false);
-            }
-            link.execute(MISSION, &[&number]).map(|_| true)
-        })?;
-        if purged {
+        if self.with(|link| link.rows().purge(number))? {
             self.purge.pop();
         }
         Ok(())
@@ -250,10 +223,9 @@ impl LogWriter for PostgresWriter {
         while !waiting.is_empty() {
             // A second append to a mission must know the first.
             let mut missions = HashSet::new();
-            let (mut batch, later): (Vec<_>, Vec<_>) = waiting
-                .into_iter()
-                .partition(|(append, _)| missions.insert(append.mission.clone()));
-            waiting = later;
+            let waited = waiting.into_iter();
+            let mut batch;
+            (batch, waiting) = waited.partition(|(append, _)| missions.insert(append.mission.clone()));
             let appends: Vec<&Append> = batch.iter().map(|(append, _)| append).collect();
             let start = self.clock.machine.now();
             let mut committed = self.commit(&appends);
@@ -288,18 +260,15 @@ impl LogWriter for PostgresWriter {
         self.known.check()?;
         let hidden = self.with(|link| {
             link.batch("BEGIN")?;
-            let hidden = link.query(HIDE, &[&without_nul(id)])?;
-            let Some(row) = hidden.first() else {
+            let hidden = link.rows().first(HIDE, &[&without_nul(id)], Taken::hidden)?;
+            if hidden.is_none() {
                 link.batch("ROLLBACK")?;
                 return Ok(None);
-            };
-            let (number, bytes): (i64, i64) = (row.try_get(0)?, row.try_get(2)?);
-            let owner = row.try_get(1)?;
+            }
             number_in_order(link)?;
-            keep_order(link, id, order)?;
+            link.rows().keep_order(id, order)?;
             end(link)?;
-            let bytes = bytes.unsigned_abs();
-            Ok(Some((number, Taken { owner, bytes })))
+            Ok(hidden)
         })?;
         let Some((number, room)) = hidden else {
             return Ok(false);
@@ -312,12 +281,12 @@ impl LogWriter for PostgresWriter {
     fn keep_time(&mut self, time: TrustedTime) -> Result<(), StoreError> {
         // Several services keep the time, which never goes back.
         let write = TrustedTime::WRITE.replace("?1", "greatest(trusted_s, ?1)");
-        self.write_time(&write, time)?;
+        self.with(|link| time.write(link, &write))?;
         self.read_deleted()
     }
 
     fn set_time(&mut self, time: TrustedTime) -> Result<(), StoreError> {
-        self.write_time(TrustedTime::WRITE, time)
+        self.with(|link| time.write(link, TrustedTime::WRITE))
     }
 
     fn protect(&mut self) -> Result<(), StoreError> {

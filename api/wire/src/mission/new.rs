@@ -43,10 +43,8 @@ impl NewMission {
             format!("{scenario}, seed {}", simulated.seed)
         };
         let first = || Some(self.live.as_ref()?.auvs.first()?.id.clone());
-        let given = self.title.clone();
-        given
-            .or_else(|| self.simulated.as_ref().map(of_the_scenario))
-            .or_else(first)
+        let of_the_scenario = || self.simulated.as_ref().map(of_the_scenario);
+        self.title.clone().or_else(of_the_scenario).or_else(first)
     }
 }
 
@@ -184,12 +182,10 @@ impl Live {
             change.point(corner);
         }
         let paths = self.auvs.iter_mut().filter_map(|auv| auv.path.as_mut());
-        for point in paths
-            .flat_map(|path| &mut path.segments)
+        let segments = paths.flat_map(|path| &mut path.segments);
+        segments
             .flat_map(Segment::points_mut)
-        {
-            change.point(point);
-        }
+            .for_each(|point| change.point(point));
     }
 }
 

@@ -38,24 +38,18 @@ pub struct Reports {
 }
 
 impl Reports {
-    /// All positions, as north, east, latitude and longitude.
-    fn positions(
-        &mut self,
-    ) -> impl Iterator<Item = (&mut f64, &mut f64, &mut Option<f64>, &mut Option<f64>)> {
-        let states = self.asc.iter_mut().map(|report| {
-            let at = &mut report.state;
-            (&mut at.north_m, &mut at.east_m, &mut at.lat_deg, &mut at.lon_deg)
-        });
-        let fixes = self.auvs.values_mut().flatten();
-        states.chain(fixes.map(|at| (&mut at.north_m, &mut at.east_m, &mut at.lat_deg, &mut at.lon_deg)))
-    }
-
     /// Adds latitude and longitude to positions in metres, if `origin` is a place on Earth.
     pub fn complete(&mut self, origin: Origin) {
         let Ok(datum) = Datum::new(&origin.into()) else {
             return;
         };
-        for (north, east, lat_deg, lon_deg) in self.positions() {
+        let states = self.asc.iter_mut().map(|report| {
+            let at = &mut report.state;
+            (&at.north_m, &at.east_m, &mut at.lat_deg, &mut at.lon_deg)
+        });
+        let fixes = self.auvs.values_mut().flatten();
+        let fixes = fixes.map(|at| (&at.north_m, &at.east_m, &mut at.lat_deg, &mut at.lon_deg));
+        for (north, east, lat_deg, lon_deg) in states.chain(fixes) {
             if lat_deg.is_none() {
                 let place = Origin::from(datum.from_local(&Vector2::new(*north, *east)));
                 (*lat_deg, *lon_deg) = (Some(place.lat_deg), Some(place.lon_deg));

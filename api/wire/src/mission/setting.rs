@@ -84,10 +84,8 @@ fn null_if_empty<T: Serialize, S: Serializer>(
     given: &Option<Vec<T>>,
     serializer: S,
 ) -> Result<S::Ok, S::Error> {
-    given
-        .as_ref()
-        .filter(|items| !items.is_empty())
-        .serialize(serializer)
+    let given = given.as_ref().filter(|items| !items.is_empty());
+    given.serialize(serializer)
 }
 
 impl Setting {

@@ -24,7 +24,6 @@ pub const PREFIX: &str = "pf_";
 /// Random bytes of a token. No attacker can guess as many, so a fast hash is enough.
 const RANDOM_BYTES: usize = 32;
 
-/// Longest name of a token, bytes.
 const NAME_BYTES_MAX: usize = 64;
 
 /// Time between two checks of the file for changes.
@@ -319,7 +318,6 @@ impl Tokens {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The stored tokens; `None` until there is a file.
     pub(super) fn known(&self) -> Option<Arc<TokenFile>> {
         let mut cache = self.locked();
         if CHECK <= cache.clock.since(cache.checked) {

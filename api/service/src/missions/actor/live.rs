@@ -36,7 +36,6 @@ pub(in crate::missions) struct Live {
     /// Real time between two plans.
     period: Duration,
     due: Instant,
-    /// Events since the last checkpoint.
     since_checkpoint: u32,
     watch: ClockWatch,
     /// Counts the mission while its craft does not follow.
@@ -95,11 +94,8 @@ impl Actor for Live {
             }
             Command::Change(setting, _) => return self.change(at_s, setting, key).await,
             Command::Run(None) => {
-                self.due = next_due(
-                    &self.mission.clock,
-                    self.mission.config.period_s,
-                    self.context.clock(),
-                );
+                let LiveMission { config, clock } = &*self.mission;
+                self.due = next_due(clock, config.period_s, self.context.clock());
                 let speed_factor = None;
                 Event::Ran { at_s, speed_factor }
             }
@@ -186,7 +182,6 @@ impl Live {
         answer
     }
 
-    /// Bytes of the mission with this configuration.
     fn bytes_with(&self, config: &wire::mission::Live) -> usize {
         bytes_of(&self.mission.config, config)
     }
@@ -232,10 +227,8 @@ impl Live {
             snapshot.expect("waits for no vehicle").map_err(Problem::Invalid)
         };
         // The other half of the period is for the disk and for other missions.
-        let planners = &self.context.planners;
-        let made = planners
-            .plan_in_turn(facts, Arrival(due), self.period / 2)
-            .await?;
+        let (planners, limit) = (&self.context.planners, self.period / 2);
+        let made = planners.plan_in_turn(facts, Arrival(due), limit).await?;
         let answer = answer(&made, self.state.origin());
         let late = self.context.clock().since(due);
         let event = planned(now, late, &made, &answer);
@@ -319,8 +312,8 @@ impl Live {
 
     /// Counts the mission while it runs and its newest plan warns that the craft does not follow.
     fn count_does_not_follow(&mut self) {
-        let warns =
-            self.context.is_running() && !self.context.view.borrow().plan.as_deref().is_none_or(follows);
+        let does_follow = self.context.view.borrow().plan.as_deref().is_none_or(follows);
+        let warns = self.context.is_running() && !does_follow;
         if warns != self.does_not_follow.is_some() {
             let metrics = &self.context.planners.metrics;
             self.does_not_follow = warns.then(|| metrics.does_not_follow());
@@ -347,8 +340,7 @@ fn follows(plan: &StoredPlan) -> bool {
     plan.answer.answer.craft_estimate.follows
 }
 
-/// The next time when the clock shows whole periods since the mission's creation. So a restart does
-/// not align the plans of all missions.
+/// The next whole period since the mission's creation, so that a restart aligns no missions.
 fn next_due(clock: &MissionClock, period: f64, machine: &Clock) -> Instant {
     let since = (clock.now(machine) - clock.created) / period;
     let left = (since.ceil() - since).clamp(0.0, 1.0) * period / clock.rate;

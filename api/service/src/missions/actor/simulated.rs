@@ -35,7 +35,6 @@ const SLICE: Duration = Duration::from_millis(50);
 /// Time for which a request waits before a job that has not begun gives way.
 const GRACE: Duration = Duration::from_millis(100);
 
-/// Pause after a failure.
 const PAUSE: Duration = Duration::from_secs(1);
 /// Longest pause after failures in a row: each attempt may simulate everything again.
 const PAUSE_MAX: Duration = Duration::from_mins(1);
@@ -49,7 +48,6 @@ pub(in crate::missions) struct Simulated {
     pause: Duration,
 }
 
-/// The simulation and its progress.
 struct Progress {
     simulation: Box<Simulation>,
     /// Number of its last stored event.
@@ -117,11 +115,8 @@ impl Actor for Simulated {
                 }
             }
             Err(problem) => {
-                tracing::warn!(
-                    mission = self.context.mission.id,
-                    ?problem,
-                    "the simulation did not advance"
-                );
+                let mission = &self.context.mission.id;
+                tracing::warn!(mission, ?problem, "the simulation did not advance");
                 self.due = self.context.clock().now() + self.pause;
                 self.pause = PAUSE_MAX.min(2 * self.pause);
             }
@@ -134,10 +129,10 @@ impl Simulated {
     /// repeated stored events, or a request came first.
     async fn proceed(&mut self, n_ticks: usize) -> Result<bool, Problem> {
         self.simulate(n_ticks, true).await?;
-        let made = self
-            .progress
-            .take_if(|progress| !progress.ticks.is_empty() || progress.end.is_some());
-        let Some(progress) = made else { return Ok(false) };
+        let has_made = |progress: &mut Progress| !progress.ticks.is_empty() || progress.end.is_some();
+        let Some(progress) = self.progress.take_if(has_made) else {
+            return Ok(false);
+        };
         self.store(progress, None).await?;
         Ok(true)
     }

@@ -204,7 +204,6 @@ fn known_of<'a>(row: &Row<'a>, auv: &'a PredictedAuv) -> Row<'a> {
     }
 }
 
-/// The estimated position of an AUV of a live mission.
 fn estimated<'a>(row: &Row<'a>, auv: &'a PredictedAuv) -> Option<Row<'a>> {
     auv.positions.first().map(|&[north_m, east_m]| Row {
         kind: Some(ESTIMATED),

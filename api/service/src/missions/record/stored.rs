@@ -30,7 +30,6 @@ impl EventFilter {
 /// one would keep the write-ahead log from being truncated.
 pub(super) struct StoredEvents<'a> {
     reader: &'a EventReader,
-    /// The mission's number.
     number: u64,
     /// The sequence of the mission's last event.
     last: u64,
@@ -44,7 +43,6 @@ pub(super) struct StoredEvents<'a> {
 }
 
 impl<'a> StoredEvents<'a> {
-    /// The events that pass `filter`, in order.
     pub(super) fn of(reader: &'a EventReader, number: u64, last: u64, filter: &'a EventFilter) -> Self {
         Self {
             reader,
@@ -82,9 +80,7 @@ impl Iterator for StoredEvents<'_> {
 impl StoredEvents<'_> {
     /// The next event of any kind.
     fn any(&mut self) -> Option<Result<StoredEvent, StoreError>> {
-        let Self {
-            reader, number, last, ..
-        } = *self;
+        let (reader, number, last) = (self.reader, self.number, self.last);
         if self.after == last || self.left == 0 {
             return None;
         }
