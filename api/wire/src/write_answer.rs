@@ -142,6 +142,7 @@ impl<'a> Answer<'a> {
             estimate: at,
             trajectory,
             track,
+            states,
             ..
         } in &mut targets
         {
@@ -149,7 +150,9 @@ impl<'a> Answer<'a> {
             for at in trajectory {
                 (at.north_m, at.east_m, at.lat_deg, at.lon_deg) = self.place(at.north_m, at.east_m);
             }
-            for [_, north, east] in track {
+            let track = track.iter_mut().map(|[_, north, east]| [north, east]);
+            let states = states.iter_mut().map(|[_, north, east, ..]| [north, east]);
+            for [north, east] in track.chain(states) {
                 let place = self.placed(&Vector2::new(*north, *east));
                 (*north, *east) = (place.x, place.y);
             }

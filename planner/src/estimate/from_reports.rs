@@ -11,6 +11,7 @@ use crate::{
         kalman::Kalman,
         legs::TrackPoint,
         on_path::{NextTurn, OnPath, PathFit, PathHypothesis},
+        past_states::{self, PastState, as_report, past_state},
         repeats::{LOOSE_SCATTERS, PastTrack, Repeats},
         screening::ScreenedReports,
         track::Track,
@@ -22,15 +23,13 @@ use crate::{
         evidence::{AuvState, FORECAST_AGE_MAX, Report, SPEED_AT_REST},
         known_path::{DeclaredPath, KnownPath},
         previous_plan::RememberedTarget,
+        ranges::AUV_SPEED_MAX,
     },
     tuned::EstimateNumbers,
 };
 
 /// Newest reports of a hasty estimate: enough for a velocity, with two outliers.
 const HASTY: usize = 8;
-
-/// Largest estimated speed, m/s: the largest that a snapshot accepts.
-const SPEED_MAX: f64 = 10.0;
 
 /// Estimate of an AUV at its last report.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,6 +54,8 @@ pub struct Estimate {
     pub dive: Option<Dive>,
     /// Its past track, as the next request needs it.
     pub track: Vec<TrackPoint>,
+    /// Its past states, as the next request needs them; empty if it is reported.
+    pub states: Vec<PastState>,
 }
 
 /// Fit of a vehicle to its path.
@@ -81,6 +82,10 @@ impl Route {
 /// the path. Misfits of three in a row end the repetition.
 const TELLING: usize = 3;
 
+/// Number of newest states that place a vehicle on what its track repeats: the present state is
+/// known, and older ones made the path.
+const TELLING_STATES: usize = 12;
+
 /// Estimates AUVs at one moment.
 pub(crate) struct Estimator<'a> {
     /// Now, s.
@@ -106,35 +111,49 @@ impl Estimate {
 impl<'a> Estimator<'a> {
     /// Estimates `auv`. A state without a rate of turn takes it from the previous plan, given with
     /// the time of its report. Given the track `before`, an AUV without a path or a dive may get
-    /// them from its track and depths.
+    /// them from its track and depths. What one given as a state repeats shows in its past `states`.
     pub(crate) fn estimate(
         &self,
         auv: &Auv,
         path: Option<&KnownPath>,
         previous: Option<(RememberedTarget, f64)>,
-        before: Option<&[TrackPoint]>,
+        (before, states): (Option<&[TrackPoint]>, &[PastState]),
     ) -> Estimate {
-        let Some(state) = &auv.state else {
-            let reports = auv.reports.as_deref().unwrap_or_default();
-            let path = path.filter(|_| !(self.due)());
-            let declared = auv.path.as_ref().filter(|_| path.is_some());
-            let others = declared.map_or_else(Vec::new, DeclaredPath::with_other_turn_radii);
-            // Without a sharp corner, the first of the others is the declared path itself.
-            let own = path.filter(|own| others.first() != Some(own)).cloned();
-            let paths: Vec<_> = others.into_iter().chain(own).collect();
-            let found = self.filtered(reports, &paths, before);
-            return Estimate {
-                dive: found.dive.filter(|_| auv.dive.is_none()),
-                ..found
-            };
-        };
+        let path = path.filter(|_| !(self.due)());
+        if let Some(state) = &auv.state {
+            return self.given(state, path, previous, (before, states));
+        }
+        let reports = auv.reports.as_deref().unwrap_or_default();
+        let declared = auv.path.as_ref().filter(|_| path.is_some());
+        let others = declared.map_or_else(Vec::new, DeclaredPath::with_other_turn_radii);
+        // Without a sharp corner, the first of the others is the declared path itself.
+        let own = path.filter(|own| others.first() != Some(own)).cloned();
+        let paths: Vec<_> = others.into_iter().chain(own).collect();
+        let found = self.filtered(reports, &paths, before);
+        Estimate {
+            dive: found.dive.filter(|_| auv.dive.is_none()),
+            ..found
+        }
+    }
+
+    /// The estimate of an AUV in a given `state`, which is believed for now. What is known of its
+    /// turns and its route comes from its past.
+    fn given(
+        &self,
+        state: &AuvState,
+        path: Option<&KnownPath>,
+        previous: Option<(RememberedTarget, f64)>,
+        (before, states): (Option<&[TrackPoint]>, &[PastState]),
+    ) -> Estimate {
         let mut state = *state;
         // A gyroscope never reads exactly 0, which stands for an omitted rate.
         if let (0.0, Some((earlier, reported))) = (state.turn_rate_radps, previous) {
             let between = self.now - state.age_s - reported;
             state.turn_rate_radps = remembered_turn_rate(&earlier.estimate, &state, between, self.tuned);
         }
-        Estimate {
+        let newest = past_state(&state, self.now, self.tuned);
+        let past = past_states::before(states, newest[0]);
+        let alone = Estimate {
             state,
             rejected: Vec::new(),
             inflation: 0.0,
@@ -144,6 +163,40 @@ impl<'a> Estimator<'a> {
             path: None,
             dive: None,
             track: Vec::new(),
+            states: past_states::kept(past, newest),
+        };
+        let Some(before) = before.filter(|_| path.is_none() && !past.is_empty() && !(self.due)()) else {
+            return alone;
+        };
+        let tuned = self.tuned;
+        let states: Vec<_> = past.iter().chain([&newest]).map(as_report).enumerate().collect();
+        let free = Interacting::track(&states, tuned);
+        // States are no fixes: the scatter about their legs is the vehicle's own.
+        let past_track = PastTrack::new(before, &free.used, &self.current, 1.0, tuned);
+        let is_elsewhere = free.innovations.last().is_some_and(|newest| !newest.accepted);
+        let repeats = (!is_elsewhere).then(|| past_track.repeats()).flatten();
+        let recent = &states[states.len().saturating_sub(TELLING_STATES)..];
+        let along = self.on_likeliest_path(&[], repeats.as_ref(), recent);
+        let route = along.as_ref().map(|along| Route {
+            probability: probability_of_following(
+                recent,
+                along,
+                &Interacting::track(recent, tuned),
+                (TELLING, tuned.odds_max),
+            ),
+            fit: along
+                .filter
+                .fit()
+                .moved_to(&state.position(), along.filter.assumed().known),
+            next_turn: along.filter.next_turn().map(|turn| turn.of_any_radius(tuned)),
+            current: along.filter.assumed().current,
+        });
+        Estimate {
+            route,
+            path: repeats.as_ref().map(|repeats| repeats.path.clone()),
+            repeats,
+            track: past_track.points,
+            ..alone
         }
     }
 
@@ -199,6 +252,7 @@ impl<'a> Estimator<'a> {
             repeats,
             path,
             track: exact.points,
+            states: Vec::new(),
         }
     }
 
@@ -212,7 +266,7 @@ impl<'a> Estimator<'a> {
         // Without any reported depth the vehicle is at the surface.
         let depth = newest_first().find_map(|report| report.depth_m).unwrap_or(0.0);
         let velocity = filtered.velocity();
-        let (course, speed) = (Course::of(&velocity), velocity.norm().min(SPEED_MAX));
+        let (course, speed) = (Course::of(&velocity), velocity.norm().min(AUV_SPEED_MAX));
         AuvState {
             turn_rate_radps: turning
                 .filter(|(time, _)| now - time <= tuned.turn_rate_age_max)

@@ -104,14 +104,61 @@ pub(crate) fn legs(
 /// Least bend that is a turn, rad; fixes bend a straight leg by less.
 const TURN: f64 = std::f64::consts::FRAC_PI_4;
 
-/// Mean time between the turns of a `track`, s; `None` without turns.
-pub(crate) fn between_turns(track: &[TrackPoint]) -> Option<f64> {
-    let steps = track.windows(2).map(|pair| place(&pair[1]) - place(&pair[0]));
-    let steps: Vec<_> = steps.filter(|step| 0.0 < step.norm()).collect();
-    let turned = |pair: &&[Vector2<f64>]| TURN < pair[0].angle(&pair[1]);
-    let turns = steps.windows(2).filter(turned).count();
-    let (first, last) = (track.first()?, track.last()?);
-    (0 < turns).then(|| (last[0] - first[0]) / number(turns))
+/// A vehicle's past track as a stationary process: it turns now and then, about a centre.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct PastWork {
+    /// Mean time between its turns, s.
+    pub(crate) between_turns: f64,
+    /// Time in which it returns to its centre (north, east), m, if it works in an area.
+    pub(crate) area: Option<(Vector2<f64>, f64)>,
+}
+
+/// Largest distance from the centre of an area inside of it, in standard deviations of a track.
+const DEVIATIONS_INSIDE: f64 = 3.0;
+
+/// Least number of returns to the centre of a track in an area.
+const RETURNS_MIN: f64 = 3.0;
+
+impl PastWork {
+    /// The work along a `track` with turns of a vehicle that is `here` now.
+    ///
+    /// ```text
+    /// T = max(τ, σ² / (v² τ))          D = v² τ diffuses a track of variance σ² = D T
+    /// ```
+    /// with the mean square velocity v² and the time τ between turns.
+    pub(crate) fn of(track: &[TrackPoint], here: &Vector2<f64>) -> Option<Self> {
+        let pairs = || {
+            track
+                .windows(2)
+                .map(|pair| (pair[1][0] - pair[0][0], place(&pair[0]), place(&pair[1])))
+        };
+        let steps: Vec<_> = pairs()
+            .map(|(_, from, to)| to - from)
+            .filter(|step| 0.0 < step.norm())
+            .collect();
+        let turned = |pair: &&[Vector2<f64>]| TURN < pair[0].angle(&pair[1]);
+        let turns = steps.windows(2).filter(turned).count();
+        let time = track.last()?[0] - track.first()?[0];
+        let between_turns = (0 < turns && 0.0 < time).then(|| time / number(turns))?;
+        let mean = |of: &dyn Fn(f64, Vector2<f64>, Vector2<f64>) -> f64| {
+            pairs().map(|(time, from, to)| of(time, from, to)).sum::<f64>() / time
+        };
+        let centre = pairs()
+            .map(|(time, from, to)| (from + to) * (0.5 * time))
+            .sum::<Vector2<f64>>()
+            / time;
+        let variance = mean(&|time, from, to| {
+            let (from, to) = (from - centre, to - centre);
+            time * (from.norm_squared() + from.dot(&to) + to.norm_squared()) / 3.0
+        });
+        let square_speed = mean(&|time, from, to| (to - from).norm_squared() / time.max(f64::MIN_POSITIVE));
+        let returns_in = (variance / (square_speed * between_turns)).max(between_turns);
+        let is_inside = (here - centre).norm_squared() <= DEVIATIONS_INSIDE.powi(2) * variance;
+        Some(Self {
+            between_turns,
+            area: (is_inside && RETURNS_MIN * returns_in <= time).then_some((centre, returns_in)),
+        })
+    }
 }
 
 /// The fewest of `points` within `tolerance`, m, of all (Ramer, Douglas and Peucker).
@@ -169,10 +216,12 @@ mod tests {
             [0.0, 40.0],
             [100.0, 40.0],
         ]);
-        let between = between_turns(&lanes).expect("turns four times");
+        let between = PastWork::of(&lanes, &Vector2::zeros())
+            .expect("turns four times")
+            .between_turns;
         assert!((between - 680.0 / 4.0).abs() < 1.0, "{between}");
-        assert_eq!(between_turns(&lanes[..3]), None);
-        assert_eq!(between_turns(&lanes[..1]), None);
-        assert_eq!(between_turns(&[]), None);
+        assert_eq!(PastWork::of(&lanes[..3], &Vector2::zeros()), None);
+        assert_eq!(PastWork::of(&lanes[..1], &Vector2::zeros()), None);
+        assert_eq!(PastWork::of(&[], &Vector2::zeros()), None);
     }
 }

@@ -239,6 +239,16 @@ impl PathFit {
         point.position + self.offset() + starboard(point.tangent) * self.error()
     }
 
+    /// The fit of the same vehicle known to be at `position` (north, east), m.
+    #[must_use]
+    pub(crate) fn moved_to(mut self, position: &Vector2<f64>, known: &KnownPath) -> Self {
+        let tangent = known.path.at(self.state.x).tangent;
+        let off = position - self.position(known);
+        self.state.x += off.dot(&direction(tangent));
+        self.state[ERROR] += off.dot(&starboard(tangent));
+        self
+    }
+
     /// Rate of the place γ, m/s.
     fn rate(&self, assumed: &PathHypothesis<'_>) -> f64 {
         let (known, current) = (assumed.known, &assumed.current);

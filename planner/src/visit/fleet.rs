@@ -3,7 +3,7 @@
 use nalgebra::Vector2;
 
 use crate::{
-    estimate::legs::between_turns,
+    estimate::legs::PastWork,
     facts::{
         angle::ned_from_body,
         visit::{Reduce, VisitCost, Visits},
@@ -126,10 +126,12 @@ impl Fleet {
         let tour = tour(&places, &craft, visits.dwell_min());
         let horizon = (parameters.horizon_tours * tour).clamp(parameters.horizon_min, parameters.horizon_max);
         let candidate = |member: &ScheduledAuv| {
-            let between_turns = between_turns(&snapshot.estimates()[member.auv].track);
             let track = SampledTrack::new(
                 &forecasts[member.auv],
-                between_turns,
+                PastWork::of(
+                    &snapshot.estimates()[member.auv].track,
+                    &forecasts[member.auv].at(0.0).position,
+                ),
                 horizon,
                 &craft.current,
                 frame,
