@@ -330,12 +330,24 @@ fn about_visits(snapshot: &Snapshot, plan: &Plan) -> Vec<Warning> {
 fn contradicted_claims(snapshot: &Snapshot) -> Vec<Warning> {
     let mut warnings = Vec::new();
     for (i, (auv, estimate)) in snapshot.auvs.iter().zip(snapshot.estimates()).enumerate() {
-        let (id, pointer) = (&auv.id, format!("/auvs/{i}/reports"));
+        let evidence = if auv.state.is_some() { "state" } else { "reports" };
+        let (id, pointer) = (&auv.id, format!("/auvs/{i}/{evidence}"));
         if estimate.velocity_contradicted {
-            let detail = format!(
-                "the fixes of {id} contradict the course and speed that it reports, which are not used; 0 may mean unknown"
-            );
+            let detail = match auv.state {
+                None => format!(
+                    "the fixes of {id} contradict the course and speed that it reports, which are not used; 0 may mean unknown"
+                ),
+                Some(_) => format!(
+                    "the states of {id} are not where their courses and speeds lead, which are used all the same; 0 may mean unknown"
+                ),
+            };
             warnings.push(warning("reported_velocity_contradicted", &pointer, detail));
+        }
+        if estimate.jumped {
+            let detail = format!(
+                "the state of {id} is where its last states do not lead, and is used: are two vehicles given under its name?"
+            );
+            warnings.push(warning("reports_contradict", &pointer, detail));
         }
         if let Some(route) = estimate
             .route

@@ -13,7 +13,7 @@ use crate::{
         on_path::{NextTurn, OnPath, PathFit, PathHypothesis},
         past_states::{self, PastState, as_report, past_state},
         repeats::{LOOSE_SCATTERS, PastTrack, Repeats},
-        screening::ScreenedReports,
+        screening::{ScreenedReports, velocities_contradicted},
         track::Track,
         turn::{clear, remembered_turn_rate, turn_rate},
     },
@@ -21,7 +21,7 @@ use crate::{
         angle::Course,
         auv::{Auv, Dive},
         evidence::{AuvState, FORECAST_AGE_MAX, Report, SPEED_AT_REST},
-        known_path::{DeclaredPath, KnownPath},
+        known_path::{DeclaredPath, KnownPath, OFFSET_FROM_PATH_MAX},
         previous_plan::RememberedTarget,
         ranges::AUV_SPEED_MAX,
     },
@@ -43,7 +43,9 @@ pub struct Estimate {
     pub inflation: f64,
     /// `true` if the fixes contradict the reported courses and speeds, which are then unused.
     pub velocity_contradicted: bool,
-    /// Fit to its path. `None` without a path or without reports.
+    /// `true` if its state is where its past states cannot have led.
+    pub jumped: bool,
+    /// Fit to its path. `None` without a path, and for a state that does not contradict it.
     pub route: Option<Route>,
     /// Pattern that its track repeats, if it declares no path.
     pub repeats: Option<Repeats>,
@@ -76,15 +78,34 @@ impl Route {
     pub fn is_followed(&self) -> bool {
         0.5 <= self.probability
     }
+
+    /// `true` if a vehicle in `state` does not follow the declared `path` as it stands: it left it,
+    /// sails back or at another speed, or the path lies elsewhere.
+    fn contradicts(&self, state: &AuvState, path: &KnownPath, tuned: &EstimateNumbers) -> bool {
+        let point = path.path.at(path.path.closest(&state.position()));
+        let pace = tuned
+            .path_speed_sigma
+            .hypot(tuned.path_speed_share * path.speed_at(&point));
+        !self.is_followed()
+            || self.fit.sense < 0.0
+            || PACES_MAX * pace < self.fit.faster().abs()
+            || OFFSET_FROM_PATH_MAX < (point.position - state.position()).norm()
+    }
 }
+
+/// Largest difference from the declared speed, in standard deviations of speeds along paths.
+const PACES_MAX: f64 = 3.0;
 
 /// Number of newest reports that test whether a vehicle still repeats its track: older ones made
 /// the path. Misfits of three in a row end the repetition.
 const TELLING: usize = 3;
 
-/// Number of newest states that place a vehicle on what its track repeats: the present state is
+/// Number of newest states that are compared with a path and with each other: the present state is
 /// known, and older ones made the path.
 const TELLING_STATES: usize = 12;
+
+/// The same beside a declared path: a minute, after which a vehicle that came to its path is on it.
+const TELLING_BESIDE_PATH: usize = 6;
 
 /// Estimates AUVs at one moment.
 pub(crate) struct Estimator<'a> {
@@ -158,6 +179,7 @@ impl<'a> Estimator<'a> {
             rejected: Vec::new(),
             inflation: 0.0,
             velocity_contradicted: false,
+            jumped: false,
             route: None,
             repeats: None,
             path: None,
@@ -165,34 +187,57 @@ impl<'a> Estimator<'a> {
             track: Vec::new(),
             states: past_states::kept(past, newest),
         };
-        let Some(before) = before.filter(|_| path.is_none() && !past.is_empty() && !(self.due)()) else {
+        if (self.due)() {
             return alone;
-        };
+        }
         let tuned = self.tuned;
         let states: Vec<_> = past.iter().chain([&newest]).map(as_report).enumerate().collect();
-        let free = Interacting::track(&states, tuned);
-        // States are no fixes: the scatter about their legs is the vehicle's own.
-        let past_track = PastTrack::new(before, &free.used, &self.current, 1.0, tuned);
+        let telling = if path.is_some() {
+            TELLING_BESIDE_PATH
+        } else {
+            TELLING_STATES
+        };
+        let recent = &states[states.len().saturating_sub(telling)..];
+        let free = Interacting::track(recent, tuned);
         let is_elsewhere = free.innovations.last().is_some_and(|newest| !newest.accepted);
-        let repeats = (!is_elsewhere).then(|| past_track.repeats()).flatten();
-        let recent = &states[states.len().saturating_sub(TELLING_STATES)..];
-        let along = self.on_likeliest_path(&[], repeats.as_ref(), recent);
-        let route = along.as_ref().map(|along| Route {
-            probability: probability_of_following(
-                recent,
-                along,
-                &Interacting::track(recent, tuned),
-                (TELLING, tuned.odds_max),
-            ),
+        let alone = Estimate {
+            velocity_contradicted: velocities_contradicted(recent, &free, tuned),
+            jumped: is_elsewhere
+                && past
+                    .last()
+                    .is_some_and(|last| past_states::is_jump(last, &newest)),
+            ..alone
+        };
+        let on = |along: &Track<OnPath<'_>>, telling: (usize, f64)| Route {
+            probability: probability_of_following(recent, along, &free, telling),
             fit: along
                 .filter
                 .fit()
                 .moved_to(&state.position(), along.filter.assumed().known),
             next_turn: along.filter.next_turn().map(|turn| turn.of_any_radius(tuned)),
             current: along.filter.assumed().current,
-        });
+        };
+        if let Some(path) = path {
+            let along = self.on_likeliest_path(std::slice::from_ref(path), None, recent);
+            let route = along.map(|along| on(&along, (usize::MAX, f64::INFINITY)));
+            let is_moving = SPEED_AT_REST <= state.speed_mps;
+            // A state is forecast along the path as declared, if nothing contradicts that.
+            return Estimate {
+                route: route
+                    .filter(|route| is_moving && !is_elsewhere && route.contradicts(&state, path, tuned)),
+                ..alone
+            };
+        }
+        let Some(before) = before.filter(|_| !past.is_empty()) else {
+            return alone;
+        };
+        let used = Interacting::track(&states, tuned).used;
+        // States are no fixes: the scatter about their legs is the vehicle's own.
+        let past_track = PastTrack::new(before, &used, &self.current, 1.0, tuned);
+        let repeats = (!is_elsewhere).then(|| past_track.repeats()).flatten();
+        let along = self.on_likeliest_path(&[], repeats.as_ref(), recent);
         Estimate {
-            route,
+            route: along.map(|along| on(&along, (TELLING, tuned.odds_max))),
             path: repeats.as_ref().map(|repeats| repeats.path.clone()),
             repeats,
             track: past_track.points,
@@ -248,6 +293,7 @@ impl<'a> Estimator<'a> {
                 .collect(),
             inflation,
             velocity_contradicted,
+            jumped: false,
             route,
             repeats,
             path,

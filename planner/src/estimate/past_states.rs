@@ -22,6 +22,9 @@ pub(crate) const PAST_STATES_MAX: usize = 48;
 /// errors, and take time.
 const INTERVAL_MIN: f64 = 10.0;
 
+/// Largest error of the distance between two, in standard deviations.
+const DEVIATIONS_MAX: f64 = 5.0;
+
 /// The `state` of a vehicle at time `now`, s.
 pub(crate) fn past_state(state: &AuvState, now: f64, tuned: &EstimateNumbers) -> PastState {
     let sigma = state.covariance().map_or(tuned.state_sigma, |known| {
@@ -61,6 +64,19 @@ pub(crate) fn kept(past: &[PastState], newest: PastState) -> Vec<PastState> {
     let kept = past.iter().copied().chain(is_apart.then_some(newest));
     kept.skip((past.len() + usize::from(is_apart)).saturating_sub(PAST_STATES_MAX))
         .collect()
+}
+
+/// `true` if a vehicle cannot have come from its `last` state to its `newest` one, even at twice the
+/// speed of either.
+pub(crate) fn is_jump(last: &PastState, newest: &PastState) -> bool {
+    let [from, to] = [last, newest].map(as_report);
+    let speed = [from, to]
+        .iter()
+        .filter_map(Report::ground_track)
+        .map(|track| track.speed)
+        .fold(0.0, f64::max);
+    let explained = 2.0 * speed * (to.t_s - from.t_s) + DEVIATIONS_MAX * from.sigma_m.hypot(to.sigma_m);
+    explained < (to.position() - from.position()).norm()
 }
 
 /// A past state as a report.

@@ -1,8 +1,15 @@
 //! AUVs given as `state`, once a second, with the memory of each answer for the next.
 
+use std::f64::consts::FRAC_PI_2;
+
 use crate::{
-    estimate::{Estimate, past_states::PAST_STATES_MAX},
-    facts::{auv::Auv, evidence::AuvState, known_path::KnownPath, path::curve::Path},
+    estimate::{Estimate, Route, past_states::PAST_STATES_MAX},
+    facts::{
+        auv::Auv,
+        evidence::AuvState,
+        known_path::KnownPath,
+        path::{curve::Path, piece::starboard},
+    },
     tests::prelude::*,
 };
 
@@ -53,4 +60,47 @@ fn a_state_that_goes_back_and_forth_on_lanes_is_expected_to_turn() {
     assert_eq!(found.state, on_lanes(699.0));
     let path = found.path.as_ref().expect("has a route");
     near_to(route.fit.position(path), found.state.position(), 1e-6);
+}
+
+#[test]
+fn a_state_that_contradicts_its_path_is_not_forecast_along_it_as_declared() {
+    let path = lanes();
+    let along = |turned: f64, speed: f64, beside: f64| {
+        let course = path.path.at(0.0).tangent;
+        after(0..40, Some(&path), move |now| {
+            let place = direction(course + turned) * (speed * now + 20.0) + starboard(course) * beside;
+            moving(place.x, place.y, 8.0, course + turned, speed)
+        })
+        .pop()
+        .expect("has seconds")
+        .route
+    };
+    assert_eq!(along(0.0, SPEED, 0.0), None);
+    let followed = |route: Option<Route>| route.expect("contradicts").is_followed();
+    assert!(!followed(along(FRAC_PI_2, SPEED, 0.0)) && !followed(along(0.0, SPEED, -100.0)));
+    // Another speed and an offset by its navigation are learnt, as from reports.
+    near(
+        along(0.0, 3.0, 0.0).expect("is faster").fit.faster(),
+        3.0 - SPEED,
+        0.2,
+    );
+    assert!(followed(along(0.0, SPEED, -20.0)));
+}
+
+#[test]
+fn a_state_that_jumps_or_is_not_where_its_velocity_leads_is_noticed() {
+    let line = |north: f64, speed: f64| moving(north, 0.0, 8.0, 0.0, speed);
+    let found = after(0..200, None, |now| line(SPEED * now, SPEED));
+    assert!(
+        found
+            .iter()
+            .all(|found| !found.jumped && !found.velocity_contradicted)
+    );
+    let jumped = |second: f64| if second < 120.0 { 0.0 } else { 1460.0 };
+    let found = after(0..200, None, |now| line(SPEED * now + jumped(now), SPEED));
+    let seconds: Vec<_> = (0..200).filter(|second| found[*second].jumped).collect();
+    assert_eq!(seconds[0], 120);
+    assert!(seconds.len() <= 20, "{seconds:?}");
+    let found = after(0..120, None, |now| line(SPEED * now, 0.0));
+    assert!(found.last().is_some_and(|found| found.velocity_contradicted));
 }
