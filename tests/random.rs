@@ -534,7 +534,25 @@ impl Draw {
             forecast: Some(models[self.rng.random_range(0..4)]),
             drift: Some(drift),
             track: self.track(asc, t_s),
+            states: self.states(asc, t_s),
         }
+    }
+
+    /// Past states along such a track, or anything.
+    fn states(&mut self, asc: &Asc, t_s: f64) -> Vec<[f64; 6]> {
+        let track = self.track(asc, t_s);
+        let mut state = |[t_s, north, east]: [f64; 3]| {
+            let velocity = [(); 2].map(|()| self.number((-1.0, 1.0), (-1.0e3, 1.0e3)));
+            [
+                t_s,
+                north,
+                east,
+                self.number((0.5, 5.0), (-1.0, 1.0e9)),
+                velocity[0],
+                velocity[1],
+            ]
+        };
+        track.into_iter().map(&mut state).collect()
     }
 
     /// Lanes, as a vehicle sails them, or anything.

@@ -11,6 +11,7 @@ pub(crate) mod kalman;
 pub(crate) mod legs;
 pub(crate) mod motion_model;
 pub(crate) mod on_path;
+pub(crate) mod past_states;
 pub(crate) mod repeats;
 pub(crate) mod rigid_motion;
 mod screening;
@@ -19,6 +20,8 @@ pub(crate) mod turn;
 
 #[cfg(test)]
 mod pace_tests;
+#[cfg(test)]
+mod past_states_tests;
 #[cfg(test)]
 mod screening_tests;
 #[cfg(test)]

@@ -138,6 +138,7 @@ impl<'a> Answer<'a> {
             estimate: at,
             trajectory,
             track,
+            states,
             ..
         } in &mut targets
         {
@@ -145,7 +146,9 @@ impl<'a> Answer<'a> {
             for at in trajectory {
                 (at.north_m, at.east_m, at.lat_deg, at.lon_deg) = self.place(at.north_m, at.east_m);
             }
-            for [_, north, east] in track {
+            let track = track.iter_mut().map(|[_, north, east]| [north, east]);
+            let states = states.iter_mut().map(|[_, north, east, ..]| [north, east]);
+            for [north, east] in track.chain(states) {
                 let place = self.placed(&Vector2::new(*north, *east));
                 (*north, *east) = (place.x, place.y);
             }
@@ -314,15 +317,29 @@ fn about_visits(snapshot: &Snapshot, plan: &Plan) -> Vec<Warning> {
 fn contradicted_claims(snapshot: &Snapshot) -> Vec<Warning> {
     let mut warnings = Vec::new();
     for (i, (auv, estimate)) in snapshot.auvs.iter().zip(snapshot.estimates()).enumerate() {
-        let (id, pointer) = (&auv.id, format!("/auvs/{i}/reports"));
+        let evidence = if auv.state.is_some() { "state" } else { "reports" };
+        let (id, pointer) = (&auv.id, format!("/auvs/{i}/{evidence}"));
         if estimate.velocity_contradicted {
-            let detail = format!(
-                "the fixes of {id} contradict the course and speed that it reports, which are not used; 0 may mean unknown"
-            );
+            let detail = match auv.state {
+                None => format!(
+                    "the fixes of {id} contradict the course and speed that it reports, which are not used; 0 may mean unknown"
+                ),
+                Some(_) => format!(
+                    "the states of {id} are not where their courses and speeds lead, which are used all the same; 0 may mean unknown"
+                ),
+            };
             warnings.push(warning("reported_velocity_contradicted", &pointer, detail));
         }
-        let route = estimate.route.filter(|_| estimate.repeats.is_none());
-        if let Some(route) = route.filter(|route| !route.is_followed()) {
+        if estimate.jumped {
+            let detail = format!(
+                "the state of {id} is where its last states do not lead, and is used: are two vehicles given under its name?"
+            );
+            warnings.push(warning("reports_contradict", &pointer, detail));
+        }
+        if let Some(route) = estimate
+            .route
+            .filter(|route| estimate.repeats.is_none() && !route.is_followed())
+        {
             let detail = format!(
                 "{id} does not follow its path (probability {:.2}): it is forecast from its motion",
                 route.probability

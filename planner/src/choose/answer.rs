@@ -186,6 +186,11 @@ pub struct PlannedTarget {
     /// m, at most 96. The next request needs it in `previous_plan`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub track: Vec<[f64; 3]>,
+    /// Past states of a vehicle given as `state`: time, s, position north and east, m, its standard
+    /// deviation along either axis, m, and velocity over ground north and east, m/s; at most 48, at
+    /// least 10 s apart. The next request needs it in `previous_plan`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub states: Vec<[f64; 6]>,
     /// One point for each of the plan's trajectory.
     pub trajectory: Vec<TargetPoint>,
     /// Depth at the times of the trajectory, m, positive down.
@@ -244,8 +249,8 @@ pub struct TargetEstimate {
     pub position_sigma_m: Option<f64>,
     /// Indices of the unused `reports`, ascending: outliers, reports before a jump, and duplicates.
     pub rejected: Vec<usize>,
-    /// Fit of its reports to its `path`, or to its track's pattern. Absent without either or
-    /// reports.
+    /// Fit of its reports to its `path`, or of these or its past states to its track's pattern.
+    /// Absent without either.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub route: Option<RouteFit>,
     /// Sawtooth in its reported depths. Absent unless it reversed three times at the same depths,
@@ -307,6 +312,7 @@ impl PlannedTarget {
                 forecast: forecast.model.into(),
                 drift: forecast.drift().into(),
                 track: estimate.track.clone(),
+                states: estimate.states.clone(),
                 trajectory: times.iter().map(point).collect(),
                 depths_m: times.iter().map(|time| forecast.depth_at(*time)).collect(),
                 position_sigma_m: times.iter().map(sigma).collect(),
@@ -366,6 +372,7 @@ impl From<&PlannedTarget> for PreviousTarget {
             forecast: Some(target.forecast),
             drift: Some(target.drift),
             track: target.track.clone(),
+            states: target.states.clone(),
         }
     }
 }

@@ -54,6 +54,9 @@ impl PreviousPlan {
             for [_, north, east] in &mut target.track {
                 put(north, east);
             }
+            for [_, north, east, ..] in &mut target.states {
+                put(north, east);
+            }
         }
         for visit in self.schedule.iter_mut().flat_map(|schedule| &mut schedule.visits) {
             put(&mut visit.north_m, &mut visit.east_m);

@@ -11,8 +11,9 @@ use crate::{
         kalman::Kalman,
         legs::{TrackPoint, forgetting_length},
         on_path::{NextTurn, OnPath, PathFit, PathHypothesis},
+        past_states::{self, PastState, as_report, past_state},
         repeats::{LOOSE_SCATTERS, PastTrack, Repeats},
-        screening::ScreenedReports,
+        screening::{ScreenedReports, velocities_contradicted},
         track::{Innovation, Track},
         turn::{clear, remembered_turn_rate, turn_rate},
     },
@@ -20,17 +21,15 @@ use crate::{
         angle::Course,
         auv::{Auv, Dive},
         evidence::{AuvState, FORECAST_AGE_MAX, Report, SPEED_AT_REST},
-        known_path::{DeclaredPath, KnownPath},
+        known_path::{DeclaredPath, KnownPath, OFFSET_FROM_PATH_MAX},
         previous_plan::RememberedTarget,
+        ranges::AUV_SPEED_MAX,
     },
     tuned::EstimateNumbers,
 };
 
 /// Newest reports of a hasty estimate: enough for a velocity, with two outliers.
 const HASTY: usize = 8;
-
-/// Largest estimated speed, m/s: the largest that a snapshot accepts.
-const SPEED_MAX: f64 = 10.0;
 
 /// Estimate of an AUV at its last report.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,7 +43,9 @@ pub struct Estimate {
     pub inflation: f64,
     /// `true` if the fixes contradict the reported courses and speeds, which are then unused.
     pub velocity_contradicted: bool,
-    /// Fit to its path. `None` without a path or without reports.
+    /// `true` if its state is where its past states cannot have led.
+    pub jumped: bool,
+    /// Fit to its path. `None` without a path, and for a state that does not contradict it.
     pub route: Option<Route>,
     /// Pattern that its track repeats, if it declares no path.
     pub repeats: Option<Repeats>,
@@ -57,6 +58,8 @@ pub struct Estimate {
     pub forgets_after: Option<f64>,
     /// Its past track, as the next request needs it.
     pub track: Vec<TrackPoint>,
+    /// Its past states, as the next request needs them; empty if it is reported.
+    pub states: Vec<PastState>,
 }
 
 /// Fit of a vehicle to its path.
@@ -77,11 +80,34 @@ impl Route {
     pub fn is_followed(&self) -> bool {
         0.5 <= self.probability
     }
+
+    /// `true` if a vehicle in `state` does not follow the declared `path` as it stands: it left it,
+    /// sails back or at another speed, or the path lies elsewhere.
+    fn contradicts(&self, state: &AuvState, path: &KnownPath, tuned: &EstimateNumbers) -> bool {
+        let point = path.path.at(path.path.closest(&state.position()));
+        let pace = tuned
+            .path_speed_sigma
+            .hypot(tuned.path_speed_share * path.speed_at(&point));
+        !self.is_followed()
+            || self.fit.sense < 0.0
+            || PACES_MAX * pace < self.fit.faster().abs()
+            || OFFSET_FROM_PATH_MAX < (point.position - state.position()).norm()
+    }
 }
+
+/// Largest difference from the declared speed, in standard deviations of speeds along paths.
+const PACES_MAX: f64 = 3.0;
 
 /// Number of newest reports that test whether a vehicle still repeats its track: older ones made
 /// the path.
 const TELLING: usize = 3;
+
+/// Number of newest states that are compared with a path and with each other: the present state is
+/// known, and older ones made the path.
+const TELLING_STATES: usize = 12;
+
+/// The same beside a declared path: a minute, after which a vehicle that came to its path is on it.
+const TELLING_BESIDE_PATH: usize = 6;
 
 /// Estimates AUVs at one moment.
 pub(crate) struct Estimator<'a> {
@@ -108,45 +134,117 @@ impl Estimate {
 impl<'a> Estimator<'a> {
     /// Estimates `auv`. A state without a rate of turn takes it from the previous plan, given with
     /// the time of its report. Given the track `before`, an AUV without a path or a dive may get
-    /// them from its track and depths.
+    /// them from its track and depths. What one given as a state repeats shows in its past `states`.
     pub(crate) fn estimate(
         &self,
         auv: &Auv,
         path: Option<&KnownPath>,
         previous: Option<(RememberedTarget, f64)>,
-        before: Option<&[TrackPoint]>,
+        (before, states): (Option<&[TrackPoint]>, &[PastState]),
     ) -> Estimate {
-        let Some(state) = &auv.state else {
-            let reports = auv.reports.as_deref().unwrap_or_default();
-            let path = path.filter(|_| !(self.due)());
-            let declared = auv.path.as_ref().filter(|_| path.is_some());
-            let others = declared.map_or_else(Vec::new, DeclaredPath::with_other_turn_radii);
-            // Without a sharp corner, the first of the others is the declared path itself.
-            let own = path.filter(|own| others.first() != Some(own)).cloned();
-            let paths: Vec<_> = others.into_iter().chain(own).collect();
-            let found = self.filtered(reports, &paths, before);
-            return Estimate {
-                dive: found.dive.filter(|_| auv.dive.is_none()),
-                ..found
-            };
-        };
+        let path = path.filter(|_| !(self.due)());
+        if let Some(state) = &auv.state {
+            return self.given(state, path, previous, (before, states));
+        }
+        let reports = auv.reports.as_deref().unwrap_or_default();
+        let declared = auv.path.as_ref().filter(|_| path.is_some());
+        let others = declared.map_or_else(Vec::new, DeclaredPath::with_other_turn_radii);
+        // Without a sharp corner, the first of the others is the declared path itself.
+        let own = path.filter(|own| others.first() != Some(own)).cloned();
+        let paths: Vec<_> = others.into_iter().chain(own).collect();
+        let found = self.filtered(reports, &paths, before);
+        Estimate {
+            dive: found.dive.filter(|_| auv.dive.is_none()),
+            ..found
+        }
+    }
+
+    /// The estimate of an AUV in a given `state`, which is believed for now. What is known of its
+    /// turns and its route comes from its past.
+    fn given(
+        &self,
+        state: &AuvState,
+        path: Option<&KnownPath>,
+        previous: Option<(RememberedTarget, f64)>,
+        (before, states): (Option<&[TrackPoint]>, &[PastState]),
+    ) -> Estimate {
         let mut state = *state;
         // A gyroscope never reads exactly 0, which stands for an omitted rate.
         if let (0.0, Some((earlier, reported))) = (state.turn_rate_radps, previous) {
             let between = self.now - state.age_s - reported;
             state.turn_rate_radps = remembered_turn_rate(&earlier.estimate, &state, between, self.tuned);
         }
-        Estimate {
+        let newest = past_state(&state, self.now, self.tuned);
+        let past = past_states::before(states, newest[0]);
+        let alone = Estimate {
             state,
             rejected: Vec::new(),
             inflation: 0.0,
             velocity_contradicted: false,
+            jumped: false,
             route: None,
             repeats: None,
             path: None,
             dive: None,
             forgets_after: None,
             track: Vec::new(),
+            states: past_states::kept(past, newest),
+        };
+        if (self.due)() {
+            return alone;
+        }
+        let tuned = self.tuned;
+        let states: Vec<_> = past.iter().chain([&newest]).map(as_report).enumerate().collect();
+        let telling = if path.is_some() {
+            TELLING_BESIDE_PATH
+        } else {
+            TELLING_STATES
+        };
+        let recent = &states[states.len().saturating_sub(telling)..];
+        let free = Interacting::track(recent, tuned);
+        let is_elsewhere = free.innovations.last().is_some_and(|newest| !newest.accepted);
+        let alone = Estimate {
+            velocity_contradicted: velocities_contradicted(recent, &free, tuned),
+            jumped: is_elsewhere
+                && past
+                    .last()
+                    .is_some_and(|last| past_states::is_jump(last, &newest)),
+            ..alone
+        };
+        let on = |along: &Track<OnPath<'_>>, telling: usize| Route {
+            probability: probability_of_following(recent, along, &free, telling),
+            fit: along
+                .filter
+                .fit()
+                .moved_to(&state.position(), along.filter.assumed().known),
+            next_turn: along.filter.next_turn().map(|turn| turn.of_any_radius(tuned)),
+            current: along.filter.assumed().current,
+        };
+        if let Some(path) = path {
+            let along = self.on_likeliest_path(std::slice::from_ref(path), None, recent);
+            let route = along.map(|along| on(&along, usize::MAX));
+            let is_moving = SPEED_AT_REST <= state.speed_mps;
+            // A state is forecast along the path as declared, if nothing contradicts that.
+            return Estimate {
+                route: route
+                    .filter(|route| is_moving && !is_elsewhere && route.contradicts(&state, path, tuned)),
+                ..alone
+            };
+        }
+        let Some(before) = before.filter(|_| !past.is_empty()) else {
+            return alone;
+        };
+        let used = Interacting::track(&states, tuned).used;
+        // States are no fixes: the scatter about their legs is the vehicle's own.
+        let past_track = PastTrack::new(before, &used, &self.current, 1.0, tuned);
+        let repeats = (!is_elsewhere).then(|| past_track.repeats()).flatten();
+        let along = self.on_likeliest_path(&[], repeats.as_ref(), recent);
+        Estimate {
+            route: along.map(|along| on(&along, TELLING)),
+            path: repeats.as_ref().map(|repeats| repeats.path.clone()),
+            repeats,
+            track: past_track.points,
+            ..alone
         }
     }
 
@@ -200,11 +298,13 @@ impl<'a> Estimator<'a> {
                 .collect(),
             inflation,
             velocity_contradicted,
+            jumped: false,
             route,
             repeats,
             path,
             forgets_after: Some(forgetting_length(&exact.points, tuned)),
             track: exact.points,
+            states: Vec::new(),
         }
     }
 
@@ -218,7 +318,7 @@ impl<'a> Estimator<'a> {
         // Without any reported depth the vehicle is at the surface.
         let depth = newest_first().find_map(|report| report.depth_m).unwrap_or(0.0);
         let velocity = filtered.velocity();
-        let (course, speed) = (Course::of(&velocity), velocity.norm().min(SPEED_MAX));
+        let (course, speed) = (Course::of(&velocity), velocity.norm().min(AUV_SPEED_MAX));
         AuvState {
             turn_rate_radps: turning
                 .filter(|(time, _)| now - time <= tuned.turn_rate_age_max)

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector2;
 
-use crate::{facts::evidence::Report, tuned::EstimateNumbers};
+use crate::{estimate::rigid_motion::number, facts::evidence::Report, tuned::EstimateNumbers};
 
 /// A point of a track: time, s, position north and east, m.
 pub(crate) type TrackPoint = [f64; 3];
@@ -123,6 +123,63 @@ pub(crate) fn forgetting_length(track: &[TrackPoint], tuned: &EstimateNumbers) -
     (tuned.forgets_after + way) / (1.0 + turns)
 }
 
+/// A vehicle's past track as a stationary process: it turns now and then, about a centre.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct PastWork {
+    /// Mean time between its turns, s.
+    pub(crate) between_turns: f64,
+    /// Time in which it returns to its centre (north, east), m, if it works in an area.
+    pub(crate) area: Option<(Vector2<f64>, f64)>,
+}
+
+/// Largest distance from the centre of an area inside of it, in standard deviations of a track.
+const DEVIATIONS_INSIDE: f64 = 3.0;
+
+/// Least number of returns to the centre of a track in an area.
+const RETURNS_MIN: f64 = 3.0;
+
+impl PastWork {
+    /// The work along a `track` with turns of a vehicle that is `here` now.
+    ///
+    /// ```text
+    /// T = max(τ, σ² / (v² τ))          D = v² τ diffuses a track of variance σ² = D T
+    /// ```
+    /// with the mean square velocity v² and the time τ between turns.
+    pub(crate) fn of(track: &[TrackPoint], here: &Vector2<f64>) -> Option<Self> {
+        let pairs = || {
+            track
+                .windows(2)
+                .map(|pair| (pair[1][0] - pair[0][0], place(&pair[0]), place(&pair[1])))
+        };
+        let steps: Vec<_> = pairs()
+            .map(|(_, from, to)| to - from)
+            .filter(|step| 0.0 < step.norm())
+            .collect();
+        let turned = |pair: &&[Vector2<f64>]| TURN < pair[0].angle(&pair[1]);
+        let turns = steps.windows(2).filter(turned).count();
+        let time = track.last()?[0] - track.first()?[0];
+        let between_turns = (0 < turns && 0.0 < time).then(|| time / number(turns))?;
+        let mean = |of: &dyn Fn(f64, Vector2<f64>, Vector2<f64>) -> f64| {
+            pairs().map(|(time, from, to)| of(time, from, to)).sum::<f64>() / time
+        };
+        let centre = pairs()
+            .map(|(time, from, to)| (from + to) * (0.5 * time))
+            .sum::<Vector2<f64>>()
+            / time;
+        let variance = mean(&|time, from, to| {
+            let (from, to) = (from - centre, to - centre);
+            time * (from.norm_squared() + from.dot(&to) + to.norm_squared()) / 3.0
+        });
+        let square_speed = mean(&|time, from, to| (to - from).norm_squared() / time.max(f64::MIN_POSITIVE));
+        let returns_in = (variance / (square_speed * between_turns)).max(between_turns);
+        let is_inside = (here - centre).norm_squared() <= DEVIATIONS_INSIDE.powi(2) * variance;
+        Some(Self {
+            between_turns,
+            area: (is_inside && RETURNS_MIN * returns_in <= time).then_some((centre, returns_in)),
+        })
+    }
+}
+
 /// The fewest of `points` within `tolerance`, m, of all (Ramer, Douglas and Peucker).
 pub(crate) fn simplified(points: &[TrackPoint], tolerance: f64) -> Vec<TrackPoint> {
     let Some(last) = points.len().checked_sub(1) else {
@@ -166,8 +223,21 @@ mod tests {
         track
     }
 
+    /// Four lanes of 100 m, 20 m apart: six right angles on 460 m. A bad fix bends the first by 10°.
+    const LANES: &[[f64; 2]] = &[
+        [0.0, 0.0],
+        [50.0, 4.0],
+        [100.0, 0.0],
+        [100.0, 20.0],
+        [0.0, 20.0],
+        [0.0, 40.0],
+        [100.0, 40.0],
+        [100.0, 60.0],
+        [0.0, 60.0],
+    ];
+
     #[test]
-    fn a_vehicle_forgets_its_course_by_how_much_it_turned() {
+    fn sharp_bends_alone_are_turns() {
         let usual = EstimateNumbers::DEFAULT.forgets_after;
         let length =
             |places: &[[f64; 2]]| forgetting_length(&track_through(places), &EstimateNumbers::DEFAULT);
@@ -175,18 +245,12 @@ mod tests {
         // Bad fixes bend a transit by 10°.
         let transit = length(&[[0.0, 0.0], [250.0, 22.0], [500.0, 0.0]]);
         assert!((transit - 500.0 - usual).abs() < 3.0, "{transit}");
-        // Four lanes of 100 m, 20 m apart: six right angles on 460 m.
-        let lanes = length(&[
-            [0.0, 0.0],
-            [50.0, 4.0],
-            [100.0, 0.0],
-            [100.0, 20.0],
-            [0.0, 20.0],
-            [0.0, 40.0],
-            [100.0, 40.0],
-            [100.0, 60.0],
-            [0.0, 60.0],
-        ]);
+        let lanes = length(LANES);
         assert!((lanes - (460.0 + usual) / 7.0).abs() < 1.0, "{lanes}");
+        let work = |track: &[TrackPoint]| PastWork::of(track, &Vector2::zeros());
+        let lanes = track_through(LANES);
+        let between = work(&lanes).expect("turns six times").between_turns;
+        assert!((between - 920.0 / 6.0).abs() < 1.0, "{between}");
+        assert_eq!([work(&lanes[..3]), work(&lanes[..1]), work(&[])], [None; 3]);
     }
 }

@@ -239,6 +239,20 @@ impl PathFit {
         point.position + self.offset() + starboard(point.tangent) * self.error()
     }
 
+    /// The fit of the same vehicle known to be at `position` (north, east), m. The path moves there:
+    /// how much of the distance is its tracking error is unknown.
+    #[must_use]
+    pub(crate) fn moved_to(mut self, position: &Vector2<f64>, known: &KnownPath) -> Self {
+        let tangent = known.path.at(self.state.x).tangent;
+        let off = position - self.position(known);
+        self.state.x += off.dot(&direction(tangent));
+        let across = starboard(tangent);
+        let beside = across * (off.dot(&across) + self.state[ERROR]);
+        self.state[ERROR] = 0.0;
+        (self.state.z, self.state.w) = (self.state.z + beside.x, self.state.w + beside.y);
+        self
+    }
+
     /// Rate of the place γ, m/s.
     fn rate(&self, assumed: &PathHypothesis<'_>) -> f64 {
         let (tangent, leg) = assumed.known.path.tangent_at(self.state.x);

@@ -145,6 +145,19 @@ fn with_inflation(reports: &[(usize, Report)], inflation: f64) -> Vec<(usize, Re
     reports.iter().map(inflated).collect()
 }
 
+/// `true` if the positions of `reports` contradict the velocities in the track `with` them.
+pub(crate) fn velocities_contradicted(
+    reports: &[(usize, Report)],
+    with: &Track<Interacting>,
+    tuned: &EstimateNumbers,
+) -> bool {
+    let positions: Vec<_> = reports
+        .iter()
+        .map(|(number, report)| (*number, report.with_ground_track(None)))
+        .collect();
+    contradicts(&Interacting::track(&positions, tuned), with, tuned)
+}
+
 /// `true` if recent fixes are much likelier on the track `without` velocities.
 fn contradicts(without: &Track<Interacting>, with: &Track<Interacting>, tuned: &EstimateNumbers) -> bool {
     let mut sum: f64 = 0.0;

@@ -12,6 +12,7 @@ use crate::{
         kalman::Kalman,
         legs::TrackPoint,
         on_path::{PathHypothesis, Spread},
+        past_states::PastState,
     },
     facts::{
         known_path::speed_along,
@@ -39,7 +40,23 @@ impl Estimate {
             tuned: TUNED,
             due,
         };
-        estimator.estimate(auv, path, previous, before)
+        estimator.estimate(auv, path, previous, (before, &[]))
+    }
+
+    /// The estimate in still water, with the track and the past states of an earlier one.
+    pub(crate) fn remembering(
+        auv: &Auv,
+        path: Option<&KnownPath>,
+        now: f64,
+        (track, states): (&[TrackPoint], &[PastState]),
+    ) -> Self {
+        let estimator = Estimator {
+            now,
+            current: Vector2::zeros(),
+            tuned: TUNED,
+            due: &|| false,
+        };
+        estimator.estimate(auv, path, None, (Some(track), states))
     }
 }
 

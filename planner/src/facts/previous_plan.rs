@@ -104,6 +104,11 @@ pub struct PreviousTarget {
     /// 96 count. Without it, repeats are searched in the reports alone.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub track: Vec<[f64; 3]>,
+    /// Its past states, if it is given as `state`, in order of time: time, s, position north and east
+    /// of the datum, m, its standard deviation along either axis, m, and velocity over ground north
+    /// and east, m/s. The newest 48 count. Without it, a state is all that is known of the vehicle.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub states: Vec<[f64; 6]>,
 }
 
 impl PreviousTarget {

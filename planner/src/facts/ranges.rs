@@ -66,14 +66,17 @@ pub type MapNumber<'a, N, M> = &'a mut dyn FnMut(&str, &RangeInclusive<f64>, Opt
 const COORDINATE: RangeInclusive<f64> = -COORDINATE_MAX..=COORDINATE_MAX;
 const DEPTH: RangeInclusive<f64> = -10.0..=DEPTH_MAX;
 const TURN_RATE: RangeInclusive<f64> = -1.0..=1.0;
-const AUV_SPEED: RangeInclusive<f64> = 0.0..=10.0;
+const AUV_SPEED: RangeInclusive<f64> = 0.0..=AUV_SPEED_MAX;
 const CURRENT_SPEED: RangeInclusive<f64> = -CURRENT_MAX..=CURRENT_MAX;
+
+/// Largest speed of an AUV, m/s.
+pub(crate) const AUV_SPEED_MAX: f64 = 10.0;
 
 /// Largest depth, m: the oceans' deepest.
 const DEPTH_MAX: f64 = 12_000.0;
 
 /// Coordinates in an earlier answer, m; forecasts and filters may leave the accepted area.
-const FORESEEN: RangeInclusive<f64> = -2.0 * COORDINATE_MAX..=2.0 * COORDINATE_MAX;
+pub(crate) const FORESEEN: RangeInclusive<f64> = -2.0 * COORDINATE_MAX..=2.0 * COORDINATE_MAX;
 
 /// An angle, rad; more than a turn is a mistake, such as degrees.
 pub const ANGLE: RangeInclusive<f64> = -TAU..=TAU;

@@ -179,6 +179,11 @@ impl AuvForecast {
         }
     }
 
+    /// `true` if its course is forgotten, so that its motion is a mean over turns.
+    pub(crate) fn forgets(&self) -> bool {
+        matches!(&self.propagation, Propagation::Turning(turning) if 0.0 < turning.forgetting)
+    }
+
     /// Expected depth `ahead` seconds after the snapshot, m, positive down: along its sawtooth if
     /// known and the vehicle moves (the mean of both directions if that is unknown), else along the
     /// legs of its path, else constant.

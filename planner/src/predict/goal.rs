@@ -298,8 +298,9 @@ pub(crate) fn forecast_all(snapshot: &Snapshot) -> Vec<AuvForecast> {
             tuned: &snapshot.tuned().forecast,
         };
         match (&auv.state, snapshot.remembered(&auv.id)) {
-            // A client with a covariance has a filter, whose velocity matches its positions.
-            (Some(AuvState { covariance: None, .. }), Some((earlier, reported))) => {
+            // A client with a covariance has a filter, whose velocity matches its positions. A fit
+            // includes what it does not explain.
+            (Some(AuvState { covariance: None, .. }), Some((earlier, reported))) if intent.fit.is_none() => {
                 let between = snapshot.t_s - state.age_s - reported;
                 AuvForecast::after(&earlier, between, state, (intent, snapshot.forecast, &current))
             }

@@ -18,6 +18,7 @@ use crate::{
         asc::{AscNow, Limits},
         auv::Auv,
         bounds::clockwise,
+        goal::Goal,
         known_path::KnownPath,
         reference::Reference,
     },
@@ -97,8 +98,11 @@ impl Snapshot {
             due,
         };
         let estimate = |(auv, path): (&Auv, &Option<KnownPath>)| {
-            let remembered = request.remembered(&auv.id);
-            estimator.estimate(auv, path.as_ref(), remembered, request.remembered_track(&auv.id))
+            let (track, states) = request.remembered_track(&auv.id);
+            // A state shows a turn sooner and better than a pattern foretells it. Only visits look
+            // farther ahead: an Otter behind exact states of 0.9 m/s was 0.088 m off instead of 0.085.
+            let track = track.filter(|_| auv.state.is_none() || matches!(request.goal.goal, Goal::Visit(_)));
+            estimator.estimate(auv, path.as_ref(), request.remembered(&auv.id), (track, states))
         };
         let estimates = request.auvs.iter().zip(&paths).map(estimate).collect();
         let observation = CraftObservation {

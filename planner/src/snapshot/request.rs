@@ -10,7 +10,7 @@ use crate::{
         description::{CraftDescription, HeadingLoop, SurgeLoop},
         learn_by_ekf::{CraftObservation, PastReference},
     },
-    estimate::legs::TrackPoint,
+    estimate::{legs::TrackPoint, past_states::PastState},
     facts::{
         asc::{Asc, DeclaredLimits, Limits},
         auv::{Auv, VehicleId},
@@ -266,17 +266,18 @@ impl PlanRequest {
         young.then_some((target, then - target.estimate.age_s))
     }
 
-    /// Past track of the AUV `id` in the previous plan; none if tracks are not used.
-    pub(crate) fn remembered_track(&self, id: &VehicleId) -> Option<&[TrackPoint]> {
+    /// Past track of the AUV `id` in the previous plan, none if tracks are not used, and past states.
+    pub(crate) fn remembered_track(&self, id: &VehicleId) -> (Option<&[TrackPoint]>, &[PastState]) {
         let previous = self.previous_plan.as_ref();
         let mut targets = previous
             .and_then(|plan| plan.targets.as_deref())
             .into_iter()
             .flatten();
-        let track = targets
-            .find(|target| target.id == *id)
-            .map(|target| target.track.as_slice());
-        (self.forecast == Forecast::Auto).then_some(track.unwrap_or_default())
+        let target = targets.find(|target| target.id == *id);
+        let (track, states) = target.map_or_else(Default::default, |target| {
+            (target.track.as_slice(), target.states.as_slice())
+        });
+        ((self.forecast == Forecast::Auto).then_some(track), states)
     }
 
     /// The AUV `id`.

@@ -61,6 +61,9 @@ numbers! {
         /// Largest distance of two simultaneous fixes that are one message over two links, m.
         repeated_within = 0.1,
 
+        /// Standard deviation of the position of a state without a covariance, m: of an acoustic fix.
+        state_sigma = 1.5,
+
         /// Largest age of a telemetered rate of turn, s: six of the ten-second slots in which an
         /// acoustic network usually hears of a vehicle, a third of a lawn-mower's turn. With 30 s,
         /// the forecast a minute ahead is 12 % farther off; with more, a vehicle that falls silent

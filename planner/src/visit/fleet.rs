@@ -3,6 +3,7 @@
 use nalgebra::Vector2;
 
 use crate::{
+    estimate::legs::PastWork,
     facts::{
         angle::ned_from_body,
         visit::{Reduce, VisitCost, Visits},
@@ -125,9 +126,17 @@ impl Fleet {
         let tour = tour(&places, &craft, visits.dwell_min());
         let horizon = (parameters.horizon_tours * tour).clamp(parameters.horizon_min, parameters.horizon_max);
         let candidate = |member: &ScheduledAuv| {
-            let track = SampledTrack::new(&forecasts[member.auv], horizon, &craft.current, frame, |time| {
-                depths[member.auv].at(time)
-            });
+            let track = SampledTrack::new(
+                &forecasts[member.auv],
+                PastWork::of(
+                    &snapshot.estimates()[member.auv].track,
+                    &forecasts[member.auv].at(0.0).position,
+                ),
+                horizon,
+                &craft.current,
+                frame,
+                |time| depths[member.auv].at(time),
+            );
             Candidate {
                 auv: member.auv,
                 share: member.weight,

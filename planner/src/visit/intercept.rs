@@ -3,8 +3,11 @@
 use nalgebra::Vector2;
 
 use crate::{
-    estimate::rigid_motion::number,
-    facts::angle::{angle_of, wrap},
+    estimate::{legs::PastWork, rigid_motion::number},
+    facts::{
+        angle::{angle_of, wrap},
+        options::ForecastModel,
+    },
     predict::{forecast::AuvForecast, motion::Motion},
 };
 
@@ -27,9 +30,15 @@ pub(crate) struct SampledTrack {
 
 impl SampledTrack {
     /// The forecast of an AUV until `horizon`, s, in the craft's `frame`, in a `current` of that
-    /// frame, m/s, at its `depth`, m.
+    /// frame, m/s, at its `depth`, m. Without a path, its `past` work predicts turns into random
+    /// directions, and that it stays in its area.
+    ///
+    /// ```text
+    /// p(t) = p̄(t) + (1 − e^(−t/T)) (c − p̄(t))      p̄(t) = p + v τ (1 − e^(−t/τ))
+    /// ```
     pub(crate) fn new(
         forecast: &AuvForecast,
+        past: Option<PastWork>,
         horizon: f64,
         current: &Vector2<f64>,
         frame: impl Fn(&Motion) -> Vector2<f64>,
@@ -37,7 +46,27 @@ impl SampledTrack {
     ) -> Self {
         let step = horizon / number(SAMPLES);
         let times = || (0..=SAMPLES).map(|i| number(i) * step);
-        let positions: Vec<_> = times().map(|time| frame(&forecast.at(time))).collect();
+        // A velocity with the decay rate 1/τ displaces the AUV by v τ (1 − e^(−t/τ)) on average.
+        let foreseen = |time: f64| match past {
+            Some(PastWork {
+                between_turns: tau,
+                area,
+            }) if 0.0 < time && forecast.model != ForecastModel::Path => {
+                let (here, straight) = (forecast.at(0.0), forecast.at(time));
+                let left = if forecast.forgets() {
+                    1.0
+                } else {
+                    tau / time * -(-time / tau).exp_m1()
+                };
+                let mut position = here.position + (straight.position - here.position) * left;
+                if let Some((centre, returns_in)) = area {
+                    position += (centre - position) * -(-time / returns_in).exp_m1();
+                }
+                frame(&Motion { position, ..straight })
+            }
+            _ => frame(&forecast.at(time)),
+        };
+        let positions: Vec<_> = times().map(foreseen).collect();
         let velocities = positions.windows(2).map(|pair| (pair[1] - pair[0]) / step);
         let fastest = velocities.map(|velocity| (velocity - current).norm());
         Self {
@@ -246,9 +275,9 @@ mod tests {
         AuvForecast::new(&state, Intent::default(), Forecast::ConstantTurn, &STILL)
     }
 
-    fn track(auv: &AuvForecast, current: &Vector2<f64>) -> SampledTrack {
+    fn track(auv: &AuvForecast, past: Option<PastWork>, current: &Vector2<f64>) -> SampledTrack {
         let position = |motion: &Motion| motion.position;
-        SampledTrack::new(auv, HORIZON, current, position, |_| 8.0)
+        SampledTrack::new(auv, past, HORIZON, current, position, |_| 8.0)
     }
 
     /// Time at which a craft in still water is near enough after its turn.
@@ -362,5 +391,47 @@ mod tests {
                 "{outside} m outside: {late} s"
             );
         }
+    }
+
+    #[test]
+    fn the_forecast_of_an_auv_that_turns_is_the_mean_of_random_turns() {
+        let auv = forecast(0.0, 0.0, 0.0, 0.5, 0.0);
+        let past = PastWork {
+            between_turns: 120.0,
+            area: None,
+        };
+        let [straight, turning] = [None, Some(past)].map(|past| track(&auv, past, &STILL));
+        for until in [10, 120, 1700] {
+            // Mean of tracks whose legs end at random, each second with a probability of 1/120.
+            let each = (0..until).map(|t| 0.5 * (1.0_f64 - 1.0 / 120.0).powf(f64::from(t)));
+            let place = turning.at(f64::from(until));
+            near(place.x, each.sum(), 0.5);
+            near(place.y, 0.0, 1e-9);
+        }
+        near(straight.at(1700.0).x, 850.0, 1e-6);
+    }
+
+    #[test]
+    fn an_auv_that_works_in_an_area_is_expected_in_its_middle() {
+        // Eight legs of 200 m at 0.5 m/s, back and forth.
+        let corner = |k: u32| [400.0 * f64::from(k), 200.0 * f64::from(k % 2), 0.0];
+        let past = PastWork::of(&(0..9).map(corner).collect::<Vec<_>>(), &STILL);
+        let auv = forecast(150.0, 0.0, 0.0, 0.5, 0.0);
+        let (here, later) = (
+            track(&auv, past, &STILL).at(0.0),
+            track(&auv, past, &STILL).at(1800.0),
+        );
+        near(here.x, 150.0, 1e-9);
+        near(later.x, 100.0, 10.0);
+        // On a long way with bends it is not.
+        let corner = |k: u32| {
+            [
+                400.0 * f64::from(k),
+                150.0 * f64::from(k),
+                100.0 * f64::from(k % 2),
+            ]
+        };
+        let past = PastWork::of(&(0..9).map(corner).collect::<Vec<_>>(), &STILL);
+        assert!(past.is_some_and(|past| past.area.is_none()));
     }
 }

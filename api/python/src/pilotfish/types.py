@@ -366,7 +366,8 @@ class Estimate(TypedDict):
     position_sigma_m: NotRequired[float | None]
     # Indices of the unused `reports`, ascending: outliers, reports before a jump, and duplicates.
     rejected: list[int]
-    # Fit of its reports to its `path`, or to its track's pattern. Absent without either or reports.
+    # Fit of its reports to its `path`, or of these or its past states to its track's pattern. Absent without
+    # either.
     route: NotRequired[Route | None]
     # Rate of turn of the course at the start of the forecast, rad/s, positive clockwise.
     turn_rate_radps: float
@@ -1091,6 +1092,10 @@ class PlannedTarget(TypedDict):
     id: str
     # Root-mean-square horizontal distance from the trajectory at these times, m.
     position_sigma_m: list[float]
+    # Past states of a vehicle given as `state`: time, s, position north and east, m, its standard deviation along
+    # either axis, m, and velocity over ground north and east, m/s; at most 48, at least 10 s apart. The next
+    # request needs it in `previous_plan`.
+    states: NotRequired[list[list[float]]]
     # Past track of a vehicle without a `path`: corners as time, s, and position north and east, m, at most 96. The
     # next request needs it in `previous_plan`.
     track: NotRequired[list[list[float]]]
@@ -1285,6 +1290,10 @@ class PreviousTarget(TypedDict):
     forecast: NotRequired[Forecast | None]
     # The vehicle.
     id: str
+    # Its past states, if it is given as `state`, in order of time: time, s, position north and east of the datum,
+    # m, its standard deviation along either axis, m, and velocity over ground north and east, m/s. The newest 48
+    # count. Without it, a state is all that is known of the vehicle.
+    states: NotRequired[list[list[float]]]
     # Corners of its track, in order: time, s, position north and east of the datum, m. The newest 96 count. Without
     # it, repeats are searched in the reports alone.
     track: NotRequired[list[list[float]]]
