@@ -5,17 +5,21 @@
 //! Σᵢ (nᵢ τᵢ + Tᵢ) ≤ R
 //! ```
 //! with the growth without service gᵢ, the floor fᵢ = min(cᵢ(0), the least cost after service), the
-//! number nᵢ and the total length Tᵢ of AUV i's periods of service, and the least time τᵢ from any
-//! other AUV to it. This relaxes every schedule:
+//! number nᵢ and the total length Tᵢ of AUV i's periods of service, and its share τᵢ of the times
+//! between them. This relaxes every schedule:
 //!
 //! - Costs rise at gᵢ while not served, and service reduces them at best to fᵢ.
 //! - The AUVs that share the craft's time (`sharing`) are always more than 2 `within` apart, so no
 //!   two are served at the same time. Adjacent periods of the same AUV count as one, which costs no
 //!   more. Between a period of j at t and the next of i at t + Δ the craft travels through the
 //!   water at least ‖pᵢ − pⱼ‖ − 2 `within` at the speed u, while AUV i approaches at vᵢ at most
-//!   (seen from t) or AUV j departs at vⱼ at most (seen from t + Δ): Δ ≥ (min ‖pᵢ − pⱼ‖ − 2
-//!   `within`) / (u + min(vᵢ, vⱼ)). All periods but the first follow such a Δ, and the first begins
-//!   no earlier than the arrival rᵢ: R = H + max(0, τᵢ − rᵢ), the largest of all i.
+//!   (seen from t) or AUV j departs at vⱼ at most (seen from t + Δ): Δ ≥ dᵢⱼ = (min ‖pᵢ − pⱼ‖ − 2
+//!   `within`) / (u + min(vᵢ, vⱼ)).
+//! - For any ψ ≥ 0 and τᵢ = minⱼ (ψⱼ + dᵢⱼ) − ψᵢ, dᵢⱼ ≥ τᵢ + ψᵢ − ψⱼ. All periods but the first
+//!   follow a Δ, and the first begins no earlier than the arrival rᵢ. In the sum over a schedule all
+//!   other ψ cancel: R = H + max(0, τᵢ + ψᵢ − rᵢ), the largest of all i. With ψ = 0, τᵢ⁰ is the least
+//!   time from any other AUV. With ψᵢ = max τ⁰ − τᵢ⁰, τᵢ = τᵢ⁰ + minⱼ (dᵢⱼ − τⱼ⁰): a distant AUV
+//!   takes the way back, too. The better of the two counts.
 //!
 //! For every price μ ≥ 0 of the craft's time (weak duality)
 //! ```text
@@ -47,6 +51,7 @@ const PERIODS_MAX: u32 = 1 << 14;
 const HALVINGS: usize = 40;
 
 /// An AUV in the relaxation.
+#[derive(Clone)]
 struct Relaxed {
     /// fᵢ in units of the cost, and gᵢ in those per s.
     floor: f64,
@@ -65,8 +70,12 @@ struct Relaxed {
 }
 
 /// The relaxed problem.
+#[derive(Clone)]
 struct Relaxation {
     auvs: Vec<Relaxed>,
+    /// Those that share the craft's time, and dᵢⱼ by i and j, s.
+    sharing: Vec<usize>,
+    between: Vec<Vec<f64>>,
     horizon: f64,
     afterwards: f64,
     /// R, s.
@@ -76,15 +85,18 @@ struct Relaxation {
 impl Fleet {
     /// A lower bound on [`Fleet::cost`] of any schedule.
     pub(crate) fn least_cost(&self) -> f64 {
-        let relaxation = Relaxation::of(self);
-        let mean = relaxation.mean();
-        match self.reduce {
-            Reduce::Mean => self.bound(&self.start()).max(mean),
-            Reduce::Max => {
-                let alone = self.bound(&self.start());
-                alone.max(self.reduced_by(relaxation.largest(), mean))
-            }
-        }
+        let there = Relaxation::of(self);
+        let travels: Vec<_> = there.auvs.iter().filter_map(|auv| auv.travel).collect();
+        let longest = travels.iter().copied().fold(0.0, f64::max);
+        let potentials: Vec<_> = travels.iter().map(|travel| longest - travel).collect();
+        let back = there.clone().with(&potentials);
+        let best = |bound: fn(&Relaxation) -> f64| bound(&there).max(bound(&back));
+        let mean = best(Relaxation::mean);
+        let shared = match self.reduce {
+            Reduce::Mean => mean,
+            Reduce::Max => self.reduced_by(best(Relaxation::largest), mean),
+        };
+        self.bound(&self.start()).max(shared)
     }
 }
 
@@ -97,22 +109,19 @@ impl Relaxation {
             ..fleet.craft
         };
         let from = fleet.departure(&fleet.start());
-        let sharing = sharing(fleet, &craft);
-        let auv = |(place, candidate): (usize, &Candidate)| {
+        let n = fleet.candidates.len();
+        let from_one = |a| (0..n).map(|b| travel(fleet, &craft, a, b)).collect();
+        let between: Vec<Vec<f64>> = (0..n).map(from_one).collect();
+        let growth = fleet.law.unserved(0.0, 1.0).cost;
+        let sharing = sharing(&between);
+        let auv = |candidate: &Candidate| {
             let reach = craft.reach(&candidate.track, &from, fleet.within, fleet.horizon);
             let reach = reach.unwrap_or(fleet.horizon);
-            let (growth, floor) = (
-                fleet.law.unserved(0.0, 1.0).cost,
-                candidate.cost.min(fleet.law.steady(candidate.shallowest)),
-            );
+            let floor = candidate.cost.min(fleet.law.steady(candidate.shallowest));
             let before = fleet.law.unserved(candidate.cost, reach);
             let after = fleet
                 .law
                 .served(before.cost, fleet.horizon - reach, candidate.shallowest);
-            let others = sharing.iter().filter(|other| **other != place);
-            let travel = others
-                .map(|other| travel(fleet, &craft, place, *other))
-                .fold(f64::INFINITY, f64::min);
             let last = if reach < fleet.horizon {
                 after.cost
             } else {
@@ -129,20 +138,34 @@ impl Relaxation {
                     0.0
                 },
                 reach,
-                travel: (sharing.contains(&place) && travel.is_finite() && growth > 0.0).then_some(travel),
+                travel: None,
                 alone: before.integral + after.integral + fleet.afterwards * last,
             }
         };
-        let auvs: Vec<_> = fleet.candidates.iter().enumerate().map(auv).collect();
-        let first = auvs
-            .iter()
-            .map(|auv| auv.travel.map_or(0.0, |travel| travel - auv.reach));
-        Self {
-            time: fleet.horizon + first.fold(0.0, f64::max),
-            auvs,
+        let shared = 1 < sharing.len() && growth > 0.0;
+        let relaxation = Self {
+            auvs: fleet.candidates.iter().map(auv).collect(),
+            sharing: if shared { sharing } else { Vec::new() },
+            between,
             horizon: fleet.horizon,
             afterwards: fleet.afterwards,
+            time: fleet.horizon,
+        };
+        relaxation.with(&vec![0.0; n])
+    }
+
+    /// With the τ and R of these ψ of `sharing`.
+    fn with(mut self, potentials: &[f64]) -> Self {
+        self.time = self.horizon;
+        let sharing = || self.sharing.iter().zip(potentials);
+        for (to, own) in sharing() {
+            let others = sharing().filter(|(other, _)| *other != to);
+            let ways = others.map(|(other, psi)| psi + self.between[*to][*other] - own);
+            let travel = ways.fold(f64::INFINITY, f64::min);
+            self.time = self.time.max(self.horizon + travel + own - self.auvs[*to].reach);
+            self.auvs[*to].travel = Some(travel);
         }
+        self
     }
 
     /// Bound of the mean cost at the best price.
@@ -265,13 +288,10 @@ impl Relaxation {
 }
 
 /// Candidates that are always far from each other; the first ones of those that are not.
-fn sharing(fleet: &Fleet, craft: &Craft) -> Vec<usize> {
+fn sharing(between: &[Vec<f64>]) -> Vec<usize> {
     let mut sharing: Vec<usize> = Vec::new();
-    for place in 0..fleet.candidates.len() {
-        if sharing
-            .iter()
-            .all(|other| TRAVEL_MIN <= travel(fleet, craft, place, *other))
-        {
+    for (place, from) in between.iter().enumerate() {
+        if sharing.iter().all(|other| TRAVEL_MIN <= from[*other]) {
             sharing.push(place);
         }
     }

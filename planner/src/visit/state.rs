@@ -37,7 +37,7 @@ pub(crate) struct CostState {
     /// Largest weighted cost so far, relative to the mean weight.
     peak: f64,
     /// Candidates with a pending deadline.
-    pending: u32,
+    pub(crate) pending: u32,
     /// Candidates served after their deadline, and the total delay, s.
     missed: u32,
     late: f64,
