@@ -262,6 +262,30 @@ fn a_goal_with_a_stale_report_is_held_by_the_client_s_choice() {
 }
 
 #[test]
+fn the_heading_offset_of_a_craft_is_taken_from_its_command() {
+    let mut stale = followed(1.0);
+    let mut craft = plan_with_status(&snapshot(stale.clone()), SolverStatus::Solved).craft;
+    craft.heading.z = 0.1;
+    let (speed, heading) = (stale.asc.speed_mps, stale.asc.heading());
+    let previous = stale.previous_plan.as_mut().expect("it has one");
+    previous.reference = Some(Reference { speed, heading }.into());
+    previous.craft_estimate = Some(PreviousCraft {
+        asked_speed_mps: speed,
+        asked_heading_rad: heading.radians(),
+        memory: craft.memory().to_vec(),
+    });
+    state(&mut stale, 0).age_s = 901.0;
+    stale.hold = Hold::Stop;
+    let snapshot = snapshot(stale);
+    let offset = snapshot.craft_model().heading_offset;
+    assert!(0.02 < offset, "{offset}");
+    let answer = plan_with_status(&snapshot, SolverStatus::Solved);
+    assert_eq!(how(&answer), (Method::Hold, Some(Degraded::StaleReport)));
+    let command = answer.reference.heading.radians();
+    assert!(wrap(command - (heading.radians() - offset)).abs() < 1e-9);
+}
+
+#[test]
 fn a_stale_report_of_an_auv_outside_the_goal_changes_nothing() {
     let mut stale = observation(goals()[0].clone());
     state(&mut stale, 1).age_s = 3600.0;

@@ -6,8 +6,8 @@ use clock::Clock;
 use futures_util::future::join_all;
 use service::{Settings, service};
 use store::{
-    Append, Appended, Copied, EventReader, EventStore, FILE_NAME, KeyedAnswer, Room, StoreError, StorePlace,
-    StoredEvent, copy,
+    Append, Appended, Copied, EventReader, EventStore, FILE_NAME, KeyedAnswer, Member, Room, StoreError,
+    StorePlace, StoredEvent, Trouble, copy,
 };
 use tempfile::TempDir;
 use tests::{
@@ -556,6 +556,7 @@ async fn the_database_refuses_appends_of_an_earlier_owner() {
     add(&one, append("a", vec![event(1, "made")])).await;
     assert_eq!(one.append(at_epoch(0, 2)).await, Ok(Appended::NotOwner));
     assert_eq!(acquired(&one), Ok(1));
+    assert_eq!(one.append(at_epoch(0, 2)).await, Ok(Appended::NotOwner));
     assert_eq!(acquired(&two), Err("http://one".to_owned()));
     add(&one, at_epoch(1, 2)).await;
     assert_eq!(two.append(at_epoch(1, 3)).await, Ok(Appended::NotOwner));
@@ -565,6 +566,34 @@ async fn the_database_refuses_appends_of_an_earlier_owner() {
     assert_eq!(one.append(at_epoch(1, 3)).await, Ok(Appended::NotOwner));
     add(&two, at_epoch(2, 3)).await;
     assert_eq!(bodies(&one, "a"), ["made", "x", "x"]);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_lease_ends_in_time_and_a_lost_one_returns_under_another_number() {
+    let Some(url) = database() else { return };
+    let clock = Clock::simulated(START_S);
+    let millis = Duration::from_millis;
+    let member = Member {
+        url: "http://one".to_owned(),
+        lease: millis(2_000),
+    };
+    let store = EventStore::open_database(&url, Some(member), u64::MAX, &clock).expect("opens");
+    let lease = store.lease().expect("is shared");
+    assert_eq!((lease.url(), lease.turn_time()), ("http://one", millis(250)));
+    store.trouble(Some(Trouble::NoBeat));
+    clock.sleep(millis(1_999)).await;
+    assert_eq!(lease.incarnation(), Ok(1));
+    clock.sleep(millis(1)).await;
+    assert_eq!(lease.incarnation(), Err(StoreError::Lapsed));
+    store.trouble(None);
+    clock.sleep(millis(300)).await;
+    assert_eq!(lease.incarnation(), Ok(1));
+    // Another service ends the lease.
+    let _ = psql(&url, "DELETE FROM services");
+    clock.sleep(millis(300)).await;
+    assert_eq!(lease.incarnation(), Ok(2));
+    lease.leave().expect("is stored");
+    assert_eq!(lease.incarnation(), Err(StoreError::Closed));
 }
 
 #[tokio::test]

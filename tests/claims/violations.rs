@@ -3,9 +3,9 @@
 use nalgebra::Vector2;
 use planner::{
     los::LosLaw,
-    plan::{CostTerms, SoftLimit, Subject, Unit, Violation},
+    plan::{CostTerms, Method, SoftLimit, Subject, Unit, Violation},
     program::Slack,
-    snapshot::{Acoustics, KeepOut, PlanRequest},
+    snapshot::{Acoustics, KeepOut, Limits, PlanRequest},
 };
 use serde_json::{Map, Value, json};
 use tests::{auv, goals, observation, place, planned, snapshot, state};
@@ -78,6 +78,22 @@ fn a_disc_and_an_auv_at_the_surface_are_distinguished() {
     let violation = of_limit(&auvs_only, SoftLimit::SurfacingSeparation);
     assert_eq!(violation.pointer, Some(Subject::Auv(1)));
     assert!(!auvs_only.iter().any(about_discs));
+}
+
+#[test]
+fn a_plan_names_the_limit_of_motion_that_it_violates() {
+    // It goes at 0.3 m/s, and needs seconds to become as fast as it must be.
+    let limits = Limits {
+        speed_min: 1.0,
+        ..Limits::MEDUSA
+    };
+    let plan = planned(PlanRequest {
+        limits: Some(limits.into()),
+        ..observation(goals()[0].clone())
+    });
+    assert_eq!(plan.method, Method::Mpc);
+    let violation = of_limit(&plan.violations, SoftLimit::ForwardSpeed);
+    assert!(0.5 < violation.amount && violation.amount < 0.7, "{violation:?}");
 }
 
 #[test]

@@ -34,7 +34,7 @@ no loss reported: store: a kill or a power cut loses nothing, and no loss is rep
 one owner: two services: only the owner of a mission stores its events and answers with its plan, and only with a lease
 take-over: two services: 2.75 s after one is gone the other has its missions, and the craft is steered on
 replay: service: every plan can be made again, to the byte
-named: bridge, service: each fault is named in the mission's log
+named: bridge, service: each fault is named in the mission's log, with its consequence for the craft
 no alarm: bridge: without faults there is no alarm";
 
 /// Every claim: its name, and the part with its promise.
@@ -153,8 +153,12 @@ fn name_of(fault: &Fault, is_shared: bool) -> Option<&'static str> {
         Kind::PositionUnknown => Some("no recent position"),
         Kind::TakenOver => Some("left its guided mode"),
         Kind::Disarmed => Some("not armed"),
-        Kind::TwoReceivers => Some("the position jumps between places"),
-        Kind::TwoCompasses => Some("the heading jumps"),
+        Kind::TwoReceivers => {
+            Some("two receivers, or two vehicles with one system number; no references are sent")
+        }
+        Kind::TwoCompasses => {
+            Some("two compasses, or two vehicles with one system number; no references are sent")
+        }
         Kind::PositionFrozen => Some("the position does not change"),
         Kind::PositionJumped => Some("the position jumped"),
         Kind::NetworkCut => Some("does not answer"),

@@ -37,7 +37,7 @@ pub enum Kind {
     PowerLostAshore,
     /// Planner, store and everything else that blocks waits for threads.
     SlowThreads,
-    /// The planner's references are far beyond every limit.
+    /// The planner's references are far beyond every limit, and its plans valid for ever.
     LyingPlanner,
     /// The directory of the store is moved away.
     DirectoryAway,

@@ -145,6 +145,9 @@ impl Host {
         let store = store.expect("the store opens");
         if let Some(database) = &self.database {
             database.watch();
+            // Beats of the lease and turns of the service are at different times.
+            let later = lock(&self.rng).random_range(Duration::ZERO..TURN);
+            self.world.aboard.sleep(later).await;
         }
         let others = Arc::downgrade(self);
         let settings = Settings {

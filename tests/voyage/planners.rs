@@ -12,8 +12,9 @@ use planner::{
 
 /// One plan in this many solves its program in a voyage with faults; lower levels need a tenth.
 const SOLVED: u64 = 10;
-/// Speed of a lying planner, m/s.
+/// Speed of a lying planner, m/s, and the time for which it wants each plan to be followed, s.
 const SPEED: f64 = 40.0;
+const FOR_EVER_S: f64 = 1e6;
 
 thread_local! {
     static LIES: Cell<bool> = const { Cell::new(false) };
@@ -58,6 +59,7 @@ pub(super) fn plan(
         let heading = Heading::new(if number.is_multiple_of(2) { 1.5 } else { -1.5 });
         HAS_LIED.set(true);
         (plan.reference.speed, plan.reference.heading) = (SPEED, heading);
+        plan.valid_until += FOR_EVER_S;
         for point in &mut plan.trajectory {
             (point.speed_mps, point.heading_rad) = (SPEED, heading.radians());
         }

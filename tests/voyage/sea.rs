@@ -41,6 +41,10 @@ const DELAY_MAX_S: f64 = 2.0;
 const SETTLED_S: f64 = 8.0;
 /// Speed above which a craft is under way, m/s.
 const WAY: f64 = 0.45;
+/// Longest way under references with a frozen position, m, at this speed or faster, m/s: the
+/// bridge's 5.7 m and 0.3 m/s, and delays.
+const FROZEN_M: f64 = 8.0;
+const FROZEN_SPEED: f64 = 0.4;
 /// Offset of a second receiver (north, east), m.
 const ELSEWHERE: [f64; 2] = [60.0, -45.0];
 
@@ -91,8 +95,8 @@ struct Known {
     /// Time between two references, s.
     period_s: f64,
     heartbeat_left_s: Option<f64>,
-    /// Time since which the craft is under way, s.
-    under_way_since_s: Option<f64>,
+    /// Time, s, and place at which the craft with a frozen position got under way.
+    frozen_since: Option<(f64, Vector2<f64>)>,
     /// Time since which a person has the craft, s.
     unguided_since_s: Option<f64>,
     wire_bad_s: Option<f64>,
@@ -290,8 +294,9 @@ impl Sea {
             state.known.heartbeat_left_s = Some(t_s);
         }
         let known = &mut state.known;
-        let rests = state.boat.speed < WAY;
-        known.under_way_since_s = (!rests).then(|| known.under_way_since_s.unwrap_or(t_s));
+        let is_deceived = state.frozen.is_some() && WAY <= state.boat.speed;
+        let here = (t_s, state.boat.position);
+        known.frozen_since = is_deceived.then(|| known.frozen_since.unwrap_or(here));
         let is_ours = state.boat.mode == GUIDED && state.boat.is_armed;
         known.unguided_since_s = (!is_ours).then(|| known.unguided_since_s.unwrap_or(t_s));
         let is_cut = now.has(Kind::WireCut);
@@ -425,14 +430,16 @@ impl Sea {
         let now = world.now();
         let lasts = |kind| now.since_s(kind).map_or(0.0, |since_s| t_s - since_s);
         let unknown = lasts(Kind::PositionUnknown);
-        let under_way = known.under_way_since_s.map_or(0.0, |since_s| t_s - since_s);
-        let frozen = lasts(Kind::PositionFrozen).min(under_way);
+        let (way_m, way_max_m) = known.frozen_since.map_or((0.0, FROZEN_M), |(since_s, from)| {
+            let way_max_m = FROZEN_M.max(FROZEN_SPEED * (t_s - since_s));
+            ((state.boat.position - from).norm(), way_max_m)
+        });
         let doubts = [
             ("positions", lasts(Kind::TwoReceivers), 8.0),
             ("headings", lasts(Kind::TwoCompasses), 8.0),
-            ("a position that stays", frozen, 25.0),
+            ("a position that stays", way_m, way_max_m),
         ];
-        let doubt = doubts.into_iter().find(|(_, lasts, most)| most < lasts);
+        let doubt = doubts.into_iter().find(|(_, found, most)| most < found);
         drop(now);
         world.claim("position", !is_clean || unknown <= 1.4, || {
             format!("it has been unknown for {unknown:.2} s")

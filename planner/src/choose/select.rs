@@ -385,3 +385,55 @@ fn hold(horizon: &Horizon<'_>) -> Level {
         candidate: rolled_out(horizon, &rollout),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tests::prelude::*;
+
+    /// Tests with a craft under way to an AUV.
+    fn with_horizon(test: impl FnOnce(&Horizon<'_>, Level)) {
+        let asc = Asc::new(Vector2::zeros(), Heading::new(0.3), 0.3);
+        let auv = Auv::new("auv", moving(30.0, 5.0, 5.0, 0.0, 0.2));
+        let goal = Goal::Track { auv: auv.id.clone() };
+        let request = PlanRequest::new(200.0, asc, vec![auv], goal);
+        let snapshot = Snapshot::try_from(request).expect("is valid");
+        let parameters = Parameters::default();
+        let (goal, _) = scheduled_goal(&snapshot, &parameters, None, &Stop::never());
+        let horizon = Horizon::new(&snapshot, &parameters, &goal);
+        let (los, _) = line_of_sight(&horizon);
+        test(&horizon, los);
+    }
+
+    #[test]
+    fn the_first_of_levels_with_equal_costs_answers() {
+        with_horizon(|horizon, los| {
+            let method = |planned: f64, law: f64| {
+                let [mut of_program, mut los] = [los.clone(), los.clone()];
+                of_program.candidate.predicted.cost = planned;
+                los.candidate.predicted.cost = law;
+                let scp = ScpResult {
+                    candidate: Some(of_program.candidate),
+                    degraded: None,
+                    ..ScpResult::none(Degraded::Deadline)
+                };
+                best_level(horizon, &scp, &los).method
+            };
+            assert_eq!(method(1.0, 1.0), Method::Mpc);
+            assert_eq!(method(COST_TIE, 0.0), Method::Mpc);
+            assert_eq!(method(2.0 * COST_TIE, 0.0), Method::SaturatedLos);
+        });
+    }
+
+    #[test]
+    fn a_plan_too_slow_for_a_direction_keeps_the_heading() {
+        with_horizon(|horizon, los| {
+            let mut candidate = los.candidate;
+            for stage in &mut candidate.stages {
+                stage.velocity = Vector2::new(-0.5 * SPEED_WITHOUT_DIRECTION, 0.0);
+            }
+            let (asked, heading) = (planned(horizon, candidate).reference, Heading::new(0.3));
+            assert!(wrap(asked.heading.radians() - heading.radians()).abs() < 1e-12);
+        });
+    }
+}
