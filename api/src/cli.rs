@@ -172,7 +172,6 @@ impl Arguments {
         })
     }
 
-    /// The layers of the configuration.
     pub(crate) fn layers(&self) -> Result<Layers, Box<dyn Error>> {
         let flags = match &self.command {
             None => vec![&self.serve],

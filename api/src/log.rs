@@ -59,7 +59,6 @@ pub(crate) fn start(directives: &str, format: &str, traces: Option<BoxedLayer>) 
     guard
 }
 
-/// Number of lines dropped because standard error was not read.
 pub(crate) fn lines_dropped() -> u64 {
     DROPPED.get().map_or(0, |dropped| dropped.dropped_lines() as u64)
 }

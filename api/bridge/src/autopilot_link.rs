@@ -129,7 +129,6 @@ impl AutopilotLink {
         }
     }
 
-    /// Sends `reference` at `now` of the bridge's clock, s.
     pub(crate) fn send(&mut self, reference: &Reference, now: f64) {
         match self {
             Self::Nmea { send, .. } => send(heading_and_speed_sentences(reference).as_bytes()),

@@ -31,7 +31,6 @@ const SMOOTHED_S: f64 = 0.5;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Confirmation {
     taken_s: f64,
-    /// Time of the newest state, s.
     state_s: f64,
     /// Time of the last motion of the position, s, and the position then.
     moved_s: f64,

@@ -98,10 +98,8 @@ impl VelocityBias {
 /// The state of the craft at one moment, in the service's terms.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct MeasuredState {
-    /// Time of the state, s.
     pub(crate) t_s: f64,
     pub(crate) position: Origin,
-    /// Heading, rad, true.
     pub(crate) heading: f64,
     /// Velocity through the water (ahead, to starboard), m/s, measured or estimated.
     pub(crate) water_velocity: Vector2<f64>,
@@ -164,7 +162,6 @@ impl CraftState {
         &self.current
     }
 
-    /// `true` if the velocity through the water is measured.
     pub(crate) fn has_speed_log(&self) -> bool {
         self.water_velocity.is_some()
     }
@@ -191,12 +188,10 @@ impl CraftState {
         })
     }
 
-    /// Records that a reference was sent and followed for `seconds`.
     pub(crate) fn sent(&mut self, reference: &Reference, seconds: f64) {
         self.integrity.sent(reference, seconds);
     }
 
-    /// The present contradictions, the worst first.
     pub(crate) fn alarms(&self) -> impl Iterator<Item = Alarm> {
         self.integrity.alarms()
     }

@@ -95,9 +95,7 @@ pub struct Bridge {
     log: MissionLog,
     /// The mission's speed limit, m/s.
     speed_max: Option<f64>,
-    /// Time when the autopilot was first heard.
     met_s: Option<f64>,
-    /// Time of the newest reported state of the craft, s.
     reported_s: f64,
     trouble: Option<String>,
     last_second: u64,
@@ -188,7 +186,6 @@ impl Bridge {
         self.log.clock.now_s()
     }
 
-    /// The craft's control, if the autopilot reports it.
     pub(crate) fn control(&self) -> Control {
         self.autopilot.control(self.now_s())
     }
@@ -400,7 +397,6 @@ impl Bridge {
         }
     }
 
-    /// Sends `reference` within the limits of output.
     fn send(&mut self, now: f64, reference: &Reference, state: &MeasuredState, link: &LinkStatus) {
         let limits = self.decision.output_limits(link, &self.telemetry.parameters);
         if let Some(sent) = self.decision.limited(now, reference, state, &limits) {

@@ -175,7 +175,6 @@ pub(crate) struct Integrity {
     rejects: Rejects,
 }
 
-/// A position that has not moved.
 #[derive(Clone, Copy, Debug)]
 struct StationaryPosition {
     since_s: f64,
@@ -186,7 +185,6 @@ struct StationaryPosition {
     requested: f64,
 }
 
-/// A heading that has not changed.
 #[derive(Clone, Copy, Debug)]
 struct ConstantHeading {
     began_s: f64,
@@ -265,7 +263,6 @@ impl Integrity {
         &self.recent
     }
 
-    /// `true` for speeds that a surface craft can reach, m/s.
     fn may_move(&mut self, speed: f64) -> bool {
         self.is_possible(speed, SPEED_MAX, "faster than a surface craft")
     }

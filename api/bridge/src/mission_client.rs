@@ -37,7 +37,6 @@ const DIGEST: &str = "bridge_setup";
 /// A client of one service, or of several that share their missions.
 pub struct MissionClient {
     urls: Vec<String>,
-    /// Index of the service in use.
     current: AtomicUsize,
     token: Option<TokenFile>,
     transport: Transport,
@@ -45,7 +44,6 @@ pub struct MissionClient {
     wait_s: u32,
 }
 
-/// The reason that a request failed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub(crate) enum ServiceError {
     /// No connection, no complete answer, or too busy: try again.

@@ -36,7 +36,6 @@ const FIND_RETRY: Duration = Duration::from_secs(1);
 /// Metres of a position in degrees: not in JSON, because the service computes them.
 const IN_DEGREES: f64 = f64::NAN;
 
-/// State of the mission at one moment.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LinkStatus {
     /// ID of the mission, while it is known.
@@ -56,7 +55,6 @@ pub(crate) struct LinkStatus {
     pub(crate) rejected: Option<(u64, String)>,
     /// `true` if the mission cannot be joined or created, for the reason in `trouble`.
     pub(crate) has_failed: bool,
-    /// `true` while the mission is paused and makes no plans.
     pub(crate) is_paused: bool,
     pub(crate) is_over: bool,
 }
@@ -348,7 +346,6 @@ impl Shared {
     }
 }
 
-/// The newest plan so far.
 #[derive(Debug, Default)]
 struct Newest {
     mission: Option<String>,

@@ -45,7 +45,6 @@ pub struct NmeaReader {
     rejects: Rejects,
 }
 
-/// The state of the current line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum LineState {
     /// After a line end.

@@ -23,7 +23,6 @@ const PAUSE_MAX_S: f64 = 3.0;
 /// acceleration: a slower rise would add to the lag.
 const RISE_PER_ACCELERATION: f64 = 4.0;
 
-/// The limits of output.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[expect(clippy::struct_field_names, reason = "each is a maximum")]
 pub(crate) struct OutputLimits {
@@ -74,7 +73,6 @@ impl OutputLimits {
     }
 }
 
-/// Limits references; remembers the last one.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct OutputLimiter {
     /// The last reference and the time it was sent, s.

@@ -7,7 +7,6 @@ use serde::Serialize;
 
 use crate::reference::{PlannedReference, Reference, Stage};
 
-/// A plan of the mission.
 #[derive(Clone, Debug)]
 pub(crate) struct Plan {
     /// The service's answer, on the mission's clock.
@@ -77,7 +76,6 @@ impl Plan {
         )
     }
 
-    /// Codes of the plan's warnings.
     pub(crate) fn warnings(&self) -> impl Iterator<Item = &str> {
         self.answer.plan.warnings.iter().map(|warning| &*warning.code)
     }

@@ -93,7 +93,6 @@ impl RecentPositions {
         self.newest = None;
     }
 
-    /// Integral of the measured velocity (north, east), m.
     pub(crate) fn travelled(&self) -> Vector2<f64> {
         self.travelled
     }

@@ -12,7 +12,6 @@ pub struct Reference {
     pub heading: f64,
 }
 
-/// One stage of a planned trajectory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Stage {
     pub(crate) t_s: f64,
@@ -23,7 +22,6 @@ pub(crate) struct Stage {
 /// A plan for the craft. All times are on one clock.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PlannedReference {
-    /// Time of the plan, s.
     pub(crate) planned_s: f64,
     /// The plan's reference at that time.
     pub(crate) first: Reference,
@@ -33,7 +31,6 @@ pub(crate) struct PlannedReference {
     pub(crate) lags: [f64; 2],
     /// Current (north, east), m/s, in a speed over ground; zero with speed through the water.
     pub(crate) current: Vector2<f64>,
-    /// End of validity, s.
     pub(crate) valid_until_s: f64,
 }
 

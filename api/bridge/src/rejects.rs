@@ -42,7 +42,6 @@ impl fmt::Display for Rejects {
 /// A value, or the reason of its rejection.
 pub(crate) type Parsed<T> = Result<T, &'static str>;
 
-/// The reason of a rejection, if it `is_rejected`.
 pub(crate) fn reject_if(is_rejected: bool, reason: &'static str) -> Parsed<()> {
     if is_rejected { Err(reason) } else { Ok(()) }
 }

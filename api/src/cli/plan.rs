@@ -21,7 +21,6 @@ use crate::cli::{
     out_file::{OutFile, print, print_json},
 };
 
-/// The name of standard input.
 const STANDARD_INPUT: &str = "-";
 
 #[derive(Debug, Args)]

@@ -73,7 +73,6 @@ pub(crate) struct Route {
     svg: Option<PathBuf>,
 }
 
-/// Prints the route and writes the requested files.
 pub(crate) fn route(arguments: &Route) -> Result<(), Box<dyn Error>> {
     let open = |file: &Option<PathBuf>| file.as_deref().map(OutFile::new).transpose();
     let (out, svg) = (open(&arguments.out)?, open(&arguments.svg)?);

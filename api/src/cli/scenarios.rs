@@ -78,7 +78,6 @@ fn copied_out(text: &str) -> String {
     text.replacen(SCHEMA_LINE, &format!("{SCHEMA_LINE}{note}"), 1)
 }
 
-/// Prints the list, a file, or the schema.
 pub(crate) fn scenarios(arguments: &Scenarios) -> Result<(), Box<dyn Error>> {
     if arguments.schema {
         return Ok(print_json(&Scenario::schema())?);

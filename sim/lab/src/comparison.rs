@@ -203,7 +203,6 @@ impl Comparison {
         least.expect("the planner is one of them")
     }
 
-    /// `true` if AUVs are visited.
     fn visits(&self) -> bool {
         self.controllers[0].scores.metrics.visits.is_some()
     }

@@ -59,7 +59,6 @@ struct Form {
     example: &'static str,
 }
 
-/// The shape of a value.
 enum Shape {
     Text,
     WholeNumber,

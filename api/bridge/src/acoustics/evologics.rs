@@ -36,7 +36,6 @@ use crate::{Parsed, reject_if};
 const LENGTH: &str = "length does not match";
 const BACKWARDS: &str = "measured after it was printed";
 
-/// Microseconds to seconds.
 const S_PER_US: f64 = 1e-6;
 
 /// Prefix of notifications in data mode.
@@ -45,7 +44,6 @@ const WRAPPER: &str = "+++AT:";
 /// Highest address (`AT!AM`). Source: LSTS/dune, `src/Transports/Evologics/Task.cpp`.
 const ADDRESS_MAX: u16 = 254;
 
-/// The observation in `line`, which arrived at `received_s`.
 pub(super) fn read(line: &str, frame: Frame, received_s: f64) -> Parsed<Observation> {
     let (message, fields) = unwrapped(line)?.split_once(',').ok_or(OTHER)?;
     let n_fields = match message {

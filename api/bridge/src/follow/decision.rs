@@ -10,29 +10,23 @@ use crate::{
     reference::Reference,
 };
 
-/// The bridge's use of references.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Sending {
     Active,
     Stopped(Silence),
 }
 
-/// Decides with the memory of earlier ticks.
 #[derive(Debug)]
 pub(super) struct Decision {
     authority: Authority,
     limiter: OutputLimiter,
-    /// `true` if the craft follows line of sight instead of the plan.
     pub(super) line_of_sight: bool,
-    /// `true` if nothing is sent.
     pub(super) dry_run: bool,
     /// Limits that the body of the new mission states; none for a mission that the bridge joins.
     pub(super) limits: Option<OutputLimits>,
-    /// `true` once there was a plan.
     has_planned: bool,
     /// The last logged use of references.
     pub(super) sending: Option<Sending>,
-    /// The craft's observed motion since references are sent.
     confirmation: Option<Confirmation>,
 }
 
@@ -82,7 +76,6 @@ impl Decision {
         action
     }
 
-    /// `true` if the plan's references are sent.
     pub(super) fn is_steering(&self) -> bool {
         self.sending == Some(Sending::Active) && !self.dry_run && !self.line_of_sight
     }
@@ -131,7 +124,6 @@ impl Decision {
         self.limits.unwrap_or_else(of_the_mission).within(parameters)
     }
 
-    /// Changes by the output limiter.
     pub(super) fn changes(&self) -> &Rejects {
         self.limiter.changes()
     }

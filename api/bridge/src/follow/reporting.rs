@@ -61,7 +61,6 @@ fn cause(text: &str) -> String {
     text.split([':', ';']).next().unwrap_or_default().to_owned()
 }
 
-/// Everything that is reported at the end of a tick.
 #[derive(Clone, Copy)]
 pub(super) struct Facts<'a> {
     /// Time on the bridge's clock, s.
@@ -306,7 +305,6 @@ impl Reporting {
     }
 }
 
-/// Sends the state as texts to the ground station.
 pub(super) fn send_texts(steering: &Steering, autopilot: &mut AutopilotLink) {
     for text in steering.texts() {
         autopilot.send_frames(|writer, _| writer.text(steering.severity(), &text));

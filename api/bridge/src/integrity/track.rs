@@ -14,7 +14,6 @@ const UNSETTLED_S: f64 = 2.5;
 pub(super) struct Track<T> {
     trusted: Option<(f64, T)>,
     rival: Option<Rival<T>>,
-    /// Time of the newest measurement, s.
     seen_s: Option<f64>,
 }
 
@@ -25,7 +24,6 @@ struct Rival<T> {
     last: (f64, T),
 }
 
-/// The result of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Fit {
     Fits,
@@ -100,7 +98,6 @@ impl<T: Copy> Track<T> {
         is_double || t_s - trusted_s > UNSETTLED_S
     }
 
-    /// The newest trusted measurement with its time, s.
     pub(super) fn newest(&self) -> Option<(f64, T)> {
         self.trusted
     }

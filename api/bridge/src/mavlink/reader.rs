@@ -39,7 +39,6 @@ pub(crate) enum AutopilotEvent {
         system: u8,
         kind: String,
     },
-    /// `true` if the craft's autopilot knows its position.
     PositionKnown(bool),
     /// Time on the clock of the craft's autopilot, s of Unix time.
     Time(f64),

@@ -13,7 +13,6 @@ use ::mavlink::{
 use super::autopilot::Autopilot;
 use crate::reference::Reference;
 
-/// Makes frames with sequence numbers.
 #[derive(Debug)]
 pub(crate) struct MavlinkWriter {
     sequence: u8,

@@ -33,7 +33,6 @@ impl<'a> Fields<'a> {
         self.0.get(field).copied().unwrap_or_default()
     }
 
-    /// A number in `range`.
     pub(super) fn number(&self, field: usize, range: &RangeInclusive<f64>) -> Parsed<Option<f64>> {
         let text = self.text(field);
         if text.is_empty() {

@@ -32,7 +32,6 @@ const NOT_VALID: &str = "not valid";
 /// The sender reports that the value was entered by hand or simulated, or uses an unknown mode.
 const NOT_MEASURED: &str = "not measured";
 
-/// The content of a sentence.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Content {
     /// The first two letters of the address.

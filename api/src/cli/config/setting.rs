@@ -23,7 +23,6 @@ pub(crate) struct Setting {
     pub(crate) help: &'static str,
 }
 
-/// Type and range of a value.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Kind {
     Text,
@@ -110,7 +109,6 @@ settings! {
     }
 }
 
-/// Every setting.
 pub(crate) fn all() -> impl Iterator<Item = &'static Setting> {
     COMMON.iter().chain(SERVE)
 }

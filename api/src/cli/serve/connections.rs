@@ -37,7 +37,6 @@ const ACCEPT_AGAIN: Duration = Duration::from_millis(100);
 /// The answer to a refused client.
 const NO_SLOT: &str = r#"{"type":"urn:pilotfish:problem:crowded","title":"The service is at its limit","status":503,"code":"crowded","detail":"the service accepts no more connections; try again after the time in Retry-After"}"#;
 
-/// Serves connections.
 pub(super) struct Connections {
     clock: Clock,
     http: http1::Builder,
@@ -197,7 +196,6 @@ fn n_connections_max() -> usize {
     files.saturating_sub(FILES_RESERVED).clamp(1, CONNECTIONS_MAX)
 }
 
-/// Answers 503 before any request is read.
 async fn turn_away(mut socket: TcpStream, clock: &Clock) {
     let answer = format!(
         "HTTP/1.1 503 Service Unavailable\r\nretry-after: 1\r\nconnection: close\r\n\

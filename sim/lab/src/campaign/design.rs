@@ -78,7 +78,6 @@ pub struct Chunk {
 }
 
 impl Chunk {
-    /// Its conditions.
     pub(super) fn conditions(self) -> impl Iterator<Item = Condition> {
         (self.first..self.first + self.count).map(move |replicate| Condition {
             case: self.case,
@@ -301,7 +300,6 @@ impl Campaign {
         chunks
     }
 
-    /// The chunk of that number.
     pub(super) fn chunk(&self, number: u64) -> Option<Chunk> {
         self.chunks().into_iter().find(|chunk| chunk.number == number)
     }
@@ -311,7 +309,6 @@ impl Campaign {
         self.file.tuning.as_ref().map_or(&[], |tuning| &tuning.objectives)
     }
 
-    /// The conditions for tuning.
     pub(super) fn tuning_conditions(&self, case: usize) -> impl Iterator<Item = Condition> {
         let replicates = self.file.tuning.as_ref().map_or(0, |tuning| tuning.replicates);
         (0..replicates).map(move |replicate| Condition {
@@ -345,7 +342,6 @@ impl Campaign {
         drawn.collect()
     }
 
-    /// The scenario of a condition, with its parameters.
     pub(super) fn scenario(&self, condition: Condition) -> Result<Scenario, InvalidScenario> {
         let case = &self.cases[condition.case];
         let parameters = self.parameters(condition);

@@ -123,7 +123,6 @@ impl Manifest {
         Campaign::parse(&self.text, file, self.scenario_files.clone())
     }
 
-    /// Metadata of its tables.
     pub(super) fn about(&self) -> Vec<(&'static str, String)> {
         vec![
             ("schema_version", self.schema_version.clone()),
@@ -225,7 +224,6 @@ impl Directory {
         Err(DirectoryError::Unfinished(self.path.display().to_string()))
     }
 
-    /// The stored gains of a law.
     pub(super) fn gains(&self, case: usize, controller: usize) -> Option<Tuned> {
         let file = self.path.join(format!("gains/{case}-{controller}.json"));
         serde_json::from_slice(&fs::read(file).ok()?).ok()
@@ -282,7 +280,6 @@ impl Directory {
         }
     }
 
-    /// Stores all rows of the campaign.
     fn store_rows(&self, all: &Rows) -> Result<(), DirectoryError> {
         self.write(&self.path.join(RUNS), all)
     }

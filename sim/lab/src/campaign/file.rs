@@ -153,7 +153,6 @@ impl Objective {
         }
     }
 
-    /// Its value.
     pub(super) fn of(self, score: &Score) -> f64 {
         match self {
             Self::RmsM => score.metrics.rms_m,

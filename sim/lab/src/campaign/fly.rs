@@ -22,7 +22,6 @@ use crate::{bound::bound_rms_m, http_guide::NoGuidance, stopwatch::timed};
 /// Tolerance of the turn limit: planned references may turn as fast as the craft, up to rounding.
 const ROUNDING: f64 = 1.0 + 1e-6;
 
-/// A mission that was flown.
 #[derive(Clone, Debug)]
 pub(super) struct FlownMission {
     pub(super) record: Record,
@@ -197,7 +196,6 @@ fn row(
     row
 }
 
-/// The gains of a run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct RunGains {
     /// Gains of a law, time of a rule.

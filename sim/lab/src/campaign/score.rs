@@ -17,10 +17,8 @@ pub(super) const STEEP: f64 = 0.174_532_925_199_432_95;
 /// A reference this little outside its limits is rounding, m/s.
 const NOTICEABLE: f64 = 1e-9;
 
-/// Scores of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Score {
-    /// The record's metrics.
     pub(super) metrics: SurfaceCraftMetrics,
     /// First time within `NEAR` of the goal, s; none if never.
     pub(super) near_after_s: Option<f64>,
@@ -37,7 +35,6 @@ pub(super) struct Score {
 }
 
 impl Score {
-    /// The scores of a mission; none without a surface craft.
     pub(super) fn of(record: &Record) -> Option<Self> {
         let metrics = Metrics::of(record).surface_craft?;
         let crafts = || {
@@ -96,7 +93,6 @@ type Number = (
 );
 
 impl Score {
-    /// The value of a column.
     pub(super) fn value(&self, (_, of): Number) -> Option<f64> {
         of(self, &self.metrics, &self.metrics.violations)
     }

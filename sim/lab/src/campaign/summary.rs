@@ -41,7 +41,6 @@ pub fn summary(campaign: &Campaign, rows: &Rows) -> String {
     )
 }
 
-/// The values of a metric.
 fn by_key<'a>(rows: &'a Rows, metric: &str) -> BTreeMap<RowKey<'a>, f64> {
     let words = |name| rows.words(name).unwrap_or_default();
     let [controllers, scenarios, crafts, objectives, failures] =

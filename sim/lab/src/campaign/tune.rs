@@ -18,7 +18,6 @@ pub(super) struct Gains(pub(super) Vec<Tuned>);
 /// The best gains of one law.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Tuned {
-    /// The controller's name.
     pub(super) controller: String,
     /// The best gains for each objective, in the file's order.
     pub(crate) best: Vec<Best>,

@@ -55,7 +55,6 @@ enum LoopOrder {
     Second,
 }
 
-/// The heading loop with the best fit.
 pub(super) struct HeadingFit {
     order: LoopOrder,
     pub(super) fit: Fitted,
@@ -263,7 +262,6 @@ fn steers(row: &LogRow) -> bool {
 }
 
 impl HeadingFit {
-    /// The loop's parameters.
     pub(super) fn parameters(&self) -> Vec<Parameter> {
         let [time, delay, rate_max] = [self.estimates[0], self.estimates[1], self.estimates[2]];
         let mut parameters = match self.order {

@@ -21,7 +21,6 @@ impl HeldReference {
         }
     }
 
-    /// The speed reference.
     pub(super) fn speeds(log: &Log) -> Self {
         let rows = log.rows();
         Self {

@@ -214,7 +214,6 @@ fn integrator(rate: Estimate) -> Parameter {
 }
 
 impl Data<'_> {
-    /// The initial guess.
     fn start(&self, model: &Model) -> Vec<f64> {
         let (acceleration, deceleration) = self.strongest();
         let limits = [(0.8 * acceleration).ln(), (0.8 * deceleration).ln()];
@@ -421,7 +420,6 @@ fn ground_in_body(row: &LogRow, law: &Loop) -> Option<Vector2<f64>> {
 }
 
 impl SurgeFit {
-    /// The loop's parameters and sway.
     pub(super) fn parameters(&self) -> Vec<Parameter> {
         vec![
             time_constant(Quantity::SurgeTimeConstant, self.estimates[TIME_CONSTANT]),

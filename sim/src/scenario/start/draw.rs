@@ -23,7 +23,6 @@ pub(super) enum Stream {
 }
 
 impl Stream {
-    /// Number of streams.
     const COUNT: u64 = 4;
 }
 

@@ -34,7 +34,6 @@ const LATITUDE: [&str; 4] = ["latitude", "latitude_deg", "lat", "lat_deg"];
 const LONGITUDE: [&str; 5] = ["longitude", "longitude_deg", "lon", "lon_deg", "lng"];
 const DEPTH: [&str; 2] = ["depth", "depth_m"];
 
-/// A row of a file with its line.
 struct Row {
     line: u64,
     time: f64,

@@ -128,7 +128,6 @@ pub fn step_test(hull: &SurfaceHull, autopilot: &SurfaceAutopilot) -> Result<Ste
     })
 }
 
-/// A craft under test.
 struct Trial<'a> {
     hull: &'a SurfaceHull,
     autopilot: &'a SurfaceAutopilot,

@@ -83,7 +83,6 @@ pub(super) fn fit_heading(trials: &[&[Sample]], rate_max: f64) -> Fitted<Heading
     }
 }
 
-/// The surge response.
 pub(super) fn fit_surge(trials: &[Vec<Sample>]) -> Fitted<SurgeResponse> {
     let misfit = |response: &SurgeResponse| rms(trials.iter().map(|trial| surge_residuals(response, trial)));
     let response = |[lag, delay, up, down]: [f64; 4], integral_time| SurgeResponse {
