@@ -84,7 +84,7 @@ impl AutopilotLink {
             } => {
                 let events = reader.push(&piece.bytes, unix_s);
                 for event in &events {
-                    if let (AutopilotEvent::Heartbeat(newest), Some(system)) = (event, reader.craft()) {
+                    if let (AutopilotEvent::Heartbeat(newest), Some(system)) = (event, reader.craft) {
                         if heartbeat.is_none() {
                             tracing::info!(system, "autopilot found");
                             *writer = MavlinkWriter::new(system);
@@ -124,7 +124,7 @@ impl AutopilotLink {
 
     pub(crate) fn rejects(&self) -> &Rejects {
         match self {
-            Self::Mavlink { reader, .. } => reader.rejects(),
+            Self::Mavlink { reader, .. } => &reader.rejects,
             Self::Nmea { reader, .. } => reader.rejects(),
         }
     }

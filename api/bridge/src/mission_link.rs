@@ -157,10 +157,8 @@ impl MissionLink {
     /// Posts a fix soon, with Unix time.
     pub(crate) fn report_auv(&self, fix: &AuvFix) {
         let report = auv_report(fix, self.shared.sigma_m, &mut lock(&self.shared.status).clamped);
-        push(
-            lock(&self.shared.outbox).auvs.entry(fix.auv.clone()).or_default(),
-            report,
-        );
+        let mut outbox = lock(&self.shared.outbox);
+        push(outbox.auvs.entry(fix.auv.clone()).or_default(), report);
     }
 
     /// Posts the state of the steering soon, with the bridge's time.
@@ -339,9 +337,8 @@ impl Shared {
             now.plans = None;
         }
         // A paused mission makes no plans, and its last one is not followed.
-        now.plan = Plan::new(answer, newest.arrived_s, now_s)
-            .filter(|_| is_running)
-            .map(Arc::new);
+        let plan = Plan::new(answer, newest.arrived_s, now_s);
+        now.plan = plan.filter(|_| is_running).map(Arc::new);
         is_new
     }
 }

@@ -77,7 +77,7 @@ impl OutputLimits {
 pub(crate) struct OutputLimiter {
     /// The last reference and the time it was sent, s.
     last: Option<(f64, Reference)>,
-    changes: Rejects,
+    pub(crate) changes: Rejects,
 }
 
 impl OutputLimiter {
@@ -100,10 +100,10 @@ impl OutputLimiter {
             self.changes.count("not a finite number");
             return None;
         }
-        let (before_s, before) = self
+        let last = self
             .last
-            .filter(|(at, _)| (0.0..=PAUSE_MAX_S).contains(&(now_s - at)))
-            .unwrap_or((now_s, *craft));
+            .filter(|(at, _)| (0.0..=PAUSE_MAX_S).contains(&(now_s - at)));
+        let (before_s, before) = last.unwrap_or((now_s, *craft));
         let elapsed = now_s - before_s;
 
         let turn = wrap(asked.heading - before.heading);
@@ -127,10 +127,6 @@ impl OutputLimiter {
         let sent = Reference { speed, heading };
         self.last = Some((now_s, sent));
         Some(sent)
-    }
-
-    pub(crate) fn changes(&self) -> &Rejects {
-        &self.changes
     }
 }
 
@@ -200,7 +196,7 @@ mod tests {
                 let sent = limiter.limit(0.1 * f64::from(tenth), &asked, &asked, &LIMITS).expect("is finite");
                 prop_assert!((sent.speed - speed).abs() < ROUNDING && wrap(sent.heading - heading).abs() < ROUNDING);
             }
-            prop_assert_eq!(limiter.changes().total(), 0);
+            prop_assert_eq!(limiter.changes.total(), 0);
         }
     }
 
@@ -218,7 +214,7 @@ mod tests {
             ),
         ] {
             limiter.limit(0.1, &asked, &rest, &LIMITS);
-            assert_eq!(limiter.changes().to_string(), reasons);
+            assert_eq!(limiter.changes.to_string(), reasons);
         }
     }
 
@@ -245,10 +241,10 @@ mod tests {
         let mut limiter = OutputLimiter::default();
         let fastest = reference(LIMITS.speed_max, 0.0);
         assert_eq!(limiter.limit(0.0, &fastest, &fastest, &LIMITS), Some(fastest));
-        assert_eq!(limiter.changes().total(), 0);
+        assert_eq!(limiter.changes.total(), 0);
         let sent = limiter.limit(0.1, &reference(1.5, 0.0), &fastest, &LIMITS);
         assert_eq!(sent, Some(fastest));
-        assert_eq!(limiter.changes().to_string(), "speed above the limit: 1");
+        assert_eq!(limiter.changes.to_string(), "speed above the limit: 1");
     }
 
     #[test]

@@ -70,10 +70,8 @@ impl Plan {
 
     pub(crate) fn current(&self) -> String {
         let current = self.answer.plan.current;
-        format!(
-            "current {}",
-            speed_to(&current.map_or_else(Vector2::zeros, Vector2::from))
-        )
+        let current = current.map_or_else(Vector2::zeros, Vector2::from);
+        format!("current {}", speed_to(&current))
     }
 
     pub(crate) fn warnings(&self) -> impl Iterator<Item = &str> {

@@ -48,14 +48,12 @@ impl PlannedReference {
         }
         let [heading_lag, speed_lag] = self.lags;
         let since = t_s.max(self.planned_s);
-        let turn = wrap(
-            self.motion(since + heading_lag).heading - self.motion(self.planned_s + heading_lag).heading,
-        );
-        let heading = wrap(self.first.heading + turn);
-        let faster = self.motion(since + speed_lag).speed - self.motion(self.planned_s + speed_lag).speed;
-        let carried = self
-            .current
-            .dot(&(direction(heading) - direction(self.first.heading)));
+        let both = |lag: f64| [since, self.planned_s].map(|t_s| self.motion(t_s + lag));
+        let ([now, then], [faster, before]) = (both(heading_lag), both(speed_lag));
+        let heading = wrap(self.first.heading + wrap(now.heading - then.heading));
+        let faster = faster.speed - before.speed;
+        let bows = direction(heading) - direction(self.first.heading);
+        let carried = self.current.dot(&bows);
         Some(Reference {
             speed: (self.first.speed + faster + carried).max(0.0),
             heading,

@@ -31,11 +31,8 @@ impl Rejects {
 
 impl fmt::Display for Rejects {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let counts: Vec<_> = self
-            .iter()
-            .map(|(reason, times)| format!("{reason}: {times}"))
-            .collect();
-        f.write_str(&counts.join(", "))
+        let counts = self.iter().map(|(reason, times)| format!("{reason}: {times}"));
+        f.write_str(&counts.collect::<Vec<_>>().join(", "))
     }
 }
 

@@ -74,20 +74,14 @@ pub(super) fn read(line: &str, frame: Frame, received_s: f64) -> Parsed<Observat
     }
     let travel = optional(fields[12])?.map(|time| time * S_PER_US);
     reject_if(travel.is_some_and(|travel| travel < 0.0), NO_POSITION)?;
-    let location = match frame {
-        Frame::Body => {
-            let vector = Vector3::new(value(3)?, -value(4)?, -value(5)?);
-            Location::vector(Axes::Transducer, vector)
-        }
-        Frame::Earth => {
-            let vector = Vector3::new(value(7)?, value(6)?, -value(8)?);
-            Location::vector(Axes::Magnetic, vector)
-        }
+    let (axes, vector) = match frame {
+        Frame::Body => (Axes::Transducer, Vector3::new(value(3)?, -value(4)?, -value(5)?)),
+        Frame::Earth => (Axes::Magnetic, Vector3::new(value(7)?, value(6)?, -value(8)?)),
     };
     Ok(Observation {
         travel_s: travel,
         sigma_m: sigma,
-        ..Observation::new(address, time, location)
+        ..Observation::new(address, time, Location::vector(axes, vector))
     })
 }
 
@@ -97,11 +91,8 @@ fn unwrapped(line: &str) -> Parsed<&str> {
         return Ok(line.trim());
     };
     let (length, body) = line[start + WRAPPER.len()..].split_once(':').ok_or(LENGTH)?;
-    if length.parse() == Ok(body.len()) {
-        Ok(body)
-    } else {
-        Err(LENGTH)
-    }
+    reject_if(length.parse() != Ok(body.len()), LENGTH)?;
+    Ok(body)
 }
 
 fn address(text: &str) -> Parsed<String> {

@@ -113,12 +113,8 @@ pub(super) fn number(text: &str) -> Parsed<f64> {
 
 /// A finite number; `None` if the field is empty.
 pub(super) fn optional(text: &str) -> Parsed<Option<f64>> {
-    let is_empty = text.trim().is_empty();
-    if is_empty {
-        Ok(None)
-    } else {
-        number(text).map(Some)
-    }
+    let filled = Some(text).filter(|text| !text.trim().is_empty());
+    filled.map(number).transpose()
 }
 
 /// An address or a name that can be shown and stored.

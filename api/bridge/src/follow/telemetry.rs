@@ -92,8 +92,9 @@ impl Telemetry {
     /// Rejected input of the sensors' wires, and measurements that were not used.
     pub(super) fn rejects(&self) -> impl Iterator<Item = &Rejects> {
         let sensors = self.nmea.iter().map(NmeaReader::rejects);
-        let modems = self.modems.iter().map(Modem::rejects);
-        [self.craft.rejects()].into_iter().chain(sensors).chain(modems)
+        let modems = self.modems.iter().map(|modem| &modem.rejects);
+        let craft = std::iter::once(&self.craft.integrity.rejects);
+        craft.chain(sensors).chain(modems)
     }
 
     /// Takes `piece` of a wire; `autopilot` reads its own.
@@ -210,7 +211,7 @@ impl Telemetry {
 
     /// Logs contradictions in the craft's navigation, and their end.
     fn log_alarms(&mut self, log: &MissionLog) {
-        let alarms: BTreeSet<Alarm> = self.craft.alarms().collect();
+        let alarms: BTreeSet<Alarm> = self.craft.integrity.alarms().collect();
         for raised in alarms.difference(&self.alarms) {
             log.warn(&format!("warning: {raised}"));
         }

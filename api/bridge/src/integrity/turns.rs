@@ -80,10 +80,8 @@ impl Turns {
             }
         };
         self.newest = Some(newest);
-        let is_kept = self
-            .samples
-            .back()
-            .is_none_or(|last| t_s - last.t_s >= TURN_EACH_S);
+        let last = self.samples.back();
+        let is_kept = last.is_none_or(|last| t_s - last.t_s >= TURN_EACH_S);
         if is_kept {
             self.samples.push_back(newest);
         }

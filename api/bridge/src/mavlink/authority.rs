@@ -142,9 +142,8 @@ impl Authority {
 
     /// The order, if it is allowed and the last one is old enough.
     fn order(&mut self, now: f64, order: Action, otherwise: Silence) -> Action {
-        let is_due = self
-            .ordered_s
-            .is_none_or(|before| now - before >= TAKE_INTERVAL_S);
+        let before = self.ordered_s;
+        let is_due = before.is_none_or(|before| now - before >= TAKE_INTERVAL_S);
         if self.take_control && !self.has_acted && is_due && self.orders < ORDERS_MAX {
             self.orders += 1;
             self.ordered_s = Some(now);
