@@ -112,7 +112,7 @@ fn means(
     let mut sums = vec![0.0; objectives.len()];
     for condition in conditions {
         let mut partial = PartialScore::default();
-        let flown = fly_while(campaign, condition, controller, setting, &mut |mission| {
+        let flown = fly_while(campaign, condition, controller, setting, &mut |mission, _| {
             partial.observe(mission);
             let above = |k: usize| {
                 let least = partial.least(objectives[k], mission.n_rows());
