@@ -206,10 +206,8 @@ fn integrator(rate: Estimate) -> Parameter {
     if high < 1.0 / SLOW_INTEGRAL_TIME {
         parameter(f64::INFINITY, true)
     } else {
-        parameter(
-            time(rate.value),
-            half < super::parameter::RELATIVE_WIDTH_MAX * rate.value,
-        )
+        let is_narrow = half < super::parameter::RELATIVE_WIDTH_MAX * rate.value;
+        parameter(time(rate.value), is_narrow)
     }
 }
 
@@ -223,9 +221,8 @@ impl Data<'_> {
             start.extend(current.iter().flat_map(|current| [current.x, current.y, 0.0]));
             start
         };
-        let starts = STARTS
-            .iter()
-            .flat_map(|time| DELAYS.map(|delay| start(*time, delay)));
+        let starts = STARTS.into_iter();
+        let starts = starts.flat_map(|time| DELAYS.map(|delay| start(time, delay)));
         nearest(|p| self.residuals(model, p).0, starts)
     }
 
@@ -377,14 +374,11 @@ impl Data<'_> {
         integrator: Parameter,
         speed_held: Option<SpeedReference>,
     ) -> SurgeFit {
-        let law = &Loop {
-            integral_rate: if integrator.identified {
-                law.integral_rate
-            } else {
-                0.0
-            },
-            ..*law
-        };
+        let mut law = *law;
+        if !integrator.identified {
+            law.integral_rate = 0.0;
+        }
+        let law = &law;
         let simulated = self.simulate(law);
         let rows = self.log.rows();
         let surge = |row: &LogRow| row.surge.or(Some(ground_in_body(row, law)?.x));
