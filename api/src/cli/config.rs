@@ -187,10 +187,8 @@ pub(crate) fn show(layers: &Layers) -> Result<(), Failure> {
     let lines: Vec<_> = lines.collect();
     let width = lines.iter().map(|(line, _)| line.chars().count()).max();
     let width = width.unwrap_or_default();
-    let text = lines
-        .iter()
-        .map(|(line, source)| format!("{line:width$}  # {source}\n"));
-    print(&text.collect::<String>())
+    let line = |(line, source): &(String, &str)| format!("{line:width$}  # {source}\n");
+    print(&lines.iter().map(line).collect::<String>())
 }
 
 /// A value as TOML, unless it may be a secret.

@@ -90,7 +90,6 @@ pub(crate) fn scenarios(arguments: &Scenarios) -> Result<(), Box<dyn Error>> {
         let scenario = Scenario::named(name).expect("listed");
         format!("{name:<24}{}\n", scenario.title)
     };
-    Ok(print(
-        &Scenario::names().into_iter().map(line).collect::<String>(),
-    )?)
+    let lines = Scenario::names().into_iter().map(line);
+    Ok(print(&lines.collect::<String>())?)
 }

@@ -135,13 +135,10 @@ impl Kind {
                 "0" | "false" | "no" | "off" | "" => false.into(),
                 _ => return Err(self.wanted()),
             },
-            Self::List => text
-                .split(',')
-                .map(str::trim)
-                .filter(|item| !item.is_empty())
-                .map(Value::from)
-                .collect::<Vec<_>>()
-                .into(),
+            Self::List => {
+                let items = text.split(',').map(str::trim).filter(|item| !item.is_empty());
+                Value::Array(items.map(Value::from).collect())
+            }
         };
         self.check(&value)?;
         Ok(value)

@@ -129,12 +129,8 @@ impl Connections {
 
     /// Waits for open requests, for a limited time.
     pub(super) async fn drain(self) {
-        if self
-            .clock
-            .timeout(DRAIN_TIME, self.under_way.shutdown())
-            .await
-            .is_err()
-        {
+        let ended = self.clock.timeout(DRAIN_TIME, self.under_way.shutdown());
+        if ended.await.is_err() {
             tracing::warn!("some requests did not finish in time");
         }
     }
@@ -152,11 +148,8 @@ pub(super) fn prepare(listener: &TcpListener) -> io::Result<()> {
     rustix::net::listen(listener, i32::try_from(BACKLOG).expect("is small"))?;
     sockopt::set_socket_send_buffer_size(listener, SEND_BUFFER)?;
     // The system also ends closed connections with unread last bytes.
-    sockopt::set_tcp_user_timeout(
-        listener,
-        u32::try_from(UNREAD_TIME.as_millis()).expect("is short"),
-    )?;
-    Ok(())
+    let unread_ms = u32::try_from(UNREAD_TIME.as_millis()).expect("is short");
+    Ok(sockopt::set_tcp_user_timeout(listener, unread_ms)?)
 }
 
 /// Serves one connection to its end.
