@@ -112,27 +112,12 @@ enum Command {
     ManualPages(manual::ManualPages),
 }
 
-/// Commands that use missions or tokens. The help of the others omits `--data` and `--tokens`.
-const WITH_DATA: [&str; 9] = [
-    "serve",
-    "config",
-    "token",
-    "bridge",
-    "preflight",
-    "replay",
-    "backup",
-    "retention",
-    "vacuum",
-];
-
-/// The command line of clap, with these flags hidden in other commands.
+/// The command line of clap. Commands without missions and tokens hide `--data` and `--tokens`.
 fn command_line() -> clap::Command {
-    Arguments::command().mut_subcommands(|command| {
-        if WITH_DATA.contains(&command.get_name()) {
-            command
-        } else {
-            command.args(hidden_places())
-        }
+    Arguments::command().mut_subcommands(|command| match command.get_name() {
+        "serve" | "config" | "token" | "bridge" | "preflight" | "replay" | "backup" | "retention"
+        | "vacuum" => command,
+        _ => command.args(hidden_places()),
     })
 }
 
@@ -156,9 +141,8 @@ fn brought_by(command: &str) -> Option<&'static str> {
 impl Arguments {
     /// The arguments of this process. Exits if they are wrong.
     pub(crate) fn of_process() -> Self {
-        let given = command_line()
-            .try_get_matches()
-            .and_then(|matches| Self::from_arg_matches(&matches));
+        let given = command_line().try_get_matches();
+        let given = given.and_then(|matches| Self::from_arg_matches(&matches));
         given.unwrap_or_else(|mut wrong| {
             let unknown = match wrong.get(ContextKind::InvalidSubcommand) {
                 Some(ContextValue::String(command)) => brought_by(command),
@@ -172,7 +156,6 @@ impl Arguments {
         })
     }
 
-    /// The layers of the configuration.
     pub(crate) fn layers(&self) -> Result<Layers, Box<dyn Error>> {
         let flags = match &self.command {
             None => vec![&self.serve],

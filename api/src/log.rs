@@ -36,11 +36,8 @@ static DROPPED: OnceLock<ErrorCounter> = OnceLock::new();
 
 /// Logs until the guard is dropped. Excess lines are dropped and counted. `RUST_LOG` overrides.
 pub(crate) fn start(directives: &str, format: &str, traces: Option<BoxedLayer>) -> WorkerGuard {
-    let filter: Targets = env::var("RUST_LOG")
-        .ok()
-        .and_then(|given| given.parse().ok())
-        .or_else(|| directives.parse().ok())
-        .unwrap_or_default();
+    let given = env::var("RUST_LOG").ok().and_then(|given| given.parse().ok());
+    let filter: Targets = given.or_else(|| directives.parse().ok()).unwrap_or_default();
     let waiting = NonBlockingBuilder::default().buffered_lines_limit(LINES_WAITING_MAX);
     let (writer, guard) = waiting.finish(io::stderr());
     DROPPED.get_or_init(|| writer.error_counter());
@@ -59,7 +56,6 @@ pub(crate) fn start(directives: &str, format: &str, traces: Option<BoxedLayer>) 
     guard
 }
 
-/// Number of lines dropped because standard error was not read.
 pub(crate) fn lines_dropped() -> u64 {
     DROPPED.get().map_or(0, |dropped| dropped.dropped_lines() as u64)
 }

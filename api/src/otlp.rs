@@ -54,7 +54,6 @@ impl Tracer {
         Some(Self(provider.build()))
     }
 
-    /// Passes spans to the tracer.
     pub(crate) fn layer<S>(&self) -> OpenTelemetryLayer<S, opentelemetry_sdk::trace::SdkTracer>
     where
         S: Subscriber + for<'a> LookupSpan<'a>,

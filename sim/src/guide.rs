@@ -79,9 +79,7 @@ impl LosGuide {
             parameters: Parameters::default(),
         }
     }
-}
 
-impl LosGuide {
     /// The law with its state after the last call.
     pub fn tracking(&self) -> &TrackingLaw {
         &self.tracking
@@ -133,29 +131,23 @@ impl Guide for LosGuide {
             current: current.unwrap_or_else(Vector2::zeros),
             ..AscNow::from(snapshot)
         };
-        let through_water = self
-            .tracking
-            .steer(snapshot.t_s, &asc, &target, snapshot.limits());
+        let limits = snapshot.limits();
+        let through_water = self.tracking.steer(snapshot.t_s, &asc, &target, limits);
+        let craft = snapshot.craft_prior().craft;
+        let schedule = self.schedule.as_ref().map(|(_, schedule)| schedule);
         Ok(Guidance {
-            reference: snapshot.craft_prior().craft.command(
-                &through_water,
-                &asc.current,
-                snapshot.limits().speed_max,
-            ),
+            reference: craft.command(&through_water, &asc.current, limits.speed_max),
             method: Some(Method::from(self.tracking.law())),
             predicted_rms: None,
-            serves: self
-                .schedule
-                .as_ref()
-                .and_then(|(_, schedule)| served(snapshot, schedule)),
+            serves: served(snapshot, schedule),
             solve_time: None,
         })
     }
 }
 
 /// Index in `snapshot` of the underwater vehicle that `schedule` serves now or next.
-pub fn served(snapshot: &Snapshot, schedule: &Schedule) -> Option<usize> {
-    let next = schedule.next()?;
+pub fn served(snapshot: &Snapshot, schedule: Option<&Schedule>) -> Option<usize> {
+    let next = schedule?.next()?;
     snapshot.auvs.iter().position(|auv| auv.id == *next)
 }
 
@@ -211,10 +203,7 @@ impl Guide for MpcGuide {
             reference: plan.reference,
             method: Some(plan.method),
             predicted_rms: Some(plan.predicted.rms_error_m),
-            serves: plan
-                .schedule
-                .as_ref()
-                .and_then(|schedule| served(&snapshot, schedule)),
+            serves: served(&snapshot, plan.schedule.as_ref()),
             solve_time: None,
         };
         self.last = Some((snapshot, plan));

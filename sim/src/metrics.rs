@@ -143,19 +143,11 @@ impl Metrics {
 
 impl SurfaceCraftMetrics {
     fn of(record: &Record) -> Option<Self> {
-        let rows: Vec<&SurfaceCraftRow> = record
-            .rows
-            .iter()
-            .filter_map(|row| row.surface_craft.as_ref())
-            .collect();
+        let rows: Vec<&SurfaceCraftRow> = record.surface_craft_rows().map(|(_, row)| row).collect();
         let last = rows.last()?;
         let mut distances: Vec<f64> = rows.iter().map(|row| row.distance()).collect();
-        let settled: Vec<f64> = record
-            .rows
-            .iter()
-            .filter(|row| row.time >= record.settled_after)
-            .filter_map(|row| Some(row.surface_craft.as_ref()?.distance()))
-            .collect();
+        let settled = record.settled_rows().filter_map(|row| row.surface_craft.as_ref());
+        let settled: Vec<f64> = settled.map(SurfaceCraftRow::distance).collect();
         let (rms_m, mean_m, settled_rms_m) = (rms(&distances), mean(&distances), rms(&settled));
         distances.sort_by(f64::total_cmp);
         let mut times: Vec<f64> = rows.iter().filter_map(|row| row.solve_ms).collect();
@@ -182,27 +174,18 @@ impl SurfaceCraftMetrics {
 impl VisitMetrics {
     fn of(record: &Record) -> Option<Self> {
         let means: Vec<f64> = record.rows.iter().filter_map(Row::mean_cost).collect();
-        let services = record
-            .rows
-            .iter()
-            .flat_map(|row| row.auvs.iter().filter_map(|auv| auv.service));
+        let auvs = record.rows.iter().flat_map(|row| &row.auvs);
+        let services = auvs.filter_map(|auv| auv.service);
         let most = services.map(|service| service.cost).reduce(f64::max)?;
         let every = || 0..record.auv_ids.len();
         let served = |row: &Row, auv: usize| row.auvs[auv].service.is_some_and(|service| service.served);
-        let begun = |pair: &[Row]| {
-            every()
-                .filter(|&auv| !served(&pair[0], auv) && served(&pair[1], auv))
-                .count()
-        };
+        let begins = |pair: &[Row], auv: usize| !served(&pair[0], auv) && served(&pair[1], auv);
+        let begun = |pair: &[Row]| every().filter(|&auv| begins(pair, auv)).count();
         let at_once = every().filter(|&auv| served(&record.rows[0], auv)).count();
         let serves = |row: &Row| row.surface_craft.as_ref().and_then(|craft| craft.serves);
         let chosen: Vec<usize> = record.rows.iter().filter_map(serves).collect();
-        let late = |auv: &usize| {
-            record
-                .rows
-                .iter()
-                .any(|row| row.auvs[*auv].service.is_some_and(|service| service.late))
-        };
+        let is_late = |row: &Row, auv: usize| row.auvs[auv].service.is_some_and(|service| service.late);
+        let late = |auv: &usize| record.rows.iter().any(|row| is_late(row, *auv));
         Some(Self {
             mean_cost: mean(&means),
             max_cost: most,
@@ -215,12 +198,7 @@ impl VisitMetrics {
 
 impl AuvMetrics {
     fn of(record: &Record, i: usize) -> Self {
-        let rows: Vec<&AuvRow> = record
-            .rows
-            .iter()
-            .filter(|row| row.time >= record.settled_after)
-            .map(|row| &row.auvs[i])
-            .collect();
+        let rows: Vec<&AuvRow> = record.settled_rows().map(|row| &row.auvs[i]).collect();
         let least = |of: fn(&AuvRow) -> f64| rows.iter().map(|row| of(row)).fold(f64::INFINITY, f64::min);
         let most = |of: fn(&AuvRow) -> f64| rows.iter().map(|row| of(row)).fold(f64::NEG_INFINITY, f64::max);
         Self {
@@ -298,10 +276,8 @@ fn outside(area: &[Vector2<f64>], position: &Vector2<f64>) -> f64 {
     if n < 3 {
         return 0.0;
     }
-    let fan = area[1..]
-        .windows(2)
-        .map(|pair| (pair[0] - area[0]).perp(&(pair[1] - area[0])));
-    let turn = fan.sum::<f64>().signum();
+    let triangle = |pair: &[Vector2<f64>]| (pair[0] - area[0]).perp(&(pair[1] - area[0]));
+    let turn = area[1..].windows(2).map(triangle).sum::<f64>().signum();
     let beyond = |i: usize| {
         let side = (area[(i + 1) % n] - area[i]).normalize();
         -turn * side.perp(&(position - area[i]))
@@ -325,11 +301,9 @@ fn time_in_range(record: &Record) -> BTreeMap<String, f64> {
     let Some(range) = record.contact_range else {
         return BTreeMap::new();
     };
+    let is_near = |row: &Row, i: usize| slant_range(row, &row.auvs[i]).is_some_and(|by| by <= range);
     let seconds = |i: usize| {
-        let near = record
-            .rows
-            .iter()
-            .filter(|row| slant_range(row, &row.auvs[i]).is_some_and(|distance| distance <= range));
+        let near = record.rows.iter().filter(|row| is_near(row, i));
         // Not `sum`, which is −0.0 over nothing.
         near.fold(0.0, |seconds, _| seconds + record.interval)
     };
@@ -339,14 +313,11 @@ fn time_in_range(record: &Record) -> BTreeMap<String, f64> {
 
 fn reference_jerk(rows: &[&SurfaceCraftRow], interval: f64) -> f64 {
     let velocity = |reference: &Reference| reference.heading.unit() * reference.speed;
-    let jerks: Vec<f64> = rows
-        .windows(3)
-        .map(|three| {
-            let [a, b, c] = [0, 1, 2].map(|i| velocity(&three[i].reference));
-            (a - b * 2.0 + c).norm() / (interval * interval)
-        })
-        .collect();
-    rms(&jerks)
+    let jerk = |three: &[&SurfaceCraftRow]| {
+        let [a, b, c] = [0, 1, 2].map(|i| velocity(&three[i].reference));
+        (a - b * 2.0 + c).norm() / (interval * interval)
+    };
+    rms(&rows.windows(3).map(jerk).collect::<Vec<_>>())
 }
 
 /// The value that `per_cent` % of the `sorted` values do not exceed (nearest rank), if any.

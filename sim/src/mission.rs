@@ -1,9 +1,7 @@
 //! A mission: observe, ask the guide, follow its reference for a second, repeat.
 
-use std::time::Duration;
-
 use nalgebra::Vector2;
-use planner::{angle::wrap, estimate::Estimate, snapshot::Snapshot};
+use planner::{angle::wrap, snapshot::Snapshot};
 
 use crate::{
     guide::{Guidance, Guide, GuideError},
@@ -50,12 +48,10 @@ pub fn run_from(
     let mut mission = Mission::from_start(start, scenario, guide.name(), seed);
     while !mission.is_over() {
         let snapshot = mission.observe()?;
-        let asked = snapshot
-            .as_ref()
-            .map(|snapshot| guide.guide(snapshot))
-            .transpose()?;
+        let asked = snapshot.as_ref().map(|snapshot| guide.guide(snapshot));
+        let asked = asked.transpose()?;
         mission.step(snapshot.as_ref().zip(asked));
-        progress(f64::from(mission.ticks) / f64::from(mission.ticks_max));
+        progress(mission.done());
     }
     Ok(mission.into_record())
 }
@@ -82,15 +78,10 @@ impl Mission {
         let mut record = empty_record(scenario, &start, guide, seed);
         let ticks_max = whole_plans(start.duration);
         record.rows.reserve(ticks_max as usize);
+        let briefing = start.observer.as_ref().map(|observer| &observer.briefing);
         Self {
-            goal: start
-                .observer
-                .as_ref()
-                .map(|observer| TrueGoal::new(&observer.briefing)),
-            costs: start
-                .observer
-                .as_ref()
-                .and_then(|observer| TrueCosts::new(&observer.briefing.goal)),
+            goal: briefing.map(TrueGoal::new),
+            costs: briefing.and_then(|briefing| TrueCosts::new(&briefing.goal)),
             start,
             record,
             ticks: 0,
@@ -101,6 +92,11 @@ impl Mission {
     /// `true` after its last tick.
     pub fn is_over(&self) -> bool {
         self.ticks_max <= self.ticks
+    }
+
+    /// The completed fraction.
+    pub fn done(&self) -> f64 {
+        f64::from(self.ticks) / f64::from(self.ticks_max)
     }
 
     /// Number of rows of its complete record.
@@ -125,35 +121,35 @@ impl Mission {
     /// Advances by a tick. The surface craft follows the guide's answer to [`Self::observe`].
     pub fn step(&mut self, guided: Option<(&Snapshot, Guidance)>) {
         let world = &self.start.world;
-        let time = world.time();
-        let mut row = match (guided, &world.surface_craft, &mut self.goal) {
-            (Some((snapshot, guidance)), Some(craft), Some(goal)) => Row {
-                time,
-                auvs: known_auvs(world, snapshot),
-                surface_craft: Some(surface_craft_row(
-                    world,
-                    craft,
-                    goal.position(world, guidance.serves),
-                    snapshot,
-                    guidance,
-                )),
-            },
-            _ => Row {
-                time,
-                surface_craft: None,
-                auvs: world.auvs.iter().map(|auv| auv_row(world, auv)).collect(),
-            },
+        let mut row = Row {
+            time: world.time(),
+            surface_craft: None,
+            auvs: world.auvs.iter().map(|auv| auv_row(world, auv)).collect(),
         };
+        if let (Some((snapshot, guidance)), Some(craft), Some(goal)) =
+            (guided, &world.surface_craft, &mut self.goal)
+        {
+            for (auv, estimate) in row.auvs.iter_mut().zip(snapshot.estimates()) {
+                auv.known = Some(KnownAuv {
+                    position: estimate.state.position(),
+                    depth: estimate.state.depth_m,
+                    course: estimate.state.course().radians(),
+                    speed: estimate.state.speed_mps,
+                    age: estimate.state.age_s,
+                });
+            }
+            let goal = goal.position(world, guidance.serves);
+            row.surface_craft = Some(surface_craft_row(world, craft, goal, snapshot, guidance));
+        }
         if let (Some(costs), Some(craft)) = (&mut self.costs, &world.surface_craft) {
             for (place, auv) in row.auvs.iter_mut().enumerate() {
                 auv.service = costs.observe(world, craft, place);
             }
             costs.end_tick(world);
         }
+        let reference = row.surface_craft.as_ref().map(|craft| &craft.reference);
         for _ in 0..PERIODS_PER_PLAN {
-            self.start
-                .world
-                .step(row.surface_craft.as_ref().map(|craft| &craft.reference));
+            self.start.world.step(reference);
             if let Some(observer) = &mut self.start.observer {
                 observer.listen(&self.start.world);
             }
@@ -181,23 +177,6 @@ impl Mission {
     pub fn forget_paths(&mut self) {
         self.record.paths = vec![];
     }
-}
-
-/// The underwater vehicles, and their estimates in `snapshot`.
-fn known_auvs(world: &World, snapshot: &Snapshot) -> Vec<AuvRow> {
-    let estimated = world.auvs.iter().zip(snapshot.estimates());
-    estimated
-        .map(|(auv, Estimate { state, .. })| AuvRow {
-            known: Some(KnownAuv {
-                position: state.position(),
-                depth: state.depth_m,
-                course: state.course().radians(),
-                speed: state.speed_mps,
-                age: state.age_s,
-            }),
-            ..auv_row(world, auv)
-        })
-        .collect()
 }
 
 fn empty_record(scenario: &Scenario, start: &Start, guide: &str, seed: u64) -> Record {
@@ -242,21 +221,19 @@ fn whole_plans(duration: f64) -> u32 {
 
 /// Equidistant points of its path, or the points of the track that it repeats.
 fn path_points(auv: &SimulatedAuv) -> Vec<Vector2<f64>> {
-    let path = &auv.path;
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "clamped just before"
-    )]
-    let n = (path.length() / PATH_POINT_INTERVAL)
-        .ceil()
-        .clamp(1.0, f64::from(PATH_POINTS_MAX)) as u32;
     if let Some(track) = &auv.track {
         return track.outline(PATH_POINTS_MAX as usize);
     }
-    (0..=n)
-        .map(|k| path.at(path.length() * f64::from(k) / f64::from(n)).position)
-        .collect()
+    let length = auv.path.length();
+    let n = (length / PATH_POINT_INTERVAL).ceil();
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "clamped just here"
+    )]
+    let n = n.clamp(1.0, f64::from(PATH_POINTS_MAX)) as u32;
+    let point = |k| auv.path.at(length * f64::from(k) / f64::from(n)).position;
+    (0..=n).map(point).collect()
 }
 
 fn surface_craft_row(
@@ -289,19 +266,14 @@ fn surface_craft_row(
         method: guidance.method,
         serves: guidance.serves,
         predicted_rms: guidance.predicted_rms,
-        solve_ms: guidance
-            .solve_time
-            .as_ref()
-            .map(Duration::as_secs_f64)
-            .map(|s| 1e3 * s),
+        solve_ms: guidance.solve_time.map(|time| 1e3 * time.as_secs_f64()),
     }
 }
 
 fn auv_row(world: &World, auv: &SimulatedAuv) -> AuvRow {
     let error = auv.path_error();
-    let (surge, pitch) = auv
-        .reference()
-        .map_or((0.0, 0.0), |reference| (reference.surge, reference.pitch));
+    let reference = auv.reference();
+    let (surge, pitch) = reference.map_or((0.0, 0.0), |reference| (reference.surge, reference.pitch));
     AuvRow {
         position: auv.position(),
         depth: auv.depth(),

@@ -49,6 +49,19 @@ pub struct Record {
     pub rows: Vec<Row>,
 }
 
+impl Record {
+    /// The surface craft's rows, with their times, s; none without a surface craft.
+    pub fn surface_craft_rows(&self) -> impl Iterator<Item = (f64, &SurfaceCraftRow)> {
+        let rows = self.rows.iter();
+        rows.filter_map(|row| Some((row.time, row.surface_craft.as_ref()?)))
+    }
+
+    /// The rows from the settling time on.
+    pub fn settled_rows(&self) -> impl Iterator<Item = &Row> {
+        self.rows.iter().filter(|row| self.settled_after <= row.time)
+    }
+}
+
 /// Bounds of the surface craft.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Bounds {

@@ -55,7 +55,7 @@ pub struct Modem {
     format: Format,
     georeference: Georeference,
     newest: BTreeMap<String, AuvFix>,
-    rejects: Rejects,
+    pub(crate) rejects: Rejects,
 }
 
 #[derive(Debug)]
@@ -127,10 +127,6 @@ impl Modem {
     /// fresh, a bearing and an elevation make a fix.
     pub(crate) fn note_depth(&mut self, auv: &str, depth: KnownDepth) {
         self.georeference.note_depth(auv, depth);
-    }
-
-    pub(crate) fn rejects(&self) -> &Rejects {
-        &self.rejects
     }
 }
 

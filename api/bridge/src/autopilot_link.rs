@@ -84,7 +84,7 @@ impl AutopilotLink {
             } => {
                 let events = reader.push(&piece.bytes, unix_s);
                 for event in &events {
-                    if let (AutopilotEvent::Heartbeat(newest), Some(system)) = (event, reader.craft()) {
+                    if let (AutopilotEvent::Heartbeat(newest), Some(system)) = (event, reader.craft) {
                         if heartbeat.is_none() {
                             tracing::info!(system, "autopilot found");
                             *writer = MavlinkWriter::new(system);
@@ -124,12 +124,11 @@ impl AutopilotLink {
 
     pub(crate) fn rejects(&self) -> &Rejects {
         match self {
-            Self::Mavlink { reader, .. } => reader.rejects(),
+            Self::Mavlink { reader, .. } => &reader.rejects,
             Self::Nmea { reader, .. } => reader.rejects(),
         }
     }
 
-    /// Sends `reference` at `now` of the bridge's clock, s.
     pub(crate) fn send(&mut self, reference: &Reference, now: f64) {
         match self {
             Self::Nmea { send, .. } => send(heading_and_speed_sentences(reference).as_bytes()),

@@ -19,7 +19,6 @@ impl BridgeClock {
         }
     }
 
-    /// s since the start.
     pub(crate) fn now_s(&self) -> f64 {
         self.machine.since(self.start).as_secs_f64()
     }

@@ -31,7 +31,6 @@ const SMOOTHED_S: f64 = 0.5;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Confirmation {
     taken_s: f64,
-    /// Time of the newest state, s.
     state_s: f64,
     /// Time of the last motion of the position, s, and the position then.
     moved_s: f64,
@@ -60,9 +59,7 @@ impl Confirmation {
     pub(crate) fn take(&mut self, now: f64, state: &MeasuredState, sent: &Reference) {
         let share = 1.0 - (-(now - self.taken_s) / SMOOTHED_S).exp();
         (self.taken_s, self.state_s) = (now, state.t_s);
-        let speed = state
-            .ground_velocity
-            .map_or(state.water_velocity.x.abs(), |velocity| velocity.norm());
+        let speed = state.speed().abs();
         let has_moved = |place: Origin| moved(&place, &state.position).norm() > MOVED_M;
         let has_moved = self.place.is_none_or(has_moved);
         if has_moved || speed.max(sent.speed) < WAY {
@@ -82,16 +79,14 @@ impl Confirmation {
     pub(crate) fn missing(&self, now: f64) -> impl Iterator<Item = &'static str> {
         let is_old = |at_s: f64| now - at_s > WITHIN_S;
         let is_silent = is_old(self.state_s);
-        [
+        let (is_still, is_off) = (is_old(self.moved_s), is_old(self.turned_s));
+        let parts = [
             ("no new position", is_silent),
-            ("the position does not move", !is_silent && is_old(self.moved_s)),
-            (
-                "the heading does not turn as told",
-                !is_silent && is_old(self.turned_s),
-            ),
-        ]
-        .into_iter()
-        .filter_map(|(words, is_missing)| is_missing.then_some(words))
+            ("the position does not move", !is_silent && is_still),
+            ("the heading does not turn as told", !is_silent && is_off),
+        ];
+        let missing = parts.into_iter().filter(|(_, is_missing)| *is_missing);
+        missing.map(|(words, _)| words)
     }
 }
 

@@ -6,11 +6,10 @@ use nalgebra::Vector2;
 use planner::angle::direction;
 
 use crate::{
-    CraftMeasurement, Origin, Rejects,
+    CraftMeasurement, Origin,
     current_observer::CurrentObserver,
     integrity::{Alarm, Integrity, Source},
     recent_positions::moved,
-    reference::Reference,
 };
 
 /// Greatest difference of times within one state, s.
@@ -25,13 +24,13 @@ type Dated<T> = Option<(f64, T)>;
 /// The measurements so far. Times are on one clock.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct CraftState {
-    integrity: Integrity,
+    pub(crate) integrity: Integrity,
     position: Dated<Origin>,
     heading: Dated<f64>,
     yaw_rate: Dated<f64>,
     ground_velocity: Dated<Vector2<f64>>,
-    water_velocity: Dated<Vector2<f64>>,
-    current: CurrentObserver,
+    pub(crate) water_velocity: Dated<Vector2<f64>>,
+    pub(crate) current: CurrentObserver,
     velocity_bias: VelocityBias,
 }
 
@@ -98,10 +97,8 @@ impl VelocityBias {
 /// The state of the craft at one moment, in the service's terms.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct MeasuredState {
-    /// Time of the state, s.
     pub(crate) t_s: f64,
     pub(crate) position: Origin,
-    /// Heading, rad, true.
     pub(crate) heading: f64,
     /// Velocity through the water (ahead, to starboard), m/s, measured or estimated.
     pub(crate) water_velocity: Vector2<f64>,
@@ -111,6 +108,14 @@ pub(crate) struct MeasuredState {
     pub(crate) ground_velocity: Option<Vector2<f64>>,
     /// Estimated current (north, east), m/s; none if the velocity through the water is measured.
     pub(crate) current: Option<Vector2<f64>>,
+}
+
+impl MeasuredState {
+    /// Speed over ground, m/s, or surge through the water if that is unknown.
+    pub(crate) fn speed(&self) -> f64 {
+        let over_ground = self.ground_velocity;
+        over_ground.map_or(self.water_velocity.x, |velocity| velocity.norm())
+    }
 }
 
 impl CraftState {
@@ -128,7 +133,7 @@ impl CraftState {
             CraftMeasurement::GroundSpeed(speed) => {
                 let is_at_rest = speed < REST_SPEED;
                 let ahead = || fresh(self.heading, t_s).map(direction);
-                let moving = self.integrity.recent().velocity();
+                let moving = self.integrity.recent.velocity();
                 let course = match moving.and_then(|moved| moved.try_normalize(REST_SPEED)) {
                     _ if is_at_rest => Some(Vector2::zeros()),
                     moving => moving.or_else(ahead),
@@ -137,7 +142,8 @@ impl CraftState {
                     self.take_ground_velocity(t_s, &(course * speed));
                 }
                 if is_at_rest {
-                    self.integrity.velocity_is_unknown();
+                    // A guess contradicts nothing.
+                    self.integrity.recent.travel_unmeasured();
                 }
             }
         }
@@ -147,8 +153,7 @@ impl CraftState {
         if !self.integrity.admits_velocity(t_s, *measured) {
             return;
         }
-        let heading = fresh(self.heading, t_s);
-        let position = fresh(self.position, t_s);
+        let (heading, position) = (fresh(self.heading, t_s), fresh(self.position, t_s));
         let velocity = match heading.zip(position) {
             Some((heading, position)) => self.velocity_bias.corrected(t_s, heading, &position, measured),
             None => *measured,
@@ -160,15 +165,6 @@ impl CraftState {
         }
     }
 
-    pub(crate) fn current(&self) -> &CurrentObserver {
-        &self.current
-    }
-
-    /// `true` if the velocity through the water is measured.
-    pub(crate) fn has_speed_log(&self) -> bool {
-        self.water_velocity.is_some()
-    }
-
     /// The state at the newest position; `None` without position, heading or velocity, or during an
     /// alarm that stops. Without a measured velocity it has that of the positions.
     pub(crate) fn newest(&self) -> Option<MeasuredState> {
@@ -177,7 +173,7 @@ impl CraftState {
         }
         let (t_s, position) = self.position?;
         let heading = fresh(self.heading, t_s)?;
-        let ground_velocity = fresh(self.ground_velocity, t_s).or_else(|| self.integrity.recent().velocity());
+        let ground_velocity = fresh(self.ground_velocity, t_s).or_else(|| self.integrity.recent.velocity());
         let measured = fresh(self.water_velocity, t_s);
         let inferred = ground_velocity.map(|velocity| self.current.through_water(heading, &velocity));
         Some(MeasuredState {
@@ -187,42 +183,27 @@ impl CraftState {
             water_velocity: measured.or(inferred)?,
             yaw_rate: fresh(self.yaw_rate, t_s).unwrap_or(0.0),
             ground_velocity,
-            current: measured.is_none().then(|| self.current.current()),
+            current: measured.is_none().then_some(self.current.current),
         })
-    }
-
-    /// Records that a reference was sent and followed for `seconds`.
-    pub(crate) fn sent(&mut self, reference: &Reference, seconds: f64) {
-        self.integrity.sent(reference, seconds);
-    }
-
-    /// The present contradictions, the worst first.
-    pub(crate) fn alarms(&self) -> impl Iterator<Item = Alarm> {
-        self.integrity.alarms()
     }
 
     /// The alarm that makes the state untrustworthy.
     pub(crate) fn distrusted(&self) -> Option<Alarm> {
-        self.alarms().find(|alarm| alarm.stops())
-    }
-
-    pub(crate) fn rejects(&self) -> &Rejects {
-        self.integrity.rejects()
+        self.integrity.alarms().find(|alarm| alarm.stops())
     }
 
     pub(crate) fn missing(&self, now_s: f64) -> impl Iterator<Item = &'static str> {
         let position = fresh(self.position, now_s);
         let has_velocity = fresh(self.ground_velocity, now_s).is_some()
             || fresh(self.water_velocity, now_s).is_some()
-            || position.is_some() && self.integrity.recent().velocity().is_some();
-        [
+            || position.is_some() && self.integrity.recent.velocity().is_some();
+        let parts = [
             ("no position", position.is_some()),
             ("no heading", fresh(self.heading, now_s).is_some()),
             ("no velocity", has_velocity),
-        ]
-        .into_iter()
-        .filter(|(_, is_known)| !is_known)
-        .map(|(name, _)| name)
+        ];
+        let missing = parts.into_iter().filter(|(_, is_known)| !is_known);
+        missing.map(|(name, _)| name)
     }
 }
 

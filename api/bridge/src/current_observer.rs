@@ -37,7 +37,8 @@ const GAP_MAX_S: f64 = 60.0;
 
 #[derive(Clone, Debug)]
 pub(crate) struct CurrentObserver {
-    current: Vector2<f64>,
+    /// The current (north, east), m/s.
+    pub(crate) current: Vector2<f64>,
     covariance: Matrix2<f64>,
     updated_s: Option<f64>,
     /// Side on which innovations are limited, and the beginning of that, s.
@@ -56,11 +57,6 @@ impl Default for CurrentObserver {
 }
 
 impl CurrentObserver {
-    /// The current (north, east), m/s.
-    pub(crate) fn current(&self) -> Vector2<f64> {
-        self.current
-    }
-
     /// Standard deviation of the current along its least known axis, m/s.
     pub(crate) fn sigma(&self) -> f64 {
         self.covariance.symmetric_eigenvalues().max().max(0.0).sqrt()
@@ -138,10 +134,10 @@ mod tests {
         let current = Vector2::new(-0.1, 0.3);
         let mut observer = CurrentObserver::default();
         observe(&mut observer, 0.0, 60, 0.0, &current);
-        assert!((observer.current().y - 0.3).abs() < 0.01, "{observer:?}");
-        assert!(observer.current().x.abs() < 1e-9, "nothing shows it yet");
+        assert!((observer.current.y - 0.3).abs() < 0.01, "{observer:?}");
+        assert!(observer.current.x.abs() < 1e-9, "nothing shows it yet");
         observe(&mut observer, 60.0, 60, 1.5, &current);
-        assert!((observer.current() - current).norm() < 0.03, "{observer:?}");
+        assert!((observer.current - current).norm() < 0.03, "{observer:?}");
     }
 
     #[test]
@@ -149,7 +145,7 @@ mod tests {
         for (flow, found) in [(2.5, 2.5), (4.0, 3.0)] {
             let mut observer = CurrentObserver::default();
             observe(&mut observer, 0.0, 30, 0.0, &Vector2::new(0.0, flow));
-            assert!((observer.current().y - found).abs() < 0.15, "{observer:?}");
+            assert!((observer.current.y - found).abs() < 0.15, "{observer:?}");
         }
     }
 
@@ -165,7 +161,7 @@ mod tests {
         let mut observer = CurrentObserver::default();
         for t_s in [1e9, 0.0, 0.0, 1e12, 1e12 + 0.1] {
             observer.update(t_s, 1.0, 0.5, &Vector2::new(1.0, 2.0));
-            assert!(observer.current().iter().all(|part| part.is_finite()));
+            assert!(observer.current.iter().all(|part| part.is_finite()));
         }
     }
 }

@@ -89,15 +89,13 @@ pub struct Bridge {
     settings: Settings,
     autopilot: AutopilotLink,
     received: Receiver<Received>,
-    telemetry: Telemetry,
+    pub(crate) telemetry: Telemetry,
     decision: Decision,
     reporting: Reporting,
     log: MissionLog,
     /// The mission's speed limit, m/s.
     speed_max: Option<f64>,
-    /// Time when the autopilot was first heard.
     met_s: Option<f64>,
-    /// Time of the newest reported state of the craft, s.
     reported_s: f64,
     trouble: Option<String>,
     last_second: u64,
@@ -170,10 +168,6 @@ impl Bridge {
         }
     }
 
-    pub(crate) fn telemetry(&self) -> &Telemetry {
-        &self.telemetry
-    }
-
     /// The autopilot's parameters that contradict the mission.
     pub fn contradictions(&self) -> Vec<Contradiction> {
         let speed_max = self.speed_max.unwrap_or(0.0);
@@ -188,18 +182,14 @@ impl Bridge {
         self.log.clock.now_s()
     }
 
-    /// The craft's control, if the autopilot reports it.
     pub(crate) fn control(&self) -> Control {
         self.autopilot.control(self.now_s())
     }
 
     /// The state of the mission; the default before [`Bridge::follow`].
     pub(crate) fn link(&self) -> LinkStatus {
-        self.log
-            .mission
-            .as_ref()
-            .map(MissionLink::status)
-            .unwrap_or_default()
+        let mission = self.log.mission.as_ref();
+        mission.map(MissionLink::status).unwrap_or_default()
     }
 
     /// Names of the wires, in the order of [`Telemetry::pieces`].
@@ -210,9 +200,7 @@ impl Bridge {
 
     /// Rejected input of each wire, and measurements that were not used.
     pub(crate) fn rejects(&self) -> impl Iterator<Item = &Rejects> {
-        [self.autopilot.rejects()]
-            .into_iter()
-            .chain(self.telemetry.rejects())
+        std::iter::once(self.autopilot.rejects()).chain(self.telemetry.rejects())
     }
 
     /// Waits up to `patience` for the autopilot and its parameters, or for the craft's state on
@@ -366,9 +354,8 @@ impl Bridge {
             mission.report_craft(state, self.decision.is_steering());
         }
         let control = self.autopilot.control(now);
-        let action = self
-            .decision
-            .decide(now, control, &self.telemetry, link, &self.log);
+        let decision = &mut self.decision;
+        let action = decision.decide(now, control, &self.telemetry, link, &self.log);
         if !self.settings.dry_run {
             self.act(now, action, state.as_ref(), link);
         }
@@ -400,12 +387,12 @@ impl Bridge {
         }
     }
 
-    /// Sends `reference` within the limits of output.
     fn send(&mut self, now: f64, reference: &Reference, state: &MeasuredState, link: &LinkStatus) {
         let limits = self.decision.output_limits(link, &self.telemetry.parameters);
         if let Some(sent) = self.decision.limited(now, reference, state, &limits) {
             self.autopilot.send(&sent, now);
-            self.telemetry.craft.sent(&sent, 1.0 / self.settings.rate_hz);
+            let seconds = 1.0 / self.settings.rate_hz;
+            self.telemetry.craft.integrity.sent(&sent, seconds);
         }
     }
 

@@ -153,7 +153,7 @@ pub(crate) struct Integrity {
     heading_track: Track<f64>,
     velocity_track: Track<Vector2<f64>>,
     yaw_rate: Option<(f64, f64)>,
-    recent: RecentPositions,
+    pub(crate) recent: RecentPositions,
     /// Time since which velocity and positions contradict each other, s.
     apart_since_s: Option<f64>,
     stationary: Option<StationaryPosition>,
@@ -172,10 +172,9 @@ pub(crate) struct Integrity {
     /// Time since which the course has been far off the heading, s.
     off_course_s: Option<f64>,
     alarms: BTreeSet<Alarm>,
-    rejects: Rejects,
+    pub(crate) rejects: Rejects,
 }
 
-/// A position that has not moved.
 #[derive(Clone, Copy, Debug)]
 struct StationaryPosition {
     since_s: f64,
@@ -186,7 +185,6 @@ struct StationaryPosition {
     requested: f64,
 }
 
-/// A heading that has not changed.
 #[derive(Clone, Copy, Debug)]
 struct ConstantHeading {
     began_s: f64,
@@ -240,11 +238,6 @@ impl Integrity {
         !self.alarms.contains(&Alarm::VelocityContradicts)
     }
 
-    /// Marks the newest velocity as a guess, which contradicts nothing.
-    pub(crate) fn velocity_is_unknown(&mut self) {
-        self.recent.travel_unmeasured();
-    }
-
     /// Records that a reference was sent and followed for `seconds`.
     pub(crate) fn sent(&mut self, reference: &Reference, seconds: f64) {
         if let Some(stationary) = &mut self.stationary {
@@ -257,15 +250,6 @@ impl Integrity {
         self.alarms.iter().copied()
     }
 
-    pub(crate) fn rejects(&self) -> &Rejects {
-        &self.rejects
-    }
-
-    pub(crate) fn recent(&self) -> &RecentPositions {
-        &self.recent
-    }
-
-    /// `true` for speeds that a surface craft can reach, m/s.
     fn may_move(&mut self, speed: f64) -> bool {
         self.is_possible(speed, SPEED_MAX, "faster than a surface craft")
     }
@@ -278,17 +262,14 @@ impl Integrity {
 
     /// The trusted velocity over ground (north, east) near `t_s`, m/s.
     fn velocity(&self, t_s: f64) -> Option<Vector2<f64>> {
-        let (at, velocity) = self.velocity_track.newest()?;
+        let (at, velocity) = self.velocity_track.trusted?;
         ((t_s - at).abs() <= FRESH_S).then_some(velocity)
     }
 
     /// The limit of `alarm`, which ends well inside its gate.
     fn limit(&self, alarm: Alarm, gate: f64) -> f64 {
-        if self.alarms.contains(&alarm) {
-            0.5 * gate
-        } else {
-            gate
-        }
+        let is_raised = self.alarms.contains(&alarm);
+        if is_raised { 0.5 * gate } else { gate }
     }
 
     fn set(&mut self, alarm: Alarm, is_raised: bool) {
@@ -334,10 +315,8 @@ impl Integrity {
     /// Compares the drift of positions from the integral of the velocity with its limit.
     fn compare_drift(&mut self) {
         if let Some(drift) = self.recent.drift().filter(|drift| drift.span_s >= DRIFT_AFTER_S) {
-            let speed = self
-                .velocity_track
-                .newest()
-                .map_or(0.0, |(_, velocity)| velocity.norm());
+            let velocity = self.velocity_track.trusted;
+            let speed = velocity.map_or(0.0, |(_, velocity)| velocity.norm());
             let most = gate(DRIFT, speed).max(drift.slope_beyond(DRIFT_SIGMAS));
             let is_apart = drift.slope.norm() > self.limit(Alarm::PositionDrifts, most);
             let is_raised = is_apart && !self.alarms.contains(&Alarm::VelocityContradicts);
@@ -363,7 +342,7 @@ impl Integrity {
 
     /// Compares a position that stays with velocity and references.
     fn compare_stationary(&mut self, t_s: f64, position: Origin) {
-        let travelled = self.recent.travelled();
+        let travelled = self.recent.travelled;
         let start = StationaryPosition {
             since_s: t_s,
             position,
@@ -379,10 +358,8 @@ impl Integrity {
                 self.recent.clear();
             }
         } else {
-            let (travel, time) = (
-                (travelled - stationary.travelled).norm(),
-                t_s - stationary.since_s,
-            );
+            let time = t_s - stationary.since_s;
+            let travel = (travelled - stationary.travelled).norm();
             let has_pace = |by: f64| by >= FROZEN_SPEED * time;
             let is_way = |by: f64, least: f64| by >= least && has_pace(by);
             let is_requested = is_way(stationary.requested, REQUESTED_M);
@@ -422,19 +399,15 @@ impl Integrity {
             self.heading_jumped_s = Some(t_s);
         }
         self.set(Alarm::HeadingJumps, self.heading_track.is_contested(t_s));
-        self.set(
-            Alarm::HeadingJumped,
-            is_recent(self.heading_jumped_s, t_s, JUMP_SHOWN_S),
-        );
+        let has_jumped = is_recent(self.heading_jumped_s, t_s, JUMP_SHOWN_S);
+        self.set(Alarm::HeadingJumped, has_jumped);
         if fit == Fit::Missed {
             self.rejects.count("heading jumps");
             return false;
         }
-        let is_measured = self
-            .yaw_rate
-            .is_some_and(|(at, _)| (t_s - at).abs() <= RATE_GAP_MAX_S);
-        let turned = is_measured.then_some([self.turned, self.turned_error]);
-        let is_kept = self.turns.push(t_s, heading, turned, self.recent.travelled());
+        let measured = self.yaw_rate.filter(|(at, _)| (t_s - at).abs() <= RATE_GAP_MAX_S);
+        let turned = measured.map(|_| [self.turned, self.turned_error]);
+        let is_kept = self.turns.push(t_s, heading, turned, self.recent.travelled);
         self.compare_constant(t_s, heading);
         self.compare_with_course(t_s, heading);
         if is_kept {
@@ -456,10 +429,7 @@ impl Integrity {
 
     /// Compares the heading with the measured course.
     fn compare_with_course(&mut self, t_s: f64, heading: f64) {
-        let velocity = self
-            .velocity(t_s)
-            .filter(|velocity| velocity.norm() >= COURSE_SPEED);
-        let off = velocity.map(|velocity| wrap(angle_of(&velocity) - heading).abs());
+        let off = course(self.velocity(t_s)).map(|course| wrap(course - heading).abs());
         let since_s = self.off_course_s.unwrap_or(t_s);
         self.off_course_s = off.filter(|off| *off >= COURSE_OFF).map(|_| since_s);
         let is_off = self.off_course_s.is_some() && t_s - since_s >= COURSE_OFF_FOR_S;
@@ -480,15 +450,10 @@ impl Integrity {
             *constant = start;
             self.heading_frozen_s = None;
         } else {
-            let velocity = self
-                .recent
-                .velocity()
-                .filter(|velocity| velocity.norm() >= COURSE_SPEED);
-            let course = velocity.map(|velocity| angle_of(&velocity));
+            let course = course(self.recent.velocity());
             constant.course = course.and_then(|course| constant.course.or(Some(course)));
-            let changed = course
-                .zip(constant.course)
-                .map_or(0.0, |(now, then)| wrap(now - then));
+            let both = course.zip(constant.course);
+            let changed = both.map_or(0.0, |(now, then)| wrap(now - then));
             let is_turned = (self.turned - constant.turned).abs() >= TURN_BY_RATE
                 || changed.abs() >= TURN_BY_COURSE
                 || self.turns.swing_since(constant.began_s);
@@ -517,6 +482,12 @@ impl Integrity {
 /// `true` at `t_s` from the event of `at_s` on, for `within_s`, s.
 fn is_recent(at_s: Option<f64>, t_s: f64, within_s: f64) -> bool {
     at_s.is_some_and(|at_s| t_s - at_s <= within_s)
+}
+
+/// The course of a craft that makes way, rad.
+fn course(velocity: Option<Vector2<f64>>) -> Option<f64> {
+    let velocity = velocity.filter(|velocity| velocity.norm() >= COURSE_SPEED);
+    velocity.map(|velocity| angle_of(&velocity))
 }
 
 /// A gate that widens with the elapsed time, s.

@@ -37,7 +37,6 @@ const DIGEST: &str = "bridge_setup";
 /// A client of one service, or of several that share their missions.
 pub struct MissionClient {
     urls: Vec<String>,
-    /// Index of the service in use.
     current: AtomicUsize,
     token: Option<TokenFile>,
     transport: Transport,
@@ -45,7 +44,6 @@ pub struct MissionClient {
     wait_s: u32,
 }
 
-/// The reason that a request failed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub(crate) enum ServiceError {
     /// No connection, no complete answer, or too busy: try again.
@@ -77,16 +75,13 @@ impl MissionClient {
     /// If `urls` is empty.
     pub fn new(urls: &[String], token: Option<TokenFile>, transport: Transport) -> Self {
         assert!(!urls.is_empty(), "a client needs a service");
-        let (answer_timeout, wait_s) = if urls.len() == 1 {
-            (ANSWER_TIMEOUT, WAIT_S)
-        } else {
-            (ANSWER_TIMEOUT_OF_SEVERAL, WAIT_S_OF_SEVERAL)
+        let (answer_timeout, wait_s) = match urls.len() {
+            1 => (ANSWER_TIMEOUT, WAIT_S),
+            _ => (ANSWER_TIMEOUT_OF_SEVERAL, WAIT_S_OF_SEVERAL),
         };
+        let urls = urls.iter().map(|url| url.trim_end_matches('/').to_owned());
         Self {
-            urls: urls
-                .iter()
-                .map(|url| url.trim_end_matches('/').to_owned())
-                .collect(),
+            urls: urls.collect(),
             current: AtomicUsize::new(0),
             token,
             transport,
@@ -160,9 +155,7 @@ impl MissionClient {
         let path = format!("/{id}/reference?wait_s={}&after={after}", self.wait_s);
         match self.get(&path).await {
             Err(ServiceError::Rejected { code, .. }) if code == "no_plan_yet" => Ok(None),
-            answer => serde_json::from_value(used(answer?))
-                .map(Some)
-                .map_err(unavailable),
+            answer => Ok(Some(serde_json::from_value(used(answer?)).map_err(unavailable)?)),
         }
     }
 
@@ -241,10 +234,9 @@ fn read<T: DeserializeOwned>(answer: &Answer) -> Result<T, ServiceError> {
         return serde_json::from_slice(&answer.body).map_err(unavailable);
     }
     let problem: Problem = serde_json::from_slice(&answer.body).unwrap_or_default();
-    let detail = if problem.errors.is_empty() {
-        problem.detail
-    } else {
-        faults(&problem.errors).join("; ")
+    let detail = match &*problem.errors {
+        [] => problem.detail,
+        errors => faults(errors).join("; "),
     };
     Err(match (status.as_u16(), problem.code) {
         (401, _) => ServiceError::Unauthorised,

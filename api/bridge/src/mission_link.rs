@@ -36,7 +36,6 @@ const FIND_RETRY: Duration = Duration::from_secs(1);
 /// Metres of a position in degrees: not in JSON, because the service computes them.
 const IN_DEGREES: f64 = f64::NAN;
 
-/// State of the mission at one moment.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LinkStatus {
     /// ID of the mission, while it is known.
@@ -56,7 +55,6 @@ pub(crate) struct LinkStatus {
     pub(crate) rejected: Option<(u64, String)>,
     /// `true` if the mission cannot be joined or created, for the reason in `trouble`.
     pub(crate) has_failed: bool,
-    /// `true` while the mission is paused and makes no plans.
     pub(crate) is_paused: bool,
     pub(crate) is_over: bool,
 }
@@ -159,10 +157,8 @@ impl MissionLink {
     /// Posts a fix soon, with Unix time.
     pub(crate) fn report_auv(&self, fix: &AuvFix) {
         let report = auv_report(fix, self.shared.sigma_m, &mut lock(&self.shared.status).clamped);
-        push(
-            lock(&self.shared.outbox).auvs.entry(fix.auv.clone()).or_default(),
-            report,
-        );
+        let mut outbox = lock(&self.shared.outbox);
+        push(outbox.auvs.entry(fix.auv.clone()).or_default(), report);
     }
 
     /// Posts the state of the steering soon, with the bridge's time.
@@ -341,14 +337,12 @@ impl Shared {
             now.plans = None;
         }
         // A paused mission makes no plans, and its last one is not followed.
-        now.plan = Plan::new(answer, newest.arrived_s, now_s)
-            .filter(|_| is_running)
-            .map(Arc::new);
+        let plan = Plan::new(answer, newest.arrived_s, now_s);
+        now.plan = plan.filter(|_| is_running).map(Arc::new);
         is_new
     }
 }
 
-/// The newest plan so far.
 #[derive(Debug, Default)]
 struct Newest {
     mission: Option<String>,

@@ -34,10 +34,8 @@ impl Settling {
     /// The `position` at `now_s`, s, if positions have agreed for long enough.
     pub(crate) fn settled(&mut self, now_s: f64, position: Option<Origin>) -> Option<Origin> {
         let agrees = |first: &Origin| position.is_some_and(|now| moved(first, &now).norm() <= SETTLED_M);
-        self.since = self
-            .since
-            .filter(|(_, first)| agrees(first))
-            .or(position.map(|position| (now_s, position)));
+        let since = self.since.filter(|(_, first)| agrees(first));
+        self.since = since.or(position.map(|position| (now_s, position)));
         position.filter(|_| self.since.is_some_and(|(since, _)| now_s - since >= SETTLED_S))
     }
 }

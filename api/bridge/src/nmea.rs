@@ -45,7 +45,6 @@ pub struct NmeaReader {
     rejects: Rejects,
 }
 
-/// The state of the current line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum LineState {
     /// After a line end.
@@ -137,10 +136,9 @@ impl NmeaReader {
         let days_later = ((received_s - today) / SECONDS_PER_DAY).round();
         let nearest = today + days_later * SECONDS_PER_DAY;
         if (nearest - received_s).abs() <= CLOCK_DIFFERENCE_MAX_S {
-            nearest
-        } else {
-            self.rejects.count("clock");
-            received_s
+            return nearest;
         }
+        self.rejects.count("clock");
+        received_s
     }
 }

@@ -23,7 +23,6 @@ const PAUSE_MAX_S: f64 = 3.0;
 /// acceleration: a slower rise would add to the lag.
 const RISE_PER_ACCELERATION: f64 = 4.0;
 
-/// The limits of output.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[expect(clippy::struct_field_names, reason = "each is a maximum")]
 pub(crate) struct OutputLimits {
@@ -74,12 +73,11 @@ impl OutputLimits {
     }
 }
 
-/// Limits references; remembers the last one.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct OutputLimiter {
     /// The last reference and the time it was sent, s.
     last: Option<(f64, Reference)>,
-    changes: Rejects,
+    pub(crate) changes: Rejects,
 }
 
 impl OutputLimiter {
@@ -102,10 +100,10 @@ impl OutputLimiter {
             self.changes.count("not a finite number");
             return None;
         }
-        let (before_s, before) = self
+        let last = self
             .last
-            .filter(|(at, _)| (0.0..=PAUSE_MAX_S).contains(&(now_s - at)))
-            .unwrap_or((now_s, *craft));
+            .filter(|(at, _)| (0.0..=PAUSE_MAX_S).contains(&(now_s - at)));
+        let (before_s, before) = last.unwrap_or((now_s, *craft));
         let elapsed = now_s - before_s;
 
         let turn = wrap(asked.heading - before.heading);
@@ -129,10 +127,6 @@ impl OutputLimiter {
         let sent = Reference { speed, heading };
         self.last = Some((now_s, sent));
         Some(sent)
-    }
-
-    pub(crate) fn changes(&self) -> &Rejects {
-        &self.changes
     }
 }
 
@@ -202,7 +196,7 @@ mod tests {
                 let sent = limiter.limit(0.1 * f64::from(tenth), &asked, &asked, &LIMITS).expect("is finite");
                 prop_assert!((sent.speed - speed).abs() < ROUNDING && wrap(sent.heading - heading).abs() < ROUNDING);
             }
-            prop_assert_eq!(limiter.changes().total(), 0);
+            prop_assert_eq!(limiter.changes.total(), 0);
         }
     }
 
@@ -220,7 +214,7 @@ mod tests {
             ),
         ] {
             limiter.limit(0.1, &asked, &rest, &LIMITS);
-            assert_eq!(limiter.changes().to_string(), reasons);
+            assert_eq!(limiter.changes.to_string(), reasons);
         }
     }
 
@@ -247,10 +241,10 @@ mod tests {
         let mut limiter = OutputLimiter::default();
         let fastest = reference(LIMITS.speed_max, 0.0);
         assert_eq!(limiter.limit(0.0, &fastest, &fastest, &LIMITS), Some(fastest));
-        assert_eq!(limiter.changes().total(), 0);
+        assert_eq!(limiter.changes.total(), 0);
         let sent = limiter.limit(0.1, &reference(1.5, 0.0), &fastest, &LIMITS);
         assert_eq!(sent, Some(fastest));
-        assert_eq!(limiter.changes().to_string(), "speed above the limit: 1");
+        assert_eq!(limiter.changes.to_string(), "speed above the limit: 1");
     }
 
     #[test]

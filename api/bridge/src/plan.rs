@@ -7,7 +7,6 @@ use serde::Serialize;
 
 use crate::reference::{PlannedReference, Reference, Stage};
 
-/// A plan of the mission.
 #[derive(Clone, Debug)]
 pub(crate) struct Plan {
     /// The service's answer, on the mission's clock.
@@ -71,13 +70,10 @@ impl Plan {
 
     pub(crate) fn current(&self) -> String {
         let current = self.answer.plan.current;
-        format!(
-            "current {}",
-            speed_to(&current.map_or_else(Vector2::zeros, Vector2::from))
-        )
+        let current = current.map_or_else(Vector2::zeros, Vector2::from);
+        format!("current {}", speed_to(&current))
     }
 
-    /// Codes of the plan's warnings.
     pub(crate) fn warnings(&self) -> impl Iterator<Item = &str> {
         self.answer.plan.warnings.iter().map(|warning| &*warning.code)
     }

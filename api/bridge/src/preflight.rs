@@ -122,7 +122,7 @@ fn parameters(bridge: &Bridge) -> Finding {
     if !contradictions.is_empty() {
         return fails(joined(contradictions.iter().map(ToString::to_string)));
     }
-    let parameters = &bridge.telemetry().parameters;
+    let parameters = &bridge.telemetry.parameters;
     let Some(speed) = parameters.speed_max() else {
         return warns("no answer for WP_SPEED: set limits.speed_max_mps yourself");
     };
@@ -137,7 +137,7 @@ fn parameters(bridge: &Bridge) -> Finding {
 }
 
 fn position(bridge: &Bridge) -> Finding {
-    let telemetry = bridge.telemetry();
+    let telemetry = &bridge.telemetry;
     match telemetry.craft.newest() {
         Some(_) if telemetry.position_known == Some(false) => {
             fails("the autopilot does not trust its position: wait for GNSS and its filter")
@@ -154,7 +154,7 @@ fn position(bridge: &Bridge) -> Finding {
 
 /// The alarms about position, velocity and heading; see `docs/at-sea.md#doubts`.
 fn navigation(bridge: &Bridge) -> Finding {
-    let telemetry = bridge.telemetry();
+    let telemetry = &bridge.telemetry;
     let seen = joined(telemetry.alarms_seen.iter().map(ToString::to_string));
     if telemetry.alarms_seen.iter().any(|alarm| alarm.stops()) {
         fails(seen)
@@ -168,7 +168,7 @@ fn navigation(bridge: &Bridge) -> Finding {
 }
 
 fn clocks(bridge: &Bridge) -> Finding {
-    match bridge.telemetry().clock_ahead_s {
+    match bridge.telemetry.clock_ahead_s {
         Some(ahead) if ahead.abs() <= CLOCK_ERROR_MAX_S => passes(format!(
             "the autopilot's is {ahead:+.2} s ahead of this machine's"
         )),
@@ -180,7 +180,7 @@ fn clocks(bridge: &Bridge) -> Finding {
 }
 
 fn fixes(bridge: &Bridge, auvs: &[String]) -> Vec<Finding> {
-    let fixes = &bridge.telemetry().fixes;
+    let fixes = &bridge.telemetry.fixes;
     let now = bridge.now_s();
     let finding = |(auv, fixes): (&String, &Fixes)| {
         let (age, count) = (now - fixes.arrivals.newest_s, fixes.count);
@@ -201,7 +201,7 @@ fn fixes(bridge: &Bridge, auvs: &[String]) -> Vec<Finding> {
 }
 
 fn heading(bridge: &Bridge) -> Finding {
-    let Some(state) = bridge.telemetry().craft.newest() else {
+    let Some(state) = bridge.telemetry.craft.newest() else {
         return warns("no state of the craft");
     };
     let velocity = state.ground_velocity;
@@ -223,14 +223,14 @@ fn heading(bridge: &Bridge) -> Finding {
 }
 
 fn current(bridge: &Bridge) -> Finding {
-    let craft = &bridge.telemetry().craft;
+    let craft = &bridge.telemetry.craft;
     if craft.newest().is_none() {
         return warns("no state of the craft");
     }
-    if craft.has_speed_log() {
+    if craft.water_velocity.is_some() {
         return warns("not estimated beside a speed log: the planner takes it from your mission");
     }
-    let (current, sigma) = (craft.current().current(), craft.current().sigma());
+    let (current, sigma) = (craft.current.current, craft.current.sigma());
     let seen = speed_to(&current);
     if current.norm() > CURRENT_MAX {
         fails(format!(
@@ -245,7 +245,7 @@ fn current(bridge: &Bridge) -> Finding {
 }
 
 fn input(bridge: &Bridge) -> Finding {
-    let pieces = bridge.wires().zip(&bridge.telemetry().pieces);
+    let pieces = bridge.wires().zip(&bridge.telemetry.pieces);
     let silent = pieces.filter(|(_, count)| **count == 0);
     let silent: Vec<String> = silent.map(|(wire, _)| wire).collect();
     if !silent.is_empty() {

@@ -26,7 +26,8 @@ const TREND_COUNT_MIN: usize = 5;
 pub(crate) struct RecentPositions {
     samples: VecDeque<Sample>,
     newest: Option<Sample>,
-    travelled: Vector2<f64>,
+    /// Integral of the measured velocity (north, east), m.
+    pub(crate) travelled: Vector2<f64>,
     /// The newest measured velocity (north, east), m/s, and its time, s.
     velocity: Option<(f64, Vector2<f64>)>,
     /// Time since which velocities have come without a gap, s.
@@ -37,7 +38,6 @@ pub(crate) struct RecentPositions {
 struct Sample {
     t_s: f64,
     position: Origin,
-    /// Integral of the measured velocity so far (north, east), m.
     travelled: Vector2<f64>,
 }
 
@@ -51,26 +51,21 @@ impl RecentPositions {
         // The velocity of this moment comes later.
         let since = self.velocity.map(|(at, velocity)| (t_s - at, velocity));
         let since = since.filter(|(elapsed, _)| (0.0..=GAP_MAX_S).contains(elapsed));
-        let travelled =
-            self.travelled + since.map_or(Vector2::zeros(), |(elapsed, velocity)| velocity * elapsed);
+        let since = since.map_or_else(Vector2::zeros, |(elapsed, velocity)| velocity * elapsed);
+        let travelled = self.travelled + since;
         let newest = Sample {
             t_s,
             position,
             travelled,
         };
         self.newest = Some(newest);
-        let is_kept = self
-            .samples
-            .back()
-            .is_none_or(|before| t_s - before.t_s >= KEEP_EACH_S);
+        let last = self.samples.back();
+        let is_kept = last.is_none_or(|last| t_s - last.t_s >= KEEP_EACH_S);
         if is_kept {
             self.samples.push_back(newest);
         }
-        while self
-            .samples
-            .front()
-            .is_some_and(|oldest| t_s - oldest.t_s > KEPT_S)
-        {
+        let is_old = |oldest: &Sample| t_s - oldest.t_s > KEPT_S;
+        while self.samples.front().is_some_and(is_old) {
             self.samples.pop_front();
         }
         is_kept
@@ -93,19 +88,12 @@ impl RecentPositions {
         self.newest = None;
     }
 
-    /// Integral of the measured velocity (north, east), m.
-    pub(crate) fn travelled(&self) -> Vector2<f64> {
-        self.travelled
-    }
-
     /// Mean velocity over ground (north, east), m/s, of positions over at least two seconds.
     pub(crate) fn velocity(&self) -> Option<Vector2<f64>> {
         let newest = self.newest?;
         let [least, most] = VELOCITY_SPAN_S;
-        let start = self
-            .samples
-            .iter()
-            .find(|sample| newest.t_s - sample.t_s <= most)?;
+        let mut samples = self.samples.iter();
+        let start = samples.find(|sample| newest.t_s - sample.t_s <= most)?;
         let span = newest.t_s - start.t_s;
         (span >= least).then(|| moved(&start.position, &newest.position) / span)
     }
@@ -119,24 +107,22 @@ impl RecentPositions {
     pub(crate) fn drift(&self) -> Option<Trend> {
         let start = self.newest?;
         self.velocity.filter(|(at, _)| start.t_s - at <= GAP_MAX_S)?;
-        let known = self
-            .samples
-            .iter()
-            .filter(|sample| sample.t_s >= self.measured_since_s);
-        trend(known.map(|sample| {
+        trend(self.measured().map(|sample| {
             let by_velocity = sample.travelled - start.travelled;
             (sample.t_s, moved(&start.position, &sample.position) - by_velocity)
         }))
     }
 
+    /// The samples since which velocities have come without a gap.
+    fn measured(&self) -> impl Iterator<Item = &Sample> {
+        let samples = self.samples.iter();
+        samples.filter(|sample| sample.t_s >= self.measured_since_s)
+    }
+
     /// Time, s, and distance, m, between travel by positions and by the measured velocity, over the
     /// longest time with both.
     pub(crate) fn mismatch(&self) -> Option<(f64, f64)> {
-        let newest = self.newest?;
-        let start = self
-            .samples
-            .iter()
-            .find(|sample| sample.t_s >= self.measured_since_s)?;
+        let (newest, start) = (self.newest?, self.measured().next()?);
         let by_positions = moved(&start.position, &newest.position);
         let by_velocity = newest.travelled - start.travelled;
         Some((newest.t_s - start.t_s, (by_positions - by_velocity).norm()))

@@ -12,7 +12,6 @@ pub struct Reference {
     pub heading: f64,
 }
 
-/// One stage of a planned trajectory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Stage {
     pub(crate) t_s: f64,
@@ -23,7 +22,6 @@ pub(crate) struct Stage {
 /// A plan for the craft. All times are on one clock.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PlannedReference {
-    /// Time of the plan, s.
     pub(crate) planned_s: f64,
     /// The plan's reference at that time.
     pub(crate) first: Reference,
@@ -33,7 +31,6 @@ pub(crate) struct PlannedReference {
     pub(crate) lags: [f64; 2],
     /// Current (north, east), m/s, in a speed over ground; zero with speed through the water.
     pub(crate) current: Vector2<f64>,
-    /// End of validity, s.
     pub(crate) valid_until_s: f64,
 }
 
@@ -51,14 +48,12 @@ impl PlannedReference {
         }
         let [heading_lag, speed_lag] = self.lags;
         let since = t_s.max(self.planned_s);
-        let turn = wrap(
-            self.motion(since + heading_lag).heading - self.motion(self.planned_s + heading_lag).heading,
-        );
-        let heading = wrap(self.first.heading + turn);
-        let faster = self.motion(since + speed_lag).speed - self.motion(self.planned_s + speed_lag).speed;
-        let carried = self
-            .current
-            .dot(&(direction(heading) - direction(self.first.heading)));
+        let both = |lag: f64| [since, self.planned_s].map(|t_s| self.motion(t_s + lag));
+        let ([now, then], [faster, before]) = (both(heading_lag), both(speed_lag));
+        let heading = wrap(self.first.heading + wrap(now.heading - then.heading));
+        let faster = faster.speed - before.speed;
+        let bows = direction(heading) - direction(self.first.heading);
+        let carried = self.current.dot(&bows);
         Some(Reference {
             speed: (self.first.speed + faster + carried).max(0.0),
             heading,

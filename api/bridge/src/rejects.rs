@@ -31,18 +31,14 @@ impl Rejects {
 
 impl fmt::Display for Rejects {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let counts: Vec<_> = self
-            .iter()
-            .map(|(reason, times)| format!("{reason}: {times}"))
-            .collect();
-        f.write_str(&counts.join(", "))
+        let counts = self.iter().map(|(reason, times)| format!("{reason}: {times}"));
+        f.write_str(&counts.collect::<Vec<_>>().join(", "))
     }
 }
 
 /// A value, or the reason of its rejection.
 pub(crate) type Parsed<T> = Result<T, &'static str>;
 
-/// The reason of a rejection, if it `is_rejected`.
 pub(crate) fn reject_if(is_rejected: bool, reason: &'static str) -> Parsed<()> {
     if is_rejected { Err(reason) } else { Ok(()) }
 }

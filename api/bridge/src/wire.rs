@@ -83,7 +83,6 @@ impl fmt::Display for Endpoint {
     }
 }
 
-/// Bytes from a wire.
 #[derive(Clone, Debug)]
 pub(crate) struct Received {
     pub(crate) wire: usize,
@@ -202,7 +201,6 @@ fn is_pause(error: &io::Error) -> bool {
     )
 }
 
-/// An open wire.
 #[derive(Clone, Debug)]
 enum OpenWire {
     Udp {

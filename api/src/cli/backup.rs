@@ -27,20 +27,13 @@ pub(crate) fn back_up(arguments: &Backup, data: &Path, tokens: &Path) -> Result<
     let damage = with_spinner("copying the mission log", || reader.back_up(to))?;
     // Without its tokens, a service that had some does not start.
     let has_tokens = TokenFile::back_up(tokens, &to.join(TOKENS))?;
+    let to = to.display();
     if !damage.is_empty() {
-        return Err(format!(
-            "{}\nwhat is whole was copied to {}",
-            damage.join("\n"),
-            to.display()
-        )
-        .into());
+        let damage = damage.join("\n");
+        return Err(format!("{damage}\nwhat is whole was copied to {to}").into());
     }
-    print(&format!(
-        "copied {}{} to {} and checked the copy; to serve it: pilotfish serve --data {}\n",
-        data.display(),
-        if has_tokens { " and the tokens" } else { "" },
-        to.display(),
-        to.display()
-    ))?;
-    Ok(())
+    let (from, tokens) = (data.display(), if has_tokens { " and the tokens" } else { "" });
+    Ok(print(&format!(
+        "copied {from}{tokens} to {to} and checked the copy; to serve it: pilotfish serve --data {to}\n"
+    ))?)
 }

@@ -255,10 +255,8 @@ async fn look(arguments: &Preflight, config: &Config, clock: &Clock) -> Result<(
     let checks = checks(&follower, &auvs);
     let lines: Vec<String> = checks.iter().map(ToString::to_string).collect();
     print(&(lines.join("\n") + "\n"))?;
-    let failed = checks
-        .iter()
-        .filter(|check| check.verdict == Verdict::Fails)
-        .count();
+    let failed = checks.iter().filter(|check| check.verdict == Verdict::Fails);
+    let failed = failed.count();
     if failed > 0 {
         let n_checks = checks.len();
         return Err(format!("{failed} of {n_checks} checks failed: correct them before departure").into());
@@ -399,23 +397,19 @@ fn unreadable(file: &Path) -> impl FnOnce(io::Error) -> Failure {
 
 fn named_system(text: &str) -> Result<(u8, String), &'static str> {
     let named = text.split_once('=').filter(|(_, name)| !name.is_empty());
-    named
-        .and_then(|(number, name)| Some((number.parse().ok()?, name.to_owned())))
-        .ok_or("write its system number and its name, such as 2=auv-1")
+    let named = named.and_then(|(number, name)| Some((number.parse().ok()?, name.to_owned())));
+    named.ok_or("write its system number and its name, such as 2=auv-1")
 }
 
 fn wire_and_file(text: &str) -> Result<(Endpoint, PathBuf), String> {
-    let (wire, file) = text
-        .rsplit_once('=')
-        .ok_or("write its wire and its settings file, such as tcp:192.168.0.209:9200=usbl.json")?;
-    let endpoint: Endpoint = wire.parse().map_err(|error: InvalidEndpoint| error.to_string())?;
+    let both = text.rsplit_once('=');
+    let (wire, file) =
+        both.ok_or("write its wire and its settings file, such as tcp:192.168.0.209:9200=usbl.json")?;
+    let endpoint = wire.parse().map_err(|error: InvalidEndpoint| error.to_string())?;
     Ok((endpoint, file.into()))
 }
 
 fn within(text: &str, least: f64, most: f64) -> Result<f64, String> {
-    let number = text
-        .parse::<f64>()
-        .ok()
-        .filter(|number| (least..=most).contains(number));
+    let number = text.parse().ok().filter(|number| (least..=most).contains(number));
     number.ok_or_else(|| format!("must be a number from {least} to {most}"))
 }

@@ -129,12 +129,9 @@ fn fly(arguments: &Fly) -> Result<(), Box<dyn Error>> {
     let out = arguments.out.as_deref().unwrap_or(Path::new(&campaign.file.name));
     let directory = Directory::create(out, Manifest::of(&campaign, arguments.shard))?;
     let mut display = ProgressDisplay::new();
-    let rows = run(
-        &campaign,
-        &directory,
-        arguments.jobs.unwrap_or_else(jobs),
-        &mut |progress| display.show(progress),
-    )?;
+    let jobs = arguments.jobs.unwrap_or_else(jobs);
+    let mut show = |progress| display.show(progress);
+    let rows = run(&campaign, &directory, jobs, &mut show)?;
     display.end();
     print_rows(directory.path(), rows.len(), &rows.digest())?;
     Ok(print(&summary(&campaign, &rows))?)
@@ -153,10 +150,8 @@ fn outline(campaign: &Campaign) -> String {
         }
     }
     let described = lines.into_iter().map(|(scenario, flying, craft)| {
-        let names = flying
-            .iter()
-            .map(|&controller| campaign.controllers[controller].name.as_str());
-        let names = names.collect::<Vec<_>>().join(", ");
+        let name = |&controller: &usize| campaign.controllers[controller].name.as_str();
+        let names = flying.iter().map(name).collect::<Vec<_>>().join(", ");
         let craft = match &craft[..] {
             [one] => (*one).to_owned(),
             [first, .., last] => format!("{} craft from {first} to {last}", craft.len()),
@@ -167,12 +162,10 @@ fn outline(campaign: &Campaign) -> String {
     let described: String = described.collect();
     let tuning = campaign.file.tuning.as_ref();
     let n_tuning = tuning.map_or(0, |tuning| tuning.replicates);
+    let (name, title) = (&campaign.file.name, &campaign.file.title);
+    let (replicates, n_runs) = (campaign.file.replicates, campaign.n_runs());
     format!(
-        "{}: {}\n{described}{} replicates of each, and {n_tuning} to find gains; {} runs at most\n",
-        campaign.file.name,
-        campaign.file.title,
-        campaign.file.replicates,
-        campaign.n_runs()
+        "{name}: {title}\n{described}{replicates} replicates of each, and {n_tuning} to find gains; {n_runs} runs at most\n"
     )
 }
 
@@ -191,30 +184,23 @@ fn fly_again(arguments: &Replay) -> Result<(), Box<dyn Error>> {
         ..ReportedRun::from(&flown.record)
     };
     file.write_text(&lab::report::report(&[reported]))?;
+    let (ran_by, this) = (&directory.manifest.program, env!("CARGO_PKG_VERSION"));
     let outcome = if flown.same {
-        "the same row, to the bit"
+        "the same row, to the bit".to_owned()
+    } else if ran_by == this {
+        "NOT the same row".to_owned()
     } else {
-        "NOT the same row"
+        format!("NOT the same row (flown by version {ran_by}; this is {this})")
     };
-    let ran_by = &directory.manifest.program;
-    let this = env!("CARGO_PKG_VERSION");
-    let note = if flown.same || ran_by == this {
-        String::new()
-    } else {
-        format!(" (flown by version {ran_by}; this is {this})")
-    };
+    let (controller, scenario) = (&flown.controller, &flown.record.scenario);
+    let (replicate, page) = (flown.run.condition.replicate, page.display());
     print(&format!(
-        "run {number}: {} in {}, replicate {}: {outcome}{note}\n{}\n",
-        flown.controller,
-        flown.record.scenario,
-        flown.run.condition.replicate,
-        page.display()
+        "run {number}: {controller} in {scenario}, replicate {replicate}: {outcome}\n{page}\n"
     ))?;
-    if flown.same {
-        Ok(())
-    } else {
-        Err("the run differs from its row".into())
+    if !flown.same {
+        return Err("the run differs from its row".into());
     }
+    Ok(())
 }
 
 /// Shows the progress of a campaign: a bar, or a line now and then where there is no terminal.
@@ -243,26 +229,24 @@ impl ProgressDisplay {
     }
 
     fn show(&mut self, progress: Progress) {
-        let Progress {
-            tuned,
-            runs,
-            flown,
-            failed,
-        } = progress;
-        let tuning = tuned.0 < tuned.1;
-        let (done, of) = if tuning { tuned } else { runs };
+        let tuning = progress.tuned.0 < progress.tuned.1;
+        let (done, of) = if tuning { progress.tuned } else { progress.runs };
         let words = if tuning {
             format!("gains: {done} of {of} laws")
         } else {
             let since = *self.flying_since.get_or_insert_with(|| self.clock.now());
             let seconds = self.clock.since(since).as_secs_f64();
             #[expect(clippy::cast_precision_loss, reason = "far fewer runs than 2⁵³")]
-            let (rate, left) = (flown as f64 / seconds.max(1e-3), (of - done.min(of)) as f64);
-            let time_left = if flown == 0 {
+            let (rate, left) = (
+                progress.flown as f64 / seconds.max(1e-3),
+                (of - done.min(of)) as f64,
+            );
+            let time_left = if progress.flown == 0 {
                 "?".to_owned()
             } else {
                 minutes(left / rate)
             };
+            let failed = progress.failed;
             format!("{done} of {of} runs, {rate:.2}/s, {time_left} left, {failed} failed")
         };
         self.bar.set_length(of.max(1));

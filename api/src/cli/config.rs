@@ -32,7 +32,6 @@ const FILE_VARIABLE: &str = "PILOTFISH_CONFIG";
 /// Name of the token file in a data directory.
 pub(crate) const TOKENS: &str = "tokens.json";
 
-/// Bytes in a GiB.
 const GIB: f64 = 1024.0 * 1024.0 * 1024.0;
 
 impl Config {
@@ -48,7 +47,6 @@ impl Config {
         }
     }
 
-    /// The token file.
     pub(crate) fn tokens(&self) -> PathBuf {
         self.tokens.clone().unwrap_or_else(|| self.data.join(TOKENS))
     }
@@ -77,7 +75,6 @@ impl Config {
         room.map_or(u64::MAX, |room| room / 2)
     }
 
-    /// Times for which missions are kept.
     pub(crate) fn retention(&self) -> Retention {
         let after = |hours: f64| (0.0 < hours).then(|| Duration::from_secs_f64(3600.0 * hours));
         Retention {
@@ -190,10 +187,8 @@ pub(crate) fn show(layers: &Layers) -> Result<(), Failure> {
     let lines: Vec<_> = lines.collect();
     let width = lines.iter().map(|(line, _)| line.chars().count()).max();
     let width = width.unwrap_or_default();
-    let text = lines
-        .iter()
-        .map(|(line, source)| format!("{line:width$}  # {source}\n"));
-    print(&text.collect::<String>())
+    let line = |(line, source): &(String, &str)| format!("{line:width$}  # {source}\n");
+    print(&lines.iter().map(line).collect::<String>())
 }
 
 /// A value as TOML, unless it may be a secret.

@@ -16,20 +16,16 @@ pub(crate) struct Crafts {
 /// Prints the list, or one craft's file.
 pub(crate) fn crafts(arguments: &Crafts) -> Result<(), Box<dyn Error>> {
     let Some(name) = &arguments.craft else {
-        let line = |preset: &Preset| {
-            format!(
-                "{:<12}{}\n{:12}source: {}\n",
-                preset.name, preset.title, "", preset.source
-            )
+        let line = |craft: &Preset| {
+            let (name, title, source) = (craft.name, craft.title, craft.source);
+            format!("{name:<12}{title}\n{:12}source: {source}\n", "")
         };
         return Ok(print(&PRESETS.iter().map(line).collect::<String>())?);
     };
     let preset = Preset::named(name).ok_or_else(|| {
         let names: Vec<_> = PRESETS.iter().map(|preset| preset.name).collect();
-        format!(
-            "unknown craft {name:?}; the built-in craft are {}",
-            names.join(", ")
-        )
+        let names = names.join(", ");
+        format!("unknown craft {name:?}; the built-in craft are {names}")
     })?;
     Ok(print_json(&CraftDescription::from(&preset.craft))?)
 }

@@ -145,10 +145,8 @@ impl DeclaredRoutes {
             let mut origin = scenario.start(seed)?.origin;
             if let (None, Some(first)) = (origin, first_on_earth(&route)) {
                 origin = Some(first.into());
-                let (lat_deg, lon_deg) = (
-                    fixed("a latitude", first.lat_deg)?,
-                    fixed("a longitude", first.lon_deg)?,
-                );
+                let lat_deg = fixed("a latitude", first.lat_deg)?;
+                let lon_deg = fixed("a longitude", first.lon_deg)?;
                 scenario.origin = Some(OriginFile { lat_deg, lon_deg });
             }
             let datum = origin.filter(|_| first_on_earth(&route).is_some());
@@ -162,10 +160,8 @@ impl DeclaredRoutes {
             }
             let path = declared(&route, points, speed.unwrap_or(auv.class.speed())).path();
             let path = path.map_err(because_of(CANNOT_SAIL))?;
-            let segments = path
-                .lines_and_arcs()
-                .map(|piece| segment(&piece))
-                .collect::<Result<_, _>>()?;
+            let segments = path.lines_and_arcs().map(|piece| segment(&piece));
+            let segments = segments.collect::<Result<_, _>>()?;
             auv.track = None;
             auv.path = Some(PathFile::Segments {
                 segments,
@@ -181,12 +177,8 @@ fn no_auv(id: &str) -> String {
 }
 
 fn segment(piece: &Segment) -> Result<SegmentFile, String> {
-    let point = |[north, east]: [f64; 2]| {
-        Ok::<_, String>(Point(vec![
-            fixed("coordinates", north)?,
-            fixed("coordinates", east)?,
-        ]))
-    };
+    let coordinate = |value| fixed("coordinates", value);
+    let point = |[north, east]: [f64; 2]| Ok::<_, String>(Point(vec![coordinate(north)?, coordinate(east)?]));
     match *piece {
         Segment::Line { from, to } => Ok(SegmentFile::Line {
             from: point(from)?,

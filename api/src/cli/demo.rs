@@ -83,9 +83,8 @@ pub(crate) fn demo(demo: &Demo, layers: &Layers, config: &Config) -> Result<(), 
             tracing::error!(%error, "the mission does not begin");
         }
     })?;
-    failure
-        .try_recv()
-        .map_or(Ok(()), |error| Err(error as Box<dyn Error>))
+    let failed = failure.try_recv();
+    failed.map_or(Ok(()), |error| Err(error as Box<dyn Error>))
 }
 
 impl Demo {
@@ -138,13 +137,8 @@ fn post(url: &str, body: &Value) -> Result<Value, Box<dyn Error + Send + Sync>> 
     if is_done {
         return Ok(answer);
     }
-    let fault = &answer["errors"][0]["detail"];
-    let detail = if fault.is_string() {
-        fault
-    } else {
-        &answer["detail"]
-    };
-    let detail = detail.as_str().unwrap_or_default();
+    let fault = answer["errors"][0]["detail"].as_str();
+    let detail = fault.or(answer["detail"].as_str()).unwrap_or_default();
     Err(format!("the service refuses the mission: {detail}").into())
 }
 

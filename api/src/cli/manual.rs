@@ -19,14 +19,12 @@ pub(crate) struct ManualPages {
     directory: PathBuf,
 }
 
-/// Prints the completion script of a shell for the program's `command`.
 pub(crate) fn completions(arguments: &Completions, mut command: Command) -> Result<(), Failure> {
     let mut file = Vec::new();
     clap_complete::generate(arguments.shell, &mut command, "pilotfish", &mut file);
     print(&String::from_utf8_lossy(&file))
 }
 
-/// Writes the manual pages of the program's `command`.
 pub(crate) fn manual_pages(arguments: &ManualPages, command: Command) -> io::Result<()> {
     fs::create_dir_all(&arguments.directory)?;
     clap_mangen::generate_to(command, &arguments.directory)

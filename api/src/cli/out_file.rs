@@ -14,7 +14,6 @@ use serde::Serialize;
 
 use super::failure::{Failure, because_of};
 
-/// A file that can be written.
 #[derive(Debug)]
 pub(crate) struct OutFile {
     /// Its name on the command line.
@@ -45,7 +44,6 @@ impl OutFile {
         not_written(&self.name)(source)
     }
 
-    /// Writes the file with `write`.
     pub(crate) fn write<E: From<io::Error> + Into<Box<dyn Error + Send + Sync>>>(
         &self,
         write: impl FnOnce(&mut BufWriter<File>) -> Result<(), E>,
@@ -66,7 +64,6 @@ impl OutFile {
         written.map_err(|error| self.refused(error))
     }
 
-    /// Writes `text`.
     pub(crate) fn write_text(&self, text: &str) -> Result<(), Failure> {
         self.write(|out| out.write_all(text.as_bytes()))
     }
@@ -124,7 +121,6 @@ pub(crate) fn visible(text: &str) -> Cow<'_, str> {
     escaped.into()
 }
 
-/// Prints `text`.
 pub(crate) fn print(text: &str) -> Result<(), Failure> {
     match io::stdout().write_all(visible(text).as_bytes()) {
         // The reader has read enough, as `head` does.
@@ -141,7 +137,6 @@ pub(crate) fn print_rows(directory: &Path, n_rows: usize, digest: &str) -> Resul
     ))?)
 }
 
-/// Prints `value` as JSON.
 pub(crate) fn print_json(value: &impl Serialize) -> Result<(), Failure> {
     let json = serde_json::to_string_pretty(value).expect("strings, numbers and lists only");
     print(&(json + "\n"))

@@ -21,7 +21,6 @@ use crate::cli::{
     out_file::{OutFile, print, print_json},
 };
 
-/// The name of standard input.
 const STANDARD_INPUT: &str = "-";
 
 #[derive(Debug, Args)]
@@ -44,14 +43,11 @@ pub(crate) struct Plan {
     tolerance: f64,
 }
 
-fn tolerance(text: &str) -> Result<f64, String> {
-    let given: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
+fn tolerance(text: &str) -> Result<f64, &'static str> {
+    let given: f64 = text.parse().map_err(|_| "not a number")?;
     // Below, rounding decides; above, the certificate refuses.
-    if (1e-10..=1e-3).contains(&given) {
-        Ok(given)
-    } else {
-        Err("must be from 1e-10 to 1e-3".to_owned())
-    }
+    let is_usable = (1e-10..=1e-3).contains(&given);
+    is_usable.then_some(given).ok_or("must be from 1e-10 to 1e-3")
 }
 
 /// Prints the answer, or the problem document that the service would send.
@@ -75,8 +71,8 @@ pub(crate) fn plan(arguments: &Plan) -> Result<(), Box<dyn Error>> {
         }
     }
     let Some(file) = dump else { return Ok(()) };
-    let last =
-        last.ok_or_else(|| format!("no program was solved: {} is not written", file.name.display()))?;
+    let unsolved = || format!("no program was solved: {} is not written", file.name.display());
+    let last = last.ok_or_else(unsolved)?;
     Ok(file.write_text(&format!("{last}\n"))?)
 }
 

@@ -43,11 +43,11 @@ pub(crate) fn replay(arguments: &Replay, config: &Config) -> Result<(), Box<dyn 
         "{mission}: {events} events, {n_plans} plans: {equal} equal byte for byte, {n_different} different, {cut_short} not \
          compared because their deadline cut them short\n"
     ))?;
-    match different.first() {
-        None => Ok(()),
-        Some(first) => Err(format!(
-            "{n_different} of {n_plans} plans differ from the stored answers, first in event {first}"
-        )
-        .into()),
-    }
+    let Some(first) = different.first() else {
+        return Ok(());
+    };
+    Err(
+        format!("{n_different} of {n_plans} plans differ from the stored answers, first in event {first}")
+            .into(),
+    )
 }

@@ -73,7 +73,6 @@ pub(crate) struct Route {
     svg: Option<PathBuf>,
 }
 
-/// Prints the route and writes the requested files.
 pub(crate) fn route(arguments: &Route) -> Result<(), Box<dyn Error>> {
     let open = |file: &Option<PathBuf>| file.as_deref().map(OutFile::new).transpose();
     let (out, svg) = (open(&arguments.out)?, open(&arguments.svg)?);
@@ -137,12 +136,8 @@ fn of_rectangle(rectangle: &[f64], heading: f64) -> Result<LocalRoute, &'static 
         return Err("--rectangle needs four numbers: latitude, longitude, length and width");
     };
     let corner = |ahead, starboard| (Rotation2::new(heading) * Vector2::new(ahead, starboard)).into();
-    let corners = vec![
-        corner(0.0, 0.0),
-        corner(ahead, 0.0),
-        corner(ahead, starboard),
-        corner(0.0, starboard),
-    ];
+    let ends = [(0.0, 0.0), (ahead, 0.0), (ahead, starboard), (0.0, starboard)];
+    let corners = ends.map(|(ahead, starboard)| corner(ahead, starboard)).into();
     Ok((FileRoute::default(), Some(Origin { lat_deg, lon_deg }), corners))
 }
 
@@ -178,36 +173,31 @@ fn repairs(path: &TrackPath, points: &[[f64; 2]], radius: f64) -> Vec<String> {
     let apart =
         |pair: &&[[f64; 2]]| (Vector2::from(pair[1]) - Vector2::from(pair[0])).norm() < REPEATED_WITHIN;
     let repeated = points.windows(2).filter(apart).count();
-    let arcs: Vec<(f64, f64)> = path
-        .lines_and_arcs()
-        .filter_map(|piece| match piece {
-            Segment::Arc {
-                from,
-                centre,
-                angle_rad,
-            } => Some((
-                (Vector2::from(from) - Vector2::from(centre)).norm(),
-                angle_rad.abs(),
-            )),
-            Segment::Line { .. } | Segment::Waypoints { .. } => None,
-        })
-        .collect();
+    let arc = |piece| match piece {
+        Segment::Arc {
+            from,
+            centre,
+            angle_rad,
+        } => {
+            let radius = (Vector2::from(from) - Vector2::from(centre)).norm();
+            Some((radius, angle_rad.abs()))
+        }
+        Segment::Line { .. } | Segment::Waypoints { .. } => None,
+    };
+    let arcs: Vec<(f64, f64)> = path.lines_and_arcs().filter_map(arc).collect();
     let loops = arcs.iter().filter(|(_, angle)| LOOP_FROM < *angle).count();
     // Smaller differences are rounding.
-    let tight = || {
-        arcs.iter()
-            .map(|(tight, _)| *tight)
-            .filter(|tight| *tight < radius * (1.0 - 1e-6))
-    };
-    let tightest = tight().fold(f64::INFINITY, f64::min);
+    let radii = arcs.iter().map(|(tight, _)| *tight);
+    let tight: Vec<f64> = radii.filter(|tight| *tight < radius * (1.0 - 1e-6)).collect();
+    let tightest = tight.iter().copied().fold(f64::INFINITY, f64::min);
     let mut notes = vec![];
     if repeated > 0 {
         notes.push(format!(
             "points that repeat the one before and are left out: {repeated}"
         ));
     }
-    let n = tight().count();
-    if n > 0 {
+    if !tight.is_empty() {
+        let n = tight.len();
         notes.push(format!(
             "arcs that are tighter because their legs are short: {n}, down to {tightest:.2} m"
         ));
@@ -238,30 +228,23 @@ fn file_of(route: &FileRoute, points: &[[f64; 2]], datum: Option<&Datum>, speed:
     };
     let properties = json!({ "name": route.name, "speed_mps": speed });
     let feature = json!({ "type": "Feature", "properties": properties, "geometry": geometry });
-    format!(
-        "{}\n",
-        json!({ "type": "FeatureCollection", "features": [feature] })
-    )
+    let collection = json!({ "type": "FeatureCollection", "features": [feature] });
+    format!("{collection}\n")
 }
 
 /// A picture of the path and its way-points, north up.
 fn picture(path: &TrackPath, points: &[[f64; 2]]) -> String {
     let (mut least, mut most) = (Vector2::from(points[0]), Vector2::from(points[0]));
-    for point in points {
-        (least, most) = (
-            least.inf(&Vector2::from(*point)),
-            most.sup(&Vector2::from(*point)),
-        );
+    for point in points.iter().copied().map(Vector2::from) {
+        (least, most) = (least.inf(&point), most.sup(&point));
     }
     let span = (most - least).max().max(1.0);
     // Loops and rounded corners stay inside the margin of most routes.
     let margin = 0.1 * span;
+    let on_page = |point: Vector2<f64>| (point.y - least.y + margin, most.x - point.x + margin);
     let at = |point: Vector2<f64>| {
-        format!(
-            "{:.2} {:.2}",
-            point.y - least.y + margin,
-            most.x - point.x + margin
-        )
+        let (x, y) = on_page(point);
+        format!("{x:.2} {y:.2}")
     };
     let mut line = format!("M{}", at(path.at(0.0).position));
     for piece in path.lines_and_arcs() {
@@ -282,7 +265,7 @@ fn picture(path: &TrackPath, points: &[[f64; 2]]) -> String {
         };
     }
     let dot = |(k, point): (usize, &[f64; 2])| {
-        let (x, y) = (point[1] - least.y + margin, most.x - point[0] + margin);
+        let (x, y) = on_page(Vector2::from(*point));
         let radius = span * if k == 0 { 0.012 } else { 0.006 };
         format!("<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"{radius:.2}\"/>")
     };

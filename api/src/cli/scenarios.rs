@@ -78,7 +78,6 @@ fn copied_out(text: &str) -> String {
     text.replacen(SCHEMA_LINE, &format!("{SCHEMA_LINE}{note}"), 1)
 }
 
-/// Prints the list, a file, or the schema.
 pub(crate) fn scenarios(arguments: &Scenarios) -> Result<(), Box<dyn Error>> {
     if arguments.schema {
         return Ok(print_json(&Scenario::schema())?);
@@ -91,7 +90,6 @@ pub(crate) fn scenarios(arguments: &Scenarios) -> Result<(), Box<dyn Error>> {
         let scenario = Scenario::named(name).expect("listed");
         format!("{name:<24}{}\n", scenario.title)
     };
-    Ok(print(
-        &Scenario::names().into_iter().map(line).collect::<String>(),
-    )?)
+    let lines = Scenario::names().into_iter().map(line);
+    Ok(print(&lines.collect::<String>())?)
 }

@@ -54,12 +54,9 @@ pub(crate) fn serve_and(
     listens: impl FnOnce(SocketAddr, bool),
 ) -> Result<(), Box<dyn Error>> {
     let host = config.host.trim_start_matches('[').trim_end_matches(']');
-    let addresses: Vec<SocketAddr> = (host, config.port)
-        .to_socket_addrs()
-        .map_err(because_of(format!(
-            "{host} has no address: choose another --host"
-        )))?
-        .collect();
+    let addresses = (host, config.port).to_socket_addrs();
+    let none = format!("{host} has no address: choose another --host");
+    let addresses: Vec<SocketAddr> = addresses.map_err(because_of(none))?.collect();
     let clock = Clock::machine();
     let tokens = Tokens::open(&config.tokens(), &clock)?;
     let tls = Tls::open(config.tls_certificate.as_deref(), config.tls_key.as_deref())?;
@@ -191,8 +188,7 @@ async fn run(
 fn advertised_name(url: &str) -> Result<(String, String), String> {
     let uri = url.parse::<Uri>().ok();
     let uri = uri.filter(|uri| matches!(uri.scheme_str(), Some("http" | "https")));
-    let parts =
-        uri.and_then(|uri| Some((uri.scheme_str()?.to_owned(), uri.authority()?.as_str().to_owned())));
+    let parts = uri.and_then(|uri| Some((uri.scheme_str()?.to_owned(), uri.authority()?.to_string())));
     parts.ok_or_else(|| {
         format!(
             "{url} is no URL of a service: give --advertise and --peers http://HOST:PORT or https://HOST:PORT"

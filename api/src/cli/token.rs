@@ -77,11 +77,8 @@ pub(crate) fn token(arguments: &Token, path: &Path) -> Result<(), Box<dyn Error>
                 let expires = token.expires_s.map(|at| format!("  expires at Unix time {at} s"));
                 let limit = token.limit.map(|limit| format!("  {limit}"));
                 let (limit, expires) = (limit.unwrap_or_default(), expires.unwrap_or_default());
-                print(&format!(
-                    "{:24} {:9}{limit}{expires}\n",
-                    token.name,
-                    token.role.name()
-                ))?;
+                let (name, role) = (token.name, token.role.name());
+                print(&format!("{name:24} {role:9}{limit}{expires}\n"))?;
             }
         }
         Command::Revoke { name } => TokenFile::revoke(path, name)?,

@@ -26,11 +26,9 @@ pub(crate) fn trial(craft: &str, seed: u64, paths: &[PathBuf]) -> Result<(), Box
     for file in &files {
         file.write(|out| write_csv(&rows, out))?;
     }
-    let minutes = setup.trial.duration() / 60.0;
+    let (n_rows, minutes, log) = (rows.len(), setup.trial.duration() / 60.0, paths[0].display());
     Ok(print(&format!(
-        "{} rows, {minutes:.0} min of {craft}; next: pilotfish identify {}\n",
-        rows.len(),
-        paths[0].display()
+        "{n_rows} rows, {minutes:.0} min of {craft}; next: pilotfish identify {log}\n"
     ))?)
 }
 

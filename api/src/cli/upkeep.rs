@@ -27,7 +27,6 @@ const NOTABLE: f64 = 3_600.0;
 
 const DAY: Duration = Duration::from_hours(24);
 
-/// Deletes old finished missions.
 pub(crate) fn retain(arguments: &Retain, config: &Config) -> Result<(), Box<dyn Error>> {
     let clock = Clock::machine();
     let store = match &config.store {
@@ -69,7 +68,6 @@ pub(crate) fn retain(arguments: &Retain, config: &Config) -> Result<(), Box<dyn 
     Ok(())
 }
 
-/// Returns the disk space of deleted missions.
 pub(crate) fn vacuum(data: &Path) -> Result<(), Box<dyn Error>> {
     let size = || fs::metadata(data.join(FILE_NAME)).map_or(0, |file| file.len());
     let store = EventStore::open(data, &Clock::machine())?;

@@ -282,13 +282,13 @@ mod tests {
 
     /// Time at which a craft in still water is near enough after its turn.
     fn arrival(auv: &AuvForecast) -> Option<f64> {
-        let arrival = craft(STILL).arrive(&track(auv, &STILL), &HERE, WITHIN, HORIZON);
+        let arrival = craft(STILL).arrive(&track(auv, None, &STILL), &HERE, WITHIN, HORIZON);
         arrival.map(|arrival| arrival.time)
     }
 
     /// Time at which a craft on a constant heading in still water is near enough.
     fn reached(auv: &AuvForecast) -> Option<f64> {
-        craft(STILL).reach(&track(auv, &STILL), &HERE, WITHIN, HORIZON)
+        craft(STILL).reach(&track(auv, None, &STILL), &HERE, WITHIN, HORIZON)
     }
 
     fn craft(current: Vector2<f64>) -> Craft {
@@ -327,7 +327,7 @@ mod tests {
                 let angle = 0.26 * f64::from(k) + 0.3 * current.x;
                 let place = direction(angle) * (15.0 + 60.0 * f64::from(k));
                 let auv = forecast(place.x, place.y, 2.0 - angle, 0.1 * f64::from(k % 7), 0.0);
-                let (track, craft) = (track(&auv, &current), craft(current));
+                let (track, craft) = (track(&auv, None, &current), craft(current));
                 let found = craft.reach(&track, &HERE, WITHIN, HORIZON);
                 let expected = scanned(&craft, &auv, false);
                 assert_eq!(found.is_some(), expected.is_some(), "{current} {k}");

@@ -10,13 +10,12 @@ use crate::clairvoyant::{Pursuit, clairvoyant};
 /// plant, start and recorded current. `None` without a surface craft or its plant, and for a goal
 /// that visits: its guide chooses where to go. A program with a stage per row: slow.
 pub(crate) fn bound_rms_m(record: &Record) -> Option<f64> {
-    let crafts = record.rows.iter().map(|row| row.surface_craft.as_ref());
-    let crafts: Option<Vec<&SurfaceCraftRow>> = crafts.collect();
     let visits = |row: &Row| row.auvs.iter().any(|auv| auv.service.is_some());
     if record.rows.iter().any(visits) {
         return None;
     }
-    let (crafts, plant) = (crafts?, record.plant?);
+    let crafts: Vec<&SurfaceCraftRow> = record.surface_craft_rows().map(|(_, craft)| craft).collect();
+    let plant = record.plant?;
     let first = crafts.first()?;
     let least = clairvoyant(&Pursuit {
         start: first.position,

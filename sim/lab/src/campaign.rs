@@ -17,7 +17,7 @@ pub mod controller;
 pub mod design;
 pub mod directory;
 pub mod file;
-mod fly;
+pub(crate) mod fly;
 pub(crate) mod grid;
 mod learnt;
 mod queue;

@@ -73,7 +73,6 @@ pub(crate) struct Pursuit {
     pub(crate) acceleration_max: f64,
 }
 
-/// The best trajectory and the bound.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Clairvoyant {
     /// Best trajectory p_0 … p_N (north, east), m, within the solver's tolerance.
@@ -198,7 +197,6 @@ impl Chase {
         }
     }
 
-    /// Primal and dual solution.
     fn solve(&self) -> Option<(Vec<f64>, Vec<f64>)> {
         let n = self.constraints.n;
         let settings = DefaultSettingsBuilder::default()

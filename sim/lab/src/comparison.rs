@@ -5,25 +5,27 @@
 use std::collections::BTreeMap;
 
 use planner::{
+    forecast::{AuvForecast, Intent},
     los::{LawGains, LosLaw, LosTuning},
-    snapshot::Goal,
+    snapshot::{Goal, Snapshot},
 };
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
-use sim::{guide::GuideError, mission, record::Record, scenario::Scenario};
+use sim::{guide::GuideError, mission::Mission, record::Record, scenario::Scenario};
 
 use crate::{
     campaign::{
         Campaign,
         controller::ControlLaw,
+        design::Condition,
         file::Objective,
+        fly::fly_while,
         grid::{Setting, tuned},
         tune,
     },
     http_guide::{GUIDE, GuideUrl},
     rules::Rule,
     scores::Scores,
-    stopwatch::Stopwatch,
 };
 
 mod table;
@@ -169,6 +171,28 @@ pub struct Information {
     pub current_known: bool,
 }
 
+impl Information {
+    /// Adds what `snapshot` told a controller that forecasts, or one that does not.
+    fn add(&mut self, snapshot: &Snapshot, foresees: bool) {
+        self.current_known &= snapshot.current.is_some();
+        let current = snapshot.current();
+        let known = snapshot.auvs.iter().zip(snapshot.paths()).filter(|_| foresees);
+        for ((auv, path), estimate) in known.zip(snapshot.estimates()) {
+            let is_followed = estimate.route.is_none_or(|route| route.is_followed());
+            let intent = Intent {
+                path: path.as_ref().filter(|_| is_followed),
+                fit: None,
+                dive: auv.dive,
+                tuned: &snapshot.tuned().forecast,
+            };
+            let model = AuvForecast::new(&estimate.state, intent, snapshot.forecast, &current).model;
+            if !self.forecasts.contains(&model.name()) {
+                self.forecasts.push(model.name());
+            }
+        }
+    }
+}
+
 impl Comparison {
     /// Runs the mission of the law at `guide` first, if there is one: it may be away. Then tunes
     /// the others and runs their missions. `progress` gets the activity and its fraction done.
@@ -181,9 +205,8 @@ impl Comparison {
         let campaign = campaign(scenario, seed, &controllers(scenario, guide))?;
         let mut order: Vec<usize> = (0..campaign.controllers.len()).collect();
         order.sort_by_key(|&number| campaign.controllers[number].name != GUIDE);
-        let flown = order
-            .into_iter()
-            .map(|number| Ok((number, fly(&campaign, number, seed, progress)?)));
+        let flown = order.into_iter();
+        let flown = flown.map(|number| Ok((number, fly(&campaign, number, progress)?)));
         let flown: BTreeMap<usize, Controller> = flown.collect::<Result<_, _>>()?;
         Ok(Self {
             scenario: scenario.name.clone(),
@@ -203,7 +226,6 @@ impl Comparison {
         least.expect("the planner is one of them")
     }
 
-    /// `true` if AUVs are visited.
     fn visits(&self) -> bool {
         self.controllers[0].scores.metrics.visits.is_some()
     }
@@ -213,28 +235,29 @@ impl Comparison {
 fn fly(
     campaign: &Campaign,
     number: usize,
-    seed: u64,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Controller, ComparisonError> {
     let (controller, scenario) = (&campaign.controllers[number], &campaign.cases[0].scenario);
     let stage = format!("tuning {}", controller.name);
     let setting = best(campaign, number, &mut |done| progress(&stage, done));
-    let mut guide = controller.guide(setting);
-    let mut stopwatch = Stopwatch::new(guide.as_mut());
-    let mut show = |done| progress(&controller.name, done);
-    let record = mission::run(scenario, &mut stopwatch, seed, &mut show)
-        .map_err(|error| ComparisonError::Mission(scenario.name.clone(), error))?;
-    let received = stopwatch.received;
     // A law uses the present only, independent of the snapshots' forecast models.
     let foresees = matches!(controller.law, ControlLaw::Planner { .. });
-    let forecasts = received.forecasts.iter().filter(|_| foresees);
+    let mut information = Information {
+        forecasts: vec![],
+        current_known: true,
+    };
+    let mut watch = |mission: &Mission, snapshot: Option<&Snapshot>| {
+        snapshot.inspect(|snapshot| information.add(snapshot, foresees));
+        progress(&controller.name, mission.done());
+        true
+    };
+    let flown = fly_while(campaign, Condition::default(), controller, setting, &mut watch);
+    let flown = flown.map_err(|error| ComparisonError::Mission(scenario.name.clone(), error))?;
+    let record = flown.expect("nothing stops it").record;
     Ok(Controller {
         name: controller.name.clone(),
         scores: Scores::of(&record).ok_or_else(|| ComparisonError::NoSurfaceCraft(scenario.name.clone()))?,
-        information: Information {
-            forecasts: forecasts.map(|model| model.name()).collect(),
-            current_known: received.with_current == received.snapshots,
-        },
+        information,
         gains: setting.gains,
         dwell_s: setting.dwell_s,
         record,
@@ -243,7 +266,7 @@ fn fly(
 
 #[cfg(test)]
 mod tests {
-    use sim::{guide::LosGuide, metrics::Metrics};
+    use sim::{guide::LosGuide, metrics::Metrics, mission};
 
     use super::*;
 

@@ -235,10 +235,8 @@ fn reference(snapshot: &Snapshot, answer: &Value) -> Result<Reference, AnswerFau
     let speed = number("speed_mps").ok_or_else(|| wrong("speed_mps", "is no number".to_owned()))?;
     if !SPEEDS.contains(&speed) {
         let (least, most) = (SPEEDS.start(), SPEEDS.end());
-        return Err(wrong(
-            "speed_mps",
-            format!("is {speed}, outside {least} to {most} m/s"),
-        ));
+        let is = format!("is {speed}, outside {least} to {most} m/s");
+        return Err(wrong("speed_mps", is));
     }
     let heading = match (number("heading_rad"), number("heading_deg")) {
         // An answer of the planner's own has both.
@@ -262,7 +260,7 @@ fn reference(snapshot: &Snapshot, answer: &Value) -> Result<Reference, AnswerFau
 /// Index of the AUV that `answer` serves: the next of its schedule, or the one in `serves`.
 fn serves(snapshot: &Snapshot, answer: &Value) -> Result<Option<usize>, AnswerFault> {
     if let Ok(schedule) = Schedule::deserialize(&answer["schedule"]) {
-        return Ok(served(snapshot, &schedule));
+        return Ok(served(snapshot, Some(&schedule)));
     }
     let Some(id) = answer.get("serves") else {
         return Ok(None);

@@ -83,9 +83,8 @@ pub fn read(path: &Path) -> Result<Log, LogFileError> {
     match path.extension().and_then(|ending| ending.to_str()) {
         Some("csv") => {
             let bytes = with_commas(&bytes);
-            let mut reader = csv::ReaderBuilder::new()
-                .trim(csv::Trim::All)
-                .from_reader(&*bytes);
+            let mut reader = csv::ReaderBuilder::new();
+            let mut reader = reader.trim(csv::Trim::All).from_reader(&*bytes);
             let names = reader.headers()?.clone();
             for record in reader.records() {
                 samples.add(&names.iter().zip(record?.iter().map(of_text)).collect())?;

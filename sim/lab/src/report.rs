@@ -70,39 +70,18 @@ fn run(run: &ReportedRun<'_>) -> Value {
     })
 }
 
-/// The columns of a record that the page reads.
-const COLUMNS: [&str; 22] = [
-    "kind",
-    "t_s",
-    "vehicle",
-    "north_m",
-    "east_m",
-    "depth_m",
-    "heading_rad",
-    "speed_mps",
-    "sway_mps",
-    "age_s",
-    "energy_j",
-    "goal_north_m",
-    "goal_east_m",
-    "goal_distance_m",
-    "reference_speed_mps",
-    "reference_heading_rad",
-    "outcome",
-    "method",
-    "reason",
-    "predicted_rms_m",
-    "solve_ms",
-    "late_s",
-];
+/// The columns of a record that the page reads: the first line of its CSV.
+const HEADER: &str = "kind,t_s,vehicle,north_m,east_m,depth_m,heading_rad,speed_mps,sway_mps,age_s,energy_j,\
+    goal_north_m,goal_east_m,goal_distance_m,reference_speed_mps,reference_heading_rad,\
+    outcome,method,reason,predicted_rms_m,solve_ms,late_s";
 /// Values are rounded to a tenth of a millimetre, which no screen shows.
 const PER_UNIT: f64 = 1e4;
 
 /// The record's table with these columns alone, rounded, as CSV.
 fn table(record: &Record) -> String {
-    let of_name = |name: &&str| table::COLUMNS.iter().find(|column| column.name == *name);
-    let columns: Vec<&Column> = COLUMNS.iter().filter_map(of_name).collect();
-    let mut lines = COLUMNS.join(",") + "\n";
+    let of_name = |name: &str| table::COLUMNS.iter().find(|column| column.name == name);
+    let columns: Vec<&Column> = HEADER.split(',').filter_map(of_name).collect();
+    let mut lines = format!("{HEADER}\n");
     let cell = |column: &Column, row: &Row<'_>| match (column.cell)(row) {
         Cell::Nothing => String::new(),
         Cell::Count(count) => count.to_string(),

@@ -113,7 +113,6 @@ struct Memory {
     next: Option<(usize, Option<f64>)>,
 }
 
-/// An AUV now.
 struct Observed {
     /// Time until the craft can be near it, s.
     travel: f64,

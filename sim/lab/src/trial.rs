@@ -122,9 +122,7 @@ impl Trial {
 pub struct TrialSetup {
     /// The manoeuvres.
     pub trial: Trial,
-    /// The craft in its water.
     world: World,
-    /// Its sensors.
     sensors: SensorSetup,
 }
 

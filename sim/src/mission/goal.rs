@@ -10,7 +10,6 @@ use planner::{
 
 use crate::{auv::SimulatedAuv, observe::Briefing, surface_craft::SurfaceCraft, world::World};
 
-/// A goal with its state.
 #[derive(Clone, Debug)]
 pub(crate) struct TrueGoal {
     goal: Goal,

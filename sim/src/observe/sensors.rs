@@ -1,5 +1,7 @@
 //! Own sensors of the surface craft: GNSS, compass, speed log, and dead reckoning without GNSS.
 
+use std::array;
+
 use nalgebra::Vector2;
 use planner::{
     angle::{Heading, ned_from_body},
@@ -106,29 +108,6 @@ struct Track {
     current: Option<Vector2<f64>>,
 }
 
-/// The white errors of one measurement, in units of their σ.
-struct WhiteNoise {
-    position: Vector2<f64>,
-    velocity: Vector2<f64>,
-    heading: f64,
-    yaw_rate: f64,
-    speed: Vector2<f64>,
-}
-
-impl WhiteNoise {
-    fn draw(rng: &mut ChaCha8Rng) -> Self {
-        let (position, velocity) = (normal_pair(rng), normal_pair(rng));
-        let (turning, speed) = (normal_pair(rng), normal_pair(rng));
-        Self {
-            position,
-            velocity,
-            heading: turning.x,
-            yaw_rate: turning.y,
-            speed,
-        }
-    }
-}
-
 impl SurfaceSensors {
     /// Sensors before their first measurement, with a stationary satellite error.
     pub fn new(setup: SensorSetup, mut rng: ChaCha8Rng) -> Self {
@@ -154,22 +133,23 @@ impl SurfaceSensors {
     /// errors in every mission.
     pub fn measure(&mut self, truth: &SurfaceTruth, gnss_works: bool, period: f64) -> Asc {
         let setup = self.setup;
-        let errors = WhiteNoise::draw(&mut self.rng);
-        self.position_error = self.next_position_error(&errors.position, period);
-        let heading_error = setup.heading_bias + setup.heading_sigma * errors.heading;
-        let mut state =
-            Asc {
-                sway_mps: disturbed(truth.sway, setup.speed_sigma * errors.speed.y),
-                yaw_rate_radps: disturbed(truth.yaw_rate, setup.yaw_rate_sigma * errors.yaw_rate),
-                ..Asc::new(
-                    disturbed_vector(&truth.position, &self.position_error),
-                    Heading::new(disturbed(truth.heading, heading_error)),
-                    disturbed(truth.surge, setup.speed_sigma * errors.speed.x),
-                )
-                .with_ground_velocity(gnss_works.then(|| {
-                    disturbed_vector(&truth.ground_velocity, &(errors.velocity * setup.velocity_sigma))
-                }))
-            };
+        // White errors, in units of their σ.
+        let [position, velocity, turning, speed] = array::from_fn(|_| normal_pair(&mut self.rng));
+        self.position_error = self.next_position_error(&position, period);
+        let heading_error = setup.heading_bias + setup.heading_sigma * turning.x;
+        let mut state = Asc {
+            sway_mps: disturbed(truth.sway, setup.speed_sigma * speed.y),
+            yaw_rate_radps: disturbed(truth.yaw_rate, setup.yaw_rate_sigma * turning.y),
+            ..Asc::new(
+                disturbed_vector(&truth.position, &self.position_error),
+                Heading::new(disturbed(truth.heading, heading_error)),
+                disturbed(truth.surge, setup.speed_sigma * speed.x),
+            )
+            .with_ground_velocity(
+                gnss_works
+                    .then(|| disturbed_vector(&truth.ground_velocity, &(velocity * setup.velocity_sigma))),
+            )
+        };
         self.keep_track(&mut state, period);
         state
     }

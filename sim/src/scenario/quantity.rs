@@ -76,7 +76,6 @@ impl Distribution {
     }
 }
 
-/// Fails if `value` is outside `range`.
 fn within(what: &str, value: f64, range: &RangeInclusive<f64>, unit: &str) -> Result<(), String> {
     if range.contains(&value) {
         Ok(())

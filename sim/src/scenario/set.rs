@@ -36,7 +36,6 @@ impl Scenario {
     }
 }
 
-/// Puts a number into the tree of a file.
 fn put(tree: &mut Value, key: &str, value: f64) -> Result<(), String> {
     let place = key.split(['.', '[']).try_fold(tree, step)?;
     let is_number = match place {

@@ -51,15 +51,10 @@ impl Source {
     }
 }
 
-/// The form of a member that often gets another one, with an example for the error.
-struct Form {
-    /// The member without indices, as `auvs[].path`.
-    place: &'static str,
-    shape: Shape,
-    example: &'static str,
-}
+/// The form of a member that often gets another one: the member without indices, as `auvs[].path`,
+/// its shape, and an example for the error.
+type Form = (&'static str, Shape, &'static str);
 
-/// The shape of a value.
 enum Shape {
     Text,
     WholeNumber,
@@ -69,46 +64,34 @@ enum Shape {
 }
 
 const FORMS: &[Form] = &[
-    Form {
-        place: "schema_version",
-        shape: Shape::Text,
-        example: "schema_version = \"1\"",
-    },
-    Form {
-        place: "water.current",
-        shape: Shape::OneOf(&["constant", "grid"]),
-        example: "current = {constant = {north_mps = 0, east_mps = 0.12}}",
-    },
-    Form {
-        place: "knowledge.current",
-        shape: Shape::Text,
-        example: "current = \"unknown\"",
-    },
-    Form {
-        place: "surface_craft.goal",
-        shape: Shape::OneOf(&["track", "intermittent", "midpoint", "weighted", "range", "visit"]),
-        example: "goal = {track = {auv = \"auv-1\"}}",
-    },
-    Form {
-        place: "surface_craft.goal_offset",
-        shape: Shape::OneOf(&["ned", "target", "path", "polar"]),
-        example: "goal_offset = {ned = {north_m = -5, east_m = 10}}",
-    },
-    Form {
-        place: "auvs[].path",
-        shape: Shape::OneOf(&["lawn_mower", "waypoints", "circle", "segments", "geojson"]),
-        example: "path = {waypoints = {points = [[0, 0], [100, 0]], fillet_m = 10}}",
-    },
-    Form {
-        place: "auvs[].path.waypoints",
-        shape: Shape::Table,
-        example: "waypoints = {points = [[0, 0], [100, 0]], fillet_m = 10}",
-    },
-    Form {
-        place: "auvs[].path.lawn_mower.lanes",
-        shape: Shape::WholeNumber,
-        example: "lanes = 4",
-    },
+    ("schema_version", Shape::Text, "schema_version = \"1\""),
+    (
+        "water.current",
+        Shape::OneOf(&["constant", "grid"]),
+        "current = {constant = {north_mps = 0, east_mps = 0.12}}",
+    ),
+    ("knowledge.current", Shape::Text, "current = \"unknown\""),
+    (
+        "surface_craft.goal",
+        Shape::OneOf(&["track", "intermittent", "midpoint", "weighted", "range", "visit"]),
+        "goal = {track = {auv = \"auv-1\"}}",
+    ),
+    (
+        "surface_craft.goal_offset",
+        Shape::OneOf(&["ned", "target", "path", "polar"]),
+        "goal_offset = {ned = {north_m = -5, east_m = 10}}",
+    ),
+    (
+        "auvs[].path",
+        Shape::OneOf(&["lawn_mower", "waypoints", "circle", "segments", "geojson"]),
+        "path = {waypoints = {points = [[0, 0], [100, 0]], fillet_m = 10}}",
+    ),
+    (
+        "auvs[].path.waypoints",
+        Shape::Table,
+        "waypoints = {points = [[0, 0], [100, 0]], fillet_m = 10}",
+    ),
+    ("auvs[].path.lawn_mower.lanes", Shape::WholeNumber, "lanes = 4"),
 ];
 
 impl Shape {
@@ -147,12 +130,12 @@ struct Member<'a> {
 /// Line and error, with an example, of the outermost wrong form on the path to `field`.
 fn misshapen(text: &str, field: &str) -> Option<(usize, InvalidScenario)> {
     members_to(text, field).into_iter().find_map(|member| {
-        let form = FORMS.iter().find(|form| form.place == member.place)?;
-        if form.shape.fits(member.value.get_ref()) {
+        let (_, shape, example) = FORMS.iter().find(|(place, ..)| *place == member.place)?;
+        if shape.fits(member.value.get_ref()) {
             return None;
         }
-        let (given, wanted) = (given(text, &member.value), form.shape.wanted());
-        let reason = format!("{given} is not {wanted}; write for example {}", form.example);
+        let (given, wanted) = (given(text, &member.value), shape.wanted());
+        let reason = format!("{given} is not {wanted}; write for example {example}");
         let line = line_of(text, member.value.span().start);
         let field = member.field;
         Some((line, InvalidScenario { field, reason }))
@@ -216,10 +199,8 @@ pub fn line_of(text: &str, byte: usize) -> usize {
 
 /// The line of the member at `field`, such as `auvs[0].path`, or of the innermost table around it.
 pub fn line_of_field(text: &str, field: &str) -> usize {
-    let members = members_to(text, field);
-    members
-        .last()
-        .map_or(1, |member| line_of(text, member.value.span().start))
+    let innermost = members_to(text, field).pop();
+    innermost.map_or(1, |member| line_of(text, member.value.span().start))
 }
 
 #[cfg(test)]
@@ -269,11 +250,11 @@ mod tests {
 
     #[test]
     fn every_example_of_a_form_is_accepted() {
-        for form in super::FORMS {
-            let (_, key) = form.place.rsplit_once('.').unwrap_or(("", form.place));
-            let table = toml::de::DeTable::parse(form.example).expect("is TOML");
+        for (place, shape, example) in super::FORMS {
+            let (_, key) = place.rsplit_once('.').unwrap_or(("", place));
+            let table = toml::de::DeTable::parse(example).expect("is TOML");
             let value = table.get_ref().get(key).expect("is of its key");
-            assert!(form.shape.fits(value.get_ref()), "{}", form.example);
+            assert!(shape.fits(value.get_ref()), "{example}");
         }
     }
 }

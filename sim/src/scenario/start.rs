@@ -75,23 +75,22 @@ impl Scenario {
         let settled_after = draw.take(&self.settled_after_s);
         // The last row of a record is at most a second before the end.
         if duration.floor() - 1.0 < settled_after {
-            return Err(invalid(
-                "settled_after_s",
-                format_args!("{settled_after} s is less than a second before the end at {duration} s"),
-            ));
+            let reason =
+                format_args!("{settled_after} s is less than a second before the end at {duration} s");
+            return Err(invalid("settled_after_s", reason));
         }
         let origin = self.origin.as_ref().map(|origin| Origin {
             latitude: draw.take(&origin.lat_deg).to_radians(),
             longitude: draw.take(&origin.lon_deg).to_radians(),
         });
-        let craft = match &self.surface_craft {
-            Some(file) => Some(self.surface_craft(file, &mut draw)?),
-            None => None,
-        };
-        let auvs = (0..)
-            .zip(self.auvs.iter().zip(self.tracks(origin)?))
-            .map(|(i, (file, track))| self.auv(i, file, track, origin, &mut draw))
-            .collect::<Result<Vec<_>, _>>()?;
+        let craft = self.surface_craft.as_ref();
+        let craft = craft
+            .map(|file| self.surface_craft(file, &mut draw))
+            .transpose()?;
+        let tracks = self.tracks(origin)?;
+        let auvs = (0..).zip(self.auvs.iter().zip(tracks));
+        let auvs = auvs.map(|(i, (file, track))| self.auv(i, file, track, origin, &mut draw));
+        let auvs = auvs.collect::<Result<Vec<_>, _>>()?;
         let water = self.water(&self.water, seed, &mut draw)?;
         let bounds = bounds(&self.bounds, &mut draw)?;
         let faults = self.faults(&mut draw)?;
@@ -105,13 +104,10 @@ impl Scenario {
         let mut world = World::new(surface_craft, auvs, water, faults);
         self.declare_tracks(&mut world, duration)?;
         let limits = briefing.as_ref().map(|briefing| briefing.limits);
-        let observer = match briefing {
-            Some(briefing) => Some(self.observer(&world, briefing, seed, &mut draw)?),
-            None => None,
-        };
+        let observer = briefing.map(|briefing| self.observer(&world, briefing, seed, &mut draw));
         Ok(Start {
+            observer: observer.transpose()?,
             world,
-            observer,
             limits,
             contact_range,
             duration,
@@ -147,24 +143,18 @@ impl Scenario {
     fn check_names(&self) -> Result<(), InvalidScenario> {
         check_name("name", &self.name)?;
         if !(1..=AUVS_MAX).contains(&self.auvs.len()) {
-            return Err(invalid(
-                "auvs",
-                format_args!("{} vehicles; 1 to {AUVS_MAX} are allowed", self.auvs.len()),
-            ));
+            let reason = format_args!("{} vehicles; 1 to {AUVS_MAX} are allowed", self.auvs.len());
+            return Err(invalid("auvs", reason));
         }
         for (i, auv) in self.auvs.iter().enumerate() {
-            check_name(&format!("auvs[{i}].id"), &auv.id)?;
-            if auv.id == SURFACE_CRAFT {
-                return Err(invalid(
-                    format!("auvs[{i}].id"),
-                    format_args!("{SURFACE_CRAFT:?} is the name of the surface craft"),
-                ));
+            let (field, id) = (format!("auvs[{i}].id"), &auv.id);
+            check_name(&field, id)?;
+            if id == SURFACE_CRAFT {
+                let reason = format_args!("{SURFACE_CRAFT:?} is the name of the surface craft");
+                return Err(invalid(field, reason));
             }
-            if self.auvs[..i].iter().any(|earlier| earlier.id == auv.id) {
-                return Err(invalid(
-                    format!("auvs[{i}].id"),
-                    format_args!("{:?} is the name of two vehicles", auv.id),
-                ));
+            if self.auvs[..i].iter().any(|earlier| earlier.id == *id) {
+                return Err(invalid(field, format_args!("{id:?} is the name of two vehicles")));
             }
         }
         Ok(())
@@ -174,12 +164,10 @@ impl Scenario {
     fn auv_called(&self, field: &str, id: &str) -> Result<usize, InvalidScenario> {
         self.auvs.iter().position(|auv| auv.id == id).ok_or_else(|| {
             let known: Vec<&str> = self.auvs.iter().map(|auv| auv.id.as_str()).collect();
+            let known = known.join(", ");
             invalid(
                 field,
-                format_args!(
-                    "there is no vehicle {id:?}; the vehicles are {}",
-                    known.join(", ")
-                ),
+                format_args!("there is no vehicle {id:?}; the vehicles are {known}"),
             )
         })
     }
@@ -189,11 +177,8 @@ impl Scenario {
 fn check_name(field: &str, name: &str) -> Result<(), InvalidScenario> {
     let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
     if (1..=ID_LENGTH_MAX).contains(&name.len()) && name.chars().all(plain) {
-        Ok(())
-    } else {
-        Err(invalid(
-            field,
-            format_args!("{name:?} is not 1 to {ID_LENGTH_MAX} lower-case letters, digits and hyphens"),
-        ))
+        return Ok(());
     }
+    let reason = format_args!("{name:?} is not 1 to {ID_LENGTH_MAX} lower-case letters, digits and hyphens");
+    Err(invalid(field, reason))
 }

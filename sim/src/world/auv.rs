@@ -163,10 +163,8 @@ impl SimulatedAuv {
         if speed < f64::EPSILON {
             return (ground, 0.0);
         }
-        (
-            ground,
-            self.heading_rate() * u_h * ground.dot(&bow) / (speed * speed),
-        )
+        let turn_rate = self.heading_rate() * u_h * ground.dot(&bow) / (speed * speed);
+        (ground, turn_rate)
     }
 
     /// Heading reference, rad, in (−π, π]: ψ_P + δ on its path, else the heading it takes or has.
@@ -198,9 +196,14 @@ impl SimulatedAuv {
         self.reference_for(&self.command())
     }
 
+    /// By the path-following law at the estimated position, or by the fault.
     fn command(&self) -> PathCommand {
         let heading_rate = match self.behaviour {
-            Behaviour::FollowsPath => return self.path_command(),
+            Behaviour::FollowsPath => {
+                let curvature = self.path.at(self.gamma).curvature;
+                let speed = self.horizontal_speed();
+                return follow_path(&self.steered_error(), curvature, speed, &self.gains);
+            }
             Behaviour::LeavesPath(Some(heading)) => {
                 let rate = self.gains.k_1 * wrap(heading - self.heading());
                 rate.clamp(-LEAVING_TURN_RATE, LEAVING_TURN_RATE)
@@ -224,20 +227,18 @@ impl SimulatedAuv {
                 })
             }
             Behaviour::FollowsPath | Behaviour::LeavesPath(_) | Behaviour::WaitsAtSurface => {
-                Some(self.inner_loop_reference(command))
+                let lost = match self.leg {
+                    Leg::Down => self.tracking_error.slower_diving,
+                    Leg::Up => 0.0,
+                };
+                Some(UnderwaterReference {
+                    surge: self.speed_at(self.gamma) * (1.0 - lost),
+                    pitch: self.leg.pitch(&self.dive),
+                    // Inner loops take the body's yaw rate r = cosθ ψ̇; the law gives ψ̇.
+                    yaw_rate: command.heading_rate * self.pitch().cos(),
+                })
             }
         }
-    }
-
-    /// Command of the path-following law at the estimated position.
-    fn path_command(&self) -> PathCommand {
-        let curvature = self.path.at(self.gamma).curvature;
-        follow_path(
-            &self.steered_error(),
-            curvature,
-            self.horizontal_speed(),
-            &self.gains,
-        )
     }
 
     /// The deviation that its path follower sees: from where it weaves, by its own navigation.
@@ -248,19 +249,6 @@ impl SimulatedAuv {
         PathError {
             y_1: error.y_1 - weave.as_ref().map_or(0.0, |weave| weave.at(*time)),
             ..error
-        }
-    }
-
-    /// Inner loops take the body's yaw rate r = cosθ ψ̇; the law gives ψ̇.
-    fn inner_loop_reference(&self, command: &PathCommand) -> UnderwaterReference {
-        let lost = match self.leg {
-            Leg::Down => self.tracking_error.slower_diving,
-            Leg::Up => 0.0,
-        };
-        UnderwaterReference {
-            surge: self.speed_at(self.gamma) * (1.0 - lost),
-            pitch: self.leg.pitch(&self.dive),
-            yaw_rate: command.heading_rate * self.pitch().cos(),
         }
     }
 
@@ -302,9 +290,10 @@ impl SimulatedAuv {
         };
         let command = self.command();
         let input = match self.reference_for(&command) {
-            Some(reference) => self
-                .loops
-                .command(&self.hull, &mut self.surge, &self.state, &reference),
+            Some(reference) => {
+                let (loops, surge) = (&self.loops, &mut self.surge);
+                loops.command(&self.hull, surge, &self.state, &reference)
+            }
             None => UnderwaterInput::default(),
         };
         let through_water = direction(self.heading()) * self.horizontal_speed();

@@ -177,10 +177,8 @@ impl Faults {
     }
 
     fn at(&self, time: f64) -> impl Iterator<Item = FaultKind> {
-        self.0
-            .iter()
-            .filter(move |fault| fault.from <= time && time < fault.until)
-            .map(|fault| fault.what)
+        let is_on = move |fault: &&Fault| fault.from <= time && time < fault.until;
+        self.0.iter().filter(is_on).map(|fault| fault.what)
     }
 }
 

@@ -36,7 +36,6 @@ pub struct TrackMotion {
     pub turn_rate: f64,
 }
 
-/// Velocity between two points.
 #[derive(Clone, Copy, Debug, Default)]
 struct Leg {
     middle: f64,

@@ -16,11 +16,7 @@ pub(super) fn intersect(direction: &Vector3<f64>, below: f64) -> Parsed<Vector3<
     reject_if(!is_steep, TOO_LEVEL)?;
     let length = below / direction.z;
     // Otherwise the line points up and the AUV is deeper, or the reverse: one of the two is wrong.
-    if length > 0.0 {
-        Ok(direction * length)
-    } else {
-        Err(NO_DEPTH)
-    }
+    (length > 0.0).then(|| direction * length).ok_or(NO_DEPTH)
 }
 
 /// Standard deviation of the intersection, m: the greater one along or across the line of sight.

@@ -36,7 +36,6 @@ use crate::{Parsed, reject_if};
 const LENGTH: &str = "length does not match";
 const BACKWARDS: &str = "measured after it was printed";
 
-/// Microseconds to seconds.
 const S_PER_US: f64 = 1e-6;
 
 /// Prefix of notifications in data mode.
@@ -45,7 +44,6 @@ const WRAPPER: &str = "+++AT:";
 /// Highest address (`AT!AM`). Source: LSTS/dune, `src/Transports/Evologics/Task.cpp`.
 const ADDRESS_MAX: u16 = 254;
 
-/// The observation in `line`, which arrived at `received_s`.
 pub(super) fn read(line: &str, frame: Frame, received_s: f64) -> Parsed<Observation> {
     let (message, fields) = unwrapped(line)?.split_once(',').ok_or(OTHER)?;
     let n_fields = match message {
@@ -76,20 +74,14 @@ pub(super) fn read(line: &str, frame: Frame, received_s: f64) -> Parsed<Observat
     }
     let travel = optional(fields[12])?.map(|time| time * S_PER_US);
     reject_if(travel.is_some_and(|travel| travel < 0.0), NO_POSITION)?;
-    let location = match frame {
-        Frame::Body => {
-            let vector = Vector3::new(value(3)?, -value(4)?, -value(5)?);
-            Location::vector(Axes::Transducer, vector)
-        }
-        Frame::Earth => {
-            let vector = Vector3::new(value(7)?, value(6)?, -value(8)?);
-            Location::vector(Axes::Magnetic, vector)
-        }
+    let (axes, vector) = match frame {
+        Frame::Body => (Axes::Transducer, Vector3::new(value(3)?, -value(4)?, -value(5)?)),
+        Frame::Earth => (Axes::Magnetic, Vector3::new(value(7)?, value(6)?, -value(8)?)),
     };
     Ok(Observation {
         travel_s: travel,
         sigma_m: sigma,
-        ..Observation::new(address, time, location)
+        ..Observation::new(address, time, Location::vector(axes, vector))
     })
 }
 
@@ -99,11 +91,8 @@ fn unwrapped(line: &str) -> Parsed<&str> {
         return Ok(line.trim());
     };
     let (length, body) = line[start + WRAPPER.len()..].split_once(':').ok_or(LENGTH)?;
-    if length.parse() == Ok(body.len()) {
-        Ok(body)
-    } else {
-        Err(LENGTH)
-    }
+    reject_if(length.parse() != Ok(body.len()), LENGTH)?;
+    Ok(body)
 }
 
 fn address(text: &str) -> Parsed<String> {

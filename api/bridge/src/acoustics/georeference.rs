@@ -47,7 +47,6 @@ const LEVER_MAX_M: f64 = 500.0;
 /// 30 °C. Source: Chen and Millero, J. Acoust. Soc. Am. 62 (1977), doi:10.1121/1.381646.
 const SOUND_SPEED_MPS: RangeInclusive<f64> = 1_380.0..=1_620.0;
 
-/// A depth from another source.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct KnownDepth {
     pub(crate) t_s: f64,
@@ -55,7 +54,6 @@ pub(crate) struct KnownDepth {
     pub(crate) sigma_m: f64,
 }
 
-/// Places observations on Earth.
 #[derive(Debug)]
 pub(super) struct Georeference {
     names: BTreeMap<String, String>,

@@ -9,11 +9,8 @@ use serde::Deserialize;
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Mounting {
-    /// Transducer ahead of the reference point, m.
     pub(crate) forward_m: f64,
-    /// Transducer to starboard of the reference point, m.
     pub(crate) starboard_m: f64,
-    /// Transducer below the reference point, m.
     pub(crate) down_m: f64,
     /// From the bow to the transducer's forward axis, rad, clockwise seen from above.
     pub(crate) heading_offset_rad: f64,
@@ -43,7 +40,6 @@ impl Mounting {
         ]
     }
 
-    /// Turns vectors of the transducer's frame into the craft's.
     pub(super) fn craft_from_transducer(&self) -> Rotation3<f64> {
         let [roll, pitch, heading] = self.angles();
         attitude(roll, pitch, heading)

@@ -36,7 +36,6 @@ pub(super) struct Observation {
 pub(super) enum SignalTime {
     /// Time of arrival at the transducer.
     Arrived(f64),
-    /// Time when the AUV sent it.
     Sent(f64),
 }
 
@@ -73,7 +72,6 @@ pub(super) enum Axes {
 }
 
 impl Observation {
-    /// An observation that states a location only.
     pub(super) fn new(address: String, time: SignalTime, location: Location) -> Self {
         Self {
             address,
@@ -88,7 +86,6 @@ impl Observation {
 }
 
 impl Location {
-    /// A vector with three measured components.
     pub(super) fn vector(axes: Axes, vector: Vector3<f64>) -> Self {
         Self::Vector {
             axes,
@@ -97,7 +94,6 @@ impl Location {
         }
     }
 
-    /// A position on Earth, degrees.
     pub(super) fn geographic(lat_deg: f64, lon_deg: f64) -> Parsed<Self> {
         let position = on_earth(lat_deg, lon_deg).ok_or(NOT_ON_EARTH)?;
         Ok(Self::Geographic(position))
@@ -117,12 +113,8 @@ pub(super) fn number(text: &str) -> Parsed<f64> {
 
 /// A finite number; `None` if the field is empty.
 pub(super) fn optional(text: &str) -> Parsed<Option<f64>> {
-    let is_empty = text.trim().is_empty();
-    if is_empty {
-        Ok(None)
-    } else {
-        number(text).map(Some)
-    }
+    let filled = Some(text).filter(|text| !text.trim().is_empty());
+    filled.map(number).transpose()
 }
 
 /// An address or a name that can be shown and stored.

@@ -54,7 +54,6 @@ const FORMS: [(Form, &[&str]); 4] = [
     (Form::Polar, &["range_m", "bearing_deg", "elevation_deg"]),
 ];
 
-/// A pattern with consistent groups.
 #[derive(Debug)]
 pub(super) struct Pattern {
     regex: Regex,
@@ -90,7 +89,6 @@ impl Pattern {
         Ok(Self { regex, form, only })
     }
 
-    /// `true` if positions are relative to the transducer.
     pub(super) fn is_relative(&self) -> bool {
         self.form != Form::Geographic
     }

@@ -15,7 +15,6 @@ const KEPT_S: f64 = 60.0;
 /// Largest number of poses: a minute at 100 Hz.
 const KEPT_MAX: usize = 6000;
 
-/// Position and attitude of the craft.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct CraftPose {
     /// Position of its reference point, usually the GNSS antenna.

@@ -86,11 +86,8 @@ fn message(line: &str) -> Parsed<Vec<u8>> {
     let mut bytes = hex::decode(digits.trim()).map_err(|_| NOT_HEX)?;
     let body = bytes.len().checked_sub(CRC_BYTES).ok_or(TOO_SHORT)?;
     let crc = bytes.split_off(body);
-    if crc16(&bytes).to_le_bytes() == crc[..] {
-        Ok(bytes)
-    } else {
-        Err(CHECKSUM)
-    }
+    reject_if(crc16(&bytes).to_le_bytes() != crc[..], CHECKSUM)?;
+    Ok(bytes)
 }
 
 /// CRC-16/ARC: polynomial 0x8005 reflected, from 0.

@@ -64,9 +64,8 @@ fn ranger(fields: &[&str], received_s: f64) -> Parsed<Observation> {
     let at = |field: usize| optional(rest.get(field).copied().unwrap_or_default());
     reject_if(status != "A", NO_POSITION)?;
     // The system prints the ship among its beacons, as "Ship 1".
-    let is_ship = name
-        .get(..4)
-        .is_some_and(|start| start.eq_ignore_ascii_case("ship"));
+    let start = name.get(..4);
+    let is_ship = start.is_some_and(|start| start.eq_ignore_ascii_case("ship"));
     reject_if(is_ship, OWN_SHIP)?;
     let location = Location::geographic(number(lat)?, number(lon)?)?;
     let (depth, major, minor) = (at(0)?, at(1)?, at(2)?);
@@ -98,18 +97,15 @@ fn apos(fields: &[&str], received_s: f64) -> Parsed<Observation> {
     };
     reject_if(travel.is_some_and(|travel| travel < 0.0), NUMBER)?;
     let time = SignalTime::Arrived(time_near(time, received_s)?);
+    let location = Location::Vector {
+        axes,
+        vector,
+        has_depth: depth.is_some(),
+    };
     Ok(Observation {
         travel_s: travel,
         sigma_m: optional(accuracy)?,
-        ..Observation::new(
-            address(name)?,
-            time,
-            Location::Vector {
-                axes,
-                vector,
-                has_depth: depth.is_some(),
-            },
-        )
+        ..Observation::new(address(name)?, time, location)
     })
 }
 

@@ -10,7 +10,6 @@ use super::mounting::Mounting;
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Settings {
-    /// Format of its lines.
     pub(crate) modem: ModemKind,
     /// AUVs' names by their addresses. An address without a name becomes `usbl-<address>`.
     #[serde(default)]
@@ -28,7 +27,6 @@ pub struct Settings {
     pub(crate) magnetic_declination_rad: f64,
 }
 
-/// Formats of modems.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub(crate) enum ModemKind {

@@ -130,7 +130,7 @@ proptest! {
                 let mut modem = modem(kind.clone());
                 let fixes = modem.push(&bytes, received_s, &poses());
                 prop_assert!(fixes.iter().all(is_sound), "{kind:?}: {fixes:?}");
-                let n_lines = u64::try_from(fixes.len()).expect("are few") + modem.rejects().total();
+                let n_lines = u64::try_from(fixes.len()).expect("are few") + modem.rejects.total();
                 prop_assert!(n_lines <= u64::try_from(lines_in(&bytes)).expect("are few"));
             }
         }
@@ -152,7 +152,7 @@ proptest! {
                 }
             }
             prop_assert_eq!(&fixes, &expected, "{:?}", kind);
-            prop_assert_eq!(split.rejects(), whole.rejects());
+            prop_assert_eq!(split.rejects, whole.rejects);
         }
     }
 
@@ -185,9 +185,9 @@ fn every_sample_is_a_fix_of_its_own_modem_only() {
             ModemKind::Seatrac { .. } | ModemKind::Pattern { .. } => 1,
             ModemKind::Evologics { .. } | ModemKind::Sentences => 2,
         };
-        assert_eq!(fixes.len(), expected, "{kind:?}: {}", modem.rejects());
+        assert_eq!(fixes.len(), expected, "{kind:?}: {}", modem.rejects);
         assert_eq!(
-            modem.rejects().total(),
+            modem.rejects.total(),
             6 - u64::try_from(expected).expect("is small")
         );
     }
@@ -202,7 +202,7 @@ fn pattern(pattern: &str) -> Modem {
 /// Claims that all lines of `text` are rejected, with these counts.
 fn assert_rejected(modem: &mut Modem, text: &str, rejects: &str) {
     assert_eq!(modem.push(text.as_bytes(), RECEIVED_S, &poses()), [], "{text}");
-    assert_eq!(modem.rejects().to_string(), rejects, "{text}");
+    assert_eq!(modem.rejects.to_string(), rejects, "{text}");
 }
 
 const AT_TIME: &str = r"^(?<id>\w+) (?<lat_deg>\S+) (?<lon_deg>\S+) (?<t_s>\S+)$";
@@ -218,10 +218,7 @@ fn age_and_travel_time_are_subtracted_to_a_microsecond() {
     // The poses end 20 s before.
     let stale = modem.push(LONG.as_bytes(), RECEIVED_S + 20.0, &poses());
     assert_eq!(stale, []);
-    assert_eq!(
-        modem.rejects().to_string(),
-        "no pose of the craft at that time: 1"
-    );
+    assert_eq!(modem.rejects.to_string(), "no pose of the craft at that time: 1");
 }
 
 #[test]
@@ -273,7 +270,7 @@ fn a_fix_that_is_sent_again_counts_once() {
             n_fixes
         );
     }
-    assert_eq!(modem.rejects().to_string(), "repeated fix: 2");
+    assert_eq!(modem.rejects.to_string(), "repeated fix: 2");
 }
 
 #[test]

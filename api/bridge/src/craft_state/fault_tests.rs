@@ -5,7 +5,7 @@ use std::{collections::BTreeSet, f64::consts::TAU};
 use planner::angle::wrap;
 
 use super::*;
-use crate::recent_positions::trend;
+use crate::{recent_positions::trend, reference::Reference};
 
 /// Time between two steps, s.
 const STEP_S: f64 = 0.1;
@@ -127,8 +127,8 @@ impl Mission {
             let measured = fault(self, measured);
             self.state.take(t_s, AUTOPILOT, &measured);
         }
-        self.state.sent(&self.requested, STEP_S);
-        self.raised.extend(self.state.alarms());
+        self.state.integrity.sent(&self.requested, STEP_S);
+        self.raised.extend(self.state.integrity.alarms());
     }
 
     fn measured(&mut self) -> Vec<CraftMeasurement> {
@@ -176,7 +176,7 @@ impl Mission {
         let start_s = self.now_s();
         while self.now_s() < start_s + seconds {
             self.step(fault);
-            if self.state.alarms().any(|raised| raised == alarm) {
+            if self.state.integrity.alarms().any(|raised| raised == alarm) {
                 return Some(self.now_s() - start_s);
             }
         }
@@ -272,7 +272,7 @@ fn ten_hours_of_waves_current_and_noise_raise_no_alarm() {
             mission.nominal(1);
             without_state += u32::from(mission.state.newest().is_none());
         }
-        let rejects = mission.state.rejects();
+        let rejects = &mission.state.integrity.rejects;
         assert!(
             mission.raised.is_empty(),
             "{sensors:?}: {:?}, {rejects}",
@@ -397,7 +397,7 @@ fn a_slow_craft_whose_receiver_omits_the_course_raises_no_alarm() {
         ] {
             state.take(t_s, AUTOPILOT, &measured);
         }
-        assert_eq!(state.alarms().next(), None, "{t_s} s");
+        assert_eq!(state.integrity.alarms().next(), None, "{t_s} s");
     }
 }
 
@@ -416,7 +416,7 @@ fn a_velocity_that_contradicts_the_positions_is_not_used() {
         }
         assert!(mission.velocity_error().norm() < 1.2, "{sensors:?}");
         mission.nominal(30);
-        assert_eq!(mission.state.alarms().next(), None, "it is right again");
+        assert_eq!(mission.state.integrity.alarms().next(), None, "it is right again");
     }
 }
 
@@ -431,7 +431,7 @@ fn the_state_survives_two_seconds_of_a_wrong_velocity() {
                 _ => measured,
             });
             assert!(mission.state.newest().is_some());
-            assert!(mission.state.current().current().norm() < 1.0);
+            assert!(mission.state.current.current.norm() < 1.0);
         }
     }
 }
@@ -552,7 +552,13 @@ fn a_position_that_drifts_from_the_velocity_at_half_a_metre_per_second_is_named(
         mission.raises_within(within_s, Alarm::PositionDrifts, &mut drifts);
         for _ in 0..50 {
             mission.step(&mut drifts);
-            assert!(mission.state.alarms().any(|alarm| alarm == Alarm::PositionDrifts));
+            assert!(
+                mission
+                    .state
+                    .integrity
+                    .alarms()
+                    .any(|alarm| alarm == Alarm::PositionDrifts)
+            );
         }
         assert!(mission.state.newest().is_some(), "the positions count");
     }

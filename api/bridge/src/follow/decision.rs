@@ -1,7 +1,7 @@
 //! The decision of each tick: the plan's reference, or the reason that nothing is sent.
 
 use crate::{
-    MeasuredState, Plan, Rejects,
+    MeasuredState, Plan,
     confirmation::Confirmation,
     follow::{mission_log::MissionLog, telemetry::Telemetry},
     mavlink::{Action, Authority, Conditions, Control, Parameters, Silence},
@@ -10,29 +10,23 @@ use crate::{
     reference::Reference,
 };
 
-/// The bridge's use of references.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Sending {
     Active,
     Stopped(Silence),
 }
 
-/// Decides with the memory of earlier ticks.
 #[derive(Debug)]
 pub(super) struct Decision {
     authority: Authority,
-    limiter: OutputLimiter,
-    /// `true` if the craft follows line of sight instead of the plan.
+    pub(super) limiter: OutputLimiter,
     pub(super) line_of_sight: bool,
-    /// `true` if nothing is sent.
     pub(super) dry_run: bool,
     /// Limits that the body of the new mission states; none for a mission that the bridge joins.
     pub(super) limits: Option<OutputLimits>,
-    /// `true` once there was a plan.
     has_planned: bool,
     /// The last logged use of references.
     pub(super) sending: Option<Sending>,
-    /// The craft's observed motion since references are sent.
     confirmation: Option<Confirmation>,
 }
 
@@ -82,7 +76,6 @@ impl Decision {
         action
     }
 
-    /// `true` if the plan's references are sent.
     pub(super) fn is_steering(&self) -> bool {
         self.sending == Some(Sending::Active) && !self.dry_run && !self.line_of_sight
     }
@@ -90,11 +83,12 @@ impl Decision {
     /// The reference of `plan` at `now`, s; `None` if it is too old.
     pub(super) fn reference(&self, plan: &Plan, now: f64) -> Option<Reference> {
         let planned = plan.planned.at(now)?;
-        OutputLimiter::may_follow(plan.arrived_s, now).then_some(if self.line_of_sight {
+        let reference = if self.line_of_sight {
             plan.line_of_sight
         } else {
             planned
-        })
+        };
+        OutputLimiter::may_follow(plan.arrived_s, now).then_some(reference)
     }
 
     /// Limits `reference` for the craft in `state`, which later confirms that it follows.
@@ -106,34 +100,24 @@ impl Decision {
         limits: &OutputLimits,
     ) -> Option<Reference> {
         let craft = Reference {
-            speed: state
-                .ground_velocity
-                .map_or(state.water_velocity.x, |velocity| velocity.norm()),
+            speed: state.speed(),
             heading: state.heading,
         };
         let sent = self.limiter.limit(now, reference, &craft, limits)?;
         let begin = || Confirmation::begin(now, state);
-        self.confirmation
-            .get_or_insert_with(begin)
-            .take(now, state, &sent);
+        let confirmation = self.confirmation.get_or_insert_with(begin);
+        confirmation.take(now, state, &sent);
         Some(sent)
     }
 
     /// The limits of output: the lowest ones of mission and autopilot.
     pub(super) fn output_limits(&self, link: &LinkStatus, parameters: &Parameters) -> OutputLimits {
         let of_the_mission = || {
-            let (limits, craft) = (
-                link.setting.limits.flatten(),
-                link.setting.craft.clone().flatten(),
-            );
-            OutputLimits::declared(&limits.unwrap_or_default(), &craft.unwrap_or_default())
+            let limits = link.setting.limits.flatten().unwrap_or_default();
+            let craft = link.setting.craft.clone().flatten().unwrap_or_default();
+            OutputLimits::declared(&limits, &craft)
         };
         self.limits.unwrap_or_else(of_the_mission).within(parameters)
-    }
-
-    /// Changes by the output limiter.
-    pub(super) fn changes(&self) -> &Rejects {
-        self.limiter.changes()
     }
 
     /// The motions that are not confirmed at `now`, s, in words.

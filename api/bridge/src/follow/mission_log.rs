@@ -5,7 +5,6 @@ use crate::{bridge_clock::BridgeClock, mission_link::MissionLink};
 /// Target of the lines of a bridge's loop, for log filters.
 pub(super) const TARGET: &str = "pilotfish_bridge::follow";
 
-/// Writes to both logs.
 pub(super) struct MissionLog {
     pub(super) clock: BridgeClock,
     pub(super) mission: Option<MissionLink>,

@@ -61,7 +61,6 @@ fn cause(text: &str) -> String {
     text.split([':', ';']).next().unwrap_or_default().to_owned()
 }
 
-/// Everything that is reported at the end of a tick.
 #[derive(Clone, Copy)]
 pub(super) struct Facts<'a> {
     /// Time on the bridge's clock, s.
@@ -108,7 +107,7 @@ impl<'a> Facts<'a> {
     }
 
     fn alarms(self) -> impl Iterator<Item = String> + 'a {
-        let alarms = self.telemetry.craft.alarms();
+        let alarms = self.telemetry.craft.integrity.alarms();
         alarms.map(|alarm| cause(&alarm.to_string()))
     }
 
@@ -172,21 +171,17 @@ impl<'a> Facts<'a> {
         let fixes = self.telemetry.fixes.iter();
         parts.extend(fixes.map(|(auv, Fixes { arrivals, count, .. })| {
             let fixes = if *count == 1 { "fix" } else { "fixes" };
-            format!(
-                "{auv} heard {:.0} s ago, {count} {fixes}",
-                now - arrivals.newest_s
-            )
+            let age = now - arrivals.newest_s;
+            format!("{auv} heard {age:.0} s ago, {count} {fixes}")
         }));
         let rejected = link.rejected.iter();
         parts.extend(rejected.map(|(count, why)| format!("{count} reports rejected ({why})")));
         let counted =
             |what: &str, counts: &Rejects| (counts.total() > 0).then(|| format!("{what}: {counts}"));
         parts.extend(counted("values clamped", &link.clamped));
-        let wires = [self.autopilot.rejects()]
-            .into_iter()
-            .chain(self.telemetry.rejects());
+        let wires = std::iter::once(self.autopilot.rejects()).chain(self.telemetry.rejects());
         parts.extend(wires.filter_map(|rejects| counted("input rejected", rejects)));
-        parts.extend(counted("references limited", self.decision.changes()));
+        parts.extend(counted("references limited", &self.decision.limiter.changes));
         parts.join(", ")
     }
 
@@ -306,7 +301,6 @@ impl Reporting {
     }
 }
 
-/// Sends the state as texts to the ground station.
 pub(super) fn send_texts(steering: &Steering, autopilot: &mut AutopilotLink) {
     for text in steering.texts() {
         autopilot.send_frames(|writer, _| writer.text(steering.severity(), &text));

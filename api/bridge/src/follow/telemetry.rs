@@ -14,7 +14,6 @@ use crate::{
     wire::Received,
 };
 
-/// Number of the autopilot's wire.
 pub(super) const AUTOPILOT_WIRE: usize = 0;
 /// Standard deviation of a reported depth, m: the gauge is better, but the message is seconds old.
 const DEPTH_SIGMA_M: f64 = 0.5;
@@ -23,7 +22,6 @@ pub(crate) const CLOCK_ERROR_MAX_S: f64 = 0.5;
 /// Greatest age of a reported position, s.
 pub(super) const REPORT_AGE_MAX_S: f64 = 2.0;
 
-/// The bridge's received data.
 #[derive(Debug, Default)]
 pub(crate) struct Telemetry {
     pub(crate) parameters: Parameters,
@@ -37,7 +35,6 @@ pub(crate) struct Telemetry {
     alarms: BTreeSet<Alarm>,
     /// Number of pieces from each wire: the autopilot's, those of `nmea`, then those of the modems.
     pub(crate) pieces: Vec<u64>,
-    /// The fixes of each AUV.
     pub(crate) fixes: BTreeMap<String, Fixes>,
     nmea: Vec<NmeaReader>,
     modems: Vec<Modem>,
@@ -47,7 +44,6 @@ pub(crate) struct Telemetry {
     settling: Settling,
 }
 
-/// The fixes of an AUV.
 #[derive(Clone, Debug)]
 pub(crate) struct Fixes {
     pub(crate) newest: AuvFix,
@@ -96,8 +92,9 @@ impl Telemetry {
     /// Rejected input of the sensors' wires, and measurements that were not used.
     pub(super) fn rejects(&self) -> impl Iterator<Item = &Rejects> {
         let sensors = self.nmea.iter().map(NmeaReader::rejects);
-        let modems = self.modems.iter().map(Modem::rejects);
-        [self.craft.rejects()].into_iter().chain(sensors).chain(modems)
+        let modems = self.modems.iter().map(|modem| &modem.rejects);
+        let craft = std::iter::once(&self.craft.integrity.rejects);
+        craft.chain(sensors).chain(modems)
     }
 
     /// Takes `piece` of a wire; `autopilot` reads its own.
@@ -214,7 +211,7 @@ impl Telemetry {
 
     /// Logs contradictions in the craft's navigation, and their end.
     fn log_alarms(&mut self, log: &MissionLog) {
-        let alarms: BTreeSet<Alarm> = self.craft.alarms().collect();
+        let alarms: BTreeSet<Alarm> = self.craft.integrity.alarms().collect();
         for raised in alarms.difference(&self.alarms) {
             log.warn(&format!("warning: {raised}"));
         }

@@ -19,7 +19,6 @@ const DIFFER_S: f64 = 5.0;
 /// Most sources of one quantity: more talkers are noise.
 const SOURCES_MAX: usize = 8;
 
-/// The sources of one quantity.
 #[derive(Clone, Debug)]
 pub(super) struct Sources<T> {
     streams: BTreeMap<Source, Stream<T>>,

@@ -12,9 +12,8 @@ const UNSETTLED_S: f64 = 2.5;
 /// The trusted course of a quantity, and a second one that may replace it.
 #[derive(Clone, Debug)]
 pub(super) struct Track<T> {
-    trusted: Option<(f64, T)>,
+    pub(super) trusted: Option<(f64, T)>,
     rival: Option<Rival<T>>,
-    /// Time of the newest measurement, s.
     seen_s: Option<f64>,
 }
 
@@ -25,7 +24,6 @@ struct Rival<T> {
     last: (f64, T),
 }
 
-/// The result of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Fit {
     Fits,
@@ -68,17 +66,11 @@ impl<T: Copy> Track<T> {
             let has_jumped = held.is_some_and(|rival| rival.count >= RIVAL_COUNT_MIN);
             return if has_jumped { Fit::Jumped } else { Fit::Fits };
         }
-        let rival = match self.rival {
-            Some(rival) if fits(&rival.last) => Rival {
-                count: rival.count + 1,
-                last: newest,
-                ..rival
-            },
-            _ => Rival {
-                since_s: t_s,
-                count: 1,
-                last: newest,
-            },
+        let supported = self.rival.filter(|rival| fits(&rival.last));
+        let rival = Rival {
+            since_s: supported.map_or(t_s, |rival| rival.since_s),
+            count: supported.map_or(0, |rival| rival.count) + 1,
+            last: newest,
         };
         self.rival = Some(rival);
         let is_alone = self.trusted.is_none_or(|(at, _)| at < rival.since_s);
@@ -98,10 +90,5 @@ impl<T: Copy> Track<T> {
             rival.count >= RIVAL_COUNT_MIN && trusted_s > rival.since_s && t_s - rival.last.0 <= RIVAL_KEPT_S
         });
         is_double || t_s - trusted_s > UNSETTLED_S
-    }
-
-    /// The newest trusted measurement with its time, s.
-    pub(super) fn newest(&self) -> Option<(f64, T)> {
-        self.trusted
     }
 }

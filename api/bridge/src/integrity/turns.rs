@@ -31,7 +31,6 @@ const SWING_AFTER_S: f64 = 8.0;
 /// The integral of a sampled yaw rate still turns when the heading has come to rest already, s.
 const SETTLES_S: f64 = 2.0;
 
-/// The samples of the last seconds.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Turns {
     samples: VecDeque<Sample>,
@@ -46,7 +45,6 @@ struct Sample {
     integral: f64,
     /// Integral of the yaw rate, rad, and its greatest error; `None` without a yaw rate.
     turned: Option<[f64; 2]>,
-    /// Integral of the measured velocity (north, east), m.
     travelled: Vector2<f64>,
 }
 
@@ -82,10 +80,8 @@ impl Turns {
             }
         };
         self.newest = Some(newest);
-        let is_kept = self
-            .samples
-            .back()
-            .is_none_or(|last| t_s - last.t_s >= TURN_EACH_S);
+        let last = self.samples.back();
+        let is_kept = last.is_none_or(|last| t_s - last.t_s >= TURN_EACH_S);
         if is_kept {
             self.samples.push_back(newest);
         }

@@ -12,7 +12,6 @@ const TAKE_INTERVAL_S: f64 = 2.0;
 /// Most orders: an autopilot that rejects them, or a person who sets another mode, has a reason.
 const ORDERS_MAX: u32 = 6;
 
-/// The control of the craft.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Control {
     /// The wire reports it: the newest heartbeat of the autopilot, and its age, s.
@@ -24,13 +23,11 @@ pub(crate) enum Control {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Conditions {
     pub(crate) control: Control,
-    /// The reason that the craft's navigation is untrustworthy, if any.
     pub(crate) distrust: Option<Alarm>,
     /// Age of the newest state of the craft, s; `None` before the first.
     pub(crate) state_age: Option<f64>,
     /// The plan's present reference; `None` without a plan or if it is too old.
     pub(crate) reference: Option<Reference>,
-    /// `true` if there is a plan, valid or not.
     pub(crate) has_planned: bool,
     pub(crate) is_paused: bool,
 }
@@ -63,7 +60,6 @@ pub(crate) enum Silence {
     NotGuided,
     #[error("not armed: arm the craft, or start with --take-control")]
     NotArmed,
-    /// The craft's navigation contradicts itself.
     #[error("{0}; no references are sent until it clears")]
     Distrust(Alarm),
     #[error("no recent position, heading or velocity of the craft: nothing is sent")]
@@ -86,7 +82,6 @@ impl Silence {
     }
 }
 
-/// Decides at each tick what to send.
 #[derive(Debug, Default)]
 pub(crate) struct Authority {
     take_control: bool,
@@ -147,9 +142,8 @@ impl Authority {
 
     /// The order, if it is allowed and the last one is old enough.
     fn order(&mut self, now: f64, order: Action, otherwise: Silence) -> Action {
-        let is_due = self
-            .ordered_s
-            .is_none_or(|before| now - before >= TAKE_INTERVAL_S);
+        let before = self.ordered_s;
+        let is_due = before.is_none_or(|before| now - before >= TAKE_INTERVAL_S);
         if self.take_control && !self.has_acted && is_due && self.orders < ORDERS_MAX {
             self.orders += 1;
             self.ordered_s = Some(now);

@@ -4,13 +4,11 @@ use std::collections::BTreeMap;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Autopilot {
-    /// ArduPilot's Rover.
     ArduPilot,
     /// PX4: messages as documented, not tested with the program.
     Px4,
 }
 
-/// An autopilot's report of each second.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Heartbeat {
     pub(crate) autopilot: Autopilot,
@@ -91,7 +89,6 @@ const THRUSTER_OF_TWO: [f64; 2] = [73.0, 74.0];
 /// slower boat drifted off in a current of 0.3 m/s.
 const STEERAGE_WAY: f64 = 0.2;
 
-/// The received parameters of the autopilot.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Parameters {
     values: BTreeMap<String, f32>,

@@ -39,7 +39,6 @@ pub(crate) enum AutopilotEvent {
         system: u8,
         kind: String,
     },
-    /// `true` if the craft's autopilot knows its position.
     PositionKnown(bool),
     /// Time on the clock of the craft's autopilot, s of Unix time.
     Time(f64),
@@ -59,7 +58,7 @@ pub(crate) struct MavlinkReader {
     /// Pushed bytes that are in no frame yet, and bytes of the frames read since.
     pending: usize,
     framed: usize,
-    craft: Option<u8>,
+    pub(crate) craft: Option<u8>,
     /// The type in the last heartbeat of each system's autopilot.
     types: BTreeMap<u8, MavType>,
     /// Systems that were reported as no surface craft.
@@ -70,7 +69,7 @@ pub(crate) struct MavlinkReader {
     auvs: BTreeMap<u8, String>,
     /// AUVs whose own filter reports that it does not know the position.
     lost: BTreeSet<u8>,
-    rejects: Rejects,
+    pub(crate) rejects: Rejects,
 }
 
 /// Longest frame, bytes.
@@ -107,14 +106,6 @@ impl MavlinkReader {
             lost: BTreeSet::new(),
             rejects: Rejects::default(),
         }
-    }
-
-    pub(crate) fn craft(&self) -> Option<u8> {
-        self.craft
-    }
-
-    pub(crate) fn rejects(&self) -> &Rejects {
-        &self.rejects
     }
 
     /// The events that `bytes` complete, received at `received_s`, s of Unix time.

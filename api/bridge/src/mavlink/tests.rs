@@ -116,7 +116,7 @@ fn the_first_surface_craft_is_taken_by_its_second_heartbeat_and_others_are_named
     assert!(matches!(beat(1, BOAT)[..], [AutopilotEvent::Heartbeat(_)]));
     // A craft whose type changes is no longer steered.
     assert_eq!(beat(1, aircraft), []);
-    assert_eq!(reader.craft(), Some(1));
+    assert_eq!(reader.craft, Some(1));
     // The operator gives a number, not a type.
     let mut reader = MavlinkReader::new(Some(5), BTreeMap::new());
     let twice = frame(5, 1, &heartbeat(aircraft, ARDUPILOT, 15)).repeat(2);
@@ -160,7 +160,7 @@ fn invalid_numbers_and_positions_are_rejected_by_name() {
         [CraftMeasurement::YawRate(0.25)],
         "the rest of it counts"
     );
-    let reasons: Vec<_> = reader.rejects().iter().collect();
+    let reasons: Vec<_> = reader.rejects.iter().collect();
     assert_eq!(
         reasons,
         [("attitude that is no number", 1), ("craft without a position", 1)]
@@ -221,7 +221,7 @@ fn an_auv_has_no_fixes_while_its_own_filter_does_not_know_the_position() {
         assert!(!has_fix(0));
         assert!(has_fix(absolute));
         assert_eq!(
-            reader.rejects().to_string(),
+            reader.rejects.to_string(),
             "AUV that does not know its position: 2"
         );
     }
@@ -239,7 +239,7 @@ fn a_repeated_message_counts_once_unless_its_sender_has_no_clock() {
         };
         assert_eq!(counts([4711, 4711, 4711, 4712]), [true, false, false, true]);
         assert_eq!(counts([0, 0, 0, 0]), [true; 4]);
-        assert_eq!(reader.rejects().to_string(), "repeated message: 2");
+        assert_eq!(reader.rejects.to_string(), "repeated message: 2");
     }
 }
 

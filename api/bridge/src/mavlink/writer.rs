@@ -13,7 +13,6 @@ use ::mavlink::{
 use super::autopilot::Autopilot;
 use crate::reference::Reference;
 
-/// Makes frames with sequence numbers.
 #[derive(Debug)]
 pub(crate) struct MavlinkWriter {
     sequence: u8,
@@ -103,12 +102,9 @@ impl MavlinkWriter {
     }
 
     pub(crate) fn streams(&mut self) -> Vec<u8> {
-        STREAMS
-            .into_iter()
-            .flat_map(|(message, hz)| {
-                self.command(MavCmd::MAV_CMD_SET_MESSAGE_INTERVAL, [message, MICROSECONDS / hz])
-            })
-            .collect()
+        let interval = MavCmd::MAV_CMD_SET_MESSAGE_INTERVAL;
+        let frame = |(message, hz)| self.command(interval, [message, MICROSECONDS / hz]);
+        STREAMS.into_iter().flat_map(frame).collect()
     }
 
     pub(crate) fn read_parameter(&mut self, name: &str) -> Vec<u8> {

@@ -123,11 +123,10 @@ fn over_http(agent: &Agent, call: &Call, limit: Duration) -> Result<Answer, Stri
     let proxy = proxied(&call.service, environment.clone());
     // A network's proxy is easily forgotten: operators then search for the fault in the service.
     let route = match (&proxy, environment) {
-        (Some(proxy), _) => format!(
-            " (through the environment's proxy {}:{})",
-            proxy.host(),
-            proxy.port()
-        ),
+        (Some(proxy), _) => {
+            let (host, port) = (proxy.host(), proxy.port());
+            format!(" (through the environment's proxy {host}:{port})")
+        }
         (None, Some(_)) => " (reached without the environment's proxy)".to_owned(),
         (None, None) => String::new(),
     };
@@ -147,11 +146,9 @@ fn request(agent: &Agent, call: &Call, limit: Duration, proxy: Option<Proxy>) ->
     let mut answer = answer.map_err(why)?;
     let status = answer.status();
     if status.is_redirection() {
-        let to = answer
-            .headers()
-            .get(LOCATION)
-            .map(|to| String::from_utf8_lossy(to.as_bytes()));
-        let to = to.map_or_else(String::new, |to| format!(" to {to}"));
+        let to = answer.headers().get(LOCATION);
+        let to = to.map(|to| format!(" to {}", String::from_utf8_lossy(to.as_bytes())));
+        let to = to.unwrap_or_default();
         let service = &call.service;
         return Err(format!("{service} redirects{to}: give the service's own URL"));
     }

@@ -33,18 +33,13 @@ impl<'a> Fields<'a> {
         self.0.get(field).copied().unwrap_or_default()
     }
 
-    /// A number in `range`.
     pub(super) fn number(&self, field: usize, range: &RangeInclusive<f64>) -> Parsed<Option<f64>> {
         let text = self.text(field);
         if text.is_empty() {
             return Ok(None);
         }
         let number = decimal(text).ok_or("number")?;
-        if range.contains(&number) {
-            Ok(Some(number))
-        } else {
-            Err("range")
-        }
+        range.contains(&number).then_some(Some(number)).ok_or("range")
     }
 
     /// A number in `range` whose unit, in the next field, is `unit`.
@@ -67,9 +62,8 @@ impl<'a> Fields<'a> {
         }
         let lat_deg = signed_degrees(latitude, north, ["N", "S"]);
         let lon_deg = signed_degrees(longitude, east, ["E", "W"]);
-        let on_earth = lat_deg
-            .zip(lon_deg)
-            .and_then(|(lat_deg, lon_deg)| on_earth(lat_deg, lon_deg));
+        let both = lat_deg.zip(lon_deg);
+        let on_earth = both.and_then(|(lat_deg, lon_deg)| on_earth(lat_deg, lon_deg));
         on_earth.map(Some).ok_or("position")
     }
 

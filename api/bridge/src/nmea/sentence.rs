@@ -25,6 +25,7 @@ const AXIS_SPEED_KN: RangeInclusive<f64> = -102.2..=102.2;
 const TURN_DEG_PER_MIN: RangeInclusive<f64> = -9999.9..=9999.9;
 
 const NO_CHECKSUM: &str = "no checksum";
+const NO_RMC: &str = "RMC without position and speed";
 /// The receiver reports that it has no fix.
 const NO_FIX: &str = "no fix";
 /// The sender reports that the value is not valid.
@@ -32,7 +33,6 @@ const NOT_VALID: &str = "not valid";
 /// The sender reports that the value was entered by hand or simulated, or uses an unknown mode.
 const NOT_MEASURED: &str = "not measured";
 
-/// The content of a sentence.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Content {
     /// The first two letters of the address.
@@ -48,11 +48,7 @@ pub(super) fn read(line: &[u8]) -> Parsed<Content> {
     let (time_of_day, measured, empty) = match kind(fields.text(0)) {
         "GGA" => (fields.time_of_day(1), gga(&fields), "GGA without a position"),
         "GLL" => (fields.time_of_day(5), gll(&fields), "GLL without a position"),
-        "RMC" => (
-            fields.time_of_day(1),
-            rmc(&fields),
-            "RMC without position and speed",
-        ),
+        "RMC" => (fields.time_of_day(1), rmc(&fields), NO_RMC),
         "VTG" => (Ok(None), vtg(&fields), "VTG without a speed"),
         "HDT" => (Ok(None), hdt(&fields), "HDT without a heading"),
         "THS" => (Ok(None), ths(&fields), "THS without a heading"),

@@ -112,7 +112,7 @@ impl Simulation {
             reference: logged.map_or(made.plan.reference, |logged| reference(&logged.reference)),
             method: Some(made.plan.method),
             predicted_rms: self.law.is_none().then_some(made.plan.predicted.rms_error_m),
-            serves: schedule.and_then(|schedule| sim::guide::served(&seen, schedule)),
+            serves: sim::guide::served(&seen, schedule),
             solve_time: None,
         };
         let origin = self.mission.record().origin;

@@ -137,20 +137,9 @@ pub(super) fn watch_until_over(arguments: &Submitted) -> Result<(), Box<dyn Erro
 }
 
 fn in_words(progress: &Progress) -> String {
-    let Progress {
-        tuned,
-        chunks,
-        parked,
-        ..
-    } = progress;
-    format!(
-        "gains of {} of {} laws, {} of {} chunks, {} given up",
-        tuned.0,
-        tuned.1,
-        chunks.0,
-        chunks.1,
-        parked.len()
-    )
+    let ((tuned, laws), (done, chunks)) = (progress.tuned, progress.chunks);
+    let given_up = progress.parked.len();
+    format!("gains of {tuned} of {laws} laws, {done} of {chunks} chunks, {given_up} given up")
 }
 
 pub(super) fn fetch_all(arguments: &Collect) -> Result<(), Box<dyn Error>> {

@@ -51,9 +51,8 @@ fn flag(setting: &'static Setting) -> Arg {
 
 /// The hidden flags of missions and tokens, for commands without either.
 pub(crate) fn hidden_places() -> impl Iterator<Item = Arg> {
-    let places = COMMON
-        .iter()
-        .filter(|setting| ["data", "store", "tokens"].contains(&setting.name));
+    let is_place = |setting: &&Setting| ["data", "store", "tokens"].contains(&setting.name);
+    let places = COMMON.iter().filter(is_place);
     places.map(|setting| flag(setting).global(true).hide(true))
 }
 
@@ -81,11 +80,8 @@ impl<const OF_SERVICE: bool> FromArgMatches for Flags<OF_SERVICE> {
 
 impl<const OF_SERVICE: bool> Args for Flags<OF_SERVICE> {
     fn augment_args(command: Command) -> Command {
-        command.args(
-            Self::SETTINGS
-                .iter()
-                .map(|setting| flag(setting).global(!OF_SERVICE)),
-        )
+        let flags = Self::SETTINGS.iter();
+        command.args(flags.map(|setting| flag(setting).global(!OF_SERVICE)))
     }
 
     fn augment_args_for_update(command: Command) -> Command {

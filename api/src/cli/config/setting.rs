@@ -23,7 +23,6 @@ pub(crate) struct Setting {
     pub(crate) help: &'static str,
 }
 
-/// Type and range of a value.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Kind {
     Text,
@@ -110,7 +109,6 @@ settings! {
     }
 }
 
-/// Every setting.
 pub(crate) fn all() -> impl Iterator<Item = &'static Setting> {
     COMMON.iter().chain(SERVE)
 }
@@ -137,13 +135,10 @@ impl Kind {
                 "0" | "false" | "no" | "off" | "" => false.into(),
                 _ => return Err(self.wanted()),
             },
-            Self::List => text
-                .split(',')
-                .map(str::trim)
-                .filter(|item| !item.is_empty())
-                .map(Value::from)
-                .collect::<Vec<_>>()
-                .into(),
+            Self::List => {
+                let items = text.split(',').map(str::trim).filter(|item| !item.is_empty());
+                Value::Array(items.map(Value::from).collect())
+            }
         };
         self.check(&value)?;
         Ok(value)

@@ -60,12 +60,9 @@ pub(crate) fn compare(arguments: &Compare) -> Result<(), Box<dyn Error>> {
         }
     }
     let bar = bar();
-    let comparison = Comparison::run(
-        &scenario,
-        arguments.run.seed,
-        arguments.guide.as_ref(),
-        &mut |stage, done| show(&bar, stage, done),
-    )?;
+    let (seed, guide) = (arguments.run.seed, arguments.guide.as_ref());
+    let mut progress = |stage: &str, done| show(&bar, stage, done);
+    let comparison = Comparison::run(&scenario, seed, guide, &mut progress)?;
     bar.finish_and_clear();
     // The missions took long: if one file fails, the others are still written.
     let written = files.iter().zip(&comparison.controllers);

@@ -11,7 +11,6 @@ use crate::cli::{
     scenarios::scenario,
 };
 
-/// Options of a scenario's run.
 #[derive(Debug, Args)]
 pub(super) struct RunArguments {
     #[command(flatten)]
@@ -57,7 +56,6 @@ impl RunArguments {
     }
 }
 
-/// A file for a record.
 pub(super) struct RecordFile {
     file: OutFile,
     format: Format,

@@ -150,8 +150,12 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Box<dyn Error>> {
     let record = if arguments.untimed {
         mission::run(&scenario, guide.as_mut(), arguments.run.seed, &mut progress)
     } else {
-        let mut stopwatch = Stopwatch::new(guide.as_mut());
-        mission::run(&scenario, &mut stopwatch, arguments.run.seed, &mut progress)
+        mission::run(
+            &scenario,
+            &mut Stopwatch(guide.as_mut()),
+            arguments.run.seed,
+            &mut progress,
+        )
     };
     let record = record.map_err(because_of("the mission failed"))?;
     drop(guide);
@@ -170,11 +174,9 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Box<dyn Error>> {
         file.write_text(&report(&[run]))
     });
     page.and(requests).and(written)?;
-    let found = tuning
-        .filter(|_| arguments.tuned)
-        .map_or_else(String::new, |tuning| {
-            format!("{}: {}.\n", tuning.law.name(), LawGains::from(tuning))
-        });
+    let found = tuning.filter(|_| arguments.tuned);
+    let found = found.map(|tuning| format!("{}: {}.\n", tuning.law.name(), LawGains::from(tuning)));
+    let found = found.unwrap_or_default();
     Ok(print(&(summary(&record) + &found))?)
 }
 

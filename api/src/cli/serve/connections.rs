@@ -37,7 +37,6 @@ const ACCEPT_AGAIN: Duration = Duration::from_millis(100);
 /// The answer to a refused client.
 const NO_SLOT: &str = r#"{"type":"urn:pilotfish:problem:crowded","title":"The service is at its limit","status":503,"code":"crowded","detail":"the service accepts no more connections; try again after the time in Retry-After"}"#;
 
-/// Serves connections.
 pub(super) struct Connections {
     clock: Clock,
     http: http1::Builder,
@@ -130,12 +129,8 @@ impl Connections {
 
     /// Waits for open requests, for a limited time.
     pub(super) async fn drain(self) {
-        if self
-            .clock
-            .timeout(DRAIN_TIME, self.under_way.shutdown())
-            .await
-            .is_err()
-        {
+        let ended = self.clock.timeout(DRAIN_TIME, self.under_way.shutdown());
+        if ended.await.is_err() {
             tracing::warn!("some requests did not finish in time");
         }
     }
@@ -153,11 +148,8 @@ pub(super) fn prepare(listener: &TcpListener) -> io::Result<()> {
     rustix::net::listen(listener, i32::try_from(BACKLOG).expect("is small"))?;
     sockopt::set_socket_send_buffer_size(listener, SEND_BUFFER)?;
     // The system also ends closed connections with unread last bytes.
-    sockopt::set_tcp_user_timeout(
-        listener,
-        u32::try_from(UNREAD_TIME.as_millis()).expect("is short"),
-    )?;
-    Ok(())
+    let unread_ms = u32::try_from(UNREAD_TIME.as_millis()).expect("is short");
+    Ok(sockopt::set_tcp_user_timeout(listener, unread_ms)?)
 }
 
 /// Serves one connection to its end.
@@ -197,7 +189,6 @@ fn n_connections_max() -> usize {
     files.saturating_sub(FILES_RESERVED).clamp(1, CONNECTIONS_MAX)
 }
 
-/// Answers 503 before any request is read.
 async fn turn_away(mut socket: TcpStream, clock: &Clock) {
     let answer = format!(
         "HTTP/1.1 503 Service Unavailable\r\nretry-after: 1\r\nconnection: close\r\n\

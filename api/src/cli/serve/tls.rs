@@ -20,7 +20,6 @@ use tokio_rustls::{
 
 use crate::cli::failure::{Failure, because_of};
 
-/// The service's certificate, which can be reloaded.
 pub(super) struct Tls {
     certificate: PathBuf,
     key: PathBuf,
@@ -55,7 +54,6 @@ impl Tls {
         }
     }
 
-    /// Performs the TLS handshake.
     pub(super) async fn accept(&self, socket: TcpStream) -> io::Result<TlsStream<TcpStream>> {
         let acceptor = self
             .acceptor

@@ -41,7 +41,7 @@ pub struct Campaign {
 }
 
 /// A replicate of a case: start, water, noise and parameters, equal for all controllers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Condition {
     /// Its case's number.
     pub case: usize,
@@ -52,7 +52,7 @@ pub struct Condition {
 }
 
 /// One mission of one controller.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Run {
     /// Its number in the campaign, from 0 on.
     pub number: u64,
@@ -78,7 +78,6 @@ pub struct Chunk {
 }
 
 impl Chunk {
-    /// Its conditions.
     pub(super) fn conditions(self) -> impl Iterator<Item = Condition> {
         (self.first..self.first + self.count).map(move |replicate| Condition {
             case: self.case,
@@ -140,10 +139,9 @@ impl Campaign {
         let invalid = |field: String, reason: String| CampaignError::invalid(text, file, field, reason);
         let controllers = campaign.all_controllers();
         let names: Vec<String> = if campaign.scenarios.is_empty() {
-            let has_craft =
-                |name: &&str| Scenario::named(name).is_some_and(|found| found.has_surface_craft());
-            let flown = Scenario::names().into_iter().filter(has_craft);
-            flown.map(str::to_owned).collect()
+            let flown = Scenario::names().into_iter().filter_map(Scenario::named);
+            let flown = flown.filter(Scenario::has_surface_craft);
+            flown.map(|scenario| scenario.name).collect()
         } else {
             campaign.scenarios.clone()
         };
@@ -151,8 +149,8 @@ impl Campaign {
         let drawn = crafts
             .iter()
             .enumerate()
-            .map(|(k, entry)| case::drawn(entry).map_err(|reason| invalid(format!("craft[{k}]"), reason)))
-            .collect::<Result<Vec<_>, _>>()?;
+            .map(|(k, entry)| case::drawn(entry).map_err(|reason| invalid(format!("craft[{k}]"), reason)));
+        let drawn = drawn.collect::<Result<Vec<_>, _>>()?;
         let mut cases = vec![];
         for (i, name) in names.iter().enumerate() {
             let wrong = |reason: String| invalid(format!("scenarios[{i}]"), reason);
@@ -181,8 +179,8 @@ impl Campaign {
             controllers,
             cases,
         };
-        made.check_parameters()
-            .map_err(|(field, reason)| invalid(field, reason))?;
+        let checked = made.check_parameters();
+        checked.map_err(|(field, reason)| invalid(field, reason))?;
         Ok(made)
     }
 
@@ -205,13 +203,8 @@ impl Campaign {
         // Every scenario has every craft.
         let first = |case: &&Case| case.craft == self.cases[0].craft;
         let scenario = |case: &Case| {
-            let Scenario {
-                name,
-                title,
-                knowledge,
-                ..
-            } = &case.scenario;
-            json!({ "name": name, "title": title, "grants_paths": knowledge.paths })
+            let of = &case.scenario;
+            json!({ "name": of.name, "title": of.title, "grants_paths": of.knowledge.paths })
         };
         let same = |case: &&Case| case.scenario.name == self.cases[0].scenario.name;
         let file = &self.file;
@@ -245,17 +238,18 @@ impl Campaign {
 
     /// Largest number of runs: a law with the same gains for two objectives flies once for both.
     pub fn n_runs(&self) -> u64 {
-        (0..self.cases.len())
-            .map(|case| self.runs_per_condition(case) * self.file.replicates)
-            .sum()
+        self.n_runs_before(self.cases.len())
+    }
+
+    fn n_runs_before(&self, case: usize) -> u64 {
+        let per_replicate = (0..case).map(|case| self.runs_per_condition(case));
+        self.file.replicates * per_replicate.sum::<u64>()
     }
 
     /// The runs of a condition, in order.
     pub fn runs_in(&self, condition: Condition) -> Vec<Run> {
-        let before: u64 = (0..condition.case)
-            .map(|case| self.runs_per_condition(case) * self.file.replicates)
-            .sum();
-        let first = before + condition.replicate * self.runs_per_condition(condition.case);
+        let per_condition = self.runs_per_condition(condition.case);
+        let first = self.n_runs_before(condition.case) + condition.replicate * per_condition;
         let flown = self.cases[condition.case].controllers.iter();
         let flown = flown.flat_map(|&controller| {
             (0..self.n_objectives(controller)).map(move |objective| (controller, objective))
@@ -301,7 +295,6 @@ impl Campaign {
         chunks
     }
 
-    /// The chunk of that number.
     pub(super) fn chunk(&self, number: u64) -> Option<Chunk> {
         self.chunks().into_iter().find(|chunk| chunk.number == number)
     }
@@ -311,7 +304,6 @@ impl Campaign {
         self.file.tuning.as_ref().map_or(&[], |tuning| &tuning.objectives)
     }
 
-    /// The conditions for tuning.
     pub(super) fn tuning_conditions(&self, case: usize) -> impl Iterator<Item = Condition> {
         let replicates = self.file.tuning.as_ref().map_or(0, |tuning| tuning.replicates);
         (0..replicates).map(move |replicate| Condition {
@@ -345,7 +337,6 @@ impl Campaign {
         drawn.collect()
     }
 
-    /// The scenario of a condition, with its parameters.
     pub(super) fn scenario(&self, condition: Condition) -> Result<Scenario, InvalidScenario> {
         let case = &self.cases[condition.case];
         let parameters = self.parameters(condition);

@@ -57,15 +57,10 @@ impl FromStr for Shard {
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         let wrong = || format!("{text:?} is not a shard: write 1/3 for the first of three");
         let (index, of) = text.split_once('/').ok_or_else(wrong)?;
-        let (index, of): (u64, u64) = (
-            index.parse().map_err(|_| wrong())?,
-            of.parse().map_err(|_| wrong())?,
-        );
-        if (1..=of).contains(&index) && of <= 1_000_000 {
-            Ok(Self { index, of })
-        } else {
-            Err(wrong())
-        }
+        let number = |text: &str| text.parse::<u64>().map_err(|_| wrong());
+        let (index, of) = (number(index)?, number(of)?);
+        let is_part = (1..=of).contains(&index) && of <= 1_000_000;
+        is_part.then_some(Self { index, of }).ok_or_else(wrong)
     }
 }
 
@@ -123,7 +118,6 @@ impl Manifest {
         Campaign::parse(&self.text, file, self.scenario_files.clone())
     }
 
-    /// Metadata of its tables.
     pub(super) fn about(&self) -> Vec<(&'static str, String)> {
         vec![
             ("schema_version", self.schema_version.clone()),
@@ -178,12 +172,10 @@ impl Directory {
                     let digest = &of.digest[..8.min(of.digest.len())];
                     format!("{} {digest}, shard {}", of.name, of.shard)
                 };
+                let (there, program) = (brief(&found.manifest), &found.manifest.program);
+                let (path, this) = (path.display(), brief(&manifest));
                 return Err(DirectoryError::Other(format!(
-                    "{} holds another campaign ({}, program {}), not this one ({}): give another --out, or delete it",
-                    path.display(),
-                    brief(&found.manifest),
-                    found.manifest.program,
-                    brief(&manifest),
+                    "{path} holds another campaign ({there}, program {program}), not this one ({this}): give another --out, or delete it"
                 )));
             }
             return Ok(found);
@@ -225,7 +217,6 @@ impl Directory {
         Err(DirectoryError::Unfinished(self.path.display().to_string()))
     }
 
-    /// The stored gains of a law.
     pub(super) fn gains(&self, case: usize, controller: usize) -> Option<Tuned> {
         let file = self.path.join(format!("gains/{case}-{controller}.json"));
         serde_json::from_slice(&fs::read(file).ok()?).ok()
@@ -240,9 +231,8 @@ impl Directory {
             Err(source) => return Err(io_error(&folder, source)),
         };
         let names = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
-        let mut done: Vec<u64> = names
-            .filter_map(|name| name.strip_suffix(".parquet")?.parse().ok())
-            .collect();
+        let done = names.filter_map(|name| name.strip_suffix(".parquet")?.parse().ok());
+        let mut done: Vec<u64> = done.collect();
         done.sort_unstable();
         Ok(done)
     }
@@ -274,17 +264,12 @@ impl Directory {
             let rows = read(&file)?;
             all.append(rows).map_err(|source| damaged(&file, source))?;
         }
-        self.store_rows(&all)?;
+        self.write(&self.path.join(RUNS), &all)?;
         let folder = self.path.join("chunks");
         match fs::remove_dir_all(&folder) {
             Err(source) if source.kind() != io::ErrorKind::NotFound => Err(io_error(&folder, source)),
             _ => Ok(all),
         }
-    }
-
-    /// Stores all rows of the campaign.
-    fn store_rows(&self, all: &Rows) -> Result<(), DirectoryError> {
-        self.write(&self.path.join(RUNS), all)
     }
 
     /// Merges the shards in `parts` at `path`.
@@ -321,7 +306,7 @@ impl Directory {
             ..first.manifest.clone()
         };
         let whole = Self::create(path, manifest)?;
-        whole.store_rows(&all)?;
+        whole.write(&whole.path.join(RUNS), &all)?;
         Ok((whole, all))
     }
 

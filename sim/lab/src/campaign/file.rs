@@ -153,7 +153,6 @@ impl Objective {
         }
     }
 
-    /// Its value.
     pub(super) fn of(self, score: &Score) -> f64 {
         match self {
             Self::RmsM => score.metrics.rms_m,
@@ -227,9 +226,8 @@ fn rms() -> String {
 }
 
 fn compared() -> Vec<String> {
-    ["rms_m", "energy_j", "heading_travel_rad"]
-        .map(str::to_owned)
-        .into()
+    let columns = ["rms_m", "energy_j", "heading_travel_rad"];
+    columns.map(str::to_owned).into()
 }
 
 impl Default for ReportFile {
@@ -286,9 +284,8 @@ impl CampaignFile {
             let field = Some(error.path().to_string()).filter(|field| field != ".");
             refused(error.inner(), field.unwrap_or_else(|| "file".to_owned()))
         })?;
-        campaign
-            .check()
-            .map_err(|(field, reason)| CampaignError::invalid(text, file, field, reason))?;
+        let checked = campaign.check();
+        checked.map_err(|(field, reason)| CampaignError::invalid(text, file, field, reason))?;
         Ok(campaign)
     }
 

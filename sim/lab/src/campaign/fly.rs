@@ -2,7 +2,10 @@
 
 use std::time::Instant;
 
-use planner::{los::LosLaw, snapshot::Goal};
+use planner::{
+    los::LosLaw,
+    snapshot::{Goal, Snapshot},
+};
 use sim::{
     guide::{Guide, GuideError},
     mission::Mission,
@@ -22,10 +25,9 @@ use crate::{bound::bound_rms_m, http_guide::NoGuidance, stopwatch::timed};
 /// Tolerance of the turn limit: planned references may turn as fast as the craft, up to rounding.
 const ROUNDING: f64 = 1.0 + 1e-6;
 
-/// A mission that was flown.
 #[derive(Clone, Debug)]
-pub(super) struct FlownMission {
-    pub(super) record: Record,
+pub(crate) struct FlownMission {
+    pub(crate) record: Record,
     /// The planner's estimates of its craft; `None` for a law.
     pub(super) learnt: Option<CraftLearning>,
 }
@@ -37,17 +39,18 @@ pub(super) fn fly(
     controller: &Controller,
     setting: Setting,
 ) -> Result<FlownMission, GuideError> {
-    let flown = fly_while(campaign, condition, controller, setting, &mut |_| true)?;
+    let flown = fly_while(campaign, condition, controller, setting, &mut |_, _| true)?;
     Ok(flown.expect("nothing stops it"))
 }
 
-/// The same while `goes_on` is `true` after each plan; `None` if it stopped the mission.
-pub(super) fn fly_while(
+/// The same while `goes_on` is `true` after each tick, which had that snapshot; `None` if it stopped
+/// the mission.
+pub(crate) fn fly_while(
     campaign: &Campaign,
     condition: Condition,
     controller: &Controller,
     setting: Setting,
-    goes_on: &mut dyn FnMut(&Mission) -> bool,
+    goes_on: &mut dyn FnMut(&Mission, Option<&Snapshot>) -> bool,
 ) -> Result<Option<FlownMission>, GuideError> {
     let scenario = controller.scenario(&campaign.scenario(condition)?);
     let seed = campaign.seed(condition);
@@ -59,17 +62,14 @@ pub(super) fn fly_while(
     while !mission.is_over() {
         let (time, interval) = (mission.time(), mission.record().interval);
         let snapshot = mission.observe()?;
-        let asked = snapshot.as_ref();
-        let asked = asked
-            .map(|snapshot| timed(guide.as_mut(), snapshot))
-            .transpose()?;
+        let asked = snapshot.as_ref().map(|snapshot| timed(guide.as_mut(), snapshot));
+        let asked = asked.transpose()?;
         if let (Some(known), Some(snapshot)) = (guide.craft_estimate(), &snapshot) {
-            let tuned = &snapshot.tuned().craft;
             let learnt = learnt.get_or_insert_default();
-            learnt.observe(time, interval, known, tuned);
+            learnt.observe(time, interval, known, &snapshot.tuned().craft);
         }
         mission.step(snapshot.as_ref().zip(asked));
-        if !goes_on(&mission) {
+        if !goes_on(&mission, snapshot.as_ref()) {
             return Ok(None);
         }
     }
@@ -107,26 +107,8 @@ pub(super) fn result(
 
 /// The table of a campaign, without rows.
 pub(super) fn no_rows(campaign: &Campaign) -> Rows {
-    let condition = Condition {
-        case: 0,
-        replicate: 0,
-        tuning: false,
-    };
-    let run = Run {
-        number: 0,
-        condition,
-        controller: 0,
-        objective: 0,
-    };
-    let row = row(
-        campaign,
-        run,
-        &RunGains::default(),
-        &Err(String::new()),
-        None,
-        0.0,
-    );
-    Rows::without_rows(row)
+    let (run, gains) = (Run::default(), RunGains::default());
+    Rows::without_rows(row(campaign, run, &gains, &Err(String::new()), None, 0.0))
 }
 
 /// The row of a run that took so long, s, and that was flown and scored, or failed.
@@ -161,10 +143,8 @@ fn row(
     row.count("replicate", run.condition.replicate);
     row.count("seed", campaign.seed(run.condition));
     row.number("look_ahead_m", law.map(|law| law.gains.look_ahead));
-    row.number(
-        "along_track_gain_per_s",
-        law.map(|law| law.gains.along_track_gain),
-    );
+    let along_track_gain = law.map(|law| law.gains.along_track_gain);
+    row.number("along_track_gain_per_s", along_track_gain);
     row.number("integral_gain_mps", law.map(|law| law.integral_gain));
     row.number("dwell_s", gains.setting.dwell_s);
     for (key, value) in campaign.parameters(run.condition) {
@@ -179,10 +159,8 @@ fn row(
     row.number(alarms, learnt.map(|learnt| learnt.alarms_at_s.len() as f64));
     row.number(alarm_s, learnt.map(|learnt| learnt.alarm_s));
     let broken = learnt.zip(controller.breaks_at());
-    row.number(
-        noticed,
-        broken.and_then(|(learnt, at)| learnt.noticed_after_s(at)),
-    );
+    let noticed_after_s = broken.and_then(|(learnt, at)| learnt.noticed_after_s(at));
+    row.number(noticed, noticed_after_s);
     for (k, [value, sigma, of_test]) in LEARNT.into_iter().enumerate() {
         let estimate = learnt.and_then(|learnt| Some(learnt.estimates?[k]));
         row.number(value, estimate.map(|(value, _)| value));
@@ -197,7 +175,6 @@ fn row(
     row
 }
 
-/// The gains of a run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct RunGains {
     /// Gains of a law, time of a rule.

@@ -16,7 +16,6 @@ const INTEGRAL_GAINS: [f64; 3] = [0.01, 0.03, 0.1];
 /// A point of a grid.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Setting {
-    /// Gains of a law.
     pub(crate) gains: Option<LawGains>,
     /// Time of a rule's turn, or of its stay beyond the goal's least time, s.
     pub(crate) dwell_s: Option<f64>,

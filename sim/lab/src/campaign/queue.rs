@@ -37,10 +37,9 @@ pub(super) fn in_parallel<Job: Sync, Answer: Send, Failure: Send>(
         }
     });
     // Jobs start in order, so missing answers come after the failure.
-    answers
-        .into_iter()
-        .filter_map(|answer| answer.into_inner().expect("no job panics while it holds a lock"))
-        .collect()
+    let answers = answers.into_iter().map(Mutex::into_inner);
+    let answers = answers.filter_map(|answer| answer.expect("no job panics while it holds a lock"));
+    answers.collect()
 }
 
 #[cfg(test)]

@@ -157,7 +157,6 @@ impl Rows {
         self.cells(name)?.map(word).collect()
     }
 
-    /// Adds the rows of `other`.
     pub(super) fn append(&mut self, other: Self) -> Result<(), RowsError> {
         if self.names.is_empty() {
             self.names = other.names;

@@ -17,10 +17,8 @@ pub(super) const STEEP: f64 = 0.174_532_925_199_432_95;
 /// A reference this little outside its limits is rounding, m/s.
 const NOTICEABLE: f64 = 1e-9;
 
-/// Scores of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Score {
-    /// The record's metrics.
     pub(super) metrics: SurfaceCraftMetrics,
     /// First time within `NEAR` of the goal, s; none if never.
     pub(super) near_after_s: Option<f64>,
@@ -37,24 +35,19 @@ pub(super) struct Score {
 }
 
 impl Score {
-    /// The scores of a mission; none without a surface craft.
     pub(super) fn of(record: &Record) -> Option<Self> {
         let metrics = Metrics::of(record).surface_craft?;
-        let crafts = || {
-            let rows = record.rows.iter();
-            rows.filter_map(|row| Some((row.time, row.surface_craft.as_ref()?)))
-        };
         #[expect(
             clippy::cast_precision_loss,
             reason = "a mission has thousands of rows, not 2⁵³"
         )]
-        let n_rows = crafts().count() as f64;
-        let settled: Vec<Reference> = crafts()
-            .filter(|(time, _)| record.settled_after <= *time)
-            .map(|(_, craft)| craft.reference)
-            .collect();
+        let n_rows = record.surface_craft_rows().count() as f64;
+        let settled = record.settled_rows();
+        let settled = settled.filter_map(|row| Some(row.surface_craft.as_ref()?.reference));
+        let settled: Vec<Reference> = settled.collect();
         let travel = |change: fn(&[Reference]) -> f64| settled.windows(2).map(change).sum();
-        let near = crafts().find(|(_, craft)| craft.distance() <= NEAR);
+        let mut crafts = record.surface_craft_rows();
+        let near = crafts.find(|(_, craft)| craft.distance() <= NEAR);
         Some(Self {
             metrics,
             near_after_s: near.map(|(time, _)| time),
@@ -76,12 +69,11 @@ impl Score {
 /// Number of seconds in which the heading reference turns faster than `rate`, rad/s, and of all
 /// seconds. Callers divide them once: the digest of rows contains every bit.
 pub(super) fn steps_above(rate: f64, record: &Record) -> (f64, f64) {
-    let rows = record.rows.iter().filter_map(|row| row.surface_craft.as_ref());
-    let headings: Vec<f64> = rows.map(|craft| craft.reference.heading.radians()).collect();
+    let rows = record.surface_craft_rows();
+    let headings: Vec<f64> = rows.map(|(_, craft)| craft.reference.heading.radians()).collect();
     let step = rate * record.interval;
-    let above = headings
-        .windows(2)
-        .filter(|pair| step < wrap(pair[1] - pair[0]).abs());
+    let is_above = |pair: &&[f64]| step < wrap(pair[1] - pair[0]).abs();
+    let above = headings.windows(2).filter(is_above);
     #[expect(
         clippy::cast_precision_loss,
         reason = "a mission has thousands of rows, not 2⁵³"
@@ -96,7 +88,6 @@ type Number = (
 );
 
 impl Score {
-    /// The value of a column.
     pub(super) fn value(&self, (_, of): Number) -> Option<f64> {
         of(self, &self.metrics, &self.metrics.violations)
     }

@@ -23,16 +23,13 @@ pub fn summary(campaign: &Campaign, rows: &Rows) -> String {
     for name in names {
         let flown = rows.words("controller").unwrap_or_default().into_iter();
         let flown = flown.zip(rows.words("failure").unwrap_or_default());
-        let failures: Vec<bool> = flown
-            .filter(|(controller, _)| *controller == name)
-            .map(|(_, failure)| !failure.is_empty())
-            .collect();
-        let failed = failures.iter().filter(|failed| **failed).count();
-        write!(text, "\n{name:width$}  {:>6}  {failed:>6}", failures.len())
-            .expect("a string takes everything");
+        let flown = flown.filter(|(controller, _)| *controller == name);
+        let (failed, ended): (Vec<_>, Vec<_>) = flown.partition(|(_, failure)| !failure.is_empty());
+        let (runs, failed) = (failed.len() + ended.len(), failed.len());
+        write!(text, "\n{name:width$}  {runs:>6}  {failed:>6}").expect("a string takes everything");
         for (metric, values) in metrics.iter().zip(&values) {
-            let ratio =
-                ratio(values, name, reference).map_or("–".to_owned(), |ratio| format!("{ratio:.3}"));
+            let ratio = ratio(values, name, reference);
+            let ratio = ratio.map_or("–".to_owned(), |ratio| format!("{ratio:.3}"));
             write!(text, "  {ratio:>0$}", metric.len().max(8)).expect("a string takes everything");
         }
     }
@@ -41,7 +38,6 @@ pub fn summary(campaign: &Campaign, rows: &Rows) -> String {
     )
 }
 
-/// The values of a metric.
 fn by_key<'a>(rows: &'a Rows, metric: &str) -> BTreeMap<RowKey<'a>, f64> {
     let words = |name| rows.words(name).unwrap_or_default();
     let [controllers, scenarios, crafts, objectives, failures] =

@@ -18,7 +18,6 @@ pub(super) struct Gains(pub(super) Vec<Tuned>);
 /// The best gains of one law.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Tuned {
-    /// The controller's name.
     pub(super) controller: String,
     /// The best gains for each objective, in the file's order.
     pub(crate) best: Vec<Best>,
@@ -113,7 +112,7 @@ fn means(
     let mut sums = vec![0.0; objectives.len()];
     for condition in conditions {
         let mut partial = PartialScore::default();
-        let flown = fly_while(campaign, condition, controller, setting, &mut |mission| {
+        let flown = fly_while(campaign, condition, controller, setting, &mut |mission, _| {
             partial.observe(mission);
             let above = |k: usize| {
                 let least = partial.least(objectives[k], mission.n_rows());

@@ -55,7 +55,6 @@ enum LoopOrder {
     Second,
 }
 
-/// The heading loop with the best fit.
 pub(super) struct HeadingFit {
     order: LoopOrder,
     pub(super) fit: Fitted,
@@ -114,9 +113,8 @@ pub(super) fn fit(log: &Log, reference: &HeldReference, water: Option<&Water>) -
         let (_, predicted) = simulate(log, reference, water, &Loop::of(order, parameters));
         let pairs = log.headings().iter().zip(predicted).zip(log.rows()).skip(begin);
         let pairs = pairs.filter(|(_, row)| steers(row));
-        pairs
-            .map(|((measured, predicted), _)| wrap(measured - predicted))
-            .collect()
+        let residuals = pairs.map(|((measured, predicted), _)| wrap(measured - predicted));
+        residuals.collect()
     };
     let rate_max = 0.8 * fastest_turn(log);
     let best = |order: LoopOrder| {
@@ -208,10 +206,8 @@ fn simulate(
             };
         }
     }
-    let predicted = simulated
-        .iter()
-        .map(|motion: &Motion| motion.heading + law.compass_bias);
-    let predicted = predicted.collect();
+    let compass = |motion: &Motion| motion.heading + law.compass_bias;
+    let predicted = simulated.iter().map(compass).collect();
     (simulated, predicted)
 }
 
@@ -263,7 +259,6 @@ fn steers(row: &LogRow) -> bool {
 }
 
 impl HeadingFit {
-    /// The loop's parameters.
     pub(super) fn parameters(&self) -> Vec<Parameter> {
         let [time, delay, rate_max] = [self.estimates[0], self.estimates[1], self.estimates[2]];
         let mut parameters = match self.order {

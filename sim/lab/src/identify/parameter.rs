@@ -107,11 +107,7 @@ pub(crate) struct Parameter {
 /// A parameter that was estimated as its logarithm.
 pub(super) fn positive(quantity: Quantity, logarithm: Estimate) -> Parameter {
     let half = fit::QUANTILE * logarithm.sigma;
-    let (estimate, low, high) = (
-        logarithm.value.exp(),
-        (logarithm.value - half).exp(),
-        (logarithm.value + half).exp(),
-    );
+    let [low, estimate, high] = [-half, 0.0, half].map(|by| (logarithm.value + by).exp());
     let wide = RELATIVE_WIDTH_MAX * estimate;
     Parameter {
         quantity,

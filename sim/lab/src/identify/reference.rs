@@ -14,20 +14,18 @@ pub(super) struct HeldReference {
 impl HeldReference {
     /// The heading reference, without jumps.
     pub(super) fn headings(log: &Log) -> Self {
-        let rows = log.rows();
-        Self {
-            times: rows.iter().map(|row| row.time).collect(),
-            values: continuous(rows.iter().map(|row| row.heading_reference)),
-        }
+        let values = log.rows().iter().map(|row| row.heading_reference);
+        Self::at_rows(log, continuous(values))
     }
 
-    /// The speed reference.
     pub(super) fn speeds(log: &Log) -> Self {
-        let rows = log.rows();
-        Self {
-            times: rows.iter().map(|row| row.time).collect(),
-            values: rows.iter().map(|row| row.speed_reference).collect(),
-        }
+        let values = log.rows().iter().map(|row| row.speed_reference);
+        Self::at_rows(log, values.collect())
+    }
+
+    fn at_rows(log: &Log, values: Vec<f64>) -> Self {
+        let times = log.rows().iter().map(|row| row.time).collect();
+        Self { times, values }
     }
 
     /// The value from each row on.
@@ -58,25 +56,16 @@ impl Reader<'_> {
     /// The value now, and the time until it changes, at most `longest`, s.
     pub(super) fn piece(&mut self, longest: f64) -> (f64, f64) {
         let held = self.held;
-        while held
-            .times
-            .get(self.row + 1)
-            .is_some_and(|next| *next <= self.time)
-        {
+        let next = |row: usize| held.times.get(row + 1).copied();
+        while next(self.row).is_some_and(|next| next <= self.time) {
             self.row += 1;
         }
         let value = held.values[self.row];
-        match held.times.get(self.row + 1) {
-            Some(next) if *next < self.time + longest => {
-                let lasts = next - self.time;
-                // Exactly, without rounding.
-                self.time = *next;
-                (value, lasts)
-            }
-            Some(_) | None => {
-                self.time += longest;
-                (value, longest)
-            }
+        if let Some(next) = next(self.row).filter(|next| *next < self.time + longest) {
+            // Exactly, without rounding.
+            return (value, next - std::mem::replace(&mut self.time, next));
         }
+        self.time += longest;
+        (value, longest)
     }
 }

@@ -206,15 +206,12 @@ fn integrator(rate: Estimate) -> Parameter {
     if high < 1.0 / SLOW_INTEGRAL_TIME {
         parameter(f64::INFINITY, true)
     } else {
-        parameter(
-            time(rate.value),
-            half < super::parameter::RELATIVE_WIDTH_MAX * rate.value,
-        )
+        let is_narrow = half < super::parameter::RELATIVE_WIDTH_MAX * rate.value;
+        parameter(time(rate.value), is_narrow)
     }
 }
 
 impl Data<'_> {
-    /// The initial guess.
     fn start(&self, model: &Model) -> Vec<f64> {
         let (acceleration, deceleration) = self.strongest();
         let limits = [(0.8 * acceleration).ln(), (0.8 * deceleration).ln()];
@@ -224,9 +221,8 @@ impl Data<'_> {
             start.extend(current.iter().flat_map(|current| [current.x, current.y, 0.0]));
             start
         };
-        let starts = STARTS
-            .iter()
-            .flat_map(|time| DELAYS.map(|delay| start(*time, delay)));
+        let starts = STARTS.into_iter();
+        let starts = starts.flat_map(|time| DELAYS.map(|delay| start(time, delay)));
         nearest(|p| self.residuals(model, p).0, starts)
     }
 
@@ -378,14 +374,11 @@ impl Data<'_> {
         integrator: Parameter,
         speed_held: Option<SpeedReference>,
     ) -> SurgeFit {
-        let law = &Loop {
-            integral_rate: if integrator.identified {
-                law.integral_rate
-            } else {
-                0.0
-            },
-            ..*law
-        };
+        let mut law = *law;
+        if !integrator.identified {
+            law.integral_rate = 0.0;
+        }
+        let law = &law;
         let simulated = self.simulate(law);
         let rows = self.log.rows();
         let surge = |row: &LogRow| row.surge.or(Some(ground_in_body(row, law)?.x));
@@ -421,7 +414,6 @@ fn ground_in_body(row: &LogRow, law: &Loop) -> Option<Vector2<f64>> {
 }
 
 impl SurgeFit {
-    /// The loop's parameters and sway.
     pub(super) fn parameters(&self) -> Vec<Parameter> {
         vec![
             time_constant(Quantity::SurgeTimeConstant, self.estimates[TIME_CONSTANT]),

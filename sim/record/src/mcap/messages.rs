@@ -81,7 +81,6 @@ impl Vehicle {
             * UnitQuaternion::from_axis_angle(&Vector3::y_axis(), -self.pitch)
     }
 
-    /// Position and orientation in `world`.
     fn pose(&self) -> [Value; 2] {
         let q = self.orientation();
         let orientation = json!({"x": q.i, "y": q.j, "z": q.k, "w": q.w});

@@ -18,7 +18,6 @@ const PATH: [f64; 4] = [0.2, 0.6, 1.0, 0.8];
 const KEEP_OUT: [f64; 4] = [0.9, 0.2, 0.2, 1.0];
 const AREA: [f64; 4] = [0.3, 0.8, 0.3, 1.0];
 
-/// The whole scene, without an end.
 pub(super) fn update(scene: &Scene<'_>, time: Time) -> Value {
     let mut entities = vec![];
     for (id, path) in &scene.paths {

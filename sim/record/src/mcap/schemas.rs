@@ -46,7 +46,6 @@ const TYPES: [(&str, &str); 14] = [
     ),
 ];
 
-/// The type of a row of the table.
 pub(super) const ROW: &str = "pilotfish.Row";
 /// The type of any event of a mission: its members are those of its kind.
 pub(super) const EVENT: &str = "pilotfish.Event";

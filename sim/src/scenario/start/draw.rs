@@ -23,7 +23,6 @@ pub(super) enum Stream {
 }
 
 impl Stream {
-    /// Number of streams.
     const COUNT: u64 = 4;
 }
 
@@ -109,14 +108,12 @@ impl<'a> Checked<'a> {
     ) -> Option<f64> {
         let mut rng = self.draw.rng();
         let number = number?;
-        match number.check(range, unit_of(place)) {
-            Ok(()) => Some(number.draw(range, &mut rng)),
-            Err(reason) => {
-                let field = format!("{}.{}", self.table, place.replace('/', "."));
-                self.out_of_range.get_or_insert_with(|| invalid(field, reason));
-                None
-            }
+        if let Err(reason) = number.check(range, unit_of(place)) {
+            let field = format!("{}.{}", self.table, place.replace('/', "."));
+            self.out_of_range.get_or_insert_with(|| invalid(field, reason));
+            return None;
         }
+        Some(number.draw(range, &mut rng))
     }
 
     /// What was made of the numbers, if all were in their ranges.
@@ -131,11 +128,8 @@ impl<'a> Checked<'a> {
 
 pub(super) fn check_count(field: &str, n: usize) -> Result<(), InvalidScenario> {
     if n <= ITEMS_MAX {
-        Ok(())
-    } else {
-        Err(invalid(
-            field,
-            format_args!("{n} items; at most {ITEMS_MAX} are allowed"),
-        ))
+        return Ok(());
     }
+    let reason = format_args!("{n} items; at most {ITEMS_MAX} are allowed");
+    Err(invalid(field, reason))
 }

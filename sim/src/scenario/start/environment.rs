@@ -40,11 +40,10 @@ impl Scenario {
                 let north = draw.take(north_mps);
                 MeanCurrent::Constant(Vector2::new(north, draw.take(east_mps)))
             }
-            Some(CurrentFile::Grid { file }) => MeanCurrent::Gridded(
-                self.files
-                    .grid(file)
-                    .map_err(|error| invalid("water.current.grid.file", error))?,
-            ),
+            Some(CurrentFile::Grid { file }) => {
+                let grid = self.files.grid(file);
+                MeanCurrent::Gridded(grid.map_err(|error| invalid("water.current.grid.file", error))?)
+            }
         };
         let setup = WaterSetup {
             current,
@@ -66,12 +65,8 @@ impl Scenario {
         };
         if let Some(waves) = &setup.waves {
             // The heading's rate is its deviation times the peak frequency.
-            let sigma_max = YAW_RATE_SIGMA_MAX * waves.peak_period / TAU;
-            within(
-                "water.waves.heading_sigma_rad",
-                waves.heading_sigma,
-                0.0..=sigma_max,
-            )?;
+            let range = 0.0..=YAW_RATE_SIGMA_MAX * waves.peak_period / TAU;
+            within("water.waves.heading_sigma_rad", waves.heading_sigma, range)?;
         }
         Ok(Water::new(&setup, stream(seed, Stream::Water)))
     }
@@ -86,10 +81,8 @@ impl Scenario {
         let from = draw.take(&file.from_s);
         let until = draw.take_or(file.until_s.as_ref(), f64::INFINITY);
         if until <= from {
-            return Err(invalid(
-                format!("faults[{i}].until_s"),
-                format_args!("{until} s is not after the start at {from} s"),
-            ));
+            let reason = format_args!("{until} s is not after the start at {from} s");
+            return Err(invalid(format!("faults[{i}].until_s"), reason));
         }
         let auv = |kind: &str, id: &str| self.auv_called(&format!("faults[{i}].what.{kind}.auv"), id);
         let moved = |kind: &str, id: &str| {
@@ -137,29 +130,22 @@ impl Scenario {
         draw: &mut Draw,
     ) -> Result<Observer, InvalidScenario> {
         let sensors = sensors(&self.knowledge.sensors, draw);
-        let acoustics = match &self.knowledge.acoustics {
-            None => None,
-            Some(file) => {
-                let setup = self.acoustics(file, draw)?;
-                Some(Acoustics::new(&setup, PERIOD, stream(seed, Stream::Acoustics)))
-            }
-        };
+        let acoustics = self.knowledge.acoustics.as_ref();
+        let acoustics = acoustics.map(|file| self.acoustics(file, draw)).transpose()?;
+        let noise = stream(seed, Stream::Acoustics);
+        let acoustics = acoustics.map(|setup| Acoustics::new(&setup, PERIOD, noise));
         let sensors = SurfaceSensors::new(sensors, stream(seed, Stream::Sensors));
         Ok(Observer::new(world, briefing, sensors, acoustics))
     }
 
     fn acoustics(&self, file: &AcousticsFile, draw: &mut Draw) -> Result<AcousticsSetup, InvalidScenario> {
+        let field = "knowledge.acoustics.slots_s";
         for id in file.slots_s.keys() {
-            self.auv_called("knowledge.acoustics.slots_s", id)?;
+            self.auv_called(field, id)?;
         }
         let slots = self.auvs.iter().map(|auv| {
-            let slot = file.slots_s.get(&auv.id).ok_or_else(|| {
-                invalid(
-                    "knowledge.acoustics.slots_s",
-                    format_args!("{:?} has no slot", auv.id),
-                )
-            })?;
-            Ok(draw.take(slot))
+            let missing = || invalid(field, format_args!("{:?} has no slot", auv.id));
+            Ok(draw.take(file.slots_s.get(&auv.id).ok_or_else(missing)?))
         });
         let slots = slots.collect::<Result<Vec<_>, _>>()?;
         let loss = draw.take_or(file.loss.as_ref(), 0.0);
@@ -186,21 +172,12 @@ impl Scenario {
                 "a state has course and speed; reported_as = \"reports\" needs none",
             ));
         }
+        let check = |member, value, range| within(format!("knowledge.acoustics.{member}"), value, range);
         let longest = setup.latency.min(setup.frame);
-        within(
-            "knowledge.acoustics.slot_length_s",
-            setup.slot_length,
-            0.0..=longest,
-        )?;
-        let loss = setup.loss..=1.0;
-        within(
-            "knowledge.acoustics.loss_at_range_max",
-            setup.loss_at_range_max,
-            loss,
-        )?;
+        check("slot_length_s", setup.slot_length, 0.0..=longest)?;
+        check("loss_at_range_max", setup.loss_at_range_max, setup.loss..=1.0)?;
         for (auv, slot) in self.auvs.iter().zip(&setup.slots) {
-            let field = format!("knowledge.acoustics.slots_s.{}", auv.id);
-            within(field, *slot, 0.0..=setup.frame)?;
+            within(format!("{field}.{}", auv.id), *slot, 0.0..=setup.frame)?;
         }
         Ok(setup)
     }
@@ -210,10 +187,8 @@ pub(super) fn bounds(file: &BoundsFile, draw: &mut Draw) -> Result<Bounds, Inval
     check_count("bounds.keep_outs", file.keep_outs.len())?;
     check_count("bounds.area", file.area.len())?;
     let keep_outs = file.keep_outs.iter().map(|disc| {
-        KeepOut::new(
-            Vector2::new(draw.take(&disc.north_m), draw.take(&disc.east_m)),
-            draw.take(&disc.radius_m),
-        )
+        let centre = Vector2::new(draw.take(&disc.north_m), draw.take(&disc.east_m));
+        KeepOut::new(centre, draw.take(&disc.radius_m))
     });
     let keep_outs = keep_outs.collect();
     let mut bounds = Bounds {
@@ -254,8 +229,6 @@ fn within(field: impl Into<String>, value: f64, range: RangeInclusive<f64>) -> R
         return Ok(());
     }
     let (least, most) = range.into_inner();
-    Err(invalid(
-        field,
-        format_args!("{value} is outside {least} to {most}, the limits that other members set"),
-    ))
+    let reason = format_args!("{value} is outside {least} to {most}, the limits that other members set");
+    Err(invalid(field, reason))
 }

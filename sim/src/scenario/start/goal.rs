@@ -17,9 +17,8 @@ impl Scenario {
     /// The goal and its offset, which obey the rules of a snapshot.
     pub(super) fn task(&self, file: &SurfaceCraftFile, draw: &mut Draw) -> Result<Task, InvalidScenario> {
         let mut checked = Checked::new(draw, "surface_craft.goal");
-        let goal = file
-            .goal
-            .map(&mut |place, range, number| checked.take(place, range, number));
+        let mut take = |place: &str, range: &_, number: Option<&_>| checked.take(place, range, number);
+        let goal = file.goal.map(&mut take);
         let mut goal = checked.all(goal)?;
         // As in a snapshot that was read.
         if let Goal::Visit(visits) = &mut goal {
@@ -49,10 +48,8 @@ impl Scenario {
             }
             Some(fault) => {
                 // A scenario's goal is in a table of its kind.
-                let kind = serde_json::to_value(&task).map_or_else(
-                    |_| String::new(),
-                    |task| task["kind"].as_str().unwrap_or_default().to_owned(),
-                );
+                let written = serde_json::to_value(&task).unwrap_or_default();
+                let kind = written["kind"].as_str().unwrap_or_default();
                 let pointer = fault.pointer.replacen("/goal", &format!("/goal/{kind}"), 1);
                 Err(of_snapshot("surface_craft", &pointer, fault))
             }

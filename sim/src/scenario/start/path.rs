@@ -130,13 +130,9 @@ impl Scenario {
 pub(super) fn point_out_of_range(path: &Path) -> Option<Vector2<f64>> {
     /// A path has at most a few hundred pieces.
     const SAMPLES: u32 = 2000;
-    let point = |k: u32| {
-        path.at(path.length() * f64::from(k) / f64::from(SAMPLES))
-            .position
-    };
-    (0..=SAMPLES)
-        .map(point)
-        .find(|point| Coordinate::MAX < point.amax())
+    let at = |k: u32| path.length() * f64::from(k) / f64::from(SAMPLES);
+    let mut points = (0..=SAMPLES).map(|k| path.at(at(k)).position);
+    points.find(|point| Coordinate::MAX < point.amax())
 }
 
 /// Speed along the path, within reach of the hull.
@@ -162,13 +158,9 @@ pub(super) fn speed_profile(
     let hull = class.hull();
     for (_, speed) in &knots {
         if hull.force_max < hull.drag_surge.resistance(*speed) {
-            return Err(invalid(
-                format!("auvs[{i}].speed_mps"),
-                format_args!(
-                    "{speed} m/s needs more than the {} N of the vehicle",
-                    hull.force_max
-                ),
-            ));
+            let most = hull.force_max;
+            let reason = format_args!("{speed} m/s needs more than the {most} N of the vehicle");
+            return Err(invalid(format!("auvs[{i}].speed_mps"), reason));
         }
     }
     SpeedProfile::new(knots).map_err(|error| invalid(field, error))
@@ -176,25 +168,19 @@ pub(super) fn speed_profile(
 
 fn segment(file: &SegmentFile, draw: &mut Draw) -> Segment {
     match file {
-        SegmentFile::Line { from, to } => {
-            let from = draw.point(from).into();
-            Segment::Line {
-                from,
-                to: draw.point(to).into(),
-            }
-        }
+        // Members are drawn in this order.
+        SegmentFile::Line { from, to } => Segment::Line {
+            from: draw.point(from).into(),
+            to: draw.point(to).into(),
+        },
         SegmentFile::Arc {
             from,
             centre,
             angle_rad,
-        } => {
-            let from = draw.point(from).into();
-            let centre = draw.point(centre).into();
-            Segment::Arc {
-                from,
-                centre,
-                angle_rad: draw.take(angle_rad),
-            }
-        }
+        } => Segment::Arc {
+            from: draw.point(from).into(),
+            centre: draw.point(centre).into(),
+            angle_rad: draw.take(angle_rad),
+        },
     }
 }

@@ -82,9 +82,8 @@ impl SurveyConstraints {
             SurveyPattern::Spiral => spiral(leg, spacing),
             SurveyPattern::FigureOfEight => {
                 let wide = 2.0 * spacing;
-                [(0.0, 0.0), (leg, wide), (leg, 0.0), (0.0, wide)]
-                    .map(|(ahead, starboard)| Vector2::new(ahead, starboard))
-                    .into()
+                let corners = [[0.0, 0.0], [leg, wide], [leg, 0.0], [0.0, wide]];
+                corners.map(Vector2::from).into()
             }
         };
         let to_ned = ned_from_body(heading);
@@ -101,13 +100,13 @@ impl SurveyConstraints {
             }),
             legs: vec![],
         };
-        let closed = [
-            SurveyPattern::ThereAndBack,
-            SurveyPattern::Box,
-            SurveyPattern::Racetrack,
-            SurveyPattern::FigureOfEight,
-        ]
-        .contains(&pattern);
+        let closed = matches!(
+            pattern,
+            SurveyPattern::ThereAndBack
+                | SurveyPattern::Box
+                | SurveyPattern::Racetrack
+                | SurveyPattern::FigureOfEight
+        );
         Path::from_segments(&[waypoints], closed).map_err(|error| invalid(field, error))
     }
 }

@@ -34,7 +34,6 @@ const LATITUDE: [&str; 4] = ["latitude", "latitude_deg", "lat", "lat_deg"];
 const LONGITUDE: [&str; 5] = ["longitude", "longitude_deg", "lon", "lon_deg", "lng"];
 const DEPTH: [&str; 2] = ["depth", "depth_m"];
 
-/// A row of a file with its line.
 struct Row {
     line: u64,
     time: f64,
@@ -57,13 +56,9 @@ impl Scenario {
     /// from the earliest of all tracks; a depth that is not in the file is NaN.
     pub(super) fn tracks(&self, origin: Option<Origin>) -> Result<Vec<Vec<TrackPoint>>, InvalidScenario> {
         let track = |(i, auv): (usize, &AuvFile)| {
-            let field = format!("auvs[{i}].track");
-            match &auv.track {
-                None => Ok(vec![]),
-                Some(file) => self
-                    .track(auv, file, origin)
-                    .map_err(|reason| invalid(field, reason)),
-            }
+            let track = auv.track.as_ref().map(|file| self.track(auv, file, origin));
+            let track = track.transpose().map(Option::unwrap_or_default);
+            track.map_err(|reason| invalid(format!("auvs[{i}].track"), reason))
         };
         let mut tracks: Vec<_> = (0..).zip(&self.auvs).map(track).collect::<Result<_, _>>()?;
         let firsts = tracks.iter().filter_map(|track| track.first());
@@ -86,8 +81,7 @@ impl Scenario {
     }
 
     fn track(&self, auv: &AuvFile, file: &str, origin: Option<Origin>) -> Result<Vec<TrackPoint>, String> {
-        let refused = given_too(auv);
-        if let Some(member) = refused {
+        if let Some(member) = given_too(auv) {
             return Err(format!(
                 "{member} is given too, and a track says all of that: remove one of them"
             ));
@@ -127,9 +121,8 @@ fn given_too(auv: &AuvFile) -> Option<&'static str> {
             auv.tracking_error != TrackingErrorFile::default(),
         ),
     ];
-    members
-        .into_iter()
-        .find_map(|(name, is_given)| is_given.then_some(name))
+    let mut given = members.into_iter().filter(|(_, is_given)| *is_given);
+    given.next().map(|(name, _)| name)
 }
 
 /// The rows of `text` about the vehicle `id`.
@@ -157,23 +150,18 @@ fn read(text: &str, id: &str) -> Result<(Columns, Vec<Row>), String> {
         "fix"
     };
     records.retain(|record| is(record, wanted));
-    if POINTS_MAX < records.len() {
+    let n = records.len();
+    if POINTS_MAX < n {
         return Err(format!(
-            "has {} points, more than {POINTS_MAX}: keep every second one",
-            records.len()
+            "has {n} points, more than {POINTS_MAX}: keep every second one"
         ));
     }
-    if records.len() < 2 {
+    if n < 2 {
         let of = columns.record.map_or_else(String::new, |_| format!(" of {id:?}"));
-        return Err(format!(
-            "has {} points{of}; a track has two at least",
-            records.len()
-        ));
+        return Err(format!("has {n} points{of}; a track has two at least"));
     }
-    let rows = records
-        .iter()
-        .map(|record| columns.row(text, record))
-        .collect::<Result<_, _>>()?;
+    let rows = records.iter().map(|record| columns.row(text, record));
+    let rows = rows.collect::<Result<_, _>>()?;
     Ok((columns, rows))
 }
 
@@ -202,11 +190,8 @@ impl Columns {
     fn row(&self, text: &str, record: &StringRecord) -> Result<Row, String> {
         let line = line_of(text, record);
         let number = |name: &str, column: usize| {
-            let number = record[column]
-                .parse::<f64>()
-                .ok()
-                .filter(|number| number.is_finite());
-            number.ok_or_else(|| {
+            let number = record[column].parse::<f64>().ok();
+            number.filter(|number| number.is_finite()).ok_or_else(|| {
                 let given: String = record[column].chars().take(40).collect();
                 format!("line {line}: {name} {given:?} is no number")
             })
@@ -240,21 +225,15 @@ fn line_of(text: &str, record: &StringRecord) -> u64 {
 fn points(rows: &[Row], datum: Option<&Datum>) -> Result<Vec<TrackPoint>, String> {
     let mut points: Vec<TrackPoint> = Vec::with_capacity(rows.len());
     let (mut has_moved, mut n_steps) = (true, 0);
-    for Row {
-        line,
-        time,
-        place,
-        depth,
-    } in rows
-    {
-        let position = match datum {
-            None => Vector2::from(*place),
-            Some(datum) => datum
-                .to_local(&Origin {
-                    latitude: place[0].to_radians(),
-                    longitude: place[1].to_radians(),
-                })
-                .map_err(|error| format!("line {line}: {error}"))?,
+    for row in rows {
+        let (line, time, depth) = (row.line, row.time, row.depth);
+        let position = match (datum, row.place) {
+            (None, place) => Vector2::from(place),
+            (Some(datum), [lat_deg, lon_deg]) => {
+                let [latitude, longitude] = [lat_deg, lon_deg].map(f64::to_radians);
+                let local = datum.to_local(&Origin { latitude, longitude });
+                local.map_err(|error| format!("line {line}: {error}"))?
+            }
         };
         if Coordinate::MAX < position.amax() {
             let (north, east, most) = (position.x, position.y, Coordinate::MAX);
@@ -263,13 +242,11 @@ fn points(rows: &[Row], datum: Option<&Datum>) -> Result<Vec<TrackPoint>, String
             ));
         }
         if let Some(depth) = depth.filter(|depth| !(-HEIGHT_MAX..=Depth::MAX).contains(depth)) {
-            return Err(format!(
-                "line {line}: depth {depth} m is outside 0 to {} m",
-                Depth::MAX
-            ));
+            let most = Depth::MAX;
+            return Err(format!("line {line}: depth {depth} m is outside 0 to {most} m"));
         }
         let point = TrackPoint {
-            time: *time,
+            time,
             position,
             depth: depth.map_or(f64::NAN, |depth| depth.max(0.0)),
         };

@@ -56,10 +56,8 @@ impl Scenario {
         let hull = kind.hull;
         let thrust_max = 2.0 * hull.thrusters.ahead_max;
         if thrust_max < hull.drag_surge.resistance(speed) {
-            return Err(invalid(
-                "surface_craft.speed_mps",
-                format_args!("{speed} m/s needs more than the {thrust_max} N of both thrusters"),
-            ));
+            let reason = format_args!("{speed} m/s needs more than the {thrust_max} N of both thrusters");
+            return Err(invalid("surface_craft.speed_mps", reason));
         }
         let craft = SurfaceCraft::cruising(hull, kind.autopilot, &position, heading, speed);
         let Task { goal, offset } = self.task(file, draw)?;
@@ -143,15 +141,11 @@ impl Scenario {
             }
         };
         if let Some(far) = point_out_of_range(&path) {
-            return Err(invalid(
-                format!("auvs[{i}].path"),
-                format_args!(
-                    "the path reaches {:.0} m north, {:.0} m east of the datum; {} m are allowed",
-                    far.x,
-                    far.y,
-                    Coordinate::MAX
-                ),
-            ));
+            let (north, east, most) = (far.x, far.y, Coordinate::MAX);
+            let reason = format_args!(
+                "the path reaches {north:.0} m north, {east:.0} m east of the datum; {most} m are allowed"
+            );
+            return Err(invalid(format!("auvs[{i}].path"), reason));
         }
         let offset = Vector2::new(
             draw.take_or(file.north_of_path_m.as_ref(), 0.0),
@@ -167,13 +161,9 @@ impl Scenario {
             },
         };
         if dive.depth_max <= dive.depth_min {
-            return Err(invalid(
-                format!("auvs[{i}].dive.depth_max_m"),
-                format_args!(
-                    "{} m is not below depth_min_m, {} m",
-                    dive.depth_max, dive.depth_min
-                ),
-            ));
+            let (deepest, shallowest) = (dive.depth_max, dive.depth_min);
+            let reason = format_args!("{deepest} m is not below depth_min_m, {shallowest} m");
+            return Err(invalid(format!("auvs[{i}].dive.depth_max_m"), reason));
         }
         let depth = draw.take_or(file.depth_m.as_ref(), dive.depth_min);
         for point in &mut track {
@@ -183,7 +173,8 @@ impl Scenario {
         }
         let depth = track.first().map_or(depth, |point| point.depth);
         let speed = speed_profile(i, file, class, draw)?;
-        let (navigation_error, navigation_drift) = navigation_error(file.navigation_error.as_ref(), draw);
+        let error = file.navigation_error.as_ref();
+        let (navigation_error, navigation_drift) = navigation_error(error, draw);
         let (tracking_error, late) = tracking_error(i, &file.tracking_error, draw);
         let declared = Arc::new(path);
         let path = match late {
@@ -215,10 +206,7 @@ impl Scenario {
             navigation: class.navigation(),
             navigation_error,
             navigation_drift,
-            fix_at_surface: file
-                .navigation_error
-                .as_ref()
-                .is_some_and(|error| error.fix_at_surface),
+            fix_at_surface: error.is_some_and(|error| error.fix_at_surface),
             position_estimate: position + navigation_error,
             gains: PathFollowingGains::LAB,
             path,
@@ -261,10 +249,8 @@ fn tracking_error(i: usize, file: &TrackingErrorFile, draw: &mut Draw) -> (Track
         }
     });
     let late = file.turns_late_m.as_ref().map(|late| draw.take(late));
-    let slower_diving = file
-        .slower_diving_share
-        .as_ref()
-        .map_or(0.0, |share| draw.take(share));
+    let slower_diving = file.slower_diving_share.as_ref();
+    let slower_diving = slower_diving.map_or(0.0, |share| draw.take(share));
     let error = TrackingError {
         weave,
         slower_diving,
@@ -318,13 +304,9 @@ fn limits(file: &DeclaredLimits, class: &Limits) -> Result<Limits, InvalidScenar
     let limits = file.with_defaults(class);
     // A snapshot has the same rule.
     if limits.speed_max < limits.speed_min + 0.05 {
-        return Err(invalid(
-            "surface_craft.limits.speed_max_mps",
-            format_args!(
-                "{} m/s is less than 0.05 m/s above speed_min_mps, {} m/s",
-                limits.speed_max, limits.speed_min
-            ),
-        ));
+        let (most, least) = (limits.speed_max, limits.speed_min);
+        let reason = format_args!("{most} m/s is less than 0.05 m/s above speed_min_mps, {least} m/s");
+        return Err(invalid("surface_craft.limits.speed_max_mps", reason));
     }
     Ok(limits)
 }

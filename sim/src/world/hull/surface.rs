@@ -195,7 +195,6 @@ impl SurfaceHull {
     }
 }
 
-/// Present thrust, N.
 fn thrust(state: &SurfaceState) -> Thrust {
     Thrust {
         port: state[6],

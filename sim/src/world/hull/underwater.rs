@@ -169,7 +169,6 @@ pub fn heading_rate(pitch: f64, yaw_rate: f64) -> f64 {
     yaw_rate / off_the_pole(pitch.cos())
 }
 
-/// cosθ, kept away from 0 with its sign.
 fn off_the_pole(cos_theta: f64) -> f64 {
     cos_theta.abs().max(COSINE_MIN).copysign(cos_theta)
 }

@@ -21,7 +21,6 @@ pub use traits::{
 
 use draw::Draw;
 
-/// Largest number of draws for a seed.
 const ATTEMPTS: u64 = 300;
 
 /// A random craft.

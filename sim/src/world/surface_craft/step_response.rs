@@ -13,7 +13,7 @@ use crate::world::inner_loop::{PERIOD, SurfaceAutopilot};
 
 mod fit;
 
-use fit::{Fitted, Sample, fit_heading, fit_surge};
+use fit::{Sample, fit_heading, fit_surge};
 
 /// Speed of the heading tests, as a share of the top speed.
 const CRUISE_SHARE: f64 = 0.4;
@@ -62,10 +62,6 @@ pub struct StepTestResult {
     pub limits: Limits,
     /// Its closed-loop response.
     pub craft: Craft,
-    /// Root mean square error of the fitted heading response in its trial, rad.
-    pub heading_misfit: f64,
-    /// Root mean square error of the fitted surge response in its trial, m/s.
-    pub surge_misfit: f64,
 }
 
 /// Reason why a craft fails the step tests.
@@ -99,19 +95,19 @@ pub fn step_test(hull: &SurfaceHull, autopilot: &SurfaceAutopilot) -> Result<Ste
     let ramp_rate = 0.3 * peak;
     let ramp = trial.fly(cruise, TURN_TIME, |time| (cruise, ramp_rate * time));
     let heading = fit_heading(&[&small, &ramp], peak);
-    let (turn_rate_max, speed_max) =
-        trial.turn_and_speed(top, peak.min(BEHIND_MAX / heading.response.lag()))?;
+    let fastest = peak.min(BEHIND_MAX / heading.lag());
+    let (turn_rate_max, speed_max) = trial.turn_and_speed(top, fastest)?;
     let surge = trial.surge(speed_max)?;
     let limits = Limits {
         speed_min: hull.speed_least(),
         speed_max,
         turn_rate_max,
-        acceleration_max: surge.response.acceleration_max,
-        deceleration_max: surge.response.deceleration_max,
+        acceleration_max: surge.acceleration_max,
+        deceleration_max: surge.deceleration_max,
     };
     let craft = Craft {
-        heading: heading.response,
-        surge: surge.response,
+        heading,
+        surge,
         sway_per_yaw_rate: sway_per_yaw_rate(&ramp),
         power: propulsion_power(hull, speed_max),
         speed_held: autopilot.speed_held,
@@ -120,15 +116,9 @@ pub fn step_test(hull: &SurfaceHull, autopilot: &SurfaceAutopilot) -> Result<Ste
     if !CraftDescription::from(&craft).faults().is_empty() {
         return Err(StepTestFailed::OutOfRange);
     }
-    Ok(StepTestResult {
-        limits,
-        craft,
-        heading_misfit: heading.misfit,
-        surge_misfit: surge.misfit,
-    })
+    Ok(StepTestResult { limits, craft })
 }
 
-/// A craft under test.
 struct Trial<'a> {
     hull: &'a SurfaceHull,
     autopilot: &'a SurfaceAutopilot,
@@ -168,10 +158,9 @@ impl Trial<'_> {
         let samples = self.fly(speed, HEADING_TIME, |_| (speed, HEADING_STEP));
         let waited = TIME_TO_63_MAX + self.delay();
         let answer = |sample: &Sample| sample.angle / HEADING_STEP;
-        let settled = samples[samples.len() * 4 / 5..]
-            .iter()
-            .all(|sample| (sample.angle - HEADING_STEP).abs() < HEADING_ERROR_MAX);
-        if settled && time_to_63(&samples, answer).is_some_and(|time| time < waited) {
+        let end = &samples[samples.len() * 4 / 5..];
+        let is_there = |sample: &Sample| (sample.angle - HEADING_STEP).abs() < HEADING_ERROR_MAX;
+        if end.iter().all(is_there) && time_to_63(&samples, answer).is_some_and(|time| time < waited) {
             Ok(samples)
         } else {
             Err(StepTestFailed::Heading(speed))
@@ -207,13 +196,11 @@ impl Trial<'_> {
             mean(end, |sample| sample.surge) > KEPT_IN_TURN * speed
                 && (mean(end, |sample| sample.yaw_rate) / rate - 1.0).abs() < RATE_TOLERANCE
         };
-        TOP_SHARES
-            .into_iter()
-            .map(|share| share * top)
-            .find(|speed| steers(*speed))
+        let speeds = TOP_SHARES.map(|share| share * top);
+        speeds.into_iter().find(|speed| steers(*speed))
     }
 
-    fn surge(&self, speed_max: f64) -> Result<Fitted<SurgeResponse>, StepTestFailed> {
+    fn surge(&self, speed_max: f64) -> Result<SurgeResponse, StepTestFailed> {
         let [slow, middle, fast] = [0.3, 0.45, 0.95].map(|share| share * speed_max);
         let mut trials = vec![];
         for (from, to, duration) in [
@@ -263,20 +250,15 @@ fn time_to_63(samples: &[Sample], answer: impl Fn(&Sample) -> f64) -> Option<f64
 /// Fastest turn over a second, rad/s.
 fn peak_rate(samples: &[Sample]) -> f64 {
     let second = 10;
-    let rates = samples
-        .windows(second)
-        .map(|window| mean(window, |sample| sample.yaw_rate.abs()));
-    rates.fold(0.0, f64::max)
+    let rate = |window| mean(window, |sample| sample.yaw_rate.abs());
+    samples.windows(second).map(rate).fold(0.0, f64::max)
 }
 
 /// k_β of v = −k_β u r in a steady turn, s.
 fn sway_per_yaw_rate(ramp: &[Sample]) -> f64 {
     let end = &ramp[ramp.len() * 3 / 4..];
-    let (v, ur) = (
-        mean(end, |sample| sample.sway),
-        mean(end, |sample| sample.surge * sample.yaw_rate),
-    );
-    -v / ur
+    let ur = mean(end, |sample| sample.surge * sample.yaw_rate);
+    -mean(end, |sample| sample.sway) / ur
 }
 
 /// Least-squares P = c₁ u + c₃ u³ to the power at steady speeds, with coefficients of at least 0.

@@ -138,31 +138,24 @@ impl Oscillation {
 
     /// The motion at `time` s.
     pub(crate) fn at(&self, time: f64) -> f64 {
-        let cosines = self.sinusoids.iter();
-        let sum: f64 = cosines
-            .map(|Sinusoid { frequency, phase }| (frequency * time + phase).cos())
-            .sum();
-        self.amplitude * sum
+        self.sum(time, |_, phase| phase.cos())
+    }
+
+    /// Sum over the sinusoids of a function of ω and the phase at `time` s.
+    fn sum(&self, time: f64, of: impl Fn(f64, f64) -> f64) -> f64 {
+        let terms = self.sinusoids.iter();
+        let terms = terms.map(|one| of(one.frequency, one.frequency * time + one.phase));
+        self.amplitude * terms.sum::<f64>()
     }
 
     /// First derivative in time at `time` s.
     fn rate(&self, time: f64) -> f64 {
-        let sum: f64 = self
-            .sinusoids
-            .iter()
-            .map(|Sinusoid { frequency, phase }| -frequency * (frequency * time + phase).sin())
-            .sum();
-        self.amplitude * sum
+        self.sum(time, |omega, phase| -omega * phase.sin())
     }
 
     /// Second derivative in time at `time` s.
     fn acceleration(&self, time: f64) -> f64 {
-        let sum: f64 = self
-            .sinusoids
-            .iter()
-            .map(|Sinusoid { frequency, phase }| -frequency.powi(2) * (frequency * time + phase).cos())
-            .sum();
-        self.amplitude * sum
+        self.sum(time, |omega, phase| -omega.powi(2) * phase.cos())
     }
 }
 

@@ -163,9 +163,7 @@ impl World {
             poses.push(t_s, pose);
         }
         let mut fixes = modem.push(text.as_bytes(), RECEIVED_S, &poses);
-        let fix = fixes
-            .pop()
-            .unwrap_or_else(|| panic!("{text}: {}", modem.rejects()));
+        let fix = fixes.pop().unwrap_or_else(|| panic!("{text}: {}", modem.rejects));
         assert_eq!((fix.auv.as_str(), fixes.len()), ("auv-c", 0));
         fix
     }

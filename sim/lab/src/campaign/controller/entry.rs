@@ -46,7 +46,6 @@ pub struct RuleFile {
 }
 
 impl RuleFile {
-    /// The times to try, s.
     pub(super) fn dwells(&self) -> &[f64] {
         let own = self.dwell_s.as_ref().map(std::slice::from_ref);
         own.unwrap_or(self.name.dwells())

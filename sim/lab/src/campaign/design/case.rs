@@ -34,10 +34,11 @@ pub struct Case {
 /// The random craft of `entry`, equal in all scenarios. Drawn once: each takes tens of ms.
 pub(super) fn drawn(entry: &CraftEntry) -> Result<Vec<Arc<RandomCraft>>, String> {
     match entry {
-        CraftEntry::Random { first, count } => (*first..first + count)
-            .map(|seed| RandomCraft::draw(seed, &CraftConstraints::default()).map(Arc::new))
-            .collect::<Result<_, _>>()
-            .map_err(|error| error.to_string()),
+        CraftEntry::Random { first, count } => {
+            let any = CraftConstraints::default();
+            let drawn = (*first..first + count).map(|seed| RandomCraft::draw(seed, &any).map(Arc::new));
+            drawn.collect::<Result<_, _>>().map_err(|error| error.to_string())
+        }
         CraftEntry::Scenario | CraftEntry::Medusa | CraftEntry::Otter => Ok(vec![]),
     }
 }
@@ -76,11 +77,9 @@ impl Case {
     }
 
     pub(super) fn with_controllers(mut self, controllers: &[Controller]) -> Self {
-        let all = controllers.iter().enumerate();
-        self.controllers = all
-            .filter(|(_, controller)| controller.takes_part(&self.scenario))
-            .map(|(number, _)| number)
-            .collect();
+        let numbers = 0..controllers.len();
+        let taking_part = numbers.filter(|&number| controllers[number].takes_part(&self.scenario));
+        self.controllers = taking_part.collect();
         self
     }
 

@@ -15,7 +15,6 @@ use crate::campaign::file::{CampaignError, CampaignFile};
 #[serde(transparent)]
 pub struct ScenarioFiles(BTreeMap<String, ScenarioFile>);
 
-/// A scenario file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 struct ScenarioFile {
     text: String,

@@ -1,7 +1,7 @@
 //! Controllers of a campaign from the entries of its file.
 
 use planner::{
-    los::{LawGains, LosGains, LosLaw, LosTuning},
+    los::{LawGains, LosLaw, LosTuning},
     parameters::Parameters,
     snapshot::Tuning,
     tuned::Tuned,
@@ -46,10 +46,8 @@ impl ControllerFile {
         {
             let least = if name == Rule::Clock { 1.0 } else { 0.0 };
             if !(least..=TURN_MAX).contains(&dwell) {
-                return wrong(
-                    "rule.dwell_s",
-                    format!("{dwell} is outside {least} to {TURN_MAX} s"),
-                );
+                let reason = format!("{dwell} is outside {least} to {TURN_MAX} s");
+                return wrong("rule.dwell_s", reason);
             }
         }
         let controllers = laws.into_iter().map(|(name, law)| {
@@ -93,24 +91,17 @@ impl LawFile {
     fn control_laws(&self, name: &str) -> Result<Vec<(String, ControlLaw)>, Wrong> {
         let Some(law) = LosLaw::ALL.into_iter().find(|law| law.name() == self.name) else {
             let names = LosLaw::ALL.map(LosLaw::name).join(", ");
-            return wrong(
-                "law.name",
-                format!("there is no law {:?}, only {names}", self.name),
-            );
+            let reason = format!("there is no law {:?}, only {names}", self.name);
+            return wrong("law.name", reason);
         };
         match (self.gains, self.whole_grid) {
             (None, false) => Ok(vec![(name.to_owned(), ControlLaw::Tuned(law))]),
             (Some(gains), false) => Ok(vec![(name.to_owned(), ControlLaw::Fixed(fixed(gains, law)?))]),
             (None, true) => {
                 let named = grid(law).into_iter().map(|tuning| {
-                    let LosGains {
-                        look_ahead,
-                        along_track_gain,
-                    } = tuning.gains;
-                    let name = format!(
-                        "{name} {look_ahead} / {along_track_gain} / {}",
-                        tuning.integral_gain
-                    );
+                    let (gains, integral) = (tuning.gains, tuning.integral_gain);
+                    let [ahead, along] = [gains.look_ahead, gains.along_track_gain];
+                    let name = format!("{name} {ahead} / {along} / {integral}");
                     (name, ControlLaw::Fixed(tuning))
                 });
                 Ok(named.collect())

@@ -5,7 +5,6 @@ use planner::los::Reference;
 /// Longest delay of a reference, periods: 2 s.
 pub const DELAY_PERIODS_MAX: usize = 20;
 
-/// References under way in a ring.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct CommandDelay {
     ring: [Reference; DELAY_PERIODS_MAX + 1],
@@ -13,7 +12,6 @@ pub(super) struct CommandDelay {
 }
 
 impl CommandDelay {
-    /// A delay line that holds one reference throughout.
     pub(super) fn holding(reference: Reference) -> Self {
         Self {
             ring: [reference; DELAY_PERIODS_MAX + 1],

@@ -80,7 +80,6 @@ pub enum HeadingLoop {
     },
 }
 
-/// State of a heading loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct HeadingMemory {
     /// Integral of the error, rad s; in a yaw-rate loop rad.

@@ -13,7 +13,6 @@ use crate::world::{
     },
 };
 
-/// One draw.
 pub(super) struct Draw<'a> {
     pub(super) rng: ChaCha8Rng,
     pub(super) constraints: &'a CraftConstraints,

@@ -35,14 +35,8 @@ pub(super) struct Sample {
     pub(super) yaw_rate: f64,
 }
 
-/// A response with its root mean square error in the trials.
-pub(super) struct Fitted<T> {
-    pub(super) response: T,
-    pub(super) misfit: f64,
-}
-
 /// The heading response whose fastest turn is `rate_max`.
-pub(super) fn fit_heading(trials: &[&[Sample]], rate_max: f64) -> Fitted<HeadingResponse> {
+pub(super) fn fit_heading(trials: &[&[Sample]], rate_max: f64) -> HeadingResponse {
     let misfit =
         |response: &HeadingResponse| rms(trials.iter().map(|trial| heading_residuals(response, trial)));
     let first = |[lag, delay]: [f64; 2]| HeadingResponse {
@@ -71,20 +65,13 @@ pub(super) fn fit_heading(trials: &[&[Sample]], rate_max: f64) -> Fitted<Heading
     let one = search([0.7 * start, 0.3 * start], |x| misfit(&first(x)));
     let two = search([0.9 * start, 0.1 * start, 0.9], |x| misfit(&second(x)));
     if two.1 < SECOND_ORDER_GAIN * one.1 {
-        Fitted {
-            response: second(two.0),
-            misfit: two.1,
-        }
+        second(two.0)
     } else {
-        Fitted {
-            response: first(one.0),
-            misfit: one.1,
-        }
+        first(one.0)
     }
 }
 
-/// The surge response.
-pub(super) fn fit_surge(trials: &[Vec<Sample>]) -> Fitted<SurgeResponse> {
+pub(super) fn fit_surge(trials: &[Vec<Sample>]) -> SurgeResponse {
     let misfit = |response: &SurgeResponse| rms(trials.iter().map(|trial| surge_residuals(response, trial)));
     let response = |[lag, delay, up, down]: [f64; 4], integral_time| SurgeResponse {
         time_constant: lag.max(TIME_MIN),
@@ -93,9 +80,7 @@ pub(super) fn fit_surge(trials: &[Vec<Sample>]) -> Fitted<SurgeResponse> {
         deceleration_max: down,
         integral_time,
     };
-    let up = steepest(&trials[1]);
-    let down = steepest(&trials[2]);
-    let start = [3.0, 0.5, up, down];
+    let start = [3.0, 0.5, steepest(&trials[1]), steepest(&trials[2])];
     let plain = search(start, |x| misfit(&response(x, None)));
     let [lag, delay, up, down] = plain.0;
     let wound = search(
@@ -106,15 +91,9 @@ pub(super) fn fit_surge(trials: &[Vec<Sample>]) -> Fitted<SurgeResponse> {
     let winds_up = INTEGRAL_TIME.contains(&wound.0[4]);
     if winds_up && wound.1 < INTEGRAL_GAIN * plain.1 {
         let [lag, delay, up, down, time] = wound.0;
-        Fitted {
-            response: response([lag, delay, up, down], Some(time)),
-            misfit: wound.1,
-        }
+        response([lag, delay, up, down], Some(time))
     } else {
-        Fitted {
-            response: response(plain.0, None),
-            misfit: plain.1,
-        }
+        response(plain.0, None)
     }
 }
 
@@ -126,10 +105,8 @@ fn noticeable(delay: f64) -> f64 {
 /// Largest mean acceleration over two seconds, m/s².
 fn steepest(trial: &[Sample]) -> f64 {
     let seconds = 20;
-    let steep = trial
-        .iter()
-        .zip(&trial[seconds..])
-        .map(|(a, b)| (b.surge - a.surge).abs() / 2.0);
+    let pairs = trial.iter().zip(&trial[seconds..]);
+    let steep = pairs.map(|(a, b)| (b.surge - a.surge).abs() / 2.0);
     steep.fold(0.0, f64::max)
 }
 
