@@ -183,6 +183,7 @@ impl Information {
                 path: path.as_ref().filter(|_| is_followed),
                 fit: None,
                 dive: auv.dive,
+                forgets_after: estimate.forgets_after,
                 tuned: &snapshot.tuned().forecast,
             };
             let model = AuvForecast::new(&estimate.state, intent, snapshot.forecast, &current).model;

@@ -86,13 +86,13 @@ fn bounds_that_no_snapshot_accepts_are_refused_before_departure() {
     let crowded = fs::read_to_string(folder().join("crowded.toml")).expect("built in");
     let many = "{north_m = 0, east_m = 0, radius_m = 1},".repeat(33);
     for [text, written, says] in rows(
-        r#"
+        r"
         area = [[-60, -60], [160, -60], [160, 180], [-60, 180]] | area = [[0, 0], [90, 0], [50, 20], [90, 90], [0, 90]] | bounds.area[2]
         area = [[-60, -60], [160, -60], [160, 180], [-60, 180]] | area = [[0, 0], [90, 0]] | bounds.area: must have 3 to 64 items (given: 2)
         radius_m = 8 | radius_m = 0.01 | 0.1
         range_max_m = 60 | range_max_m = {choice = [60, 0.5]} | range_max_m
         keep_outs = [ | keep_outs = [MANY | bounds.keep_outs: must have 0 to 32 items (given: 34)
-        "#,
+        ",
     ) {
         assert_eq!(crowded.matches(&text).count(), 1, "{text}");
         let written = written.replace("MANY", &many);
