@@ -102,11 +102,11 @@ const PACES_MAX: f64 = 3.0;
 /// the path.
 const TELLING: usize = 3;
 
-/// Number of newest states that are compared with a path and with each other: the present state is
-/// known, and older ones made the path.
+/// Number of newest states that are compared with a repeated track, which older ones made, and with each
+/// other.
 const TELLING_STATES: usize = 12;
 
-/// The same beside a declared path: a minute, after which a vehicle that came to its path is on it.
+/// Number that is compared with a declared path: a minute, after which a vehicle that came to its path is on it.
 const TELLING_BESIDE_PATH: usize = 6;
 
 /// Estimates AUVs at one moment.
@@ -419,7 +419,8 @@ impl<'a> Estimator<'a> {
     }
 }
 
-/// Deficit of log-likelihood that no track makes up for.
+/// Deficit of log-likelihood at which a track is given up: of two refused fixes. With 15, a vehicle on
+/// random way-points is 6.2 instead of 5.8 m off after a minute.
 const HOPELESS: f64 = 25.0;
 
 /// The likelier of `best` and the track through the same `reports` on an `assumed` path; the first

@@ -170,7 +170,14 @@ impl PastWork {
             let (from, to) = (from - centre, to - centre);
             time * (from.norm_squared() + from.dot(&to) + to.norm_squared()) / 3.0
         });
-        let square_speed = mean(&|time, from, to| (to - from).norm_squared() / time.max(f64::MIN_POSITIVE));
+        // A pair of points without duration has no speed.
+        let square_speed = mean(&|time, from, to| {
+            if 0.0 < time {
+                (to - from).norm_squared() / time
+            } else {
+                0.0
+            }
+        });
         let returns_in = (variance / (square_speed * between_turns)).max(between_turns);
         let is_inside = (here - centre).norm_squared() <= DEVIATIONS_INSIDE.powi(2) * variance;
         Some(Self {

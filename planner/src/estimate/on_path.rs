@@ -404,8 +404,8 @@ impl PathFit {
         self.covariance = f * self.covariance * f.transpose() + q;
     }
 
-    /// Predicts the state by `t` seconds in steps. The angle that it turns, rad, and the turn to starboard
-    /// of which the cross-track error still tells.
+    /// Predicts the state by `t` seconds in steps. Returns the turned angle, rad, and the turn to starboard,
+    /// faded as the cross-track error fades.
     fn carry_round(&mut self, t: f64, assumed: &PathHypothesis<'_>) -> (f64, f64) {
         let steps = (t / STEP_MAX).ceil().min(STEPS_MAX);
         let step = if steps > 0.0 { t / steps } else { 0.0 };

@@ -1,4 +1,4 @@
-//! Past states of a vehicle given as `state`: fixes of its own, as evidence like reports.
+//! Past states of a vehicle given as `state`: evidence like reports.
 
 use nalgebra::Vector2;
 
@@ -49,7 +49,8 @@ pub(crate) fn before(remembered: &[PastState], until: f64) -> &[PastState] {
         TIME.contains(time)
             && [north, east].into_iter().all(|along| FORESEEN.contains(along))
             && (REPORT_SIGMA_MIN..=REPORT_SIGMA_MAX).contains(sigma)
-            && Vector2::from(*velocity).norm() <= AUV_SPEED_MAX
+            // The norm of a velocity of the largest speed may be rounded up.
+            && Vector2::from(*velocity).norm() <= AUV_SPEED_MAX * (1.0 + 1e-9)
     };
     if newest.iter().all(is_state) && newest.windows(2).all(|pair| pair[0][0] < pair[1][0]) {
         &newest[..newest.partition_point(|past| past[0] < until)]

@@ -65,7 +65,7 @@ pub struct Repeats {
 pub struct RepeatedTrack {
     /// Kind of pattern.
     pub pattern: Pattern,
-    /// Number of repetitions in the stored track: about two or more.
+    /// Number of repetitions in the stored track: at least 2.2.
     pub times: f64,
     /// Length of the pattern, m: of a lawn-mower's lane and turn, or of a lap.
     pub period_m: f64,
@@ -320,7 +320,7 @@ impl<'a> PastTrack<'a> {
         best
     }
 
-    /// The track to its last corner, continued by the pattern; and its mean squared mean_square.
+    /// The track to its last corner, continued by the pattern; and the mean squared distance of the fixes.
     fn path(&self, track: &Polyline, best: &Match, radius: f64) -> Option<(f64, Path)> {
         let (_, known) = track.points.split_last()?;
         let mut points = known.to_vec();

@@ -10,9 +10,9 @@ use utoipa::ToSchema;
 pub enum ForecastModel {
     /// It stays at its position.
     Hold,
-    /// It keeps its ground velocity and its drift.
+    /// It keeps its ground velocity and its drift. By `auto`, with reports: the mean over its turns.
     ConstantVelocity,
-    /// It keeps its speed, its rate of turn and its drift.
+    /// It keeps its speed, its rate of turn and its drift. By `auto`, with reports, it forgets them.
     ConstantTurn,
     /// It follows its path at its speed through the water and its present offset from the path. Its
     /// drift changes the offset for half a minute.

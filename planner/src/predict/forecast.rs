@@ -70,7 +70,7 @@ enum Propagation {
     AlongPath(AlongPath),
 }
 
-/// Constant speed and rate of turn, either of which may be zero.
+/// Constant speed and rate of turn, either of which may be zero, or the mean over turns by chance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Turning {
     /// Position at the time of the report, m.
@@ -220,7 +220,7 @@ impl AuvForecast {
 
     /// Covariance of the position (north, east) `ahead` seconds after the snapshot, m².
     ///
-    /// Its trace never decreases. Along a path it grows with the variance of the speed, and across
+    /// Off a path its trace never decreases. Along a path it grows with the variance of the speed, and across
     /// it to a bound; else it grows with the variance of the velocity and unforeseen accelerations.
     pub fn position_covariance(&self, ahead: f64) -> Matrix2<f64> {
         let elapsed = self.age + ahead;
@@ -276,14 +276,14 @@ impl Turning {
     fn at(&self, elapsed: f64) -> Motion {
         let z = Complex::new(self.forgetting, -self.turn_rate) * elapsed;
         let velocity = Complex::new(self.velocity.x, self.velocity.y);
-        let half = z * 0.5;
-        // (1 − exp(−z)) / z = exp(−z/2) sinh(z/2) / (z/2); the next term of the series is z⁴/1920.
-        let mean = if half.norm_sqr() < 1e-8 {
-            half * half / 6.0 + 1.0
+        let kept = (-z).exp();
+        // The next term of the series is z³/24, below the rounding of 1.
+        let mean = if z.norm_sqr() < 1e-10 {
+            z * z / 6.0 - z * 0.5 + 1.0
         } else {
-            half.sinh() / half
+            (Complex::from(1.0) - kept) / z
         };
-        let (travelled, then) = (velocity * (-half).exp() * mean * elapsed, velocity * (-z).exp());
+        let (travelled, then) = (velocity * mean * elapsed, velocity * kept);
         Motion {
             position: self.position + Vector2::new(travelled.re, travelled.im),
             velocity: Vector2::new(then.re, then.im),
@@ -413,6 +413,8 @@ mod tests {
         };
         let state = moving(0.0, 0.0, 8.0, 0.0, 0.5);
         let ahead = |choice| AuvForecast::new(&state, intent, choice, &Vector2::zeros());
+        let far = ahead(Forecast::Auto).at(1e9).position;
+        near_to(far, Vector2::new(60.0, 0.0), 1e-9);
         for until in [10, 120, 1700] {
             // Each second a leg ends with a probability of 1/120; all directions are then alike.
             let each = (0..until).map(|t| 0.5 * (1.0_f64 - 1.0 / 120.0).powf(f64::from(t)));

@@ -184,7 +184,7 @@ impl Weights {
     /// `sigma`, m; at least a share `least` remains.
     ///
     /// ```text
-    /// w ← w max(least, e⁴ / (e⁴ + (2.5 d)⁴))      for both weights of position
+    /// w ← w max(least, e⁴ / (e⁴ + (2.5 σ)⁴))      for both weights of position
     /// ```
     /// An error below the uncertainty is as likely the estimate's as the craft's, and the next
     /// report removes part of it: chasing it is longer and no nearer; see

@@ -12,7 +12,10 @@ use crate::{
         model::CraftModel,
         prior::Prior,
     },
-    estimate::from_reports::{Estimate, Estimator},
+    estimate::{
+        from_reports::{Estimate, Estimator},
+        repeats::TRACK_POINTS_MAX,
+    },
     facts::{
         angle::{Heading, wrap},
         asc::{AscNow, Limits},
@@ -101,8 +104,14 @@ impl Snapshot {
             let (track, states) = request.remembered_track(&auv.id);
             // A state shows a turn sooner and better than a pattern foretells it. Only visits look
             // farther ahead: an Otter behind exact states of 0.9 m/s was 0.088 m off instead of 0.085.
-            let track = track.filter(|_| auv.state.is_none() || matches!(request.goal.goal, Goal::Visit(_)));
-            estimator.estimate(auv, path.as_ref(), request.remembered(&auv.id), (track, states))
+            let used = track.filter(|_| auv.state.is_none() || matches!(request.goal.goal, Goal::Visit(_)));
+            let mut estimate =
+                estimator.estimate(auv, path.as_ref(), request.remembered(&auv.id), (used, states));
+            // A plan that does not need the track of a state still remembers it.
+            if let (Some(_), Some(track), []) = (&auv.state, track, &estimate.track[..]) {
+                estimate.track = track[track.len().saturating_sub(TRACK_POINTS_MAX)..].to_vec();
+            }
+            estimate
         };
         let estimates = request.auvs.iter().zip(&paths).map(estimate).collect();
         let observation = CraftObservation {

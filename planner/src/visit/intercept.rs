@@ -46,12 +46,12 @@ impl SampledTrack {
     ) -> Self {
         let step = horizon / number(SAMPLES);
         let times = || (0..=SAMPLES).map(|i| number(i) * step);
-        // A velocity with the decay rate 1/τ displaces the AUV by v τ (1 − e^(−t/τ)) on average.
+        // A forecast that forgets its course is such a mean already.
         let foreseen = |time: f64| match past {
             Some(PastWork {
                 between_turns: tau,
                 area,
-            }) if 0.0 < time && forecast.model != ForecastModel::Path => {
+            }) if 0.0 < time && !matches!(forecast.model, ForecastModel::Path | ForecastModel::Hold) => {
                 let (here, straight) = (forecast.at(0.0), forecast.at(time));
                 let left = if forecast.forgets() {
                     1.0
@@ -409,6 +409,16 @@ mod tests {
             near(place.y, 0.0, 1e-9);
         }
         near(straight.at(1700.0).x, 850.0, 1e-6);
+    }
+
+    #[test]
+    fn an_auv_at_rest_is_expected_where_it_is() {
+        let corner = |k: u32| [400.0 * f64::from(k), 200.0 * f64::from(k % 2), 0.0];
+        let past = PastWork::of(&(0..9).map(corner).collect::<Vec<_>>(), &STILL);
+        assert!(past.is_some_and(|past| past.area.is_some()));
+        let state = moving(150.0, 0.0, 8.0, 0.0, 0.0);
+        let auv = AuvForecast::new(&state, Intent::default(), Forecast::Auto, &STILL);
+        near(track(&auv, past, &STILL).at(1700.0).x, 150.0, 1e-9);
     }
 
     #[test]

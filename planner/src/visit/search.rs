@@ -375,7 +375,7 @@ impl Search<'_> {
             cost: self.fleet.cost(&end),
             value,
             missed: self.fleet.missed(&end).0,
-            exact: self.exact,
+            exact: self.exact && self.fleet.candidates.len() <= ALL_NEXT_MAX,
         })
     }
 }
