@@ -338,6 +338,8 @@ async fn a_returned_plan_is_checked() {
         /previous_plan/targets/0  {{"id":"auv-1","estimate":{{"age_s":-1,"north_m":0,"east_m":0,"depth_m":0,"north_mps":0,"east_mps":0,"turn_rate_radps":0}}}}  out_of_range  /previous_plan/targets/0/estimate/age_s
         /previous_plan/origin  {{"lat_deg":0,"lon_deg":-361}}  out_of_range  /previous_plan/origin/lon_deg
         /previous_plan/targets/0/forecast                          "straight"  unknown_variant
+        /previous_plan/targets/0/states  [[1,2]]  length  /previous_plan/targets/0/states/0  6..6  must have 6 items, not 2: a past state, a list of its time, north, east, sigma, and velocity north and east
+        /previous_plan/targets/0/track   [[1,2]]  length  /previous_plan/targets/0/track/0  must have 3 items, not 2: a corner of a track, a list of its time, north and east
         /previous_plan/targets                                     {many}   length
     "#
     );

@@ -460,6 +460,8 @@ impl<'de> Deserializer<'de> for Node<'de> {
     fn deserialize_tuple<V: Visitor<'de>>(self, n_items: usize, visitor: V) -> Result<V::Value, ShapeError> {
         let what = match (n_items, self.in_fixed_list) {
             (2, _) => "a point, a list of its north and east",
+            (3, _) => "a corner of a track, a list of its time, north and east",
+            (6, _) => "a past state, a list of its time, north, east, sigma, and velocity north and east",
             (_, false) => "a symmetric positive semidefinite 4×4 matrix, a list of 4 rows",
             (_, true) => "a row of 4 numbers of a symmetric positive semidefinite 4×4 matrix",
         };
