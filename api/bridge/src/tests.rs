@@ -32,7 +32,7 @@ pub(crate) fn frame(system_id: u32, component_id: u8, message: &MavMessage) -> V
     raw.raw_bytes().to_vec()
 }
 
-/// Of a craft that is armed.
+/// The heartbeat of an armed craft.
 pub(crate) fn heartbeat(mavtype: MavType, autopilot: MavAutopilot, custom_mode: u32) -> MavMessage {
     MavMessage::HEARTBEAT(HEARTBEAT_DATA {
         mavtype,

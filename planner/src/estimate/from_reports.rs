@@ -49,8 +49,8 @@ pub struct Estimate {
     pub route: Option<Route>,
     /// Pattern that its track repeats, if it declares no path.
     pub repeats: Option<Repeats>,
-    /// Path that its reports were compared with: the repeated track, or the declared path with the
-    /// observed turns. `None` without either, and without reports.
+    /// Path that its reports or past states were compared with: the repeated track, or the declared
+    /// path with the observed turns. `None` without either.
     pub path: Option<KnownPath>,
     /// Sawtooth in its reported depths.
     pub dive: Option<Dive>,

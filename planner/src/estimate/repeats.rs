@@ -65,7 +65,7 @@ pub struct Repeats {
 pub struct RepeatedTrack {
     /// Kind of pattern.
     pub pattern: Pattern,
-    /// Number of repetitions in the stored track: at least 2.2.
+    /// Number of repetitions in the stored track, more than two.
     pub times: f64,
     /// Length of the pattern, m: of a lawn-mower's lane and turn, or of a lap.
     pub period_m: f64,

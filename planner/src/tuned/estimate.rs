@@ -76,8 +76,8 @@ numbers! {
         turn_rate_min = 0.005,
 
         /// Distance over which a vehicle off any path forgets its course, m, before any turn was
-        /// seen. Chosen on lanes, boxes, spirals and random way-points: without it, the craft is 6 to
-        /// 14 % farther off; from 40 to 100 m, 4 %.
+        /// seen. Chosen on six patterns: without it, the craft is 4 to 10 % farther off; from 40 to
+        /// 100 m the distance varies by 2 to 6 %.
         forgets_after = 60.0,
 
         /// Probability at the first report that a vehicle follows its path.
@@ -102,8 +102,8 @@ numbers! {
         /// Spread of that difference, (m/s)²/s, between still water (0.85 m of error, without the
         /// path 0.95 m) and an unknown current.
         pace_density = 1.0e-5,
-        /// The same of vehicles whose speed changes by 0.1 m/s in 100 s, as robot boats' does
-        /// within a leg (by 20 to 40 %; an AUV's by 4 %).
+        /// The spread for vehicles whose speed changes by 0.1 m/s in 100 s. The speed of robot boats
+        /// changes by 20 to 40 % within a leg, an AUV's by 4 %.
         pace_density_varied = 1.0e-4,
         /// The same for 0.3 m/s.
         pace_density_uneven = 1.0e-3,
@@ -140,15 +140,15 @@ numbers! {
         /// Standard deviation of what a corner of 90° adds to a loose vehicle's errors along and
         /// across its path, m. With 6, lanes are covered better and sharp corners worse.
         loose_turn = 4.0,
-        /// The same of a rough one.
+        /// Standard deviation of what it adds to a rough vehicle's errors, m.
         rough_turn = 12.0,
         /// Standard deviation of the way that a turn takes beyond the path's, m/rad; it is learnt at
         /// each corner. Without it, lanes with overshot corners are 22 m off after a minute instead
         /// of 7.5 m.
         exact_corner = 0.1,
-        /// The same of a loose vehicle.
+        /// The same standard deviation for a loose vehicle.
         loose_corner = 3.0,
-        /// The same of a rough one.
+        /// The same standard deviation for a rough vehicle.
         rough_corner = 6.0,
         /// Share of that way by which a turn carries the vehicle outwards.
         corner_out = 0.8,

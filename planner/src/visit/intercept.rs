@@ -31,7 +31,7 @@ pub(crate) struct SampledTrack {
 impl SampledTrack {
     /// The forecast of an AUV until `horizon`, s, in the craft's `frame`, in a `current` of that
     /// frame, m/s, at its `depth`, m. Without a path, its `past` work predicts turns into random
-    /// directions, and that it stays in its area.
+    /// directions, and that it stays in its area; p̄ is the forecast if that forgets its course.
     ///
     /// ```text
     /// p(t) = p̄(t) + (1 − e^(−t/T)) (c − p̄(t))      p̄(t) = p + v τ (1 − e^(−t/τ))

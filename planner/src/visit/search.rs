@@ -30,9 +30,11 @@ const BOUNDED_MAX: usize = 4;
 /// Times of service per visit with more candidates.
 const DWELLS_OF_MANY: usize = 3;
 
-/// Most candidates of which all others are tried after each visit, and how many are with more: with
-/// all 15 of them, schedules of 16 AUVs cost as much, in 2.5 times the time.
+/// Most candidates with which each visit is followed by every other candidate.
 const ALL_NEXT_MAX: usize = 8;
+
+/// Number of candidates tried after each visit if there are more. With all 15, schedules of 16 AUVs
+/// cost as much and take 2.5 times as long.
 const NEXT_OF_MANY: usize = 5;
 
 /// Times of service of a tour, s beyond the least one.

@@ -38,8 +38,8 @@ const STATE_INTERVAL_S: f64 = 1.0;
 
 /// Time that an improvement lasts before it is told, s.
 const BETTER_S: f64 = 1.0;
-/// The same after an alarm or a reservation, for the ground station: an alarm that comes and goes is
-/// one alarm (as in ISA-18.2).
+/// Time that an improvement after an alarm or a reservation lasts before the ground station is told,
+/// s: an alarm that comes and goes is one alarm (as in ISA-18.2).
 const CLEAR_S: f64 = 10.0;
 
 /// Time between two texts to the ground station, s: of a lasting alarm, and of a changing cause or

@@ -1371,7 +1371,7 @@ class RepeatedTrack(TypedDict):
     residual_m: float
     # Distance between lanes, m; 0 without lanes.
     spacing_m: float
-    # Number of repetitions in the stored track: at least 2.2.
+    # Number of repetitions in the stored track, more than two.
     times: float
 
 
