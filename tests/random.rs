@@ -371,6 +371,7 @@ impl Draw {
                     .collect(),
             ),
             schedule: None,
+            figure: None,
         }
     }
 

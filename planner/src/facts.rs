@@ -8,6 +8,7 @@ pub(crate) mod evidence;
 pub(crate) mod field_error;
 pub(crate) mod goal;
 pub(crate) mod known_path;
+pub(crate) mod localise;
 pub(crate) mod options;
 pub(crate) mod origin;
 pub mod path;

@@ -20,6 +20,7 @@
 //! | `snapshot/` | all facts of one moment, checked, with the estimates from them |
 //! | `predict/` | forecasts of the AUVs and the goal, with uncertainty |
 //! | `visit/` | schedules of visits: the order and the times |
+//! | `localise/` | figures on which measurements from the craft fix AUVs |
 //! | `los/` | line-of-sight laws: baseline, first initial guess and fallback |
 //! | `problem/` | the sampled problem in the craft's frame; [`parameters`] has the tuned numbers |
 //! | `program/` | one convex subproblem as a second-order cone program in standard form |
@@ -64,6 +65,7 @@ mod choose;
 pub mod craft;
 pub mod estimate;
 mod facts;
+mod localise;
 pub mod los;
 mod predict;
 mod problem;

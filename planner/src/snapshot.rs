@@ -16,6 +16,7 @@ pub use crate::facts::{
     field_error::{FieldError, pointer_token, shortened},
     goal::{Goal, Offset, Task},
     known_path::{DeclaredPath, KnownPath},
+    localise::{Figure, FigureKind, Fixes, Localise, LocalisedVehicle},
     options::{Fallback, Forecast, ForecastModel, Hold},
     origin::Origin,
     previous_plan::{PreviousCraft, PreviousEstimate, PreviousPlan, PreviousReference, PreviousTarget},

@@ -1,4 +1,5 @@
-//! Numbers that were chosen by flights, for the folders `craft`, `estimate`, `predict` and `visit`.
+//! Numbers that were chosen by flights, for the folders `craft`, `estimate`, `predict`,
+//! `localise` and `visit`.
 //!
 //! The line of a number has its unit, on what it was chosen, and how sensitive it is;
 //! `docs/rationale.md` has the measurements. Numbers whose lines say nothing of a choice are
@@ -49,11 +50,13 @@ macro_rules! numbers {
 mod craft;
 mod estimate;
 mod forecast;
+mod localise;
 mod visit;
 
 pub use craft::CraftNumbers;
 pub use estimate::EstimateNumbers;
 pub use forecast::ForecastNumbers;
+pub use localise::LocaliseNumbers;
 pub use visit::VisitNumbers;
 
 /// All tables.
@@ -66,6 +69,8 @@ pub struct Tuned {
     pub estimate: EstimateNumbers,
     /// Forecasts of AUVs.
     pub forecast: ForecastNumbers,
+    /// Figures that localise AUVs.
+    pub localise: LocaliseNumbers,
     /// Visits.
     pub visit: VisitNumbers,
 }
@@ -76,6 +81,7 @@ impl Tuned {
         craft: CraftNumbers::DEFAULT,
         estimate: EstimateNumbers::DEFAULT,
         forecast: ForecastNumbers::DEFAULT,
+        localise: LocaliseNumbers::DEFAULT,
         visit: VisitNumbers::DEFAULT,
     };
 
@@ -86,6 +92,7 @@ impl Tuned {
             "craft" => self.craft.by_name(name),
             "estimate" => self.estimate.by_name(name),
             "forecast" => self.forecast.by_name(name),
+            "localise" => self.localise.by_name(name),
             "visit" => self.visit.by_name(name),
             _ => None,
         };

@@ -54,8 +54,8 @@ pub struct LosGuide {
     course: Option<Course>,
     /// Time, s, and value (north, east), m/s, of the last known current, as the planner keeps it.
     current: Option<(f64, Vector2<f64>)>,
-    /// The schedule of the last call, and its time, s, if the goal visits.
-    schedule: Option<(f64, Schedule)>,
+    /// Time, schedule and figure of the last call, if the goal visits or localises.
+    chosen: Option<PreviousPlan>,
     parameters: Parameters,
 }
 
@@ -75,7 +75,7 @@ impl LosGuide {
             tracking: TrackingLaw::new(tuning, None),
             course: None,
             current: None,
-            schedule: None,
+            chosen: None,
             parameters: Parameters::default(),
         }
     }
@@ -90,20 +90,14 @@ impl LosGuide {
         self.current.map(|(_, current)| current)
     }
 
-    /// Previous plan from which a planner makes the same schedule; none if the goal does not visit.
+    /// Previous plan from which a planner makes the same schedule or figure; none for other goals.
     pub fn previous_plan(&self) -> Option<PreviousPlan> {
-        let (then, schedule) = self.schedule.as_ref()?;
-        let nowhere = TrajectoryPoint::new(*then, Vector2::zeros(), 0.0, Heading::new(0.0));
-        Some(PreviousPlan {
-            trajectory: vec![nowhere],
-            schedule: Some(schedule.clone()),
-            ..PreviousPlan::default()
-        })
+        self.chosen.clone()
     }
 
-    /// The goal; if it visits, by the planner's schedule.
+    /// The goal; if it visits or localises, by the planner's schedule or figure.
     fn goal(&mut self, snapshot: &Snapshot) -> Result<GoalForecast, GuideError> {
-        let Goal::Visit(_) = &snapshot.goal.goal else {
+        let (Goal::Visit(_) | Goal::Localise(_)) = &snapshot.goal.goal else {
             return Ok(GoalForecast::holding(snapshot, self.course));
         };
         let snapshot = snapshot.again(PlanRequest {
@@ -111,7 +105,13 @@ impl LosGuide {
             ..PlanRequest::clone(snapshot)
         })?;
         let (goal, schedule) = scheduled_goal(&snapshot, &self.parameters, self.course, &Stop::never());
-        self.schedule = schedule.map(|schedule| (snapshot.t_s, schedule));
+        let nowhere = TrajectoryPoint::new(snapshot.t_s, Vector2::zeros(), 0.0, Heading::new(0.0));
+        self.chosen = Some(PreviousPlan {
+            trajectory: vec![nowhere],
+            schedule,
+            figure: goal.figure().cloned(),
+            ..PreviousPlan::default()
+        });
         Ok(goal)
     }
 }
@@ -134,7 +134,7 @@ impl Guide for LosGuide {
         let limits = snapshot.limits();
         let through_water = self.tracking.steer(snapshot.t_s, &asc, &target, limits);
         let craft = snapshot.craft_prior().craft;
-        let schedule = self.schedule.as_ref().map(|(_, schedule)| schedule);
+        let schedule = self.chosen.as_ref().and_then(|chosen| chosen.schedule.as_ref());
         Ok(Guidance {
             reference: craft.command(&through_water, &asc.current, limits.speed_max),
             method: Some(Method::from(self.tracking.law())),

@@ -34,13 +34,14 @@ macro_rules! examples {
 }
 
 /// Every example. The first one is the simplest.
-pub const EXAMPLES: [Example; 11] = examples! {
+pub const EXAMPLES: [Example; 12] = examples! {
     "track": "Follow one AUV, from behind and pointing away";
     "intermittent": "Two AUVs in turn, 25 s before the hand-over";
     "midpoint": "The midpoint of two AUVs, one of them turning";
     "weighted": "A weighted mean of two AUVs";
     "range": "In range of three AUVs, as near as possible to the farthest";
     "visit": "Three AUVs one after the other, so that their navigation stays certain";
+    "localise": "Round an AUV, so that the ranges that it measures of the craft fix it";
     "offset": "To starboard of an AUV that is about to turn to starboard";
     "cross-current": "Follow one AUV across a known current";
     "about-face": "Ahead of the AUV and facing it";

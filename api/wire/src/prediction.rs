@@ -3,7 +3,7 @@
 use nalgebra::{Matrix2, Vector2};
 use planner::{
     plan::{Plan, PlannedTarget, RouteFit, Violation},
-    snapshot::{Auv, Dive, Schedule, Snapshot},
+    snapshot::{Auv, Dive, Figure, Schedule, Snapshot},
 };
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -31,6 +31,9 @@ pub struct Prediction {
     /// Visits of underwater vehicles, for a goal of the kind `visit`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub schedule: Option<Schedule>,
+    /// The figure that the craft sails, for a goal of the kind `localise`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub figure: Option<Figure>,
     /// Trajectory of the line-of-sight law.
     pub line_of_sight: Vec<[f64; 2]>,
     /// The underwater vehicles.
@@ -150,6 +153,7 @@ impl Prediction {
             asc: pick(&|i| answer.trajectory.get(i).map(|p| at(p.north_m, p.east_m))),
             goal: pick(&|i| answer.goal.trajectory.get(i).map(|p| at(p.north_m, p.east_m))),
             schedule: answer.schedule.clone().map(few_digits),
+            figure: answer.figure.clone(),
             line_of_sight: pick(&|i| plan.baseline.trajectory.get(i).map(|p| placed(&p.position()))),
             auvs: known
                 .map(|((auv, target), covariances)| PredictedAuv::of(auv, target, covariances, &kept, placed))

@@ -4,7 +4,7 @@ use planner::{
     craft::{HeadingReference, SpeedReference},
     explain::Explanation,
     plan::{GoalPoint, Method, PlannedTarget, Predicted, SolverReport, Violation},
-    snapshot::{Current, Origin, Schedule, TrajectoryPoint},
+    snapshot::{Current, Figure, Origin, Schedule, TrajectoryPoint},
 };
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
@@ -47,6 +47,9 @@ pub struct PlanResponse {
     /// Visits of underwater vehicles, for a goal of the kind `visit`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub schedule: Option<Schedule>,
+    /// The figure that the craft sails, for a goal of the kind `localise`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub figure: Option<Figure>,
     /// Answer of the line-of-sight law.
     pub baseline: Baseline,
     /// Report of the solver; absent if no program was involved.

@@ -180,6 +180,7 @@ impl<'a> Answer<'a> {
             goal: GoalTrajectory { trajectory: goal },
             targets,
             schedule,
+            figure: self.plan.figure.clone(),
             baseline: Baseline {
                 method: Method::SaturatedLos,
                 speed_mps: baseline.reference.speed,
@@ -264,7 +265,22 @@ fn warnings(snapshot: &Snapshot, plan: &Plan) -> Vec<Warning> {
     warnings.extend(unusable_memory(snapshot));
     warnings.extend(about_the_craft(snapshot, plan));
     warnings.extend(about_visits(snapshot, plan));
+    warnings.extend(unknown_navigation(snapshot, plan));
     warnings
+}
+
+/// A warning of localised vehicles whose present uncertainty nobody states.
+fn unknown_navigation(snapshot: &Snapshot, plan: &Plan) -> Option<Warning> {
+    let vehicles = plan.figure.iter().flat_map(|figure| &figure.vehicles);
+    let unknown = vehicles.filter(|vehicle| vehicle.sigma_now_m.is_none());
+    let names: Vec<_> = unknown.map(|vehicle| &*vehicle.auv.0).collect();
+    let sigma = snapshot.tuned().localise.unknown_sigma;
+    let detail = format!(
+        "nobody says how sure {} of its position, so {sigma:.0} m along either axis is assumed: give \
+         `costs_now`, or the `covariance` of its `state`",
+        names.join(", ") + if names.len() == 1 { " is" } else { " are" }
+    );
+    (!names.is_empty()).then(|| warning("uncertainty_unknown", "/goal/costs_now", detail))
 }
 
 /// Warnings of vehicles that the schedule serves late or omits.

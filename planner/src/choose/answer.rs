@@ -10,6 +10,7 @@ use crate::{
     facts::{
         angle::Course,
         auv::{Dive, VehicleId},
+        localise::Figure,
         options::Forecast,
         previous_plan::{PreviousCraft, PreviousEstimate, PreviousPlan, PreviousTarget},
         reference::{Reference, TrajectoryPoint},
@@ -71,6 +72,8 @@ pub struct Plan {
     pub range_unattainable: Vec<usize>,
     /// Schedule of a visit goal; return it in the next request.
     pub schedule: Option<Schedule>,
+    /// Figure of a goal that localises AUVs; return it in the next request.
+    pub figure: Option<Figure>,
 }
 
 impl From<&Plan> for PreviousPlan {
@@ -90,6 +93,7 @@ impl From<&Plan> for PreviousPlan {
             reference: Some(plan.reference.into()),
             targets: Some(plan.targets.iter().map(PreviousTarget::from).collect()),
             schedule: plan.schedule.clone(),
+            figure: plan.figure.clone(),
         }
     }
 }

@@ -17,6 +17,7 @@ use crate::{
         schedule::Schedule,
         water::Current,
     },
+    localise::choose::Localiser,
     los::{
         law::{LosLaw, LosTuning},
         saturated::saturated_los,
@@ -123,10 +124,11 @@ pub(crate) fn select_answer(
         violations: violations.collect(),
         range_unattainable: horizon.constraints.range_unattainable,
         schedule,
+        figure: goal.figure().cloned(),
     }
 }
 
-/// The goal of `snapshot`, and its schedule if it visits AUVs; `held` as in
+/// The goal of `snapshot`, on its figure if it localises AUVs, and its schedule if it visits them; `held` as in
 /// [`GoalForecast::holding`].
 pub fn scheduled_goal(
     snapshot: &Snapshot,
@@ -145,7 +147,17 @@ pub fn scheduled_goal(
     };
     let scheduled = scheduler.schedule(snapshot, &auvs);
     let turns = scheduled.as_ref().map_or(&[][..], |scheduled| &scheduled.turns);
-    let goal = GoalForecast::scheduled(snapshot, auvs, held, turns);
+    let localiser = Localiser {
+        speed: planned.speed_max,
+        turn_rate: planned.turn_rate_max,
+        is_stale: &|auv| parameters.is_stale(&snapshot.estimates()[auv]),
+        due: &|| stop.is_due(),
+    };
+    let figure = localiser.figure(snapshot, &auvs);
+    let mut goal = GoalForecast::scheduled(snapshot, auvs, held, turns);
+    if let Some((figure, auvs)) = figure {
+        goal = goal.on_figure(figure, &auvs);
+    }
     (goal, scheduled.map(|scheduled| scheduled.schedule))
 }
 

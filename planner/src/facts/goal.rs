@@ -12,6 +12,7 @@ use utoipa::{
 use crate::facts::{
     angle::direction,
     auv::VehicleId,
+    localise::Localise,
     ranges::{GOAL_IN_TURN, GOAL_RANGE, MapNumber, OFFSET_AHEAD, OFFSET_NED, OFFSET_POLAR, Range, WEIGHT},
     tagged::{read, read_tagged, tagged},
     visit::{Visits, map_each},
@@ -61,6 +62,9 @@ tagged! {
             #[schema(value_type = f64)]
             range_m: N,
         },
+        /// Move so that ranges or fixes between the craft and the vehicles fix them best.
+        #[schema(value_type = Localise)]
+        Localise(Localise<N>),
         /// Serve several vehicles one after the other, in the order and at the times of least cost.
         #[schema(value_type = Visits)]
         Visit(Visits<N>),
@@ -93,6 +97,7 @@ impl<N> Goal<N> {
                 auvs: auvs.clone(),
                 range_m: of("range", &GOAL_RANGE[0], range_m)?,
             },
+            Self::Localise(localise) => Goal::Localise(localise.map(number)?),
             Self::Visit(visits) => Goal::Visit(visits.map(number)?),
         })
     }
@@ -107,6 +112,7 @@ impl Goal {
                 (auvs.as_slice(), None)
             }
             Self::Weighted { weights } => ([].as_slice(), Some(weights)),
+            Self::Localise(localise) => (localise.auvs.as_slice(), None),
             Self::Visit(visits) => (visits.auvs.as_slice(), None),
         };
         listed.iter().chain(weighted.into_iter().flat_map(BTreeMap::keys))
@@ -116,6 +122,7 @@ impl Goal {
     pub fn vehicles(&self) -> impl Iterator<Item = &VehicleId> {
         self.named().filter(|id| match self {
             Self::Weighted { weights } => 0.0 < weights[*id],
+            Self::Localise(localise) => 0.0 < localise.weight(id),
             Self::Visit(visits) => 0.0 < visits.weight(id),
             Self::Track { .. } | Self::Intermittent { .. } | Self::Midpoint { .. } | Self::Range { .. } => {
                 true

@@ -7,6 +7,7 @@ use utoipa::ToSchema;
 use crate::facts::{
     angle::{Course, Heading},
     auv::VehicleId,
+    localise::Figure,
     options::{Forecast, ForecastModel},
     origin::Origin,
     reference::{Reference, TrajectoryPoint},
@@ -41,6 +42,9 @@ pub struct PreviousPlan {
     /// Its schedule, for a goal of the kind `visit`. Without it, costs restart.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub schedule: Option<Schedule>,
+    /// Its figure, for a goal of the kind `localise`. Without it, nothing stabilises the figure.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub figure: Option<Figure>,
 }
 
 impl PreviousPlan {

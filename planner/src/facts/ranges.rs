@@ -162,6 +162,26 @@ pub(crate) const GOAL_RANGE: [Range; 1] = [("range_m", 1.0..=2.0e4)];
 /// A goal that visits vehicles.
 pub(crate) const GOAL_VISIT: [Range; 2] = [("within_m", 1.0..=5.0e3), ("dwell_min_s", 0.0..=3600.0)];
 
+/// A goal that localises vehicles.
+pub(crate) const GOAL_LOCALISE: [Range; 5] = [
+    ("growth_m2ps", 1.0e-6..=1.0e6),
+    ("sigma_m", REPORT_SIGMA_MIN..=REPORT_SIGMA_MAX),
+    ("sigma_rad", 0.0..=1.0),
+    ("interval_s", 0.1..=3600.0),
+    ("stand_off_m", 0.0..=OFFSET_MAX),
+];
+
+/// The figure of an earlier answer.
+pub(crate) const FIGURE: [Range; 7] = [
+    ("axis_rad", -2.0 * TAU..=2.0 * TAU),
+    ("ahead_m", FORESEEN),
+    ("starboard_m", FORESEEN),
+    ("semi_ahead_m", 0.0..=COORDINATE_MAX),
+    ("semi_starboard_m", 0.0..=COORDINATE_MAX),
+    ("rate_radps", -20.0..=20.0),
+    ("phase_rad", -2.0 * TAU..=2.0 * TAU),
+];
+
 /// Cost of an unserved vehicle. The bounds prevent overflow of costs that grow for years.
 pub(crate) const VISIT_UNCERTAINTY: [Range; 4] = [
     ("growth_m2ps", 1.0e-6..=1.0e6),
@@ -342,7 +362,7 @@ pub(crate) const PREVIOUS_ASKED: [Range; 2] = [("asked_speed_mps", 0.0..=40.0), 
 
 /// Ranges of numbers by the name of their shape in `/openapi.json`. A shape may occur twice.
 pub fn ranges_by_shape() -> impl Iterator<Item = (&'static str, Range)> {
-    let tables: [(&str, &'static [Range]); 35] = [
+    let tables: [(&str, &'static [Range]); 37] = [
         (
             "PlanRequest",
             &[("t_s", TIME), ("surfacing_separation_m", SURFACING_SEPARATION)],
@@ -359,6 +379,8 @@ pub fn ranges_by_shape() -> impl Iterator<Item = (&'static str, Range)> {
         ("Goal", &GOAL_IN_TURN),
         ("Goal", &GOAL_RANGE),
         ("Goal", &GOAL_VISIT),
+        ("Localise", &GOAL_LOCALISE),
+        ("Figure", &FIGURE),
         ("VisitCost", &VISIT_UNCERTAINTY),
         ("VisitCost", &VISIT_DATA),
         ("Visit", &VISIT),

@@ -174,15 +174,15 @@ tagged! {
 }
 read_tagged!(VisitCost<N>, VisitCostOutside, "kind");
 
-fn sigma<N: From<f64>>() -> N {
+pub(crate) fn sigma<N: From<f64>>() -> N {
     SIGMA.into()
 }
 
-fn sigma_bearing<N: From<f64>>() -> N {
+pub(crate) fn sigma_bearing<N: From<f64>>() -> N {
     SIGMA_BEARING.into()
 }
 
-fn interval<N: From<f64>>() -> N {
+pub(crate) fn interval<N: From<f64>>() -> N {
     INTERVAL.into()
 }
 

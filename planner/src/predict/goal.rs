@@ -10,6 +10,7 @@ use crate::{
         auv::VehicleId,
         evidence::{AuvState, SPEED_AT_REST},
         goal::{Goal, Offset},
+        localise::Figure,
         options::Forecast,
         previous_plan::PreviousPlan,
         ranges::AUVS_MAX,
@@ -36,6 +37,8 @@ pub struct GoalForecast {
     members: Vec<GoalMember>,
     rule: Rule,
     offset: Option<Offset>,
+    /// The figure on which the goal moves about the followed point.
+    figure: Option<Figure>,
     /// Last course of the followed point in motion.
     course: Course,
 }
@@ -141,6 +144,7 @@ impl GoalForecast {
             members,
             auvs,
             offset: snapshot.goal.offset,
+            figure: None,
             course: Course::new(0.0),
         };
         let now = forecast.followed(0.0);
@@ -151,11 +155,34 @@ impl GoalForecast {
         forecast
     }
 
+    /// The same goal on `figure` about the mean of the AUVs with these indices, in the snapshot.
+    pub(crate) fn on_figure(mut self, figure: Figure, auvs: &[usize]) -> Self {
+        self.members.retain(|member| auvs.contains(&member.auv));
+        let sum: f64 = self.members.iter().map(|member| member.share).sum();
+        for member in &mut self.members {
+            member.share /= sum;
+        }
+        self.figure = Some(figure);
+        self
+    }
+
+    /// The figure of a goal that localises.
+    pub fn figure(&self) -> Option<&Figure> {
+        self.figure.as_ref()
+    }
+
     /// The goal's motion `ahead` seconds after the snapshot.
     ///
     /// The velocity of an offset that turns includes ω × r.
     pub fn at(&self, ahead: f64) -> Motion {
         let followed = self.followed(ahead);
+        if let Some(figure) = &self.figure {
+            let (place, velocity) = figure.at(ahead);
+            return Motion {
+                position: followed.position + place,
+                velocity: followed.velocity + velocity,
+            };
+        }
         let Some(offset) = self.offset else {
             return followed;
         };
@@ -324,6 +351,7 @@ fn members(snapshot: &Snapshot, forecasts: &[AuvForecast]) -> Vec<GoalMember> {
             | Goal::Intermittent { .. }
             | Goal::Range { .. }
             | Goal::Visit(_) => 1.0,
+            Goal::Localise(localise) => localise.weight(id),
         };
         GoalMember {
             auv,
@@ -347,6 +375,8 @@ impl Rule {
                 since_epoch: snapshot.t_s - epoch_s,
                 dwell: *dwell_s,
             },
+            // About the mean, once the planner has chosen a figure.
+            Goal::Localise(_) => Self::Mean,
             Goal::Range { .. } => Self::NearestToAll,
             Goal::Visit(_) => {
                 let member = |auv: usize| members.iter().position(|member| member.auv == auv);

@@ -168,6 +168,8 @@ impl Parameters {
     /// covariance an AUV counts as exactly known.
     pub fn weights_for(&self, snapshot: &Snapshot, goal: &GoalForecast) -> Weights {
         let estimates = goal.needs_now().map(|auv| &snapshot.estimates()[auv]);
+        // A figure is to be sailed however uncertain its AUVs are: that is its purpose.
+        let estimates = estimates.filter(|_| goal.figure().is_none());
         // A stale AUV has no estimate that could be uncertain.
         let sigma = estimates
             .filter(|estimate| !self.is_stale(estimate))

@@ -89,8 +89,16 @@ impl StageConstraints {
                 sampling.fixed_disc(&keep_out.centre(), keep_out.radius_m)
             })
             .collect();
-        if let Some(separation) = snapshot.surfacing_separation_m {
-            let moving = |auv: &usize| sampling.surfacing_disc(&forecasts[*auv], separation);
+        let stand_off = match &snapshot.goal.goal {
+            Goal::Localise(localise) => localise.stand_off_m,
+            _ => 0.0,
+        };
+        let separation = snapshot.surfacing_separation_m;
+        if separation.is_some() || 0.0 < stand_off {
+            let moving = |auv: &usize| {
+                let always = if named(*auv) { stand_off } else { 0.0 };
+                sampling.separation_disc(&forecasts[*auv], separation.unwrap_or(0.0), always)
+            };
             discs.extend(auvs.iter().map(moving));
         }
         let ranges = snapshot.range_max().map_or_else(Vec::new, |range_max| {
@@ -283,14 +291,12 @@ impl Sampling<'_> {
         }
     }
 
-    /// The disc about an AUV where it may be at the surface.
-    fn surfacing_disc(&self, forecast: &AuvForecast, separation: f64) -> Disc {
+    /// The disc about an AUV of the radius `always`, m, and `surfaced` where it may be at the surface.
+    fn separation_disc(&self, forecast: &AuvForecast, surfaced: f64, always: f64) -> Disc {
         let radius = |time: &f64| {
-            if forecast.surfaced(*time) {
-                separation
-            } else {
-                NOT_THERE
-            }
+            let surfaced = if forecast.surfaced(*time) { surfaced } else { 0.0 };
+            let radius = always.max(surfaced);
+            if 0.0 < radius { radius } else { NOT_THERE }
         };
         Disc {
             centres: self.positions_of(forecast),

@@ -1,6 +1,7 @@
 //! The checks of a request, field by field.
 
 mod evidence;
+mod localise;
 mod visit;
 
 use std::{
@@ -20,6 +21,7 @@ use crate::{
         field_error::{FieldError, pointer_token},
         goal::{Goal, Offset, Task},
         known_path::{DeclaredPath, KnownPath},
+        localise::Localise,
         previous_plan::{PreviousPlan, PreviousTarget},
         ranges::{
             ANGLE, AREA_CORNERS, ASC, ASC_GROUND, AUVS_MAX, CURRENT, DIVE, GOAL_IN_TURN, GOAL_RANGE,
@@ -164,6 +166,9 @@ impl Check {
                 at_most(VISITS_MAX, "schedule/visits", schedule.visits.len());
                 at_most(AUVS_MAX, "schedule/costs", schedule.costs.len());
             }
+            if let Some(figure) = &previous.figure {
+                at_most(AUVS_MAX, "figure/vehicles", figure.vehicles.len());
+            }
         }
     }
 
@@ -173,6 +178,7 @@ impl Check {
             Goal::Intermittent { auvs, .. }
             | Goal::Midpoint { auvs }
             | Goal::Range { auvs, .. }
+            | Goal::Localise(Localise { auvs, .. })
             | Goal::Visit(Visits { auvs, .. }) => {
                 self.length(format_args!("/goal/auvs"), auvs.len(), &(1..=AUVS_MAX));
             }
@@ -306,9 +312,13 @@ impl Check {
                 self.vehicles(named, auvs);
                 self.numbers("/goal", &GOAL_RANGE, [*range_m]);
             }
+            Goal::Localise(localise) => self.localise(localise, auvs),
             Goal::Visit(visits) => self.visits(visits, auvs),
         }
-        if let Some(offset) = &task.offset {
+        if let (Goal::Localise(_), Some(_)) = (&task.goal, &task.offset) {
+            let detail = "a goal that localises chooses the craft's place itself";
+            self.fail(format_args!("/goal/offset"), "unexpected", detail);
+        } else if let Some(offset) = &task.offset {
             self.offset(offset, &task.goal, auvs);
         }
     }
@@ -357,7 +367,7 @@ impl Check {
                     }
                 }
             }
-            Goal::Midpoint { .. } | Goal::Weighted { .. } | Goal::Range { .. } => {
+            Goal::Midpoint { .. } | Goal::Weighted { .. } | Goal::Range { .. } | Goal::Localise(_) => {
                 let detail = "an offset along a path needs a goal that follows one vehicle at a time";
                 self.fail(place, "no_path", detail);
             }
@@ -406,6 +416,9 @@ impl Check {
         }
         if let Some(schedule) = &previous.schedule {
             self.schedule(schedule);
+        }
+        if let Some(figure) = &previous.figure {
+            self.figure(figure);
         }
     }
 

@@ -85,6 +85,10 @@ fn goal_point<'a>(goal: &Goal, world: &'a World, serves: Option<usize>) -> GoalP
         )),
         Goal::Midpoint { auvs } => mean(world, auvs.iter().map(|id| (named(id), 1.0))),
         Goal::Weighted { weights } => mean(world, weights.iter().map(|(id, weight)| (named(id), *weight))),
+        Goal::Localise(localise) => {
+            let weighted = |id| (named(id), localise.weight(id));
+            mean(world, localise.auvs.iter().map(weighted))
+        }
         Goal::Visit(visits) => {
             let served = serves.and_then(|place| world.auvs.get(place));
             one(served.unwrap_or_else(|| nearest(visits.auvs.iter().map(named), world)))

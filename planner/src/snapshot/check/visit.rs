@@ -11,7 +11,7 @@ use crate::facts::{
     visit::{VisitCost, Visits},
 };
 
-const NOT_NAMED: &str = "only vehicles in goal/auvs are visited";
+const NOT_NAMED: &str = "only vehicles in goal/auvs count";
 
 impl Check {
     pub(super) fn visits(&mut self, visits: &Visits, auvs: &[Auv]) {
@@ -50,7 +50,7 @@ impl Check {
         }
     }
 
-    fn each_named(
+    pub(super) fn each_named(
         &mut self,
         member: &str,
         values: &BTreeMap<VehicleId, f64>,

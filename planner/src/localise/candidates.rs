@@ -1,0 +1,140 @@
+//! The figures that are tried.
+
+use crate::{
+    facts::localise::{Figure, FigureKind, Fixes},
+    localise::scene::Scene,
+};
+
+/// Least radius of a figure, m, the ratio of two, and their number.
+const RADIUS_MIN: f64 = 10.0;
+const RADIUS_RATIO: f64 = 1.4;
+const RADII: i32 = 12;
+
+/// Ratio of the radii and speeds of a figure to those of its neighbours.
+const NEIGHBOUR: f64 = 1.1;
+
+/// Least share of the craft's speed along a figure, beside fast AUVs.
+const SPEED_SHARE_MIN: f64 = 0.1;
+
+impl Scene {
+    /// A point at the members' mean.
+    pub(crate) fn above(&self) -> Figure {
+        self.figure(FigureKind::Above, 0.0, [0.0; 4], 0.0)
+    }
+
+    /// Figures of all kinds, their axes counted from the bow, without phases.
+    pub(crate) fn candidates(&self) -> Vec<Figure> {
+        let mut candidates = Vec::new();
+        let radii = (0..RADII).map(|i| RADIUS_MIN * RADIUS_RATIO.powi(i));
+        let radii = radii.filter(|radius| self.stand_off <= *radius && *radius <= self.range_max);
+        if self.fixes == Fixes::Usbl && self.stand_off <= 0.0 {
+            candidates.push(self.above());
+        }
+        let mut both = |kind, axis, shape: [f64; 4]| {
+            candidates.extend([1.0, -1.0].map(|sense| self.figure(kind, axis, shape, sense)));
+        };
+        for radius in radii.clone() {
+            both(FigureKind::Circle, 0.0, [0.0, 0.0, radius, radius]);
+        }
+        if let Some((axis, spread)) = self.line() {
+            for radius in radii.clone().skip(1).step_by(2).take(4) {
+                both(FigureKind::Ellipse, axis, [0.0, 0.0, spread + radius, radius]);
+            }
+        }
+        if let Some(course) = self.course() {
+            for radius in radii.skip(1).step_by(2).take(3) {
+                candidates.push(self.figure(
+                    FigureKind::ZigzagAstern,
+                    course,
+                    [-radius, 0.0, 0.0, radius],
+                    1.0,
+                ));
+                for side in [radius, -radius] {
+                    candidates.push(self.figure(
+                        FigureKind::ZigzagAbeam,
+                        course,
+                        [0.0, side, radius, 0.0],
+                        1.0,
+                    ));
+                }
+            }
+        }
+        candidates
+    }
+
+    /// `figure` with its axis by today's AUVs, and its neighbours in size and speed.
+    pub(crate) fn neighbours(&self, figure: &Figure) -> Vec<Figure> {
+        let axis = match figure.kind {
+            FigureKind::Above | FigureKind::Circle => Some(figure.axis_rad),
+            FigureKind::Ellipse => self.line().map(|(axis, _)| nearest_end(axis, figure.axis_rad)),
+            FigureKind::ZigzagAstern | FigureKind::ZigzagAbeam => self.course(),
+        };
+        let Some(axis_rad) = axis else {
+            return Vec::new();
+        };
+        let figure = Figure {
+            axis_rad,
+            ..figure.clone()
+        };
+        let most = self.rate(&figure);
+        let sized = |ratio: f64| Figure {
+            ahead_m: figure.ahead_m * ratio,
+            starboard_m: figure.starboard_m * ratio,
+            semi_ahead_m: figure.semi_ahead_m * ratio,
+            semi_starboard_m: figure.semi_starboard_m * ratio,
+            rate_radps: figure.rate_radps / ratio,
+            ..figure.clone()
+        };
+        let paced = |ratio: f64| Figure {
+            rate_radps: (figure.rate_radps * ratio).clamp(-most, most),
+            ..figure.clone()
+        };
+        let mut all = vec![paced(1.0)];
+        if figure.kind != FigureKind::Above {
+            all.extend([
+                sized(NEIGHBOUR),
+                sized(1.0 / NEIGHBOUR),
+                paced(NEIGHBOUR),
+                paced(1.0 / NEIGHBOUR),
+            ]);
+        }
+        all
+    }
+
+    fn figure(&self, kind: FigureKind, axis: f64, shape: [f64; 4], sense: f64) -> Figure {
+        let [ahead_m, starboard_m, semi_ahead_m, semi_starboard_m] = shape;
+        let mut figure = Figure {
+            kind,
+            axis_rad: axis,
+            ahead_m,
+            starboard_m,
+            semi_ahead_m,
+            semi_starboard_m,
+            rate_radps: 0.0,
+            phase_rad: 0.0,
+            vehicles: Vec::new(),
+            sentence: String::new(),
+        };
+        figure.rate_radps = sense * self.rate(&figure);
+        figure
+    }
+
+    /// Largest rate at which the craft sails `figure` about the moving AUVs, rad/s.
+    fn rate(&self, figure: &Figure) -> f64 {
+        let horizon = self.mean.len() - 1;
+        let drift = (self.mean[horizon] - self.mean[0]).norm() / (self.interval * horizon as f64);
+        let now = self.mean_at(0.0).1.norm();
+        let left = (self.speed - drift.max(now)).max(SPEED_SHARE_MIN * self.speed);
+        let size = figure.semi_ahead_m.max(figure.semi_starboard_m);
+        if 0.0 < size { left / size } else { 0.0 }
+    }
+}
+
+/// The end of a line with the direction `axis` that is nearest to `before`.
+fn nearest_end(axis: f64, before: f64) -> f64 {
+    if (axis - before).cos() < 0.0 {
+        axis + std::f64::consts::PI
+    } else {
+        axis
+    }
+}

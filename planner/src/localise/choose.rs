@@ -1,0 +1,192 @@
+//! The selected figure: the best, unless the previous one is almost as good.
+
+use std::f64::consts::TAU;
+
+use nalgebra::Vector2;
+
+use crate::{
+    facts::{
+        angle::wrap,
+        goal::Goal,
+        localise::{Figure, FigureKind, LocalisedVehicle},
+    },
+    localise::{scene::Scene, sentence::sentence, trial::Outcome},
+    predict::forecast::AuvForecast,
+    snapshot::build::Snapshot,
+};
+
+/// Phases that are tried for a new figure.
+const PHASES: i32 = 36;
+
+/// Time for which a difference of velocities counts as one of places, s.
+const VELOCITY_TIME: f64 = 5.0;
+
+/// Largest share of the time since the previous plan by which the phase waits or hurries.
+const PHASE_SLIP: f64 = 0.5;
+
+/// Share of its speed by which a figure grows or shrinks.
+const DRIFT_SHARE: f64 = 0.2;
+
+/// Longest time since a previous plan with a figure, s.
+const REMEMBERED: f64 = 60.0;
+
+/// Chooses the figure of a goal that localises.
+pub(crate) struct Localiser<'a> {
+    /// Largest planned speed through the water, m/s, and turn rate, rad/s.
+    pub(crate) speed: f64,
+    pub(crate) turn_rate: f64,
+    /// `true` for an AUV, by index, whose last report is too old.
+    pub(crate) is_stale: &'a dyn Fn(usize) -> bool,
+    /// `true` after the deadline.
+    pub(crate) due: &'a dyn Fn() -> bool,
+}
+
+impl Localiser<'_> {
+    /// The figure of `snapshot`, and the AUVs about which it is sailed, by index; `None` unless its
+    /// goal localises and an AUV was heard.
+    pub(crate) fn figure(
+        &self,
+        snapshot: &Snapshot,
+        forecasts: &[AuvForecast],
+    ) -> Option<(Figure, Vec<usize>)> {
+        let Goal::Localise(localise) = &snapshot.goal.goal else {
+            return None;
+        };
+        let heading = snapshot.asc.heading().radians();
+        let named = localise.auvs.iter().filter(|id| 0.0 < localise.weight(id));
+        let mut auvs: Vec<usize> = named
+            .filter_map(|id| snapshot.auvs.iter().position(|auv| auv.id == *id))
+            .filter(|auv| !(self.is_stale)(*auv))
+            .collect();
+        auvs.sort_unstable();
+        let scene = Scene::new(snapshot, localise, forecasts, &auvs, (self.speed, self.turn_rate))?;
+        let previous = snapshot.previous_plan.as_ref();
+        let kept = previous.and_then(|previous| {
+            let elapsed = snapshot.t_s - previous.made_at()?;
+            let mut figure = previous.figure.clone()?;
+            figure.axis_rad = wrap(figure.axis_rad - heading);
+            (0.0..=REMEMBERED).contains(&elapsed).then_some((figure, elapsed))
+        });
+        let mut best: Option<(Figure, Outcome)> = None;
+        let mut consider = |figure: Figure, margin: f64| {
+            let outcome = scene.sail(&figure);
+            let value = |outcome: &Outcome| outcome.cost;
+            if best
+                .as_ref()
+                .is_none_or(|(_, best)| value(&outcome) < (1.0 - margin) * value(best))
+            {
+                best = Some((figure, outcome));
+            }
+        };
+        let mut margin = 0.0;
+        if let Some((figure, elapsed)) = &kept {
+            for figure in scene.neighbours(figure) {
+                consider(scene.carried_on(figure, *elapsed), margin);
+                margin = scene.tuned.adapt_margin;
+            }
+            margin = if margin > 0.0 {
+                scene.tuned.keep_margin
+            } else {
+                0.0
+            };
+        }
+        for figure in scene.candidates() {
+            if (self.due)() {
+                break;
+            }
+            consider(scene.begun(figure), margin);
+        }
+        let (mut figure, outcome) = best.unwrap_or_else(|| {
+            let above = scene.above();
+            let outcome = scene.sail(&above);
+            (above, outcome)
+        });
+        if let Some((before, elapsed)) = &kept {
+            figure = scene.approached(before, figure, *elapsed);
+        }
+        Some((scene.answer(snapshot, figure, &outcome, heading), auvs))
+    }
+}
+
+impl Scene {
+    /// `figure` with the phase from which the craft best joins it.
+    fn begun(&self, figure: Figure) -> Figure {
+        let (mean, drift) = self.mean_at(0.0);
+        let velocity_now = Vector2::new(self.speed_now, 0.0) + self.current;
+        let at = |k: i32| Figure {
+            phase_rad: wrap(TAU * f64::from(k) / f64::from(PHASES)),
+            ..figure.clone()
+        };
+        let misfit = |figure: &Figure| {
+            let (place, velocity) = figure.at(0.0);
+            let turn = (drift + velocity - velocity_now) * VELOCITY_TIME;
+            (mean + place).norm_squared() + turn.norm_squared()
+        };
+        let phases = if figure.kind == FigureKind::Above {
+            1
+        } else {
+            PHASES
+        };
+        let best = (0..phases).map(at).min_by(|a, b| misfit(a).total_cmp(&misfit(b)));
+        best.unwrap_or(figure)
+    }
+
+    /// `figure`, `elapsed` seconds later, with a phase that waits for the craft or follows it.
+    fn carried_on(&self, figure: Figure, elapsed: f64) -> Figure {
+        let expected = Figure {
+            phase_rad: figure.phase_rad + figure.rate_radps * elapsed,
+            ..figure
+        };
+        let (place, velocity) = expected.at(0.0);
+        let behind = -(self.mean[0] + place).dot(&velocity) / velocity.norm_squared().max(f64::MIN_POSITIVE);
+        let slip = behind.clamp(-PHASE_SLIP * elapsed, PHASE_SLIP * elapsed);
+        Figure {
+            phase_rad: wrap(expected.phase_rad + expected.rate_radps * slip),
+            ..expected
+        }
+    }
+
+    /// `figure`, or `before` on the way to it if it is a neighbour: the goal drifts there, and does
+    /// not jump.
+    fn approached(&self, before: &Figure, figure: Figure, elapsed: f64) -> Figure {
+        let size = |figure: &Figure| figure.semi_ahead_m.max(figure.semi_starboard_m);
+        let (from, to) = (size(before), size(&figure));
+        let step = DRIFT_SHARE * self.speed * elapsed;
+        let same = figure.kind == before.kind && figure.rate_radps * before.rate_radps > 0.0;
+        if !same || (to - from).abs() <= step || 1.5 * from < to || to < from / 1.5 {
+            return figure;
+        }
+        let ratio = (from + step.copysign(to - from)) / to;
+        Figure {
+            ahead_m: figure.ahead_m * ratio,
+            starboard_m: figure.starboard_m * ratio,
+            semi_ahead_m: figure.semi_ahead_m * ratio,
+            semi_starboard_m: figure.semi_starboard_m * ratio,
+            rate_radps: figure.rate_radps / ratio,
+            ..figure
+        }
+    }
+
+    /// The answer with the chosen `figure`, its axis counted from north.
+    fn answer(&self, snapshot: &Snapshot, figure: Figure, outcome: &Outcome, heading: f64) -> Figure {
+        let above = self.sail(&self.above());
+        let vehicle = |i: usize| {
+            let member = &self.members[i];
+            LocalisedVehicle {
+                auv: snapshot.auvs[member.auv].id.clone(),
+                sigma_now_m: member.is_known.then(|| member.covariance.trace().max(0.0).sqrt()),
+                sigma_m: outcome.variances[i].max(0.0).sqrt(),
+                sigma_above_m: above.variances[i].max(0.0).sqrt(),
+            }
+        };
+        let mut vehicles: Vec<_> = (0..self.members.len()).collect();
+        vehicles.sort_by_key(|i| self.members[*i].auv);
+        let mut figure = Figure {
+            axis_rad: wrap(figure.axis_rad + heading),
+            vehicles: vehicles.into_iter().map(vehicle).collect(),
+            ..figure
+        };
+        figure.sentence = sentence(&figure);
+        figure
+    }
+}
