@@ -83,6 +83,7 @@ pub use choose::{
     plan::{self, Plan, Workspace, plan},
 };
 pub use facts::{angle, path};
+pub use localise::candidates::FixedFigure;
 pub use nalgebra;
 pub use predict::{forecast, goal, smallest_circle};
 pub use problem::parameters::{self, Parameters};

@@ -14,6 +14,7 @@
 //! - [`world`]: the truth and its steps: hulls, inner loops, vehicles, water, faults.
 //! - [`observe`]: the only path from truth to knowledge.
 //! - [`guide`]: guidance laws, which answer an observation with a reference.
+//! - [`own_navigation`]: the navigation of AUVs that the craft localises.
 //! - [`visits`]: the true costs of unserved AUVs.
 //! - [`mission`]: the closed loop from start to end.
 //! - [`record`] and [`metrics`]: rows of a run, and its measures; `geodesy` places them on Earth.
@@ -22,6 +23,7 @@ pub mod guide;
 pub mod metrics;
 pub mod mission;
 pub mod observe;
+pub mod own_navigation;
 pub mod record;
 pub mod scenario;
 #[cfg(test)]

@@ -6,7 +6,10 @@ use nalgebra::Vector2;
 use planner::{los::Reference, plan::Method, snapshot::KeepOut};
 use serde::Serialize;
 
-use crate::record::{AuvRow, Record, Row, SurfaceCraftRow};
+use crate::{
+    own_navigation::NavigationRow,
+    record::{AuvRow, Record, Row, SurfaceCraftRow},
+};
 
 /// A mission's metrics.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,6 +52,22 @@ pub struct SurfaceCraftMetrics {
     /// Service of the AUVs, if the goal visits them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub visits: Option<VisitMetrics>,
+    /// Navigation of the AUVs once settled, if the goal localises them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub localisation: Option<LocalisationMetrics>,
+}
+
+/// The AUVs' own navigation once settled, over time and AUVs.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct LocalisationMetrics {
+    /// Root-mean-square true error, m.
+    pub rms_m: f64,
+    /// Largest true error, m.
+    pub max_m: f64,
+    /// Root-mean-square error that the AUVs' filters state, m.
+    pub stated_rms_m: f64,
+    /// Mean squared error over its stated covariance; 2 of consistent filters.
+    pub nees: f64,
 }
 
 /// Service of the AUVs, by true positions. Each cost is times its weight over the mean weight.
@@ -167,6 +186,21 @@ impl SurfaceCraftMetrics {
             solve_ms_p99: quantile(&times, 99),
             answers_by_method: AnswersByMethod::of(&rows),
             visits: VisitMetrics::of(record),
+            localisation: LocalisationMetrics::of(record),
+        })
+    }
+}
+
+impl LocalisationMetrics {
+    fn of(record: &Record) -> Option<Self> {
+        let auvs = record.settled_rows().flat_map(|row| &row.auvs);
+        let known: Vec<NavigationRow> = auvs.filter_map(|auv| auv.navigation).collect();
+        let all = |of: fn(&NavigationRow) -> f64| known.iter().map(of).collect::<Vec<_>>();
+        (!known.is_empty()).then(|| Self {
+            rms_m: rms(&all(|row| row.error)),
+            max_m: all(|row| row.error).into_iter().fold(0.0, f64::max),
+            stated_rms_m: rms(&all(|row| row.sigma)),
+            nees: mean(&all(|row| row.nees)),
         })
     }
 }

@@ -147,12 +147,22 @@ impl Mission {
             }
             costs.end_tick(world);
         }
+        if let Some(navigation) = &self.start.own_navigation {
+            for (place, auv) in row.auvs.iter_mut().enumerate() {
+                auv.navigation = navigation.row(&self.start.world, place);
+            }
+        }
         let reference = row.surface_craft.as_ref().map(|craft| &craft.reference);
         for _ in 0..PERIODS_PER_PLAN {
             self.start.world.step(reference);
             if let Some(observer) = &mut self.start.observer {
                 observer.listen(&self.start.world);
             }
+        }
+        let world = &mut self.start.world;
+        if let (Some(navigation), Some(craft)) = (&mut self.start.own_navigation, world.surface_craft.clone())
+        {
+            navigation.advance(world, &craft);
         }
         self.record.rows.push(row);
         self.ticks += 1;
@@ -291,6 +301,7 @@ fn auv_row(world: &World, auv: &SimulatedAuv) -> AuvRow {
         cross_track: error.y_1,
         known: None,
         service: None,
+        navigation: None,
     }
 }
 

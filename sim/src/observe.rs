@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::Vector2;
+use nalgebra::{Matrix2, Matrix4, Vector2};
 use planner::{
     angle::Course,
     craft::CraftDescription,
@@ -28,6 +28,7 @@ mod noise;
 mod sensors;
 
 pub use acoustics::{Acoustics, AcousticsSetup, Fix, MessageCounts, Telemetry};
+pub(crate) use noise::normal_pair;
 pub use sensors::{SensorSetup, SurfaceSensors, SurfaceTruth};
 
 /// Largest number of reports kept of a vehicle, the newest: five minutes at one every ten seconds.
@@ -38,6 +39,8 @@ const HISTORY: f64 = 300.0;
 const EXACT_SIGMA: f64 = 0.01;
 /// Standard deviation of a launch position along either axis, m. Assumption: that of GNSS.
 const LAUNCH_SIGMA: f64 = 1.0;
+/// Standard deviation of the speed that an AUV states along either axis, m/s. Assumption.
+const OWN_SPEED_SIGMA: f64 = 0.02;
 
 /// Knowledge of the surface craft from the start, without observation.
 #[derive(Clone, Debug, PartialEq)]
@@ -294,12 +297,15 @@ impl Received {
         let Message {
             sent_at, telemetry, ..
         } = self.newest();
+        // An AUV that is localised says where it believes to be, and how sure it is.
+        let error = telemetry.own.map_or(Vector2::zeros(), |(error, _)| error);
         AuvState {
             turn_rate_radps: telemetry.turn_rate,
             // A slow clock can date a message in the future, which then counts as new.
             age_s: (clock - sent_at).max(0.0),
+            covariance: telemetry.own.map(|(_, covariance)| state_covariance(&covariance)),
             ..AuvState::new(
-                telemetry.position,
+                telemetry.position + error,
                 telemetry.depth,
                 telemetry.course,
                 telemetry.speed,
@@ -324,6 +330,14 @@ impl Received {
         };
         self.messages.iter().map(report).collect()
     }
+}
+
+/// The covariance of a state whose position has this one, row by row.
+fn state_covariance(position: &Matrix2<f64>) -> [[f64; 4]; 4] {
+    let mut whole = Matrix4::from_diagonal_element(OWN_SPEED_SIGMA.powi(2));
+    whole.fixed_view_mut::<2, 2>(0, 0).copy_from(position);
+    let row = |row: usize| std::array::from_fn(|column| whole[(row, column)]);
+    std::array::from_fn(row)
 }
 
 /// The speed that AUV number `auv` reports instead of its `speed`, m/s.
@@ -351,6 +365,9 @@ fn telemetry_of(auv: &SimulatedAuv, world: &World) -> Telemetry {
         // The snapshot accepts ±1 rad/s; the quotient has no bound near rest over ground.
         turn_rate: turn_rate.clamp(-1.0, 1.0),
         descending: auv.pitch() < 0.0,
+        own: auv
+            .own_covariance
+            .map(|covariance| (auv.navigation_error, covariance)),
     }
 }
 

@@ -8,7 +8,7 @@ use planner::{
     snapshot::{KeepOut, Limits},
 };
 
-use crate::{fault::Fault, plant::Plant};
+use crate::{fault::Fault, own_navigation::NavigationRow, plant::Plant};
 
 mod rows;
 
@@ -183,6 +183,8 @@ pub struct AuvRow {
     pub known: Option<KnownAuv>,
     /// Its service; none if it is dead or the goal does not visit it.
     pub service: Option<Service>,
+    /// Its own navigation; none if the goal does not localise it.
+    pub navigation: Option<NavigationRow>,
 }
 
 /// Service of an underwater vehicle that a goal visits.

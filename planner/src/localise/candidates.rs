@@ -16,7 +16,36 @@ const NEIGHBOUR: f64 = 1.1;
 /// Least share of the craft's speed along a figure, beside fast AUVs.
 const SPEED_SHARE_MIN: f64 = 0.1;
 
+/// A figure that the planner does not choose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FixedFigure {
+    /// Its shape; only `above`, `circle` and `zigzag_astern`, else a circle.
+    pub kind: FigureKind,
+    /// Its radius, or its distance and half its width, m.
+    pub radius: f64,
+    /// Share of the greatest speed about the AUVs.
+    pub speed_share: f64,
+}
+
 impl Scene {
+    /// A figure of this shape, without phase.
+    pub(crate) fn fixed(&self, fixed: &FixedFigure) -> Figure {
+        let radius = fixed.radius;
+        match (fixed.kind, self.course()) {
+            (FigureKind::Above, _) => self.above(),
+            (FigureKind::ZigzagAstern, Some(course)) => {
+                let shape = [-radius, 0.0, 0.0, radius];
+                self.figure(fixed.kind, course, shape, fixed.speed_share)
+            }
+            _ => self.figure(
+                FigureKind::Circle,
+                0.0,
+                [0.0, 0.0, radius, radius],
+                fixed.speed_share,
+            ),
+        }
+    }
+
     /// A point at the members' mean.
     pub(crate) fn above(&self) -> Figure {
         self.figure(FigureKind::Above, 0.0, [0.0; 4], 0.0)

@@ -10,7 +10,7 @@ use crate::{
         goal::Goal,
         localise::{Figure, FigureKind, LocalisedVehicle},
     },
-    localise::{scene::Scene, sentence::sentence, trial::Outcome},
+    localise::{candidates::FixedFigure, scene::Scene, sentence::sentence, trial::Outcome},
     predict::forecast::AuvForecast,
     snapshot::build::Snapshot,
 };
@@ -35,6 +35,8 @@ pub(crate) struct Localiser<'a> {
     /// Largest planned speed through the water, m/s, and turn rate, rad/s.
     pub(crate) speed: f64,
     pub(crate) turn_rate: f64,
+    /// The only figure that may be sailed, if one is prescribed.
+    pub(crate) fixed: Option<FixedFigure>,
     /// `true` for an AUV, by index, whose last report is too old.
     pub(crate) is_stale: &'a dyn Fn(usize) -> bool,
     /// `true` after the deadline.
@@ -78,20 +80,30 @@ impl Localiser<'_> {
                 best = Some((figure, outcome));
             }
         };
-        let mut margin = 0.0;
+        let (others, mut margin) = match &self.fixed {
+            None => (scene.candidates(), 0.0),
+            Some(fixed) => (vec![scene.fixed(fixed)], 0.0),
+        };
         if let Some((figure, elapsed)) = &kept {
-            for figure in scene.neighbours(figure) {
+            let neighbours = match &self.fixed {
+                None => scene.neighbours(figure),
+                Some(fixed) => vec![Figure {
+                    phase_rad: figure.phase_rad,
+                    ..scene.fixed(fixed)
+                }],
+            };
+            for figure in neighbours {
                 consider(scene.carried_on(figure, *elapsed), margin);
                 margin = scene.tuned.adapt_margin;
             }
-            margin = if margin > 0.0 {
+            margin = if 0.0 < margin {
                 scene.tuned.keep_margin
             } else {
                 0.0
             };
         }
-        for figure in scene.candidates() {
-            if (self.due)() {
+        for figure in others {
+            if (self.due)() || (self.fixed.is_some() && kept.is_some()) {
                 break;
             }
             consider(scene.begun(figure), margin);

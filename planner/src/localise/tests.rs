@@ -92,6 +92,7 @@ fn figure(request: &PlanRequest) -> Figure {
     let localiser = Localiser {
         speed: SPEED,
         turn_rate: TURN_RATE,
+        fixed: None,
         is_stale: &|_| false,
         due: &|| false,
     };

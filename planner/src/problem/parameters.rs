@@ -6,6 +6,7 @@ use crate::{
     craft::model::CraftModel,
     estimate::from_reports::Estimate,
     facts::{asc::Limits, tuning::Tuning},
+    localise::candidates::FixedFigure,
     los::law::LosGains,
     predict::goal::GoalForecast,
     snapshot::build::Snapshot,
@@ -65,6 +66,8 @@ pub struct Parameters {
     pub validity: f64,
     /// Parameters of the scheduling of visits.
     pub scheduling: SchedulingParameters,
+    /// The only figure that a goal that localises may sail, for comparisons.
+    pub figure: Option<FixedFigure>,
 }
 
 /// Weights of the cost, each on a squared deviation per second unless stated otherwise.
@@ -242,6 +245,7 @@ impl Default for Parameters {
             certificate_tolerance: 1e-4,
             validity: 10.0,
             scheduling: SchedulingParameters::default(),
+            figure: None,
         }
     }
 }

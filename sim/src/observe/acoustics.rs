@@ -8,7 +8,7 @@
 //! The position in a fix is the vehicle's position at transmission as measured by the surface
 //! craft. Depth, course, speed, rate of turn and direction of the dive are telemetry.
 
-use nalgebra::Vector2;
+use nalgebra::{Matrix2, Vector2};
 use planner::angle::Course;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -38,6 +38,8 @@ pub struct Telemetry {
     pub turn_rate: f64,
     /// `true` while its nose is down.
     pub descending: bool,
+    /// Error of its own position estimate, m, and the covariance that its filter states, m².
+    pub own: Option<(Vector2<f64>, Matrix2<f64>)>,
 }
 
 /// A message that arrived.

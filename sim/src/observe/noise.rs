@@ -14,7 +14,7 @@ use rand_chacha::ChaCha8Rng;
 /// ```
 /// Source: Box and Muller, "A note on the generation of random normal deviates", 1958. Faster
 /// methods reject numbers, so a stream that two runs share would depend on earlier draws.
-pub(super) fn normal_pair(rng: &mut ChaCha8Rng) -> Vector2<f64> {
+pub(crate) fn normal_pair(rng: &mut ChaCha8Rng) -> Vector2<f64> {
     // Uniform numbers are in [0, 1); the logarithm needs (0, 1].
     let u_1 = 1.0 - rng.random::<f64>();
     let u_2 = rng.random::<f64>();

@@ -10,6 +10,7 @@ use planner::{
 
 use crate::{
     observe::{Briefing, Observer},
+    own_navigation::{OwnNavigation, RangingFaults},
     record::{Bounds, Origin},
     scenario::{
         ScenarioError,
@@ -31,8 +32,8 @@ mod vehicles;
 
 pub use invalid::InvalidScenario;
 
-use draw::Draw;
-use environment::bounds;
+use draw::{Draw, navigation_stream};
+use environment::{bounds, ranging};
 use invalid::invalid;
 
 /// Time between two points of a declared track, s: a few metres.
@@ -51,6 +52,8 @@ pub struct Start {
     pub limits: Option<Limits>,
     /// Slant range that counts as contact, m, if there is a surface craft.
     pub contact_range: Option<f64>,
+    /// The navigation of the AUVs, if the surface craft localises them.
+    pub own_navigation: Option<OwnNavigation>,
     /// Duration of the mission, s.
     pub duration: f64,
     /// Start of the settled metrics, s.
@@ -104,9 +107,16 @@ impl Scenario {
         let mut world = World::new(surface_craft, auvs, water, faults);
         self.declare_tracks(&mut world, duration)?;
         let limits = briefing.as_ref().map(|briefing| briefing.limits);
+        let own_navigation = briefing.as_ref().and_then(|briefing| {
+            let faults = self.knowledge.ranging.as_ref();
+            let faults = faults.map_or_else(RangingFaults::default, |file| ranging(file, &mut draw));
+            let random = navigation_stream(seed);
+            OwnNavigation::new(&briefing.goal, faults, bounds.range_max, &mut world, random)
+        });
         let observer = briefing.map(|briefing| self.observer(&world, briefing, seed, &mut draw));
         Ok(Start {
             observer: observer.transpose()?,
+            own_navigation,
             world,
             limits,
             contact_range,

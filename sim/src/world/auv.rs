@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::Vector2;
+use nalgebra::{Matrix2, Vector2};
 use planner::{
     angle::{Course, direction, wrap},
     path::{Path, SpeedProfile},
@@ -60,6 +60,8 @@ pub struct SimulatedAuv {
     pub navigation: Navigation,
     /// Error of navigation other than dead reckoning: estimate less position (north, east), m.
     pub navigation_error: Vector2<f64>,
+    /// Covariance that its own filter states of that error, m²; none without such a filter.
+    pub own_covariance: Option<Matrix2<f64>>,
     /// Growth of that error for each metre through the water (north, east).
     pub navigation_drift: Vector2<f64>,
     /// `true`: a satellite fix at the surface sets that error to zero.

@@ -103,7 +103,7 @@ fn count(n: usize) -> Option<f64> {
 }
 
 /// The columns. Less is better in each, but for `duration_s`, `visits` and the counts of answers.
-pub(super) const SCORES: [Number; 33] = [
+pub(super) const SCORES: [Number; 35] = [
     ("rms_m", |_, m, _| Some(m.rms_m)),
     ("mean_m", |_, m, _| Some(m.mean_m)),
     ("p95_m", |_, m, _| Some(m.p95_m)),
@@ -136,6 +136,8 @@ pub(super) const SCORES: [Number; 33] = [
         count(m.answers_by_method.saturated_los)
     }),
     ("answers_hold", |_, m, _| count(m.answers_by_method.hold)),
+    ("navigation_rms_m", |_, m, _| Some(m.localisation?.rms_m)),
+    ("navigation_max_m", |_, m, _| Some(m.localisation?.max_m)),
     ("visit_mean_cost", |_, m, _| Some(m.visits?.mean_cost)),
     ("visit_max_cost", |_, m, _| Some(m.visits?.max_cost)),
     ("visits", |_, m, _| count(m.visits?.visits)),

@@ -66,6 +66,7 @@ fn at(north: f64, depth: f64) -> Telemetry {
         speed: 0.2,
         turn_rate: 0.01,
         descending: true,
+        own: None,
     }
 }
 

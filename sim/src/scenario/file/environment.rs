@@ -99,6 +99,22 @@ pub struct KnowledgeFile {
     pub sensors: SensorsFile,
     /// Messages of the AUVs; exact states if left out.
     pub acoustics: Option<AcousticsFile>,
+    /// Faults of the measurements of a goal that localises; none if left out.
+    pub ranging: Option<RangingFile>,
+}
+
+/// Faults of the ranges or fixes between the surface craft and AUVs that it localises.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RangingFile {
+    /// Share that does not arrive; 0 if left out.
+    pub lost_share: Option<Quantity<Share>>,
+    /// Share that went a longer way; 0 if left out.
+    pub outlier_share: Option<Quantity<Share>>,
+    /// The longest detour, m; 0 if left out.
+    pub outlier_max_m: Option<Quantity<PositionNoise>>,
+    /// Growth of a one-way range by the drift of an AUV's clock, m/s; 0 if left out.
+    pub clock_drift_mps: Option<Quantity<SpeedNoise>>,
 }
 
 /// Knowledge of the current.

@@ -44,6 +44,11 @@ pub(super) fn weave_stream(seed: u64, i: usize) -> ChaCha8Rng {
     survey_stream(seed, AUVS_MAX + i)
 }
 
+/// The random numbers of the AUVs' own navigation, below those of the weaves.
+pub(super) fn navigation_stream(seed: u64) -> ChaCha8Rng {
+    survey_stream(seed, 2 * AUVS_MAX)
+}
+
 /// Draws the numbers of a scenario. Each has its own random stream, numbered in the order of the
 /// draws. Fixed and omitted numbers count: making a number a distribution changes no other.
 pub(super) struct Draw {

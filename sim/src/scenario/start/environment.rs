@@ -11,10 +11,11 @@ use super::{
 };
 use crate::{
     observe::{Acoustics, AcousticsSetup, Briefing, Observer, SensorSetup, SurfaceSensors},
+    own_navigation::RangingFaults,
     record::Bounds,
     scenario::file::{
-        AcousticsFile, BoundsFile, CurrentFile, FaultFile, FaultKindFile, ReportedAs, Scenario, SensorsFile,
-        WaterFile,
+        AcousticsFile, BoundsFile, CurrentFile, FaultFile, FaultKindFile, RangingFile, ReportedAs, Scenario,
+        SensorsFile, WaterFile,
     },
     world::{
         World,
@@ -208,6 +209,15 @@ pub(super) fn bounds(file: &BoundsFile, draw: &mut Draw) -> Result<Bounds, Inval
             let pointer = fault.pointer.replace("/acoustics", "");
             Err(of_snapshot("bounds", &pointer, fault))
         }
+    }
+}
+
+pub(super) fn ranging(file: &RangingFile, draw: &mut Draw) -> RangingFaults {
+    RangingFaults {
+        lost_share: draw.take_or(file.lost_share.as_ref(), 0.0),
+        outlier_share: draw.take_or(file.outlier_share.as_ref(), 0.0),
+        outlier: draw.take_or(file.outlier_max_m.as_ref(), 0.0),
+        clock_drift: draw.take_or(file.clock_drift_mps.as_ref(), 0.0),
     }
 }
 

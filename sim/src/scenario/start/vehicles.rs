@@ -205,6 +205,7 @@ impl Scenario {
             surge: SurgeLoop::settled_at(speed.at(0.0), DragFeedForward::Off, hull.drag_surge),
             navigation: class.navigation(),
             navigation_error,
+            own_covariance: None,
             navigation_drift,
             fix_at_surface: error.is_some_and(|error| error.fix_at_surface),
             position_estimate: position + navigation_error,
