@@ -4,7 +4,7 @@ import { bearing, degrees, number } from "./format.js";
 import { scheduleWords } from "./visits.js";
 
 /** @param {import("./types.js").Prediction} believed @returns {string[][]} */
-export function beliefsOf({ current, craft, auvs, schedule }) {
+export function beliefsOf({ current, craft, auvs, schedule, figure }) {
   const speed = current ? Math.hypot(...current) : NaN;
   return [
     ["current", current ? `${number(speed, 2, "m/s")} towards ${bearing(Math.atan2(current[1], current[0]))}` : "not known"],
@@ -13,6 +13,7 @@ export function beliefsOf({ current, craft, auvs, schedule }) {
     ["surge lag", number(Number(craft.surge_lag_s), 2, "s")],
     ["sway per yaw rate", number(Number(craft.sway_per_yaw_rate_s), 2, "s")],
     ...schedule ? scheduleWords(schedule) : [],
+    ...figure ? [["figure", figure.sentence]] : [],
     ["craft follows", craft.follows ? "yes" : "no: its motion differs from the prediction"],
     ...auvs.map(({ id, drift, route, dive, covariances_m2: [first] }) => [
       id, `± ${number(Math.sqrt(((first?.[0] ?? NaN) + (first?.[2] ?? NaN)) * 2.995), 1, "m")} (95 %), drift ${number(Math.hypot(...drift), 3, "m/s")}${route ? `; ${routeWords(route)}` : ""}${dive ? `; dives from ${number(dive.depth_min_m, 0)} to ${number(dive.depth_max_m, 0, "m")}` : ""}`,

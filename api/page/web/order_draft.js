@@ -19,13 +19,13 @@ export const LABELS = {
   dwell_s: ["time with each, s"], epoch_s: ["begins with the first at"], within_m: ["served within, m"], dwell_min_s: ["least time with one, s"],
   growth_m2ps: ["variance grows by, m²/s"], sigma_m: ["accuracy of a fix, m"], sigma_rad: ["its growth with range, rad"], interval_s: ["between fixes, s"],
   growth_kbps: ["data gathered, kbit/s"], upload_kbps: ["uploaded at no range, kbit/s"], range_max_m: ["nothing uploaded from, m"], surge_lag_s: ["surge lag, s"],
-  "offset/frame": ["where to be"], "cost/kind": ["what waiting costs"], reduce: ["of these costs"],
+  stand_off_m: ["distance to keep, m"], fixes: ["measured between them"], "offset/frame": ["where to be"], "cost/kind": ["what waiting costs"], reduce: ["of these costs"],
 };
 
 /** What choices are called. @type {{ [member: string]: { [choice: string]: string } }} */
 export const CHOICES = {
   "offset/frame": { ned: "north and east of it", polar: "at a range and bearing", target: "ahead and to starboard, by its course", path: "ahead and to starboard, by its path" },
-  "cost/kind": { age: "time since served", uncertainty: "uncertainty of its navigation", data: "data not uploaded" }, reduce: { mean: "the mean counts", max: "the largest counts" },
+  "cost/kind": { age: "time since served", uncertainty: "uncertainty of its navigation", data: "data not uploaded" }, reduce: { mean: "the mean counts", max: "the largest counts" }, fixes: { range: "ranges", usbl: "positions by USBL" },
 };
 
 /** What a member is called and its unit. An AUV may have the name of whatever JavaScript has. @param {string | number} member @returns {[string, number?] | undefined} */
@@ -142,7 +142,7 @@ function areaWords(area) {
 /** @param {any} goal */
 function goalWords(goal) {
   const { kind, auv, auvs = Object.keys(goal?.weights ?? {}), next } = goal ?? {}, all = auvs.join(", ");
-  return { track: `stay above ${auv}`, intermittent: `follow ${all} in turn`, midpoint: `stay above the middle of ${all}`, weighted: `stay above the weighted mean of ${all}`, range: `stay in range of ${all}`, visit: `visit ${all}${next ? `, ${next} next` : ""}` }[/** @type {string} */ (kind)] ?? "none";
+  return { track: `stay above ${auv}`, intermittent: `follow ${all} in turn`, midpoint: `stay above the middle of ${all}`, weighted: `stay above the weighted mean of ${all}`, range: `stay in range of ${all}`, localise: `move so that ranges fix ${all}`, visit: `visit ${all}${next ? `, ${next} next` : ""}` }[/** @type {string} */ (kind)] ?? "none";
 }
 
 /** Changed numbers and choices within a member. @param {string} of @param {any} before @param {any} now @returns {string[]} */

@@ -26,11 +26,15 @@ export function planTables({ plans, explanation }) {
     const values = names.map((each) => of(plans[each])), least = Math.min(...values.map(Number)), decided = less && values.some((value) => value !== least);
     return [name, ...values.map((value) => ({ text: words(Number(value)), better: decided && value === least }))];
   })), notes.length > 0 && el("ul", { class: "warnings" }, notes.map((note) => el("li", {}, el("bdi", {}, note)))))];
-  const { solver, schedule } = mpc;
+  const { solver, schedule, figure } = mpc;
   if (schedule) {
     const { unit, visits } = schedule, minutes = (/** @type {number} */ t) => ({ text: `+${number((t - mpc.trajectory[0].t_s) / 60, 1, "min")}` });
     sections.push(section("Visits", table(["", "arrival", "departure", "cost before", "cost after"], visits.map((/** @type {import("./types.js").Visit} */ visit) => [visit.auv, minutes(visit.arrive_s), minutes(visit.leave_s), { text: costWords(visit.cost_before, unit) }, { text: costWords(visit.cost_after, unit) }])),
       table([], scheduleWords(schedule).map(([name, text]) => [name, { text }]))));
+  }
+  if (figure) {
+    const metres = (/** @type {number | undefined} */ value) => ({ text: value === undefined ? "not known" : number(value, 1, "m") });
+    sections.push(section("Figure", table(["error, root mean square", "now", "on the figure", "if it stayed above"], figure.vehicles.map((/** @type {import("./types.js").LocalisedVehicle} */ vehicle) => [vehicle.auv, metres(vehicle.sigma_now_m), metres(vehicle.sigma_m), metres(vehicle.sigma_above_m)])), el("p", { class: "said" }, figure.sentence)));
   }
   if (solver) {
     const facts = [["status", solver.status], ["SCP iterations", solver.scp_iterations], ["interior-point iterations", solver.iterations], ["time", number(solver.solve_time_ms, 2, "ms")],

@@ -12,7 +12,10 @@ export type RouteFit = { probability: number, north_m: number, east_m: number, n
 export type Prediction = { after_s: number[], asc: [number, number][], goal: [number, number][], line_of_sight: [number, number][], auvs: PredictedAuv[],
   line_of_sight_reference: { speed_mps: number, heading_rad: number }, rms_m: number, line_of_sight_rms_m: number, cost?: number, line_of_sight_cost?: number,
   current?: [number, number], craft: { [name: string]: number | boolean }, violations: Violation[],
-  warnings: { code: string, pointer: string, detail: string }[], schedule?: Schedule };
+  warnings: { code: string, pointer: string, detail: string }[], schedule?: Schedule, figure?: Figure };
+
+export type LocalisedVehicle = { auv: string, sigma_now_m?: number, sigma_m: number, sigma_above_m: number };
+export type Figure = { kind: string, vehicles: LocalisedVehicle[], sentence: string };
 
 export type Breach = { t: number, from: number, to: number, north: number, east: number, limit: string, beyond: number };
 
