@@ -4,14 +4,12 @@
 //! length is the speed ahead over ground, clipped at `WP_SPEED`, the yaw is the heading. It stops
 //! after three seconds without a reference. Commands set mode and arming, and read parameters.
 
-use mavlink::{
-    MAVLinkV2MessageRaw, MavHeader,
-    dialects::ardupilotmega::{
-        ATTITUDE_DATA, COMMAND_ACK_DATA, EKF_STATUS_REPORT_DATA, EkfStatusFlags, GLOBAL_POSITION_INT_DATA,
-        HEARTBEAT_DATA, MavAutopilot, MavCmd, MavMessage, MavModeFlag, MavResult, MavState, MavType,
-        PARAM_VALUE_DATA,
-    },
+use mavlink::dialects::ardupilotmega::{
+    ATTITUDE_DATA, COMMAND_ACK_DATA, EKF_STATUS_REPORT_DATA, EkfStatusFlags, GLOBAL_POSITION_INT_DATA,
+    HEARTBEAT_DATA, MavAutopilot, MavCmd, MavMessage, MavModeFlag, MavResult, MavState, MavType,
+    PARAM_VALUE_DATA,
 };
+use mavlink::{MAVLinkV2MessageRaw, MavHeader};
 use nalgebra::Vector2;
 
 /// Mode numbers. Source: ArduPilot, `Rover/mode.h`.

@@ -1,15 +1,13 @@
 //! The log on standard error, a line for each event. A thread writes it, so that no caller waits.
 
-use std::{
-    backtrace::{Backtrace, BacktraceStatus},
-    collections::HashMap,
-    env,
-    fmt::Write as _,
-    io::{self, Write},
-    panic::PanicHookInfo,
-    sync::{LazyLock, Mutex, OnceLock, PoisonError},
-    time::{Duration, Instant},
-};
+use std::backtrace::{Backtrace, BacktraceStatus};
+use std::collections::HashMap;
+use std::env;
+use std::fmt::Write as _;
+use std::io::{self, Write};
+use std::panic::PanicHookInfo;
+use std::sync::{LazyLock, Mutex, OnceLock, PoisonError};
+use std::time::{Duration, Instant};
 
 use clock::Clock;
 use tracing_appender::non_blocking::{ErrorCounter, NonBlockingBuilder, WorkerGuard};

@@ -2,16 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use crate::{
-    Measurement, Rejects,
-    mavlink::{
-        Autopilot, AutopilotEvent, Control, HEARTBEAT_AGE_MAX_S, Heartbeat, MavlinkReader, MavlinkWriter,
-        Parameters,
-    },
-    nmea::{NmeaReader, heading_and_speed_sentences},
-    reference::Reference,
-    wire::{Endpoint, Output, Received},
+use crate::mavlink::{
+    Autopilot, AutopilotEvent, Control, HEARTBEAT_AGE_MAX_S, Heartbeat, MavlinkReader, MavlinkWriter,
+    Parameters,
 };
+use crate::nmea::{NmeaReader, heading_and_speed_sentences};
+use crate::reference::Reference;
+use crate::wire::{Endpoint, Output, Received};
+use crate::{Measurement, Rejects};
 
 /// The autopilot, which follows references.
 #[derive(Debug)]

@@ -24,11 +24,9 @@ use planner::angle::{angle_of, wrap};
 
 pub(crate) use self::sources::Source;
 
-use self::{
-    sources::Sources,
-    track::{Fit, Track},
-    turns::Turns,
-};
+use self::sources::Sources;
+use self::track::{Fit, Track};
+use self::turns::Turns;
 use crate::{
     CraftMeasurement, Origin, Rejects,
     recent_positions::{RecentPositions, moved},

@@ -1,33 +1,25 @@
 //! A live mission beside the craft's loop. Its own tasks send reports and wait for plans, so that a
 //! slow service never delays the craft's messages.
 
-use std::{
-    mem,
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
-    time::Duration,
-};
+use std::mem;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
-use ::wire::{
-    Asc, Current, Report,
-    mission::{
-        AscReport, CurrentReference, Mission, Note, Reports, Setting, Status, Steering, SteeringState,
-    },
+use ::wire::mission::{
+    AscReport, CurrentReference, Mission, Note, Reports, Setting, Status, Steering, SteeringState,
 };
-use planner::{
-    angle::angle_of,
-    snapshot::{REPORTS_MAX, ranges_by_shape},
-};
+use ::wire::{Asc, Current, Report};
+use planner::angle::angle_of;
+use planner::snapshot::{REPORTS_MAX, ranges_by_shape};
 use serde_json::Value;
 use sha2::{Digest as _, Sha256};
 use tokio::task::JoinSet;
 
-use crate::{
-    AuvFix, MeasuredState, Rejects,
-    arrivals::Arrivals,
-    bridge_clock::BridgeClock,
-    mission_client::{MissionClient, ServiceError},
-    plan::Plan,
-};
+use crate::arrivals::Arrivals;
+use crate::bridge_clock::BridgeClock;
+use crate::mission_client::{MissionClient, ServiceError};
+use crate::plan::Plan;
+use crate::{AuvFix, MeasuredState, Rejects};
 
 /// Between two tries.
 const RETRY: Duration = Duration::from_millis(300);

@@ -1,21 +1,14 @@
 //! The connection to the broker, and the names of stored objects.
 
-use std::{
-    error::Error as _,
-    io::{Cursor, ErrorKind},
-    path::PathBuf,
-    time::Duration,
-};
+use std::error::Error as _;
+use std::io::{Cursor, ErrorKind};
+use std::path::PathBuf;
+use std::time::Duration;
 
-use async_nats::{
-    ConnectError, ConnectErrorKind, ConnectOptions,
-    jetstream::{
-        self, Context, ErrorCode,
-        context::{GetStreamError, GetStreamErrorKind, ObjectStoreError},
-        object_store::{self, ObjectStore},
-        stream,
-    },
-};
+use async_nats::jetstream::context::{GetStreamError, GetStreamErrorKind, ObjectStoreError};
+use async_nats::jetstream::object_store::{self, ObjectStore};
+use async_nats::jetstream::{self, Context, ErrorCode, stream};
+use async_nats::{ConnectError, ConnectErrorKind, ConnectOptions};
 use clock::Clock;
 use futures_util::StreamExt as _;
 use lab::campaign::{Campaign, CampaignError, DirectoryError, Manifest, WorkError, rows::SCHEMA_VERSION};

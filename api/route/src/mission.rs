@@ -2,10 +2,8 @@
 
 use std::mem;
 
-use crate::{
-    progress::Progress,
-    route::{Route, RoutePoint, Unread},
-};
+use crate::progress::Progress;
+use crate::route::{Route, RoutePoint, Unread};
 
 /// Commands that go to a position: way-point, loiter (without end, turns, time), land, take-off,
 /// spline way-point. Source: MAVLink, MAV_CMD.

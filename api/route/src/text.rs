@@ -2,12 +2,10 @@
 
 use std::{f64::consts::FRAC_PI_2, mem};
 
-use crate::{
-    lawnmower::NoLanes,
-    mission::Mission,
-    progress::Progress,
-    route::{POINTS_MAX, Route, RoutePoint, Unread, number, shortened},
-};
+use crate::lawnmower::NoLanes;
+use crate::mission::Mission;
+use crate::progress::Progress;
+use crate::route::{POINTS_MAX, Route, RoutePoint, Unread, number, shortened};
 
 pub(crate) fn routes(text: &str, mut progress: Progress<'_>) -> Result<Vec<Route>, Unread> {
     if text.trim_start().starts_with("QGC WPL") {

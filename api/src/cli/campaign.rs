@@ -1,12 +1,10 @@
 //! `pilotfish campaign`: many missions of many controllers under many conditions.
 
-use std::{
-    error::Error,
-    io::{self, IsTerminal as _},
-    num::NonZeroUsize,
-    path::{Path, PathBuf},
-    time::{Duration, Instant},
-};
+use std::error::Error;
+use std::io::{self, IsTerminal as _};
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 use clap::{Args, Subcommand};
 use clock::Clock;

@@ -1,14 +1,12 @@
 //! Output: files that appear complete or not at all, and standard output.
 
-use std::{
-    borrow::Cow,
-    error::Error,
-    ffi::OsString,
-    fmt::Write as _,
-    fs::{self, File},
-    io::{self, BufWriter, Write as _},
-    path::{Path, PathBuf},
-};
+use std::borrow::Cow;
+use std::error::Error;
+use std::ffi::OsString;
+use std::fmt::Write as _;
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write as _};
+use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 

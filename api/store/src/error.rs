@@ -1,9 +1,7 @@
 //! Errors of the event store. Messages call the store the mission log.
 
-use std::{
-    fmt::Display,
-    path::{Path, PathBuf},
-};
+use std::fmt::Display;
+use std::path::{Path, PathBuf};
 
 use rusqlite::ErrorCode;
 

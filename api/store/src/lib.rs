@@ -15,14 +15,12 @@
     expect(dead_code, reason = "the database that is left out uses it")
 )]
 
-use std::{
-    fmt::Debug,
-    fs::File,
-    io,
-    path::Path,
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
-    time::{Duration, Instant},
-};
+use std::fmt::Debug;
+use std::fs::File;
+use std::io;
+use std::path::Path;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 
 use clock::Clock;
 use rusqlite::Connection;

@@ -8,17 +8,13 @@
 //! It never goes back. After a jump forward, or a long time without power, it lags behind the clock
 //! for three days or until a person sets it.
 
-use std::{
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
-    time::Instant,
-};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
 
 use clock::Clock;
 
-use super::{
-    error::StoreError,
-    rows::{Param, Rows},
-};
+use super::error::StoreError;
+use super::rows::{Param, Rows};
 
 /// Running time after which an agreeing clock is trusted, s.
 const AGREED: f64 = 3.0 * 86_400.0;

@@ -8,10 +8,8 @@ use planner::{
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::{
-    CraftFrame,
-    response::{PlanResponse, Warning},
-};
+use super::CraftFrame;
+use super::response::{PlanResponse, Warning};
 
 /// Most times: a picture of some hundred pixels shows no more.
 const TIMES_MAX: usize = 13;

@@ -1,11 +1,9 @@
 //! The answers that clients receive.
 
-use planner::{
-    craft::{HeadingReference, SpeedReference},
-    explain::Explanation,
-    plan::{GoalPoint, Method, PlannedTarget, Predicted, SolverReport, Violation},
-    snapshot::{Current, Origin, Schedule, TrajectoryPoint},
-};
+use planner::craft::{HeadingReference, SpeedReference};
+use planner::explain::Explanation;
+use planner::plan::{GoalPoint, Method, PlannedTarget, Predicted, SolverReport, Violation};
+use planner::snapshot::{Current, Origin, Schedule, TrajectoryPoint};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use utoipa::ToSchema;

@@ -6,18 +6,12 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
 use utoipa::ToSchema;
 
-use crate::{
-    craft::{
-        closed_loop::{
-            Craft, HeadingDynamics, HeadingReference, HeadingResponse, Power, SpeedReference, SurgeResponse,
-        },
-        presets::{PRESETS, Preset},
-    },
-    facts::{
-        field_error::FieldError,
-        ranges::{CRAFT, HEADING_LOOP, POWER, Range, SURGE_LOOP},
-    },
+use crate::craft::closed_loop::{
+    Craft, HeadingDynamics, HeadingReference, HeadingResponse, Power, SpeedReference, SurgeResponse,
 };
+use crate::craft::presets::{PRESETS, Preset};
+use crate::facts::field_error::FieldError;
+use crate::facts::ranges::{CRAFT, HEADING_LOOP, POWER, Range, SURGE_LOOP};
 
 /// Closed-loop response of the surface craft. Omitted members are the preset's, or learnt.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema, JsonSchema)]

@@ -5,10 +5,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::facts::{
-    angle::{Heading, ned_from_body},
-    ranges::{LIMITS, LIMITS_ALONE, MapNumber, Range},
-};
+use crate::facts::angle::{Heading, ned_from_body};
+use crate::facts::ranges::{LIMITS, LIMITS_ALONE, MapNumber, Range};
 
 /// Inputs of a guidance law that describe the surface craft and its water.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -6,10 +6,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::facts::{
-    evidence::{AuvState, Report},
-    known_path::DeclaredPath,
-};
+use crate::facts::evidence::{AuvState, Report};
+use crate::facts::known_path::DeclaredPath;
 
 /// Name of a vehicle, chosen by the client and unique within a snapshot.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]

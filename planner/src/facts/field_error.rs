@@ -1,9 +1,7 @@
 //! A wrong field of a request: its place, its fault and the accepted values.
 
-use std::{
-    fmt::{self, Display},
-    ops::RangeInclusive,
-};
+use std::fmt::{self, Display};
+use std::ops::RangeInclusive;
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};

@@ -4,15 +4,13 @@ use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::facts::{
-    angle::{Course, Heading},
-    auv::VehicleId,
-    options::{Forecast, ForecastModel},
-    origin::Origin,
-    reference::{Reference, TrajectoryPoint},
-    schedule::Schedule,
-    water::{Current, Drift},
-};
+use crate::facts::angle::{Course, Heading};
+use crate::facts::auv::VehicleId;
+use crate::facts::options::{Forecast, ForecastModel};
+use crate::facts::origin::Origin;
+use crate::facts::reference::{Reference, TrajectoryPoint};
+use crate::facts::schedule::Schedule;
+use crate::facts::water::{Current, Drift};
 
 /// The last answer. The whole answer is accepted; only these members are read.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]

@@ -5,10 +5,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 use utoipa::ToSchema;
 
-use crate::facts::{
-    field_error::FieldError,
-    ranges::{HORIZON, STEP, STEPS_COUNT, STEPS_TIMES_ITERATIONS_MOST, TUNING},
-};
+use crate::facts::field_error::FieldError;
+use crate::facts::ranges::{HORIZON, STEP, STEPS_COUNT, STEPS_TIMES_ITERATIONS_MOST, TUNING};
 
 /// Tolerance of a horizon's limits, s: rounding of 120 steps.
 const ROUNDING: f64 = 1e-9;

@@ -5,26 +5,21 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use utoipa::ToSchema;
 
-use crate::{
-    craft::{
-        description::{CraftDescription, HeadingLoop, SurgeLoop},
-        learn_by_ekf::{CraftObservation, PastReference},
-    },
-    estimate::{legs::TrackPoint, past_states::PastState},
-    facts::{
-        asc::{Asc, DeclaredLimits, Limits},
-        auv::{Auv, VehicleId},
-        bounds::KeepOut,
-        goal::Task,
-        options::{Fallback, Forecast, Hold},
-        origin::Origin,
-        previous_plan::{PreviousPlan, PreviousTarget, RememberedTarget},
-        ranges::CURRENT_MAX,
-        tuning::Tuning,
-        water::Current,
-    },
-    tuned::CraftNumbers,
-};
+use crate::craft::description::{CraftDescription, HeadingLoop, SurgeLoop};
+use crate::craft::learn_by_ekf::{CraftObservation, PastReference};
+use crate::estimate::legs::TrackPoint;
+use crate::estimate::past_states::PastState;
+use crate::facts::asc::{Asc, DeclaredLimits, Limits};
+use crate::facts::auv::{Auv, VehicleId};
+use crate::facts::bounds::KeepOut;
+use crate::facts::goal::Task;
+use crate::facts::options::{Fallback, Forecast, Hold};
+use crate::facts::origin::Origin;
+use crate::facts::previous_plan::{PreviousPlan, PreviousTarget, RememberedTarget};
+use crate::facts::ranges::CURRENT_MAX;
+use crate::facts::tuning::Tuning;
+use crate::facts::water::Current;
+use crate::tuned::CraftNumbers;
 
 /// Version of these shapes, in requests and answers.
 pub const SCHEMA_VERSION: &str = "1.0";

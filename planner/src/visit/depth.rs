@@ -2,13 +2,12 @@
 
 use std::f64::consts::PI;
 
-use crate::{
-    estimate::rigid_motion::number,
-    facts::{auv::Auv, evidence::Report},
-    predict::forecast::{AuvForecast, BETWEEN_MIN},
-    snapshot::build::Snapshot,
-    tuned::VisitNumbers,
-};
+use crate::estimate::rigid_motion::number;
+use crate::facts::auv::Auv;
+use crate::facts::evidence::Report;
+use crate::predict::forecast::{AuvForecast, BETWEEN_MIN};
+use crate::snapshot::build::Snapshot;
+use crate::tuned::VisitNumbers;
 
 /// Fewest reported depths.
 const DEPTHS_MIN: usize = 6;

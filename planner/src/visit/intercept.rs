@@ -2,14 +2,12 @@
 
 use nalgebra::Vector2;
 
-use crate::{
-    estimate::{legs::PastWork, rigid_motion::number},
-    facts::{
-        angle::{angle_of, wrap},
-        options::ForecastModel,
-    },
-    predict::{forecast::AuvForecast, motion::Motion},
-};
+use crate::estimate::legs::PastWork;
+use crate::estimate::rigid_motion::number;
+use crate::facts::angle::{angle_of, wrap};
+use crate::facts::options::ForecastModel;
+use crate::predict::forecast::AuvForecast;
+use crate::predict::motion::Motion;
 
 /// Samples of a track: at two hours they are 40 s apart, in which an AUV moves a few craft lengths.
 const SAMPLES: usize = 180;

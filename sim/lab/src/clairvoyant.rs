@@ -34,10 +34,8 @@
 //! ```
 //! The bound is this value at the solver's z, moved into the cone: an error of z only lowers it.
 
-use clarabel::{
-    algebra::CscMatrix,
-    solver::{DefaultSettingsBuilder, DefaultSolver, IPSolver as _, SolverStatus, SupportedConeT},
-};
+use clarabel::algebra::CscMatrix;
+use clarabel::solver::{DefaultSettingsBuilder, DefaultSolver, IPSolver as _, SolverStatus, SupportedConeT};
 use nalgebra::Vector2;
 
 /// Tolerance of the solver: the bound is within 1e-6 of the least mean square (tested).

@@ -3,12 +3,10 @@
 //! A log is a table with a row per sample: comma-separated values, Apache Parquet, or MCAP with the
 //! table's rows as messages. [`crate::identify`] fits a craft to it.
 
-use std::{
-    collections::BTreeMap,
-    fs,
-    io::{self, Write},
-    path::Path,
-};
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::{self, Write};
+use std::path::Path;
 
 use bytes::Bytes;
 use mcap::MessageStream;
@@ -17,11 +15,9 @@ use parquet::{
     file::reader::{FileReader as _, SerializedFileReader},
     record::Field,
 };
-use record::{
-    mcap::ROWS,
-    table::{KNOWN, SURFACE_CRAFT},
-    with_commas,
-};
+use record::mcap::ROWS;
+use record::table::{KNOWN, SURFACE_CRAFT};
+use record::with_commas;
 use serde_json::{Map, Value};
 
 use crate::identify::{InvalidLog, Log, LogRow};

@@ -1,9 +1,7 @@
 //! Missions of different controllers as one offline page: the service's page on recorded data.
 
-use ::record::{
-    ExportError, Source as _,
-    table::{self, Cell, Column, Row},
-};
+use ::record::table::{self, Cell, Column, Row};
+use ::record::{ExportError, Source as _};
 use planner::los::LawGains;
 use serde_json::{Value, json};
 use sim::{fault::Fault, record::Record};

@@ -12,10 +12,8 @@ use planner::{
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use sim::{
-    guide::{Guidance, Guide, GuideError},
-    visits::Costs,
-};
+use sim::guide::{Guidance, Guide, GuideError};
+use sim::visits::Costs;
 
 mod tour;
 

@@ -8,15 +8,11 @@ use planner::{
     snapshot::{AUVS_MAX, ID_LENGTH_MAX, Limits},
 };
 
-use crate::{
-    observe::{Briefing, Observer},
-    record::{Bounds, Origin},
-    scenario::{
-        ScenarioError,
-        file::{Declares, Scenario},
-    },
-    world::World,
-};
+use crate::observe::{Briefing, Observer};
+use crate::record::{Bounds, Origin};
+use crate::scenario::ScenarioError;
+use crate::scenario::file::{Declares, Scenario};
+use crate::world::World;
 
 mod craft;
 mod draw;

@@ -7,12 +7,10 @@ use pilotfish_sim::{
     guide::{Guidance, Guide, GuideError, LosGuide},
     record::{Record, Row},
 };
-use planner::{
-    angle::{Heading, direction, wrap},
-    los::Reference,
-    path::Segment,
-    snapshot::{Report, Snapshot},
-};
+use planner::angle::{Heading, direction, wrap};
+use planner::los::Reference;
+use planner::path::Segment;
+use planner::snapshot::{Report, Snapshot};
 
 use crate::{craft, flown_by, los, named, near, step_until, world};
 

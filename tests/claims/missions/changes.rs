@@ -2,10 +2,8 @@
 
 use serde_json::{Value, json};
 use sim::scenario::Scenario;
-use tests::{
-    client::{get, post},
-    refusals::assert_refused,
-};
+use tests::client::{get, post};
+use tests::refusals::assert_refused;
 
 use super::{Service, live, number, simulated, streams::read};
 

@@ -2,17 +2,13 @@
 
 use ::wire::mission::SteeringState;
 
-use crate::{
-    Plan, Rejects,
-    autopilot_link::AutopilotLink,
-    follow::{
-        decision::{Decision, Sending},
-        steering::Steering,
-        telemetry::{Fixes, Telemetry},
-    },
-    mavlink::{Control, HEARTBEAT_AGE_MAX_S, Silence},
-    mission_link::{LinkStatus, MissionLink},
-};
+use crate::autopilot_link::AutopilotLink;
+use crate::follow::decision::{Decision, Sending};
+use crate::follow::steering::Steering;
+use crate::follow::telemetry::{Fixes, Telemetry};
+use crate::mavlink::{Control, HEARTBEAT_AGE_MAX_S, Silence};
+use crate::mission_link::{LinkStatus, MissionLink};
+use crate::{Plan, Rejects};
 
 /// Warnings of a plan that the craft does not respond.
 const NOT_FOLLOWED: [&str; 3] = [

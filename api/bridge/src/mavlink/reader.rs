@@ -1,19 +1,15 @@
 //! Reads a MAVLink stream as events of the autopilot and its craft, and fixes of AUVs.
 
-use std::{
-    collections::{BTreeMap, BTreeSet, VecDeque},
-    io::{self, Read},
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
-    time::Duration,
-};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::io::{self, Read};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
-use ::mavlink::{
-    MAVLinkMessageRaw, MavlinkReader as FrameReader, Message as _,
-    dialects::ardupilotmega::{
-        EkfStatusFlags, FOLLOW_TARGET_DATA, GLOBAL_POSITION_INT_DATA, GpsFixType, HEARTBEAT_DATA,
-        MavAutopilot, MavMessage, MavModeFlag, MavResult, MavType,
-    },
+use ::mavlink::dialects::ardupilotmega::{
+    EkfStatusFlags, FOLLOW_TARGET_DATA, GLOBAL_POSITION_INT_DATA, GpsFixType, HEARTBEAT_DATA, MavAutopilot,
+    MavMessage, MavModeFlag, MavResult, MavType,
 };
+use ::mavlink::{MAVLinkMessageRaw, MavlinkReader as FrameReader, Message as _};
 use nalgebra::Vector2;
 
 use super::autopilot::{Autopilot, Heartbeat};

@@ -1,14 +1,12 @@
 //! Frames to an autopilot.
 
-use ::mavlink::{
-    MAVLinkV2MessageRaw, MavHeader,
-    dialects::ardupilotmega::{
-        COMMAND_LONG_DATA, HEARTBEAT_DATA, MavAutopilot, MavCmd, MavFrame, MavMessage, MavModeFlag,
-        MavSeverity, MavState, MavType, PARAM_REQUEST_READ_DATA, PositionTargetTypemask,
-        SET_POSITION_TARGET_LOCAL_NED_DATA, STATUSTEXT_DATA,
-    },
-    types::CharArray,
+use ::mavlink::dialects::ardupilotmega::{
+    COMMAND_LONG_DATA, HEARTBEAT_DATA, MavAutopilot, MavCmd, MavFrame, MavMessage, MavModeFlag, MavSeverity,
+    MavState, MavType, PARAM_REQUEST_READ_DATA, PositionTargetTypemask, SET_POSITION_TARGET_LOCAL_NED_DATA,
+    STATUSTEXT_DATA,
 };
+use ::mavlink::types::CharArray;
+use ::mavlink::{MAVLinkV2MessageRaw, MavHeader};
 
 use super::autopilot::Autopilot;
 use crate::reference::Reference;

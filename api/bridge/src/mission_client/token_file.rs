@@ -1,10 +1,8 @@
 //! A token that is replaced while the bridge runs.
 
-use std::{
-    fs, io,
-    path::PathBuf,
-    sync::{Mutex, PoisonError},
-};
+use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
+use std::{fs, io};
 
 /// A file with a token, and its last content.
 #[derive(Debug)]

@@ -1,36 +1,28 @@
 //! Steps around every request and answer: access, id, log line, problem documents, headers.
 
-use std::{
-    any::Any,
-    mem,
-    sync::{Mutex, PoisonError},
-    time::{Duration, Instant},
-};
+use std::any::Any;
+use std::mem;
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
-use axum::{
-    body::Body,
-    extract::{MatchedPath, Request},
-    http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header},
-    middleware::Next,
-    response::{IntoResponse, Response},
-};
+use axum::body::Body;
+use axum::extract::{MatchedPath, Request};
+use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};
+use axum::middleware::Next;
+use axum::response::{IntoResponse, Response};
 use clock::Clock;
 use tracing::{Instrument as _, Span, error_span, field::Empty};
 
-use crate::{
-    edge::{
-        access::{Caller, Tokens, changes_nothing, is_public},
-        answer::{Answer, AnswerMemory, StillAllowed, no_longer},
-        arrival::Arrival,
-        hosts::Hosts,
-        page,
-        problem::Problem,
-        request_id::{self, RequestId},
-        slots::ConnectionSlot,
-        trace::{TRACERESPONSE, TraceContext, TraceFn},
-    },
-    metrics::{Metrics, Shed},
-};
+use crate::edge::access::{Caller, Tokens, changes_nothing, is_public};
+use crate::edge::answer::{Answer, AnswerMemory, StillAllowed, no_longer};
+use crate::edge::arrival::Arrival;
+use crate::edge::hosts::Hosts;
+use crate::edge::page;
+use crate::edge::problem::Problem;
+use crate::edge::request_id::{self, RequestId};
+use crate::edge::slots::ConnectionSlot;
+use crate::edge::trace::{TRACERESPONSE, TraceContext, TraceFn};
+use crate::metrics::{Metrics, Shed};
 
 /// The route label of requests without a route.
 const UNMATCHED: &str = "unmatched";

@@ -5,12 +5,10 @@
 //! token, in this order. Otherwise it takes one from its own address: of an idle connection, a long
 //! request without a token, or the busiest caller there. Live missions keep their slots.
 
-use std::{
-    collections::{BTreeMap, BTreeSet, HashMap},
-    net::{IpAddr, Ipv6Addr},
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
-    time::Instant,
-};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::net::{IpAddr, Ipv6Addr};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
 
 use clock::Clock;
 use tokio::sync::Notify;

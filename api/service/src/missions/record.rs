@@ -1,10 +1,8 @@
 //! The record of a mission, as a file for other programs. A mission may be of any length: memory
 //! holds a page of events and the format's own data.
 
-use std::{
-    cell::OnceCell,
-    io::{self, BufWriter, Write},
-};
+use std::cell::OnceCell;
+use std::io::{self, BufWriter, Write};
 
 use ::record::{Entry, ExportError, Format, Origin, SCHEMA_VERSION, Source, table::Row};
 use serde::{Deserialize, Serialize};

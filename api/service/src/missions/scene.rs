@@ -2,11 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use sim::{
-    fault::Fault,
-    record::Record,
-    scenario::{CurrentKnowledge, Scenario},
-};
+use sim::fault::Fault;
+use sim::record::Record;
+use sim::scenario::{CurrentKnowledge, Scenario};
 
 use super::simulation;
 use wire::{

@@ -1,21 +1,17 @@
 //! Admission: accepts only requests that can be answered in time, and refuses others at once.
 
-use std::{
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
-    time::{Duration, Instant},
-};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 
 use clock::Clock;
 use prometheus_client::metrics::gauge::Gauge;
 
-use crate::{
-    edge::problem::Problem,
-    limits::{
-        CUT_QUEUE_TIME, CUT_QUEUE_WAIT_MAX, NEWEST_WEIGHT, QUEUE_WAIT_MAX, REQUEST_COST, STANDING_QUEUE_TIME,
-        WORK_MAX, WORK_MIN,
-    },
-    planning::pool::Priority,
+use crate::edge::problem::Problem;
+use crate::limits::{
+    CUT_QUEUE_TIME, CUT_QUEUE_WAIT_MAX, NEWEST_WEIGHT, QUEUE_WAIT_MAX, REQUEST_COST, STANDING_QUEUE_TIME,
+    WORK_MAX, WORK_MIN,
 };
+use crate::planning::pool::Priority;
 
 /// The kind of work of an admitted request. The time for a byte depends on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -5,10 +5,8 @@
 //! mission ────────────────► planning, at a higher priority than either pool
 //! ```
 
-use std::{
-    sync::{Arc, Mutex, PoisonError},
-    time::Duration,
-};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
 use clock::Clock;
 use planner::{
@@ -24,17 +22,14 @@ use tokio::sync::{
 };
 use tracing::{Instrument as _, Span, info_span};
 
-use crate::{
-    edge::{arrival::Arrival, problem::Problem},
-    limits::{IDLE_BYTES_MAX, SHORT_BYTES_MAX},
-    metrics::{Metrics, PlanFor, Shed},
-    planning::{
-        admission::{Admission, Permit, Work},
-        deadline::Deadline,
-        pool::{Caller, Job, Pool, Priority},
-    },
-    settings::{PlanFn, Settings},
-};
+use crate::edge::arrival::Arrival;
+use crate::edge::problem::Problem;
+use crate::limits::{IDLE_BYTES_MAX, SHORT_BYTES_MAX};
+use crate::metrics::{Metrics, PlanFor, Shed};
+use crate::planning::admission::{Admission, Permit, Work};
+use crate::planning::deadline::Deadline;
+use crate::planning::pool::{Caller, Job, Pool, Priority};
+use crate::settings::{PlanFn, Settings};
 
 /// The planners, with their workspaces. Clones share them.
 #[derive(Clone, Debug)]

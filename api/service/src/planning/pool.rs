@@ -1,11 +1,8 @@
 //! Threads for the work of any client, at a lower priority than the threads that plan for missions.
 
-use std::{
-    array,
-    panic::{AssertUnwindSafe, catch_unwind},
-    sync::{Arc, Mutex, PoisonError, Weak},
-    thread,
-};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::{array, thread};
 
 use clock::Clock;
 use crossbeam_channel::{Receiver, Sender, select_biased, unbounded};

@@ -1,11 +1,9 @@
 //! HTTPS: the certificate and its key.
 
-use std::{
-    error::Error,
-    io,
-    path::{Path, PathBuf},
-    sync::{Arc, PoisonError, RwLock},
-};
+use std::error::Error;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, PoisonError, RwLock};
 
 use tokio::net::TcpStream;
 use tokio_rustls::{

@@ -1,20 +1,14 @@
 //! Renews a service's lease, and ends the leases of services that are gone.
 
-use std::{
-    collections::HashMap,
-    sync::{Mutex, MutexGuard, PoisonError, Weak},
-    time::Duration,
-};
+use std::collections::HashMap;
+use std::sync::{Mutex, MutexGuard, PoisonError, Weak};
+use std::time::Duration;
 
 use clock::Clock;
 
-use super::{
-    super::{
-        error::StoreError,
-        ownership::{BEATS, Member},
-    },
-    link::{Database, Link},
-};
+use super::super::error::StoreError;
+use super::super::ownership::{BEATS, Member};
+use super::link::{Database, Link};
 
 /// The facts that a service's lease and its keeper share.
 #[derive(Debug)]

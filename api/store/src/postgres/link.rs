@@ -1,37 +1,27 @@
 //! Connections to the database, and the waits for its answers.
 
-use std::{
-    borrow::Cow,
-    cell::RefCell,
-    collections::HashMap,
-    fmt,
-    pin::pin,
-    sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError},
-    time::Duration,
-};
+use std::borrow::Cow;
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::fmt;
+use std::pin::pin;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use futures_util::TryStreamExt as _;
 use rusqlite::types::ValueRef::{self, Blob, Integer, Null, Real, Text};
-use tokio::{
-    runtime,
-    task::{AbortHandle, JoinSet},
-};
-use tokio_postgres::{
-    Client, Config, Error, Statement,
-    error::SqlState,
-    types::{ToSql, Type},
-};
+use tokio::runtime;
+use tokio::task::{AbortHandle, JoinSet};
+use tokio_postgres::error::SqlState;
+use tokio_postgres::types::{ToSql, Type};
+use tokio_postgres::{Client, Config, Error, Statement};
 
-use super::{
-    super::{
-        error::StoreError,
-        ownership::Trouble,
-        rows::{Param, Row, Rows},
-        sql::without_nul,
-    },
-    tls::Tls,
-    wait::{wait_for, wait_while},
-};
+use super::super::error::StoreError;
+use super::super::ownership::Trouble;
+use super::super::rows::{Param, Row, Rows};
+use super::super::sql::without_nul;
+use super::tls::Tls;
+use super::wait::{wait_for, wait_while};
 
 /// Longest wait for an answer of the database: a commit may wait for a standby.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(3);

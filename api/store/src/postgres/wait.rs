@@ -5,13 +5,11 @@
     reason = "answers come from a socket in real time: no simulated clock decides when"
 )]
 
-use std::{
-    pin::pin,
-    sync::{Arc, Condvar, MutexGuard, PoisonError},
-    task::{Context, Poll, Wake, Waker},
-    thread::{self, Thread},
-    time::{Duration, Instant},
-};
+use std::pin::pin;
+use std::sync::{Arc, Condvar, MutexGuard, PoisonError};
+use std::task::{Context, Poll, Wake, Waker};
+use std::thread::{self, Thread};
+use std::time::{Duration, Instant};
 
 struct Unpark(Thread);
 

@@ -1,11 +1,9 @@
 //! A mission to create.
 
-use planner::{
-    craft::CraftDescription,
-    los::{LawGains, LosLaw},
-    snapshot::{
-        Acoustics, Current, DeclaredLimits, DeclaredPath, Dive, Forecast, Hold, KeepOut, Origin, Task, Tuning,
-    },
+use planner::craft::CraftDescription;
+use planner::los::{LawGains, LosLaw};
+use planner::snapshot::{
+    Acoustics, Current, DeclaredLimits, DeclaredPath, Dive, Forecast, Hold, KeepOut, Origin, Task, Tuning,
 };
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};

@@ -2,10 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use planner::{
-    los::LawGains,
-    snapshot::{KeepOut, Origin, Task},
-};
+use planner::los::LawGains;
+use planner::snapshot::{KeepOut, Origin, Task};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 

@@ -2,10 +2,8 @@
 
 use std::{collections::BTreeMap, mem};
 
-use planner::{
-    craft::CraftDescription,
-    snapshot::{DeclaredLimits, DeclaredPath, KeepOut, Origin, Task, Tuning},
-};
+use planner::craft::CraftDescription;
+use planner::snapshot::{DeclaredLimits, DeclaredPath, KeepOut, Origin, Task, Tuning};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use utoipa::ToSchema;
 

@@ -8,22 +8,18 @@
 //! ```
 //! A killed process loses only the chunks under way.
 
-use std::{
-    fmt, fs,
-    fs::File,
-    io::{self, Write as _},
-    path::{Path, PathBuf},
-    str::FromStr,
-};
+use std::fs::File;
+use std::io::{self, Write as _};
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+use std::{fmt, fs};
 
 use serde::{Deserialize, Serialize};
 
-use super::{
-    design::{Campaign, Chunk, ScenarioFiles},
-    file::CampaignError,
-    rows::{Rows, RowsError, SCHEMA_VERSION},
-    tune::Tuned,
-};
+use super::design::{Campaign, Chunk, ScenarioFiles};
+use super::file::CampaignError;
+use super::rows::{Rows, RowsError, SCHEMA_VERSION};
+use super::tune::Tuned;
 use crate::http_guide::NoGuidance;
 
 const MANIFEST: &str = "campaign.json";

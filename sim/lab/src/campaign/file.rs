@@ -8,10 +8,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sim::scenario::{ScenarioError, line_of, line_of_field};
 
-use super::{
-    controller::{Controller, ControllerFile},
-    score::Score,
-};
+use super::controller::{Controller, ControllerFile};
+use super::score::Score;
 
 mod check;
 mod controllers;

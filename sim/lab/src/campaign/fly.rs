@@ -2,24 +2,18 @@
 
 use std::time::Instant;
 
-use planner::{
-    los::LosLaw,
-    snapshot::{Goal, Snapshot},
-};
-use sim::{
-    guide::{Guide, GuideError},
-    mission::Mission,
-    record::Record,
-};
+use planner::los::LosLaw;
+use planner::snapshot::{Goal, Snapshot};
+use sim::guide::{Guide, GuideError};
+use sim::mission::Mission;
+use sim::record::Record;
 
-use super::{
-    controller::Controller,
-    design::{Campaign, Condition, Run},
-    grid::{Setting, grid, tuned},
-    learnt::CraftLearning,
-    rows::{LEARNT, MORE, Row, Rows},
-    score::{SCORES, Score, steps_above},
-};
+use super::controller::Controller;
+use super::design::{Campaign, Condition, Run};
+use super::grid::{Setting, grid, tuned};
+use super::learnt::CraftLearning;
+use super::rows::{LEARNT, MORE, Row, Rows};
+use super::score::{SCORES, Score, steps_above};
 use crate::{bound::bound_rms_m, http_guide::NoGuidance, stopwatch::timed};
 
 /// Tolerance of the turn limit: planned references may turn as fast as the craft, up to rounding.

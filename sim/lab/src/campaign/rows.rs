@@ -1,10 +1,8 @@
 //! Results, a row for each run, written to Parquet and read back.
 
-use std::{
-    collections::{BTreeMap, BTreeSet},
-    io::Write,
-    sync::Arc,
-};
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::Write;
+use std::sync::Arc;
 
 use bytes::Bytes;
 use parquet::{
@@ -12,11 +10,9 @@ use parquet::{
     file::reader::{FileReader as _, SerializedFileReader},
     record::Field,
 };
-use record::{
-    ExportError,
-    parquet::write_table,
-    table::{self, Kind},
-};
+use record::ExportError;
+use record::parquet::write_table;
+use record::table::{self, Kind};
 
 /// Version of the table's columns.
 pub const SCHEMA_VERSION: &str = "3";

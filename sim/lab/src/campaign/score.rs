@@ -2,10 +2,8 @@
 
 use planner::{angle::wrap, los::Reference};
 
-use sim::{
-    metrics::{Metrics, SurfaceCraftMetrics, Violation, Violations},
-    record::{Record, SurfaceCraftRow},
-};
+use sim::metrics::{Metrics, SurfaceCraftMetrics, Violation, Violations};
+use sim::record::{Record, SurfaceCraftRow};
 
 /// Distance to the goal that counts as near, m: a short look-ahead distance.
 pub(super) const NEAR: f64 = 3.0;

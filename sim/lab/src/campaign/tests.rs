@@ -12,17 +12,15 @@ use sim::{
     scenario::Scenario,
 };
 
+use super::design::{Chunk, Condition};
+use super::file::Objective;
+use super::fly::fly;
+use super::grid::Setting;
+use super::rows::{LEARNT, Rows};
+use super::score::Score;
+use super::tune::tune;
 use super::{
-    Campaign, CampaignError, Directory, DirectoryError, Manifest, ScenarioFiles, Shard,
-    design::{Chunk, Condition},
-    file::Objective,
-    fly::fly,
-    grid::Setting,
-    replay,
-    rows::{LEARNT, Rows},
-    run,
-    score::Score,
-    tune::tune,
+    Campaign, CampaignError, Directory, DirectoryError, Manifest, ScenarioFiles, Shard, replay, run,
 };
 
 /// Two scenarios, two craft, three controllers, a drawn parameter, two objectives; a minute each.

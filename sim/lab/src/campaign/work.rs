@@ -7,14 +7,12 @@ use std::num::NonZeroUsize;
 
 use serde::{Deserialize, Serialize};
 
-use super::{
-    design::{Campaign, Chunk, Run},
-    directory::{Directory, DirectoryError, Manifest},
-    fly::{RunGains, bound, no_rows, result},
-    queue::in_parallel,
-    rows::{Row, Rows},
-    tune::{Gains, Tuned, tune, tuned_in},
-};
+use super::design::{Campaign, Chunk, Run};
+use super::directory::{Directory, DirectoryError, Manifest};
+use super::fly::{RunGains, bound, no_rows, result};
+use super::queue::in_parallel;
+use super::rows::{Row, Rows};
+use super::tune::{Gains, Tuned, tune, tuned_in};
 use crate::http_guide::NoGuidance;
 
 /// A piece of work.

@@ -2,12 +2,10 @@
 
 use std::{collections::BTreeMap, sync::Arc};
 
-use planner::{
-    craft::{CraftDescription, HeadingReference, SpeedReference},
-    path::Side,
-    snapshot::{DeclaredLimits, Goal, ID_LENGTH_MAX, Offset, Tuning},
-    tuned::Tuned,
-};
+use planner::craft::{CraftDescription, HeadingReference, SpeedReference};
+use planner::path::Side;
+use planner::snapshot::{DeclaredLimits, Goal, ID_LENGTH_MAX, Offset, Tuning};
+use planner::tuned::Tuned;
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer};
 

@@ -2,10 +2,8 @@
 
 use planner::craft::CraftDescription;
 
-use super::{
-    draw::{Checked, Draw},
-    invalid::{InvalidScenario, invalid, of_snapshot},
-};
+use super::draw::{Checked, Draw};
+use super::invalid::{InvalidScenario, invalid, of_snapshot};
 use crate::scenario::quantity::Distribution;
 
 /// First random number of a craft description, beyond those of all other numbers that a file can

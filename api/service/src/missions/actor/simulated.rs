@@ -1,11 +1,9 @@
 //! A simulated mission, which runs as fast as its client requests.
 
-use std::{
-    collections::BTreeMap,
-    mem,
-    sync::{Arc, Mutex, PoisonError},
-    time::{Duration, Instant},
-};
+use std::collections::BTreeMap;
+use std::mem;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 use clock::Clock;
 use planner::plan::Workspace;
@@ -15,15 +13,11 @@ use super::{
 };
 use store::{EventReader, StoreError};
 
-use crate::{
-    edge::problem::Problem,
-    metrics::PlanFor,
-    missions::{
-        event::Event,
-        simulation::{Simulation, Tick},
-    },
-    planning::pool::Priority,
-};
+use crate::edge::problem::Problem;
+use crate::metrics::PlanFor;
+use crate::missions::event::Event;
+use crate::missions::simulation::{Simulation, Tick};
+use crate::planning::pool::Priority;
 use wire::mission;
 
 /// Plans that are stored together without a speed factor: some tens of milliseconds of work.

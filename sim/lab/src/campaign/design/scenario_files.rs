@@ -1,9 +1,7 @@
 //! Scenario files of a campaign with the files that they name, so that it can be flown anywhere.
 
-use std::{
-    collections::BTreeMap,
-    path::{Path, PathBuf},
-};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use sim::scenario::{Files, Scenario, ScenarioError};

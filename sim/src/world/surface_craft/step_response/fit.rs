@@ -1,11 +1,9 @@
 //! The planner's response model, fitted to a trial by least squares.
 
-use planner::{
-    angle::wrap,
-    craft::{HeadingDynamics, HeadingResponse, SurgeResponse},
-    los::Reference,
-    snapshot::INTEGRAL_TIME,
-};
+use planner::angle::wrap;
+use planner::craft::{HeadingDynamics, HeadingResponse, SurgeResponse};
+use planner::los::Reference;
+use planner::snapshot::INTEGRAL_TIME;
 
 use crate::world::inner_loop::PERIOD;
 
