@@ -94,7 +94,6 @@ pub fn place(position: &Vector2<f64>, velocity: &Vector2<f64>, heading: Option<f
     let [lat_deg, lon_deg] = ORIGIN;
     let lon_scale = METRES_PER_DEGREE * lat_deg.to_radians().cos();
     let centidegrees = |heading: f64| (heading.to_degrees().rem_euclid(360.0) * 100.0).clamp(0.0, 35_999.0);
-    #[expect(clippy::cast_sign_loss, reason = "it was made positive")]
     let hdg = heading.map_or(u16::MAX, |heading| centidegrees(heading) as u16);
     MavMessage::GLOBAL_POSITION_INT(GLOBAL_POSITION_INT_DATA {
         lat: ((lat_deg + position.x / METRES_PER_DEGREE) * 1e7).round() as i32,

@@ -328,10 +328,6 @@ fn quantile(sorted: &[f64], per_cent: usize) -> Option<f64> {
 
 /// The mean; 0 of nothing.
 pub fn mean(values: &[f64]) -> f64 {
-    #[expect(
-        clippy::cast_precision_loss,
-        reason = "a mission has thousands of rows, not 2⁵³"
-    )]
     let n = values.len().max(1) as f64;
     values.iter().fold(0.0, |sum, value| sum + value) / n
 }

@@ -209,7 +209,7 @@ impl Host {
 
     /// Begins or ends a fault of the database or its connections.
     pub(super) fn trouble(&self, fault: &Fault, begins: bool) {
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "is small")]
+        #[expect(clippy::cast_possible_truncation, reason = "is small")]
         let each = fault.size as u32;
         let trouble = match fault.kind {
             Kind::DatabaseFull => Trouble::Full,

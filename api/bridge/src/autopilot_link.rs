@@ -178,11 +178,7 @@ pub(crate) fn read_nmea(reader: &mut NmeaReader, piece: &Received, unix_s: f64) 
 }
 
 /// Milliseconds since the start, as the message has it: it wraps after 49 days.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "it is meant to wrap"
-)]
+#[expect(clippy::cast_possible_truncation, reason = "it is meant to wrap")]
 fn boot_ms(now: f64) -> u32 {
     (now * 1e3) as u64 as u32
 }

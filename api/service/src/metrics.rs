@@ -243,7 +243,6 @@ impl Metrics {
         times.observe(solve_time.as_secs_f64());
         let iterations = f64::from(plan.solver.iterations);
         counts.solver_iterations.observe(iterations);
-        #[expect(clippy::cast_precision_loss, reason = "a few")]
         counts.scp_iterations.observe(plan.solver.scp_iterations as f64);
     }
 

@@ -234,7 +234,6 @@ impl ProgressDisplay {
         } else {
             let since = *self.flying_since.get_or_insert_with(|| self.clock.now());
             let seconds = self.clock.since(since).as_secs_f64();
-            #[expect(clippy::cast_precision_loss, reason = "far fewer runs than 2⁵³")]
             let (rate, left) = (
                 progress.flown as f64 / seconds.max(1e-3),
                 (of - done.min(of)) as f64,

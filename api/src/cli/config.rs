@@ -49,11 +49,7 @@ impl Config {
     /// Disk space for the missions of one client, bytes.
     pub(crate) fn disk_share(&self) -> u64 {
         if 0.0 < self.client_gib {
-            #[expect(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "is in the setting's range"
-            )]
+            #[expect(clippy::cast_possible_truncation, reason = "is in the setting's range")]
             return (self.client_gib * GIB) as u64;
         }
         if self.store.is_some() {

@@ -21,8 +21,6 @@ pub(super) fn show(bar: &ProgressBar, stage: &str, done: f64) {
     let ticks = bar.length().unwrap_or_default();
     #[expect(
         clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        clippy::cast_precision_loss,
         reason = "a fraction of a thousand ticks, and the cast saturates"
     )]
     bar.set_position((done * ticks as f64) as u64);

@@ -420,7 +420,6 @@ impl Craft for ArduPilot {
         self.seen.1
     }
 
-    #[expect(clippy::cast_precision_loss, reason = "modes are small numbers")]
     fn set_mode(&mut self, mode: u32) {
         self.command(MavCmd::MAV_CMD_DO_SET_MODE, [1.0, mode as f32]);
     }

@@ -407,8 +407,6 @@ fn weighted_mean(motions_and_shares: impl Iterator<Item = (Motion, f64)>) -> Mot
 /// The member, of `n`, in turn `elapsed` seconds after the epoch, also before it.
 #[expect(
     clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    clippy::cast_precision_loss,
     reason = "rem_euclid by n <= 16 is an integer in 0..n"
 )]
 fn in_turn(elapsed: f64, dwell: f64, n: usize) -> usize {

@@ -117,12 +117,7 @@ impl SampledTrack {
         apart.windows(2).map(nearest).fold(f64::INFINITY, f64::min)
     }
 
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        clippy::cast_precision_loss,
-        reason = "clamped to the samples"
-    )]
+    #[expect(clippy::cast_possible_truncation, reason = "clamped to the samples")]
     fn place(&self, time: f64) -> (usize, f64) {
         let along = (time / self.step).max(0.0);
         let before = (along as usize).min(self.positions.len() - 2);

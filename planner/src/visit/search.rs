@@ -348,7 +348,6 @@ impl Search<'_> {
 
     #[expect(
         clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
         reason = "a time within the horizon is in one of 60 slots"
     )]
     fn slot(&self, time: f64) -> usize {

@@ -241,10 +241,6 @@ impl Chase {
     }
 }
 
-#[expect(
-    clippy::cast_precision_loss,
-    reason = "a mission has thousands of ticks, not 2⁵³"
-)]
 fn count(n: usize) -> f64 {
     n as f64
 }

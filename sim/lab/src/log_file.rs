@@ -136,7 +136,6 @@ fn of_field(field: &Field) -> Cell {
         Field::Double(number) => Some(CellValue::Number(*number)),
         Field::Float(number) => Some(CellValue::Number(f64::from(*number))),
         Field::Int(number) => Some(CellValue::Number(f64::from(*number))),
-        #[expect(clippy::cast_precision_loss, reason = "counts, and times in whole seconds")]
         Field::Long(number) => Some(CellValue::Number(*number as f64)),
         Field::Str(word) => Some(CellValue::Word(word.clone())),
         _ => None,

@@ -281,7 +281,6 @@ impl Message {
 /// Number of steps nearest to `duration`: 10 s are 100 steps, although 0.1 is no binary fraction.
 #[expect(
     clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
     reason = "a frame is an hour at most, and the cast saturates"
 )]
 fn whole_steps(duration: f64, period: f64) -> u32 {

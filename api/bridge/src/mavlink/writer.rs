@@ -163,7 +163,6 @@ fn single(value: f64) -> f32 {
     value as f32
 }
 
-#[expect(clippy::cast_precision_loss, reason = "numbers of modes are small")]
 fn small(number: u32) -> f32 {
     number as f32
 }

@@ -134,7 +134,6 @@ impl Load {
 }
 
 /// Counts and lengths are far below the first number that this rounds.
-#[expect(clippy::cast_precision_loss, reason = "bodies and queues are limited")]
 fn float(count: usize) -> f64 {
     count as f64
 }

@@ -149,7 +149,6 @@ fn row(
     }
     let [too_fast_steps, alarms, alarm_s, noticed] = MORE;
     row.number(too_fast_steps, too_fast);
-    #[expect(clippy::cast_precision_loss, reason = "an alarm a second at most")]
     row.number(alarms, learnt.map(|learnt| learnt.alarms_at_s.len() as f64));
     row.number(alarm_s, learnt.map(|learnt| learnt.alarm_s));
     let broken = learnt.zip(controller.breaks_at());

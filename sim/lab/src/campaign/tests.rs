@@ -339,11 +339,7 @@ mod slow {
 
         let runs = rows.numbers("run").expect("a column");
         for i in [0, 1, rows.len() / 2, rows.len() - 1] {
-            #[expect(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "a run's number"
-            )]
+            #[expect(clippy::cast_possible_truncation, reason = "a run's number")]
             let number = runs[i].expect("numbered") as u64;
             let again = replay(campaign, rows, number).expect("flies");
             assert!(again.same, "run {number}");

@@ -97,7 +97,6 @@ fn heard_by(channel: &mut Acoustics, now: f64) -> Vec<Fix> {
     heard
 }
 
-#[expect(clippy::cast_precision_loss, reason = "counts of a test")]
 fn count(n: u64) -> f64 {
     n as f64
 }

@@ -346,11 +346,7 @@ impl TokenCache {
     }
 }
 
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "seconds since 1970"
-)]
+#[expect(clippy::cast_possible_truncation, reason = "seconds since 1970")]
 fn whole(unix_s: f64) -> u64 {
     unix_s as u64
 }

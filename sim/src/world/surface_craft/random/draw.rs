@@ -278,11 +278,7 @@ impl Draw<'_> {
     }
 }
 
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "rounded and clamped just before"
-)]
+#[expect(clippy::cast_possible_truncation, reason = "rounded and clamped just before")]
 fn periods(delay: f64) -> usize {
     (delay / PERIOD).round().clamp(0.0, count(DELAY_PERIODS_MAX)) as usize
 }
