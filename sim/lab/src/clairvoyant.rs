@@ -95,7 +95,7 @@ pub(crate) fn clairvoyant(pursuit: &Pursuit) -> Option<Clairvoyant> {
         sum += 2.0 * unit * unit * chase.bound(dual);
     }
     Some(Clairvoyant {
-        mean_square: sum / count(positions.len()),
+        mean_square: sum / positions.len() as f64,
         positions,
     })
 }
@@ -239,10 +239,6 @@ impl Chase {
         }
         0.5 * gain * gain / squares
     }
-}
-
-fn count(n: usize) -> f64 {
-    n as f64
 }
 
 #[cfg(test)]

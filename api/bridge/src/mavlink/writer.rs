@@ -120,9 +120,9 @@ impl MavlinkWriter {
 
     pub(crate) fn set_guided(&mut self, autopilot: Autopilot) -> Vec<u8> {
         let mode = match autopilot {
-            Autopilot::ArduPilot => [CUSTOM_MODE, small(autopilot.guided_mode())],
+            Autopilot::ArduPilot => [CUSTOM_MODE, autopilot.guided_mode() as f32],
             // The main mode only.
-            Autopilot::Px4 => [CUSTOM_MODE, small(autopilot.guided_mode() >> 16)],
+            Autopilot::Px4 => [CUSTOM_MODE, (autopilot.guided_mode() >> 16) as f32],
         };
         self.command(MavCmd::MAV_CMD_DO_SET_MODE, mode)
     }
@@ -161,8 +161,4 @@ impl MavlinkWriter {
 )]
 fn single(value: f64) -> f32 {
     value as f32
-}
-
-fn small(number: u32) -> f32 {
-    number as f32
 }

@@ -64,7 +64,7 @@ impl Admission {
     /// For `n_threads`, with at most `n_waiting` more requests; `gauge` shows the number of all.
     pub(crate) fn new(n_threads: usize, n_waiting: usize, gauge: Gauge) -> Self {
         Self(Arc::new(Mutex::new(Load {
-            n_threads: float(n_threads),
+            n_threads: n_threads as f64,
             n_max: n_threads + n_waiting,
             n: 0,
             cost: [0.0; KINDS],
@@ -84,7 +84,7 @@ impl Admission {
         priority: Priority,
         due: Instant,
     ) -> Result<Arc<Permit>, Problem> {
-        let cost = REQUEST_COST + float(bytes);
+        let cost = REQUEST_COST + bytes as f64;
         let mut load = self.load();
         let waits = load.waits();
         let is_cut = load.cut_until.is_some_and(|until| now < until);
@@ -93,7 +93,7 @@ impl Admission {
         } else {
             QUEUE_WAIT_MAX
         };
-        let stands = load.n_threads <= float(load.n) && (1.0 + wait) * load.busy.max(WORK_MIN) < waits;
+        let stands = load.n_threads <= load.n as f64 && (1.0 + wait) * load.busy.max(WORK_MIN) < waits;
         let since = stands.then(|| *load.standing_since.get_or_insert(now));
         if !stands {
             load.standing_since = None;
@@ -131,11 +131,6 @@ impl Load {
         let costs = self.rate.iter().zip(&self.cost);
         costs.map(|(rate, cost)| rate * cost).sum::<f64>() / self.n_threads
     }
-}
-
-/// Counts and lengths are far below the first number that this rounds.
-fn float(count: usize) -> f64 {
-    count as f64
 }
 
 impl Permit {

@@ -247,8 +247,7 @@ fn share_covered(n_logs: u64, colour: f64) -> f64 {
     assert_eq!([wrong, more_wrong].concat(), Vec::<String>::new());
     let (hits, count) = (hits + more_hits, count + more);
     println!("{hits} of {count} intervals hold the truth");
-    let share = hits as f64 / count as f64;
-    share
+    hits as f64 / count as f64
 }
 
 mod slow {
