@@ -425,7 +425,6 @@ impl Integrity {
         self.set(Alarm::HeadingContradicts, is_raised);
     }
 
-    /// Compares the heading with the measured course.
     fn compare_with_course(&mut self, t_s: f64, heading: f64) {
         let off = course(self.velocity(t_s)).map(|course| wrap(course - heading).abs());
         let since_s = self.off_course_s.unwrap_or(t_s);

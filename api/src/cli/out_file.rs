@@ -127,7 +127,6 @@ pub(crate) fn print(text: &str) -> Result<(), Failure> {
     }
 }
 
-/// Prints the digest of the rows of the campaign in `directory`.
 pub(crate) fn print_rows(directory: &Path, n_rows: usize, digest: &str) -> Result<(), Box<dyn Error>> {
     let directory = directory.display();
     Ok(print(&format!(

@@ -12,7 +12,6 @@ pub(super) fn bar() -> ProgressBar {
     ProgressBar::new(TICKS).with_style(style)
 }
 
-/// Shows that the fraction `done` of `stage` is done.
 pub(super) fn show(bar: &ProgressBar, stage: &str, done: f64) {
     if bar.message() != stage {
         bar.set_message(stage.to_owned());

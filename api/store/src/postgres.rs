@@ -167,7 +167,6 @@ fn parameter(url: &str, key: &str) -> Option<String> {
     Some(value.into_owned())
 }
 
-/// The URL without the parameters of TLS.
 fn without_tls(url: &str) -> String {
     let Some((address, query)) = url.split_once('?') else {
         return url.to_owned();

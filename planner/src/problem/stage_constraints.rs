@@ -156,7 +156,6 @@ impl StageConstraints {
         }
     }
 
-    /// The discs of the snapshot's keep-outs.
     pub(crate) fn keep_outs(&self) -> impl Iterator<Item = (Subject, &Disc)> {
         let keep_outs = self.keep_outs.iter().copied();
         keep_outs.map(Subject::KeepOut).zip(&self.discs)
@@ -316,7 +315,6 @@ impl Sampling<'_> {
         }
     }
 
-    /// Forecast positions of an AUV at the stages.
     fn positions_of(&self, auv: &AuvForecast) -> Vec<Vector2<f64>> {
         let position = |time: &f64| self.frame.position(&auv.at(*time).position);
         self.times.iter().map(position).collect()

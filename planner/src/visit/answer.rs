@@ -33,7 +33,6 @@ pub(crate) struct ScheduleAnswer<'a> {
     pub(crate) ids: &'a [&'a VehicleId],
     pub(crate) vehicles: Vec<Vehicle>,
     pub(crate) present: Option<PresentVisit>,
-    /// The previous schedule.
     pub(crate) previous: Option<&'a Schedule>,
     /// The requested next AUV, if its visit is over.
     pub(crate) visited: Option<VehicleId>,

@@ -7,7 +7,6 @@ use crate::tuned::VisitNumbers;
 /// A cost after some time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Later {
-    /// The cost.
     pub(crate) cost: f64,
     /// Its integral since the start, times s.
     pub(crate) integral: f64,

@@ -152,7 +152,6 @@ mod tests {
         mission::run(&scenario, &mut guide, 1, &mut |_| {}).expect("runs")
     }
 
-    /// The page's data.
     fn data(page: &str) -> Value {
         let (_, rest) = page.split_once("id=\"data\">").expect("has data");
         let (json, _) = rest.split_once("</script>").expect("ends");

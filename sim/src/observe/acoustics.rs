@@ -80,7 +80,6 @@ pub struct Acoustics {
     rng: ChaCha8Rng,
     /// Length of a step, s.
     period: f64,
-    /// Steps of a frame.
     frame_steps: u32,
     /// Step of the frame at which each vehicle transmits.
     slot_steps: Vec<u32>,

@@ -78,21 +78,18 @@ impl RecordFormat {
 }
 
 /// The reason that a record is incomplete.
+#[expect(missing_docs, reason = "the messages say it")]
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
-    /// The format holds positions on Earth, and the mission has none.
     #[error(
         "GeoJSON needs positions on Earth, which this mission does not have: choose another format, or create the next \
          mission with live.origin, or from a scenario with an [origin], each with lat_deg and lon_deg"
     )]
     NoOrigin,
-    /// The mission's origin is not usable.
     #[error(transparent)]
     Export(#[from] ExportError),
-    /// The log cannot be read.
     #[error(transparent)]
     Log(#[from] StoreError),
-    /// The file cannot be written.
     #[error(transparent)]
     Write(#[from] io::Error),
 }

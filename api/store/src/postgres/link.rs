@@ -437,7 +437,6 @@ impl From<Error> for StoreError {
     }
 }
 
-/// The error with its causes.
 fn with_causes(error: &Error) -> String {
     let mut text = error.to_string();
     let mut cause = std::error::Error::source(error);

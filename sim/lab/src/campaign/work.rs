@@ -34,18 +34,15 @@ pub enum Work {
 }
 
 /// A piece of work cannot be done.
+#[expect(missing_docs, reason = "the messages say it")]
 #[derive(Debug, thiserror::Error)]
 pub enum WorkError {
-    /// The work belongs to another campaign.
     #[error("the campaign has no {0:?}")]
     NotOfCampaign(Work),
-    /// The gains of a chunk are missing.
     #[error("gains of the chunk's laws are missing or damaged")]
     NoGains,
-    /// A law outside of this program is away.
     #[error(transparent)]
     Guide(#[from] NoGuidance),
-    /// The result cannot be written.
     #[error("rows cannot be written")]
     Rows(#[from] record::ExportError),
 }

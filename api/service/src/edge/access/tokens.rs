@@ -96,26 +96,21 @@ pub struct NewToken {
 }
 
 /// An error of the token file.
+#[expect(missing_docs, reason = "the messages say it")]
 #[derive(Debug, thiserror::Error)]
 pub enum TokenError {
-    /// The file cannot be read or written.
     #[error("cannot read or write the token file {}", .0.display())]
     File(PathBuf, #[source] io::Error),
-    /// The file has another content.
     #[error("{} is not a token file; `pilotfish token add` creates one", .0.display())]
     NoTokens(PathBuf, #[source] serde_json::Error),
-    /// The name is not allowed.
     #[error(
         "the name of a token has 1 to {NAME_BYTES_MAX} letters, digits and . _ -, such as bridge-1, not {0:?}"
     )]
     Name(String),
-    /// The name is in use.
     #[error("a token named {0} exists; revoke it first, or choose another name")]
     NameTaken(String),
-    /// There is no token with that name.
     #[error("there is no token named {0}; `pilotfish token list` lists all")]
     Unknown(String),
-    /// The system has no random numbers.
     #[error("no random numbers from the system: {0}")]
     Random(getrandom::Error),
 }

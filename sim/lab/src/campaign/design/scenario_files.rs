@@ -22,7 +22,6 @@ struct ScenarioFile {
 }
 
 impl ScenarioFiles {
-    /// Reads the files that `campaign` names from `folder`.
     pub(super) fn read(campaign: &CampaignFile, folder: &Path) -> Result<Self, CampaignError> {
         let mut files = BTreeMap::new();
         for (i, name) in campaign.scenarios.iter().enumerate() {
