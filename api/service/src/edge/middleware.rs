@@ -2,7 +2,6 @@
 
 use std::any::Any;
 use std::mem;
-use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use axum::body::Body;
@@ -11,6 +10,7 @@ use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header}
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use clock::Clock;
+use parking_lot::Mutex;
 use tracing::{Instrument as _, Span, error_span, field::Empty};
 
 use crate::edge::access::{Caller, Tokens, changes_nothing, is_public};
@@ -245,7 +245,7 @@ struct RateLimited(Mutex<(u64, Option<Instant>)>);
 impl RateLimited {
     /// Counts one event. Returns the count if a line is due.
     fn count(&self, now: Instant) -> Option<u64> {
-        let mut counted = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut counted = self.0.lock();
         counted.0 += 1;
         let since = counted.1.map(|line| now.saturating_duration_since(line));
         if since.is_some_and(|since| since < Duration::from_secs(1)) {

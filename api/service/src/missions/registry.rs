@@ -1,9 +1,10 @@
 //! All missions: active ones have an actor, others are in the event store only.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 
 use clock::Clock;
+use parking_lot::{Mutex, MutexGuard};
 use serde_json::{Map, Value};
 use tokio::sync::{
     Mutex as AsyncMutex, Semaphore, broadcast::WeakSender, mpsc::error::TrySendError, oneshot,
@@ -508,7 +509,7 @@ impl Missions {
     }
 
     pub(super) fn actors(&self) -> MutexGuard<'_, Option<BTreeMap<String, Handle>>> {
-        self.actors.lock().unwrap_or_else(PoisonError::into_inner)
+        self.actors.lock()
     }
 }
 

@@ -1,9 +1,10 @@
 //! Admission: accepts only requests that can be answered in time, and refuses others at once.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use clock::Clock;
+use parking_lot::Mutex;
 use prometheus_client::metrics::gauge::Gauge;
 
 use crate::edge::problem::Problem;
@@ -85,7 +86,7 @@ impl Admission {
         due: Instant,
     ) -> Result<Arc<Permit>, Problem> {
         let cost = REQUEST_COST + bytes as f64;
-        let mut load = self.load();
+        let mut load = self.0.lock();
         let waits = load.waits();
         let is_cut = load.cut_until.is_some_and(|until| now < until);
         let wait = if is_cut {
@@ -119,10 +120,6 @@ impl Admission {
             busy: Mutex::default(),
         }))
     }
-
-    fn load(&self) -> MutexGuard<'_, Load> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
 }
 
 impl Load {
@@ -138,16 +135,16 @@ impl Permit {
     pub(crate) fn work<T>(&self, clock: &Clock, work: impl FnOnce() -> T) -> T {
         let start = clock.now();
         let done = work();
-        *self.busy.lock().unwrap_or_else(PoisonError::into_inner) += clock.since(start);
+        *self.busy.lock() += clock.since(start);
         done
     }
 }
 
 impl Drop for Permit {
     fn drop(&mut self) {
-        let busy = self.busy.get_mut().unwrap_or_else(PoisonError::into_inner);
+        let busy = self.busy.get_mut();
         let busy = busy.as_secs_f64().min(WORK_MAX);
-        let mut load = self.admission.load();
+        let mut load = self.admission.0.lock();
         load.n -= 1;
         load.gauge.dec();
         // A sum of floats need not return to 0.
@@ -170,7 +167,7 @@ mod tests {
     /// One thread that takes 10 ms for each request of 4 KiB.
     fn slow() -> Admission {
         let admission = Admission::new(1, 64, Gauge::default());
-        let mut load = admission.load();
+        let mut load = admission.0.lock();
         load.rate[Work::Plan as usize] = 10e-3 / (2.0 * REQUEST_COST);
         load.busy = 10e-3;
         drop(load);
@@ -241,6 +238,6 @@ mod tests {
                 .admit(now, (Work::Plan, 1 << 20), Priority::Long, now + ms(1))
                 .expect("nothing is before it"),
         );
-        assert_eq!(admission.load().cost, [0.0; KINDS]);
+        assert_eq!(admission.0.lock().cost, [0.0; KINDS]);
     }
 }

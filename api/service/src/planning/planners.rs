@@ -5,10 +5,11 @@
 //! mission ────────────────► planning, at a higher priority than either pool
 //! ```
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::Duration;
 
 use clock::Clock;
+use parking_lot::Mutex;
 use planner::{
     parameters::Parameters,
     plan::{Plan, Workspace, plan_until},
@@ -277,7 +278,7 @@ impl Planners {
     /// Does `work` in an idle workspace. The choice changes the time of a plan, never the answer.
     pub(crate) fn with_workspace<T>(&self, purpose: PlanFor, work: impl FnOnce(&mut Workspace) -> T) -> T {
         let idle = &self.idle[usize::from(purpose == PlanFor::Live)];
-        let idle = || idle.lock().unwrap_or_else(PoisonError::into_inner);
+        let idle = || idle.lock();
         // A panic drops the workspace.
         let mut workspace = idle().pop().unwrap_or_default();
         let done = work(&mut workspace);
@@ -328,7 +329,7 @@ mod tests {
         let held = [&planners.reading, &planners.planning].map(|pool| {
             let gate = Arc::clone(&gate);
             pool.run(Priority::Short, move |_| {
-                drop(gate.lock().map(|gate| gate.recv()));
+                let _ = gate.lock().recv();
             })
         });
         let request = wire::read(EXAMPLES[0].body.as_bytes()).expect("is JSON");

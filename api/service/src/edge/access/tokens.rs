@@ -4,10 +4,11 @@ use std::fs::{self, DirBuilder, File, OpenOptions};
 use std::io::{self, Write as _};
 use std::os::unix::fs::{DirBuilderExt as _, MetadataExt as _, OpenOptionsExt as _, fchown};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime};
 
 use clock::Clock;
+use parking_lot::Mutex;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 use subtle::ConstantTimeEq as _;
@@ -281,14 +282,14 @@ impl Tokens {
 
     /// Binds them to the store's trusted time. Fails if it had tokens and there are none.
     pub(crate) async fn bind(&self, store: &EventStore) -> Result<(), StoreError> {
-        self.locked().trusted = Some(store.clock().clone());
+        self.0.lock().trusted = Some(store.clock().clone());
         if self.are_made() {
             return store.protect().await;
         }
         if store.reader()?.is_protected()? {
-            return Err(StoreError::Unprotected(self.locked().path.clone()));
+            return Err(StoreError::Unprotected(self.0.lock().path.clone()));
         }
-        let (tokens, store, clock) = (self.clone(), store.clone(), self.locked().clock.clone());
+        let (tokens, store, clock) = (self.clone(), store.clone(), self.0.lock().clock.clone());
         tokio::spawn(async move {
             while !tokens.are_made() {
                 clock.sleep(CHECK).await;
@@ -302,17 +303,13 @@ impl Tokens {
 
     /// The time by which tokens expire, Unix time, s.
     pub(super) fn now(&self) -> u64 {
-        let cache = self.locked();
+        let cache = self.0.lock();
         let trusted = cache.trusted.as_ref().map(TrustedClock::now_s);
         whole(trusted.unwrap_or_else(|| cache.clock.unix_s()))
     }
 
-    fn locked(&self) -> MutexGuard<'_, TokenCache> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     pub(super) fn known(&self) -> Option<Arc<TokenFile>> {
-        let mut cache = self.locked();
+        let mut cache = self.0.lock();
         if CHECK <= cache.clock.since(cache.checked) {
             cache.reload();
         }
@@ -388,7 +385,7 @@ mod tests {
         }
 
         TokenFile::revoke(&path, "bridge").expect("is there");
-        tokens.0.lock().expect("no thread panics").reload();
+        tokens.0.lock().reload();
         assert_eq!(valid(&tokens, &token), None);
         assert!(valid(&tokens, &other).is_some());
         assert!(matches!(
@@ -428,14 +425,14 @@ mod tests {
         let tokens = Tokens::open(&path, &clock()).expect("is read");
         assert!(tokens.known().is_none() && !tokens.are_made());
         let token = TokenFile::add(&path, new("bridge", Role::Operator, None), &clock()).expect("is made");
-        tokens.0.lock().expect("no thread panics").reload();
+        tokens.0.lock().reload();
         assert!(valid(&tokens, &token).is_some() && tokens.are_made());
         for broken in [Some("{"), None] {
             match broken {
                 Some(text) => fs::write(&path, text).expect("is written"),
                 None => fs::remove_file(&path).expect("is there"),
             }
-            tokens.0.lock().expect("no thread panics").reload();
+            tokens.0.lock().reload();
             assert_eq!(valid(&tokens, &token), None, "{broken:?}");
         }
     }

@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 use std::mem;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use clock::Clock;
+use parking_lot::Mutex;
 use planner::plan::Workspace;
 
 use super::{
@@ -150,7 +151,8 @@ impl Simulated {
         let waiting = Arc::new(Mutex::new(self.progress.take()));
         let (begun, planners) = (Arc::clone(&waiting), self.context.planners.clone());
         let (mut worked, job) = self.context.planners.simulate(Priority::Long, move || {
-            let progress = take(&begun).map_or_else(|| Progress::new(&config, &clock), Ok)?;
+            let begun = begun.lock().take();
+            let progress = begun.map_or_else(|| Progress::new(&config, &clock), Ok)?;
             let reader = || Ok((store.reader()?, number));
             planners.with_workspace(PlanFor::Simulated, |workspace| {
                 progress.until(last, n_ticks, &clock, reader, workspace)
@@ -172,7 +174,7 @@ impl Simulated {
                 return Ok(());
             }
             if job.give_up() {
-                self.progress = take(&waiting);
+                self.progress = waiting.lock().take();
                 return Ok(());
             }
         }
@@ -219,10 +221,6 @@ impl Simulated {
         }
         Ok(stored)
     }
-}
-
-fn take(progress: &Mutex<Option<Progress>>) -> Option<Progress> {
-    progress.lock().unwrap_or_else(PoisonError::into_inner).take()
 }
 
 impl Progress {
