@@ -367,8 +367,7 @@ impl Integrity {
             if is_frozen {
                 self.position_frozen_s = Some(t_s);
             }
-            // The next evidence must be new. A craft at rest gives none: a receiver may have frozen
-            // at the berth.
+            // The next evidence must be new. At rest there is none: receivers freeze at berths too.
             if is_frozen || !has_pace(travel) && !has_pace(stationary.requested) {
                 let position = stationary.position;
                 self.stationary = Some(StationaryPosition { position, ..start });

@@ -132,8 +132,7 @@ mod tests {
 
     const TUNED: &VisitNumbers = &VisitNumbers::DEFAULT;
 
-    /// Depth of a glider that dives to `deepest`, m, at `rate`, m/s, rises, and rests for `rest`,
-    /// s.
+    /// Depth of a glider that dives to `deepest`, m, at `rate`, m/s, rises, and rests `rest`, s.
     fn glider(time: f64, deepest: f64, rate: f64, rest: f64) -> f64 {
         let down = deepest / rate;
         let phase = time.rem_euclid(2.0 * down + rest);

@@ -1,5 +1,4 @@
-//! A record as `GeoJSON` (RFC 7946): a line with times for each vehicle and the goal; paths, discs
-//! and area.
+//! A record as `GeoJSON` (RFC 7946): lines with times for vehicles and goal; paths, discs and area.
 //!
 //! Positions are longitude, latitude and, if an AUV's depth is known, minus the depth as altitude,
 //! in WGS 84. This altitude is above the sea surface, RFC 7946's above the ellipsoid: this sea has

@@ -223,8 +223,7 @@ pub(super) struct Reporting {
 }
 
 impl Reporting {
-    /// `true` if a status line is due at `now`, s: at once after a worse state, else a second after
-    /// the last one.
+    /// `true` if a status line is due at `now`, s: at once after a worse state, else in a second.
     pub(super) fn takes_line(&mut self, now: f64, steering: Option<&Steering>) -> bool {
         let is_due = self.lined.as_ref().is_none_or(|(said, at)| {
             let [is_worse, is_other] = match said.as_ref().zip(steering) {
@@ -269,8 +268,7 @@ impl Reporting {
         }
     }
 
-    /// Sends texts of a worse state at once, of a better one that lasts, and repeatedly during an
-    /// alarm.
+    /// Sends texts of a worse state at once, of a better one that lasts, and again during an alarm.
     fn text(&mut self, now: f64, steering: Steering, autopilot: &mut AutopilotLink) {
         let told = self.texted.as_ref();
         let is_told = told.is_some_and(|(told, _)| !told.is_worse_than(&steering));

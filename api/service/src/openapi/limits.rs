@@ -1,5 +1,4 @@
-//! Accepted values in the `OpenAPI` document, from the constants of the checks: utoipa takes literals
-//! only.
+//! Accepted values in the `OpenAPI` document, of the checks' constants: utoipa takes literals only.
 
 use std::ops::RangeInclusive;
 

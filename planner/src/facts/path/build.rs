@@ -70,8 +70,7 @@ impl Path {
         Self::from_segments(&[waypoints], closed)
     }
 
-    /// A circle of `radius` metres to `side` around `centre`, from the `bearing`, rad, of its
-    /// start.
+    /// A circle of `radius` metres to `side` around `centre`, which starts at `bearing`, rad.
     ///
     /// Fails as [`Path::from_segments`].
     pub fn circle(centre: Vector2<f64>, radius: f64, side: Side, bearing: f64) -> Result<Self, InvalidPath> {

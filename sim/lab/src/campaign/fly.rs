@@ -37,8 +37,7 @@ pub(super) fn fly(
     Ok(flown.expect("nothing stops it"))
 }
 
-/// The same while `goes_on` is `true` after each tick, which had that snapshot; `None` if it stopped
-/// the mission.
+/// The same while `goes_on` is `true` after each tick, which had that snapshot; `None` if stopped.
 pub(crate) fn fly_while(
     campaign: &Campaign,
     condition: Condition,

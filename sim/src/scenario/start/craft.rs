@@ -10,8 +10,7 @@ use crate::scenario::quantity::Distribution;
 /// have: describing the craft changes no other draw.
 const NUMBERS_FROM: u64 = 1 << 32;
 
-/// The craft description of the file, else the true one. A `surge_lag` of the limits, s, overrides
-/// both.
+/// The file's craft description, else the true one. A `surge_lag` of the limits, s, overrides both.
 pub(super) fn craft_description(
     file: Option<&CraftDescription<Distribution>>,
     surge_lag: Option<f64>,
